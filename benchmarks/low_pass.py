@@ -20,9 +20,8 @@ import numpy as np
 from scipy.signal import butter, sosfilt
 
 from benchmarks.recording_lines import PAIR, true_value
-from sagnac.analysis.pipeline import analyze
+from sagnac.analysis.pipeline import analyze, at_rest
 from sagnac.analysis.settings import Settings
-from sagnac.analysis.still_bench import at_rest
 from sagnac.core.units import DEGREE_PER_ROOT_HOUR
 from sagnac.formats import read
 from sagnac.noise.estimates import Estimate

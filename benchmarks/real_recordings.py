@@ -22,9 +22,9 @@ from scipy.io import loadmat
 from scipy.signal.windows import dpss
 
 from benchmarks.stability import PAGE as STABILITY_PAGE
+from sagnac.analysis.pipeline import at_rest
 from sagnac.analysis.result import Analysis
 from sagnac.analysis.settings import Settings
-from sagnac.analysis.still_bench import at_rest
 from sagnac.core.arrays import FloatArray
 from sagnac.core.units import DEGREE_PER_HOUR_PER_ROOT_HERTZ, DEGREE_PER_ROOT_HOUR
 from sagnac.formats.read_write import read

@@ -16,10 +16,9 @@ from benchmarks.gallery import (
 )
 
 from sagnac.analysis.json_data import choice_data, covariance_data, parts_data
-from sagnac.analysis.pipeline import analyze
+from sagnac.analysis.pipeline import analyze, at_rest
 from sagnac.analysis.result import headline_coefficients
 from sagnac.analysis.settings import Settings
-from sagnac.analysis.still_bench import at_rest
 from sagnac.recording.model import Recording
 from sagnac.report.document import analysis_document
 

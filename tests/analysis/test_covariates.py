@@ -66,7 +66,7 @@ def test_a_walk_of_the_rate_widens_the_errors_and_is_kept():
 def test_what_is_left_is_the_noise(kind):
     made = noise(3)
     recording = recorded(made + drift(), kind)
-    left = without_temperature(recording, ("x",)).recording.gyro("x")
+    left = without_temperature(recording, ("x",)).gyro("x")
     assert left.kind == kind
     rates = {
         "rate": left.values,
@@ -82,7 +82,7 @@ def test_what_is_left_is_the_noise(kind):
 
 def test_white_noise_beside_a_temperature_is_left_as_it_is():
     found = without_temperature(recorded(noise(4)), ("x",))
-    np.testing.assert_array_equal(found.recording.gyro("x").values, noise(4))
+    np.testing.assert_array_equal(found.gyro("x").values, noise(4))
     (note,) = found.notes
     assert "no drift with it is seen" in note.text
 

@@ -37,12 +37,12 @@ def test_what_is_left_of_the_dither_is_under_the_readout(made, clean):
     found = without_dither(made.recording, ("x", "z"), "fos")
     for name in ("x", "z"):
         before = made.recording.gyro(name).values - clean.gyro(name).values
-        after = found.recording.gyro(name).values - clean.gyro(name).values
+        after = found.gyro(name).values - clean.gyro(name).values
         assert np.std(before) > 1.0 * ARCSECOND
         # The preset reads out in steps of 0.001 arcsec; the regression is over 30,000 samples.
         assert np.std(after) < 0.005 * ARCSECOND
     # y was not asked for.
-    assert found.recording.gyro("y") is made.recording.gyro("y")
+    assert found.gyro("y") is made.recording.gyro("y")
     assert [note.channel for note in found.notes] == ["x", "z"]
     assert "arcsec rms that follows its pick-off" in found.notes[0].text
 
@@ -60,8 +60,7 @@ def test_the_angle_random_walk_is_the_one_put_in(made):
 
 def test_the_method_none_takes_nothing(made):
     found = without_dither(made.recording, ("x", "z"), "none")
-    assert found.recording is made.recording
-    assert found.notes == ()
+    assert found is made.recording
 
 
 @pytest.mark.parametrize(
@@ -77,7 +76,7 @@ def test_a_pickoff_that_is_broken_is_left_alone(made, spoil, why):
         values[17] = spoil
     recording = replace(made.recording, pickoffs=(replace(pickoff, values=values),))
     found = without_dither(recording, ("x",), "fos")
-    np.testing.assert_array_equal(found.recording.gyro("x").values, recording.gyro("x").values)
+    np.testing.assert_array_equal(found.gyro("x").values, recording.gyro("x").values)
     (note,) = found.notes
     assert why in note.text
     assert note.level == "warning"
@@ -90,5 +89,5 @@ def test_a_gyro_of_rates_is_stripped_as_one_of_angles(made):
     of_rate = replace(x, kind="rate", shown_in="deg/s", values=steps * recording.sample_rate)
     same = without_dither(replace(recording, gyros=(of_rate, *recording.gyros[1:])), ("x",), "fos")
     angles = without_dither(recording, ("x",), "fos")
-    difference = same.recording.gyro("x").values - angles.recording.gyro("x").values
+    difference = same.gyro("x").values - angles.gyro("x").values
     assert np.ptp(difference) < 1e-4 * ARCSECOND

@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from sagnac.analysis.averaged import Headline
 from sagnac.analysis.encoder import of_both_alike
-from sagnac.analysis.headline import Headline
 from sagnac.analysis.measurement import Measurement
 from sagnac.noise.estimates import Estimate
 

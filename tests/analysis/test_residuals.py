@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 
-from sagnac.analysis.measurement import Measurement
 from sagnac.analysis.removal import Remainder
 from sagnac.analysis.spectra import figure_spectrum, residual_of
 from sagnac.core import arrays
@@ -18,10 +17,6 @@ def left_of(angle, **changes):
     return Remainder(removal=removal, rate=RATE, **changes)
 
 
-def measured_of(angle):
-    return Measurement(channel="x", angle=angle, gyros=("x",), sample_rate=RATE)
-
-
 def turning():
     """Twenty turns, an order 7 of 3e-6 rad in the angle before, a drift of 1e-8 rad/s^2 after."""
     time = np.arange(SAMPLES) / RATE
@@ -31,7 +26,7 @@ def turning():
 
 def test_the_rate_against_time():
     time, _, _, after = turning()
-    found = residual_of(measured_of(after), left_of(after), None)
+    found = residual_of(after, left_of(after), None)
     assert found.by_angle is None
     assert found.rate == pytest.approx(1e-8 * (found.time - time.mean()), abs=1e-10)
 
@@ -40,7 +35,7 @@ def test_an_order_stands_where_it_was_put(monkeypatch):
     _, table, before, after = turning()
     # Blocks much shorter than the record, so that steps between them count too.
     monkeypatch.setattr(arrays, "BLOCK", 777)
-    turn = residual_of(measured_of(before), left_of(after), table).by_angle
+    turn = residual_of(before, left_of(after), table).by_angle
     # Rate amplitude: that of the angle times 7 and the rate of the table, less what a sector of
     # the turn averages out.
     width = 2.0 * np.pi / 256
@@ -56,9 +51,9 @@ def test_an_order_stands_where_it_was_put(monkeypatch):
 def test_too_few_turns_or_one_angle_a_turn_have_no_mean():
     _, table, before, after = turning()
     few = table[:20_000]
-    assert residual_of(measured_of(before[:20_000]), left_of(after[:20_000]), few).by_angle is None
+    assert residual_of(before[:20_000], left_of(after[:20_000]), few).by_angle is None
     once = left_of(after, once_a_turn=True)
-    assert residual_of(measured_of(before), once, table).by_angle is None
+    assert residual_of(before, once, table).by_angle is None
 
 
 def test_a_strong_line_does_not_lift_the_floor_of_the_figures_spectrum():

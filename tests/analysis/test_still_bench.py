@@ -3,9 +3,8 @@
 import numpy as np
 import pytest
 
-from sagnac.analysis.pipeline import analyze
+from sagnac.analysis.pipeline import analyze, at_rest
 from sagnac.analysis.settings import Settings
-from sagnac.analysis.still_bench import at_rest
 from sagnac.core.errors import RecordingError
 from sagnac.recording.model import Channel, Recording
 

@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 
 import sagnac
-from sagnac.analysis.measurement import Measurement
+from sagnac.analysis.measurement import Measurement, TurningTable, settled
 from sagnac.analysis.result import Analysis
-from sagnac.analysis.table_angle import TurningTable, settled
 from sagnac.table.estimate import Delay, EstimatedTable
 from tests.second_rig import Bench, simulate
 

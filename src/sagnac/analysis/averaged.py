@@ -7,12 +7,12 @@ from typing import Final
 import numpy as np
 
 from sagnac.analysis.corrections import WarmUp, find_warm_up, without_warm_up
-from sagnac.analysis.curves import Coefficients, Points
+from sagnac.analysis.evidence import Bands, Coefficients, Points
 from sagnac.analysis.parts import Parts, Reading, over_parts, reading_in_band, walk_in_band
 from sagnac.core.arrays import FloatArray, differences, extent
-from sagnac.core.errors import RecordingError
+from sagnac.core.errors import Note, RecordingError
 from sagnac.noise.bounds import Hump, RollOff, hump_above, roll_off
-from sagnac.noise.estimates import Interval
+from sagnac.noise.estimates import Estimate, Interval
 from sagnac.noise.fit import likelihood_fit
 from sagnac.noise.laws import SLOW_NAMES
 from sagnac.noise.model_average import Average, ModelChoice, average
@@ -31,35 +31,6 @@ _REACHED: Final = 0.79
 _SLOW_RATE: Final = 10.0
 _SLOW_ANGLES: Final = 2048.0
 
-Bands = tuple[tuple[float, float], ...]
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Cleaned:
-    """Angle increments without spikes and warm-up.
-
-    Attributes
-    ----------
-    increments
-        (samples,) rad.
-    rate
-        Hz.
-    spikes
-        What was replaced; None if there are too few samples to tell.
-    warm_up
-        What was taken off; None if nothing settles.
-    """
-
-    increments: FloatArray
-    rate: float
-    spikes: Spikes | None = None
-    warm_up: WarmUp | None = None
-
-    @property
-    def is_changed(self) -> bool:
-        """Whether anything was replaced or taken off."""
-        return self.warm_up is not None or (self.spikes is not None and self.spikes.index.size > 0)
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Averaged:
@@ -67,8 +38,14 @@ class Averaged:
 
     Attributes
     ----------
-    cleaned
-        The increments that it is of.
+    points
+        The angles that it is of.
+    increments
+        Their increments, rad, without spikes and warm-up.
+    spikes
+        What was replaced; None if there are too few samples to tell.
+    warm_up
+        What was taken off; None if nothing settles.
     levels
         Of their spectrum.
     average
@@ -87,7 +64,10 @@ class Averaged:
         N over parts; None if the whole does not show it.
     """
 
-    cleaned: Cleaned
+    points: Points
+    increments: FloatArray
+    spikes: Spikes | None
+    warm_up: WarmUp | None
     levels: Levels
     average: Average
     coefficients: Coefficients
@@ -98,29 +78,42 @@ class Averaged:
     parts: Parts | None = None
 
     @property
+    def is_changed(self) -> bool:
+        """Whether a spike was replaced or a warm-up taken off."""
+        return self.warm_up is not None or (self.spikes is not None and self.spikes.index.size > 0)
+
+    @property
     def changes(self) -> bool:
         """Whether N over parts differs by more than chance."""
         return self.parts is not None and not self.parts.agree
 
 
-def completed(found: Averaged) -> Averaged:
-    """The spectrum with B and K of the lowest frequencies, N over parts, and a hump."""
-    found = _with_slow_terms(found)
-    return replace(found, hump=_hump(found), parts=_parts(found))
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Headline:
+    """The answer.
 
+    Attributes
+    ----------
+    estimate
+        Angle random walk of one gyro, rad/sqrt(s).
+    source
+        What it rests on, in words.
+    notes
+        Why it is no more than a bound.
+    found
+        The spectrum that was read for it; None if none was.
+    by_encoder
+        Whether what is left of one gyro is the encoder's rather than its own.
+    findings
+        What was noticed beside the noise.
+    """
 
-def _hump(basis: Averaged) -> Hump | None:
-    """The hump above the band of an estimate."""
-    walk, choice = basis.average.angle_random_walk, basis.average.rests_on
-    if walk.status != "estimated" or not choice.terms:
-        return None
-    return hump_above(basis.levels, choice.band_hz, walk.value)
-
-
-def roll_off_of(points: Points) -> RollOff:
-    """Where the spectrum of some angles begins to be lowered; nowhere if there are too few."""
-    levels = levels_of(differences(points.angle), points.rate, ())
-    return RollOff() if levels is None else roll_off(levels)
+    estimate: Estimate
+    source: str
+    notes: tuple[Note, ...] = ()
+    found: Averaged | None = None
+    by_encoder: bool = False
+    findings: tuple[Note, ...] = ()
 
 
 def levels_of(increments: FloatArray, rate: float, masked: Bands) -> Levels | None:
@@ -135,53 +128,60 @@ def levels_of(increments: FloatArray, rate: float, masked: Bands) -> Levels | No
     return levels if levels.level.size >= _LEAST_BINS else None
 
 
-def clean(points: Points) -> Cleaned:
-    """Increments of some angles without spikes and without warm-up."""
-    increments, rate = differences(points.angle), points.rate
-    spikes = None
-    if increments.size >= LEAST_FOR_SPIKES:
-        spikes = find_spikes(increments, sample_rate=rate)
-        if spikes.index.size:
-            increments = without_spikes(increments, spikes)
-    warm_up = find_warm_up(increments, sample_rate=rate)
-    if warm_up is not None:
-        increments = without_warm_up(increments, warm_up, sample_rate=rate)
-    return Cleaned(increments=increments, rate=rate, spikes=spikes, warm_up=warm_up)
-
-
-def uncleaned(points: Points) -> Cleaned:
-    """Increments of some angles as they are."""
-    return Cleaned(increments=differences(points.angle), rate=points.rate)
+def roll_off_of(points: Points) -> RollOff:
+    """Where the spectrum of some angles begins to be lowered; nowhere if there are too few."""
+    levels = levels_of(differences(points.angle), points.rate, ())
+    return RollOff() if levels is None else roll_off(levels)
 
 
 def spectrum_of(
-    cleaned: Cleaned, coefficients: Coefficients, *, masked: Bands, confidence: float
+    points: Points,
+    coefficients: Coefficients,
+    *,
+    masked: Bands,
+    confidence: float,
+    as_they_are: bool = False,
 ) -> Averaged | None:
-    """Levels of increments and their average; None if there is nothing to level.
+    """Levels of the increments of angles and their average; None if there is nothing to level.
 
     Parameters
     ----------
-    cleaned
-        Increments.
+    points
+        Angles.
     coefficients
         The fits beside them.
     masked
         (low, high) bands to leave out, Hz.
     confidence
         Of the intervals.
+    as_they_are
+        Whether spikes and a warm-up stay in.
     """
-    levels = levels_of(cleaned.increments, cleaned.rate, masked)
+    increments, rate = differences(points.angle), points.rate
+    spikes = warm_up = None
+    if not as_they_are:
+        if increments.size >= LEAST_FOR_SPIKES:
+            spikes = find_spikes(increments, sample_rate=rate)
+            if spikes.index.size:
+                increments = without_spikes(increments, spikes)
+        warm_up = find_warm_up(increments, sample_rate=rate)
+        if warm_up is not None:
+            increments = without_warm_up(increments, warm_up, sample_rate=rate)
+    levels = levels_of(increments, rate, masked)
     if levels is None:
         return None
     ramp = rate_ramp(
-        cleaned.increments,
-        sample_rate=cleaned.rate,
+        increments,
+        sample_rate=rate,
         masked=masked,
-        settling=None if cleaned.warm_up is None else cleaned.warm_up.time,
+        settling=None if warm_up is None else warm_up.time,
         confidence=confidence,
     )
     return Averaged(
-        cleaned=cleaned,
+        points=points,
+        increments=increments,
+        spikes=spikes,
+        warm_up=warm_up,
         levels=levels,
         average=average(levels, confidence=confidence, ramp=ramp),
         coefficients=coefficients,
@@ -191,26 +191,33 @@ def spectrum_of(
     )
 
 
-def _with_slow_terms(basis: Averaged) -> Averaged:
+def completed(found: Averaged) -> Averaged:
+    """The spectrum with B and K of the lowest frequencies, N over parts, and a hump."""
+    walk, choice = found.average.angle_random_walk, found.average.rests_on
+    if walk.status != "estimated":
+        return found
+    if choice.member != "whole band":
+        found = replace(found, average=_with_slow_terms(found))
+        walk, choice = found.average.angle_random_walk, found.average.rests_on
+    hump = hump_above(found.levels, choice.band_hz, walk.value) if choice.terms else None
+    return replace(found, hump=hump, parts=_parts(found))
+
+
+def _with_slow_terms(basis: Averaged) -> Average:
     """B and K of an average by the likelihood of angles farther apart.
 
     The average of every sample sees the lowest frequencies in a few levels only, and its band ends
     below a low-pass or a hump. The angles are taken so far apart, and the top of their band is left
     out, that hardly anything above the band of the average folds into it.
     """
-    walk, choice = basis.average.angle_random_walk, basis.average.rests_on
-    if walk.status != "estimated" or choice.member == "whole band":
-        return basis
-    increments, rate = basis.cleaned.increments, basis.cleaned.rate
+    choice, increments, rate = basis.average.rests_on, basis.increments, basis.points.rate
     wanted = max(_SLOW_RATE, _SLOW_ANGLES * rate / increments.size)
     step = math.ceil(rate / min(wanted, 0.5 * choice.band_hz[1]))
-    edges = step * np.arange(increments.size // step + 1)
-    sums = bin_sums(increments, edges)
     # Fitted where it is not seen, Q would take from N what a low-pass takes.
     quantization = tuple(name for name in choice.terms if name == "quantization")
     try:
         fit = likelihood_fit(
-            sums,
+            bin_sums(increments, step * np.arange(increments.size // step + 1)),
             kind="increment",
             sample_rate=rate / step,
             confidence=basis.confidence,
@@ -219,10 +226,10 @@ def _with_slow_terms(basis: Averaged) -> Averaged:
             terms=(*quantization, "angle_random_walk", *SLOW_NAMES),
         )
     except RecordingError:
-        return basis
-    if not levels_bear_out(basis.levels, fit, walk):
-        return basis
-    return replace(basis, average=with_slow_terms(basis.average, fit))
+        return basis.average
+    if not levels_bear_out(basis.levels, fit, basis.average.angle_random_walk):
+        return basis.average
+    return with_slow_terms(basis.average, fit)
 
 
 def reaches(choice: ModelChoice, highest: float) -> bool:
@@ -230,12 +237,10 @@ def reaches(choice: ModelChoice, highest: float) -> bool:
     return choice.band_hz[1] >= _REACHED * highest
 
 
-def _parts(basis: Averaged) -> Parts | None:
+def _parts(basis: Averaged) -> Parts:
     """N over parts, by the band and terms that the average rests on."""
     choice, walk = basis.average.rests_on, basis.average.angle_random_walk
-    if walk.status != "estimated":
-        return None
-    rate, confidence = basis.cleaned.rate, basis.confidence
+    rate, confidence = basis.points.rate, basis.confidence
 
     def read(increments: FloatArray) -> Reading | None:
         levels = levels_of(increments, rate, basis.masked)
@@ -250,7 +255,7 @@ def _parts(basis: Averaged) -> Parts | None:
         return reading_in_band(levels, choice, confidence)
 
     return over_parts(
-        basis.cleaned.increments,
+        basis.increments,
         sample_rate=rate,
         read=read,
         whole=Interval(value=walk.value, low=walk.low, high=walk.high),

@@ -11,9 +11,8 @@ A warm-up is an exponential beside a straight line, in white noise and a random 
 """
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Final, NamedTuple
 
 import numpy as np
 from scipy.linalg import cho_solve
@@ -24,7 +23,7 @@ from sagnac.core.arrays import FloatArray, blocks, empty, extent, mean
 from sagnac.core.errors import Note, RecordingError
 from sagnac.core.units import ARCSECOND, SENSED, UNITS, field_unit
 from sagnac.lines.stripping import stripped
-from sagnac.recording.channel import Channel, Pickoff, angle_of
+from sagnac.recording.channel import Channel, angle_of
 from sagnac.recording.model import Recording
 from sagnac.table.kinematics import averages_of
 
@@ -32,15 +31,7 @@ if TYPE_CHECKING:
     from scipy.interpolate import BSpline
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Undithered:
-    """A recording whose gyros are stripped, as angles, and what was taken."""
-
-    recording: Recording
-    notes: tuple[Note, ...] = ()
-
-
-def without_dither(recording: Recording, gyros: tuple[str, ...], method: Method) -> Undithered:
+def without_dither(recording: Recording, gyros: tuple[str, ...], method: Method) -> Recording:
     """Strip the gyros asked for by their pick-offs; with the method ``none`` nothing is taken.
 
     A pick-off that is not whole or does not move is left alone, with a note.
@@ -53,42 +44,41 @@ def without_dither(recording: Recording, gyros: tuple[str, ...], method: Method)
         Names.
     method
         How periodic parts are removed.
+
+    Returns
+    -------
+    Recording
+        With a note on what was taken; stripped gyros are angles.
     """
-    if method == "none":
-        return Undithered(recording=recording)
+    used = [pickoff for pickoff in recording.pickoffs if pickoff.gyro in gyros]
+    if method == "none" or not used:
+        return recording
     channels = {channel.name: channel for channel in recording.gyros}
     notes = []
-    for pickoff in recording.pickoffs:
-        if pickoff.gyro not in gyros:
-            continue
-        why = _unusable(pickoff)
+    for pickoff in used:
+        gyro = channels[pickoff.gyro]
+        why = _unusable(pickoff.values)
         if why:
             text = f"its pick-off {why} and is not used: dither stays in the angle"
-            notes.append(Note(level="warning", channel=pickoff.gyro, text=text))
+            notes.append(Note(level="warning", channel=gyro.name, text=text))
             continue
-        gyro = channels[pickoff.gyro]
-        found = stripped(angle_of(gyro, recording.sample_rate), pickoff.values)
+        left = stripped(angle_of(gyro, recording.sample_rate), pickoff.values)
         channels[gyro.name] = Channel(
-            name=gyro.name, kind="angle", shown_in="arcsec", values=found.angle, sensor=gyro.sensor
+            name=gyro.name, kind="angle", shown_in="arcsec", values=left.angle, sensor=gyro.sensor
         )
         text = (
-            f"{found.taken / ARCSECOND:.3g} arcsec rms that follows its pick-off was taken out of "
+            f"{left.taken / ARCSECOND:.3g} arcsec rms that follows its pick-off was taken out of "
             "the angle: dither that the gyro's own stripping left"
         )
         notes.append(Note(channel=gyro.name, text=text))
-    if not notes:
-        return Undithered(recording=recording)
-    return Undithered(
-        recording=replace(recording, gyros=tuple(channels.values())), notes=tuple(notes)
-    )
+    return replace(recording, gyros=tuple(channels.values()), notes=(*recording.notes, *notes))
 
 
-def _unusable(pickoff: Pickoff) -> str:
+def _unusable(pickoff: FloatArray) -> str:
     """Why a pick-off cannot be used; empty if it can."""
-    values = pickoff.values
-    if not math.isfinite(mean(values)):
+    if not math.isfinite(mean(pickoff)):
         return "has samples that are missing or infinite"
-    low, high = extent(values)
+    low, high = extent(pickoff)
     return "does not move" if low == high else ""
 
 
@@ -128,8 +118,8 @@ class ThermalDrift:
     deviation: float
 
 
-def without_temperature(recording: Recording, names: tuple[str, ...]) -> Undithered:
-    """Sensors without the drift that follows the temperature, and what it was.
+def without_temperature(recording: Recording, names: tuple[str, ...]) -> Recording:
+    """Sensors without the drift that follows the temperature, with a note on what it was.
 
     Parameters
     ----------
@@ -145,31 +135,21 @@ def without_temperature(recording: Recording, names: tuple[str, ...]) -> Undithe
         is too short.
     """
     temperature = recording.temperature
+    problem = channel = ""
     if temperature is None:
-        raise RecordingError(
-            "has no column of temperature",
-            path=recording.path,
-            remedy="name it ({columns temperature=COLUMN}), or leave out {covariates}",
-        )
-    if recording.table is not None:
-        raise RecordingError(
-            "temperature cannot be told from the motion of a table in the rate of one gyro",
-            path=recording.path,
-            remedy="leave out {covariates}, or take a recording at rest",
-        )
-    if recording.samples < _LEAST_SAMPLES:
-        raise RecordingError(
-            f"{recording.samples} samples are too few for what temperature does",
-            path=recording.path,
-            remedy=f"give {_LEAST_SAMPLES} or more, or leave out {{covariates}}",
-        )
-    if not math.isfinite(mean(temperature)):
-        raise RecordingError(
-            "has samples that are missing or infinite",
-            path=recording.path,
-            channel="temperature",
-            remedy="leave out {covariates}, or take a whole stretch with {slice START:STOP}",
-        )
+        problem = "has no column of temperature"
+        remedy = "name it ({columns temperature=COLUMN}), or leave out {covariates}"
+    elif recording.table is not None:
+        problem = "temperature cannot be told from the motion of a table in the rate of one gyro"
+        remedy = "leave out {covariates}, or take a recording at rest"
+    elif recording.samples < _LEAST_SAMPLES:
+        problem = f"{recording.samples} samples are too few for what temperature does"
+        remedy = f"give {_LEAST_SAMPLES} or more, or leave out {{covariates}}"
+    elif not math.isfinite(mean(temperature)):
+        problem, channel = "has samples that are missing or infinite", "temperature"
+        remedy = "leave out {covariates}, or take a whole stretch with {slice START:STOP}"
+    if temperature is None or problem:
+        raise RecordingError(problem, path=recording.path, channel=channel, remedy=remedy)
     gyros, notes = [], []
     for gyro in recording.gyros:
         if gyro.name not in names:
@@ -178,7 +158,7 @@ def without_temperature(recording: Recording, names: tuple[str, ...]) -> Undithe
         drift = thermal_drift(gyro, temperature, recording.sample_rate)
         notes.append(_note(gyro, drift, temperature))
         gyros.append(gyro if drift is None else _corrected(gyro, drift, recording.sample_rate))
-    return Undithered(recording=replace(recording, gyros=tuple(gyros)), notes=tuple(notes))
+    return replace(recording, gyros=tuple(gyros), notes=(*recording.notes, *notes))
 
 
 def thermal_drift(
@@ -210,19 +190,23 @@ def thermal_drift(
     from scipy.interpolate import make_interp_spline  # noqa: PLC0415
 
     columns = np.stack([level, level**2, np.gradient(level, width)], axis=1)
-    taken = _seen(rates, columns)
+    # The least seen of the terms is left out until all are seen.
+    taken = [place for place in range(columns.shape[1]) if np.ptp(columns[:, place]) > 0.0]
+    fit = _fitted(rates, columns[:, taken])
+    while taken and not (ratios := np.abs(fit.values) / fit.errors).min() > _SEEN:
+        taken.pop(int(np.argmin(ratios)))
+        fit = _fitted(rates, columns[:, taken])
     if not taken:
         return None
-    found = _fitted(rates, columns[:, taken])
     coefficients, errors = np.zeros(3), np.zeros(3)
-    coefficients[taken], errors[taken] = found.values, found.errors
+    coefficients[taken], errors[taken] = fit.values, fit.errors
     drift = columns @ coefficients
     times = (edges[:-1] + 0.5 * size + 0.5) / sample_rate
     return ThermalDrift(
         coefficients=coefficients,
         errors=errors,
         temperature=centre,
-        walk=found.walk / math.sqrt(width),
+        walk=fit.walk / math.sqrt(width),
         walk_before=_fitted(rates, columns[:, :0]).walk / math.sqrt(width),
         rate=make_interp_spline(times, drift - drift.mean(), k=1),
         deviation=float(drift.std()),
@@ -237,18 +221,6 @@ class _Fit:
     errors: FloatArray
     walk: float
     likelihood: float
-
-
-def _seen(rates: FloatArray, columns: FloatArray) -> list[int]:
-    """Which columns are seen: the least seen is left out until all are."""
-    taken = [place for place in range(columns.shape[1]) if np.ptp(columns[:, place]) > 0.0]
-    while taken:
-        found = _fitted(rates, columns[:, taken])
-        ratios = np.abs(found.values) / found.errors
-        if ratios.min() > _SEEN:
-            break
-        taken.pop(int(np.argmin(ratios)))
-    return taken
 
 
 def _fitted(rates: FloatArray, columns: FloatArray) -> _Fit:
@@ -324,7 +296,7 @@ def _in_words(drift: ThermalDrift, size: float) -> str:
         f"(T - {drift.temperature:.4g})^2",
         "dT/dt per s",
     )
-    shown: Sequence[str] = [
+    shown = [
         f"({value / size:.3g} +- {error / size:.1g}) {name}"
         for value, error, name in zip(drift.coefficients, drift.errors, names, strict=True)
         if error > 0.0
@@ -393,7 +365,7 @@ def find_warm_up(increments: FloatArray, *, sample_rate: float) -> WarmUp | None
         white = max(-beside, 0.0)
         walk = max(variance - 2.0 * white, 0.02 * variance / _WARM_UP_MEANS)
         best = _settling(means, time, constants, _walk_precision(white, walk))
-    if best.statistic < _WARM:
+    if not best.statistic >= _WARM:
         return None
     return WarmUp(
         rate=best.rate,
@@ -402,8 +374,7 @@ def find_warm_up(increments: FloatArray, *, sample_rate: float) -> WarmUp | None
     )
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class _Settling:
+class _Settling(NamedTuple):
     """An exponential beside a line: squared significance, constant (s) and rate (rad/s)."""
 
     statistic: float
@@ -424,19 +395,17 @@ def _settling(
     means: FloatArray, time: FloatArray, constants: FloatArray, precision: FloatArray
 ) -> _Settling:
     """The best exponential beside a line."""
-    best = _Settling(statistic=0.0, constant=float(constants[0]), rate=0.0)
+    fits = [_Settling(statistic=0.0, constant=float(constants[0]), rate=0.0)]
+    line = np.stack([np.ones(time.size), time / time[-1] - 0.5], axis=1)
     for constant in constants:
-        basis = np.stack(
-            [np.exp(-time / constant), np.ones(time.size), time / time[-1] - 0.5], axis=1
-        )
+        basis = np.column_stack([np.exp(-time / constant), line])
         information = np.linalg.inv(basis.T @ precision @ basis)
         answer = information @ (basis.T @ precision @ means)
         rest = means - basis @ answer
         scatter = float(rest @ precision @ rest) / (time.size - 4)
         statistic = float(answer[0]) ** 2 / (scatter * float(information[0, 0]))
-        if statistic > best.statistic:
-            best = _Settling(statistic=statistic, constant=float(constant), rate=float(answer[0]))
-    return best
+        fits.append(_Settling(statistic, float(constant), float(answer[0])))
+    return max(fits, key=lambda fit: fit.statistic)
 
 
 def without_warm_up(increments: FloatArray, warm_up: WarmUp, *, sample_rate: float) -> FloatArray:

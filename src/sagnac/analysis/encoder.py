@@ -1,4 +1,4 @@
-"""How far the encoder of a turning table decides an answer.
+"""How the encoder of a turning table, and noise that two gyros share, change an answer.
 
 A pair whose weights are unlike holds no table motion, but is not the plain mean of the two.
 
@@ -10,10 +10,12 @@ noise of either.
 What is measured holds the encoder's noise by its share of the table. It is white noise of the
 angle, a Q, and hides N from some frequency on. What the spectrum tells of N with that Q and without
 it (Whittle's information) says what a better latch would bring.
+
+Noise that two gyros share does not show in their difference. Their cross spectrum tells of it.
 """
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import replace
 from typing import Final
 
@@ -21,23 +23,47 @@ import numpy as np
 from scipy.optimize import brentq
 from scipy.special import ndtr, ndtri
 
-from sagnac.analysis.averaged import Averaged
-from sagnac.analysis.common_noise import shared_walk
-from sagnac.analysis.headline import Headline
-from sagnac.analysis.measurement import Measurement
-from sagnac.analysis.table_angle import ALIKE, TurningTable
+from sagnac.analysis.averaged import Averaged, Headline
+from sagnac.analysis.evidence import Evidence
+from sagnac.analysis.measurement import ALIKE, Measurement, measure
 from sagnac.core.arrays import FloatArray, blocks
 from sagnac.core.errors import Note, rounded
+from sagnac.noise.common_walk import CommonWalk, common_walk, differenced_factor
 from sagnac.noise.estimates import Estimate
 from sagnac.noise.lowest_ordinates import LEAST_AVERAGES, highest_walk
 from sagnac.quality.encoder_faults import LEAST_SHARE, table_share
-from sagnac.recording.channel import PAIR_SIZE
-from sagnac.recording.model import Recording
-from sagnac.table.kinematics import averages_of
-from sagnac.table.turns import mean_rate
+from sagnac.recording.channel import PAIR_SIZE, angle_of
+from sagnac.table.kinematics import (
+    Kinematics,
+    averages_of,
+    block_averages,
+    block_gain,
+    harmonic_sum,
+    kinematics,
+)
+from sagnac.table.motion import follow_table_together
+from sagnac.table.turns import FEW_TURNS, full_turns, mean_rate
 
 # Standard errors beyond which nothing lies.
 _FAR: Final = 20.0
+
+
+def with_encoder(
+    headline: Headline, evidence: Evidence, pair: Callable[[str], Estimate]
+) -> Headline:
+    """The answer with what the encoder may have added to it or hides.
+
+    Parameters
+    ----------
+    headline, evidence
+        As the spectrum was read.
+    pair
+        Angle random walk per gyro of the one that is measured and another one, by that one's name.
+    """
+    if evidence.table.estimate is not None and not evidence.measured.is_pair:
+        headline = _of_one(headline, evidence, pair)
+    answer = of_both_alike(evidence.measured, headline)
+    return _with_latch_note(answer, headline.estimate, evidence)
 
 
 def of_both_alike(measured: Measurement, read: Headline) -> Headline:
@@ -57,10 +83,9 @@ def of_both_alike(measured: Measurement, read: Headline) -> Headline:
         The answer.
     """
     least, most = sorted(abs(weight) for weight in measured.weights)
-    estimate = read.estimate
+    estimate, notes = read.estimate, read.notes
     if least == most or estimate.status == "not observable":
         return read
-    notes = read.notes
     if not (ALIKE[0] < least and most < ALIKE[1]):
         first, second = measured.gyros
         note = Note(
@@ -71,8 +96,7 @@ def of_both_alike(measured: Measurement, read: Headline) -> Headline:
         )
         notes = (*notes, note)
     if estimate.status != "estimated":
-        high = estimate.high / least
-        return replace(read, estimate=replace(estimate, value=high, high=high), notes=notes)
+        return replace(read, estimate=_bound(estimate, estimate.high / least), notes=notes)
     part = _part_of_errors(estimate, math.log(most / least))
     low = estimate.value / most * (estimate.low / estimate.value) ** part
     high = estimate.value / least * (estimate.high / estimate.value) ** part
@@ -92,6 +116,12 @@ def _part_of_errors(estimate: Estimate, apart: float) -> float:
     return max(0.0, float(brentq(beyond, -_FAR, _FAR))) / usual
 
 
+def _bound(estimate: Estimate, high: float) -> Estimate:
+    return replace(estimate, value=high, low=0.0, high=high, status="upper bound")
+
+
+# ---- one gyro beside its encoder ---------------------------------------------------------
+
 # Rms s by which the time of an encoder's readings may wander unseen in half an hour.
 _WANDERS: Final = 100e-6
 
@@ -100,166 +130,117 @@ WANDER: Final = _WANDERS / math.sqrt(1800.0)
 
 # Part of N that it may make up in an estimate.
 _UNSEEN: Final = 0.3
-
-
-def answer_of_one(
-    headline: Headline,
-    measured: Measurement,
-    recording: Recording,
-    table: TurningTable,
-    *,
-    masked: Sequence[tuple[float, float]],
-    levels: Estimate | None,
-    residual: FloatArray | None,
-    pair: Callable[[str], Estimate],
-    doubted: bool = False,
-) -> Headline:
-    """The answer of one gyro with what its encoder may have added.
-
-    Parameters
-    ----------
-    headline
-        Of the gyro with the encoder's readings taken off.
-    measured, recording, table
-        The gyro, its recording and the table.
-    masked
-        (low, high) bands of its lines, Hz.
-    levels
-        What the levels of its spectrum say of it; None if they are not to be trusted.
-    residual
-        (samples,) rad that removal left of it; None if it is not to be trusted.
-    pair
-        Angle random walk per gyro of this gyro and another one, by that one's name.
-    doubted
-        Whether a finding says that the encoder errs by more than noise.
-    """
-    other = _other(measured, recording)
-    two = None if other is None else pair(other)
-    if other is None or two is None or two.status == "not observable":
-        answer = _lone(headline, measured, table, levels, doubted=doubted)
-        return _lowered(answer, measured, table, residual, masked)
-    own, shown = headline.estimate, PAIR_SIZE * two.high
-    shared = shared_walk(
-        recording, (measured.gyros[0], other), table, masked=masked, confidence=own.confidence
-    )
-    if own.status == "estimated" and own.low < shown and shared and not shared.is_present:
-        low = math.sqrt(max(own.low**2 - max(shared.high, 0.0), 0.0))
-        if low > 0.0:
-            return replace(headline, estimate=replace(own, low=low))
-    # All of what the two hold may be the noise of one, whose weight is one within their shares.
-    high = shown if own.status == "not observable" else min(shown, own.high)
-    bound = replace(own, value=high, low=0.0, high=high, status="upper bound")
-    name = measured.gyros[0]
-    seen = shared is not None and shared.low > 0.0
-    why = f"{other} shows the same wander" if seen else "it hides the gyro's noise"
-    note = Note(
-        channel=name,
-        level="warning",
-        text=f"the encoder decides what {name} alone can show: {why}; the "
-        f"bound is of {name} and {other} together, which take the table out by "
-        "themselves (name both with {gyros})",
-    )
-    source = f"{name} and {other} together, all of whose noise may be that of {name}"
-    return Headline(estimate=bound, source=source, notes=(*headline.notes, note), by_encoder=True)
-
-
-def _other(measured: Measurement, recording: Recording) -> str | None:
-    """Another gyro that senses the table, the first there is."""
-    for gyro in recording.gyros:
-        if gyro.name not in measured.gyros and abs(table_share(recording, gyro)) > LEAST_SHARE:
-            return gyro.name
-    return None
-
-
-def _lone(
-    headline: Headline,
-    measured: Measurement,
-    table: TurningTable,
-    levels: Estimate | None,
-    *,
-    doubted: bool,
-) -> Headline:
-    """Without a second gyro: the wander that no one sees is part of the answer."""
-    own = headline.estimate
-    lowest = levels if levels is not None and levels.status == "upper bound" else own
-    if own.status == "upper bound" and lowest.value < own.value:
-        # The curve is of points, in each of which the noise of a reading stands in full.
-        source = f"the spectrum of {measured.channel} below its roll-off"
-        headline = replace(headline, estimate=lowest, source=source)
-    own, name = headline.estimate, measured.gyros[0]
-    known, estimate = table.known, table.estimate
-    if known is None or estimate is None:
-        return headline
-    if own.status != "estimated":
-        if not estimate.smoothed:
-            return headline
-        note = Note(
-            channel=name,
-            level="warning",
-            text=f"the encoder decides what {name} can show: its noise lies above the gyro's, and "
-            "no second gyro on the table takes it out; record one, or latch the encoder with the "
-            "gyros",
-        )
-        return replace(headline, notes=(*headline.notes, note), by_encoder=True)
-    if doubted:
-        bound = replace(own, value=own.high, low=0.0, status="upper bound")
-        return replace(headline, estimate=bound, by_encoder=True)
-    unseen = abs(table.shares[name] * mean_rate(known, measured.sample_rate)) * WANDER
-    if unseen < _UNSEEN * own.low:
-        low = math.sqrt(own.low**2 - unseen**2)
-        return replace(headline, estimate=replace(own, low=low))
-    bound = replace(own, value=own.high, low=0.0, status="upper bound")
-    note = Note(
-        channel=name,
-        level="warning",
-        text=f"what {name} shows beside the encoder may be the encoder's: readings whose time "
-        f"wanders by {1e6 * _WANDERS:g} us in half an hour make as much, and no second gyro on the "
-        "table tells; "
-        f"only an upper bound is given (if the encoder adds nothing, {name} has "
-        f"{own.to('deg/sqrt(h)')})",
-    )
-    return replace(headline, estimate=bound, notes=(*headline.notes, note), by_encoder=True)
-
-
 # Averages of a record: enough for its lowest ordinates, and few in a record of any length.
 _AVERAGES: Final = 2 * LEAST_AVERAGES
 
 
-def _lowered(
-    answer: Headline,
-    measured: Measurement,
-    table: TurningTable,
-    residual: FloatArray | None,
-    masked: Sequence[tuple[float, float]],
-) -> Headline:
+def _of_one(headline: Headline, evidence: Evidence, pair: Callable[[str], Estimate]) -> Headline:
+    """The answer of one gyro; another one on the table tells what its encoder adds, if there is."""
+    recording, name, own = evidence.corrected, evidence.measured.gyros[0], headline.estimate
+    others = (
+        gyro.name
+        for gyro in recording.gyros
+        if gyro.name != name and abs(table_share(recording, gyro)) > LEAST_SHARE
+    )
+    other = next(others, None)
+    two = None if other is None else pair(other)
+    if other is None or two is None or two.status == "not observable":
+        return _lowered(_lone(headline, evidence), evidence)
+    # All of what the two hold may be the noise of one, whose weight is one within their shares.
+    shown = PAIR_SIZE * two.high
+    shared = shared_walk(evidence, (name, other))
+    if own.status == "estimated" and own.low < shown and shared and not shared.is_present:
+        low = math.sqrt(max(own.low**2 - max(shared.high, 0.0), 0.0))
+        if low > 0.0:
+            return replace(headline, estimate=replace(own, low=low))
+    high = shown if own.status == "not observable" else min(shown, own.high)
+    seen = shared is not None and shared.low > 0.0
+    why = f"{other} shows the same wander" if seen else "it hides the gyro's noise"
+    text = (
+        f"the encoder decides what {name} alone can show: {why}; the bound is of {name} and "
+        f"{other} together, which take the table out by themselves (name both with {{gyros}})"
+    )
+    return replace(
+        _decided_by_encoder(headline, name, text),
+        estimate=_bound(own, high),
+        source=f"{name} and {other} together, all of whose noise may be that of {name}",
+    )
+
+
+def _decided_by_encoder(headline: Headline, name: str, text: str) -> Headline:
+    note = Note(channel=name, level="warning", text=text)
+    return replace(headline, notes=(*headline.notes, note), by_encoder=True)
+
+
+def _lone(headline: Headline, evidence: Evidence) -> Headline:
+    """Without a second gyro: the wander that no one sees is part of the answer."""
+    own, found, table = headline.estimate, headline.found, evidence.table
+    name, known = evidence.measured.channel, table.known
+    levels = own if found is None else found.average.angle_random_walk
+    bounded = own.status == levels.status == "upper bound"
+    if bounded and levels.value < own.value:
+        # The curve is of points, in each of which the noise of a reading stands in full.
+        source = f"the spectrum of {name} below its roll-off"
+        headline, own = replace(headline, estimate=levels, source=source), levels
+    if known is None or table.estimate is None:
+        return headline
+    if own.status != "estimated":
+        if not table.estimate.smoothed:
+            return headline
+        text = (
+            f"the encoder decides what {name} can show: its noise lies above the gyro's, and "
+            "no second gyro on the table takes it out; record one, or latch the encoder with the "
+            "gyros"
+        )
+        return _decided_by_encoder(headline, name, text)
+    bound = _bound(own, own.high)
+    if ("encoder", "table", "warning") in {
+        (note.name, note.channel, note.level) for note in evidence.findings
+    }:
+        return replace(headline, estimate=bound, by_encoder=True)
+    rate = mean_rate(known, evidence.measured.sample_rate)
+    unseen = abs(table.shares[name] * rate) * WANDER
+    if unseen < _UNSEEN * own.low:
+        low = math.sqrt(own.low**2 - unseen**2)
+        return replace(headline, estimate=replace(own, low=low))
+    text = (
+        f"what {name} shows beside the encoder may be the encoder's: readings whose time "
+        f"wanders by {1e6 * _WANDERS:g} us in half an hour make as much, and no second gyro on the "
+        f"table tells; only an upper bound is given (if the encoder adds nothing, {name} has "
+        f"{own.to('deg/sqrt(h)')})"
+    )
+    return replace(_decided_by_encoder(headline, name, text), estimate=bound)
+
+
+def _lowered(answer: Headline, evidence: Evidence) -> Headline:
     """The answer, its bound lowered to what the lowest frequencies allow.
 
     The encoder's noise is least there. Beside N and white noise of the readings the residual may
     hold a drift, a part of the table's motion by an error of the share, and a part of its rate by a
     delay and a change of it.
     """
-    own, readings = answer.estimate, table.readings
-    if own.status == "estimated" or residual is None or readings is None:
-        return answer
+    own, readings, left = answer.estimate, evidence.table.readings, evidence.left
+    residual = left.removal.residual
     block = residual.size // _AVERAGES
-    if block == 0:
+    untrusted = left.once_a_turn or not left.is_finished
+    if own.status == "estimated" or readings is None or untrusted or block == 0:
         return answer
     averages, angle = averages_of(residual, block), averages_of(readings, block)
     rate = np.gradient(angle)
-    interval = block / measured.sample_rate
     highest = highest_walk(
         averages,
         np.stack([angle, rate, rate * np.linspace(-1.0, 1.0, rate.size)]),
-        interval=interval,
-        masked=masked,
+        interval=block / evidence.measured.sample_rate,
+        masked=evidence.masked,
         confidence=own.confidence,
     )
     if not highest < (own.value if own.status == "upper bound" else math.inf):
         return answer
-    bound = replace(own, value=highest, low=0.0, high=highest, status="upper bound")
-    source = f"the lowest frequencies of the spectrum of {measured.channel}"
-    return replace(answer, estimate=bound, source=source)
+    source = f"the lowest frequencies of the spectrum of {evidence.measured.channel}"
+    return replace(answer, estimate=_bound(own, highest), source=source)
 
+
+# ---- what a better latch would bring -----------------------------------------------------
 
 # Part of the interval that a better latch has to leave at the most to be worth a note.
 _WORTH: Final = 0.8
@@ -271,42 +252,23 @@ _THIRD: Final = 20.0
 _POINTS: Final = 2000
 
 
-def with_latch_note(
-    answer: Headline,
-    read: Estimate,
-    found: Averaged | None,
-    *,
-    measured: Measurement,
-    followed: Measurement,
-    table: TurningTable,
-) -> Headline:
+def _with_latch_note(answer: Headline, read: Estimate, evidence: Evidence) -> Headline:
     """An answer with a note if the encoder decides its interval.
 
-    Parameters
-    ----------
-    answer
-        Of one gyro.
-    read
-        The same without what unlike weights of a pair leave open.
-    found
-        The average that it rests on.
-    measured, followed
-        What is measured, per gyro, and without the table.
-    table
-        As the analysis uses it.
+    `read` is the estimate without what unlike weights of a pair leave open.
     """
-    estimate = answer.estimate
-    if estimate.status != "estimated" or found is None or table.angle is None:
+    estimate, table = answer.estimate, evidence.table.angle
+    if estimate.status != "estimated" or answer.found is None or table is None:
         return answer
     half, narrowed = _half(estimate), _half(read)
     if narrowed > _WORTH * half:
-        bound, without = _bounds(estimate.value, found, measured, followed, table)
+        bound, without = _bounds(estimate.value, answer.found, evidence, table)
         narrowed = half * without / bound if half < _ELSE * bound else half
     # Else two gyros have unlike shares, and their difference would need the encoder.
     if narrowed > _WORTH * half:
         return answer
     note = Note(
-        channel=followed.channel,
+        channel=evidence.measured.channel,
         text="the noise of the encoder decides the interval: latched with the gyros, it would "
         f"narrow it from ± {rounded(100.0 * half)} % to about ± {rounded(100.0 * narrowed)} %",
     )
@@ -314,22 +276,18 @@ def with_latch_note(
 
 
 def _bounds(
-    walk: float,
-    found: Averaged,
-    measured: Measurement,
-    followed: Measurement,
-    table: TurningTable,
+    walk: float, found: Averaged, evidence: Evidence, table: FloatArray
 ) -> tuple[float, float]:
     """Half intervals that no estimate beats, with the noise of the encoder and without it."""
-    readings = white_noise(table.angle) if table.angle is not None else 0.0
+    followed = evidence.measured
     rate, seconds = followed.sample_rate, followed.angle.size / followed.sample_rate
-    of_encoder = abs(followed.share(table.shares)) * readings
-    if followed.is_pair:
-        of_encoder /= PAIR_SIZE
+    of_encoder = abs(followed.share(evidence.table.shares)) * white_noise(table) / followed.size
     quantization = found.average.coefficients["quantization"]
     in_all = quantization.value if quantization.status == "estimated" else of_encoder
-    own = math.sqrt(max(in_all**2 - of_encoder**2, 0.0))
-    own = min(own, white_noise(measured.angle))
+    as_it_is = measure(evidence.corrected, evidence.settings.gyros)
+    own = min(
+        math.sqrt(max(in_all**2 - of_encoder**2, 0.0)), white_noise(as_it_is.angle) / as_it_is.size
+    )
     with_encoder, without = (
         half_interval(walk, white, sample_rate=rate, seconds=seconds) for white in (in_all, own)
     )
@@ -375,3 +333,164 @@ def white_noise(angle: FloatArray) -> float:
         thirds = np.diff(angle[block.start : block.stop + 3], n=3)
         square += float(thirds @ thirds)
     return math.sqrt(square / size / _THIRD)
+
+
+# ---- noise that two gyros share ----------------------------------------------------------
+
+# A share below this does not matter.
+_MATTERS: Final = 0.01
+# What differencing leaves of N, below which it is the encoder that wanders: two gyros hardly share
+# more noise than they have of their own.
+_ENCODER: Final = 0.6
+# Half intervals that a wander of the encoder has to measure to be named.
+_CLEAR: Final = 5.0
+# More than this it adds to no N: gyros do not lean on each other so.
+_ODD: Final = 1.5
+# What it leaves at the least, below which nothing is told.
+_TELLING: Final = 0.5
+# Part of the rate of averages above which they are bent.
+_PART_OF_RATE: Final = 0.25
+
+
+def with_shared_noise(headline: Headline, evidence: Evidence) -> Headline:
+    """The answer of a pair on a turning table, whose interval holds N of the gyros themselves.
+
+    Shared noise is seen in the cross spectrum of the two, motion and orders taken out. What the
+    encoder adds to every gyro looks like the gyros' own, but not like an angle random walk
+    (`noise.common_walk`), unless it wanders.
+    """
+    found, measured = headline.found, evidence.measured
+    if found is None or evidence.table.angle is None or not measured.is_pair:
+        return headline
+    walk, read = found.average.angle_random_walk, headline.estimate
+    if walk.status != "estimated":
+        return headline
+    shared = shared_walk(evidence, measured.gyros, found.average.rests_on.band_hz)
+    if shared is None:
+        return headline
+    least, factor, most = (
+        differenced_factor(square, walk.value)
+        for square in (shared.high, shared.square, shared.low)
+    )
+    note = _shared_note(measured.channel, shared, (least, factor, most))
+    if note is None:
+        return headline
+    if note.name == "shared" and note.level == "warning" and read.status == "estimated":
+        low, high = min(read.low, read.low / most), max(read.high, read.high / least)
+        headline = replace(headline, estimate=replace(read, low=low, high=high))
+    return replace(headline, findings=(*headline.findings, note))
+
+
+def shared_walk(
+    evidence: Evidence,
+    gyros: tuple[str, ...],
+    band_hz: tuple[float, float] = (0.0, math.inf),
+) -> CommonWalk | None:
+    """Angle random walk that gyros on a turning table show alike: their own, or the encoder's.
+
+    Parameters
+    ----------
+    evidence
+        Of one of the gyros or of the pair.
+    gyros
+        Names.
+    band_hz
+        In which to look.
+
+    Returns
+    -------
+    CommonWalk or None
+        None if it cannot be told.
+    """
+    recording, known, readings = evidence.corrected, evidence.table.known, evidence.table.readings
+    if known is None or readings is None or full_turns(known) < FEW_TURNS:
+        # Table motion and its orders are nearly one basis: nothing is left of a gyro alone.
+        return None
+    kinematic = kinematics(known, recording.sample_rate)
+    angles = [angle_of(recording.gyro(name), recording.sample_rate) for name in gyros]
+    rate = 1.0 / kinematic.interval
+    try:
+        return common_walk(
+            np.diff(_without_table(angles, kinematic, readings)),
+            sample_rate=rate,
+            band_hz=(band_hz[0], min(band_hz[1], _PART_OF_RATE * rate)),
+            masked=evidence.masked,
+            confidence=evidence.settings.confidence,
+        )
+    except ValueError:
+        # A band that is too narrow, or of lines alone.
+        return None
+
+
+def _without_table(
+    angles: list[FloatArray], kinematic: Kinematics, readings: FloatArray
+) -> FloatArray:
+    """(gyros, averages) of angles, rad, without table motion, Earth rate and whole orders.
+
+    They are fitted to the angle that gyros and encoder know together. The share that each gyro has
+    is then taken of the readings: what the encoder errs by is left in all gyros alike.
+    """
+    averages = np.stack([block_averages(angle, kinematic) for angle in angles])
+    errors = block_averages(readings, kinematic) - kinematic.angle
+    for number, motion in enumerate(follow_table_together(averages, kinematic)):
+        of = motion.kinematics
+        gain = block_gain(of, motion.orders)
+        orders = harmonic_sum(of.angle, motion.orders, motion.cosine * gain, motion.sine * gain)
+        averages[number] -= motion.averages + orders + motion.share * errors
+    return averages
+
+
+def _shared_note(
+    channel: str, shared: CommonWalk, factors: tuple[float, float, float]
+) -> Note | None:
+    """What is seen of shared noise.
+
+    `factors` are the smallest, the likeliest and the largest at which the difference reads N.
+    """
+    low, factor, high = factors
+    if not shared.is_present or factor > _ODD:
+        if low < _TELLING or factor > _ODD:
+            text = (
+                "whether the two gyros share an angle random walk cannot be told beside the noise "
+                "of the encoder"
+            )
+        else:
+            text = (
+                "no angle random walk that the two gyros share is seen beside the table's motion: "
+                f"the difference reads at most {rounded(100.0 * max(0.0, 1.0 - low))} % low "
+                "against the gyros themselves"
+            )
+        return Note(channel=channel, text=text)
+    if factor < _ENCODER:
+        clear = shared.square > _CLEAR * (shared.square - shared.low)
+        return _wander_note(shared) if clear else None
+    off, ends = 100.0 * (factor - 1.0), sorted(abs(100.0 * (end - 1.0)) for end in (low, high))
+    matters = abs(factor - 1.0) >= _MATTERS
+    return Note(
+        name="shared",
+        effect=factor,
+        channel=channel,
+        level="warning" if matters else "remark",
+        text="the two gyros share an angle random walk that their difference does not show: per "
+        f"gyro it reads {rounded(abs(off))} % ({rounded(ends[0])} to {rounded(ends[1])} %) "
+        f"{'low' if off < 0.0 else 'high'} against the gyros themselves, unless the encoder "
+        f"wanders that much{'; the interval allows for it' if matters else ''}",
+    )
+
+
+def _wander_note(shared: CommonWalk) -> Note:
+    """The wander of an encoder, as two gyros show it alike."""
+    walk = Estimate(
+        name="angle_random_walk",
+        value=math.sqrt(shared.square),
+        low=math.sqrt(shared.low),
+        high=math.sqrt(shared.high),
+        confidence=shared.confidence,
+        status="estimated",
+    )
+    return Note(
+        channel="table",
+        text="its readings wander: each gyro taken against them shows "
+        f"{walk.to('deg/sqrt(h)')} of the encoder's; the answer of the two gyros is free of it, "
+        "one alone would not be",
+    )

@@ -1,4 +1,4 @@
-"""Why N is what it is: every candidate in one list, and the one rule that chooses among them.
+"""Why N is what it is: every candidate in one list, the one rule, and what moves the answer then.
 
 The rule: **the first candidate of the list that the data bear out is the answer.**
 
@@ -20,34 +20,43 @@ If the levels neither bear out 2 or 3 nor reject it, it is the answer, and its i
 of 4, too. The paper's methods know 1 and 6 alone, and a search for lines that did not come to an
 end leaves 6 alone, with the lines in. If nothing is borne out, N is not observable.
 
-What happens to the answer then: the interval holds N of the parts if these disagree (here), what
-the encoder of a table adds or hides (`encoder`), and what two gyros share (`common_noise`);
-findings of the data divide it or withhold it (`trust`).
+The answer then goes through five steps (`answer`), each a line:
+
+1. its interval holds N over parts of the record if these disagree (`averaged`, `parts`);
+2. Q, B, K and R beside it are no more than the curve allows (`noise.bounds`);
+3. it holds what the encoder of a table adds or hides (`encoder.with_encoder`);
+4. it holds what two gyros share (`encoder.with_shared_noise`);
+5. findings of the data divide it or withhold it (`trust.believed`).
 """
 
-from dataclasses import dataclass, replace
+from collections.abc import Callable
+from dataclasses import replace
 from typing import Final
 
 from sagnac.analysis.averaged import (
     Averaged,
-    clean,
+    Headline,
     completed,
     reaches,
     roll_off_of,
     spectrum_of,
-    uncleaned,
 )
-from sagnac.analysis.curves import Coefficients, Points, allan_curve, points_at, with_likelihood_of
-from sagnac.analysis.measurement import Measurement
-from sagnac.analysis.removal import Remainder
-from sagnac.analysis.settings import PUBLISHED, Settings
+from sagnac.analysis.encoder import with_encoder, with_shared_noise
+from sagnac.analysis.evidence import (
+    Coefficients,
+    Evidence,
+    Points,
+    allan_curve,
+    points_at,
+    with_likelihood_of,
+)
+from sagnac.analysis.settings import PUBLISHED
+from sagnac.analysis.trust import believed
 from sagnac.core.errors import Note
-from sagnac.noise.bounds import CurveBound, highest_walk
+from sagnac.noise.bounds import CurveBound, highest_terms, highest_walk, within_curve
 from sagnac.noise.estimates import Estimate, unobserved
 from sagnac.noise.whole_band import with_both, with_whole_band
 from sagnac.quality.readout import joint_readout
-from sagnac.recording.model import Recording
-from sagnac.stability.curve import StabilityCurve
 
 # Chance at which the curve, against a sound likelihood fit, calls it impossible.
 _VETO: Final = 1e-4
@@ -55,137 +64,91 @@ _VETO: Final = 1e-4
 _FILTERED: Final = 10.0
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Headline:
-    """The answer.
+def answer(
+    evidence: Evidence, pair: Callable[[str], Estimate], *, brief: bool = False
+) -> tuple[Evidence, Headline]:
+    """The answer, and the evidence with the fits that stand beside it.
 
-    Attributes
+    Parameters
     ----------
-    estimate
-        Angle random walk of one gyro, rad/sqrt(s).
-    source
-        What it rests on, in words.
-    notes
-        Why it is no more than a bound.
-    by_encoder
-        Whether what is left of one gyro is the encoder's rather than its own.
+    evidence
+        All that it is read from.
+    pair
+        Angle random walk per gyro of the one gyro that is measured and another one, by that one's
+        name; asked for if its encoder decides what it shows.
+    brief
+        Whether to leave out noise that two gyros share, and notes that touch no figure.
+
+    Raises
+    ------
+    RecordingError
+        If the settings are strict and something is found that they do not accept.
     """
-
-    estimate: Estimate
-    source: str
-    notes: tuple[Note, ...] = ()
-    by_encoder: bool = False
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Evidence:
-    """All that a candidate is read from and judged by.
-
-    Attributes
-    ----------
-    recording, settings
-        With the gyros by name in the settings.
-    measured, left
-        The angle, and what removal left of it.
-    curve
-        After removal.
-    coefficients
-        The fits.
-    """
-
-    recording: Recording
-    settings: Settings
-    measured: Measurement
-    left: Remainder
-    curve: StabilityCurve
-    coefficients: Coefficients
-
-    @property
-    def is_published(self) -> bool:
-        """Whether the method is the paper's."""
-        return self.settings.method in PUBLISHED
-
-    @property
-    def is_finished(self) -> bool:
-        """Whether the search for lines came to an end."""
-        return self.left.removal.unfinished is None
+    evidence, headline = borne_out(evidence)
+    evidence, headline = _within_curve(evidence, headline)
+    headline = with_encoder(headline, evidence, pair)
+    if not brief:
+        headline = with_shared_noise(headline, evidence)
+    return believed(evidence, headline, brief=brief)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Decision:
-    """The answer, the spectrum that was read for it, and the fits beside it.
-
-    `found` is None if no spectrum was read.
-    """
-
-    headline: Headline
-    found: Averaged | None
-    coefficients: Coefficients
-
-
-def decide(evidence: Evidence) -> Decision:
-    """The answer by the rule: the first candidate that the data bear out."""
-    spectra, found = _spectra(evidence), None
-    notes: tuple[Note, ...] = ()
-    if not evidence.is_finished:
-        notes = (_search_without_end(evidence.measured.channel),)
+def borne_out(evidence: Evidence) -> tuple[Evidence, Headline]:
+    """The first candidate that the data bear out, and the evidence with the fits beside it."""
+    headline = _no_walk(evidence)
+    if not evidence.left.is_finished:
+        text = (
+            f"the search for the lines of {evidence.measured.channel} did not come to an end, and "
+            "the noise that it leaves is not to be trusted: no estimate is given, and a bound is "
+            "with all lines in; take a stretch on which the table turns evenly ({slice})"
+        )
+        headline = _no_walk(evidence, Note(level="warning", text=text))
+    every = _spectrum(evidence)
     for candidate in _CANDIDATES:
-        read = candidate(evidence, spectra)
-        notes += read.notes
-        found = read.found or found
-        if read.estimate is not None:
+        read = candidate(evidence, every)
+        if read is None:
+            continue
+        notes, found = (*headline.notes, *read.notes), read.found or headline.found
+        headline = replace(read, notes=notes, found=found)
+        if read.estimate.status != "not observable":
             break
-    estimate = read.estimate or unobserved("angle_random_walk", evidence.settings.confidence)
-    return Decision(
-        headline=Headline(estimate=estimate, source=read.source, notes=notes),
-        found=found,
-        coefficients=evidence.coefficients if found is None else found.coefficients,
+    if headline.found is not None:
+        evidence = replace(evidence, coefficients=headline.found.coefficients)
+    return evidence, headline
+
+
+def _within_curve(evidence: Evidence, headline: Headline) -> tuple[Evidence, Headline]:
+    """The fit of the spectrum and the average without what contradicts the curve."""
+    found, coefficients = headline.found, evidence.coefficients
+    lowered = 0.0 if found is None else found.roll_off.cluster_time()
+    highest = highest_terms(
+        evidence.curve,
+        confidence=evidence.settings.confidence,
+        shortest=max(lowered, coefficients.readout.time),
     )
+    fit = coefficients.likelihood
+    fit = replace(fit, coefficients=within_curve(fit.coefficients, highest))
+    coefficients = replace(coefficients, fits={**coefficients.fits, "likelihood": fit})
+    if found is not None:
+        limited = within_curve(found.average.coefficients, highest)
+        found = replace(found, average=found.average.with_coefficients(limited))
+    return replace(evidence, coefficients=coefficients), replace(headline, found=found)
 
 
-def _search_without_end(channel: str) -> Note:
-    return Note(
-        level="warning",
-        text=f"the search for the lines of {channel} did not come to an end, and the noise that "
-        "it leaves is not to be trusted: no estimate is given, and a bound is with all lines in; "
-        "take a stretch on which the table turns evenly ({slice})",
-    )
+# ---- the spectrum that 2 to 4 are read from ----------------------------------------------
 
 
-# ---- what candidates are read from -------------------------------------------------------
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class _Spectra:
-    """The spectrum of every sample, the fits of all of them, and those of fewer angles."""
-
-    every: Averaged
-    fitted: Coefficients | None
-    fewer: Coefficients
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class _Read:
-    """N as a candidate reads it and what it rests on, or no N and why."""
-
-    estimate: Estimate | None = None
-    source: str = ""
-    notes: tuple[Note, ...] = ()
-    found: Averaged | None = None
-
-
-def _spectra(evidence: Evidence) -> _Spectra | None:
-    """What 2 to 4 are read from; None if too little is left for levels."""
-    fewer = evidence.coefficients
-    if evidence.is_published or not evidence.is_finished or fewer.readout.every is None:
+def _spectrum(evidence: Evidence) -> Averaged | None:
+    """The spectrum of every sample; None if too little is left for levels."""
+    if _is_published(evidence) or not evidence.left.is_finished:
         return None
-    points = _every_sample(evidence)
-    confidence, masked = evidence.settings.confidence, evidence.left.removal.masked
-    fitted: Coefficients | None = fewer
-    if points.rate > fewer.points.rate:
-        fitted = with_likelihood_of(fewer, points, confidence=confidence, masked=masked)
-    every = spectrum_of(clean(points), fewer, masked=masked, confidence=confidence)
-    return None if every is None else _Spectra(every=every, fitted=fitted, fewer=fewer)
+    if evidence.coefficients.readout.every is None:
+        return None
+    return spectrum_of(
+        _every_sample(evidence),
+        evidence.coefficients,
+        masked=evidence.masked,
+        confidence=evidence.settings.confidence,
+    )
 
 
 def _every_sample(evidence: Evidence) -> Points:
@@ -206,13 +169,13 @@ def _every_sample(evidence: Evidence) -> Points:
     return points_at(left.removal.residual, left.rate, finer / left.rate)
 
 
-# ---- each candidate as an answer ---------------------------------------------------------
+# ---- each candidate: the answer, or no N and why, or nothing -----------------------------
 
 
-def _step_4(evidence: Evidence, _: _Spectra | None) -> _Read:
+def _step_4(evidence: Evidence, _: Averaged | None) -> Headline | None:
     """Step 4 of the paper. A fit whose interval begins at 0 shows no N, whatever its value."""
-    if not evidence.is_published:
-        return _Read()
+    if not _is_published(evidence):
+        return None
     fitted = evidence.coefficients.fits["paper"].coefficients["angle_random_walk"]
     channel, reading = evidence.measured.channel, evidence.settings.step_4.in_words
     if fitted.status != "estimated" or not fitted.low > 0.0:
@@ -220,60 +183,70 @@ def _step_4(evidence: Evidence, _: _Spectra | None) -> _Read:
             f"Step 4 of the paper ({reading}) shows no angle random walk of {channel}: only an "
             "upper bound is given"
         )
-        return _Read(notes=(Note(text=text),))
+        return _no_walk(evidence, Note(text=text))
     source = (
         f"least squares on the Allan variance of {channel} at "
         f"{1.0 / evidence.curve.sample_rate:.4g} s (Step 4 of the paper): {reading}"
     )
-    return _Read(estimate=fitted, source=source)
+    return Headline(estimate=fitted, source=source)
 
 
-def _whole_band(evidence: Evidence, spectra: _Spectra | None) -> _Read:
+def _whole_band(evidence: Evidence, every: Averaged | None) -> Headline | None:
     """A likelihood of five terms of every sample."""
-    if spectra is None or spectra.fitted is None or spectra.every.cleaned.is_changed:
-        return _Read()
-    every, fitted = spectra.every, spectra.fitted
+    if every is None or every.is_changed:
+        return None
+    fitted: Coefficients | None = evidence.coefficients
+    if every.points.rate > evidence.coefficients.points.rate:
+        fitted = with_likelihood_of(
+            evidence.coefficients, every.points, confidence=every.confidence, masked=every.masked
+        )
+    if fitted is None:
+        return None
     average = with_whole_band(every.levels, every.average, fitted.likelihood)
     if average.rests_on.member == "average":
-        return _Read()
+        return None
     return _by_spectrum(evidence, replace(every, average=average, coefficients=fitted))
 
 
-def _whole_band_of_fewer(evidence: Evidence, spectra: _Spectra | None) -> _Read:
+def _whole_band_of_fewer(evidence: Evidence, every: Averaged | None) -> Headline | None:
     """The same of fewer angles, into whose band folds what lies above half their rate.
 
     If the terms do not describe every sample up to there, they do not describe what folds.
     """
-    if spectra is None or spectra.every.cleaned.is_changed:
-        return _Read()
-    every, fine, fit = spectra.every, spectra.fewer.points, spectra.fewer.likelihood
+    if every is None or every.is_changed:
+        return None
+    fine, fit = evidence.coefficients.points, evidence.coefficients.likelihood
     walk, fitted = every.average.angle_random_walk, fit.coefficients["angle_random_walk"]
     allowed = walk.status == "not observable" or walk.low <= fitted.value <= walk.high
     # Every sample may tell more of N.
     narrower = walk.status != "estimated" or walk.high * fitted.low > fitted.high * walk.low
-    finer = every.cleaned.rate > fine.rate
+    finer = every.points.rate > fine.rate
     reached = reaches(every.average.rests_on, 0.5 * fine.rate)
     if not (finer and allowed and narrower and reached):
-        return _Read()
+        return None
     few = spectrum_of(
-        uncleaned(fine), spectra.fewer, masked=every.masked, confidence=every.confidence
+        fine,
+        evidence.coefficients,
+        masked=every.masked,
+        confidence=every.confidence,
+        as_they_are=True,
     )
     if few is None:
-        return _Read()
+        return None
     average = with_whole_band(few.levels, few.average, fit)
     if average.rests_on.member == "whole band":
         return _by_spectrum(evidence, replace(few, average=average, roll_off=every.roll_off))
     if average.rests_on.member == "both" and walk.status == "estimated":
         return _by_spectrum(evidence, replace(every, average=with_both(every.average, fit)))
-    return _Read()
+    return None
 
 
-def _average(evidence: Evidence, spectra: _Spectra | None) -> _Read:
+def _average(evidence: Evidence, every: Averaged | None) -> Headline | None:
     """The average over bands and terms."""
-    return _Read() if spectra is None else _by_spectrum(evidence, spectra.every)
+    return None if every is None else _by_spectrum(evidence, every)
 
 
-def _by_spectrum(evidence: Evidence, chosen: Averaged) -> _Read:
+def _by_spectrum(evidence: Evidence, chosen: Averaged) -> Headline:
     """N of the chosen one of 2 to 4, its interval widened to the parts if these disagree."""
     found = completed(chosen)
     estimate, choice = found.average.angle_random_walk, found.average.rests_on
@@ -283,14 +256,11 @@ def _by_spectrum(evidence: Evidence, chosen: Averaged) -> _Read:
             f"the spectrum of {channel} shows no band in which the angle random walk rules: no "
             "estimate is given"
         )
-        return _Read(notes=(Note(text=text),), found=found)
+        return replace(_no_walk(evidence, Note(text=text)), found=found)
     if found.parts is not None and found.changes:
-        estimate = replace(
-            estimate,
-            low=min(estimate.low, found.parts.smallest),
-            high=max(estimate.high, found.parts.largest),
-        )
-    of_likelihood = _likelihood_source(evidence.measured.channel, found.coefficients)
+        low, high = found.parts.smallest, found.parts.largest
+        estimate = replace(estimate, low=min(estimate.low, low), high=max(estimate.high, high))
+    of_likelihood = _likelihood_source(channel, found.coefficients)
     source = {
         "whole band": f"{of_likelihood}; averages over narrow bands agree",
         "both": f"{of_likelihood}; averages over narrow bands do not decide, so "
@@ -301,41 +271,35 @@ def _by_spectrum(evidence: Evidence, chosen: Averaged) -> _Read:
     }[choice.member]
     if choice.slow_terms == "low band":
         source += f"; B and K: likelihood fit of the spectrum to {choice.low_band_hz:.3g} Hz"
-    return _Read(estimate=estimate, source=source, found=found)
+    return Headline(estimate=estimate, source=source, found=found)
 
 
-def _likelihood_source(channel: str, fits: Coefficients) -> str:
-    points, band = fits.points, fits.likelihood.band
-    return (
-        f"likelihood fit of the spectrum of {points.angle.size} angles of "
-        f"{channel} at {1.0 / points.rate:.4g} s, to "
-        f"{0.0 if band is None else band.high:.4g} Hz"
-    )
-
-
-def _likelihood_alone(evidence: Evidence, spectra: _Spectra | None) -> _Read:
-    fit = evidence.coefficients.likelihood
-    walk, channel = fit.coefficients["angle_random_walk"], evidence.measured.channel
-    refused = evidence.is_published or not evidence.is_finished or spectra is not None
-    if refused or walk.status == "not observable":
-        return _Read()
+def _likelihood_alone(evidence: Evidence, every: Averaged | None) -> Headline | None:
+    """The likelihood fit without levels beside it."""
+    if _is_published(evidence) or not evidence.left.is_finished or every is not None:
+        return None
+    fit, channel = evidence.coefficients.likelihood, evidence.measured.channel
+    walk = fit.coefficients["angle_random_walk"]
+    if walk.status == "not observable":
+        return None
     # A fit that is known not to describe its spectrum yields to the curve much sooner.
     chance = _VETO if fit.departure == 0.0 else 1.0 - evidence.settings.confidence
-    veto = _highest(evidence, spectra, chance)
+    veto = _highest(evidence, every, chance)
     if veto is None or walk.low <= veto.value:
-        return _Read(estimate=walk, source=_likelihood_source(channel, evidence.coefficients))
+        return Headline(estimate=walk, source=_likelihood_source(channel, evidence.coefficients))
     text = (
         f"the likelihood fit of {channel} asks for more angle random walk than the curve shows at "
         f"{veto.tau:.4g} s: the five terms do not describe this spectrum, and no estimate is given"
     )
-    return _Read(notes=(Note(level="warning", text=text),))
+    return _no_walk(evidence, Note(level="warning", text=text))
 
 
-def _curve(evidence: Evidence, spectra: _Spectra | None) -> _Read:
+def _curve(evidence: Evidence, every: Averaged | None) -> Headline | None:
+    """The lowest point of the curve."""
     confidence = evidence.settings.confidence
-    bound = _highest(evidence, spectra, 1.0 - confidence)
+    bound = _highest(evidence, every, 1.0 - confidence)
     if bound is None:
-        return _Read()
+        return None
     estimate = Estimate(
         value=bound.value,
         low=0.0,
@@ -345,40 +309,17 @@ def _curve(evidence: Evidence, spectra: _Spectra | None) -> _Read:
         name="angle_random_walk",
     )
     source = f"lowest point of the curve of {_bounded(evidence)} against the slope of the ARW"
-    return _Read(estimate=estimate, source=source)
+    return Headline(estimate=estimate, source=source)
 
 
-def _levels(evidence: Evidence, spectra: _Spectra | None) -> _Read:
-    estimate = None if spectra is None else spectra.every.average.angle_random_walk
+def _levels(evidence: Evidence, every: Averaged | None) -> Headline:
+    """The levels below a roll-off, which are the last resort."""
+    estimate = None if every is None else every.average.angle_random_walk
     if estimate is None or estimate.status == "not observable":
-        return _Read(source=f"nothing: no candidate is borne out by {_bounded(evidence)}")
+        source = f"nothing: no candidate is borne out by {_bounded(evidence)}"
+        return replace(_no_walk(evidence), source=source)
     source = f"the spectrum of {_bounded(evidence)} below its roll-off"
-    return _Read(estimate=estimate, source=source)
-
-
-def _bounded(evidence: Evidence) -> str:
-    """Name of what a bound is of."""
-    return evidence.measured.channel + ("" if evidence.is_finished else " with its lines in")
-
-
-def _highest(evidence: Evidence, spectra: _Spectra | None, chance: float) -> CurveBound | None:
-    """Largest N that the curve allows except with a probability.
-
-    Of a search that did not come to an end, the curve with all lines in: lines only raise a curve,
-    and half of a search can lower it. A gyro's own low-pass lowers the shortest cluster times:
-    those below ten samples, and those that the spectrum shows, are left out.
-    """
-    curve, rate = evidence.curve, evidence.measured.sample_rate
-    roll_off = None if spectra is None else spectra.every.roll_off
-    unfinished = evidence.left.removal.unfinished
-    if unfinished is not None:
-        points = points_at(unfinished, rate, evidence.settings.interval)
-        curve = allan_curve(points, evidence.settings.confidence)
-        roll_off = roll_off_of(Points(angle=unfinished, rate=rate))
-    used = curve.tau * rate >= _FILTERED
-    if roll_off is not None:
-        used &= curve.tau >= roll_off.cluster_time()
-    return highest_walk(curve, evidence.coefficients.readout, chance=chance, used=used)
+    return Headline(estimate=estimate, source=source)
 
 
 _CANDIDATES: Final = (
@@ -390,3 +331,51 @@ _CANDIDATES: Final = (
     _curve,
     _levels,
 )
+
+
+# ---- what several candidates ask ---------------------------------------------------------
+
+
+def _is_published(evidence: Evidence) -> bool:
+    """Whether the method is the paper's."""
+    return evidence.settings.method in PUBLISHED
+
+
+def _no_walk(evidence: Evidence, *why: Note) -> Headline:
+    """No N, and why."""
+    nothing = unobserved("angle_random_walk", evidence.settings.confidence)
+    return Headline(estimate=nothing, source="", notes=why)
+
+
+def _likelihood_source(channel: str, fits: Coefficients) -> str:
+    points, band = fits.points, fits.likelihood.band
+    return (
+        f"likelihood fit of the spectrum of {points.angle.size} angles of "
+        f"{channel} at {1.0 / points.rate:.4g} s, to "
+        f"{0.0 if band is None else band.high:.4g} Hz"
+    )
+
+
+def _bounded(evidence: Evidence) -> str:
+    """Name of what a bound is of."""
+    return evidence.measured.channel + ("" if evidence.left.is_finished else " with its lines in")
+
+
+def _highest(evidence: Evidence, every: Averaged | None, chance: float) -> CurveBound | None:
+    """Largest N that the curve allows except with a probability.
+
+    Of a search that did not come to an end, the curve with all lines in: lines only raise a curve,
+    and half of a search can lower it. A gyro's own low-pass lowers the shortest cluster times:
+    those below ten samples, and those that the spectrum shows, are left out.
+    """
+    curve, rate = evidence.curve, evidence.measured.sample_rate
+    roll_off = None if every is None else every.roll_off
+    unfinished = evidence.left.removal.unfinished
+    if unfinished is not None:
+        points = points_at(unfinished, rate, evidence.settings.interval)
+        curve = allan_curve(points, evidence.settings.confidence)
+        roll_off = roll_off_of(Points(angle=unfinished, rate=rate))
+    used = curve.tau * rate >= _FILTERED
+    if roll_off is not None:
+        used &= curve.tau >= roll_off.cluster_time()
+    return highest_walk(curve, evidence.coefficients.readout, chance=chance, used=used)

@@ -1,19 +1,41 @@
-"""The measurement: one gyro or the difference of two."""
+"""The measurement: one gyro or the difference of two, and the table under it."""
 
-from collections.abc import Mapping
-from dataclasses import dataclass, replace
-from typing import Final
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import partial
+from typing import Any, Final
 
 import numpy as np
 
-from sagnac.core.arrays import FloatArray, blocks, elementwise, extent
-from sagnac.core.errors import RecordingError
+from sagnac.analysis.settings import Method
+from sagnac.core.arrays import FloatArray, blocks, differences, elementwise, extent, mean, square
+from sagnac.core.errors import Note, RecordingError, rounded
+from sagnac.core.units import ARCSECOND
+from sagnac.quality.encoder_faults import require_encoder_follows
 from sagnac.quality.gaps import not_finite_notes, stuck_notes
-from sagnac.recording.channel import angle_of, as_one_gyro
+from sagnac.recording.channel import PAIR_SIZE, angle_of
 from sagnac.recording.model import Recording
+from sagnac.table.estimate import EstimatedTable, estimated_table, order_drift
+from sagnac.table.kinematics import KINEMATIC_RATE, averages_of
+from sagnac.table.turns import SHORTEST, is_turning, mean_rate
 
 # A departure from a straight line by fewer units of the last place is rounding.
 _ROUNDING: Final = 64.0
+
+ALIKE: Final = (0.9, 1.1)
+"""Weights of a pair that take the table out of it, between which they stand for its difference."""
+
+# Motion that two gyros do not share, in that of both, from which on no weights take it out.
+_TOGETHER: Final = 0.1
+# Part of the pair's increments by which the encoder has to raise them for weights far from one.
+_QUIETER: Final = 0.9
+# Change of a delay that is worth a note, s. What interpolation does between slow readings is less.
+_CHANGES: Final = 1e-4
+# Standard errors of it from which on it is no chance.
+_SURE: Final = 5.0
+# Noise of the encoder that is worth a note: beside the gyros in all, and at least.
+_NOISY: Final = 1.0 * ARCSECOND
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -25,7 +47,8 @@ class Measurement:
     channel
         ``x`` or ``x-z``.
     angle
-        (samples,) rad; of two gyros their difference.
+        (samples,) rad; of two gyros their difference, in which its lines are sought. The noise of
+        one gyro is that over `size`: each squared coefficient is then the mean of the two gyros'.
     gyros
         One name, or the two that are differenced.
     sample_rate
@@ -40,21 +63,30 @@ class Measurement:
     sample_rate: float
     weights: tuple[float, float] = (1.0, 1.0)
 
-    def per_gyro(self) -> "Measurement":
-        """The same with the noise of one gyro: a difference over sqrt(2)."""
-        return replace(self, angle=as_one_gyro(self.angle)) if self.is_pair else self
-
     @property
     def is_pair(self) -> bool:
         """Whether it is the difference of two gyros."""
         return len(self.gyros) > 1
 
+    @property
+    def size(self) -> float:
+        """Size of its noise over that of one gyro."""
+        return PAIR_SIZE if self.is_pair else 1.0
+
+    def noise(self, angle: FloatArray) -> FloatArray:
+        """Its angle, or what is left of it, with the noise of one gyro."""
+        return elementwise(np.divide, angle, PAIR_SIZE) if self.is_pair else angle
+
     def share(self, shares: Mapping[str, float]) -> float:
         """Share of the table's rate in the angle, from the shares of the gyros."""
         if not self.is_pair:
             return shares.get(self.gyros[0], 0.0)
-        (first, second), (one, other) = self.gyros, self.weights
-        return one * shares.get(first, 0.0) - other * shares.get(second, 0.0)
+        first, second = (shares.get(name, 0.0) for name in self.gyros)
+        return float(_weighted(self.weights, first, second))
+
+
+def _weighted(weights: tuple[float, float], first: Any, second: Any) -> Any:
+    return weights[0] * first - weights[1] * second
 
 
 def measure(recording: Recording, gyros: tuple[str, ...]) -> Measurement:
@@ -73,16 +105,11 @@ def measure(recording: Recording, gyros: tuple[str, ...]) -> Measurement:
         If the recording lacks one of them.
     """
     rate = recording.sample_rate
-    first = angle_of(recording.gyro(gyros[0]), rate)
-    if len(gyros) == 1:
-        return Measurement(channel=gyros[0], angle=first, gyros=gyros, sample_rate=rate)
-    second = angle_of(recording.gyro(gyros[-1]), rate)
-    return Measurement(
-        channel=f"{gyros[0]}-{gyros[-1]}",
-        angle=elementwise(np.subtract, first, second),
-        gyros=(gyros[0], gyros[-1]),
-        sample_rate=rate,
-    )
+    angle, names = angle_of(recording.gyro(gyros[0]), rate), gyros[:1]
+    if len(gyros) > 1:
+        names = (gyros[0], gyros[-1])
+        angle = elementwise(np.subtract, angle, angle_of(recording.gyro(gyros[-1]), rate))
+    return Measurement(channel="-".join(names), angle=angle, gyros=names, sample_rate=rate)
 
 
 def require_sound(recording: Recording, gyros: tuple[str, ...]) -> None:
@@ -110,8 +137,7 @@ def require_noise(measured: Measurement) -> None:
     """
     angle = measured.angle
     slope = (angle[-1] - angle[0]) / max(angle.size - 1, 1)
-    largest = max(map(abs, extent(angle)))
-    rounding = _ROUNDING * float(np.spacing(largest))
+    rounding = _ROUNDING * float(np.spacing(max(map(abs, extent(angle)))))
     for block in blocks(angle.size):
         line = angle[0] + slope * np.arange(block.start, block.stop)
         if np.abs(angle[block] - line).max() > rounding:
@@ -122,3 +148,206 @@ def require_noise(measured: Measurement) -> None:
         channel=measured.channel,
         remedy="name other gyros with {gyros} or {columns}",
     )
+
+
+# ---- the table ---------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TurningTable:
+    """The table as an analysis uses it.
+
+    Attributes
+    ----------
+    angle
+        (samples,) as read, unwrapped, rad; None where nothing turns.
+    estimate
+        What gyros and encoder together say of it; None for a method that takes readings as they
+        are.
+    shares
+        Gyro -> its share of the table's rate, as in `estimate`.
+    notes
+        On the encoder.
+    """
+
+    angle: FloatArray | None
+    estimate: EstimatedTable | None = None
+    shares: Mapping[str, float] = field(default_factory=dict)
+    notes: tuple[Note, ...] = ()
+
+    @property
+    def known(self) -> FloatArray | None:
+        """(samples,) the best angle there is, rad."""
+        return self.angle if self.estimate is None else self.estimate.angle
+
+    @property
+    def readings(self) -> FloatArray | None:
+        """(samples,) as read, a delay taken out, rad."""
+        return self.angle if self.estimate is None else self.estimate.readings
+
+
+def turning_table(recording: Recording, gyros: tuple[str, ...], method: Method) -> TurningTable:
+    """The table angle, if there is a table and it turns.
+
+    Raises
+    ------
+    RecordingError
+        If the encoder does not follow the gyros, or the recording is too short to tell its motion
+        from their noise.
+    """
+    if recording.table is None:
+        return TurningTable(angle=None)
+    table, rate = recording.table.values, recording.sample_rate
+    if not is_turning(table):
+        note = Note(text="the table does not turn: its angle is not used")
+        return TurningTable(angle=None, notes=(note,))
+    if method == "fos" and recording.duration < SHORTEST:
+        raise RecordingError(
+            f"{recording.duration:.4g} s of a turning table do not tell its motion from the "
+            "gyro's noise",
+            remedy=f"take {SHORTEST:g} s or more, or the standing part ({{slice}})",
+        )
+    for name in gyros:
+        require_encoder_follows(recording, recording.gyro(name))
+    if method != "fos":
+        return TurningTable(angle=table)
+    angles = [angle_of(recording.gyro(name), rate) for name in gyros]
+    estimate = estimated_table(angles, table, rate)
+    return TurningTable(
+        angle=table,
+        estimate=estimate,
+        shares=dict(zip(gyros, estimate.shares.tolist(), strict=True)),
+        notes=_encoder_notes(estimate, rate),
+    )
+
+
+def _encoder_notes(estimate: EstimatedTable, sample_rate: float) -> tuple[Note, ...]:
+    """How the encoder is read beside the gyros."""
+    texts = []
+    delay = estimate.delay
+    if delay is not None:
+        late = "after" if delay.mean > 0.0 else "before"
+        text = (
+            f"its readings come {1e3 * abs(delay.mean):.4g} ms (± {1e3 * delay.mean_error:.1g} ms) "
+            f"{late} the gyros'"
+        )
+        if abs(delay.change) > max(_SURE * delay.change_error, _CHANGES):
+            text += (
+                f", and the delay changes by {1e3 * delay.change:+.4g} ms (± "
+                f"{1e3 * delay.change_error:.1g} ms) over the record"
+            )
+        texts.append(f"{text}; they are shifted by that")
+    if estimate.smoothed and estimate.noise > _NOISY:
+        # The root mean square rate: the table may turn back or stand.
+        block = max(1, round(sample_rate / KINEMATIC_RATE))
+        turned = np.diff(averages_of(estimate.angle, block))
+        rate = float(np.sqrt(np.mean(turned**2))) * sample_rate / block
+        jitter = estimate.noise / max(rate, 1e-12)
+        texts.append(
+            f"its readings scatter by {rounded(estimate.noise / ARCSECOND, 3)} arcsec rms about "
+            "the angle that the gyros sense, as if latched "
+            f"{rounded(1e6 * jitter, 3)} us rms beside them; above {estimate.corner:.2g} Hz the "
+            "angle is taken from the gyros"
+        )
+    return tuple(Note(channel="table", text=text) for text in texts)
+
+
+def settled(table: TurningTable, measured: Measurement) -> TurningTable:
+    """The table with the phases that the orders of what is measured keep.
+
+    Parameters
+    ----------
+    table
+        As `turning_table` gives it.
+    measured
+        As `followed` gives it.
+    """
+    if table.estimate is None:
+        return table
+    share = measured.share(table.shares)
+    drift = order_drift(table.estimate, measured.angle, measured.sample_rate, share=share)
+    if drift is None:
+        return table
+    led = replace(table, estimate=table.estimate.led(drift))
+    rate = mean_rate(table.estimate.angle, measured.sample_rate)
+    # A delay that was fitted has a change of its own, with an error that the orders undo.
+    fitted = 0.0 if table.estimate.delay is None else table.estimate.delay.change
+    change, error = fitted + drift.value / rate, drift.error / abs(rate)
+    if fitted and abs(change) < max(_SURE * error, _CHANGES):
+        return led
+    note = Note(
+        channel="table",
+        text=f"its angle runs off by {change * rate / ARCSECOND:+.4g} arcsec (± "
+        f"{rounded(drift.error / ARCSECOND, 1)} arcsec) over the record against what repeats with "
+        f"it, as if its delay changed by {1e3 * change:.3g} ms; the angle is brought to that",
+    )
+    return replace(led, notes=(*table.notes, note))
+
+
+def followed(measured: Measurement, recording: Recording, table: TurningTable) -> Measurement:
+    """The measurement without what the encoder's readings say beside the estimated angle.
+
+    Two gyros take the table out by themselves: each is weighted by the other's share, so that
+    no error of the encoder is left. One gyro alone has the readings taken off, since
+    nothing else tells its own noise from the table's motion.
+
+    Parameters
+    ----------
+    measured
+        One gyro or a difference.
+    recording
+        With the gyros.
+    table
+        As `turning_table` gives it.
+    """
+    estimate = table.estimate
+    if estimate is None:
+        return measured
+    if measured.is_pair:
+        weights = _weights([table.shares[name] for name in measured.gyros])
+        angles = [angle_of(recording.gyro(name), measured.sample_rate) for name in measured.gyros]
+        alone = replace(
+            measured, angle=elementwise(partial(_weighted, weights), *angles), weights=weights
+        )
+        if _takes_table_out(alone, measured, table, estimate):
+            return alone
+    if estimate.angle is estimate.readings:
+        return measured
+    share = measured.share(table.shares)
+    own = elementwise(
+        lambda angle, readings, known: angle - share * (readings - known),
+        measured.angle, estimate.readings, estimate.angle,
+    )  # fmt: skip
+    return replace(measured, angle=own)
+
+
+def _weights(shares: Sequence[float]) -> tuple[float, float]:
+    """Weights of two gyros that leave no motion of the table; their squares add up to 2."""
+    size = math.hypot(*shares)
+    if size == 0.0:
+        return 1.0, 1.0
+    sign = math.copysign(PAIR_SIZE, shares[1])
+    return sign * shares[1] / size, sign * shares[0] / size
+
+
+def _takes_table_out(
+    alone: Measurement, measured: Measurement, table: TurningTable, estimate: EstimatedTable
+) -> bool:
+    """Whether two gyros weighted so `alone` tell more than their difference and the encoder."""
+    if not 0.0 < estimate.alike < _TOGETHER:
+        return False
+    if all(ALIKE[0] < abs(weight) < ALIKE[1] for weight in alone.weights):
+        return True
+    share = measured.share(table.shares)
+    by_encoder = elementwise(
+        lambda angle, readings: angle - share * readings, measured.angle, estimate.readings
+    )
+    block = max(1, round(measured.sample_rate / KINEMATIC_RATE))
+    slow = _step(averages_of(alone.angle, block)) < _QUIETER * _step(averages_of(by_encoder, block))
+    return slow or _step(alone.angle) < _QUIETER * _step(by_encoder)
+
+
+def _step(angle: FloatArray) -> float:
+    """Rms increment about the mean, rad."""
+    steps = differences(angle)
+    return math.sqrt(max(square(steps) / steps.size - mean(steps) ** 2, 0.0))

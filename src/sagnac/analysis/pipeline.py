@@ -1,44 +1,63 @@
-"""From a recording to its angle random walk: the one place that composes."""
+"""From a recording to its angle random walk: the one path for a bench and for a table.
 
+Read from top to bottom: what is asked for (`analyze`, `answer_of`), the path of one measurement
+(`_analysis`: evidence, answer, composition), channels one by one, and the still bench.
+"""
+
+from collections.abc import Callable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, replace
-from typing import Any
+from functools import partial
+from typing import Any, Final
 
-from sagnac.analysis.alone import Run, each_alone, gyros_alone
-from sagnac.analysis.averaged import Averaged
-from sagnac.analysis.common_noise import sharing_of
-from sagnac.analysis.corrections import Undithered, without_dither, without_temperature
-from sagnac.analysis.curves import (
-    Coefficients,
-    Curves,
-    Points,
+import numpy as np
+
+from sagnac.analysis.averaged import Headline
+from sagnac.analysis.corrections import without_dither, without_temperature
+from sagnac.analysis.evidence import (
+    Evidence,
+    allan_curve,
     coefficients_of,
-    curves_of,
+    curve_after,
+    curve_notes,
+    family_of,
     points_at,
-    points_of,
     require_length,
-    rounding_note,
 )
-from sagnac.analysis.encoder import answer_of_one, of_both_alike, with_latch_note
-from sagnac.analysis.headline import Decision, Evidence, Headline, decide
-from sagnac.analysis.measurement import Measurement, measure, require_noise, require_sound
-from sagnac.analysis.removal import Remainder, remainder_of
+from sagnac.analysis.headline import answer
+from sagnac.analysis.measurement import (
+    followed,
+    measure,
+    require_noise,
+    require_sound,
+    settled,
+    turning_table,
+)
+from sagnac.analysis.removal import remainder_of
 from sagnac.analysis.result import Alone, Analysis, Answer, Covariance
 from sagnac.analysis.settings import MOST_GYROS, Progress, Settings, Stages
-from sagnac.analysis.spectra import figure_spectrum, multitaper_density, residual_of
-from sagnac.analysis.table_angle import TurningTable, followed, settled, turning_table
+from sagnac.analysis.spectra import Spectrum, figure_spectrum, multitaper_density, residual_of
 from sagnac.analysis.table_shares import TableShares, table_shares
-from sagnac.analysis.trust import Trust, findings_of, markov_text, merged, noticed, require_strict
-from sagnac.core.arrays import differences
-from sagnac.core.errors import Note, RecordingError, rounded
+from sagnac.analysis.trust import findings_of, require_strict
+from sagnac.core.arrays import FloatArray, blocks, differences
+from sagnac.core.errors import Note, RecordingError
 from sagnac.core.kernels import cache_notes, one_thread
-from sagnac.lines.model import Line
-from sagnac.noise.bounds import highest_terms, slow_noise, within_curve
 from sagnac.noise.estimates import Estimate, unobserved
-from sagnac.noise.slow_model import untold
-from sagnac.quality.check import accept, judged_remainder
-from sagnac.recording.model import Recording, require_recording
+from sagnac.quality.check import accept
+from sagnac.quality.effects import effect_words
+from sagnac.quality.gaps import longest_whole_stretch, stuck_notes
+from sagnac.quality.profile import profile_of
+from sagnac.quality.repeats import pair_notes
+from sagnac.recording.channel import angle_of
+from sagnac.recording.model import Channel, Recording, require_recording
+from sagnac.stability.curve import StabilityCurve, stability_curve
 from sagnac.table.turns import mean_rate, turns
+
+# An interval that is rounded to whole samples by less than this share of it is not worth a note.
+_ROUNDED: Final = 0.01
+
+Run = Callable[..., Analysis]
+"""A function that analyzes a recording by settings, with a keyword `progress`."""
 
 
 def analyze(
@@ -95,9 +114,9 @@ def analyze(
     require_recording(recording)
     settings = replace(settings or Settings(), **choices)
     with one_thread():
-        found = _of_gyros(recording, settings, progress)
+        analysis = _of_gyros(recording, settings, progress)
     forces = accelerometers_of(recording, settings, progress=progress)
-    return found.with_accelerometers(forces)
+    return analysis.with_accelerometers(forces)
 
 
 def answer_of(recording: Recording, settings: Settings | None = None) -> Answer:
@@ -116,21 +135,193 @@ def answer_of(recording: Recording, settings: Settings | None = None) -> Answer:
     RecordingError
         If the recording cannot give what `settings` ask for; one line, with the remedy.
     """
-    stages = _stages(recording, None)
+    stages = Stages(None, recording.path or "recording")
     with one_thread():
-        prepared = _prepared(recording, settings or Settings(), stages)
-        removed = _removed(prepared, stages)
-        answered = _answered(prepared, removed, stages)
-        seen = _seen(prepared, _noticed(prepared, removed.left, answered))
-    require_strict(seen, prepared.settings)
-    trust, channel = _trust(seen, answered), prepared.followed.channel
+        evidence = _evidence(recording, settings or Settings(), stages)
+        with stages.stage("coefficients"):
+            evidence, headline = answer(evidence, partial(_of_pair, evidence), brief=True)
     return Answer(
-        angle_random_walk=trust.headline(answered.headline, channel).estimate,
-        fits=trust.fits(answered.coefficients.fits, channel),
-        lines=_lines(removed),
-        curve=answered.curves.after,
-        taken=answered.curves.taken,
+        angle_random_walk=headline.estimate,
+        fits=evidence.coefficients.fits,
+        lines=evidence.lines,
+        curve=evidence.curve,
+        taken=evidence.taken,
     )
+
+
+def _of_gyros(recording: Recording, settings: Settings, progress: Progress | None) -> Analysis:
+    """Gyros on one turning table together, at rest each alone."""
+    with Stages(progress, recording.path or "recording").stage("difference"):
+        names = settings.gyros_of(recording)
+    if len(names) == 1 or turns(recording):
+        return _analysis(recording, settings, progress=progress)
+    return gyros_alone(recording, replace(settings, gyros=names), _analysis, progress)
+
+
+# ---- one measurement ---------------------------------------------------------------------
+
+
+def _analysis(
+    recording: Recording, settings: Settings, *, progress: Progress | None = None
+) -> Analysis:
+    """Evidence, answer, and what is drawn beside it."""
+    stages = Stages(progress, recording.path or "recording")
+    evidence = _evidence(recording, settings, stages)
+    with stages.stage("coefficients"):
+        evidence, headline = answer(evidence, partial(_of_pair, evidence))
+    with stages.stage("spectrum"):
+        analysis = _composed(evidence, headline)
+    return replace(analysis, seconds=stages.seconds).with_units_of_sensor()
+
+
+def _evidence(recording: Recording, settings: Settings, stages: Stages) -> Evidence:
+    """The stages from a recording to what its answer is read from."""
+    rate = recording.sample_rate
+    with stages.stage("difference"):
+        gyros = settings.gyros_of(recording)
+        interval = settings.interval_on(turning=turns(recording))
+        settings = replace(settings, gyros=gyros, interval=interval)
+        require_sound(recording, gyros)
+        corrected = without_temperature(recording, gyros) if settings.covariates else recording
+        corrected = without_dither(corrected, gyros, settings.method)
+        as_it_is = measure(corrected, gyros)
+        before = points_at(as_it_is.angle, rate, interval)
+        before = replace(before, angle=as_it_is.noise(before.angle))
+        if settings.method != "fris":
+            # Known before the search, which takes what time there is.
+            require_length(before, recording)
+        table = turning_table(corrected, gyros, settings.method)
+        measured = followed(as_it_is, corrected, table)
+        table = settled(table, measured)
+    with stages.stage("check"):
+        findings = findings_of(recording, settings)
+        require_noise(as_it_is)
+        # Lines are sought with an array less in memory.
+        del as_it_is
+    with stages.stage("lines") as fraction:
+        left = remainder_of(measured, table.known, corrected, settings, fraction)
+        second = None
+        if len(gyros) == MOST_GYROS:
+            pair = followed(measure(corrected, gyros[:2]), corrected, table)
+            second = remainder_of(pair, table.known, corrected, settings, fraction)
+        points = points_at(left.removal.residual, left.rate, None if left.once_a_turn else interval)
+        require_length(points, recording)
+    with stages.stage("stability"):
+        curve, taken = curve_after(points, left, rate, settings)
+        nothing_taken = before.angle is points.angle
+        curve_before = curve if nothing_taken else allan_curve(before, settings.confidence)
+        family = family_of(points.angle, "angle", points.rate, settings)
+    with stages.stage("coefficients"):
+        coefficients = coefficients_of(
+            recording, settings, left=left, second=second, points=points, curve=curve
+        )
+    return Evidence(
+        recording=recording,
+        corrected=corrected,
+        settings=settings,
+        measured=measured,
+        table=table,
+        findings=findings,
+        left=left,
+        second=second,
+        points=points,
+        curve=curve,
+        curve_before=curve_before,
+        family=family,
+        taken=taken,
+        coefficients=coefficients,
+    )
+
+
+def _of_pair(evidence: Evidence, other: str) -> Estimate:
+    """The angle random walk per gyro of the one that is analyzed and another, if it is sound."""
+    gyros = (*evidence.settings.gyros, other)
+    settings = replace(evidence.settings, gyros=gyros, estimators=(), strict=False)
+    try:
+        return answer_of(evidence.recording, settings).angle_random_walk
+    except RecordingError:
+        return unobserved("angle_random_walk", settings.confidence)
+
+
+def _composed(evidence: Evidence, headline: Headline) -> Analysis:
+    """The answer, and the spectra and the residual that are drawn beside it."""
+    recording, settings, left = evidence.recording, evidence.settings, evidence.left
+    table, residual, density = evidence.table.angle, left.removal.residual, None
+    if settings.estimators:
+        density = multitaper_density(differences(residual), left.rate)
+    shares = TableShares()
+    if table is not None:
+        # Shares that cannot be told cost nothing else.
+        with suppress(RecordingError):
+            shares = table_shares(recording, settings.gyros, confidence=settings.confidence)
+    measured = measure(evidence.corrected, settings.gyros)
+    before = measured.noise(measured.angle)
+    analysis = Analysis(
+        recording=recording,
+        settings=settings,
+        channel=measured.channel,
+        table_rate=None if table is None else mean_rate(table, recording.sample_rate),
+        angle_random_walk=headline.estimate,
+        source=headline.source,
+        fits=evidence.coefficients.fits,
+        lines=evidence.lines,
+        curve=evidence.curve,
+        curve_before=evidence.curve_before,
+        spectrum=figure_spectrum(differences(residual), left.rate),
+        spectrum_before=figure_spectrum(differences(before), recording.sample_rate),
+        per_gyro=evidence.coefficients.per_gyro,
+        notes=_notes(evidence, headline),
+        family=evidence.family,
+        density=density,
+        residual=residual_of(before, left, table),
+        shares=shares.shares,
+        triad=shares.triad,
+        masked=evidence.masked,
+    )
+    found = headline.found
+    if found is None:
+        return analysis
+    average = found.average
+    spoiled = any(note.level == "error" for note in headline.findings)
+    return replace(
+        analysis,
+        levels=found.levels,
+        average=average.rests_on,
+        coefficients={**average.coefficients, "angle_random_walk": headline.estimate},
+        # There is none of what is no estimate.
+        covariance=None if spoiled else Covariance(names=average.names, matrix=average.covariance),
+        parts=() if found.parts is None else found.parts.parts,
+    )
+
+
+def _notes(evidence: Evidence, headline: Headline) -> tuple[Note, ...]:
+    """All notes, in the order of the stages, each once; errors in the data come first."""
+    said = {note.text for note in headline.findings}
+    notes = (
+        *(note for note in evidence.corrected.notes if note.text not in said),
+        *(note for note in headline.findings if note.level == "error"),
+        *evidence.table.notes,
+        *(note for one in evidence.remainders for note in one.removal.notes),
+        *_rounding_notes(evidence),
+        *evidence.coefficients.notes,
+        *curve_notes(evidence.curve, evidence.family),
+        *headline.notes,
+        *headline.findings,
+        *cache_notes(),
+    )
+    return tuple(dict.fromkeys(notes))
+
+
+def _rounding_notes(evidence: Evidence) -> tuple[Note, ...]:
+    """A note where an interval asked for is no whole number of samples."""
+    interval, rate = evidence.settings.interval, evidence.points.rate
+    if interval is None or evidence.left.once_a_turn or abs(interval * rate - 1.0) <= _ROUNDED:
+        return ()
+    text = f"interval {interval:g} s is no whole number of samples: {1.0 / rate:.4g} s taken"
+    return (Note(text=text),)
+
+
+# ---- channels one by one -----------------------------------------------------------------
 
 
 def accelerometers_of(
@@ -162,383 +353,273 @@ def accelerometers_of(
     return each_alone(each, alone, run or analyze, progress)
 
 
-def _of_gyros(recording: Recording, settings: Settings, progress: Progress | None) -> Analysis:
-    """Gyros on one turning table together, at rest each alone."""
-    stages = _stages(recording, progress)
-    with stages.stage("difference"):
-        names = settings.gyros_of(recording)
-    if len(names) == 1 or turns(recording):
-        return _analysis(recording, settings, stages)
-
-    def run(each: Recording, chosen: Settings, *, progress: Progress | None = None) -> Analysis:
-        return _analysis(each, chosen, _stages(each, progress))
-
-    return gyros_alone(recording, replace(settings, gyros=names), run, progress)
-
-
-def _stages(recording: Recording, progress: Progress | None) -> Stages:
-    return Stages(progress, recording.path or "recording")
-
-
-def _analysis(recording: Recording, settings: Settings, stages: Stages) -> Analysis:
-    """The stages in their order, and what each of them gives the next."""
-    prepared = _prepared(recording, settings, stages)
-    removed = _removed(prepared, stages)
-    answered = _answered(prepared, removed, stages)
-    with stages.stage("check"):
-        sharing = sharing_of(
-            prepared.undithered.recording,
-            prepared.followed,
-            removed.left,
-            answered.found,
-            table=prepared.table,
-            confidence=prepared.settings.confidence,
-        )
-        noticed = _noticed(prepared, removed.left, answered)
-        slow = _slow_noise(prepared, answered.curves, answered.found)
-        seen = _seen(prepared, (*noticed, *slow, *sharing.notes))
-        require_strict(seen, prepared.settings)
-    widened = sharing.widened(answered.headline.estimate)
-    answered = replace(answered, headline=replace(answered.headline, estimate=widened))
-    with stages.stage("spectrum"):
-        found = _composed(prepared, removed, answered, seen)
-    return replace(found, seconds=stages.seconds).with_units_of_sensor()
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class _Prepared:
-    """The measurement, per gyro and as its lines are sought in, and the quality of its data."""
-
-    recording: Recording
-    settings: Settings
-    undithered: Undithered
-    followed: Measurement
-    points: Points
-    table: TurningTable
-    findings: tuple[Note, ...]
-
-    @property
-    def measured(self) -> Measurement:
-        """Per gyro, made anew each time: lines are sought with an array less in memory."""
-        return measure(self.undithered.recording, self.settings.gyros).per_gyro()
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class _Removed:
-    """The measurement after removal, and a second pair of three gyros."""
-
-    left: Remainder
-    second: Remainder | None
-    points: Points
-
-    @property
-    def each(self) -> tuple[Remainder, ...]:
-        return (self.left,) if self.second is None else (self.left, self.second)
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class _Answered:
-    """Curves, coefficients and the headline."""
-
-    curves: Curves
-    coefficients: Coefficients
-    found: Averaged | None
-    headline: Headline
-
-
-def _prepared(recording: Recording, settings: Settings, stages: Stages) -> _Prepared:
-    rate = recording.sample_rate
-    with stages.stage("difference"):
-        gyros = settings.gyros_of(recording)
-        interval = settings.interval_on(turning=turns(recording))
-        settings = replace(settings, gyros=gyros, interval=interval)
-        require_sound(recording, gyros)
-        taken = Undithered(recording=recording)
-        if settings.covariates:
-            taken = without_temperature(recording, gyros)
-        undithered = without_dither(taken.recording, gyros, settings.method)
-        undithered = replace(undithered, notes=(*taken.notes, *undithered.notes))
-        difference = measure(undithered.recording, gyros)
-        measured = difference.per_gyro()
-        points = points_at(measured.angle, rate, interval)
-        if settings.method != "fris":
-            # Known before the search, which takes what time there is.
-            require_length(points, recording)
-        table = turning_table(undithered.recording, gyros, settings.method)
-        following = followed(difference, undithered.recording, table)
-        table = settled(table, following)
-    with stages.stage("check"):
-        findings = findings_of(recording, settings)
-        require_noise(measured)
-    return _Prepared(
-        recording=recording,
-        settings=settings,
-        undithered=undithered,
-        followed=following,
-        points=points,
-        table=table,
-        findings=findings,
-    )
-
-
-def _removed(prepared: _Prepared, stages: Stages) -> _Removed:
-    settings, recording = prepared.settings, prepared.undithered.recording
-    with stages.stage("lines") as fraction:
-        table = prepared.table
-        left = remainder_of(prepared.followed, table.known, recording, settings, fraction)
-        second = None
-        if len(settings.gyros) == MOST_GYROS:
-            pair = followed(measure(recording, settings.gyros[:2]), recording, table)
-            second = remainder_of(pair, table.known, recording, settings, fraction)
-        points = points_of(left, settings.interval)
-        require_length(points, recording)
-    return _Removed(left=left, second=second, points=points)
-
-
-def _answered(prepared: _Prepared, removed: _Removed, stages: Stages) -> _Answered:
-    settings, followed, left = prepared.settings, prepared.followed, removed.left
-    with stages.stage("stability"):
-        curves = curves_of(followed, left, removed.points, prepared.points, settings)
-    with stages.stage("coefficients"):
-        coefficients = coefficients_of(
-            prepared.recording,
-            settings,
-            left=left,
-            second=removed.second,
-            points=removed.points,
-            curve=curves.after,
-        )
-        decision = decide(
-            Evidence(
-                recording=prepared.recording,
-                settings=settings,
-                measured=followed,
-                left=left,
-                curve=curves.after,
-                coefficients=coefficients,
-            )
-        )
-        coefficients, found = _within_curve(prepared, curves, decision)
-        headline = decision.headline
-        if prepared.table.estimate is not None and not followed.is_pair:
-            headline = answer_of_one(
-                headline,
-                followed,
-                prepared.undithered.recording,
-                prepared.table,
-                masked=left.removal.masked,
-                levels=None if found is None else found.average.angle_random_walk,
-                residual=None
-                if left.once_a_turn or left.removal.unfinished is not None
-                else left.removal.residual,
-                pair=lambda other: _of_pair(prepared, other),
-                doubted=any(
-                    (one.name, one.channel, one.level) == ("encoder", "table", "warning")
-                    for one in prepared.findings
-                ),
-            )
-        headline = with_latch_note(
-            of_both_alike(followed, headline),
-            headline.estimate,
-            found,
-            measured=prepared.measured,
-            followed=followed,
-            table=prepared.table,
-        )
-    return _Answered(
-        curves=curves,
-        coefficients=coefficients,
-        found=found,
-        headline=headline,
-    )
-
-
-def _of_pair(prepared: _Prepared, other: str) -> Estimate:
-    """The angle random walk per gyro of the one that is analyzed and another, if it is sound."""
-    gyros = (*prepared.settings.gyros, other)
-    settings = replace(prepared.settings, gyros=gyros, estimators=(), strict=False)
-    try:
-        return answer_of(prepared.recording, settings).angle_random_walk
-    except RecordingError:
-        return unobserved("angle_random_walk", settings.confidence)
-
-
-def _within_curve(
-    prepared: _Prepared, curves: Curves, decision: Decision
-) -> tuple[Coefficients, Averaged | None]:
-    """The fit of the spectrum and the average without what contradicts the curve."""
-    coefficients, found = decision.coefficients, decision.found
-    lowered = 0.0 if found is None else found.roll_off.cluster_time()
-    highest = highest_terms(
-        curves.after,
-        confidence=prepared.settings.confidence,
-        shortest=max(lowered, coefficients.readout.time),
-    )
-    likelihood = coefficients.likelihood
-    kept = replace(likelihood, coefficients=within_curve(likelihood.coefficients, highest))
-    coefficients = replace(coefficients, fits={**coefficients.fits, "likelihood": kept})
-    if found is not None:
-        average = found.average
-        limited = average.with_coefficients(within_curve(average.coefficients, highest))
-        found = replace(found, average=limited)
-    return coefficients, found
-
-
-def _slow_noise(prepared: _Prepared, curves: Curves, found: Averaged | None) -> tuple[Note, ...]:
-    """A note on a rise of the curve that no estimated term has."""
-    if found is None or found.cleaned.warm_up is not None:
-        return ()
-    channel, terms = prepared.followed.channel, found.average.coefficients
-    model = None
-    if prepared.table.angle is None:
-        model = untold(found.levels, found.average.rests_on, terms)
-    if model is not None and model.rates:
-        sensor = prepared.recording.gyros[0].sensor
-        return (Note(channel=channel, text=markov_text(model.rates, sensor)),)
-    rise = slow_noise(curves.after, terms)
-    if rise is not None:
-        shown = (
-            f"at {rise.tau:.3g} s the curve lies {rounded(rise.ratio)} times above the terms that "
-            "are estimated"
-        )
-    elif model is not None:
-        shown = "the lowest frequencies of the spectrum lie above the terms that are estimated"
-    else:
-        return ()
-    text = (
-        f"slow noise, K or R or B: {shown}, and the recording does not show which of the three "
-        "it is; record longer"
-    )
-    return (Note(channel=channel, text=text),)
-
-
-def _seen(prepared: _Prepared, noticed: tuple[Note, ...]) -> tuple[Note, ...]:
-    """Findings of the data, and what was noticed of what is left."""
-    return merged(prepared.findings, accept(noticed, prepared.settings.accepted))
-
-
-def _noticed(prepared: _Prepared, left: Remainder, answered: _Answered) -> tuple[Note, ...]:
-    """Notes of the average, and the judgement of what is left of a turning table."""
-    found = answered.found
-    if found is None or answered.headline.by_encoder:
-        # What is left is the encoder's.
-        return ()
-    recording, channel = prepared.undithered.recording, prepared.followed.channel
-    sensor = recording.gyros[0].sensor
-    notes = noticed(channel, found, sensor)
-    if prepared.table.angle is None:
-        return notes
-    return (*notes, *_of_remainder(recording, channel, left, found))
-
-
-def _of_remainder(
-    recording: Recording, channel: str, left: Remainder, found: Averaged
-) -> tuple[Note, ...]:
-    """The judgement of what is left of a turning table, less what the average says itself."""
-    if left.once_a_turn:
-        return ()
-    cleaned = found.cleaned
-    # The answer may be of fewer angles; every sample tells more.
-    increments = (
-        cleaned.increments if cleaned.rate == left.rate else differences(left.removal.residual)
-    )
-    notes = judged_remainder(recording, channel, increments, left.rate)
-    return tuple(note for note in notes if not (found.changes and note.name == "unsteady"))
-
-
-def _composed(
-    prepared: _Prepared,
-    removed: _Removed,
-    answered: _Answered,
-    seen: tuple[Note, ...],
+def gyros_alone(
+    recording: Recording, settings: Settings, run: Run, progress: Progress | None
 ) -> Analysis:
-    """The answer, and the spectra and the residual that are drawn beside it."""
-    recording, settings, channel = prepared.recording, prepared.settings, prepared.followed.channel
-    table, left = prepared.table.angle, removed.left
-    residual, density = left.removal.residual, None
-    if settings.estimators:
-        density = multitaper_density(differences(residual), left.rate)
-    trust = _trust(seen, answered)
-    headline = trust.headline(answered.headline, channel)
-    table_rates = TableShares()
-    if table is not None:
-        # Shares that cannot be told cost nothing else.
-        with suppress(RecordingError):
-            table_rates = table_shares(recording, settings.gyros, confidence=settings.confidence)
-    each, found = answered.coefficients.per_gyro, answered.found
-    analysis = Analysis(
+    """Several gyros at rest, each alone: `Analysis.of_gyros`.
+
+    Parameters
+    ----------
+    recording, settings
+        With the gyros that the settings name, two or more.
+    run
+        What analyzes one.
+    progress
+        Called with the stage and the fraction of it done.
+
+    Raises
+    ------
+    RecordingError
+        The first refusal, if no gyro gives anything or the settings are strict.
+    """
+    names = settings.gyros
+    alone = each_alone(dict.fromkeys(names, recording), settings, run, progress)
+    if not alone.analyses:
+        raise next(iter(alone.refused.values()))
+    beside = accept(_beside_each_other(recording, tuple(alone.analyses)), settings.accepted)
+    require_strict(beside, settings)
+    return Analysis.of_gyros(alone, names, beside)
+
+
+def each_alone(
+    recordings: Mapping[str, Recording], settings: Settings, run: Run, progress: Progress | None
+) -> Alone:
+    """Channels one by one; what one of them does not give does not cost the others.
+
+    Parameters
+    ----------
+    recordings
+        Channel -> recording that holds it.
+    settings
+        For all of them; if they are strict, every refusal is an error.
+    run
+        What analyzes one.
+    progress
+        Called with the stage, the channel before it, and the fraction of it done.
+
+    Raises
+    ------
+    RecordingError
+        For a channel that is refused, if the settings are strict.
+    """
+    analyses: dict[str, Analysis] = {}
+    refused: dict[str, RecordingError] = {}
+    for name, recording in recordings.items():
+
+        def told(stage: str, fraction: float, name: str = name) -> None:
+            if progress is not None:
+                progress(f"{name}: {stage}", fraction)
+
+        try:
+            found = run(recording, replace(settings, gyros=(name,)), progress=told)
+        except RecordingError as error:
+            if settings.strict:
+                raise
+            refused[name] = error
+        else:
+            analyses[name] = _without_notes_of_others(found, name)
+    return Alone(analyses=analyses, refused=refused)
+
+
+def _without_notes_of_others(analysis: Analysis, name: str) -> Analysis:
+    """An analysis of one channel without what reading noticed of the others."""
+    recording = analysis.recording
+    others = {one.name for one in (*recording.gyros, *recording.accelerometers)} - {name}
+    notes = tuple(note for note in analysis.notes if note.channel not in others)
+    return replace(analysis, notes=notes)
+
+
+def _beside_each_other(recording: Recording, names: tuple[str, ...]) -> tuple[Note, ...]:
+    """Findings of gyros on each other; at rest they spoil no answer, since each is taken alone."""
+    profiles = {name: profile_of(recording.gyro(name)) for name in names}
+    return tuple(
+        replace(
+            note,
+            level="warning",
+            text=note.text.removesuffix(f"; {effect_words(note.effect)}"),
+            effect=None,
+        )
+        for note in pair_notes(profiles)
+    )
+
+
+# ---- the still bench ---------------------------------------------------------------------
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class AtRest:
+    """One gyro on the still bench.
+
+    Attributes
+    ----------
+    analysis
+        Fits and curves by the method chosen; answer, coefficients and lines with the lines out.
+    without_lines
+        All of it with the lines out.
+    as_it_is
+        All of it by the method chosen, so that both answers may be shown.
+    """
+
+    analysis: Analysis
+    without_lines: Analysis
+    as_it_is: Analysis
+
+
+def at_rest(
+    recording: Recording,
+    settings: Settings,
+    *,
+    progress: Progress | None = None,
+    lines_in: bool = False,
+) -> AtRest:
+    """Curve and coefficients of one gyro, and what they would be without its lines.
+
+    With missing samples (NaN) the curves are of the whole recording, less the terms that touch
+    a gap; coefficients, lines and spectra are of its longest stretch without a gap. If that is too
+    short for them they are not there.
+
+    Parameters
+    ----------
+    recording
+        Its table is not looked at.
+    settings
+        For one gyro. With the method ``none`` the lines are searched for all the same, and the
+        answer is that of `analyze` with its own method.
+    progress
+        Called with the stage and the fraction of it done.
+    lines_in
+        Leave the lines in the answer as well, with the method ``none``.
+
+    Raises
+    ------
+    RecordingError
+        If the recording cannot give what `settings` ask for.
+    """
+    recording = replace(recording, table=None, null_pulse=None, accelerometers=())
+    gyro = recording.gyro(settings.gyros[0])
+    for note in stuck_notes(recording, gyro):
+        if note.level == "error":
+            raise RecordingError.of(note, recording.path)
+    if any(np.isnan(gyro.values[block]).any() for block in blocks(gyro.values.size)):
+        try:
+            return _with_gaps(recording, gyro, settings, progress, lines_in=lines_in)
+        except RecordingError as error:
+            raise error.at(recording.path or "recording") from None
+    return _with_lines_out(recording, settings, progress, lines_in=lines_in)
+
+
+def _with_lines_out(
+    recording: Recording, settings: Settings, progress: Progress | None, *, lines_in: bool
+) -> AtRest:
+    """A gyro without gaps; an answer with its lines out beside curves with them in."""
+    analysis = analyze(recording, settings, progress=progress)
+    if settings.method != "none" or lines_in:
+        return AtRest(analysis=analysis, without_lines=analysis, as_it_is=analysis)
+    searched = analyze(recording, replace(settings, method="fos", estimators=()), progress=progress)
+    of_fits = tuple(note for fit in analysis.fits.values() for note in fit.notes)
+    notes = (*searched.notes, *curve_notes(analysis.curve, analysis.family), *of_fits)
+    # Vibration and lines are no angle random walk: the answer is the one without them.
+    with_answer = replace(
+        analysis,
+        lines=searched.lines,
+        angle_random_walk=searched.angle_random_walk,
+        source=f"{searched.source}; lines removed" if searched.lines else searched.source,
+        average=searched.average,
+        coefficients=searched.coefficients,
+        covariance=searched.covariance,
+        parts=searched.parts,
+        notes=tuple(dict.fromkeys(notes)),
+    )
+    return AtRest(analysis=with_answer, without_lines=searched, as_it_is=analysis)
+
+
+def _with_gaps(
+    recording: Recording,
+    gyro: Channel,
+    settings: Settings,
+    progress: Progress | None,
+    *,
+    lines_in: bool,
+) -> AtRest:
+    """Curves of all of a gyro with missing samples, the rest of its longest whole stretch."""
+    problem = ""
+    if settings.covariates:
+        problem, choice = "temperature cannot be fitted across gaps ({covariates})", "{covariates}"
+    elif settings.method != "none":
+        problem = f"lines cannot be removed across gaps ({{method {settings.method}}})"
+        choice = "{method}"
+    if problem:
+        remedy = f"leave {choice} out, or take a whole stretch with {{slice START:STOP}}"
+        raise RecordingError(problem, channel=gyro.name, remedy=remedy)
+    values, rate = _averaged(gyro, recording.sample_rate, settings.interval)
+    curve = stability_curve(
+        values, kind=gyro.kind, sample_rate=rate, confidence=settings.confidence, gaps="omit"
+    )
+    family = family_of(values, gyro.kind, rate, settings, gaps="omit")
+    part, start = longest_whole_stretch(recording, gyro.name)
+    span = f"{start:.6g} to {start + part.samples / part.sample_rate:.6g} s"
+    of_stretch = Note(
+        channel=gyro.name,
+        text="coefficients, lines and spectra are of the longest stretch without a gap, "
+        f"{span}; the curves are of the whole recording, without the terms that touch a gap",
+    )
+    try:
+        made = _with_lines_out(part, replace(settings, estimators=()), progress, lines_in=lines_in)
+        steps = differences(angle_of(part.gyro(gyro.name), part.sample_rate))
+        density = multitaper_density(steps, part.sample_rate)
+        analysis = replace(made.analysis, source=f"{made.analysis.source} (of {span})")
+    except RecordingError as error:
+        analysis = _nothing_but(curve, recording, settings)
+        made = AtRest(analysis=analysis, without_lines=analysis, as_it_is=analysis)
+        density = Spectrum.empty()
+        why = RecordingError(error.problem, channel=error.channel, remedy=error.remedy)
+        text = (
+            "no coefficients, lines or spectra: the longest stretch without a gap, "
+            f"{span}, does not give them ({why})"
+        )
+        of_stretch = Note(channel=gyro.name, level="warning", text=text)
+    notes = (
+        *recording.notes,
+        of_stretch,
+        # What the curve of the stretch alone noticed is of no curve that is shown.
+        *(note for note in analysis.notes if note not in analysis.curve.notes),
+        *curve_notes(curve, family),
+    )
+    whole = replace(
+        analysis,
         recording=recording,
         settings=settings,
-        channel=channel,
-        table_rate=None if table is None else mean_rate(table, recording.sample_rate),
-        angle_random_walk=headline.estimate,
-        source=headline.source,
-        fits=trust.fits(answered.coefficients.fits, channel),
-        lines=_lines(removed),
-        curve=answered.curves.after,
-        curve_before=answered.curves.before,
-        spectrum=figure_spectrum(differences(residual), left.rate),
-        spectrum_before=figure_spectrum(
-            differences(prepared.measured.angle), recording.sample_rate
-        ),
-        per_gyro={name: trust.estimate(own, name) for name, own in each.items()},
-        notes=_notes(prepared, removed, answered, headline, seen),
-        seconds={},
-        family=answered.curves.family,
+        curve=curve,
+        curve_before=curve,
+        family=family,
         density=density,
-        residual=residual_of(prepared.measured, left, table),
-        shares=table_rates.shares,
-        triad=table_rates.triad,
-        masked=left.removal.masked,
+        notes=tuple(dict.fromkeys(notes)),
     )
-    if found is None:
-        return analysis
-    average = found.average
-    return replace(
-        analysis,
-        levels=found.levels,
-        average=average.rests_on,
-        coefficients={
-            **trust.coefficients(average.coefficients, channel),
-            "angle_random_walk": headline.estimate,
-        },
-        # There is none of what is no estimate.
-        covariance=None
-        if trust.reasons
-        else trust.covariance(Covariance(names=average.names, matrix=average.covariance), channel),
-        parts=() if found.parts is None else found.parts.parts,
+    return replace(made, analysis=whole)
+
+
+def _averaged(
+    gyro: Channel, sample_rate: float, interval: float | None
+) -> tuple[FloatArray, float]:
+    """Samples at the interval of the curve, and their rate; missing if one they take is missing."""
+    step = 1 if interval is None else max(1, round(interval * sample_rate))
+    if step == 1 or gyro.kind == "angle":
+        return gyro.values[::step], sample_rate / step
+    whole = gyro.values[: gyro.values.size // step * step].reshape(-1, step)
+    return (whole.mean(axis=1) if gyro.kind == "rate" else whole.sum(axis=1)), sample_rate / step
+
+
+def _nothing_but(curve: StabilityCurve, recording: Recording, settings: Settings) -> Analysis:
+    """An analysis with no more than a curve."""
+    return Analysis(
+        recording=recording,
+        settings=settings,
+        channel=settings.gyros[0],
+        table_rate=None,
+        angle_random_walk=unobserved("angle_random_walk", settings.confidence),
+        source="no stretch without a gap is long enough",
+        curve=curve,
+        curve_before=curve,
+        spectrum=Spectrum.empty(),
+        spectrum_before=Spectrum.empty(),
     )
-
-
-def _trust(seen: tuple[Note, ...], answered: _Answered) -> Trust:
-    return Trust.of(seen, over_parts=answered.found is not None and answered.found.changes)
-
-
-def _lines(removed: _Removed) -> tuple[Line, ...]:
-    return tuple(line for one in removed.each for line in one.removal.lines)
-
-
-def _notes(
-    prepared: _Prepared,
-    removed: _Removed,
-    answered: _Answered,
-    headline: Headline,
-    seen: tuple[Note, ...],
-) -> tuple[Note, ...]:
-    """All notes, in the order of the stages, each once; errors in the data come first."""
-    rounding = rounding_note(removed.points, prepared.settings.interval)
-    said = {note.text for note in seen}
-    notes = (
-        *(note for note in prepared.recording.notes if note.text not in said),
-        *prepared.undithered.notes,
-        *(note for note in seen if note.level == "error"),
-        *prepared.table.notes,
-        *(note for one in removed.each for note in one.removal.notes),
-        *(() if removed.left.once_a_turn else rounding),
-        *answered.coefficients.notes,
-        *answered.curves.notes,
-        *headline.notes,
-        *seen,
-        *cache_notes(),
-    )
-    return tuple(dict.fromkeys(notes))

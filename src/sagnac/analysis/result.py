@@ -155,15 +155,15 @@ class Analysis:
     table_rate: float | None
     angle_random_walk: Estimate
     source: str
-    fits: Mapping[FitName, Fit]
-    lines: tuple[Line, ...]
     curve: StabilityCurve
     curve_before: StabilityCurve
     spectrum: Spectrum
     spectrum_before: Spectrum
-    per_gyro: Mapping[str, Estimate]
-    notes: tuple[Note, ...]
-    seconds: Mapping[str, float]
+    fits: Mapping[FitName, Fit] = field(default_factory=dict)
+    lines: tuple[Line, ...] = ()
+    per_gyro: Mapping[str, Estimate] = field(default_factory=dict)
+    notes: tuple[Note, ...] = ()
+    seconds: Mapping[str, float] = field(default_factory=dict)
     family: tuple[StabilityCurve, ...] = ()
     density: Spectrum | None = None
     average: ModelChoice | None = None

@@ -5,7 +5,6 @@ from typing import Final, Self
 
 import numpy as np
 
-from sagnac.analysis.measurement import Measurement
 from sagnac.analysis.removal import Remainder
 from sagnac.core.arrays import FloatArray, blocks, elementwise, mean, values_at
 from sagnac.spectrum.periodogram import density as rate_density
@@ -108,13 +107,13 @@ class Residual:
     by_angle: ByAngle | None
 
 
-def residual_of(measured: Measurement, left: Remainder, table: FloatArray | None) -> Residual:
+def residual_of(before: FloatArray, left: Remainder, table: FloatArray | None) -> Residual:
     """Mean rates of what removal leaves.
 
     Parameters
     ----------
-    measured, left
-        The angle, and what removal left of it.
+    before, left
+        (samples,) the angle, rad, per gyro, and what removal left of it.
     table
         (samples,) unwrapped, rad; None if nothing turns.
     """
@@ -124,11 +123,11 @@ def residual_of(measured: Measurement, left: Remainder, table: FloatArray | None
     return Residual(
         time=np.asarray(0.5 * (edges[1:] + edges[:-1]) / left.rate, dtype=np.float64),
         rate=rate - rate.mean(),
-        by_angle=None if table is None or left.once_a_turn else _by_angle(measured, angle, table),
+        by_angle=None if table is None or left.once_a_turn else _by_angle(before, left, table),
     )
 
 
-def _by_angle(measured: Measurement, after: FloatArray, table: FloatArray) -> ByAngle | None:
+def _by_angle(before: FloatArray, left: Remainder, table: FloatArray) -> ByAngle | None:
     if abs(float(table[-1] - table[0])) < 2.0 * np.pi * _LEAST_TURNS:
         return None
     # Count and both increments of each sector.
@@ -138,18 +137,18 @@ def _by_angle(measured: Measurement, after: FloatArray, table: FloatArray) -> By
         middle = 0.5 * (table[here][1:] + table[here][:-1])
         sector = np.floor(middle * (_SECTORS / (2.0 * np.pi))).astype(np.int64) & (_SECTORS - 1)
         sums[0] += np.bincount(sector, minlength=_SECTORS)
-        for number, angle in enumerate((measured.angle, after), start=1):
+        for number, angle in enumerate((before, left.removal.residual), start=1):
             sums[number] += np.bincount(sector, weights=np.diff(angle[here]), minlength=_SECTORS)
     count, *increments = sums
     if not count.all():
         return None
-    before, left = (measured.sample_rate * each / count for each in increments)
-    before, left = before - before.mean(), left - left.mean()
-    amplitudes = [2.0 / _SECTORS * np.abs(np.fft.rfft(each))[1:-1] for each in (before, left)]
+    rates = [left.rate * each / count for each in increments]
+    rates = [each - each.mean() for each in rates]
+    amplitudes = [2.0 / _SECTORS * np.abs(np.fft.rfft(each))[1:-1] for each in rates]
     return ByAngle(
         angle=2.0 * np.pi * (np.arange(_SECTORS) + 0.5) / _SECTORS,
-        before=before,
-        after=left,
+        before=rates[0],
+        after=rates[1],
         order=np.arange(1.0, _SECTORS // 2),
         amplitude_before=amplitudes[0],
         amplitude_after=amplitudes[1],

@@ -1,57 +1,61 @@
-"""Findings: what is noticed beside the noise, and whether the data bear the answer.
-
-A finding is refused, accepted, divided by, or withholds the answer.
-"""
+"""Findings: what is noticed beside the noise, and whether the data bear the answer."""
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
+from typing import Final
 
 import numpy as np
 
-from sagnac.analysis.averaged import Averaged, Cleaned
-from sagnac.analysis.headline import Headline
+from sagnac.analysis.averaged import Averaged, Headline
+from sagnac.analysis.evidence import Evidence
 from sagnac.analysis.parts import Parts
-from sagnac.analysis.result import Covariance
 from sagnac.analysis.settings import Settings
+from sagnac.core.arrays import differences
 from sagnac.core.errors import Level, Note, RecordingError, counted, rounded
 from sagnac.core.units import SENSED, UNITS, Sensor, field_unit
-from sagnac.noise.bounds import Hump, RollOff
-from sagnac.noise.estimates import Estimate, Fit, FitName
+from sagnac.noise.bounds import Hump, RollOff, slow_noise
+from sagnac.noise.estimates import Estimate
 from sagnac.noise.laws import CoefficientName
 from sagnac.noise.model_average import Elsewhere
-from sagnac.noise.slow_model import MarkovEstimate
-from sagnac.quality.check import accept, judged
+from sagnac.noise.slow_model import MarkovEstimate, untold
+from sagnac.quality.check import accept, judged, judged_remainder
 from sagnac.quality.effects import DIVIDED, doubt_of
 from sagnac.quality.spikes import Spikes
 from sagnac.recording.model import Recording
 
 # Share of N from which on what spikes would add is worth a warning.
-_ADDS: float = 0.05
+_ADDS: Final = 0.05
 
 
-def noticed(channel: str, found: Averaged, sensor: Sensor = "gyro") -> tuple[Note, ...]:
-    """Notes of an average on its record.
-
-    Parameters
-    ----------
-    channel
-        ``x`` or ``x-z``.
-    found
-        The average.
-    sensor
-        What the channel is of, which says the units.
-    """
+def _noticed(evidence: Evidence, headline: Headline) -> tuple[Note, ...]:
+    """Notes of the spectrum, and the judgement of what is left of a turning table."""
+    found, channel = headline.found, evidence.measured.channel
+    if found is None or headline.by_encoder:
+        # What is left is the encoder's.
+        return ()
+    sensor = evidence.recording.gyros[0].sensor
     walk = found.average.angle_random_walk
     notes = (
-        _spikes_note(found.cleaned.spikes, walk, sensor),
-        _warm_up_note(found.cleaned, sensor),
+        _spikes_note(found.spikes, walk, sensor),
+        _warm_up_note(found, sensor),
         _roll_off_note(found.roll_off),
         _hump_note(found.hump, sensor),
         _elsewhere_note(found.average.rests_on.elsewhere, walk, sensor),
         _parts_note(found.parts, sensor),
     )
-    return tuple(replace(note, channel=channel) for note in notes if note)
+    noticed = tuple(replace(note, channel=channel) for note in notes if note)
+    if evidence.table.angle is None or evidence.left.once_a_turn:
+        return noticed
+    # The answer may be of fewer angles; every sample tells more.
+    left, increments = evidence.left, found.increments
+    if found.points.rate != left.rate:
+        increments = differences(left.removal.residual)
+    of_remainder = judged_remainder(evidence.corrected, channel, increments, left.rate)
+    # Of noise that changes the spectrum says so itself.
+    return noticed + tuple(
+        note for note in of_remainder if not (found.changes and note.name == "unsteady")
+    )
 
 
 def _shown(value: float, sensor: Sensor) -> str:
@@ -76,12 +80,12 @@ def _spikes_note(spikes: Spikes | None, walk: Estimate, sensor: Sensor) -> Note 
     )
 
 
-def _warm_up_note(cleaned: Cleaned, sensor: Sensor) -> Note | None:
-    warm_up = cleaned.warm_up
+def _warm_up_note(found: Averaged, sensor: Sensor) -> Note | None:
+    warm_up = found.warm_up
     if warm_up is None:
         return None
     # At least half of the record should be left.
-    is_short = 2.0 * warm_up.until_s > cleaned.increments.size / cleaned.rate
+    is_short = 2.0 * warm_up.until_s > found.increments.size / found.points.rate
     left_out = "a recording begun later" if is_short else f"{{slice {warm_up.until_s:.0f}:}}"
     unit = UNITS[SENSED[sensor].rate_unit]
     return Note(
@@ -165,20 +169,105 @@ def _parts_note(parts: Parts | None, sensor: Sensor) -> Note | None:
     )
 
 
-def markov_text(found: Sequence[MarkovEstimate], sensor: Sensor) -> str:
+def _slow_noise_notes(evidence: Evidence, found: Averaged) -> tuple[Note, ...]:
+    """A note on a rise of the curve that no estimated term has."""
+    if found.warm_up is not None:
+        return ()
+    terms, sensor = found.average.coefficients, evidence.recording.gyros[0].sensor
+    model = None
+    if evidence.table.angle is None:
+        model = untold(found.levels, found.average.rests_on, terms)
+    rise = slow_noise(evidence.curve, terms)
+    if model is not None and model.rates:
+        text = f"slow noise: {_markov_text(model.rates, sensor)}; B and K are bounds"
+    elif rise is not None or model is not None:
+        shown = "the lowest frequencies of the spectrum lie above the terms that are estimated"
+        if rise is not None:
+            shown = (
+                f"at {rise.tau:.3g} s the curve lies {rounded(rise.ratio)} times above the terms "
+                "that are estimated"
+            )
+        text = (
+            f"slow noise, K or R or B: {shown}, and the recording does not show which of the three "
+            "it is; record longer"
+        )
+    else:
+        return ()
+    return (Note(channel=evidence.measured.channel, text=text),)
+
+
+def _markov_text(found: Sequence[MarkovEstimate], sensor: Sensor) -> str:
     """The Markov rates that describe slow noise where B and K are bounds at most."""
     unit = UNITS[SENSED[sensor].rate_unit]
     rate = "rate" if sensor == "gyro" else "acceleration"
-    each = []
-    for one in found:
-        size, time = one.deviation, one.correlation_time
-        each.append(
-            f"a Markov {rate} of {size.value / unit.size:.3g} {unit.name} "
-            f"({size.low / unit.size:.3g} to {size.high / unit.size:.3g}) with a correlation time "
-            f"of {time.value:.3g} s ({time.low:.3g} to {time.high:.3g})"
+    each = [
+        f"a Markov {rate} of {one.deviation.value / unit.size:.3g} {unit.name} "
+        f"({one.deviation.low / unit.size:.3g} to {one.deviation.high / unit.size:.3g}) with a "
+        f"correlation time of {one.correlation_time.value:.3g} s "
+        f"({one.correlation_time.low:.3g} to {one.correlation_time.high:.3g})"
+        for one in found
+    ]
+    return f"{' and '.join(each)} {'describes it' if len(each) == 1 else 'describe it together'}"
+
+
+# ---- what findings leave of the answer ---------------------------------------------------
+
+
+def believed(
+    evidence: Evidence, headline: Headline, *, brief: bool = False
+) -> tuple[Evidence, Headline]:
+    """The answer and the fits beside it, as far as the findings let them stand.
+
+    A finding is refused, accepted, divided by, or withholds the answer.
+
+    Parameters
+    ----------
+    evidence, headline
+        The fits, and the answer with what was noticed of it.
+    brief
+        Whether to leave out notes that touch neither.
+
+    Raises
+    ------
+    RecordingError
+        If the settings are strict and something is found that they do not accept.
+    """
+    settings, channel, found = evidence.settings, evidence.measured.channel, headline.found
+    slow = () if brief or found is None else _slow_noise_notes(evidence, found)
+    noticed = (*_noticed(evidence, headline), *slow, *headline.findings)
+    findings = merged(evidence.findings, accept(noticed, settings.accepted))
+    require_strict(findings, settings)
+    trust = Trust.of(findings, over_parts=found is not None and found.changes)
+    if found is not None:
+        own = trust.factor(channel)
+        scale = np.array(
+            [1.0 / own if name == "angle_random_walk" else 1.0 for name in found.average.names]
         )
-    describes = "describes it" if len(each) == 1 else "describe it together"
-    return f"slow noise: {' and '.join(each)} {describes}; B and K are bounds"
+        average = replace(
+            found.average, covariance=found.average.covariance * np.outer(scale, scale)
+        )
+        average = average.with_coefficients(trust.each(average.coefficients, channel))
+        found = replace(found, average=average)
+    coefficients = replace(
+        evidence.coefficients,
+        fits={
+            name: replace(fit, coefficients=trust.each(fit.coefficients, channel))
+            for name, fit in evidence.coefficients.fits.items()
+        },
+        per_gyro={
+            name: trust.estimate(own, name) for name, own in evidence.coefficients.per_gyro.items()
+        },
+    )
+    estimate = trust.estimate(headline.estimate, channel)
+    source = headline.source
+    if trust.reasons:
+        given = "no more than a bound" if trust.only_raised else "not given"
+        source = f"{given}, for {trust.why} spoils it"
+    elif estimate != headline.estimate:
+        source += f", divided by {trust.factor(channel):.4g} for findings"
+    return replace(evidence, coefficients=coefficients), replace(
+        headline, estimate=estimate, source=source, found=found, findings=findings
+    )
 
 
 def findings_of(recording: Recording, settings: Settings) -> tuple[Note, ...]:
@@ -214,15 +303,7 @@ def require_strict(notes: Iterable[Note], settings: Settings) -> None:
 
 
 def merged(found: Iterable[Note], noticed: Iterable[Note]) -> tuple[Note, ...]:
-    """Findings of the recording and of what removal left; the latter see more and stand alone.
-
-    Parameters
-    ----------
-    found
-        Of the recording.
-    noticed
-        Of what removal left, and other notes.
-    """
+    """Findings of the recording and of what removal left; the latter see more and stand alone."""
     noticed = tuple(noticed)
     known = {note.name for note in noticed if note.name}
     return (*(note for note in found if note.name not in known), *noticed)
@@ -244,12 +325,12 @@ class Trust:
     """
 
     reasons: tuple[Note, ...]
-    factors: Mapping[str, float] = field(default_factory=dict)
-    spread: float = 1.0
+    factors: Mapping[str, float]
+    spread: float
 
     @classmethod
-    def of(cls, findings: Iterable[Note], *, over_parts: bool = False) -> "Trust":
-        """The estimate after findings of level ``error``, and the known effects of warnings.
+    def of(cls, findings: Iterable[Note], *, over_parts: bool) -> "Trust":
+        """The trust after findings of level ``error``, and the known effects of warnings.
 
         Parameters
         ----------
@@ -260,49 +341,57 @@ class Trust:
         """
         findings = tuple(findings)
         factors: dict[str, float] = {}
+        spread = 1.0
         for note in findings:
-            if note.name in DIVIDED and note.level == "warning" and note.effect is not None:
+            if note.level != "warning" or note.effect is None:
+                continue
+            if note.name in DIVIDED:
                 factors[note.channel] = factors.get(note.channel, 1.0) * note.effect
-        spreads = [
-            note.effect
-            for note in findings
-            if note.name == "unsteady" and note.level == "warning" and note.effect is not None
-        ]
-        return cls(
-            reasons=tuple(note for note in findings if note.level == "error"),
-            factors=factors,
-            spread=1.0 if over_parts else max([1.0, *spreads]),
-        )
+            if note.name == "unsteady" and not over_parts:
+                spread = max(spread, note.effect)
+        reasons = tuple(note for note in findings if note.level == "error")
+        return cls(reasons=reasons, factors=factors, spread=spread)
 
     @property
     def only_raised(self) -> bool:
         """Whether all of them raise N: what is read is then an upper bound."""
         return all(note.effect is not None and note.effect > 1.0 for note in self.reasons)
 
+    @property
+    def why(self) -> str:
+        """The reasons by name and channel."""
+        names = (
+            f"{note.name} of {note.channel}" if note.channel else note.name for note in self.reasons
+        )
+        return ", ".join(dict.fromkeys(names))
+
     def factor(self, channel: str) -> float:
         """Factor on the N that is read of one gyro, or of each of two (``x-z``)."""
-        own = self.factors.get(channel, 1.0)
-        if channel not in self.factors and "-" in channel:
-            squares = [self.factors.get(name, 1.0) ** 2 for name in channel.split("-")]
-            own = math.sqrt(sum(squares) / len(squares))
-        return own
+        if channel in self.factors:
+            return self.factors[channel]
+        squares = [self.factors.get(name, 1.0) ** 2 for name in channel.split("-")]
+        return math.sqrt(sum(squares) / len(squares))
+
+    def each(
+        self, read: Mapping[CoefficientName, Estimate], channel: str
+    ) -> dict[CoefficientName, Estimate]:
+        """What is left of each coefficient."""
+        return {name: self.estimate(one, channel) for name, one in read.items()}
 
     def estimate(self, read: Estimate, channel: str) -> Estimate:
-        """An estimate, or what is left of it: a bound, or nothing."""
+        """An estimate, or what is left of it: a bound, or nothing.
+
+        N is divided by what is known to move it, in an interval wider by half of that, which
+        reaches as far as noise that changes in the course of the record.
+        """
         if read.status == "not observable":
             return read
-        if not self.reasons:
-            return self._divided(read, channel)
-        if self.only_raised:
+        if self.reasons and self.only_raised:
             return replace(read, value=read.high, low=0.0, status="upper bound")
-        nothing = float("nan")
-        return replace(read, value=nothing, low=nothing, high=nothing, status="not observable")
-
-    def _divided(self, read: Estimate, channel: str) -> Estimate:
-        """N divided by what is known to move it, in an interval wider by half of that.
-
-        It reaches as far as noise that changes in the course of the record.
-        """
+        if self.reasons:
+            return replace(
+                read, value=math.nan, low=math.nan, high=math.nan, status="not observable"
+            )
         if read.name != "angle_random_walk":
             return read
         factor = self.factor(channel)
@@ -310,46 +399,5 @@ class Trust:
         value, high = read.value / factor, read.high / factor * (1.0 + doubt)
         if read.status == "upper bound":
             return replace(read, value=high, high=high)
-        low = read.low / factor * (1.0 - doubt)
-        return replace(
-            read,
-            value=value,
-            low=min(low, value / self.spread),
-            high=max(high, value * self.spread),
-        )
-
-    def headline(self, read: Headline, channel: str) -> Headline:
-        """The answer; if it does not stand, its source says why."""
-        estimate = self.estimate(read.estimate, channel)
-        if not self.reasons:
-            factor = self.factor(channel)
-            divided = "" if estimate == read.estimate else f", divided by {factor:.4g} for findings"
-            return replace(read, estimate=estimate, source=read.source + divided)
-        why = ", ".join(
-            dict.fromkeys(
-                f"{note.name} of {note.channel}" if note.channel else note.name
-                for note in self.reasons
-            )
-        )
-        given = "no more than a bound" if self.only_raised else "not given"
-        return replace(read, estimate=estimate, source=f"{given}, for {why} spoils it")
-
-    def coefficients(
-        self, read: Mapping[CoefficientName, Estimate], channel: str
-    ) -> dict[CoefficientName, Estimate]:
-        """Every coefficient so."""
-        return {name: self.estimate(one, channel) for name, one in read.items()}
-
-    def fits(self, read: Mapping[FitName, Fit], channel: str) -> dict[FitName, Fit]:
-        """The coefficients of every fit so."""
-        return {
-            name: replace(fit, coefficients=self.coefficients(fit.coefficients, channel))
-            for name, fit in read.items()
-        }
-
-    def covariance(self, read: Covariance, channel: str) -> Covariance:
-        """The covariance of coefficients of which N was divided."""
-        scale = np.ones(len(read.names))
-        if "angle_random_walk" in read.names:
-            scale[read.names.index("angle_random_walk")] = 1.0 / self.factor(channel)
-        return replace(read, matrix=read.matrix * np.outer(scale, scale))
+        low = min(read.low / factor * (1.0 - doubt), value / self.spread)
+        return replace(read, value=value, low=low, high=max(high, value * self.spread))

@@ -45,8 +45,8 @@ from sagnac.cli.output import (
 from sagnac.core import overwriting
 
 if TYPE_CHECKING:
+    from sagnac.analysis.pipeline import AtRest
     from sagnac.analysis.settings import Method
-    from sagnac.analysis.still_bench import AtRest
     from sagnac.report.sections import TitleBlock
 
 
@@ -261,9 +261,7 @@ def _made(
 
     With `lines_in` the answer is of the recording as it is, since that was asked for.
     """
-    from sagnac.analysis.alone import gyros_alone
-    from sagnac.analysis.pipeline import accelerometers_of
-    from sagnac.analysis.still_bench import at_rest
+    from sagnac.analysis.pipeline import accelerometers_of, at_rest, gyros_alone
 
     benches: dict[str, AtRest] = {}
 

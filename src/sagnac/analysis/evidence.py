@@ -1,4 +1,4 @@
-"""Angles at the interval of the curve, the curves made of them, and the fits of both."""
+"""All that an answer is read from: the angles at the interval, their curves, and their fits."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -6,11 +6,12 @@ from typing import Literal
 
 import numpy as np
 
-from sagnac.analysis.measurement import Measurement
+from sagnac.analysis.measurement import Measurement, TurningTable
 from sagnac.analysis.removal import Remainder
 from sagnac.analysis.settings import PUBLISHED, Settings
 from sagnac.core.arrays import FloatArray, every
 from sagnac.core.errors import Note, RecordingError
+from sagnac.lines.model import Line
 from sagnac.lines.naming import taken_allan_variance, with_noise_restored
 from sagnac.noise.cosine_spectrum import cosine_spectrum
 from sagnac.noise.curve_fit import paper_fit, weighted_fit
@@ -26,8 +27,11 @@ from sagnac.stability.curve import StabilityCurve, stability_curve
 
 # A curve of fewer points than this has no cluster time whose deviation means anything.
 LEAST_POINTS = 32
-# An interval that is rounded to whole samples by less than this share of it is not worth a note.
-_ROUNDED = 0.01
+# The likelihood fit takes the angle this many times as often as the curve: ten times the bins,
+# and still far below the frequencies where readout and bearing noise rule.
+_FINER = 10
+
+Bands = tuple[tuple[float, float], ...]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -37,169 +41,13 @@ class Points:
     Attributes
     ----------
     angle
-        (points,) rad.
+        (points,) rad, with the noise of one gyro.
     rate
         Hz.
     """
 
     angle: FloatArray
     rate: float
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Curves:
-    """Stability of what is measured.
-
-    Attributes
-    ----------
-    after, before
-        With the periodic parts removed, and with all of them in.
-    family
-        After removal, one for each estimator asked for.
-    taken
-        (points of `after`,) Allan variance of the noise that went with the lines, (rad/s)^2.
-    """
-
-    after: StabilityCurve
-    before: StabilityCurve
-    family: tuple[StabilityCurve, ...]
-    taken: FloatArray
-
-    @property
-    def notes(self) -> tuple[Note, ...]:
-        """Notes of the curves; one that all of the family have, once."""
-        return (*self.after.notes, *family_notes(self.family, self.after))
-
-
-def points_at(angle: FloatArray, sample_rate: float, interval: float | None) -> Points:
-    """Every angle at an interval (Step 4), the nearest whole number of samples; None for all."""
-    step = 1 if interval is None else max(1, round(interval * sample_rate))
-    return Points(angle=angle if step == 1 else every(angle, step), rate=sample_rate / step)
-
-
-def points_of(left: Remainder, interval: float | None) -> Points:
-    """The angles that the curve is made of; those taken once a turn are what they are."""
-    return points_at(left.removal.residual, left.rate, None if left.once_a_turn else interval)
-
-
-def rounding_note(points: Points, interval: float | None) -> tuple[Note, ...]:
-    """Said where an interval asked for is no whole number of samples."""
-    if interval is None or abs(interval * points.rate - 1.0) <= _ROUNDED:
-        return ()
-    return (
-        Note(
-            text=f"interval {interval:g} s is no whole number of samples: "
-            f"{1.0 / points.rate:.4g} s taken"
-        ),
-    )
-
-
-def require_length(points: Points, recording: Recording) -> None:
-    """Refuse a recording too short for a curve.
-
-    Raises
-    ------
-    RecordingError
-        If it gives fewer than `LEAST_POINTS` angles; with the interval that would do, if any.
-    """
-    size, duration = points.angle.size, recording.duration
-    if size >= LEAST_POINTS:
-        return
-    interval = max(duration / (2 * LEAST_POINTS), 1.0 / recording.sample_rate)
-    is_enough = interval * LEAST_POINTS < duration
-    raise RecordingError(
-        f"{duration:.4g} s give {size} angles at {1.0 / points.rate:.4g} s, and a curve needs "
-        f"{LEAST_POINTS}",
-        remedy="record longer"
-        + (f" or ask for a shorter interval ({{interval {interval:.2g}s}})" if is_enough else ""),
-    )
-
-
-def curves_of(
-    measured: Measurement,
-    left: Remainder,
-    points: Points,
-    before: Points,
-    settings: Settings,
-) -> Curves:
-    """The curves after and before removal, the noise that went with the lines given back.
-
-    A reading of Step 4 that puts none back leaves it out of the paper's methods.
-
-    Parameters
-    ----------
-    measured, left
-        The angle, and what removal left of it.
-    points, before
-        The angles at the interval of the curve after and before removal.
-    settings
-        Method, reading of Step 4, confidence and estimators.
-    """
-    after = allan_curve(points, settings.confidence)
-    removal = left.removal
-    taken = np.zeros(after.tau.size)
-    if removal.taken.size:
-        taken = taken_allan_variance(after.tau, *removal.taken, interval=1.0 / measured.sample_rate)
-        restored = settings.method not in PUBLISHED or settings.step_4.noise_restored
-        after = with_noise_restored(after, taken, len(removal.lines), restored=restored)
-    same = before.angle is points.angle
-    return Curves(
-        after=after,
-        taken=taken,
-        before=after if same else allan_curve(before, settings.confidence),
-        family=family_of(points.angle, "angle", points.rate, settings),
-    )
-
-
-def allan_curve(points: Points, confidence: float) -> StabilityCurve:
-    """Overlapping Allan deviation of angles."""
-    return stability_curve(
-        points.angle, kind="angle", sample_rate=points.rate, confidence=confidence
-    )
-
-
-def family_of(
-    values: FloatArray, kind: Kind, sample_rate: float, settings: Settings, gaps: Gaps = "reject"
-) -> tuple[StabilityCurve, ...]:
-    """The curve of each estimator that the settings ask for.
-
-    Raises
-    ------
-    RecordingError
-        If the record is too short for one of them, or has gaps that it cannot leave out.
-    """
-    curves = []
-    for estimator in settings.estimators:
-        try:
-            curve = stability_curve(
-                values,
-                kind=kind,
-                sample_rate=sample_rate,
-                estimator=estimator,
-                confidence=settings.confidence,
-                gaps=gaps,
-            )
-        except ValueError as error:
-            raise RecordingError(f"{estimator}: {error}") from None
-        curves.append(curve)
-    return tuple(curves)
-
-
-def family_notes(family: tuple[StabilityCurve, ...], beside: StabilityCurve) -> tuple[Note, ...]:
-    """Notes of the curves of a family that `beside` does not have."""
-    return tuple(
-        Note(text=f"{curve.estimator}: {note.text}", level=note.level, channel=note.channel)
-        for curve in family
-        for note in curve.notes
-        if note not in beside.notes
-    )
-
-
-# ---- the fits --------------------------------------------------------------------------
-
-# The likelihood fit takes the angle this many times as often as the curve: ten times the bins,
-# and still far below the frequencies where readout and bearing noise rule.
-_FINER = 10
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -232,6 +80,171 @@ class Coefficients:
         return self.fits["likelihood"]
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Evidence:
+    """All that an answer is read from and judged by.
+
+    Attributes
+    ----------
+    recording, corrected
+        As read, and without dither and without the drift that follows the temperature.
+    settings
+        With the gyros by name, and the interval.
+    measured, table
+        The measurement, as `followed` gives it, and the table.
+    findings
+        The judgement of the data.
+    left, second
+        What removal left of it; of a triad, of the first gyro less the second, too.
+    points
+        The angles at the interval after removal.
+    curve, curve_before
+        With the periodic parts removed, and with all of them in.
+    family
+        After removal, one for each estimator asked for.
+    taken
+        (points of `curve`,) Allan variance of the noise that went with the lines, (rad/s)^2.
+    coefficients
+        The fits.
+    """
+
+    recording: Recording
+    corrected: Recording
+    settings: Settings
+    measured: Measurement
+    table: TurningTable
+    findings: tuple[Note, ...]
+    left: Remainder
+    second: Remainder | None
+    points: Points
+    curve: StabilityCurve
+    curve_before: StabilityCurve
+    family: tuple[StabilityCurve, ...]
+    taken: FloatArray
+    coefficients: Coefficients
+
+    @property
+    def lines(self) -> tuple[Line, ...]:
+        """Lines of the measurement and of the second pair."""
+        return tuple(line for one in self.remainders for line in one.removal.lines)
+
+    @property
+    def remainders(self) -> tuple[Remainder, ...]:
+        """What removal left of one measurement or two."""
+        return (self.left,) if self.second is None else (self.left, self.second)
+
+    @property
+    def masked(self) -> Bands:
+        """(low, high) bands whose noise went with the lines, Hz."""
+        return self.left.removal.masked
+
+
+# ---- angles and curves -------------------------------------------------------------------
+
+
+def points_at(angle: FloatArray, sample_rate: float, interval: float | None) -> Points:
+    """Every angle at an interval (Step 4), the nearest whole number of samples; None for all."""
+    step = 1 if interval is None else max(1, round(interval * sample_rate))
+    return Points(angle=angle if step == 1 else every(angle, step), rate=sample_rate / step)
+
+
+def require_length(points: Points, recording: Recording) -> None:
+    """Refuse a recording too short for a curve.
+
+    Raises
+    ------
+    RecordingError
+        If it gives fewer than `LEAST_POINTS` angles; with the interval that would do, if any.
+    """
+    size, duration = points.angle.size, recording.duration
+    if size >= LEAST_POINTS:
+        return
+    interval = max(duration / (2 * LEAST_POINTS), 1.0 / recording.sample_rate)
+    is_enough = interval * LEAST_POINTS < duration
+    raise RecordingError(
+        f"{duration:.4g} s give {size} angles at {1.0 / points.rate:.4g} s, and a curve needs "
+        f"{LEAST_POINTS}",
+        remedy="record longer"
+        + (f" or ask for a shorter interval ({{interval {interval:.2g}s}})" if is_enough else ""),
+    )
+
+
+def allan_curve(points: Points, confidence: float) -> StabilityCurve:
+    """Overlapping Allan deviation of angles."""
+    return stability_curve(
+        points.angle, kind="angle", sample_rate=points.rate, confidence=confidence
+    )
+
+
+def curve_after(
+    points: Points, left: Remainder, sample_rate: float, settings: Settings
+) -> tuple[StabilityCurve, FloatArray]:
+    """The curve after removal with the noise that went with the lines given back.
+
+    A reading of Step 4 that puts none back leaves it out of the paper's methods.
+
+    Parameters
+    ----------
+    points, left
+        The angles at the interval of the curve, and the remainder that they are of.
+    sample_rate
+        Of the recording, Hz.
+    settings
+        Method, reading of Step 4 and confidence.
+
+    Returns
+    -------
+    curve, taken
+        And the Allan variance of that noise, (points,), (rad/s)^2.
+    """
+    curve, removal = allan_curve(points, settings.confidence), left.removal
+    if not removal.taken.size:
+        return curve, np.zeros(curve.tau.size)
+    taken = taken_allan_variance(curve.tau, *removal.taken, interval=1.0 / sample_rate)
+    restored = settings.method not in PUBLISHED or settings.step_4.noise_restored
+    return with_noise_restored(curve, taken, len(removal.lines), restored=restored), taken
+
+
+def family_of(
+    values: FloatArray, kind: Kind, sample_rate: float, settings: Settings, gaps: Gaps = "reject"
+) -> tuple[StabilityCurve, ...]:
+    """The curve of each estimator that the settings ask for.
+
+    Raises
+    ------
+    RecordingError
+        If the record is too short for one of them, or has gaps that it cannot leave out.
+    """
+    curves = []
+    for estimator in settings.estimators:
+        try:
+            curve = stability_curve(
+                values,
+                kind=kind,
+                sample_rate=sample_rate,
+                estimator=estimator,
+                confidence=settings.confidence,
+                gaps=gaps,
+            )
+        except ValueError as error:
+            raise RecordingError(f"{estimator}: {error}") from None
+        curves.append(curve)
+    return tuple(curves)
+
+
+def curve_notes(curve: StabilityCurve, family: tuple[StabilityCurve, ...]) -> tuple[Note, ...]:
+    """Notes of a curve, and of a family what the curve does not have."""
+    return curve.notes + tuple(
+        Note(text=f"{one.estimator}: {note.text}", level=note.level, channel=note.channel)
+        for one in family
+        for note in one.notes
+        if note not in curve.notes
+    )
+
+
+# ---- fits --------------------------------------------------------------------------------
+
+
 def coefficients_of(
     recording: Recording,
     settings: Settings,
@@ -254,28 +267,28 @@ def coefficients_of(
     curve
         After removal.
     """
-    fine, readout = points, JointReadout()
+    fine, readout, confidence = points, JointReadout(), settings.confidence
     # An angle between samples, one a turn, has no step.
     if not left.once_a_turn:
         if settings.interval is not None:
             finer = settings.interval / _FINER
             fine = points_at(left.removal.residual, recording.sample_rate, finer)
         readout = joint_readout(recording, settings.gyros, fine.rate)
+    hat = Separation(angle_random_walk={})
     if readout.every is None:
-        likelihood = nothing_observed("likelihood", settings.confidence)
+        likelihood = _nothing_observed("likelihood", confidence)
     else:
         if readout.every > 1:
             fine = Points(angle=every(fine.angle, readout.every), rate=fine.rate / readout.every)
-        likelihood = _fit_likelihood(fine, settings.confidence, left.removal.masked)
+        likelihood = _fit_likelihood(fine, confidence, left.removal.masked)
+        if second is not None:
+            hat = _hat(settings, left, second, fine, likelihood)
     of_gyro = _from_cluster(curve, readout.time)
     fits: dict[FitName, Fit] = {
         "paper": _fit_curve("paper", of_gyro, settings),
         "weighted": _fit_curve("weighted", of_gyro, settings),
         "likelihood": likelihood,
     }
-    hat = Separation(angle_random_walk={})
-    if second is not None and readout.every is not None:
-        hat = _hat(settings, left, second, fine, likelihood)
     return Coefficients(
         fits=fits,
         per_gyro=hat.angle_random_walk,
@@ -286,11 +299,7 @@ def coefficients_of(
 
 
 def with_likelihood_of(
-    coefficients: Coefficients,
-    points: Points,
-    *,
-    confidence: float,
-    masked: tuple[tuple[float, float], ...],
+    coefficients: Coefficients, points: Points, *, confidence: float, masked: Bands
 ) -> Coefficients | None:
     """The same with the likelihood fit of other angles, or None if five terms do not describe them.
 
@@ -321,8 +330,7 @@ def with_likelihood_of(
     )
 
 
-def nothing_observed(method: FitName, confidence: float, *notes: Note) -> Fit:
-    """A fit that observes nothing."""
+def _nothing_observed(method: FitName, confidence: float, *notes: Note) -> Fit:
     return Fit(
         method=method,
         coefficients={name: unobserved(name, confidence) for name in COEFFICIENT_NAMES},
@@ -330,9 +338,7 @@ def nothing_observed(method: FitName, confidence: float, *notes: Note) -> Fit:
     )
 
 
-def _fit_likelihood(
-    points: Points, confidence: float, masked: tuple[tuple[float, float], ...]
-) -> Fit:
+def _fit_likelihood(points: Points, confidence: float, masked: Bands) -> Fit:
     """Likelihood fit over the widest band that the five terms describe.
 
     Vibration and resonances at high frequency are no gyro noise. The band is halved until chance
@@ -352,14 +358,12 @@ def _fit_likelihood(
                 best = latest
     except RecordingError as error:
         note = Note(text=f"no likelihood fit: {error}", level="warning")
-        return nothing_observed("likelihood", confidence, note)
+        return _nothing_observed("likelihood", confidence, note)
     return best
 
 
 def _fit_curve(
-    method: Literal["paper", "weighted"],
-    curve: StabilityCurve,
-    settings: Settings,
+    method: Literal["paper", "weighted"], curve: StabilityCurve, settings: Settings
 ) -> Fit:
     """A fit to the curve; a curve too short for it observes nothing, and says so."""
     confidence = settings.confidence
@@ -370,7 +374,7 @@ def _fit_curve(
         squares = settings.step_4.squares if settings.method in PUBLISHED else "relative"
         return paper_fit(curve, squares=squares, confidence=confidence)
     except RecordingError as error:
-        return nothing_observed(method, confidence, Note(text=f"no {method} fit: {error}"))
+        return _nothing_observed(method, confidence, Note(text=f"no {method} fit: {error}"))
 
 
 def _from_cluster(curve: StabilityCurve, shortest: float) -> StabilityCurve:
@@ -384,7 +388,7 @@ def _hat(
     settings: Settings, left: Remainder, second: Remainder, fine: Points, likelihood: Fit
 ) -> Separation:
     """Each gyro's own N, where both searches came to an end and angles are of samples."""
-    if left.once_a_turn or any(one.removal.unfinished is not None for one in (left, second)):
+    if left.once_a_turn or not (left.is_finished and second.is_finished):
         return Separation(angle_random_walk={})
     first, middle, last = settings.gyros
     step = max(1, round(left.rate / fine.rate))
