@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from benchmarks.gallery import Gyro, low_passed
 
-from sagnac.analysis.parts import Reading, over_parts, reading_in_band
+from sagnac.analysis.averaged import Reading, over_parts, reading_in_band
 from sagnac.analysis.pipeline import analyze
 from sagnac.analysis.settings import Settings
 from sagnac.noise.band_models import BandModel

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from sagnac.analysis.removal import Remainder
+from sagnac.analysis.measurement import Remainder
 from sagnac.analysis.spectra import figure_spectrum, residual_of
 from sagnac.core import arrays
 from sagnac.lines.model import Removal

@@ -6,8 +6,7 @@ from typing import Literal
 
 import numpy as np
 
-from sagnac.analysis.measurement import Measurement, TurningTable
-from sagnac.analysis.removal import Remainder
+from sagnac.analysis.measurement import Measurement, Remainder, TurningTable
 from sagnac.analysis.settings import PUBLISHED, Settings
 from sagnac.core.arrays import FloatArray, every
 from sagnac.core.errors import Note, RecordingError

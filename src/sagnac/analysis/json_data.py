@@ -5,8 +5,7 @@ from typing import Any, Final
 import numpy as np
 from scipy.optimize import minimize_scalar
 
-from sagnac.analysis.parts import Part
-from sagnac.analysis.result import Analysis, answer_coefficients
+from sagnac.analysis.result import Analysis, Part, answer_coefficients
 from sagnac.core.arrays import FloatArray, extent
 from sagnac.core.units import DEGREE, DEGREE_PER_HOUR, SENSED, field_unit
 from sagnac.noise.band_models import ORDERS
@@ -34,13 +33,8 @@ def choice_data(analysis: Analysis) -> dict[str, Any]:
     choice = analysis.average
     if choice is None or not choice.terms:
         return {}
-    return {
-        "band_hz": list(choice.band_hz),
-        "terms": list(choice.terms),
-        "share": choice.share,
-        "member": choice.member,
-        "slow_terms": choice.slow_terms,
-    }
+    data = {name: getattr(choice, name) for name in ("share", "member", "slow_terms")}
+    return {"band_hz": list(choice.band_hz), "terms": list(choice.terms), **data}
 
 
 def parts_data(analysis: Analysis) -> list[dict[str, Any]]:

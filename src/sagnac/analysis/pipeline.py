@@ -28,12 +28,12 @@ from sagnac.analysis.headline import answer
 from sagnac.analysis.measurement import (
     followed,
     measure,
+    remainder_of,
     require_noise,
     require_sound,
     settled,
     turning_table,
 )
-from sagnac.analysis.removal import remainder_of
 from sagnac.analysis.result import Alone, Analysis, Answer, Covariance
 from sagnac.analysis.settings import MOST_GYROS, Progress, Settings, Stages
 from sagnac.analysis.spectra import Spectrum, figure_spectrum, multitaper_density, residual_of

@@ -8,7 +8,6 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any, Final, Self
 
-from sagnac.analysis.parts import Part
 from sagnac.analysis.settings import Settings
 from sagnac.analysis.spectra import Residual, Spectrum
 from sagnac.analysis.table_shares import Share, Triad
@@ -26,6 +25,36 @@ from sagnac.spectrum.levels import Levels
 from sagnac.stability.curve import StabilityCurve
 
 _FIGURES: Final = ("value", "low", "high")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Part:
+    """N of a part of the record.
+
+    Attributes
+    ----------
+    start_s, stop_s
+        Of the part, s.
+    value, low, high
+        N, rad/sqrt(s); NaN if the part does not show it.
+    """
+
+    start_s: float
+    stop_s: float
+    value: float = math.nan
+    low: float = math.nan
+    high: float = math.nan
+
+    def __post_init__(self) -> None:
+        if not self.start_s < self.stop_s:
+            raise ValueError(f"start_s is {self.start_s} and stop_s {self.stop_s}; give them so")
+        if self.shows and not self.low <= self.value <= self.high:
+            raise ValueError(f"value {self.value} must lie within [{self.low}, {self.high}]")
+
+    @property
+    def shows(self) -> bool:
+        """Whether the part shows N."""
+        return not math.isnan(self.value)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -202,15 +231,11 @@ class Analysis:
         """One that has the fields given, and the defaults of others; the rest stays unset."""
         made = object.__new__(cls)
         for one in fields(cls):
-            if one.name in given:
-                value = given[one.name]
-            elif one.default is not MISSING:
-                value = one.default
+            if one.default is not MISSING:
+                given.setdefault(one.name, one.default)
             elif one.default_factory is not MISSING:
-                value = one.default_factory()
-            else:
-                continue
-            object.__setattr__(made, one.name, value)
+                given.setdefault(one.name, one.default_factory())
+        made.__setstate__(given)
         return made
 
     @classmethod
@@ -302,19 +327,16 @@ class Analysis:
         if sensor == "gyro":
             return self
 
-        def named(
-            estimates: Mapping[CoefficientName, Estimate],
-        ) -> dict[CoefficientName, Estimate]:
-            return {name: replace(one, sensor=sensor) for name, one in estimates.items()}
+        def named(each: Mapping[CoefficientName, Estimate]) -> dict[CoefficientName, Estimate]:
+            return {name: replace(one, sensor=sensor) for name, one in each.items()}
 
+        fits = {
+            method: replace(fit, coefficients=named(fit.coefficients))
+            for method, fit in self.fits.items()
+        }
+        walk = replace(self.angle_random_walk, sensor=sensor)
         return replace(
-            self,
-            angle_random_walk=replace(self.angle_random_walk, sensor=sensor),
-            coefficients=named(self.coefficients),
-            fits={
-                method: replace(fit, coefficients=named(fit.coefficients))
-                for method, fit in self.fits.items()
-            },
+            self, angle_random_walk=walk, coefficients=named(self.coefficients), fits=fits
         )
 
     @property
@@ -362,22 +384,13 @@ class Analysis:
         rows = []
         for one in (*self.each, *self.accelerometers.values()):
             # N of the answer, which the coefficients beside it may hold as another fit has it.
-            found = {**one.coefficients, "angle_random_walk": one.angle_random_walk}
-            for name, estimate in found.items():
-                unit = next(iter(estimate_units(name, estimate.sensor)))
-                shown = estimate.to(unit)
-                rows.append(
-                    {
-                        "channel": one.channel,
-                        "coefficient": name,
-                        "value": shown.value,
-                        "low": shown.low,
-                        "high": shown.high,
-                        "unit": unit,
-                        "confidence": estimate.confidence,
-                        "status": estimate.status,
-                    }
-                )
+            for name, estimate in {
+                **one.coefficients, "angle_random_walk": one.angle_random_walk
+            }.items():  # fmt: skip
+                shown = estimate.to(next(iter(estimate_units(name, estimate.sensor))))
+                row = {"channel": one.channel, "coefficient": name}
+                row |= {figure: getattr(shown, figure) for figure in (*_FIGURES, "unit")}
+                rows.append({**row, "confidence": estimate.confidence, "status": estimate.status})
         return rows
 
     def to_frame(self) -> Any:
@@ -425,19 +438,16 @@ class Analysis:
             variables[name] = (("channel", "figure"), figures, {"units": unit})
             status = [row.get("status", "not observable") for row in found]
             variables[f"{name}_status"] = (("channel",), status, {})
-        curve = self.curve
-        for name, values in (
-            ("deviation", curve.deviation), ("deviation_low", curve.low),
-            ("deviation_high", curve.high),
-        ):  # fmt: skip
-            beside = {"units": "deg/h", "channel": self.channel}
-            variables[name] = (("tau",), values / DEGREE_PER_HOUR, beside)
+        for name in ("deviation", "low", "high"):
+            values = getattr(self.curve, name) / DEGREE_PER_HOUR
+            variable = name if name == "deviation" else f"deviation_{name}"
+            variables[variable] = (("tau",), values, {"units": "deg/h", "channel": self.channel})
         return xarray.Dataset(
             variables,
             coords={
                 "channel": channels,
                 "figure": list(_FIGURES),
-                "tau": ("tau", curve.tau, {"units": "s"}),
+                "tau": ("tau", self.curve.tau, {"units": "s"}),
             },
             attrs={"source": self.source, "confidence": self.angle_random_walk.confidence},
         )
@@ -465,10 +475,11 @@ class Alone:
 
 def headline_fit(analysis: Analysis) -> Fit | None:
     """The fit that the answer rests on, or None if the answer is of no fit."""
-    for fit in analysis.fits.values():
-        if fit.coefficients.get("angle_random_walk") == analysis.angle_random_walk:
-            return fit
-    return None
+    walk = analysis.angle_random_walk
+    of_answer = (
+        fit for fit in analysis.fits.values() if fit.coefficients.get("angle_random_walk") == walk
+    )
+    return next(of_answer, None)
 
 
 def headline_coefficients(analysis: Analysis) -> Mapping[CoefficientName, Estimate]:
@@ -479,19 +490,16 @@ def headline_coefficients(analysis: Analysis) -> Mapping[CoefficientName, Estima
     return {} if fit is None else fit.coefficients
 
 
+def answer_coefficients(analysis: Analysis) -> Mapping[CoefficientName, Estimate]:
+    """All coefficients beside the answer, with the answer among them."""
+    return {**headline_coefficients(analysis), "angle_random_walk": analysis.angle_random_walk}
+
+
 def headline_estimates(analysis: Analysis) -> dict[CoefficientName, Estimate]:
     """Coefficients estimated or bounded beside the answer, else the answer alone."""
-    estimates = headline_coefficients(analysis) or {"angle_random_walk": analysis.angle_random_walk}
+    estimates = headline_coefficients(analysis) or answer_coefficients(analysis)
     return {
         name: estimates[name]
         for name in COEFFICIENT_NAMES
         if name in estimates and estimates[name].status != "not observable"
-    }
-
-
-def answer_coefficients(analysis: Analysis) -> Mapping[CoefficientName, Estimate]:
-    """All coefficients beside the answer, with the answer among them."""
-    return {
-        **headline_coefficients(analysis),
-        "angle_random_walk": analysis.angle_random_walk,
     }

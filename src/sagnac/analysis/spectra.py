@@ -5,7 +5,7 @@ from typing import Final, Self
 
 import numpy as np
 
-from sagnac.analysis.removal import Remainder
+from sagnac.analysis.measurement import Remainder
 from sagnac.core.arrays import FloatArray, blocks, elementwise, mean, values_at
 from sagnac.spectrum.periodogram import density as rate_density
 from sagnac.spectrum.periodogram import multitaper, smoothed

@@ -28,6 +28,8 @@ _UNEVEN: Final = 0.1
 # Part of the fastest rate below which a second counts for neither way.
 _TURNING: Final = 0.1
 _AXES: Final = 3
+# Fewest seconds that make shares.
+_LEAST: Final = 4 * _STRETCHES
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -101,59 +103,46 @@ def table_shares(
         If there is no table, it does not turn, it turns round all the time, or the recording is too
         short.
     """
-    fitted = _fitted(recording, gyros, confidence)
-    return TableShares(
-        shares={name: one.share for name, one in fitted.items()},
-        triad=_triad(fitted, confidence) if len(fitted) == _AXES else None,
+    table, rates, interval = _table_rates(recording)
+    design = _design(table, rates)
+    if design.columns.shape[0] < _LEAST:
+        raise RecordingError(
+            f"the table keeps its way over {design.columns.shape[0]} seconds only: too few for "
+            "shares of its rate",
+            channel="table",
+            remedy=f"turn it for {_LEAST} s or more without turning round",
+        )
+    shares, moves = {}, []
+    for name in gyros:
+        angle = angle_of(recording.gyro(name), recording.sample_rate)
+        shown = np.diff(every(angle, round(interval * recording.sample_rate))) / interval
+        shares[name], own = _share(design, shown[design.kept], confidence)
+        moves.append(own)
+    triad = (
+        _triad(shares, np.stack(moves), design.reach(confidence)) if len(gyros) == _AXES else None
     )
+    return TableShares(shares=shares, triad=triad)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class _Fitted:
-    """A share, and by how much each stretch moves it.
-
-    `moves` (stretches,) are scaled so that the sum of their squares is the variance.
-    """
-
-    share: Share
-    moves: FloatArray
-    freedom: int
-
-
-def _fitted(recording: Recording, gyros: tuple[str, ...], confidence: float) -> dict[str, _Fitted]:
-    """The fit of each gyro."""
+def _table_rates(recording: Recording) -> tuple[FloatArray, FloatArray, float]:
+    """The table's angle and rate at even intervals, rad and rad/s, and the interval, s."""
     if recording.table is None:
         raise RecordingError(
             "there is no table angle to compare the gyros with",
             remedy="name its encoder ({table COLUMN:UNIT})",
         )
-    rate = recording.sample_rate
-    step = max(1, round(_INTERVAL * rate))
-    interval = step / rate
+    step = max(1, round(_INTERVAL * recording.sample_rate))
+    interval = step / recording.sample_rate
     table = every(recording.table.values, step)
-    if table.size < 4 * _STRETCHES:
+    if table.size < _LEAST:
         raise RecordingError(
             f"{recording.duration:.4g} s are too short for shares of the table's rate",
-            remedy=f"take {4 * _STRETCHES * interval:g} s or more",
+            remedy=f"take {_LEAST * interval:g} s or more",
         )
     rates = np.diff(table) / interval
     if not np.any(rates):
         raise RecordingError("the table does not turn", channel="table")
-    design = _design(table, rates)
-    if design.columns.shape[0] < 4 * _STRETCHES:
-        raise RecordingError(
-            f"the table keeps its way over {design.columns.shape[0]} seconds only: too few for "
-            "shares of its rate",
-            channel="table",
-            remedy=f"turn it for {4 * _STRETCHES} s or more without turning round",
-        )
-    return {
-        name: _share(
-            design, np.diff(every(angle_of(recording.gyro(name), rate), step)) / interval,
-            confidence,
-        )
-        for name in gyros
-    }  # fmt: skip
+    return table, rates, interval
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -169,84 +158,83 @@ class _Design:
     two_speeds: bool
     stretch: IntegerArray
 
+    @property
+    def freedom(self) -> int:
+        """Stretches less columns."""
+        return _STRETCHES - int(self.columns.shape[1])
+
+    def reach(self, confidence: float) -> float:
+        """Standard errors that an interval reaches on either side."""
+        return float(stdtrit(self.freedom, 0.5 + 0.5 * confidence))
+
 
 def _design(table: FloatArray, rates: FloatArray) -> _Design:
     """Design that the rates of a gyro are fitted with."""
-    fastest = float(np.abs(rates).max())
-    ahead, back = rates > _TURNING * fastest, rates < -_TURNING * fastest
-    both_ways = min(np.mean(ahead), np.mean(back)) > _EACH_WAY
-    middle = 0.5 * (table[1:] + table[:-1])
-    columns = [rates]
-    kept = np.ones(rates.size, dtype=np.bool_)
     speeds = np.abs(rates)
-    uneven = np.std(speeds[ahead | back]) > _UNEVEN * np.mean(speeds)
+    way = np.sign(rates) * (speeds > _TURNING * speeds.max())
+    both_ways = min(np.mean(way > 0.0), np.mean(way < 0.0)) > _EACH_WAY
+    uneven = np.std(speeds[way != 0.0]) > _UNEVEN * np.mean(speeds)
     two_speeds = bool(both_ways and uneven)
+    middle = 0.5 * (table[1:] + table[:-1])
+    columns, kept = [rates], np.ones(rates.size, dtype=np.bool_)
     if both_ways:
         columns.append(np.ones_like(rates))
-        way = np.sign(rates) * (ahead | back)
         kept[1:] &= way[1:] == way[:-1]
         kept[:-1] &= way[1:] == way[:-1]
     if two_speeds:
         columns.append(speeds)
     columns += [np.cos(middle), np.sin(middle)]
-    stretch = np.arange(rates.size) * _STRETCHES // rates.size
     return _Design(
         columns=np.stack(columns, axis=1)[kept],
         kept=kept,
         both_ways=bool(both_ways),
         two_speeds=two_speeds,
-        stretch=stretch[kept],
+        stretch=(np.arange(rates.size) * _STRETCHES // rates.size)[kept],
     )
 
 
-def _triad(fitted: Mapping[str, _Fitted], confidence: float) -> Triad:
-    """Scale and axes, with the covariance of the shares from the stretches that they have alike."""
-    shares = np.array([one.share.share.value for one in fitted.values()])
-    moves = np.stack([one.moves for one in fitted.values()])
-    freedom = min(one.freedom for one in fitted.values())
-    reach = float(stdtrit(freedom, 0.5 + 0.5 * confidence))
-    scale = float(np.linalg.norm(shares))
-    cosines = shares / scale
-    scale_error = reach * float(np.linalg.norm(cosines @ moves))
-    angles = {}
-    for name, cosine, own in zip(fitted, cosines, moves, strict=True):
-        error = reach * float(np.linalg.norm(own - cosine * (cosines @ moves))) / scale
-        low, value, high = np.arccos(np.clip([cosine + error, cosine, cosine - error], -1.0, 1.0))
-        angles[name] = Interval(value=float(value), low=float(low), high=float(high))
-    return Triad(
-        scale=Interval(value=scale, low=scale - scale_error, high=scale + scale_error),
-        angles=angles,
-    )
+def _share(design: _Design, shown: FloatArray, confidence: float) -> tuple[Share, FloatArray]:
+    """Share, bias and asymmetry of one gyro, and by how much each stretch moves the share.
 
-
-def _share(design: _Design, shown: FloatArray, confidence: float) -> _Fitted:
-    """Share, bias and asymmetry of one gyro."""
-    shown = shown[design.kept]
+    The moves, (stretches,), are scaled so that the sum of their squares is the variance.
+    """
     size = np.linalg.norm(design.columns, axis=0)
     columns = design.columns / size
     inverse = np.linalg.inv(columns.T @ columns)
     solution = inverse @ (columns.T @ shown)
-    scores = columns * (shown - columns @ solution)[:, np.newaxis]
-    sums = np.zeros((_STRETCHES, columns.shape[1]))
-    np.add.at(sums, design.stretch, scores)
-    freedom = _STRETCHES - columns.shape[1]
-    moves = (sums @ inverse) / size * math.sqrt(_STRETCHES / freedom)
+    sums = np.zeros((_STRETCHES, size.size))
+    np.add.at(sums, design.stretch, columns * (shown - columns @ solution)[:, np.newaxis])
+    moves = (sums @ inverse) / size * math.sqrt(_STRETCHES / design.freedom)
     solution, covariance = solution / size, moves.T @ moves
-    reach = float(stdtrit(freedom, 0.5 + 0.5 * confidence))
+    reach = design.reach(confidence)
 
-    def combined(weights: FloatArray) -> Interval:
-        value = float(weights @ solution)
+    def of_column(number: int, scale: float = 1.0) -> Interval:
+        weights = np.eye(size.size)[number] * scale
         error = reach * math.sqrt(float(weights @ covariance @ weights))
-        return Interval(value=value, low=value - error, high=value + error)
+        return _within(float(weights @ solution), error)
 
-    count = columns.shape[1]
-    share, bias, asymmetry = np.eye(count)[0], None, None
-    if design.both_ways:
-        bias = combined(np.eye(count)[1])
-    if design.two_speeds:
-        asymmetry = combined(np.eye(count)[2] * 2.0 / float(solution[0]))
-    return _Fitted(
-        share=Share(share=combined(share), bias=bias, asymmetry=asymmetry, confidence=confidence),
-        moves=moves[:, 0],
-        freedom=freedom,
+    share = Share(
+        share=of_column(0),
+        bias=of_column(1) if design.both_ways else None,
+        asymmetry=of_column(2, 2.0 / float(solution[0])) if design.two_speeds else None,
+        confidence=confidence,
     )
+    return share, moves[:, 0]
+
+
+def _within(value: float, error: float) -> Interval:
+    return Interval(value=value, low=value - error, high=value + error)
+
+
+def _triad(shares: Mapping[str, Share], moves: FloatArray, reach: float) -> Triad:
+    """Scale and axes, with the covariance of the shares from the stretches that they have alike."""
+    values = np.array([one.share.value for one in shares.values()])
+    scale = float(np.linalg.norm(values))
+    cosines = values / scale
+    angles = {}
+    for name, cosine, own in zip(shares, cosines, moves, strict=True):
+        error = reach * float(np.linalg.norm(own - cosine * (cosines @ moves))) / scale
+        low, value, high = np.arccos(np.clip([cosine + error, cosine, cosine - error], -1.0, 1.0))
+        angles[name] = Interval(value=float(value), low=float(low), high=float(high))
+    scale_error = reach * float(np.linalg.norm(cosines @ moves))
+    return Triad(scale=_within(scale, scale_error), angles=angles)

@@ -7,9 +7,8 @@ from typing import Final
 
 import numpy as np
 
-from sagnac.analysis.averaged import Averaged, Headline
+from sagnac.analysis.averaged import Averaged, Headline, Parts
 from sagnac.analysis.evidence import Evidence
-from sagnac.analysis.parts import Parts
 from sagnac.analysis.settings import Settings
 from sagnac.core.arrays import differences
 from sagnac.core.errors import Level, Note, RecordingError, counted, rounded

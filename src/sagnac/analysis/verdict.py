@@ -1,12 +1,12 @@
 """Whether gyros keep a specification, and how long to record to decide it."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Final
 
 from sagnac.analysis.averaged import reaches
 from sagnac.analysis.pipeline import analyze
-from sagnac.analysis.result import Analysis, headline_coefficients
+from sagnac.analysis.result import Analysis, answer_coefficients, headline_coefficients
 from sagnac.core.arrays import pandas_for
 from sagnac.core.errors import RecordingError, is_finite, quoted
 from sagnac.lines.naming import WIDEST_BINS
@@ -14,7 +14,7 @@ from sagnac.noise.estimates import Estimate, Fit, FitBand, unobserved
 from sagnac.noise.laws import STOCHASTIC_NAMES
 from sagnac.noise.model_average import ModelChoice
 from sagnac.recording.model import Recording
-from sagnac.verdict.judgement import Judgement, LeftOut, Shown, Verdict, judged
+from sagnac.verdict.judgement import LeftOut, Shown, Verdict, judged
 from sagnac.verdict.limits import Limit, Specification, specification_of
 
 
@@ -63,22 +63,32 @@ def judge(
         specification = specification_of(specification, risk=risk)
     if not isinstance(specification, Specification):
         raise TypeError(f"specification is {quoted(specification)}; give '3e-4deg/sqrt(h)'")
-    rows = [
-        row
-        for limit in specification.limits
-        for one in analysis.each
-        for row in _rows(one, limit, specification)
-    ]
-    doubt = _doubt(analysis)
-    if doubt:
-        rows = [replace(row, decision="undecided", reason=doubt) for row in rows]
-    rows += [
-        judged(name, limit, _unseen(analysis, limit), specification)
-        for limit in specification.limits
-        for name in analysis.settings.gyros
-        if name in analysis.refused
-    ]
+    doubt, rows = _doubt(analysis), []
+    for limit in specification.limits:
+        for one in analysis.each:
+            for name, estimate in _measured(one, limit).items():
+                row = judged(name, limit, estimate, specification)
+                rows.append(replace(row, decision="undecided", reason=doubt) if doubt else row)
+    for limit in specification.limits:
+        unseen = unobserved(limit.coefficient, analysis.settings.confidence)
+        rows += [
+            judged(name, limit, unseen, specification)
+            for name in analysis.settings.gyros
+            if name in analysis.refused
+        ]
     return Verdict(specification=specification, judgements=tuple(rows))
+
+
+def _measured(analysis: Analysis, limit: Limit) -> dict[str, Estimate]:
+    """The coefficient of a limit, by what it was measured of; unseen of other gyros of a triad."""
+    if limit.coefficient == "angle_random_walk" and analysis.per_gyro:
+        return dict(analysis.per_gyro)
+    unseen = unobserved(limit.coefficient, analysis.settings.confidence)
+    taken = {*analysis.channel.split("-"), analysis.channel}
+    return {
+        analysis.channel: answer_coefficients(analysis).get(limit.coefficient) or unseen,
+        **{name: unseen for name in analysis.per_gyro if name not in taken},
+    }
 
 
 def _doubt(analysis: Analysis) -> str:
@@ -95,29 +105,6 @@ def _doubt(analysis: Analysis) -> str:
     }
     known = [name for name in ("time", *analysis.settings.gyros) if name in doubted]
     return f"the unit of {', '.join(known)} is in doubt" if known else ""
-
-
-def _rows(analysis: Analysis, limit: Limit, specification: Specification) -> list[Judgement]:
-    if limit.coefficient == "angle_random_walk" and analysis.per_gyro:
-        return [judged(name, limit, own, specification) for name, own in analysis.per_gyro.items()]
-    rows = [judged(analysis.channel, limit, _measured(analysis, limit), specification)]
-    taken = {*analysis.channel.split("-"), analysis.channel}
-    return rows + [
-        judged(name, limit, _unseen(analysis, limit), specification)
-        for name in analysis.per_gyro
-        if name not in taken
-    ]
-
-
-def _measured(analysis: Analysis, limit: Limit) -> Estimate:
-    if limit.coefficient == "angle_random_walk":
-        return analysis.angle_random_walk
-    found = headline_coefficients(analysis).get(limit.coefficient)
-    return found or _unseen(analysis, limit)
-
-
-def _unseen(analysis: Analysis, limit: Limit) -> Estimate:
-    return unobserved(limit.coefficient, analysis.settings.confidence)
 
 
 # Cells that a fit leaves out on either side of what is masked.
@@ -141,19 +128,17 @@ def shown_by(analysis: Analysis) -> Shown:
         If the recording does not estimate N.
     """
     walk, choice = analysis.angle_random_walk, analysis.average
+    problem = ""
     if walk.status != "estimated" or walk.low <= 0.0:
-        raise RecordingError(
+        problem = (
             f"N is {walk.status} after {analysis.recording.duration:.4g} s, so that no interval "
-            "can be forecast",
-            channel=analysis.channel,
-            remedy="record four times as long and ask again",
+            "can be forecast"
         )
-    if choice is None or not choice.terms:
-        raise RecordingError(
-            "the answer rests on no band of the spectrum",
-            channel=analysis.channel,
-            remedy="record longer",
-        )
+        remedy = "record four times as long and ask again"
+    elif choice is None or not choice.terms:
+        problem, remedy = "the answer rests on no band of the spectrum", "record longer"
+    if choice is None or problem:
+        raise RecordingError(problem, channel=analysis.channel, remedy=remedy)
     duration = analysis.recording.duration
     fit = analysis.fits.get("likelihood")
     band = None if fit is None else fit.band
@@ -344,23 +329,24 @@ def plan(
         except RecordingError as error:
             refused[name] = error
             continue
-        rows = (
-            *(_row(shown, width=width) for width in within),
-            *(_row(shown, limit=one) for one in limits),
-        )
-        plans.append(Plan(analysis=one, shown=shown, rows=rows))
+        rows = [
+            PlanRow(half_width=width, limit=None, hours=_hours(shown.duration_for, width))
+            for width in within
+        ] + [
+            PlanRow(
+                half_width=None, limit=limit, hours=_hours(shown.duration_to_decide, limit.value)
+            )
+            for limit in limits
+        ]
+        plans.append(Plan(analysis=one, shown=shown, rows=tuple(rows)))
     if not plans:
         raise next(iter(refused.values()))
     return Plans(plans=tuple(plans), refused=refused)
 
 
-def _row(shown: Shown, *, width: float | None = None, limit: Limit | None = None) -> PlanRow:
-    """One width, or one limit."""
+def _hours(duration: Callable[[float], float], wanted: float) -> float | None:
+    """A forecast duration in hours; None if a year is too short."""
     try:
-        if limit is not None:
-            hours = shown.duration_to_decide(limit.value) / 3600.0
-        else:
-            hours = shown.duration_for(width or 0.0) / 3600.0
+        return duration(wanted) / 3600.0
     except RecordingError:
-        hours = None
-    return PlanRow(half_width=width, limit=limit, hours=hours)
+        return None

@@ -22,8 +22,13 @@ from sagnac.analysis.json_data import (
     slow_noise_data,
     triad_data,
 )
-from sagnac.analysis.parts import Part
-from sagnac.analysis.result import Analysis, Covariance, answer_coefficients, headline_coefficients
+from sagnac.analysis.result import (
+    Analysis,
+    Covariance,
+    Part,
+    answer_coefficients,
+    headline_coefficients,
+)
 from sagnac.analysis.settings import Settings
 from sagnac.analysis.verdict import verdict_of
 from sagnac.core.arrays import FloatArray

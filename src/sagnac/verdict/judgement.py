@@ -140,32 +140,28 @@ def judged(gyro: str, limit: Limit, estimate: Estimate, specification: Specifica
     """
     # In decimals, as a confidence is stated: 0.05, not 0.050000000000000044.
     lacking = round(1.0 - estimate.confidence, _DIGITS)
-    risk = 0.5 * lacking if estimate.status == "estimated" else lacking
-    decision, reason = _decided(limit, estimate, risk, specification.risk)
+    estimated, allowed = estimate.status == "estimated", specification.risk
+    risk = 0.5 * lacking if estimated else lacking
+    decision: Decision = "undecided"
+    if estimate.status == "not observable":
+        reason = "not observable in this recording"
+    elif allowed is not None and risk > allowed + _ROUNDING:
+        reason = (
+            f"the interval leaves a risk of {rounded(100.0 * risk, 3)} %, more than the "
+            f"{rounded(100.0 * allowed, 3)} % allowed"
+        )
+    elif estimate.high <= limit.value:
+        decision = "pass"
+        reason = f"{'the interval' if estimated else 'the upper bound'} lies below the limit"
+    elif not estimated:
+        reason = "only an upper bound is known, and it lies above the limit"
+    elif estimate.low > limit.value:
+        decision, reason = "fail", "the interval lies above the limit"
+    else:
+        reason = "the limit lies within the interval"
     return Judgement(
         gyro=gyro, limit=limit, estimate=estimate, decision=decision, risk=risk, reason=reason
     )
-
-
-def _decided(
-    limit: Limit, estimate: Estimate, risk: float, allowed: float | None
-) -> tuple[Decision, str]:
-    if estimate.status == "not observable":
-        return "undecided", "not observable in this recording"
-    if allowed is not None and risk > allowed + _ROUNDING:
-        return (
-            "undecided",
-            f"the interval leaves a risk of {rounded(100.0 * risk, 3)} %, more than the "
-            f"{rounded(100.0 * allowed, 3)} % allowed",
-        )
-    if estimate.high <= limit.value:
-        what = "the interval" if estimate.status == "estimated" else "the upper bound"
-        return "pass", f"{what} lies below the limit"
-    if estimate.status == "upper bound":
-        return "undecided", "only an upper bound is known, and it lies above the limit"
-    if estimate.low > limit.value:
-        return "fail", "the interval lies above the limit"
-    return "undecided", "the limit lies within the interval"
 
 
 # ---- planning ----------------------------------------------------------------------

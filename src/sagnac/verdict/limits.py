@@ -172,36 +172,20 @@ def _limit(name: str, stated: object) -> Limit:
             f"spec {name!r} is no coefficient; use {', '.join(SYMBOLS.values())} "
             "(risk and product besides in a file)"
         )
-    coefficient = _NAMES[name]
-    value, unit = _quantity(coefficient, str(stated))
-    return Limit(coefficient=coefficient, value=value * unit.size, unit=unit)
-
-
-def _quantity(coefficient: CoefficientName, text: str) -> tuple[float, Unit]:
-    """A number and its unit, the field's if there is none.
-
-    Raises
-    ------
-    ValueError
-        If it is none.
-    """
-    stripped = text.strip()
+    coefficient, text = _NAMES[name], str(stated)
+    unit = field_unit(coefficient)
     try:
-        return _positive(float(stripped), stripped), field_unit(coefficient)
-    except ValueError as error:
-        if "above zero" in str(error):
-            raise
-    number, name = split_factor(stripped)
-    if not stripped[:1].isdigit() and not stripped.startswith("."):
-        raise ValueError(f"spec {text!r} has no number; give a limit such as 3e-4deg/sqrt(h)")
-    try:
-        unit = unit_of(name, field_unit(coefficient).quantity)
-    except ValueError as error:
-        raise ValueError(f"spec {text!r} of {SYMBOLS[coefficient]}: {error}") from None
-    return _positive(number, stripped), unit
-
-
-def _positive(value: float, text: str) -> float:
-    if not (math.isfinite(value) and value > 0.0):
-        raise ValueError(f"spec {text!r} is no limit; give a number above zero")
-    return value
+        number = float(text)
+    except ValueError:
+        number, unit_name = split_factor(text.strip())
+        if not text.strip()[:1].isdigit() and not text.strip().startswith("."):
+            raise ValueError(
+                f"spec {text!r} has no number; give a limit such as 3e-4deg/sqrt(h)"
+            ) from None
+        try:
+            unit = unit_of(unit_name, unit.quantity)
+        except ValueError as error:
+            raise ValueError(f"spec {text!r} of {SYMBOLS[coefficient]}: {error}") from None
+    if not (math.isfinite(number) and number > 0.0):
+        raise ValueError(f"spec {text.strip()!r} is no limit; give a number above zero")
+    return Limit(coefficient=coefficient, value=number * unit.size, unit=unit)
