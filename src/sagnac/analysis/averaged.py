@@ -16,7 +16,7 @@ import numpy as np
 from scipy.special import chdtri, ndtri
 
 from sagnac.analysis.corrections import WarmUp, find_warm_up, without_warm_up
-from sagnac.analysis.evidence import Bands, Coefficients, Points
+from sagnac.analysis.evidence import Bands, Coefficients, Evidence, Points
 from sagnac.analysis.result import Part
 from sagnac.core.arrays import FloatArray, differences, extent
 from sagnac.core.errors import Note, RecordingError
@@ -105,10 +105,6 @@ class Averaged:
         Coefficients and what they rest on.
     coefficients
         The fits that stand beside the average.
-    masked
-        (low, high) bands that are left out, Hz.
-    confidence
-        Of the intervals.
     roll_off
         Where the spectrum of every sample begins to be lowered.
     hump
@@ -124,8 +120,6 @@ class Averaged:
     levels: Levels
     average: Average
     coefficients: Coefficients
-    masked: Bands
-    confidence: float
     roll_off: RollOff
     hump: Hump | None = None
     parts: Parts | None = None
@@ -188,28 +182,20 @@ def roll_off_of(points: Points) -> RollOff:
 
 
 def spectrum_of(
-    points: Points,
-    coefficients: Coefficients,
-    *,
-    masked: Bands,
-    confidence: float,
-    as_they_are: bool = False,
+    evidence: Evidence, points: Points, *, as_they_are: bool = False
 ) -> Averaged | None:
     """Levels of the increments of angles and their average; None if there is nothing to level.
 
     Parameters
     ----------
+    evidence
+        The fits beside them, the bands to leave out, and the confidence.
     points
         Angles.
-    coefficients
-        The fits beside them.
-    masked
-        (low, high) bands to leave out, Hz.
-    confidence
-        Of the intervals.
     as_they_are
         Whether spikes and a warm-up stay in.
     """
+    masked, confidence = evidence.masked, evidence.settings.confidence
     increments, rate = differences(points.angle), points.rate
     spikes = warm_up = None
     if not as_they_are:
@@ -237,26 +223,24 @@ def spectrum_of(
         warm_up=warm_up,
         levels=levels,
         average=average(levels, confidence=confidence, ramp=ramp),
-        coefficients=coefficients,
-        masked=masked,
-        confidence=confidence,
+        coefficients=evidence.coefficients,
         roll_off=roll_off(levels),
     )
 
 
-def completed(found: Averaged) -> Averaged:
+def completed(found: Averaged, evidence: Evidence) -> Averaged:
     """The spectrum with B and K of the lowest frequencies, N over parts, and a hump."""
     walk, choice = found.average.angle_random_walk, found.average.rests_on
     if walk.status != "estimated":
         return found
     if choice.member != "whole band":
-        found = replace(found, average=_with_slow_terms(found))
+        found = replace(found, average=_with_slow_terms(found, evidence))
         walk, choice = found.average.angle_random_walk, found.average.rests_on
     hump = hump_above(found.levels, choice.band_hz, walk.value) if choice.terms else None
-    return replace(found, hump=hump, parts=_parts(found))
+    return replace(found, hump=hump, parts=_parts(found, evidence))
 
 
-def _with_slow_terms(basis: Averaged) -> Average:
+def _with_slow_terms(basis: Averaged, evidence: Evidence) -> Average:
     """B and K of an average by the likelihood of angles farther apart.
 
     The average of every sample sees the lowest frequencies in a few levels only, and its band ends
@@ -273,8 +257,8 @@ def _with_slow_terms(basis: Averaged) -> Average:
             bin_sums(increments, step * np.arange(increments.size // step + 1)),
             kind="increment",
             sample_rate=rate / step,
-            confidence=basis.confidence,
-            masked=basis.masked,
+            confidence=evidence.settings.confidence,
+            masked=evidence.masked,
             band=(0.0, 0.25 * rate / step),
             terms=(*quantization, "angle_random_walk", *SLOW_NAMES),
         )
@@ -290,13 +274,13 @@ def reaches(choice: ModelChoice, highest: float) -> bool:
     return choice.band_hz[1] >= _REACHED * highest
 
 
-def _parts(basis: Averaged) -> Parts:
+def _parts(basis: Averaged, evidence: Evidence) -> Parts:
     """N over parts, by the band and terms that the average rests on."""
     choice, walk = basis.average.rests_on, basis.average.angle_random_walk
-    rate, confidence = basis.points.rate, basis.confidence
+    rate, confidence = basis.points.rate, evidence.settings.confidence
 
     def read(increments: FloatArray) -> Reading | None:
-        levels = levels_of(increments, rate, basis.masked)
+        levels = levels_of(increments, rate, evidence.masked)
         if levels is None:
             return None
         # A part does not reach as low as the whole: if the whole read over the frequencies of the

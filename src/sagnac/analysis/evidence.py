@@ -297,25 +297,20 @@ def coefficients_of(
     )
 
 
-def with_likelihood_of(
-    coefficients: Coefficients, points: Points, *, confidence: float, masked: Bands
-) -> Coefficients | None:
-    """The same with the likelihood fit of other angles, or None if five terms do not describe them.
+def with_likelihood_of(evidence: Evidence, points: Points) -> Coefficients | None:
+    """The fits with the likelihood fit of other angles, None if five terms do not describe them.
 
     Parameters
     ----------
-    coefficients
+    evidence
         With a likelihood fit, whose place it takes.
     points
         All of whose band is to be described.
-    confidence
-        Of its intervals.
-    masked
-        (low, high) bands to leave out, Hz.
     """
+    coefficients, confidence = evidence.coefficients, evidence.settings.confidence
     try:
         cosine = cosine_spectrum(points.angle, kind="angle", sample_rate=points.rate)
-        fit = spectrum_fit(cosine, confidence=confidence, masked=masked)
+        fit = spectrum_fit(cosine, confidence=confidence, masked=evidence.masked)
     except RecordingError:
         return None
     if fit.departure != 0.0:

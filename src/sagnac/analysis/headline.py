@@ -143,12 +143,7 @@ def _spectrum(evidence: Evidence) -> Averaged | None:
         return None
     if evidence.coefficients.readout.every is None:
         return None
-    return spectrum_of(
-        _every_sample(evidence),
-        evidence.coefficients,
-        masked=evidence.masked,
-        confidence=evidence.settings.confidence,
-    )
+    return spectrum_of(evidence, _every_sample(evidence))
 
 
 def _every_sample(evidence: Evidence) -> Points:
@@ -197,9 +192,7 @@ def _whole_band(evidence: Evidence, every: Averaged | None) -> Headline | None:
         return None
     fitted: Coefficients | None = evidence.coefficients
     if every.points.rate > evidence.coefficients.points.rate:
-        fitted = with_likelihood_of(
-            evidence.coefficients, every.points, confidence=every.confidence, masked=every.masked
-        )
+        fitted = with_likelihood_of(evidence, every.points)
     if fitted is None:
         return None
     average = with_whole_band(every.levels, every.average, fitted.likelihood)
@@ -224,13 +217,7 @@ def _whole_band_of_fewer(evidence: Evidence, every: Averaged | None) -> Headline
     reached = reaches(every.average.rests_on, 0.5 * fine.rate)
     if not (finer and allowed and narrower and reached):
         return None
-    few = spectrum_of(
-        fine,
-        evidence.coefficients,
-        masked=every.masked,
-        confidence=every.confidence,
-        as_they_are=True,
-    )
+    few = spectrum_of(evidence, fine, as_they_are=True)
     if few is None:
         return None
     average = with_whole_band(few.levels, few.average, fit)
@@ -248,7 +235,7 @@ def _average(evidence: Evidence, every: Averaged | None) -> Headline | None:
 
 def _by_spectrum(evidence: Evidence, chosen: Averaged) -> Headline:
     """N of the chosen one of 2 to 4, its interval widened to the parts if these disagree."""
-    found = completed(chosen)
+    found = completed(chosen, evidence)
     estimate, choice = found.average.angle_random_walk, found.average.rests_on
     channel = evidence.measured.channel
     if estimate.status != "estimated":

@@ -256,7 +256,20 @@ def _composed(evidence: Evidence, headline: Headline) -> Analysis:
             shares = table_shares(recording, settings.gyros, confidence=settings.confidence)
     measured = measure(evidence.corrected, settings.gyros)
     before = measured.noise(measured.angle)
-    analysis = Analysis(
+    of_spectrum: dict[str, Any] = {}
+    if headline.found is not None:
+        found, average = headline.found, headline.found.average
+        # There is no covariance of what is no estimate.
+        spoiled = any(note.level == "error" for note in headline.findings)
+        covariance = Covariance(names=average.names, matrix=average.covariance)
+        of_spectrum = {
+            "levels": found.levels,
+            "average": average.rests_on,
+            "coefficients": {**average.coefficients, "angle_random_walk": headline.estimate},
+            "covariance": None if spoiled else covariance,
+            "parts": () if found.parts is None else found.parts.parts,
+        }
+    return Analysis(
         recording=recording,
         settings=settings,
         channel=measured.channel,
@@ -277,20 +290,7 @@ def _composed(evidence: Evidence, headline: Headline) -> Analysis:
         shares=shares.shares,
         triad=shares.triad,
         masked=evidence.masked,
-    )
-    found = headline.found
-    if found is None:
-        return analysis
-    average = found.average
-    spoiled = any(note.level == "error" for note in headline.findings)
-    return replace(
-        analysis,
-        levels=found.levels,
-        average=average.rests_on,
-        coefficients={**average.coefficients, "angle_random_walk": headline.estimate},
-        # There is none of what is no estimate.
-        covariance=None if spoiled else Covariance(names=average.names, matrix=average.covariance),
-        parts=() if found.parts is None else found.parts.parts,
+        **of_spectrum,
     )
 
 

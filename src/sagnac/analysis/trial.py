@@ -22,6 +22,8 @@ from sagnac.spectrum.tapered import line_density
 from sagnac.stability.curve import StabilityCurve
 
 Bands = tuple[tuple[float, float], ...]
+Lines = Sequence[tuple[float, float]]
+"""Frequency, Hz, and amplitude, rad, of lines that are put back."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -95,7 +97,8 @@ def trial(
     >>> 0.9 < tried.angle_random_walk.value / tried.before.value < 1.1
     True
     """
-    if analysis.levels is None:
+    levels = analysis.levels
+    if levels is None:
         raise RecordingError(
             "the answer rests on no levels of a spectrum, so that nothing can be put back",
             channel=analysis.channel,
@@ -106,15 +109,25 @@ def trial(
         raise ValueError(f"left_in has a line that is none of {analysis.channel}")
     if not all(low < high for low, high in masked):
         raise ValueError(f"masked is {tuple(masked)}; give (low, high), Hz")
-    kept = [line for line in own if not any(line is one for one in left_in)]
-    bands = _bands(analysis, left_in, kept) + tuple(
-        (float(low), float(high)) for low, high in masked
+    # Amplitudes in what the spectra are of: per gyro, rad.
+    size = PAIR_SIZE if analysis.is_pair else 1.0
+    put_back = [(_hertz(analysis, line), line.amplitude / size) for line in left_in]
+    taken = [_hertz(analysis, line) for line in own if not any(line is one for one in left_in)]
+    bands = tuple(
+        (low, high)
+        for low, high in analysis.masked
+        if any(low <= hertz <= high for hertz in taken)
+        or not any(low <= hertz <= high for hertz, _ in put_back)
     )
     return Trial(
-        angle_random_walk=_walk(analysis, _with_lines(analysis, left_in), bands),
-        before=before or _walk(analysis, analysis.levels, analysis.masked),
-        curve=_curve(analysis, left_in),
-        spectrum=_spectrum(analysis, left_in),
+        angle_random_walk=_walk(
+            analysis,
+            _with_lines(levels, put_back),
+            bands + tuple((float(low), float(high)) for low, high in masked),
+        ),
+        before=before or _walk(analysis, levels, analysis.masked),
+        curve=_curve(analysis.curve, put_back),
+        spectrum=_spectrum(analysis.spectrum, put_back),
     )
 
 
@@ -124,26 +137,10 @@ def _hertz(analysis: Analysis, line: Line) -> float:
     return line.frequency * (turning if line.scale == "angle" else 1.0)
 
 
-def _amplitude(analysis: Analysis, line: Line) -> float:
-    """Amplitude of a line in what the spectra are of: per gyro, rad."""
-    return line.amplitude / (PAIR_SIZE if analysis.is_pair else 1.0)
-
-
-def _bands(analysis: Analysis, left_in: Sequence[Line], kept: Sequence[Line]) -> Bands:
-    """The bands of lines that stay out."""
-
-    def holds(band: tuple[float, float], lines: Sequence[Line]) -> bool:
-        return any(band[0] <= _hertz(analysis, line) <= band[1] for line in lines)
-
-    return tuple(band for band in analysis.masked if holds(band, kept) or not holds(band, left_in))
-
-
-def _with_lines(analysis: Analysis, left_in: Sequence[Line]) -> Levels:
-    levels = analysis.levels
-    assert levels is not None
+def _with_lines(levels: Levels, lines: Lines) -> Levels:
     density = levels.spectrum.cells.density.copy()
-    for line in left_in:
-        density += line_density(levels.spectrum, _hertz(analysis, line), _amplitude(analysis, line))
+    for hertz, amplitude in lines:
+        density += line_density(levels.spectrum, hertz, amplitude)
     cells = replace(levels.spectrum.cells, density=density)
     return replace(levels, spectrum=replace(levels.spectrum, cells=cells))
 
@@ -157,29 +154,22 @@ def _walk(analysis: Analysis, levels: Levels, bands: Bands) -> Estimate:
     return replace(result.angle_random_walk, sensor=analysis.sensor)
 
 
-def _curve(analysis: Analysis, left_in: Sequence[Line]) -> StabilityCurve:
+def _curve(curve: StabilityCurve, lines: Lines) -> StabilityCurve:
     """With the Allan variance of each line, ``4 A^2 sin^4(pi f tau) / tau^2``."""
-    curve = analysis.curve
     more = np.zeros(curve.tau.size)
-    for line in left_in:
-        turned = np.sin(np.pi * _hertz(analysis, line) * curve.tau)
-        more += (2.0 * _amplitude(analysis, line) * turned**2 / curve.tau) ** 2
+    for hertz, amplitude in lines:
+        more += (2.0 * amplitude * np.sin(np.pi * hertz * curve.tau) ** 2 / curve.tau) ** 2
     higher = np.sqrt(1.0 + more / curve.deviation**2)
-    return replace(
-        curve,
-        deviation=curve.deviation * higher,
-        low=curve.low * higher,
-        high=curve.high * higher,
-    )
+    raised = {name: getattr(curve, name) * higher for name in ("deviation", "low", "high")}
+    return replace(curve, **raised)
 
 
-def _spectrum(analysis: Analysis, left_in: Sequence[Line]) -> Spectrum:
+def _spectrum(spectrum: Spectrum, lines: Lines) -> Spectrum:
     """With the power of each line in the bin that it falls into."""
-    frequency, density = analysis.spectrum.frequency, analysis.spectrum.density.copy()
+    frequency, density = spectrum.frequency, spectrum.density.copy()
     if frequency.size > 1:
         width = np.gradient(frequency)
-        for line in left_in:
-            hertz, amplitude = _hertz(analysis, line), _amplitude(analysis, line)
+        for hertz, amplitude in lines:
             place = int(np.argmin(np.abs(frequency - hertz)))
             density[place] += 2.0 * (np.pi * hertz * amplitude) ** 2 / width[place]
     return Spectrum(frequency=frequency.copy(), density=density)

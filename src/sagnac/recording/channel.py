@@ -353,26 +353,6 @@ PAIR_SIZE: Final = math.sqrt(2.0)
 """Size of the difference of two gyros over that of one: independent gyros add in square (Eq. 3)."""
 
 
-def as_one_gyro(difference: FloatArray) -> FloatArray:
-    """The difference of two gyros over sqrt(2), as a new array.
-
-    Its noise is per gyro: each squared coefficient is the mean of the two gyros', whatever the
-    term. Table motion, Earth rate and lines are of the difference itself and come off before.
-
-    Parameters
-    ----------
-    difference
-        (samples,), of two gyros in parts whose squares add up to 2.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> as_one_gyro(np.array([0.0, 2.0])).round(3).tolist()
-    [0.0, 1.414]
-    """
-    return elementwise(np.divide, difference, PAIR_SIZE)
-
-
 # ---- kinds -------------------------------------------------------------------------
 
 
