@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from sagnac.analysis.averaged import Headline
-from sagnac.analysis.encoder import of_both_alike
+from sagnac.analysis.encoder import for_plain_mean
 from sagnac.analysis.measurement import Measurement
 from sagnac.noise.estimates import Estimate
 
@@ -47,7 +47,7 @@ def coverage(measured: Measurement, part: float, confidence: float) -> float:
     errors = SIGMA * np.random.default_rng(7).standard_normal(DRAWS)
     held = 0
     for value in weighted * np.exp(errors):
-        found = of_both_alike(measured, read(float(value), confidence)).estimate
+        found = for_plain_mean(measured, read(float(value), confidence)).estimate
         held += found.low <= truth <= found.high
     return held / DRAWS
 
@@ -64,13 +64,13 @@ def test_the_plain_mean_is_held_whichever_gyro_has_the_noise(apart, confidence):
 
 def test_equal_weights_change_nothing():
     answer = read(1.0, 0.95)
-    assert of_both_alike(pair(1.0), answer) is answer
+    assert for_plain_mean(pair(1.0), answer) is answer
 
 
 def test_a_bound_is_that_of_the_gyro_that_counts_least():
     answer = read(1.0, 0.95)
     bound = replace(answer.estimate, value=1.0, low=0.0, high=1.0, status="upper bound")
-    found = of_both_alike(pair(1.02), replace(answer, estimate=bound)).estimate
+    found = for_plain_mean(pair(1.02), replace(answer, estimate=bound)).estimate
     least = min(pair(1.02).weights)
     assert found.low == 0.0
     assert found.value == found.high == pytest.approx(1.0 / least)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from benchmarks.gallery import Gyro, low_passed
 
-from sagnac.analysis.averaged import Reading, over_parts, reading_in_band
+from sagnac.analysis.averaged import PartEstimate, estimate_in_band, over_parts
 from sagnac.analysis.pipeline import analyze
 from sagnac.analysis.settings import Settings
 from sagnac.noise.band_models import BandModel
@@ -28,7 +28,7 @@ def parts_of(values, whole=None, change=lambda part: 0.0):
     return over_parts(
         values,
         sample_rate=RATE,
-        read=lambda part: Reading(walk=deviation(part), change=change(part), error=0.1),
+        read=lambda part: PartEstimate(walk=deviation(part), change=change(part), error=0.1),
         whole=whole or deviation(values),
     )
 
@@ -86,7 +86,7 @@ def test_the_change_of_a_part_is_that_of_its_walk_with_all_else_as_it_is(quantum
     )
     deviates = []
     for walk in np.linspace(0.9, 1.1, 21):
-        found = reading_in_band(levels(walk, quantum, generator), choice, 0.95)
+        found = estimate_in_band(levels(walk, quantum, generator), choice, 0.95)
         deviates.append((found.change - 2.0 * np.log(walk)) / found.error)
     # The error also allows every bin 3 % that these levels do not have.
     assert abs(np.mean(deviates)) < 0.6
@@ -108,7 +108,7 @@ def test_the_change_is_found_under_a_low_pass_and_beside_bias_instability():
     for change in (-0.1, 0.0, 0.1):
         rates = 2.0 * np.exp(change) + 0.3 / (np.pi * frequency)
         made = replace(seen, level=rates / (1.0 + (frequency / 3.0) ** 2))
-        found = reading_in_band(made, choice, 0.95)
+        found = estimate_in_band(made, choice, 0.95)
         # The tapers see B a little higher than it is at the middle of a bin.
         assert found.change == pytest.approx(change, abs=0.015)
 

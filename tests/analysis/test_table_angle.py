@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import sagnac
-from sagnac.analysis.measurement import Measurement, TurningTable, settled
+from sagnac.analysis.measurement import Measurement, TurningTable, with_order_phases
 from sagnac.analysis.result import Analysis
 from sagnac.table.estimate import Delay, EstimatedTable
 from tests.second_rig import Bench, simulate
@@ -150,7 +150,7 @@ def test_only_a_change_of_the_delay_that_is_there_is_said(change, rate):
     )
     table = TurningTable(angle=true, estimate=estimate, shares={"x": 0.6})
     measured = Measurement(channel="x", angle=gyro, gyros=("x",), sample_rate=sample_rate)
-    found = settled(table, measured)
+    found = with_order_phases(table, measured)
     # Whatever is said, most of the error is taken out of the angle.
     off = found.estimate.angle - true
     assert np.abs(off - off.mean()).max() < 0.3 * np.abs(error).max()

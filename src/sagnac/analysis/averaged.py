@@ -86,7 +86,7 @@ class Parts:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Averaged:
+class AnswerSpectrum:
     """The spectrum that an answer is read from.
 
     Attributes
@@ -147,7 +147,7 @@ class Headline:
         What it rests on, in words.
     notes
         Why it is no more than a bound.
-    found
+    spectrum
         The spectrum that was read for it; None if none was.
     by_encoder
         Whether what is left of one gyro is the encoder's rather than its own.
@@ -158,7 +158,7 @@ class Headline:
     estimate: Estimate
     source: str
     notes: tuple[Note, ...] = ()
-    found: Averaged | None = None
+    spectrum: AnswerSpectrum | None = None
     by_encoder: bool = False
     findings: tuple[Note, ...] = ()
 
@@ -183,7 +183,7 @@ def roll_off_of(points: Points) -> RollOff:
 
 def spectrum_of(
     evidence: Evidence, points: Points, *, as_they_are: bool = False
-) -> Averaged | None:
+) -> AnswerSpectrum | None:
     """Levels of the increments of angles and their average; None if there is nothing to level.
 
     Parameters
@@ -216,7 +216,7 @@ def spectrum_of(
         settling=None if warm_up is None else warm_up.time,
         confidence=confidence,
     )
-    return Averaged(
+    return AnswerSpectrum(
         points=points,
         increments=increments,
         spikes=spikes,
@@ -228,19 +228,19 @@ def spectrum_of(
     )
 
 
-def completed(found: Averaged, evidence: Evidence) -> Averaged:
+def complete(spectrum: AnswerSpectrum, evidence: Evidence) -> AnswerSpectrum:
     """The spectrum with B and K of the lowest frequencies, N over parts, and a hump."""
-    walk, choice = found.average.angle_random_walk, found.average.rests_on
+    walk, choice = spectrum.average.angle_random_walk, spectrum.average.rests_on
     if walk.status != "estimated":
-        return found
+        return spectrum
     if choice.member != "whole band":
-        found = replace(found, average=_with_slow_terms(found, evidence))
-        walk, choice = found.average.angle_random_walk, found.average.rests_on
-    hump = hump_above(found.levels, choice.band_hz, walk.value) if choice.terms else None
-    return replace(found, hump=hump, parts=_parts(found, evidence))
+        spectrum = replace(spectrum, average=_with_slow_terms(spectrum, evidence))
+        walk, choice = spectrum.average.angle_random_walk, spectrum.average.rests_on
+    hump = hump_above(spectrum.levels, choice.band_hz, walk.value) if choice.terms else None
+    return replace(spectrum, hump=hump, parts=_parts(spectrum, evidence))
 
 
-def _with_slow_terms(basis: Averaged, evidence: Evidence) -> Average:
+def _with_slow_terms(basis: AnswerSpectrum, evidence: Evidence) -> Average:
     """B and K of an average by the likelihood of angles farther apart.
 
     The average of every sample sees the lowest frequencies in a few levels only, and its band ends
@@ -274,12 +274,12 @@ def reaches(choice: ModelChoice, highest: float) -> bool:
     return choice.band_hz[1] >= _REACHED * highest
 
 
-def _parts(basis: Averaged, evidence: Evidence) -> Parts:
+def _parts(basis: AnswerSpectrum, evidence: Evidence) -> Parts:
     """N over parts, by the band and terms that the average rests on."""
     choice, walk = basis.average.rests_on, basis.average.angle_random_walk
     rate, confidence = basis.points.rate, evidence.settings.confidence
 
-    def read(increments: FloatArray) -> Reading | None:
+    def read(increments: FloatArray) -> PartEstimate | None:
         levels = levels_of(increments, rate, evidence.masked)
         if levels is None:
             return None
@@ -289,7 +289,7 @@ def _parts(basis: Averaged, evidence: Evidence) -> Parts:
         seen = walk_in_band(basis.levels, replace(choice, band_hz=band), confidence)
         if seen is None or not walk.low <= seen.value <= walk.high:
             return None
-        return reading_in_band(levels, choice, confidence)
+        return estimate_in_band(levels, choice, confidence)
 
     return over_parts(
         basis.increments,
@@ -309,7 +309,7 @@ _COUNTS: Final = (4, 2)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Reading:
+class PartEstimate:
     """Estimate by the spectrum of a part.
 
     Attributes
@@ -326,7 +326,7 @@ class Reading:
     error: float
 
 
-def reading_in_band(levels: Levels, choice: ModelChoice, confidence: float) -> Reading | None:
+def estimate_in_band(levels: Levels, choice: ModelChoice, confidence: float) -> PartEstimate | None:
     """Estimate by the levels of a part over the band and with the terms of an average.
 
     With share s of N in the law of the whole, N squared larger by a factor exp(c) lifts the
@@ -344,7 +344,7 @@ def reading_in_band(levels: Levels, choice: ModelChoice, confidence: float) -> R
 
     Returns
     -------
-    Reading or None
+    PartEstimate or None
         None if the levels do not show N.
     """
     walk = walk_in_band(levels, choice, confidence)
@@ -359,10 +359,8 @@ def reading_in_band(levels: Levels, choice: ModelChoice, confidence: float) -> R
     weight = (bin_shapes(levels, FLOOR) * share)[inside]
     information = float(weight @ share[inside])
     higher = np.log(levels.level / means)[inside]
-    return Reading(
-        walk=walk,
-        change=float(weight @ higher) / information,
-        error=1.0 / math.sqrt(information),
+    return PartEstimate(
+        walk=walk, change=float(weight @ higher) / information, error=1.0 / math.sqrt(information)
     )
 
 
@@ -397,7 +395,7 @@ def over_parts(
     increments: FloatArray,
     *,
     sample_rate: float,
-    read: Callable[[FloatArray], Reading | None],
+    read: Callable[[FloatArray], PartEstimate | None],
     whole: Interval,
     confidence: float = 0.95,
 ) -> Parts:
@@ -435,7 +433,7 @@ def over_parts(
 
 
 def _compared(
-    edges: list[float], readings: list[Reading | None], whole: Interval, confidence: float
+    edges: list[float], readings: list[PartEstimate | None], whole: Interval, confidence: float
 ) -> Parts:
     """Readings between edges, s, and whether chance explains how they differ."""
     parts = tuple(

@@ -291,11 +291,7 @@ def _note(gyro: Channel, drift: ThermalDrift | None, temperature: FloatArray) ->
 
 
 def _in_words(drift: ThermalDrift, size: float) -> str:
-    names = (
-        f"(T - {drift.temperature:.4g})",
-        f"(T - {drift.temperature:.4g})^2",
-        "dT/dt per s",
-    )
+    names = (f"(T - {drift.temperature:.4g})", f"(T - {drift.temperature:.4g})^2", "dT/dt per s")
     shown = [
         f"({value / size:.3g} +- {error / size:.1g}) {name}"
         for value, error, name in zip(drift.coefficients, drift.errors, names, strict=True)

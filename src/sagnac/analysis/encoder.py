@@ -23,7 +23,7 @@ import numpy as np
 from scipy.optimize import brentq
 from scipy.special import ndtr, ndtri
 
-from sagnac.analysis.averaged import Averaged, Headline
+from sagnac.analysis.averaged import AnswerSpectrum, Headline
 from sagnac.analysis.evidence import Evidence
 from sagnac.analysis.measurement import ALIKE, Measurement, measure
 from sagnac.core.arrays import FloatArray, blocks
@@ -62,11 +62,11 @@ def with_encoder(
     """
     if evidence.table.estimate is not None and not evidence.measured.is_pair:
         headline = _of_one(headline, evidence, pair)
-    answer = of_both_alike(evidence.measured, headline)
+    answer = for_plain_mean(evidence.measured, headline)
     return _with_latch_note(answer, headline.estimate, evidence)
 
 
-def of_both_alike(measured: Measurement, read: Headline) -> Headline:
+def for_plain_mean(measured: Measurement, read: Headline) -> Headline:
     """The answer of a pair of which each gyro has a weight, with an interval for the plain mean.
 
     The square of what is read is the mean of N^2 of the two gyros by the squares of their weights,
@@ -78,7 +78,7 @@ def of_both_alike(measured: Measurement, read: Headline) -> Headline:
     Parameters
     ----------
     measured
-        As `followed` gives it.
+        As `without_encoder_errors` gives it.
     read
         The answer.
     """
@@ -145,7 +145,7 @@ def _of_one(headline: Headline, evidence: Evidence, pair: Callable[[str], Estima
     other = next(others, None)
     two = None if other is None else pair(other)
     if other is None or two is None or two.status == "not observable":
-        return _lowered(_lone(headline, evidence), evidence)
+        return _by_lowest_frequencies(_without_second_gyro(headline, evidence), evidence)
     # All of what the two hold may be the noise of one, whose weight is one within their shares.
     shown = PAIR_SIZE * two.high
     shared = shared_walk(evidence, (name, other))
@@ -172,11 +172,11 @@ def _decided_by_encoder(headline: Headline, name: str, text: str) -> Headline:
     return replace(headline, notes=(*headline.notes, note), by_encoder=True)
 
 
-def _lone(headline: Headline, evidence: Evidence) -> Headline:
+def _without_second_gyro(headline: Headline, evidence: Evidence) -> Headline:
     """Without a second gyro: the wander that no one sees is part of the answer."""
-    own, found, table = headline.estimate, headline.found, evidence.table
+    own, spectrum, table = headline.estimate, headline.spectrum, evidence.table
     name, known = evidence.measured.channel, table.known
-    levels = own if found is None else found.average.angle_random_walk
+    levels = own if spectrum is None else spectrum.average.angle_random_walk
     bounded = own.status == levels.status == "upper bound"
     if bounded and levels.value < own.value:
         # The curve is of points, in each of which the noise of a reading stands in full.
@@ -212,7 +212,7 @@ def _lone(headline: Headline, evidence: Evidence) -> Headline:
     return replace(_decided_by_encoder(headline, name, text), estimate=bound)
 
 
-def _lowered(answer: Headline, evidence: Evidence) -> Headline:
+def _by_lowest_frequencies(answer: Headline, evidence: Evidence) -> Headline:
     """The answer, its bound lowered to what the lowest frequencies allow.
 
     The encoder's noise is least there. Beside N and white noise of the readings the residual may
@@ -258,11 +258,11 @@ def _with_latch_note(answer: Headline, read: Estimate, evidence: Evidence) -> He
     `read` is the estimate without what unlike weights of a pair leave open.
     """
     estimate, table = answer.estimate, evidence.table.angle
-    if estimate.status != "estimated" or answer.found is None or table is None:
+    if estimate.status != "estimated" or answer.spectrum is None or table is None:
         return answer
     half, narrowed = _half(estimate), _half(read)
     if narrowed > _WORTH * half:
-        bound, without = _bounds(estimate.value, answer.found, evidence, table)
+        bound, without = _bounds(estimate.value, answer.spectrum, evidence, table)
         narrowed = half * without / bound if half < _ELSE * bound else half
     # Else two gyros have unlike shares, and their difference would need the encoder.
     if narrowed > _WORTH * half:
@@ -276,13 +276,13 @@ def _with_latch_note(answer: Headline, read: Estimate, evidence: Evidence) -> He
 
 
 def _bounds(
-    walk: float, found: Averaged, evidence: Evidence, table: FloatArray
+    walk: float, spectrum: AnswerSpectrum, evidence: Evidence, table: FloatArray
 ) -> tuple[float, float]:
     """Half intervals that no estimate beats, with the noise of the encoder and without it."""
-    followed = evidence.measured
-    rate, seconds = followed.sample_rate, followed.angle.size / followed.sample_rate
-    of_encoder = abs(followed.share(evidence.table.shares)) * white_noise(table) / followed.size
-    quantization = found.average.coefficients["quantization"]
+    measured = evidence.measured
+    rate, seconds = measured.sample_rate, measured.angle.size / measured.sample_rate
+    of_encoder = abs(measured.share(evidence.table.shares)) * white_noise(table) / measured.size
+    quantization = spectrum.average.coefficients["quantization"]
     in_all = quantization.value if quantization.status == "estimated" else of_encoder
     as_it_is = measure(evidence.corrected, evidence.settings.gyros)
     own = min(
@@ -359,13 +359,13 @@ def with_shared_noise(headline: Headline, evidence: Evidence) -> Headline:
     encoder adds to every gyro looks like the gyros' own, but not like an angle random walk
     (`noise.common_walk`), unless it wanders.
     """
-    found, measured = headline.found, evidence.measured
-    if found is None or evidence.table.angle is None or not measured.is_pair:
+    spectrum, measured = headline.spectrum, evidence.measured
+    if spectrum is None or evidence.table.angle is None or not measured.is_pair:
         return headline
-    walk, read = found.average.angle_random_walk, headline.estimate
+    walk, read = spectrum.average.angle_random_walk, headline.estimate
     if walk.status != "estimated":
         return headline
-    shared = shared_walk(evidence, measured.gyros, found.average.rests_on.band_hz)
+    shared = shared_walk(evidence, measured.gyros, spectrum.average.rests_on.band_hz)
     if shared is None:
         return headline
     least, factor, most = (
@@ -382,9 +382,7 @@ def with_shared_noise(headline: Headline, evidence: Evidence) -> Headline:
 
 
 def shared_walk(
-    evidence: Evidence,
-    gyros: tuple[str, ...],
-    band_hz: tuple[float, float] = (0.0, math.inf),
+    evidence: Evidence, gyros: tuple[str, ...], band_hz: tuple[float, float] = (0.0, math.inf)
 ) -> CommonWalk | None:
     """Angle random walk that gyros on a turning table show alike: their own, or the encoder's.
 

@@ -90,7 +90,7 @@ class Evidence:
     settings
         With the gyros by name, and the interval.
     measured, table
-        The measurement, as `followed` gives it, and the table.
+        The measurement, as `without_encoder_errors` gives it, and the table.
     findings
         The judgement of the data.
     left, second

@@ -26,7 +26,7 @@ The answer then goes through five steps (`answer`), each a line:
 2. Q, B, K and R beside it are no more than the curve allows (`noise.bounds`);
 3. it holds what the encoder of a table adds or hides (`encoder.with_encoder`);
 4. it holds what two gyros share (`encoder.with_shared_noise`);
-5. findings of the data divide it or withhold it (`trust.believed`).
+5. findings of the data divide it or withhold it (`trust.apply_findings`).
 """
 
 from collections.abc import Callable
@@ -34,9 +34,9 @@ from dataclasses import replace
 from typing import Final
 
 from sagnac.analysis.averaged import (
-    Averaged,
+    AnswerSpectrum,
     Headline,
-    completed,
+    complete,
     reaches,
     roll_off_of,
     spectrum_of,
@@ -51,7 +51,7 @@ from sagnac.analysis.evidence import (
     with_likelihood_of,
 )
 from sagnac.analysis.settings import PUBLISHED
-from sagnac.analysis.trust import believed
+from sagnac.analysis.trust import apply_findings
 from sagnac.core.errors import Note
 from sagnac.noise.bounds import CurveBound, highest_terms, highest_walk, within_curve
 from sagnac.noise.estimates import Estimate, unobserved
@@ -84,15 +84,15 @@ def answer(
     RecordingError
         If the settings are strict and something is found that they do not accept.
     """
-    evidence, headline = borne_out(evidence)
+    evidence, headline = first_candidate(evidence)
     evidence, headline = _within_curve(evidence, headline)
     headline = with_encoder(headline, evidence, pair)
     if not brief:
         headline = with_shared_noise(headline, evidence)
-    return believed(evidence, headline, brief=brief)
+    return apply_findings(evidence, headline, brief=brief)
 
 
-def borne_out(evidence: Evidence) -> tuple[Evidence, Headline]:
+def first_candidate(evidence: Evidence) -> tuple[Evidence, Headline]:
     """The first candidate that the data bear out, and the evidence with the fits beside it."""
     headline = _no_walk(evidence)
     if not evidence.left.is_finished:
@@ -107,19 +107,19 @@ def borne_out(evidence: Evidence) -> tuple[Evidence, Headline]:
         read = candidate(evidence, every)
         if read is None:
             continue
-        notes, found = (*headline.notes, *read.notes), read.found or headline.found
-        headline = replace(read, notes=notes, found=found)
+        notes, spectrum = (*headline.notes, *read.notes), read.spectrum or headline.spectrum
+        headline = replace(read, notes=notes, spectrum=spectrum)
         if read.estimate.status != "not observable":
             break
-    if headline.found is not None:
-        evidence = replace(evidence, coefficients=headline.found.coefficients)
+    if headline.spectrum is not None:
+        evidence = replace(evidence, coefficients=headline.spectrum.coefficients)
     return evidence, headline
 
 
 def _within_curve(evidence: Evidence, headline: Headline) -> tuple[Evidence, Headline]:
     """The fit of the spectrum and the average without what contradicts the curve."""
-    found, coefficients = headline.found, evidence.coefficients
-    lowered = 0.0 if found is None else found.roll_off.cluster_time()
+    spectrum, coefficients = headline.spectrum, evidence.coefficients
+    lowered = 0.0 if spectrum is None else spectrum.roll_off.cluster_time()
     highest = highest_terms(
         evidence.curve,
         confidence=evidence.settings.confidence,
@@ -128,16 +128,16 @@ def _within_curve(evidence: Evidence, headline: Headline) -> tuple[Evidence, Hea
     fit = coefficients.likelihood
     fit = replace(fit, coefficients=within_curve(fit.coefficients, highest))
     coefficients = replace(coefficients, fits={**coefficients.fits, "likelihood": fit})
-    if found is not None:
-        limited = within_curve(found.average.coefficients, highest)
-        found = replace(found, average=found.average.with_coefficients(limited))
-    return replace(evidence, coefficients=coefficients), replace(headline, found=found)
+    if spectrum is not None:
+        limited = within_curve(spectrum.average.coefficients, highest)
+        spectrum = replace(spectrum, average=spectrum.average.with_coefficients(limited))
+    return replace(evidence, coefficients=coefficients), replace(headline, spectrum=spectrum)
 
 
 # ---- the spectrum that 2 to 4 are read from ----------------------------------------------
 
 
-def _spectrum(evidence: Evidence) -> Averaged | None:
+def _spectrum(evidence: Evidence) -> AnswerSpectrum | None:
     """The spectrum of every sample; None if too little is left for levels."""
     if _is_published(evidence) or not evidence.left.is_finished:
         return None
@@ -153,7 +153,7 @@ def _every_sample(evidence: Evidence) -> Points:
     they see one, it is slow, and its steps count.
     """
     left, fine, readout = evidence.left, evidence.coefficients.points, evidence.coefficients.readout
-    if left.once_a_turn:
+    if left.once_a_turn or fine.rate >= left.rate:
         return fine
     slow = readout.every is not None and readout.every > 1
     finer = joint_readout(
@@ -167,7 +167,7 @@ def _every_sample(evidence: Evidence) -> Points:
 # ---- each candidate: the answer, or no N and why, or nothing -----------------------------
 
 
-def _step_4(evidence: Evidence, _: Averaged | None) -> Headline | None:
+def _step_4(evidence: Evidence, _: AnswerSpectrum | None) -> Headline | None:
     """Step 4 of the paper. A fit whose interval begins at 0 shows no N, whatever its value."""
     if not _is_published(evidence):
         return None
@@ -186,7 +186,7 @@ def _step_4(evidence: Evidence, _: Averaged | None) -> Headline | None:
     return Headline(estimate=fitted, source=source)
 
 
-def _whole_band(evidence: Evidence, every: Averaged | None) -> Headline | None:
+def _whole_band(evidence: Evidence, every: AnswerSpectrum | None) -> Headline | None:
     """A likelihood of five terms of every sample."""
     if every is None or every.is_changed:
         return None
@@ -201,7 +201,7 @@ def _whole_band(evidence: Evidence, every: Averaged | None) -> Headline | None:
     return _by_spectrum(evidence, replace(every, average=average, coefficients=fitted))
 
 
-def _whole_band_of_fewer(evidence: Evidence, every: Averaged | None) -> Headline | None:
+def _whole_band_of_fewer(evidence: Evidence, every: AnswerSpectrum | None) -> Headline | None:
     """The same of fewer angles, into whose band folds what lies above half their rate.
 
     If the terms do not describe every sample up to there, they do not describe what folds.
@@ -228,26 +228,26 @@ def _whole_band_of_fewer(evidence: Evidence, every: Averaged | None) -> Headline
     return None
 
 
-def _average(evidence: Evidence, every: Averaged | None) -> Headline | None:
+def _average(evidence: Evidence, every: AnswerSpectrum | None) -> Headline | None:
     """The average over bands and terms."""
     return None if every is None else _by_spectrum(evidence, every)
 
 
-def _by_spectrum(evidence: Evidence, chosen: Averaged) -> Headline:
+def _by_spectrum(evidence: Evidence, chosen: AnswerSpectrum) -> Headline:
     """N of the chosen one of 2 to 4, its interval widened to the parts if these disagree."""
-    found = completed(chosen, evidence)
-    estimate, choice = found.average.angle_random_walk, found.average.rests_on
+    spectrum = complete(chosen, evidence)
+    estimate, choice = spectrum.average.angle_random_walk, spectrum.average.rests_on
     channel = evidence.measured.channel
     if estimate.status != "estimated":
         text = (
             f"the spectrum of {channel} shows no band in which the angle random walk rules: no "
             "estimate is given"
         )
-        return replace(_no_walk(evidence, Note(text=text)), found=found)
-    if found.parts is not None and found.changes:
-        low, high = found.parts.smallest, found.parts.largest
+        return replace(_no_walk(evidence, Note(text=text)), spectrum=spectrum)
+    if spectrum.parts is not None and spectrum.changes:
+        low, high = spectrum.parts.smallest, spectrum.parts.largest
         estimate = replace(estimate, low=min(estimate.low, low), high=max(estimate.high, high))
-    of_likelihood = _likelihood_source(channel, found.coefficients)
+    of_likelihood = _likelihood_source(channel, spectrum.coefficients)
     source = {
         "whole band": f"{of_likelihood}; averages over narrow bands agree",
         "both": f"{of_likelihood}; averages over narrow bands do not decide, so "
@@ -258,10 +258,10 @@ def _by_spectrum(evidence: Evidence, chosen: Averaged) -> Headline:
     }[choice.member]
     if choice.slow_terms == "low band":
         source += f"; B and K: likelihood fit of the spectrum to {choice.low_band_hz:.3g} Hz"
-    return Headline(estimate=estimate, source=source, found=found)
+    return Headline(estimate=estimate, source=source, spectrum=spectrum)
 
 
-def _likelihood_alone(evidence: Evidence, every: Averaged | None) -> Headline | None:
+def _likelihood_alone(evidence: Evidence, every: AnswerSpectrum | None) -> Headline | None:
     """The likelihood fit without levels beside it."""
     if _is_published(evidence) or not evidence.left.is_finished or every is not None:
         return None
@@ -281,7 +281,7 @@ def _likelihood_alone(evidence: Evidence, every: Averaged | None) -> Headline | 
     return _no_walk(evidence, Note(level="warning", text=text))
 
 
-def _curve(evidence: Evidence, every: Averaged | None) -> Headline | None:
+def _curve(evidence: Evidence, every: AnswerSpectrum | None) -> Headline | None:
     """The lowest point of the curve."""
     confidence = evidence.settings.confidence
     bound = _highest(evidence, every, 1.0 - confidence)
@@ -299,7 +299,7 @@ def _curve(evidence: Evidence, every: Averaged | None) -> Headline | None:
     return Headline(estimate=estimate, source=source)
 
 
-def _levels(evidence: Evidence, every: Averaged | None) -> Headline:
+def _levels(evidence: Evidence, every: AnswerSpectrum | None) -> Headline:
     """The levels below a roll-off, which are the last resort."""
     estimate = None if every is None else every.average.angle_random_walk
     if estimate is None or estimate.status == "not observable":
@@ -348,7 +348,7 @@ def _bounded(evidence: Evidence) -> str:
     return evidence.measured.channel + ("" if evidence.left.is_finished else " with its lines in")
 
 
-def _highest(evidence: Evidence, every: Averaged | None, chance: float) -> CurveBound | None:
+def _highest(evidence: Evidence, every: AnswerSpectrum | None, chance: float) -> CurveBound | None:
     """Largest N that the curve allows except with a probability.
 
     Of a search that did not come to an end, the curve with all lines in: lines only raise a curve,

@@ -264,7 +264,7 @@ def _encoder_notes(estimate: EstimatedTable, sample_rate: float) -> tuple[Note, 
     return tuple(Note(channel="table", text=text) for text in texts)
 
 
-def settled(table: TurningTable, measured: Measurement) -> TurningTable:
+def with_order_phases(table: TurningTable, measured: Measurement) -> TurningTable:
     """The table with the phases that the orders of what is measured keep.
 
     Parameters
@@ -272,7 +272,7 @@ def settled(table: TurningTable, measured: Measurement) -> TurningTable:
     table
         As `turning_table` gives it.
     measured
-        As `followed` gives it.
+        As `without_encoder_errors` gives it.
     """
     if table.estimate is None:
         return table
@@ -296,7 +296,9 @@ def settled(table: TurningTable, measured: Measurement) -> TurningTable:
     return replace(led, notes=(*table.notes, note))
 
 
-def followed(measured: Measurement, recording: Recording, table: TurningTable) -> Measurement:
+def without_encoder_errors(
+    measured: Measurement, recording: Recording, table: TurningTable
+) -> Measurement:
     """The measurement without what the encoder's readings say beside the estimated angle.
 
     Two gyros take the table out by themselves: each is weighted by the other's share, so that

@@ -26,13 +26,13 @@ from sagnac.analysis.evidence import (
 )
 from sagnac.analysis.headline import answer
 from sagnac.analysis.measurement import (
-    followed,
     measure,
     remainder_of,
     require_noise,
     require_sound,
-    settled,
     turning_table,
+    with_order_phases,
+    without_encoder_errors,
 )
 from sagnac.analysis.result import Alone, Analysis, Answer, Covariance
 from sagnac.analysis.settings import MOST_GYROS, Progress, Settings, Stages
@@ -191,8 +191,8 @@ def _evidence(recording: Recording, settings: Settings, stages: Stages) -> Evide
             # Known before the search, which takes what time there is.
             require_length(before, recording)
         table = turning_table(corrected, gyros, settings.method)
-        measured = followed(as_it_is, corrected, table)
-        table = settled(table, measured)
+        measured = without_encoder_errors(as_it_is, corrected, table)
+        table = with_order_phases(table, measured)
     with stages.stage("check"):
         findings = findings_of(recording, settings)
         require_noise(as_it_is)
@@ -202,13 +202,13 @@ def _evidence(recording: Recording, settings: Settings, stages: Stages) -> Evide
         left = remainder_of(measured, table.known, corrected, settings, fraction)
         second = None
         if len(gyros) == MOST_GYROS:
-            pair = followed(measure(corrected, gyros[:2]), corrected, table)
+            pair = without_encoder_errors(measure(corrected, gyros[:2]), corrected, table)
             second = remainder_of(pair, table.known, corrected, settings, fraction)
         points = points_at(left.removal.residual, left.rate, None if left.once_a_turn else interval)
         require_length(points, recording)
     with stages.stage("stability"):
         curve, taken = curve_after(points, left, rate, settings)
-        nothing_taken = before.angle is points.angle
+        nothing_taken = not left.removal.lines and np.array_equal(before.angle, points.angle)
         curve_before = curve if nothing_taken else allan_curve(before, settings.confidence)
         family = family_of(points.angle, "angle", points.rate, settings)
     with stages.stage("coefficients"):
@@ -251,23 +251,23 @@ def _composed(evidence: Evidence, headline: Headline) -> Analysis:
         density = multitaper_density(differences(residual), left.rate)
     shares = TableShares()
     if table is not None:
-        # Shares that cannot be told cost nothing else.
+        # Shares that cannot be read cost nothing else.
         with suppress(RecordingError):
             shares = table_shares(recording, settings.gyros, confidence=settings.confidence)
     measured = measure(evidence.corrected, settings.gyros)
     before = measured.noise(measured.angle)
     of_spectrum: dict[str, Any] = {}
-    if headline.found is not None:
-        found, average = headline.found, headline.found.average
+    if headline.spectrum is not None:
+        spectrum, average = headline.spectrum, headline.spectrum.average
         # There is no covariance of what is no estimate.
         spoiled = any(note.level == "error" for note in headline.findings)
         covariance = Covariance(names=average.names, matrix=average.covariance)
         of_spectrum = {
-            "levels": found.levels,
+            "levels": spectrum.levels,
             "average": average.rests_on,
             "coefficients": {**average.coefficients, "angle_random_walk": headline.estimate},
             "covariance": None if spoiled else covariance,
-            "parts": () if found.parts is None else found.parts.parts,
+            "parts": () if spectrum.parts is None else spectrum.parts.parts,
         }
     return Analysis(
         recording=recording,
@@ -406,18 +406,18 @@ def each_alone(
     refused: dict[str, RecordingError] = {}
     for name, recording in recordings.items():
 
-        def told(stage: str, fraction: float, name: str = name) -> None:
+        def report(stage: str, fraction: float, name: str = name) -> None:
             if progress is not None:
                 progress(f"{name}: {stage}", fraction)
 
         try:
-            found = run(recording, replace(settings, gyros=(name,)), progress=told)
+            analysis = run(recording, replace(settings, gyros=(name,)), progress=report)
         except RecordingError as error:
             if settings.strict:
                 raise
             refused[name] = error
         else:
-            analyses[name] = _without_notes_of_others(found, name)
+            analyses[name] = _without_notes_of_others(analysis, name)
     return Alone(analyses=analyses, refused=refused)
 
 

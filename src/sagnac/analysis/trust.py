@@ -7,7 +7,7 @@ from typing import Final
 
 import numpy as np
 
-from sagnac.analysis.averaged import Averaged, Headline, Parts
+from sagnac.analysis.averaged import AnswerSpectrum, Headline, Parts
 from sagnac.analysis.evidence import Evidence
 from sagnac.analysis.settings import Settings
 from sagnac.core.arrays import differences
@@ -27,33 +27,33 @@ from sagnac.recording.model import Recording
 _ADDS: Final = 0.05
 
 
-def _noticed(evidence: Evidence, headline: Headline) -> tuple[Note, ...]:
+def _spectrum_notes(evidence: Evidence, headline: Headline) -> tuple[Note, ...]:
     """Notes of the spectrum, and the judgement of what is left of a turning table."""
-    found, channel = headline.found, evidence.measured.channel
-    if found is None or headline.by_encoder:
+    spectrum, channel = headline.spectrum, evidence.measured.channel
+    if spectrum is None or headline.by_encoder:
         # What is left is the encoder's.
         return ()
     sensor = evidence.recording.gyros[0].sensor
-    walk = found.average.angle_random_walk
+    walk = spectrum.average.angle_random_walk
     notes = (
-        _spikes_note(found.spikes, walk, sensor),
-        _warm_up_note(found, sensor),
-        _roll_off_note(found.roll_off),
-        _hump_note(found.hump, sensor),
-        _elsewhere_note(found.average.rests_on.elsewhere, walk, sensor),
-        _parts_note(found.parts, sensor),
+        _spikes_note(spectrum.spikes, walk, sensor),
+        _warm_up_note(spectrum, sensor),
+        _roll_off_note(spectrum.roll_off),
+        _hump_note(spectrum.hump, sensor),
+        _elsewhere_note(spectrum.average.rests_on.elsewhere, walk, sensor),
+        _parts_note(spectrum.parts, sensor),
     )
     noticed = tuple(replace(note, channel=channel) for note in notes if note)
     if evidence.table.angle is None or evidence.left.once_a_turn:
         return noticed
     # The answer may be of fewer angles; every sample tells more.
-    left, increments = evidence.left, found.increments
-    if found.points.rate != left.rate:
+    left, increments = evidence.left, spectrum.increments
+    if spectrum.points.rate != left.rate:
         increments = differences(left.removal.residual)
     of_remainder = judged_remainder(evidence.corrected, channel, increments, left.rate)
     # Of noise that changes the spectrum says so itself.
     return noticed + tuple(
-        note for note in of_remainder if not (found.changes and note.name == "unsteady")
+        note for note in of_remainder if not (spectrum.changes and note.name == "unsteady")
     )
 
 
@@ -79,12 +79,12 @@ def _spikes_note(spikes: Spikes | None, walk: Estimate, sensor: Sensor) -> Note 
     )
 
 
-def _warm_up_note(found: Averaged, sensor: Sensor) -> Note | None:
-    warm_up = found.warm_up
+def _warm_up_note(spectrum: AnswerSpectrum, sensor: Sensor) -> Note | None:
+    warm_up = spectrum.warm_up
     if warm_up is None:
         return None
     # At least half of the record should be left.
-    is_short = 2.0 * warm_up.until_s > found.increments.size / found.points.rate
+    is_short = 2.0 * warm_up.until_s > spectrum.increments.size / spectrum.points.rate
     left_out = "a recording begun later" if is_short else f"{{slice {warm_up.until_s:.0f}:}}"
     unit = UNITS[SENSED[sensor].rate_unit]
     return Note(
@@ -106,7 +106,7 @@ def _roll_off_note(found: RollOff) -> Note | None:
     )
     return Note(
         text=f"the spectrum {falls}, as behind a low-pass or a hump: cluster times below "
-        f"{found.cluster_time():.3g} s bound nothing",
+        f"{found.cluster_time():.3g} s bound nothing"
     )
 
 
@@ -168,14 +168,14 @@ def _parts_note(parts: Parts | None, sensor: Sensor) -> Note | None:
     )
 
 
-def _slow_noise_notes(evidence: Evidence, found: Averaged) -> tuple[Note, ...]:
+def _slow_noise_notes(evidence: Evidence, spectrum: AnswerSpectrum) -> tuple[Note, ...]:
     """A note on a rise of the curve that no estimated term has."""
-    if found.warm_up is not None:
+    if spectrum.warm_up is not None:
         return ()
-    terms, sensor = found.average.coefficients, evidence.recording.gyros[0].sensor
+    terms, sensor = spectrum.average.coefficients, evidence.recording.gyros[0].sensor
     model = None
     if evidence.table.angle is None:
-        model = untold(found.levels, found.average.rests_on, terms)
+        model = untold(spectrum.levels, spectrum.average.rests_on, terms)
     rise = slow_noise(evidence.curve, terms)
     if model is not None and model.rates:
         text = f"slow noise: {_markov_text(model.rates, sensor)}; B and K are bounds"
@@ -212,7 +212,7 @@ def _markov_text(found: Sequence[MarkovEstimate], sensor: Sensor) -> str:
 # ---- what findings leave of the answer ---------------------------------------------------
 
 
-def believed(
+def apply_findings(
     evidence: Evidence, headline: Headline, *, brief: bool = False
 ) -> tuple[Evidence, Headline]:
     """The answer and the fits beside it, as far as the findings let them stand.
@@ -231,22 +231,22 @@ def believed(
     RecordingError
         If the settings are strict and something is found that they do not accept.
     """
-    settings, channel, found = evidence.settings, evidence.measured.channel, headline.found
-    slow = () if brief or found is None else _slow_noise_notes(evidence, found)
-    noticed = (*_noticed(evidence, headline), *slow, *headline.findings)
-    findings = merged(evidence.findings, accept(noticed, settings.accepted))
+    settings, channel, spectrum = evidence.settings, evidence.measured.channel, headline.spectrum
+    slow = () if brief or spectrum is None else _slow_noise_notes(evidence, spectrum)
+    noticed = (*_spectrum_notes(evidence, headline), *slow, *headline.findings)
+    findings = all_findings(evidence.findings, accept(noticed, settings.accepted))
     require_strict(findings, settings)
-    trust = Trust.of(findings, over_parts=found is not None and found.changes)
-    if found is not None:
+    trust = Trust.of(findings, over_parts=spectrum is not None and spectrum.changes)
+    if spectrum is not None:
         own = trust.factor(channel)
         scale = np.array(
-            [1.0 / own if name == "angle_random_walk" else 1.0 for name in found.average.names]
+            [1.0 / own if name == "angle_random_walk" else 1.0 for name in spectrum.average.names]
         )
         average = replace(
-            found.average, covariance=found.average.covariance * np.outer(scale, scale)
+            spectrum.average, covariance=spectrum.average.covariance * np.outer(scale, scale)
         )
         average = average.with_coefficients(trust.each(average.coefficients, channel))
-        found = replace(found, average=average)
+        spectrum = replace(spectrum, average=average)
     coefficients = replace(
         evidence.coefficients,
         fits={
@@ -265,7 +265,7 @@ def believed(
     elif estimate != headline.estimate:
         source += f", divided by {trust.factor(channel):.4g} for findings"
     return replace(evidence, coefficients=coefficients), replace(
-        headline, estimate=estimate, source=source, found=found, findings=findings
+        headline, estimate=estimate, source=source, spectrum=spectrum, findings=findings
     )
 
 
@@ -301,7 +301,7 @@ def require_strict(notes: Iterable[Note], settings: Settings) -> None:
             )
 
 
-def merged(found: Iterable[Note], noticed: Iterable[Note]) -> tuple[Note, ...]:
+def all_findings(found: Iterable[Note], noticed: Iterable[Note]) -> tuple[Note, ...]:
     """Findings of the recording and of what removal left; the latter see more and stand alone."""
     noticed = tuple(noticed)
     known = {note.name for note in noticed if note.name}
