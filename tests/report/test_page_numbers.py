@@ -55,7 +55,7 @@ def both(request):
     made = made or still(request.param.removeprefix("measured "))
     text = document.to_json(document.analysis_document(made))
     blank = {"stability": Figure(), "spectrum": Figure()}
-    return tree(page.page(made, blank)), json.loads(text), made
+    return tree(page.page(made, drawn=blank)), json.loads(text), made
 
 
 def check(shown: str, interval: str, stated: dict, status: str) -> None:

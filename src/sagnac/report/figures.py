@@ -13,11 +13,16 @@ import numpy as np
 from markupsafe import escape
 from matplotlib.axes import Axes
 from matplotlib.axis import Axis
+from matplotlib.backend_bases import GraphicsContextBase
+from matplotlib.backends.backend_agg import RendererAgg
+from matplotlib.backends.backend_svg import RendererSVG
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.markers import TICKDOWN, TICKLEFT, MarkerStyle
 from matplotlib.ticker import LogFormatterSciNotation, NullLocator, ScalarFormatter
+from matplotlib.transforms import Affine2D, Bbox
 from numpy.typing import ArrayLike
+from PIL import Image
 
 from sagnac import plot
 from sagnac.analysis.result import Analysis
@@ -340,7 +345,54 @@ def report_figures(analysis: Analysis) -> dict[str, Figure]:
     return {name: figure for name, figure in drawn.items() if figure is not None}
 
 
-def svg(figure: Figure, name: str, description: str) -> str:
+DOTS: Final = 200  # to the inch, of a PNG
+
+
+class _InPixelsToo(RendererSVG):
+    """Draws a figure as SVG, and each path and text of it into pixels as well.
+
+    The layout of ticks, legends and texts takes most of the time of a figure: it is made once.
+    """
+
+    def __init__(self, width: float, height: float, stream: StringIO, **more: Any) -> None:
+        super().__init__(width, height, stream, **more)  # type: ignore[no-untyped-call]
+        self._times = DOTS / 72.0
+        self.pixels = RendererAgg(round(self._times * width), round(self._times * height), DOTS)
+
+    def draw_path(self, gc: Any, path: Any, transform: Any, *fill: Any, **more: Any) -> None:
+        super().draw_path(gc, path, transform, *fill, **more)  # type: ignore[no-untyped-call]
+        self.pixels.draw_path(self._clipped(gc), path, self._larger(transform), *fill, **more)
+
+    def draw_markers(self, gc: Any, *given: Any, **more: Any) -> None:
+        super().draw_markers(gc, *given, **more)  # type: ignore[no-untyped-call]
+        marker, of_marker, path, transform, *fill = given
+        larger = map(self._larger, (of_marker, transform))
+        self.pixels.draw_markers(
+            self._clipped(gc), marker, next(larger), path, next(larger), *fill, **more
+        )
+
+    def draw_text(self, gc: Any, x: float, y: float, *text: Any, **how: Any) -> None:
+        super().draw_text(gc, x, y, *text, **how)  # type: ignore[no-untyped-call]
+        places = self._times * x, self._times * y
+        self.pixels.draw_text(self._clipped(gc), *places, *text, **how)
+
+    def _larger(self, transform: Any) -> Affine2D:
+        """A transform to points as one to pixels."""
+        matrix = np.array(transform.get_matrix())
+        matrix[:2] *= self._times
+        return Affine2D(matrix)
+
+    def _clipped(self, gc: Any) -> GraphicsContextBase:
+        """A style, which is in points anyway, with its clipping in pixels."""
+        found = self.pixels.new_gc()
+        found.copy_properties(gc)
+        clip = gc.get_clip_rectangle()
+        if clip is not None:
+            found.set_clip_rectangle(Bbox(self._times * clip.get_points()))
+        return found
+
+
+def svg(figure: Figure, name: str, description: str, *, png: Path | None = None) -> str:
     """The figure as an ``<svg>`` element to stand inside a page.
 
     Parameters
@@ -351,10 +403,21 @@ def svg(figure: Figure, name: str, description: str) -> str:
         Goes before every id, so that two figures in one page do not share any.
     description
         For readers who do not see it.
+    png
+        Also write it here, as `write_png` does.
     """
     text = StringIO()
     with mpl.rc_context({**STYLE, "svg.hashsalt": name}):
-        figure.savefig(text, format="svg", metadata={"Date": None, "Creator": None})
+        figure.dpi = 72
+        size, unsaid = figure.bbox.size, {"Date": None, "Creator": None}
+        if png is None:
+            renderer = RendererSVG(*size, text, metadata=unsaid)
+        else:
+            renderer = _InPixelsToo(*size, text, metadata=unsaid)
+        figure.draw(renderer)
+        renderer.finalize()
+    if isinstance(renderer, _InPixelsToo) and png is not None:
+        _write_pixels(renderer.pixels, png)
     drawing = text.getvalue()
     drawing = drawing[drawing.index("<svg") :]
     drawing = re.sub(r"<metadata>.*?</metadata>", "", drawing, flags=re.DOTALL)
@@ -385,13 +448,18 @@ def write_png(figure: Figure, path: Path) -> None:
     RecordingError
         If the folder cannot be written to.
     """
-    picture = BytesIO()
     with mpl.rc_context(STYLE):
-        # A third larger than at the usual level, in three quarters of the time.
-        quick = {"compress_level": 2}
-        figure.savefig(
-            picture, format="png", dpi=200, metadata={"Software": None}, pil_kwargs=quick
-        )
+        figure.dpi = DOTS
+        renderer = RendererAgg(*figure.bbox.size, DOTS)
+        figure.draw(renderer)
+    _write_pixels(renderer, path)
+
+
+def _write_pixels(renderer: RendererAgg, path: Path) -> None:
+    picture = BytesIO()
+    # A third larger than at the usual level, in three quarters of the time.
+    image = Image.fromarray(np.asarray(renderer.buffer_rgba()))
+    image.save(picture, "png", compress_level=2, dpi=(DOTS, DOTS))
     write_bytes(path, picture.getvalue())
 
 

@@ -4,9 +4,8 @@ import time
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 from urllib.parse import quote
-
-from matplotlib.figure import Figure
 
 from sagnac.analysis.result import Analysis
 from sagnac.core.overwriting import outputs_in, require_free
@@ -99,14 +98,10 @@ def write_report(
     folder = Path(folder)
     for place in (folder, *(folder / folder_name(name) for name in analysis.gyros)):
         require_free(outputs_in(place, "report"), force=force)
-    sheet = _Sheet(block=block, settings=settings, pdf=pdf, with_forces=with_forces)
     # All of it or nothing: new figures beside an old document would be believed.
     with replacing_folder(folder) as new:
-        written = (
-            _write_unit(analysis, new, sheet)
-            if analysis.gyros
-            else _write_gyro(analysis, new, sheet)
-        )
+        sheet = _Sheet(block=block, settings=settings, pdf=pdf, with_forces=with_forces)
+        written = _write(analysis, new, sheet, document.analysis_document(analysis))
     return replace(written, paths=tuple(folder / path for path in written.paths))
 
 
@@ -116,12 +111,8 @@ def write_accelerometers(analysis: Analysis, folder: Path, *, pdf: bool = False)
     With `pdf` also the page as a PDF.
     """
     with replacing_folder(folder) as new:
-        drawn = figures.force_figure(list(analysis.accelerometers.values()))
-        figures.write_png(drawn, new / "stability.png")
-        text = page.accelerometers_page(analysis)
-        write_text(new / "report.html", text)
-        printed = _printed(text, new, pdf=pdf)
-    return [folder / name for name in ("report.html", *printed, "stability.png")]
+        printed = _write_page(new, page.accelerometers_page(analysis, new), pdf=pdf)
+    return [folder / name for name in (*printed, "stability.png")]
 
 
 def write_comparison(
@@ -145,77 +136,49 @@ class _Sheet:
     pdf: bool
     with_forces: bool
 
-    def shown(self, analysis: Analysis) -> Analysis:
-        """The analysis as its page shows it."""
-        return analysis if self.with_forces else replace(analysis, accelerometers={})
 
+def _write(analysis: Analysis, folder: Path, sheet: _Sheet, stated: dict[str, Any]) -> Report:
+    """The report of one analysis, or of several gyros with each one's own in a folder beside.
 
-def _write_unit(analysis: Analysis, folder: Path, sheet: _Sheet) -> Report:
-    """The page of several gyros that were taken alone, and each one's own report."""
+    Its paths are relative to the folder; its document, as it is `stated`, gets the time it took.
+    """
     began = time.perf_counter()
+    shown = analysis if sheet.with_forces else replace(analysis, accelerometers={})
+    given: dict[str, Any] = {"block": sheet.block, "settings": sheet.settings, "folder": folder}
     places = {name: folder_name(name) for name in analysis.gyros}
-    links = {name: f"{quote(place)}/report.html" for name, place in places.items()}
-    text = page.unit_page(
-        sheet.shown(analysis), block=sheet.block, settings=sheet.settings, links=links
-    )
-    drawn = {"stability": figures.unit_figure(analysis)}
-    paths = _write_files(folder, {"report.html": text}, drawn, sheet)
+    texts: dict[str, str] = {}
+    if places:
+        links = {name: f"{quote(place)}/report.html" for name, place in places.items()}
+        html, pictures = page.unit_page(shown, links=links, **given), ["stability"]
+    else:
+        drawn = figures.report_figures(analysis)
+        html = page.page(shown, drawn=drawn, document=stated, **given)
+        pictures = [name for name in page.FILES if name in drawn]
+        texts = sections.tables(analysis)
+    if sheet.settings:
+        texts["settings.toml"] = sheet.settings
+    for name, text in texts.items():
+        write_text(folder / name, text)
+    printed = _write_page(folder, html, pdf=sheet.pdf)
+    pngs = (f"{name}.png" for name in pictures)
+    paths = list(map(Path, (*printed, "analysis.json", *texts, *pngs)))
     each = {}
     for name, one in analysis.gyros.items():
         place = folder / places[name]
         place.mkdir()
-        own = _write_gyro(one, place, sheet)
+        own = _write(one, place, sheet, stated["gyros"][name])
         each[name] = own.analysis
         paths += [Path(places[name]) / path for path in own.paths]
-    return _with_document(replace(analysis, gyros=each), folder, began, paths)
+    stated["seconds"]["report"] = time.perf_counter() - began
+    write_text(folder / "analysis.json", document.to_json(stated) + "\n")
+    return Report(
+        analysis=replace(analysis, gyros=each, seconds=stated["seconds"]), paths=tuple(paths)
+    )
 
 
-def _write_gyro(analysis: Analysis, folder: Path, sheet: _Sheet) -> Report:
-    """The report of one analysis; its paths are relative to the folder."""
-    began = time.perf_counter()
-    drawn = figures.report_figures(analysis)
-    text = page.page(sheet.shown(analysis), drawn, block=sheet.block, settings=sheet.settings)
-    texts = {
-        "report.html": text,
-        "stability.csv": sections.stability_table(analysis),
-        "lines.csv": sections.line_table(analysis),
-    }
-    if analysis.family:
-        texts["family.csv"] = sections.family_table(analysis)
-        texts["psd.csv"] = sections.density_table(analysis)
-    # The residual stands on the page alone.
-    drawn.pop("residual", None)
-    return _with_document(analysis, folder, began, _write_files(folder, texts, drawn, sheet))
-
-
-def _write_files(
-    folder: Path, texts: Mapping[str, str], drawn: Mapping[str, Figure], sheet: _Sheet
-) -> list[Path]:
-    """Write texts, the first of which is the page, and figures; all names of the report."""
-    if sheet.settings:
-        texts = {**texts, "settings.toml": sheet.settings}
-    for name, figure in drawn.items():
-        figures.write_png(figure, folder / f"{name}.png")
-    for name, text in texts.items():
-        write_text(folder / name, text)
-    first, *others = texts
-    printed = _printed(texts[first], folder, pdf=sheet.pdf)
-    names = (first, *printed, "analysis.json", *others, *(f"{name}.png" for name in drawn))
-    return [Path(name) for name in names]
-
-
-def _with_document(analysis: Analysis, folder: Path, began: float, paths: list[Path]) -> Report:
-    """Write the document, which holds the time since `began`."""
-    spent = time.perf_counter() - began
-    analysis = replace(analysis, seconds={**analysis.seconds, "report": spent})
-    text = document.to_json(document.analysis_document(analysis))
-    write_text(folder / "analysis.json", text + "\n")
-    return Report(analysis=analysis, paths=tuple(paths))
-
-
-def _printed(text: str, folder: Path, *, pdf: bool) -> list[str]:
-    """The page as a PDF, if that is wanted."""
-    if not pdf:
-        return []
-    write_pdf(text, folder / "report.pdf")
-    return ["report.pdf"]
+def _write_page(folder: Path, text: str, *, pdf: bool) -> list[str]:
+    """Write the page, and as a PDF if that is wanted; the names of the files."""
+    write_text(folder / "report.html", text)
+    if pdf:
+        write_pdf(text, folder / "report.pdf")
+    return ["report.html", "report.pdf"] if pdf else ["report.html"]

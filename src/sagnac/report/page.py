@@ -1,7 +1,6 @@
 """The report: one page that stands alone, answer first, to be read, printed and sent."""
 
 from collections.abc import Mapping
-from functools import partial
 from pathlib import Path
 from typing import Any, Final
 
@@ -17,47 +16,21 @@ from sagnac.analysis.result import (
 )
 from sagnac.analysis.verdict import verdict_of
 from sagnac.core.errors import ranked
-from sagnac.core.units import DEGREE, field_unit
-from sagnac.core.version import __version__
+from sagnac.core.units import DEGREE
 from sagnac.formats.files import write_text
 from sagnac.navigation.noise import GyroNoise
 from sagnac.noise.estimates import Estimate
-from sagnac.noise.laws import SYMBOLS, CoefficientName
-from sagnac.report import error_text, note_text
+from sagnac.noise.laws import CoefficientName
+from sagnac.report import error_text, figures, note_text
 from sagnac.report.alignment import compass_figure
 from sagnac.report.document import analysis_document
-from sagnac.report.figures import (
-    comparison_figure,
-    force_figure,
-    report_figures,
-    svg,
-    unit_figure,
-)
-from sagnac.report.quantities import (
-    FIT_TITLES,
-    TITLES,
-    kalman_figures,
-    line_amplitude,
-    line_position,
-    number,
-    reading_cells,
-    residual_peaks,
-    subject,
-    typeset,
-    unit_cells,
-    worst_gyro,
-)
+from sagnac.report.quantities import FIT_TITLES, subject
 from sagnac.report.sections import (
-    DECISIONS,
     HEADER,
     TitleBlock,
     cited,
-    force_notes,
-    force_rows,
-    gyro_text,
     placed_notes,
     rendered,
-    risk_text,
     share_remarks,
     share_rows,
 )
@@ -70,7 +43,6 @@ _METHODS: Final[Mapping[str, str]] = {
     "fris": "fris: the angle at each full turn of the table",
     "none": "none: nothing removed",
 }
-
 # Figures of a report in words.
 _PICTURES: Final = {
     "stability": "Allan deviation against cluster time, with the fit",
@@ -78,6 +50,8 @@ _PICTURES: Final = {
     "parts": "Angle random walk over parts of the recording, against time",
     "residual": "What removal leaves, against time and table angle",
 }
+# Those that are files beside the page, too.
+FILES: Final = ("stability", "spectrum", "parts")
 # Latitude of the figure on heading.
 _LATITUDE: Final = 45.0 * DEGREE
 # Title of the coefficients by the member of the average that the answer is of. A fit whose
@@ -89,46 +63,26 @@ _ANSWERS: Final = {
 }
 
 
-# Functions and words that templates write facts with.
-_WORDS: Final[Mapping[str, Any]] = {
-    "amplitude": line_amplitude,
-    "cells": partial(reading_cells, plain=False),
-    "decisions": DECISIONS,
-    "degree": DEGREE,
-    "force_notes": force_notes,
-    "force_rows": force_rows,
-    "gyro_text": gyro_text,
-    "kalman_figures": kalman_figures,
-    "methods_in_words": _METHODS,
-    "number": number,
-    "peaks": residual_peaks,
-    "position": line_position,
-    "risk_text": risk_text,
-    "subject": subject,
-    "symbol": lambda name: field_unit(name).symbol,
-    "symbols": SYMBOLS,
-    "titles": TITLES,
-    "typeset": typeset,
-    "unit_cells": unit_cells,
-    "version": __version__,
-    "worst_gyro": worst_gyro,
-}
-
-
 def _rendered(
     template: str, analysis: Analysis, block: TitleBlock | None = None, **facts: Any
 ) -> str:
     """A page on an analysis."""
     return rendered(
         template,
-        **_WORDS,
         **cited(rendered("methods.txt", analysis=analysis)),
         analysis=analysis,
         block=block or TitleBlock(),
         verdict=verdict_of(analysis),
         forces=_forces(analysis),
+        methods_in_words=_METHODS,
         **facts,
     )
+
+
+def _picture(figure: Figure, name: str, said: str, folder: Path | None = None) -> Markup:
+    """A figure on the page, and as a file of that name in a folder."""
+    path = None if folder is None else folder / f"{name}.png"
+    return Markup(figures.svg(figure, name, said, png=path))
 
 
 def write_page(analysis: Analysis, path: Path) -> None:
@@ -144,10 +98,12 @@ def write_page(analysis: Analysis, path: Path) -> None:
 
 def page(
     analysis: Analysis,
-    figures: Mapping[str, Figure] | None = None,
     *,
+    drawn: Mapping[str, Figure] | None = None,
+    document: Mapping[str, Any] | None = None,
     block: TitleBlock | None = None,
     settings: str = "",
+    folder: Path | None = None,
 ) -> str:
     """The report of one analysis as HTML.
 
@@ -155,24 +111,28 @@ def page(
     ----------
     analysis
         What it is of.
-    figures
-        Those of the analysis by name, drawn here if they are not given.
+    drawn, document
+        Its figures by name, and its document; made here if they are not given.
     block
         What stands on top.
     settings
         TOML that repeats the run.
+    folder
+        Where the figures are written to, too.
     """
     placed, heading, fits = placed_notes(analysis), block or TitleBlock(), _fits(analysis)
-    drawn, residual = figures or report_figures(analysis), analysis.residual
-    svgs = {
-        name: Markup(svg(drawn[name], name, said)) if name in drawn else None
+    drawn, residual = drawn or figures.report_figures(analysis), analysis.residual
+    pictures = {
+        name: _picture(drawn[name], name, said, folder if name in FILES else None)
+        if name in drawn
+        else None
         for name, said in _PICTURES.items()
     }
     return _rendered(
         "report.html",
         analysis,
         heading,
-        **svgs,
+        **pictures,
         title=heading.title or f"Angle random walk, {subject(analysis)}",
         fit=_fit_title(analysis),
         band=analysis.average is not None
@@ -189,7 +149,7 @@ def page(
         of_method=True,
         turning=residual is not None and residual.by_angle is not None,
         shares=_shares(analysis),
-        azimuth=_azimuth(analysis),
+        azimuth=_azimuth(analysis, document),
     )
 
 
@@ -199,6 +159,7 @@ def unit_page(
     block: TitleBlock | None = None,
     settings: str = "",
     links: Mapping[str, str] | None = None,
+    folder: Path | None = None,
 ) -> str:
     """The gyros of one unit at rest on one page: N of each, verdict, curves and coefficients.
 
@@ -212,9 +173,12 @@ def unit_page(
         TOML that repeats the run.
     links
         Gyro -> its own report.
+    folder
+        Where the figure is written to, too.
     """
     heading = block or TitleBlock()
     said = "Allan deviation of the gyros against cluster time"
+    png = None if folder is None else folder / "stability.png"
     return _rendered(
         "unit.html",
         analysis,
@@ -223,7 +187,7 @@ def unit_page(
         links=links or {},
         refused=_refused(analysis),
         notes=[(note.level, note_text(note)) for note in ranked(analysis.notes)],
-        figure=Markup(svg(unit_figure(analysis), "unit", said)),
+        figure=Markup(figures.svg(figures.unit_figure(analysis), "unit", said, png=png)),
         columns=[(answer_coefficients(one), False) for one in analysis.gyros.values()],
         settings=settings,
     )
@@ -245,9 +209,12 @@ def comparison_page(analyses: Mapping[str, Analysis], refused: Mapping[str, str]
     """
     one = next(iter(analyses.values()))
     by_gyro = methods_by_gyro(analyses)
-    said = "Allan deviation of {} that each method leaves"
     pictures = (
-        svg(comparison_figure(each), f"comparison-{name}", said.format(name))
+        _picture(
+            figures.comparison_figure(each),
+            f"comparison-{name}",
+            f"Allan deviation of {name} that each method leaves",
+        )
         for name, each in by_gyro.items()
     )
     return _rendered(
@@ -256,26 +223,19 @@ def comparison_page(analyses: Mapping[str, Analysis], refused: Mapping[str, str]
         title="Methods compared, " + (", ".join(by_gyro) if len(by_gyro) > 1 else subject(one)),
         by_gyro=by_gyro,
         refused=[(_METHODS[method], why) for method, why in refused.items()],
-        figure=Markup("").join(map(Markup, pictures)),
+        figure=Markup("").join(pictures),
     )
 
 
-def accelerometers_page(analysis: Analysis) -> str:
-    """The accelerometers of a recording as HTML.
-
-    Parameters
-    ----------
-    analysis
-        With accelerometers.
-    """
+def accelerometers_page(analysis: Analysis, folder: Path) -> str:
+    """The accelerometers of a recording as HTML; their figure goes into a folder, too."""
     forces = list(analysis.accelerometers.values())
     shown = (f"{one.channel} ({one.recording.gyro(one.channel).shown_in})" for one in forces)
     return rendered(
         "accelerometers.html",
-        **_WORDS,
         analysis=forces[0],
         title=f"Accelerometers {', '.join(analysis.accelerometers)}",
-        forces=_forces(analysis),
+        forces=_forces(analysis, folder / "stability.png"),
         sensors=", ".join(shown),
     )
 
@@ -286,53 +246,51 @@ def _fit_title(analysis: Analysis) -> str:
     if fit is not None:
         return FIT_TITLES[fit.method]
     choice = analysis.average
-    if choice is None or not choice.terms:
-        return ""
-    return _ANSWERS[choice.member]
+    return "" if choice is None or not choice.terms else _ANSWERS[choice.member]
 
 
 def _shares(analysis: Analysis) -> dict[str, Any] | None:
     """Shares of the table's rate, without columns that are empty; None at rest."""
     if not analysis.shares:
         return None
-    rows = share_rows(analysis)
-    filled = [place for place in range(len(HEADER)) if any(row[place] for row in rows)]
-    return {
-        "header": [HEADER[place] for place in filled],
-        "rows": [[row[place] for place in filled] for row in rows],
-        "remarks": share_remarks(analysis),
-    }
+    filled = [
+        column for column in zip(HEADER, *share_rows(analysis), strict=True) if any(column[1:])
+    ]
+    header, *rows = zip(*filled, strict=True)
+    return {"header": header, "rows": rows, "remarks": share_remarks(analysis)}
 
 
-def _forces(analysis: Analysis) -> dict[str, Any] | None:
+def _forces(analysis: Analysis, png: Path | None = None) -> dict[str, Any] | None:
     """The accelerometers; None if there are none."""
     forces = list(analysis.accelerometers.values())
     gyros = {gyro.name for gyro in analysis.recording.gyros}
     refused = [one for one in _refused(analysis) if one[0] not in gyros]
     if not forces and not refused:
         return None
-    said = "Allan deviation of the accelerometers against cluster time"
+    said, figure = "Allan deviation of the accelerometers against cluster time", ""
+    if forces:
+        figure = Markup(figures.svg(figures.force_figure(forces), "forces", said, png=png))
     return {
         "analyses": forces,
         "names": list(analysis.accelerometers),
         "refused": refused,
-        "figure": Markup(svg(force_figure(forces), "forces", said)) if forces else "",
+        "figure": figure,
     }
 
 
-def _azimuth(analysis: Analysis) -> Markup | None:
+def _azimuth(analysis: Analysis, document: Mapping[str, Any] | None) -> Markup | None:
     """Heading with these N, B and K; None if N was not seen."""
     if analysis.angle_random_walk.status == "not observable":
         return None
     flicker = headline_coefficients(analysis).get("bias_instability")
     bound = flicker.high if flicker is not None and flicker.status == "upper bound" else 0.0
     figure = compass_figure(
-        GyroNoise.from_document(analysis_document(analysis)),
+        GyroNoise.from_document(document or analysis_document(analysis)),
         latitude=_LATITUDE,
         confidence=analysis.settings.confidence,
         highest_bias_instability=bound,
     )
-    return Markup(svg(figure, "azimuth", "Azimuth error of a gyrocompass against time"))
+    return _picture(figure, "azimuth", "Azimuth error of a gyrocompass against time")
 
 
 def _fits(

@@ -7,15 +7,23 @@ from templates, the page as a PDF, its title block and its notes.
 import csv
 import io
 import math
+import os
 import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, fields
+from functools import cache
 from itertools import zip_longest
 from pathlib import Path
 from typing import Any, Final, Self
 from urllib.parse import quote
 
-from jinja2 import Environment, PackageLoader, StrictUndefined, select_autoescape
+from jinja2 import (
+    Environment,
+    FileSystemBytecodeCache,
+    PackageLoader,
+    StrictUndefined,
+    select_autoescape,
+)
 
 from sagnac.analysis.result import Analysis, answer_coefficients, headline_fit
 from sagnac.analysis.table_shares import Share
@@ -23,11 +31,12 @@ from sagnac.analysis.verdict import verdict_of
 from sagnac.core.documents import ANY, read_toml, table
 from sagnac.core.errors import MissingExtra, Note, RecordingError, one_line, ranked, rounded
 from sagnac.core.units import ARCSECOND, DEGREE, DEGREE_PER_HOUR, SENSED, UNITS, field_unit
+from sagnac.core.version import __version__
 from sagnac.formats.files import write_bytes
 from sagnac.lines.model import Line
 from sagnac.noise.estimates import Interval
 from sagnac.noise.laws import COEFFICIENT_NAMES, SYMBOLS
-from sagnac.report import note_text
+from sagnac.report import note_text, quantities
 from sagnac.report.quantities import (
     curve_columns,
     curve_unit,
@@ -289,6 +298,14 @@ def as_text(content: str) -> str:
     return plain
 
 
+def tables(analysis: Analysis) -> dict[str, str]:
+    """The tables of a report as CSV by the names of their files."""
+    named = {"stability.csv": stability_table(analysis), "lines.csv": line_table(analysis)}
+    if analysis.family:
+        named |= {"family.csv": family_table(analysis), "psd.csv": density_table(analysis)}
+    return named
+
+
 def stability_table(analysis: Analysis) -> str:
     """CSV of the curve, per gyro, after and before removal; units stand in the header."""
     units = {"tau": "[s]", **dict.fromkeys(("deviation", "low", "high"), "[deg/h]")}
@@ -387,15 +404,35 @@ def folder_name(name: str) -> str:
 
 
 def rendered(template: str, **values: Any) -> str:
-    """A template of the report filled in; what is not marked as safe is escaped."""
+    """A template of the report filled in; what is not marked as safe is escaped.
+
+    Templates call what this module and `quantities` hold.
+    """
+    return _templates().get_template(template).render(**values)
+
+
+@cache
+def _templates() -> Environment:
     environment = Environment(
         loader=PackageLoader("sagnac.report"),
         autoescape=select_autoescape(),
         undefined=StrictUndefined,
         trim_blocks=True,
         lstrip_blocks=True,
+        bytecode_cache=_compiled_templates(),
     )
-    return environment.get_template(template).render(**values)
+    environment.globals |= {**vars(quantities), **globals(), "version": __version__}
+    return environment
+
+
+def _compiled_templates() -> FileSystemBytecodeCache | None:
+    """Compiled templates beside the templates, as Python keeps modules; None if that is refused."""
+    folder = Path(__file__).parent / "templates" / "__pycache__"
+    try:
+        folder.mkdir(exist_ok=True)
+    except OSError:
+        return None
+    return FileSystemBytecodeCache(str(folder)) if os.access(folder, os.W_OK) else None
 
 
 # ---- pdf ---------------------------------------------------------------------------
