@@ -24,7 +24,7 @@ from scipy.optimize import brentq
 from scipy.special import ndtr, ndtri
 
 from sagnac.analysis.averaged import AnswerSpectrum, Headline
-from sagnac.analysis.evidence import Evidence
+from sagnac.analysis.evidence import Evidence, upper_bound
 from sagnac.analysis.measurement import ALIKE, Measurement, measure
 from sagnac.core.arrays import FloatArray, blocks
 from sagnac.core.errors import Note, rounded
@@ -96,7 +96,7 @@ def for_plain_mean(measured: Measurement, read: Headline) -> Headline:
         )
         notes = (*notes, note)
     if estimate.status != "estimated":
-        return replace(read, estimate=_bound(estimate, estimate.high / least), notes=notes)
+        return replace(read, estimate=upper_bound(estimate, estimate.high / least), notes=notes)
     part = _part_of_errors(estimate, math.log(most / least))
     low = estimate.value / most * (estimate.low / estimate.value) ** part
     high = estimate.value / least * (estimate.high / estimate.value) ** part
@@ -114,10 +114,6 @@ def _part_of_errors(estimate: Estimate, apart: float) -> float:
         return float(ndtr(deviations + distance) - ndtr(-deviations)) - estimate.confidence
 
     return max(0.0, float(brentq(beyond, -_FAR, _FAR))) / usual
-
-
-def _bound(estimate: Estimate, high: float) -> Estimate:
-    return replace(estimate, value=high, low=0.0, high=high, status="upper bound")
 
 
 # ---- one gyro beside its encoder ---------------------------------------------------------
@@ -162,7 +158,7 @@ def _of_one(headline: Headline, evidence: Evidence, pair: Callable[[str], Estima
     )
     return replace(
         _decided_by_encoder(headline, name, text),
-        estimate=_bound(own, high),
+        estimate=upper_bound(own, high),
         source=f"{name} and {other} together, all of whose noise may be that of {name}",
     )
 
@@ -193,7 +189,7 @@ def _without_second_gyro(headline: Headline, evidence: Evidence) -> Headline:
             "gyros"
         )
         return _decided_by_encoder(headline, name, text)
-    bound = _bound(own, own.high)
+    bound = upper_bound(own, own.high)
     if ("encoder", "table", "warning") in {
         (note.name, note.channel, note.level) for note in evidence.findings
     }:
@@ -237,7 +233,7 @@ def _by_lowest_frequencies(answer: Headline, evidence: Evidence) -> Headline:
     if not highest < (own.value if own.status == "upper bound" else math.inf):
         return answer
     source = f"the lowest frequencies of the spectrum of {evidence.measured.channel}"
-    return replace(answer, estimate=_bound(own, highest), source=source)
+    return replace(answer, estimate=upper_bound(own, highest), source=source)
 
 
 # ---- what a better latch would bring -----------------------------------------------------

@@ -241,6 +241,11 @@ def curve_notes(curve: StabilityCurve, family: tuple[StabilityCurve, ...]) -> tu
     )
 
 
+def upper_bound(estimate: Estimate, high: float) -> Estimate:
+    """A bound in the place of an estimate."""
+    return replace(estimate, value=high, low=0.0, high=high, status="upper bound")
+
+
 # ---- fits --------------------------------------------------------------------------------
 
 

@@ -48,6 +48,7 @@ from sagnac.analysis.evidence import (
     Points,
     allan_curve,
     points_at,
+    upper_bound,
     with_likelihood_of,
 )
 from sagnac.analysis.settings import PUBLISHED
@@ -283,20 +284,13 @@ def _likelihood_alone(evidence: Evidence, every: AnswerSpectrum | None) -> Headl
 
 def _curve(evidence: Evidence, every: AnswerSpectrum | None) -> Headline | None:
     """The lowest point of the curve."""
-    confidence = evidence.settings.confidence
-    bound = _highest(evidence, every, 1.0 - confidence)
+    bound = _highest(evidence, every, 1.0 - evidence.settings.confidence)
     if bound is None:
         return None
-    estimate = Estimate(
-        value=bound.value,
-        low=0.0,
-        high=bound.value,
-        confidence=confidence,
-        status="upper bound",
-        name="angle_random_walk",
+    return Headline(
+        estimate=upper_bound(_no_walk(evidence).estimate, bound.value),
+        source=f"lowest point of the curve of {_bounded(evidence)} against the slope of the ARW",
     )
-    source = f"lowest point of the curve of {_bounded(evidence)} against the slope of the ARW"
-    return Headline(estimate=estimate, source=source)
 
 
 def _levels(evidence: Evidence, every: AnswerSpectrum | None) -> Headline:

@@ -48,7 +48,7 @@ from sagnac.quality.effects import effect_words
 from sagnac.quality.gaps import longest_whole_stretch, stuck_notes
 from sagnac.quality.profile import profile_of
 from sagnac.quality.repeats import pair_notes
-from sagnac.recording.channel import angle_of
+from sagnac.recording.channel import angle_of, same_values
 from sagnac.recording.model import Channel, Recording, require_recording
 from sagnac.stability.curve import StabilityCurve, stability_curve
 from sagnac.table.turns import mean_rate, turns
@@ -208,7 +208,7 @@ def _evidence(recording: Recording, settings: Settings, stages: Stages) -> Evide
         require_length(points, recording)
     with stages.stage("stability"):
         curve, taken = curve_after(points, left, rate, settings)
-        nothing_taken = not left.removal.lines and np.array_equal(before.angle, points.angle)
+        nothing_taken = not left.removal.lines and same_values(before.angle, points.angle)
         curve_before = curve if nothing_taken else allan_curve(before, settings.confidence)
         family = family_of(points.angle, "angle", points.rate, settings)
     with stages.stage("coefficients"):
@@ -432,15 +432,11 @@ def _without_notes_of_others(analysis: Analysis, name: str) -> Analysis:
 def _beside_each_other(recording: Recording, names: tuple[str, ...]) -> tuple[Note, ...]:
     """Findings of gyros on each other; at rest they spoil no answer, since each is taken alone."""
     profiles = {name: profile_of(recording.gyro(name)) for name in names}
-    return tuple(
-        replace(
-            note,
-            level="warning",
-            text=note.text.removesuffix(f"; {effect_words(note.effect)}"),
-            effect=None,
-        )
-        for note in pair_notes(profiles)
-    )
+    beside = []
+    for note in pair_notes(profiles):
+        text = note.text.removesuffix(f"; {effect_words(note.effect)}")
+        beside.append(replace(note, level="warning", text=text, effect=None))
+    return tuple(beside)
 
 
 # ---- the still bench ---------------------------------------------------------------------
@@ -463,6 +459,12 @@ class AtRest:
     analysis: Analysis
     without_lines: Analysis
     as_it_is: Analysis
+
+
+# What of an analysis belongs to its answer rather than to its curves.
+_OF_ANSWER: Final = (
+    "lines", "angle_random_walk", "average", "coefficients", "covariance", "parts"
+)  # fmt: skip
 
 
 def at_rest(
@@ -519,16 +521,12 @@ def _with_lines_out(
     of_fits = tuple(note for fit in analysis.fits.values() for note in fit.notes)
     notes = (*searched.notes, *curve_notes(analysis.curve, analysis.family), *of_fits)
     # Vibration and lines are no angle random walk: the answer is the one without them.
+    of_answer = {name: getattr(searched, name) for name in _OF_ANSWER}
     with_answer = replace(
         analysis,
-        lines=searched.lines,
-        angle_random_walk=searched.angle_random_walk,
         source=f"{searched.source}; lines removed" if searched.lines else searched.source,
-        average=searched.average,
-        coefficients=searched.coefficients,
-        covariance=searched.covariance,
-        parts=searched.parts,
         notes=tuple(dict.fromkeys(notes)),
+        **of_answer,
     )
     return AtRest(analysis=with_answer, without_lines=searched, as_it_is=analysis)
 

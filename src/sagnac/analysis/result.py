@@ -288,18 +288,16 @@ class Analysis:
         beside
             Notes on gyros beside each other.
         """
-        first = next(iter(alone.analyses.values()))
-        read = first.recording.notes
+        each = tuple(alone.analyses.values())
+        first, read = each[0], each[0].recording.notes
         notes = [
             note if note.channel else replace(note, channel=name)
             for name, one in alone.analyses.items()
             for note in one.notes
             if note not in read
         ]
-        seconds: dict[str, float] = {}
-        for one in alone.analyses.values():
-            for stage, spent in one.seconds.items():
-                seconds[stage] = seconds.get(stage, 0.0) + spent
+        stages = dict.fromkeys(stage for one in each for stage in one.seconds)
+        seconds = {stage: sum(one.seconds.get(stage, 0.0) for one in each) for stage in stages}
         return replace(
             first,
             settings=replace(first.settings, gyros=names),

@@ -8,7 +8,7 @@ from typing import Final
 import numpy as np
 
 from sagnac.analysis.averaged import AnswerSpectrum, Headline, Parts
-from sagnac.analysis.evidence import Evidence
+from sagnac.analysis.evidence import Evidence, upper_bound
 from sagnac.analysis.settings import Settings
 from sagnac.core.arrays import differences
 from sagnac.core.errors import Level, Note, RecordingError, counted, rounded
@@ -386,11 +386,10 @@ class Trust:
         if read.status == "not observable":
             return read
         if self.reasons and self.only_raised:
-            return replace(read, value=read.high, low=0.0, status="upper bound")
+            return upper_bound(read, read.high)
         if self.reasons:
-            return replace(
-                read, value=math.nan, low=math.nan, high=math.nan, status="not observable"
-            )
+            nan = math.nan
+            return replace(read, value=nan, low=nan, high=nan, status="not observable")
         if read.name != "angle_random_walk":
             return read
         factor = self.factor(channel)
