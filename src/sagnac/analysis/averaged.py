@@ -176,7 +176,7 @@ def levels_of(increments: FloatArray, rate: float, masked: Bands) -> Levels | No
 
 
 def roll_off_of(points: Points) -> RollOff:
-    """Where the spectrum of some angles begins to be lowered; nowhere if there are too few."""
+    """The frequency from which on the spectrum of angles is lowered; none of too few angles."""
     levels = levels_of(differences(points.angle), points.rate, ())
     return RollOff() if levels is None else roll_off(levels)
 

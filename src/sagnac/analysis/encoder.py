@@ -1,4 +1,4 @@
-"""How the encoder of a turning table, and noise that two gyros share, change an answer.
+"""The answer beside the encoder of a turning table, and beside noise that two gyros share.
 
 A pair whose weights are unlike holds no table motion, but is not the plain mean of the two.
 
@@ -169,7 +169,7 @@ def _decided_by_encoder(headline: Headline, name: str, text: str) -> Headline:
 
 
 def _without_second_gyro(headline: Headline, evidence: Evidence) -> Headline:
-    """Without a second gyro: the wander that no one sees is part of the answer."""
+    """The answer of a gyro alone on its table: a wander that no one sees is part of it."""
     own, spectrum, table = headline.estimate, headline.spectrum, evidence.table
     name, known = evidence.measured.channel, table.known
     levels = own if spectrum is None else spectrum.average.angle_random_walk
@@ -437,7 +437,7 @@ def _without_table(
 def _shared_note(
     channel: str, shared: CommonWalk, factors: tuple[float, float, float]
 ) -> Note | None:
-    """What is seen of shared noise.
+    """The note on noise that two gyros share; None if it is an unsure wander of the encoder.
 
     `factors` are the smallest, the likeliest and the largest at which the difference reads N.
     """

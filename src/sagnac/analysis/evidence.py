@@ -129,7 +129,7 @@ class Evidence:
 
     @property
     def remainders(self) -> tuple[Remainder, ...]:
-        """What removal left of one measurement or two."""
+        """The remainder of the measurement, and of the second pair of a triad."""
         return (self.left,) if self.second is None else (self.left, self.second)
 
     @property

@@ -20,9 +20,9 @@ If the levels neither bear out 2 or 3 nor reject it, it is the answer, and its i
 of 4, too. The paper's methods know 1 and 6 alone, and a search for lines that did not come to an
 end leaves 6 alone, with the lines in. If nothing is borne out, N is not observable.
 
-The answer then goes through five steps (`answer`), each a line:
+The answer then goes through five steps, each a line of `answer`:
 
-1. its interval holds N over parts of the record if these disagree (`averaged`, `parts`);
+1. its interval holds N over parts of the record if these disagree (`averaged.Parts`);
 2. Q, B, K and R beside it are no more than the curve allows (`noise.bounds`);
 3. it holds what the encoder of a table adds or hides (`encoder.with_encoder`);
 4. it holds what two gyros share (`encoder.with_shared_noise`);
@@ -86,6 +86,7 @@ def answer(
         If the settings are strict and something is found that they do not accept.
     """
     evidence, headline = first_candidate(evidence)
+    headline = _with_parts(headline)
     evidence, headline = _within_curve(evidence, headline)
     headline = with_encoder(headline, evidence, pair)
     if not brief:
@@ -115,6 +116,15 @@ def first_candidate(evidence: Evidence) -> tuple[Evidence, Headline]:
     if headline.spectrum is not None:
         evidence = replace(evidence, coefficients=headline.spectrum.coefficients)
     return evidence, headline
+
+
+def _with_parts(headline: Headline) -> Headline:
+    """The answer with an interval that reaches to N of all parts if these disagree."""
+    estimate, parts = headline.estimate, headline.spectrum and headline.spectrum.parts
+    if not parts or parts.agree or estimate.status != "estimated":
+        return headline
+    low, high = min(estimate.low, parts.smallest), max(estimate.high, parts.largest)
+    return replace(headline, estimate=replace(estimate, low=low, high=high))
 
 
 def _within_curve(evidence: Evidence, headline: Headline) -> tuple[Evidence, Headline]:
@@ -235,7 +245,7 @@ def _average(evidence: Evidence, every: AnswerSpectrum | None) -> Headline | Non
 
 
 def _by_spectrum(evidence: Evidence, chosen: AnswerSpectrum) -> Headline:
-    """N of the chosen one of 2 to 4, its interval widened to the parts if these disagree."""
+    """N of the chosen one of 2 to 4."""
     spectrum = complete(chosen, evidence)
     estimate, choice = spectrum.average.angle_random_walk, spectrum.average.rests_on
     channel = evidence.measured.channel
@@ -245,9 +255,6 @@ def _by_spectrum(evidence: Evidence, chosen: AnswerSpectrum) -> Headline:
             "estimate is given"
         )
         return replace(_no_walk(evidence, Note(text=text)), spectrum=spectrum)
-    if spectrum.parts is not None and spectrum.changes:
-        low, high = spectrum.parts.smallest, spectrum.parts.largest
-        estimate = replace(estimate, low=min(estimate.low, low), high=max(estimate.high, high))
     of_likelihood = _likelihood_source(channel, spectrum.coefficients)
     source = {
         "whole band": f"{of_likelihood}; averages over narrow bands agree",

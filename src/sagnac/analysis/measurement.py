@@ -234,7 +234,7 @@ def turning_table(recording: Recording, gyros: tuple[str, ...], method: Method) 
 
 
 def _encoder_notes(estimate: EstimatedTable, sample_rate: float) -> tuple[Note, ...]:
-    """How the encoder is read beside the gyros."""
+    """Notes on the encoder's readings beside the gyros."""
     texts = []
     delay = estimate.delay
     if delay is not None:

@@ -1,4 +1,4 @@
-"""How much of the table's rate each gyro shows: scale factor times direction cosine.
+"""Share of the table's rate that each gyro shows: scale factor times direction cosine.
 
 One axis of rotation does not tell a scale factor from a misalignment. A triad does in part: if
 its axes are square, the squares of the three shares add up to the square of their scale.

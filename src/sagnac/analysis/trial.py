@@ -132,7 +132,7 @@ def trial(
 
 
 def _hertz(analysis: Analysis, line: Line) -> float:
-    """Where a line stands, Hz: one of table angle at the mean rate of the table."""
+    """Frequency of a line, Hz; of one in table angle, at the mean rate of the table."""
     turning = abs(analysis.table_rate or 0.0) / (2.0 * math.pi)
     return line.frequency * (turning if line.scale == "angle" else 1.0)
 
@@ -155,7 +155,7 @@ def _walk(analysis: Analysis, levels: Levels, bands: Bands) -> Estimate:
 
 
 def _curve(curve: StabilityCurve, lines: Lines) -> StabilityCurve:
-    """With the Allan variance of each line, ``4 A^2 sin^4(pi f tau) / tau^2``."""
+    """The curve with the Allan variance of each line, ``4 A^2 sin^4(pi f tau) / tau^2``."""
     more = np.zeros(curve.tau.size)
     for hertz, amplitude in lines:
         more += (2.0 * amplitude * np.sin(np.pi * hertz * curve.tau) ** 2 / curve.tau) ** 2
@@ -165,7 +165,7 @@ def _curve(curve: StabilityCurve, lines: Lines) -> StabilityCurve:
 
 
 def _spectrum(spectrum: Spectrum, lines: Lines) -> Spectrum:
-    """With the power of each line in the bin that it falls into."""
+    """The spectrum with the power of each line in the bin that it falls into."""
     frequency, density = spectrum.frequency, spectrum.density.copy()
     if frequency.size > 1:
         width = np.gradient(frequency)

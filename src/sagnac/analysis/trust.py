@@ -374,7 +374,7 @@ class Trust:
     def each(
         self, read: Mapping[CoefficientName, Estimate], channel: str
     ) -> dict[CoefficientName, Estimate]:
-        """What is left of each coefficient."""
+        """Each coefficient, as far as it stands."""
         return {name: self.estimate(one, channel) for name, one in read.items()}
 
     def estimate(self, read: Estimate, channel: str) -> Estimate:

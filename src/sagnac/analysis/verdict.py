@@ -214,7 +214,7 @@ class PlanRow:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Plan:
-    """How long to record one gyro.
+    """A forecast of how long to record one gyro.
 
     Attributes
     ----------
@@ -233,7 +233,7 @@ class Plan:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Plans:
-    """How long to record.
+    """Forecasts of how long to record.
 
     Attributes
     ----------
@@ -282,7 +282,7 @@ def plan(
     within: float | Sequence[float] = WIDTHS,
     specification: Specification | str | None = None,
 ) -> Plans:
-    """How long to record for an interval of N, or to decide a limit, from a short recording.
+    """Forecast from a short recording how long to record for an interval of N or to decide a limit.
 
     Parameters
     ----------
