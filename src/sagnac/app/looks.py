@@ -42,9 +42,8 @@ _TIME: Final = re.compile(r"\b(?:at|from) (\d+(?:\.\d+)?) s\b(?: (?:on|to (\d+(?
 
 # ---- a series at any zoom ------------------------------------------------------------
 
-# Samples in a block of the lowest layer, and blocks of one layer in a block of the next.
+# Samples in a block, whose lowest and highest values are kept.
 BLOCK: Final = 64
-STEP: Final = 4
 # Samples that are worked on at once: a megabyte, which stays in the cache.
 _AT_ONCE: Final = 2**17
 
@@ -68,7 +67,7 @@ class Extremes:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Pyramid:
-    """A series of which any stretch is drawn in time that does not depend on its length.
+    """A series of which any stretch is drawn without going through all of its samples.
 
     Attributes
     ----------
@@ -79,8 +78,8 @@ class Pyramid:
     differenced
         Whether a sample stands for what the value grew by since the sample before; the first
         stands for what the second does.
-    layers
-        Lowest and highest values of blocks of 64, 256, 1024 … samples: (2, blocks) each.
+    blocks
+        (2, blocks) lowest and highest values of 64 samples each.
     mean, deviation
         Of all numbers, as they are drawn; NaN if there is none.
     """
@@ -88,7 +87,7 @@ class Pyramid:
     values: FloatArray
     factor: float
     differenced: bool
-    layers: tuple[FloatArray, ...] = ()
+    blocks: FloatArray
     mean: float = math.nan
     deviation: float = math.nan
 
@@ -100,25 +99,33 @@ class Pyramid:
         """
         if values.ndim != 1 or not values.size:
             raise ValueError(f"values have shape {values.shape}; give one sample or more")
-        bare = cls(values=values, factor=factor, differenced=differenced)
-        parts, moments = [], []
+        bare = cls(values=values, factor=factor, differenced=differenced, blocks=np.empty((2, 0)))
+        parts, count, near, total, squares = [], 0, 0.0, 0.0, 0.0
         for start in range(0, values.size, _AT_ONCE):
             drawn = bare.samples(start, min(start + _AT_ONCE, values.size))
-            parts.append(_extremes(drawn, BLOCK))
-            moments.append(_moments(drawn))
-        layers = [np.concatenate(parts, axis=1)]
-        while layers[-1].shape[1] > STEP:
-            low, high = layers[-1]
-            layers.append(np.stack([_extremes(low, STEP)[0], _extremes(high, STEP)[1]]))
-        mean, deviation = _joined(np.array(moments))
-        return replace(bare, layers=tuple(layers), mean=mean, deviation=deviation)
+            parts.append(_extremes(drawn, drawn, BLOCK))
+            finite = drawn[np.isfinite(drawn)]
+            if finite.size and not count:
+                near = float(finite.mean())
+            # About a value near the mean, so that no digits are lost in the squares.
+            finite -= near
+            count += finite.size
+            total += float(finite.sum())
+            # No product of the linear algebra, whose threads would wait for one another.
+            squares += float(np.einsum("i,i", finite, finite))
+        blocks = np.concatenate(parts, axis=1)
+        if not count:
+            return replace(bare, blocks=blocks)
+        away = total / count
+        deviation = math.sqrt(max(squares / count - away**2, 0.0))
+        return replace(bare, blocks=blocks, mean=near + away, deviation=deviation)
 
     def times(self, size: float) -> "Pyramid":
         """The same in another unit."""
         return replace(
             self,
             factor=size * self.factor,
-            layers=tuple(size * one for one in self.layers),
+            blocks=size * self.blocks,
             mean=size * self.mean,
             deviation=size * self.deviation,
         )
@@ -147,56 +154,23 @@ class Pyramid:
         start, stop = max(start, 0), min(stop, self.values.size)
         if not start < stop or most < 1:
             raise ValueError(f"no sample of {self.values.size} lies in {start}:{stop}")
-        if stop - start <= most:
-            values = self.samples(start, stop)
-            return Extremes(first=np.arange(start, stop), low=values, high=values)
-        wanted = (stop - start) / most
-        if wanted < BLOCK:
-            size = int(np.ceil(wanted))
+        size = math.ceil((stop - start) / most)
+        if size < BLOCK:
             first = start // size * size
-            low, high = _extremes(self.samples(first, stop), size)
-            return Extremes(first=first + size * np.arange(low.size), low=low, high=high)
-        layer = min(int(np.log(wanted / BLOCK) / np.log(STEP)), len(self.layers) - 1)
-        size = BLOCK * STEP**layer
-        blocks = slice(start // size, -(-stop // size))
-        several = max(1, round(wanted / size))
-        low = _extremes(self.layers[layer][0, blocks], several)[0]
-        high = _extremes(self.layers[layer][1, blocks], several)[1]
-        first = size * (blocks.start + several * np.arange(low.size))
-        return Extremes(first=first, low=low, high=high)
+            values = self.samples(first, stop)
+            low, high = _extremes(values, values, size)
+        else:
+            several, block = size // BLOCK, start // BLOCK
+            size, first = several * BLOCK, block * BLOCK
+            lows, highs = self.blocks[:, block : math.ceil(stop / BLOCK)]
+            low, high = _extremes(lows, highs, several)
+        return Extremes(first=first + size * np.arange(low.size), low=low, high=high)
 
 
-def _extremes(values: FloatArray, size: int) -> FloatArray:
-    """(2, blocks) lowest and highest number of each block of `size` values; the last is shorter."""
-    whole = values.size // size * size
-    rows = values[:whole].reshape(-1, size)
-    rest = values[whole:]
-    found = [
-        np.append(rule.reduce(rows, axis=1), rule.reduce(rest) if rest.size else [])
-        for rule in (np.fmin, np.fmax)
-    ]
-    return np.stack(found)
-
-
-def _moments(values: FloatArray) -> tuple[float, float, float]:
-    """Count, mean and sum of squares about the mean of those that are numbers."""
-    finite = np.isfinite(values)
-    values = values if finite.all() else values[finite]
-    if not values.size:
-        return 0.0, 0.0, 0.0
-    mean = float(values.mean())
-    away = values - mean
-    # No product of the linear algebra, whose threads would wait for one another.
-    return float(values.size), mean, float(np.einsum("i,i", away, away))
-
-
-def _joined(moments: FloatArray) -> tuple[float, float]:
-    """Mean and standard deviation of the whole, from (parts, 3) `_moments`."""
-    count, means, squares = moments.T
-    if not count.any():
-        return math.nan, math.nan
-    mean = float(np.average(means, weights=count))
-    return mean, math.sqrt(float(squares.sum() + count @ (means - mean) ** 2) / count.sum())
+def _extremes(low: FloatArray, high: FloatArray, size: int) -> FloatArray:
+    """(2, blocks) lowest of `low` and highest of `high` in each block of `size`; NaN is none."""
+    starts = np.arange(0, low.size, size)
+    return np.stack([np.fmin.reduceat(low, starts), np.fmax.reduceat(high, starts)])
 
 
 # ---- a recording ---------------------------------------------------------------------

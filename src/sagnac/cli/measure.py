@@ -1,7 +1,7 @@
 """``sagnac analyze``, ``avar``, ``compare`` and ``lines``: recordings in, answers out."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Final, Literal
 
@@ -47,7 +47,6 @@ from sagnac.core import overwriting
 if TYPE_CHECKING:
     from sagnac.analysis.pipeline import AtRest
     from sagnac.analysis.settings import Method
-    from sagnac.report.sections import TitleBlock
 
 
 # ---- analyze -----------------------------------------------------------------------
@@ -68,10 +67,9 @@ def analyze(
     They go into DIR (several files: a folder each in it), by default NAME-report; with
     --json and no DIR nothing is written.
     """
-    options, block = with_settings(options), title_block_of(heading)
-    statement = statement_of(options)
-    settings = settings_of(options)
-    stated = _stated(block, options, heading, force=force)
+    options = with_settings(options)
+    stated = _stated(options, heading, force=force)
+    statement, settings = statement_of(options), settings_of(options)
     folders = results.folders_of(files, output, as_json=options.as_json)
     reads = inputs(files, options, heading.heading)
     for folder in folders:
@@ -84,9 +82,9 @@ def analyze(
     failed = DONE
     for file, folder in zip(files, folders, strict=True):
         try:
-            stage_of = file.name * several
-            analysis = _analyzed(file, statement, settings, options.memory, stage_of=stage_of)
-            one = _analysis_reported(analysis, folder, stated)
+            one = _analyzed(file, statement, settings, options.memory, of=file.name * several)
+            if folder is not None:
+                one = _reported(one, folder, stated)
         except Exception as error:
             if not several or options.debug:
                 raise
@@ -105,12 +103,11 @@ def analyze(
     return failed or verdict_status(done)
 
 
-def _stated(
-    block: "TitleBlock", options: Options, heading: Heading, *, force: bool
-) -> dict[str, Any]:
+def _stated(options: Options, heading: Heading, *, force: bool) -> dict[str, Any]:
     """Keywords of `sagnac.write_report` that hold for every report of a run."""
     return {
-        "block": block, "settings": settings_text(options), "pdf": heading.pdf, "force": force,
+        "block": title_block_of(heading), "settings": settings_text(options), "pdf": heading.pdf,
+        "force": force,
     }  # fmt: skip
 
 
@@ -120,27 +117,21 @@ def _analyzed(
     settings: "sagnac.Settings",
     memory: int | None,
     *,
-    stage_of: str = "",
-) -> "sagnac.Analysis":
-    """One file."""
-    with results.progress_shown(stage_of) as progress:
+    of: str = "",
+) -> "sagnac.Report":
+    """One file, without a report as yet; `of` goes before the stages of its progress."""
+    with results.progress_shown(of) as progress:
         read = read_file(file, statement, progress, memory=memory)
         with naming(file, read.recording):
-            return sagnac.analyze(read.recording, settings, progress=progress).with_seconds(
-                read.seconds
-            )
+            analysis = sagnac.analyze(read.recording, settings, progress=progress)
+    return sagnac.Report(analysis=analysis.with_seconds(read.seconds), paths=())
 
 
-def _analysis_reported(
-    analysis: "sagnac.Analysis", folder: Path | None, stated: Mapping[str, Any]
-) -> "sagnac.Report":
-    """The analysis with its report in `folder`, unless that is None."""
+def _reported(one: "sagnac.Report", folder: Path, stated: Mapping[str, Any]) -> "sagnac.Report":
     results.ready_to_draw()
-    if folder is None:
-        return sagnac.Report(analysis=analysis, paths=())
     with results.progress_shown() as progress:
         progress("report", 0.0)
-        return sagnac.write_report(analysis, folder, **stated)
+        return sagnac.write_report(one.analysis, folder, **stated)
 
 
 def _print_analysis(one: "sagnac.Report", *, curve: bool, end: str) -> None:
@@ -148,7 +139,7 @@ def _print_analysis(one: "sagnac.Report", *, curve: bool, end: str) -> None:
 
     analysis = one.analysis
     for gyro in analysis.each:
-        shown = results.in_full(gyro) if curve else results.in_brief(gyro)
+        shown = text.full(gyro) if curve else text.brief(gyro)
         print(text.blocks(text.answer(gyro), text.verdict(gyro), *shown), end="\n\n")
     results.print_beside(analysis)
     results.print_paths(one.paths)
@@ -199,10 +190,13 @@ def avar(
     With -o, each gyro's report goes into a folder of its own beside a page of all of them, and the
     accelerometers' into another.
     """
-    options, block = with_settings(options), title_block_of(heading)
+    options = with_settings(options)
+    stated = _stated(options, heading, force=force)
     statement = statement_of(options)
     settings = settings_of(options, method="none", estimators=estimators_of(estimator))
     results.require_writable(output)
+    alone: sagnac.SelfNoise | None = None
+    paths: list[Path] = []
     with results.progress_shown() as progress:
         read = read_file(file, statement, progress, memory=options.memory, verify=gaps == "reject")
         if output is not None:
@@ -214,50 +208,37 @@ def avar(
                 from sagnac.quality.gaps import with_gaps_marked
 
                 read = replace(read, recording=with_gaps_marked(read.recording))
-            alone = None if self_noise is None else _alone(read, settings, self_noise)
-            made = _made(read, settings, progress, lines_in=options.method == "none")
-            paths: list[Path] = []
-            if output is not None:
-                stated = _stated(block, options, heading, force=force)
-                made, paths = _bench_reported(made, output, progress, stated)
-                if alone is not None:
-                    paths.append(_drawn(alone, output))
+            if self_noise is not None:
+                alone = _alone(read.recording, settings, self_noise)
+            analysis, benches = _benches(read, settings, progress, options.method == "none")
+        if output is not None:
+            analysis, paths = _bench_reported(analysis, alone, output, progress, stated)
     if options.as_json:
         from sagnac.report.document import self_noise_data
 
         print_documents(
-            made.analysis.each,
-            single=not made.analysis.gyros,
-            unit=made.analysis,
+            analysis.each,
+            single=not analysis.gyros,
+            unit=analysis,
             beside={} if alone is None else self_noise_data(alone),
         )
-        return verdict_status([made.analysis])
-    for name, bench in made.benches.items():
-        _print_bench(
-            bench, made.analysis.gyros.get(name, made.analysis), curve or estimator is not None
-        )
+        return verdict_status([analysis])
+    for name, bench in benches.items():
+        _print_bench(bench, analysis.gyros.get(name, analysis), curve or estimator is not None)
     if alone is not None and self_noise is not None:
         from sagnac.report import text
 
         print(text.self_noise(alone, self_noise), end="\n\n")
-    results.print_beside(made.analysis)
+    results.print_beside(analysis)
     results.print_paths(paths)
-    results.print_closing([("", made.analysis)])
-    return verdict_status([made.analysis])
+    results.print_closing([("", analysis)])
+    return verdict_status([analysis])
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class _Made:
-    """Result of the still bench: all gyros, and each with its lines in and out."""
-
-    analysis: "sagnac.Analysis"
-    benches: "Mapping[str, AtRest]"
-
-
-def _made(
-    read: ReadFile, settings: "sagnac.Settings", progress: Progress, *, lines_in: bool
-) -> _Made:
-    """One gyro after another, and the accelerometers.
+def _benches(
+    read: ReadFile, settings: "sagnac.Settings", progress: Progress, lines_in: bool
+) -> "tuple[sagnac.Analysis, dict[str, AtRest]]":
+    """All gyros with the accelerometers, and each gyro with its lines in and out.
 
     With `lines_in` the answer is of the recording as it is, since that was asked for.
     """
@@ -267,10 +248,9 @@ def _made(
 
     def run(recording: "sagnac.Recording", chosen: "sagnac.Settings", /, **how: Any) -> Any:
         bench = at_rest(recording, chosen, lines_in=lines_in, **how)
-        analysis = bench.analysis.with_seconds(read.seconds)
         (name,) = chosen.gyros
-        benches[name] = replace(bench, analysis=analysis)
-        return analysis
+        benches[name] = bench
+        return bench.analysis.with_seconds(read.seconds)
 
     def run_force(recording: "sagnac.Recording", chosen: "sagnac.Settings", /, **how: Any) -> Any:
         return at_rest(recording, chosen, **how).analysis
@@ -283,11 +263,11 @@ def _made(
     else:
         analysis = gyros_alone(still, settings, run, progress)
     forces = accelerometers_of(still, settings, run=run_force, progress=progress)
-    return _Made(analysis=analysis.with_accelerometers(forces), benches=benches)
+    return analysis.with_accelerometers(forces), benches
 
 
 def _alone(
-    read: ReadFile, settings: "sagnac.Settings", band: tuple[float, float]
+    recording: "sagnac.Recording", settings: "sagnac.Settings", band: tuple[float, float]
 ) -> "sagnac.SelfNoise":
     """The noise of each gyro without what all of them turn.
 
@@ -296,23 +276,11 @@ def _alone(
     UsageError
         If there are too few gyros.
     """
+    gyros = settings.gyros_of(recording)
     try:
-        return sagnac.self_noise(
-            read.recording,
-            gyros=settings.gyros_of(read.recording),
-            band=band,
-            confidence=settings.confidence,
-        )
+        return sagnac.self_noise(recording, gyros=gyros, band=band, confidence=settings.confidence)
     except ValueError as error:
         raise UsageError(f"--self-noise: {error}") from None
-
-
-def _drawn(alone: "sagnac.SelfNoise", folder: Path) -> Path:
-    from sagnac.report.figures import self_noise_figure, write_png
-
-    path = folder / "self_noise.png"
-    write_png(self_noise_figure(alone), path)
-    return path
 
 
 def _outputs(
@@ -331,20 +299,21 @@ def _outputs(
 
 
 def _bench_reported(
-    made: _Made,
+    analysis: "sagnac.Analysis",
+    alone: "sagnac.SelfNoise | None",
     output: Path,
     progress: Progress,
     stated: Mapping[str, Any],
-) -> tuple[_Made, list[Path]]:
-    """The benches with the time of their reports, and every file written.
+) -> "tuple[sagnac.Analysis, list[Path]]":
+    """The analysis with the time of its report, and every file written.
 
     One gyro's report goes into a folder of its own, too.
     """
     results.ready_to_draw()
+    from sagnac.report.figures import self_noise_figure, write_png
     from sagnac.report.folder import write_accelerometers
     from sagnac.report.sections import folder_name
 
-    analysis = made.analysis
     place = output if analysis.gyros else output / folder_name(analysis.channel)
     progress("report", 0.0)
     report = sagnac.write_report(analysis, place, with_forces=False, **stated)
@@ -352,7 +321,10 @@ def _bench_reported(
     if analysis.accelerometers:
         progress("accelerometers: report", 0.0)
         paths += write_accelerometers(analysis, output / _ACCELEROMETERS, pdf=stated["pdf"])
-    return replace(made, analysis=report.analysis), paths
+    if alone is not None:
+        paths.append(output / "self_noise.png")
+        write_png(self_noise_figure(alone), paths[-1])
+    return report.analysis, paths
 
 
 def _print_bench(bench: "AtRest", analysis: "sagnac.Analysis", curve: bool) -> None:
@@ -367,9 +339,9 @@ def _print_bench(bench: "AtRest", analysis: "sagnac.Analysis", curve: bool) -> N
         text.blocks(
             text.verdict(analysis),
             *(
-                results.in_full(analysis)
+                text.full(analysis)
                 if curve
-                else results.in_brief(analysis, (bench.without_lines, bench.as_it_is))
+                else text.brief(analysis, (bench.without_lines, bench.as_it_is))
             ),
             text.seconds(analysis),
         ),
@@ -380,19 +352,6 @@ def _print_bench(bench: "AtRest", analysis: "sagnac.Analysis", curve: bool) -> N
 # ---- compare -----------------------------------------------------------------------
 
 METHODS: "Final[tuple[Method, ...]]" = ("none", "fris", "fos-korenberg", "fos-paper", "fos")
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Comparison:
-    """Analyses by method; and why, of each method that the recording does not allow."""
-
-    analyses: "Mapping[str, sagnac.Analysis]"
-    refused: Mapping[str, str]
-
-    @property
-    def best(self) -> "sagnac.Analysis":
-        """The one that a verdict rests on: fos, or the last if that is not among them."""
-        return self.analyses.get("fos") or list(self.analyses.values())[-1]
 
 
 def compare(
@@ -418,49 +377,49 @@ def compare(
     with results.progress_shown() as progress:
         read = read_file(file, statement, progress, memory=options.memory)
         with naming(file, read.recording):
-            found = _compared(read, settings, methods, progress)
+            analyses, refused = _compared(read, settings, methods, progress)
         written = []
         if output is not None:
             progress("report", 0.0)
             results.ready_to_draw()
             from sagnac.report.folder import write_comparison
 
-            written = write_comparison(found.analyses, found.refused, output)
+            written = write_comparison(analyses, refused, output)
     from sagnac.report import text
     from sagnac.report.document import comparison_document, to_json
 
+    # A verdict rests on fos, or the last if that is not among them.
+    status = verdict_status([analyses.get("fos") or list(analyses.values())[-1]])
     if options.as_json:
-        print(to_json(comparison_document(found.analyses, found.refused)))
-        return verdict_status([found.best])
-    for each in text.methods_by_gyro(found.analyses).values():
-        print(f"{file}: {text.comparison(each, found.refused)}")
+        print(to_json(comparison_document(analyses, refused)))
+        return status
+    for each in text.methods_by_gyro(analyses).values():
+        print(f"{file}: {text.comparison(each, refused)}")
     results.print_paths(written)
-    return verdict_status([found.best])
+    return status
 
 
 def _compared(
     read: ReadFile, settings: "sagnac.Settings", methods: "Sequence[Method]", progress: Progress
-) -> Comparison:
-    """Each method; its refusal is an error only if no method gives anything."""
+) -> "tuple[dict[str, sagnac.Analysis], dict[str, str]]":
+    """The analysis by each method; and why, of each method that the recording does not allow.
+
+    A refusal is an error only if no method gives anything.
+    """
     from sagnac.report import error_text
 
     analyses: dict[str, sagnac.Analysis] = {}
     errors: dict[str, sagnac.RecordingError] = {}
     for method in methods:
-        named = results.prefixed(progress, method)
+        named, chosen = results.prefixed(progress, method), replace(settings, method=method)
         try:
-            chosen = replace(settings, method=method)
             analysis = sagnac.analyze(read.recording, chosen, progress=named)
+            analyses[method] = analysis.with_seconds(read.seconds)
         except sagnac.RecordingError as error:
             errors[method] = error
-        else:
-            analyses[method] = analysis.with_seconds(read.seconds)
     if not analyses:
         raise next(iter(errors.values()))
-    return Comparison(
-        analyses=analyses,
-        refused={method: error_text(error) for method, error in errors.items()},
-    )
+    return analyses, {method: error_text(error) for method, error in errors.items()}
 
 
 # ---- lines -------------------------------------------------------------------------
@@ -469,7 +428,8 @@ def _compared(
 def lines(file: File, /, *, options: Options = NO_OPTIONS) -> int:
     """The periodic components found, strongest first."""
     options = with_settings(options)
-    analysis = _analyzed(file, statement_of(options), settings_of(options), options.memory)
+    statement, settings = statement_of(options), settings_of(options)
+    analysis = _analyzed(file, statement, settings, options.memory).analysis
     if options.as_json:
         print_documents([analysis], single=True)
         return verdict_status([analysis])

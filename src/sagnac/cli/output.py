@@ -276,34 +276,6 @@ def print_documents(
     print(to_json({**made, **(beside or {})}))
 
 
-def in_brief(
-    analysis: "sagnac.Analysis", others: "Sequence[sagnac.Analysis]" = ()
-) -> tuple[str, ...]:
-    """Part of a screen below the answer and the verdict."""
-    from sagnac.report import text
-
-    return (
-        text.main_coefficients(analysis),
-        text.strongest_lines(analysis),
-        text.short_notes(analysis, others),
-    )
-
-
-def in_full(analysis: "sagnac.Analysis") -> tuple[str, ...]:
-    """The same with curves, spectrum, every fit, every unit and every note."""
-    from sagnac.report import text
-
-    return (
-        *(text.curve(one) for one in analysis.family or (analysis.curve,)),
-        text.density(analysis),
-        text.coefficients(analysis),
-        text.units(analysis),
-        text.shares(analysis),
-        text.lines(analysis),
-        text.every_note(analysis.notes),
-    )
-
-
 def print_beside(analysis: "sagnac.Analysis") -> None:
     """The accelerometers of an analysis, and the channels that were not analyzed."""
     from sagnac.report import text

@@ -23,7 +23,7 @@ from sagnac.report.sections import rendered
 # ---- alignment ---------------------------------------------------------------------
 
 ARCMINUTE: Final = 60.0 * ARCSECOND
-SCHEMA: Final = "sagnac.navigation/1"
+SCHEMA: Final = "sagnac.alignment/1"
 _SHORTEST_S: Final = 10.0
 _SHARE: Final = 0.9  # of the prior, from which on nothing was found
 
@@ -140,7 +140,7 @@ def notes_of(prospect: Prospect) -> list[str]:
 
 
 def prospect_document(prospect: Prospect) -> dict[str, Any]:
-    """The same as JSON, schema ``sagnac.navigation/1``, SI except where a key names its unit."""
+    """The same as JSON, schema ``sagnac.alignment/1``, SI except where a key names its unit."""
     compass, filtered, highest = prospect.compass, prospect.filtered, _highest(prospect)
     turning = None
     if prospect.rotating is not None:

@@ -2,8 +2,7 @@
 
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
-from typing import Final, Literal
+from typing import Any, Final, Literal, NamedTuple
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -87,8 +86,7 @@ QUANTITIES: Final[Mapping[str, Callable[[Cell], float]]] = {
 }
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class ReadingErrors:
+class ReadingErrors(NamedTuple):
     """How far N by one reading of Step 4 is off the truth, over the turning cells of a table.
 
     Attributes
@@ -107,10 +105,9 @@ class ReadingErrors:
 
 def errors_of_reading(cells: Sequence[Cell], order: Order, reading: ReadingName) -> ReadingErrors:
     """Errors over the cells on a turning table."""
-    turning = [one for one in cells if one.rate > 0.0]
-    errors = [reading_error(one, order, reading) for one in turning]
+    errors = [reading_error(one, order, reading) for one in cells if one.rate > 0.0]
     known = [error for error in errors if math.isfinite(error)]
-    return ReadingErrors(mean=mean(known), rms=rms(known), shown=len(known), cells=len(turning))
+    return ReadingErrors(mean(known), rms(known), len(known), len(errors))
 
 
 def reading_error(one: Cell, order: Order, reading: ReadingName) -> float:
@@ -218,82 +215,66 @@ def plain_percent(part: float) -> str:
 def figures_of(reproduction: Reproduction) -> dict[str, Figure]:
     """Figures 1 to 6, and N against table rate, by name."""
     curves = curves_of(reproduction)
-    fitted = {name: _curve_figure(curves[name]) for name in ("figure4", "figure5", "figure6")}
+    fris, fos = curves["figure2"]
+    styles = ((BLUE, "o"), (GREEN, "D"), (ORANGE, "^"))
+    every = [
+        (one, f"every {one.interval_s:g} s", {"color": color, "marker": marker, "linewidth": 0.9})
+        for one, (color, marker) in zip(curves["figure3"], styles, strict=True)
+    ]
+    fitted = {name: _curve_figure(*curves[name]) for name in ("figure4", "figure5", "figure6")}
     return {
         "figure1": frames_figure(),
-        "figure2": _fris_figure(*curves["figure2"]),
-        "figure3": _intervals_figure(curves["figure3"]),
+        "figure2": _curves_figure(
+            [
+                (fris, "fris, 9 s", {"color": ORANGE, "marker": "^", "linewidth": 1.0}),
+                (fos, "fos, 1 s", {"color": BLUE, "marker": "o", "linestyle": "none"}),
+            ],
+            truth=fos, columns=3, channel="x − z per gyro",
+        ),
+        "figure3": _curves_figure(every, truth=every[0][0], columns=4, channel="z"),
         **fitted,
         "table_rate": _rate_figure(reproduction),
-    }
+    }  # fmt: skip
 
 
-def _fris_figure(fris: Outcome, fos: Outcome) -> Figure:
-    with styled(3) as (figure, axes):
-        axes.plot(
-            fris.tau_s, fris.deviation, color=ORANGE, marker="^", linewidth=1.0, label="fris, 9 s"
-        )
-        axes.plot(
-            fos.tau_s, fos.deviation, color=BLUE, marker="o", linestyle="none", label="fos, 1 s"
-        )
-        _truth_line(axes, fos)
-        logarithmic(axes, "cluster time τ (s)", "Allan deviation, x − z per gyro (°/h)")
+def _curves_figure(
+    curves: Sequence[tuple[Outcome, str, Mapping[str, Any]]],
+    *,
+    truth: Outcome,
+    columns: int,
+    channel: str,
+) -> Figure:
+    """Curves of runs, each with its label and style, and the white rate that was simulated."""
+    with styled(columns) as (figure, axes):
+        for outcome, label, style in curves:
+            axes.plot(outcome.tau_s, outcome.deviation, label=label, **style)
+        _truth_line(axes, truth)
+        logarithmic(axes, "cluster time τ (s)", f"Allan deviation, {channel} (°/h)")
     return figure
 
 
-def _intervals_figure(outcomes: Sequence[Outcome]) -> Figure:
-    with styled(4) as (figure, axes):
-        for outcome, color, marker in zip(
-            outcomes, (BLUE, GREEN, ORANGE), ("o", "D", "^"), strict=True
-        ):
-            axes.plot(
-                outcome.tau_s,
-                outcome.deviation,
-                color=color,
-                marker=marker,
-                linewidth=0.9,
-                label=f"every {outcome.interval_s:g} s",
-            )
-        _truth_line(axes, outcomes[0])
-        logarithmic(axes, "cluster time τ (s)", "Allan deviation, z (°/h)")
-    return figure
-
-
-def _curve_figure(outcomes: Sequence[Outcome]) -> Figure:
+def _curve_figure(outcome: Outcome) -> Figure:
     """The curve as published: of the difference, points with an error of 10 % or less."""
-    (outcome,) = outcomes
-    kept = within_cut(outcome)
+    kept, root = within_cut(outcome), math.sqrt(2.0)
     tau = np.array(outcome.tau_s)[kept]
     low, middle, high = (
-        np.sqrt(2.0) * np.array(curve)[kept]
+        root * np.array(curve)[kept]
         for curve in (outcome.low_curve, outcome.deviation, outcome.high_curve)
     )
     with styled(3) as (figure, axes):
-        axes.fill_between(
-            tau,
-            low,
-            high,
-            color=BLUE,
-            alpha=0.2,
-            linewidth=0,
-            label=f"{100 * outcome.confidence:g} % interval",
-        )
+        interval = f"{100 * outcome.confidence:g} % interval"
+        axes.fill_between(tau, low, high, color=BLUE, alpha=0.2, linewidth=0, label=interval)
         axes.plot(tau, middle, color=BLUE, marker="o", linestyle="none", label="x − z")
-        _truth_line(axes, outcome, float(np.sqrt(2.0)))
+        _truth_line(axes, outcome, root)
         logarithmic(axes, "cluster time τ (s)", "Allan deviation, x − z (°/h)")
     return figure
 
 
 def _truth_line(axes: Axes, outcome: Outcome, times: float = 1.0) -> None:
     tau = np.array([min(outcome.tau_s), max(outcome.tau_s)])
-    axes.plot(
-        tau,
-        times * white_deviation(outcome.truth_deg_per_sqrt_h, tau),
-        color=INK,
-        linewidth=0.9,
-        linestyle=(0, (5, 3)),
-        label="N as simulated",
-    )
+    white = times * white_deviation(outcome.truth_deg_per_sqrt_h, tau)
+    dashes = (0, (5, 3))
+    axes.plot(tau, white, color=INK, linewidth=0.9, linestyle=dashes, label="N as simulated")
 
 
 def _rate_figure(reproduction: Reproduction) -> Figure:
@@ -335,15 +316,17 @@ def tables(reproduction: Reproduction) -> dict[str, str]:
 
 def summary(reproduction: Reproduction) -> str:
     """Both tables for a terminal: estimates, interval, truth and the paper's number."""
+    shown = {
+        "estimate": "value", "95 % interval": "range", "truth": "truth", "error": "error",
+        "paper's method": "by_paper", "paper": "paper",
+    }  # fmt: skip
     blocks = []
     for name, size in TABLES.items():
         rows = []
         for one in outcomes_of_table(reproduction, name):
             texts = cell_texts(one.published, one.outcome, size, one.by_paper)
-            shown = ("value", "range", "truth", "error", "by_paper", "paper")
-            rows.append((f"{one.rate:g}", str(one.day), *(texts[key] for key in shown)))
-        measured = ("estimate", "95 % interval", "truth", "error", "paper's method", "paper")
-        text = table(("deg/s", "day", *measured), rows, right=(0, 1, 2, 4, 5, 6, 7))
+            rows.append((f"{one.rate:g}", str(one.day), *(texts[key] for key in shown.values())))
+        text = table(("deg/s", "day", *shown), rows, right=(0, 1, 2, 4, 5, 6, 7))
         blocks.append(f"Table {name[-1]}, N per gyro, {size:g} deg/sqrt(h)\n{text}")
     return "\n\n".join((*blocks, _readings_text(reproduction), _validity_text(reproduction)))
 

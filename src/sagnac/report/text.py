@@ -6,18 +6,15 @@ The one screen of a command has no line wider than 80 columns.
 import math
 import textwrap
 from collections.abc import Mapping, Sequence
-from io import StringIO
 from typing import Final
 
-from rich.box import Box
-from rich.console import Console
-from rich.table import Table
+from rich.cells import cell_len
 
 from sagnac.analysis.result import Analysis, headline_coefficients, headline_estimates
 from sagnac.analysis.verdict import verdict_of
 from sagnac.core.errors import Note, counted, ranked
 from sagnac.core.units import field_unit
-from sagnac.noise.laws import COEFFICIENT_NAMES, SYMBOLS
+from sagnac.noise.laws import COEFFICIENT_NAMES, SYMBOLS, CoefficientName
 from sagnac.noise.self_noise import SelfNoise
 from sagnac.recording.model import Recording
 from sagnac.report import as_typed, error_text, note_text
@@ -59,9 +56,6 @@ from sagnac.stability.curve import StabilityCurve
 
 _MOST_LINES: Final = 20
 _DENSITY_ROWS: Final = 24
-# A rule under the header, nothing else.
-_RULE: Final = Box("    \n    \n ─  \n    \n    \n    \n    \n    \n")
-_WIDEST: Final = 10_000
 
 
 def answer(analysis: Analysis) -> str:
@@ -125,19 +119,17 @@ def with_lines(analysis: Analysis) -> str:
 def coefficients(analysis: Analysis) -> str:
     """Q, N, B, K, R by each fit, in the field's units."""
     fits = [analysis.fits[name] for name in FIT_TITLES if name in analysis.fits]
-    if not fits:
-        return ""
-    return table(
-        ("coefficient", "unit", *(f"{fit.method} fit" for fit in fits)),
-        [
-            (
-                f"{SYMBOLS[name]} {TITLES[name].lower()}",
-                field_unit(name).symbol,
-                *(reading(name, fit.coefficients[name]) for fit in fits),
-            )
-            for name in COEFFICIENT_NAMES
-        ],
-    )
+    rows = [
+        (*_titled(name), *(reading(name, fit.coefficients[name]) for fit in fits))
+        for name in COEFFICIENT_NAMES
+    ]
+    header = ("coefficient", "unit", *(f"{fit.method} fit" for fit in fits))
+    return table(header, rows) if fits else ""
+
+
+def _titled(name: CoefficientName) -> tuple[str, str]:
+    """A coefficient by its letter and title, and the unit of the field."""
+    return f"{SYMBOLS[name]} {TITLES[name].lower()}", field_unit(name).symbol
 
 
 def shares(analysis: Analysis) -> str:
@@ -169,7 +161,7 @@ def refused(analysis: Analysis) -> str:
 def units(analysis: Analysis) -> str:
     """The coefficients of the answer's fit in every unit that they are written in."""
     rows = [
-        (f"{SYMBOLS[name]} {TITLES[name].lower()}", *cells)
+        (_titled(name)[0], *cells)
         for name, estimate in headline_estimates(analysis).items()
         for cells in unit_cells(name, estimate)
     ]
@@ -190,11 +182,9 @@ def curve(of: StabilityCurve) -> str:
     """A stability curve per gyro."""
     unit, columns = curve_unit(of.estimator), curve_columns(of).values()
     rows = [tuple(f"{value:.4g}" for value in row) for row in zip(*columns, strict=True)]
-    return table(
-        ("τ s", f"{of.estimator} {unit.symbol}", "low", "high", "edf", "terms", "noise f^"),
-        rows,
-        right=range(len(columns)),
-    )
+    deviation = f"{of.estimator} {unit.symbol}"
+    header = ("τ s", deviation, "low", "high", "edf", "terms", "noise f^")
+    return table(header, rows, right=range(len(columns)))
 
 
 def density(analysis: Analysis) -> str:
@@ -203,8 +193,8 @@ def density(analysis: Analysis) -> str:
         return ""
     shown = coarser(shown_density(analysis), _DENSITY_ROWS)
     rows = [
-        (f"{place:.4g}", f"{value:.4g}", f"{math.sqrt(value):.4g}")
-        for place, value in zip(shown.frequency, shown.density, strict=True)
+        tuple(f"{value:.4g}" for value in (place, square, math.sqrt(square)))
+        for place, square in zip(shown.frequency, shown.density, strict=True)
     ]
     return table(("f Hz", "PSD, one-sided (°/h)²/Hz", "its root °/h/√Hz"), rows, right=(0, 1, 2))
 
@@ -214,32 +204,32 @@ def lines(analysis: Analysis, most: int | None = _MOST_LINES) -> str:
 
     At most `most` of each, the strongest; None shows all.
     """
+    of_table = [line for line in analysis.lines if line.scale == "angle"][:most]
+    of_table.sort(key=lambda line: line.frequency)
+    listed = of_table + [line for line in analysis.lines if line.scale == "time"][:most]
+    rows = [
+        (
+            "table angle" if line.scale == "angle" else "time", line_position(line),
+            *line_amplitude(line), f"{line.significance:.4g}", line.channel, line.name,
+        )
+        for line in listed
+    ]  # fmt: skip
+    header = ("periodic in", "position", "amplitude ″", "± ″", "significance", "channel")
+    return _listed(analysis, table((*header, "known as"), rows, right=(2, 3, 4)), len(rows), "ones")
+
+
+def _listed(analysis: Analysis, shown: str, rows: int, weaker: str = "") -> str:
+    """A table of some lines of an analysis, and how many are not in it."""
     if not analysis.fits:
         # Between gaps too close together for any fit, none was looked for.
         return ""
     if not analysis.lines:
-        return f"No periodic component was found in {analysis.channel}."
-    of_table = [line for line in analysis.lines if line.scale == "angle"][:most]
-    of_table.sort(key=lambda line: line.frequency)
-    listed = of_table + [line for line in analysis.lines if line.scale == "time"][:most]
-    shown = table(
-        ("periodic in", "position", "amplitude ″", "± ″", "significance", "channel", "known as"),
-        [
-            (
-                "table angle" if line.scale == "angle" else "time",
-                line_position(line),
-                *line_amplitude(line),
-                f"{line.significance:.4g}",
-                line.channel,
-                line.name,
-            )
-            for line in listed
-        ],
-        right=(2, 3, 4),
-    )
-    if len(listed) == len(analysis.lines):
+        return wrapped(f"No periodic component was found in {analysis.channel}.")
+    more = len(analysis.lines) - rows
+    if not more:
         return shown
-    return f"{shown}\n… and {len(analysis.lines) - len(listed)} weaker ones: sagnac lines shows all"
+    said = f"{more} weaker {weaker}" if weaker else counted(more, "weaker line")
+    return f"{shown}\n… and {said}: sagnac lines shows all"
 
 
 def methods_by_gyro(analyses: Mapping[str, Analysis]) -> dict[str, dict[str, Analysis]]:
@@ -254,20 +244,17 @@ def methods_by_gyro(analyses: Mapping[str, Analysis]) -> dict[str, dict[str, Ana
 def comparison(analyses: Mapping[str, Analysis], refused: Mapping[str, str]) -> str:
     """The methods side by side; why, of each that the recording does not allow."""
     one = next(iter(analyses.values()))
-    shown = table(
-        ("method", "N °/√h", "interval", "status", "lines", "peaks left", "s"),
-        [
-            (
-                method,
-                *reading_cells("angle_random_walk", analysis.angle_random_walk),
-                str(len(analysis.lines)),
-                str(residual_peaks(analysis)),
-                f"{sum(analysis.seconds.values()):.1f}",
-            )
-            for method, analysis in analyses.items()
-        ],
-        right=(1, 4, 5, 6),
-    )
+    rows = [
+        (
+            method,
+            *reading_cells("angle_random_walk", analysis.angle_random_walk),
+            str(len(analysis.lines)),
+            str(residual_peaks(analysis)),
+            f"{sum(analysis.seconds.values()):.1f}",
+        )
+        for method, analysis in analyses.items()
+    ]
+    header = ("method", "N °/√h", "interval", "status", "lines", "peaks left", "s")
     read = [note_text(note) for note in one.recording.notes]
     noticed = [f"note: {said}" for said in read] + [
         f"note: {method}: {said}"
@@ -275,9 +262,10 @@ def comparison(analyses: Mapping[str, Analysis], refused: Mapping[str, str]) -> 
         for said in map(note_text, analysis.notes)
         if said not in read
     ]
-    heading = subject(one)
     reasons = "\n".join(f"{method}: {why}" for method, why in refused.items())
-    return blocks(heading, shown, reasons, "\n".join(noticed))
+    return blocks(
+        subject(one), table(header, rows, right=(1, 4, 5, 6)), reasons, "\n".join(noticed)
+    )
 
 
 def findings(found: Sequence[Note]) -> str:
@@ -329,23 +317,19 @@ def table(
     right
         Numbers of the columns that stand to the right.
     """
-    filled = [
-        column for column in range(len(header)) if not rows or any(row[column] for row in rows)
-    ]
-    drawn = Table(box=_RULE, show_edge=False, pad_edge=False, padding=(0, 1, 0, 0))
-    for column in filled:
-        drawn.add_column(
-            header[column], justify="right" if column in right else "left", no_wrap=True
-        )
-    for row in rows:
-        drawn.add_row(*(row[column] for column in filled))
-    shown = StringIO()
-    # The texts are data: nothing in them is markup, and whoever reads a pipe wants whole lines.
-    console = Console(
-        file=shown, width=_WIDEST, color_system=None, markup=False, emoji=False, highlight=False
-    )
-    console.print(drawn)
-    return "\n".join(line.rstrip() for line in shown.getvalue().splitlines())
+    padded, widths = [], []
+    for place, column in enumerate(zip(header, *rows, strict=True)):
+        if rows and not any(column[1:]):
+            continue
+        width = max(map(cell_len, column))
+        gaps = [" " * (width - cell_len(text)) for text in column]
+        pairs = zip(column, gaps, strict=True)
+        padded.append([gap + text if place in right else text + gap for text, gap in pairs])
+        widths.append(width)
+    # Each column but the last has the space between it and the next under its rule.
+    rule = " ".join("─" * (width + 1) for width in widths)[:-1]
+    first, *others = ("  ".join(row).rstrip() for row in zip(*padded, strict=True))
+    return "\n".join((first, rule, *others))
 
 
 def blocks(*parts: str) -> str:
@@ -369,36 +353,23 @@ def wrapped(text: str, indent: str = "  ") -> str:
 
 def main_coefficients(analysis: Analysis) -> str:
     """Q, N, B, K and R beside the answer, in the field's units; empty if there are none."""
-    found = headline_coefficients(analysis)
-    rows = [
-        (
-            f"{SYMBOLS[name]} {TITLES[name].lower()}",
-            *reading_cells(name, found[name])[:2],
-            field_unit(name).symbol,
-            found[name].status,
-        )
-        for name in COEFFICIENT_NAMES
-        if name in found
-    ]
+    found, rows = headline_coefficients(analysis), []
+    for name in COEFFICIENT_NAMES:
+        if name in found:
+            title, unit = _titled(name)
+            value, interval, status = reading_cells(name, found[name])
+            rows.append((title, value, interval, unit, status))
     return table(("coefficient", "value", "interval", "unit", "status"), rows) if rows else ""
 
 
 def strongest_lines(analysis: Analysis) -> str:
     """How many periodic components there are, and the strongest five."""
-    if not analysis.fits:
-        return ""
-    if not analysis.lines:
-        return wrapped(f"No periodic component was found in {analysis.channel}.")
-    shown = analysis.lines[:_STRONGEST_SHOWN]
     rows = [
         (line_position(line), *line_amplitude(line), line.channel, _short(line.name))
-        for line in shown
+        for line in analysis.lines[:_STRONGEST_SHOWN]
     ]
-    listed = table(("periodic", "amplitude ″", "± ″", "channel", "known as"), rows, right=(1, 2))
-    more = len(analysis.lines) - len(shown)
-    if not more:
-        return listed
-    return f"{listed}\n… and {counted(more, 'weaker line')}: sagnac lines shows all"
+    header = ("periodic", "amplitude ″", "± ″", "channel", "known as")
+    return _listed(analysis, table(header, rows, right=(1, 2)), len(rows))
 
 
 def _short(name: str) -> str:
@@ -494,3 +465,21 @@ def _closing_rows(file: str, analysis: Analysis) -> list[tuple[str, ...]]:
         for name in analysis.settings.gyros
         if name in analysis.refused
     ]
+
+
+def brief(analysis: Analysis, others: Sequence[Analysis] = ()) -> tuple[str, ...]:
+    """Part of a screen below the answer and the verdict."""
+    return main_coefficients(analysis), strongest_lines(analysis), short_notes(analysis, others)
+
+
+def full(analysis: Analysis) -> tuple[str, ...]:
+    """The same with curves, spectrum, every fit, every unit and every note."""
+    return (
+        *map(curve, analysis.family or (analysis.curve,)),
+        density(analysis),
+        coefficients(analysis),
+        units(analysis),
+        shares(analysis),
+        lines(analysis),
+        every_note(analysis.notes),
+    )
