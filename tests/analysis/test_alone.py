@@ -6,6 +6,7 @@ from scipy import stats
 
 import sagnac
 from sagnac.analysis.result import Analysis
+from tests.analysis.recorded import recorded
 from tests.second_rig import DEGREE, DEGREE_PER_ROOT_HOUR, Bench, simulate
 
 RING_LASER, MEMS = 2.5e-5, 0.1  # deg/sqrt(h)
@@ -15,16 +16,7 @@ COMPANIONS = ("x", "y", "z")
 def analyzed(names: tuple[str, ...], walk: float, **settings: object) -> Analysis:
     """Gyro x of a recording that holds these gyros."""
     bench = Bench(**{"seconds": 900.0, "sample_rate": 100.0, "walks": (walk,) * 3, **settings})
-    recorded = simulate(bench)
-    recording = sagnac.Recording.from_arrays(
-        **{name: recorded.angles[name] for name in names},
-        kind="angle",
-        unit="rad",
-        sample_rate=recorded.sample_rate,
-        table=recorded.table,
-        table_unit="rad",
-    )
-    return sagnac.analyze(recording, sagnac.Settings(gyros=("x",)))
+    return sagnac.analyze(recorded(simulate(bench), names), sagnac.Settings(gyros=("x",)))
 
 
 def of_encoder(result: Analysis) -> list[str]:
@@ -253,17 +245,9 @@ def test_what_a_spline_leaves_of_slow_readings_is_no_estimate_beside_a_companion
 
 
 def test_a_companion_that_is_not_sound_does_not_cost_the_other():
-    recorded = simulate(Bench(seconds=300.0, sample_rate=100.0, walks=(MEMS,) * 3))
-    stuck = recorded.angles["z"].copy()
+    made = simulate(Bench(seconds=300.0, sample_rate=100.0, walks=(MEMS,) * 3))
+    stuck = made.angles["z"]
     stuck[stuck.size // 2 :] = stuck[stuck.size // 2]
-    recording = sagnac.Recording.from_arrays(
-        x=recorded.angles["x"],
-        z=stuck,
-        kind="angle",
-        unit="rad",
-        sample_rate=100.0,
-        table=recorded.table,
-        table_unit="rad",
-    )
+    recording = recorded(made, ("x", "z"))
     answer = sagnac.analyze(recording, sagnac.Settings(gyros=("x",))).angle_random_walk
     assert answer.status == "estimated"

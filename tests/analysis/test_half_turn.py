@@ -4,6 +4,7 @@ import pytest
 
 import sagnac
 from sagnac.analysis.result import Analysis
+from tests.analysis.recorded import recorded
 from tests.second_rig import Bench, simulate
 
 MEMS, RING_LASER = 2.5, 2.5e-5  # deg/sqrt(h)
@@ -16,16 +17,7 @@ def analyzed(gyros: tuple[str, ...], walk: float, **settings: object) -> Analysi
     bench = Bench(
         **{"seconds": 900.0, "sample_rate": 100.0, "walks": (walk,) * 3, **swing, **settings}
     )
-    recorded = simulate(bench)
-    recording = sagnac.Recording.from_arrays(
-        **{name: recorded.angles[name] for name in gyros},
-        kind="angle",
-        unit="rad",
-        sample_rate=recorded.sample_rate,
-        table=recorded.table,
-        table_unit="rad",
-    )
-    return sagnac.analyze(recording, sagnac.Settings(gyros=gyros))
+    return sagnac.analyze(recorded(simulate(bench), gyros), sagnac.Settings(gyros=gyros))
 
 
 def holds(result: Analysis, walk: float) -> bool:

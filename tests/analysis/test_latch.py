@@ -6,6 +6,7 @@ import pytest
 import sagnac
 from sagnac.analysis.encoder import half_interval, white_noise
 from sagnac.analysis.result import Analysis
+from tests.analysis.recorded import recorded
 from tests.second_rig import DEGREE, Bench, simulate
 
 WALK = 0.1  # deg/sqrt(h)
@@ -15,16 +16,7 @@ ALIKE = (0.5784, 0.5773, 0.5764)
 
 def analyzed(names: tuple[str, ...], **settings: object) -> Analysis:
     bench = Bench(**{"seconds": 600.0, "sample_rate": 100.0, "walks": (WALK,) * 3, **settings})
-    recorded = simulate(bench)
-    recording = sagnac.Recording.from_arrays(
-        **{name: recorded.angles[name] for name in names},
-        kind="angle",
-        unit="rad",
-        sample_rate=recorded.sample_rate,
-        table=recorded.table,
-        table_unit="rad",
-    )
-    return sagnac.analyze(recording, sagnac.Settings(gyros=names))
+    return sagnac.analyze(recorded(simulate(bench), names), sagnac.Settings(gyros=names))
 
 
 def half(result: Analysis) -> float:

@@ -9,6 +9,7 @@ import sagnac
 from sagnac.analysis.measurement import Measurement, TurningTable, with_order_phases
 from sagnac.analysis.result import Analysis
 from sagnac.table.estimate import Delay, EstimatedTable
+from tests.analysis.recorded import recorded
 from tests.second_rig import Bench, simulate
 
 WALK = 2.5e-5  # deg/sqrt(h)
@@ -24,16 +25,8 @@ CAUSES = {
 
 @functools.cache
 def analyzed(seed: int, **settings: object) -> Analysis:
-    recorded = simulate(Bench(**{"seconds": 900.0, "sample_rate": 100.0, "seed": seed, **settings}))
-    recording = sagnac.Recording.from_arrays(
-        **recorded.angles,
-        kind="angle",
-        unit="rad",
-        sample_rate=recorded.sample_rate,
-        table=recorded.table,
-        table_unit="rad",
-    )
-    return sagnac.analyze(recording, sagnac.Settings(gyros=("x", "z")))
+    made = simulate(Bench(**{"seconds": 900.0, "sample_rate": 100.0, "seed": seed, **settings}))
+    return sagnac.analyze(recorded(made), sagnac.Settings(gyros=("x", "z")))
 
 
 def interval(result: Analysis) -> tuple[float, float]:

@@ -11,10 +11,10 @@ from scipy import stats
 
 from sagnac.analysis.pipeline import analyze
 from sagnac.analysis.settings import Settings
-from sagnac.recording.model import Recording
 from sagnac.rig.config import preset
 from sagnac.rig.simulate import simulate
 from tests import second_rig
+from tests.analysis.recorded import recorded as recording_of
 
 SECONDS, RATE = 900.0, 200.0
 WALK = 2.5e-5  # deg/sqrt(h), of every gyro
@@ -93,14 +93,7 @@ def analyzed(gyros=("x", "z"), recorded=None, **settings):
         **settings,
     )
     made = second_rig.simulate(bench)
-    recording = Recording.from_arrays(
-        **{name: made.angles[name] for name in recorded or ("x", "y", "z")},
-        kind="angle",
-        unit="rad",
-        sample_rate=RATE,
-        table=made.table,
-        table_unit="rad",
-    )
+    recording = recording_of(made, recorded or ("x", "y", "z"))
     begun = time.process_time()
     analysis = analyze(recording, Settings(gyros=gyros))
     assert time.process_time() - begun < LONGEST, settings
@@ -197,15 +190,7 @@ def by_the_second_rig(seconds, jitter, rate, seed):
             seed=seed,
         )
     )
-    recording = Recording.from_arrays(
-        **made.angles,
-        kind="angle",
-        unit="rad",
-        sample_rate=RATE,
-        table=made.table,
-        table_unit="rad",
-    )
-    return recording, WALK
+    return recording_of(made), WALK
 
 
 @pytest.mark.statistics
