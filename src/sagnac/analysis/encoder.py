@@ -44,13 +44,14 @@ from sagnac.table.kinematics import (
 from sagnac.table.motion import follow_table_together
 from sagnac.table.turns import FEW_TURNS, full_turns, mean_rate
 
+Pair = Callable[[Evidence, str], Estimate]
+"""Angle random walk per gyro of the one that is measured and another one, which is named."""
+
 # Standard errors beyond which nothing lies.
 _FAR: Final = 20.0
 
 
-def with_encoder(
-    headline: Headline, evidence: Evidence, pair: Callable[[str], Estimate]
-) -> Headline:
+def with_encoder(headline: Headline, evidence: Evidence, pair: Pair) -> Headline:
     """The answer with what the encoder may have added to it or hides.
 
     Parameters
@@ -58,7 +59,7 @@ def with_encoder(
     headline, evidence
         As the spectrum was read.
     pair
-        Angle random walk per gyro of the one that is measured and another one, by that one's name.
+        Asked for if the encoder decides what one gyro shows.
     """
     if evidence.table.estimate is not None and not evidence.measured.is_pair:
         headline = _of_one(headline, evidence, pair)
@@ -130,7 +131,7 @@ _UNSEEN: Final = 0.3
 _AVERAGES: Final = 2 * LEAST_AVERAGES
 
 
-def _of_one(headline: Headline, evidence: Evidence, pair: Callable[[str], Estimate]) -> Headline:
+def _of_one(headline: Headline, evidence: Evidence, pair: Pair) -> Headline:
     """The answer of one gyro; another one on the table tells what its encoder adds, if there is."""
     recording, name, own = evidence.corrected, evidence.measured.gyros[0], headline.estimate
     others = (
@@ -139,7 +140,7 @@ def _of_one(headline: Headline, evidence: Evidence, pair: Callable[[str], Estima
         if gyro.name != name and abs(table_share(recording, gyro)) > LEAST_SHARE
     )
     other = next(others, None)
-    two = None if other is None else pair(other)
+    two = None if other is None else pair(evidence, other)
     if other is None or two is None or two.status == "not observable":
         return _by_lowest_frequencies(_without_second_gyro(headline, evidence), evidence)
     # All of what the two hold may be the noise of one, whose weight is one within their shares.

@@ -29,7 +29,6 @@ The answer then goes through five steps, each a line of `answer`:
 5. findings of the data divide it or withhold it (`trust.apply_findings`).
 """
 
-from collections.abc import Callable
 from dataclasses import replace
 from typing import Final
 
@@ -41,7 +40,7 @@ from sagnac.analysis.averaged import (
     roll_off_of,
     spectrum_of,
 )
-from sagnac.analysis.encoder import with_encoder, with_shared_noise
+from sagnac.analysis.encoder import Pair, with_encoder, with_shared_noise
 from sagnac.analysis.evidence import (
     Coefficients,
     Evidence,
@@ -55,7 +54,7 @@ from sagnac.analysis.settings import PUBLISHED
 from sagnac.analysis.trust import apply_findings
 from sagnac.core.errors import Note
 from sagnac.noise.bounds import CurveBound, highest_terms, highest_walk, within_curve
-from sagnac.noise.estimates import Estimate, unobserved
+from sagnac.noise.estimates import unobserved
 from sagnac.noise.whole_band import with_both, with_whole_band
 from sagnac.quality.readout import joint_readout
 
@@ -65,9 +64,7 @@ _VETO: Final = 1e-4
 _FILTERED: Final = 10.0
 
 
-def answer(
-    evidence: Evidence, pair: Callable[[str], Estimate], *, brief: bool = False
-) -> tuple[Evidence, Headline]:
+def answer(evidence: Evidence, pair: Pair, *, brief: bool = False) -> tuple[Evidence, Headline]:
     """The answer, and the evidence with the fits that stand beside it.
 
     Parameters
@@ -75,8 +72,7 @@ def answer(
     evidence
         All that it is read from.
     pair
-        Angle random walk per gyro of the one gyro that is measured and another one, by that one's
-        name; asked for if its encoder decides what it shows.
+        Asked for if the encoder decides what one gyro shows.
     brief
         Whether to leave out noise that two gyros share, and notes that touch no figure.
 

@@ -7,7 +7,6 @@ Read from top to bottom: what is asked for (`analyze`, `answer_of`), the path of
 from collections.abc import Callable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, replace
-from functools import partial
 from typing import Any, Final
 
 import numpy as np
@@ -139,7 +138,7 @@ def answer_of(recording: Recording, settings: Settings | None = None) -> Answer:
     with one_thread():
         evidence = _evidence(recording, settings or Settings(), stages)
         with stages.stage("coefficients"):
-            evidence, headline = answer(evidence, partial(_of_pair, evidence), brief=True)
+            evidence, headline = answer(evidence, _of_pair, brief=True)
     return Answer(
         angle_random_walk=headline.estimate,
         fits=evidence.coefficients.fits,
@@ -168,7 +167,7 @@ def _analysis(
     stages = Stages(progress, recording.path or "recording")
     evidence = _evidence(recording, settings, stages)
     with stages.stage("coefficients"):
-        evidence, headline = answer(evidence, partial(_of_pair, evidence))
+        evidence, headline = answer(evidence, _of_pair)
     with stages.stage("spectrum"):
         analysis = _composed(evidence, headline)
     return replace(analysis, seconds=stages.seconds).with_units_of_sensor()

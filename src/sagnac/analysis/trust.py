@@ -57,10 +57,10 @@ def _spectrum_notes(evidence: Evidence, headline: Headline) -> tuple[Note, ...]:
     )
 
 
-def _shown(value: float, sensor: Sensor) -> str:
-    """N in the unit of the field."""
+def _walk(sensor: Sensor, *values: float) -> str:
+    """N, or several, in the unit of the field."""
     unit = field_unit("angle_random_walk", sensor)
-    return f"{value / unit.size:.3g}"
+    return f"{' to '.join(f'{value / unit.size:.3g}' for value in values)} {unit.symbol}"
 
 
 def _spikes_note(spikes: Spikes | None, walk: Estimate, sensor: Sensor) -> Note | None:
@@ -75,7 +75,7 @@ def _spikes_note(spikes: Spikes | None, walk: Estimate, sensor: Sensor) -> Note 
         level=level,
         text=f"{counted(int(spikes.index.size), 'sample')} far off their neighbours (spikes) "
         "were replaced by them for the answer; left in, they would add "
-        f"{_shown(added, sensor)} {field_unit('angle_random_walk', sensor).symbol} to it in square",
+        f"{_walk(sensor, added)} to it in square",
     )
 
 
@@ -114,13 +114,13 @@ def _hump_note(found: Hump | None, sensor: Sensor) -> Note | None:
     """The answer is read below a hump, behind which there is less."""
     if found is None:
         return None
-    top, behind = _shown(found.walk, sensor), _shown(found.least, sensor)
+    top = _walk(sensor, found.walk).split()[0]
     return Note(
         level="warning",
         text=f"the answer is read below a hump of {top} at {found.frequency:.3g} Hz, behind which "
-        f"the spectrum falls to {behind} {field_unit('angle_random_walk', sensor).symbol} at "
-        f"{found.behind:.3g} Hz: either the sensor has a low-pass there, or the motion that makes "
-        "the hump (sway of the bench) is in the answer; a quieter stretch tells",
+        f"the spectrum falls to {_walk(sensor, found.least)} at {found.behind:.3g} Hz: either the "
+        "sensor has a low-pass there, or the motion that makes the hump (sway of the bench) is in "
+        "the answer; a quieter stretch tells",
     )
 
 
@@ -128,12 +128,11 @@ def _elsewhere_note(found: Elsewhere | None, walk: Estimate, sensor: Sensor) -> 
     """Models of another N, which the interval spans."""
     if found is None or walk.status != "estimated":
         return None
-    symbol = field_unit("angle_random_walk", sensor).symbol
     return Note(
         level="warning",
         text=f"the spectrum is level in more than one band: {rounded(100.0 * found.share)} % "
         f"of the weight reads another {SENSED[sensor].titles['angle_random_walk']}, most of it "
-        f"{_shown(found.walk, sensor)} {symbol} at {found.low:.3g} to {found.high:.3g} Hz; the "
+        f"{_walk(sensor, found.walk)} at {found.low:.3g} to {found.high:.3g} Hz; the "
         "interval spans both",
     )
 
@@ -141,31 +140,25 @@ def _elsewhere_note(found: Elsewhere | None, walk: Estimate, sensor: Sensor) -> 
 def _parts_note(parts: Parts | None, sensor: Sensor) -> Note | None:
     if parts is None or len(parts.seen) < 2:
         return None
-    reach = (
-        f"{len(parts.seen)} parts of the recording read {_shown(parts.smallest, sensor)} "
-        f"to {_shown(parts.largest, sensor)} {field_unit('angle_random_walk', sensor).symbol}"
-    )
+    values = _walk(sensor, parts.smallest, parts.largest)
+    reach = f"{len(parts.seen)} parts of the recording read {values}"
     walk = SENSED[sensor].titles["angle_random_walk"]
     if parts.agree:
         return Note(text=f"the {walk} is steady: {reach}, as far apart as by chance")
     if parts.walks_agree:
-        return Note(
-            name="unsteady",
-            effect=parts.spread,
-            level="warning",
-            text=f"the noise in the band of the {walk} changes: {reach}, which chance could do, "
-            "but their spectra differ as if it were "
-            f"{rounded(parts.spread, 3)} times as large in one as in another; the interval covers "
-            "them",
+        effect = parts.spread
+        text = (
+            f"the noise in the band of the {walk} changes: {reach}, which chance could do, but "
+            f"their spectra differ as if it were {rounded(effect, 3)} times as large in one as in "
+            "another; the interval covers them"
         )
-    apart = 100.0 * (parts.largest / parts.smallest - 1.0)
-    return Note(
-        name="unsteady",
-        effect=parts.largest / parts.smallest,
-        level="warning",
-        text=f"the {walk} changes: {reach}, {rounded(apart)} % apart, more than by chance; "
-        "the interval covers them",
-    )
+    else:
+        effect = parts.largest / parts.smallest
+        text = (
+            f"the {walk} changes: {reach}, {rounded(100.0 * (effect - 1.0))} % apart, more than by "
+            "chance; the interval covers them"
+        )
+    return Note(name="unsteady", effect=effect, level="warning", text=text)
 
 
 def _slow_noise_notes(evidence: Evidence, spectrum: AnswerSpectrum) -> tuple[Note, ...]:
