@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import cycle, pairwise
 from typing import TYPE_CHECKING, Final
 
@@ -16,12 +16,15 @@ from sagnac.noise.laws import SYMBOLS
 from sagnac.noise.self_noise import SelfNoise
 from sagnac.plot.frame import (
     BLUE,
+    DASHED,
+    DOTTED,
     GREEN,
     INK,
     ORANGE,
     QUIET,
     after_removal,
     axes_of,
+    band,
     channel_of,
     literal,
     logarithmic,
@@ -34,31 +37,20 @@ if TYPE_CHECKING:
 # ---- lines -------------------------------------------------------------------------
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class ScaleStyle:
-    """Colour of the lines on a scale, and what the legend calls them."""
-
-    color: str
-    label: str
-
-
 LABELLED_LINES: Final = 8
-SCALES: Final[Mapping[Scale, ScaleStyle]] = {
-    "angle": ScaleStyle(color=ORANGE, label="line in table angle"),
-    "time": ScaleStyle(color=GREEN, label="line in time"),
+# Colour of the lines on a scale, and what the legend calls them.
+SCALES: Final[Mapping[Scale, tuple[str, str]]] = {
+    "angle": (ORANGE, "line in table angle"),
+    "time": (GREEN, "line in time"),
 }
 
 
 def placed_lines(analysis: Analysis) -> list[tuple[float, Line]]:
     """Each line that has a frequency, with it (Hz); strongest first."""
     turns_per_s = abs(analysis.table_rate or 0.0) / (2.0 * math.pi)
-    placed = []
-    for line in analysis.lines:
-        if line.scale == "time":
-            placed.append((line.frequency, line))
-        elif turns_per_s:
-            placed.append((line.frequency * turns_per_s, line))
-    return placed
+    hertz = {"time": 1.0, "angle": turns_per_s}
+    placed = [(line.frequency * hertz[line.scale], line) for line in analysis.lines]
+    return [(at, line) for at, line in placed if line.scale == "time" or turns_per_s]
 
 
 def short_position(line: Line) -> str:
@@ -107,14 +99,11 @@ def lines(analysis: Analysis, ax: "Axes | None" = None) -> "Axes":
         axes.text(0.5, 0.5, "no line", transform=axes.transAxes, ha="center")
         return axes
     for at, line in placed[:LABELLED_LINES]:
+        color, _ = SCALES[line.scale]
         axes.annotate(
-            short_position(line),
-            (at, line.amplitude / ARCSECOND),
-            xytext=(4.0, 4.0),
-            textcoords="offset points",
-            fontsize=7,
-            color=SCALES[line.scale].color,
-        )
+            short_position(line), (at, line.amplitude / ARCSECOND), xytext=(4.0, 4.0),
+            textcoords="offset points", fontsize=7, color=color,
+        )  # fmt: skip
     axes.legend()
     return axes
 
@@ -126,17 +115,11 @@ def _draw_amplitudes(axes: "Axes", scale: Scale, placed: list[tuple[float, Line]
         np.array([getattr(line, name) for _, line in placed]) / ARCSECOND
         for name in ("amplitude", "amplitude_error")
     )
+    color, label = SCALES[scale]
     axes.errorbar(
-        np.array([at for at, _ in placed]),
-        amplitude,
-        yerr=error,
-        linestyle="none",
-        marker="o",
-        markersize=3.6,
-        elinewidth=0.7,
-        color=SCALES[scale].color,
-        label=SCALES[scale].label,
-    )
+        np.array([at for at, _ in placed]), amplitude, yerr=error, linestyle="none", marker="o",
+        markersize=3.6, elinewidth=0.7, color=color, label=label,
+    )  # fmt: skip
 
 
 # ---- density -----------------------------------------------------------------------
@@ -179,13 +162,9 @@ def spectrum(analysis: Analysis, ax: "Axes | None" = None) -> "Axes":
             before.frequency, before.density, color=QUIET, linewidth=0.8, label="before removal"
         )
     axes.plot(
-        after.frequency,
-        after.density,
-        color=BLUE,
-        linewidth=0.8,
-        alpha=0.7,
+        after.frequency, after.density, color=BLUE, linewidth=0.8, alpha=0.7,
         label=after_removal(analysis),
-    )
+    )  # fmt: skip
     logarithmic(axes, "frequency (Hz)", f"rate noise density, {channel_of(analysis)} (°/h/√Hz)")
     if not after.frequency.size:
         # Logarithmic axes find no limits of their own without data.
@@ -194,14 +173,9 @@ def spectrum(analysis: Analysis, ax: "Axes | None" = None) -> "Axes":
         return axes
     axes.margins(x=0.01)
     if analysis.angle_random_walk.status == "estimated":
-        level = math.sqrt(2.0) * analysis.angle_random_walk.value
-        axes.axhline(
-            level / DEGREE_PER_HOUR_PER_ROOT_HERTZ,
-            color=INK,
-            linewidth=0.9,
-            linestyle=(0, (5, 3)),
-            label="√2 N",
-        )
+        walk = analysis.angle_random_walk.value / DEGREE_PER_HOUR_PER_ROOT_HERTZ
+        level = math.sqrt(2.0) * walk
+        axes.axhline(level, color=INK, linewidth=0.9, linestyle=DASHED, label="√2 N")
     _rested_on(axes, analysis)
     _mark_lines(axes, analysis)
     axes.legend()
@@ -244,7 +218,7 @@ def self_noise(found: SelfNoise, ax: "Axes | None" = None) -> "Axes":
             np.sqrt(one[place]) / unit for one in (found.density, found.low, found.high)
         )
         axes.plot(frequency, density, color=color, label=literal(name))
-        axes.fill_between(frequency, low, high, color=color, alpha=0.15, linewidth=0)
+        band(axes, frequency, low, high, color, alpha=0.15)
     logarithmic(axes, "frequency (Hz)", "rate noise density of each alone (°/h/√Hz)")
     axes.legend()
     return axes
@@ -271,13 +245,8 @@ def _rested_on(axes: "Axes", analysis: Analysis) -> None:
         if square > 0.0 and len(choice.terms) > 1:
             alone = tuple(square if one == place else 0.0 for one in range(len(choice.law.squares)))
             term = np.sqrt(replace(choice.law, squares=alone).density(frequency))
-            axes.plot(
-                frequency,
-                term / DEGREE_PER_HOUR_PER_ROOT_HERTZ,
-                color=ORANGE,
-                linewidth=0.7,
-                linestyle=(0, (2, 3)),
-            )
+            term /= DEGREE_PER_HOUR_PER_ROOT_HERTZ
+            axes.plot(frequency, term, color=ORANGE, linewidth=0.7, linestyle=DOTTED)
     # A term may lie far below the data within its band.
     axes.set_ylim(bottom, top)
 
@@ -290,20 +259,13 @@ def _mark_lines(axes: "Axes", analysis: Analysis) -> None:
     low, high = axes.get_ylim()
     axes.set_ylim(low, high * (high / low) ** 0.28)
     stage = axes.get_xaxis_transform()  # x in Hz, y a share of the height
-    for scale, style in SCALES.items():
+    for scale, (color, label) in SCALES.items():
         places = [frequency for frequency, line in placed if line.scale == scale]
         if places:
             axes.plot(
-                places,
-                np.full(len(places), 0.82),
-                linestyle="none",
-                marker="|",
-                markersize=7,
-                markeredgewidth=1.0,
-                color=style.color,
-                transform=stage,
-                label=style.label,
-            )
+                places, np.full(len(places), 0.82), linestyle="none", marker="|", markersize=7,
+                markeredgewidth=1.0, color=color, transform=stage, label=label,
+            )  # fmt: skip
     taken: list[float] = []
     span = math.log(axes.get_xlim()[1] / axes.get_xlim()[0])
     for frequency, line in placed:
@@ -311,18 +273,11 @@ def _mark_lines(axes: "Axes", analysis: Analysis) -> None:
         if len(taken) == LABELLED_LINES or any(abs(here - other) < 0.035 for other in taken):
             continue
         taken.append(here)
+        color, _ = SCALES[line.scale]
         axes.text(
-            frequency,
-            0.845,
-            short_position(line),
-            transform=stage,
-            rotation=90,
-            ha="center",
-            va="bottom",
-            fontsize=7,
-            color=SCALES[line.scale].color,
-            clip_on=False,
-        )
+            frequency, 0.845, short_position(line), transform=stage, rotation=90, ha="center",
+            va="bottom", fontsize=7, color=color, clip_on=False,
+        )  # fmt: skip
 
 
 def _drawn_bins(measured: Spectrum) -> Spectrum:
@@ -333,9 +288,10 @@ def _drawn_bins(measured: Spectrum) -> Spectrum:
     if frequency.size <= _DRAWN_BINS:
         return Spectrum(frequency=frequency, density=level)
     edges = np.geomspace(frequency[0], frequency[-1] * (1.0 + 1e-12), _DRAWN_BINS // 2 + 1)
-    starts = np.unique(np.searchsorted(frequency, edges)).tolist()
-    chosen: list[int] = []
-    for start, stop in pairwise(starts):
-        part = level[start:stop]
-        chosen.extend(sorted({start + int(part.argmin()), start + int(part.argmax())}))
+    bins = pairwise(np.unique(np.searchsorted(frequency, edges)).tolist())
+    chosen = [
+        start + place
+        for start, stop in bins
+        for place in sorted({level[start:stop].argmin(), level[start:stop].argmax()})
+    ]
     return Spectrum(frequency=frequency[chosen], density=level[chosen])

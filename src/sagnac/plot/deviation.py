@@ -20,11 +20,14 @@ from sagnac.noise.laws import (
 from sagnac.plot.frame import (
     BLUE,
     COLORS,
+    DASHED,
+    DOTTED,
     INK,
     QUIET,
     STATES,
     after_removal,
     axes_of,
+    band,
     channel_of,
     logarithmic,
     removed,
@@ -140,21 +143,13 @@ def _draw_curves(axes: "Axes", analysis: Analysis) -> None:
     before = after if recorded is None else recorded
     if recorded is not None and removed(analysis):
         axes.plot(
-            before.tau,
-            before.deviation / DEGREE_PER_HOUR,
-            color=QUIET,
-            marker="s",
-            markersize=2.8,
-            linewidth=0.9,
-            label="before removal",
-        )
+            before.tau, before.deviation / DEGREE_PER_HOUR, color=QUIET, marker="s",
+            markersize=2.8, linewidth=0.9, label="before removal",
+        )  # fmt: skip
     _points(axes, after, DEGREE_PER_HOUR, label=after_removal(analysis))
     logarithmic(axes, "cluster time τ (s)", f"{_OF_CHANNEL}{channel_of(analysis)}{_UNIT}")
-    _limits(
-        axes,
-        after.tau,
-        *(array / DEGREE_PER_HOUR for array in (before.deviation, after.deviation, after.low)),
-    )
+    shown = (before.deviation, after.deviation, after.low)
+    _limits(axes, after.tau, *(one / DEGREE_PER_HOUR for one in shown))
     _fitted(axes, analysis)
 
 
@@ -162,18 +157,10 @@ def _points(
     axes: "Axes", curve: StabilityCurve, unit: float, *, label: str, color: str = BLUE
 ) -> None:
     """The points of a curve and its interval, in `unit`."""
-    axes.plot(
-        curve.tau, curve.deviation / unit, color=color, marker="o", linestyle="none", label=label
-    )
-    axes.fill_between(
-        curve.tau,
-        curve.low / unit,
-        curve.high / unit,
-        color=color,
-        alpha=0.2,
-        linewidth=0,
-        label=f"its {100 * curve.confidence:g} % interval",
-    )
+    deviation, low, high = (one / unit for one in (curve.deviation, curve.low, curve.high))
+    axes.plot(curve.tau, deviation, color=color, marker="o", linestyle="none", label=label)
+    interval = f"its {100 * curve.confidence:g} % interval"
+    band(axes, curve.tau, low, high, color, label=interval)
 
 
 def _limits(axes: "Axes", tau: FloatArray, *deviations: FloatArray) -> None:
@@ -202,11 +189,7 @@ class _Drawn:
 
 def _fit_of(analysis: Analysis) -> _Drawn | None:
     """Basis of the answer; None if it estimated no term."""
-    fit = headline_fit(analysis)
-    shortest = 0.0
-    if fit is None and analysis.average is not None and analysis.average.terms:
-        # What the average says holds below the upper edge of its band.
-        shortest = 0.5 / analysis.average.band_hz[1]
+    fit, average = headline_fit(analysis), analysis.average
     coefficients = headline_coefficients(analysis) if fit is None else fit.coefficients
     values = {
         name: coefficients[name].value
@@ -216,9 +199,11 @@ def _fit_of(analysis: Analysis) -> _Drawn | None:
     if not values:
         return None
     if fit is not None:
-        return _Drawn(name=fit.method, values=values, shortest=shortest)
-    member = "average" if analysis.average is None else analysis.average.member
-    return _Drawn(name=_NAMES[member], values=values, shortest=shortest)
+        return _Drawn(name=fit.method, values=values, shortest=0.0)
+    name = _NAMES["average" if average is None else average.member]
+    # What the average says holds below the upper edge of its band.
+    shortest = 0.5 / average.band_hz[1] if average is not None and average.terms else 0.0
+    return _Drawn(name=name, values=values, shortest=shortest)
 
 
 def _fitted(axes: "Axes", analysis: Analysis) -> None:
@@ -231,7 +216,7 @@ def _fitted(axes: "Axes", analysis: Analysis) -> None:
     low, high = axes.get_ylim()
     for name, value in fit.values.items():
         part = np.sqrt(allan_variance(tau, {name: value})) / DEGREE_PER_HOUR
-        axes.plot(tau, part, color=INK, linewidth=0.7, linestyle=(0, (2, 3)))
+        axes.plot(tau, part, color=INK, linewidth=0.7, linestyle=DOTTED)
         inside = np.flatnonzero((part > low) & (part < high))
         # No term lies above the sum, so the side below its line is free of data.
         _below(axes, tau[inside], part[inside], f"{SYMBOLS[name]}, slope {_SLOPES[name]}")
@@ -247,20 +232,12 @@ def _below(axes: "Axes", tau: FloatArray, level: FloatArray, text: str) -> None:
     run, rise = points[-1] - points[0]
     if math.hypot(run, rise) < _ROOM_FOR_LABEL * axes.figure.dpi / 72.0:
         return
-    middle = tau.size // 2
+    middle, slope = tau.size // 2, math.degrees(math.atan2(rise, run))
     axes.annotate(
-        text,
-        (tau[middle], level[middle]),
-        xytext=(0, -4.0),
-        textcoords="offset points",
-        rotation=math.degrees(math.atan2(rise, run)),
-        rotation_mode="anchor",
-        ha="center",
-        va="top",
-        fontsize=8,
-        color="#4a4a4a",
+        text, (tau[middle], level[middle]), xytext=(0, -4.0), textcoords="offset points",
+        rotation=slope, rotation_mode="anchor", ha="center", va="top", fontsize=8, color="#4a4a4a",
         path_effects=[withStroke(linewidth=2.2, foreground="white")],
-    )
+    )  # fmt: skip
 
 
 # ---- against time and table angle ------------------------------------------------------
@@ -297,32 +274,20 @@ def parts(analysis: Analysis, ax: "Axes | None" = None) -> "Axes":
     axes = axes_of(ax)
     answer = analysis.angle_random_walk
     if answer.status == "estimated":
-        level = answer.value / DEGREE_PER_ROOT_HOUR
-        axes.axhline(level, color=INK, linewidth=0.9, linestyle=(0, (5, 3)), label="the answer")
-        axes.axhspan(
-            answer.low / DEGREE_PER_ROOT_HOUR,
-            answer.high / DEGREE_PER_ROOT_HOUR,
-            color=QUIET,
-            alpha=0.25,
-            linewidth=0,
-            label=f"its {100 * answer.confidence:g} % interval",
-        )
+        figures = (answer.value, answer.low, answer.high)
+        level, low, high = (one / DEGREE_PER_ROOT_HOUR for one in figures)
+        interval = f"its {100 * answer.confidence:g} % interval"
+        axes.axhline(level, color=INK, linewidth=0.9, linestyle=DASHED, label="the answer")
+        axes.axhspan(low, high, color=QUIET, alpha=0.25, linewidth=0, label=interval)
     seen = [part for part in analysis.parts if part.shows]
     for number, part in enumerate(seen):
         middle, half = 0.5 * (part.start_s + part.stop_s), 0.5 * (part.stop_s - part.start_s)
         value, low, high = (one / DEGREE_PER_ROOT_HOUR for one in (part.value, part.low, part.high))
         axes.errorbar(
-            [middle],
-            [value],
-            xerr=[half],
-            yerr=[[value - low], [high - value]],
-            color=BLUE,
-            marker="o",
-            markersize=3.6,
-            elinewidth=0.9,
-            linestyle="none",
+            [middle], [value], xerr=[half], yerr=[[value - low], [high - value]], color=BLUE,
+            marker="o", markersize=3.6, elinewidth=0.9, linestyle="none",
             label="a part" if number == 0 else None,
-        )
+        )  # fmt: skip
     if not seen:
         axes.text(0.5, 0.5, "no part shows N", transform=axes.transAxes, ha="center")
     axes.set(xlabel="time (s)", ylabel=f"N, {channel_of(analysis)} (°/√h)")
@@ -440,7 +405,6 @@ def _residual(analysis: Analysis) -> Residual:
 
 
 def _by_angle(analysis: Analysis) -> ByAngle:
-    turn = _residual(analysis).by_angle
-    if turn is None:
+    if (turn := _residual(analysis).by_angle) is None:
         raise ValueError("analysis has no table that turns")
     return turn

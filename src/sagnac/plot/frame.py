@@ -1,8 +1,9 @@
 """Axes, colours and labels that all pictures share."""
 
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final
 
 from sagnac.analysis.result import Analysis
+from sagnac.core.arrays import FloatArray
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -16,6 +17,9 @@ OCHRE: Final = "#8a6d00"
 # Of several curves, one after another.
 COLORS: Final = (BLUE, ORANGE, GREEN, "#7a4f9a", OCHRE, INK)
 
+DASHED: Final = (0, (5, 3))
+DOTTED: Final = (0, (2, 3))
+
 # Labels of a curve that stands alone: of the residual, or of the recording as it is.
 STATES: Final = ("after removal", "as recorded")
 
@@ -27,6 +31,13 @@ def axes_of(given: "Axes | None") -> "Axes":
     from matplotlib import pyplot  # noqa: PLC0415  (half a second that a stability curve need not wait for)
 
     return pyplot.gca()
+
+
+def band(
+    axes: "Axes", at: FloatArray, low: FloatArray, high: FloatArray, color: str, **more: Any
+) -> None:
+    """An interval, as a band of a fifth of its color."""
+    axes.fill_between(at, low, high, color=color, linewidth=0, **{"alpha": 0.2, **more})
 
 
 def logarithmic(axes: "Axes", across: str, up: str) -> None:

@@ -35,7 +35,6 @@ from sagnac.core.arrays import FloatArray
 from sagnac.core.documents import ANALYSES, ANALYSIS, finite, read_analyses
 from sagnac.core.errors import Note, RecordingError
 from sagnac.core.units import (
-    ARCSECOND,
     DEGREE,
     DEGREE_PER_HOUR,
     SENSED,
@@ -49,7 +48,6 @@ from sagnac.lines.model import Line
 from sagnac.noise.estimates import (
     Estimate,
     Fit,
-    FitName,
     estimate_units,
 )
 from sagnac.noise.laws import COEFFICIENT_NAMES, CoefficientName
@@ -57,7 +55,13 @@ from sagnac.noise.model_average import ModelChoice
 from sagnac.noise.self_noise import SelfNoise
 from sagnac.report import error_text, findings_data, note_text
 from sagnac.report.quantities import curve_columns, curve_unit, shown_density
-from sagnac.report.sections import line_data, overall_decision, verdict_data
+from sagnac.report.sections import (
+    LINE_FIGURES,
+    LINE_PLACES,
+    line_data,
+    overall_decision,
+    verdict_data,
+)
 from sagnac.stability.curve import StabilityCurve
 
 # ---- document ----------------------------------------------------------------------
@@ -204,17 +208,11 @@ def _beside(analysis: Analysis, *, gyros: bool = True) -> dict[str, Any]:
 
 
 def _force_data(analysis: Analysis) -> dict[str, Any]:
-    sensed, curve = SENSED["accelerometer"], analysis.curve_before
-    unit, estimates = UNITS[sensed.rate_unit], answer_coefficients(analysis)
+    curve, unit = analysis.curve_before, UNITS[SENSED["accelerometer"].rate_unit]
+    walk = _estimate("angle_random_walk", analysis.angle_random_walk, "accelerometer")
     return {
-        "velocity_random_walk": _estimate(
-            "angle_random_walk", analysis.angle_random_walk, "accelerometer"
-        ),
-        "coefficients": {
-            sensed.keys[name]: _estimate(name, estimates[name], "accelerometer")
-            for name in COEFFICIENT_NAMES
-            if name in estimates
-        },
+        "velocity_random_walk": walk,
+        "coefficients": _coefficients(answer_coefficients(analysis), "accelerometer"),
         "source": analysis.source,
         "curve": {"estimator": curve.estimator, "unit": unit.name, **_points(curve, unit)},
         "covariance": covariance_data(analysis),
@@ -244,21 +242,19 @@ def _points(curve: StabilityCurve, unit: Unit, deviation: str = "deviation") -> 
 
 
 def _input(analysis: Analysis) -> dict[str, Any]:
-    recording = analysis.recording
-    provenance = recording.provenance
+    rate = analysis.table_rate
+    recording, span = analysis.recording, getattr(analysis.recording.provenance, "span_s", None)
     return {
-        "path": provenance.path if provenance else None,
-        "sha256": provenance.sha256 if provenance else None,
-        "format": provenance.format if provenance else None,
-        "slice_s": list(provenance.span_s) if provenance and provenance.span_s else None,
+        **{
+            name: getattr(recording.provenance, name, None) for name in ("path", "sha256", "format")
+        },
+        "slice_s": list(span) if span else None,
         "samples": recording.samples,
         "kind": recording.gyro(analysis.settings.gyros[0]).kind,
         "sample_rate_hz": recording.sample_rate,
         "duration_s": recording.duration,
         "gyros": list(analysis.settings.gyros),
-        "table_rate_deg_per_s": (
-            None if analysis.table_rate is None else analysis.table_rate / DEGREE
-        ),
+        "table_rate_deg_per_s": None if rate is None else rate / DEGREE,
     }
 
 
@@ -266,21 +262,19 @@ def _family(analysis: Analysis) -> dict[str, Any]:
     """The curves asked for and their spectrum; nothing if none was."""
     if not analysis.family:
         return {}
-    curves = []
-    for curve in analysis.family:
-        unit = curve_unit(curve.estimator)
-        curves.append(
-            {
-                "estimator": curve.estimator,
-                "unit": unit.name,
-                "confidence": curve.confidence,
-                **_points(curve, unit),
-                "terms": curve.terms.tolist(),
-                "noise_type": curve.noise_type.tolist(),
-                "notes": [note_text(note) for note in curve.notes],
-            }
-        )
     density = shown_density(analysis)
+    curves = [
+        {
+            "estimator": curve.estimator,
+            "unit": curve_unit(curve.estimator).name,
+            "confidence": curve.confidence,
+            **_points(curve, curve_unit(curve.estimator)),
+            "terms": curve.terms.tolist(),
+            "noise_type": curve.noise_type.tolist(),
+            "notes": [note_text(note) for note in curve.notes],
+        }
+        for curve in analysis.family
+    ]
     return {
         "curves": curves,
         "spectrum": {
@@ -292,9 +286,14 @@ def _family(analysis: Analysis) -> dict[str, Any]:
     }
 
 
-def _coefficients(estimates: Mapping[CoefficientName, Estimate]) -> dict[str, Any]:
+def _coefficients(
+    estimates: Mapping[CoefficientName, Estimate], sensor: Sensor = "gyro"
+) -> dict[str, Any]:
+    keys = SENSED[sensor].keys
     return {
-        name: _estimate(name, estimates[name]) for name in COEFFICIENT_NAMES if name in estimates
+        keys[name]: _estimate(name, estimates[name], sensor)
+        for name in COEFFICIENT_NAMES
+        if name in estimates
     }
 
 
@@ -371,7 +370,10 @@ def analysis_from(document: Document) -> Analysis:
         average=_average(stated),
         coefficients=_stored_coefficients(document["coefficients"]),
         covariance=_covariance(document.get("covariance")),
-        fits={name: _fit(name, found) for name, found in document["estimates"].items()},
+        fits={
+            name: Fit(method=name, coefficients=_stored_coefficients(found))
+            for name, found in document["estimates"].items()
+        },
         per_gyro={
             name: _stored_estimate("angle_random_walk", one)
             for name, one in document.get("per_gyro", {}).items()
@@ -402,7 +404,6 @@ def _settings(document: Document, gyros: tuple[str, ...], confidence: float) -> 
 
 def _force(channel: str, stated: Document, document: Document) -> Analysis:
     """An accelerometer of the document of its gyros."""
-    keys = SENSED["accelerometer"].keys
     walk = _stored_estimate("angle_random_walk", stated["velocity_random_walk"], "accelerometer")
     return Analysis.of_fields(
         stored=stated,
@@ -411,11 +412,7 @@ def _force(channel: str, stated: Document, document: Document) -> Analysis:
         table_rate=None,
         angle_random_walk=walk,
         source=stated["source"],
-        coefficients={
-            name: _stored_estimate(name, stated["coefficients"][keys[name]], "accelerometer")
-            for name in COEFFICIENT_NAMES
-            if keys[name] in stated["coefficients"]
-        },
+        coefficients=_stored_coefficients(stated["coefficients"], "accelerometer"),
         fits={},
         per_gyro={},
         lines=tuple(_stored_line(one, channel) for one in stated["lines"]),
@@ -450,20 +447,21 @@ def _stored_estimate(name: CoefficientName, stated: Document, sensor: Sensor = "
     )
 
 
-def _stored_coefficients(stated: Document) -> dict[CoefficientName, Estimate]:
+def _stored_coefficients(
+    stated: Document, sensor: Sensor = "gyro"
+) -> dict[CoefficientName, Estimate]:
+    keys = SENSED[sensor].keys
     return {
-        name: _stored_estimate(name, stated[name]) for name in COEFFICIENT_NAMES if name in stated
+        name: _stored_estimate(name, stated[keys[name]], sensor)
+        for name in COEFFICIENT_NAMES
+        if keys[name] in stated
     }
-
-
-def _fit(name: FitName, stated: Document) -> Fit:
-    return Fit(method=name, coefficients=_stored_coefficients(stated))
 
 
 def _covariance(stated: Document | None) -> Covariance | None:
     if stated is None:
         return None
-    sizes = np.array([field_unit(name).size for name in stated["names"]])
+    sizes = [field_unit(name).size for name in stated["names"]]
     matrix = np.array([_numbers(row) for row in stated["matrix"]])
     return Covariance(names=tuple(stated["names"]), matrix=matrix * np.outer(sizes, sizes))
 
@@ -492,16 +490,16 @@ def _stored_line(stated: Document, channel: str = "") -> Line:
     def read(key: str, size: float = 1.0) -> float:
         return _number(stated.get(key)) * size
 
-    kind, unit = ("order", "") if stated.get("scale") == "angle" else ("frequency", "_hz")
-    of_force = "velocity_amplitude_m_per_s"
+    scale, of_force = stated.get("scale", "time"), "velocity_amplitude_m_per_s"
+    kind, unit = LINE_PLACES[scale]
+    figures = {field: read(key, size) for key, (field, size) in LINE_FIGURES.items()}
+    if of_force in stated:
+        figures["amplitude"] = read(of_force)
     return Line(
-        scale=stated.get("scale", "time"),
+        scale=scale,
         frequency=read(f"{kind}{unit}"),
         frequency_error=read(f"{kind}_error{unit}"),
-        amplitude=read(of_force) if of_force in stated else read("amplitude_arcsec", ARCSECOND),
-        amplitude_error=read("amplitude_error_arcsec", ARCSECOND),
-        phase=read("phase_deg", DEGREE),
-        phase_error=read("phase_error_deg", DEGREE),
+        **figures,
         significance=read("significance"),
         channel=stated.get("channel", channel),
         name=stated.get("name", ""),

@@ -31,7 +31,17 @@ from sagnac.core.arrays import FloatArray
 from sagnac.core.units import DEGREE, DEGREE_PER_HOUR, SENSED, UNITS, Unit
 from sagnac.formats.files import write_bytes
 from sagnac.noise.self_noise import SelfNoise
-from sagnac.plot.frame import BLUE, GREEN, INK, ORANGE, QUIET, channel_of, literal, logarithmic
+from sagnac.plot.frame import (
+    BLUE,
+    GREEN,
+    INK,
+    ORANGE,
+    QUIET,
+    band,
+    channel_of,
+    literal,
+    logarithmic,
+)
 from sagnac.report.quantities import curve_unit, in_field_unit, number
 from sagnac.table.frames import shares_from_deviations, table_to_gyro_matrix
 
@@ -205,14 +215,11 @@ def legend_above(axes: Axes, columns: int) -> None:
 
 # ---- figures -----------------------------------------------------------------------
 
-COLORS: Final = {
-    "none": QUIET,
-    "fris": ORANGE,
-    "fos-paper": GREEN,
-    "fos-korenberg": INK,
-    "fos": BLUE,
-}
-MARKERS: Final = {"none": "s", "fris": "^", "fos-paper": "D", "fos-korenberg": "v", "fos": "o"}
+# Colour and marker of a curve by the method that leaves it.
+METHODS: Final = {
+    "none": (QUIET, "s"), "fris": (ORANGE, "^"), "fos-paper": (GREEN, "D"),
+    "fos-korenberg": (INK, "v"), "fos": (BLUE, "o"),
+}  # fmt: skip
 
 _HUNDREDTHS: Final = re.compile(r"(?<=\.\d{2})\d+")
 
@@ -275,16 +282,12 @@ def comparison_figure(analyses: Mapping[str, Analysis]) -> Figure:
         for method, analysis in analyses.items():
             curve = analysis.curve
             reach = np.stack([curve.deviation - curve.low, curve.high - curve.deviation])
+            color, marker = METHODS.get(method, (INK, "x"))
             axes.errorbar(
-                curve.tau,
-                curve.deviation / DEGREE_PER_HOUR,
-                yerr=np.maximum(reach, 0.0) / DEGREE_PER_HOUR,
-                color=COLORS.get(method, INK),
-                marker=MARKERS.get(method, "x"),
-                linewidth=1.0,
-                elinewidth=0.7,
-                label=f"{method}: {_short_answer(analysis)}",
-            )
+                curve.tau, curve.deviation / DEGREE_PER_HOUR,
+                yerr=np.maximum(reach, 0.0) / DEGREE_PER_HOUR, color=color, marker=marker,
+                linewidth=1.0, elinewidth=0.7, label=f"{method}: {_short_answer(analysis)}",
+            )  # fmt: skip
         one = next(iter(analyses.values()))
         logarithmic(axes, "cluster time τ (s)", f"Allan deviation, {channel_of(one)} (°/h)")
     return figure
@@ -300,23 +303,14 @@ def curves_figure(analyses: Sequence[Analysis], unit: Unit) -> Figure:
     with styled(6) as (figure, axes):
         for analysis, color in zip(analyses, cycle((BLUE, ORANGE, GREEN, INK)), strict=False):
             curve = analysis.curve_before
+            deviation, low, high = (
+                one / unit.size for one in (curve.deviation, curve.low, curve.high)
+            )
             axes.plot(
-                curve.tau,
-                curve.deviation / unit.size,
-                color=color,
-                marker="o",
-                markersize=3.0,
-                linewidth=0.9,
+                curve.tau, deviation, color=color, marker="o", markersize=3.0, linewidth=0.9,
                 label=literal(analysis.channel),
-            )
-            axes.fill_between(
-                curve.tau,
-                curve.low / unit.size,
-                curve.high / unit.size,
-                color=color,
-                alpha=0.15,
-                linewidth=0,
-            )
+            )  # fmt: skip
+            band(axes, curve.tau, low, high, color, alpha=0.15)
         logarithmic(axes, "cluster time τ (s)", f"Allan deviation ({unit.symbol})")
     return figure
 

@@ -341,45 +341,39 @@ def density_table(analysis: Analysis) -> str:
 
 def line_data(line: Line) -> dict[str, Any]:
     """A line as plain data, in the field's units."""
-    position = (
-        {"order": line.frequency, "order_error": line.frequency_error}
-        if line.scale == "angle"
-        else {"frequency_hz": line.frequency, "frequency_error_hz": line.frequency_error}
-    )
+    kind, unit = LINE_PLACES[line.scale]
     return {
         "scale": line.scale,
-        **position,
-        "amplitude_arcsec": line.amplitude / ARCSECOND,
-        "amplitude_error_arcsec": line.amplitude_error / ARCSECOND,
-        "phase_deg": line.phase / DEGREE,
-        "phase_error_deg": line.phase_error / DEGREE,
+        f"{kind}{unit}": line.frequency,
+        f"{kind}_error{unit}": line.frequency_error,
+        **{key: getattr(line, field) / size for key, (field, size) in LINE_FIGURES.items()},
         "channel": line.channel,
         "significance": line.significance,
         "name": line.name,
     }
 
 
-_UNITS: Final = {"hz": "Hz", "arcsec": "arcsec", "deg": "deg"}
-# Keys of `line_data`, and what heads their columns.
-_LINE_COLUMNS: Final = {
-    key: re.sub(r"_(hz|arcsec|deg)$", lambda unit: f"[{_UNITS[unit[1]]}]", key)
-    for key in (
-        "scale", "order", "order_error", "frequency_hz", "frequency_error_hz", "amplitude_arcsec",
-        "amplitude_error_arcsec", "phase_deg", "phase_error_deg", "significance", "channel", "name",
-    )
-}  # fmt: skip
+# Key of a document for the place of a line by its scale, and the unit behind it; key -> field of a
+# line and the size of its unit, for all else.
+LINE_PLACES: Final = {"angle": ("order", ""), "time": ("frequency", "_hz")}
+LINE_FIGURES: Final = {
+    "amplitude_arcsec": ("amplitude", ARCSECOND),
+    "amplitude_error_arcsec": ("amplitude_error", ARCSECOND),
+    "phase_deg": ("phase", DEGREE),
+    "phase_error_deg": ("phase_error", DEGREE),
+}
 
 
 def line_table(analysis: Analysis) -> str:
     """CSV of the lines, strongest first; units stand in the header."""
+    places = ("order", "order_error", "frequency_hz", "frequency_error_hz")
+    keys = ("scale", *places, *LINE_FIGURES, "significance", "channel", "name")
     rows = [
-        [
-            value if isinstance(value := found.get(key, ""), str) else cell(value)
-            for key in _LINE_COLUMNS
-        ]
+        [value if isinstance(value := found.get(key, ""), str) else cell(value) for key in keys]
         for found in map(line_data, analysis.lines)
     ]
-    return csv_text(list(_LINE_COLUMNS.values()), rows)
+    header = [re.sub(r"_(hz|arcsec|deg)$", r"[\1]", key).replace("[hz]", "[Hz]") for key in keys]
+    return csv_text(header, rows)
 
 
 # ---- files -------------------------------------------------------------------------
