@@ -17,7 +17,7 @@ from sagnac.noise.readings import READINGS
 from sagnac.paper.prediction import TABLE_1, TABLE_2, plan
 from sagnac.paper.reproduce import outcomes_of_table, read_outcome, reproduce, write_outcome
 from sagnac.report import reproduction_page as pages
-from sagnac.report.reproduction_tables import figures_of
+from sagnac.report.reproduction_tables import figures_of, tables
 from sagnac.rig.simulate import simulate
 from tests.paper.scope import SMALL
 
@@ -135,7 +135,7 @@ def test_runs_of_one_recording_share_one_simulation(tmp_path, monkeypatch):
 
 def test_tables_hold_every_cell_with_truth_and_published_number(made):
     _, result, _ = made
-    texts = pages.tables(result)
+    texts = tables(result)
     for name, published in (("table1", TABLE_1), ("table2", TABLE_2)):
         rows = list(csv.DictReader(texts[name].splitlines()))
         assert list(rows[0]) == [

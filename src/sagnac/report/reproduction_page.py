@@ -4,45 +4,22 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from pathlib import Path
-from typing import Any, Final
+from typing import Any
 
 import numpy as np
 from markupsafe import Markup
 from matplotlib.figure import Figure
 
 from sagnac.core.units import DEGREE
-from sagnac.core.version import __version__
 from sagnac.formats.files import replacing_folder, write_text
 from sagnac.lines.published import SLOWEST_CYCLES
 from sagnac.noise.readings import READINGS, ReadingName
-from sagnac.paper.prediction import DRIVEN, FIGURE_2, FIGURE_3, TABLE_1, TABLE_2, adequate_rate
+from sagnac.paper.prediction import DRIVEN, FIGURE_2, TABLE_1, TABLE_2, adequate_rate
 from sagnac.paper.reproduce import Cell, Order, Reproduction, outcomes_of_table
-from sagnac.paper.trials import FORM, FORMS, NEAREST_TRIAL
+from sagnac.paper.trials import FORM, NEAREST_TRIAL
+from sagnac.report import reproduction_tables as values
 from sagnac.report.figures import svg, write_png
 from sagnac.report.quantities import number
-from sagnac.report.reproduction_tables import (
-    ORDERS,
-    QUANTITIES,
-    TABLES,
-    PaperTable,
-    cell_texts,
-    error_of,
-    errors_of_reading,
-    estimate_of,
-    excess,
-    figures_of,
-    growth,
-    intervals_of,
-    mean,
-    percent,
-    plain_percent,
-    reading_error,
-    readings,
-    rms,
-    spread,
-    tables,
-    turning_over_rest,
-)
 from sagnac.report.sections import rendered
 
 # ---- reproduction page -------------------------------------------------------------
@@ -60,11 +37,13 @@ def page(reproduction: Reproduction, figures: Mapping[str, Figure]) -> str:
     """
     outcomes = reproduction.outcomes
     fris = [outcomes[f"figure2-day{day}"] for day in range(1, reproduction.scope.days + 1)]
-    table_1, table_2 = (outcomes_of_table(reproduction, name) for name in TABLES)
-    stationary = [estimate_of(one.outcome) for one in table_1 if one.rate == 0.0]
+    table_1, table_2 = (outcomes_of_table(reproduction, name) for name in values.TABLES)
+    stationary = [values.estimate_of(one.outcome) for one in table_1 if one.rate == 0.0]
     return rendered(
         "reproduction.html",
-        **_WORDS,
+        values=values,
+        driven=f"{DRIVEN:g}",
+        figure2_paper=number(FIGURE_2),
         title="The experiment of Yu et al. (2013), regenerated on a simulated rig",
         reproduction=reproduction,
         scope=reproduction.scope,
@@ -73,59 +52,40 @@ def page(reproduction: Reproduction, figures: Mapping[str, Figure]) -> str:
             for name, figure in figures.items()
         },
         fris=fris,
-        highest=max(map(excess, fris)),
-        figure2_ratio=number(FIGURE_2 / mean(TABLE_2[40.0])),
-        white=readings(reproduction, "white", FORM),
-        nearest=readings(reproduction, NEAREST_TRIAL, FORM),
-        rate_growth=growth(reproduction, "rate"),
-        at_rest=number(excess(outcomes["table1-0-day1-paper"])),
+        highest=max(map(values.excess, fris)),
+        figure2_ratio=number(FIGURE_2 / values.mean(TABLE_2[40.0])),
+        white=values.readings(reproduction, "white", FORM),
+        nearest=values.readings(reproduction, NEAREST_TRIAL, FORM),
+        rate_growth=values.growth(reproduction, "rate"),
+        at_rest=number(values.excess(outcomes["table1-0-day1-paper"])),
         figures_456=[
-            (label, cell_texts(published, outcomes[name], size, outcomes[f"{name}-paper"]))
+            (label, values.cell_texts(published, outcomes[name], size, outcomes[f"{name}-paper"]))
             for label, name, published, size in (
                 ("Figure 4", "table1-0-day1", TABLE_1[0.0][0], 1e-4),
                 ("Figure 5", "table1-40-day1", TABLE_1[40.0][0], 1e-4),
                 ("Figure 6", "table2-40-day1", TABLE_2[40.0][0], 1e-5),
             )
         ],
-        tables=[_table(reproduction, table, size) for table, size in TABLES.items()],
-        stationary=spread([value for value in stationary if math.isfinite(value)]),
+        tables=[_table(reproduction, table, size) for table, size in values.TABLES.items()],
+        stationary=values.spread([value for value in stationary if math.isfinite(value)]),
         ratio=number(
-            mean(map(QUANTITIES["ours"], table_1))
-            / mean(QUANTITIES["ours"](one) for one in table_2 if one.rate > 20.0)
+            values.mean(map(values.QUANTITIES["ours"], table_1))
+            / values.mean(values.QUANTITIES["ours"](one) for one in table_2 if one.rate > 20.0)
         ),
         paper_ratio=number(
-            mean(value for days in TABLE_1.values() for value in days)
-            / mean(value for rate, days in TABLE_2.items() if rate > 20 for value in days)
+            values.mean(value for days in TABLE_1.values() for value in days)
+            / values.mean(value for rate, days in TABLE_2.items() if rate > 20 for value in days)
         ),
         slowest=number(adequate_rate(reproduction.prediction) / DEGREE),
         slowest_cycles=f"{SLOWEST_CYCLES:.1f}",
-        version=__version__,
     )
 
 
-# Functions and numbers that the template writes facts with.
-_WORDS: Final[Mapping[str, Any]] = {
-    "cell_texts": cell_texts,
-    "driven": f"{DRIVEN:g}",
-    "errors_of_reading": errors_of_reading,
-    "figure2_paper": number(FIGURE_2),
-    "figure_3": FIGURE_3,
-    "forms": FORMS,
-    "intervals_of": intervals_of,
-    "number": number,
-    "orders": ORDERS,
-    "percent": percent,
-    "plain_percent": plain_percent,
-    "reading_error": reading_error,
-    "reading_words": READINGS,
-    "zip": zip,
-}
-
-
-def _table(reproduction: Reproduction, table: PaperTable, size: float) -> dict[str, Any]:
+def _table(reproduction: Reproduction, table: values.PaperTable, size: float) -> dict[str, Any]:
     cells = outcomes_of_table(reproduction, table)
     estimated = [one.outcome for one in cells if one.outcome.status == "estimated"]
-    errors = [abs(error_of(outcome.value, outcome)) for outcome in estimated]
+    errors = [abs(values.error_of(outcome.value, outcome)) for outcome in estimated]
+    errors_of_all = [values.error_of(one.outcome.value, one.outcome) for one in cells]
     return {
         "name": table,
         "size": size,
@@ -136,8 +96,8 @@ def _table(reproduction: Reproduction, table: PaperTable, size: float) -> dict[s
             one.outcome.low <= one.outcome.truth_deg_per_sqrt_h <= one.outcome.high for one in cells
         ),
         "without": len(cells) - len(errors),
-        "spread": {name: _day_spread(cells, value) for name, value in QUANTITIES.items()},
-        "rms": plain_percent(rms(error_of(one.outcome.value, one.outcome) for one in cells)),
+        "spread": {name: _day_spread(cells, value) for name, value in values.QUANTITIES.items()},
+        "rms": values.plain_percent(values.rms(errors_of_all)),
         "validity": [(what, number(ratio)) for what, ratio in _validity(cells).items()],
     }
 
@@ -145,16 +105,17 @@ def _table(reproduction: Reproduction, table: PaperTable, size: float) -> dict[s
 def _validity(cells: Sequence[Cell]) -> dict[str, float]:
     """The paper's check of validity: mean N turning over mean N at rest."""
     without = [one for one in cells if one.published != max(TABLE_1[40.0])]
-    found = {name: turning_over_rest(cells, value) for name, value in QUANTITIES.items()}
+    over_rest, quantities = values.turning_over_rest, values.QUANTITIES
+    found = {name: over_rest(cells, value) for name, value in quantities.items()}
     ratios = {
         "the paper’s numbers": found["paper"],
-        "the same without its highest cell": turning_over_rest(without, QUANTITIES["paper"]),
+        "the same without its highest cell": over_rest(without, quantities["paper"]),
         "the truth that was simulated": found["truth"],
         "ours": found["ours"],
     }
-    for order, in_words in ORDERS.items():
+    for order, in_words in values.ORDERS.items():
         for name in READINGS:
-            ratios[f"the paper’s method, {in_words}, {name}"] = turning_over_rest(
+            ratios[f"the paper’s method, {in_words}, {name}"] = over_rest(
                 cells, partial(_reading_of, order=order, name=name)
             )
     return ratios
@@ -168,11 +129,11 @@ def _day_spread(cells: Sequence[Cell], value: Callable[[Cell], float]) -> str:
     """Root mean square over the rates of the days' standard deviation over their mean."""
     spreads = []
     for rate in dict.fromkeys(one.rate for one in cells):
-        values = np.array([value(one) for one in cells if one.rate == rate])
-        values = values[np.isfinite(values)]
-        if values.size > 1:
-            spreads.append(float(values.std(ddof=1) / values.mean()))
-    return plain_percent(rms(spreads))
+        found = np.array([value(one) for one in cells if one.rate == rate])
+        found = found[np.isfinite(found)]
+        if found.size > 1:
+            spreads.append(float(found.std(ddof=1) / found.mean()))
+    return values.plain_percent(values.rms(spreads))
 
 
 # ---- reproduction ------------------------------------------------------------------
@@ -192,12 +153,12 @@ def write(reproduction: Reproduction, folder: Path) -> list[Path]:
         If the folder cannot be written to.
     """
     names = ["reproduction.html"]
-    figures = figures_of(reproduction)
+    figures = values.figures_of(reproduction)
     with replacing_folder(folder) as new:
         for name, figure in figures.items():
             names.append(f"{name}.png")
             write_png(figure, new / names[-1])
-        for name, text in tables(reproduction).items():
+        for name, text in values.tables(reproduction).items():
             names.append(f"{name}.csv")
             write_text(new / names[-1], text)
         write_text(new / names[0], page(reproduction, figures))

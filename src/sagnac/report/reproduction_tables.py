@@ -1,7 +1,7 @@
 """The paper's figures, tables and curves from the reproduction; units stand in the headers."""
 
 import math
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from typing import Any, Final, Literal, NamedTuple
 
 import numpy as np
@@ -143,6 +143,13 @@ def spread(values: Sequence[float]) -> str:
 def intervals_of(reproduction: Reproduction, trial: str) -> list[Outcome]:
     """The runs of a trial, one for each interval of Figure 3."""
     return [reproduction.outcomes[f"figure3-{trial}-{interval:g}s"] for interval in FIGURE_3]
+
+
+def trial_runs(
+    reproduction: Reproduction, trial: str
+) -> Iterator[tuple[tuple[float, float], Outcome]]:
+    """Each interval of Figure 3 with the paper's N there, and the run of a trial."""
+    return zip(FIGURE_3.items(), intervals_of(reproduction, trial), strict=True)
 
 
 def readings(reproduction: Reproduction, trial: str, form: Form) -> list[str]:
@@ -408,9 +415,7 @@ def _trials(reproduction: Reproduction) -> str:
             **_estimate(outcome),
         }
         for trial in reproduction.trials
-        for (interval, published), outcome in zip(
-            FIGURE_3.items(), intervals_of(reproduction, trial.name), strict=True
-        )
+        for (interval, published), outcome in trial_runs(reproduction, trial.name)
     )
 
 
