@@ -31,6 +31,8 @@ _UNITS: Final = {
     "rate_random_walk": ("deg/h/sqrt(h)", "m/s^2/sqrt(h)"),
     "rate_ramp": ("deg/h/h", "m/s^2/h"),
 }
+# A line of a drawing with nothing of its own.
+_PLAIN: Final = {"width": 0.9, "dash": False, "marker": "", "size": 0.0, "alpha": 1.0, "label": ""}
 
 
 def result(analysis: sagnac.Analysis, specification: str = "") -> dict[str, Any]:
@@ -111,12 +113,8 @@ def tried(analysis: sagnac.Analysis, request: dict[str, Any], before: Any) -> di
 
 def curve(found: sagnac.StabilityCurve) -> dict[str, Any]:
     """A curve of one gyro in deg/h."""
-    return {
-        "tau": numbers(found.tau),
-        "deviation": numbers(_PER_HOUR * found.deviation),
-        "low": numbers(_PER_HOUR * found.low),
-        "high": numbers(_PER_HOUR * found.high),
-    }
+    shown = {name: _PER_HOUR * getattr(found, name) for name in ("deviation", "low", "high")}
+    return {name: numbers(values) for name, values in {"tau": found.tau, **shown}.items()}
 
 
 def _estimate(one: sagnac.Estimate, name: str = "angle_random_walk") -> dict[str, Any]:
@@ -181,16 +179,23 @@ def _line(one: Any, axes: Axes) -> dict[str, Any]:
     elif one.get_transform() == axes.get_xaxis_transform():
         low, high = axes.get_ylim()
         y = low * (high / low) ** y if axes.get_yscale() == "log" else low + (high - low) * y
-    label = str(one.get_label())
-    marker = one.get_marker()
+    marker, style = one.get_marker(), one.get_linestyle()
     return {
         "x": numbers(x),
         "y": numbers(y),
         "color": to_hex(one.get_color()),
-        "width": float(one.get_linewidth()) if one.get_linestyle() != "None" else 0.0,
-        "dash": one.get_linestyle() not in ("-", "None"),
+        "width": float(one.get_linewidth()) if style != "None" else 0.0,
+        "dash": style not in ("-", "None"),
         "marker": "" if marker in ("None", None, "") else str(marker),
         "size": float(one.get_markersize()),
+        **_of_any(one),
+    }
+
+
+def _of_any(one: Any) -> dict[str, Any]:
+    """Opacity, and the label if it has one."""
+    label = str(one.get_label())
+    return {
         "alpha": float(one.get_alpha() or 1.0),
         "label": "" if label.startswith("_") else label,
     }
@@ -203,10 +208,7 @@ def _bars(container: Any) -> list[dict[str, Any]]:
         color = to_hex(group.get_color()[0])
         for segment in group.get_segments():
             x, y = np.asarray(segment, dtype=np.float64).T
-            found.append(
-                {"x": numbers(x), "y": numbers(y), "color": color, "width": 0.9, "dash": False,
-                 "marker": "", "size": 0.0, "alpha": 1.0, "label": ""}
-            )  # fmt: skip
+            found.append({"x": numbers(x), "y": numbers(y), "color": color, **_PLAIN})
     return found
 
 
@@ -220,12 +222,6 @@ def _span(one: Rectangle, axes: Axes) -> dict[str, Any]:
 
 
 def _filled(corners: Any, one: Any) -> dict[str, Any]:
-    label = str(one.get_label())
-    color = one.get_facecolor()
-    return {
-        "x": numbers(corners[:, 0]),
-        "y": numbers(corners[:, 1]),
-        "color": to_hex(color[0] if np.ndim(color) > 1 else color),
-        "alpha": float(one.get_alpha() or 1.0),
-        "label": "" if label.startswith("_") else label,
-    }
+    x, y = corners.T
+    color = to_hex(np.atleast_2d(one.get_facecolor())[0])
+    return {"x": numbers(x), "y": numbers(y), "color": color, **_of_any(one)}

@@ -96,19 +96,19 @@ class _Handler(web.RequestHandler):
             self.set_header(name, value)
 
     def prepare(self) -> None:
-        own = (f"{HOST}:{self.state.port}", f"localhost:{self.state.port}")
+        host, token = self.request.host, self.path_args[0].encode()
         origin = self.request.headers.get("Origin")
         site = self.request.headers.get("Sec-Fetch-Site", "none")
-        if self.request.host not in own:
-            raise web.HTTPError(403, reason="Another host")
-        if origin is not None and origin != f"http://{self.request.host}":
-            raise web.HTTPError(403, reason="Another origin")
-        if site not in ("none", "same-origin"):
-            raise web.HTTPError(403, reason="Another origin")
-        if not hmac.compare_digest(self.path_args[0].encode(), self.state.token.encode()):
-            raise web.HTTPError(403, reason="Wrong token")
-        if self.request.method == "POST" and origin is None:
-            raise web.HTTPError(403, reason="No origin")
+        foreign = origin is not None and origin != f"http://{host}"
+        refusals = {
+            "Another host": host not in (f"{one}:{self.state.port}" for one in (HOST, "localhost")),
+            "Another origin": foreign or site not in ("none", "same-origin"),
+            "Wrong token": not hmac.compare_digest(token, self.state.token.encode()),
+            "No origin": self.request.method == "POST" and origin is None,
+        }
+        for reason, holds in refusals.items():
+            if holds:
+                raise web.HTTPError(403, reason=reason)
 
     def write_error(self, status_code: int, **_: Any) -> None:
         """One line, whatever went wrong."""
@@ -422,13 +422,12 @@ def _signals() -> Iterator["asyncio.Future[int]"]:
         if not ended.done():
             ended.set_result(number)
 
-    for name in ("SIGINT", "SIGTERM", "SIGHUP"):
-        number = getattr(signal, name, None)
-        if number is not None:
-            handler = signal.getsignal(number)
-            with contextlib.suppress(NotImplementedError, ValueError, RuntimeError):
-                loop.add_signal_handler(number, end, number)
-                before[number] = handler
+    known = [getattr(signal, name, None) for name in ("SIGINT", "SIGTERM", "SIGHUP")]
+    for number in filter(None, known):
+        handler = signal.getsignal(number)
+        with contextlib.suppress(NotImplementedError, ValueError, RuntimeError):
+            loop.add_signal_handler(number, end, number)
+            before[number] = handler
     try:
         yield ended
     finally:

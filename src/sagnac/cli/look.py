@@ -108,20 +108,21 @@ def _suggest(file: Path, statement: "sagnac.Statement") -> None:
         return
     command = command_for(file, statement, lacking)
     words = re.findall(r"\b(?:KIND|UNIT|HZ|SIZE|COLUMN)\b", command)
-    said = "To read it, put in what stands in capitals"
-    if not words:
-        said = _outcome(file, statement, lacking)
+    filled_in = "To read it, put in what stands in capitals"
+    said = filled_in if words else _outcome(file, statement, lacking)
     print(f"{said}:\n\n    {command}\n")
-    if "COLUMN" in words:
-        from sagnac.formats import gyros_in
+    if "COLUMN" not in words:
+        return
+    from sagnac.formats import gyros_in
 
-        if found := gyros_in(file, statement):
-            print(f"COLUMN may be any of {', '.join(found)}\n")
-            if len(found) > 1:
-                print(
-                    f"for all of them write --gyros {','.join(found)} instead of --columns, or "
-                    f"with shorter names --columns x={found[0]},y={found[1]} …\n"
-                )
+    found = gyros_in(file, statement)
+    if found:
+        print(f"COLUMN may be any of {', '.join(found)}\n")
+    if len(found) > 1:
+        print(
+            f"for all of them write --gyros {','.join(found)} instead of --columns, or "
+            f"with shorter names --columns x={found[0]},y={found[1]} …\n"
+        )
 
 
 def _outcome(file: Path, statement: "sagnac.Statement", lacking: Mapping[str, str]) -> str:
@@ -240,16 +241,16 @@ def plan(
 
 
 def _widths(text: str) -> tuple[float, ...]:
-    found = []
-    for one in names(text):
+    def width(one: str) -> float:
         try:
             value = float(one.removesuffix("%")) / (100.0 if one.endswith("%") else 1.0)
         except ValueError:
             value = 0.0
-        if not 0.0 < value < 1.0:
-            raise UsageError(f"--within {one}: give a half width such as 1% or 0.01")
-        found.append(value)
-    return tuple(found)
+        if 0.0 < value < 1.0:
+            return value
+        raise UsageError(f"--within {one}: give a half width such as 1% or 0.01")
+
+    return tuple(map(width, names(text)))
 
 
 def _wanted(row: "PlanRow") -> str:
@@ -263,14 +264,12 @@ def _text(plan: "Plan") -> str:
 
     shown = plan.shown
     listed = [(_wanted(row), _spoken(row.hours)) for row in plan.rows]
-    return "\n\n".join(
-        (
-            text.answer(plan.analysis),
-            f"After {_spoken(shown.duration / 3600.0)} the interval is "
-            f"± {rounded(100.0 * shown.half_width)} % at {100.0 * shown.confidence:g} %.",
-            _supposition(plan.analysis, shown),
-            text.table(("interval of N", "record"), listed),
-        )
+    return text.blocks(
+        text.answer(plan.analysis),
+        f"After {_spoken(shown.duration / 3600.0)} the interval is "
+        f"± {rounded(100.0 * shown.half_width)} % at {100.0 * shown.confidence:g} %.",
+        _supposition(plan.analysis, shown),
+        text.table(("interval of N", "record"), listed),
     )
 
 

@@ -15,7 +15,7 @@ from sagnac.navigation.drift import PARTS, Growth
 from sagnac.navigation.error_model import AzimuthError, azimuth_error, flicker_deviation
 from sagnac.navigation.noise import NAMES, GyroNoise
 from sagnac.noise.laws import CoefficientName
-from sagnac.plot.frame import BLUE, INK, ORANGE, QUIET, logarithmic
+from sagnac.plot.frame import BLUE, INK, ORANGE, QUIET, band, logarithmic
 from sagnac.report.figures import styled
 from sagnac.report.quantities import TITLES, number
 from sagnac.report.sections import rendered
@@ -52,9 +52,8 @@ def compass_figure(
         _draw_compass(axes, compass)
         for floor, label in ((compass.floor, "floor by B"), (bound, "floor by B, at most")):
             if floor > 0.0:
-                axes.axhline(
-                    floor / ARCMINUTE, color=INK, linewidth=0.9, linestyle=":", label=label
-                )
+                level = floor / ARCMINUTE
+                axes.axhline(level, color=INK, linewidth=0.9, linestyle=":", label=label)
         _label_axes(axes, latitude)
     return figure
 
@@ -63,33 +62,25 @@ def azimuth_figure(prospect: Prospect) -> Figure:
     """Azimuth error against time, what N, B and K make of it, and the filter's."""
     with styled(3) as (figure, axes):
         _draw_compass(axes, prospect.compass)
-        axes.plot(
-            prospect.filtered.times, prospect.filtered.azimuth / ARCMINUTE, color=ORANGE,
-            label="Kalman filter, one position",
-        )  # fmt: skip
+        azimuth = prospect.filtered.azimuth / ARCMINUTE
+        label = "Kalman filter, one position"
+        axes.plot(prospect.filtered.times, azimuth, color=ORANGE, label=label)
         _label_axes(axes, prospect.latitude)
     return figure
 
 
 def _draw_compass(axes: Axes, compass: AzimuthError) -> None:
     """A gyrocompass with its interval, and dashed what each of N, B and K makes of it."""
-    axes.plot(
-        compass.times, compass.deviation / ARCMINUTE, color=BLUE,
-        label="gyrocompass, two positions",
-    )  # fmt: skip
-    axes.fill_between(
-        compass.times, compass.low / ARCMINUTE, compass.high / ARCMINUTE,
-        color=BLUE, alpha=0.18, linewidth=0.0,
-        label=f"its {100 * compass.confidence:g} % interval",
-    )  # fmt: skip
-    parts = {
-        symbol: np.sqrt(compass.parts[:, place]) / ARCMINUTE
-        for place, symbol in enumerate("NBK")
-        if np.any(compass.parts[:, place] > 0.0)
-    }
-    if len(parts) < 2:
-        return  # One term alone is the whole.
-    for symbol, part in parts.items():
+    deviation, low, high = (
+        one / ARCMINUTE for one in (compass.deviation, compass.low, compass.high)
+    )
+    interval = f"its {100 * compass.confidence:g} % interval"
+    axes.plot(compass.times, deviation, color=BLUE, label="gyrocompass, two positions")
+    band(axes, compass.times, low, high, BLUE, alpha=0.18, label=interval)
+    parts = np.sqrt(compass.parts.T) / ARCMINUTE
+    there = [(symbol, part) for symbol, part in zip("NBK", parts, strict=True) if part.any()]
+    # One term alone is the whole.
+    for symbol, part in there if len(there) > 1 else ():
         axes.plot(compass.times, part, color=QUIET, linewidth=0.8, linestyle="--")
         axes.annotate(symbol, (compass.times[0], part[0]), color=INK, fontsize=8.5)
 
@@ -108,11 +99,8 @@ def prospect_text(prospect: Prospect) -> str:
         drift=_drift(prospect),
         percent=f"{100.0 * prospect.compass.confidence:g}",
         notes=notes_of(prospect),
-        number=number,
         arcmin=lambda angle: f"{number(angle / ARCMINUTE)}′",
-        arcminute=ARCMINUTE,
-        degree=DEGREE,
-        deg_per_h=DEGREE_PER_HOUR,
+        ARCMINUTE=ARCMINUTE,
     ).rstrip()
 
 
@@ -142,7 +130,7 @@ def notes_of(prospect: Prospect) -> list[str]:
 def prospect_document(prospect: Prospect) -> dict[str, Any]:
     """The same as JSON, schema ``sagnac.alignment/1``, SI except where a key names its unit."""
     compass, filtered, highest = prospect.compass, prospect.filtered, _highest(prospect)
-    turning = None
+    turning = {}
     if prospect.rotating is not None:
         turning = {key: values[0] for key, values in _azimuths(prospect.rotating).items()}
     return {
@@ -163,7 +151,7 @@ def prospect_document(prospect: Prospect) -> dict[str, Any]:
             "drift_process_noise_rad2_per_s3": prospect.noise.rate_random_walk**2,
             "covariance": filtered.covariance.tolist(),
         },
-        **({} if turning is None else {"rotating_triad": turning}),
+        **({"rotating_triad": turning} if turning else {}),
         "position": {
             "time_s": prospect.position.times.tolist(),
             "deviation_m": prospect.position.deviation.tolist(),
@@ -174,25 +162,16 @@ def prospect_document(prospect: Prospect) -> dict[str, Any]:
 
 def _azimuths(found: AzimuthError) -> dict[str, list[float]]:
     """Times, azimuth errors and the ends of their intervals."""
-    return {
-        "time_s": found.times.tolist(),
-        "azimuth_arcmin": (found.deviation / ARCMINUTE).tolist(),
-        "low_arcmin": (found.low / ARCMINUTE).tolist(),
-        "high_arcmin": (found.high / ARCMINUTE).tolist(),
-    }
+    errors = {"azimuth": found.deviation, "low": found.low, "high": found.high}
+    in_minutes = {f"{name}_arcmin": one / ARCMINUTE for name, one in errors.items()}
+    return {"time_s": found.times.tolist(), **{key: v.tolist() for key, v in in_minutes.items()}}
 
 
 def _highest(prospect: Prospect) -> AzimuthError:
     """The gyrocompass with the worst upper bound of what was not estimated in the place of zero."""
-    found = [
-        azimuth_error(
-            noise,
-            latitude=prospect.latitude,
-            times=prospect.compass.times,
-            confidence=prospect.compass.confidence,
-        )
-        for noise in prospect.noise.bounded
-    ]
+    how = {"latitude": prospect.latitude, "confidence": prospect.compass.confidence}
+    times = prospect.compass.times
+    found = [azimuth_error(noise, times=times, **how) for noise in prospect.noise.bounded]
     worst = max(found, key=lambda one: float(one.deviation[-1]))
     return replace(worst, floor=max(one.floor for one in found))
 
@@ -203,13 +182,8 @@ def _drift(prospect: Prospect) -> float:
 
 # ---- heading drift -----------------------------------------------------------------
 
-_SYMBOLS: Final = dict(
-    zip(
-        PARTS,
-        ("N", "B", "K", "Markov rate", "initial bias", "accelerometers", "misalignment"),
-        strict=True,
-    )
-)
+_NAMES: Final = ("N", "B", "K", "Markov rate", "initial bias", "accelerometers", "misalignment")
+_SYMBOLS: Final = dict(zip(PARTS, _NAMES, strict=True))
 # Line styles of the parts in a picture.
 _STYLES: Final = ("--", ":", "-.", (0, (8, 2)), (0, (5, 1, 1, 1, 1, 1)), (0, (1, 4)))
 # Parts that are named only if they are there.
@@ -289,7 +263,6 @@ def drift_text(unaided: Unaided) -> str:
         shown=drift_document(unaided),
         percent=f"{100.0 * unaided.confidence:g}",
         notes=drift_notes(unaided),
-        number=number,
         symbols=_SYMBOLS,
         zip=zip,
     ).rstrip()
@@ -346,11 +319,8 @@ def _bounded_axes(unaided: Unaided, name: CoefficientName) -> tuple[str, str]:
     axes = dict(zip(("north", "east", "down"), unaided.noises, strict=True))
 
     def shown(there: bool) -> str:
-        found = [
-            axis
-            for axis, noise in axes.items()
-            if name in noise.bounds and (getattr(noise, name) > 0.0) == there
-        ]
+        bounded = {axis: noise for axis, noise in axes.items() if name in noise.bounds}
+        found = [axis for axis, noise in bounded.items() if (getattr(noise, name) > 0.0) == there]
         return "all axes" if len(found) == len(axes) else " and ".join(found)
 
     return shown(False), shown(True)
@@ -361,23 +331,20 @@ def drift_figure(unaided: Unaided) -> Figure:
     heading = unaided.along.heading
     sigma = heading.deviation(misaligned=False) / DEGREE
     spread = np.exp(0.5 * heading.reach)
+    interval = f"its {100 * unaided.confidence:g} % interval"
     with styled(3) as (figure, axes):
         axes.plot(heading.times, sigma, color=BLUE, label="heading drift")
-        axes.fill_between(
-            heading.times, sigma / spread, sigma * spread, color=BLUE, alpha=0.18, linewidth=0.0,
-            label=f"its {100 * unaided.confidence:g} % interval",
-        )  # fmt: skip
+        ends = sigma / spread, sigma * spread
+        band(axes, heading.times, *ends, BLUE, alpha=0.18, label=interval)
         for place, (name, style) in enumerate(zip(PARTS[:-1], _STYLES, strict=True)):
             part = np.sqrt(heading.variances[:, place]) / DEGREE
             if np.any(part > 0.0):
+                label = f"by {_SYMBOLS[name]}"
                 axes.plot(
-                    heading.times, part, color=INK, linewidth=0.8, linestyle=style,
-                    label=f"by {_SYMBOLS[name]}",
-                )  # fmt: skip
-        if np.any(heading.highest / DEGREE > _RAISED * sigma):
-            axes.plot(
-                heading.times, heading.highest / DEGREE, color=ORANGE,
-                label="with the worst upper bound",
-            )  # fmt: skip
+                    heading.times, part, color=INK, linewidth=0.8, linestyle=style, label=label
+                )
+        highest = heading.highest / DEGREE
+        if np.any(highest > _RAISED * sigma):
+            axes.plot(heading.times, highest, color=ORANGE, label="with the worst upper bound")
         logarithmic(axes, "time without aiding (s)", "heading drift, 1 σ (°)")
     return figure

@@ -21,7 +21,7 @@ from sagnac.paper.reproduce import (
     outcomes_of_table,
 )
 from sagnac.paper.trials import FORMS, Form
-from sagnac.plot.frame import BLUE, GREEN, INK, ORANGE, logarithmic
+from sagnac.plot.frame import BLUE, GREEN, INK, ORANGE, band, logarithmic
 from sagnac.report.figures import frames_figure, styled
 from sagnac.report.quantities import number
 from sagnac.report.sections import cell, csv_text
@@ -270,7 +270,7 @@ def _curve_figure(outcome: Outcome) -> Figure:
     )
     with styled(3) as (figure, axes):
         interval = f"{100 * outcome.confidence:g} % interval"
-        axes.fill_between(tau, low, high, color=BLUE, alpha=0.2, linewidth=0, label=interval)
+        band(axes, tau, low, high, BLUE, label=interval)
         axes.plot(tau, middle, color=BLUE, marker="o", linestyle="none", label="x − z")
         _truth_line(axes, outcome, root)
         logarithmic(axes, "cluster time τ (s)", "Allan deviation, x − z (°/h)")
