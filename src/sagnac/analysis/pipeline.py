@@ -163,17 +163,32 @@ def _of_gyros(recording: Recording, settings: Settings, progress: Progress | Non
 def _analysis(
     recording: Recording, settings: Settings, *, progress: Progress | None = None
 ) -> Analysis:
-    """Evidence, answer, and what is drawn beside it."""
+    """One gyro, or those of a turning table."""
+    return _path(recording, settings, progress)[0]
+
+
+def _path(
+    recording: Recording,
+    settings: Settings,
+    progress: Progress | None,
+    findings: tuple[Note, ...] | None = None,
+) -> tuple[Analysis, tuple[Note, ...]]:
+    """Evidence, answer, and what is drawn beside it; and the judgement of the data, made or given."""
     stages = Stages(progress, recording.path or "recording")
-    evidence = _evidence(recording, settings, stages)
+    evidence = _evidence(recording, settings, stages, findings)
     with stages.stage("coefficients"):
         evidence, headline = answer(evidence, _of_pair)
     with stages.stage("spectrum"):
         analysis = _composed(evidence, headline)
-    return replace(analysis, seconds=stages.seconds).with_units_of_sensor()
+    return replace(analysis, seconds=stages.seconds).with_units_of_sensor(), evidence.findings
 
 
-def _evidence(recording: Recording, settings: Settings, stages: Stages) -> Evidence:
+def _evidence(
+    recording: Recording,
+    settings: Settings,
+    stages: Stages,
+    findings: tuple[Note, ...] | None = None,
+) -> Evidence:
     """The stages from a recording to what its answer is read from."""
     rate = recording.sample_rate
     with stages.stage("difference"):
@@ -193,7 +208,8 @@ def _evidence(recording: Recording, settings: Settings, stages: Stages) -> Evide
         measured = without_encoder_errors(as_it_is, corrected, table)
         table = with_order_phases(table, measured)
     with stages.stage("check"):
-        findings = findings_of(recording, settings)
+        if findings is None:
+            findings = findings_of(recording, settings)
         require_noise(as_it_is)
         # Lines are sought with an array less in memory.
         del as_it_is
@@ -513,10 +529,12 @@ def _with_lines_out(
     recording: Recording, settings: Settings, progress: Progress | None, *, lines_in: bool
 ) -> AtRest:
     """A gyro without gaps; an answer with its lines out beside curves with them in."""
-    analysis = analyze(recording, settings, progress=progress)
-    if settings.method != "none" or lines_in:
-        return AtRest(analysis=analysis, without_lines=analysis, as_it_is=analysis)
-    searched = analyze(recording, replace(settings, method="fos", estimators=()), progress=progress)
+    with one_thread():
+        analysis, findings = _path(recording, settings, progress)
+        if settings.method != "none" or lines_in:
+            return AtRest(analysis=analysis, without_lines=analysis, as_it_is=analysis)
+        search = replace(settings, method="fos", estimators=())
+        searched, _ = _path(recording, search, progress, findings)
     of_fits = tuple(note for fit in analysis.fits.values() for note in fit.notes)
     notes = (*searched.notes, *curve_notes(analysis.curve, analysis.family), *of_fits)
     # Vibration and lines are no angle random walk: the answer is the one without them.
