@@ -14,22 +14,7 @@ from sagnac.core.units import ARCSECOND, DEGREE_PER_HOUR_PER_ROOT_HERTZ
 from sagnac.lines.model import Line, Scale
 from sagnac.noise.laws import SYMBOLS
 from sagnac.noise.self_noise import SelfNoise
-from sagnac.plot.frame import (
-    BLUE,
-    DASHED,
-    DOTTED,
-    GREEN,
-    INK,
-    ORANGE,
-    QUIET,
-    after_removal,
-    axes_of,
-    band,
-    channel_of,
-    literal,
-    logarithmic,
-    removed,
-)
+from sagnac.plot import frame
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -40,8 +25,8 @@ if TYPE_CHECKING:
 LABELLED_LINES: Final = 8
 # Colour of the lines on a scale, and what the legend calls them.
 SCALES: Final[Mapping[Scale, tuple[str, str]]] = {
-    "angle": (ORANGE, "line in table angle"),
-    "time": (GREEN, "line in time"),
+    "angle": (frame.ORANGE, "line in table angle"),
+    "time": (frame.GREEN, "line in time"),
 }
 
 
@@ -89,11 +74,11 @@ def lines(analysis: Analysis, ax: "Axes | None" = None) -> "Axes":
     >>> axes.get_ylabel()
     'amplitude (″)'
     """
-    axes = axes_of(ax)
+    axes = frame.axes_of(ax)
     placed = placed_lines(analysis)
     for scale in SCALES:
         _draw_amplitudes(axes, scale, [(at, line) for at, line in placed if line.scale == scale])
-    logarithmic(axes, "frequency (Hz)", "amplitude (″)")
+    frame.logarithmic(axes, "frequency (Hz)", "amplitude (″)")
     if not placed:
         axes.set(xlim=(0.1, 10.0), ylim=(0.1, 10.0))
         axes.text(0.5, 0.5, "no line", transform=axes.transAxes, ha="center")
@@ -155,17 +140,23 @@ def spectrum(analysis: Analysis, ax: "Axes | None" = None) -> "Axes":
     >>> axes.get_ylabel()
     'rate noise density, x (°/h/√Hz)'
     """
-    axes = axes_of(ax)
+    axes = frame.axes_of(ax)
     before, after = _drawn_bins(analysis.spectrum_before), _drawn_bins(analysis.spectrum)
-    if removed(analysis):
+    if frame.removed(analysis):
         axes.plot(
-            before.frequency, before.density, color=QUIET, linewidth=0.8, label="before removal"
+            before.frequency,
+            before.density,
+            color=frame.QUIET,
+            linewidth=0.8,
+            label="before removal",
         )
     axes.plot(
-        after.frequency, after.density, color=BLUE, linewidth=0.8, alpha=0.7,
-        label=after_removal(analysis),
+        after.frequency, after.density, color=frame.BLUE, linewidth=0.8, alpha=0.7,
+        label=frame.after_removal(analysis),
     )  # fmt: skip
-    logarithmic(axes, "frequency (Hz)", f"rate noise density, {channel_of(analysis)} (°/h/√Hz)")
+    frame.logarithmic(
+        axes, "frequency (Hz)", f"rate noise density, {frame.channel_of(analysis)} (°/h/√Hz)"
+    )
     if not after.frequency.size:
         # Logarithmic axes find no limits of their own without data.
         axes.set(xlim=(0.1, 10.0), ylim=(0.1, 10.0))
@@ -175,7 +166,7 @@ def spectrum(analysis: Analysis, ax: "Axes | None" = None) -> "Axes":
     if analysis.angle_random_walk.status == "estimated":
         walk = analysis.angle_random_walk.value / DEGREE_PER_HOUR_PER_ROOT_HERTZ
         level = math.sqrt(2.0) * walk
-        axes.axhline(level, color=INK, linewidth=0.9, linestyle=DASHED, label="√2 N")
+        axes.axhline(level, color=frame.INK, linewidth=0.9, linestyle=frame.DASHED, label="√2 N")
     _rested_on(axes, analysis)
     _mark_lines(axes, analysis)
     axes.legend()
@@ -208,18 +199,18 @@ def self_noise(found: SelfNoise, ax: "Axes | None" = None) -> "Axes":
     >>> axes.get_ylabel()
     'rate noise density of each alone (°/h/√Hz)'
     """
-    axes = axes_of(ax)
+    axes = frame.axes_of(ax)
     frequency, unit = found.frequency, DEGREE_PER_HOUR_PER_ROOT_HERTZ
-    axes.plot(frequency, np.sqrt(found.motion) / unit, color=QUIET, label="what all share")
+    axes.plot(frequency, np.sqrt(found.motion) / unit, color=frame.QUIET, label="what all share")
     for place, (name, color) in enumerate(
-        zip(found.gyros, cycle((BLUE, ORANGE, GREEN, INK)), strict=False)
+        zip(found.gyros, cycle((frame.BLUE, frame.ORANGE, frame.GREEN, frame.INK)), strict=False)
     ):
         density, low, high = (
             np.sqrt(one[place]) / unit for one in (found.density, found.low, found.high)
         )
-        axes.plot(frequency, density, color=color, label=literal(name))
-        band(axes, frequency, low, high, color, alpha=0.15)
-    logarithmic(axes, "frequency (Hz)", "rate noise density of each alone (°/h/√Hz)")
+        axes.plot(frequency, density, color=color, label=frame.literal(name))
+        frame.band(axes, frequency, low, high, color, alpha=0.15)
+    frame.logarithmic(axes, "frequency (Hz)", "rate noise density of each alone (°/h/√Hz)")
     axes.legend()
     return axes
 
@@ -234,19 +225,21 @@ def _rested_on(axes: "Axes", analysis: Analysis) -> None:
     if not low < high:
         return
     whose = "average" if choice.member == "both" else "answer"
-    axes.axvspan(low, high, color=ORANGE, alpha=0.08, linewidth=0, label=f"band of the {whose}")
+    axes.axvspan(
+        low, high, color=frame.ORANGE, alpha=0.08, linewidth=0, label=f"band of the {whose}"
+    )
     frequency = np.geomspace(low, min(high, 0.5 / choice.law.interval), 200)
     bottom, top = axes.get_ylim()
     root = np.sqrt(choice.law.density(frequency)) / DEGREE_PER_HOUR_PER_ROOT_HERTZ
     letters = ", ".join(SYMBOLS[name] for name in choice.terms)
     behind = " behind a low-pass" if choice.law.order else ""
-    axes.plot(frequency, root, color=ORANGE, linewidth=1.3, label=f"{letters}{behind}")
+    axes.plot(frequency, root, color=frame.ORANGE, linewidth=1.3, label=f"{letters}{behind}")
     for place, square in enumerate(choice.law.squares):
         if square > 0.0 and len(choice.terms) > 1:
             alone = tuple(square if one == place else 0.0 for one in range(len(choice.law.squares)))
             term = np.sqrt(replace(choice.law, squares=alone).density(frequency))
             term /= DEGREE_PER_HOUR_PER_ROOT_HERTZ
-            axes.plot(frequency, term, color=ORANGE, linewidth=0.7, linestyle=DOTTED)
+            axes.plot(frequency, term, color=frame.ORANGE, linewidth=0.7, linestyle=frame.DOTTED)
     # A term may lie far below the data within its band.
     axes.set_ylim(bottom, top)
 

@@ -17,21 +17,7 @@ from sagnac.noise.laws import (
     CoefficientName,
     allan_variance,
 )
-from sagnac.plot.frame import (
-    BLUE,
-    COLORS,
-    DASHED,
-    DOTTED,
-    INK,
-    QUIET,
-    STATES,
-    after_removal,
-    axes_of,
-    band,
-    channel_of,
-    logarithmic,
-    removed,
-)
+from sagnac.plot import frame
 from sagnac.stability.curve import StabilityCurve
 
 if TYPE_CHECKING:
@@ -85,7 +71,7 @@ def stability(result: Analysis | StabilityCurve, ax: "Axes | None" = None) -> "A
     >>> plot.stability(curve, ax=Figure().add_subplot()).get_xlabel()
     'cluster time τ (s)'
     """
-    axes = axes_of(ax)
+    axes = frame.axes_of(ax)
     if isinstance(result, StabilityCurve):
         _draw_curve(axes, result)
     elif result.gyros or axes.collections:
@@ -102,7 +88,7 @@ def _draw_curve(axes: "Axes", curve: StabilityCurve) -> None:
     """One curve, in the unit of the values that it was made of."""
     unit = "unit of the values" if curve.estimator == "tdev" else "unit of the values per s"
     _points(axes, curve, 1.0, label=curve.estimator)
-    logarithmic(axes, "cluster time τ (s)", f"{curve.estimator} ({unit})")
+    frame.logarithmic(axes, "cluster time τ (s)", f"{curve.estimator} ({unit})")
     _limits(axes, curve.tau, curve.deviation, curve.low)
 
 
@@ -110,18 +96,18 @@ def _name_first(axes: "Axes") -> None:
     """The curve of an analysis that stood alone is called by its channel, as others join it."""
     name = axes.get_ylabel().removeprefix(_OF_CHANNEL).removesuffix(_UNIT)
     for line in axes.get_lines():
-        if line.get_label() in STATES:
+        if line.get_label() in frame.STATES:
             line.set_label(name)
 
 
 def _draw_over(axes: "Axes", analysis: Analysis) -> None:
     """The curve after removal and the fit, in the next colour, beside those that are there."""
     there = len(axes.collections)
-    color = COLORS[there % len(COLORS)]
+    color = frame.COLORS[there % len(frame.COLORS)]
     sides, heights = axes.get_xlim(), axes.get_ylim()
     curve = analysis.curve
-    _points(axes, curve, DEGREE_PER_HOUR, label=channel_of(analysis), color=color)
-    logarithmic(axes, "cluster time τ (s)", f"Allan deviation{_UNIT}")
+    _points(axes, curve, DEGREE_PER_HOUR, label=frame.channel_of(analysis), color=color)
+    frame.logarithmic(axes, "cluster time τ (s)", f"Allan deviation{_UNIT}")
     _limits(axes, curve.tau, *(one / DEGREE_PER_HOUR for one in (curve.deviation, curve.low)))
     if there:
         axes.set_xlim(_widest(axes.get_xlim(), sides))
@@ -141,26 +127,28 @@ def _draw_curves(axes: "Axes", analysis: Analysis) -> None:
     # An analysis that was read again holds the curve after removal alone.
     recorded = getattr(analysis, "curve_before", None)
     before = after if recorded is None else recorded
-    if recorded is not None and removed(analysis):
+    if recorded is not None and frame.removed(analysis):
         axes.plot(
-            before.tau, before.deviation / DEGREE_PER_HOUR, color=QUIET, marker="s",
+            before.tau, before.deviation / DEGREE_PER_HOUR, color=frame.QUIET, marker="s",
             markersize=2.8, linewidth=0.9, label="before removal",
         )  # fmt: skip
-    _points(axes, after, DEGREE_PER_HOUR, label=after_removal(analysis))
-    logarithmic(axes, "cluster time τ (s)", f"{_OF_CHANNEL}{channel_of(analysis)}{_UNIT}")
+    _points(axes, after, DEGREE_PER_HOUR, label=frame.after_removal(analysis))
+    frame.logarithmic(
+        axes, "cluster time τ (s)", f"{_OF_CHANNEL}{frame.channel_of(analysis)}{_UNIT}"
+    )
     shown = (before.deviation, after.deviation, after.low)
     _limits(axes, after.tau, *(one / DEGREE_PER_HOUR for one in shown))
     _fitted(axes, analysis)
 
 
 def _points(
-    axes: "Axes", curve: StabilityCurve, unit: float, *, label: str, color: str = BLUE
+    axes: "Axes", curve: StabilityCurve, unit: float, *, label: str, color: str = frame.BLUE
 ) -> None:
     """The points of a curve and its interval, in `unit`."""
     deviation, low, high = (one / unit for one in (curve.deviation, curve.low, curve.high))
     axes.plot(curve.tau, deviation, color=color, marker="o", linestyle="none", label=label)
     interval = f"its {100 * curve.confidence:g} % interval"
-    band(axes, curve.tau, low, high, color, label=interval)
+    frame.band(axes, curve.tau, low, high, color, label=interval)
 
 
 def _limits(axes: "Axes", tau: FloatArray, *deviations: FloatArray) -> None:
@@ -212,11 +200,11 @@ def _fitted(axes: "Axes", analysis: Analysis) -> None:
     if fit is None:
         return
     tau, total = fit.sum_over(*axes.get_xlim())
-    axes.plot(tau, total, color=INK, linewidth=1.2, label=f"fit ({fit.name})")
+    axes.plot(tau, total, color=frame.INK, linewidth=1.2, label=f"fit ({fit.name})")
     low, high = axes.get_ylim()
     for name, value in fit.values.items():
         part = np.sqrt(allan_variance(tau, {name: value})) / DEGREE_PER_HOUR
-        axes.plot(tau, part, color=INK, linewidth=0.7, linestyle=DOTTED)
+        axes.plot(tau, part, color=frame.INK, linewidth=0.7, linestyle=frame.DOTTED)
         inside = np.flatnonzero((part > low) & (part < high))
         # No term lies above the sum, so the side below its line is free of data.
         _below(axes, tau[inside], part[inside], f"{SYMBOLS[name]}, slope {_SLOPES[name]}")
@@ -271,26 +259,28 @@ def parts(analysis: Analysis, ax: "Axes | None" = None) -> "Axes":
     >>> axes.get_ylabel()
     'N, x (°/√h)'
     """
-    axes = axes_of(ax)
+    axes = frame.axes_of(ax)
     answer = analysis.angle_random_walk
     if answer.status == "estimated":
         figures = (answer.value, answer.low, answer.high)
         level, low, high = (one / DEGREE_PER_ROOT_HOUR for one in figures)
         interval = f"its {100 * answer.confidence:g} % interval"
-        axes.axhline(level, color=INK, linewidth=0.9, linestyle=DASHED, label="the answer")
-        axes.axhspan(low, high, color=QUIET, alpha=0.25, linewidth=0, label=interval)
+        axes.axhline(
+            level, color=frame.INK, linewidth=0.9, linestyle=frame.DASHED, label="the answer"
+        )
+        axes.axhspan(low, high, color=frame.QUIET, alpha=0.25, linewidth=0, label=interval)
     seen = [part for part in analysis.parts if part.shows]
     for number, part in enumerate(seen):
         middle, half = 0.5 * (part.start_s + part.stop_s), 0.5 * (part.stop_s - part.start_s)
         value, low, high = (one / DEGREE_PER_ROOT_HOUR for one in (part.value, part.low, part.high))
         axes.errorbar(
-            [middle], [value], xerr=[half], yerr=[[value - low], [high - value]], color=BLUE,
+            [middle], [value], xerr=[half], yerr=[[value - low], [high - value]], color=frame.BLUE,
             marker="o", markersize=3.6, elinewidth=0.9, linestyle="none",
             label="a part" if number == 0 else None,
         )  # fmt: skip
     if not seen:
         axes.text(0.5, 0.5, "no part shows N", transform=axes.transAxes, ha="center")
-    axes.set(xlabel="time (s)", ylabel=f"N, {channel_of(analysis)} (°/√h)")
+    axes.set(xlabel="time (s)", ylabel=f"N, {frame.channel_of(analysis)} (°/√h)")
     if axes.get_legend_handles_labels()[0]:
         axes.legend()
     return axes
@@ -321,9 +311,9 @@ def residual(analysis: Analysis, ax: "Axes | None" = None) -> "Axes":
     >>> plot.residual(analyze(still), ax=Figure().add_subplot()).get_ylabel()
     'left (°/h)'
     """
-    axes, kept = axes_of(ax), _residual(analysis)
+    axes, kept = frame.axes_of(ax), _residual(analysis)
     long = float(kept.time[-1]) > _LONG_S
-    axes.plot(kept.time / (3600.0 if long else 1.0), kept.rate / DEGREE_PER_HOUR, color=BLUE)
+    axes.plot(kept.time / (3600.0 if long else 1.0), kept.rate / DEGREE_PER_HOUR, color=frame.BLUE)
     axes.set_xlabel(f"time ({'h' if long else 's'})")
     axes.set_ylabel("left (°/h)")
     return axes
@@ -351,8 +341,8 @@ def residual_by_angle(analysis: Analysis, ax: "Axes | None" = None) -> "Axes":
     >>> plot.residual_by_angle(found, ax=Figure().add_subplot()).get_xlabel()
     'table angle (°)'
     """
-    axes, turn = axes_of(ax), _by_angle(analysis)
-    axes.plot(np.degrees(turn.angle), turn.after / DEGREE_PER_HOUR, color=BLUE)
+    axes, turn = frame.axes_of(ax), _by_angle(analysis)
+    axes.plot(np.degrees(turn.angle), turn.after / DEGREE_PER_HOUR, color=frame.BLUE)
     axes.set_xlim(0.0, 360.0)
     axes.set_xticks(range(0, 361, 60))
     axes.set_xlabel("table angle (°)")
@@ -382,10 +372,10 @@ def orders(analysis: Analysis, ax: "Axes | None" = None) -> "Axes":
     >>> plot.orders(found, ax=Figure().add_subplot()).get_xlabel()
     'order of the table angle'
     """
-    axes, turn = axes_of(ax), _by_angle(analysis)
+    axes, turn = frame.axes_of(ax), _by_angle(analysis)
     for amplitude, color, marker, label in (
-        (turn.amplitude_before, QUIET, "s", "before removal"),
-        (turn.amplitude_after, BLUE, "o", "after removal"),
+        (turn.amplitude_before, frame.QUIET, "s", "before removal"),
+        (turn.amplitude_after, frame.BLUE, "o", "after removal"),
     ):
         axes.plot(
             turn.order, amplitude / DEGREE_PER_HOUR, color=color, marker=marker, markersize=2.2,

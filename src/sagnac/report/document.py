@@ -12,16 +12,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from sagnac.analysis.json_data import (
-    choice_data,
-    covariance_data,
-    low_pass_data,
-    parts_data,
-    readout_data,
-    shares_data,
-    slow_noise_data,
-    triad_data,
-)
+from sagnac.analysis import json_data
 from sagnac.analysis.result import (
     Analysis,
     Covariance,
@@ -31,18 +22,10 @@ from sagnac.analysis.result import (
 )
 from sagnac.analysis.settings import Settings
 from sagnac.analysis.verdict import verdict_of
+from sagnac.core import units
 from sagnac.core.arrays import FloatArray
 from sagnac.core.documents import ANALYSES, ANALYSIS, finite, read_analyses
 from sagnac.core.errors import Note, RecordingError
-from sagnac.core.units import (
-    DEGREE,
-    DEGREE_PER_HOUR,
-    SENSED,
-    UNITS,
-    Sensor,
-    Unit,
-    field_unit,
-)
 from sagnac.core.version import __version__
 from sagnac.lines.model import Line
 from sagnac.noise.estimates import (
@@ -94,16 +77,20 @@ def analysis_document(analysis: Analysis) -> dict[str, Any]:
         },
         "channel": analysis.channel,
         "gyros_differenced": 2 if analysis.is_pair else 1,
-        "angle_random_walk": {**answer, "source": analysis.source, **choice_data(analysis)},
+        "angle_random_walk": {
+            **answer,
+            "source": analysis.source,
+            **json_data.choice_data(analysis),
+        },
         "coefficients": _coefficients(headline_coefficients(analysis)),
-        "covariance": covariance_data(analysis),
-        **low_pass_data(analysis),
-        **readout_data(analysis),
-        **slow_noise_data(analysis),
+        "covariance": json_data.covariance_data(analysis),
+        **json_data.low_pass_data(analysis),
+        **json_data.readout_data(analysis),
+        **json_data.slow_noise_data(analysis),
         **({} if verdict is None else {"verdict": verdict_data(verdict)}),
-        "parts": parts_data(analysis),
-        "shares": shares_data(analysis),
-        "triad": triad_data(analysis),
+        "parts": json_data.parts_data(analysis),
+        "shares": json_data.shares_data(analysis),
+        "triad": json_data.triad_data(analysis),
         "estimates": {name: _coefficients(fit.coefficients) for name, fit in analysis.fits.items()},
         "per_gyro": {
             name: _estimate("angle_random_walk", estimate)
@@ -112,7 +99,7 @@ def analysis_document(analysis: Analysis) -> dict[str, Any]:
         "lines": [line_data(line) for line in analysis.lines],
         "curve": {
             "estimator": curve.estimator,
-            **_points(curve, UNITS["deg/h"], "deviation_deg_per_h"),
+            **_points(curve, units.UNITS["deg/h"], "deviation_deg_per_h"),
         },
         **_family(analysis),
         "findings": findings_data(analysis.findings),
@@ -167,7 +154,7 @@ def comparison_document(
 
 def self_noise_data(found: SelfNoise) -> dict[str, Any]:
     """Self-noise of several gyros, in the field's units; what cannot be told is None."""
-    size = DEGREE_PER_HOUR**2
+    size = units.DEGREE_PER_HOUR**2
     gyros = {
         name: {
             "angle_random_walk": _estimate("angle_random_walk", estimate),
@@ -208,17 +195,17 @@ def _beside(analysis: Analysis, *, gyros: bool = True) -> dict[str, Any]:
 
 
 def _force_data(analysis: Analysis) -> dict[str, Any]:
-    curve, unit = analysis.curve_before, UNITS[SENSED["accelerometer"].rate_unit]
+    curve, unit = analysis.curve_before, units.UNITS[units.SENSED["accelerometer"].rate_unit]
     walk = _estimate("angle_random_walk", analysis.angle_random_walk, "accelerometer")
     return {
         "velocity_random_walk": walk,
         "coefficients": _coefficients(answer_coefficients(analysis), "accelerometer"),
         "source": analysis.source,
         "curve": {"estimator": curve.estimator, "unit": unit.name, **_points(curve, unit)},
-        "covariance": covariance_data(analysis),
-        **low_pass_data(analysis),
-        **readout_data(analysis),
-        **slow_noise_data(analysis),
+        "covariance": json_data.covariance_data(analysis),
+        **json_data.low_pass_data(analysis),
+        **json_data.readout_data(analysis),
+        **json_data.slow_noise_data(analysis),
         "lines": [
             {
                 "frequency_hz": line.frequency,
@@ -231,7 +218,9 @@ def _force_data(analysis: Analysis) -> dict[str, Any]:
     }
 
 
-def _points(curve: StabilityCurve, unit: Unit, deviation: str = "deviation") -> dict[str, Any]:
+def _points(
+    curve: StabilityCurve, unit: units.Unit, deviation: str = "deviation"
+) -> dict[str, Any]:
     """The points of a curve; its deviation goes by that name."""
     columns = curve_columns(curve, unit)
     return {
@@ -254,7 +243,7 @@ def _input(analysis: Analysis) -> dict[str, Any]:
         "sample_rate_hz": recording.sample_rate,
         "duration_s": recording.duration,
         "gyros": list(analysis.settings.gyros),
-        "table_rate_deg_per_s": None if rate is None else rate / DEGREE,
+        "table_rate_deg_per_s": None if rate is None else rate / units.DEGREE,
     }
 
 
@@ -287,9 +276,9 @@ def _family(analysis: Analysis) -> dict[str, Any]:
 
 
 def _coefficients(
-    estimates: Mapping[CoefficientName, Estimate], sensor: Sensor = "gyro"
+    estimates: Mapping[CoefficientName, Estimate], sensor: units.Sensor = "gyro"
 ) -> dict[str, Any]:
-    keys = SENSED[sensor].keys
+    keys = units.SENSED[sensor].keys
     return {
         keys[name]: _estimate(name, estimates[name], sensor)
         for name in COEFFICIENT_NAMES
@@ -297,7 +286,9 @@ def _coefficients(
     }
 
 
-def _estimate(name: CoefficientName, estimate: Estimate, sensor: Sensor = "gyro") -> dict[str, Any]:
+def _estimate(
+    name: CoefficientName, estimate: Estimate, sensor: units.Sensor = "gyro"
+) -> dict[str, Any]:
     units = {
         unit: {end: getattr(estimate, end) / size for end in ("value", "low", "high")}
         for unit, size in estimate_units(name, sensor).items()
@@ -364,7 +355,7 @@ def analysis_from(document: Document) -> Analysis:
         stored=document,
         settings=_settings(document, tuple(said["gyros"]), document["settings"]["confidence"]),
         channel=document["channel"],
-        table_rate=None if rate is None else rate * DEGREE,
+        table_rate=None if rate is None else rate * units.DEGREE,
         angle_random_walk=_stored_estimate("angle_random_walk", stated),
         source=stated["source"],
         average=_average(stated),
@@ -436,7 +427,9 @@ def _numbers(stated: Sequence[float | None], size: float = 1.0) -> FloatArray:
     return size * np.array([_number(one) for one in stated])
 
 
-def _stored_estimate(name: CoefficientName, stated: Document, sensor: Sensor = "gyro") -> Estimate:
+def _stored_estimate(
+    name: CoefficientName, stated: Document, sensor: units.Sensor = "gyro"
+) -> Estimate:
     size = estimate_units(name, sensor)[stated["unit"]]
     return Estimate(
         **_ends(stated, size),
@@ -448,9 +441,9 @@ def _stored_estimate(name: CoefficientName, stated: Document, sensor: Sensor = "
 
 
 def _stored_coefficients(
-    stated: Document, sensor: Sensor = "gyro"
+    stated: Document, sensor: units.Sensor = "gyro"
 ) -> dict[CoefficientName, Estimate]:
-    keys = SENSED[sensor].keys
+    keys = units.SENSED[sensor].keys
     return {
         name: _stored_estimate(name, stated[keys[name]], sensor)
         for name in COEFFICIENT_NAMES
@@ -461,7 +454,7 @@ def _stored_coefficients(
 def _covariance(stated: Document | None) -> Covariance | None:
     if stated is None:
         return None
-    sizes = [field_unit(name).size for name in stated["names"]]
+    sizes = [units.field_unit(name).size for name in stated["names"]]
     matrix = np.array([_numbers(row) for row in stated["matrix"]])
     return Covariance(names=tuple(stated["names"]), matrix=matrix * np.outer(sizes, sizes))
 
@@ -480,7 +473,7 @@ def _average(stated: Document) -> ModelChoice | None:
 
 
 def _part(stated: Document) -> Part:
-    ends = _ends(stated, field_unit("angle_random_walk").size)
+    ends = _ends(stated, units.field_unit("angle_random_walk").size)
     return Part(start_s=stated["start_s"], stop_s=stated["stop_s"], **ends)
 
 
@@ -506,9 +499,9 @@ def _stored_line(stated: Document, channel: str = "") -> Line:
     )
 
 
-def _curve(stated: Document, of: str, sensor: Sensor, document: Document) -> StabilityCurve:
+def _curve(stated: Document, of: str, sensor: units.Sensor, document: Document) -> StabilityCurve:
     """The curve, per gyro. A document states neither terms nor noise types: both are 0."""
-    size = UNITS[stated.get("unit", SENSED[sensor].rate_unit)].size
+    size = units.UNITS[stated.get("unit", units.SENSED[sensor].rate_unit)].size
     tau = np.array(stated["tau_s"], dtype=float)
     return StabilityCurve(
         tau=tau,

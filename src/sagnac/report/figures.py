@@ -31,17 +31,7 @@ from sagnac.core.arrays import FloatArray
 from sagnac.core.units import DEGREE, DEGREE_PER_HOUR, SENSED, UNITS, Unit
 from sagnac.formats.files import write_bytes
 from sagnac.noise.self_noise import SelfNoise
-from sagnac.plot.frame import (
-    BLUE,
-    GREEN,
-    INK,
-    ORANGE,
-    QUIET,
-    band,
-    channel_of,
-    literal,
-    logarithmic,
-)
+from sagnac.plot import frame
 from sagnac.report.quantities import curve_unit, in_field_unit, number
 from sagnac.table.frames import shares_from_deviations, table_to_gyro_matrix
 
@@ -57,7 +47,7 @@ STYLE: Final[dict[Any, Any]] = {
     "axes.labelsize": 9.5,
     "axes.edgecolor": _TICKS,
     "axes.linewidth": 0.7,
-    "axes.labelcolor": INK,
+    "axes.labelcolor": frame.INK,
     "axes.spines.top": False,
     "axes.spines.right": False,
     "axes.axisbelow": True,
@@ -66,8 +56,8 @@ STYLE: Final[dict[Any, Any]] = {
     "grid.linewidth": 0.6,
     "xtick.color": _TICKS,
     "ytick.color": _TICKS,
-    "xtick.labelcolor": INK,
-    "ytick.labelcolor": INK,
+    "xtick.labelcolor": frame.INK,
+    "ytick.labelcolor": frame.INK,
     "xtick.labelsize": 8.5,
     "ytick.labelsize": 8.5,
     "xtick.minor.size": _MINOR_TICK,
@@ -217,8 +207,8 @@ def legend_above(axes: Axes, columns: int) -> None:
 
 # Colour and marker of a curve by the method that leaves it.
 METHODS: Final = {
-    "none": (QUIET, "s"), "fris": (ORANGE, "^"), "fos-paper": (GREEN, "D"),
-    "fos-korenberg": (INK, "v"), "fos": (BLUE, "o"),
+    "none": (frame.QUIET, "s"), "fris": (frame.ORANGE, "^"), "fos-paper": (frame.GREEN, "D"),
+    "fos-korenberg": (frame.INK, "v"), "fos": (frame.BLUE, "o"),
 }  # fmt: skip
 
 _HUNDREDTHS: Final = re.compile(r"(?<=\.\d{2})\d+")
@@ -282,14 +272,16 @@ def comparison_figure(analyses: Mapping[str, Analysis]) -> Figure:
         for method, analysis in analyses.items():
             curve = analysis.curve
             reach = np.stack([curve.deviation - curve.low, curve.high - curve.deviation])
-            color, marker = METHODS.get(method, (INK, "x"))
+            color, marker = METHODS.get(method, (frame.INK, "x"))
             axes.errorbar(
                 curve.tau, curve.deviation / DEGREE_PER_HOUR,
                 yerr=np.maximum(reach, 0.0) / DEGREE_PER_HOUR, color=color, marker=marker,
                 linewidth=1.0, elinewidth=0.7, label=f"{method}: {_short_answer(analysis)}",
             )  # fmt: skip
         one = next(iter(analyses.values()))
-        logarithmic(axes, "cluster time τ (s)", f"Allan deviation, {channel_of(one)} (°/h)")
+        frame.logarithmic(
+            axes, "cluster time τ (s)", f"Allan deviation, {frame.channel_of(one)} (°/h)"
+        )
     return figure
 
 
@@ -301,17 +293,19 @@ def unit_figure(analysis: Analysis) -> Figure:
 def curves_figure(analyses: Sequence[Analysis], unit: Unit) -> Figure:
     """Allan deviation of several channels against cluster time, as recorded, in a unit of rate."""
     with styled(6) as (figure, axes):
-        for analysis, color in zip(analyses, cycle((BLUE, ORANGE, GREEN, INK)), strict=False):
+        for analysis, color in zip(
+            analyses, cycle((frame.BLUE, frame.ORANGE, frame.GREEN, frame.INK)), strict=False
+        ):
             curve = analysis.curve_before
             deviation, low, high = (
                 one / unit.size for one in (curve.deviation, curve.low, curve.high)
             )
             axes.plot(
                 curve.tau, deviation, color=color, marker="o", markersize=3.0, linewidth=0.9,
-                label=literal(analysis.channel),
+                label=frame.literal(analysis.channel),
             )  # fmt: skip
-            band(axes, curve.tau, low, high, color, alpha=0.15)
-        logarithmic(axes, "cluster time τ (s)", f"Allan deviation ({unit.symbol})")
+            frame.band(axes, curve.tau, low, high, color, alpha=0.15)
+        frame.logarithmic(axes, "cluster time τ (s)", f"Allan deviation ({unit.symbol})")
     return figure
 
 
@@ -514,10 +508,10 @@ def frames_figure(share_deviation: ArrayLike = (0.0, 0.0, 0.0)) -> Figure:
         axes.set_axis_off()
         _draw_table(axes, null, table)
         for rows, color, style, names in (
-            (level, QUIET, "-", ("$x_n$ north", "$y_n$ east", "")),
-            (null[:2], ORANGE, "--", ("$x_{b0}$, null", "$y_{b0}$")),
-            (table, INK, "-", ("$x_b$", "$y_b$", "$z_b$, $z_n$ down, shaft")),
-            (gyros, BLUE, "-", ("$x_s$", "$y_s$", "$z_s$")),
+            (level, frame.QUIET, "-", ("$x_n$ north", "$y_n$ east", "")),
+            (null[:2], frame.ORANGE, "--", ("$x_{b0}$, null", "$y_{b0}$")),
+            (table, frame.INK, "-", ("$x_b$", "$y_b$", "$z_b$, $z_n$ down, shaft")),
+            (gyros, frame.BLUE, "-", ("$x_s$", "$y_s$", "$z_s$")),
         ):
             _draw_axes(axes, rows, color, style, names)
         _draw_angle(axes)
@@ -562,20 +556,20 @@ def _draw_table(axes: Axes, null: FloatArray, table: FloatArray) -> None:
     around = np.linspace(0.0, 2.0 * np.pi, 361)
     for radius in (_RADIUS, 0.92 * _RADIUS):
         circle = radius * np.stack([np.cos(around), np.sin(around), 0.0 * around], axis=1)
-        axes.plot(*seen(circle).T, color=QUIET, linewidth=0.8)
+        axes.plot(*seen(circle).T, color=frame.QUIET, linewidth=0.8)
     for angle in np.arange(0.0, 360.0, 5.0) * DEGREE:
         mark = np.array([[np.cos(angle), np.sin(angle), 0.0]]) @ table
         axes.plot(
-            *seen(np.concatenate([0.92 * mark, _RADIUS * mark])).T, color=QUIET, linewidth=0.5
+            *seen(np.concatenate([0.92 * mark, _RADIUS * mark])).T, color=frame.QUIET, linewidth=0.5
         )
     place = seen(_RADIUS * null[:1])[0]
-    axes.plot(*place, marker="o", color=ORANGE, markersize=4.5)
+    axes.plot(*place, marker="o", color=frame.ORANGE, markersize=4.5)
 
 
 def _draw_angle(axes: Axes) -> None:
     """The table angle, from the null indicator to x_b."""
     arc = np.linspace(_HEADING, _HEADING + _TURNED, 40)
     curve = 0.55 * np.stack([np.cos(arc), np.sin(arc), 0.0 * arc], axis=1)
-    axes.plot(*seen(curve).T, color=GREEN, linewidth=1.2)
+    axes.plot(*seen(curve).T, color=frame.GREEN, linewidth=1.2)
     ((across, up),) = seen(0.63 * curve[curve.shape[0] // 2] / 0.55)
-    axes.annotate(r"$\alpha$", (across, up), color=GREEN, ha="center", va="center")
+    axes.annotate(r"$\alpha$", (across, up), color=frame.GREEN, ha="center", va="center")

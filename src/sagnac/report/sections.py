@@ -37,14 +37,6 @@ from sagnac.lines.model import Line
 from sagnac.noise.estimates import Interval
 from sagnac.noise.laws import COEFFICIENT_NAMES, SYMBOLS
 from sagnac.report import note_text, quantities
-from sagnac.report.quantities import (
-    curve_columns,
-    curve_unit,
-    in_field_unit,
-    number,
-    reading,
-    shown_density,
-)
 from sagnac.verdict.judgement import Decision, Judgement, Verdict, overall
 
 # ---- methods -----------------------------------------------------------------------
@@ -145,7 +137,7 @@ def with_interval(interval: Interval | None, size: float = 1.0) -> str:
         return ""
     width = 0.5 * (interval.high - interval.low) / size
     ends = (interval.value, interval.low, interval.high)
-    value, low, high = (number(end / size, width, plain=True) for end in ends)
+    value, low, high = (quantities.number(end / size, width, plain=True) for end in ends)
     return f"{value} [{low}, {high}]"
 
 
@@ -184,7 +176,9 @@ def force_rows(analyses: Sequence[Analysis]) -> list[tuple[str, str, tuple[str, 
     for name in COEFFICIENT_NAMES:
         unit = field_unit(name, "accelerometer")
         found = [answer_coefficients(one).get(name) for one in analyses]
-        readings = tuple("not fitted" if one is None else reading(name, one) for one in found)
+        readings = tuple(
+            "not fitted" if one is None else quantities.reading(name, one) for one in found
+        )
         rows.append((f"{SYMBOLS[name]} {_SENSED.titles[name]}", unit.symbol, readings))
     return rows
 
@@ -222,7 +216,7 @@ def overall_decision(analyses: "list[Analysis]") -> Decision | None:
 def found_text(judgement: Judgement) -> str:
     """Measured value in the field's unit: with its interval, a bound, or neither."""
     name = judgement.limit.coefficient
-    said = reading(name, judgement.estimate)
+    said = quantities.reading(name, judgement.estimate)
     if judgement.estimate.status == "not observable":
         return said
     return f"{said} {field_unit(name).symbol}"
@@ -242,7 +236,7 @@ def gyro_text(judgement: Judgement) -> str:
 
 def _judgement(one: Judgement) -> dict[str, Any]:
     name = one.limit.coefficient
-    shown = in_field_unit(name, one.estimate)
+    shown = quantities.in_field_unit(name, one.estimate)
     unit = field_unit(name)
     return {
         "gyro": one.gyro,
@@ -312,7 +306,7 @@ def stability_table(analysis: Analysis) -> str:
     columns = {
         f"{prefix}{name}{units.get(name, '')}": [cell(value) for value in values]
         for prefix, curve in (("", analysis.curve), ("before_", analysis.curve_before))
-        for name, values in curve_columns(curve, UNITS["deg/h"]).items()
+        for name, values in quantities.curve_columns(curve, UNITS["deg/h"]).items()
     }
     return csv_text(list(columns), zip_longest(*columns.values(), fillvalue=""))
 
@@ -321,10 +315,10 @@ def family_table(analysis: Analysis) -> str:
     """CSV of every curve asked for, per gyro, one below the other."""
     rows = []
     for curve in analysis.family:
-        unit = curve_unit(curve.estimator)
+        unit = quantities.curve_unit(curve.estimator)
         rows += [
             [curve.estimator, unit.name, *(cell(value) for value in row)]
-            for row in zip(*curve_columns(curve).values(), strict=True)
+            for row in zip(*quantities.curve_columns(curve).values(), strict=True)
         ]
     header = ("estimator", "unit", "tau[s]", "deviation", "low", "high", "edf", "terms")
     return csv_text((*header, "noise_type"), rows)
@@ -332,7 +326,7 @@ def family_table(analysis: Analysis) -> str:
 
 def density_table(analysis: Analysis) -> str:
     """CSV of the multitaper rate spectrum, per gyro, one-sided."""
-    shown = shown_density(analysis)
+    shown = quantities.shown_density(analysis)
     rows = zip(shown.frequency.tolist(), shown.density.tolist(), strict=True)
     return csv_text(
         ("frequency[Hz]", "density[(deg/h)^2/Hz]"), ([cell(value) for value in row] for row in rows)
@@ -567,17 +561,13 @@ def placed_notes(analysis: Analysis, others: Sequence[Analysis] = ()) -> PlacedN
         Analyses whose curves and fits it has notes on, besides its own.
     """
     everyone = (analysis, *others)
-    of_curves = {note for one in everyone for note in one.curve.notes}
-    of_fits = {note for one in everyone for note in _on_other_fits(one)} - of_curves
-    of_reading = {note for note in analysis.recording.notes if note.level == "remark"}
-    of_reading -= of_curves | of_fits
-    ordered = ranked(analysis.notes)
-    return PlacedNotes(
-        answer=tuple(note for note in ordered if note not in of_curves | of_fits | of_reading),
-        reading=tuple(note for note in ordered if note in of_reading),
-        curve=tuple(note for note in ordered if note in of_curves),
-        fits=tuple(note for note in ordered if note in of_fits),
-    )
+    places = {note: "reading" for note in analysis.recording.notes if note.level == "remark"}
+    places |= {note: "fits" for one in everyone for note in _on_other_fits(one)}
+    places |= {note: "curve" for one in everyone for note in one.curve.notes}
+    found: dict[str, list[Note]] = {"answer": [], "reading": [], "curve": [], "fits": []}
+    for note in ranked(analysis.notes):
+        found[places.get(note, "answer")].append(note)
+    return PlacedNotes(**{place: tuple(notes) for place, notes in found.items()})
 
 
 def _on_other_fits(analysis: Analysis) -> list[Note]:

@@ -17,39 +17,7 @@ from sagnac.core.units import field_unit
 from sagnac.noise.laws import COEFFICIENT_NAMES, SYMBOLS, CoefficientName
 from sagnac.noise.self_noise import SelfNoise
 from sagnac.recording.model import Recording
-from sagnac.report import as_typed, error_text, note_text
-from sagnac.report.quantities import (
-    FIT_TITLES,
-    TITLES,
-    coarser,
-    curve_columns,
-    curve_unit,
-    in_field_unit,
-    kalman_figures,
-    line_amplitude,
-    line_position,
-    reading,
-    reading_cells,
-    residual_peaks,
-    sentence,
-    shown_density,
-    subject,
-    unit_cells,
-    worst_gyro,
-)
-from sagnac.report.sections import (
-    DECISIONS,
-    HEADER,
-    force_notes,
-    force_rows,
-    found_text,
-    gyro_text,
-    overall_decision,
-    placed_notes,
-    risk_text,
-    share_remarks,
-    share_rows,
-)
+from sagnac.report import as_typed, error_text, note_text, quantities, sections
 from sagnac.stability.curve import StabilityCurve
 
 # ---- text --------------------------------------------------------------------------
@@ -61,17 +29,16 @@ _DENSITY_ROWS: Final = 24
 def answer(analysis: Analysis) -> str:
     """Each gyro asked for, the worst marked; what two make per gyro; what it rests on."""
     estimate = analysis.angle_random_walk
-    worst = worst_gyro(analysis)
+    worst = quantities.worst_gyro(analysis)
     rows = [
-        f"ARW of gyro {name}  {sentence('angle_random_walk', own, plain=True)}"
+        f"ARW of gyro {name}  {quantities.sentence('angle_random_walk', own, plain=True)}"
         f"{'  worst' if name == worst else ''}"
         for name, own in analysis.per_gyro.items()
     ]
-    rows.append(
-        f"ARW of {subject(analysis)}  {sentence('angle_random_walk', estimate, plain=True)}"
-    )
+    said = quantities.sentence("angle_random_walk", estimate, plain=True)
+    rows.append(f"ARW of {quantities.subject(analysis)}  {said}")
     rows.append(textwrap.fill(f"Rests on: {analysis.source}", 80, subsequent_indent="  "))
-    densities = kalman_figures(estimate)
+    densities = quantities.kalman_figures(estimate)
     if densities:
         bound = " (the bound)" if estimate.status == "upper bound" else ""
         shown = " = ".join(f"{figure} {unit}" for figure, unit in densities)
@@ -81,7 +48,7 @@ def answer(analysis: Analysis) -> str:
 
 def beside_truth(analysis: Analysis, truth: float) -> str:
     """The answer against the ARW that was put in, `truth` in deg/sqrt(h)."""
-    shown = in_field_unit("angle_random_walk", analysis.angle_random_walk)
+    shown = quantities.in_field_unit("angle_random_walk", analysis.angle_random_walk)
     put_in = f"The truth put in: {truth:.4g} °/√h"
     if shown.status == "not observable":
         return f"{put_in}; the recording does not show it"
@@ -98,29 +65,31 @@ def verdict(analysis: Analysis) -> str:
     if found is None:
         return ""
     rows = [
-        (gyro_text(one), one.limit.in_words, found_text(one), one.decision)
+        (sections.gyro_text(one), one.limit.in_words, sections.found_text(one), one.decision)
         for one in found.judgements
     ]
     reasons = dict.fromkeys(
-        f"{gyro_text(one)}: {one.reason}" for one in found.judgements if one.decision != "pass"
+        f"{sections.gyro_text(one)}: {one.reason}"
+        for one in found.judgements
+        if one.decision != "pass"
     )
     product = f" for {found.specification.product}" if found.specification.product else ""
-    said = f"Verdict{product}: {DECISIONS[found.decision]}"
+    said = f"Verdict{product}: {sections.DECISIONS[found.decision]}"
     listed = table(("gyro", "limit", "measured", "verdict"), rows)
-    return "\n".join((said, listed, *reasons, f"Risk: {risk_text(found)}"))
+    return "\n".join((said, listed, *reasons, f"Risk: {sections.risk_text(found)}"))
 
 
 def with_lines(analysis: Analysis) -> str:
     """The answer with the lines left in."""
-    said = sentence("angle_random_walk", analysis.angle_random_walk, plain=True)
+    said = quantities.sentence("angle_random_walk", analysis.angle_random_walk, plain=True)
     return f"With the lines below left in  {said}"
 
 
 def coefficients(analysis: Analysis) -> str:
     """Q, N, B, K, R by each fit, in the field's units."""
-    fits = [analysis.fits[name] for name in FIT_TITLES if name in analysis.fits]
+    fits = [analysis.fits[name] for name in quantities.FIT_TITLES if name in analysis.fits]
     rows = [
-        (*_titled(name), *(reading(name, fit.coefficients[name]) for fit in fits))
+        (*_titled(name), *(quantities.reading(name, fit.coefficients[name]) for fit in fits))
         for name in COEFFICIENT_NAMES
     ]
     header = ("coefficient", "unit", *(f"{fit.method} fit" for fit in fits))
@@ -129,15 +98,15 @@ def coefficients(analysis: Analysis) -> str:
 
 def _titled(name: CoefficientName) -> tuple[str, str]:
     """A coefficient by its letter and title, and the unit of the field."""
-    return f"{SYMBOLS[name]} {TITLES[name].lower()}", field_unit(name).symbol
+    return f"{SYMBOLS[name]} {quantities.TITLES[name].lower()}", field_unit(name).symbol
 
 
 def shares(analysis: Analysis) -> str:
     """Scale factor, axis, asymmetry and bias of each gyro on a turning table."""
     if not analysis.shares:
         return ""
-    said = [textwrap.fill(remark, 80) for remark in share_remarks(analysis)]
-    return "\n".join((table(HEADER, share_rows(analysis)), *said))
+    said = [textwrap.fill(remark, 80) for remark in sections.share_remarks(analysis)]
+    return "\n".join((table(sections.HEADER, sections.share_rows(analysis)), *said))
 
 
 def accelerometers(analysis: Analysis) -> str:
@@ -146,9 +115,9 @@ def accelerometers(analysis: Analysis) -> str:
     if not forces:
         return ""
     names = [f"accelerometer {name}" for name in analysis.accelerometers]
-    rows = [(title, unit, *readings) for title, unit, readings in force_rows(forces)]
+    rows = [(title, unit, *readings) for title, unit, readings in sections.force_rows(forces)]
     shown = table(("coefficient", "unit", *names), rows)
-    return blocks(shown, "\n".join(f"note: {said}" for said in force_notes(forces)))
+    return blocks(shown, "\n".join(f"note: {said}" for said in sections.force_notes(forces)))
 
 
 def refused(analysis: Analysis) -> str:
@@ -163,7 +132,7 @@ def units(analysis: Analysis) -> str:
     rows = [
         (_titled(name)[0], *cells)
         for name, estimate in headline_estimates(analysis).items()
-        for cells in unit_cells(name, estimate)
+        for cells in quantities.unit_cells(name, estimate)
     ]
     return table(("coefficient", "value", "interval", "unit"), rows, right=(1,)) if rows else ""
 
@@ -171,7 +140,7 @@ def units(analysis: Analysis) -> str:
 def self_noise(found: SelfNoise, band: tuple[float, float]) -> str:
     """N of each of several gyros alone, and the gain with which it senses what all share."""
     rows = [
-        (name, sentence("angle_random_walk", walk, plain=True), f"{gain:.5g}")
+        (name, quantities.sentence("angle_random_walk", walk, plain=True), f"{gain:.5g}")
         for (name, walk), gain in zip(found.angle_random_walk.items(), found.gains, strict=True)
     ]
     said = f"Self-noise from the cross spectra of {len(rows)} gyros, {band[0]:g} to {band[1]:g} Hz"
@@ -180,7 +149,7 @@ def self_noise(found: SelfNoise, band: tuple[float, float]) -> str:
 
 def curve(of: StabilityCurve) -> str:
     """A stability curve per gyro."""
-    unit, columns = curve_unit(of.estimator), curve_columns(of).values()
+    unit, columns = quantities.curve_unit(of.estimator), quantities.curve_columns(of).values()
     rows = [tuple(f"{value:.4g}" for value in row) for row in zip(*columns, strict=True)]
     deviation = f"{of.estimator} {unit.symbol}"
     header = ("τ s", deviation, "low", "high", "edf", "terms", "noise f^")
@@ -191,7 +160,7 @@ def density(analysis: Analysis) -> str:
     """The power spectral density per gyro, averaged into few bins; the table has them all."""
     if analysis.density is None or not analysis.density.frequency.size:
         return ""
-    shown = coarser(shown_density(analysis), _DENSITY_ROWS)
+    shown = quantities.coarser(quantities.shown_density(analysis), _DENSITY_ROWS)
     rows = [
         tuple(f"{value:.4g}" for value in (place, square, math.sqrt(square)))
         for place, square in zip(shown.frequency, shown.density, strict=True)
@@ -209,8 +178,8 @@ def lines(analysis: Analysis, most: int | None = _MOST_LINES) -> str:
     listed = of_table + [line for line in analysis.lines if line.scale == "time"][:most]
     rows = [
         (
-            "table angle" if line.scale == "angle" else "time", line_position(line),
-            *line_amplitude(line), f"{line.significance:.4g}", line.channel, line.name,
+            "table angle" if line.scale == "angle" else "time", quantities.line_position(line),
+            *quantities.line_amplitude(line), f"{line.significance:.4g}", line.channel, line.name,
         )
         for line in listed
     ]  # fmt: skip
@@ -247,9 +216,9 @@ def comparison(analyses: Mapping[str, Analysis], refused: Mapping[str, str]) -> 
     rows = [
         (
             method,
-            *reading_cells("angle_random_walk", analysis.angle_random_walk),
+            *quantities.reading_cells("angle_random_walk", analysis.angle_random_walk),
             str(len(analysis.lines)),
-            str(residual_peaks(analysis)),
+            str(quantities.residual_peaks(analysis)),
             f"{sum(analysis.seconds.values()):.1f}",
         )
         for method, analysis in analyses.items()
@@ -264,7 +233,10 @@ def comparison(analyses: Mapping[str, Analysis], refused: Mapping[str, str]) -> 
     ]
     reasons = "\n".join(f"{method}: {why}" for method, why in refused.items())
     return blocks(
-        subject(one), table(header, rows, right=(1, 4, 5, 6)), reasons, "\n".join(noticed)
+        quantities.subject(one),
+        table(header, rows, right=(1, 4, 5, 6)),
+        reasons,
+        "\n".join(noticed),
     )
 
 
@@ -357,7 +329,7 @@ def main_coefficients(analysis: Analysis) -> str:
     for name in COEFFICIENT_NAMES:
         if name in found:
             title, unit = _titled(name)
-            value, interval, status = reading_cells(name, found[name])
+            value, interval, status = quantities.reading_cells(name, found[name])
             rows.append((title, value, interval, unit, status))
     return table(("coefficient", "value", "interval", "unit", "status"), rows) if rows else ""
 
@@ -365,7 +337,12 @@ def main_coefficients(analysis: Analysis) -> str:
 def strongest_lines(analysis: Analysis) -> str:
     """How many periodic components there are, and the strongest five."""
     rows = [
-        (line_position(line), *line_amplitude(line), line.channel, _short(line.name))
+        (
+            quantities.line_position(line),
+            *quantities.line_amplitude(line),
+            line.channel,
+            _short(line.name),
+        )
         for line in analysis.lines[:_STRONGEST_SHOWN]
     ]
     header = ("periodic", "amplitude ″", "± ″", "channel", "known as")
@@ -388,7 +365,7 @@ def short_notes(analysis: Analysis, others: Sequence[Analysis] = ()) -> str:
     others
         Analyses whose curves and fits it has notes on, besides its own.
     """
-    placed = placed_notes(analysis, others)
+    placed = sections.placed_notes(analysis, others)
     ordered = (*placed.answer, *placed.reading)
     urgent = [note for note in ordered if note.level != "remark"]
     shown = (*urgent, *ordered[len(urgent) :][:_MOST_REMARKS])
@@ -425,8 +402,8 @@ def closing(named: Sequence[tuple[str, Analysis]]) -> str:
     unit = field_unit("angle_random_walk").symbol
     listed = table(("file", "gyro", f"N {unit}", "interval", "status", "verdict"), rows)
     warned = [line for file, analysis in named for line in _warned_of(file, analysis)]
-    decision = overall_decision([analysis for _, analysis in named])
-    said = [f"Verdict of all: {DECISIONS[decision]}"] if decision else []
+    decision = sections.overall_decision([analysis for _, analysis in named])
+    said = [f"Verdict of all: {sections.DECISIONS[decision]}"] if decision else []
     return "\n".join((listed, *said, *warned))
 
 
@@ -455,7 +432,7 @@ def _closing_rows(file: str, analysis: Analysis) -> list[tuple[str, ...]]:
         (
             named,
             name,
-            *reading_cells("angle_random_walk", estimate),
+            *quantities.reading_cells("angle_random_walk", estimate),
             decisions.get(name, verdict.decision if verdict else ""),
         )
         for name, estimate in estimates.items()
