@@ -173,7 +173,7 @@ def _path(
     progress: Progress | None,
     findings: tuple[Note, ...] | None = None,
 ) -> tuple[Analysis, tuple[Note, ...]]:
-    """Evidence, answer, and what is drawn beside it; and the judgement of the data, made or given."""
+    """The analysis, and the judgement of the data, which is made unless it is given."""
     stages = Stages(progress, recording.path or "recording")
     evidence = _evidence(recording, settings, stages, findings)
     with stages.stage("coefficients"):
