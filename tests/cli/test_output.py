@@ -6,7 +6,7 @@ import pytest
 
 from sagnac.cli.output import folders_of, require_writable
 from sagnac.core.errors import RecordingError
-from sagnac.formats.files import made
+from sagnac.core.whole_files import made
 from sagnac.report.folder import write_report
 from tests import handmade
 

@@ -10,7 +10,7 @@ import tempfile
 import pytest
 
 from sagnac.core.errors import RecordingError
-from sagnac.formats.files import (
+from sagnac.core.whole_files import (
     remove_leftovers,
     replacing,
     replacing_folder,

@@ -15,7 +15,7 @@ from sagnac.core.arrays import FloatArray, pandas_for, xarray_for
 from sagnac.core.errors import Note, RecordingError
 from sagnac.core.overwriting import Outputs, require_free
 from sagnac.core.units import DEGREE_PER_HOUR, Sensor
-from sagnac.formats.files import write_text
+from sagnac.core.whole_files import write_text
 from sagnac.lines.model import Line
 from sagnac.noise.estimates import Estimate, Fit, FitName, estimate_units
 from sagnac.noise.laws import COEFFICIENT_NAMES, CoefficientName

@@ -252,7 +252,7 @@ def _show(
     as_json: bool,
 ) -> None:
     """Prints the answer, and writes it into a folder if one is named."""
-    from sagnac.formats.files import made, write_text
+    from sagnac.core.whole_files import made, write_text
     from sagnac.report import alignment as shown
     from sagnac.report.document import to_json
     from sagnac.report.figures import write_png

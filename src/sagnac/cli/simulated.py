@@ -170,7 +170,7 @@ def demo(
         Of the simulation.
     """
     del debug
-    from sagnac.formats.files import made
+    from sagnac.core.whole_files import made
     from sagnac.formats.statement import of_simulation
     from sagnac.report import text
     from sagnac.rig.config import preset
@@ -235,7 +235,7 @@ def reproduce(
     overwriting.require_free(overwriting.outputs_in(folder, "reproduction"), force=force)
     results.ready_to_draw()
     from sagnac.core.processes import means_of
-    from sagnac.formats.files import made
+    from sagnac.core.whole_files import made
     from sagnac.paper.prediction import QUICK, Scope
     from sagnac.paper.reproduce import reproduce as make
     from sagnac.report import reproduction_page as pages

@@ -15,6 +15,7 @@ from matplotlib.figure import Figure
 from sagnac.core.errors import rounded
 from sagnac.core.units import HOUR
 from sagnac.core.version import __version__
+from sagnac.core.whole_files import write_text
 from sagnac.fleet.runner import Campaign, Row
 from sagnac.fleet.study import Repeatability
 from sagnac.fleet.table import (
@@ -26,7 +27,6 @@ from sagnac.fleet.table import (
     walk_limits,
     yield_of,
 )
-from sagnac.formats.files import write_text
 from sagnac.noise.estimates import Interval
 from sagnac.plot.frame import BLUE, GREEN, INK, OCHRE, ORANGE, literal
 from sagnac.report.figures import STYLE, PowersOfTen, styled, svg, write_png

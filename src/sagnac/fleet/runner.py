@@ -22,8 +22,8 @@ from sagnac.core import processes
 from sagnac.core.errors import MissingExtra, RecordingError
 from sagnac.core.processes import GIBIBYTE, Means, Standing, means_of, nobody
 from sagnac.core.version import __version__
+from sagnac.core.whole_files import made
 from sagnac.fleet.tasks import Result, Task, lost, measure, read_result, span_tasks, with_digest
-from sagnac.formats.files import made
 
 # ---- local -------------------------------------------------------------------------
 

@@ -14,10 +14,10 @@ from scipy.special import betaincinv, ndtri
 
 from sagnac.core.errors import RecordingError, counted
 from sagnac.core.units import DEGREE_PER_ROOT_HOUR, field_unit
+from sagnac.core.whole_files import replacing, write_text
 from sagnac.fleet.runner import Campaign, Row
 from sagnac.fleet.study import Repeatability, Run, repeatability
 from sagnac.fleet.tasks import Task, span_of
-from sagnac.formats.files import replacing, write_text
 from sagnac.navigation.noise import GyroNoise
 from sagnac.noise.estimates import Interval
 from sagnac.noise.laws import SYMBOLS

@@ -19,8 +19,8 @@ from sagnac.analysis.settings import Settings
 from sagnac.core.documents import ANY, NUMBER, TEXT, TEXTS, read_toml, table
 from sagnac.core.errors import MissingExtra, RecordingError, quoted
 from sagnac.core.version import __version__
+from sagnac.core.whole_files import write_text
 from sagnac.formats import read
-from sagnac.formats.files import write_text
 from sagnac.formats.registry import FORMATS
 from sagnac.formats.statement import Statement, beside_paths, from_mapping
 from sagnac.report import error_text

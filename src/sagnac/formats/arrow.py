@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 
 from sagnac.core.arrays import BLOCK
 from sagnac.core.units import Unit
-from sagnac.formats.files import damaged, replacing
+from sagnac.core.whole_files import replacing
+from sagnac.formats.files import damaged
 from sagnac.formats.registry import FEATHER, PARQUET, Format
 from sagnac.formats.source import (
     MADE,

@@ -23,7 +23,8 @@ from numpy.typing import NDArray
 from sagnac.core.arrays import blocks
 from sagnac.core.errors import Note, RecordingError
 from sagnac.core.units import Sensor
-from sagnac.formats.files import damaged, replacing_folder, replacing_set
+from sagnac.core.whole_files import replacing_folder, replacing_set
+from sagnac.formats.files import damaged
 from sagnac.formats.registry import CSV, EUROC, EUROC_DATA, EUROC_SENSOR
 from sagnac.formats.source import (
     MADE,

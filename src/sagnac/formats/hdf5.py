@@ -22,7 +22,8 @@ from scipy.io import netcdf_file
 
 from sagnac.core.arrays import blocks
 from sagnac.core.errors import RecordingError, one_line
-from sagnac.formats.files import damaged, replacing, require_content
+from sagnac.core.whole_files import replacing
+from sagnac.formats.files import damaged, require_content
 from sagnac.formats.registry import HDF5, NETCDF
 from sagnac.formats.source import (
     MADE,

@@ -18,7 +18,8 @@ import numpy as np
 import scipy.io
 from numpy.typing import NDArray
 
-from sagnac.formats.files import damaged, replacing, require_room
+from sagnac.core.whole_files import replacing
+from sagnac.formats.files import damaged, require_room
 from sagnac.formats.registry import MATLAB
 from sagnac.formats.source import MADE, Outgoing, Source, Stored, Vector, column, in_memory, vectors
 from sagnac.formats.statement import ARRAYS_STATED, from_mapping

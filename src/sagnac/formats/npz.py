@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 
 from sagnac.core.arrays import blocks
 from sagnac.core.errors import RecordingError
-from sagnac.formats.files import damaged, replacing, require_content, require_room
+from sagnac.core.whole_files import replacing
+from sagnac.formats.files import damaged, require_content, require_room
 from sagnac.formats.registry import NPY, NPZ
 from sagnac.formats.source import (
     MADE,

@@ -27,7 +27,8 @@ from rosbags.typesys import Stores, get_typestore
 
 from sagnac.core.arrays import blocks
 from sagnac.core.errors import Note, RecordingError
-from sagnac.formats.files import damaged, replacing_set
+from sagnac.core.whole_files import replacing_set
+from sagnac.formats.files import damaged
 from sagnac.formats.registry import ROSBAG
 from sagnac.formats.source import MADE, Column, Outgoing, Source, Stored, in_memory
 from sagnac.formats.statement import Statement

@@ -13,7 +13,7 @@ from sagnac.core.errors import Note, quoted, require_choice
 from sagnac.core.overwriting import of_export, require_free
 from sagnac.core.units import SENSED, SENSORS, TIME_UNITS, Sensor, sizes, split_factor
 from sagnac.core.version import __version__
-from sagnac.formats.files import write_text
+from sagnac.core.whole_files import write_text
 from sagnac.navigation.definitions import ToolName, definition_of
 from sagnac.navigation.models import FilterModel, Markov
 from sagnac.navigation.settings import FilterSetting, sensors_in, sensors_of, setting_of

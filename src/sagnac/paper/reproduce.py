@@ -26,7 +26,7 @@ from sagnac.core.documents import finite
 from sagnac.core.errors import RecordingError
 from sagnac.core.processes import GIBIBYTE, Means, Standing, completed, nobody
 from sagnac.core.units import DEGREE, DEGREE_PER_HOUR, DEGREE_PER_ROOT_HOUR
-from sagnac.formats.files import replacing
+from sagnac.core.whole_files import replacing
 from sagnac.lines.published import AS_PRINTED, FAIR
 from sagnac.noise.curve_fit import paper_fit
 from sagnac.noise.estimates import Estimate, Status, unobserved

@@ -29,7 +29,7 @@ from sagnac import plot
 from sagnac.analysis.result import Analysis
 from sagnac.core.arrays import FloatArray
 from sagnac.core.units import DEGREE, DEGREE_PER_HOUR, SENSED, UNITS, Unit
-from sagnac.formats.files import write_bytes
+from sagnac.core.whole_files import write_bytes
 from sagnac.noise.self_noise import SelfNoise
 from sagnac.plot import frame
 from sagnac.report.quantities import curve_unit, in_field_unit, number

@@ -9,7 +9,7 @@ from urllib.parse import quote
 
 from sagnac.analysis.result import Analysis
 from sagnac.core.overwriting import outputs_in, require_free
-from sagnac.formats.files import replacing_folder, write_text
+from sagnac.core.whole_files import replacing_folder, write_text
 from sagnac.report import document, figures, page, sections
 from sagnac.report.sections import TitleBlock, folder_name, write_pdf
 

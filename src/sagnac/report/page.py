@@ -17,7 +17,7 @@ from sagnac.analysis.result import (
 from sagnac.analysis.verdict import verdict_of
 from sagnac.core.errors import ranked
 from sagnac.core.units import DEGREE
-from sagnac.formats.files import write_text
+from sagnac.core.whole_files import write_text
 from sagnac.navigation.noise import GyroNoise
 from sagnac.noise.estimates import Estimate
 from sagnac.noise.laws import CoefficientName

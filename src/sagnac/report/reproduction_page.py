@@ -11,7 +11,7 @@ from markupsafe import Markup
 from matplotlib.figure import Figure
 
 from sagnac.core.units import DEGREE
-from sagnac.formats.files import replacing_folder, write_text
+from sagnac.core.whole_files import replacing_folder, write_text
 from sagnac.lines.published import SLOWEST_CYCLES
 from sagnac.noise.readings import READINGS, ReadingName
 from sagnac.paper.prediction import DRIVEN, FIGURE_2, TABLE_1, TABLE_2, adequate_rate

@@ -32,7 +32,7 @@ from sagnac.core.documents import ANY, read_toml, table
 from sagnac.core.errors import MissingExtra, Note, RecordingError, one_line, ranked, rounded
 from sagnac.core.units import ARCSECOND, DEGREE, DEGREE_PER_HOUR, SENSED, UNITS, field_unit
 from sagnac.core.version import __version__
-from sagnac.formats.files import write_bytes
+from sagnac.core.whole_files import write_bytes
 from sagnac.lines.model import Line
 from sagnac.noise.estimates import Interval
 from sagnac.noise.laws import COEFFICIENT_NAMES, SYMBOLS

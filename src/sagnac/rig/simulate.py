@@ -18,9 +18,9 @@ from sagnac import formats
 from sagnac.core.arrays import BooleanArray, FloatArray
 from sagnac.core.errors import quoted
 from sagnac.core.units import DEGREE_PER_ROOT_HOUR, STANDARD_GRAVITY, UNITS, Sensor, Unit, unit_of
+from sagnac.core.whole_files import replacing_set
 from sagnac.formats import arrow
 from sagnac.formats.csv import write_euroc
-from sagnac.formats.files import replacing_set
 from sagnac.formats.read_write import format_to_write
 from sagnac.formats.registry import EUROC, PARQUET
 from sagnac.formats.source import in_units, outgoing

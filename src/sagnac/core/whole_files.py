@@ -1,0 +1,307 @@
+"""Files and folders that appear only when they are whole: written beside, then renamed."""
+
+import ctypes
+import glob
+import os
+import shutil
+import signal
+import tempfile
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import AbstractContextManager, contextmanager
+from pathlib import Path
+from typing import Any, Final
+
+from sagnac.core.errors import RecordingError
+
+# What is being written ends so, and begins with as much of the name as leaves room for the rest.
+_PART: Final = ".part"
+_LONGEST: Final = 180
+# Signals that end a run.
+_ENDING: Final = {
+    getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)
+}
+
+
+@contextmanager
+def replacing(path: Path) -> Iterator[Path]:
+    """A temporary path in the same folder that becomes `path` if all goes well.
+
+    Its name holds the number of this process; what processes that have died left beside it goes.
+
+    Raises
+    ------
+    RecordingError
+        If the folder cannot be written to, or the disk is full.
+    """
+    with _part_of(path, _file_made, lambda part: part.unlink(missing_ok=True)) as temporary:
+        yield temporary
+        _give_usual_rights(temporary, 0o666)
+        os.replace(temporary, path)
+
+
+def write_text(path: Path, text: str) -> None:
+    """Write a text, whole or not at all.
+
+    Raises
+    ------
+    RecordingError
+        If the folder cannot be written to.
+    """
+    with replacing(path) as temporary:
+        temporary.write_text(text, encoding="utf-8")
+
+
+def write_bytes(path: Path, content: bytes) -> None:
+    """Write bytes, whole or not at all.
+
+    Raises
+    ------
+    RecordingError
+        If the folder cannot be written to.
+    """
+    with replacing(path) as temporary:
+        temporary.write_bytes(content)
+
+
+def _file_made(**where: Any) -> Path:
+    handle, name = tempfile.mkstemp(**where)
+    os.close(handle)
+    return Path(name)
+
+
+def _give_usual_rights(path: Path, most: int) -> None:
+    mask = os.umask(0)
+    os.umask(mask)
+    path.chmod(most & ~mask)
+
+
+@contextmanager
+def _part_of(
+    path: Path, make: Callable[..., Path], remove: Callable[[Path], object]
+) -> Iterator[Path]:
+    """A temporary file or folder beside `path`, made so, that is removed in the end.
+
+    Raises
+    ------
+    RecordingError
+        If it cannot be written to, or the disk is full.
+    """
+    temporary: Path | None = None
+    try:
+        # A signal between the file and its name here would leave it.
+        with _signals_waiting():
+            remove_leftovers(path)
+            prefix = f".{path.name[:_LONGEST]}.{os.getpid()}."
+            temporary = make(prefix=prefix, suffix=_PART, dir=path.parent)
+        yield temporary
+    except OSError as error:
+        raise _unwritable(path, error) from error
+    finally:
+        with _signals_waiting():
+            if temporary is not None:
+                remove(temporary)
+
+
+@contextmanager
+def replacing_set(path: Path) -> Iterator[Path]:
+    """A temporary folder whose files become `path` and those that go with it if all goes well.
+
+    The names of two files cannot change at once. So the old files beside go before `path` changes,
+    and the new ones come after it: a process that is killed meanwhile leaves a file without those
+    beside, never with those of another. Signals wait so long.
+
+    Parameters
+    ----------
+    path
+        The file that the others go with; the folder has one of its name in the end.
+
+    Raises
+    ------
+    RecordingError
+        If it cannot be written to, or the disk is full.
+    """
+    with _folder_beside(path) as folder:
+        with _named_as(folder, path.parent):
+            yield folder
+        names = [entry.name for entry in folder.iterdir() if entry.name != path.name]
+        with _signals_waiting():
+            for name in names:
+                path.with_name(name).unlink(missing_ok=True)
+            for name in (path.name, *names):
+                _put(folder / name, path.with_name(name))
+
+
+def _folder_beside(path: Path) -> AbstractContextManager[Path]:
+    """A temporary folder beside `path` that goes in the end, with what is left in it."""
+    return _part_of(
+        path,
+        lambda **where: Path(tempfile.mkdtemp(**where)),
+        lambda folder: shutil.rmtree(folder, ignore_errors=True),
+    )
+
+
+@contextmanager
+def _named_as(temporary: Path, folder: Path) -> Iterator[None]:
+    """Let what is wrong with a file of a temporary folder be told of the one that it becomes.
+
+    Raises
+    ------
+    RecordingError
+        The one raised inside.
+    """
+    try:
+        yield
+    except RecordingError as error:
+        if Path(error.path).parent != temporary:
+            raise
+        raise RecordingError(
+            error.problem,
+            path=str(folder / Path(error.path).name),
+            channel=error.channel,
+            remedy=error.remedy,
+        ) from error.__cause__
+
+
+@contextmanager
+def _signals_waiting() -> Iterator[None]:
+    """Let signals that end a run come after this.
+
+    A mask would not do: what is masked in this thread the system gives to another one, and Python
+    runs the handler in this thread all the same.
+    """
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    came: list[int] = []
+    handlers = {number: signal.getsignal(number) for number in _ENDING}
+    try:
+        for number in handlers:
+            signal.signal(number, lambda number, _: came.append(number))
+        yield
+    finally:
+        for number, handler in handlers.items():
+            # None: a library set it, and Python cannot set it again.
+            signal.signal(number, signal.SIG_DFL if handler is None else handler)
+        for number in came:
+            signal.raise_signal(number)
+
+
+@contextmanager
+def replacing_folder(folder: Path) -> Iterator[Path]:
+    """A temporary folder beside `folder` whose files replace those of it, all at once or none.
+
+    If `folder` has no other files, the two change places in one step if the system can do that
+    (Linux), else one after the other. Other files are neither moved nor copied, since somebody may
+    be writing them, and a folder that this process works in keeps its place: the old files go, and
+    the new ones come, while signals wait.
+
+    Raises
+    ------
+    RecordingError
+        If it cannot be written to, or the disk is full.
+    """
+    folder = folder.absolute()
+    made(folder.parent)
+    with _folder_beside(folder) as temporary:
+        with _named_as(temporary, folder):
+            yield temporary
+        _give_usual_rights(temporary, 0o777)
+        _put(temporary, folder)
+
+
+def made(folder: Path) -> Path:
+    """The folder, made if it was not there.
+
+    Raises
+    ------
+    RecordingError
+        If it cannot be made.
+    """
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise _unwritable(folder, error) from None
+    return folder
+
+
+def _put(new: Path, place: Path) -> None:
+    """Let a file or a folder take its place; what else a folder there holds stays."""
+    if not (new.is_dir() and place.is_dir()):
+        os.replace(new, place)
+    elif _may_move(place, new):
+        _change_places(new, place)
+    else:
+        _move_into(place, new)
+
+
+def _may_move(folder: Path, new: Path) -> bool:
+    """Whether a folder holds nothing but what is replaced, and no process works in it."""
+    here = Path.cwd()
+    if folder.is_symlink() or folder in (here, *here.parents):
+        return False
+    for entry in folder.iterdir():
+        other = new / entry.name
+        if not other.exists() or other.is_dir() != entry.is_dir():
+            return False
+        if entry.is_dir() and not _may_move(entry, other):
+            return False
+    return True
+
+
+def _move_into(folder: Path, new: Path) -> None:
+    """Let the files of a folder take the places of those in another, and its folders theirs."""
+    # The document tells whose files these are: it goes last and comes first.
+    files = sorted(
+        (path.relative_to(new) for path in new.rglob("*") if not path.is_dir()),
+        key=lambda path: path.suffix != ".json",
+    )
+    with _signals_waiting():
+        for path in reversed(files):
+            (folder / path).unlink(missing_ok=True)
+        for path in files:
+            (folder / path).parent.mkdir(parents=True, exist_ok=True)
+            os.replace(new / path, folder / path)
+
+
+def remove_leftovers(path: Path) -> None:
+    """Remove what processes that have died left of `path` half written."""
+    beginning = f".{path.name[:_LONGEST]}."
+    for entry in path.parent.glob(f"{glob.escape(beginning)}*{_PART}"):
+        number = entry.name.removeprefix(beginning).partition(".")[0]
+        if not number.isdigit() or _is_alive(int(number)):
+            continue
+        if entry.is_dir() and not entry.is_symlink():
+            shutil.rmtree(entry, ignore_errors=True)
+        else:
+            entry.unlink(missing_ok=True)
+
+
+def _is_alive(process: int) -> bool:
+    try:
+        os.kill(process, 0)
+    except ProcessLookupError:
+        return False
+    except (OSError, OverflowError):
+        return True
+    return True
+
+
+def _change_places(one: Path, other: Path) -> None:
+    """Let two folders change their names."""
+    # renameat2(AT_FDCWD, ..., RENAME_EXCHANGE) of Linux; Python has no name for it.
+    library = ctypes.CDLL(None, use_errno=True)
+    rename = getattr(library, "renameat2", None)
+    if rename and rename(-100, os.fsencode(one), -100, os.fsencode(other), 2) == 0:
+        return
+    aside = one.with_name(f"{one.name}.old{_PART}")
+    os.replace(other, aside)
+    os.replace(one, other)
+    os.replace(aside, one)
+
+
+def _unwritable(path: Path, error: OSError) -> RecordingError:
+    why = error.strerror or " ".join(str(error).split())[:160]
+    return RecordingError(
+        f"cannot be written ({why})", path=str(path), remedy="choose another output"
+    )
