@@ -26,18 +26,6 @@ from sagnac.cli.options import (
     statement_of,
     with_settings,
 )
-from sagnac.cli.output import (
-    DATA_ERROR,
-    DONE,
-    UsageError,
-    as_usage,
-    command_for,
-    command_with_accelerometers,
-    complain,
-    naming,
-    print_paths,
-    read_file,
-)
 from sagnac.core import overwriting
 from sagnac.core.errors import rounded
 from sagnac.core.texts import names
@@ -63,7 +51,7 @@ def check(file: File, /, *, options: Options = NO_OPTIONS) -> int:
     settings = settings_of(options)
     with results.progress_shown() as progress:
         try:
-            recording = read_file(
+            recording = results.read_file(
                 file, statement, progress, memory=options.memory, verify=False
             ).recording
         except sagnac.RecordingError:
@@ -71,7 +59,7 @@ def check(file: File, /, *, options: Options = NO_OPTIONS) -> int:
                 _suggest(file, statement)
             raise
         progress("check", 0.0)
-        with naming(file, recording):
+        with results.naming(file, recording):
             findings = sagnac.check(recording, accepted=settings.accepted)
     if options.as_json:
         print(json.dumps(_check_document(file, recording, findings), allow_nan=False, indent=1))
@@ -82,20 +70,20 @@ def check(file: File, /, *, options: Options = NO_OPTIONS) -> int:
             text.blocks(
                 text.recording(recording), text.findings(findings), text.notes(recording.notes)
             ),
-            f"read with: {command_for(file, statement)}",
+            f"read with: {results.command_for(file, statement)}",
             sep="\n\n",
         )
-        if (command := command_with_accelerometers(file, statement)) is not None:
+        if (command := results.command_with_accelerometers(file, statement)) is not None:
             print(f"with its accelerometers: {command}")
     refused = ("error", "warning") if settings.strict else ("error",)
     errors = [finding for finding in findings if finding.level in refused]
     if not errors:
-        return DONE
+        return results.DONE
     from sagnac.report import note_text
 
     more = f" (and {len(errors) - 1} more)" if len(errors) > 1 else ""
-    complain(f"{file}: {note_text(errors[0])}{more}")
-    return DATA_ERROR
+    results.complain(f"{file}: {note_text(errors[0])}{more}")
+    return results.DATA_ERROR
 
 
 def _suggest(file: Path, statement: "sagnac.Statement") -> None:
@@ -106,7 +94,7 @@ def _suggest(file: Path, statement: "sagnac.Statement") -> None:
         return
     if not lacking:
         return
-    command = command_for(file, statement, lacking)
+    command = results.command_for(file, statement, lacking)
     words = re.findall(r"\b(?:KIND|UNIT|HZ|SIZE|COLUMN)\b", command)
     filled_in = "To read it, put in what stands in capitals"
     said = filled_in if words else _outcome(file, statement, lacking)
@@ -187,14 +175,14 @@ def convert(
     reads = inputs([source], options)
     overwriting.require_free(of_conversion(target), reads, force=force)
     with results.progress_shown() as progress:
-        recording = read_file(source, statement, progress, memory=options.memory).recording
+        recording = results.read_file(source, statement, progress, memory=options.memory).recording
         progress("write", 0.0)
         written = sagnac.write(recording, target, force=force)
     from sagnac.report import text
 
     print(text.blocks(text.recording(recording), text.notes(recording.notes)))
-    print_paths([written])
-    return DONE
+    results.print_paths([written])
+    return results.DONE
 
 
 # ---- plan --------------------------------------------------------------------------
@@ -222,12 +210,12 @@ def plan(
     statement, settings = statement_of(options), settings_of(options)
     widths = None if within is None else _widths(within)
     with results.progress_shown() as progress:
-        read = read_file(file, statement, progress, memory=options.memory)
+        read = results.read_file(file, statement, progress, memory=options.memory)
         from sagnac.analysis.verdict import WIDTHS
 
-        with naming(file, read.recording):
+        with results.naming(file, read.recording):
             analysis = sagnac.analyze(read.recording, settings, progress=progress)
-            with as_usage():
+            with results.as_usage():
                 found = sagnac.plan(analysis, within=widths or WIDTHS)
     from sagnac.report import error_text
 
@@ -237,7 +225,7 @@ def plan(
     else:
         said = [f"{name}: {why}" for name, why in refused.items()]
         print("\n\n".join([*(_text(one) for one in found.plans), *said]))
-    return DONE
+    return results.DONE
 
 
 def _widths(text: str) -> tuple[float, ...]:
@@ -248,7 +236,7 @@ def _widths(text: str) -> tuple[float, ...]:
             value = 0.0
         if 0.0 < value < 1.0:
             return value
-        raise UsageError(f"--within {one}: give a half width such as 1% or 0.01")
+        raise results.UsageError(f"--within {one}: give a half width such as 1% or 0.01")
 
     return tuple(map(width, names(text)))
 
@@ -351,7 +339,7 @@ def app(
         Print the address, open nothing.
     """
     if not 0 <= port <= 65_535:
-        raise UsageError(f"--port is {port}; give 1 to 65535, or 0 for any that is free")
+        raise results.UsageError(f"--port is {port}; give 1 to 65535, or 0 for any that is free")
     from sagnac.app.server import serve
 
     def opened(address: str) -> None:
@@ -363,4 +351,4 @@ def app(
             threading.Thread(target=webbrowser.open, args=(address,), daemon=True).start()
 
     serve(file, port=port, opened=opened)
-    return DONE
+    return results.DONE

@@ -31,17 +31,6 @@ from sagnac.cli.options import (
     title_block_of,
     with_settings,
 )
-from sagnac.cli.output import (
-    DONE,
-    Progress,
-    ReadFile,
-    UsageError,
-    explain,
-    naming,
-    print_documents,
-    read_file,
-    verdict_status,
-)
 from sagnac.core import overwriting
 
 if TYPE_CHECKING:
@@ -79,7 +68,7 @@ def analyze(
     several = len(files) > 1
     done: list[sagnac.Analysis] = []
     named: list[tuple[str, sagnac.Analysis]] = []
-    failed = DONE
+    failed = results.DONE
     for file, folder in zip(files, folders, strict=True):
         try:
             one = _analyzed(file, statement, settings, options.memory, of=file.name * several)
@@ -88,7 +77,7 @@ def analyze(
         except Exception as error:
             if not several or options.debug:
                 raise
-            failed = max(failed, explain(error))
+            failed = max(failed, results.explain(error))
             continue
         done.append(one.analysis)
         named.append((file.name, one.analysis))
@@ -99,8 +88,8 @@ def analyze(
     if several and not options.as_json:
         results.print_closing(named)
     if options.as_json and done:
-        print_documents(done, single=not several)
-    return failed or verdict_status(done)
+        results.print_documents(done, single=not several)
+    return failed or results.verdict_status(done)
 
 
 def _stated(options: Options, heading: Heading, *, force: bool) -> dict[str, Any]:
@@ -121,8 +110,8 @@ def _analyzed(
 ) -> "sagnac.Report":
     """One file, without a report as yet; `of` goes before the stages of its progress."""
     with results.progress_shown(of) as progress:
-        read = read_file(file, statement, progress, memory=memory)
-        with naming(file, read.recording):
+        read = results.read_file(file, statement, progress, memory=memory)
+        with results.naming(file, read.recording):
             analysis = sagnac.analyze(read.recording, settings, progress=progress)
     return sagnac.Report(analysis=analysis.with_seconds(read.seconds), paths=())
 
@@ -198,12 +187,14 @@ def avar(
     alone: sagnac.SelfNoise | None = None
     paths: list[Path] = []
     with results.progress_shown() as progress:
-        read = read_file(file, statement, progress, memory=options.memory, verify=gaps == "reject")
+        read = results.read_file(
+            file, statement, progress, memory=options.memory, verify=gaps == "reject"
+        )
         if output is not None:
             reads = inputs([file], options, heading.heading)
             for one in _outputs(read, settings, output):
                 overwriting.require_free(one, reads, force=force)
-        with naming(file, read.recording):
+        with results.naming(file, read.recording):
             if gaps == "omit":
                 from sagnac.quality.gaps import with_gaps_marked
 
@@ -216,13 +207,13 @@ def avar(
     if options.as_json:
         from sagnac.report.document import self_noise_data
 
-        print_documents(
+        results.print_documents(
             analysis.each,
             single=not analysis.gyros,
             unit=analysis,
             beside={} if alone is None else self_noise_data(alone),
         )
-        return verdict_status([analysis])
+        return results.verdict_status([analysis])
     for name, bench in benches.items():
         _print_bench(bench, analysis.gyros.get(name, analysis), curve or estimator is not None)
     if alone is not None and self_noise is not None:
@@ -232,11 +223,11 @@ def avar(
     results.print_beside(analysis)
     results.print_paths(paths)
     results.print_closing([("", analysis)])
-    return verdict_status([analysis])
+    return results.verdict_status([analysis])
 
 
 def _benches(
-    read: ReadFile, settings: "sagnac.Settings", progress: Progress, lines_in: bool
+    read: results.ReadFile, settings: "sagnac.Settings", progress: results.Progress, lines_in: bool
 ) -> "tuple[sagnac.Analysis, dict[str, AtRest]]":
     """All gyros with the accelerometers, and each gyro with its lines in and out.
 
@@ -280,11 +271,11 @@ def _alone(
     try:
         return sagnac.self_noise(recording, gyros=gyros, band=band, confidence=settings.confidence)
     except ValueError as error:
-        raise UsageError(f"--self-noise: {error}") from None
+        raise results.UsageError(f"--self-noise: {error}") from None
 
 
 def _outputs(
-    read: ReadFile, settings: "sagnac.Settings", output: Path
+    read: results.ReadFile, settings: "sagnac.Settings", output: Path
 ) -> list[overwriting.Outputs]:
     """Places to be written: a folder for each gyro beside the page of all, and the forces'."""
     names = settings.gyros or tuple(gyro.name for gyro in read.recording.gyros)
@@ -302,7 +293,7 @@ def _bench_reported(
     analysis: "sagnac.Analysis",
     alone: "sagnac.SelfNoise | None",
     output: Path,
-    progress: Progress,
+    progress: results.Progress,
     stated: Mapping[str, Any],
 ) -> "tuple[sagnac.Analysis, list[Path]]":
     """The analysis with the time of its report, and every file written.
@@ -375,8 +366,8 @@ def compare(
         overwriting.require_free(overwriting.outputs_in(output, "comparison"), reads, force=force)
     methods = (options.method,) if options.method else METHODS
     with results.progress_shown() as progress:
-        read = read_file(file, statement, progress, memory=options.memory)
-        with naming(file, read.recording):
+        read = results.read_file(file, statement, progress, memory=options.memory)
+        with results.naming(file, read.recording):
             analyses, refused = _compared(read, settings, methods, progress)
         written = []
         if output is not None:
@@ -389,7 +380,7 @@ def compare(
     from sagnac.report.document import comparison_document, to_json
 
     # A verdict rests on fos, or the last if that is not among them.
-    status = verdict_status([analyses.get("fos") or list(analyses.values())[-1]])
+    status = results.verdict_status([analyses.get("fos") or list(analyses.values())[-1]])
     if options.as_json:
         print(to_json(comparison_document(analyses, refused)))
         return status
@@ -400,7 +391,10 @@ def compare(
 
 
 def _compared(
-    read: ReadFile, settings: "sagnac.Settings", methods: "Sequence[Method]", progress: Progress
+    read: results.ReadFile,
+    settings: "sagnac.Settings",
+    methods: "Sequence[Method]",
+    progress: results.Progress,
 ) -> "tuple[dict[str, sagnac.Analysis], dict[str, str]]":
     """The analysis by each method; and why, of each method that the recording does not allow.
 
@@ -431,8 +425,8 @@ def lines(file: File, /, *, options: Options = NO_OPTIONS) -> int:
     statement, settings = statement_of(options), settings_of(options)
     analysis = _analyzed(file, statement, settings, options.memory).analysis
     if options.as_json:
-        print_documents([analysis], single=True)
-        return verdict_status([analysis])
+        results.print_documents([analysis], single=True)
+        return results.verdict_status([analysis])
     from sagnac.report import text
 
     shown = [text.lines(one, most=None) for one in analysis.each]
@@ -441,4 +435,4 @@ def lines(file: File, /, *, options: Options = NO_OPTIONS) -> int:
             text.verdict(analysis), *shown, text.refused(analysis), text.notes(analysis.notes)
         )
     )
-    return verdict_status([analysis])
+    return results.verdict_status([analysis])

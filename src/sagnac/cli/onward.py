@@ -29,16 +29,6 @@ from sagnac.cli.options import (
     statement_of,
     turn_rate,
 )
-from sagnac.cli.output import (
-    DATA_ERROR,
-    DONE,
-    UsageError,
-    as_usage,
-    complain,
-    print_paths,
-    require_writable,
-    standings,
-)
 from sagnac.core import overwriting
 from sagnac.core.errors import counted, one_line
 from sagnac.core.texts import names, seconds
@@ -117,13 +107,15 @@ def export(
     try:
         chosen = format_name or tool_of(output)
     except ValueError:
-        raise UsageError(f"{output}: its name tells no format; give --format") from None
-    with as_usage():
+        raise results.UsageError(f"{output}: its name tells no format; give --format") from None
+    with results.as_usage():
         require_used(chosen, given)
     stated = None if accelerometer is None else _accelerometer(accelerometer)
     if not analyses and stated is None and not datasheet:
-        raise UsageError("give an analysis.json, or what a data sheet states with --datasheet")
-    require_writable(output.parent)
+        raise results.UsageError(
+            "give an analysis.json, or what a data sheet states with --datasheet"
+        )
+    results.require_writable(output.parent)
     made = sagnac.export(
         analyses or (), output, tool=chosen, axes=axes, rate=rate, confidence=confidence,
         markov=markov, topic=topic, accelerometer=stated, datasheet=datasheet or (), force=force,
@@ -132,14 +124,14 @@ def export(
         print(one_line(setting.in_words()))
     for note in made.notes:
         print(one_line(str(note)))
-    print_paths([output])
+    results.print_paths([output])
 
 
 def _accelerometer(text: str) -> tuple[float, float]:
     try:
         density, walk = (float(part) for part in names(text))
     except ValueError:
-        raise UsageError(
+        raise results.UsageError(
             f"--accelerometer {text}: give noise density and random walk, such as 2e-3,3e-3"
         ) from None
     return density, walk
@@ -209,7 +201,9 @@ def align(
     """
     del debug
     if table_rate is not None and latitude is None:
-        raise UsageError("--table-rate needs --latitude, since azimuth is found from Earth rate")
+        raise results.UsageError(
+            "--table-rate needs --latitude, since azimuth is found from Earth rate"
+        )
     results.require_writable(output)
     if output is not None:
         overwriting.require_free(overwriting.outputs_in(output, "alignment"), [source], force=force)
@@ -230,7 +224,7 @@ def align(
         foretold=words,
     )
     _show(found.unaided, found.prospect, words, output, as_json=as_json)
-    return DONE
+    return results.DONE
 
 
 def _source(source: Path, confidence: float) -> "tuple[Path | Triad, str]":
@@ -329,28 +323,30 @@ def campaign(
     from sagnac.fleet.table import yield_of
 
     if options.as_json:
-        raise UsageError("--json is not for a campaign; its table is campaign.csv")
+        raise results.UsageError("--json is not for a campaign; its table is campaign.csv")
     settings, statement = settings_of(options), statement_of(options)
     stated = {one.name: getattr(statement, one.name) for one in fields(statement)}
     results.require_writable(output)
     results.ready_to_draw()
     try:
-        with as_usage():
+        with results.as_usage():
             made = sagnac.campaign(
                 sources, output, settings, pattern=pattern, span=span, workers=workers,
-                memory=options.memory, scheduler=scheduler, told=standings(), force=force,
+                memory=options.memory, scheduler=scheduler, told=results.standings(), force=force,
                 **{name: value for name, value in stated.items() if value},
             )  # fmt: skip
     except KeyboardInterrupt:
-        complain(f"stopped; start the same campaign again, and it goes on ({output.absolute()})")
+        results.complain(
+            f"stopped; start the same campaign again, and it goes on ({output.absolute()})"
+        )
         raise
     _print_campaign(made, output, settings.confidence)
     failed = made.campaign.failed
     for row in failed:
-        complain(reason_text(row.task.path, row.result.reason))
+        results.complain(reason_text(row.task.path, row.result.reason))
     found = yield_of(made.campaign)
     if failed or found is None:
-        return DATA_ERROR if failed else DONE
+        return results.DATA_ERROR if failed else results.DONE
     return results.status_of(found.decision)
 
 

@@ -9,22 +9,7 @@ from cyclopts import Group, Parameter, Token
 
 import sagnac
 from sagnac.cli.output import UsageError
-from sagnac.core.texts import (
-    OPTION_OF,
-    Span,
-    Value,
-    by_name,
-    giving,
-    is_bare,
-    names,
-    numbered,
-    one_or_by_name,
-    seconds,
-    span,
-    text_of,
-    toml_table,
-    value_of,
-)
+from sagnac.core import texts
 from sagnac.core.units import RATE_UNITS, split_factor, unit_of
 
 if TYPE_CHECKING:
@@ -48,7 +33,7 @@ _BYTES: Final = {
 # ---- from what was typed: one argument -> one value ----------------------------------
 
 
-@giving("LOW:HIGH in Hz, such as 0.1:5")
+@texts.giving("LOW:HIGH in Hz, such as 0.1:5")
 def band(text: str) -> tuple[float, float]:
     """``LOW:HIGH`` in Hz.
 
@@ -71,10 +56,10 @@ def several_seconds(text: str) -> tuple[float, ...]:
     ValueError
         If one of them is no time above zero.
     """
-    return tuple(seconds(part) for part in text.split(","))
+    return tuple(texts.seconds(part) for part in text.split(","))
 
 
-@giving("an angle above zero such as 2deg or 30arcmin")
+@texts.giving("an angle above zero such as 2deg or 30arcmin")
 def angle(text: str) -> float:
     """``2deg`` or ``30arcmin`` in rad.
 
@@ -83,10 +68,10 @@ def angle(text: str) -> float:
     ValueError
         If it is no angle above zero with its unit.
     """
-    return unit_of(numbered(text.strip()), "angle").size
+    return unit_of(texts.numbered(text.strip()), "angle").size
 
 
-@giving("a rate, zero or more, such as 3deg/h")
+@texts.giving("a rate, zero or more, such as 3deg/h")
 def turn_rate(text: str) -> float:
     """``3deg/h`` or ``1e-6rad/s`` in rad/s; a number alone is in deg/h.
 
@@ -95,12 +80,12 @@ def turn_rate(text: str) -> float:
     ValueError
         If it is no rate, zero or above.
     """
-    stripped = numbered(text.strip())
-    value, unit = (float(stripped), "deg/h") if is_bare(stripped) else split_factor(stripped)
+    stripped = texts.numbered(text.strip())
+    value, unit = (float(stripped), "deg/h") if texts.is_bare(stripped) else split_factor(stripped)
     return value * RATE_UNITS[unit]
 
 
-@giving("a size above zero such as 4GiB or 800MB")
+@texts.giving("a size above zero such as 4GiB or 800MB")
 def memory_size(text: str) -> int:
     """``4GiB``, ``800MB`` or a number of bytes, in bytes.
 
@@ -123,10 +108,10 @@ def memory_size(text: str) -> int:
     return found
 
 
-def one_argument(convert: Callable[[str], Value], **more: Any) -> Parameter:
+def one_argument(convert: Callable[[str], texts.Value], **more: Any) -> Parameter:
     """A parameter of one argument that `convert` makes a value of."""
 
-    def converted(_hint: object, tokens: Sequence[Token]) -> Value:
+    def converted(_hint: object, tokens: Sequence[Token]) -> texts.Value:
         if len(tokens) > 1:
             raise ValueError(f"{tokens[0].keyword} is given more than once")
         return convert(tokens[0].value)
@@ -137,7 +122,7 @@ def one_argument(convert: Callable[[str], Value], **more: Any) -> Parameter:
 
 def _each(_hint: object, tokens: Sequence[Token]) -> tuple[str, ...]:
     """Names, given at once or again and again."""
-    return tuple(name for token in tokens for name in names(token.value))
+    return tuple(name for token in tokens for name in texts.names(token.value))
 
 
 # ---- what the commands take ----------------------------------------------------------
@@ -199,19 +184,19 @@ class Reading:
         Most memory that what a file declares may take: 4GiB unless stated.
     """
 
-    gyros: Annotated[_Names, _read(names, "x,z")] = None
-    kind: Annotated[_OneOrByName, _read(one_or_by_name, "KIND")] = None
-    unit: Annotated[_OneOrByName, _read(one_or_by_name, "UNIT")] = None
+    gyros: Annotated[_Names, _read(texts.names, "x,z")] = None
+    kind: Annotated[_OneOrByName, _read(texts.one_or_by_name, "KIND")] = None
+    unit: Annotated[_OneOrByName, _read(texts.one_or_by_name, "UNIT")] = None
     scale: Annotated[str | None, Parameter(group=READING, metavar="0.1arcsec")] = None
     rate: Annotated[float | None, Parameter(group=READING, metavar="HZ")] = None
     time: Annotated[str | None, Parameter(group=READING, metavar="COLUMN[:UNIT]")] = None
     table: Annotated[str | None, Parameter(group=READING, metavar="COLUMN[:UNIT]")] = None
-    columns: Annotated[Mapping[str, str] | None, _read(by_name, "x=NAME,z=NAME")] = None
-    slice: Annotated[Span | None, _read(span, "START:STOP")] = None
+    columns: Annotated[Mapping[str, str] | None, _read(texts.by_name, "x=NAME,z=NAME")] = None
+    slice: Annotated[texts.Span | None, _read(texts.span, "START:STOP")] = None
     counter_bits: Annotated[int | None, Parameter(group=READING, metavar="BITS")] = None
     counter_period: Annotated[float | None, Parameter(group=READING, metavar="COUNTS")] = None
     null_pulse: Annotated[str | None, Parameter(group=READING, metavar="COLUMN")] = None
-    accelerometers: Annotated[_Names, _read(names, "ax,ay,az")] = None
+    accelerometers: Annotated[_Names, _read(texts.names, "ax,ay,az")] = None
     layout: Annotated[str | None, Parameter(group=READING, metavar="NAME|TOML")] = None
     memory: Annotated[int | None, _read(memory_size, "4GiB")] = None
     debug: Debug = False
@@ -300,13 +285,15 @@ class Options(Reading):
             "noise that went with the lines back.",
         ),
     ] = None
-    interval: Annotated[float | None, one_argument(seconds, group=ANALYSIS, metavar="1s")] = None
+    interval: Annotated[float | None, one_argument(texts.seconds, group=ANALYSIS, metavar="1s")] = (
+        None
+    )
     confidence: Annotated[float | None, Parameter(group=ANALYSIS, metavar="0.95")] = None
     strict: Annotated[bool, Parameter(group=ANALYSIS, negative="", show_default=False)] = False
     covariates: Annotated[
         tuple[Literal["temperature"], ...] | None,
         one_argument(
-            names,
+            texts.names,
             group=ANALYSIS,
             metavar="temperature",
             help="Drift at rest with a column of that name (or --columns temperature=NAME) is "
@@ -358,7 +345,7 @@ Force = Annotated[bool, _flag(help="Write over files that are read, or that no s
 Curve = Annotated[bool, _flag(help="Show the curve, every fit, every unit and every note, too.")]
 Duration = Annotated[
     float | None,
-    one_argument(seconds, metavar="2h", help="Length of the recording; s unless stated."),
+    one_argument(texts.seconds, metavar="2h", help="Length of the recording; s unless stated."),
 ]
 
 
@@ -378,7 +365,7 @@ def statement_of(options: Reading) -> "sagnac.Statement":
         columns.setdefault(name, name)
     try:
         stated = {
-            field.name: getattr(options, OPTION_OF.get(field.name, field.name))
+            field.name: getattr(options, texts.OPTION_OF.get(field.name, field.name))
             for field in fields(sagnac.Statement)
         }
         return sagnac.Statement(**{**stated, "columns": columns})
@@ -487,7 +474,7 @@ def estimators_of(stated: Sequence[str] | None) -> "tuple[Estimator, ...]":
 def _of_option(error: ValueError) -> str:
     """An error in an argument of the library, worded for the option that gave it."""
     argument, space, said = str(error).partition(" ")
-    option = OPTION_OF.get(argument, argument)
+    option = texts.OPTION_OF.get(argument, argument)
     if option not in {field.name for field in fields(Options)}:
         return str(error)
     return f"--{option.replace('_', '-')}{space}{said}"
@@ -505,8 +492,8 @@ def settings_text(options: Options) -> str:
     stated = {name: getattr(options, name) for name in _NAMES}
     typed = {name: value for name, value in stated.items() if value != getattr(NO_OPTIONS, name)}
     if typed.get("slice"):
-        typed["slice"] = text_of(typed["slice"])
-    return toml_table(typed)
+        typed["slice"] = texts.text_of(typed["slice"])
+    return texts.toml_table(typed)
 
 
 def with_settings(options: Options) -> Options:
@@ -539,7 +526,7 @@ def with_settings(options: Options) -> Options:
 def _stated_value(name: str, value: Any) -> Any:
     if isinstance(value, str):
         try:
-            return value_of(name, value)
+            return texts.value_of(name, value)
         except ValueError as error:
             raise UsageError(f"--settings: {error}") from None
     return tuple(value) if isinstance(value, list) else value
