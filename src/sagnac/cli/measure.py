@@ -71,9 +71,8 @@ def analyze(
     failed = results.DONE
     for file, folder in zip(files, folders, strict=True):
         try:
-            one = _analyzed(file, statement, settings, options.memory, of=file.name * several)
-            if folder is not None:
-                one = _reported(one, folder, stated)
+            analysis = _analyzed(file, statement, settings, options.memory, of=file.name * several)
+            one = _reported(analysis, folder, stated)
         except Exception as error:
             if not several or options.debug:
                 raise
@@ -107,20 +106,26 @@ def _analyzed(
     memory: int | None,
     *,
     of: str = "",
-) -> "sagnac.Report":
-    """One file, without a report as yet; `of` goes before the stages of its progress."""
+) -> "sagnac.Analysis":
+    """One file; `of` goes before the stages of its progress."""
     with results.progress_shown(of) as progress:
         read = results.read_file(file, statement, progress, memory=memory)
         with results.naming(file, read.recording):
             analysis = sagnac.analyze(read.recording, settings, progress=progress)
-    return sagnac.Report(analysis=analysis.with_seconds(read.seconds), paths=())
+    return analysis.with_seconds(read.seconds)
 
 
-def _reported(one: "sagnac.Report", folder: Path, stated: Mapping[str, Any]) -> "sagnac.Report":
+def _reported(
+    analysis: "sagnac.Analysis", folder: Path | None, stated: Mapping[str, Any]
+) -> "sagnac.Report":
+    """The analysis with its report in `folder`, unless that is None."""
+    # Before the first name of the report, which loads what draws.
     results.ready_to_draw()
+    if folder is None:
+        return sagnac.Report(analysis=analysis, paths=())
     with results.progress_shown() as progress:
         progress("report", 0.0)
-        return sagnac.write_report(one.analysis, folder, **stated)
+        return sagnac.write_report(analysis, folder, **stated)
 
 
 def _print_analysis(one: "sagnac.Report", *, curve: bool, end: str) -> None:
@@ -423,7 +428,7 @@ def lines(file: File, /, *, options: Options = NO_OPTIONS) -> int:
     """The periodic components found, strongest first."""
     options = with_settings(options)
     statement, settings = statement_of(options), settings_of(options)
-    analysis = _analyzed(file, statement, settings, options.memory).analysis
+    analysis = _analyzed(file, statement, settings, options.memory)
     if options.as_json:
         results.print_documents([analysis], single=True)
         return results.verdict_status([analysis])
