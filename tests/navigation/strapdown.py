@@ -23,9 +23,10 @@ from sagnac.navigation.error_model import (
     updated,
 )
 from sagnac.navigation.noise import GyroNoise
-from sagnac.rig.gyro import Gyro, SensorErrors, SlowDrift
-from sagnac.rig.sections import GyroConfig
-from sagnac.rig.table import Motion
+from sagnac.rig.config import RigConfig
+from sagnac.rig.gyro import Gyro
+from sagnac.rig.sections import GyroConfig, TableConfig
+from sagnac.rig.table import Motion, SensorStreams
 
 
 def rig_noise(config: GyroConfig, *, runs: int, steps: int, seed: int) -> np.ndarray:
@@ -34,21 +35,17 @@ def rig_noise(config: GyroConfig, *, runs: int, steps: int, seed: int) -> np.nda
     still = Motion(
         angle=np.zeros(steps), turned=np.zeros((3, steps)), moving=np.zeros(steps, dtype=bool)
     )
+    config = replace(config, quantization_step_arcsec=0.0)
+    rig = RigConfig(
+        duration_s=float(steps),
+        sample_rate_hz=1.0,
+        table=TableConfig(rate_deg_per_s=0.0),
+        gyro=config,
+    )
     noise = np.empty((runs, steps, 3))
     for run in range(runs):
         for axis in range(3):
-            errors = replace(SensorErrors.of(config, axis), quantum=0.0)
-            gyro = Gyro(
-                direction=np.eye(3)[axis],
-                origin=0.0,
-                interval=1.0,
-                slow=SlowDrift.stationary(
-                    errors, sample_rate=1.0, duration=float(steps), random=random
-                ),
-                errors=errors,
-                random=random,
-                readout=random,
-            )
+            gyro = Gyro(rig, config, axis, SensorStreams(random, random, random))
             angles = np.zeros(steps)
             gyro.advance(0, still, angles)
             noise[run, :, axis] = np.diff(angles, prepend=0.0)

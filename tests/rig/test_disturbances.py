@@ -53,7 +53,7 @@ def test_disturbances_are_those_of_the_truth():
 @pytest.mark.parametrize("pieces", [1, 2, 9])
 def test_lines_go_on_from_one_block_to_the_next(pieces):
     config = DisturbancesConfig(angle=((3.0, 1.0), (2.5, 1.0)), time=((7.3, 1.0),))
-    drawn = Disturbances.drawn(config, np.random.default_rng(3))
+    drawn = Disturbances(config, np.random.default_rng(3))
     assert drawn.angle.position.tolist() == [2.5, 3.0]
     alpha = np.linspace(0.0, 20.0, 5000)
     parts = np.array_split(np.arange(alpha.size), pieces)

@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 from sagnac.noise.laws import markov_allan_variance
-from sagnac.rig.gyro import LockIn, SensorErrors, SlowDrift, dither_of, ring_lasers_of
+from sagnac.rig.gyro import SensorErrors, SlowDrift
+from sagnac.rig.ring_laser import dither_of, ring_lasers_of
 from sagnac.rig.sections import GyroConfig, TableConfig
 from sagnac.rig.simulate import blocks
 from sagnac.rig.truth import truth_of
@@ -172,17 +173,6 @@ def test_lasers_and_dither_are_those_of_the_mode():
     assert dither_of(GyroConfig(mode="dithered")).frequency == 400.0
 
 
-def test_lock_in_takes_the_rate_from_one_block_to_the_next():
-    laser = ring_lasers_of(GyroConfig(mode="rate-biased"))[0]
-    true = np.cumsum(np.random.default_rng(1).uniform(1.0, 2.0, 100)) * 1e-3
-    whole = LockIn(laser=laser, dither=None, interval=0.01).advance(true)
-    parted = LockIn(laser=laser, dither=None, interval=0.01)
-    parts = [parted.advance(part) for part in np.split(true, [30, 31])]
-    for i in (0, 1):
-        np.testing.assert_array_equal(np.concatenate([part[i] for part in parts]), whole[i])
-    assert np.all(whole[0] < 0.0)
-
-
 @pytest.mark.parametrize("pieces", [1, 3, 50])
 def test_slow_drift_holds_each_value_across_blocks(pieces):
     config = GyroConfig(
@@ -210,7 +200,7 @@ def test_slow_drift_that_white_noise_does_not_hide_is_not_held(slow):
 
 def drifted(config, pieces):
     """The drift of gyro x at 500 Hz, and 101 values of it in some pieces."""
-    drift = SlowDrift.stationary(
+    drift = SlowDrift(
         SensorErrors.of(config, 0),
         sample_rate=500.0,
         duration=60.0,
@@ -225,9 +215,7 @@ def test_trend_is_bias_ramp_and_warming():
         SensorErrors.of(GyroConfig(), 0),
         bias=1.0, ramp=2.0, per_kelvin=3.0, warm_up=4.0, warm_up_time=5.0,
     )  # fmt: skip
-    drift = np.zeros(3)
-    seconds = np.array([-0.5, 0.0, 5.0])
-    errors.add_trend(drift, seconds)
+    drift = errors.trend(np.array([-0.5, 0.0, 5.0]))
     expected = [0.0, 1.0, 1.0 + 10.0 + 12.0 * (1.0 - math.exp(-1.0))]
     np.testing.assert_allclose(drift, expected, rtol=1e-12, atol=1e-15)
 

@@ -9,7 +9,7 @@ from sagnac.rig.table import Oscillator
 
 
 def oscillator(step, frequency=17.0, quality=20.0, seed=0):
-    return Oscillator.stationary(
+    return Oscillator(
         frequency=frequency,
         damping=0.5 / quality,
         rms_rate=1.0,

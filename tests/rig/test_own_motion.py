@@ -3,6 +3,7 @@
 import math
 from copy import deepcopy
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -63,10 +64,11 @@ def test_a_mount_rests_while_the_table_stands():
 def test_nutation_turns_the_gyros_as_its_integral_by_parts(rate):
     """C(alpha) p less the integral of Omega C'(alpha) p: no rate of the tilt is needed."""
     config = MotionConfig(nutation_rms_arcsec=2.0, nutation_hz=3.0)
-    made = Nutation.drawn(config, 0.3, moving=True, interval=1e-3, random=np.random.default_rng(3))
+    table = SimpleNamespace(origin=0.3, moving=True, interval=1e-3)
+    made = Nutation(config, table, np.random.default_rng(3))
     moving = np.ones(20_000, dtype=bool)
     tilt = np.array([deepcopy(one).angles(moving) for one in made.tilts])
-    tilt = np.concatenate([made.tilted, tilt], axis=1)
+    tilt = np.concatenate([[[one.state[0]] for one in made.tilts], tilt], axis=1)
     alpha = 0.3 + rate * DEG * 1e-3 * np.arange(20_001)
     motion = Motion(angle=alpha[1:], turned=np.zeros((3, 20_000)), moving=moving)
     turned = made.added_to(motion).turned

@@ -9,8 +9,9 @@ from scipy.integrate import cumulative_simpson, quad
 from scipy.interpolate import CubicSpline
 from scipy.signal import welch
 
+from sagnac.rig.config import table_command
 from sagnac.rig.sections import TableConfig
-from sagnac.rig.table import movers_of, random_streams, substeps_of, table_command
+from sagnac.rig.table import movers_of, random_streams, substeps_of
 from sagnac.table.frames import earth_rate, shares_from_deviations, table_to_gyro_matrix
 from tests.rig.rigs import (
     ARCSEC,
@@ -235,9 +236,9 @@ def test_movers_do_not_depend_on_how_they_are_advanced(config):
 
 def test_movers_begin_with_what_they_are_in():
     held = mover_of(TableConfig(jitter_rms_deg_per_s=0.1))
-    assert held.begin(1.0, 2.0) == (1.0 + held.state.angle, 2.0 + held.state.rate)
+    assert held.begin(1.0, 2.0) == (1.0 + held.state[0], 2.0 + held.state[1])
     wander = mover_of(TableConfig(wander_fraction=0.01))
-    assert wander.begin(1.0, 2.0) == (1.0, 2.0 + 0.01 * 2.0 * wander.state.level)
+    assert wander.begin(1.0, 2.0) == (1.0, 2.0 + 0.01 * 2.0 * wander.level)
 
 
 def test_rate_noise_has_its_size_and_correlation():

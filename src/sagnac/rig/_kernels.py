@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from sagnac.core.arrays import BooleanArray, FloatArray
+from sagnac.core.arrays import BooleanArray, ComplexArray, FloatArray
 from sagnac.core.kernels import compiled
 
 
@@ -26,32 +26,6 @@ class MotionState(NamedTuple):
     rate: float
     earth: tuple[float, float, float]
     turned: tuple[float, float, float]
-
-
-class OscillatorState(NamedTuple):
-    """Angle and rate of the servo's oscillator, rad and rad/s."""
-
-    angle: float
-    rate: float
-
-
-class RateNoiseState(NamedTuple):
-    """Markov process of unit variance, the rate it makes, and the angle of that rate."""
-
-    level: float
-    rate: float
-    angle: float
-
-
-class NullState(NamedTuple):
-    """Null pulse: turns completed, passages so far, and the null just passed.
-
-    The null just passed is NaN once the table is away from it, so that jitter fires no null twice.
-    """
-
-    turns: float
-    passages: int
-    passed: float
 
 
 # ---- table ---------------------------------------------------------------------------
@@ -146,13 +120,14 @@ def oscillator(
     normals: FloatArray,
     transition: FloatArray,
     spread: FloatArray,
-    state: OscillatorState,
+    state: FloatArray,
     angle: FloatArray,
     rate: FloatArray,
-) -> OscillatorState:
+) -> None:
     """Add a damped oscillator driven by white noise, stepped exactly, to `angle` and `rate`.
 
-    `normals` (n, 2); `transition` and `spread`, the noise factor, (2, 2).
+    `normals` (n, 2); `transition` and `spread`, the noise factor, (2, 2); `state` (2,) holds angle
+    and rate at the last step and is changed.
     """
     held_angle, held_rate = state
     for n in range(normals.shape[0]):
@@ -162,157 +137,91 @@ def oscillator(
         held_rate = free_rate + spread[1, 0] * normals[n, 0] + spread[1, 1] * normals[n, 1]
         angle[n] += held_angle
         rate[n] += held_rate
-    return OscillatorState(held_angle, held_rate)
+    state[0], state[1] = held_angle, held_rate
 
 
-@compiled()
-def rate_noise(
-    normals: FloatArray,
-    decay: float,
-    spread: float,
-    scale: FloatArray,
-    step: float,
-    state: RateNoiseState,
-    angle: FloatArray,
-    rate: FloatArray,
-) -> RateNoiseState:
-    """Add first-order Markov noise of the rate, integrated by trapezoids.
-
-    `scale` (n,) is the rms rate at each node.
-    """
-    level, before, turned = state
-    for n in range(normals.size):
-        level = decay * level + spread * normals[n]
-        now = scale[n] * level
-        turned += 0.5 * step * (before + now)
-        before = now
-        angle[n] += turned
-        rate[n] += now
-    return RateNoiseState(level, before, turned)
-
-
-# ---- disturbances --------------------------------------------------------------------
-
-
-@compiled()
-def _to_power(
-    power: int,
-    order: float,
-    cosine: FloatArray,
-    sine: FloatArray,
-    real: FloatArray,
-    imaginary: FloatArray,
-) -> int:
-    # From exp(i power alpha) to exp(i order alpha), one factor at a time.
-    while power < order:
-        power += 1
-        for n in range(real.size):
-            product = real[n] * cosine[n] - imaginary[n] * sine[n]
-            imaginary[n] = real[n] * sine[n] + imaginary[n] * cosine[n]
-            real[n] = product
-    return power
+# ---- disturbances, encoder and gyros -------------------------------------------------
 
 
 @compiled()
 def harmonics(
-    alpha: FloatArray,
-    orders: FloatArray,
-    in_phase: FloatArray,
-    quadrature: FloatArray,
-    out: FloatArray,
+    angle: FloatArray, orders: FloatArray, phasors: ComplexArray, out: FloatArray
 ) -> None:
-    """Add ``in_phase * cos(k alpha) + quadrature * sin(k alpha)`` per channel, ascending k.
+    """Add ``Re(phasor exp(i k angle))`` per channel, ascending k.
 
-    `in_phase` and `quadrature` (channels, terms), `out` (channels, n).
+    `angle` (n,), `orders` (terms,), `phasors` (channels, terms), `out` (channels, n).
     """
     length = 1024
-    for start in range(0, alpha.size, length):
-        part = alpha[start : start + length]
-        cosine = np.cos(part)
-        sine = np.sin(part)
-        real = np.ones(part.size)
-        imaginary = np.zeros(part.size)
-        power = 0
+    for start in range(0, angle.size, length):
+        part = angle[start : start + length]
+        turn = np.cos(part) + 1j * np.sin(part)
+        power, to_power = 0, np.ones_like(turn)
         for j in range(orders.size):
-            whole = orders[j] == np.floor(orders[j])
-            if whole:
-                power = _to_power(power, orders[j], cosine, sine, real, imaginary)
+            if orders[j] == np.floor(orders[j]):
+                while power < orders[j]:
+                    power += 1
+                    for n in range(part.size):
+                        to_power[n] *= turn[n]
+                wave = to_power
+            else:
+                wave = np.cos(orders[j] * part) + 1j * np.sin(orders[j] * part)
             for c in range(out.shape[0]):
-                a = in_phase[c, j]
-                b = quadrature[c, j]
-                if whole:
-                    for n in range(part.size):
-                        out[c, start + n] += a * real[n] + b * imaginary[n]
-                else:
-                    for n in range(part.size):
-                        argument = orders[j] * part[n]
-                        out[c, start + n] += a * np.cos(argument) + b * np.sin(argument)
+                for n in range(part.size):
+                    out[c, start + n] += (phasors[c, j] * wave[n]).real
 
 
 @compiled()
-def lines_in_time(
-    first: int,
-    cycles_per_sample: FloatArray,
-    in_phase: FloatArray,
-    quadrature: FloatArray,
-    out: FloatArray,
-) -> None:
-    """Add ``in_phase * cos(2 pi f n) + quadrature * sin(2 pi f n)`` per channel.
+def lines_in_time(first: int, cycles: FloatArray, phasors: ComplexArray, out: FloatArray) -> None:
+    """Add ``Re(phasor exp(2 pi i cycles n))`` per channel.
 
-    `first` is the number n of the first sample in `out` (channels, n).
+    `first` is the number n of the first sample in `out` (channels, n); `cycles` (lines,) are those
+    of a sample, `phasors` (channels, lines).
     """
     length = 256
-    for j in range(cycles_per_sample.size):
-        rotate_real = np.cos(2.0 * np.pi * cycles_per_sample[j])
-        rotate_imaginary = np.sin(2.0 * np.pi * cycles_per_sample[j])
+    for j in range(cycles.size):
+        turn = np.exp(2j * np.pi * cycles[j])
         for start in range(0, out.shape[1], length):
-            cycles = cycles_per_sample[j] * (first + start)
-            cycles -= np.floor(cycles)
-            real = np.cos(2.0 * np.pi * cycles)
-            imaginary = np.sin(2.0 * np.pi * cycles)
+            passed = cycles[j] * (first + start)
+            wave = np.exp(2j * np.pi * (passed - np.floor(passed)))
             for n in range(start, min(start + length, out.shape[1])):
                 for c in range(out.shape[0]):
-                    out[c, n] += in_phase[c, j] * real + quadrature[c, j] * imaginary
-                product = real * rotate_real - imaginary * rotate_imaginary
-                imaginary = real * rotate_imaginary + imaginary * rotate_real
-                real = product
-
-
-# ---- encoder and gyros ---------------------------------------------------------------
+                    out[c, n] += (phasors[c, j] * wave).real
+                wave *= turn
 
 
 @compiled()
 def null_pulse(
     alpha: FloatArray,
     errors: FloatArray,
+    missing: BooleanArray,
     margin: float,
-    state: NullState,
+    state: FloatArray,
     pulse: BooleanArray,
-) -> NullState:
-    """Mark the first sample past each null, each passage with its own error.
+) -> None:
+    """Mark the first sample past each null that is not `missing`, each with its own error.
 
-    `margin` is how far from a null just passed the table counts as away from it, rad.
+    `margin` is how far from a null just passed the table counts as away from it, rad. `state` (3,)
+    is changed: turns completed, passages so far, and the angle of the null just passed. That is NaN
+    once the table is away from it, so that jitter fires no null twice.
     """
     turn = 2.0 * np.pi
     turns, passages, passed = state
     for n in range(alpha.size):
-        pulse[n] = False
         if abs(alpha[n] - passed) <= margin:
             continue
-        error = errors[passages % errors.size]
-        if alpha[n] >= turn * (turns + 1.0) + error:
+        passage = int(passages) % errors.size
+        if alpha[n] >= turn * (turns + 1.0) + errors[passage]:
             turns += 1.0
-            passages += 1
             passed = turn * turns
-            pulse[n] = True
-        elif alpha[n] < turn * turns + error:
+        elif alpha[n] < turn * turns + errors[passage]:
             passed = turn * turns
             turns -= 1.0
-            passages += 1
-            pulse[n] = True
         else:
             passed = np.nan
-    return NullState(turns, passages, passed)
+            continue
+        passages += 1.0
+        pulse[n] = not missing[passage]
+    state[0], state[1], state[2] = turns, passages, passed
 
 
 @compiled()
@@ -337,52 +246,3 @@ def slow_drift(
             total += before[j] * levels[j] + after[j] * level
             levels[j] = level
         out[n] += total
-
-
-@compiled()
-def readout(
-    true: FloatArray,
-    noise: FloatArray,
-    drift: FloatArray,
-    step: float,
-    quantum: float,
-    walked: float,
-    out: FloatArray,
-) -> float:
-    """Add true angle and walk to the disturbances in `out`, round, return where the walk got to.
-
-    `noise` and `drift` are a sample's random angle and its slow rate; `quantum` is the readout
-    step, 0 for none.
-    """
-    for n in range(true.size):
-        walked += noise[n] + drift[n] * step
-        angle = true[n] + walked + out[n]
-        if quantum > 0.0:
-            angle = np.rint(angle / quantum) * quantum
-        out[n] = angle
-    return walked
-
-
-@compiled()
-def dither_swing(
-    first: int,
-    cycles: float,
-    phase: float,
-    shaken: FloatArray,
-    left: tuple[float, float],
-    angle: FloatArray,
-    shown: FloatArray,
-) -> None:
-    """Add ``Re(left z)`` to `angle` and ``Re(z)`` to `shown`, both (n,).
-
-    ``z = (1 + shaken[:, 0] + i shaken[:, 1]) exp(i (2 pi cycles n + phase))``, with `first` the
-    number n of the first sample.
-    """
-    for n in range(angle.size):
-        turns = (first + n) * cycles
-        argument = 2.0 * np.pi * (turns - np.floor(turns)) + phase
-        cosine, sine = np.cos(argument), np.sin(argument)
-        real = (1.0 + shaken[n, 0]) * cosine - shaken[n, 1] * sine
-        imaginary = (1.0 + shaken[n, 0]) * sine + shaken[n, 1] * cosine
-        angle[n] += left[0] * real - left[1] * imaginary
-        shown[n] += real

@@ -15,10 +15,8 @@ from sagnac.core.documents import read_toml
 from sagnac.core.errors import RecordingError, quoted
 from sagnac.core.units import DEGREE, DEGREE_PER_HOUR
 from sagnac.recording.channel import KINDS, Kind
-from sagnac.rig.encoder import delay_growth
-from sagnac.rig.gyro import dither_of, ring_lasers_of
 from sagnac.rig.measured import Measured
-from sagnac.rig.ring_laser import angle_random_walk
+from sagnac.rig.ring_laser import angle_random_walk, dither_of, ring_lasers_of
 from sagnac.rig.sections import (
     GYRO_NAMES,
     LONGEST_DELAY_S,
@@ -31,15 +29,82 @@ from sagnac.rig.sections import (
     GyroConfig,
     MotionConfig,
     Number,
+    Pairs,
     PlatformConfig,
     TableConfig,
     Whole,
     check,
     overlaid,
 )
-from sagnac.rig.table import table_command
 
-_CLEAR_OF_LOCK_IN = 10.0  # lock-in rates that the bias must exceed, so that jitter never locks
+# ---- what is commanded -------------------------------------------------------------------
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TableCommand:
+    """Commanded table motion: rate at knots, straight between, constant outside.
+
+    Attributes
+    ----------
+    time, rate, angle
+        (knots,) s, rad/s and rad.
+    """
+
+    time: FloatArray
+    rate: FloatArray
+    angle: FloatArray
+
+    def rate_at(self, time: FloatArray) -> FloatArray:
+        """Commanded rate, rad/s."""
+        return np.interp(time, self.time, self.rate)
+
+    def angle_at(self, time: FloatArray) -> FloatArray:
+        """Commanded angle, rad."""
+        index = np.clip(np.searchsorted(self.time, time, side="right") - 1, 0, self.time.size - 1)
+        since = time - self.time[index]
+        rate = self.rate_at(time)
+        # Mean of the rates at both ends of a straight piece; outside the knots they agree.
+        return np.asarray(self.angle[index] + 0.5 * (self.rate[index] + rate) * since)
+
+
+def table_command(config: TableConfig, duration: float) -> TableCommand:
+    """The motion that the configuration commands in `duration` seconds."""
+    knots = config.profile or _reversals(config, duration)
+    time = np.array([time for time, _ in knots], dtype=np.float64)
+    rate = np.array([rate for _, rate in knots]) * DEGREE
+    pieces = 0.5 * (rate[1:] + rate[:-1]) * np.diff(time)
+    angle = np.concatenate([[0.0], np.cumsum(pieces)])
+    command = TableCommand(time=time, rate=rate, angle=angle)
+    start = config.start_deg * DEGREE - float(command.angle_at(np.zeros(1))[0])
+    return replace(command, angle=angle + start)
+
+
+def _reversals(config: TableConfig, duration: float) -> Pairs:
+    rate = config.rate_deg_per_s
+    knots = [(0.0, rate)]
+    interval = config.reversal_interval_s
+    if interval == 0.0 or rate == 0.0:
+        return tuple(knots)
+    ramp, stand = abs(rate) / config.acceleration_deg_per_s2, 0.5 * config.dwell_s
+    onward = config.after_dwell == "onward"
+    middle = interval
+    while middle < duration:
+        knots.append((middle - stand - ramp, rate))
+        if stand > 0.0:
+            knots.append((middle - stand, 0.0))
+        if stand > 0.0 or onward:
+            knots.append((middle + stand, 0.0))
+        rate = rate if onward else -rate
+        knots.append((middle + stand + ramp, rate))
+        middle += interval
+    return tuple(knots)
+
+
+# ---- configuration -------------------------------------------------------------------
+
+_CLEAR_OF_LOCK_IN: Final = (
+    10.0  # lock-in rates that the bias must exceed, so that jitter never locks
+)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, repr=False)
@@ -116,6 +181,11 @@ class RigConfig:
     def turning(self) -> bool:
         """Whether the table is commanded to move at all."""
         return self.table.turning
+
+    @property
+    def command(self) -> TableCommand:
+        """The table motion that is commanded."""
+        return table_command(self.table, self.duration_s)
 
     @classmethod
     def from_analysis(cls, analysis: Any) -> Self:
@@ -247,7 +317,7 @@ def _check_table(table: TableConfig) -> None:
 
 
 def _check_delay(encoder: EncoderConfig, duration: float) -> None:
-    end = encoder.latency_s + delay_growth(encoder, duration) * duration
+    end = float(encoder.delay_at(duration, duration))
     # The difference of drift and clock may leave a rounding below zero.
     if not -1e-12 <= end <= LONGEST_DELAY_S:
         raise ConfigurationError(
@@ -301,7 +371,7 @@ def _check_clear_of_lock_in(gyro: GyroConfig, slowest: FloatArray) -> None:
 def _sensed_rates(config: RigConfig) -> tuple[FloatArray, FloatArray]:
     """Least and greatest rate each gyro is commanded to sense, without sign, rad/s, (3,)."""
     shares = np.abs(config.platform.shares)
-    rate = table_command(config.table, config.duration_s).rate
+    rate = config.command.rate
     reverses = bool(np.any(rate > 0.0) and np.any(rate < 0.0))
     slowest = 0.0 if reverses else float(np.abs(rate).min())
     return slowest * shares, float(np.abs(rate).max()) * shares

@@ -6,8 +6,7 @@ from dataclasses import dataclass, field
 from typing import Any, Final, Self
 
 from sagnac.core.units import SENSED, SENSORS, UNITS, Sensor, field_unit
-from sagnac.rig.gyro import SENSOR_KEYS
-from sagnac.rig.sections import ACCELEROMETER_NAMES, GYRO_NAMES
+from sagnac.rig.sections import ACCELEROMETER_NAMES, GYRO_NAMES, SENSOR_KEYS
 
 # Errors whose coefficients are measured.
 _MEASURED: Final = ("angle_noise", "random_walk", "instability", "rate_walk", "ramp")

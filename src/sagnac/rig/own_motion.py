@@ -8,85 +8,51 @@ time, Eq. 11.
 
 import math
 from dataclasses import dataclass, replace
-from typing import Self
 
 import numpy as np
 
-from sagnac.core.arrays import BooleanArray, ComplexArray, FloatArray
+from sagnac.core.arrays import ComplexArray, FloatArray
 from sagnac.core.units import ARCSECOND
 from sagnac.rig import _kernels
 from sagnac.rig.sections import GYRO_NAMES, DisturbancesConfig, MotionConfig, Pairs
-from sagnac.rig.table import Motion, Oscillator
+from sagnac.rig.table import Differences, Motion, Oscillator, Sums, Table
 
 # ---- own motion --------------------------------------------------------------------
 
 
 def _structure(
-    frequency: float,
-    quality: float,
-    rms: float,
-    *,
-    moving: bool,
-    interval: float,
-    random: np.random.Generator,
+    band: tuple[float, float], rms: float, table: Table, random: np.random.Generator
 ) -> Oscillator:
-    """An oscillator by its rms angle, arcsec; it rests if the table is not `moving` yet."""
-    made = Oscillator.stationary(
+    """An oscillator by frequency, Hz, and quality, and its rms angle, arcsec, at every sample.
+
+    It rests if the table is not moving yet.
+    """
+    frequency, quality = band
+    made = Oscillator(
         frequency=frequency,
         damping=0.5 / quality,
         rms_rate=2.0 * math.pi * frequency * rms * ARCSECOND,
-        step=interval,
+        step=table.interval,
         random=random,
     )
-    if not moving:
-        made.state = _kernels.OscillatorState(0.0, 0.0)
+    if not table.moving:
+        made.state[:] = 0.0
     return made
 
 
-@dataclass(slots=True, kw_only=True)
-class Mount:
+def mount_of(
+    config: MotionConfig, gyro: int, table: Table, random: np.random.Generator
+) -> Oscillator | None:
     """The mount of one gyro: a structure that the turning table shakes about the input axis.
 
     The gyro turns with it, by an angle that comes back: it adds to the density of the rate a peak
-    at the resonance, f^2 below it, and nothing to N.
-
-    Attributes
-    ----------
-    structure
-        The resonance.
-    start
-        Its angle one sample before the first, rad.
+    at the resonance, f^2 below it, and nothing to N. None if the mount is rigid.
     """
-
-    structure: Oscillator
-    start: float
-
-    @classmethod
-    def drawn(
-        cls,
-        config: MotionConfig,
-        gyro: int,
-        *,
-        moving: bool,
-        interval: float,
-        random: np.random.Generator,
-    ) -> Self | None:
-        """The mount of one gyro, None if it is rigid; it rests if the table is not `moving` yet."""
-        rms, frequency = config.resonance_rms_arcsec[gyro], config.resonance_hz[gyro]
-        if rms == 0.0:
-            return None
-        quality = config.resonance_quality
-        structure = _structure(
-            frequency, quality, rms, moving=moving, interval=interval, random=random
-        )
-        return cls(structure=structure, start=structure.state.angle)
-
-    def advance(self, moving: BooleanArray) -> FloatArray:
-        """(n,) angle at the next samples since one sample before the first, rad."""
-        return self.structure.angles(moving) - self.start
+    rms = config.resonance_rms_arcsec[gyro]
+    band = config.resonance_hz[gyro], config.resonance_quality
+    return _structure(band, rms, table, random) if rms > 0.0 else None
 
 
-@dataclass(slots=True, kw_only=True)
 class Nutation:
     """Random tilting of the shaft, which the turning table makes and the gyros sense.
 
@@ -118,59 +84,24 @@ class Nutation:
     ----------
     tilts
         Of the two axes.
-    angle
-        Table angle at the last sample, rad.
-    tilted
-        (2, 1) tilt at the last sample, rad.
-    turned
-        (2, 1) angle that it has made along the level axes of b so far, rad.
     """
 
-    tilts: tuple[Oscillator, Oscillator]
-    angle: float
-    tilted: FloatArray
-    turned: FloatArray
-
-    @classmethod
-    def drawn(
-        cls,
-        config: MotionConfig,
-        origin: float,
-        *,
-        moving: bool,
-        interval: float,
-        random: np.random.Generator,
-    ) -> Self | None:
-        """The nutation on a table at `origin`, rad, None if there is none; as `Mount.drawn`."""
-        rms = config.nutation_rms_arcsec
-        if rms == 0.0:
-            return None
-        frequency, quality = config.nutation_hz, config.nutation_quality
-        first, second = (
-            _structure(frequency, quality, rms, moving=moving, interval=interval, random=one)
-            for one in random.spawn(2)
-        )
-        return cls(
-            tilts=(first, second),
-            angle=origin,
-            tilted=np.array([[first.state.angle], [second.state.angle]]),
-            turned=np.zeros((2, 1)),
-        )
+    def __init__(self, config: MotionConfig, table: Table, random: np.random.Generator) -> None:
+        band, rms = (config.nutation_hz, config.nutation_quality), config.nutation_rms_arcsec
+        self.tilts = [_structure(band, rms, table, one) for one in random.spawn(2)]
+        self._turned, self._level = Differences(table.origin), Sums()
+        self._tilted = Differences(np.array([[tilt.state[0]] for tilt in self.tilts]))
 
     def added_to(self, motion: Motion) -> Motion:
         """The table's motion over the next samples with the shaft's tilting in it."""
         tilt = np.array([one.angles(motion.moving) for one in self.tilts])
-        steps = np.diff(tilt, prepend=self.tilted)
+        first, second = self._tilted.of(tilt)
         # The tilting of a sample interval is taken at the middle of it.
-        middle = motion.angle - 0.5 * np.diff(motion.angle, prepend=self.angle)
+        middle = motion.angle - 0.5 * self._turned.of(motion.angle)
         cosine, sine = np.cos(middle), np.sin(middle)
-        along = np.array([cosine * steps[0] + sine * steps[1], cosine * steps[1] - sine * steps[0]])
-        along[:, :1] += self.turned
-        level = np.cumsum(along, axis=1)
-        self.angle = float(motion.angle[-1])
-        self.tilted, self.turned = tilt[:, -1:], level[:, -1:]
+        along = np.array([cosine * first + sine * second, cosine * second - sine * first])
         turned = motion.turned.copy()
-        turned[:2] += level
+        turned[:2] += self._level.of(along)
         return replace(motion, turned=turned)
 
 
@@ -204,29 +135,18 @@ class LineSet:
     position: FloatArray
     phasor: ComplexArray
 
-    @property
-    def in_phase(self) -> FloatArray:
-        """(3, lines) coefficients of the cosine, rad."""
-        return np.ascontiguousarray(self.phasor.real)
 
-    @property
-    def quadrature(self) -> FloatArray:
-        """(3, lines) coefficients of the sine, rad."""
-        return np.ascontiguousarray(-self.phasor.imag)
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
 class Disturbances:
-    """All periodic disturbances of one recording."""
+    """All periodic disturbances of one recording: those in table angle, then those in time.
 
-    angle: LineSet
-    time: LineSet
+    Attributes
+    ----------
+    angle, time
+        As they were drawn.
+    """
 
-    @classmethod
-    def drawn(cls, config: DisturbancesConfig, random: np.random.Generator) -> "Disturbances":
-        """Draw them once for a recording: those in table angle, then those in time."""
-        angle = _drawn(config.angle, random)
-        return cls(angle=angle, time=_drawn(config.time, random))
+    def __init__(self, config: DisturbancesConfig, random: np.random.Generator) -> None:
+        self.angle, self.time = _drawn(config.angle, random), _drawn(config.time, random)
 
     def advance(self, first: int, alpha: FloatArray, interval: float) -> FloatArray:
         """Their sum in the gyro angles, zero if angle and time are zero.
@@ -247,11 +167,8 @@ class Disturbances:
         """
         offset = -self.angle.phasor.real.sum(axis=1) - self.time.phasor.real.sum(axis=1)
         angles = np.repeat(offset[:, np.newaxis], alpha.size, axis=1)
-        lines = self.angle
-        _kernels.harmonics(alpha, lines.position, lines.in_phase, lines.quadrature, angles)
-        lines = self.time
-        cycles = lines.position * interval
-        _kernels.lines_in_time(first, cycles, lines.in_phase, lines.quadrature, angles)
+        _kernels.harmonics(alpha, self.angle.position, self.angle.phasor, angles)
+        _kernels.lines_in_time(first, self.time.position * interval, self.time.phasor, angles)
         return angles
 
 

@@ -40,16 +40,14 @@ since f lies above half the sample rate as a rule.
 import cmath
 import math
 from dataclasses import dataclass
-from typing import Final, Self
+from typing import Final
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.signal import lfilter
 
 from sagnac.core.arrays import FloatArray
-from sagnac.core.units import ARCSECOND, DEGREE
-from sagnac.rig import _kernels
-from sagnac.rig.sections import DitherConfig, GyroConfig
+from sagnac.core.units import ARCSECOND, DEGREE, DEGREE_PER_HOUR, DEGREE_PER_ROOT_HOUR
+from sagnac.rig.sections import GYRO_NAMES, DitherConfig, GyroConfig
 
 # Kicks one swing apart are correlated by exp(-s^2/2) where s is the rms phase between them.
 _RANDOM_ENOUGH: Final = 3.0  # rad: a correlation of 1 %
@@ -170,7 +168,33 @@ def _check_dither(laser: RingLaser, dither: Dither, rates: FloatArray) -> None:
         )
 
 
-# ---- dither that is left -----------------------------------------------------------------
+# ---- lasers and dither of a configuration ----------------------------------------------
+
+
+def ring_lasers_of(config: GyroConfig) -> tuple[RingLaser, ...]:
+    """The three lasers, or none in mode ``ideal``."""
+    if config.mode == "ideal":
+        return ()
+    return tuple(
+        RingLaser(
+            lock_in=config.lock_in_deg_per_h[g] * DEGREE_PER_HOUR,
+            fringe=config.fringe_arcsec * ARCSECOND,
+            quantum_noise=config.arw_deg_per_sqrt_h[g] * DEGREE_PER_ROOT_HOUR,
+            backscatter_diffusion=config.backscatter_diffusion_rad2_per_s,
+        )
+        for g in range(len(GYRO_NAMES))
+    )
+
+
+def dither_of(config: GyroConfig) -> Dither | None:
+    """The dither of the lasers, or None in the other modes."""
+    if config.mode != "dithered":
+        return None
+    return Dither(
+        frequency=config.dither_frequency_hz,
+        rate=config.dither_rate_deg_per_s * DEGREE,
+        amplitude_noise=config.dither_amplitude_noise,
+    )
 
 
 def dither_frequency(gyro: GyroConfig, dither: DitherConfig, axis: int) -> float:
@@ -193,94 +217,3 @@ def left_of(gyro: GyroConfig, dither: DitherConfig, axis: int) -> complex:
     """Part of the dither that is left in the angle: 1 less the gain, delayed, of the stripping."""
     late = 2.0 * math.pi * dither_frequency(gyro, dither, axis) * dither.delay_s[axis]
     return 1.0 - (1.0 - dither.residue[axis]) * cmath.exp(-1j * late)
-
-
-@dataclass(slots=True, kw_only=True)
-class DitherMotion:
-    """The dither of one gyro.
-
-    Attributes
-    ----------
-    amplitude
-        Of the even part, rad.
-    left
-        Part of it in the gyro's angle, with its phase.
-    cycles, phase
-        Cycles in a sample interval, and phase at the first sample, rad.
-    decay, spread
-        Correlation of the random part from one sample to the next, and rms of what each of its two
-        components gains, as a part of the amplitude.
-    noise
-        Of the pick-off, rms, rad.
-    random
-        Stream of the dither.
-    shaken
-        (2,) random part at the last sample, in phase and in quadrature, as a part of the amplitude.
-    """
-
-    amplitude: float
-    left: complex
-    cycles: float
-    phase: float
-    decay: float
-    spread: float
-    noise: float
-    random: np.random.Generator
-    shaken: FloatArray
-
-    @classmethod
-    def drawn(
-        cls,
-        gyro: GyroConfig,
-        dither: DitherConfig,
-        axis: int,
-        *,
-        sample_rate: float,
-        random: np.random.Generator,
-    ) -> Self:
-        """The dither of the gyro x, y or z in its stationary state."""
-        frequency = dither_frequency(gyro, dither, axis)
-        decay = math.exp(-1.0 / (sample_rate * dither.ring_down_s))
-        relative = gyro.dither_amplitude_noise
-        return cls(
-            amplitude=gyro.dither_rate_deg_per_s * DEGREE / (2.0 * math.pi * frequency),
-            left=left_of(gyro, dither, axis),
-            cycles=frequency / sample_rate,
-            phase=float(random.uniform(-np.pi, np.pi)),
-            decay=decay,
-            spread=relative * math.sqrt(1.0 - decay**2),
-            noise=dither.pickoff_noise_arcsec * ARCSECOND,
-            random=random,
-            shaken=relative * random.standard_normal(2),
-        )
-
-    def advance(self, first: int, angle: FloatArray) -> FloatArray:
-        """Add what is left at the next samples to the gyro's angle.
-
-        Parameters
-        ----------
-        first
-            Number of the first sample.
-        angle
-            (n,) rad.
-
-        Returns
-        -------
-        FloatArray
-            (n,) what the pick-off shows, arcsec.
-        """
-        drawn = self.random.standard_normal((angle.size, 3))
-        shaken, _ = lfilter(
-            [self.spread],
-            [1.0, -self.decay],
-            drawn[:, :2],
-            axis=0,
-            zi=self.decay * self.shaken[np.newaxis],
-        )
-        self.shaken = shaken[-1]
-        left = self.amplitude * self.left
-        swing = np.zeros(angle.size)
-        _kernels.dither_swing(
-            first, self.cycles, self.phase, shaken, (left.real, left.imag), angle, swing
-        )
-        return np.asarray((self.amplitude * swing + self.noise * drawn[:, 2]) / ARCSECOND)

@@ -6,11 +6,15 @@ docstring says what it means; the documentation quotes both::
     rate_deg_per_s: Annotated[float, Number(-400.0, 400.0)] = 40.0
 """
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, fields, is_dataclass, replace
 from difflib import get_close_matches
 from functools import cache
 from typing import Annotated, Any, Final, Literal, get_args, get_origin, get_type_hints
+
+import numpy as np
+from numpy.typing import ArrayLike
 
 from sagnac.core.arrays import FloatArray
 from sagnac.core.errors import quoted
@@ -170,6 +174,7 @@ _ORDER: Final = Number(0.01, 1000.0, "order")
 LONGEST_DELAY_S: Final = 2.0
 _NONE: Final = (0.0, 0.0, 0.0)
 _ARCSECONDS: Final = Number(0.0, 3600.0, "arcsec")
+_WALK_TIME: Final = 1800.0  # s, after which a walk of the delay has the rms that is stated
 
 
 class Section:
@@ -300,6 +305,20 @@ class EncoderConfig(Section):
     reading_rate_hz: Annotated[float, Number(0.0, 1e5)] = 0.0
     lost_fraction: Annotated[float, Number(0.0, 0.9)] = 0.0
     missing_null_fraction: Annotated[float, Number(0.0, 1.0)] = 0.0
+
+    def delay_at(self, time: ArrayLike, duration: float) -> FloatArray:
+        """Delay of the readings by latency, drift and clock at `time` of a recording, s.
+
+        Reading k of a clock that runs fast by a part c is taken at k/(1 + c) readings' time, so
+        that it is late by t c/(1 + c) at t.
+        """
+        fast = 1e-6 * self.clock_ppm
+        growth = self.latency_drift_s / duration + fast / (1.0 + fast)
+        return self.latency_s + growth * np.asarray(time, dtype=np.float64)
+
+    def delay_walk(self, time: float) -> float:
+        """Rms that the walk of the delay gains in `time`, both in s."""
+        return self.latency_walk_s * math.sqrt(time / _WALK_TIME)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -557,3 +576,31 @@ class DisturbancesConfig(Section):
 
     angle: Annotated[Pairs, PairsOf(_ORDER, _ARCSECONDS)] = ()
     time: Annotated[Pairs, PairsOf(Number(1e-6, 1e5, "frequency Hz"), _ARCSECONDS)] = ()
+
+
+# ---- keys of a sensor ----------------------------------------------------------------
+
+# Error, the coefficient whose unit it has, its key of a gyro and of an accelerometer.
+SENSOR_KEYS: Final = (
+    ("random_walk", "angle_random_walk", "arw_deg_per_sqrt_h", "vrw_m_per_s_per_sqrt_h"),
+    ("angle_noise", "quantization", "angle_noise_arcsec", "velocity_noise_mm_per_s"),
+    ("quantum", "quantization", "quantization_step_arcsec", "quantization_step_mm_per_s"),
+    ("instability", "bias_instability", "bias_instability_deg_per_h", "bias_instability_mg"),
+    (
+        "rate_walk",
+        "rate_random_walk",
+        "rate_random_walk_deg_per_h_per_sqrt_h",
+        "acceleration_random_walk_mg_per_sqrt_h",
+    ),
+    ("markov_deviation", "bias_instability", "markov_deviation_deg_per_h", "markov_deviation_mg"),
+    (
+        "second_markov_deviation",
+        "bias_instability",
+        "second_markov_deviation_deg_per_h",
+        "second_markov_deviation_mg",
+    ),
+    ("bias", "bias_instability", "bias_deg_per_h", "bias_mg"),
+    ("rate_quantum", "bias_instability", "rate_step_deg_per_h", "acceleration_step_mg"),
+    ("full_scale", "bias_instability", "range_deg_per_h", "range_mg"),
+    ("ramp", "rate_ramp", "rate_ramp_deg_per_h_per_h", "acceleration_ramp_mg_per_h"),
+)

@@ -6,10 +6,10 @@ jitter, wander, ripple and wobble. Nothing here uses the closed forms that the e
 
 import json
 import math
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
-from typing import Any, Final, Self
+from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,29 +27,19 @@ from sagnac.formats.source import in_units, outgoing
 from sagnac.recording.channel import PICKOFF, Pickoff
 from sagnac.recording.columns import NULL_PULSE_NAME, Conversion, with_lost_readings
 from sagnac.recording.encoder_readings import angle_of_readings
-from sagnac.recording.model import Channel, Kind, Recording
+from sagnac.recording.model import Channel, Recording
 from sagnac.rig.config import RigConfig
 from sagnac.rig.encoder import Encoder, NullPulse, within_turn
-from sagnac.rig.gyro import (
-    Gyro,
-    LockIn,
-    LowPass,
-    RateReadout,
-    SensorErrors,
-    SlowDrift,
-    dither_of,
-    ring_lasers_of,
-)
-from sagnac.rig.own_motion import Disturbances, Mount, Nutation
-from sagnac.rig.ring_laser import DitherMotion
-from sagnac.rig.sections import ACCELEROMETER_NAMES, GYRO_NAMES, AccelerometerConfig, GyroConfig
-from sagnac.rig.table import Motion, Table, fastest_rate, random_streams, table_command
+from sagnac.rig.gyro import DitherMotion, Gyro, SensorErrors
+from sagnac.rig.own_motion import Disturbances, Nutation, mount_of
+from sagnac.rig.sections import ACCELEROMETER_NAMES, GYRO_NAMES
+from sagnac.rig.table import Differences, Motion, Table, fastest_rate, random_streams
 from sagnac.rig.truth import Truth, truth_of
 
 BLOCK_SAMPLES: Final = 65_536
+_PICKOFFS: Final = tuple(PICKOFF + name for name in GYRO_NAMES)
 
 Progress = Callable[[float], None]
-Streams = tuple[np.random.Generator, ...]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -62,7 +52,7 @@ class Simulation:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Block:
-    """Consecutive samples of the recording; its arrays are read-only.
+    """Consecutive samples of the recording.
 
     Attributes
     ----------
@@ -87,14 +77,8 @@ class Block:
     table: FloatArray | None
     null_pulse: BooleanArray | None
     table_angle: FloatArray
-    pickoffs: FloatArray | None = None
-    velocities: FloatArray | None = None
-
-    def __post_init__(self) -> None:
-        arrays = (self.angles, self.table, self.null_pulse, self.table_angle, self.pickoffs)
-        for array in (*arrays, self.velocities):
-            if array is not None:
-                array.flags.writeable = False
+    pickoffs: FloatArray | None
+    velocities: FloatArray | None
 
     @property
     def span(self) -> slice:
@@ -102,157 +86,73 @@ class Block:
         return slice(self.first, self.first + self.table_angle.size)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
 class Rig:
-    """The rig at one moment: everything that moves or adds, each with its state and stream.
+    """Everything that moves or adds, with its state and stream; made one sample before."""
 
-    `encoder` and `null_pulse` are None on a table that is not commanded to move.
-    """
-
-    table: Table
-    disturbances: Disturbances
-    gyros: tuple[Gyro, ...]
-    encoder: Encoder | None
-    null_pulse: NullPulse | None
-    nutation: Nutation | None = None
-    dithers: tuple[DitherMotion, ...] = ()
-    accelerometers: tuple[Gyro, ...] = ()
-
-    @classmethod
-    def before_first(cls, config: RigConfig) -> Self:
-        """The rig one sample before the first."""
-        streams = random_streams(config.seed)
-        command = table_command(config.table, config.duration_s)
-        interval = 1.0 / config.sample_rate_hz
-        moving = bool(command.rate_at(np.array([-interval]))[0] != 0.0)
-        table = Table.before_first(config.table, command, config.platform.earth, interval, streams)
-        encoder = null_pulse = nutation = None
+    def __init__(self, config: RigConfig) -> None:
+        streams, axes = random_streams(config.seed), range(len(GYRO_NAMES))
+        self._table = table = Table(config, streams)
+        self._encoder = self._null_pulse = self._nutation = None
         if config.turning:
-            nutation = Nutation.drawn(
-                config.motion,
-                table.origin,
-                moving=moving,
-                interval=interval,
-                random=streams.nutation,
+            if config.motion.nutation_rms_arcsec > 0.0:
+                self._nutation = Nutation(config.motion, table, streams.nutation)
+            self._encoder = Encoder(config, table.before, streams)
+            way = fastest_rate(config.table, config.command) * config.duration_s
+            self._null_pulse = NullPulse(config.encoder, table.origin, way, streams)
+        self._disturbances = Disturbances(config.disturbances, streams.disturbances)
+        self._gyros = [
+            Gyro(
+                config,
+                config.gyro,
+                axis,
+                streams.of_sensor("gyro", axis),
+                origin=table.origin,
+                mount=mount_of(config.motion, axis, table, streams.mount[axis]),
             )
-            way = fastest_rate(config.table, command) * config.duration_s
-            encoder = Encoder.drawn(
-                config.encoder,
-                table.before,
-                duration=config.duration_s,
-                interval=interval,
-                streams=streams,
-            )
-            null_pulse = NullPulse.drawn(config.encoder, table.origin, way, streams)
-        dither, rate, force = dither_of(config.gyro), config.sample_rate_hz, config.accelerometer
-        lock_ins: list[LockIn | None] = [
-            LockIn(laser=laser, dither=dither, interval=interval)
-            for laser in ring_lasers_of(config.gyro)
+            for axis in axes
         ]
-        sensors = _sensors(config, config.gyro, streams.white, streams.slow, streams.readout)
-        axes = range(len(sensors))
-        mounts = [
-            Mount.drawn(config.motion, g, moving=moving, interval=interval, random=streams.mount[g])
-            for g in axes
-        ]
-        dithers = [
-            DitherMotion.drawn(
-                config.gyro, config.dither, g, sample_rate=rate, random=streams.dither[g]
-            )
-            for g in axes
-        ]
-        accelerometers = _sensors(
-            config, force, streams.force_white, streams.force_slow, streams.force_readout
-        )
-        return cls(
-            table=table,
-            disturbances=Disturbances.drawn(config.disturbances, streams.disturbances),
-            gyros=tuple(
-                replace(sensor, origin=table.origin, lock_in=lock_in, mount=mount)
-                for sensor, lock_in, mount in zip(
-                    sensors, lock_ins or [None] * len(sensors), mounts, strict=True
-                )
-            ),
-            encoder=encoder,
-            null_pulse=null_pulse,
-            nutation=nutation,
-            dithers=tuple(dithers) if config.dither.is_left else (),
-            accelerometers=accelerometers if force.mode == "triad" else (),
-        )
+        self._dithers: list[DitherMotion] = []
+        if config.dither.is_left:
+            self._dithers = [DitherMotion(config, axis, streams.dither[axis]) for axis in axes]
+        self._accelerometers: list[Gyro] = []
+        if config.accelerometer.mode == "triad":
+            self._accelerometers = [
+                Gyro(config, config.accelerometer, axis, streams.of_sensor("accelerometer", axis))
+                for axis in axes
+            ]
 
     def advance(self, first: int, count: int) -> Block:
         """The next `count` samples, the first of which has number `first`."""
-        motion = self.table.advance(first, count)
-        if self.nutation is not None:
-            motion = self.nutation.added_to(motion)
-        angles = self.disturbances.advance(first, motion.angle, self.table.interval)
+        motion = self._table.advance(first, count)
+        if self._nutation is not None:
+            motion = self._nutation.added_to(motion)
+        angles = self._disturbances.advance(first, motion.angle, self._table.interval)
         shown = [
-            dither.advance(first, measured)
-            for dither, measured in zip(self.dithers, angles, strict=bool(self.dithers))
+            dither.advance(first, angle)
+            for dither, angle in zip(self._dithers, angles, strict=bool(self._dithers))
         ]
-        for gyro, measured in zip(self.gyros, angles, strict=True):
-            gyro.advance(first, motion, measured)
+        for gyro, angle in zip(self._gyros, angles, strict=True):
+            gyro.advance(first, motion, angle)
         return Block(
             first=first,
             angles=angles,
-            table=None if self.encoder is None else self.encoder.read(first, motion.angle),
-            null_pulse=None if self.null_pulse is None else self.null_pulse.advance(motion.angle),
+            table=None if self._encoder is None else self._encoder.read(first, motion.angle),
+            null_pulse=None if self._null_pulse is None else self._null_pulse.advance(motion.angle),
             table_angle=motion.angle,
             pickoffs=np.array(shown) if shown else None,
-            velocities=self._velocities(first, motion) if self.accelerometers else None,
+            velocities=self._velocities(first, motion) if self._accelerometers else None,
         )
 
     def _velocities(self, first: int, motion: Motion) -> FloatArray:
         """Gravity as the accelerometers sense it, which a level table does not turn."""
         count = motion.angle.size
         felt = np.zeros((3, count))
-        felt[2] = -STANDARD_GRAVITY * self.table.interval * (first + 1.0 + np.arange(count))
+        felt[2] = -STANDARD_GRAVITY * self._table.interval * (first + 1.0 + np.arange(count))
         level = Motion(angle=np.zeros(count), turned=felt, moving=motion.moving)
-        velocities = np.zeros((len(self.accelerometers), count))
-        for accelerometer, measured in zip(self.accelerometers, velocities, strict=True):
-            accelerometer.advance(first, level, measured)
+        velocities = np.zeros((3, count))
+        for accelerometer, velocity in zip(self._accelerometers, velocities, strict=True):
+            accelerometer.advance(first, level, velocity)
         return velocities
-
-
-def _sensors(
-    config: RigConfig,
-    own: GyroConfig | AccelerometerConfig,
-    white: Streams,
-    slow: Streams,
-    readout: Streams,
-) -> tuple[Gyro, ...]:
-    """Three gyros without lock-in and mount, or accelerometers, whose table does not turn them."""
-    rate, interval = config.sample_rate_hz, 1.0 / config.sample_rate_hz
-    sensors = []
-    for axis, direction in enumerate(config.platform.matrix):
-        errors = SensorErrors.of(own, axis)
-        drift = SlowDrift.stationary(
-            errors, sample_rate=rate, duration=config.duration_s, random=slow[axis]
-        )
-        sensor = Gyro(
-            direction=direction,
-            origin=0.0,
-            interval=interval,
-            slow=drift,
-            errors=errors,
-            random=white[axis],
-            readout=readout[axis],
-            low_pass=LowPass.of(errors, rate),
-            rates=RateReadout.of(errors, interval),
-        )
-        sensors.append(sensor)
-    return tuple(sensors)
-
-
-def _as_kind(
-    values: FloatArray, before: FloatArray | None, kind: Kind, sample_rate: float
-) -> FloatArray:
-    """(3, n) angles as samples of a kind; `before` (3,) are those of the sample before, or none."""
-    if kind == "angle":
-        return values
-    begun = np.zeros(len(values)) if before is None else before
-    steps = np.diff(values, prepend=begun[:, np.newaxis])
-    return steps if kind == "increment" else steps * sample_rate
 
 
 def blocks(config: RigConfig, block_samples: int = BLOCK_SAMPLES) -> Iterator[Block]:
@@ -260,7 +160,7 @@ def blocks(config: RigConfig, block_samples: int = BLOCK_SAMPLES) -> Iterator[Bl
 
     Memory is that of one block, however long the recording.
     """
-    rig = Rig.before_first(config)
+    rig = Rig(config)
     for start in range(0, config.samples, block_samples):
         yield rig.advance(start, min(block_samples, config.samples - start))
 
@@ -315,14 +215,20 @@ def _as_recorded(config: RigConfig, progress: Progress | None) -> Recording:
             if name not in whole:
                 whole[name] = np.empty(config.samples, part.dtype)
             whole[name][span] = part
-    sensors: dict[Sensor, tuple[Channel, ...]] = {
+    units = _units(config)
+    sensors = {
         sensor: tuple(
-            Channel(name=name, kind=config.kind, shown_in=unit, values=whole[name], sensor=sensor)
-            for name, unit in units.items()
+            Channel(
+                name=name,
+                kind=config.kind,
+                shown_in=units[name],
+                values=whole[name],
+                sensor=sensor,
+            )
+            for name in names
         )
-        for sensor, units in _units(config).items()
+        for sensor, names in _sensors(config).items()
     }
-    pickoffs = [name for name in GYRO_NAMES if PICKOFF + name in whole]
     table = None
     if config.turning:
         table = Channel(name="table", kind="angle", shown_in="deg", values=whole["table"])
@@ -332,7 +238,11 @@ def _as_recorded(config: RigConfig, progress: Progress | None) -> Recording:
         sample_rate=config.sample_rate_hz,
         table=table,
         null_pulse=whole.get(NULL_PULSE_NAME),
-        pickoffs=tuple(Pickoff(gyro=name, values=whole[PICKOFF + name]) for name in pickoffs),
+        pickoffs=tuple(
+            Pickoff(gyro=gyro, values=whole[name])
+            for gyro, name in zip(GYRO_NAMES, _PICKOFFS, strict=True)
+            if name in whole
+        ),
     )
 
 
@@ -340,36 +250,46 @@ def _columns(
     config: RigConfig, progress: Progress | None
 ) -> Iterator[tuple[slice, dict[str, NDArray[Any]]]]:
     """Columns of each block, the table unwrapped, and where they lie in the recording."""
-    before: dict[Sensor, FloatArray] = {}
-    units, pickoffs = _units(config), [PICKOFF + name for name in GYRO_NAMES]
+    sensors, scale = _sensors(config), config.sample_rate_hz if config.kind == "rate" else 1.0
+    steps = {sensor: Differences() for sensor in sensors}
     for block in blocks(config):
         columns: dict[str, NDArray[Any]] = {}
-        measured: dict[Sensor, FloatArray | None] = {
-            "gyro": block.angles,
-            "accelerometer": block.velocities,
-        }
-        for sensor, values in measured.items():
-            if values is not None:
-                shown = _as_kind(values, before.get(sensor), config.kind, config.sample_rate_hz)
-                columns.update(zip(units[sensor], shown, strict=True))
-                before[sensor] = values[:, -1]
+        values = {"gyro": block.angles, "accelerometer": block.velocities}
+        for sensor, names in sensors.items():
+            shown = values[sensor]
+            if shown is not None:
+                if config.kind != "angle":
+                    shown = steps[sensor].of(shown) * scale
+                columns |= zip(names, shown, strict=True)
         if block.table is not None and block.null_pulse is not None:
             columns |= {"table": block.table, NULL_PULSE_NAME: block.null_pulse}
         if block.pickoffs is not None:
-            columns.update(zip(pickoffs, block.pickoffs, strict=True))
+            columns |= zip(_PICKOFFS, block.pickoffs, strict=True)
         yield block.span, columns
         if progress is not None:
             progress(block.span.stop / config.samples)
 
 
-def _units(config: RigConfig) -> dict[Sensor, dict[str, str]]:
-    """Units of gyros and of accelerometers in a file, by name."""
-    of_gyro, of_force = ("deg/h", "m/s^2") if config.kind == "rate" else ("arcsec", "m/s")
+def _sensors(config: RigConfig) -> dict[Sensor, tuple[str, ...]]:
+    """Names of the gyros and of the accelerometers."""
     forces = ACCELEROMETER_NAMES if config.accelerometer.mode == "triad" else ()
+    return {"gyro": GYRO_NAMES, "accelerometer": forces}
+
+
+def _units(config: RigConfig) -> dict[str, str]:
+    """Units of gyros and accelerometers in a file, by name."""
+    of_gyro, of_force = ("deg/h", "m/s^2") if config.kind == "rate" else ("arcsec", "m/s")
+    sensors = _sensors(config)
     return {
-        "gyro": dict.fromkeys(GYRO_NAMES, of_gyro),
-        "accelerometer": dict.fromkeys(forces, of_force),
+        **dict.fromkeys(sensors["gyro"], of_gyro),
+        **dict.fromkeys(sensors["accelerometer"], of_force),
     }
+
+
+def _beside(config: RigConfig) -> tuple[str, ...]:
+    """Columns beside gyros and accelerometers."""
+    table = ("table", NULL_PULSE_NAME) if config.turning else ()
+    return (*table, *(_PICKOFFS if config.dither.is_left else ()))
 
 
 def write(
@@ -405,15 +325,11 @@ def write(
     _require_config(config)
     path = Path(path)
     truth_path = path.with_name(path.name + ".truth.json")
-    forces = tuple(_units(config)["accelerometer"])
     known = format_to_write(
         path,
-        dict.fromkeys((*GYRO_NAMES, *forces), config.kind),
-        accelerometers=forces,
-        beside=[
-            *(("table", NULL_PULSE_NAME) if config.turning else ()),
-            *((PICKOFF + name for name in GYRO_NAMES) if config.dither.is_left else ()),
-        ],
+        dict.fromkeys(_units(config), config.kind),
+        accelerometers=_sensors(config)["accelerometer"],
+        beside=_beside(config),
     )
     with replacing_set(path) as folder:
         temporary = folder / path.name
@@ -436,39 +352,39 @@ def write(
 
 def _densities(config: RigConfig) -> dict[Sensor, tuple[float, float]]:
     """Largest white noise of a rate, that of its steps with it, and largest K, SI."""
-    rates = math.sqrt(12.0 * config.sample_rate_hz)
-
-    def largest(
-        own: GyroConfig | AccelerometerConfig, walks: Iterable[float] | None = None
-    ) -> tuple[float, float]:
-        errors = [SensorErrors.of(own, axis) for axis in range(len(GYRO_NAMES))]
-        noises = walks or [one.random_walk for one in errors]
-        white = (
-            math.hypot(noise, one.rate_quantum / rates)
-            for noise, one in zip(noises, errors, strict=True)
-        )
-        return max(white), max(one.rate_walk for one in errors)
-
+    rates, axes = math.sqrt(12.0 * config.sample_rate_hz), range(len(GYRO_NAMES))
+    gyros, forces = (
+        [SensorErrors.of(own, axis) for axis in axes] for own in (config.gyro, config.accelerometer)
+    )
     # Lock-in makes more of the random walk that a ring laser begins with.
-    walks = [
-        one.arw_deg_per_sqrt_h * DEGREE_PER_ROOT_HOUR for one in truth_of(config).gyros.values()
-    ]
-    return {"gyro": largest(config.gyro, walks), "accelerometer": largest(config.accelerometer)}
+    truths = truth_of(config).gyros.values()
+    walks = {
+        "gyro": [one.arw_deg_per_sqrt_h * DEGREE_PER_ROOT_HOUR for one in truths],
+        "accelerometer": [one.random_walk for one in forces],
+    }
+    sensors: dict[Sensor, list[SensorErrors]] = {"gyro": gyros, "accelerometer": forces}
+    return {
+        sensor: (
+            max(map(math.hypot, walks[sensor], (one.rate_quantum / rates for one in own))),
+            max(one.rate_walk for one in own),
+        )
+        for sensor, own in sensors.items()
+    }
 
 
 def _write_parquet(config: RigConfig, path: Path, progress: Progress | None) -> None:
     units = _units(config)
-    names = {**units["gyro"], **units["accelerometer"]}
     written_in: dict[str, Unit | None] = {
-        **{name: UNITS[unit] for name, unit in names.items()},
-        **({"table": UNITS["deg"], NULL_PULSE_NAME: None} if config.turning else {}),
-        **({PICKOFF + name: None for name in GYRO_NAMES} if config.dither.is_left else {}),
+        **{name: UNITS[unit] for name, unit in units.items()},
+        **dict.fromkeys(_beside(config)),
     }
+    if config.turning:
+        written_in["table"] = UNITS["deg"]
     with arrow.writer(
         path,
         written_in,
-        kinds=dict.fromkeys(names, config.kind),
-        accelerometers=tuple(units["accelerometer"]),
+        kinds=dict.fromkeys(units, config.kind),
+        accelerometers=_sensors(config)["accelerometer"],
         sample_rate=config.sample_rate_hz,
     ) as append:
         for _, columns in _columns(config, progress):

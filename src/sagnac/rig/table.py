@@ -1,4 +1,4 @@
-"""The table of the rig: the motion commanded, what servo and bearing make of it, what it turns.
+"""The table of the rig: what servo and bearing make of the commanded motion, what it turns.
 
 The table stands one sample before the first when it is made, and `Table.advance` takes it on.
 Servos, structures and bearings ring: damped oscillators driven by white noise. Each thing that
@@ -6,16 +6,18 @@ draws has a random stream of its own.
 """
 
 import math
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, fields
 from itertools import islice
-from typing import Any, Final, Protocol, Self
+from typing import Any, Final
 
 import numpy as np
 import scipy.linalg
+from scipy.signal import lfilter
 
 from sagnac.core.arrays import BooleanArray, FloatArray
-from sagnac.core.units import ARCSECOND, DEGREE
+from sagnac.core.units import ARCSECOND, DEGREE, Sensor
 from sagnac.rig import _kernels
+from sagnac.rig.config import RigConfig, TableCommand
 from sagnac.rig.sections import Pairs, TableConfig
 
 # ---- streams -----------------------------------------------------------------------
@@ -56,6 +58,22 @@ class RandomStreams:
     force_slow: tuple[np.random.Generator, ...]
     force_readout: tuple[np.random.Generator, ...]
 
+    def of_sensor(self, sensor: Sensor, axis: int) -> "SensorStreams":
+        """Those of a gyro x, y or z, or of an accelerometer ax, ay or az."""
+        streams = (self.white, self.slow, self.readout)
+        if sensor == "accelerometer":
+            streams = (self.force_white, self.force_slow, self.force_readout)
+        return SensorStreams(*(each[axis] for each in streams))
+
+
+@dataclass(frozen=True, slots=True)
+class SensorStreams:
+    """Random streams of one sensor: of its random walk, its slow errors and its readout."""
+
+    white: np.random.Generator
+    slow: np.random.Generator
+    readout: np.random.Generator
+
 
 def random_streams(seed: int) -> RandomStreams:
     """The streams of one seed; what one of them gives does not depend on the others."""
@@ -69,89 +87,106 @@ def random_streams(seed: int) -> RandomStreams:
     return RandomStreams(**drawn)
 
 
-# ---- oscillator --------------------------------------------------------------------
+# ---- series that come in blocks ----------------------------------------------------------
+
+
+class Differences:
+    """Steps of a series, (…, n), from each sample to the next, whatever the blocks it comes in.
+
+    `before` is its value one sample before the first.
+    """
+
+    def __init__(self, before: FloatArray | float = 0.0) -> None:
+        self._before = before
+
+    def of(self, values: FloatArray) -> FloatArray:
+        """The steps to the next samples."""
+        steps = np.diff(values, prepend=self._before)
+        self._before = values[..., -1:].copy()
+        return steps
+
+
+class Sums:
+    """Running sums of a series of steps, (…, n), in one order, whatever the blocks it comes in."""
+
+    def __init__(self) -> None:
+        self._sum: FloatArray | float = 0.0
+
+    def of(self, steps: FloatArray) -> FloatArray:
+        """The sums at the next samples; `steps` is overwritten."""
+        steps[..., :1] += self._sum
+        sums = np.cumsum(steps, axis=-1, out=steps)
+        self._sum = sums[..., -1:].copy()
+        return sums
+
+
+# ---- what rings and what wanders -----------------------------------------------------
 
 _LONG_STEP: Final = 0.1  # part of the ring-down
 
 
-@dataclass(slots=True, kw_only=True)
 class Oscillator:
     """Angle of a damped oscillator driven by white noise, stepped exactly.
 
     It obeys ``x'' + 2 zeta w x' + w^2 x = noise``. Its angle has the two-sided density
     ``4 zeta w^3 s^2 / ((w^2 - v^2)^2 + (2 zeta w v)^2)`` at the angular frequency v, s being its
-    rms angle.
+    rms angle. It begins in its stationary state.
+
+    Parameters
+    ----------
+    frequency
+        Natural, Hz.
+    damping
+        Ratio zeta; 1/(2 Q) by quality.
+    rms_rate
+        rad/s.
+    step
+        Between the instants at which it is asked for, s.
+    random
+        Its stream.
 
     Attributes
     ----------
     transition, spread
         (2, 2) step of angle and rate, and the factor of the noise added to it.
     state
-        At the last step.
-    random
-        Its stream.
+        (2,) angle and rate at the last step.
     """
 
-    transition: FloatArray
-    spread: FloatArray
-    state: _kernels.OscillatorState
-    random: np.random.Generator
-
-    @classmethod
-    def stationary(
-        cls,
+    def __init__(
+        self,
         *,
         frequency: float,
         damping: float,
         rms_rate: float,
         step: float,
         random: np.random.Generator,
-    ) -> Self:
-        """The oscillator in its stationary state.
-
-        Parameters
-        ----------
-        frequency
-            Natural, Hz.
-        damping
-            Ratio zeta; 1/(2 Q) by quality.
-        rms_rate
-            rad/s.
-        step
-            Between the instants at which it is asked for, s.
-        random
-            Its stream.
-        """
+    ) -> None:
         natural = 2.0 * math.pi * frequency
         slope = np.array([[0.0, 1.0], [-natural * natural, -2.0 * damping * natural]])
-        angle, rate = np.array([rms_rate / natural, rms_rate]) * random.standard_normal(2)
-        return cls(
-            transition=np.asarray(scipy.linalg.expm(slope * step)),
-            spread=_noise_factor(natural * step, damping) * rms_rate * np.array([[step], [1.0]]),
-            state=_kernels.OscillatorState(float(angle), float(rate)),
-            random=random,
-        )
+        self.state = np.array([rms_rate / natural, rms_rate]) * random.standard_normal(2)
+        self.transition = np.asarray(scipy.linalg.expm(slope * step))
+        self.spread = _noise_factor(natural * step, damping) * rms_rate * [[step], [1.0]]
+        self._random = random
 
     def begin(self, drive: float, rate: float) -> tuple[float, float]:
         """Drive and rate one sample before the first, with the oscillator's part added."""
-        return drive + self.state.angle, rate + self.state.rate
+        return drive + float(self.state[0]), rate + float(self.state[1])
 
     def advance(self, commanded: FloatArray, drive: FloatArray, rate: FloatArray) -> None:
-        """Add the next steps to drive and rate, whatever is commanded (`table.Mover`)."""
-        self._add(self.random.standard_normal((commanded.size, 2)), drive, rate)
+        """Add the next steps to drive and rate, whatever is commanded (as `RateNoise`)."""
+        self._add(self._random.standard_normal((commanded.size, 2)), drive, rate)
 
     def angles(self, driven: BooleanArray) -> FloatArray:
         """(n,) angle at the next steps, rad; it rings down where it is not `driven`, (n,)."""
-        normals = self.random.standard_normal((driven.size, 2))
+        normals = self._random.standard_normal((driven.size, 2))
         normals[~driven] = 0.0
         angle = np.zeros(driven.size)
         self._add(normals, angle, np.zeros(driven.size))
         return angle
 
     def _add(self, normals: FloatArray, angle: FloatArray, rate: FloatArray) -> None:
-        self.state = _kernels.oscillator(
-            normals, self.transition, self.spread, self.state, angle, rate
-        )
+        _kernels.oscillator(normals, self.transition, self.spread, self.state, angle, rate)
 
 
 def _noise_factor(turn: float, damping: float) -> FloatArray:
@@ -177,140 +212,45 @@ def _noise_factor(turn: float, damping: float) -> FloatArray:
     return np.asarray(np.linalg.cholesky(0.5 * (added + added.T)))
 
 
-# ---- table -------------------------------------------------------------------------
-
-# Between nodes the integrand cos(alpha) is taken by Simpson's rule, whose error is
-# turn^4/2880 of the Earth-rate harmonic (15 arcsec): below 1e-6 arcsec at this turn.
-_LARGEST_TURN_PER_STEP = 0.02  # rad
-_LARGEST_JITTER_STEP = 0.5  # step times natural frequency of the servo
-
-
-# ---- what is commanded ---------------------------------------------------------------
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class TableCommand:
-    """Commanded table motion: rate at knots, straight between, constant outside.
-
-    Attributes
-    ----------
-    time, rate, angle
-        (knots,) s, rad/s and rad.
-    """
-
-    time: FloatArray
-    rate: FloatArray
-    angle: FloatArray
-
-    def rate_at(self, time: FloatArray) -> FloatArray:
-        """Commanded rate, rad/s."""
-        return np.interp(time, self.time, self.rate)
-
-    def angle_at(self, time: FloatArray) -> FloatArray:
-        """Commanded angle, rad."""
-        index = np.clip(np.searchsorted(self.time, time, side="right") - 1, 0, self.time.size - 1)
-        since = time - self.time[index]
-        rate = self.rate_at(time)
-        # Mean of the rates at both ends of a straight piece; outside the knots they agree.
-        return np.asarray(self.angle[index] + 0.5 * (self.rate[index] + rate) * since)
-
-
-def table_command(config: TableConfig, duration: float) -> TableCommand:
-    """The motion that the configuration commands in `duration` seconds."""
-    knots = config.profile or _reversals(config, duration)
-    time = np.array([time for time, _ in knots], dtype=np.float64)
-    rate = np.array([rate for _, rate in knots]) * DEGREE
-    pieces = 0.5 * (rate[1:] + rate[:-1]) * np.diff(time)
-    angle = np.concatenate([[0.0], np.cumsum(pieces)])
-    command = TableCommand(time=time, rate=rate, angle=angle)
-    start = config.start_deg * DEGREE - float(command.angle_at(np.zeros(1))[0])
-    return replace(command, angle=angle + start)
-
-
-def _reversals(config: TableConfig, duration: float) -> Pairs:
-    rate = config.rate_deg_per_s
-    knots = [(0.0, rate)]
-    interval = config.reversal_interval_s
-    if interval == 0.0 or rate == 0.0:
-        return tuple(knots)
-    ramp, stand = abs(rate) / config.acceleration_deg_per_s2, 0.5 * config.dwell_s
-    onward = config.after_dwell == "onward"
-    middle = interval
-    while middle < duration:
-        knots.append((middle - stand - ramp, rate))
-        if stand > 0.0:
-            knots.append((middle - stand, 0.0))
-        if stand > 0.0 or onward:
-            knots.append((middle + stand, 0.0))
-        rate = rate if onward else -rate
-        knots.append((middle + stand + ramp, rate))
-        middle += interval
-    return tuple(knots)
-
-
-# ---- what the servo adds -------------------------------------------------------------
-
-
-class Mover(Protocol):
-    """Something that moves the table's drive beside the command."""
-
-    def begin(self, drive: float, rate: float) -> tuple[float, float]:
-        """Drive and rate one sample before the first, with this mover's part added."""
-
-    def advance(self, commanded: FloatArray, drive: FloatArray, rate: FloatArray) -> None:
-        """Add this mover's part to drive and rate at the next nodes.
-
-        `commanded`, `drive` and `rate` are (nodes,), in rad/s, rad and rad/s.
-        """
-
-
-@dataclass(slots=True, kw_only=True)
 class RateNoise:
     """First-order Markov noise of the rate, whose angle walks: rate jitter, or slow wander.
 
-    Attributes
-    ----------
-    rms, share
-        Its rms, rad/s, is `rms` and that share of the commanded rate.
-    decay
-        Correlation from one node to the next.
-    step
-        Between nodes, s.
-    state
-        Of the last node.
-    random
-        Its stream.
+    Its rms, rad/s, is `rms` and a `share` of the commanded rate; `decay` is its correlation from
+    one node to the next, `step` s apart.
     """
 
-    rms: float
-    share: float
-    decay: float
-    step: float
-    state: _kernels.RateNoiseState
-    random: np.random.Generator
-
-    @classmethod
-    def stationary(
-        cls, rms: float, share: float, decay: float, step: float, random: np.random.Generator
-    ) -> Self:
-        """The noise in its stationary state; see the class."""
-        state = _kernels.RateNoiseState(float(random.standard_normal()), 0.0, 0.0)
-        return cls(rms=rms, share=share, decay=decay, step=step, state=state, random=random)
+    def __init__(
+        self, *, rms: float, share: float, decay: float, step: float, random: np.random.Generator
+    ) -> None:
+        self._rms, self._share, self._decay, self._step = rms, share, decay, step
+        self._random, self._angle = random, Sums()
+        # Of variance one.
+        self.level = float(random.standard_normal())
+        self._before = 0.0
 
     def begin(self, drive: float, rate: float) -> tuple[float, float]:
-        """See `Mover`."""
-        own = (self.rms + self.share * rate) * self.state.level
-        self.state = self.state._replace(rate=own)
-        return drive, rate + own
+        """Drive and rate one sample before the first, with this noise added."""
+        self._before = (self._rms + self._share * rate) * self.level
+        return drive, rate + self._before
 
     def advance(self, commanded: FloatArray, drive: FloatArray, rate: FloatArray) -> None:
-        """See `Mover`."""
-        normals = self.random.standard_normal(commanded.size)
-        spread = math.sqrt(1.0 - self.decay**2)
-        scale = self.rms + self.share * commanded
-        self.state = _kernels.rate_noise(
-            normals, self.decay, spread, scale, self.step, self.state, drive, rate
-        )
+        """Add it to drive and rate at the next nodes.
+
+        `commanded`, `drive` and `rate` are (nodes,), in rad/s, rad and rad/s.
+        """
+        normals = self._random.standard_normal(commanded.size)
+        spread = math.sqrt(1.0 - self._decay**2)
+        begun = [self._decay * self.level]
+        levels, _ = lfilter([spread], [1.0, -self._decay], normals, zi=begun)
+        own = (self._rms + self._share * commanded) * levels
+        before = np.concatenate([[self._before], own[:-1]])
+        self.level, self._before = float(levels[-1]), float(own[-1])
+        drive += self._angle.of(0.5 * self._step * (before + own))
+        rate += own
+
+
+Mover = Oscillator | RateNoise
+"""Something that moves the table's drive beside the command."""
 
 
 def movers_of(config: TableConfig, step: float, streams: RandomStreams) -> tuple[Mover, ...]:
@@ -324,7 +264,7 @@ def movers_of(config: TableConfig, step: float, streams: RandomStreams) -> tuple
         return ()
     jitter, hunting = config.jitter_rms_deg_per_s * DEGREE, config.hunting_rms_deg_per_s * DEGREE
     if jitter > 0.0 and config.jitter_spectrum == "position":
-        held = Oscillator.stationary(
+        held = Oscillator(
             frequency=config.jitter_bandwidth_hz,
             damping=config.jitter_damping,
             rms_rate=jitter,
@@ -334,13 +274,16 @@ def movers_of(config: TableConfig, step: float, streams: RandomStreams) -> tuple
         movers.append(held)
     elif jitter > 0.0:
         decay = math.exp(-2.0 * math.pi * config.jitter_bandwidth_hz * step)
-        movers.append(RateNoise.stationary(jitter, 0.0, decay, step, streams.jitter))
+        movers.append(
+            RateNoise(rms=jitter, share=0.0, decay=decay, step=step, random=streams.jitter)
+        )
     if config.wander_fraction > 0.0:
-        decay = math.exp(-step / config.wander_time_s)
-        share = config.wander_fraction
-        movers.append(RateNoise.stationary(0.0, share, decay, step, streams.wander))
+        decay, share = math.exp(-step / config.wander_time_s), config.wander_fraction
+        movers.append(
+            RateNoise(rms=0.0, share=share, decay=decay, step=step, random=streams.wander)
+        )
     if hunting > 0.0:
-        hunted = Oscillator.stationary(
+        hunted = Oscillator(
             frequency=config.hunting_hz,
             damping=0.5 / config.hunting_quality,
             rms_rate=hunting,
@@ -351,7 +294,12 @@ def movers_of(config: TableConfig, step: float, streams: RandomStreams) -> tuple
     return tuple(movers)
 
 
-# ---- what the bearing makes of it ----------------------------------------------------
+# ---- table -----------------------------------------------------------------------------
+
+# Between nodes the integrand cos(alpha) is taken by Simpson's rule, whose error is
+# turn^4/2880 of the Earth-rate harmonic (15 arcsec): below 1e-6 arcsec at this turn.
+_LARGEST_TURN_PER_STEP = 0.02  # rad
+_LARGEST_JITTER_STEP = 0.5  # step times natural frequency of the servo
 
 
 def drawn_orders(pairs: Pairs, random: np.random.Generator, unit: float = 1.0) -> _kernels.Orders:
@@ -382,104 +330,62 @@ class Motion:
     moving: BooleanArray
 
 
-@dataclass(slots=True, kw_only=True)
 class Table:
     """The table on its way, and the rate along b integrated on it (Eq. 4 without the shares).
 
     Attributes
     ----------
-    command
-        What is commanded.
-    movers
-        What the servo adds, in the order in which it is added.
-    ripple, wobble
-        Of the bearing.
-    earth
-        (3,) Earth rate in b0, rad/s.
-    interval, substeps
-        Between samples, s; nodes in it.
-    state
-        Of the last node.
+    interval
+        Between samples, s.
     origin
         Table angle one sample before the first, rad.
+    moving
+        Whether the table is commanded to move then.
     """
 
-    command: TableCommand
-    movers: tuple[Mover, ...]
-    ripple: _kernels.Orders
-    wobble: _kernels.Orders
-    earth: FloatArray
-    interval: float
-    substeps: int
-    state: _kernels.MotionState
-    origin: float
-
-    @classmethod
-    def before_first(
-        cls,
-        config: TableConfig,
-        command: TableCommand,
-        earth: FloatArray,
-        interval: float,
-        streams: RandomStreams,
-    ) -> Self:
-        """The table one sample before the first; ripple phases are drawn before wobble's."""
-        substeps = substeps_of(config, command, interval)
-        movers = movers_of(config, interval / substeps, streams)
-        ripple = drawn_orders(config.ripple, streams.phases)
-        wobble = drawn_orders(config.wobble, streams.phases, ARCSECOND)
-        start: FloatArray = np.array([-interval])
-        drive, rate = float(command.angle_at(start)[0]), float(command.rate_at(start)[0])
-        for mover in movers:
+    def __init__(self, config: RigConfig, streams: RandomStreams) -> None:
+        self._command, self._earth = config.command, config.platform.earth
+        self.interval = 1.0 / config.sample_rate_hz
+        self._substeps = substeps_of(config.table, self._command, self.interval)
+        self._movers = movers_of(config.table, self.interval / self._substeps, streams)
+        # Phases of the ripple are drawn before those of the wobble.
+        self._ripple = drawn_orders(config.table.ripple, streams.phases)
+        self._wobble = drawn_orders(config.table.wobble, streams.phases, ARCSECOND)
+        start: FloatArray = np.array([-self.interval])
+        drive = float(self._command.angle_at(start)[0])
+        rate = float(self._command.rate_at(start)[0])
+        self.moving = rate != 0.0
+        for mover in self._movers:
             drive, rate = mover.begin(drive, rate)
-        origin = float(_kernels.table_angle(drive, ripple))
-        sensed = _kernels.earth_in_table(origin, earth, wobble)
-        return cls(
-            command=command,
-            movers=movers,
-            ripple=ripple,
-            wobble=wobble,
-            earth=earth,
-            interval=interval,
-            substeps=substeps,
-            state=_kernels.MotionState(drive, rate, sensed, (0.0, 0.0, 0.0)),
-            origin=origin,
-        )
+        self.origin = float(_kernels.table_angle(drive, self._ripple))
+        sensed = _kernels.earth_in_table(self.origin, self._earth, self._wobble)
+        self._state = _kernels.MotionState(drive, rate, sensed, (0.0, 0.0, 0.0))
 
     def before(self, time: FloatArray) -> FloatArray:
         """Angle before the recording, rad: as commanded, up to where the table is made.
 
         `time`, s, is at most one sample before the first.
         """
-        made = self.command.angle_at(np.array([-self.interval]))
-        return np.asarray(self.origin + self.command.angle_at(time) - made)
+        made = self._command.angle_at(np.array([-self.interval]))
+        return np.asarray(self.origin + self._command.angle_at(time) - made)
 
     def advance(self, first: int, count: int) -> Motion:
         """The motion over the next `count` samples, the first of which has number `first`."""
-        step = self.interval / self.substeps
-        nodes = count * self.substeps
-        begin = first * self.substeps + 1
+        step = self.interval / self._substeps
+        nodes = count * self._substeps
+        begin = first * self._substeps + 1
         time = np.arange(begin, begin + nodes, dtype=np.float64) * step - self.interval
-        drive = self.command.angle_at(time)
-        commanded = self.command.rate_at(time)
+        drive = self._command.angle_at(time)
+        commanded = self._command.rate_at(time)
         rate = commanded.copy()
-        for mover in self.movers:
+        for mover in self._movers:
             mover.advance(commanded, drive, rate)
-        angle = np.empty(count)
-        turned = np.empty((3, count))
-        self.state = _kernels.motion(
-            drive,
-            rate,
-            step,
-            self.substeps,
-            self.ripple,
-            self.earth,
-            self.wobble,
-            self.state,
-            angle,
-            turned,
-        )
-        moving = commanded[self.substeps - 1 :: self.substeps] != 0.0
+        angle, turned = np.empty(count), np.empty((3, count))
+        self._state = _kernels.motion(
+            drive, rate, step, self._substeps, self._ripple, self._earth, self._wobble,
+            self._state, angle, turned,
+        )  # fmt: skip
+        moving = commanded[self._substeps - 1 :: self._substeps] != 0.0
         return Motion(angle=angle, turned=turned, moving=moving)
 
 

@@ -9,13 +9,18 @@ import numpy as np
 
 from sagnac.core.arrays import ComplexArray, FloatArray
 from sagnac.core.units import ARCSECOND, DEGREE, DEGREE_PER_HOUR, DEGREE_PER_ROOT_HOUR
-from sagnac.rig.config import RigConfig
-from sagnac.rig.encoder import delay_growth, delay_walk
-from sagnac.rig.gyro import dither_of, ring_lasers_of
+from sagnac.rig.config import RigConfig, TableCommand
 from sagnac.rig.own_motion import Disturbances, LineSet, nutation_walk
-from sagnac.rig.ring_laser import angle_random_walk, dither_frequency, folded, left_of
+from sagnac.rig.ring_laser import (
+    angle_random_walk,
+    dither_frequency,
+    dither_of,
+    folded,
+    left_of,
+    ring_lasers_of,
+)
 from sagnac.rig.sections import GYRO_NAMES, Pairs, PlatformConfig, Triple
-from sagnac.rig.table import TableCommand, random_streams, table_command
+from sagnac.rig.table import random_streams
 
 _PAIRS: Final = (("x", "z"), ("x", "y"), ("y", "z"))
 TRUTH_SCHEMA: Final = "sagnac.truth/1"
@@ -118,7 +123,7 @@ class Truth:
 
 def truth_of(config: RigConfig) -> Truth:
     """Contents of a recording of this configuration, without making it."""
-    command = table_command(config.table, config.duration_s)
+    command = config.command
     turned = command.angle_at(np.array([config.duration_s])) - command.angle_at(np.zeros(1))
     rate = float(turned[0] / config.duration_s)
     gyros = _gyro_truths(config, rate)
@@ -159,14 +164,14 @@ def _nutation_walks(config: RigConfig, command: TableCommand) -> dict[str, float
 
 def _encoder_truth(config: RigConfig) -> EncoderTruth:
     encoder = config.encoder
-    grown = delay_growth(encoder, config.duration_s) * config.duration_s
+    start, end = encoder.delay_at([0.0, config.duration_s], config.duration_s).tolist()
     return EncoderTruth(
         step_arcsec=2.0 * math.pi / encoder.lines / ARCSECOND,
         periodic_error_arcsec=encoder.periodic_error,
         latch_jitter_s=encoder.latch_jitter_s,
-        delay_start_s=encoder.latency_s,
-        delay_end_s=encoder.latency_s + grown,
-        delay_walk_end_s=delay_walk(encoder, config.duration_s),
+        delay_start_s=start,
+        delay_end_s=end,
+        delay_walk_end_s=encoder.delay_walk(config.duration_s),
         clock_ppm=encoder.clock_ppm,
         reading_rate_hz=encoder.reading_rate_hz or config.sample_rate_hz,
         lost_fraction=encoder.lost_fraction,
@@ -229,7 +234,7 @@ def _sensed_rates(platform: PlatformConfig, table_rate: float | None) -> FloatAr
 
 
 def _line_truths(config: RigConfig) -> tuple[LineTruth, ...]:
-    drawn = Disturbances.drawn(config.disturbances, random_streams(config.seed).disturbances)
+    drawn = Disturbances(config.disturbances, random_streams(config.seed).disturbances)
     scales: tuple[tuple[Scale, LineSet], ...] = (("angle", drawn.angle), ("time", drawn.time))
     return tuple(
         _line_truth(scale, float(position), lines.phasor[:, j])
