@@ -161,236 +161,54 @@ def drifting_tone(
 
 
 @compiled()
-def orthogonal_products(
-    sampling: ComplexArray,
-    tilted: ComplexArray,
-    chosen: IntegerArray,
-    row: FloatArray,
-    candidates: int,
-) -> ComplexArray:
-    """Inner products of exp(i k phase), k = 1 ... candidates, with one function.
-
-    `sampling[k]` is the mean of exp(i k phase), `tilted[k]` of ramp * exp(i k phase), and `row`
-    holds the function's coefficients on 1, ramp and the cosine and sine of each chosen k - 1.
-    """
-    products = np.empty(candidates, dtype=np.complex128)
-    for m in range(candidates):
-        products[m] = row[0] * sampling[m + 1] + row[1] * tilted[m + 1]
-    for term in range(chosen.size):
-        other = chosen[term]
-        up = 0.5 * (row[2 + 2 * term] - 1j * row[3 + 2 * term])
-        down = 0.5 * (row[2 + 2 * term] + 1j * row[3 + 2 * term])
-        if up == 0.0:
-            continue
-        for m in range(candidates):
-            products[m] += up * sampling[m + other + 2]
-        for m in range(min(other, candidates)):
-            products[m] += down * np.conj(sampling[other - m])
-        for m in range(other, candidates):
-            products[m] += down * sampling[m - other]
-    return products
-
-
-@compiled(inline="always")
-def _overlap(lag: int, length: int, sines: FloatArray, inverse: FloatArray) -> float:
-    """Mean over the samples n, counted from mid-record, of cos(2 pi lag n / length)."""
-    if lag == 0:
-        return 1.0
-    lag = abs(lag)
-    # The table covers half a cycle per sample; the other half mirrors it.
-    return float(sines[lag % sines.size] * inverse[min(lag, length - lag)])
-
-
-@compiled(inline="always")
-def _tilt(
-    place: int, samples: int, sines: FloatArray, cosines: FloatArray, inverse: FloatArray
-) -> float:
-    """Mean of ramp * sin(2 pi place n / length), where the ramp runs from -1 to 1."""
-    size = inverse[place]
-    bend = np.sqrt(max(1.0 - 1.0 / (samples * size) ** 2, 0.0))
-    turn = place % sines.size
-    slope = sines[turn] * samples * size * bend - samples * cosines[turn]
-    return float(slope * size / (samples - 1))
-
-
-@compiled()
-def grid_powers(
-    even: FloatArray,
-    odd: FloatArray,
-    tables: tuple[FloatArray, FloatArray, FloatArray],
-    length: int,
-    samples: int,
-    ramp_power: float,
-) -> None:
-    """Mean squares of cosine and sine of every candidate, made orthogonal to 1 and to the ramp."""
-    sines, cosines, inverse = tables
-    for place in range(1, even.size + 1):
-        double = _overlap(2 * place, length, sines, inverse)
-        level = _overlap(place, length, sines, inverse)
-        tilt = _tilt(place, samples, sines, cosines, inverse)
-        even[place - 1] = 0.5 * (1.0 + double) - level**2
-        odd[place - 1] = 0.5 * (1.0 - double) - tilt**2 / ramp_power
-
-
-@compiled()
-def grid_tilts(
+def take_pairs(
+    left: FloatArray,
+    overlap: FloatArray,
     places: IntegerArray,
-    samples: int,
-    tables: tuple[FloatArray, FloatArray, FloatArray],
-) -> FloatArray:
-    """Mean of ramp times sine at some places."""
-    sines, cosines, inverse = tables
-    result = np.empty(places.size)
-    for index in range(places.size):
-        result[index] = _tilt(places[index], samples, sines, cosines, inverse)
-    return result
-
-
-@compiled()
-def grid_overlaps(
-    lags: IntegerArray, length: int, tables: tuple[FloatArray, FloatArray, FloatArray]
-) -> FloatArray:
-    """Mean of the cosine at some sums or differences of places."""
-    sines, _, inverse = tables
-    result = np.empty(lags.size)
-    for index in range(lags.size):
-        result[index] = _overlap(lags[index], length, sines, inverse)
-    return result
-
-
-@compiled()
-def _best_of(
-    low: int,
-    high: int,
-    even: FloatArray,
-    odd: FloatArray,
-    even_power: FloatArray,
-    odd_power: FloatArray,
-    least: float,
-    walk: float,
-    white: float,
-) -> tuple[float, int]:
-    """Greatest drop of the mean square that a candidate from `low` to `high` brings, and which.
-
-    Drops below walk / place^2 + white do not count.
-    """
-    best, place = 0.0, low
-    for m in range(low, high + 1):
-        if even_power[m - 1] > least and odd_power[m - 1] > least:
-            merit = even[m - 1] ** 2 / even_power[m - 1] + odd[m - 1] ** 2 / odd_power[m - 1]
-            if merit > best and merit > walk / m**2 + white:
-                best, place = merit, m
-    return best, place
-
-
-@compiled()
-def _repeated(sines: FloatArray, size: int, step: int) -> FloatArray:
-    """(size,) `sines` over and over, forwards (`step` 1) or backwards from the first (-1)."""
-    result = np.empty(size)
-    for index in range(size):
-        result[index] = sines[step * index % sines.size]
-    return result
-
-
-@compiled()
-def _take(
-    even: FloatArray,
-    odd: FloatArray,
-    start: int,
-    stop: int,
-    a: float,
-    b: float,
-    wave: FloatArray,
-    inverse: FloatArray,
-    lag: int,
-    step: int,
-) -> None:
-    """Take `a` and `b` times the overlap off the products of candidates `start` to `stop` - 1.
-
-    The overlap is `wave`, from its first on, times `inverse`, from `lag` on, forwards (`step` 1)
-    or backwards (-1). The loops have neither branch nor remainder, so that the compiler makes of
-    them several candidates at once.
-    """
-    count = stop - start
-    if count <= 0:
-        return
-    evens, odds = even[start - 1 : stop - 1], odd[start - 1 : stop - 1]
-    if step > 0:
-        near = inverse[lag:]
-        for index in range(count):
-            shared = wave[index] * near[index]
-            evens[index] -= a * shared
-            odds[index] -= b * shared
-    else:
-        near = inverse[lag - count + 1 :]
-        for index in range(count):
-            shared = wave[index] * near[count - 1 - index]
-            evens[index] -= a * shared
-            odds[index] -= b * shared
-
-
-@compiled()
-def grid_update(
-    even: FloatArray,
-    odd: FloatArray,
-    even_power: FloatArray,
-    odd_power: FloatArray,
-    tables: tuple[FloatArray, FloatArray, FloatArray],
-    length: int,
-    samples: int,
-    places: IntegerArray,
-    even_change: FloatArray,
-    odd_change: FloatArray,
+    change: FloatArray,
     reach: IntegerArray,
-    tilt_change: float,
-    tilt_reach: int,
-    least: float,
-    walk: float,
-    white: float,
-    stale: BooleanArray,
-    best: FloatArray,
-    best_place: IntegerArray,
-    block: int,
+    length: int,
+    mirror: float,
 ) -> None:
-    """Products of every candidate with what is left, after coefficients changed; and the best.
+    """Take changed pairs off the products of all cosines and sines on a grid with what is left.
 
-    `places` are those of the chosen, 0 for the constant. A change reaches so far that what it
-    adds beyond is negligible. Blocks that nothing reaches keep their best, unless they are stale.
+    `left` and `change` are (2, candidates) and (2, pairs); place m is candidate m - 1. Pairs m and
+    k share the overlap at m - k and, with the other sign for sines, that at m + k. It is known up
+    to half of `length` and mirrors itself beyond. A pair counts as far as it reaches.
     """
-    sines, cosines, inverse = tables
-    cycle = sines.size
-    ahead, back = _repeated(sines, block + cycle, 1), _repeated(sines, block + cycle, -1)
-    for number in range(best.size):
-        low, high = number * block + 1, min((number + 1) * block, even.size)
-        touched = stale[number]
-        for term in range(places.size):
-            place, far = places[term], reach[term]
-            a, b = 0.5 * even_change[term], 0.5 * odd_change[term]
-            if low - far <= place <= high + far:
-                touched = True
-                split = min(max(place, low), high + 1)
-                wave = back[(low - place) % cycle :]
-                _take(even, odd, low, split, a, b, wave, inverse, place - low, -1)
-                wave = ahead[(split - place) % cycle :]
-                _take(even, odd, split, high + 1, a, b, wave, inverse, split - place, 1)
-                if low <= place <= high:
-                    # The table of inverses has a 0 for the overlap with itself, which is 1.
-                    even[place - 1] -= a
-                    odd[place - 1] -= b
-            if low + place <= far or length - (high + place) <= far:
-                touched = True
-                # Beyond half a cycle a sample the table of inverses is gone through backwards.
-                split = min(max(length // 2 + 1 - place, low), high + 1)
-                wave = ahead[(low + place) % cycle :]
-                _take(even, odd, low, split, a, -b, wave, inverse, low + place, 1)
-                wave, lag = ahead[(split + place) % cycle :], length - (split + place)
-                _take(even, odd, split, high + 1, a, -b, wave, inverse, lag, -1)
-        if low <= tilt_reach:
-            touched = True
-            for m in range(low, high + 1):
-                odd[m - 1] -= tilt_change * _tilt(m, samples, sines, cosines, inverse)
-        if touched:
-            best[number], best_place[number] = _best_of(
-                low, high, even, odd, even_power, odd_power, least, walk, white
-            )
-            stale[number] = False
+    count = left.shape[1]
+    cosines, sines = left[0], left[1]
+    for pair in range(places.size):
+        place, far = places[pair], reach[pair]
+        a, b = change[0, pair], change[1, pair]
+        # Each loop goes through neighbours, so that the compiler takes several at once.
+        for lag in range(max(1, place - count), min(place - 1, far) + 1):
+            cosines[place - 1 - lag] -= a * overlap[lag]
+            sines[place - 1 - lag] -= b * overlap[lag]
+        for m in range(max(place, 1), min(count, place + far) + 1):
+            cosines[m - 1] -= a * overlap[m - place]
+            sines[m - 1] -= b * overlap[m - place]
+        half = min(count, length // 2 - place)
+        for m in range(1, min(half, far - place) + 1):
+            cosines[m - 1] -= a * overlap[m + place]
+            sines[m - 1] += b * overlap[m + place]
+        for m in range(max(half + 1, length - place - far), count + 1):
+            cosines[m - 1] -= mirror * a * overlap[length - m - place]
+            sines[m - 1] += mirror * b * overlap[length - m - place]
+
+
+@compiled()
+def best_pair(
+    left: FloatArray, power: FloatArray, least: float, walk: float, white: float
+) -> tuple[float, int]:
+    """Greatest drop of the mean square that a pair on a grid brings, and its place.
+
+    Drops below walk / place^2 + white do not count, nor do pairs with less power than `least`.
+    """
+    best, place = 0.0, 1
+    for m in range(left.shape[1]):
+        if power[0, m] > least and power[1, m] > least:
+            merit = left[0, m] ** 2 / power[0, m] + left[1, m] ** 2 / power[1, m]
+            if merit > best and merit > walk / (m + 1) ** 2 + white:
+                best, place = merit, m + 1
+    return best, place

@@ -21,19 +21,18 @@ import numpy as np
 import scipy.fft
 from numpy.typing import ArrayLike
 
-from sagnac.core.arrays import BooleanArray, ComplexArray, FloatArray, IntegerArray
+from sagnac.core.arrays import ComplexArray, FloatArray, IntegerArray, blocks
 from sagnac.lines import _kernels
 from sagnac.lines.orthogonal_search import (
     NOTHING_LEFT,
     OrthogonalSearch,
     Stop,
+    choose_all,
     require_rule,
     share_to_bring,
 )
 from sagnac.spectrum.transforms import THREADS
 
-# Candidates whose best is kept together.
-_BLOCK: Final = 4096
 # A candidate with less mean square than this beside the chosen terms is rejected: neighbours on a
 # fine grid would cancel each other with coefficients without bound.
 _DEPENDENT: Final = 5e-5
@@ -43,8 +42,8 @@ _FREE: Final = 0.25
 _NEGLIGIBLE: Final = 1e-4
 # Cycles a record around a chosen term within which others are made orthogonal to it.
 _NEAR: Final = 128
-# Candidates whose products are made at once.
-_AT_ONCE: Final = 1 << 18
+# Cycles a record from both ends of the grid within which the constant and the ramp count.
+_FAR: Final = 1 << 14
 # Candidates over which the level of the noise is taken.
 _LEVEL_BLOCK: Final = 1024
 
@@ -110,8 +109,8 @@ def grid_search(
         bound = share_to_bring(
             stop, false_alarm, terms=2, candidates=independent, samples=values.size
         )
-    search.choose_all(bound, most_terms)
-    return search.result(count, stop, false_alarm, most_terms)
+    choose_all(search, bound, most_terms)
+    return search.fit.result(count, stop, false_alarm, most_terms)
 
 
 def grid_fit(signal: ArrayLike, chosen: ArrayLike, *, cells: int) -> OrthogonalSearch:
@@ -144,7 +143,8 @@ def grid_fit(signal: ArrayLike, chosen: ArrayLike, *, cells: int) -> OrthogonalS
         raise ValueError(f"chosen has shape {places.shape}; give numbers from 0 to {count - 1}")
     fit = _Fit(values, cells, count)
     for place in places.tolist():
-        if fit.is_new(place):
+        part = fit.new_part(np.array([place]), place, fit.places)
+        if part.min() > _DEPENDENT:
             fit.add(place)
     return fit.result(count, "none", 0.5, places.size)
 
@@ -182,29 +182,11 @@ def _candidates(values: FloatArray, cells: int) -> int:
     return (cells * values.size - 1) // 2
 
 
-def _tables(samples: int, cells: int) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Factors of the Dirichlet kernel.
-
-    Returns
-    -------
-    sines, cosines
-        (2 cells,) of half the phase over the record, which repeats.
-    inverse
-        (cells * samples // 2 + 1,) 1 / (samples * sine of half a step of the phase), 0 at place 0.
-    """
-    number = np.arange(2 * cells)
-    length = cells * samples
-    half: FloatArray = np.pi / length * np.arange(length // 2 + 1, dtype=np.float64)
-    inverse = np.zeros(half.size)
-    np.divide(1.0 / samples, np.sin(half), out=inverse, where=half > 0.0)
-    return np.sin(np.pi / cells * number), np.cos(np.pi / cells * number), inverse
-
-
 class _Fit:
     """Least squares of a constant, a ramp and pairs at places on the grid, one pair at a time.
 
-    Samples are counted from mid-record, so that the cosines and the constant are one problem, the
-    sines and the ramp another.
+    Samples are counted from mid-record, so that the constant and the cosines are one problem
+    (part 0), the ramp and the sines another (part 1).
     """
 
     def __init__(self, values: FloatArray, cells: int, count: int) -> None:
@@ -217,54 +199,56 @@ class _Fit:
         rest = values - self._level - self._slope * ramp
         self.mean_square = [float(rest @ rest) / samples]
         self._sums = scipy.fft.rfft(rest, self.length, workers=THREADS)[1 : count + 1]
-        self.tables = _tables(samples, cells)
         self.places: IntegerArray = np.empty(0, dtype=np.int64)
-        # On 1 and the cosines, and on the ramp and the sines; and what they are made from.
-        self.cosines: FloatArray = np.zeros(1)
-        self.sines: FloatArray = np.zeros(1)
-        self._gram = (np.ones((1, 1)), np.full((1, 1), self.ramp_power))
-        self._data = (np.zeros(1), np.zeros(1))
+        # Coefficients on the constant or the ramp and on the pairs, and what they are made from.
+        self.coefficients = np.zeros((2, 1))
+        self._gram = np.array([[[1.0]], [[self.ramp_power]]])
+        self._data = np.zeros((2, 1))
 
     def add(self, place: int) -> None:
         """Add the pair at a place, and solve for all coefficients together."""
-        data = complex(self.from_middle(np.array([place]))[0])
-        columns = self._columns(place)
-        widened = []
-        for gram, column in zip(self._gram, columns, strict=True):
-            wide = np.empty((column.size, column.size))
-            wide[:-1, :-1] = gram
-            wide[-1] = wide[:, -1] = column
-            widened.append(wide)
-        self._gram = (widened[0], widened[1])
-        self._data = (np.append(self._data[0], data.real), np.append(self._data[1], -data.imag))
+        here = np.array([place])
+        known = self.places.size + 1
+        gram = np.empty((2, known + 1, known + 1))
+        gram[:, :known, :known] = self._gram
+        gram[:, known, 0] = gram[:, 0, known] = self._with_line(here)[:, 0]
         self.places = np.append(self.places, place)
-        self.cosines, self.sines = (
-            np.asarray(np.linalg.solve(gram, own), dtype=np.float64)
-            for gram, own in zip(self._gram, self._data, strict=True)
-        )
-        explained = float(self.cosines @ self._data[0] + self.sines @ self._data[1])
+        gram[:, known, 1:] = gram[:, 1:, known] = self._with_pairs(here, self.places)[:, 0]
+        self._gram = gram
+        self._data = np.append(self._data, self.from_middle(here), axis=1)
+        self.coefficients = np.linalg.solve(gram, self._data[..., np.newaxis])[..., 0]
+        explained = float((self.coefficients * self._data).sum())
         left = max(self.mean_square[0] - explained, 0.0)
         # A candidate that brings all that is left brings more by rounding as often as less.
         self.mean_square.append(min(left, self.mean_square[-1]))
 
-    def is_new(self, place: int) -> bool:
-        """Whether enough of the pair at a place is new beside those that are in."""
-        for gram, column in zip(self._gram, self._columns(place), strict=True):
-            own = column[-1] - column[:-1] @ np.linalg.solve(gram, column[:-1])
-            if own <= _DEPENDENT:
-                return False
-        return True
+    def new_part(self, around: IntegerArray, place: int, others: IntegerArray) -> FloatArray:
+        """(2, around) products of candidates with what is new of the pair at a place.
+
+        New is what the constant or the ramp and `others` do not hold.
+        """
+        here = np.array([place])
+        gram = np.empty((2, others.size + 1, others.size + 1))
+        gram[:, 0, 0] = 1.0, self.ramp_power
+        gram[:, 0, 1:] = gram[:, 1:, 0] = self._with_line(others)
+        gram[:, 1:, 1:] = self._with_pairs(others, others)
+        shared = np.append(self._with_line(here), self._with_pairs(here, others)[:, 0], axis=1)
+        weights = np.linalg.solve(gram, shared[..., np.newaxis])
+        part = self._with_pairs(around, here)[..., 0] - self._with_line(around) * weights[:, 0]
+        return np.asarray(part - (self._with_pairs(around, others) @ weights[:, 1:])[..., 0])
 
     def result(
         self, candidates: int, stop: Stop, false_alarm: float, most_terms: int
     ) -> OrthogonalSearch:
         """The fitted series, along the number of the sample."""
         middle = 0.5 * (self.samples - 1)
-        slope = float(self._slope + self.sines[0]) / middle
+        level, ramp = self.coefficients[:, 0]
+        slope = float(self._slope + ramp) / middle
         # The phase is 0 at the first sample, not at mid-record.
-        pair = (self.cosines[1:] - 1j * self.sines[1:]) * np.conj(self._ahead(self.places))
+        pair = self.coefficients[0, 1:] - 1j * self.coefficients[1, 1:]
+        pair *= np.conj(self._ahead(self.places))
         return OrthogonalSearch(
-            constant=float(self._level + self.cosines[0]) - slope * middle,
+            constant=float(self._level + level) - slope * middle,
             slope=slope,
             chosen=self.places - 1,
             coefficients=np.stack([pair.real, -pair.imag], axis=1),
@@ -276,27 +260,35 @@ class _Fit:
             most_terms=most_terms,
         )
 
-    def from_middle(self, places: IntegerArray) -> ComplexArray:
-        """Mean of the data times exp(-i phase) at some places, the phase 0 at mid-record."""
-        return np.asarray(self._sums[places - 1] / self.samples * self._ahead(places))
+    def from_middle(self, places: IntegerArray) -> FloatArray:
+        """(2, places) means of the data times cosine and sine, the phase 0 at mid-record."""
+        means = self._sums[places - 1] / self.samples * self._ahead(places)
+        return np.stack([means.real, -means.imag])
 
-    def overlaps(self, lags: IntegerArray) -> FloatArray:
-        """Mean of the cosine at some sums or differences of places."""
-        return _kernels.grid_overlaps(lags, self.length, self.tables)
+    def cosines(self, lags: IntegerArray) -> FloatArray:
+        """Mean of the cosine at some sums or differences of places: the Dirichlet kernel."""
+        step = np.where(lags == 0, 1.0, np.sin(np.pi / self.length * lags))
+        # The sine of half the phase over the record repeats.
+        turns = np.sin(np.pi / self.cells * np.arange(2 * self.cells))[lags % (2 * self.cells)]
+        return np.where(lags == 0, 1.0, turns / (self.samples * step))
 
     def tilts(self, places: IntegerArray) -> FloatArray:
-        """Mean of ramp times sine at some places."""
-        return _kernels.grid_tilts(places, self.samples, self.tables)
+        """Mean of ramp times sine at some places, none of them 0."""
+        half = np.pi * places / self.length
+        sine, cosine = np.sin(half), np.cos(half)
+        turn = np.pi / self.cells * (places % (2 * self.cells))
+        slope = np.sin(turn) * cosine / sine - self.samples * np.cos(turn)
+        return np.asarray(slope / (self.samples * sine * (self.samples - 1)))
 
-    def _columns(self, place: int) -> tuple[FloatArray, FloatArray]:
-        """Products of the pair at a place with all terms that are in, and with itself."""
-        here = np.array([place])
-        near, far = self.overlaps(place - self.places), self.overlaps(place + self.places)
-        double = self.overlaps(2 * here)
-        return (
-            np.concatenate([self.overlaps(here), 0.5 * (near + far), 0.5 * (1.0 + double)]),
-            np.concatenate([self.tilts(here), 0.5 * (near - far), 0.5 * (1.0 - double)]),
-        )
+    def _with_line(self, places: IntegerArray) -> FloatArray:
+        """(2, places) products of cosines with the constant, and of sines with the ramp."""
+        return np.stack([self.cosines(places), self.tilts(places)])
+
+    def _with_pairs(self, rows: IntegerArray, columns: IntegerArray) -> FloatArray:
+        """(2, rows, columns) products of cosines with cosines, and of sines with sines."""
+        near = self.cosines(rows[:, np.newaxis] - columns)
+        far = self.cosines(rows[:, np.newaxis] + columns)
+        return np.stack([0.5 * (near + far), 0.5 * (near - far)])
 
     def _ahead(self, places: IntegerArray) -> ComplexArray:
         """Phase factor of the middle of the record against its first sample."""
@@ -305,66 +297,65 @@ class _Fit:
         return np.asarray(np.exp(1j * np.pi / self.length * halves))
 
 
-class _Search(_Fit):
-    """The search as it goes on: every candidate's product with what is left.
+class _Search:
+    """The search as it goes on: every candidate's products with what is left.
 
-    `even` is of the cosines and `odd` of the sines; the powers are theirs beside the constant,
-    the ramp and the terms chosen. A candidate has to bring `times_noise` times what the noise of a
-    walk and white noise brings at its place.
+    `left` is of the cosines and of the sines; the powers are theirs beside the constant, the ramp
+    and the pairs chosen. A candidate has to bring `times_noise` times what the noise of a walk and
+    white noise brings at its place.
     """
 
     def __init__(self, values: FloatArray, cells: int, count: int, lowest: int) -> None:
-        super().__init__(values, cells, count)
+        self.fit = fit = _Fit(values, cells, count)
         self.lowest, self.times_noise = lowest, 0.0
-        self.even, self.odd = np.empty(count), np.empty(count)
-        for start in range(0, count, _AT_ONCE):
-            part = slice(start, min(start + _AT_ONCE, count))
-            products = self.from_middle(np.arange(part.start + 1, part.stop + 1))
-            self.even[part], self.odd[part] = products.real, -products.imag
-        self.even_power, self.odd_power = np.empty(count), np.empty(count)
-        _kernels.grid_powers(
-            self.even_power,
-            self.odd_power,
-            self.tables,
-            self.length,
-            self.samples,
-            self.ramp_power,
-        )
+        self.left = np.empty((2, count))
+        for some in blocks(count):
+            self.left[:, some] = fit.from_middle(np.arange(some.start + 1, some.stop + 1))
+        self.overlap = np.empty(fit.length // 2 + 1)
+        for some in blocks(self.overlap.size):
+            self.overlap[some] = fit.cosines(np.arange(some.start, some.stop))
+        # Far from both ends a pair is orthogonal to the constant and the ramp, and as long as any.
+        self.power = np.full((2, count), 0.5)
+        far = min(_FAR * cells, count)
+        for places in (np.arange(1, far + 1), np.arange(count - far + 1, count + 1)):
+            double = fit.cosines(2 * places)
+            self.power[0, places - 1] = 0.5 * (1.0 + double) - fit.cosines(places) ** 2
+            tilted = fit.tilts(places) ** 2 / fit.ramp_power
+            self.power[1, places - 1] = 0.5 * (1.0 - double) - tilted
         # A frequency without power is no candidate; those below are searched for their level alone.
-        self.even_power[: lowest - 1] = self.odd_power[: lowest - 1] = 0.0
+        self.power[:, : lowest - 1] = 0.0
         self._white = self._noise_level(slice(count // 2, count), 0)
-        self.noise = _noise(self.even, self.odd, cells)
-        blocks = -(-count // _BLOCK)
-        self._stale: BooleanArray = np.ones(blocks, dtype=np.bool_)
-        self._best = np.zeros(blocks)
-        self._best_place = np.zeros(blocks, dtype=np.int64)
+        self.noise = _noise(self.left, cells)
 
-    def choose_all(self, bound: float, most_terms: int) -> None:
-        """Choose until the best candidate brings too little of what is left."""
-        self._update(self.cosines, self.sines)
-        enough = NOTHING_LEFT * self.mean_square[0]
-        while self.places.size < most_terms and self.mean_square[-1] > enough:
-            number = int(np.argmax(self._best))
-            brought = float(self._best[number])
-            if brought <= bound * self.mean_square[-1] or brought <= 0.0:
-                break
-            place = int(self._best_place[number])
-            before = self.cosines, self.sines
-            if self._narrow_powers(place):
-                self.add(place)
-                before = np.append(before[0], 0.0), np.append(before[1], 0.0)
-            self._update(self.cosines - before[0], self.sines - before[1])
+    def best(self) -> tuple[float, int]:
+        """Greatest drop of the mean square that a candidate above the noise brings, and which."""
+        walk = white = 0.0
+        if self.times_noise > 0.0:
+            # A strong slow line hides the walk until it is chosen, so the level is taken anew.
+            slow = slice(self.lowest - 1, min(2 * self.lowest, self.left.shape[1]))
+            walk = self.times_noise * self._noise_level(slow, 2)
+            white = self.times_noise * self._white
+        brought, place = _kernels.best_pair(self.left, self.power, _DEPENDENT, walk, white)
+        return brought, place
+
+    @property
+    def mean_square(self) -> list[float]:
+        """Mean square left, at first and after each pair."""
+        return self.fit.mean_square
+
+    def choose(self, index: int) -> None:
+        """Add the pair at a place, if enough of it is new beside those that are in."""
+        if self._narrow_powers(index):
+            before = np.append(self.fit.coefficients, np.zeros((2, 1)), axis=1)
+            self.fit.add(index)
+            self._update(self.fit.coefficients - before)
 
     def _noise_level(self, places: slice, power: int) -> float:
         """Mean of what candidates bring times `power` of their place, from its median."""
-        even_power, odd_power = self.even_power[places], self.odd_power[places]
-        free = (even_power > _FREE) & (odd_power > _FREE)
-        brought = (
-            self.even[places][free] ** 2 / even_power[free]
-            + self.odd[places][free] ** 2 / odd_power[free]
-        )
-        where = np.arange(places.start + 1, places.stop + 1)[free]
-        return float(np.median(brought * where**power)) / math.log(2.0) if brought.size else 0.0
+        free = np.all(self.power[:, places] > _FREE, axis=0)
+        brought = (self.left[:, places][:, free] ** 2 / self.power[:, places][:, free]).sum(axis=0)
+        place = np.arange(places.start + 1, places.stop + 1)[free]
+        return float(np.median(brought * place**power)) / math.log(2.0) if brought.size else 0.0
 
     def _narrow_powers(self, place: int) -> bool:
         """Take a pair about to be chosen out of the powers of the candidates around it.
@@ -374,97 +365,47 @@ class _Search(_Fit):
         bool
             False if too little of the pair is new beside the chosen ones: it is rejected.
         """
-        width = _NEAR * self.cells
-        around = np.arange(max(1, place - width), min(self.even.size, place + width) + 1)
-        others = self.places[np.abs(self.places - place) <= 2 * width]
-        self._stale[(around[0] - 1) // _BLOCK : (around[-1] - 1) // _BLOCK + 1] = True
-        powers = (self.even_power, self.odd_power)
-        shared = [self._new_part(around, place, others, sign) for sign in (1.0, -1.0)]
-        is_new = all(part[place - around[0]] > _DEPENDENT for part in shared)
+        width, chosen = _NEAR * self.fit.cells, self.fit.places
+        around = np.arange(max(1, place - width), min(self.power.shape[1], place + width) + 1)
+        others = chosen[np.abs(chosen - place) <= 2 * width]
+        shared = self.fit.new_part(around, place, others)
+        own = shared[:, place - around[0]]
+        is_new = bool(np.all(own > _DEPENDENT))
         if is_new:
-            for part, power in zip(shared, powers, strict=True):
-                power[around - 1] -= part**2 / part[place - around[0]]
+            self.power[:, around - 1] -= shared**2 / own[:, np.newaxis]
         # Chosen or rejected, it is no candidate any more.
-        for power in powers:
-            power[place - 1] = 0.0
+        self.power[:, place - 1] = 0.0
         return is_new
 
-    def _new_part(
-        self, around: IntegerArray, place: int, others: IntegerArray, sign: float
-    ) -> FloatArray:
-        """Products of candidates with what is new of the pair at a place.
-
-        New is what the constant or the ramp and `others` do not hold.
-        """
-        here = np.array([place])
-        gram = np.empty((others.size + 1, others.size + 1))
-        gram[0, 0] = 1.0 if sign > 0.0 else self.ramp_power
-        gram[0, 1:] = gram[1:, 0] = self._line_products(others, sign)
-        gram[1:, 1:] = self._products(others, others, sign)
-        shared = np.append(
-            self._line_products(here, sign), self._products(others, here, sign)[:, 0]
+    def _update(self, change: FloatArray) -> None:
+        """Every product after a change of the coefficients, as far as it is not negligible."""
+        fit = self.fit
+        left = max(self.noise, NOTHING_LEFT * fit.mean_square[0])
+        least = max(_NEGLIGIBLE * math.sqrt(8.0 / (fit.samples + 1) * left), 1e-300)
+        tilt, pairs = change[1, 0], change.copy()
+        pairs[1, 0] = 0.0
+        reach = np.abs(pairs).max(axis=0) * fit.cells / (2.0 * np.pi * least)
+        # The overlap of a pair with the constant counts twice, as sum and as difference of places.
+        reach[0] *= 2.0
+        _kernels.take_pairs(
+            self.left,
+            self.overlap,
+            np.append(0, fit.places),
+            0.5 * pairs,
+            np.minimum(reach, fit.length).astype(np.int64),
+            fit.length,
+            # Beyond half a cycle a sample the overlaps mirror those below.
+            1.0 if fit.samples % 2 else -1.0,
         )
-        weights = np.linalg.solve(gram, shared)
-        part = self._products(around, here, sign)[:, 0]
-        part -= self._line_products(around, sign) * weights[0]
-        return np.asarray(part - self._products(around, others, sign) @ weights[1:])
-
-    def _line_products(self, places: IntegerArray, sign: float) -> FloatArray:
-        """Products of cosines with the constant (sign 1), or of sines with the ramp (-1)."""
-        return self.overlaps(places) if sign > 0.0 else self.tilts(places)
-
-    def _products(self, rows: IntegerArray, columns: IntegerArray, sign: float) -> FloatArray:
-        """(rows, columns) products of cosines (sign 1) or sines (-1)."""
-        near = self.overlaps((rows[:, np.newaxis] - columns).reshape(-1))
-        far = self.overlaps((rows[:, np.newaxis] + columns).reshape(-1))
-        return np.asarray(0.5 * (near + sign * far).reshape(rows.size, columns.size))
-
-    def _update(self, even_change: FloatArray, odd_change: FloatArray) -> None:
-        """Every product after a change of the coefficients, and the best candidates."""
-        left = max(self.noise, NOTHING_LEFT * self.mean_square[0])
-        least = _NEGLIGIBLE * math.sqrt(8.0 / (self.samples + 1) * left)
-        size = np.maximum(np.abs(even_change), np.abs(odd_change))
-        size[0] = 2.0 * abs(even_change[0])
-        reach = np.minimum(size * self.cells / (2.0 * np.pi * max(least, 1e-300)), self.length)
-        tilt = abs(odd_change[0]) * self.cells / (np.pi * max(least, 1e-300))
-        moved = odd_change.copy()
-        moved[0] = 0.0
-        walk = white = 0.0
-        if self.times_noise > 0.0:
-            # A strong slow line hides the walk until it is chosen, so the level is taken anew.
-            slow = slice(self.lowest - 1, min(2 * self.lowest, self.even.size))
-            walk, white = (
-                self.times_noise * level for level in (self._noise_level(slow, 2), self._white)
-            )
-            self._stale[:] = True
-        _kernels.grid_update(
-            self.even,
-            self.odd,
-            self.even_power,
-            self.odd_power,
-            self.tables,
-            self.length,
-            self.samples,
-            np.concatenate([[0], self.places]),
-            even_change,
-            moved,
-            reach.astype(np.int64),
-            float(odd_change[0]),
-            int(min(tilt, self.length)),
-            _DEPENDENT,
-            walk,
-            white,
-            self._stale,
-            self._best,
-            self._best_place,
-            _BLOCK,
-        )
+        tilted = min(abs(tilt) * fit.cells / (np.pi * least), self.left.shape[1])
+        places = np.arange(1, int(tilted) + 1)
+        self.left[1, : places.size] -= tilt * fit.tilts(places)
 
 
-def _noise(even: FloatArray, odd: FloatArray, cells: int) -> float:
+def _noise(left: FloatArray, cells: int) -> float:
     """Mean square of the signal without its lines, from medians over neighbouring candidates."""
-    size = min(_LEVEL_BLOCK, even.size)
-    whole = even.size // size * size
-    merit = 2.0 * (even[:whole] ** 2 + odd[:whole] ** 2)
+    size = min(_LEVEL_BLOCK, left.shape[1])
+    whole = left.shape[1] // size * size
+    merit = 2.0 * (left[:, :whole] ** 2).sum(axis=0)
     medians = np.median(merit.reshape(-1, size), axis=1)
     return float(medians.sum()) * size / cells / math.log(2.0)

@@ -12,8 +12,9 @@ Korenberg, Biol. Cybern. 60 (1989) 267; Korenberg and Paarmann, IEEE Signal Proc
 """
 
 import math
-from dataclasses import dataclass
-from typing import Final, Literal, get_args
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Final, Literal, Protocol, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -21,16 +22,16 @@ from scipy.special import chdtri
 
 from sagnac.core.arrays import ComplexArray, FloatArray, IntegerArray
 from sagnac.core.errors import quoted
-from sagnac.lines.candidate_products import (
-    CandidateProducts,
-    MatrixProducts,
-    SinusoidProducts,
-)
+from sagnac.spectrum.sums import angle_sums, even_turn_sums, is_even_turn
 
 Stop = Literal["korenberg", "false-alarm", "none"]
 STOPS: Final[tuple[Stop, ...]] = get_args(Stop)
 # A candidate of which less than this share is new beside the chosen terms is rejected.
 _DEPENDENT: Final = 1e-6
+# Sinusoids with less mean square than this are rejected: Fourier sums are good to a hundredth.
+_LEAST_POWER: Final = 1e-7
+# A column that is constant to this share of its mean square is one.
+_CONSTANT: Final = 1e-12
 NOTHING_LEFT: Final = 1e-13
 """A mean square below this share of the first one is rounding."""
 
@@ -224,32 +225,45 @@ def fast_orthogonal_search(
     >>> found.coefficients.round(2)
     array([[0.5]])
     """
-    checked = np.asarray(signal, dtype=np.float64)
+    values = np.asarray(signal, dtype=np.float64)
     along = None if phase is None else np.asarray(phase, dtype=np.float64)
-    _check(along, checked, spacing, candidates)
+    _check(along, values, spacing, candidates)
     require_rule(stop, false_alarm, most_terms)
-    line = _line_through(along, checked)
-    products = _products(along, line, candidates, spacing)
-    state = _State(products)
-    state.orthogonalize_to_line(line.ramp_power)
+    # The line that is always in; the phase is centred and scaled, so that it costs no precision.
+    middle, half, ramp = 0.0, 1.0, np.zeros(values.size)
+    if along is not None:
+        middle = float(along.mean())
+        half = max(float(np.abs(along - middle).max()), np.finfo(float).tiny)
+        ramp = (along - middle) / half
+    ramp_power = float(ramp @ ramp) / values.size
+    level = float(values.mean())
+    slope = float(ramp @ (values - level)) / values.size / ramp_power if ramp_power else 0.0
+    rest = values - level - slope * ramp
+    if along is not None and spacing is not None:
+        pairs = int(np.asarray(candidates))
+        search = _search_of_sinusoids(spacing * along, ramp, rest, pairs)
+    else:
+        search = _search_of_columns(np.asarray(candidates, dtype=np.float64), ramp, rest)
+    if ramp_power > 0.0:
+        search.take(np.array([0.0, 1.0]), search.with_ramp, ramp_power, 0.0)
     bound = share_to_bring(
         stop,
         false_alarm,
-        terms=products.terms,
-        candidates=products.size,
-        samples=checked.size,
+        terms=search.terms,
+        candidates=search.data.size,
+        samples=values.size,
     )
-    mean_square = state.choose_all(line.mean_square, bound, most_terms)
-    total = state.coefficients()
-    slope = (line.slope + float(total[1])) / line.half
+    choose_all(search, bound, most_terms)
+    total = search.coefficients()
+    slope = (slope + float(total[1])) / half
     return OrthogonalSearch(
-        constant=line.level + float(total[0]) - slope * line.middle,
+        constant=level + float(total[0]) - slope * middle,
         slope=slope,
-        chosen=np.array(state.chosen, dtype=np.int64),
-        coefficients=total[2:].reshape(-1, 2)[:, : products.terms],
-        mean_square=mean_square,
+        chosen=np.array(search.chosen, dtype=np.int64),
+        coefficients=total[2:].reshape(-1, 2)[:, : search.terms],
+        mean_square=np.array(search.mean_square),
         spacing=spacing,
-        candidates=products.size,
+        candidates=search.data.size,
         stop=stop,
         false_alarm=false_alarm,
         most_terms=most_terms,
@@ -269,30 +283,26 @@ def _check(
         raise ValueError(
             f"phase has shape {phase.shape} and signal {signal.shape}; give one of each a sample"
         )
-    for name, given in (("phase", phase), ("signal", signal)):
+    matrix = None
+    if not isinstance(candidates, int | np.integer):
+        matrix = np.asarray(candidates, dtype=np.float64)
+    for name, given in (("phase", phase), ("signal", signal), ("candidates", matrix)):
         if given is not None and not np.isfinite(given).all():
             raise ValueError(f"{name} has values that are not finite; leave these samples out")
-    if not isinstance(candidates, int | np.integer):
-        _check_matrix(np.asarray(candidates, dtype=np.float64), signal, spacing)
+    if matrix is not None:
+        if spacing is not None:
+            raise ValueError(f"spacing is {spacing}, and candidates is a matrix; give one of them")
+        fits = matrix.ndim == 2 or (matrix.ndim == 3 and matrix.shape[2] in {1, 2})
+        if not fits or matrix.shape[0] != signal.size or matrix.shape[1] == 0:
+            raise ValueError(
+                f"candidates has shape {matrix.shape}; give ({signal.size}, candidates), or "
+                f"({signal.size}, candidates, 2) for pairs"
+            )
         return
     if phase is None:
         raise ValueError("phase is None; sinusoids need one (a matrix of candidates does not)")
     if spacing is None or not (spacing > 0.0 and math.isfinite(spacing)) or candidates < 1:
         raise ValueError(f"spacing {spacing}, candidates {candidates}: give positive numbers")
-
-
-def _check_matrix(matrix: FloatArray, signal: FloatArray, spacing: float | None) -> None:
-    """Refuse a matrix of candidates that makes no sense."""
-    if spacing is not None:
-        raise ValueError(f"spacing is {spacing}, and candidates is a matrix; give one of them")
-    fits = matrix.ndim == 2 or (matrix.ndim == 3 and matrix.shape[2] in {1, 2})
-    if not fits or matrix.shape[0] != signal.size or matrix.shape[1] == 0:
-        raise ValueError(
-            f"candidates has shape {matrix.shape}; give ({signal.size}, candidates), or "
-            f"({signal.size}, candidates, 2) for pairs"
-        )
-    if not np.isfinite(matrix).all():
-        raise ValueError("candidates has values that are not finite; leave these samples out")
 
 
 def require_rule(stop: Stop, false_alarm: float, most_terms: int) -> None:
@@ -309,66 +319,6 @@ def require_rule(stop: Stop, false_alarm: float, most_terms: int) -> None:
         raise ValueError(f"false_alarm is {false_alarm!r}; give a probability between 0 and 1")
     if most_terms < 0:
         raise ValueError(f"most_terms {most_terms}: give 0 or more")
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class _Line:
-    """Least squares of a constant and a slope.
-
-    Attributes
-    ----------
-    level, slope
-        ``level + slope * ramp``.
-    ramp, ramp_power
-        (samples,) the phase centred and scaled to 1, so that the line costs no precision, or
-        zeros; and its mean square.
-    middle, half
-        ``phase = middle + half * ramp``.
-    rest, mean_square
-        (samples,) of the signal without the line, and its mean square.
-    """
-
-    level: float
-    slope: float
-    ramp: FloatArray
-    ramp_power: float
-    middle: float
-    half: float
-    rest: FloatArray
-    mean_square: float
-
-
-def _line_through(phase: FloatArray | None, signal: FloatArray) -> _Line:
-    """The line that the recursion starts with, against which everything is made orthogonal."""
-    samples = signal.size
-    middle, half, ramp = 0.0, 1.0, np.zeros(samples)
-    if phase is not None:
-        middle = float(phase.mean())
-        half = max(float(np.abs(phase - middle).max()), np.finfo(float).tiny)
-        ramp = (phase - middle) / half
-    ramp_power = float(ramp @ ramp) / samples
-    level = float(signal.mean())
-    slope = float(ramp @ (signal - level)) / samples / ramp_power if ramp_power else 0.0
-    rest = signal - level - slope * ramp
-    return _Line(
-        level=level,
-        slope=slope,
-        ramp=ramp,
-        ramp_power=ramp_power,
-        middle=middle,
-        half=half,
-        rest=rest,
-        mean_square=float(rest @ rest) / samples,
-    )
-
-
-def _products(
-    phase: FloatArray | None, line: _Line, candidates: int | ArrayLike, spacing: float | None
-) -> CandidateProducts:
-    """Inner products of the candidates, which `_check` has let through."""
-    if phase is not None and spacing is not None:
-        return SinusoidProducts(spacing * phase, line.ramp, line.rest, int(np.asarray(candidates)))
-    return MatrixProducts(np.asarray(candidates, dtype=np.float64), line.ramp, line.rest)
 
 
 def share_to_bring(
@@ -396,100 +346,188 @@ def share_to_bring(
     return float(2.0 * np.log(candidates / false_alarm) / samples)
 
 
-class _State:
-    """Inner products of every candidate with the residual and with itself, kept orthogonal.
+class Chooser(Protocol):
+    """A search on its way: it knows its best candidate, and chooses it."""
 
-    A function is a row of coefficients on (1, ramp, first k1, second k1, first k2, ...) of the
-    chosen terms. Its inner products with all candidates come from `CandidateProducts`, so that no
-    orthogonal function is ever made. The second term of single candidates is 0 throughout.
-    """
+    @property
+    def mean_square(self) -> list[float]:
+        """Mean square left, at first and after each candidate chosen."""
 
-    def __init__(self, products: CandidateProducts) -> None:
-        self.products = products
-        self.data = products.data.copy()
-        self.own_first = products.own_first.copy()
-        self.own_second = products.own_second.copy()
-        self.cross = products.cross.copy()
-        self.least = np.maximum(_DEPENDENT * products.whole, products.least_power)
-        self.chosen: list[int] = []
-        self.rows: list[FloatArray] = []  # orthogonal functions
-        self.with_all: list[ComplexArray] = []  # their products with all candidates
-        self.power: list[float] = []  # D(r, r)
-        self.shares: list[float] = []  # C(r) / D(r, r)
-
-    def orthogonalize_to_line(self, ramp_power: float) -> None:
-        """Take 1 and the ramp, in which the data have nothing left, out of all candidates."""
-        self._take(np.array([1.0, 0.0]), 1.0, 0.0)
-        if ramp_power > 0.0:
-            self._take(np.array([0.0, 1.0]), ramp_power, 0.0)
-
-    def choose_all(self, left: float, bound: float, most_terms: int) -> FloatArray:
-        """Choose until the best candidate brings too little of what is left.
-
-        Returns
-        -------
-        FloatArray
-            (chosen + 1,) mean square left: `left`, and after each candidate.
-        """
-        mean_square = [left]
-        while len(self.chosen) < most_terms and mean_square[-1] > NOTHING_LEFT * left:
-            merit = self.merit()
-            best = int(np.argmax(merit))
-            brought = float(merit[best])
-            if brought <= bound * mean_square[-1] or brought <= 0.0:
-                break
-            # A candidate that brings all that is left brings more by rounding as often as less.
-            mean_square.append(max(mean_square[-1] - brought, 0.0))
-            self.choose(best)
-        return np.array(mean_square)
-
-    def merit(self) -> FloatArray:
-        """(candidates,) drop in mean square that each would bring."""
-        usable = self.own_first > self.least[0]
-        if self.products.terms == 1:
-            above, below = self.data.real**2, self.own_first
-        else:
-            below = self.own_first * self.own_second - self.cross**2
-            c, s = self.data.real, self.data.imag
-            above = self.own_second * c**2 + self.own_first * s**2 - 2.0 * self.cross * c * s
-            usable &= self.own_second > self.least[1]
-            usable &= below > _DEPENDENT * self.own_first * self.own_second
-        merit = np.divide(above, below, out=np.zeros(usable.size), where=usable)
-        merit[self.chosen] = 0.0
-        return merit
+    def best(self) -> tuple[float, int]:
+        """Greatest drop of the mean square that a candidate would bring, and which."""
 
     def choose(self, index: int) -> None:
-        """Add candidate `index`: its first term, then its second."""
-        size = 2 + 2 * len(self.chosen)
+        """Choose a candidate, or reject it for good if too little of it is new."""
+
+
+def choose_all(search: Chooser, bound: float, most_terms: int) -> None:
+    """Choose until the best candidate brings too little of what is left."""
+    left = search.mean_square
+    while len(left) <= most_terms and left[-1] > NOTHING_LEFT * left[0]:
+        brought, index = search.best()
+        if brought <= bound * left[-1] or brought <= 0.0:
+            break
+        search.choose(index)
+
+
+@dataclass(slots=True, kw_only=True)
+class _Search:
+    """Inner products of every candidate with what is left and with itself, kept orthogonal.
+
+    A candidate's two terms are one complex number: the first is its real part, the second its
+    imaginary part (0 if it has one term). Inner products are means over the samples.
+
+    Attributes
+    ----------
+    terms
+        Of each candidate: 1, or 2 for pairs.
+    data
+        (candidates,) complex, with the signal without what was chosen.
+    own, cross
+        (2, candidates) mean squares of both terms, and (candidates,) mean of their product, less
+        what chosen functions hold of them.
+    least
+        (2, candidates) mean squares below which a term is rejected.
+    with_ramp
+        (candidates,) complex, with the slope's function.
+    with_term
+        Gives those with one term (0 or 1) of one candidate.
+    mean_square
+        What is left, at first and after each candidate.
+    chosen
+        Candidates, in the order of their choice.
+    functions
+        For each orthogonal function its coefficients on 1, the ramp and the chosen terms, its
+        products with all candidates, its mean square, and its share of the signal.
+    """
+
+    terms: int
+    data: ComplexArray
+    own: FloatArray
+    cross: FloatArray
+    least: FloatArray
+    with_ramp: ComplexArray
+    with_term: Callable[[int, int], ComplexArray]
+    mean_square: list[float]
+    chosen: list[int] = field(default_factory=list)
+    functions: list[tuple[FloatArray, ComplexArray, float, float]] = field(default_factory=list)
+
+    def best(self) -> tuple[float, int]:
+        """Greatest drop of the mean square that a candidate would bring, and which."""
+        first, second = self.own
+        usable = first > self.least[0]
+        above, below = self.data.real**2, first
+        if self.terms == 2:
+            below = first * second - self.cross**2
+            c, s = self.data.real, self.data.imag
+            above = second * c**2 + first * s**2 - 2.0 * self.cross * c * s
+            usable &= (second > self.least[1]) & (below > _DEPENDENT * first * second)
+        merit = np.divide(above, below, out=np.zeros(usable.size), where=usable)
+        merit[self.chosen] = 0.0
+        index = int(np.argmax(merit))
+        return float(merit[index]), index
+
+    def choose(self, index: int) -> None:
+        """Take the terms of a candidate, one after the other."""
+        size, left = 2 + 2 * len(self.chosen), self.mean_square[-1]
         self.chosen.append(index)
-        self.products.choose(index)
-        self.rows = [np.pad(row, (0, 2)) for row in self.rows]
-        for is_second in (False, True)[: self.products.terms]:
+        for term in range(self.terms):
             row = np.zeros(size + 2)
-            row[size + is_second] = 1.0
-            # The candidate made orthogonal to every function so far.
-            for other, products, power in zip(self.rows, self.with_all, self.power, strict=True):
-                product = products[index]
-                row -= (product.imag if is_second else product.real) / power * other
-            own = float((self.own_second if is_second else self.own_first)[index])
-            shared = float((self.data.imag if is_second else self.data.real)[index])
-            self._take(row, own, shared)
+            row[size + term] = 1.0
+            products = self.with_term(index, term).copy()
+            for other, with_all, power, _ in self.functions:
+                share = _part(with_all[index], term) / power
+                row[: other.size] -= share * other
+                products -= share * with_all
+            shared, power = _part(self.data[index], term), float(self.own[term, index])
+            left -= shared**2 / power
+            self.take(row, products, power, shared)
+        # A candidate that brings all that is left brings more by rounding as often as less.
+        self.mean_square.append(max(left, 0.0))
+
+    def take(self, row: FloatArray, products: ComplexArray, power: float, shared: float) -> None:
+        """Make every candidate, and the data, orthogonal to one more function."""
+        self.functions.append((row, products, power, shared / power))
+        self.own[0] -= products.real**2 / power
+        self.own[1] -= products.imag**2 / power
+        self.cross -= products.real * products.imag / power
+        self.data -= products * (shared / power)
 
     def coefficients(self) -> FloatArray:
         """(2 + 2 chosen,) coefficients of 1, of the ramp, and of the terms of each candidate."""
         total = np.zeros(2 + 2 * len(self.chosen))
-        for row, share in zip(self.rows, self.shares, strict=True):
-            total += share * row
+        for row, _, _, share in self.functions:
+            total[: row.size] += share * row
         return total
 
-    def _take(self, row: FloatArray, power: float, shared: float) -> None:
-        """Make every candidate, and the data, orthogonal to one more function."""
-        products: ComplexArray = self.products.all(row)
-        self.rows.append(row)
-        self.with_all.append(products)
-        self.power.append(power)
-        self.shares.append(shared / power)
-        self.own_first -= products.real**2 / power
-        self.own_second -= products.imag**2 / power
-        self.cross -= products.real * products.imag / power
-        self.data -= products * (shared / power)
+
+def _part(product: complex, term: int) -> float:
+    """Product of the first term or of the second."""
+    return float(product.imag if term else product.real)
+
+
+def _search_of_sinusoids(
+    argument: FloatArray, ramp: FloatArray, rest: FloatArray, size: int
+) -> _Search:
+    """A search of pairs ``cos(k * argument)``, ``sin(k * argument)``, k = 1 ... `size`."""
+    # Time in a whole record is exact, and needs no package.
+    even = is_even_turn(argument)
+    # The sums are of exp(-i k); conjugates are of exp(+i k), whose real part is the cosine's.
+    sampling, tilted, data = (
+        np.conj(
+            even_turn_sums(strengths, orders) if even else angle_sums(argument, strengths, orders)
+        )
+        / argument.size
+        for strengths, orders in ((np.ones(argument.size), 2 * size), (ramp, size), (rest, size))
+    )
+    double = sampling[2::2][:size]
+    # Means of exp(i k argument) from k = -size on: a product of two terms shifts them.
+    around = np.concatenate([np.conj(sampling[size:0:-1]), sampling])
+
+    def with_term(index: int, term: int) -> ComplexArray:
+        up = around[size + index + 2 :][:size]
+        down = around[size - index :][:size]
+        return np.asarray(0.5j * (down - up) if term else 0.5 * (down + up))
+
+    own = np.stack([0.5 * (1.0 + double.real), 0.5 * (1.0 - double.real)])
+    search = _Search(
+        terms=2,
+        data=data[1:],
+        own=own,
+        cross=0.5 * double.imag,
+        mean_square=[float(rest @ rest) / rest.size],
+        least=np.maximum(_DEPENDENT * own, _LEAST_POWER),
+        with_ramp=tilted[1:],
+        with_term=with_term,
+    )
+    search.take(np.array([1.0, 0.0]), sampling[1 : size + 1], 1.0, 0.0)
+    return search
+
+
+def _search_of_columns(matrix: FloatArray, ramp: FloatArray, rest: FloatArray) -> _Search:
+    """A search of the columns of a (samples, candidates[, terms]) matrix, alone or in pairs."""
+    samples, size = matrix.shape[:2]
+    columns = np.zeros((samples, size, 2))
+    columns[:, :, : matrix.shape[2] if matrix.ndim == 3 else 1] = matrix.reshape(samples, size, -1)
+
+    def products(values: FloatArray) -> ComplexArray:
+        return (values @ columns.reshape(samples, -1) / samples).view(np.complex128)
+
+    mean = products(np.ones(samples))
+    own = np.einsum("ijk,ijk->kj", columns, columns) / samples
+    # A large mean hides no dependence: the constant is always in.
+    whole = own - np.stack([mean.real**2, mean.imag**2])
+    # A pair's weaker term may be its stronger one's rounding.
+    least_power = np.maximum(_CONSTANT * own, _LEAST_POWER * whole.max(axis=0))
+    search = _Search(
+        terms=matrix.shape[2] if matrix.ndim == 3 else 1,
+        data=products(rest),
+        own=own,
+        cross=np.einsum("ij,ij->j", columns[:, :, 0], columns[:, :, 1]) / samples,
+        mean_square=[float(rest @ rest) / samples],
+        least=np.maximum(_DEPENDENT * whole, least_power),
+        with_ramp=products(ramp),
+        with_term=lambda index, term: products(columns[:, index, term]),
+    )
+    search.take(np.array([1.0, 0.0]), mean, 1.0, 0.0)
+    return search
