@@ -201,9 +201,9 @@ class _Fit:
         self._sums = scipy.fft.rfft(rest, self.length, workers=THREADS)[1 : count + 1]
         self.places: IntegerArray = np.empty(0, dtype=np.int64)
         # Coefficients on the constant or the ramp and on the pairs, and what they are made from.
-        self.coefficients = np.zeros((2, 1))
-        self._gram = np.array([[[1.0]], [[self.ramp_power]]])
-        self._data = np.zeros((2, 1))
+        self.coefficients: FloatArray = np.zeros((2, 1))
+        self._gram: FloatArray = np.array([[[1.0]], [[self.ramp_power]]])
+        self._data: FloatArray = np.zeros((2, 1))
 
     def add(self, place: int) -> None:
         """Add the pair at a place, and solve for all coefficients together."""
@@ -216,7 +216,8 @@ class _Fit:
         gram[:, known, 1:] = gram[:, 1:, known] = self._with_pairs(here, self.places)[:, 0]
         self._gram = gram
         self._data = np.append(self._data, self.from_middle(here), axis=1)
-        self.coefficients = np.linalg.solve(gram, self._data[..., np.newaxis])[..., 0]
+        solved = np.linalg.solve(gram, self._data[..., np.newaxis])[..., 0]
+        self.coefficients = np.asarray(solved, dtype=np.float64)
         explained = float((self.coefficients * self._data).sum())
         left = max(self.mean_square[0] - explained, 0.0)
         # A candidate that brings all that is left brings more by rounding as often as less.
@@ -335,8 +336,7 @@ class _Search:
             slow = slice(self.lowest - 1, min(2 * self.lowest, self.left.shape[1]))
             walk = self.times_noise * self._noise_level(slow, 2)
             white = self.times_noise * self._white
-        brought, place = _kernels.best_pair(self.left, self.power, _DEPENDENT, walk, white)
-        return brought, place
+        return _kernels.best_pair(self.left, self.power, _DEPENDENT, walk, white)
 
     @property
     def mean_square(self) -> list[float]:

@@ -23,7 +23,6 @@ from sagnac.core.arrays import (
     FloatArray,
     IntegerArray,
     blocks,
-    empty,
     every,
 )
 from sagnac.lines.components import (
@@ -125,10 +124,20 @@ def fit(
         )
     if absent is not None and absent.shape != (components.size,):
         raise ValueError(f"absent has shape {absent.shape}; give ({components.size},)")
-    unknowns = unknowns_of(components)
-    inverse, collinear = _inverse(normal_matrix(sampled, components, unknowns))
+    tunable = np.concatenate([components.free, np.ones(components.frequencies.size, dtype=bool)])
+    tuned = np.flatnonzero(tunable)
+    # Every column of the regression is the real part of a factor times the increments of a
+    # component's phasor, or of the phasor's derivative in frequency.
+    phasor = np.concatenate([np.repeat(np.arange(components.size), 2), components.size + tuned])
+    slope = components.sine[tuned] + 1j * components.cosine[tuned]
+    factor = np.concatenate([np.tile([1.0, -1.0j], components.size), slope])
+    products = inner_products(sampled, components)
+    places = np.ix_(phasor, phasor)
+    normal = np.outer(factor, factor.conj()) * products.straight[places]
+    normal += np.outer(factor, factor) * products.mirrored[places]
+    inverse, collinear = _inverse(np.asarray(0.5 * normal.real))
     sums = _data_sums(steps, sampled, components, known_sums)
-    solution = inverse @ (unknowns.factor * sums[unknowns.phasor]).real
+    solution = inverse @ (factor * sums[phasor]).real
     kept = np.ones(components.size) if absent is None else 1.0 - absent
     amplitudes = solution[: 2 * components.size].reshape(-1, 2)
     started = replace(
@@ -136,117 +145,55 @@ def fit(
         cosine=amplitudes[:, 0] + kept * components.cosine,
         sine=amplitudes[:, 1] + kept * components.sine,
     )
-    return _moved(
-        started,
-        unknowns,
-        sampled,
-        solution=solution,
-        inverse=inverse,
-        collinear=collinear,
-    )
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Unknowns:
-    """Unknowns of a joint step: the cosine and sine of every component, then what is tuned.
-
-    Every column of the regression is the real part of a factor times the increments of a
-    component's phasor, or of the phasor's derivative in frequency.
-
-    Attributes
-    ----------
-    tuned
-        (tuned,) components whose frequency or order is fitted.
-    phasor
-        (unknowns,) which of the phasors and derivatives of `InnerProducts` each one goes with.
-    factor
-        (unknowns,) what that is multiplied by.
-    """
-
-    tuned: IntegerArray
-    phasor: IntegerArray
-    factor: ComplexArray
-
-
-def unknowns_of(components: Components) -> Unknowns:
-    """The unknowns of a joint step of these components."""
-    tunable = np.concatenate([components.free, np.ones(components.frequencies.size, dtype=bool)])
-    tuned = np.flatnonzero(tunable)
-    return Unknowns(
-        tuned=tuned,
-        phasor=np.concatenate([np.repeat(np.arange(components.size), 2), components.size + tuned]),
-        factor=np.concatenate(
-            [
-                np.tile([1.0, -1.0j], components.size),
-                components.sine[tuned] + 1j * components.cosine[tuned],
-            ]
-        ),
-    )
-
-
-def normal_matrix(sampled: Sampling, components: Components, unknowns: Unknowns) -> FloatArray:
-    """(unknowns, unknowns) inner products of the columns of a joint step."""
-    products = inner_products(sampled, components)
-    places = np.ix_(unknowns.phasor, unknowns.phasor)
-    factor = unknowns.factor
-    total = (
-        np.outer(factor, factor.conj()) * products.straight[places]
-        + np.outer(factor, factor) * products.mirrored[places]
-    )
-    return np.asarray(0.5 * total.real)
+    moved, covariance = _moved(started, tuned, sampled, solution[2 * components.size :], inverse)
+    covariance.flags.writeable = False
+    return ComponentFit(components=moved, covariance=covariance, collinear=collinear)
 
 
 def _moved(
     started: Components,
-    unknowns: Unknowns,
+    tuned: IntegerArray,
     sampled: Sampling,
-    *,
     solution: FloatArray,
     inverse: FloatArray,
-    collinear: int,
-) -> ComponentFit:
-    """The fit with its frequencies and free orders moved by the solution.
+) -> tuple[Components, FloatArray]:
+    """The components with the `tuned` frequencies and free orders moved, and `covariance`.
 
     The derivative in an order is about the middle of the table's range (`phase_range`), and that in
     a frequency about mid-record, where it is uncorrelated with the phase. The phase origin of an
     angle component is alpha = 0, so that a move of its order turns its amplitudes, and an error of
     its order is one of its phase.
     """
-    angles = started.orders.size
-    orders, frequencies = started.orders.copy(), started.frequencies.copy()
-    cosine, sine = started.cosine.copy(), started.sine.copy()
+    size, angles = started.size, started.orders.size
     middle, width = phase_range(sampled)
-    covariance = np.zeros((started.size, 3, 3))
-    for index in range(started.size):
-        pair = slice(2 * index, 2 * index + 2)
-        covariance[index, :2, :2] = inverse[pair, pair]
-    for row, index in enumerate(unknowns.tuned.tolist(), start=2 * started.size):
-        in_angle = index < angles
-        unit = 1.0 / (width if in_angle else sampled.samples)
-        step = float(np.clip(solution[row], -_LONGEST_STEP, _LONGEST_STEP)) * unit
-        members = np.array([2 * index, 2 * index + 1, row])
-        scale = np.array([1.0, 1.0, unit])
-        own = inverse[np.ix_(members, members)] * np.outer(scale, scale)
-        if in_angle:
-            orders[index] += step
-            c, s = np.cos(step * middle), np.sin(step * middle)
-            a, b = cosine[index], sine[index]
-            cosine[index], sine[index] = a * c - b * s, b * c + a * s
-            turn = np.array(
-                [[c, -s, -middle * sine[index]], [s, c, middle * cosine[index]], [0.0, 0.0, 1.0]]
-            )
-            own = turn @ own @ turn.T
-        else:
-            frequencies[index - angles] += step
-        covariance[index] = own
-    covariance.flags.writeable = False
-    return ComponentFit(
-        components=replace(
-            started, orders=orders, frequencies=frequencies, cosine=cosine, sine=sine
-        ),
-        covariance=covariance,
-        collinear=collinear,
+    in_angle = tuned < angles
+    unit = np.where(in_angle, 1.0 / width, 1.0 / sampled.samples)
+    step = np.clip(solution, -_LONGEST_STEP, _LONGEST_STEP) * unit
+    covariance = np.zeros((size, 3, 3))
+    pairs = 2 * np.arange(size)[:, np.newaxis] + np.arange(2)
+    covariance[:, :2, :2] = inverse[pairs[:, :, np.newaxis], pairs[:, np.newaxis, :]]
+    members = np.column_stack([pairs[tuned], 2 * size + np.arange(tuned.size)])
+    own = inverse[members[:, :, np.newaxis], members[:, np.newaxis, :]]
+    own[:, 2, :] *= unit[:, np.newaxis]
+    own[:, :, 2] *= unit[:, np.newaxis]
+    covariance[tuned] = own
+    places = np.concatenate([started.orders, started.frequencies])
+    places[tuned] += step
+    phasor = started.cosine + 1j * started.sine
+    for index, move in zip(tuned[in_angle], step[in_angle], strict=True):
+        c, s = np.cos(move * middle), np.sin(move * middle)
+        phasor[index] *= c + 1j * s
+        lever = 1j * middle * phasor[index]
+        turn = np.array([[c, -s, lever.real], [s, c, lever.imag], [0.0, 0.0, 1.0]])
+        covariance[index] = turn @ covariance[index] @ turn.T
+    moved = replace(
+        started,
+        orders=places[:angles],
+        frequencies=places[angles:],
+        cosine=phasor.real.copy(),
+        sine=phasor.imag.copy(),
     )
+    return moved, covariance
 
 
 def _inverse(normal: FloatArray) -> tuple[FloatArray, int]:
@@ -269,8 +216,7 @@ def order_sums(steps: FloatArray, table: FloatArray, highest: int) -> ComplexArr
     sums = np.zeros(highest + 1, dtype=np.complex128)
     # Long blocks: what a block costs besides its samples is that of a hundred thousand of them.
     for block in blocks(table.size, _LONG_BLOCK):
-        strengths = _differences(steps, block.start, block.stop)
-        sums += angle_sums(table[block], strengths, highest).conj()
+        sums += angle_sums(table[block], _differences(steps, block), highest).conj()
     return sums
 
 
@@ -280,18 +226,17 @@ def sums_at_orders(steps: FloatArray, sampled: Sampling, orders: FloatArray) -> 
     The place is counted from the middle, as a share of the range (in rad if that is below 1 rad).
     One pass serves all orders, each with exponentials of its own.
     """
-    table = sampled.table
-    if table is None:
-        return np.zeros((2, orders.size), dtype=np.complex128)
-    middle, range_ = phase_range(sampled)
     sums = np.zeros((2, orders.size), dtype=np.complex128)
+    table = sampled.table
+    if table is None or orders.size == 0:
+        return sums
+    middle, width = phase_range(sampled)
     for block in blocks(table.size):
-        strengths, alpha = _differences(steps, block.start, block.stop), table[block]
-        lagged = strengths * ((alpha - middle) / range_)
+        alpha = table[block]
+        weights = _differences(steps, block) * np.stack([np.ones(alpha.size), alpha - middle])
         for at, order in enumerate(orders):
-            phasor = np.exp(1j * order * alpha)
-            sums[:, at] += strengths @ phasor, lagged @ phasor
-    return sums
+            sums[:, at] += weights @ np.exp(1j * order * alpha)
+    return np.asarray(sums / np.array([[1.0], [width]]))
 
 
 def tone_sums(steps: FloatArray, frequencies: FloatArray) -> ComplexArray:
@@ -303,15 +248,11 @@ def tone_sums(steps: FloatArray, frequencies: FloatArray) -> ComplexArray:
     return sums_of_tones(steps, frequencies, 0.5 * (steps.size - 1), lag_unit=2.0 * np.pi / samples)
 
 
-def _differences(steps: FloatArray, start: int, stop: int) -> FloatArray:
+def _differences(steps: FloatArray, samples: slice) -> FloatArray:
     """Each step less the next, at the sample between them; outside the record there are none."""
-    before = steps[max(start - 1, 0) : stop - 1]
-    after = steps[start:stop]
-    if start == 0:
-        before = np.concatenate([[0.0], before])
-    if after.size < before.size:
-        after = np.append(after, 0.0)
-    return before - after
+    around = steps[max(samples.start - 1, 0) : samples.stop]
+    before, after = int(samples.start == 0), int(samples.stop > steps.size)
+    return -np.diff(np.pad(around, (before, after)))
 
 
 def _data_sums(
@@ -323,19 +264,16 @@ def _data_sums(
     """(2 components,) of the steps and each component's phasor, then its derivative."""
     angles = components.orders.size
     sums = np.zeros(2 * components.size, dtype=np.complex128)
-    table = sampled.table
-    if angles and table is not None:
-        multiples = phase_multiples(components)
-        if multiples.any():
-            chosen = np.flatnonzero(multiples)
-            orders = components.orders[chosen].astype(np.int64)
-            if known_sums is None or orders[-1] >= known_sums.size:
-                known_sums = order_sums(steps, table, int(orders[-1]))
-            sums[chosen] = known_sums[orders]
-        loose = np.flatnonzero(~multiples)
-        if loose.size:
-            plain, tilted = sums_at_orders(steps, sampled, components.orders[loose])
-            sums[loose], sums[components.size + loose] = plain, tilted
+    table, multiples = sampled.table, phase_multiples(components)
+    if table is not None and multiples.any():
+        orders = components.orders[multiples].astype(np.int64)
+        if known_sums is None or orders[-1] >= known_sums.size:
+            known_sums = order_sums(steps, table, int(orders[-1]))
+        sums[:angles][multiples] = known_sums[orders]
+    loose = np.flatnonzero(~multiples)
+    sums[loose], sums[components.size + loose] = sums_at_orders(
+        steps, sampled, components.orders[loose]
+    )
     if components.frequencies.size:
         plain, tilted = tone_sums(steps, components.frequencies)
         size, slope = tone_factors(components.frequencies, sampled.samples)
@@ -361,10 +299,7 @@ def earth_amplitudes(turns: Turning) -> FloatArray:
     steady = _steady_time(angle, rate)
     largest = np.zeros(MOST_ORDERS)
     for function, whole, sign in ((np.cos, np.sin, 1.0), (np.sin, np.cos, -1.0)):
-        steps = empty(angle.size - 1)
-        for block in blocks(steps.size):
-            here = angle[block.start : block.stop + 1]
-            steps[block] = function(here[1:]) / rate - sign * steady * np.diff(whole(here))
+        steps = function(angle[1:]) / rate - sign * steady * np.diff(whole(angle))
         sums = order_sums(steps, angle, MOST_ORDERS)[1:]
         largest = np.maximum(largest, np.abs(sums) / np.maximum(length, np.finfo(float).tiny))
     largest[0] = 0.0

@@ -283,9 +283,7 @@ def _check(
         raise ValueError(
             f"phase has shape {phase.shape} and signal {signal.shape}; give one of each a sample"
         )
-    matrix = None
-    if not isinstance(candidates, int | np.integer):
-        matrix = np.asarray(candidates, dtype=np.float64)
+    matrix = None if np.ndim(candidates) == 0 else np.asarray(candidates, dtype=np.float64)
     for name, given in (("phase", phase), ("signal", signal), ("candidates", matrix)):
         if given is not None and not np.isfinite(given).all():
             raise ValueError(f"{name} has values that are not finite; leave these samples out")
@@ -301,8 +299,9 @@ def _check(
         return
     if phase is None:
         raise ValueError("phase is None; sinusoids need one (a matrix of candidates does not)")
-    if spacing is None or not (spacing > 0.0 and math.isfinite(spacing)) or candidates < 1:
-        raise ValueError(f"spacing {spacing}, candidates {candidates}: give positive numbers")
+    count = int(np.asarray(candidates))
+    if spacing is None or not (spacing > 0.0 and math.isfinite(spacing)) or count < 1:
+        raise ValueError(f"spacing {spacing}, candidates {count}: give positive numbers")
 
 
 def require_rule(stop: Stop, false_alarm: float, most_terms: int) -> None:
@@ -472,13 +471,17 @@ def _search_of_sinusoids(
     """A search of pairs ``cos(k * argument)``, ``sin(k * argument)``, k = 1 ... `size`."""
     # Time in a whole record is exact, and needs no package.
     even = is_even_turn(argument)
+
     # The sums are of exp(-i k); conjugates are of exp(+i k), whose real part is the cosine's.
+    def sums(strengths: FloatArray, orders: int) -> ComplexArray:
+        if even:
+            return even_turn_sums(strengths, orders).conj() / argument.size
+        return angle_sums(argument, strengths, orders).conj() / argument.size
+
     sampling, tilted, data = (
-        np.conj(
-            even_turn_sums(strengths, orders) if even else angle_sums(argument, strengths, orders)
-        )
-        / argument.size
-        for strengths, orders in ((np.ones(argument.size), 2 * size), (ramp, size), (rest, size))
+        sums(np.ones(argument.size), 2 * size),
+        sums(ramp, size),
+        sums(rest, size),
     )
     double = sampling[2::2][:size]
     # Means of exp(i k argument) from k = -size on: a product of two terms shifts them.
@@ -511,7 +514,7 @@ def _search_of_columns(matrix: FloatArray, ramp: FloatArray, rest: FloatArray) -
     columns[:, :, : matrix.shape[2] if matrix.ndim == 3 else 1] = matrix.reshape(samples, size, -1)
 
     def products(values: FloatArray) -> ComplexArray:
-        return (values @ columns.reshape(samples, -1) / samples).view(np.complex128)
+        return np.asarray((values @ columns.reshape(samples, -1) / samples).view(np.complex128))
 
     mean = products(np.ones(samples))
     own = np.einsum("ijk,ijk->kj", columns, columns) / samples

@@ -1,13 +1,21 @@
 """Inner products of components without a pass over the samples."""
 
-import math
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
 from numpy.polynomial import chebyshev
 
-from sagnac.core.arrays import BLOCK, ComplexArray, FloatArray, IntegerArray, blocks, every
+from sagnac.core.arrays import (
+    BLOCK,
+    ComplexArray,
+    FloatArray,
+    IntegerArray,
+    blocks,
+    every,
+    extent,
+)
 from sagnac.lines import _kernels
 from sagnac.lines.components import MOST_ORDERS, Components, phase_multiples
 from sagnac.spectrum.sums import angle_sums
@@ -29,58 +37,15 @@ _HIGHEST_DEGREE: Final = 24
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class EvenBlocks:
-    """Blocks of steps on which the table is taken to turn evenly.
-
-    Attributes
-    ----------
-    angle, step, lag, count
-        (blocks,) mean table angle, rad; mean step, rad; middle of the block in samples from
-        mid-record; number of its steps.
-    """
-
-    angle: FloatArray
-    step: FloatArray
-    lag: FloatArray
-    count: FloatArray
-
-    def __post_init__(self) -> None:
-        if not self.angle.shape == self.step.shape == self.lag.shape == self.count.shape:
-            raise ValueError("angle, step, lag and count differ in shape; give one of each a block")
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class OrderSums:
-    """Products of whole orders, each pair by a combination of a few Fourier sums.
-
-    An increment of ``exp(1j k alpha)`` is ``2j sin(k step / 2) exp(1j k middle)``, with the
-    step of the table and the angle in its middle. The product of two has
-    ``cos((k - m) step / 2) - cos((k + m) step / 2)`` for its size: with these expanded in
-    Chebyshev polynomials of the squared step, Fourier sums of the polynomials give the
-    products of all pairs of orders.
-
-    Attributes
-    ----------
-    expansion
-        (degree + 1, orders) coefficients of ``cos(s * step / 2)`` for s = 0, 1, ….
-    sums
-        (degree + 1, orders) sums of each polynomial times ``exp(1j * s * middle)``.
-    """
-
-    expansion: FloatArray
-    sums: ComplexArray
-
-    def __post_init__(self) -> None:
-        if self.expansion.shape != self.sums.shape:
-            raise ValueError(
-                f"expansion has shape {self.expansion.shape} and sums {self.sums.shape}; "
-                "give one of each a polynomial and order"
-            )
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
 class Sampling:
     """Sampling as the normal equations need it: times and table angles.
+
+    On blocks of steps the table is taken to turn evenly. Products of whole orders need no blocks:
+    an increment of ``exp(1j k alpha)`` is ``2j sin(k step / 2) exp(1j k middle)``, with the step of
+    the table and the angle in its middle. The product of two has
+    ``cos((k - m) step / 2) - cos((k + m) step / 2)`` for its size: with these expanded in Chebyshev
+    polynomials of the squared step, Fourier sums of the polynomials give the products of all pairs
+    of orders.
 
     Attributes
     ----------
@@ -88,32 +53,23 @@ class Sampling:
         Of the angle.
     table
         (samples,) table angle, rad, or None.
-    blocks
-        On which the table turns evenly; none at rest.
+    angle, step, lag, count
+        (blocks,) mean table angle, rad; mean step, rad; middle of the block in samples from
+        mid-record; number of its steps. None at rest.
+    expansion
+        (degree + 1, orders) coefficients of ``cos(s * step / 2)`` for s = 0, 1, ….
     order_sums
-        Of whole orders; None at rest.
+        (degree + 1, orders) sums of each polynomial times ``exp(1j * s * middle)``.
     """
 
     samples: int
     table: FloatArray | None
-    blocks: EvenBlocks
-    order_sums: OrderSums | None
-
-    def __post_init__(self) -> None:
-        if self.table is not None and self.table.shape != (self.samples,):
-            raise ValueError(f"table has shape {self.table.shape}; give ({self.samples},)")
-        if (self.table is None) != (self.order_sums is None):
-            raise ValueError("table and order_sums go together; give both or none")
-
-    @property
-    def angle(self) -> FloatArray:
-        """(blocks,) mean table angle, rad."""
-        return self.blocks.angle
-
-    @property
-    def lag(self) -> FloatArray:
-        """(blocks,) middle of each block in samples from mid-record."""
-        return self.blocks.lag
+    angle: FloatArray
+    step: FloatArray
+    lag: FloatArray
+    count: FloatArray
+    expansion: FloatArray
+    order_sums: ComplexArray
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -150,34 +106,39 @@ def sampling(samples: int, table: FloatArray | None) -> Sampling:
     """
     if table is None:
         none = np.empty(0)
-        at_rest = EvenBlocks(angle=none, step=none, lag=none, count=none)
-        return Sampling(samples=samples, table=None, blocks=at_rest, order_sums=None)
-    if table.size < 2:
-        raise ValueError(f"table has {table.size} samples; a step needs 2")
-    blocks = even_blocks(table)
-    sums = order_products(table, float(np.abs(blocks.step).max()))
-    return Sampling(samples=samples, table=table, blocks=blocks, order_sums=sums)
-
-
-def even_blocks(table: FloatArray) -> EvenBlocks:
-    """Blocks of steps as long as the table, (samples,) rad, turns evenly on them."""
-    block = _block_length(table)
-    steps = table.size - 1
-    starts = np.arange(0, steps, block)
-    ends = np.minimum(starts + block, steps)
+        return Sampling(
+            samples=samples,
+            table=None,
+            angle=none,
+            step=none,
+            lag=none,
+            count=none,
+            expansion=np.empty((0, 0)),
+            order_sums=np.empty((0, 0), dtype=np.complex128),
+        )
+    if table.shape != (samples,) or samples < 2:
+        raise ValueError(f"table has shape {table.shape}; give one angle a sample, 2 or more")
+    steps, length = samples - 1, _block_length(table)
+    starts = np.arange(0, steps, length)
+    ends = np.minimum(starts + length, steps)
     count = (ends - starts).astype(np.float64)
+    step = np.diff(np.append(every(table[:-1], length), table[-1])) / count
     angle = np.empty(starts.size)
-    for some in blocks(steps, multiple=block):
+    for some in blocks(steps, multiple=length):
         here = table[some.start : some.stop + 1]
         middle = 0.5 * (here[1:] + here[:-1])
-        first = some.start // block
-        own = np.add.reduceat(middle, np.arange(0, middle.size, block))
-        angle[first : first + own.size] = own / count[first : first + own.size]
-    return EvenBlocks(
-        angle=angle,
-        step=np.diff(np.append(every(table[:-1], block), table[-1])) / count,
+        own = np.add.reduceat(middle, np.arange(0, middle.size, length))
+        angle[some.start // length :][: own.size] = own
+    expansion, sums = _order_products(table, float(np.abs(step).max()))
+    return Sampling(
+        samples=samples,
+        table=table,
+        angle=angle / count,
+        step=step,
         lag=np.asarray(0.5 * (starts + ends - steps)),
         count=count,
+        expansion=expansion,
+        order_sums=sums,
     )
 
 
@@ -194,43 +155,33 @@ def _block_length(table: FloatArray) -> int:
     return block
 
 
-def order_products(table: FloatArray, fastest: float) -> OrderSums:
-    """Products of the whole orders of a table angle, (samples,) rad.
+def _order_products(table: FloatArray, fastest: float) -> tuple[FloatArray, ComplexArray]:
+    """`Sampling.expansion` and `Sampling.order_sums` of a table angle, (samples,) rad.
 
     `fastest` is the largest mean step of a block, rad. A single wild step of the encoder is no
     rate: steps count up to half above the fastest block.
     """
-    highest = 2 * MOST_ORDERS
-    low, high = _squared_steps(table, (1.5 * fastest) ** 2)
+    highest, limit = 2 * MOST_ORDERS, (1.5 * fastest) ** 2
+    ends = [extent(np.diff(table[some.start : some.stop + 1]) ** 2) for some in _long(table)]
+    high = max(min(largest, limit) for _, largest in ends)
+    low = min([smallest for smallest, _ in ends] + [high])
     # Beyond its Nyquist frequency an order is no candidate, and need not be expanded well.
     reach = np.minimum(np.arange(highest + 1.0), 2.0 * np.pi / max(fastest, 1e-12))
     expansion = _half_cosines_expanded(low, high, reach)
     sums = np.zeros((expansion.shape[0], highest + 1), dtype=np.complex128)
-    # Long blocks: see `joint_fit.order_sums`.
-    for block in blocks(table.size - 1, 4 * BLOCK):
-        here = table[block.start : block.stop + 1]
+    for some in _long(table):
+        here = table[some.start : some.stop + 1]
         squares = np.minimum(np.diff(here) ** 2, high)
-        middle = 0.5 * (here[1:] + here[:-1])
-        polynomials = _polynomials(squares, low, high, expansion.shape[0] - 1)
+        place = 2.0 * (squares - low) / max(high - low, 1e-300) - 1.0
+        polynomials = chebyshev.chebvander(place, expansion.shape[0] - 1)
         columns = np.ascontiguousarray(polynomials.T, dtype=np.float64)
-        sums += angle_sums(middle, columns, highest).conj()
-    return OrderSums(expansion=expansion, sums=sums)
+        sums += angle_sums(0.5 * (here[1:] + here[:-1]), columns, highest).conj()
+    return expansion, sums
 
 
-def _squared_steps(table: FloatArray, limit: float) -> tuple[float, float]:
-    """Smallest and largest squared step of the table, rad^2, none counted above `limit`."""
-    low, high = math.inf, 0.0
-    for block in blocks(table.size - 1):
-        squares = np.diff(table[block.start : block.stop + 1]) ** 2
-        low = min(low, float(squares.min()))
-        high = max(high, min(float(squares.max()), limit))
-    return min(low, high), high
-
-
-def _polynomials(squares: FloatArray, low: float, high: float, degree: int) -> FloatArray:
-    """(values, degree + 1) Chebyshev polynomials of squares between `low` and `high`."""
-    width = max(high - low, 1e-300)
-    return np.asarray(chebyshev.chebvander(2.0 * (squares - low) / width - 1.0, degree))
+def _long(table: FloatArray) -> Iterator[slice]:
+    """Long blocks of steps: what a block costs besides is that of a hundred thousand of them."""
+    return blocks(table.size - 1, 4 * BLOCK)
 
 
 def _half_cosines_expanded(low: float, high: float, reach: FloatArray) -> FloatArray:
@@ -239,17 +190,15 @@ def _half_cosines_expanded(low: float, high: float, reach: FloatArray) -> FloatA
     The degree is the lowest that is good to 1e-9, 24 at most.
     """
 
-    def half_cosines(squares: FloatArray) -> FloatArray:
-        return np.cos(0.5 * np.outer(np.sqrt(np.maximum(squares, 0.0)), reach))
+    def half_cosines(place: FloatArray) -> FloatArray:
+        squares = np.maximum(low + 0.5 * (place + 1.0) * (high - low), 0.0)
+        return np.cos(0.5 * np.outer(np.sqrt(squares), reach))
 
-    check = np.linspace(low, high, 33)
+    check = np.linspace(-1.0, 1.0, 33)
     for degree in range(1, _HIGHEST_DEGREE + 1):
         nodes = chebyshev.chebpts1(degree + 1)
-        expansion = np.linalg.solve(
-            chebyshev.chebvander(nodes, degree),
-            half_cosines(low + 0.5 * (nodes + 1.0) * (high - low)),
-        )
-        values = _polynomials(check, low, high, degree) @ expansion
+        expansion = np.linalg.solve(chebyshev.chebvander(nodes, degree), half_cosines(nodes))
+        values = chebyshev.chebvander(check, degree) @ expansion
         if np.abs(values - half_cosines(check)).max() < _EXPANSION:
             break
     return np.asarray(expansion)
@@ -260,8 +209,11 @@ def inner_products(sampled: Sampling, components: Components) -> InnerProducts:
     size = components.size
     straight = np.zeros((2 * size, 2 * size), dtype=np.complex128)
     mirrored = np.zeros((2 * size, 2 * size), dtype=np.complex128)
-    if sampled.order_sums is not None:
-        _add_multiples(straight, mirrored, sampled.order_sums, components)
+    multiples = np.flatnonzero(phase_multiples(components))
+    if multiples.size:
+        straight[np.ix_(multiples, multiples)], mirrored[np.ix_(multiples, multiples)] = (
+            _products_of_orders(sampled, components.orders[multiples].astype(np.int64))
+        )
     if components.frequencies.size:
         _add_tones(straight, mirrored, components.frequencies, sampled.samples)
     if components.orders.size:
@@ -269,22 +221,20 @@ def inner_products(sampled: Sampling, components: Components) -> InnerProducts:
     return InnerProducts(straight=straight, mirrored=mirrored)
 
 
-def _add_multiples(
-    straight: ComplexArray, mirrored: ComplexArray, known: OrderSums, components: Components
-) -> None:
-    """Products of two whole orders, by the Fourier sums of all."""
-    multiples = np.flatnonzero(phase_multiples(components))
-    if multiples.size == 0:
-        return
-    orders = components.orders[multiples].astype(np.int64)
+def _products_of_orders(
+    sampled: Sampling, orders: IntegerArray
+) -> tuple[ComplexArray, ComplexArray]:
+    """Products of whole orders, straight and mirrored, by the Fourier sums of all."""
     difference = orders[:, None] - orders[None, :]
     total = orders[:, None] + orders[None, :]
     apart = np.abs(difference)
-    shape = known.expansion[:, apart] - known.expansion[:, total]
-    sums = np.where(difference < 0, known.sums[:, apart].conj(), known.sums[:, apart])
-    places = np.ix_(multiples, multiples)
-    straight[places] = 2.0 * (shape * sums).sum(axis=0)
-    mirrored[places] = -2.0 * (shape * known.sums[:, total]).sum(axis=0)
+    shape = sampled.expansion[:, apart] - sampled.expansion[:, total]
+    sums = sampled.order_sums[:, apart]
+    sums = np.where(difference < 0, sums.conj(), sums)
+    return (
+        2.0 * (shape * sums).sum(axis=0),
+        -2.0 * (shape * sampled.order_sums[:, total]).sum(axis=0),
+    )
 
 
 def _add_tones(
@@ -349,22 +299,18 @@ def _add_pairs(
     first, second = _meeting(sampled, components)
     if first.size == 0:
         return
-    size, angles = components.size, components.orders.size
+    size = components.size
     middle, span = phase_range(sampled)
-    in_angle = np.zeros(size, dtype=bool)
-    in_angle[:angles] = True
-    # Radians of phase for one of table angle, or for one sample.
-    rate = np.concatenate([components.orders, 2.0 * np.pi * components.frequencies])
-
     plus, minus = _kernels.paired_sums(
-        rate,
-        in_angle,
+        # Radians of phase for one of table angle, or for one sample.
+        np.concatenate([components.orders, 2.0 * np.pi * components.frequencies]),
+        np.arange(size) < components.orders.size,
         first,
         second,
-        sampled.blocks.angle,
-        sampled.blocks.step,
-        sampled.blocks.lag,
-        sampled.blocks.count,
+        sampled.angle,
+        sampled.step,
+        sampled.lag,
+        sampled.count,
         middle,
         span,
         2.0 * np.pi / sampled.samples,
@@ -373,19 +319,32 @@ def _add_pairs(
         here, there = first + rows * size, second + columns * size
         straight[here, there] = plus[:, kind]
         straight[there, here] = plus[:, kind].conj()
-        mirrored[here, there] = minus[:, kind]
-        mirrored[there, here] = minus[:, kind]
+        mirrored[here, there] = mirrored[there, here] = minus[:, kind]
 
 
 def _meeting(sampled: Sampling, components: Components) -> tuple[IntegerArray, IntegerArray]:
-    """Pairs of components, each once, whose products are not negligible or known already."""
-    loose = np.flatnonzero(~phase_multiples(components))
-    possible = (loose.size + components.frequencies.size) * components.orders.size
+    """Pairs of components, each once, whose products are not negligible or known already.
+
+    An order that Fourier sums do not cover meets every order near it; any order meets every tone
+    whose frequency the table makes of it long enough.
+    """
+    orders, loose = components.orders, ~phase_multiples(components)
+    possible = (np.count_nonzero(loose) + components.frequencies.size) * orders.size
     everything = possible * sampled.angle.size <= _FEW
-    pairs = _pairs_of_orders(sampled, components.orders, loose, everything=everything)
-    if components.frequencies.size:
-        pairs += _pairs_with_tones(sampled, components, everything=everything)
-    first, second = np.array(pairs, dtype=np.int64).reshape(-1, 2).T
+    turns = phase_range(sampled)[1] / (2.0 * np.pi)
+    apart = np.minimum(np.abs(orders[:, np.newaxis] - orders), orders[:, np.newaxis] + orders)
+    near = loose[:, np.newaxis] & (everything | (apart * turns < _APART))
+    # Of two loose ones the first meets the second.
+    near &= ~(np.tril(np.ones(near.shape, dtype=bool), -1) & loose)
+    steps = np.sort(sampled.step)
+    reach, rates = 2.0 * np.pi * _APART / sampled.samples, 2.0 * np.pi * components.frequencies
+    share = np.zeros((orders.size, rates.size))
+    # The table may turn either way.
+    for sign in (1.0, -1.0):
+        low = np.searchsorted(steps, (sign * rates - reach) / orders[:, np.newaxis])
+        high = np.searchsorted(steps, (sign * rates + reach) / orders[:, np.newaxis])
+        share += (high - low) / steps.size
+    first, second = np.nonzero(np.hstack([near, everything | (share > _LEAST_MEETING)]))
     return first, second
 
 
@@ -393,46 +352,7 @@ def pairs_summed(sampled: Sampling, components: Components) -> float:
     """Passes over all samples that `inner_products` takes: one for each pair that meets."""
     if components.orders.size == 0:
         return 0.0
-    first, _ = _meeting(sampled, components)
-    return first.size * sampled.blocks.angle.size / sampled.samples
-
-
-def _pairs_of_orders(
-    sampled: Sampling, orders: FloatArray, loose: IntegerArray, *, everything: bool
-) -> list[tuple[int, int]]:
-    """Each order of `loose`, which Fourier sums do not cover, with every order near it."""
-    turns = phase_range(sampled)[1] / (2.0 * np.pi)
-    pairs: list[tuple[int, int]] = []
-    for index in loose.tolist():
-        near = np.abs(orders - orders[index]) * turns < _APART
-        near |= (orders + orders[index]) * turns < _APART
-        near |= everything
-        pairs += [
-            (index, other)
-            for other in np.flatnonzero(near).tolist()
-            if other not in loose or other >= index
-        ]
-    return pairs
-
-
-def _pairs_with_tones(
-    sampled: Sampling, components: Components, *, everything: bool
-) -> list[tuple[int, int]]:
-    """Each order with every tone whose frequency the table makes of it long enough."""
-    steps = np.sort(sampled.blocks.step)
-    reach = 2.0 * np.pi * _APART / sampled.samples
-    rates = 2.0 * np.pi * components.frequencies
-    pairs: list[tuple[int, int]] = []
-    for index, order in enumerate(components.orders):
-        # The table may turn either way.
-        share = np.zeros(rates.size)
-        for sign in (1.0, -1.0):
-            low = np.searchsorted(steps, (sign * rates - reach) / order)
-            high = np.searchsorted(steps, (sign * rates + reach) / order)
-            share += (high - low) / steps.size
-        met = everything | (share > _LEAST_MEETING)
-        pairs += [(index, components.orders.size + at) for at in np.flatnonzero(met).tolist()]
-    return pairs
+    return _meeting(sampled, components)[0].size * sampled.angle.size / sampled.samples
 
 
 def phase_range(sampled: Sampling) -> tuple[float, float]:
