@@ -66,16 +66,3 @@ def test_the_simplest_is_beaten_only_by_more_than_chance():
 def test_a_steady_line_in_noise_has_no_description():
     base = made([0.1], [5.0], noise=1.0)
     assert best_description(base, steady_lines(base, np.array([0.1])), 16) is None
-
-
-def test_values_that_do_not_go_together_are_refused():
-    with pytest.raises(ValueError, match="variance is 0"):
-        Baseband(
-            target=np.zeros(2, dtype=complex),
-            middles=np.zeros(2),
-            length=1,
-            variance=0.0,
-            frequency=0.1,
-            center=0.0,
-            samples=3,
-        )

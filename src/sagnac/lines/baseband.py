@@ -53,15 +53,6 @@ class Baseband:
     center: float
     samples: int
 
-    def __post_init__(self) -> None:
-        if self.target.shape != self.middles.shape:
-            raise ValueError(
-                f"target has shape {self.target.shape} and middles {self.middles.shape}; give one "
-                "of each a value"
-            )
-        if not self.variance > 0.0:
-            raise ValueError(f"variance is {self.variance!r}; give a positive one")
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SteadyLines:
@@ -166,10 +157,10 @@ def steady_lines(base: Baseband, frequencies: FloatArray) -> SteadyLines:
     """Least squares of steady lines, their frequencies refined by Gauss-Newton steps."""
     found: list[SteadyLines] = []
     for _ in range(_STEPS_OF_LINES):
-        products = _products(base, frequencies)
-        lines = _amplitudes(base, frequencies, products)
+        between, data = _products(base, frequencies)
+        lines = _amplitudes(base, frequencies, between, data)
         found.append(lines)
-        frequencies = frequencies + _frequency_step(lines.amplitudes, products) / base.samples
+        frequencies = frequencies + _frequency_step(lines.amplitudes, between, data) / base.samples
     return min(found, key=lambda one: one.cost)
 
 
@@ -181,52 +172,34 @@ def _tones(base: Baseband, frequencies: FloatArray, middles: FloatArray) -> Comp
     return np.asarray(gain[:, np.newaxis] * np.exp(2j * np.pi * phase))
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class _Products:
-    """Inner products of tones with each other and with the baseband.
+def _products(base: Baseband, frequencies: FloatArray) -> tuple[ComplexArray, ComplexArray]:
+    """Inner products of steady tones; the lag is 2 pi a record.
 
-    Attributes
-    ----------
-    plain, once, twice
-        (tones, tones) with the lag in them not at all, once and twice.
-    right, lagged
-        (tones,) with the baseband, and with the lag in them.
+    Returns
+    -------
+    between
+        (3, tones, tones) of tones with each other, the lag in them not at all, once and twice.
+    data
+        (2, tones) of tones with the baseband, without the lag and with it.
     """
-
-    plain: ComplexArray
-    once: ComplexArray
-    twice: ComplexArray
-    right: ComplexArray
-    lagged: ComplexArray
-
-
-def _products(base: Baseband, frequencies: FloatArray) -> _Products:
-    """Inner products of steady tones; the lag is 2 pi a record."""
-    count = frequencies.size
-    total = np.zeros((count, 3 * count + 2), dtype=np.complex128)
+    between = np.zeros((3, frequencies.size, frequencies.size), dtype=np.complex128)
+    data = np.zeros((2, frequencies.size), dtype=np.complex128)
     for some in blocks(base.middles.size, _ROWS):
         tones = _tones(base, frequencies, base.middles[some])
         lag = 2.0 * np.pi / base.samples * (base.middles[some] - base.center)
         across = tones.conj()
-        total[:, :count] += across @ tones.T
-        total[:, count : 2 * count] += across @ (lag * tones).T
-        total[:, 2 * count : 3 * count] += across @ (lag**2 * tones).T
-        total[:, -2] += across @ base.target[some]
-        total[:, -1] += across @ (lag * base.target[some])
-    plain, once, twice = (total[:, part * count : (part + 1) * count] for part in range(3))
-    # Contiguous, as they are used in matrix products.
-    return _Products(
-        plain=np.ascontiguousarray(plain),
-        once=np.ascontiguousarray(once),
-        twice=np.ascontiguousarray(twice),
-        right=total[:, -2].copy(),
-        lagged=total[:, -1].copy(),
-    )
+        for power in range(3):
+            between[power] += across @ (lag**power * tones).T
+        for power in range(2):
+            data[power] += across @ (lag**power * base.target[some])
+    return between, data
 
 
-def _amplitudes(base: Baseband, frequencies: FloatArray, products: _Products) -> SteadyLines:
-    """Amplitudes at these frequencies."""
-    plain, right = products.plain, products.right
+def _amplitudes(
+    base: Baseband, frequencies: FloatArray, between: ComplexArray, data: ComplexArray
+) -> SteadyLines:
+    """Amplitudes at these frequencies, from `_products`."""
+    plain, right = between[0], data[0]
     power = float(np.vdot(base.target, base.target).real)
     amplitudes = np.linalg.pinv(plain, rcond=_COLLINEAR, hermitian=True) @ right
     explained = 2.0 * np.vdot(amplitudes, right) - np.vdot(amplitudes, plain @ amplitudes)
@@ -234,24 +207,26 @@ def _amplitudes(base: Baseband, frequencies: FloatArray, products: _Products) ->
     return SteadyLines(frequencies=frequencies, amplitudes=amplitudes, cost=cost)
 
 
-def _frequency_step(amplitudes: ComplexArray, products: _Products) -> FloatArray:
+def _frequency_step(
+    amplitudes: ComplexArray, between: ComplexArray, data: ComplexArray
+) -> FloatArray:
     """(tones,) Gauss-Newton step of the frequencies, cycles a record.
 
     Real and imaginary amplitudes and frequencies move together. The amplitudes have been fitted
     first, since the derivative in frequency is proportional to them.
     """
-    plain, once = products.plain, products.once
+    plain, once, twice = between
     turned = 1j * amplitudes
     moved = once * turned
     normal = np.block(
         [
             [plain.real, -plain.imag, moved.real],
             [plain.imag, plain.real, moved.imag],
-            [moved.real.T, moved.imag.T, (np.outer(turned.conj(), turned) * products.twice).real],
+            [moved.real.T, moved.imag.T, (np.outer(turned.conj(), turned) * twice).real],
         ]
     )
-    left = products.right - plain @ amplitudes
-    slope = turned.conj() * (products.lagged - once @ amplitudes)
+    left = data[0] - plain @ amplitudes
+    slope = turned.conj() * (data[1] - once @ amplitudes)
     rest = np.concatenate([left.real, left.imag, slope.real])
     scale = np.sqrt(np.diag(normal))
     scale[scale == 0.0] = 1.0

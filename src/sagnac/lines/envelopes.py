@@ -156,11 +156,6 @@ class Description:
         -2 log likelihood, and how much lower it is than without the line.
     parameters
         All told, those of the lines kept among them.
-
-    Raises
-    ------
-    ValueError
-        If the sizes do not agree.
     """
 
     base: Baseband
@@ -172,14 +167,6 @@ class Description:
     cost: float
     significance: float
     parameters: int
-
-    def __post_init__(self) -> None:
-        size = coefficients_of(self.blocks)
-        if not self.coefficients.shape == self.phase.shape == (size,):
-            raise ValueError(
-                f"coefficients and phase have shapes {self.coefficients.shape} and "
-                f"{self.phase.shape}; {self.blocks} blocks have {size}"
-            )
 
     def places(self) -> Places:
         """Places of the baseband's values in the blocks."""
@@ -193,8 +180,8 @@ class Description:
     def shown_by(self, base: Baseband) -> ComplexArray:
         """(values,) the line as another baseband shows it."""
         apart = self.base.frequency - base.frequency
-        shown = _columns(base, self.blocks, self.phase, apart)
-        return spline_values(shown.at, shown.rows, self.coefficients)
+        at, rows, _ = _columns(base, self.blocks, self.phase, apart)
+        return spline_values(at, rows, self.coefficients)
 
 
 def best_description(base: Baseband, steady: SteadyLines, most: int) -> Description | None:
@@ -214,12 +201,32 @@ def best_description(base: Baseband, steady: SteadyLines, most: int) -> Descript
     without: dict[bytes, ComplexArray] = {}
 
     def fitted(blocks: int, phase: FloatArray) -> Description:
-        columns = _columns(base, blocks, phase, 0.0)
-        kept = _beyond(base, steady, columns.turned, blocks)
+        at, rows, turned = _columns(base, blocks, phase, 0.0)
+        # Steady lines beyond the band of the envelope stay beside it.
+        half = 0.5 * coefficients_of(blocks) / base.samples
+        offset = steady.frequencies - base.frequency
+        kept = offset < turned.min() / (2.0 * np.pi) - half
+        kept |= offset > turned.max() / (2.0 * np.pi) + half
         if kept.tobytes() not in without:
             others = sum_of_tones(base, steady.frequencies[kept], steady.amplitudes[kept])
             without[kept.tobytes()] = base.target - others
-        return _fitted(base, columns, phase, kept, without[kept.tobytes()])
+        target = without[kept.tobytes()]
+        factor = scipy.linalg.cholesky_banded(normal_bands(at, rows))
+        right = spline_products(at, rows, target)
+        coefficients = scipy.linalg.cho_solve_banded((factor, False), right)
+        rest = target - spline_values(at, rows, coefficients)
+        cost = float(np.vdot(rest, rest).real)
+        return Description(
+            base=base,
+            blocks=blocks,
+            coefficients=coefficients,
+            phase=phase,
+            factor=factor,
+            kept=kept,
+            cost=cost / base.variance,
+            significance=(float(np.vdot(target, target).real) - cost) / base.variance,
+            parameters=2 * coefficients_of(blocks) + _OF_STEADY * int(kept.sum()),
+        )
 
     found = [fitted(blocks, np.zeros(coefficients_of(blocks))) for blocks in numbers]
     plain = found[simplest([(one.parameters, one.cost) for one in found])]
@@ -232,16 +239,14 @@ def best_description(base: Baseband, steady: SteadyLines, most: int) -> Descript
     part = min(1.0, richest.cost / (2 * base.target.size - richest.parameters))
     rivals = [(_OF_STEADY * steady.frequencies.size, steady.cost / part)]
     index = simplest(rivals + [(one.parameters, one.cost / part) for one in found])
-    return None if index == 0 else _judged(found[index - 1], part)
-
-
-def _judged(found: Description, part: float) -> Description:
-    """A description beside that part of the noise that it was made with."""
+    if index == 0:
+        return None
+    best = found[index - 1]
     return replace(
-        found,
-        base=replace(found.base, variance=found.base.variance * part),
-        cost=found.cost / part,
-        significance=found.significance / part,
+        best,
+        base=replace(base, variance=base.variance * part),
+        cost=best.cost / part,
+        significance=best.significance / part,
     )
 
 
@@ -271,12 +276,13 @@ def followed_phase(plain: Description, blocks: int) -> FloatArray:
     return np.asarray(scipy.linalg.solveh_banded(band, right).real)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class _Columns:
-    """Columns of the splines of an envelope on a baseband.
+def _columns(
+    base: Baseband, blocks: int, phase: FloatArray, apart: float
+) -> tuple[Places, ComplexArray, FloatArray]:
+    """Columns of the splines of an envelope on a baseband, about a carrier `apart` from its own.
 
-    Attributes
-    ----------
+    Returns
+    -------
     at
         Places of the baseband's values.
     rows
@@ -284,14 +290,6 @@ class _Columns:
     turned
         (values,) phase that the carrier gains in a sample there, rad.
     """
-
-    at: Places
-    rows: ComplexArray
-    turned: FloatArray
-
-
-def _columns(base: Baseband, blocks: int, phase: FloatArray, apart: float) -> _Columns:
-    """Columns about a carrier `apart`, cycles per sample, from the frequency of the baseband."""
     at = places(base.middles, base.samples, blocks)
     here, later = spline_values(at, at.now, phase), spline_values(at, at.after, phase)
     turned = later - here + 2.0 * np.pi * apart
@@ -299,35 +297,4 @@ def _columns(base: Baseband, blocks: int, phase: FloatArray, apart: float) -> _C
     # From the envelope of the angle to that of its increments, and to the mean over a length.
     lead = np.exp(2j * np.pi * base.frequency + 1j * turned)
     gain = np.sinc(base.length * turned / (2.0 * np.pi)) * np.exp(1j * angle)
-    rows = gain[:, np.newaxis] * (lead[:, np.newaxis] * at.after - at.now)
-    return _Columns(at=at, rows=rows, turned=turned)
-
-
-def _beyond(base: Baseband, steady: SteadyLines, turned: FloatArray, blocks: int) -> BooleanArray:
-    """(lines,) which steady lines lie beyond the band of an envelope over those blocks."""
-    half = 0.5 * coefficients_of(blocks) / base.samples
-    slow, fast = float(turned.min()) / (2.0 * np.pi), float(turned.max()) / (2.0 * np.pi)
-    offset = steady.frequencies - base.frequency
-    return np.asarray((offset < slow - half) | (offset > fast + half))
-
-
-def _fitted(
-    base: Baseband, columns: _Columns, phase: FloatArray, kept: BooleanArray, target: ComplexArray
-) -> Description:
-    """Least squares of the envelope on what is left of the baseband without the lines kept."""
-    at, rows = columns.at, columns.rows
-    factor = scipy.linalg.cholesky_banded(normal_bands(at, rows))
-    coefficients = scipy.linalg.cho_solve_banded((factor, False), spline_products(at, rows, target))
-    rest = target - spline_values(at, rows, coefficients)
-    cost = float(np.vdot(rest, rest).real)
-    return Description(
-        base=base,
-        blocks=at.blocks,
-        coefficients=coefficients,
-        phase=phase,
-        factor=factor,
-        kept=kept,
-        cost=cost / base.variance,
-        significance=(float(np.vdot(target, target).real) - cost) / base.variance,
-        parameters=2 * coefficients_of(at.blocks) + _OF_STEADY * int(kept.sum()),
-    )
+    return at, gain[:, np.newaxis] * (lead[:, np.newaxis] * at.after - at.now), turned

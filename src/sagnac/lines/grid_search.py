@@ -404,8 +404,8 @@ class _Search:
 
 def _noise(left: FloatArray, cells: int) -> float:
     """Mean square of the signal without its lines, from medians over neighbouring candidates."""
-    size = min(_LEVEL_BLOCK, left.shape[1])
+    size: int = min(_LEVEL_BLOCK, left.shape[1])
     whole = left.shape[1] // size * size
     merit = 2.0 * (left[:, :whole] ** 2).sum(axis=0)
     medians = np.median(merit.reshape(-1, size), axis=1)
-    return float(medians.sum()) * size / cells / math.log(2.0)
+    return float(medians.sum() * size / cells / math.log(2.0))

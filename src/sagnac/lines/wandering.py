@@ -85,11 +85,6 @@ class DriftingLine:
     envelope, phase
         (4, blocks) polynomials in blocks from the start of each, highest power first: complex a in
         rad, and phi in rad.
-
-    Raises
-    ------
-    ValueError
-        If the sizes do not agree.
     """
 
     frequency: float
@@ -109,18 +104,6 @@ class DriftingLine:
     replaced: IntegerArray
     envelope: ComplexArray
     phase: FloatArray
-
-    def __post_init__(self) -> None:
-        if not self.envelope.shape == self.phase.shape == (4, self.blocks):
-            raise ValueError(
-                f"envelope and phase have shapes {self.envelope.shape} and {self.phase.shape}; "
-                f"give (4, {self.blocks})"
-            )
-        if not self.knots.shape == self.knot_errors.shape == (self.blocks + 1,):
-            raise ValueError(
-                f"knots and knot_errors have shapes {self.knots.shape} and "
-                f"{self.knot_errors.shape}; give ({self.blocks + 1},)"
-            )
 
 
 def clusters(
@@ -192,7 +175,14 @@ def fit_drifting(
         If `frequency` is not between 0 and 0.5, `floor_level` is not positive, or only one of
         the two arrays of steady lines is given.
     """
-    known, removed = _steady_given(frequency, floor_level, steady_frequencies, steady_amplitudes)
+    if not 0.0 < frequency < 0.5:
+        raise ValueError(f"frequency {frequency!r} is not between 0 and 0.5 cycles per sample")
+    if not floor_level > 0.0:
+        raise ValueError(f"floor_level {floor_level!r} is not a positive power")
+    if (steady_frequencies is None) != (steady_amplitudes is None):
+        raise ValueError("steady_frequencies and steady_amplitudes go together; give both or none")
+    known = np.empty(0) if steady_frequencies is None else steady_frequencies
+    removed = np.empty(0) if steady_amplitudes is None else steady_amplitudes
     phasors = removed * (np.exp(2j * np.pi * known) - 1.0)
     most = min(_MOST_BLOCKS, int(min(frequency, 0.5 - frequency) * steps.size / _CYCLES_A_BLOCK))
 
@@ -202,19 +192,20 @@ def fit_drifting(
         if blocks < 1:
             return None
         # The first carrier may be a side line's; the second is the mean frequency, about which the
-        # envelope turns least.
-        base = _with_lines_back(mixed(frequency), known, phasors)
-        tones = steady_lines(base, known if known.size else peak(base))
-        best = best_description(base, tones, blocks)
+        # envelope turns least. The line's mirror image at the negative frequency goes with it.
+        base = mixed(frequency)
+        base = replace(base, target=base.target + sum_of_tones(base, known, phasors))
+        if known.size == 0:
+            alone = steady_lines(base, peak(base))
+            image = sum_of_tones(base, -alone.frequencies, np.conj(alone.amplitudes))
+            base = replace(base, target=base.target - image)
+        best = _best(base, known, blocks)
         if best is None:
             return None
         line = _described(best, known.size)
-        # The line's mirror image at the negative frequency goes with the line.
         base = mixed(line.frequency, taken=partial(values, line))
-        target = base.target + sum_of_tones(base, known, phasors)
-        base = replace(base, target=target + best.shown_by(base))
-        tones = steady_lines(base, known if known.size else peak(base))
-        best = best_description(base, tones, blocks)
+        target = base.target + sum_of_tones(base, known, phasors) + best.shown_by(base)
+        best = _best(replace(base, target=target), known, blocks)
         return None if best is None else _described(best, known.size)
 
     length = mean_length(steps.size)
@@ -235,36 +226,9 @@ def values(line: DriftingLine, start: int, count: int) -> FloatArray:
     return out
 
 
-def _steady_given(
-    frequency: float,
-    floor_level: float,
-    frequencies: FloatArray | None,
-    amplitudes: ComplexArray | None,
-) -> tuple[FloatArray, ComplexArray]:
-    """Frequencies and amplitudes of the steady lines given, after checks of all arguments."""
-    if not 0.0 < frequency < 0.5:
-        raise ValueError(f"frequency {frequency!r} is not between 0 and 0.5 cycles per sample")
-    if not floor_level > 0.0:
-        raise ValueError(f"floor_level {floor_level!r} is not a positive power")
-    if (frequencies is None) != (amplitudes is None):
-        raise ValueError("steady_frequencies and steady_amplitudes go together; give both or none")
-    if frequencies is None or amplitudes is None:
-        return np.empty(0), np.empty(0, dtype=np.complex128)
-    if np.shape(frequencies) != np.shape(amplitudes):
-        raise ValueError(
-            f"steady_frequencies have shape {np.shape(frequencies)} and steady_amplitudes "
-            f"{np.shape(amplitudes)}; give one of each a line"
-        )
-    return np.asarray(frequencies), np.asarray(amplitudes)
-
-
-def _with_lines_back(base: Baseband, known: FloatArray, phasors: ComplexArray) -> Baseband:
-    """The baseband with the steady lines back in, and without its line's mirror image."""
-    target = base.target + sum_of_tones(base, known, phasors)
-    if known.size == 0:
-        alone = steady_lines(base, peak(base))
-        target -= sum_of_tones(base, -alone.frequencies, np.conj(alone.amplitudes))
-    return replace(base, target=target)
+def _best(base: Baseband, known: FloatArray, blocks: int) -> Description | None:
+    """The best description beside the steady lines known, or else the strongest one."""
+    return best_description(base, steady_lines(base, known if known.size else peak(base)), blocks)
 
 
 def _mean_offset(found: Description) -> tuple[float, float]:
