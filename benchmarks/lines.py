@@ -29,6 +29,7 @@ from sagnac.core.units import ARCSECOND, DEGREE, HOUR
 from sagnac.lines import joint_fit, passes, search, state
 from sagnac.lines.detection import detection_threshold
 from sagnac.lines.search import remove_lines
+from sagnac.table import motion
 
 FloatArray = NDArray[np.float64]
 Found = list[tuple[str, float]]
@@ -45,7 +46,7 @@ MOST_ORDERS: Final = 32
 MOST_PAIRS: Final = 60
 # What a search spends its time in: none of these calls another.
 STAGES: Final = {
-    "table motion taken out": (state, "motion_removed"),
+    "table motion taken out": (motion.TableMotion, "less"),
     "lines taken out": (state, "lines_removed"),
     "sums at whole orders": (state, "order_sums"),
     "spectrum and noise floor": (state, "spectrum"),

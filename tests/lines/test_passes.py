@@ -67,16 +67,16 @@ def test_what_was_made_is_kept_until_another_source_is_asked_for():
 def test_states_that_know_the_same_share_their_increments():
     first = at_rest(walk(0))
     again = replace(first, components=replace(first.components), settled=True)
-    assert again.increments is first.increments
+    assert again.steps is first.steps
     with_line = replace(first, components=tones((7.3, 1e-8)))
-    assert with_line.increments is not first.increments
+    assert with_line.steps is not first.steps
 
 
 def test_increments_are_those_of_the_angle_without_lines():
     angle = walk(1) + tone(7.3, 1e-6)
     without = replace(at_rest(angle), components=tones((7.3, 1e-6)))
     steps = np.diff(walk(1))
-    assert without.increments.steps == pytest.approx(steps - steps.mean(), abs=1e-14)
+    assert without.steps == pytest.approx(steps - steps.mean(), abs=1e-14)
     assert np.diff(without.residual()) == pytest.approx(steps, abs=1e-14)
     assert np.array_equal(without.with_all_lines().residual(), angle)
 
@@ -146,8 +146,8 @@ def test_table_motion_is_fitted_again_beside_the_orders_known():
     table = wandering_table()
     angle = walk(7) + 0.5 * table + 1e-6 * np.cos(3.0 * table)
     start = on_table(angle, table)
-    tones = peaks_in_frequency(start.residue)
-    found = new_lines(start.residue, tones, start.components, start.patience).lines
+    tones = peaks_in_frequency(start.look(), start.record.threshold)
+    found = new_lines(start, tones).lines
     after = passes.followed(passes.joined_by(start, found))
     assert after.fit is None
     assert after.motion.share == pytest.approx(0.5, abs=2e-8)
@@ -196,5 +196,4 @@ def test_sums_at_orders_are_made_once_for_the_same_lines(monkeypatch):
     table = wandering_table()
     start = on_table(walk(10) + 0.5 * table, table)
     assert start.order_sums is replace(start, settled=True).order_sums
-    assert start.residue.order_sums is start.order_sums
     assert made == [1]

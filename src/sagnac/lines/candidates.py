@@ -11,17 +11,24 @@ from typing import Final
 import numpy as np
 
 from sagnac.core.arrays import BooleanArray, FloatArray
-from sagnac.lines.components import MOST_ORDERS, Components, joined, mean_square_step, no_components
+from sagnac.lines.components import (
+    MOST_ORDERS,
+    Components,
+    Turning,
+    joined,
+    mean_square_step,
+    no_components,
+)
 from sagnac.lines.detection import (
     NO_PEAKS,
     Band,
     Peaks,
-    Residue,
     floor_of_orders,
     inside,
     peaks_in_order,
 )
 from sagnac.lines.joint_fit import sums_at_orders, tone_sums
+from sagnac.lines.state import State
 
 # ---- strongest ---------------------------------------------------------------------
 
@@ -218,38 +225,69 @@ class NewLines:
     waiting: bool
 
 
-def new_orders(left: Residue, known: Components, reach: FloatArray | None = None) -> NewOrders:
-    """Whole orders of table angle that stand above the floor and are not known yet.
+def new_lines(state: State, tones: Peaks, bands: tuple[Band, ...] = ()) -> NewLines:
+    """Peaks above the floor, in frequency and in order, that no stronger one explains.
 
     Parameters
     ----------
-    left
-        What is left of the angle.
-    known
-        Lines that are out of it already.
-    reach
-        (orders,) rad, what Earth rate may make (`earth_amplitudes`); None if that is settled.
+    state
+        A search on its way, looked at.
+    tones
+        Peaks in frequency of what is left of the angle.
+    bands
+        (low, high), cycles a sample: peaks in frequency there are no lines.
     """
-    none, turns = no_components(left.sampled.samples), left.turning
-    if turns is None or left.order_sums is None:
-        return _no_orders(none)
-    speed = turns.speeds
-    highest = min(MOST_ORDERS, int(np.pi / turns.fastest)) if turns.fastest > 0.0 else 0
-    if highest < 1:
-        return _no_orders(none)
-    sums = left.order_sums[1 : highest + 1]
+    known, turns = state.components, state.record.turning
+    tones = tones.select(~inside(frequencies_of(state, tones), bands))
+    frequencies = frequencies_of(state, tones)
+    broken = broken_orders(state, frequencies)
+    whole = new_orders(state)
+    choice = strongest(candidates_of(state, tones, whole, broken))
+    in_time, at_whole, at_broken = np.split(
+        choice.chosen, [tones.place.size, tones.place.size + whole.lines.size]
+    )
+    found = whole.lines.select(at_whole & ~whole.patient)
+    # Known tones beside which others stand are told from new ones.
+    near = np.abs(known.frequencies - frequencies[in_time][:, np.newaxis])
+    near = near * state.record.angle.size < 1.0
+    fresh, restless = frequencies[in_time][~near.any(axis=1)], known.frequencies[near.any(axis=0)]
+    # A strong tone in the gyros is also in the angle that they lead. Where the table stands, their
+    # product looks like orders until the tone is out: these wait while it is found, piece by piece.
+    drifts = restless.size > 0 and found.size + fresh.size > 0
+    if turns is not None and not drifts:
+        orders = np.sort(broken.place[at_broken] * (0.5 / turns.turns))
+        found = joined(found, _lines_at_orders(state, turns, orders))
+    found = joined(found, _lines_at_frequencies(state, fresh))
+    return NewLines(lines=found, restless=restless, waiting=choice.waiting and not drifts)
+
+
+def frequencies_of(state: State, peaks: Peaks) -> FloatArray:
+    """(peaks,) cycles a sample, of peaks in frequency."""
+    return peaks.place * (0.5 / (state.look().power.size - 1))
+
+
+def new_orders(state: State) -> NewOrders:
+    """Whole orders of table angle that stand above the floor and are not known yet."""
+    known, turns, sums = state.components, state.record.turning, state.order_sums
+    none, samples = no_components(state.record.angle.size), state.record.angle.size
+    highest = 0
+    if turns is not None and turns.fastest > 0.0:
+        highest = min(MOST_ORDERS, int(np.pi / turns.fastest))
+    if turns is None or sums is None or highest < 1:
+        return NewOrders(lines=none, height=np.empty(0), patient=np.empty(0, dtype=bool))
+    sums = sums[1 : highest + 1]
     orders = np.arange(1.0, highest + 1.0)
-    length = left.sampled.samples * mean_square_step(orders, speed) / 2.0
+    length = samples * mean_square_step(orders, turns.speeds) / 2.0
     height = np.abs(sums) ** 2 / (2.0 * length)
-    ratio = height / floor_of_orders(orders, speed, left.spectrum.floor)
+    ratio = height / floor_of_orders(orders, turns.speeds, state.look().floor)
     # Orders closer than one cycle over the whole range, or fewer cycles than one from table motion
     # itself, are not told apart.
     for order in known.orders:
         ratio[np.abs(orders - order) * turns.turns < 0.99] = 0.0
-    standing = np.flatnonzero((ratio > left.threshold) & (orders * turns.turns > 0.99))
+    standing = np.flatnonzero((ratio > state.record.threshold) & (orders * turns.turns > 0.99))
     patient = np.zeros(standing.size, dtype=bool)
-    if reach is not None:
-        patient = np.abs(sums[standing]) <= length[standing] * reach[standing]
+    if state.patience is not None:
+        patient = np.abs(sums[standing]) <= length[standing] * state.patience[standing]
     lines = replace(
         none,
         orders=orders[standing],
@@ -260,135 +298,70 @@ def new_orders(left: Residue, known: Components, reach: FloatArray | None = None
     return NewOrders(lines=lines, height=height[standing], patient=patient)
 
 
-def _no_orders(none: Components) -> NewOrders:
-    return NewOrders(lines=none, height=np.empty(0), patient=np.empty(0, dtype=bool))
-
-
-def new_lines(
-    left: Residue,
-    tones: Peaks,
-    known: Components,
-    reach: FloatArray | None,
-    bands: tuple[Band, ...] = (),
-) -> NewLines:
-    """Peaks above the floor, in frequency and in order, that no stronger one explains.
-
-    Parameters
-    ----------
-    left
-        What is left of the angle.
-    tones
-        Its peaks in frequency.
-    known
-        Lines that are out of it already.
-    reach
-        (orders,) rad, what Earth rate may make (`earth_amplitudes`): such orders wait. None if
-        that is settled.
-    bands
-        (low, high), cycles a sample: peaks in frequency there are no lines.
-    """
-    samples, turns = left.sampled.samples, left.turning
-    tones = tones.select(~inside(frequencies_of(left, tones), bands))
-    broken = broken_orders(left, known, frequencies_of(left, tones))
-    whole = _no_orders(no_components(samples))
-    if turns is not None:
-        whole = new_orders(left, known, reach)
-    choice = strongest(candidates_of(left, tones, whole, broken))
-    in_time, in_angle = np.split(choice.chosen, [tones.place.size])
-    at_whole, at_broken = np.split(in_angle, [whole.lines.size])
-    found = whole.lines.select(at_whole & ~whole.patient)
-    fresh, restless = told_apart(frequencies_of(left, tones)[in_time], known)
-    # A strong tone in the gyros is also in the angle that they lead. Where the table stands, their
-    # product looks like orders until the tone is out: these wait while it is found, piece by piece.
-    drifts = restless.size > 0 and found.size + fresh.size > 0
-    if turns is not None and not drifts:
-        orders = np.sort(orders_of(left, broken)[at_broken])
-        found = joined(found, _lines_at_orders(left, orders))
-    found = joined(found, _lines_at_frequencies(left, fresh))
-    return NewLines(lines=found, restless=restless, waiting=choice.waiting and not drifts)
-
-
-def frequencies_of(left: Residue, peaks: Peaks) -> FloatArray:
-    """(peaks,) cycles a sample, of peaks in frequency."""
-    return peaks.place * (0.5 / (left.spectrum.power.size - 1))
-
-
-def orders_of(left: Residue, peaks: Peaks) -> FloatArray:
-    """(peaks,) cycles a turn, of peaks in order."""
-    return peaks.place if left.turning is None else peaks.place * (0.5 / left.turning.turns)
-
-
-def broken_orders(left: Residue, known: Components, frequencies: FloatArray) -> Peaks:
+def broken_orders(state: State, frequencies: FloatArray) -> Peaks:
     """Peaks at orders that are not whole, or too high for a sum of their own, and not known yet.
 
-    Parameters
-    ----------
-    left
-        What is left of the angle.
-    known
-        Lines that are out of it already.
-    frequencies
-        (peaks,) cycles a sample, of the peaks in frequency: they tell whether it is worth while to
-        look beyond order 128.
+    `frequencies` are those of the peaks in frequency, cycles a sample: they tell whether it is
+    worth while to look beyond order 128.
     """
-    turns = left.turning
+    turns = state.record.turning
     if turns is None:
         return NO_PEAKS
     beyond = frequencies > MOST_ORDERS * np.median(turns.speeds / (2.0 * np.pi))
-    peaks = peaks_in_order(left, crowded=int(beyond.sum()) > _CROWDED)
-    orders = orders_of(left, peaks)
+    peaks = peaks_in_order(
+        state.steps,
+        state.record.sampled,
+        turns,
+        state.look().floor,
+        state.record.threshold,
+        crowded=int(beyond.sum()) > _CROWDED,
+    )
+    orders = peaks.place * (0.5 / turns.turns)
     off = np.abs(orders - np.rint(orders)) * turns.turns > 1.0
     off |= orders > MOST_ORDERS + 0.5
-    beside = np.abs(known.orders - orders[:, np.newaxis]) * turns.turns < 1.0
+    beside = np.abs(state.components.orders - orders[:, np.newaxis]) * turns.turns < 1.0
     return peaks.select(off & ~beside.any(axis=1))
 
 
-def candidates_of(left: Residue, tones: Peaks, whole: NewOrders, broken: Peaks) -> Candidates:
+def candidates_of(state: State, tones: Peaks, whole: NewOrders, broken: Peaks) -> Candidates:
     """All peaks side by side: in frequency, at whole orders, at broken ones."""
-    turns = 0.0 if left.turning is None else left.turning.turns
-    speed = np.zeros(1) if left.turning is None else left.turning.speeds / (2.0 * np.pi)
-    orders = np.concatenate([whole.lines.orders, orders_of(left, broken)])
-    frequency = frequencies_of(left, tones)
-    cell = _CELL / left.sampled.samples
+    places, speed = 2.0 * whole.lines.orders, np.zeros(1)
+    orders = whole.lines.orders
+    turns, samples = state.record.turning, state.record.angle.size
+    if turns is not None:
+        places, speed = turns.turns * places, turns.speeds / (2.0 * np.pi)
+        orders = np.concatenate([orders, broken.place * (0.5 / turns.turns)])
+    frequency = frequencies_of(state, tones)
+    cell = _CELL / samples
     in_angle = np.repeat([False, True], [frequency.size, orders.size])
     return Candidates(
-        place=np.concatenate([tones.place, 2.0 * turns * whole.lines.orders, broken.place]),
+        place=np.concatenate([tones.place, places, broken.place]),
         in_angle=in_angle,
         broken=np.arange(in_angle.size) >= frequency.size + whole.height.size,
         height=np.concatenate([tones.height, _WHOLE * whole.height, broken.height]),
         low=np.concatenate([frequency, float(speed.min()) * orders]) - cell,
         high=np.concatenate([frequency, float(speed.max()) * orders]) + cell,
-        samples=left.sampled.samples,
+        samples=samples,
     )
 
 
-def told_apart(tones: FloatArray, known: Components) -> tuple[FloatArray, FloatArray]:
-    """Tones that are new, and known ones beside which others stand, both in cycles a sample."""
-    samples = 2.0 * known.center + 1.0
-    near = np.abs(known.frequencies - tones[:, np.newaxis]) * samples < 1.0
-    return tones[~near.any(axis=1)], known.frequencies[near.any(axis=0)]
-
-
-def _lines_at_orders(left: Residue, orders: FloatArray) -> Components:
+def _lines_at_orders(state: State, turns: Turning, orders: FloatArray) -> Components:
     """Lines at any orders, ascending; whole where it is not told from a whole one."""
-    samples, turns = left.sampled.samples, left.turning
-    none = no_components(samples)
-    if orders.size == 0 or turns is None:
-        return none
+    samples = state.record.angle.size
     nearest = np.rint(orders)
     is_whole = np.abs(orders - nearest) * turns.turns < 0.5
     orders = np.where(is_whole, nearest, orders)
-    sums = sums_at_orders(left.steps, left.sampled, orders)[0]
+    sums = sums_at_orders(state.steps, state.record.sampled, orders)[0]
     sums *= 2.0 / (samples * mean_square_step(orders, turns.speeds))
-    return replace(none, orders=orders, free=~is_whole, cosine=sums.real, sine=sums.imag)
+    return replace(
+        no_components(samples), orders=orders, free=~is_whole, cosine=sums.real, sine=sums.imag
+    )
 
 
-def _lines_at_frequencies(left: Residue, frequencies: FloatArray) -> Components:
+def _lines_at_frequencies(state: State, frequencies: FloatArray) -> Components:
     """Lines at frequencies, cycles a sample."""
-    none = no_components(left.sampled.samples)
-    if frequencies.size == 0:
-        return none
+    sums = tone_sums(state.steps, frequencies)[0]
     # An increment of a tone is 2j sin(pi f) times its phasor in the middle of the step.
-    sums = tone_sums(left.steps, frequencies)[0]
-    sums *= 1j / (left.steps.size * np.sin(np.pi * frequencies))
+    sums *= 1j / (state.steps.size * np.sin(np.pi * frequencies))
+    none = no_components(state.record.angle.size)
     return replace(none, frequencies=frequencies, cosine=sums.real, sine=sums.imag)

@@ -14,7 +14,7 @@ import numpy as np
 import scipy.fft
 from scipy.optimize import brentq
 
-from sagnac.core.arrays import BooleanArray, ComplexArray, FloatArray, blocks
+from sagnac.core.arrays import BooleanArray, FloatArray, blocks
 from sagnac.lines import _kernels
 from sagnac.lines.components import MOST_ORDERS, Components, Turning
 from sagnac.lines.joint_fit import ComponentFit
@@ -48,35 +48,6 @@ def spectrum(steps: FloatArray) -> Spectrum:
     """`Spectrum` of increments, (samples - 1,) rad."""
     power = periodogram(steps, padding=2, single=True)
     return Spectrum(power=power, floor=noise_floor(power[::2]))
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Residue:
-    """Increments of an angle in which lines are looked for.
-
-    Attributes
-    ----------
-    steps
-        (samples - 1,) increments, rad, without their mean.
-    sampled
-        When, and at which table angles, the angle was sampled.
-    turning
-        How the table turns; None at rest.
-    threshold
-        Ratio of power to floor that a line exceeds.
-    spectrum
-        Power of the increments and its floor.
-    order_sums
-        (orders + 1,) complex: inner products of the increments with those of exp(1j k alpha),
-        k = 0 … `MOST_ORDERS`, as `joint_fit.order_sums` gives them; None at rest.
-    """
-
-    steps: FloatArray
-    sampled: Sampling
-    turning: Turning | None
-    threshold: float
-    spectrum: Spectrum
-    order_sums: ComplexArray | None
 
 
 def detection_threshold(bins: int, false_alarm: float) -> float:
@@ -241,13 +212,12 @@ class Peaks:
 NO_PEAKS: Final = Peaks(place=np.empty(0), height=np.empty(0))
 
 
-def peaks_in_frequency(left: Residue) -> Peaks:
-    """Peaks of the increments' spectrum over frequency."""
-    power = left.spectrum.power
+def peaks_in_frequency(found: Spectrum, threshold: float) -> Peaks:
+    """Peaks over frequency whose ratio of power to floor exceeds a threshold."""
     # In red noise the jump from the record's end to its start leaks with one sign into whole bins
     # and with the other into the halves between, whose floor may be twice as high.
-    halves = noise_floor(power[1::2])
-    return _peaks(power, left.spectrum.floor, left.threshold, 2 * LOWEST_CYCLES, halves)
+    halves = noise_floor(found.power[1::2])
+    return _peaks(found.power, found.floor, threshold, 2 * LOWEST_CYCLES, halves)
 
 
 # A high order stands alone if it holds this part of the power in the whole bins about it. An order
@@ -258,32 +228,51 @@ _ABOUT: Final = np.arange(-20, 21, 2)
 _OWN: Final = 0.7
 
 
-def peaks_in_order(left: Residue, *, crowded: bool) -> Peaks:
+def peaks_in_order(
+    steps: FloatArray,
+    sampled: Sampling,
+    turns: Turning,
+    floor: FloatArray,
+    threshold: float,
+    *,
+    crowded: bool,
+) -> Peaks:
     """Peaks of the increments' spectrum over table angle.
 
     There are none at orders so low that on this table they are tones.
 
     Parameters
     ----------
-    left
-        What is left of the angle.
+    steps
+        (samples - 1,) increments of what is left of the angle, rad.
+    sampled, turns
+        How the table turns.
+    floor
+        (bins,) noise floor of the increments, rad^2.
+    threshold
+        Ratio of power to floor that a peak exceeds.
     crowded
         Whether peaks crowd beyond the frequencies of order 128. If so, the search goes on to the
         highest order that samples tell.
     """
-    turns = left.turning
-    if turns is None:
-        return NO_PEAKS
-    highest = _highest_order(turns, crowded=crowded)
-    lowest = _SMEARED / max(_wander(left.sampled), 1e-300)
+    highest = float(MOST_ORDERS)
+    if crowded:
+        highest = max(highest, _MOST_ANGLES / (2.0 * _ANGLES_A_CYCLE * max(turns.turns, 1.0)))
+    # None that samples do not tell.
+    highest = min(highest, np.pi / turns.fastest) if turns.fastest > 0.0 else 0.0
+    # How far the table strays from a steady rate. The last block may be a short one, and the lags
+    # then have a mean.
+    lag = sampled.lag - sampled.lag.mean()
+    rate = float(lag @ (sampled.angle - sampled.angle.mean())) / max(float(lag @ lag), 1e-300)
+    lowest = _SMEARED / max(float(np.std(sampled.angle - rate * lag)), 1e-300)
     if lowest > highest:
         return NO_PEAKS
-    power, spacing = _power_over_angle(left.steps, turns, highest)
+    power, spacing = _power_over_angle(steps, turns, highest)
     coarse = np.geomspace(LOWEST_CYCLES / turns.turns, highest, _FLOOR_POINTS)
-    level = floor_of_orders(coarse, turns.speeds, left.spectrum.floor)
+    level = floor_of_orders(coarse, turns.speeds, floor)
     level = np.interp(np.arange(power.size) * spacing, coarse, level)
     first = max(2 * LOWEST_CYCLES, int(lowest / spacing))
-    found = _peaks(power, level, left.threshold, first)
+    found = _peaks(power, level, threshold, first)
     high = found.place * spacing >= _HIGH
     if np.any(high):
         alone = _stands_alone(power - level, found.place)
@@ -301,14 +290,6 @@ def _stands_alone(power: FloatArray, place: FloatArray) -> BooleanArray:
     at = np.rint(place).astype(np.int64)
     about = np.clip(at[:, np.newaxis] + _ABOUT, 0, power.size - 1)
     return np.asarray(power[at] > _OWN * power[about].sum(axis=1))
-
-
-def _highest_order(turns: Turning, *, crowded: bool) -> float:
-    """Highest order looked for: 128, more if crowded, and none that samples do not tell."""
-    highest = float(MOST_ORDERS)
-    if crowded:
-        highest = max(highest, _MOST_ANGLES / (2.0 * _ANGLES_A_CYCLE * max(turns.turns, 1.0)))
-    return min(highest, np.pi / turns.fastest) if turns.fastest > 0.0 else 0.0
 
 
 def _power_over_angle(
@@ -333,14 +314,6 @@ def _power_over_angle(
     power /= np.sinc(np.arange(power.size) / length) ** 8
     power /= table.size * float(np.mean(turns.speeds**2))
     return power, _ANGLES_A_CYCLE * highest / length
-
-
-def _wander(sampled: Sampling) -> float:
-    """How far the table strays from a steady rate, rad rms."""
-    # The last block may be a short one, and the lags then have a mean.
-    lag = sampled.lag - sampled.lag.mean()
-    rate = float(lag @ (sampled.angle - sampled.angle.mean())) / max(float(lag @ lag), 1e-300)
-    return float(np.std(sampled.angle - rate * lag))
 
 
 def _level_of_half_bins(floor: FloatArray, halves: FloatArray, start: int, stop: int) -> FloatArray:

@@ -64,18 +64,18 @@ def refitted(state: State) -> State:
 def _stepped(state: State, components: Components, absent: BooleanArray | None = None) -> State:
     """A joint step of `components`, those but the `absent` ones being out of the increments."""
     fit = joint_fit.fit(
-        state.increments.steps,
-        state.sampled,
+        state.steps,
+        state.record.sampled,
         components,
         absent=absent,
         known_sums=state.order_sums if components.orders.size else None,
     )
     after = fit.components
-    levels = floors(after, state.turning, state.floor)
+    levels = floors(after, state.record.turning, state.floor)
     errors = np.sqrt(np.einsum("nii->ni", fit.covariance) * levels[:, np.newaxis])
     moved = np.stack([after.cosine - components.cosine, after.sine - components.sine], axis=1)
     settled = absent is None and bool(np.all(np.abs(moved) < _SETTLED * errors[:, :2]))
-    passes = state.passes + pairs_summed(state.sampled, components)
+    passes = state.passes + pairs_summed(state.record.sampled, components)
     return replace(state, components=after, fit=fit, settled=settled, passes=passes)
 
 
@@ -86,7 +86,7 @@ def pruned(state: State) -> State:
     """Without the lines that do not stand above the floor."""
     if state.fit is None:
         return state
-    kept = significant(state.fit, state.turning, state.floor, state.record.threshold)
+    kept = significant(state.fit, state.record.turning, state.floor, state.record.threshold)
     return state if kept.size == state.components.size else _with_components(state, kept)
 
 
@@ -149,7 +149,7 @@ def followed(state: State) -> State:
         return state
     known, angles = state.components, state.components.orders.size
     after = follow_table(
-        state.increments.averages + motion.averages,
+        state.averages + motion.averages,
         motion.kinematics,
         harmonics=known.orders,
         cosine=known.cosine[:angles],
@@ -174,11 +174,11 @@ def rescaled(state: State) -> State:
 
     A line on its right scale takes from its neighbours, which then stand out no more.
     """
-    turns, strays, components = state.turning, state.wander, state.components
+    turns, strays, components = state.record.turning, state.record.wander, state.components
     if turns is None or strays is None or components.frequencies.size == 0:
         return state
     levels = floors(components, turns, state.floor)
-    moved = rescaled_components(components, state.increments.steps, turns, strays, levels)
+    moved = rescaled_components(components, state.steps, turns, strays, levels)
     if moved is None:
         return state
     state = _with_components(state, moved)
@@ -224,14 +224,14 @@ def _with_one_gathered(state: State, restless: FloatArray) -> State:
     if fit is None or components.size == 0:
         return state
     angles = components.orders.size
-    levels = floors(components, state.turning, state.floor)
+    levels = floors(components, state.record.turning, state.floor)
     amplitudes = (components.cosine - 1j * components.sine)[angles:]
     for group in _suspects(state, significances(fit, levels)[angles:], restless):
         key = _places(components.frequencies[group], state.record.angle.size)
         if key in state.steady:
             continue
         found = fit_drifting(
-            state.increments.steps,
+            state.steps,
             float(components.frequencies[group[0]]),
             float(levels[angles + group[0]]),
             center=components.center,

@@ -6,7 +6,7 @@ arXiv:1509.01942). The option that chooses it is called ``fos`` after the paper'
 orthogonal search proper is in `orthogonal_search`.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from typing import Final
 
@@ -16,7 +16,7 @@ from sagnac.core.arrays import FloatArray
 from sagnac.core.errors import Note, counted, rounded
 from sagnac.core.kernels import one_thread
 from sagnac.lines.candidates import NewLines, new_lines
-from sagnac.lines.components import Components, joined
+from sagnac.lines.components import joined
 from sagnac.lines.detection import (
     Band,
     Peaks,
@@ -42,7 +42,7 @@ from sagnac.lines.passes import (
     without_vibration,
 )
 from sagnac.lines.products import pairs_summed
-from sagnac.lines.state import End, Record, State, first_state, motion_removed
+from sagnac.lines.state import Record, State, first_state
 from sagnac.table.kinematics import block_averages, kinematics
 from sagnac.table.motion import follow_table
 from sagnac.table.turns import FEW_TURNS, full_turns, function_of_angle, is_turning
@@ -61,17 +61,6 @@ _PATIENT_ROUNDS: Final = 5
 _LAST_ROUNDS: Final = 10
 # Rounds after which tones that lie together have stood beside all strong lines, if none waits.
 _SURE_ROUNDS: Final = 2
-
-# What becomes of the lines of a round once the new ones are among them, in this order. An order
-# that smears looks like a line that drifts: what follows the table moves to its own scale first.
-SETTLING: Final[tuple[Callable[[State], State], ...]] = (
-    pruned,
-    without_earth_orders,
-    followed,
-    refitted,
-    looked,
-    rescaled_and_pruned,
-)
 
 
 def remove_lines(
@@ -170,7 +159,7 @@ def _without_table(
         )
         notes = (Note(channel=channel, text=text),)
     motion = follow_table(block_averages(angle, kinematic), kinematic)
-    return motion_removed(angle, motion), notes
+    return motion.less(angle), notes
 
 
 # --- the rounds ------------------------------------------------------------------------------
@@ -200,38 +189,39 @@ def next_round(state: State) -> State:
     """One round of finding, fitting and judging; with an `end` if there is nothing more to do."""
     number, before = state.rounds, state
     state = replace(state, rounds=number + 1)
-    first = number == 0
-    tones = peaks_in_frequency(state.residue)
+    tones = peaks_in_frequency(state.look(), state.record.threshold)
     crowds = _crowds(state, tones)
-    new = new_lines(state.residue, tones, state.components, state.patience, crowds)
+    new = new_lines(state, tones, crowds)
     if not _may_be_images(state, new):
-        state = replace(state, bands=crowds)
-        state = without_vibration(state)
+        state = without_vibration(replace(state, bands=crowds))
     found_none = new.lines.size == 0 and state.components.size == before.components.size
     if new.lines.size == 0 and state.bands and number >= _PATIENT_ROUNDS:
         return replace(state, end="nothing stands")
-    if found_none and not first:
+    if found_none and number > 0:
         if state.patience is not None:
             return replace(state, earth_settled=True)
         if new.restless.size == 0:
-            return _gathered_or_over(state)
-    expected = pairs_summed(state.sampled, joined(state.components, new.lines))
+            after = gathered(state, np.empty(0))
+            over = len(after.drifting) == len(state.drifting)
+            return replace(after, end="nothing stands" if over else None)
+    expected = pairs_summed(state.record.sampled, joined(state.components, new.lines))
     if state.passes + _FITS * expected > _MOST_PASSES:
         return replace(state, end="too many pairs")
     state = joined_by(state, new.lines)
-    for settle in SETTLING:
-        state = settle(state)
+    state = pruned(state)
+    # An order that smears looks like a line that drifts: what follows the table moves to its own
+    # scale first.
+    state = without_earth_orders(state)
+    state = followed(state)
+    state = refitted(state)
+    state = looked(state)
+    state = rescaled_and_pruned(state)
     if found_none or (number >= _SURE_ROUNDS and not new.waiting):
         state = gathered(state, new.restless)
-    return replace(state, end=_end_of(before, state))
-
-
-def _end_of(before: State, state: State) -> End | None:
-    """Why a round that looked for more was the last; None if it was not."""
-    if before.rounds > 0 and _same_lines(before, state):
+    if number > 0 and _same_lines(before, state):
         # What was found did not stand once fitted with the rest, and would not next time.
-        return "nothing new stood"
-    return "too many lines" if state.components.size > _MOST_LINES else None
+        return replace(state, end="nothing new stood")
+    return replace(state, end="too many lines" if state.components.size > _MOST_LINES else None)
 
 
 def _crowds(state: State, peaks: Peaks) -> tuple[Band, ...]:
@@ -251,34 +241,24 @@ def _may_be_images(state: State, new: NewLines) -> bool:
 
     A table that dwells or turns back makes a comb of each, which a band of vibration would hide.
     """
-    if state.turning is None:
+    if state.record.turning is None:
         return False
     if state.rounds == 1 or (new.waiting and state.rounds <= _SURE_ROUNDS):
         return True
     return new.lines.orders.size > 0 and state.rounds <= _PATIENT_ROUNDS
 
 
-def _gathered_or_over(state: State) -> State:
-    """With what is left to gather; over if there is nothing."""
-    after = gathered(state, np.empty(0))
-    if len(after.drifting) == len(state.drifting):
-        return replace(after, end="nothing stands")
-    return after
-
-
 def _same_lines(before: State, after: State) -> bool:
     """Whether two states hold the same lines, to within a bin."""
-    if len(before.drifting) != len(after.drifting):
+    first, second, turning = before.components, after.components, after.record.turning
+    alike = (
+        len(before.drifting) == len(after.drifting)
+        and first.orders.size == second.orders.size
+        and first.frequencies.size == second.frequencies.size
+    )
+    if not alike:
         return False
-    turns = 0.0 if after.turning is None else after.turning.turns
-    return _same(before.components, after.components, turns)
-
-
-def _same(first: Components, second: Components, turns: float) -> bool:
-    """Whether both hold the same lines, to within a bin, on a table that turned so far."""
-    if first.orders.size != second.orders.size or first.frequencies.size != second.frequencies.size:
-        return False
-    orders = np.abs(first.orders - second.orders) * turns
+    orders = np.abs(first.orders - second.orders) * (0.0 if turning is None else turning.turns)
     tones = np.abs(np.sort(first.frequencies) - np.sort(second.frequencies)) * (2.0 * first.center)
     return bool(np.all(orders < 0.5) and np.all(tones < 1.0))
 
@@ -302,97 +282,55 @@ def _removal(ended: State, channel: str) -> Removal:
     # The last fit moves lines by less than their errors: the floor is that of the last look, whose
     # power is not asked for any more.
     state.record.kept.made.pop("spectrum", None)
-    known = state.lineup(state.floor)
+    known = state.lineup()
     residual = state.residual()
     lines = describe_lines(known, channel)
+    rate = state.record.sample_rate
+    vibration = tuple((low * rate, high * rate) for low, high in state.bands)
     finished = ended.end in {"nothing stands", "nothing new stood"}
     return Removal(
         residual=residual,
         lines=lines,
-        masked=(*masked_bands(lines, known), *_vibration_hz(state)),
+        masked=(*masked_bands(lines, known), *vibration),
         taken=noise_taken(lines, known),
-        notes=(
-            *_notes_on_lines(state, channel),
-            *_notes_on_vibration(state, channel),
-            *_notes_on_end(ended),
-            *_notes_on_fit(state, channel),
-        ),
+        notes=tuple(_notes(state, vibration, ended, channel)),
         unfinished=None if finished else state.with_all_lines().residual(),
     )
 
 
-def _notes_on_lines(state: State, channel: str) -> tuple[Note, ...]:
-    """Lines that were fitted by blocks."""
-    rate = state.record.sample_rate
-    notes = [
-        Note(
-            channel=channel,
-            text=f"the line at {line.frequency * rate:.6g} Hz {_drift_text(line.drift)}; it is "
-            f"fitted in {counted(line.blocks, 'block')} with {line.parameters} parameters",
-        )
-        for line in state.drifting
-    ]
-    return tuple(notes)
-
-
-def _vibration_hz(state: State) -> tuple[Band, ...]:
-    """Bands of vibration, Hz."""
-    rate = state.record.sample_rate
-    return tuple((low * rate, high * rate) for low, high in state.bands)
-
-
-def _notes_on_vibration(state: State, channel: str) -> tuple[Note, ...]:
-    """Bands that were left alone."""
-    bands = _vibration_hz(state)
-    if not bands:
-        return ()
-    named = ", ".join(f"{low:.3g} to {high:.3g} Hz" for low, high in bands)
-    return (
-        Note(
-            level="warning",
-            channel=channel,
-            text=f"vibration at {named}: peaks crowd there and are no lines; it is left in the "
-            "curve, and left out of what is fitted to the spectrum",
-        ),
-    )
-
-
-def _notes_on_end(ended: State) -> tuple[Note, ...]:
-    """A search that did not come to an end."""
-    if ended.end == "too many lines":
+def _notes(state: State, vibration: tuple[Band, ...], ended: State, channel: str) -> Iterator[Note]:
+    """What the search noticed: lines fitted by blocks, bands left alone, an end before the end."""
+    for line in state.drifting:
+        drift = "drifts in phase"
+        if line.drift >= _STEADY:
+            drift = f"drifts, by {rounded(100.0 * line.drift)} % in amplitude"
         text = (
-            f"the search stopped at {ended.components.size} lines; more peaks stand above the floor"
+            f"the line at {line.frequency * state.record.sample_rate:.6g} Hz {drift}; it is "
+            f"fitted in {counted(line.blocks, 'block')} with {line.parameters} parameters"
         )
-    elif ended.end == "too many pairs":
+        yield Note(channel=channel, text=text)
+    if vibration:
+        named = ", ".join(f"{low:.3g} to {high:.3g} Hz" for low, high in vibration)
         text = (
-            f"the search stopped at {ended.components.size} lines: this table sweeps orders and "
-            "tones over each other, and more of them would take a pass over the record for each "
-            "pair; more peaks stand above the floor"
+            f"vibration at {named}: peaks crowd there and are no lines; it is left in the "
+            "curve, and left out of what is fitted to the spectrum"
         )
-    elif ended.end == "too many rounds":
+        yield Note(level="warning", channel=channel, text=text)
+    stopped = f"the search stopped at {ended.components.size} lines"
+    text = {
+        "too many lines": f"{stopped}; more peaks stand above the floor",
+        "too many pairs": f"{stopped}: this table sweeps orders and tones over each other, and "
+        "more of them would take a pass over the record for each pair; more peaks stand above the "
+        "floor",
+        "too many rounds": f"the search stopped after {_ROUNDS} rounds; weaker peaks may still "
+        "stand above the floor",
+    }.get(ended.end or "", "")
+    if text:
+        yield Note(level="warning", text=text)
+    if state.fit is not None and state.fit.collinear:
         text = (
-            f"the search stopped after {_ROUNDS} rounds; weaker peaks may still stand above the "
-            "floor"
+            f"{state.fit.collinear} directions among the lines of {channel} cannot be told apart "
+            "(angle and time coincide at this steady rate); their sum is removed, their single "
+            "amplitudes are not to be trusted"
         )
-    else:
-        return ()
-    return (Note(level="warning", text=text),)
-
-
-def _notes_on_fit(state: State, channel: str) -> tuple[Note, ...]:
-    """Lines that are not told apart."""
-    if state.fit is None or not state.fit.collinear:
-        return ()
-    text = (
-        f"{state.fit.collinear} directions among the lines of {channel} cannot be told apart "
-        "(angle and time coincide at this steady rate); their sum is removed, their single "
-        "amplitudes are not to be trusted"
-    )
-    return (Note(level="warning", text=text),)
-
-
-def _drift_text(amplitude: float) -> str:
-    """How a line drifts, by the relative drift of its amplitude."""
-    if amplitude < _STEADY:
-        return "drifts in phase"
-    return f"drifts, by {rounded(100.0 * amplitude)} % in amplitude"
+        yield Note(level="warning", text=text)

@@ -6,13 +6,14 @@ made when it is first asked for and kept for as long as the same motion and line
 states that know the same share it, and the record holds the last of each kind alone.
 """
 
-from collections.abc import Callable, Hashable
+from collections.abc import Callable, Hashable, Iterator
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import Any, Literal, TypeVar
 
 import numpy as np
 
-from sagnac.core.arrays import ComplexArray, FloatArray, blocks, elementwise, empty
+from sagnac.core.arrays import ComplexArray, FloatArray, blocks, empty
 from sagnac.lines.components import (
     MOST_ORDERS,
     Components,
@@ -21,7 +22,7 @@ from sagnac.lines.components import (
     removed,
     turning,
 )
-from sagnac.lines.detection import Band, Residue, Spectrum, detection_threshold, spectrum
+from sagnac.lines.detection import Band, Spectrum, detection_threshold, spectrum
 from sagnac.lines.joint_fit import ComponentFit, earth_amplitudes, order_sums
 from sagnac.lines.naming import Lineup
 from sagnac.lines.products import Sampling, sampling
@@ -62,9 +63,9 @@ class Kept:
         return result
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+@dataclass(frozen=True, kw_only=True, eq=False)
 class Record:
-    """Record that is searched.
+    """Record that is searched, and what its table makes of it.
 
     Attributes
     ----------
@@ -76,8 +77,6 @@ class Record:
         Hz.
     false_alarm
         Probability that noise alone yields any line at all.
-    threshold
-        Ratio of power to floor that a line has to exceed.
     kept
         What was made of it last.
     """
@@ -86,7 +85,6 @@ class Record:
     encoder: FloatArray | None
     sample_rate: float
     false_alarm: float = 0.01
-    threshold: float = field(init=False)
     kept: Kept = field(default_factory=Kept, repr=False)
 
     def __post_init__(self) -> None:
@@ -97,24 +95,32 @@ class Record:
                 f"table has shape {self.encoder.shape}; give that of the angle, {self.angle.shape}"
             )
         require_rate(self.sample_rate)
-        threshold = detection_threshold(self.angle.size // 2, self.false_alarm)
-        object.__setattr__(self, "threshold", threshold)
+        _ = self.threshold
 
+    @cached_property
+    def threshold(self) -> float:
+        """Ratio of power to floor that a line has to exceed."""
+        return detection_threshold(self.angle.size // 2, self.false_alarm)
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Increments:
-    """An angle without table motion and lines.
+    @cached_property
+    def table(self) -> FloatArray | None:
+        """(samples,) angle of a table that turns, rad."""
+        return self.encoder if is_turning(self.encoder) else None
 
-    Attributes
-    ----------
-    steps
-        (samples - 1,) increments, rad, without their mean.
-    averages
-        (averages,) of the angle itself, rad, over the blocks of `Kinematics`; none at rest.
-    """
+    @cached_property
+    def turning(self) -> Turning | None:
+        """How the table turns; None at rest."""
+        return None if self.table is None else turning(self.table, self.sample_rate)
 
-    steps: FloatArray
-    averages: FloatArray
+    @cached_property
+    def wander(self) -> Wander | None:
+        """How the table strays from a steady rate; None if it has none."""
+        return None if self.turning is None else wander(self.turning)
+
+    @cached_property
+    def sampled(self) -> Sampling:
+        """When, and at which table angles, the angle was sampled."""
+        return sampling(self.angle.size, self.table)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -176,35 +182,6 @@ class State:
                 f"{self.components.size} known ones, or none"
             )
 
-    # --- the table ---------------------------------------------------------------------------
-
-    @property
-    def table(self) -> FloatArray | None:
-        """(samples,) table angle, rad."""
-        return None if self.motion is None else self.motion.kinematics.table
-
-    @property
-    def turning(self) -> Turning | None:
-        """How the table turns; None at rest."""
-        table, rate = self.table, self.record.sample_rate
-        if table is None:
-            return None
-        return self.record.kept.of("turning", None, lambda: turning(table, rate))
-
-    @property
-    def wander(self) -> Wander | None:
-        """How the table strays from a steady rate; None if it has none."""
-        turns = self.turning
-        if turns is None:
-            return None
-        return self.record.kept.of("wander", None, lambda: wander(turns))
-
-    @property
-    def sampled(self) -> Sampling:
-        """When, and at which table angles, the angle was sampled."""
-        table, samples = self.table, self.record.angle.size
-        return self.record.kept.of("sampling", None, lambda: sampling(samples, table))
-
     @property
     def patience(self) -> FloatArray | None:
         """`earth_reach` until Earth rate is settled; None then, and at rest.
@@ -212,6 +189,13 @@ class State:
         Once taken for lines, what Earth rate makes would hide it: it waits until that is settled.
         """
         return None if self.earth_settled else self.earth_reach
+
+    @property
+    def floor(self) -> FloatArray:
+        """`seen`, once the increments were looked at."""
+        if self.seen is None:
+            raise ValueError("floor of a state that was never looked at; look first")
+        return self.seen
 
     # --- what is left of the angle -----------------------------------------------------------
 
@@ -221,58 +205,42 @@ class State:
         motion, angle = self.motion, self.record.angle
         if motion is None:
             return angle
-        return self.record.kept.of(
-            "angle without motion", _key_of_motion(motion), lambda: motion_removed(angle, motion)
-        )
+        # The harmonics of the motion are left in.
+        key = motion.share, motion.drift, motion.earth
+        return self.record.kept.of("angle without motion", key, lambda: motion.less(angle))
 
     @property
-    def increments(self) -> Increments:
-        """Increments and averages of the angle without table motion and lines."""
+    def steps(self) -> FloatArray:
+        """(samples - 1,) increments of the angle without motion and lines, less their mean, rad."""
         return self.record.kept.of("increments", self._key, lambda: lines_removed(self))
 
     @property
-    def order_sums(self) -> ComplexArray | None:
-        """(`MOST_ORDERS` + 1,) sums of the increments at whole orders; None at rest.
+    def averages(self) -> FloatArray:
+        """(averages,) of the angle without motion and lines, rad; none at rest."""
+        if self.motion is None:
+            return np.empty(0)
+        block = self.motion.kinematics.block
+        return np.concatenate([averaged(rest, block) for _, rest in self._rest(1)])
 
-        As `joint_fit.order_sums` gives them.
-        """
-        table = self.table
+    @property
+    def order_sums(self) -> ComplexArray | None:
+        """(`MOST_ORDERS` + 1,) `joint_fit.order_sums` of the increments; None at rest."""
+        table = self.record.table
         if table is None:
             return None
         return self.record.kept.of(
-            "order sums",
-            self._key,
-            lambda: order_sums(self.increments.steps, table, MOST_ORDERS),
+            "order sums", self._key, lambda: order_sums(self.steps, table, MOST_ORDERS)
         )
-
-    @property
-    def residue(self) -> Residue:
-        """Arrays in which new lines are looked for."""
-        return Residue(
-            steps=self.increments.steps,
-            sampled=self.sampled,
-            turning=self.turning,
-            threshold=self.record.threshold,
-            spectrum=self.look(),
-            order_sums=self.order_sums,
-        )
-
-    @property
-    def floor(self) -> FloatArray:
-        """`seen`, once the increments were looked at."""
-        if self.seen is None:
-            raise ValueError("floor of a state that was never looked at; look first")
-        return self.seen
 
     def look(self) -> Spectrum:
         """Power of the increments as they are now, and its floor."""
-        return self.record.kept.of("spectrum", self._key, lambda: spectrum(self.increments.steps))
+        return self.record.kept.of("spectrum", self._key, lambda: spectrum(self.steps))
 
     def residual(self) -> FloatArray:
         """(samples,) the angle without table motion and lines, rad: a new array."""
         result = empty(self.record.angle.size)
-        for block in blocks(result.size, self._length):
-            result[block] = _rest(self, block.start, block.stop)
+        for start, rest in self._rest():
+            result[start : start + rest.size] = rest
         return result
 
     def with_all_lines(self) -> "State":
@@ -280,84 +248,68 @@ class State:
         nothing = no_components(self.record.angle.size)
         return replace(self, components=nothing, fit=None, drifting=())
 
-    def lineup(self, floor: FloatArray) -> Lineup:
-        """Knowledge from which the lines are described, over the floor of the residue."""
+    def lineup(self) -> Lineup:
+        """Knowledge from which the lines are described."""
         return Lineup(
             fit=self.fit,
             drifting=self.drifting,
-            turning=self.turning,
-            floor=floor,
+            turning=self.record.turning,
+            floor=self.floor,
             sample_rate=self.record.sample_rate,
             samples=self.record.angle.size,
         )
 
-    @property
-    def _length(self) -> int | None:
-        """Samples in a block: as in table motion."""
-        return None if self.motion is None else self.motion.kinematics.length
+    def _rest(self, more: int = 0) -> Iterator[tuple[int, FloatArray]]:
+        """The angle without table motion and lines, rad, and where it starts.
+
+        It comes block by block as in table motion, each with so many samples `more` of the next.
+        """
+        angle, table = self.without_motion, self.record.table
+        length = None if self.motion is None else self.motion.kinematics.length
+        for block in blocks(angle.size, length):
+            some = slice(block.start, block.stop + more)
+            here = None if table is None else table[some]
+            rest = removed(angle[some], here, self.components, start=some.start)
+            for line in self.drifting:
+                rest -= values(line, some.start, rest.size)
+            yield some.start, rest
 
     @property
     def _key(self) -> Hashable:
         """Terms taken out of the angle, by value."""
-        motion = None if self.motion is None else _key_of_motion(self.motion)
-        known = self.components
+        motion, known = self.motion, self.components
         arrays = (known.orders, known.free, known.frequencies, known.cosine, known.sine)
-        lines = tuple(
-            (line.carrier, line.envelope.tobytes(), line.phase.tobytes()) for line in self.drifting
+        return (
+            None if motion is None else (motion.share, motion.drift, motion.earth),
+            tuple(array.tobytes() for array in arrays),
+            tuple(
+                (one.carrier, one.envelope.tobytes(), one.phase.tobytes()) for one in self.drifting
+            ),
         )
-        return motion, tuple(array.tobytes() for array in arrays), lines
 
 
 def first_state(record: Record) -> State:
     """A state that knows table motion alone."""
-    encoder, angle = record.encoder, record.angle
-    motion = None
-    if encoder is not None and is_turning(encoder):
-        kinematic = kinematics(encoder, record.sample_rate)
-        motion = follow_table(block_averages(angle, kinematic), kinematic)
-    state = State(record=record, motion=motion, components=no_components(angle.size))
-    turns = state.turning
-    return state if turns is None else replace(state, earth_reach=earth_amplitudes(turns))
-
-
-def _key_of_motion(motion: TableMotion) -> Hashable:
-    """Table motion taken out, by value; its harmonics are left in."""
-    return motion.share, motion.drift, motion.earth
-
-
-def _rest(state: State, start: int, stop: int) -> FloatArray:
-    """(stop - start,) the angle without table motion and lines, rad."""
-    angle, table = state.without_motion[start:stop], state.table
-    rest = removed(
-        angle, None if table is None else table[start:stop], state.components, start=start
+    nothing = no_components(record.angle.size)
+    if record.table is None or record.turning is None:
+        return State(record=record, motion=None, components=nothing)
+    kinematic = kinematics(record.table, record.sample_rate)
+    return State(
+        record=record,
+        motion=follow_table(block_averages(record.angle, kinematic), kinematic),
+        components=nothing,
+        earth_reach=earth_amplitudes(record.turning),
     )
-    for line in state.drifting:
-        rest -= values(line, start, rest.size)
-    return rest
 
 
-def motion_removed(angle: FloatArray, motion: TableMotion) -> FloatArray:
-    """(samples,) an angle without table motion, rad: a new array."""
-    rest = empty(angle.size)
-    for block in blocks(angle.size, motion.kinematics.length):
-        np.subtract(angle[block], motion.over(block.start, block.stop), out=rest[block])
-    return rest
-
-
-def lines_removed(state: State) -> Increments:
-    """`Increments` of the angle without table motion and lines, as a state knows them."""
-    size = state.record.angle.size
-    steps = empty(size - 1)
-    means = [np.empty(0)]
+def lines_removed(state: State) -> FloatArray:
+    """`State.steps`, made anew."""
+    steps = empty(state.record.angle.size - 1)
     first = last = 0.0
-    for block in blocks(size, state._length):
-        # One sample more: the increment that leads to the next block.
-        stop = min(block.stop + 1, size)
-        rest = _rest(state, block.start, stop)
-        np.subtract(rest[1:], rest[:-1], out=steps[block.start : stop - 1])
-        if state.motion is not None:
-            own = rest[: block.stop - block.start]
-            means.append(averaged(own, state.motion.kinematics.block))
-        first, last = float(rest[0]) if block.start == 0 else first, float(rest[-1])
-    elementwise(np.add, steps, (first - last) / steps.size, out=steps)
-    return Increments(steps=steps, averages=np.concatenate(means))
+    for start, rest in state._rest(1):
+        np.subtract(rest[1:], rest[:-1], out=steps[start : start + rest.size - 1])
+        first, last = float(rest[0]) if start == 0 else first, float(rest[-1])
+    mean = (last - first) / steps.size
+    for block in blocks(steps.size):
+        steps[block] -= mean
+    return steps

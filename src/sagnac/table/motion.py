@@ -342,6 +342,13 @@ class TableMotion:
             motion += rate * (begin + integral)
         return motion
 
+    def less(self, angle: FloatArray) -> FloatArray:
+        """(samples,) an angle without the motion, rad: a new array."""
+        rest = empty(angle.size)
+        for block in blocks(angle.size, self.kinematics.length):
+            np.subtract(angle[block], self.over(block.start, block.stop), out=rest[block])
+        return rest
+
     @property
     def averages(self) -> FloatArray:
         """(averages,) of the motion, rad, except for a constant."""
