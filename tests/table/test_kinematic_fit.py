@@ -85,7 +85,7 @@ def test_gyros_fitted_together_are_as_each_alone(case):
             np.stack([averages, other]), kinematic, harmonics, with_drift=True
         )
         for own, found in zip((averages, other), both, strict=True):
-            alone = room.kinematic_fit(own, kinematic, harmonics, with_drift=True)
+            (alone,) = room.kinematic_fits(own[np.newaxis], kinematic, harmonics, with_drift=True)
             assert (found.share, found.drift) == pytest.approx(
                 (alone.share, alone.drift), rel=1e-9, abs=0.0
             )
@@ -95,7 +95,9 @@ def test_gyros_fitted_together_are_as_each_alone(case):
 
 def test_the_fit_finds_what_was_put_in(case):
     averages, kinematic = case
-    found = room.kinematic_fit(averages, kinematic, np.array([3.0, 999.0]), with_drift=True)
+    (found,) = room.kinematic_fits(
+        averages[np.newaxis], kinematic, np.array([3.0, 999.0]), with_drift=True
+    )
     assert found.share == pytest.approx(SHARE, abs=2e-8)
     assert found.drift == pytest.approx(DRIFT, abs=1e-8)
     assert found.earth == pytest.approx(EARTH_TERMS, abs=3e-8)

@@ -11,11 +11,11 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
 
 from sagnac.core.arrays import FloatArray, blocks, empty, mean
 
-_REACH = 1  # samples either way
-_TAPS = 2 * _REACH + 1
+_TAPS = 3
 _LEAST_SAMPLES = 100
 # Smallest eigenvalue of the normal matrix over the largest that is told from rounding.
 _SINGULAR = 1e-12
@@ -69,11 +69,14 @@ def stripped(angle: FloatArray, pickoff: FloatArray) -> Stripped:
             f"{_LEAST_SAMPLES} samples or more"
         )
     taps = _fitted(angle, pickoff)
-    ends = _beyond(pickoff)
+    before, after = _beyond(pickoff)
     middle = taps.sum() * mean(pickoff)
     square, rest = 0.0, empty(angle.size)
     for block in blocks(angle.size):
-        follows = _neighbours(pickoff, block.start, block.stop, ends) @ taps - middle
+        around = pickoff[max(block.start - 1, 0) : block.stop + 1]
+        around = np.append(before, around) if block.start == 0 else around
+        around = np.append(around, after) if block.stop == angle.size else around
+        follows = sliding_window_view(around, _TAPS) @ taps - middle
         square += float(follows @ follows)
         rest[block] = angle[block] - follows
     return Stripped(angle=rest, taps=taps, taken=math.sqrt(square / angle.size))
@@ -86,43 +89,27 @@ def _beyond(pickoff: FloatArray) -> tuple[float, float]:
     """
     middle = mean(pickoff)
     both = square = 0.0
-    for block in blocks(pickoff.size):
-        here = pickoff[max(block.start, 1) - 1 : block.stop + 1] - middle
+    for block in blocks(pickoff.size - 2):
+        here = pickoff[block.start : block.stop + 2] - middle
         both += float((here[:-2] + here[2:]) @ here[1:-1])
         square += float(here[1:-1] @ here[1:-1])
     ratio = both / square if square > 0.0 else 0.0
-    before = ratio * (pickoff[0] - middle) - (pickoff[1] - middle)
-    after = ratio * (pickoff[-1] - middle) - (pickoff[-2] - middle)
-    return float(before + middle), float(after + middle)
-
-
-def _neighbours(
-    pickoff: FloatArray, start: int, stop: int, ends: tuple[float, float]
-) -> FloatArray:
-    """(stop - start, 3) the pick-off one sample earlier, at the same, and one later."""
-    around = pickoff[max(start - _REACH, 0) : stop + _REACH]
-    if start == 0:
-        around = np.concatenate([ends[:1], around])
-    if stop == pickoff.size:
-        around = np.concatenate([around, ends[1:]])
-    return np.stack([around[k : k + stop - start] for k in range(_TAPS)], axis=1)
+    return (
+        float(middle + ratio * (pickoff[0] - middle) - (pickoff[1] - middle)),
+        float(middle + ratio * (pickoff[-1] - middle) - (pickoff[-2] - middle)),
+    )
 
 
 def _fitted(angle: FloatArray, pickoff: FloatArray) -> FloatArray:
     """Taps by least squares of the angle's increments on the pick-off's, with a constant."""
-    columns = _TAPS + 1
-    total = np.zeros((columns, columns + 1))
-    for block in blocks(angle.size):
-        # Increments whose neighbours all exist.
-        first = max(block.start, _REACH)
-        last = max(min(block.stop, angle.size - 1 - _REACH), first)
-        around = np.diff(pickoff[first - _REACH : last + 1 + _REACH])
-        made = np.ones((last - first, columns))
-        for tap in range(_TAPS):
-            made[:, tap] = around[tap : tap + last - first]
-        turned = np.diff(angle[first : last + 1])
-        total += np.column_stack([made.T @ made, made.T @ turned])
-    matrix, right = total[:, :columns], total[:, columns]
+    total = np.zeros((_TAPS + 1, _TAPS + 2))
+    # Increments whose neighbours all exist.
+    for block in blocks(angle.size - _TAPS):
+        around = np.diff(pickoff[block.start : block.stop + _TAPS])
+        turned = np.diff(angle[block.start + 1 : block.stop + 2])
+        made = np.column_stack([sliding_window_view(around, _TAPS), np.ones(turned.size)])
+        total += made.T @ np.column_stack([made, turned])
+    matrix, right = total[:, :-1], total[:, -1]
     size = np.sqrt(np.diag(matrix))
     if not np.all(size[:_TAPS] > 0.0):
         raise ValueError("the pick-off does not move; it shows no dither")

@@ -7,7 +7,7 @@ The columns are the table angle (the share), time (the drift), the integrals of 
 All are fitted in increments, in which the angle random walk is white.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
@@ -21,7 +21,6 @@ from sagnac.table.kinematics import (
     are_whole,
     block_gain,
     bounded_by_earth,
-    harmonic_sum,
     harmonics_of,
     highest_harmonic,
     sine_cosine_integrals,
@@ -42,27 +41,57 @@ _COLLINEAR: Final = 1e-11
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class KinematicFit:
-    """Coefficients of the table's kinematics in averages of a gyro angle.
+class TableMotion:
+    """Table motion and Earth rate in a gyro angle, or in a difference of two.
 
     Attributes
     ----------
     share
-        rad per rad of table angle.
+        e of the gyro (e_x - e_z of a difference): rad per rad of table angle.
     drift
-        rad/s.
+        Constant rate, rad/s: bias and the Earth's vertical share. 0 at a steady table, whose
+        `share` holds it.
     earth
-        Coefficients of the integrals of cosine and sine of the table angle, rad/s.
+        Coefficients of the integrals of cos and sin of table angle, rad/s.
+    kinematics
+        Of the table angle.
     orders, cosine, sine
-        (orders,) of table angle beside them, and their coefficients in the averages, rad.
+        (harmonics,) of table angle that were fitted beside it, and are left in, rad.
     """
 
     share: float
     drift: float
     earth: tuple[float, float]
+    kinematics: Kinematics
     orders: FloatArray
     cosine: FloatArray
     sine: FloatArray
+
+    def over(self, start: int, stop: int) -> FloatArray:
+        """The motion, rad, over samples from a piece's start on (a multiple of its length)."""
+        of = self.kinematics
+        alpha, dt = of.table[start:stop], 1.0 / of.sample_rate
+        motion = self.share * alpha + self.drift * dt * np.arange(start, stop)
+        begins = of.starts[start // of.length]
+        integrals = sine_cosine_integrals(alpha, dt)
+        for rate, begin, integral in zip(self.earth, begins, integrals, strict=True):
+            motion += rate * (begin + integral)
+        return motion
+
+    def less(self, angle: FloatArray) -> FloatArray:
+        """(samples,) an angle without the motion, rad: a new array."""
+        rest = empty(angle.size)
+        for block in blocks(angle.size, self.kinematics.length):
+            np.subtract(angle[block], self.over(block.start, block.stop), out=rest[block])
+        return rest
+
+    @property
+    def averages(self) -> FloatArray:
+        """(averages,) of the motion, rad, except for a constant."""
+        of = self.kinematics
+        time = np.arange(of.angle.size) * of.interval
+        motion = self.share * of.angle + self.drift * time
+        return np.asarray(motion + self.earth[0] * of.cosine + self.earth[1] * of.sine)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -118,42 +147,10 @@ class Design:
 
 def design(kinematic: Kinematics, orders: FloatArray, *, with_drift: bool) -> Design:
     """Columns for these `orders`, with a drift or without."""
-    count = kinematic.angle.size
-    columns: tuple[FloatArray, ...] = (
-        kinematic.angle,
-        np.asarray(np.arange(count) * kinematic.interval) if with_drift else np.zeros(count),
-        kinematic.cosine,
-        kinematic.sine,
-    )
-    return Design(
-        kinematic=kinematic,
-        columns=columns,
-        orders=orders,
-    )
-
-
-def kinematic_fit(
-    averages: FloatArray,
-    kinematic: Kinematics,
-    harmonics: FloatArray | None,
-    *,
-    with_drift: bool,
-) -> KinematicFit:
-    """Fit the kinematics, and beside them those harmonics that the averages can show.
-
-    Parameters
-    ----------
-    averages
-        (averages,) of the gyro angle, rad.
-    kinematic
-        Of the table.
-    harmonics
-        Orders present in the angle; None if that is not known: all are allowed for, up to 128.
-    with_drift
-        Whether a drift is fitted.
-    """
-    (found,) = kinematic_fits(averages[np.newaxis], kinematic, harmonics, with_drift=with_drift)
-    return found
+    time: FloatArray = kinematic.interval * np.arange(float(kinematic.angle.size))
+    drift = time if with_drift else np.zeros(time.size)
+    columns = kinematic.angle, drift, kinematic.cosine, kinematic.sine
+    return Design(kinematic=kinematic, columns=columns, orders=orders)
 
 
 def kinematic_fits(
@@ -162,62 +159,55 @@ def kinematic_fits(
     harmonics: FloatArray | None,
     *,
     with_drift: bool,
-) -> tuple[KinematicFit, ...]:
-    """`kinematic_fit` of several gyros on one table, (gyros, averages): the columns are the same.
+) -> tuple[TableMotion, ...]:
+    """Fit the kinematics, and beside them those harmonics that the averages can show.
 
-    They are made, and made orthogonal, once.
-    """
-    orders = np.arange(1.0, _NUISANCE_ORDERS + 1.0) if harmonics is None else harmonics
-    orders = orders[orders <= highest_harmonic(kinematic)]
-    columns = design(kinematic, orders, with_drift=with_drift)
-    # Harmonics are known only after a search, which takes lines in time out as well.
-    return regressions(averages, columns, lines_taken=harmonics is not None and harmonics.size > 0)
-
-
-def regressions(
-    averages: FloatArray, columns: Design, *, lines_taken: bool
-) -> tuple[KinematicFit, ...]:
-    """Least squares of the columns on increments of averages, Earth rate held by its prior.
+    The columns of several gyros on one table are made, and made orthogonal, once. Least squares on
+    increments of averages, Earth rate held by its prior.
 
     Parameters
     ----------
     averages
         (gyros, averages) of the gyro angles, rad; each is fitted by itself.
-    columns
-        As `design` makes them.
-    lines_taken
-        Whether lines in time are out of the averages. If they are still in, they count as noise:
-        they would otherwise buy any Earth rate that lowers them a little.
+    kinematic
+        Of the table.
+    harmonics
+        Orders present in the angles; None if that is not known: all are allowed for, up to 128.
+    with_drift
+        Whether a drift is fitted.
     """
+    orders = np.arange(1.0, _NUISANCE_ORDERS + 1.0) if harmonics is None else harmonics
+    orders = orders[orders <= highest_harmonic(kinematic)]
+    columns = design(kinematic, orders, with_drift=with_drift)
+    # Harmonics are known only after a search, which takes lines in time out as well. If these are
+    # still in, they count as noise: they would otherwise buy any Earth rate that lowers them.
+    lines_taken = harmonics is not None and harmonics.size > 0
     targets = np.diff(averages)
     rows = triangle(columns, targets)
-    return tuple(
-        _regression(Triangle.of(rows, columns.size, number), target, columns, lines_taken)
-        for number, target in enumerate(targets)
-    )
-
-
-def _regression(
-    reduced: "Triangle", target: FloatArray, columns: Design, lines_taken: bool
-) -> KinematicFit:
-    """The fit of one gyro, from the triangle of its target."""
-    free = reduced.solution(np.zeros(columns.size))
-    if lines_taken:
-        noise = noise_beside_lines(leftover(columns, target, free))
-    else:
-        noise = reduced.deviation(free, target.size)
-    penalty = noise / (columns.deviations * reduced.scale)
-    solution = bounded_by_earth(reduced.solution, penalty, _EARTH)
-    plain = len(columns.columns)
-    earth = solution[_EARTH]
-    return KinematicFit(
-        share=float(solution[0]),
-        drift=float(solution[1]),
-        earth=(float(earth[0]), float(earth[1])),
-        orders=columns.orders,
-        cosine=solution[plain::2],
-        sine=solution[plain + 1 :: 2],
-    )
+    gain, plain = block_gain(kinematic, orders), len(columns.columns)
+    motions = []
+    for number, target in enumerate(targets):
+        reduced = Triangle.of(rows, columns.size, number)
+        free = reduced.solution(np.zeros(columns.size))
+        if lines_taken:
+            noise = noise_beside_lines(leftover(columns, target, free))
+        else:
+            noise = reduced.deviation(free, target.size)
+        penalty = noise / (columns.deviations * reduced.scale)
+        solution = bounded_by_earth(reduced.solution, penalty, _EARTH)
+        share, drift, *earth = solution[:plain].tolist()
+        motions.append(
+            TableMotion(
+                share=share,
+                drift=drift,
+                earth=(earth[0], earth[1]),
+                kinematics=kinematic,
+                orders=orders,
+                cosine=solution[plain::2] / gain,
+                sine=solution[plain + 1 :: 2] / gain,
+            )
+        )
+    return tuple(motions)
 
 
 def triangle(columns: Design, targets: FloatArray) -> FloatArray:
@@ -304,60 +294,6 @@ def noise_beside_lines(left: FloatArray) -> float:
     return float(np.sqrt(np.median(power) / np.log(2.0)))
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class TableMotion:
-    """Table motion and Earth rate in a gyro angle, or in a difference of two.
-
-    Attributes
-    ----------
-    share
-        e of the gyro (e_x - e_z of a difference): rad per rad of table angle.
-    drift
-        Constant rate, rad/s: bias and the Earth's vertical share. 0 at a steady table, whose
-        `share` holds it.
-    earth
-        Coefficients of the integrals of cos and sin of table angle, rad/s.
-    kinematics
-        Of the table angle.
-    orders, cosine, sine
-        (harmonics,) of table angle that were fitted beside it, and are left in, rad.
-    """
-
-    share: float
-    drift: float
-    earth: tuple[float, float]
-    kinematics: Kinematics
-    orders: FloatArray
-    cosine: FloatArray
-    sine: FloatArray
-
-    def over(self, start: int, stop: int) -> FloatArray:
-        """The motion, rad, over samples from a piece's start on (a multiple of its length)."""
-        of = self.kinematics
-        alpha, dt = of.table[start:stop], 1.0 / of.sample_rate
-        motion = self.share * alpha + self.drift * dt * np.arange(start, stop)
-        begins = of.starts[start // of.length]
-        integrals = sine_cosine_integrals(alpha, dt)
-        for rate, begin, integral in zip(self.earth, begins, integrals, strict=True):
-            motion += rate * (begin + integral)
-        return motion
-
-    def less(self, angle: FloatArray) -> FloatArray:
-        """(samples,) an angle without the motion, rad: a new array."""
-        rest = empty(angle.size)
-        for block in blocks(angle.size, self.kinematics.length):
-            np.subtract(angle[block], self.over(block.start, block.stop), out=rest[block])
-        return rest
-
-    @property
-    def averages(self) -> FloatArray:
-        """(averages,) of the motion, rad, except for a constant."""
-        of = self.kinematics
-        time = np.arange(of.angle.size) * of.interval
-        motion = self.share * of.angle + self.drift * time
-        return np.asarray(motion + self.earth[0] * of.cosine + self.earth[1] * of.sine)
-
-
 def follow_table(
     averages: FloatArray,
     kinematic: Kinematics,
@@ -386,17 +322,11 @@ def follow_table(
     cosine, sine
         (harmonics,) rad of each, taken out of the angle already; None if nothing was.
     """
-    taken = None
-    if harmonics is not None and cosine is not None and sine is not None:
-        taken = _Harmonics(orders=harmonics, cosine=cosine, sine=sine)
-    if full_turns(kinematic.table) < FEW_TURNS:
-        # Over part of a turn harmonics can make the table angle itself: share and drift first.
-        harmonics, taken = np.empty(0), None
-    elif taken is not None:
-        taken = taken.up_to(highest_harmonic(kinematic))
-        harmonics = taken.orders
-    found = kinematic_fit(averages, kinematic, harmonics, with_drift=tells_drift(kinematic))
-    return _motion(found, kinematic, taken)
+    (motion,) = _followed(averages[np.newaxis], kinematic, harmonics)
+    if harmonics is None or cosine is None or sine is None or motion.orders.size == 0:
+        return motion
+    fitted = harmonics <= highest_harmonic(kinematic)
+    return replace(motion, cosine=motion.cosine + cosine[fitted], sine=motion.sine + sine[fitted])
 
 
 def follow_table_together(averages: FloatArray, kinematic: Kinematics) -> tuple[TableMotion, ...]:
@@ -404,43 +334,14 @@ def follow_table_together(averages: FloatArray, kinematic: Kinematics) -> tuple[
 
     They are fitted in one pass.
     """
-    harmonics = np.empty(0) if full_turns(kinematic.table) < FEW_TURNS else None
-    fits = kinematic_fits(averages, kinematic, harmonics, with_drift=tells_drift(kinematic))
-    return tuple(_motion(found, kinematic, None) for found in fits)
+    return _followed(averages, kinematic, None)
 
 
-def _motion(found: KinematicFit, kinematic: Kinematics, taken: "_Harmonics | None") -> TableMotion:
-    """The motion, its harmonics those of the angle, those that were taken out among them."""
-    gain = block_gain(kinematic, found.orders)
-    of_cosine, of_sine = found.cosine / gain, found.sine / gain
-    if taken is not None:
-        of_cosine, of_sine = of_cosine + taken.cosine, of_sine + taken.sine
-    of_cosine.flags.writeable = of_sine.flags.writeable = False
-    return TableMotion(
-        share=found.share,
-        drift=found.drift,
-        earth=found.earth,
-        kinematics=kinematic,
-        orders=found.orders,
-        cosine=of_cosine,
-        sine=of_sine,
-    )
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class _Harmonics:
-    """Harmonics that were taken out of an angle: (orders,) each, amplitudes in rad."""
-
-    orders: FloatArray
-    cosine: FloatArray
-    sine: FloatArray
-
-    def up_to(self, highest: float) -> "_Harmonics":
-        """Those of no higher order."""
-        low = self.orders <= highest
-        return _Harmonics(orders=self.orders[low], cosine=self.cosine[low], sine=self.sine[low])
-
-    def averages(self, kinematic: Kinematics) -> FloatArray:
-        """(averages,) of their sum, rad."""
-        size = block_gain(kinematic, self.orders)
-        return harmonic_sum(kinematic.angle, self.orders, self.cosine * size, self.sine * size)
+def _followed(
+    averages: FloatArray, kinematic: Kinematics, harmonics: FloatArray | None
+) -> tuple[TableMotion, ...]:
+    """`kinematic_fits`, with what this table tells."""
+    if full_turns(kinematic.table) < FEW_TURNS:
+        # Over part of a turn harmonics can make the table angle itself: share and drift first.
+        harmonics = np.empty(0)
+    return kinematic_fits(averages, kinematic, harmonics, with_drift=tells_drift(kinematic))
