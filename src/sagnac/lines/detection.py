@@ -214,10 +214,17 @@ NO_PEAKS: Final = Peaks(place=np.empty(0), height=np.empty(0))
 
 def peaks_in_frequency(found: Spectrum, threshold: float) -> Peaks:
     """Peaks over frequency whose ratio of power to floor exceeds a threshold."""
+    first = 2 * LOWEST_CYCLES
+    least = _MIDWAY * threshold
+    between = 0.5 * (found.floor[:-1] + found.floor[1:])
+    if not (
+        np.any(found.power[first::2] > least * found.floor[first // 2 :])
+        or np.any(found.power[first + 1 :: 2] > least * between[first // 2 :])
+    ):
+        return NO_PEAKS
     # In red noise the jump from the record's end to its start leaks with one sign into whole bins
     # and with the other into the halves between, whose floor may be twice as high.
-    halves = noise_floor(found.power[1::2])
-    return _peaks(found.power, found.floor, threshold, 2 * LOWEST_CYCLES, halves)
+    return _peaks(found.power, found.floor, threshold, first, noise_floor(found.power[1::2]))
 
 
 # A high order stands alone if it holds this part of the power in the whole bins about it. An order

@@ -104,11 +104,12 @@ def _fitted(angle: FloatArray, pickoff: FloatArray) -> FloatArray:
     """Taps by least squares of the angle's increments on the pick-off's, with a constant."""
     total = np.zeros((_TAPS + 1, _TAPS + 2))
     # Increments whose neighbours all exist.
-    for block in blocks(angle.size - _TAPS):
-        around = np.diff(pickoff[block.start : block.stop + _TAPS])
-        turned = np.diff(angle[block.start + 1 : block.stop + 2])
+    for block in blocks(angle.size - 2):
+        first, last = max(block.start, 1), block.stop
+        around = np.diff(pickoff[first - 1 : last + 2])
+        turned = np.diff(angle[first : last + 1])
         made = np.column_stack([sliding_window_view(around, _TAPS), np.ones(turned.size)])
-        total += made.T @ np.column_stack([made, turned])
+        total += np.column_stack([made.T @ made, made.T @ turned])
     matrix, right = total[:, :-1], total[:, -1]
     size = np.sqrt(np.diag(matrix))
     if not np.all(size[:_TAPS] > 0.0):

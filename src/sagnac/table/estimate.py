@@ -132,23 +132,23 @@ class EstimatedTable:
         (samples,) the encoder's angle with its delay taken out, rad; not smoothed.
     shares
         (gyros,) of the table's rate that each gyro senses.
+    alike
+        Rms of the motion that only one of the gyros shows, in that of all: 0 for one gyro.
     noise
         Rms of the readings about the angle, sample by sample, rad.
     corner
         Hz above which the angle is the gyros'; inf if it is the encoder's throughout.
     delay
         None if none is seen.
-    alike
-        Rms of the motion that only one of the gyros shows, in that of all: 0 for one gyro.
     """
 
     angle: FloatArray
     readings: FloatArray
     shares: FloatArray
-    noise: float
-    corner: float
-    delay: Delay | None
     alike: float
+    noise: float = 0.0
+    corner: float = math.inf
+    delay: Delay | None = None
 
     def led(self, drift: Drift) -> Self:
         """The same table, its angle without a drift."""
@@ -189,7 +189,7 @@ def estimated_table(
     shares, alike = _shares(coarse, read, max(1, round(_SHARE_INTERVAL * sample_rate / block)))
     strength = float(shares @ shares)
     if not strength > 0.0 or read.size < 4 * _PIECES:
-        return _as_read(encoder, shares, alike)
+        return EstimatedTable(angle=encoder, readings=encoder, shares=shares, alike=alike)
     sensed = shares @ coarse / strength
     interval = block / sample_rate
     fit = _Fit.of(read, sensed, interval)
@@ -310,19 +310,6 @@ def _phase_drift(shown: FloatArray, known: FloatArray, orders: FloatArray, stret
     value = float(weight @ slopes) / float(weight.sum())
     excess = float(weight @ (slopes - value) ** 2) / max(slopes.size - 1, 1)
     return Drift(value=value, error=math.sqrt(max(1.0, excess) / float(weight.sum())))
-
-
-def _as_read(encoder: FloatArray, shares: FloatArray, alike: float) -> EstimatedTable:
-    """The encoder's own angle."""
-    return EstimatedTable(
-        angle=encoder,
-        readings=encoder,
-        shares=shares,
-        noise=0.0,
-        corner=math.inf,
-        delay=None,
-        alike=alike,
-    )
 
 
 def _shares(coarse: FloatArray, read: FloatArray, step: int) -> tuple[FloatArray, float]:
@@ -538,11 +525,13 @@ def _columns(
     the rate, and the rate times the time.
     """
     time = np.arange(sensed.size) * interval
-    end = sensed.size * interval
-    part = np.asarray((time + 0.5 * interval) / end, dtype=np.float64)
-    # Drift of a gyro's bias looks like a delay that walks, except where the rate varies.
+    part = np.asarray((time + 0.5 * interval) / (sensed.size * interval), dtype=np.float64)
+    # Straight pieces that go up to 1 and down: drift of a gyro's bias looks like a delay that
+    # walks, except where the rate varies.
+    knots = np.arange(1.0, _PIECES)[:, np.newaxis]
     columns = np.empty((_FIRST_DELAY + 2, sensed.size))
-    columns[0], columns[1:_FIRST_ORDER] = sensed, _hats(part)
+    columns[0] = sensed
+    columns[1:_FIRST_ORDER] = np.maximum(1.0 - np.abs(part * _PIECES - knots), 0.0)
     # What goes with the angle goes with the encoder's: the gyros' drifts by degrees an hour.
     waves = harmonics_of(read, _ORDERS)[1:]
     columns[_FIRST_ORDER : _FIRST_ORDER + _ORDERS] = waves.real
@@ -550,20 +539,12 @@ def _columns(
     columns[_FIRST_DELAY - 2 : _FIRST_DELAY] = sine_cosine_integrals(read, interval)
     columns[_FIRST_DELAY] = np.gradient(sensed, interval)
     columns[_FIRST_DELAY + 1] = columns[_FIRST_DELAY] * (part - 0.5)
-    prior = (
-        [_USUAL_SCALE]
-        + [math.inf] * (_FIRST_ORDER - 1)
-        + [_LARGEST_ORDER] * (2 * _ORDERS)
-        + [LARGEST_EARTH_RATE] * 2
-    )
-    prior += [_USUAL_DELAY] * (columns.shape[0] - len(prior))
-    return columns, np.array(prior)
-
-
-def _hats(part: FloatArray) -> FloatArray:
-    """(pieces - 1, averages) straight pieces that go up to 1 and down, over parts of the record."""
-    knots = np.arange(1.0, _PIECES)[:, np.newaxis]
-    return np.asarray(np.maximum(1.0 - np.abs(part * _PIECES - knots), 0.0))
+    prior = np.full(columns.shape[0], math.inf)
+    prior[0] = _USUAL_SCALE
+    prior[_FIRST_ORDER : _FIRST_DELAY - 2] = _LARGEST_ORDER
+    prior[_FIRST_DELAY - 2 : _FIRST_DELAY] = LARGEST_EARTH_RATE
+    prior[_FIRST_DELAY:] = _USUAL_DELAY
+    return columns, prior
 
 
 _FIRST_ORDER: Final = _PIECES
