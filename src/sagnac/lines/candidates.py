@@ -5,7 +5,7 @@ many orders; each stands highest on its own scale. So the peaks of both scales a
 the highest first, and each may keep weaker ones waiting, or claim them for its own.
 """
 
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
@@ -72,12 +72,6 @@ class Candidates:
     low: FloatArray
     high: FloatArray
     samples: int
-
-    def __post_init__(self) -> None:
-        for one in fields(self)[:-1]:
-            shape = getattr(self, one.name).shape
-            if shape != self.place.shape:
-                raise ValueError(f"{one.name} has shape {shape}; give {self.place.shape}")
 
     @property
     def size(self) -> int:

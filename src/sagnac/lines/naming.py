@@ -243,31 +243,26 @@ def noise_taken(lines: tuple[Line, ...], known: Lineup) -> FloatArray:
     -------
     (3, bands) frequency and bandwidth, Hz, and one-sided rate density, (rad/s)^2/Hz.
     """
-    rate = known.sample_rate
+    rate, cell = known.sample_rate, known.sample_rate / known.samples
     bands: list[tuple[float, float]] = []
     for found in known.drifting:
         cells = zip(*taken_bands(found), strict=True)
         bands += [(place * rate, width * rate) for place, width in cells]
+    turn_rate = 0.0
+    if known.turning is not None:
+        turn_rate = float(np.median(known.turning.speeds)) * rate / (2.0 * np.pi)
     drifting = {found.frequency * rate for found in known.drifting}
-    steady = [line for line in lines if line.scale == "angle" or line.frequency not in drifting]
-    bands += [_taken_by(line, known) for line in steady]
+    for line in lines:
+        if line.scale == "angle":
+            fitted = _WITH_FREQUENCY if line.frequency_error > 0.0 else _AMPLITUDES
+            bands.append((line.frequency * turn_rate, fitted * cell))
+        elif line.frequency not in drifting:
+            bands.append((line.frequency, _WITH_FREQUENCY * cell))
     frequency, bandwidth = np.array(bands).reshape(-1, 2).T
     inside = (frequency > 0.0) & (frequency < 0.5 * rate)
     frequency, bandwidth = frequency[inside], bandwidth[inside]
     bins = np.rint(frequency / rate * (2.0 * (known.floor.size - 1))).astype(np.int64)
     return np.stack([frequency, bandwidth, periodogram.density(known.floor[bins], rate)])
-
-
-def _taken_by(line: Line, known: Lineup) -> tuple[float, float]:
-    """Where noise went with a steady line, Hz, and how much of it, Hz."""
-    cell = known.sample_rate / known.samples
-    if line.scale == "time":
-        return line.frequency, _WITH_FREQUENCY * cell
-    turn_rate = 0.0
-    if known.turning is not None:
-        turn_rate = float(np.median(known.turning.speeds)) * known.sample_rate / (2.0 * np.pi)
-    fitted = _WITH_FREQUENCY if line.frequency_error > 0.0 else _AMPLITUDES
-    return line.frequency * turn_rate, fitted * cell
 
 
 def taken_bands(line: DriftingLine) -> tuple[FloatArray, FloatArray]:

@@ -6,7 +6,7 @@ from typing import Final
 
 import numpy as np
 
-from sagnac.core.arrays import BooleanArray, ComplexArray, FloatArray, blocks
+from sagnac.core.arrays import ComplexArray, FloatArray, blocks
 from sagnac.lines.components import MIX_BLOCK, Components, Turning, joined, mixed_down
 from sagnac.table.kinematics import averages_of
 
@@ -85,55 +85,42 @@ def rescaled_components(
     levels
         (components,) noise floor at each, rad^2.
     """
-    angles = components.orders.size
-    orders = 2.0 * np.pi * components.frequencies / abs(strays.rate)
+    angles, frequencies = components.orders.size, components.frequencies
+    orders = 2.0 * np.pi * frequencies / abs(strays.rate)
+    # Complex amplitudes of the increments: step n leads from sample n to n + 1.
+    phasors = components.cosine[angles:] - 1j * components.sine[angles:]
+    phasors *= np.exp(2j * np.pi * frequencies) - 1.0
+    # Only if its phase is known so well that an order would look different is a tone looked at.
+    strength = np.abs(phasors) * np.sqrt(steps.size / (2.0 * levels[angles:]))
+    shown = orders * float(np.std(strays.phase)) * strength >= _TOLD_APART
     moved = np.zeros(components.size, dtype=bool)
     near, around = -np.inf, np.empty(0, dtype=np.complex128)
-    for index in np.argsort(components.frequencies).tolist():
-        level = float(levels[angles + index])
-        if not _would_show(components, strays, index, steps.size, level):
-            continue
-        frequency = float(components.frequencies[index])
+    for index in np.argsort(frequencies)[shown[np.argsort(frequencies)]].tolist():
+        frequency = float(frequencies[index])
         if frequency - near > _AT_ONCE / MIX_BLOCK:
-            near, around = frequency, _put_back(components, steps, strays, frequency)
+            near, around = frequency, _mixed_down(steps, frequency, components.center)
+            # The tones about it are put back: they may be sidebands that the table's wander makes
+            # of one order.
+            reach = min(_NEIGHBOURS * frequency, _NEAREST / MIX_BLOCK)
+            for other in np.flatnonzero(np.abs(frequencies - frequency) < reach):
+                apart = frequencies[other] - frequency
+                turning = np.exp(2j * np.pi * apart * strays.middles[: around.size])
+                around += 0.5 * phasors[other] * turning
         mixed = around * np.exp(-2j * np.pi * (frequency - near) * strays.middles[: around.size])
-        moved[angles + index] = _follows(mixed, strays, float(orders[index]), level / steps.size)
+        level = float(levels[angles + index]) / steps.size
+        moved[angles + index] = _follows(mixed, strays, float(orders[index]), level)
     if not moved.any():
         return None
-    return _in_angle(components, moved, orders[moved[angles:]], turns)
-
-
-def _phasors(components: Components) -> ComplexArray:
-    """(tones,) complex amplitudes of the increments: step n leads from sample n to n + 1."""
-    tones = slice(components.orders.size, None)
-    amplitudes = components.cosine[tones] - 1j * components.sine[tones]
-    return np.asarray(amplitudes * (np.exp(2j * np.pi * components.frequencies) - 1.0))
-
-
-def _would_show(
-    components: Components, strays: Wander, index: int, steps: int, level: float
-) -> bool:
-    """Whether the phase of a tone is known so well that an order would look different."""
-    order = 2.0 * np.pi * components.frequencies[index] / abs(strays.rate)
-    strength = np.abs(_phasors(components)[index]) * np.sqrt(steps / (2.0 * level))
-    return bool(order * float(np.std(strays.phase)) * strength >= _TOLD_APART)
-
-
-def _put_back(
-    components: Components, steps: FloatArray, strays: Wander, frequency: float
-) -> ComplexArray:
-    """Means over blocks of the steps mixed down from a frequency, the tones about it put back.
-
-    They may be sidebands that the table's wander makes of one order.
-    """
-    mixed = _mixed_down(steps, frequency, components.center)
-    apart = components.frequencies - frequency
-    reach = min(_NEIGHBOURS * frequency, _NEAREST / MIX_BLOCK)
-    phasors = _phasors(components)
-    for other in np.flatnonzero(np.abs(apart) < reach):
-        turning = np.exp(2j * np.pi * apart[other] * strays.middles[: mixed.size])
-        mixed += 0.5 * phasors[other] * turning
-    return mixed
+    orders = orders[moved[angles:]]
+    # Whole where it is not told from whole.
+    whole = np.abs(orders - np.rint(orders)) * turns.turns < 0.5
+    in_angle = replace(
+        components.select(moved),
+        orders=np.where(whole, np.rint(orders), orders),
+        free=~whole,
+        frequencies=np.empty(0),
+    )
+    return joined(components.select(~moved), in_angle)
 
 
 def _follows(mixed: ComplexArray, strays: Wander, order: float, level: float) -> bool:
@@ -143,16 +130,13 @@ def _follows(mixed: ComplexArray, strays: Wander, order: float, level: float) ->
     """
     turned = mixed * np.exp(-1j * np.sign(strays.rate) * order * strays.phase[: mixed.size])
     gain = np.abs(turned.mean()) ** 2 - np.abs(mixed.mean()) ** 2
-    # What stands beside is asked last: it takes a transform.
-    return bool(gain > _BETTER * level and gain > _BETTER * _power_beside(turned))
-
-
-def _power_beside(mixed: ComplexArray) -> float:
-    """Power of a mean over all blocks that what stands beside zero frequency would make."""
-    power = np.abs(np.fft.fft(mixed * np.hanning(mixed.size))) ** 2
-    beside = np.concatenate([power[_BESIDE], power[-_BESIDE]])
-    # The median of noise is ln 2 of its mean; the squares of a Hann window add up to 3/8.
-    return float(np.median(beside)) / (math.log(2.0) * 0.375 * mixed.size**2)
+    if gain <= _BETTER * level:
+        return False
+    # Power of a mean that what stands beside zero frequency would make. The median of noise is ln 2
+    # of its mean; the squares of a Hann window add up to 3/8.
+    power = np.abs(np.fft.fft(turned * np.hanning(turned.size))) ** 2
+    beside = float(np.median(np.concatenate([power[_BESIDE], power[-_BESIDE]])))
+    return bool(gain > _BETTER * beside / (math.log(2.0) * 0.375 * turned.size**2))
 
 
 def _mixed_down(steps: FloatArray, frequency: float, center: float) -> ComplexArray:
@@ -163,18 +147,3 @@ def _mixed_down(steps: FloatArray, frequency: float, center: float) -> ComplexAr
             for block in blocks(steps.size, multiple=MIX_BLOCK)
         ]
     )
-
-
-def _in_angle(
-    components: Components, moved: BooleanArray, orders: FloatArray, turns: Turning
-) -> Components:
-    """The components, those moved as lines at `orders`: whole where it is not told from whole."""
-    rounded = np.rint(orders)
-    whole = np.abs(orders - rounded) * turns.turns < 0.5
-    taken = replace(
-        components.select(moved),
-        orders=np.where(whole, rounded, orders),
-        free=~whole,
-        frequencies=np.empty(0),
-    )
-    return joined(components.select(~moved), taken)
