@@ -137,40 +137,6 @@ def test_memory_is_given_back_after_an_error_or_a_break(given_back):
     assert given_back
 
 
-@pytest.mark.parametrize("in_memory", [0, 100])
-@pytest.mark.parametrize("pieces", [(10,), (3, 7), (1, 4, 5), (3, 4), ()])
-def test_filling_holds_the_pieces_one_after_the_other(monkeypatch, in_memory, pieces):
-    monkeypatch.setattr(arrays, "IN_MEMORY", in_memory)
-    filling = arrays.Filling(10)
-    values = np.arange(10, dtype=np.int32)
-    first = 0
-    for size in pieces:
-        filling.append(values[first : first + size])
-        first += size
-    assert filling.filled.dtype == np.float64
-    assert np.array_equal(filling.filled, values[:first])
-    assert arrays.is_mapped(filling.filled) == (in_memory == 0)
-
-
-def test_filling_takes_over_a_whole_array_and_copies_a_view_that_may_not_be_written_to():
-    values = np.arange(10.0)
-    filling = arrays.Filling(10)
-    filling.append(values)
-    assert np.shares_memory(filling.filled, values)
-    constant = np.arange(10.0)
-    constant.flags.writeable = False
-    filling = arrays.Filling(10)
-    filling.append(constant)
-    assert not np.shares_memory(filling.filled, constant)
-
-
-def test_filling_refuses_more_than_there_is_room_for():
-    filling = arrays.Filling(10)
-    filling.append(np.zeros(8))
-    with pytest.raises(ValueError, match="room for 10"):
-        filling.append(np.zeros(3))
-
-
 def test_a_mapping_of_the_callers_is_left_alone(tmp_path):
     # Written pages of a private mapping live nowhere else: given back, they would be lost.
     np.save(tmp_path / "angle.npy", np.zeros(10_000))

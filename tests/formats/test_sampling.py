@@ -1,16 +1,19 @@
 """Stamps, rates and slices."""
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 
+from sagnac.core import arrays
+from sagnac.core.errors import RecordingError
 from sagnac.formats import Statement, read
 from sagnac.formats.channels import (
     first_at,
     sampled_by_rate,
     sampled_by_stamps,
-    stamps_in_seconds,
 )
-from sagnac.formats.source import in_memory
+from sagnac.formats.source import Source, Stored, in_memory
 from sagnac.recording.stamps import Sampling
 from tests.formats.examples import SAMPLES, refused, timed, walk
 
@@ -78,10 +81,44 @@ def test_a_slice_by_rate_and_by_stamps_is_the_same(span, first, stop):
         assert stretch.sampling == Sampling(times=None, sample_rate=10.0)
 
 
-def test_stamps_are_seconds_from_the_first_and_no_more_than_are_needed():
-    raw = 1_700_000_000 * 10**9 + 10_000_000 * np.arange(100)
-    whole = stamps_in_seconds(in_memory({"t": raw}), "t", 1e-9, None)
-    np.testing.assert_allclose(whole, np.arange(100) / 100.0, atol=1e-15)
+def test_integers_by_their_first_lose_nothing_as_floats():
+    raw = 1_700_000_000 * 10**9 + 10_000_000 * np.arange(100, dtype=np.uint64)
+    source = Source(format="CSV", columns=(), load=lambda keys: in_memory({"t": raw}))
+    whole = source.read(source.opened(["t"]), ["t"], 0, 100, by_first=True)["t"]
+    np.testing.assert_array_equal(whole, 10_000_000.0 * np.arange(100))
+    with pytest.raises(RecordingError, match="t: holds integers beyond 2"):
+        source.read(source.opened(["t"]), ["t"], 0, 100)
+
+
+@pytest.mark.parametrize("in_memory", [0, 100])
+@pytest.mark.parametrize("sizes", [(10,), (3, 7), (1, 4, 5), (3, 4), (8, 3)])
+def test_pieces_of_a_column_stand_one_after_the_other(monkeypatch, in_memory, sizes):
+    monkeypatch.setattr(arrays, "IN_MEMORY", in_memory)
+    values = np.arange(11, dtype=np.int32)
+    edges = np.cumsum((0, *sizes))
+    stored = Stored(
+        lengths={"x": 10},
+        pieces=lambda keys, start, stop: ({"x": values[a:b]} for a, b in pairwise(edges)),
+    )
+    source = Source(format="CSV", columns=(), load=lambda keys: stored)
+    if sum(sizes) != 10:
+        with pytest.raises(RecordingError, match="is not CSV, or is damaged or cut off"):
+            source.read(stored, ["x"], 0, 10)
+        return
+    found = source.read(stored, ["x"], 0, 10)["x"]
+    assert found.dtype == np.float64
+    np.testing.assert_array_equal(found, values[:10])
+    assert arrays.is_mapped(found) == (in_memory == 0)
+
+
+def test_a_whole_column_is_taken_over_unless_it_may_not_be_written_to():
+    whole, constant = np.arange(10.0), np.arange(10.0)
+    constant.flags.writeable = False
+    source = Source(format="CSV", columns=(), load=in_memory)
+    stored = in_memory({"x": whole, "z": constant})
+    found = source.read(stored, ["x", "z"], 0, 10)
+    assert np.shares_memory(found["x"], whole)
+    assert not np.shares_memory(found["z"], constant)
 
 
 def test_the_first_stamp_at_a_limit():

@@ -58,7 +58,7 @@ def test_a_counter_of_an_odd_width_is_read(tmp_path):
 def test_noise_that_fills_its_range_is_no_counter():
     noise = np.random.default_rng(2).integers(0, 65536, 5000).astype(float)
     assert counter_notes("x", noise, COUNTS) == ()
-    assert roll_overs(np.zeros(10)) is None
+    assert roll_overs(np.zeros(10), 0.0) is None
 
 
 def test_an_encoder_in_counts_that_is_called_degrees():

@@ -2,7 +2,6 @@
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from itertools import pairwise
 from pathlib import Path
 from typing import Any, Final
 
@@ -11,15 +10,14 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 from numpy.typing import NDArray
 
-from sagnac.core.arrays import BLOCK
 from sagnac.core.units import Unit
 from sagnac.core.whole_files import replacing
-from sagnac.formats.files import damaged
-from sagnac.formats.registry import FEATHER, PARQUET, Format
+from sagnac.formats.registry import FEATHER, PARQUET
 from sagnac.formats.source import (
     MADE,
     Column,
     Outgoing,
+    Pieces,
     Rows,
     Source,
     Stored,
@@ -32,6 +30,8 @@ from sagnac.recording.columns import NULL_PULSE_NAME
 
 ROWS_PER_GROUP: Final = 500_000
 _BUFFER: Final = 2**20  # bytes
+# Rows decoded at once: half a mebibyte a column stays in cache.
+_BATCH: Final = 2**16
 
 # ---- arrow columns -----------------------------------------------------------------
 
@@ -100,8 +100,6 @@ def _arrays(rows: Rows, schema: pa.Schema) -> list[pa.Array]:
 
 # ---- read --------------------------------------------------------------------------
 
-Pieces = Callable[[Sequence[str], int, int], Iterator[dict[str, NDArray[Any]]]]
-
 
 def open_source(path: Path) -> Source:
     """Schema of the file, with what its metadata states.
@@ -111,55 +109,36 @@ def open_source(path: Path) -> Source:
 
     Raises
     ------
-    RecordingError
-        If the file is not Parquet or, by its suffix, Feather (version 2), or is cut off.
+    ValueError
+        If the rows of a Parquet contradict each other.
     """
-    if path.suffix.lower() in FEATHER.suffixes:
-        return _open_feather(path)
-    with damaged(PARQUET.name), pq.ParquetFile(path) as file:
-        schema, rows = file.schema_arrow, file.metadata.num_rows
-        _require_sound(file.metadata)
+    is_feather = path.suffix.lower() in FEATHER.suffixes
+    if is_feather:
+        with pa.memory_map(str(path)) as mapped:
+            file = pa.ipc.open_file(mapped)
+            schema = file.schema
+            sizes = [file.get_batch(i).num_rows for i in range(file.num_record_batches)]
+    else:
+        with pq.ParquetFile(path) as file:
+            schema = file.schema_arrow
+            sizes = [file.metadata.row_group(i).num_rows for i in range(file.num_row_groups)]
+            _require_sound(file.metadata, sum(sizes))
 
-    def pieces(keys: Sequence[str], start: int, stop: int) -> Iterator[dict[str, NDArray[Any]]]:
-        # Unless told not to, the library holds the whole of every row group that it will read.
-        with (
-            damaged(PARQUET.name),
-            pq.ParquetFile(
-                path, pre_buffer=False, buffer_size=_BUFFER, page_checksum_verification=True
-            ) as file,
-        ):
-            yield from _pieces(file, keys, start, stop)
+    def pieces(keys: Sequence[str], start: int, stop: int) -> Pieces:
+        edges = np.concatenate(([0], np.cumsum(sizes, dtype=np.int64)))
+        first = int(np.searchsorted(edges, start, side="right")) - 1
+        last = int(np.searchsorted(edges, stop, side="left"))
+        position = int(edges[first])
+        batches = _feather_batches if is_feather else _parquet_batches
+        for batch in batches(path, list(keys), range(first, last)):
+            inside = slice(max(start - position, 0), max(stop - position, 0))
+            yield {key: as_numpy(batch.column(key))[inside] for key in keys}
+            position += batch.num_rows
 
-    return _source(PARQUET, schema, rows, pieces)
-
-
-def _open_feather(path: Path) -> Source:
-    with damaged(FEATHER.name), pa.memory_map(str(path)) as mapped:
-        file = pa.ipc.open_file(mapped)
-        schema = file.schema
-        sizes = [file.get_batch(i).num_rows for i in range(file.num_record_batches)]
-    edges = np.concatenate(([0], np.cumsum(sizes, dtype=np.int64))).tolist()
-
-    def pieces(keys: Sequence[str], start: int, stop: int) -> Iterator[dict[str, NDArray[Any]]]:
-        wanted = [schema.get_field_index(key) for key in keys]
-        options = pa.ipc.IpcReadOptions(included_fields=wanted)
-        with damaged(FEATHER.name), pa.memory_map(str(path)) as mapped:
-            file = pa.ipc.open_file(mapped, options=options)
-            for number, (begin, end) in enumerate(pairwise(edges)):
-                if begin < stop and end > start:
-                    batch = file.get_batch(number)
-                    inside = slice(max(start - begin, 0), stop - begin)
-                    yield {key: as_numpy(batch.column(key))[inside] for key in keys}
-
-    return _source(FEATHER, schema, edges[-1], pieces)
-
-
-def _source(known: Format, schema: pa.Schema, rows: int, pieces: Pieces) -> Source:
-    """A file of these columns and rows."""
     return Source(
-        format=known.name,
+        format=FEATHER.name if is_feather else PARQUET.name,
         columns=tuple(_column_of(item) for item in schema if _is_numeric(item.type)),
-        load=lambda keys: Stored(lengths=dict.fromkeys(keys, rows), pieces=pieces),
+        load=lambda keys: Stored(lengths=dict.fromkeys(keys, sum(sizes)), pieces=pieces),
         stated=by_attributes(_text_of(schema.metadata)),
         unreadable={
             item.name: f"holds {item.type} values" for item in schema if not _is_numeric(item.type)
@@ -167,17 +146,40 @@ def _source(known: Format, schema: pa.Schema, rows: int, pieces: Pieces) -> Sour
     )
 
 
-def _require_sound(metadata: pq.FileMetaData) -> None:
-    """Refuse a footer whose numbers of rows contradict each other.
+def _feather_batches(path: Path, keys: list[str], wanted: range) -> Iterator[pa.RecordBatch]:
+    """Columns of those batches of a Feather."""
+    with pa.memory_map(str(path)) as mapped:
+        schema = pa.ipc.open_file(mapped).schema
+        fields = [schema.get_field_index(key) for key in keys]
+        options = pa.ipc.IpcReadOptions(included_fields=fields)
+        file = pa.ipc.open_file(mapped, options=options)
+        for number in wanted:
+            yield file.get_batch(number)
+
+
+def _parquet_batches(path: Path, keys: list[str], wanted: range) -> Iterator[pa.RecordBatch]:
+    """Columns of those row groups of a Parquet.
+
+    Unless told not to, the library holds the whole of every row group that it will read. Its
+    threads take a third more processor time than one, and hardly less in all.
+    """
+    with pq.ParquetFile(
+        path, pre_buffer=False, buffer_size=_BUFFER, page_checksum_verification=True
+    ) as file:
+        yield from file.iter_batches(_BATCH, row_groups=wanted, columns=keys, use_threads=False)
+    # Arrow would keep what it has decoded in for the next file.
+    pa.default_memory_pool().release_unused()
+
+
+def _require_sound(metadata: pq.FileMetaData, rows: int) -> None:
+    """Refuse a footer whose groups, columns and whole do not have the same rows.
 
     Raises
     ------
     ValueError
-        If groups, columns and the whole do not have the same rows.
+        If they have not.
     """
-    rows = 0
     for group in (metadata.row_group(place) for place in range(metadata.num_row_groups)):
-        rows += group.num_rows
         for chunk in (group.column(place) for place in range(group.num_columns)):
             flat = "." not in chunk.path_in_schema
             if flat and chunk.num_values != group.num_rows:
@@ -186,27 +188,6 @@ def _require_sound(metadata: pq.FileMetaData) -> None:
                 )
     if rows != metadata.num_rows:
         raise ValueError(f"{metadata.num_rows} rows are claimed and {rows} are there")
-
-
-def _pieces(
-    file: pq.ParquetFile, keys: Sequence[str], start: int, stop: int
-) -> Iterator[dict[str, NDArray[Any]]]:
-    """Rows from `start` to the one before `stop`, of no more row groups than hold them."""
-    sizes = [file.metadata.row_group(i).num_rows for i in range(file.num_row_groups)]
-    edges = np.concatenate(([0], np.cumsum(sizes)))
-    first = int(np.searchsorted(edges, start, side="right")) - 1
-    last = int(np.searchsorted(edges, stop, side="left"))
-    position = int(edges[first])
-    for batch in file.iter_batches(
-        batch_size=BLOCK, row_groups=list(range(first, last)), columns=list(keys)
-    ):
-        inside = slice(max(start - position, 0), stop - position)
-        yield {key: as_numpy(batch.column(key))[inside] for key in keys}
-        position += batch.num_rows
-        if position >= stop:
-            break
-    # Arrow would keep what it has decoded in for the next file.
-    pa.default_memory_pool().release_unused()
 
 
 # ---- write -------------------------------------------------------------------------

@@ -6,12 +6,11 @@ Columns that are not taken may speak against what is: time stamps, and counters 
 import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any, Final
+from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
-from sagnac.core.arrays import Filling, FloatArray
+from sagnac.core.arrays import FloatArray, elementwise
 from sagnac.core.errors import Note, RecordingError, counted
 from sagnac.core.units import TIME_UNITS, canonical
 from sagnac.formats.channels import (
@@ -23,7 +22,6 @@ from sagnac.formats.channels import (
     require_known,
     sampled_by_rate,
     sampled_by_stamps,
-    stamps_in_seconds,
     table_channel,
     table_scale,
     time_unit,
@@ -169,29 +167,20 @@ def _mostly(usual: np.ndarray) -> bool:
 
 def _loaded(source: Source, column: Column, stretch: Stretch) -> FloatArray:
     """The numbers of a column that is not taken; none if they cannot be read or are not finite."""
-    nothing = np.empty(0)
+    key = column.key
     try:
-        stored = source.load([column.key])
-        if stored.lengths[column.key] < stretch.stop:
-            return nothing
-        values = Filling(stretch.stop - stretch.first)
-        origin = None
-        for piece in stored.pieces([column.key], stretch.first, stretch.stop):
-            raw = piece[column.key]
-            # A counter that starts over falls below where it began.
-            raw = raw.astype(np.int64) if raw.dtype.kind in "ub" else raw
-            origin = raw[0] if origin is None and raw.size else origin
-            values.append(np.asarray(raw - origin, dtype=np.float64))
-    except (RecordingError, TypeError):
-        return nothing
-    filled = np.asarray(values.filled)
-    return filled if filled.size > 1 and np.isfinite(filled).all() else nothing
+        stored = source.opened([key])
+        if stored.lengths[key] >= stretch.stop > stretch.first + 1:
+            taken = stretch.first, stretch.stop
+            values = source.read(stored, [key], *taken, by_first=True)[key]
+            if np.isfinite(values).all():
+                return values
+    except RecordingError:
+        pass
+    return np.empty(0)
 
 
 # ---- assemble ----------------------------------------------------------------------
-
-# Whole numbers up to this are exact as float64.
-_EXACT: Final = 2**53
 
 
 def assemble(
@@ -229,11 +218,11 @@ def assemble(
     choice = choose(source.columns, statements)
     require_known(choice, source.columns, statements)
     scales = scales_of(choice, statements)
-    stored = source.load(choice.keys)
+    stored = source.opened(choice.keys)
     check_lengths(stored.lengths)
-    stretch = stretch_of(choice, scales, stored, statements)
+    stretch = stretch_of(choice, scales, source, stored, statements)
     beside = unused_notes(source, choice, statements, stretch)
-    made = recording_of(choice, scales, stored, stretch, statements.counter_period)
+    made = recording_of(choice, scales, source, stored, stretch, statements.counter_period)
     sliced = stretch.span_s if statements.caller.span is not None else None
     recording = replace(
         made,
@@ -362,7 +351,9 @@ def check_lengths(lengths: Mapping[str, int]) -> None:
             )
 
 
-def stretch_of(choice: Choice, scales: Scales, stored: Stored, statements: Statements) -> Stretch:
+def stretch_of(
+    choice: Choice, scales: Scales, source: Source, stored: Stored, statements: Statements
+) -> Stretch:
     """The samples that the caller's slice takes, their rate and their times.
 
     Raises
@@ -373,8 +364,9 @@ def stretch_of(choice: Choice, scales: Scales, stored: Stored, statements: State
     samples = next(iter(stored.lengths.values()))
     span, rate = statements.caller.span, statements.sample_rate
     if choice.time is not None and scales.time is not None and samples > 1:
-        until = span[1] if span is not None else None
-        stamps = stamps_in_seconds(stored, choice.time.column.key, scales.time, until)
+        key = choice.time.column.key
+        stamps = source.read(stored, [key], 0, samples, by_first=True)[key]
+        stamps = elementwise(np.multiply, stamps, scales.time, out=stamps)
         return sampled_by_stamps(stamps, span, rate)
     if rate is None:
         raise RecordingError(
@@ -388,6 +380,7 @@ def stretch_of(choice: Choice, scales: Scales, stored: Stored, statements: State
 def recording_of(
     choice: Choice,
     scales: Scales,
+    source: Source,
     stored: Stored,
     stretch: Stretch,
     counter_period: float | None,
@@ -404,7 +397,9 @@ def recording_of(
     pickoffs = choice.pickoffs
     warm = [choice.temperature] if choice.temperature is not None else []
     keys = [column.key for column in (*sensors, *pickoffs.values(), *warm)]
-    columns = load_columns(stored, [*keys, table] if table is not None else keys, stretch)
+    if table is not None:
+        keys.append(table)
+    columns = source.read(stored, keys, stretch.first, stretch.stop)
     gyros = tuple(
         _gyro(
             name,
@@ -431,7 +426,7 @@ def recording_of(
     if choice.null_pulse is not None:
         # Loaded by itself: it shrinks to an eighth before the next is in memory.
         key = choice.null_pulse.key
-        pulses = pulses_of(load_columns(stored, [key], stretch)[key], column=key)
+        pulses = pulses_of(source.read(stored, [key], stretch.first, stretch.stop)[key], column=key)
     taken = [one for one in (*gyros, *accelerometers, made_table, pulses) if one is not None]
     return Recording(
         gyros=tuple(gyro.channel for gyro in gyros),
@@ -460,35 +455,6 @@ def _gyro(
     if scale.kind == "increment":
         doubts += increment_notes(name, taken.channel.values, sample_rate)
     return replace(taken, notes=(*doubts, *taken.notes))
-
-
-def load_columns(stored: Stored, keys: Sequence[str], stretch: Stretch) -> dict[str, FloatArray]:
-    """The samples that are taken, converted piece by piece: no column is in memory twice."""
-    columns = {key: Filling(stretch.stop - stretch.first) for key in keys}
-    for piece in stored.pieces(keys, stretch.first, stretch.stop):
-        for key, values in piece.items():
-            _require_exact(key, values)
-            columns[key].append(values)
-    return {key: column.filled for key, column in columns.items()}
-
-
-def _require_exact(key: str, values: NDArray[Any]) -> None:
-    """Refuse numbers that lose digits, or a part of them, as float64."""
-    if values.dtype.kind == "c":
-        raise RecordingError(
-            "holds complex values", channel=key, remedy="store real and imaginary parts apart"
-        )
-    large = values.dtype.kind in "iu" and values.dtype.itemsize == 8 and values.size
-    if not large or (values.max() <= _EXACT and values.min() >= -_EXACT):
-        return
-    with np.errstate(invalid="ignore"):
-        back = values.astype(np.float64).astype(values.dtype)
-    if (back != values).any():
-        raise RecordingError(
-            "holds integers beyond 2^53, whose last digits would be lost",
-            channel=key,
-            remedy="take a constant off them and store the rest",
-        )
 
 
 def verified(recording: Recording) -> Recording:

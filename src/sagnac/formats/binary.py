@@ -5,7 +5,7 @@ A TOML declares the layout, or a preset knows it.
 
 import re
 import zlib
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
@@ -13,21 +13,42 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from sagnac.core.arrays import blocks
+from sagnac.core.arrays import IntegerArray, blocks
 from sagnac.core.documents import ANY, NUMBER, TEXT, Schema, keep, one_of, read_toml, table
 from sagnac.core.errors import Note, RecordingError, counted
 from sagnac.core.texts import giving
-from sagnac.formats.files import damaged
 from sagnac.formats.registry import BINARY
-from sagnac.formats.source import Column, Source, Stored
+from sagnac.formats.source import Column, Pieces, Source, Stored
 from sagnac.formats.statement import Statement
 from sagnac.recording.columns import ACCELEROMETER_NAMES
 
-# ---- binary layout -----------------------------------------------------------------
+Bytes = NDArray[np.uint8]
+
+# ---- checksums ---------------------------------------------------------------------
+
+
+def _crc16(rows: Bytes) -> NDArray[Any]:
+    """CRC-16/CCITT-FALSE: polynomial 0x1021 from 0xFFFF."""
+    crc: NDArray[Any] = np.full(rows.shape[0], 0xFFFF, dtype=np.int64)
+    for column in rows.T:
+        crc ^= column.astype(np.int64) << 8
+        for _ in range(8):
+            crc = ((crc << 1) ^ np.where(crc & 0x8000, 0x1021, 0)) & 0xFFFF
+    return crc
+
+
+# Each is over what lies between sync bytes and itself; its name says how many bits it has.
+CHECKSUMS: Final[Mapping[str, Callable[[Bytes], NDArray[Any]]]] = {
+    "xor8": lambda rows: np.bitwise_xor.reduce(rows, axis=1),
+    "sum8": lambda rows: rows.sum(axis=1, dtype=np.uint64) & 0xFF,
+    "sum16": lambda rows: rows.sum(axis=1, dtype=np.uint64) & 0xFFFF,
+    "crc16": _crc16,
+    "crc32": lambda rows: np.array([zlib.crc32(row.tobytes()) for row in rows], dtype=np.uint32),
+}
+
+# ---- layout ------------------------------------------------------------------------
 
 _ORDERS: Final = {"little": "<", "big": ">"}
-# Name -> bytes at the end of a record; each is over what lies between sync bytes and itself.
-_CHECKSUM_BYTES: Final = {"xor8": 1, "sum8": 1, "sum16": 2, "crc16": 2, "crc32": 4}
 _SYNC: Final = giving("bytes of sync such as aa55")(bytes.fromhex)
 _BYTES: Final[Schema] = {"type": "integer", "minimum": 0, "description": "give 0 or more"}
 _FIELD: Final[Schema] = {
@@ -55,7 +76,7 @@ _LAYOUT: Final = table(
         "header_bytes": _BYTES,
         "record_bytes": _BYTES,
         "sync": ANY,
-        "checksum": one_of(_CHECKSUM_BYTES),
+        "checksum": one_of(CHECKSUMS),
         "kind": TEXT,
         "sample_rate": NUMBER,
     },
@@ -63,24 +84,13 @@ _LAYOUT: Final = table(
 )
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class BinaryField:
-    """One field of a record.
+def _seven_doubles(unit: str) -> dict[str, Any]:
+    fields = [["time", "f8", "s"], *([axis, "f8", unit] for axis in "xyz")]
+    return {"fields": [*fields, *([a, "f8", "m/s^2"] for a in ACCELEROMETER_NAMES)], "kind": "rate"}
 
-    Attributes
-    ----------
-    name
-        Empty for bytes that are passed over.
-    type
-        ``f8``, ``i4``, ``u2`` or ``pad3``.
-    unit
-        Or None.
 
-    """
-
-    name: str
-    type: str
-    unit: str | None = None
+# Name -> layout of units that are often met: time (s), gyros x, y, z, accelerometers x, y, z.
+PRESETS: Final = {"imu7-deg": _seven_doubles("deg/s"), "imu7-rad": _seven_doubles("rad/s")}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -89,97 +99,29 @@ class BinaryLayout:
 
     Attributes
     ----------
-    fields
-        In their order.
-    byte_order
-        ``little`` or ``big``.
+    columns
+        Their fields; bytes that are passed over count, but are none.
+    dtype
+        The record as numpy reads it.
     header_bytes
         Before the first record.
-    record_bytes
-        Length of a record; None for sync bytes, fields and checksum one behind the other.
     sync
         Bytes that every record begins with.
     checksum
-        ``xor8``, ``sum8``, ``sum16``, ``crc16`` or ``crc32`` at the end of every record, over what
-        lies between sync bytes and it; empty if there is none.
-    kind, sample_rate
-        What the samples are, and Hz; None if the file's user states it.
-
-    Raises
-    ------
-    ValueError
-        If there is no field, two have one name, or they take more than a record has.
+        Name of that at the end of every record, one of `CHECKSUMS`; empty if there is none.
+    checked
+        The checksum as numpy reads it.
+    stated
+        Statement of the layout about the samples.
     """
 
-    fields: tuple[BinaryField, ...]
-    byte_order: str = "little"
-    header_bytes: int = 0
-    record_bytes: int | None = None
-    sync: bytes = b""
-    checksum: str = ""
-    kind: str | None = None
-    sample_rate: float | None = None
-
-    def __post_init__(self) -> None:
-        names = [field.name for field in self.fields if field.name]
-        if not names or len(set(names)) < len(names):
-            raise ValueError(
-                f"fields are {', '.join(names) or 'none'}; give each a name of its own"
-            )
-        if self.record_bytes is not None and self.record_bytes < self._used:
-            raise ValueError(
-                f"record_bytes is {self.record_bytes}; sync, fields and checksum take {self._used}"
-            )
-
-    @property
-    def dtype_order(self) -> str:
-        """Byte order as numpy writes it."""
-        return _ORDERS[self.byte_order]
-
-    @property
-    def checksum_bytes(self) -> int:
-        """Length of the checksum."""
-        return _CHECKSUM_BYTES.get(self.checksum, 0)
-
-    @property
-    def _used(self) -> int:
-        width = sum(int(re.sub(r"\D", "", field.type)) for field in self.fields)
-        return len(self.sync) + width + self.checksum_bytes
-
-    @property
-    def size(self) -> int:
-        """Bytes in a record."""
-        return self.record_bytes or self._used
-
-    @property
-    def dtype(self) -> np.dtype[Any]:
-        """The record as numpy reads it."""
-        names, kinds, offsets = [], [], []
-        offset = len(self.sync)
-        for field in self.fields:
-            width = int(re.sub(r"\D", "", field.type))
-            if field.name:
-                names.append(field.name)
-                kinds.append(f"{self.dtype_order}{field.type}")
-                offsets.append(offset)
-            offset += width
-        return np.dtype(
-            {"names": names, "formats": kinds, "offsets": offsets, "itemsize": self.size}
-        )
-
-
-def _seven_doubles(name: str) -> BinaryLayout:
-    fields = [BinaryField(name="time", type="f8", unit="s")]
-    fields += [BinaryField(name=axis, type="f8", unit=name) for axis in "xyz"]
-    fields += [BinaryField(name=axis, type="f8", unit="m/s^2") for axis in ACCELEROMETER_NAMES]
-    return BinaryLayout(fields=tuple(fields), kind="rate")
-
-
-# Name -> layout of units that are often met: time (s), gyros x, y, z, accelerometers x, y, z.
-PRESETS: Final[Mapping[str, BinaryLayout]] = {
-    "imu7-deg": _seven_doubles("deg/s"),
-    "imu7-rad": _seven_doubles("rad/s"),
-}
+    columns: tuple[Column, ...]
+    dtype: np.dtype[Any]
+    header_bytes: int
+    sync: bytes
+    checksum: str
+    checked: np.dtype[Any]
+    stated: Statement
 
 
 def declared(layout: str | Mapping[str, Any]) -> BinaryLayout:
@@ -199,14 +141,13 @@ def declared(layout: str | Mapping[str, Any]) -> BinaryLayout:
     --------
     >>> declared({"fields": [["x", "i4", "0.1arcsec"]], "byte_order": "big"}).dtype["x"]
     dtype('>i4')
-    >>> declared("imu7-deg").size
+    >>> declared("imu7-deg").dtype.itemsize
     56
     """
-    if isinstance(layout, str) and layout in PRESETS:
-        return PRESETS[layout]
     where = layout if isinstance(layout, str) else ""
+    content = PRESETS.get(where, layout)
     try:
-        return _of_table(read_toml(Path(layout)) if isinstance(layout, str) else layout)
+        return _of_table(read_toml(Path(content)) if isinstance(content, str) else content)
     except OSError:
         raise RecordingError(
             f"layout {where!r} is not known",
@@ -221,18 +162,46 @@ def declared(layout: str | Mapping[str, Any]) -> BinaryLayout:
 def _of_table(content: Mapping[str, Any]) -> BinaryLayout:
     stated = content.get("layout", content)
     keep(_LAYOUT, stated)
-    fields = tuple(
-        BinaryField(name=str(name), type=kind, unit=str(unit[0]) if unit else None)
-        for name, kind, *unit in stated["fields"]
+    order = _ORDERS[stated.get("byte_order", "little")]
+    sync, checksum = _SYNC(str(stated.get("sync", ""))), stated.get("checksum", "")
+    columns, types, offsets, end = [], [], [], len(sync)
+    for number, (word, kind, *units) in enumerate(stated["fields"], start=1):
+        name, unit = str(word), str(units[0]) if units else None
+        if name:
+            columns.append(Column(key=name, name=name, unit=unit, number=number))
+            types.append(f"{order}{kind}")
+            offsets.append(end)
+        end += _number_in(kind)
+    names = [one.name for one in columns]
+    if not names or len(set(names)) < len(names):
+        raise ValueError(f"fields are {', '.join(names) or 'none'}; give each a name of its own")
+    checked = np.dtype(f"{order}u{_number_in(checksum) // 8}" if checksum else "u1")
+    end += checked.itemsize if checksum else 0
+    size = stated.get("record_bytes", end)
+    if size < end:
+        raise ValueError(f"record_bytes is {size}; sync, fields and checksum take {end}")
+    has_forces = set(ACCELEROMETER_NAMES) <= set(names)
+    return BinaryLayout(
+        columns=tuple(columns),
+        dtype=np.dtype({"names": names, "formats": types, "offsets": offsets, "itemsize": size}),
+        header_bytes=stated.get("header_bytes", 0),
+        sync=sync,
+        checksum=checksum,
+        checked=checked,
+        stated=Statement(
+            kind=stated.get("kind"),
+            sample_rate=stated.get("sample_rate"),
+            accelerometers=ACCELEROMETER_NAMES if has_forces else None,
+        ),
     )
-    others = {key: value for key, value in stated.items() if key not in ("fields", "sync")}
-    sync = _SYNC(str(stated.get("sync", "")))
-    return BinaryLayout(fields=fields, sync=sync, **others)
 
 
-# ---- binary ------------------------------------------------------------------------
+def _number_in(word: str) -> int:
+    return int(re.sub(r"\D", "", word))
 
-Bytes = NDArray[np.uint8]
+
+# ---- read --------------------------------------------------------------------------
+
 _LOOKED_THROUGH: Final = 1 << 24
 
 
@@ -266,19 +235,16 @@ def open_declared(path: Path, layout: str | Mapping[str, Any]) -> Source:
         If the layout cannot be, or the file holds no record of it.
     """
     laid_out = declared(layout)
-    with damaged(BINARY.name):
-        size = path.stat().st_size - laid_out.header_bytes
-        records, rest = divmod(max(size, 0), laid_out.size)
+    length = laid_out.dtype.itemsize
+    records, rest = divmod(max(path.stat().st_size - laid_out.header_bytes, 0), length)
     if records == 0:
         raise RecordingError(
-            f"is shorter than one record of {laid_out.size} bytes",
-            remedy="state the right {layout}",
+            f"is shorter than one record of {length} bytes", remedy="state the right {layout}"
         )
-    starts: NDArray[np.int64] | None = None
+    starts: IntegerArray | None = None
     notes: tuple[Note, ...] = ()
     if laid_out.sync or laid_out.checksum:
-        with damaged(BINARY.name):
-            starts, notes = _found(path, laid_out)
+        starts, notes = _found(path, laid_out)
         records = starts.size
         if records == 0:
             raise RecordingError(
@@ -289,26 +255,21 @@ def open_declared(path: Path, layout: str | Mapping[str, Any]) -> Source:
         text = f"{counted(rest, 'byte')} behind the last record: it may be cut off"
         notes = (Note(text=text, level="warning"),)
 
-    def pieces(keys: Sequence[str], start: int, stop: int) -> Iterator[dict[str, NDArray[Any]]]:
-        with damaged(BINARY.name):
-            for block in blocks(stop, start=start):
-                rows = _records(path, laid_out, starts, block)
-                yield {key: np.ascontiguousarray(rows[key]) for key in keys}
+    def pieces(keys: Sequence[str], start: int, stop: int) -> Pieces:
+        content, begin = _bytes(path), laid_out.header_bytes
+        for block in blocks(stop, start=start):
+            if starts is None:
+                part = content[begin + block.start * length : begin + block.stop * length]
+                rows = part.view(laid_out.dtype)
+            else:
+                rows = _rows(content, starts[block], length).view(laid_out.dtype)[:, 0]
+            yield {key: np.ascontiguousarray(rows[key]) for key in keys}
 
-    names = {one.name for one in laid_out.fields}
     return Source(
         format=BINARY.name,
-        columns=tuple(
-            Column(key=one.name, name=one.name, unit=one.unit, number=number)
-            for number, one in enumerate(laid_out.fields, start=1)
-            if one.name
-        ),
+        columns=laid_out.columns,
         load=lambda keys: Stored(lengths=dict.fromkeys(keys, records), pieces=pieces),
-        stated=Statement(
-            kind=laid_out.kind,
-            sample_rate=laid_out.sample_rate,
-            accelerometers=ACCELEROMETER_NAMES if set(ACCELEROMETER_NAMES) <= names else None,
-        ),
+        stated=laid_out.stated,
         notes=notes,
     )
 
@@ -317,35 +278,26 @@ def _bytes(path: Path) -> Bytes:
     return np.memmap(path, dtype=np.uint8, mode="r")
 
 
-def _records(
-    path: Path, laid_out: BinaryLayout, starts: NDArray[np.int64] | None, some: slice
-) -> NDArray[Any]:
-    """Some of the records."""
-    content = _bytes(path)
-    if starts is None:
-        begin = laid_out.header_bytes
-        rows = content[begin + some.start * laid_out.size : begin + some.stop * laid_out.size]
-        return rows.view(laid_out.dtype)
-    rows = content[starts[some, None] + np.arange(laid_out.size)]
-    return np.ascontiguousarray(rows).view(laid_out.dtype)[:, 0]
+def _rows(content: Bytes, starts: IntegerArray, length: int) -> Bytes:
+    """Records that start there, (records, length) bytes."""
+    return np.ascontiguousarray(content[starts[:, None] + np.arange(length)])
 
 
-def _found(path: Path, laid_out: BinaryLayout) -> tuple[NDArray[np.int64], tuple[Note, ...]]:
+def _found(path: Path, laid_out: BinaryLayout) -> tuple[IntegerArray, tuple[Note, ...]]:
     """Where the records with right sync bytes and checksums start, and what lies between them."""
-    content = _bytes(path)
-    found: list[NDArray[np.int64]] = []
+    content, length = _bytes(path), laid_out.dtype.itemsize
+    found: list[IntegerArray] = []
     wrong = 0
     # Looked through in parts; a record that begins in one may end in the next.
-    last = content.size - laid_out.size
+    last = content.size - length
     for begin in range(laid_out.header_bytes, last + 1, _LOOKED_THROUGH):
         places = _places(content, laid_out, begin, min(begin + _LOOKED_THROUGH, last + 1))
         for some in blocks(places.size):
-            rows = places[some]
-            is_right = _are_right(content, laid_out, rows)
-            wrong += int(np.count_nonzero(~is_right)) if laid_out.checksum else 0
-            found.append(rows[is_right])
-    starts = _apart(np.concatenate(found) if found else np.empty(0, np.int64), laid_out.size)
-    between = content.size - laid_out.header_bytes - starts.size * laid_out.size
+            is_right = _are_right(_rows(content, places[some], length), laid_out)
+            wrong += int(np.count_nonzero(~is_right))
+            found.append(places[some][is_right])
+    starts = _apart(np.concatenate(found) if found else np.empty(0, np.int64), length)
+    between = content.size - laid_out.header_bytes - starts.size * length
     if between == 0:
         return starts, ()
     text = f"{counted(between, 'byte')} belong to no record and are left out"
@@ -354,28 +306,28 @@ def _found(path: Path, laid_out: BinaryLayout) -> tuple[NDArray[np.int64], tuple
     return starts, (Note(text=text, level="warning"),)
 
 
-def _places(content: Bytes, laid_out: BinaryLayout, begin: int, stop: int) -> NDArray[np.int64]:
+def _places(content: Bytes, laid_out: BinaryLayout, begin: int, stop: int) -> IntegerArray:
     """Places from `begin` to before `stop` where the sync bytes stand, or a record could."""
     if not laid_out.sync:
-        offset = (begin - laid_out.header_bytes) % laid_out.size
-        return np.arange(begin + (laid_out.size - offset) % laid_out.size, stop, laid_out.size)
+        length = laid_out.dtype.itemsize
+        offset = (begin - laid_out.header_bytes) % length
+        return np.arange(begin + (length - offset) % length, stop, length)
     is_sync = np.ones(stop - begin, dtype=np.bool_)
     for place, value in enumerate(laid_out.sync):
         is_sync &= content[begin + place : stop + place] == value
     return np.flatnonzero(is_sync) + begin
 
 
-def _are_right(content: Bytes, laid_out: BinaryLayout, starts: NDArray[np.int64]) -> Any:
+def _are_right(rows: Bytes, laid_out: BinaryLayout) -> Any:
     """Whether the checksums of records match, (records,) bool."""
-    if not laid_out.checksum or not starts.size:
-        return np.ones(starts.size, dtype=np.bool_)
-    rows = np.asarray(content[starts[:, None] + np.arange(laid_out.size)])
-    at, width = laid_out.size - laid_out.checksum_bytes, laid_out.checksum_bytes
-    stored = rows[:, at:].copy().view(f"{laid_out.dtype_order}u{width}")[:, 0]
+    if not laid_out.checksum or not rows.size:
+        return np.ones(rows.shape[0], dtype=np.bool_)
+    at = rows.shape[1] - laid_out.checked.itemsize
+    stored = rows[:, at:].copy().view(laid_out.checked)[:, 0]
     return CHECKSUMS[laid_out.checksum](rows[:, len(laid_out.sync) : at]) == stored
 
 
-def _apart(starts: NDArray[np.int64], size: int) -> NDArray[np.int64]:
+def _apart(starts: IntegerArray, size: int) -> IntegerArray:
     """The starts that lie in no record before them: sync bytes may stand within one by chance."""
     if starts.size < 2 or (np.diff(starts) >= size).all():
         return starts
@@ -385,22 +337,3 @@ def _apart(starts: NDArray[np.int64], size: int) -> NDArray[np.int64]:
             kept.append(start)
             end = start + size
     return np.array(kept, dtype=np.int64)
-
-
-def _crc16(rows: Bytes) -> NDArray[Any]:
-    """CRC-16/CCITT-FALSE: polynomial 0x1021 from 0xFFFF."""
-    crc: NDArray[Any] = np.full(rows.shape[0], 0xFFFF, dtype=np.int64)
-    for column in rows.T:
-        crc ^= column.astype(np.int64) << 8
-        for _ in range(8):
-            crc = ((crc << 1) ^ np.where(crc & 0x8000, 0x1021, 0)) & 0xFFFF
-    return crc
-
-
-CHECKSUMS: Final[Mapping[str, Callable[[Bytes], NDArray[Any]]]] = {
-    "xor8": lambda rows: np.bitwise_xor.reduce(rows, axis=1),
-    "sum8": lambda rows: rows.sum(axis=1, dtype=np.uint64) & 0xFF,
-    "sum16": lambda rows: rows.sum(axis=1, dtype=np.uint64) & 0xFFFF,
-    "crc16": _crc16,
-    "crc32": lambda rows: np.array([zlib.crc32(row.tobytes()) for row in rows], dtype=np.uint32),
-}

@@ -3,11 +3,11 @@
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any, Final
+from typing import Final
 
 import numpy as np
 
-from sagnac.core.arrays import Filling, FloatArray, blocks, elementwise
+from sagnac.core.arrays import FloatArray, blocks, elementwise
 from sagnac.core.errors import Note, RecordingError, counted
 from sagnac.core.units import (
     ACCELERATION_UNITS,
@@ -21,7 +21,7 @@ from sagnac.core.units import (
     unit_of,
 )
 from sagnac.formats.choice import Choice, Placed
-from sagnac.formats.source import Column, Stored
+from sagnac.formats.source import Column
 from sagnac.formats.statement import Statements, of_name, parsed_unit
 from sagnac.recording.channel import KINDS, Channel, Kind, finite_extent, unwrapped
 from sagnac.recording.columns import Conversion
@@ -122,36 +122,6 @@ def _check_slice(first: int, stop: int) -> None:
         raise RecordingError(
             "fewer than two samples lie in the slice", remedy="widen {slice START:STOP}"
         )
-
-
-def stamps_in_seconds(stored: Stored, key: str, unit: float, until: float | None) -> FloatArray:
-    """Stamps in s from the first, to the one at `until`.
-
-    The first is taken off before anything is converted, so that integers lose nothing by the size
-    of the epoch.
-
-    Parameters
-    ----------
-    stored
-        Columns of the file.
-    key
-        That of the stamps.
-    unit
-        Seconds in one unit of them.
-    until
-        s from the first, after which none are needed, or None.
-    """
-    samples = stored.lengths[key]
-    times = Filling(samples)
-    origin: Any = None
-    for piece in stored.pieces([key], 0, samples):
-        raw = piece[key]
-        origin = raw[0] if origin is None else origin
-        seconds = np.asarray(raw - origin, dtype=np.float64) * unit
-        times.append(seconds)
-        if until is not None and (seconds >= until - _SLACK).any():
-            break
-    return times.filled
 
 
 def first_at(times: FloatArray, limit: float) -> int:

@@ -11,6 +11,8 @@ from sagnac.core.errors import MissingExtra, RecordingError
 # ---- room --------------------------------------------------------------------------
 
 GIBIBYTE: Final = 2**30
+# What to do about a damaged file.
+AGAIN: Final = "get the file again from its source"
 # Largest ratio that any of the compressions here reaches, twice over: a file that declares more has
 # nothing behind it.
 _TIGHTEST: Final = 2064
@@ -79,7 +81,7 @@ def require_content(declared: int, stored: int, what: str) -> None:
     if declared > _TIGHTEST * max(stored, 1):
         raise RecordingError(
             f"{what} declares {declared} bytes, and the file has {stored}: nothing is behind it",
-            remedy="get the file again from its source",
+            remedy=AGAIN,
         )
 
 
@@ -103,8 +105,7 @@ def damaged(format_name: str) -> Iterator[None]:
         # NumPy ends its message with advice on its own arguments.
         why = " ".join(str(error).split()).split("; use `")[0][:160] or type(error).__name__
         raise RecordingError(
-            f"is not {format_name}, or is damaged or cut off ({why})",
-            remedy="get the file again from its source",
+            f"is not {format_name}, or is damaged or cut off ({why})", remedy=AGAIN
         ) from error
 
 

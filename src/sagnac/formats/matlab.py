@@ -19,7 +19,7 @@ import scipy.io
 from numpy.typing import NDArray
 
 from sagnac.core.whole_files import replacing
-from sagnac.formats.files import damaged, require_room
+from sagnac.formats.files import require_room
 from sagnac.formats.registry import MATLAB
 from sagnac.formats.source import MADE, Outgoing, Source, Stored, Vector, column, in_memory, vectors
 from sagnac.formats.statement import ARRAYS_STATED, from_mapping
@@ -315,17 +315,16 @@ def open_source(path: Path) -> Source:
     RecordingError
         If the file is not MATLAB or is cut off.
     """
-    with damaged(MATLAB.name):
-        # The library trusts tags, and reads memory that is not its own where they lie.
-        elements = _elements(path)
-        listing = scipy.io.whosmat(path)
-        stated_names = [
-            name
-            for name, shape, kind in listing
-            if name in ARRAYS_STATED and (kind == "char" or shape == (1, 1))
-        ]
-        content = scipy.io.loadmat(path, variable_names=stated_names) if stated_names else {}
-        stated = {name: content[name].reshape(-1)[0].item() for name in stated_names}
+    # The library trusts tags, and reads memory that is not its own where they lie.
+    elements = _elements(path)
+    listing = scipy.io.whosmat(path)
+    stated_names = [
+        name
+        for name, shape, kind in listing
+        if name in ARRAYS_STATED and (kind == "char" or shape == (1, 1))
+    ]
+    content = scipy.io.loadmat(path, variable_names=stated_names) if stated_names else {}
+    stated = {name: content[name].reshape(-1)[0].item() for name in stated_names}
     found: dict[str, Vector] = {}
     unreadable: dict[str, str] = {}
     fields = {name: one for name, one in elements.items() if one.place or one.holds}
@@ -349,17 +348,16 @@ def open_source(path: Path) -> Source:
             found.update(vectors(short if last[short] == 1 else name, name, one.shape))
 
     def load(keys: Sequence[str]) -> Stored:
-        with damaged(MATLAB.name):
-            arrays = list({found[key].array for key in keys})
-            names = [name for name in arrays if name not in fields]
-            for name, shape, _ in listing:
-                if name in names:
-                    require_room(8 * math.prod(shape), name)
-            content = scipy.io.loadmat(path, variable_names=names) if names else {}
-            for name in arrays:
-                if name in fields:
-                    content[name] = field_values(path, fields[name])
-            return in_memory({key: found[key].of(content[found[key].array]) for key in keys})
+        arrays = list({found[key].array for key in keys})
+        names = [name for name in arrays if name not in fields]
+        for name, shape, _ in listing:
+            if name in names:
+                require_room(8 * math.prod(shape), name)
+        content = scipy.io.loadmat(path, variable_names=names) if names else {}
+        for name in arrays:
+            if name in fields:
+                content[name] = field_values(path, fields[name])
+        return in_memory({key: found[key].of(content[found[key].array]) for key in keys})
 
     return Source(
         format=MATLAB.name,

@@ -9,7 +9,6 @@ from numpy.typing import NDArray
 from pymseed import MS3Record, MS3TraceList, get_error_messages
 
 from sagnac.core.errors import Note, RecordingError, counted
-from sagnac.formats.files import damaged
 from sagnac.formats.registry import MINISEED
 from sagnac.formats.source import Column, Source, Stored, in_memory
 from sagnac.formats.statement import Statement
@@ -28,11 +27,10 @@ def open_source(path: Path) -> Source:
     RecordingError
         If the file is not miniSEED, is cut off, holds no samples, or its sources differ in rate.
     """
-    with damaged(MINISEED.name):
-        # A list of traces leaves out a last record that is not whole, and says nothing.
-        for _ in MS3Record.from_file(path):
-            pass
-    with damaged(MINISEED.name), MS3TraceList.from_file(path) as traces:
+    # A list of traces leaves out a last record that is not whole, and says nothing.
+    for _ in MS3Record.from_file(path):
+        pass
+    with MS3TraceList.from_file(path) as traces:
         found = {
             one.sourceid.removeprefix(_PREFIX): [
                 (segment.starttime, segment.samprate, segment.samplecnt) for segment in one
@@ -65,7 +63,7 @@ def open_source(path: Path) -> Source:
         arrays: dict[str, NDArray[Any]] = {}
         if _TIME in keys:
             arrays[_TIME] = _stamps(first)
-        with damaged(MINISEED.name), MS3TraceList.from_file(path, unpack_data=True) as traces:
+        with MS3TraceList.from_file(path, unpack_data=True) as traces:
             _require_sums()
             for one in traces:
                 name = one.sourceid.removeprefix(_PREFIX)

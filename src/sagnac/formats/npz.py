@@ -2,7 +2,7 @@
 
 import math
 import zipfile
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, Final
 
@@ -12,12 +12,13 @@ from numpy.typing import NDArray
 from sagnac.core.arrays import blocks
 from sagnac.core.errors import RecordingError
 from sagnac.core.whole_files import replacing
-from sagnac.formats.files import damaged, require_content, require_room
+from sagnac.formats.files import require_content, require_room
 from sagnac.formats.registry import NPY, NPZ
 from sagnac.formats.source import (
     MADE,
     Column,
     Outgoing,
+    Pieces,
     Source,
     Stored,
     Vector,
@@ -30,8 +31,6 @@ from sagnac.formats.statement import ARRAYS_STATED, from_mapping
 # Bytes of a text that states something.
 _MOST_STATED: Final = 2**16
 _MOST_COLUMNS: Final = 4096
-
-Pieces = Iterator[dict[str, NDArray[Any]]]
 
 
 def open_source(path: Path) -> Source:
@@ -55,9 +54,8 @@ def _open_array(path: Path) -> Source:
     RecordingError
         If the file is no array of real numbers in one or two dimensions, or is cut off.
     """
-    with damaged(NPY.name):
-        array = np.load(path, mmap_mode="r", allow_pickle=False)
-        require_content(array.nbytes, path.stat().st_size, path.name)
+    array = np.load(path, mmap_mode="r", allow_pickle=False)
+    require_content(array.nbytes, path.stat().st_size, path.name)
     names = array.dtype.names
     if names is not None and array.ndim == 1:
         columns = {name: array[name] for name in names if array[name].dtype.kind in "biuf"}
@@ -72,9 +70,8 @@ def _open_array(path: Path) -> Source:
 
     def load(keys: Sequence[str]) -> Stored:
         def pieces(wanted: Sequence[str], start: int, stop: int) -> Pieces:
-            with damaged(NPY.name):
-                for block in blocks(stop, start=start):
-                    yield {key: np.array(columns[key][block]) for key in wanted}
+            for block in blocks(stop, start=start):
+                yield {key: np.array(columns[key][block]) for key in wanted}
 
         return Stored(lengths={key: columns[key].shape[0] for key in keys}, pieces=pieces)
 
@@ -107,27 +104,26 @@ def _open_archive(path: Path) -> Source:
     found: dict[str, Vector] = {}
     unreadable: dict[str, str] = {}
     stated: dict[str, Any] = {}
-    with damaged(NPZ.name):
-        heads = _heads(path)
-        with np.load(path, allow_pickle=False) as archive:
-            for name, (shape, kind) in heads.items():
-                size = _bytes(shape, kind)
-                if name in ARRAYS_STATED and shape in ((), (1,)) and size > _MOST_STATED:
-                    raise ValueError(f"{name} has {size} bytes")
-                if kind.kind in "biuf" and shape not in ((), (1,)):
-                    found.update(vectors(name, name, shape))
-                elif name in ARRAYS_STATED:
-                    value = archive[name]
-                    stated[name] = value.item() if value.size == 1 else value.tolist()
-                elif kind.kind not in "biuf":
-                    unreadable[name] = f"holds values of kind {kind.kind!r}"
+    heads = _heads(path)
+    with np.load(path, allow_pickle=False) as archive:
+        for name, (shape, kind) in heads.items():
+            size = _bytes(shape, kind)
+            if name in ARRAYS_STATED and shape in ((), (1,)) and size > _MOST_STATED:
+                raise ValueError(f"{name} has {size} bytes")
+            if kind.kind in "biuf" and shape not in ((), (1,)):
+                found.update(vectors(name, name, shape))
+            elif name in ARRAYS_STATED:
+                value = archive[name]
+                stated[name] = value.item() if value.size == 1 else value.tolist()
+            elif kind.kind not in "biuf":
+                unreadable[name] = f"holds values of kind {kind.kind!r}"
 
     def load(keys: Sequence[str]) -> Stored:
         for name in {found[key].array for key in keys}:
             size = _bytes(*heads[name])
             require_room(size, name)
             require_content(size, path.stat().st_size, name)
-        with damaged(NPZ.name), np.load(path, allow_pickle=False) as archive:
+        with np.load(path, allow_pickle=False) as archive:
             return in_memory({key: found[key].of(archive[found[key].array]) for key in keys})
 
     return Source(
@@ -152,12 +148,9 @@ def _heads(path: Path) -> dict[str, tuple[tuple[int, ...], np.dtype[Any]]]:
             with archive.open(member) as stream:
                 if not member.endswith(".npy"):
                     continue
-                version = np.lib.format.read_magic(stream)
-                read = (
-                    np.lib.format.read_array_header_1_0
-                    if version == (1, 0)
-                    else np.lib.format.read_array_header_2_0
-                )
+                is_first = np.lib.format.read_magic(stream) == (1, 0)
+                form = np.lib.format
+                read = form.read_array_header_1_0 if is_first else form.read_array_header_2_0
                 shape, _, dtype = read(stream)
             heads[member.removesuffix(".npy")] = (shape, dtype)
     return heads

@@ -17,7 +17,6 @@ import numpy as np
 
 from sagnac.core.arrays import FloatArray
 from sagnac.core.errors import Note, RecordingError
-from sagnac.formats.files import damaged
 from sagnac.formats.registry import PSINS
 from sagnac.formats.source import Column, Source, Stored, in_memory
 from sagnac.formats.statement import Statement
@@ -78,7 +77,7 @@ def read_header(path: Path) -> Header:
     """
     rows: list[list[float]] = []
     lines, commented = 0, False
-    with damaged(PSINS.name), path.open(encoding="utf-8", errors="strict") as stream:
+    with path.open(encoding="utf-8", errors="strict") as stream:
         for line in islice(stream, _MOST_HEADER_LINES):
             lines += 1
             if not line.strip() or line.lstrip().startswith("%"):
@@ -147,7 +146,7 @@ def _ends_with_a_line(path: Path) -> bool:
 
 def _rows(path: Path, header: Header) -> FloatArray:
     """(samples, 6) counts."""
-    with damaged(PSINS.name), path.open(encoding="utf-8") as stream:
+    with path.open(encoding="utf-8") as stream:
         lines = islice(stream, header.lines, None)
         first = next((line for line in lines if line.strip()), None)
         if first is None:

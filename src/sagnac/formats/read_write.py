@@ -10,7 +10,7 @@ from typing import Any, Final
 from sagnac.core.errors import MissingExtra, RecordingError
 from sagnac.core.overwriting import require_free
 from sagnac.formats.assemble import assemble
-from sagnac.formats.files import about
+from sagnac.formats.files import about, damaged
 from sagnac.formats.registry import BINARY, CSV, EUROC_DATA, ROSBAG, Format, formats
 from sagnac.formats.source import Source, outgoing
 from sagnac.formats.statement import (
@@ -321,10 +321,29 @@ def _file_of(path: Path | str) -> Path:
 
 
 def _open(path: Path, statements: Statements) -> Source:
+    layout = statements.layout
     if path.is_dir() and (path / "metadata.yaml").is_file():
         # A bag of ROS 2 is a folder.
-        source: Source = _module(ROSBAG, "reading").open_source(path)
-        return source
+        known, layout = ROSBAG, None
+    else:
+        beginning = _beginning(path)
+        known = BINARY if layout is not None and beginning else format_of(path.suffix, beginning)
+    module = _module(known, "reading")
+    with damaged(known.name):
+        source: Source = (
+            module.open_source(path) if layout is None else module.open_declared(path, layout)
+        )
+    return source
+
+
+def _beginning(path: Path) -> bytes:
+    """The first bytes of a file.
+
+    Raises
+    ------
+    RecordingError
+        If it is no file that is stored whole, or cannot be opened.
+    """
     if path.is_dir():
         raise RecordingError(
             f"is a folder without {EUROC_DATA} (EuRoC) or metadata.yaml (ROS 2)",
@@ -348,12 +367,7 @@ def _open(path: Path, statements: Statements) -> Source:
             "is made by the system as it is read, and states no size",
             remedy="copy it, and give the copy",
         )
-    layout = statements.layout
-    if layout is not None and beginning:
-        source = _module(BINARY, "reading").open_declared(path, layout)
-    else:
-        source = _module(format_of(path.suffix, beginning), "reading").open_source(path)
-    return source
+    return beginning
 
 
 def format_of(suffix: str, beginning: bytes) -> Format:

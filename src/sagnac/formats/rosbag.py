@@ -28,7 +28,6 @@ from rosbags.typesys import Stores, get_typestore
 from sagnac.core.arrays import blocks
 from sagnac.core.errors import Note, RecordingError
 from sagnac.core.whole_files import replacing_set
-from sagnac.formats.files import damaged
 from sagnac.formats.registry import ROSBAG
 from sagnac.formats.source import MADE, Column, Outgoing, Source, Stored, in_memory
 from sagnac.formats.statement import Statement
@@ -83,10 +82,9 @@ def open_source(path: Path) -> Source:
         If it is no bag, is cut off, or holds no IMU.
     """
     held = _Held(path)
-    with damaged(ROSBAG.name):
-        bag = held.bag
-        every = [(name, topic.msgtype, topic.msgcount) for name, topic in bag.topics.items()]
-        topics = [_topic(bag, name) for name, kind, _ in every if kind in _TYPES]
+    bag = held.bag
+    every = [(name, topic.msgtype, topic.msgcount) for name, topic in bag.topics.items()]
+    topics = [_topic(bag, name) for name, kind, _ in every if kind in _TYPES]
     listed = ", ".join(f"{name} ({kind}, {count})" for name, kind, count in every[:_MOST_LISTED])
     listed += " ..." if len(every) > _MOST_LISTED else ""
     topics = [topic for topic in topics if topic.messages]
@@ -117,7 +115,7 @@ def open_source(path: Path) -> Source:
 
     def load(wanted: Sequence[str]) -> Stored:
         arrays: dict[str, NDArray[Any]] = {}
-        with damaged(ROSBAG.name), collection_paused():
+        with collection_paused():
             for topic in topics:
                 fields = {key: keys[key][1] for key in wanted if keys[key][0] is topic}
                 if fields:

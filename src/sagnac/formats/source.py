@@ -7,9 +7,10 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from sagnac.core.arrays import IntegerArray, blocks
-from sagnac.core.errors import Note, one_line
+from sagnac.core.arrays import FloatArray, IntegerArray, blocks, empty, is_mapped, release
+from sagnac.core.errors import Note, RecordingError, one_line
 from sagnac.core.units import UNITS, Unit, split_header
+from sagnac.formats.files import damaged
 from sagnac.formats.statement import ROLES, VOCABULARY, Statement
 from sagnac.recording.channel import PICKOFF
 from sagnac.recording.columns import NULL_PULSE_NAME, TEMPERATURE
@@ -17,6 +18,8 @@ from sagnac.recording.model import Kind, Recording
 
 # ---- source ------------------------------------------------------------------------
 
+# Pieces of columns that follow one another, each with values of one key or more.
+Pieces = Iterator[dict[str, NDArray[Any]]]
 # A matrix of more columns than this is no recording.
 _MOST_COLUMNS: Final = 4096
 
@@ -53,19 +56,18 @@ class Stored:
     lengths
         Key -> samples.
     pieces
-        Keys, first sample and the one after the last -> pieces that follow one another, each
-        with values of one key or more: arrays of one dimension, any numeric type; missing
-        samples are NaN. A key is asked for once.
+        Keys, first sample and the one after the last -> their `Pieces`: arrays of one dimension,
+        any numeric type; missing samples are NaN. A key is asked for once.
     """
 
     lengths: Mapping[str, int]
-    pieces: Callable[[Sequence[str], int, int], Iterator[dict[str, NDArray[Any]]]]
+    pieces: Callable[[Sequence[str], int, int], Pieces]
 
 
 def in_memory(arrays: dict[str, NDArray[Any]]) -> Stored:
     """Columns of a format that is read whole; each is let go as it is taken over."""
 
-    def pieces(keys: Sequence[str], start: int, stop: int) -> Iterator[dict[str, NDArray[Any]]]:
+    def pieces(keys: Sequence[str], start: int, stop: int) -> Pieces:
         for key in keys:
             whole = arrays.pop(key)
             # A view would keep what lies outside the slice.
@@ -100,6 +102,95 @@ class Source:
     stated: Statement = field(default_factory=Statement)
     notes: tuple[Note, ...] = ()
     unreadable: Mapping[str, str] = field(default_factory=dict)
+
+    def opened(self, keys: Sequence[str]) -> Stored:
+        """Columns, ready to be read.
+
+        Raises
+        ------
+        RecordingError
+            If the file is damaged.
+        """
+        with damaged(self.format):
+            return self.load(keys)
+
+    def read(
+        self, stored: Stored, keys: Sequence[str], first: int, stop: int, *, by_first: bool = False
+    ) -> dict[str, FloatArray]:
+        """Samples of columns as float64; no column is in memory twice.
+
+        Parameters
+        ----------
+        stored
+            As `opened` gives them.
+        keys
+            Those of the columns.
+        first, stop
+            First sample, and the one after the last.
+        by_first
+            Whether the first sample is taken off all, before they become float64: stamps lose
+            nothing by the size of their epoch.
+
+        Raises
+        ------
+        RecordingError
+            If the file is damaged, or numbers would lose digits as float64.
+        """
+        columns = {key: empty(stop - first) for key in keys}
+        sizes, origins = dict.fromkeys(keys, 0), {}
+        with damaged(self.format):
+            for piece in stored.pieces(keys, first, stop):
+                for key, raw in piece.items():
+                    values = raw
+                    if by_first:
+                        values = raw.astype(np.int64) if raw.dtype.kind in "ub" else raw
+                        values = values - origins.setdefault(key, values[:1])
+                    else:
+                        _require_exact(key, raw)
+                    if _may_be_kept(values, columns[key]):
+                        columns[key] = values
+                    else:
+                        columns[key][sizes[key] : sizes[key] + values.size] = values
+                        release()
+                    sizes[key] += values.size
+            for key, size in sizes.items():
+                if size != stop - first:
+                    raise ValueError(f"{key} has {size} of {stop - first} samples")
+        return columns
+
+
+# Whole numbers up to this are exact as float64.
+_EXACT: Final = 2**53
+
+
+def _require_exact(key: str, values: NDArray[Any]) -> None:
+    """Refuse numbers that lose digits, or a part of them, as float64."""
+    if values.dtype.kind == "c":
+        raise RecordingError(
+            "holds complex values", channel=key, remedy="store real and imaginary parts apart"
+        )
+    large = values.dtype.kind in "iu" and values.dtype.itemsize == 8 and values.size
+    if not large or (values.max() <= _EXACT and values.min() >= -_EXACT):
+        return
+    with np.errstate(invalid="ignore"):
+        back = values.astype(np.float64).astype(values.dtype)
+    if (back != values).any():
+        raise RecordingError(
+            "holds integers beyond 2^53, whose last digits would be lost",
+            channel=key,
+            remedy="take a constant off them and store the rest",
+        )
+
+
+def _may_be_kept(values: NDArray[Any], column: FloatArray) -> bool:
+    """Whether a piece is a whole column already, as it is to be."""
+    return (
+        values.size == column.size
+        and not is_mapped(column)
+        and values.dtype == np.float64
+        and values.flags.writeable
+        and values.flags.c_contiguous
+    )
 
 
 def column(key: str, *, unit: str | None = None, kind: str | None = None) -> Column:

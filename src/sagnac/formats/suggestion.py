@@ -2,7 +2,7 @@
 
 import re
 from collections.abc import Mapping, Sequence
-from typing import Any, Final
+from typing import Final
 
 import numpy as np
 
@@ -207,15 +207,13 @@ def candidates(source: Source, statements: Statements) -> tuple[Column, ...]:
     if not left:
         return ()
     keys = [one.key for one in left]
-    stored = source.load(keys)
+    stored = source.opened(keys)
     samples = min(_LOOKED_AT, *stored.lengths.values())
-    moves: set[str] = set()
-    for piece in stored.pieces(keys, 0, samples):
-        for key, values in piece.items():
-            steps = np.diff(np.asarray(values, dtype=np.float64))
-            if (steps > 0.0).any() and (steps < 0.0).any():
-                moves.add(key)
-    return tuple(one for one in left if one.key in moves)
+    numbers = source.read(stored, keys, 0, samples, by_first=True)
+    steps = {key: np.diff(values) for key, values in numbers.items()}
+    return tuple(
+        one for one in left if (steps[one.key] > 0.0).any() and (steps[one.key] < 0.0).any()
+    )
 
 
 def column_text(column: Column) -> str:
@@ -326,13 +324,9 @@ def _counts_rows(steps: FloatArray) -> bool:
 
 def _steps(source: Source, column: Column) -> FloatArray:
     """Finite steps of a column of stamps, in its own unit."""
-    stored = source.load([column.key])
-    (samples,) = stored.lengths.values()
-    parts: list[Any] = [part[column.key] for part in stored.pieces([column.key], 0, samples)]
-    if not samples:
-        return np.empty(0)
-    stamps = np.concatenate([np.asarray(part - parts[0][0], dtype=np.float64) for part in parts])
-    steps = np.diff(stamps)
+    key = column.key
+    stored = source.opened([key])
+    steps = np.diff(source.read(stored, [key], 0, stored.lengths[key], by_first=True)[key])
     return steps[np.isfinite(steps)]
 
 

@@ -40,7 +40,7 @@ _LEAST_MODULUS: Final = 100.0
 _FEWEST_PLACES: Final = 10.0
 
 
-def roll_overs(readings: FloatArray) -> tuple[int, float] | None:
+def roll_overs(readings: FloatArray, extent: float) -> tuple[int, float] | None:
     """How often readings start over, and at what, in their own unit; None if they do not.
 
     They start over by steps that cover most of the range. What a reading changes by there beyond
@@ -50,8 +50,9 @@ def roll_overs(readings: FloatArray) -> tuple[int, float] | None:
     ----------
     readings
         (samples,), in any unit.
+    extent
+        Largest less smallest of them.
     """
-    extent = finite_extent(readings)
     if readings.size < 3 or extent <= 0.0:
         return None
     steps = np.diff(readings[:_LOOKED_AT])
@@ -73,16 +74,14 @@ def roll_overs(readings: FloatArray) -> tuple[int, float] | None:
 
 def counter_notes(name: str, raw: FloatArray, scale: Scale) -> tuple[Note, ...]:
     """A gyro's raw numbers that roll over as a counter does, while none is stated: a warning."""
-    extent = finite_extent(raw)
-    bits = next((bits for bits in COUNTER_BITS if extent < 2.0**bits), None)
-    if bits is None:
-        return ()
     some = raw[:_LOOKED_AT]
     finite = some[np.isfinite(some)]
     if not np.array_equal(finite, np.rint(finite)):
         return ()
-    found = roll_overs(raw)
-    if found is None:
+    extent = finite_extent(raw)
+    bits = next((bits for bits in COUNTER_BITS if extent < 2.0**bits), None)
+    found = None if bits is None else roll_overs(raw, extent)
+    if bits is None or found is None:
         return ()
     count, period = found
     is_angle = scale.kind == "angle"
@@ -109,9 +108,8 @@ def counter_notes(name: str, raw: FloatArray, scale: Scale) -> tuple[Note, ...]:
 def table_counter_notes(key: str, raw: FloatArray, scale: Scale) -> tuple[Note, ...]:
     """Encoder readings that start over elsewhere than at a turn of their unit: a warning."""
     turn = 2.0 * math.pi / scale.factor
-    if finite_extent(raw) <= 1.001 * turn:
-        return ()
-    found = roll_overs(raw)
+    extent = finite_extent(raw)
+    found = roll_overs(raw, extent) if extent > 1.001 * turn else None
     # No counter has fewer places in a turn; damaged readings may seem to.
     if found is None or not found[1] > _FEWEST_PLACES:
         return ()

@@ -2,7 +2,7 @@
 
 import logging
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, Final
 
@@ -13,9 +13,8 @@ from numpy.typing import NDArray
 
 from sagnac.core.arrays import blocks
 from sagnac.core.errors import RecordingError
-from sagnac.formats.files import damaged
 from sagnac.formats.registry import TDMS
-from sagnac.formats.source import Column, Source, Stored, column
+from sagnac.formats.source import Column, Pieces, Source, Stored, column
 from sagnac.formats.statement import Statement
 
 # The library hands over raw counts of a channel whose scale it does not know.
@@ -40,7 +39,7 @@ def open_source(path: Path) -> Source:
     RecordingError
         If the file is not TDMS or is cut off.
     """
-    with damaged(TDMS.name), path.open("rb") as stream, TdmsFile.open(stream) as file:
+    with path.open("rb") as stream, TdmsFile.open(stream) as file:
         found = [
             (group.name, one.name, dict(one.properties), np.dtype(one.dtype), len(one))
             for group in file.groups()
@@ -52,20 +51,16 @@ def open_source(path: Path) -> Source:
         shared = [file.properties, *(group.properties for group in file.groups())]
     found = [one for one in found if one[3].kind in "biufM" and one[4]]
     names = [name for _, name, *_ in found]
-    places: dict[str, tuple[str, str]] = {}
-    lengths: dict[str, int] = {}
-    properties: dict[str, Mapping[str, Any]] = {}
+    by_key = {one[1] if names.count(one[1]) == 1 else f"{one[0]}/{one[1]}": one for one in found}
     columns: list[Column] = []
-    for group, name, own, kind, length in found:
-        key = name if names.count(name) == 1 else f"{group}/{name}"
+    for key, (_, _, own, kind, _) in by_key.items():
         unit = next((str(own[one]) for one in _UNIT_PROPERTIES if own.get(one)), None)
-        places[key], lengths[key], properties[key] = (group, name), length, own
         columns.append(column(key, unit="ns" if kind.kind == "M" else unit))
 
-    def pieces(keys: Sequence[str], start: int, stop: int) -> Iterator[dict[str, NDArray[Any]]]:
-        with damaged(TDMS.name), path.open("rb") as stream, TdmsFile.open(stream) as file:
+    def pieces(keys: Sequence[str], start: int, stop: int) -> Pieces:
+        with path.open("rb") as stream, TdmsFile.open(stream) as file:
             for key in keys:
-                group, name = places[key]
+                group, name, *_ = by_key[key]
                 channel = file[group][name]
                 for block in blocks(stop, start=start):
                     values = channel.read_data(block.start, block.stop - block.start)
@@ -73,11 +68,11 @@ def open_source(path: Path) -> Source:
 
     def load(keys: Sequence[str]) -> Stored:
         for key in keys:
-            for holder in (properties[key], *shared):
+            for holder in (by_key[key][2], *shared):
                 check_scales(key, holder)
-        return Stored(lengths={key: lengths[key] for key in keys}, pieces=pieces)
+        return Stored(lengths={key: by_key[key][-1] for key in keys}, pieces=pieces)
 
-    steps = {own["wf_increment"] for own in properties.values() if own.get("wf_increment")}
+    steps = {own["wf_increment"] for _, _, own, *_ in found if own.get("wf_increment")}
     rate = round(1.0 / steps.pop(), 9) if len(steps) == 1 else None
     return Source(
         format=TDMS.name,

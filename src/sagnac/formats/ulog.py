@@ -10,7 +10,6 @@ import numpy as np
 from pyulog import ULog
 
 from sagnac.core.errors import Note, RecordingError, counted
-from sagnac.formats.files import damaged
 from sagnac.formats.registry import ULOG
 from sagnac.formats.source import Column, Source, Stored, in_memory
 from sagnac.formats.statement import Statement
@@ -57,7 +56,7 @@ def open_source(path: Path) -> Source:
         If the file is not ULog or is damaged, or logs no gyro.
     """
     # The library leaves a file open that it opened itself and cannot read.
-    with damaged(ULOG.name), io.FileIO(path) as raw, _Stream(raw) as stream:
+    with io.FileIO(path) as raw, _Stream(raw) as stream:
         # What it prints of a damaged file is refused here.
         with redirect_stdout(io.StringIO()):
             log = ULog(stream, list(_FIELDS), disable_str_exceptions=True)

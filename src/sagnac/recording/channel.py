@@ -11,7 +11,7 @@ from typing import Any, ClassVar, Final, Literal, Self, get_args
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from sagnac.core.arrays import FloatArray, blocks, differences, elementwise, empty, mean
+from sagnac.core.arrays import FloatArray, blocks, differences, elementwise, empty, extent, mean
 from sagnac.core.errors import RecordingError, is_finite, quoted, require_choice
 from sagnac.core.units import (
     SENSED,
@@ -393,6 +393,9 @@ def angle_of(channel: Channel, sample_rate: float) -> FloatArray:
 
 def finite_extent(values: FloatArray) -> float:
     """Largest less smallest of the finite samples, 0 if there are none."""
+    lowest, highest = extent(values) if values.size else (np.inf, -np.inf)
+    if np.isfinite(highest - lowest):
+        return highest - lowest
     lowest, highest = np.inf, -np.inf
     for block in blocks(values.size):
         finite = values[block][np.isfinite(values[block])]
