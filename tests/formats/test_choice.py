@@ -1,19 +1,13 @@
 """Which columns are taken."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from sagnac.core.errors import RecordingError
 from sagnac.formats import Statement, columns, read
-from sagnac.formats.choice import (
-    choose,
-    choose_gyros,
-    choose_null_pulse,
-    choose_stated,
-    choose_table,
-    choose_time,
-    find,
-)
+from sagnac.formats.choice import choose, choose_gyros, find
 from sagnac.formats.source import column
 from sagnac.formats.statement import Statements
 from tests.formats.examples import SAMPLES, refused, save, text, walk
@@ -29,7 +23,6 @@ def test_missing_columns_list_those_there_are(tmp_path):
 
 
 COLUMNS = tuple(column(key) for key in ("t", "x[deg]", "y", "table[deg]", "z", "z[arcsec]", "null"))
-NONE = frozenset()
 
 
 def by_caller(**stated):
@@ -59,34 +52,34 @@ def test_gyros_are_those_stated_else_x_y_z():
         choose_gyros((column("a"),), Statements())
 
 
-def test_a_column_with_its_unit_or_none():
-    assert choose_stated(COLUMNS, "table", "none") is None
-    placed = choose_stated(COLUMNS, "table", "y:arcsec")
-    assert (placed.column, placed.unit) == (COLUMNS[2], "arcsec")
-    assert choose_stated(COLUMNS, "table", "x[deg]").unit is None
+def table_of(**stated):
+    return choose(COLUMNS, by_caller(gyros=("z[arcsec]",), **stated)).table
+
+
+def test_the_table_is_the_one_stated_in_its_unit_or_the_first_of_a_usual_name():
+    assert table_of() == COLUMNS[3]
+    assert table_of(table="none") is None
+    assert table_of(table="y:arcsec") == replace(COLUMNS[2], unit="arcsec")
+    assert table_of(table="x[deg]") == COLUMNS[1]
+    assert table_of(columns={"table": "y"}) == COLUMNS[2]
+    assert choose(COLUMNS, by_caller(gyros=("table",))).table is None
     with pytest.raises(RecordingError, match=r"w: no such column.*table=COLUMN:UNIT"):
-        choose_stated(COLUMNS, "table", "w:deg")
-
-
-def test_the_table_is_the_first_of_a_usual_name_that_is_not_taken():
-    assert choose_table(COLUMNS, Statements(), NONE).column == COLUMNS[3]
-    assert choose_table(COLUMNS, Statements(), frozenset({"table[deg]"})) is None
-    assert choose_table(COLUMNS, by_caller(columns={"table": "y"}), NONE).column == COLUMNS[2]
+        table_of(table="w:deg")
 
 
 def test_stamps_without_a_unit_are_left_out_if_a_rate_is_stated():
-    assert choose_time(COLUMNS, Statements(), NONE)[0].column == COLUMNS[0]
-    time, notes = choose_time(COLUMNS, by_caller(sample_rate=1.0), NONE)
-    assert time is None
-    assert [note.channel for note in notes] == ["time"]
-    assert "{time t:UNIT} takes it" in notes[0].text
-    with_unit = by_caller(sample_rate=1.0, unit={"time": "ms"})
-    assert choose_time(COLUMNS, with_unit, NONE)[0].column == COLUMNS[0]
+    assert choose(COLUMNS, by_caller(gyros=("y",))).time == COLUMNS[0]
+    choice = choose(COLUMNS, by_caller(gyros=("y",), sample_rate=1.0))
+    assert choice.time is None
+    assert [note.channel for note in choice.notes] == ["time"]
+    assert "{time t:UNIT} takes it" in choice.notes[0].text
+    with_unit = by_caller(gyros=("y",), sample_rate=1.0, unit={"time": "ms"})
+    assert choose(COLUMNS, with_unit).time == replace(COLUMNS[0], unit="ms")
 
 
 def test_the_null_pulse_is_taken_only_by_its_name():
-    assert choose_null_pulse(COLUMNS, Statements()) is None
-    assert choose_null_pulse(COLUMNS, by_caller(null_pulse="null")) == COLUMNS[6]
+    assert choose(COLUMNS, by_caller(gyros=("y",))).null_pulse is None
+    assert choose(COLUMNS, by_caller(gyros=("y",), null_pulse="null")).null_pulse == COLUMNS[6]
 
 
 def test_a_column_is_no_two_channels():

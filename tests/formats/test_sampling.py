@@ -84,10 +84,10 @@ def test_a_slice_by_rate_and_by_stamps_is_the_same(span, first, stop):
 def test_integers_by_their_first_lose_nothing_as_floats():
     raw = 1_700_000_000 * 10**9 + 10_000_000 * np.arange(100, dtype=np.uint64)
     source = Source(format="CSV", columns=(), load=lambda keys: in_memory({"t": raw}))
-    whole = source.read(source.opened(["t"]), ["t"], 0, 100, by_first=True)["t"]
+    whole = source.opened(["t"]).read(["t"], 0, 100, by_first=True)["t"]
     np.testing.assert_array_equal(whole, 10_000_000.0 * np.arange(100))
     with pytest.raises(RecordingError, match="t: holds integers beyond 2"):
-        source.read(source.opened(["t"]), ["t"], 0, 100)
+        source.opened(["t"]).read(["t"], 0, 100)
 
 
 @pytest.mark.parametrize("in_memory", [0, 100])
@@ -97,15 +97,15 @@ def test_pieces_of_a_column_stand_one_after_the_other(monkeypatch, in_memory, si
     values = np.arange(11, dtype=np.int32)
     edges = np.cumsum((0, *sizes))
     stored = Stored(
+        format="CSV",
         lengths={"x": 10},
         pieces=lambda keys, start, stop: ({"x": values[a:b]} for a, b in pairwise(edges)),
     )
-    source = Source(format="CSV", columns=(), load=lambda keys: stored)
     if sum(sizes) != 10:
         with pytest.raises(RecordingError, match="is not CSV, or is damaged or cut off"):
-            source.read(stored, ["x"], 0, 10)
+            stored.read(["x"], 0, 10)
         return
-    found = source.read(stored, ["x"], 0, 10)["x"]
+    found = stored.read(["x"], 0, 10)["x"]
     assert found.dtype == np.float64
     np.testing.assert_array_equal(found, values[:10])
     assert arrays.is_mapped(found) == (in_memory == 0)
@@ -114,9 +114,7 @@ def test_pieces_of_a_column_stand_one_after_the_other(monkeypatch, in_memory, si
 def test_a_whole_column_is_taken_over_unless_it_may_not_be_written_to():
     whole, constant = np.arange(10.0), np.arange(10.0)
     constant.flags.writeable = False
-    source = Source(format="CSV", columns=(), load=in_memory)
-    stored = in_memory({"x": whole, "z": constant})
-    found = source.read(stored, ["x", "z"], 0, 10)
+    found = in_memory({"x": whole, "z": constant}).read(["x", "z"], 0, 10)
     assert np.shares_memory(found["x"], whole)
     assert not np.shares_memory(found["z"], constant)
 

@@ -1,12 +1,14 @@
 """Kinds and units: what is stated, by whom, and what contradicts it."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from sagnac.core.errors import RecordingError
 from sagnac.formats import Statement, read
-from sagnac.formats.channels import gyro_kind, gyro_scale, table_scale, time_unit
-from sagnac.formats.choice import Placed
+from sagnac.formats.channels import scale_of, table_scale, time_unit
+from sagnac.formats.choice import choose
 from sagnac.formats.source import column
 from sagnac.formats.statement import Statements
 from tests.formats.examples import ARCSECOND, SAMPLES, refused, save, text, walk
@@ -51,27 +53,30 @@ def three(caller=None, beside=None, file=None):
     )
 
 
+def kind_of(of_column, statements):
+    return scale_of("x", replace(of_column, unit="deg/s"), statements).kind
+
+
 def test_the_kind_is_that_of_caller_toml_column_file_in_this_order():
-    of_column = column("x", kind="increment")
-    everything = {"caller": {"kind": "rate"}, "beside": {"kind": "angle"}, "file": {"kind": "rate"}}
-    assert gyro_kind("x", of_column, three(**everything)) == "rate"
-    assert gyro_kind("x", of_column, three(beside={"kind": "angle"})) == "angle"
-    assert gyro_kind("x", of_column, three(file={"kind": "rate"})) == "increment"
-    assert gyro_kind("x", column("x"), three(file={"kind": "rate"})) == "rate"
-    assert (
-        gyro_kind("x", column("x"), three(caller={"kind": {"x": "rate", "z": "angle"}})) == "rate"
-    )
+    of_column = column("x", kind="rate")
+    others = {"beside": {"kind": "rate"}, "file": {"kind": "rate"}}
+    with pytest.raises(RecordingError, match="kind angle contradicts deg/s"):
+        kind_of(of_column, three(caller={"kind": "angle"}, **others))
+    assert kind_of(of_column, three(file={"kind": "angle"})) == "rate"
+    assert kind_of(column("x", kind="angle"), three(beside={"kind": "rate"})) == "rate"
+    assert kind_of(column("x"), three(file={"kind": "rate"})) == "rate"
+    assert kind_of(column("x"), three(caller={"kind": {"x": "rate", "z": "angle"}})) == "rate"
     with pytest.raises(RecordingError, match="x: the file says kind 'speed', which is none"):
-        gyro_kind("x", column("x", kind="speed"), three())
+        kind_of(column("x", kind="speed"), three())
 
 
 def test_the_unit_in_words_is_taken_and_a_contradiction_noted():
-    scale = gyro_scale("x", column("x[deg]"), three(caller={"kind": "angle", "unit": "arcsec"}))
+    scale = scale_of("x", column("x[deg]"), three(caller={"kind": "angle", "unit": "arcsec"}))
     assert (scale.unit, scale.factor) == ("arcsec", pytest.approx(ARCSECOND))
     assert [str(note) for note in scale.notes] == [
         "x: the file says deg, taken as arcsec as stated"
     ]
-    alike = gyro_scale("x", column("x[deg]"), three(caller={"kind": "angle", "unit": "°"}))
+    alike = scale_of("x", column("x[deg]"), three(caller={"kind": "angle", "unit": "°"}))
     assert alike.notes == ()
 
 
@@ -88,27 +93,37 @@ def test_the_unit_in_words_is_taken_and_a_contradiction_noted():
 )
 def test_units_that_are_missing_or_contradict(stated, header, said):
     with pytest.raises(RecordingError, match=f"x: .*{said}"):
-        gyro_scale("x", column(header), three(caller={"kind": "angle", **stated}))
+        scale_of("x", column(header), three(caller={"kind": "angle", **stated}))
+
+
+def chosen(*headers, caller):
+    """What is chosen among these columns, the gyro x besides."""
+    return choose([column(one) for one in ("x[deg]", *headers)], three(caller=caller))
 
 
 def test_the_unit_of_the_table_is_that_beside_its_name_first():
-    placed = Placed(column=column("alpha[deg]"), unit="arcmin")
-    assert table_scale(placed, three()).unit == "arcmin"
-    placed = Placed(column=column("alpha[deg]"), unit=None)
-    assert table_scale(placed, three()).factor == pytest.approx(np.deg2rad(1.0))
-    assert table_scale(placed, three(caller={"unit": {"table": "rad"}})).factor == 1.0
+    both = {"table": "alpha:arcmin", "unit": {"table": "rad"}}
+    assert table_scale(chosen("alpha[deg]", caller=both).table).unit == "arcmin"
+    table = chosen("alpha[deg]", caller={}).table
+    assert table_scale(table).factor == pytest.approx(np.deg2rad(1.0))
+    assert table_scale(chosen("alpha[deg]", caller={"unit": {"table": "rad"}}).table).factor == 1.0
     # One unit for all gyros is not the table's.
-    assert table_scale(placed, three(caller={"unit": "rad"})).unit == "deg"
-    for unit, said in ((None, "is not stated"), ("deg/s", "not one of angle")):
+    assert table_scale(chosen("alpha[deg]", caller={"unit": "rad"}).table).unit == "deg"
+    for header, said in (("alpha", "is not stated"), ("alpha[deg/s]", "not one of angle")):
         with pytest.raises(RecordingError, match=f"table: .*{said}"):
-            table_scale(Placed(column=column("alpha"), unit=unit), three())
+            table_scale(chosen(header, caller={}).table)
 
 
 def test_the_unit_of_time():
-    assert time_unit(Placed(column=column("t[ms]"), unit=None), three()) == 1e-3
-    for unit, said in ((None, "is not stated"), ("deg", "not one of time")):
+    assert time_unit(chosen("t[ms]", caller={}).time) == 1e-3
+    for header, said in (("t", "is not stated"), ("t[deg]", "not one of time")):
         with pytest.raises(RecordingError, match=f"time: .*{said}"):
-            time_unit(Placed(column=column("t"), unit=unit), three())
+            time_unit(chosen(header, caller={}).time)
+    written = replace(column("t"), unit="clock")
+    with pytest.raises(RecordingError, match="t holds times as text, not numbers in ms"):
+        choose((column("x"), written), three(caller={"time": "t:ms"}))
+    with pytest.raises(RecordingError, match="t holds numbers, not times as text"):
+        choose((column("x"), column("t")), three(caller={"time": "t:clock"}))
 
 
 def test_one_unit_for_the_gyros_stands_beside_one_for_the_accelerometers(tmp_path):

@@ -5,7 +5,7 @@ import math
 import pytest
 
 from sagnac.formats import Statement
-from sagnac.formats.statement import VOCABULARY, of_name, one_statement
+from sagnac.formats.statement import VOCABULARY, one_statement
 
 
 @pytest.mark.parametrize(
@@ -35,13 +35,6 @@ def test_arguments_that_cannot_be(statement, said):
     with pytest.raises(ValueError, match=said) as caught:
         Statement(**statement)
     assert "\n" not in str(caught.value)
-
-
-def test_what_is_stated_for_one_name_or_for_all():
-    assert of_name(None, "x") is None
-    assert of_name("angle", "x") == "angle"
-    assert of_name({"x": "rate"}, "x") == "rate"
-    assert of_name({"x": "rate"}, "z") is None
 
 
 def test_a_span_is_the_callers_alone():

@@ -8,6 +8,7 @@ from scipy.signal import butter, lfilter
 
 from sagnac.formats import Statement, read
 from sagnac.formats.channels import Scale
+from sagnac.formats.source import column
 from sagnac.formats.suspicions import (
     counter_notes,
     increment_notes,
@@ -74,14 +75,14 @@ def test_an_encoder_in_counts_that_is_called_degrees():
 @pytest.mark.parametrize(("unit", "likely"), [("ns", "ns"), ("us", "us"), ("ms", "ms")])
 def test_stamps_in_a_small_unit_called_seconds(unit, likely):
     rate = 20.0 * {"ns": 1e-9, "us": 1e-6, "ms": 1e-3}[unit]
-    notes = stamp_unit_notes("t", "s", rate)
+    notes = stamp_unit_notes(column("t[s]"), rate)
     if unit == "ms":
         # A sample every 50 s may be meant.
         assert notes == ()
         return
     assert f"{{time t:{likely}}}" in notes[0].text
     assert "20 Hz" in notes[0].text
-    assert stamp_unit_notes("t", unit, 20.0) == ()
+    assert stamp_unit_notes(column(f"t[{unit}]"), 20.0) == ()
 
 
 def test_a_rate_called_an_angle_is_noticed_and_an_angle_is_not():

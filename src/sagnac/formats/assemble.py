@@ -5,7 +5,7 @@ Columns that are not taken may speak against what is: time stamps, and counters 
 
 import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Final
 
 import numpy as np
@@ -16,12 +16,11 @@ from sagnac.core.units import TIME_UNITS, canonical
 from sagnac.formats.channels import (
     Scale,
     Stretch,
-    accelerometer_scale,
     gyro_channel,
-    gyro_scale,
     require_known,
     sampled_by_rate,
     sampled_by_stamps,
+    scale_of,
     table_channel,
     table_scale,
     time_unit,
@@ -42,6 +41,252 @@ from sagnac.recording.channel import Pickoff
 from sagnac.recording.columns import GYRO_NAMES, Conversion, pulses_of, with_lost_readings
 from sagnac.recording.model import Provenance, Recording
 
+# ---- assemble ----------------------------------------------------------------------
+
+
+def assemble(
+    source: Source,
+    statements: Statements,
+    provenance: Callable[[], Provenance],
+    notes: Iterable[Note] = (),
+    *,
+    verify: bool = True,
+) -> Recording:
+    """Build the recording.
+
+    Parameters
+    ----------
+    source
+        The opened file.
+    statements
+        Of caller, TOML and file.
+    provenance
+        Gives where the file came from, called once the columns are there; the span is
+        filled in here.
+    notes
+        What was noticed before.
+    verify
+        Raise on what `integrity` calls an error, and keep the rest as notes. Without, the
+        findings are left to `check`.
+
+    Raises
+    ------
+    RecordingError
+        If a column, kind, unit or rate is missing or contradicts another, or the data are
+        not sound. It does not name the file.
+    """
+    _require_readable(source, statements)
+    choice = choose(source.columns, statements)
+    require_known(choice, source.columns, statements)
+    scales = _scales(choice, statements)
+    if choice.time is None and statements.first("sample_rate") is None:
+        raise RecordingError(
+            "neither a sample rate nor time stamps are stated",
+            remedy="state {rate HZ} or {time COLUMN:UNIT}",
+        )
+    second = time_unit(choice.time) if choice.time else 1.0
+    stored = source.opened(choice.keys)
+    check_lengths(stored.lengths)
+    stretch = _stretch(choice.time, second, stored, statements)
+    beside = _unused_notes(source, choice, statements, stretch)
+    made = _recording(choice, scales, stored, stretch, statements)
+    sliced = stretch.span_s if statements.caller.span is not None else None
+    recording = replace(
+        made,
+        provenance=replace(provenance(), span_s=sliced),
+        notes=(
+            *notes,
+            *choice.notes,
+            *(note for scale in scales.values() for note in scale.notes),
+            *stretch.sampling.notes,
+            *(stamp_unit_notes(choice.time, stretch.sampling.sample_rate) if choice.time else ()),
+            *beside,
+            *_rate_contradiction(statements),
+            *made.notes,
+        ),
+    )
+    return verified(recording) if verify else recording
+
+
+def _require_readable(source: Source, statements: Statements) -> None:
+    """Refuse a gyro, asked for or by its usual name, that holds no real numbers.
+
+    Raises
+    ------
+    RecordingError
+        Rather than that fewer gyros are taken without a word.
+    """
+    for name in statements.gyros or GYRO_NAMES:
+        key = statements.column(name) or name
+        if key in source.unreadable:
+            raise RecordingError(
+                f"{source.unreadable[key]}, no real numbers",
+                channel=key,
+                remedy="correct the file, or name the gyros to take with {gyros}",
+            )
+
+
+def _scales(choice: Choice, statements: Statements) -> dict[str, Scale]:
+    """Key of a column of a gyro, an accelerometer or the table -> kind and unit.
+
+    Raises
+    ------
+    RecordingError
+        If one is not stated.
+    """
+    scales = {one.key: scale_of(name, one, statements) for name, one in choice.gyros.items()}
+    for name, one in choice.accelerometers.items():
+        scales[one.key] = scale_of(name, one, statements, "accelerometer")
+    if choice.table is not None:
+        scales[choice.table.key] = table_scale(choice.table)
+    return scales
+
+
+def check_lengths(lengths: Mapping[str, int]) -> None:
+    """Refuse columns that are not of one length.
+
+    Raises
+    ------
+    RecordingError
+        If one has more or fewer samples than the first.
+    """
+    (first, samples), *others = lengths.items()
+    for key, length in others:
+        if length != samples:
+            raise RecordingError(
+                f"has {length} samples but {first} has {samples}",
+                channel=key,
+                remedy="name columns sampled together with {columns}",
+            )
+
+
+def _stretch(time: Column | None, second: float, stored: Stored, statements: Statements) -> Stretch:
+    """The samples that the caller's slice takes, their rate and their times.
+
+    Raises
+    ------
+    RecordingError
+        If there are too few samples, or the stamps make no sense.
+    """
+    samples = next(iter(stored.lengths.values()))
+    span, rate = statements.caller.span, statements.first("sample_rate")
+    if time is not None and samples > 1:
+        stamps = stored.read([time.key], 0, samples, by_first=True)[time.key]
+        return sampled_by_stamps(elementwise(np.multiply, stamps, second, out=stamps), span, rate)
+    if rate is None:
+        raise RecordingError(
+            "one sample or none is too few to tell a rate",
+            channel="time",
+            remedy="give a longer file",
+        )
+    return sampled_by_rate(samples, rate, span)
+
+
+def _recording(
+    choice: Choice,
+    scales: Mapping[str, Scale],
+    stored: Stored,
+    stretch: Stretch,
+    statements: Statements,
+) -> Recording:
+    """The samples that are taken, loaded and in SI, with notes on their columns.
+
+    Raises
+    ------
+    RecordingError
+        If a counter or the null pulse cannot be one.
+    """
+    rate, period = stretch.sampling.sample_rate, statements.counter_period
+    apart = [one.key for one in (choice.time, choice.null_pulse) if one is not None]
+    keys = [key for key in choice.keys if key not in apart]
+    columns = stored.read(keys, stretch.first, stretch.stop)
+    gyros = [
+        _gyro(name, columns.pop(one.key), scales[one.key], period, rate)
+        for name, one in choice.gyros.items()
+    ]
+    forces = [
+        gyro_channel(name, columns.pop(one.key), scales[one.key], None)
+        for name, one in choice.accelerometers.items()
+    ]
+    table = None
+    if choice.table is not None:
+        raw, scale = columns.pop(choice.table.key), scales[choice.table.key]
+        doubts = table_counter_notes(choice.table.name, raw, scale)
+        table = table_channel(raw, scale, period)
+        table = replace(table, notes=(*doubts, *table.notes))
+        table = with_lost_readings(table, [gyro.channel for gyro in gyros], rate)
+    pulses = None
+    if choice.null_pulse is not None:
+        # Loaded by itself: it shrinks to an eighth before the next is in memory.
+        key = choice.null_pulse.key
+        pulses = pulses_of(stored.read([key], stretch.first, stretch.stop)[key], column=key)
+    made = [one for one in (*gyros, *forces, table, pulses) if one is not None]
+    return Recording(
+        gyros=tuple(gyro.channel for gyro in gyros),
+        accelerometers=tuple(one.channel for one in forces),
+        sample_rate=rate,
+        times=stretch.sampling.times,
+        table=table.channel if table else None,
+        null_pulse=pulses.rising if pulses else None,
+        pickoffs=tuple(
+            Pickoff(gyro=name, values=columns[one.key]) for name, one in choice.pickoffs.items()
+        ),
+        temperature=columns[choice.temperature.key] if choice.temperature else None,
+        notes=tuple(note for one in made for note in one.notes),
+    )
+
+
+def _gyro(
+    name: str, raw: FloatArray, scale: Scale, counter_period: float | None, sample_rate: float
+) -> Conversion:
+    """A gyro, with what its numbers speak against."""
+    # The channel is made in place: what the raw numbers tell has to be asked before.
+    doubts = counter_notes(name, raw, scale) if counter_period is None else ()
+    taken = gyro_channel(name, raw, scale, counter_period)
+    if scale.kind == "angle" and not doubts:
+        doubts += rate_notes(name, taken.channel.values)
+    if scale.kind == "increment":
+        doubts += increment_notes(name, taken.channel.values, sample_rate)
+    return replace(taken, notes=(*doubts, *taken.notes))
+
+
+def verified(recording: Recording) -> Recording:
+    """The recording with what `integrity` noticed.
+
+    A gyro or accelerometer that is not sound does not cost the others: an error is noted, and
+    whoever uses that channel refuses it.
+
+    Raises
+    ------
+    RecordingError
+        If the data are not sound, or none of the gyros is.
+    """
+    forces = (recording.of_accelerometer(one.name) for one in recording.accelerometers)
+    found = [note for one in (recording, *forces) for note in integrity(one)]
+    found = list(dict.fromkeys(found))
+    errors = [note for note in found if note.level == "error"]
+    gyros = {gyro.name for gyro in recording.gyros}
+    spoilt = {note.channel for note in errors}
+    bearable = spoilt - {one.name for one in recording.accelerometers} < gyros
+    if errors and not bearable:
+        raise RecordingError.of(errors[0])
+    return replace(recording, notes=(*recording.notes, *found))
+
+
+def _rate_contradiction(statements: Statements) -> tuple[Note, ...]:
+    """The TOML beside a file states another rate than the file, and nobody else one."""
+    by_toml, by_file = statements.beside.sample_rate, statements.file.sample_rate
+    if statements.caller.sample_rate is not None or None in (by_toml, by_file):
+        return ()
+    if by_toml == by_file:
+        return ()
+    text = (
+        f"the file says {by_file:.9g} Hz and the TOML beside it {by_toml:.9g} Hz, which is taken; "
+        "remove the TOML if it is of another recording"
+    )
+    return (Note(text=text, level="warning"),)
+
+
 # ---- unused ------------------------------------------------------------------------
 
 _COUNTER: Final = re.compile(
@@ -58,26 +303,10 @@ _USUAL: Final = 0.9
 _WITHIN: Final = 0.5
 
 
-def unused_notes(
+def _unused_notes(
     source: Source, choice: Choice, statements: Statements, stretch: Stretch
 ) -> tuple[Note, ...]:
-    """Notes by the columns beside those that are taken.
-
-    Parameters
-    ----------
-    source
-        The opened file.
-    choice
-        Columns that are taken.
-    statements
-        Of caller, TOML and file.
-    stretch
-        The samples that are taken, and when they were.
-
-    Returns
-    -------
-    tuple of Note
-        Samples that a counter shows to be missing.
+    """Samples that a counter beside the columns that are taken shows to be missing.
 
     Raises
     ------
@@ -171,310 +400,9 @@ def _loaded(source: Source, column: Column, stretch: Stretch) -> FloatArray:
     try:
         stored = source.opened([key])
         if stored.lengths[key] >= stretch.stop > stretch.first + 1:
-            taken = stretch.first, stretch.stop
-            values = source.read(stored, [key], *taken, by_first=True)[key]
+            values = stored.read([key], stretch.first, stretch.stop, by_first=True)[key]
             if np.isfinite(values).all():
                 return values
     except RecordingError:
         pass
     return np.empty(0)
-
-
-# ---- assemble ----------------------------------------------------------------------
-
-
-def assemble(
-    source: Source,
-    statements: Statements,
-    provenance: Callable[[], Provenance],
-    notes: Iterable[Note] = (),
-    *,
-    verify: bool = True,
-) -> Recording:
-    """Build the recording.
-
-    Parameters
-    ----------
-    source
-        The opened file.
-    statements
-        Of caller, TOML and file.
-    provenance
-        Gives where the file came from, called once the columns are there; the span is
-        filled in here.
-    notes
-        What was noticed before.
-    verify
-        Raise on what `integrity` calls an error, and keep the rest as notes. Without, the
-        findings are left to `check`.
-
-    Raises
-    ------
-    RecordingError
-        If a column, kind, unit or rate is missing or contradicts another, or the data are
-        not sound. It does not name the file.
-    """
-    require_readable(source, statements)
-    choice = choose(source.columns, statements)
-    require_known(choice, source.columns, statements)
-    scales = scales_of(choice, statements)
-    stored = source.opened(choice.keys)
-    check_lengths(stored.lengths)
-    stretch = stretch_of(choice, scales, source, stored, statements)
-    beside = unused_notes(source, choice, statements, stretch)
-    made = recording_of(choice, scales, source, stored, stretch, statements.counter_period)
-    sliced = stretch.span_s if statements.caller.span is not None else None
-    recording = replace(
-        made,
-        provenance=replace(provenance(), span_s=sliced),
-        notes=(
-            *notes,
-            *choice.notes,
-            *scales.notes,
-            *stretch.sampling.notes,
-            *_stamp_notes(choice, statements, stretch),
-            *beside,
-            *_rate_contradiction(statements),
-            *made.notes,
-        ),
-    )
-    return verified(recording) if verify else recording
-
-
-def _rate_contradiction(statements: Statements) -> tuple[Note, ...]:
-    """The TOML beside a file states another rate than the file, and nobody else one."""
-    by_toml, by_file = statements.beside.sample_rate, statements.file.sample_rate
-    if statements.caller.sample_rate is not None or None in (by_toml, by_file):
-        return ()
-    if by_toml == by_file:
-        return ()
-    text = (
-        f"the file says {by_file:.9g} Hz and the TOML beside it {by_toml:.9g} Hz, which is taken; "
-        "remove the TOML if it is of another recording"
-    )
-    return (Note(text=text, level="warning"),)
-
-
-def _stamp_notes(choice: Choice, statements: Statements, stretch: Stretch) -> tuple[Note, ...]:
-    if choice.time is None:
-        return ()
-    column = choice.time.column
-    unit = choice.time.unit or statements.own_unit("time") or column.unit or ""
-    return stamp_unit_notes(column.name, unit, stretch.sampling.sample_rate)
-
-
-def require_readable(source: Source, statements: Statements) -> None:
-    """Refuse a gyro, asked for or by its usual name, that holds no real numbers.
-
-    Raises
-    ------
-    RecordingError
-        Rather than that fewer gyros are taken without a word.
-    """
-    for name in statements.gyros or GYRO_NAMES:
-        key = statements.column(name) or name
-        if key in source.unreadable:
-            raise RecordingError(
-                f"{source.unreadable[key]}, no real numbers",
-                channel=key,
-                remedy="correct the file, or name the gyros to take with {gyros}",
-            )
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Scales:
-    """Kinds, units and scales of all columns that are taken.
-
-    Attributes
-    ----------
-    gyros
-        Gyro name -> kind and unit.
-    accelerometers
-        Accelerometer name -> kind and unit.
-    table
-        None where there is no table.
-    time
-        Seconds in one unit of the stamps, or None where there are none.
-    """
-
-    gyros: Mapping[str, Scale]
-    accelerometers: Mapping[str, Scale]
-    table: Scale | None
-    time: float | None
-
-    @property
-    def notes(self) -> tuple[Note, ...]:
-        """Notes on the statements."""
-        return tuple(note for scale in self.gyros.values() for note in scale.notes)
-
-
-def scales_of(choice: Choice, statements: Statements) -> Scales:
-    """Kind and unit of every column that is taken.
-
-    Raises
-    ------
-    RecordingError
-        If one is not stated, or neither stamps nor a sample rate are.
-    """
-    scales = Scales(
-        gyros={name: gyro_scale(name, one, statements) for name, one in choice.gyros.items()},
-        accelerometers={
-            name: accelerometer_scale(name, one, statements)
-            for name, one in choice.accelerometers.items()
-        },
-        table=table_scale(choice.table, statements) if choice.table else None,
-        time=time_unit(choice.time, statements) if choice.time else None,
-    )
-    if scales.time is None and statements.sample_rate is None:
-        raise RecordingError(
-            "neither a sample rate nor time stamps are stated",
-            remedy="state {rate HZ} or {time COLUMN:UNIT}",
-        )
-    return scales
-
-
-def check_lengths(lengths: Mapping[str, int]) -> None:
-    """Refuse columns that are not of one length.
-
-    Raises
-    ------
-    RecordingError
-        If one has more or fewer samples than the first.
-    """
-    (first, samples), *others = lengths.items()
-    for key, length in others:
-        if length != samples:
-            raise RecordingError(
-                f"has {length} samples but {first} has {samples}",
-                channel=key,
-                remedy="name columns sampled together with {columns}",
-            )
-
-
-def stretch_of(
-    choice: Choice, scales: Scales, source: Source, stored: Stored, statements: Statements
-) -> Stretch:
-    """The samples that the caller's slice takes, their rate and their times.
-
-    Raises
-    ------
-    RecordingError
-        If there are too few samples, or the stamps make no sense.
-    """
-    samples = next(iter(stored.lengths.values()))
-    span, rate = statements.caller.span, statements.sample_rate
-    if choice.time is not None and scales.time is not None and samples > 1:
-        key = choice.time.column.key
-        stamps = source.read(stored, [key], 0, samples, by_first=True)[key]
-        stamps = elementwise(np.multiply, stamps, scales.time, out=stamps)
-        return sampled_by_stamps(stamps, span, rate)
-    if rate is None:
-        raise RecordingError(
-            "one sample or none is too few to tell a rate",
-            channel="time",
-            remedy="give a longer file",
-        )
-    return sampled_by_rate(samples, rate, span)
-
-
-def recording_of(
-    choice: Choice,
-    scales: Scales,
-    source: Source,
-    stored: Stored,
-    stretch: Stretch,
-    counter_period: float | None,
-) -> Recording:
-    """The samples that are taken, loaded and in SI, with notes on their columns.
-
-    Raises
-    ------
-    RecordingError
-        If a counter or the null pulse cannot be one.
-    """
-    table = choice.table.column.key if choice.table is not None else None
-    sensors = (*choice.gyros.values(), *choice.accelerometers.values())
-    pickoffs = choice.pickoffs
-    warm = [choice.temperature] if choice.temperature is not None else []
-    keys = [column.key for column in (*sensors, *pickoffs.values(), *warm)]
-    if table is not None:
-        keys.append(table)
-    columns = source.read(stored, keys, stretch.first, stretch.stop)
-    gyros = tuple(
-        _gyro(
-            name,
-            columns.pop(column.key),
-            scales.gyros[name],
-            counter_period,
-            stretch.sampling.sample_rate,
-        )
-        for name, column in choice.gyros.items()
-    )
-    accelerometers = tuple(
-        gyro_channel(name, columns.pop(column.key), scales.accelerometers[name], None)
-        for name, column in choice.accelerometers.items()
-    )
-    made_table = None
-    if table is not None and scales.table is not None and choice.table is not None:
-        raw = columns.pop(table)
-        doubts = table_counter_notes(choice.table.column.name, raw, scales.table)
-        made_table = table_channel(raw, scales.table, counter_period)
-        made_table = replace(made_table, notes=(*doubts, *made_table.notes))
-        turning = [gyro.channel for gyro in gyros]
-        made_table = with_lost_readings(made_table, turning, stretch.sampling.sample_rate)
-    pulses = None
-    if choice.null_pulse is not None:
-        # Loaded by itself: it shrinks to an eighth before the next is in memory.
-        key = choice.null_pulse.key
-        pulses = pulses_of(source.read(stored, [key], stretch.first, stretch.stop)[key], column=key)
-    taken = [one for one in (*gyros, *accelerometers, made_table, pulses) if one is not None]
-    return Recording(
-        gyros=tuple(gyro.channel for gyro in gyros),
-        accelerometers=tuple(one.channel for one in accelerometers),
-        sample_rate=stretch.sampling.sample_rate,
-        times=stretch.sampling.times,
-        table=made_table.channel if made_table else None,
-        null_pulse=pulses.rising if pulses else None,
-        pickoffs=tuple(
-            Pickoff(gyro=name, values=columns.pop(column.key)) for name, column in pickoffs.items()
-        ),
-        temperature=columns.pop(warm[0].key) if warm else None,
-        notes=tuple(note for one in taken for note in one.notes),
-    )
-
-
-def _gyro(
-    name: str, raw: FloatArray, scale: Scale, counter_period: float | None, sample_rate: float
-) -> Conversion:
-    """A gyro, with what its numbers speak against."""
-    # The channel is made in place: what the raw numbers tell has to be asked before.
-    doubts = counter_notes(name, raw, scale) if counter_period is None else ()
-    taken = gyro_channel(name, raw, scale, counter_period)
-    if scale.kind == "angle" and not doubts:
-        doubts += rate_notes(name, taken.channel.values)
-    if scale.kind == "increment":
-        doubts += increment_notes(name, taken.channel.values, sample_rate)
-    return replace(taken, notes=(*doubts, *taken.notes))
-
-
-def verified(recording: Recording) -> Recording:
-    """The recording with what `integrity` noticed.
-
-    A gyro or accelerometer that is not sound does not cost the others: an error is noted, and
-    whoever uses that channel refuses it.
-
-    Raises
-    ------
-    RecordingError
-        If the data are not sound, or none of the gyros is.
-    """
-    forces = (recording.of_accelerometer(one.name) for one in recording.accelerometers)
-    found = [note for one in (recording, *forces) for note in integrity(one)]
-    found = list(dict.fromkeys(found))
-    errors = [note for note in found if note.level == "error"]
-    gyros = {gyro.name for gyro in recording.gyros}
-    spoilt = {note.channel for note in errors}
-    bearable = spoilt - {one.name for one in recording.accelerometers} < gyros
-    if errors and not bearable:
-        raise RecordingError.of(errors[0])
-    return replace(recording, notes=(*recording.notes, *found))

@@ -3,27 +3,25 @@
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Final
+from typing import Final, Literal
 
 import numpy as np
 
 from sagnac.core.arrays import FloatArray, blocks, elementwise
 from sagnac.core.errors import Note, RecordingError, counted
 from sagnac.core.units import (
-    ACCELERATION_UNITS,
     ANGLE_UNITS,
     RATE_UNITS,
     TIME_UNITS,
-    VELOCITY_UNITS,
     Sensor,
     canonical,
-    split_factor,
+    sizes,
     unit_of,
 )
-from sagnac.formats.choice import Choice, Placed
+from sagnac.formats.choice import TIME_FORMS, Choice
 from sagnac.formats.source import Column
-from sagnac.formats.statement import Statements, of_name, parsed_unit
-from sagnac.recording.channel import KINDS, Channel, Kind, finite_extent, unwrapped
+from sagnac.formats.statement import Statements, of_channel, parsed_unit
+from sagnac.recording.channel import KINDS, Channel, Kind, finite_extent, quantity_of, unwrapped
 from sagnac.recording.columns import Conversion
 from sagnac.recording.encoder_readings import angle_of_readings
 from sagnac.recording.stamps import Sampling, sampling
@@ -135,9 +133,6 @@ def first_at(times: FloatArray, limit: float) -> int:
 
 # ---- scales ------------------------------------------------------------------------
 
-# Times written as text, which readers hand over in ns: of the clock, and dates with it.
-TIME_FORMS: Final = {"clock": 1e-9, "iso": 1e-9}
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Scale:
@@ -172,12 +167,11 @@ def require_known(choice: Choice, columns: Sequence[Column], statements: Stateme
     RecordingError
         If caller or TOML state one, which would be heard by nobody.
     """
-    channels = (*choice.gyros, *choice.accelerometers)
-    taken = {column.key for column in (*choice.gyros.values(), *choice.accelerometers.values())}
+    taken = {column.key for column in choice.sensors.values()}
     others = {one.name for one in columns if one.key not in taken}
     others |= {name for one in statements.in_order for name in one.columns}
     for quantity, roles in (("kind", ()), ("unit", ("table", "time"))):
-        known = dict.fromkeys((*channels, "gyros", "accelerometers", *roles))
+        known = dict.fromkeys((*choice.sensors, "gyros", "accelerometers", *roles))
         for statement in (statements.caller, statements.beside):
             stated = getattr(statement, quantity)
             for name in stated if isinstance(stated, Mapping) else ():
@@ -189,16 +183,50 @@ def require_known(choice: Choice, columns: Sequence[Column], statements: Stateme
                     )
 
 
-def gyro_kind(name: str, column: Column, statements: Statements) -> Kind:
-    """Kind of a gyro: what caller or TOML state, else the column, else the file.
+def stated_for(
+    quantity: Literal["kind", "unit"],
+    name: str,
+    column: Column,
+    statements: Statements,
+    sensor: Sensor = "gyro",
+) -> tuple[str | None, str | None]:
+    """Kind or unit of a channel as caller or TOML state it, and as its column or file does."""
+    by_file: str | None = getattr(column, quantity)
+    by_file = by_file or of_channel(statements.file, quantity, name, sensor)
+    return statements.by_user(quantity, name, sensor), by_file
+
+
+def scale_of(name: str, column: Column, statements: Statements, sensor: Sensor = "gyro") -> Scale:
+    """Kind and unit of a channel: as caller or TOML state it, else its column, else the file.
+
+    The kind of an accelerometer is ``rate`` unless another is stated.
 
     Raises
     ------
     RecordingError
-        If none is stated, or the file states one that there is not.
+        If kind, unit or the size of a count is not stated, or they contradict each other.
     """
-    stated = statements.gyro("kind", name) or column.kind or statements.gyro_by_file("kind", name)
-    remedy = f"state {{kind {'|'.join(KINDS)}}}"
+    by_user, by_file = stated_for("kind", name, column, statements, sensor)
+    kind = _kind(name, by_user or by_file, sensor)
+    in_words, unit_by_file = stated_for("unit", name, column, statements, sensor)
+    unit = in_words or unit_by_file
+    if sensor == "accelerometer":
+        unit, factor = _unit_of_force(name, kind, unit)
+        return Scale(kind=kind, unit=unit, factor=factor, sensor=sensor)
+    unit = _sized_unit(name, unit, statements.first("scale"))
+    notes = []
+    if in_words and unit_by_file and canonical(in_words) != canonical(unit_by_file):
+        notes.append(_contradiction(name, "unit", (unit_by_file, in_words), statements))
+    if by_file is not None and by_file != kind:
+        notes.append(_contradiction(name, "kind", (by_file, kind), statements))
+    return Scale(kind=kind, unit=unit, factor=_gyro_factor(name, kind, unit), notes=tuple(notes))
+
+
+def _kind(name: str, stated: str | None, sensor: Sensor) -> Kind:
+    if stated is None and sensor == "accelerometer":
+        return "rate"
+    whose = f"{name}=" if sensor == "accelerometer" else ""
+    remedy = f"state {{kind {whose}{'|'.join(KINDS)}}}"
     if stated is None:
         raise RecordingError("its kind is not stated", channel=name, remedy=remedy)
     for kind in KINDS:
@@ -209,35 +237,15 @@ def gyro_kind(name: str, column: Column, statements: Statements) -> Kind:
     )
 
 
-def gyro_scale(name: str, column: Column, statements: Statements) -> Scale:
-    """Kind and unit of a gyro.
-
-    Raises
-    ------
-    RecordingError
-        If kind, unit or the size of a count is not stated, or they contradict each other.
-    """
-    kind = gyro_kind(name, column, statements)
-    in_words = statements.gyro("unit", name)
-    by_file = column.unit or statements.gyro_by_file("unit", name)
-    unit = _sized_unit(name, in_words or by_file, statements.scale)
-    notes = []
-    if in_words and by_file and canonical(in_words) != canonical(by_file):
-        notes.append(_contradiction(name, "unit", by_file, in_words, statements))
-    kind_by_file = column.kind or statements.gyro_by_file("kind", name)
-    if kind_by_file is not None and kind_by_file != kind:
-        notes.append(_contradiction(name, "kind", kind_by_file, kind, statements))
-    return Scale(kind=kind, unit=unit, factor=_gyro_factor(name, kind, unit), notes=tuple(notes))
-
-
 def _contradiction(
-    name: str, quantity: str, by_file: str, taken: str, statements: Statements
+    name: str, quantity: str, stated: tuple[str, str], statements: Statements
 ) -> Note:
     """The file states another kind or unit than is taken.
 
     A caller knows what is typed; a TOML beside may be of the file that had this name before.
     """
-    if of_name(getattr(statements.caller, quantity), name) is not None:
+    by_file, taken = stated
+    if of_channel(statements.caller, quantity, name, "gyro") is not None:
         return Note(channel=name, text=f"the file says {by_file}, taken as {taken} as stated")
     text = (
         f"the file says {by_file} and the TOML beside it {taken}, which is taken; remove the TOML "
@@ -246,35 +254,20 @@ def _contradiction(
     return Note(channel=name, text=text, level="warning")
 
 
-def accelerometer_scale(name: str, column: Column, statements: Statements) -> Scale:
-    """Kind and unit of an accelerometer; its kind is ``rate`` unless another is stated.
-
-    Raises
-    ------
-    RecordingError
-        If its unit is not stated, or is none of an accelerometer of that kind.
-    """
-    stated = statements.of_accelerometer("kind", name) or column.kind or "rate"
-    if stated not in KINDS:
-        raise RecordingError(
-            f"the file says kind {stated!r}, which is none",
-            channel=name,
-            remedy=f"state {{kind {name}={'|'.join(KINDS)}}}",
-        )
-    kind: Kind = stated
-    unit = statements.of_accelerometer("unit", name) or column.unit
+def _unit_of_force(name: str, kind: Kind, unit: str | None) -> tuple[str, float]:
+    """The unit of an accelerometer, and its size in SI."""
     remedy = f"state {{unit {name}=m/s^2}}, g or mg, or {{unit gyros=deg/s,accelerometers=g}}"
     if unit is None:
         raise RecordingError("its unit is not stated", channel=name, remedy=remedy)
-    factor, plain = split_factor(unit)
-    known = ACCELERATION_UNITS if kind == "rate" else VELOCITY_UNITS
-    if plain not in known or not factor > 0.0:
+    stated = parsed_unit(unit)
+    known = sizes(quantity_of(kind, "accelerometer"))
+    if stated.name not in known or not stated.factor > 0.0:
         raise RecordingError(
             f"unit {unit!r} is none of an accelerometer of kind {kind}",
             channel=name,
             remedy=remedy if kind == "rate" else f"state {{unit {name}=m/s}} or the right {{kind}}",
         )
-    return Scale(kind=kind, unit=unit, factor=factor * known[plain], sensor="accelerometer")
+    return unit, stated.factor * known[stated.name]
 
 
 def _sized_unit(name: str, unit: str | None, scale: str | None) -> str:
@@ -321,7 +314,7 @@ def _gyro_factor(name: str, kind: Kind, unit: str) -> float:
     return stated.factor * wanted[stated.name]
 
 
-def table_scale(table: Placed, statements: Statements) -> Scale:
+def table_scale(column: Column) -> Scale:
     """Unit of the table angle.
 
     Raises
@@ -329,22 +322,23 @@ def table_scale(table: Placed, statements: Statements) -> Scale:
     RecordingError
         If none is stated, or it is not one of angle.
     """
-    key = table.column.key
-    unit = table.unit or statements.own_unit("table") or table.column.unit
-    remedy = f"state {{table {key}:deg}}"
-    if unit is None:
+    remedy = f"state {{table {column.key}:deg}}"
+    if column.unit is None:
         raise RecordingError(
-            f"the unit of column {key} is not stated",
+            f"the unit of column {column.key} is not stated",
             channel="table",
             remedy=f"{remedy}, or leave it out with {{table none}}",
         )
-    stated = parsed_unit(unit)
+    stated = parsed_unit(column.unit)
     if not stated.is_angle:
-        raise RecordingError(f"unit {unit!r} is not one of angle", channel="table", remedy=remedy)
-    return Scale(kind="angle", unit=unit, factor=stated.factor * ANGLE_UNITS[stated.name])
+        raise RecordingError(
+            f"unit {column.unit!r} is not one of angle", channel="table", remedy=remedy
+        )
+    factor = stated.factor * ANGLE_UNITS[stated.name]
+    return Scale(kind="angle", unit=column.unit, factor=factor)
 
 
-def time_unit(time: Placed, statements: Statements) -> float:
+def time_unit(column: Column) -> float:
     """Seconds in one unit of the time stamps.
 
     Raises
@@ -352,29 +346,18 @@ def time_unit(time: Placed, statements: Statements) -> float:
     RecordingError
         If none is stated, or it is not one of time.
     """
-    key = time.column.key
-    unit = time.unit or statements.own_unit("time") or time.column.unit
-    remedy = f"state {{time {key}:s}}"
-    if unit is None:
+    remedy = f"state {{time {column.key}:s}}"
+    if column.unit is None:
         raise RecordingError(
-            f"the unit of column {key} is not stated", channel="time", remedy=remedy
+            f"the unit of column {column.key} is not stated", channel="time", remedy=remedy
         )
-    written = time.column.unit if time.column.unit in TIME_FORMS else None
-    if written is not None and unit != written:
+    if column.unit in TIME_FORMS:
+        return TIME_UNITS["ns"]
+    if canonical(column.unit) not in TIME_UNITS:
         raise RecordingError(
-            f"column {key} holds times as text, not numbers in {unit}",
-            channel="time",
-            remedy=f"state {{time {key}:{written}}}",
+            f"unit {column.unit!r} is not one of time", channel="time", remedy=remedy
         )
-    if written is not None:
-        return TIME_FORMS[written]
-    if unit in TIME_FORMS:
-        raise RecordingError(
-            f"column {key} holds numbers, not times as text", channel="time", remedy=remedy
-        )
-    if canonical(unit) not in TIME_UNITS:
-        raise RecordingError(f"unit {unit!r} is not one of time", channel="time", remedy=remedy)
-    return TIME_UNITS[canonical(unit)]
+    return TIME_UNITS[canonical(column.unit)]
 
 
 # ---- channels ----------------------------------------------------------------------

@@ -2,7 +2,7 @@
 
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Final, Literal
 
 from sagnac.core.errors import Note, RecordingError
@@ -20,6 +20,9 @@ from sagnac.recording.columns import (
 
 # Characters of a list of columns that an error shows.
 _MOST_LISTED: Final = 400
+# Units of times that are written as text, which readers hand over in ns: of the clock, and dates
+# with it.
+TIME_FORMS: Final = ("clock", "iso")
 _TIME_LIKE: Final = re.compile(
     r"(?:^|[^a-z])(?:time|timestamps?|stamps?|utc|zeit|uhrzeit|datetime|epoch)(?:$|[^a-z])"
     r"|^(?:t|sec|secs|seconds|X_Value)$|^time|time$",
@@ -28,41 +31,31 @@ _TIME_LIKE: Final = re.compile(
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Placed:
-    """A column and the unit stated beside its name (``COLUMN:UNIT``), or None."""
-
-    column: Column
-    unit: str | None
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
 class Choice:
     """The columns that are taken.
 
     Attributes
     ----------
-    gyros
+    gyros, accelerometers
         Name wanted -> column.
-    accelerometers
-        Name wanted -> column.
-    table, time, null_pulse
-        None where there is none, or none is wanted.
-    notes
-        What was left out.
     pickoffs
         Name of a dithered gyro -> column of its pick-off.
-    temperature
-        None if none is stated.
+    table, time
+        With the unit that is stated of them; None where there is none, or none is wanted.
+    null_pulse, temperature
+        None where there is none.
+    notes
+        What was left out.
     """
 
     gyros: Mapping[str, Column]
     accelerometers: Mapping[str, Column] = field(default_factory=dict)
     pickoffs: Mapping[str, Column] = field(default_factory=dict)
+    table: Column | None = None
+    time: Column | None = None
+    null_pulse: Column | None = None
     temperature: Column | None = None
-    table: Placed | None
-    time: Placed | None
-    null_pulse: Column | None
-    notes: tuple[Note, ...]
+    notes: tuple[Note, ...] = ()
 
     def __post_init__(self) -> None:
         keys = self.keys
@@ -75,14 +68,48 @@ class Choice:
                 )
 
     @property
+    def sensors(self) -> dict[str, Column]:
+        """Gyros and accelerometers: name wanted -> column."""
+        return {**self.gyros, **self.accelerometers}
+
+    @property
     def keys(self) -> tuple[str, ...]:
         """Names that the columns are loaded by: gyros and the rest, in this order."""
-        placed = [one.column for one in (self.table, self.time) if one is not None]
-        pulse = [self.null_pulse] if self.null_pulse is not None else []
         sensed = (*self.gyros.values(), *self.accelerometers.values())
-        warm = [self.temperature] if self.temperature is not None else []
-        taken = (*sensed, *placed, *pulse, *self.pickoffs.values(), *warm)
-        return tuple(column.key for column in taken)
+        beside = (self.table, self.time, self.null_pulse)
+        taken = (*sensed, *beside, *self.pickoffs.values(), self.temperature)
+        return tuple(column.key for column in taken if column is not None)
+
+
+def choose(columns: Sequence[Column], statements: Statements) -> Choice:
+    """The columns that are taken, by what is stated and by their names.
+
+    Raises
+    ------
+    RecordingError
+        If a column is not there, or stands for two channels.
+    """
+    gyros = choose_gyros(columns, statements)
+    accelerometers = choose_accelerometers(columns, statements)
+    taken = frozenset(column.key for column in (*gyros.values(), *accelerometers.values()))
+    table = choose_table(columns, statements, taken)
+    time, notes = choose_time(columns, statements, taken)
+    pulse, warm = statements.role(NULL_PULSE_NAME), statements.column(TEMPERATURE)
+    return Choice(
+        gyros=gyros,
+        accelerometers=accelerometers,
+        pickoffs=_choose_pickoffs(columns, statements, gyros),
+        table=table,
+        time=time,
+        null_pulse=_named(columns, pulse, "{null-pulse COLUMN}")
+        if pulse
+        else find(columns, NULL_PULSE_NAME),
+        # No name alone makes a column the temperature of the unit.
+        temperature=_named(columns, warm, "{columns temperature=COLUMN}")
+        if warm not in (None, "none")
+        else None,
+        notes=notes,
+    )
 
 
 def find(columns: Sequence[Column], name: str) -> Column | None:
@@ -166,7 +193,7 @@ def _choose(
     return {name: _named(columns, statements.column(name) or name, inputs) for name in names}
 
 
-def choose_pickoffs(
+def _choose_pickoffs(
     columns: Sequence[Column], statements: Statements, gyros: Iterable[str]
 ) -> dict[str, Column]:
     """The pick-off of each gyro: the column stated, else one called ``pickoff_`` and the gyro.
@@ -188,43 +215,9 @@ def choose_pickoffs(
     return found
 
 
-def choose_temperature(columns: Sequence[Column], statements: Statements) -> Column | None:
-    """The column that is stated, or None: no name alone makes one the temperature of the unit.
-
-    Raises
-    ------
-    RecordingError
-        If it is not there.
-    """
-    stated = statements.column(TEMPERATURE)
-    if stated is None or stated == "none":
-        return None
-    return _named(columns, stated, "{columns temperature=COLUMN}")
-
-
-def choose_stated(
-    columns: Sequence[Column], role: Literal["table", "time"], stated: str
-) -> Placed | None:
-    """The column stated as ``COLUMN`` or ``COLUMN:UNIT``; None for ``none``.
-
-    Raises
-    ------
-    RecordingError
-        If it is not there.
-    """
-    if stated == "none":
-        return None
-    column = find(columns, stated)
-    if column is not None:
-        return Placed(column=column, unit=None)
-    name, colon, unit = stated.rpartition(":")
-    column = _named(columns, name if colon else stated, f"{{{role} COLUMN:UNIT}}")
-    return Placed(column=column, unit=unit)
-
-
 def choose_table(
     columns: Sequence[Column], statements: Statements, taken: frozenset[str]
-) -> Placed | None:
+) -> Column | None:
     """The table angle: the column stated, else the first of a usual name that is not `taken`.
 
     Raises
@@ -232,15 +225,14 @@ def choose_table(
     RecordingError
         If one that is stated is not there.
     """
-    stated = statements.role("table")
-    if stated is not None:
-        return choose_stated(columns, "table", stated)
-    return next((Placed(column=c, unit=None) for c in _usual(columns, TABLE_NAMES, taken)), None)
+    if statements.role("table") is not None:
+        return _choose_stated(columns, statements, "table")
+    return next(_usual(columns, statements, "table", taken), None)
 
 
 def choose_time(
     columns: Sequence[Column], statements: Statements, taken: frozenset[str]
-) -> tuple[Placed | None, tuple[Note, ...]]:
+) -> tuple[Column | None, tuple[Note, ...]]:
     """The time stamps, and notes: the column stated, else the first of a usual name not `taken`.
 
     Stamps without a unit are left out, with a note, if a sample rate is stated.
@@ -250,54 +242,98 @@ def choose_time(
     RecordingError
         If one that is stated is not there.
     """
-    stated = statements.role("time")
-    if stated is not None:
-        return choose_stated(columns, "time", stated), ()
+    if statements.role("time") is not None:
+        return _choose_stated(columns, statements, "time"), ()
     notes: list[Note] = []
-    for column in _usual(columns, TIME_NAMES, taken):
-        has_unit = column.unit is not None or statements.own_unit("time") is not None
-        if has_unit or statements.sample_rate is None:
-            return Placed(column=column, unit=None), tuple(notes)
-        notes.append(
-            Note(
-                channel="time",
-                text=f"column {column.key} has no unit and is left out, the rate is stated; "
-                f"{{time {column.key}:UNIT}} takes it",
-            )
+    left_out = set(taken)
+    for column in _usual(columns, statements, "time", taken):
+        if column.unit is not None or statements.first("sample_rate") is None:
+            return column, tuple(notes)
+        left_out.add(column.key)
+        text = (
+            f"column {column.key} has no unit and is left out, the rate is stated; "
+            f"{{time {column.key}:UNIT}} takes it"
         )
-    return _like_time(columns, statements, taken, notes)
+        notes.append(Note(channel="time", text=text))
+    # The only column of times by its unit, where no rate is stated; else an offer of each.
+    like = [one for one in columns if one.key not in left_out and is_like_time(one)]
+    sure = [one for one in like if one.unit is not None and is_time_unit(one.unit)]
+    if statements.first("sample_rate") is None:
+        if len(sure) != 1:
+            return None, tuple(notes)
+        note = Note(channel="time", text=f"column {sure[0].key} is taken as the time")
+        return sure[0], (*notes, note)
+    for one in like:
+        text = (
+            f"column {one.key} looks like time stamps and is not taken, the rate is stated; "
+            f"{{time {one.name}:{one.unit if one in sure else 'UNIT'}}} takes it and shows "
+            "samples that are missing"
+        )
+        notes.append(Note(channel="time", text=text))
+    return None, tuple(notes)
 
 
-def _like_time(
+def _choose_stated(
+    columns: Sequence[Column], statements: Statements, role: Literal["table", "time"]
+) -> Column | None:
+    """The column stated as ``COLUMN`` or ``COLUMN:UNIT``; None for ``none``.
+
+    Raises
+    ------
+    RecordingError
+        If it is not there.
+    """
+    stated = statements.role(role) or "none"
+    if stated == "none":
+        return None
+    column, unit = find(columns, stated), statements.own_unit(role)
+    if column is None:
+        name, colon, unit = stated.rpartition(":")
+        column = _named(columns, name if colon else stated, f"{{{role} COLUMN:UNIT}}")
+    return _in_unit(column, role, unit)
+
+
+def _usual(
     columns: Sequence[Column],
     statements: Statements,
+    role: Literal["table", "time"],
     taken: frozenset[str],
-    notes: Sequence[Note],
-) -> tuple[Placed | None, tuple[Note, ...]]:
-    """The only column of times by its unit, where no rate is stated; else an offer of each."""
-    told = {note.text.split()[1] for note in notes}
-    like = [one for one in columns if one.key not in taken | told and is_like_time(one)]
-    sure = [one for one in like if one.unit is not None and is_time_unit(one.unit)]
-    if statements.sample_rate is None:
-        if len(sure) == 1:
-            note = Note(channel="time", text=f"column {sure[0].key} is taken as the time")
-            return Placed(column=sure[0], unit=None), (*notes, note)
-        return None, tuple(notes)
-    offers = [
-        Note(
-            channel="time",
-            text=f"column {one.key} looks like time stamps and is not taken, the rate is stated; "
-            f"{{time {one.name}:{one.unit if one in sure else 'UNIT'}}} takes it and shows "
-            "samples that are missing",
+) -> Iterator[Column]:
+    """Columns of the usual names of a role that are not `taken`."""
+    for name in TABLE_NAMES if role == "table" else TIME_NAMES:
+        column = find(columns, name)
+        if column is not None and column.key not in taken:
+            yield _in_unit(column, role, statements.own_unit(role))
+
+
+def _in_unit(column: Column, role: Literal["table", "time"], unit: str | None) -> Column:
+    """A column in the unit that is stated of it, if one is.
+
+    Raises
+    ------
+    RecordingError
+        If it holds times as text, and the unit is another one, or the other way round.
+    """
+    if unit is None or unit == column.unit:
+        return column
+    if role == "time" and column.unit in TIME_FORMS:
+        raise RecordingError(
+            f"column {column.key} holds times as text, not numbers in {unit}",
+            channel=role,
+            remedy=f"state {{time {column.key}:{column.unit}}}",
         )
-        for one in like
-    ]
-    return None, (*notes, *offers)
+    if role == "time" and unit in TIME_FORMS:
+        raise RecordingError(
+            f"column {column.key} holds numbers, not times as text",
+            channel=role,
+            remedy=f"state {{time {column.key}:s}}",
+        )
+    return replace(column, unit=unit)
 
 
 def is_time_unit(unit: str) -> bool:
     """Whether a unit is one of time, or says that times are written as text."""
-    return canonical(unit) in TIME_UNITS or unit in ("clock", "iso")
+    return canonical(unit) in TIME_UNITS or unit in TIME_FORMS
 
 
 def is_like_time(column: Column) -> bool:
@@ -311,52 +347,3 @@ def is_like_time(column: Column) -> bool:
     if column.unit is not None:
         return is_time_unit(column.unit)
     return _TIME_LIKE.search(column.name) is not None
-
-
-def _usual(
-    columns: Sequence[Column], names: Sequence[str], taken: frozenset[str]
-) -> Iterator[Column]:
-    """Columns of these names that are not `taken`."""
-    for name in names:
-        column = find(columns, name)
-        if column is not None and column.key not in taken:
-            yield column
-
-
-def choose_null_pulse(columns: Sequence[Column], statements: Statements) -> Column | None:
-    """The null pulse: the column stated, else one of that name.
-
-    Raises
-    ------
-    RecordingError
-        If one that is stated is not there.
-    """
-    stated = statements.role("null_pulse")
-    if stated:
-        return _named(columns, stated, "{null-pulse COLUMN}")
-    return find(columns, NULL_PULSE_NAME)
-
-
-def choose(columns: Sequence[Column], statements: Statements) -> Choice:
-    """The columns that are taken, by what is stated and by their names.
-
-    Raises
-    ------
-    RecordingError
-        If a column is not there, or stands for two channels.
-    """
-    gyros = choose_gyros(columns, statements)
-    accelerometers = choose_accelerometers(columns, statements)
-    taken = frozenset(column.key for column in (*gyros.values(), *accelerometers.values()))
-    table = choose_table(columns, statements, taken)
-    time, notes = choose_time(columns, statements, taken)
-    return Choice(
-        gyros=gyros,
-        accelerometers=accelerometers,
-        pickoffs=choose_pickoffs(columns, statements, gyros),
-        table=table,
-        time=time,
-        null_pulse=choose_null_pulse(columns, statements),
-        temperature=choose_temperature(columns, statements),
-        notes=notes,
-    )

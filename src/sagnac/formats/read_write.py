@@ -77,15 +77,15 @@ def read(
     path = _file_of(path)
     caller = one_statement(statement, stated)
     with about(path), ThreadPoolExecutor(max_workers=1) as pool:
-        found = beside(path)
-        source = _open(path, Statements(caller=caller, beside=found.statement))
+        by_toml, notes = beside(path)
+        source = _open(path, Statements(caller=caller, beside=by_toml))
         # Hashing needs no lock of the interpreter: it runs while the columns are parsed.
         digest = pool.submit(_sha256, path)
         return assemble(
             source,
-            Statements(caller=caller, beside=found.statement, file=source.stated),
+            Statements(caller=caller, beside=by_toml, file=source.stated),
             lambda: Provenance(path=str(path), sha256=digest.result(), format=source.format),
-            (*source.notes, *found.notes),
+            (*source.notes, *notes),
             verify=verify,
         )
 
@@ -197,7 +197,7 @@ def _opened(path: Path | str, caller: Statement) -> tuple[Source, Statements]:
     """A file, and what is stated of it."""
     path = _file_of(path)
     with about(path):
-        by_toml = beside(path).statement
+        by_toml, _ = beside(path)
         source = _open(path, Statements(caller=caller, beside=by_toml))
         return source, Statements(caller=caller, beside=by_toml, file=source.stated)
 
@@ -321,7 +321,7 @@ def _file_of(path: Path | str) -> Path:
 
 
 def _open(path: Path, statements: Statements) -> Source:
-    layout = statements.layout
+    layout = statements.first("layout")
     if path.is_dir() and (path / "metadata.yaml").is_file():
         # A bag of ROS 2 is a folder.
         known, layout = ROSBAG, None

@@ -1,7 +1,7 @@
 """Columns with their statements, as readers give and writers take them, and how to load them."""
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, Final
 
 import numpy as np
@@ -58,71 +58,21 @@ class Stored:
     pieces
         Keys, first sample and the one after the last -> their `Pieces`: arrays of one dimension,
         any numeric type; missing samples are NaN. A key is asked for once.
+    format
+        That of the file, for messages.
     """
 
     lengths: Mapping[str, int]
     pieces: Callable[[Sequence[str], int, int], Pieces]
-
-
-def in_memory(arrays: dict[str, NDArray[Any]]) -> Stored:
-    """Columns of a format that is read whole; each is let go as it is taken over."""
-
-    def pieces(keys: Sequence[str], start: int, stop: int) -> Pieces:
-        for key in keys:
-            whole = arrays.pop(key)
-            # A view would keep what lies outside the slice.
-            yield {key: whole if stop - start == whole.size else whole[start:stop].copy()}
-
-    return Stored(lengths={key: array.size for key, array in arrays.items()}, pieces=pieces)
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Source:
-    """An opened file: what it holds and how to get it.
-
-    Attributes
-    ----------
-    format
-        Name of the format, for provenance.
-    columns
-        The numeric columns.
-    stated
-        What the file states for all of them.
-    load
-        Keys -> their columns.
-    notes
-        What was noticed on opening.
-    unreadable
-        Columns that hold no real numbers, by name, and why: ``holds text``.
-    """
-
-    format: str
-    columns: tuple[Column, ...]
-    load: Callable[[Sequence[str]], Stored]
-    stated: Statement = field(default_factory=Statement)
-    notes: tuple[Note, ...] = ()
-    unreadable: Mapping[str, str] = field(default_factory=dict)
-
-    def opened(self, keys: Sequence[str]) -> Stored:
-        """Columns, ready to be read.
-
-        Raises
-        ------
-        RecordingError
-            If the file is damaged.
-        """
-        with damaged(self.format):
-            return self.load(keys)
+    format: str = ""
 
     def read(
-        self, stored: Stored, keys: Sequence[str], first: int, stop: int, *, by_first: bool = False
+        self, keys: Sequence[str], first: int, stop: int, *, by_first: bool = False
     ) -> dict[str, FloatArray]:
         """Samples of columns as float64; no column is in memory twice.
 
         Parameters
         ----------
-        stored
-            As `opened` gives them.
         keys
             Those of the columns.
         first, stop
@@ -137,9 +87,10 @@ class Source:
             If the file is damaged, or numbers would lose digits as float64.
         """
         columns = {key: empty(stop - first) for key in keys}
-        sizes, origins = dict.fromkeys(keys, 0), {}
+        sizes = dict.fromkeys(keys, 0)
+        origins: dict[str, NDArray[Any]] = {}
         with damaged(self.format):
-            for piece in stored.pieces(keys, first, stop):
+            for piece in self.pieces(keys, first, stop):
                 for key, raw in piece.items():
                     values = raw
                     if by_first:
@@ -191,6 +142,57 @@ def _may_be_kept(values: NDArray[Any], column: FloatArray) -> bool:
         and values.flags.writeable
         and values.flags.c_contiguous
     )
+
+
+def in_memory(arrays: dict[str, NDArray[Any]]) -> Stored:
+    """Columns of a format that is read whole; each is let go as it is taken over."""
+
+    def pieces(keys: Sequence[str], start: int, stop: int) -> Pieces:
+        for key in keys:
+            whole = arrays.pop(key)
+            # A view would keep what lies outside the slice.
+            yield {key: whole if stop - start == whole.size else whole[start:stop].copy()}
+
+    return Stored(lengths={key: array.size for key, array in arrays.items()}, pieces=pieces)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Source:
+    """An opened file: what it holds and how to get it.
+
+    Attributes
+    ----------
+    format
+        Name of the format, for provenance.
+    columns
+        The numeric columns.
+    stated
+        What the file states for all of them.
+    load
+        Keys -> their columns.
+    notes
+        What was noticed on opening.
+    unreadable
+        Columns that hold no real numbers, by name, and why: ``holds text``.
+    """
+
+    format: str
+    columns: tuple[Column, ...]
+    load: Callable[[Sequence[str]], Stored]
+    stated: Statement = field(default_factory=Statement)
+    notes: tuple[Note, ...] = ()
+    unreadable: Mapping[str, str] = field(default_factory=dict)
+
+    def opened(self, keys: Sequence[str]) -> Stored:
+        """Columns, ready to be read.
+
+        Raises
+        ------
+        RecordingError
+            If the file is damaged.
+        """
+        with damaged(self.format):
+            return replace(self.load(keys), format=self.format)
 
 
 def column(key: str, *, unit: str | None = None, kind: str | None = None) -> Column:

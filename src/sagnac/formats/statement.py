@@ -8,7 +8,7 @@ import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, fields
 from pathlib import Path
-from typing import Any, Final, cast
+from typing import Any, Final
 
 from sagnac.core.documents import read_toml
 from sagnac.core.errors import Note, RecordingError, one_line, quoted
@@ -20,6 +20,7 @@ from sagnac.core.units import (
     RATE_UNITS,
     TIME_UNITS,
     VELOCITY_UNITS,
+    Sensor,
     split_factor,
 )
 from sagnac.formats.registry import CSV, EUROC, EUROC_SENSOR
@@ -28,6 +29,7 @@ from sagnac.recording.columns import TEMPERATURE
 
 # ---- unit text ---------------------------------------------------------------------
 
+_SENSED: Final = {**ANGLE_UNITS, **RATE_UNITS, **VELOCITY_UNITS, **ACCELERATION_UNITS}
 KNOWN_UNITS: Final = (
     f"use one of {', '.join((*ANGLE_UNITS, *RATE_UNITS))} or counts; of accelerometers "
     f"{', '.join((*ACCELERATION_UNITS, *VELOCITY_UNITS))}"
@@ -78,8 +80,7 @@ class UnitText:
     @property
     def is_sensed(self) -> bool:
         """Whether it is a unit that a gyro or an accelerometer is read in."""
-        tables = (ANGLE_UNITS, RATE_UNITS, VELOCITY_UNITS, ACCELERATION_UNITS)
-        return any(self.name in table for table in tables)
+        return self.name in _SENSED
 
 
 def parsed_unit(text: str) -> UnitText:
@@ -296,17 +297,10 @@ ATTRIBUTES: Final = VOCABULARY - {"columns", "layout"}
 ARRAYS_STATED: Final = ATTRIBUTES - {"time", "table"}
 
 
-def of_name(stated: str | Mapping[str, str] | None, name: str) -> str | None:
-    """Entry of a statement for gyro `name`: its own, or the one for all (``gyros``)."""
-    if stated is None or isinstance(stated, str):
-        return stated
-    return stated.get(name, stated.get("gyros"))
-
-
 # ---- precedence --------------------------------------------------------------------
 
 # Names of columns that are no gyros.
-_PLACES: Final = ("table", "time", "null_pulse", TEMPERATURE)
+_PLACES: Final = (*ROLES, TEMPERATURE)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -328,15 +322,10 @@ class Statements:
         """The one heard first comes first."""
         return self.caller, self.beside, self.file
 
-    @property
-    def sample_rate(self) -> float | None:
-        """Hz, or None where none is stated."""
-        return cast("float | None", self._first("sample_rate"))
-
-    @property
-    def scale(self) -> str | None:
-        """Size of one count, or None where none is stated."""
-        return cast("str | None", self._first("scale"))
+    def first(self, name: str) -> Any:
+        """The first that is stated for a field of `Statement`, None if none is."""
+        stated = (getattr(statement, name) for statement in self.in_order)
+        return next((value for value in stated if value is not None), None)
 
     @property
     def counter_period(self) -> float | None:
@@ -347,11 +336,6 @@ class Statements:
             if statement.counter_bits is not None:
                 return 2.0**statement.counter_bits
         return None
-
-    @property
-    def layout(self) -> str | Mapping[str, Any] | None:
-        """How the records of a binary file are laid out, or None where none is stated."""
-        return cast("str | Mapping[str, Any] | None", self._first("layout"))
 
     @property
     def gyros(self) -> tuple[str, ...]:
@@ -369,68 +353,53 @@ class Statements:
     @property
     def accelerometers(self) -> tuple[str, ...]:
         """Names of the accelerometers wanted by the first that says so; empty if there are none."""
-        names: tuple[str, ...] = self._first("accelerometers") or ()
+        names: tuple[str, ...] = self.first("accelerometers") or ()
         return () if names == ("none",) else names
-
-    def of_accelerometer(self, quantity: str, name: str) -> str | None:
-        """Statement of ``kind`` or ``unit`` of an accelerometer, or None.
-
-        By name, or for all of them under ``accelerometers``; what is stated for all channels is
-        that of the gyros.
-        """
-        for statement in self.in_order:
-            stated = getattr(statement, quantity)
-            if stated is not None and not isinstance(stated, str):
-                found: str | None = stated.get(name, stated.get("accelerometers"))
-                if found is not None:
-                    return found
-        return None
 
     def column(self, name: str) -> str | None:
         """The file's name for `name`, or None where none gives one."""
-        for statement in self.in_order:
-            if name in statement.columns:
-                return statement.columns[name]
-        return None
+        return next((one.columns[name] for one in self.in_order if name in one.columns), None)
 
     def role(self, role: str) -> str | None:
         """Statement of ``time``, ``table`` or ``null_pulse``, or None."""
-        return self._first(role) or self.column(role)
+        return self.first(role) or self.column(role)
 
     def own_unit(self, name: str) -> str | None:
         """The unit stated for `name` alone; one for all gyros does not count."""
-        for statement in self.in_order:
-            unit = statement.unit
-            if unit is not None and not isinstance(unit, str) and name in unit:
-                return unit[name]
-        return None
+        units = (_by_name(one.unit) for one in self.in_order)
+        return next((unit[name] for unit in units if name in unit), None)
 
-    def gyro(self, quantity: str, name: str) -> str | None:
-        """Statement by caller or TOML of ``kind`` or ``unit`` of a gyro, or None."""
-        for statement in (self.caller, self.beside):
-            stated = of_name(getattr(statement, quantity), name)
-            if stated is not None:
-                return stated
-        return None
+    def by_user(self, quantity: str, name: str, sensor: Sensor = "gyro") -> str | None:
+        """Statement by caller or TOML of ``kind`` or ``unit`` of a channel, or None."""
+        return of_channel(self.caller, quantity, name, sensor) or of_channel(
+            self.beside, quantity, name, sensor
+        )
 
-    def gyro_by_file(self, quantity: str, name: str) -> str | None:
-        """Statement by the file of ``kind`` or ``unit`` of a gyro, or None."""
-        return of_name(getattr(self.file, quantity), name)
 
-    def _first(self, name: str) -> Any:
-        stated = (getattr(statement, name) for statement in self.in_order)
-        return next((value for value in stated if value is not None), None)
+def _by_name(stated: str | Mapping[str, str] | None) -> Mapping[str, str]:
+    return stated if isinstance(stated, Mapping) else {}
+
+
+def of_channel(statement: Statement, quantity: str, name: str, sensor: Sensor) -> str | None:
+    """Statement of ``kind`` or ``unit`` of a channel: its own, or that of all of its sensor.
+
+    One that names no channels is that of the gyros.
+
+    Examples
+    --------
+    >>> stated = Statement(unit={"x": "deg/s", "accelerometers": "g"}, kind="rate")
+    >>> of_channel(stated, "unit", "ax", "accelerometer"), of_channel(stated, "unit", "z", "gyro")
+    ('g', None)
+    >>> of_channel(stated, "kind", "z", "gyro")
+    'rate'
+    """
+    stated: str | Mapping[str, str] | None = getattr(statement, quantity)
+    if isinstance(stated, str):
+        return stated if sensor == "gyro" else None
+    return _by_name(stated).get(name, _by_name(stated).get(f"{sensor}s"))
 
 
 # ---- metadata ----------------------------------------------------------------------
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Beside:
-    """The statement beside a file, empty where there is none, and what was noticed of it."""
-
-    statement: Statement = field(default_factory=Statement)
-    notes: tuple[Note, ...] = ()
 
 
 def beside_paths(path: Path) -> tuple[Path, Path]:
@@ -438,8 +407,8 @@ def beside_paths(path: Path) -> tuple[Path, Path]:
     return path.with_name(path.name + ".toml"), path.with_suffix(".toml")
 
 
-def beside(path: Path) -> Beside:
-    """The statement in ``FILE.toml`` (``run.csv.toml``, else ``run.toml``).
+def beside(path: Path) -> tuple[Statement, tuple[Note, ...]]:
+    """The statement in ``FILE.toml`` (``run.csv.toml``, else ``run.toml``), and notes on it.
 
     ``run.toml`` may be something else altogether, for example the simulation that made the file:
     it counts only if all its keys are those of a statement, and a note says so if not.
@@ -460,12 +429,12 @@ def beside(path: Path) -> Beside:
         unknown = sorted(set(content) - VOCABULARY)
         if unknown and candidate.name != path.name + ".toml":
             text = f"{candidate.name} is not about this file ({unknown[0]}): ignored"
-            return Beside(notes=(Note(text=text),))
+            return Statement(), (Note(text=text),)
         try:
-            return Beside(statement=from_mapping(content))
+            return from_mapping(content), ()
         except RecordingError as error:
             raise error.at(str(candidate)) from None
-    return Beside()
+    return Statement(), ()
 
 
 def require_no_other(path: Path) -> None:
@@ -476,7 +445,7 @@ def require_no_other(path: Path) -> None:
     RecordingError
         If there is one.
     """
-    if beside(path).statement != Statement():
+    if beside(path)[0] != Statement():
         raise RecordingError(
             "a TOML beside it states how a file of this name is to be read, and would be believed",
             path=str(path),

@@ -16,6 +16,7 @@ from sagnac.core.units import (
     VELOCITY_UNITS,
     canonical,
 )
+from sagnac.formats.channels import stated_for
 from sagnac.formats.choice import (
     choose_accelerometers,
     choose_gyros,
@@ -195,7 +196,7 @@ def candidates(source: Source, statements: Statements) -> tuple[Column, ...]:
     """
     table = choose_table(source.columns, statements, frozenset())
     time, _ = choose_time(source.columns, statements, frozenset())
-    taken = {one.column.key for one in (table, time) if one is not None}
+    taken = {one.key for one in (table, time) if one is not None}
     left = [
         one
         for one in source.columns
@@ -209,7 +210,7 @@ def candidates(source: Source, statements: Statements) -> tuple[Column, ...]:
     keys = [one.key for one in left]
     stored = source.opened(keys)
     samples = min(_LOOKED_AT, *stored.lengths.values())
-    numbers = source.read(stored, keys, 0, samples, by_first=True)
+    numbers = stored.read(keys, 0, samples, by_first=True)
     steps = {key: np.diff(values) for key, values in numbers.items()}
     return tuple(
         one for one in left if (steps[one.key] > 0.0).any() and (steps[one.key] < 0.0).any()
@@ -228,16 +229,16 @@ def _kind_and_unit(
         missing.update(kind=KIND, unit=UNIT)
     kinds, units = {}, {}
     for name, column in gyros.items():
-        unit = statements.gyro("unit", name) or column.unit or statements.gyro_by_file("unit", name)
-        kind = statements.gyro("kind", name) or column.kind or statements.gyro_by_file("kind", name)
+        unit = next(filter(None, stated_for("unit", name, column, statements)), None)
         text = parsed_unit(unit) if unit is not None else None
-        if text is None and statements.scale is None:
+        is_sized = statements.first("scale") is not None
+        if text is None and not is_sized:
             units[name] = UNIT
         elif text is not None and not text.is_known:
             units[name] = "counts"
-        if text is not None and (text.is_counts or not text.is_known) and statements.scale is None:
+        if text is not None and (text.is_counts or not text.is_known) and not is_sized:
             missing["scale"] = SCALE
-        if kind is None:
+        if not any(stated_for("kind", name, column, statements)):
             kinds[name] = "rate" if text is not None and text.name in RATE_UNITS else KIND
     for quantity, found in (("kind", kinds), ("unit", units)):
         values = set(found.values())
@@ -252,7 +253,8 @@ def _unit_of_forces(
 ) -> None:
     """A unit of the accelerometers that are stated, beside that of the gyros."""
     forces = choose_accelerometers(columns, statements)
-    if all(one.unit or statements.of_accelerometer("unit", name) for name, one in forces.items()):
+    sensor: Final = "accelerometer"
+    if all(any(stated_for("unit", name, one, statements, sensor)) for name, one in forces.items()):
         return
     of_gyros = missing.get("unit", statements.caller.unit)
     if isinstance(of_gyros, Mapping):
@@ -270,21 +272,20 @@ def _table(
     missing: dict[str, str],
 ) -> None:
     table = choose_table(columns, statements, taken)
-    if table is not None and not (table.unit or statements.own_unit("table") or table.column.unit):
-        missing["table"] = f"{table.column.name}:{UNIT}"
+    if table is not None and not table.unit:
+        missing["table"] = f"{table.name}:{UNIT}"
 
 
 def _sampling(
     source: Source, statements: Statements, taken: frozenset[str], missing: dict[str, str]
 ) -> None:
     chosen, _ = choose_time(source.columns, statements, taken)
-    if chosen is not None:
-        stated = chosen.unit or statements.own_unit("time") or chosen.column.unit
-        if stated or not _is_index(source, chosen.column):
-            if not stated:
-                missing["time"] = _time_text(source, chosen.column)
-            return
-    if statements.sample_rate is not None:
+    if chosen is not None and chosen.unit:
+        return
+    if chosen is not None and not _is_index(source, chosen):
+        missing["time"] = _time_text(source, chosen)
+        return
+    if statements.first("sample_rate") is not None:
         return
     like = [
         one
@@ -326,7 +327,7 @@ def _steps(source: Source, column: Column) -> FloatArray:
     """Finite steps of a column of stamps, in its own unit."""
     key = column.key
     stored = source.opened([key])
-    steps = np.diff(source.read(stored, [key], 0, stored.lengths[key], by_first=True)[key])
+    steps = np.diff(stored.read([key], 0, stored.lengths[key], by_first=True)[key])
     return steps[np.isfinite(steps)]
 
 

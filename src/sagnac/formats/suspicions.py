@@ -11,6 +11,7 @@ from sagnac.core.arrays import FloatArray, blocks
 from sagnac.core.errors import Note, counted
 from sagnac.core.units import DEGREE_PER_ROOT_HOUR, TIME_UNITS, canonical
 from sagnac.formats.channels import Scale
+from sagnac.formats.source import Column
 from sagnac.formats.statement import COUNTER_BITS
 from sagnac.recording.channel import finite_extent
 
@@ -128,18 +129,17 @@ def _likely_period(measured: float) -> float:
     return nearest if abs(measured / nearest - 1.0) < 0.02 else round(measured)
 
 
-def stamp_unit_notes(key: str, unit: str, sample_rate: float) -> tuple[Note, ...]:
+def stamp_unit_notes(column: Column, sample_rate: float) -> tuple[Note, ...]:
     """Stamps further apart, or closer together, than any gyro is sampled: a warning.
 
     Parameters
     ----------
-    key
-        Column of the stamps.
-    unit
-        Their unit, as stated.
+    column
+        That of the stamps, in the unit that is stated.
     sample_rate
         Samples per second that they give.
     """
+    key, unit = column.name, column.unit or ""
     if canonical(unit) not in TIME_UNITS or _SLOWEST <= sample_rate <= _USUAL_RATES[1]:
         return ()
     size = TIME_UNITS[canonical(unit)]
