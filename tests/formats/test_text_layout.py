@@ -9,7 +9,7 @@ from sagnac.formats.text_layout import fields_of, layout
 
 
 def sample(text: str) -> Sample:
-    return Sample(encoding="utf-8", head=tuple(text.splitlines()), later=())
+    return Sample(encoding="utf-8", head=tuple(text.splitlines()))
 
 
 def rows(mark: str, decimal: str = ".") -> str:

@@ -8,7 +8,6 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from sagnac.core import arrays
 from sagnac.formats.text import (
     STYLES,
     NumberStyle,
@@ -85,8 +84,7 @@ def test_times_of_the_clock():
         nanoseconds(pa.array(["14:03:00", "x"]), "clock")
 
 
-def test_days_go_on_past_midnight(monkeypatch):
-    monkeypatch.setattr(arrays, "BLOCK", 100)
+def test_days_go_on_past_midnight():
     seconds = np.arange(0, 4 * 86_400, 997)
     clock = (seconds % 86_400) * 10**9
     np.testing.assert_array_equal(past_midnight(clock), seconds * 10**9)

@@ -24,7 +24,7 @@ from sagnac.core.arrays import blocks
 from sagnac.core.errors import Note, RecordingError
 from sagnac.core.units import Sensor
 from sagnac.core.whole_files import replacing_folder, replacing_set
-from sagnac.formats.files import damaged
+from sagnac.formats.files import AGAIN
 from sagnac.formats.registry import CSV, EUROC, EUROC_DATA, EUROC_SENSOR
 from sagnac.formats.source import (
     MADE,
@@ -36,31 +36,20 @@ from sagnac.formats.source import (
     column,
     in_memory,
 )
-from sagnac.formats.statement import Statement, parsed_unit
 from sagnac.formats.text import (
     MISSING,
     NumberStyle,
     blocks_of,
-    ends_in_newline,
     form_of,
     lines_of,
     nanoseconds,
     past_midnight,
     sample_of,
 )
-from sagnac.formats.text_layout import (
-    X_COLUMN,
-    Field,
-    Layout,
-    fields_of,
-    layout,
-    preamble_of,
-    preset_of,
-)
+from sagnac.formats.text_layout import COMMENT, Field, Layout, fields_of, layout, stated_by
 
 # That many blocks are read side by side.
 _THREADS: Final = 2
-_COMMENT: Final = ("#", "%")
 _LONGEST_SHOWN: Final = 40
 _FIRST_FIELDS: Final = 6
 
@@ -73,73 +62,40 @@ def open_source(path: Path) -> Source:
     RecordingError
         If the file is not text or has no lines.
     """
-    sample = sample_of(path)
-    laid_out = layout(sample, tabs=path.suffix.lower() == ".tsv")
-    stated, units = _known(laid_out)
-    columns = columns_of(laid_out, units)
-    places = {one.key: one.number - 1 for one in columns}
-    is_ended = ends_in_newline(path, sample.encoding)
+    laid_out = layout(sample_of(path), tabs=path.suffix.lower() == ".tsv")
+    stated, units = stated_by(laid_out)
+    columns = _columns(laid_out, units)
 
     def load(keys: Sequence[str]) -> Stored:
-        wanted = {key: places[key] for key in keys}
+        wanted = {one.key: one.number - 1 for one in columns if one.key in keys}
         if not laid_out.first_row:
             return in_memory({key: np.empty(0) for key in keys})
-        arrays = _parsed(path, sample.encoding, laid_out, wanted, is_ended=is_ended)
+        arrays = _parsed(path, laid_out, wanted)
         last = columns[-1].key
-        if not is_ended and last in arrays:
+        if not laid_out.is_ended and last in arrays:
             check_last(last, arrays[last])
         return in_memory(arrays)
 
     return Source(
-        format=CSV.name,
-        columns=columns,
-        load=load,
-        stated=stated,
-        notes=_notes(laid_out, is_ended=is_ended),
+        format=CSV.name, columns=columns, load=load, stated=stated, notes=_notes(laid_out)
     )
 
 
-def columns_of(laid_out: Layout, units: Mapping[str, str]) -> tuple[Column, ...]:
+def _columns(laid_out: Layout, units: Mapping[str, str]) -> tuple[Column, ...]:
     """The columns of a layout; those of one name have their numbers behind it.
 
-    Parameters
-    ----------
-    laid_out
-        The layout.
-    units
-        Name of a column -> unit that the file states elsewhere.
+    `units` are those that the file states elsewhere, by the names of columns.
     """
     names = laid_out.names
     made = []
-    for place, field in enumerate(laid_out.fields):
-        repeated = names.count(field.name) > 1
-        key = f"{field.name} (column {place + 1})" if repeated else field.name
-        stated = field.time or field.unit or units.get(field.name)
-        one = column(field.name, unit=stated)
-        made.append(Column(key=key, name=one.name, unit=one.unit, number=place + 1))
+    for place, field in enumerate(laid_out.fields, start=1):
+        key = f"{field.name} (column {place})" if names.count(field.name) > 1 else field.name
+        one = column(field.name, unit=field.time or field.unit or units.get(field.name))
+        made.append(Column(key=key, name=one.name, unit=one.unit, number=place))
     return tuple(made)
 
 
-def _known(laid_out: Layout) -> tuple[Statement, Mapping[str, str]]:
-    """Statements of a known program by header and preamble, and units by the names of columns."""
-    preset = preset_of(laid_out.names)
-    if preset is not None:
-        return preset.statement(laid_out.names), preset.units
-    preamble = preamble_of(laid_out.preamble, laid_out.delimiter)
-    if preamble is None:
-        return Statement(), {}
-    channels = [name for name in laid_out.names if name != X_COLUMN]
-    units = {
-        name: unit
-        for name, unit in zip(channels, preamble.units, strict=False)
-        if parsed_unit(unit).is_known
-    }
-    if preamble.sample_rate is not None or X_COLUMN not in laid_out.names:
-        return Statement(sample_rate=preamble.sample_rate), units
-    return Statement(time=X_COLUMN), {**units, X_COLUMN: "s"}
-
-
-def _notes(laid_out: Layout, *, is_ended: bool) -> tuple[Note, ...]:
+def _notes(laid_out: Layout) -> tuple[Note, ...]:
     notes = []
     if laid_out.doubts:
         style = laid_out.style
@@ -149,51 +105,79 @@ def _notes(laid_out: Layout, *, is_ended: bool) -> tuple[Note, ...]:
         ]
         row = ", ".join(shown[:_FIRST_FIELDS]) + (" ..." if len(shown) > _FIRST_FIELDS else "")
         notes.append(Note(text=f"read with {', '.join(laid_out.doubts)}; the first row: {row}"))
-    if not is_ended:
+    if not laid_out.is_ended:
         text = "the last line has no line end: it may be cut off"
         notes.append(Note(text=text, level="warning"))
     return tuple(notes)
 
 
-def _parsed(
-    path: Path,
-    encoding: str,
-    laid_out: Layout,
-    wanted: dict[str, int],
-    *,
-    is_ended: bool,
-) -> dict[str, NDArray[Any]]:
-    """The wanted columns: key -> values, integers where a float would lose digits."""
-    texts = blocks_of(path, encoding=encoding, blanks=laid_out.delimiter == " ")
+def check_last(name: str, values: NDArray[Any]) -> None:
+    """Refuse a last number that is cut short: it leaps twice as far as any shortly before.
+
+    Raises
+    ------
+    RecordingError
+        If it does.
+    """
+    steps = np.abs(np.diff(values[-1000:]))
+    if steps.size > 1 and steps[-1] > 2.0 * steps[:-1].max():
+        raise RecordingError(
+            "the last line is cut off", channel=name, remedy=f"remove it, or {AGAIN}"
+        )
+
+
+# ---- numbers -----------------------------------------------------------------------
+
+
+def _parsed(path: Path, laid_out: Layout, wanted: Mapping[str, int]) -> dict[str, NDArray[Any]]:
+    """The wanted columns: key -> values, integers where a float would lose digits.
+
+    `wanted` has the place of each. Batches stand one after the other in place, so that no column
+    is in memory twice.
+    """
+    fields = {key: laid_out.fields[place] for key, place in wanted.items()}
     expected = path.stat().st_size // max(1, len(laid_out.delimiter.join(laid_out.first_row)))
+    arrays: dict[str, NDArray[Any]] = {
+        key: np.empty(max(expected, 1), np.int64 if field.time or field.is_long else np.float64)
+        for key, field in fields.items()
+    }
+    rows = 0
     shown = sys.unraisablehook
     sys.unraisablehook = partial(_shown_unless_text, shown)
     try:
-        return _filled(_batches(texts, laid_out, wanted), laid_out, wanted, expected)
+        for batch in _batches(path, laid_out, wanted):
+            stop = rows + batch.num_rows
+            for key, field in fields.items():
+                if stop > arrays[key].size:
+                    arrays[key].resize(stop * 5 // 4, refcheck=False)
+                texts = batch.column(str(wanted[key]))
+                arrays[key][rows:stop] = _values(texts, field, laid_out.style)
+            rows = stop
     except (pa.ArrowInvalid, ValueError) as error:
-        found = wrong_line(path, encoding, laid_out, wanted, is_ended=is_ended)
-        if found is not None:
-            raise found from error
-        with damaged(CSV.name):
+        wrong = _wrong_line(path, laid_out, wanted)
+        if wrong is None:
             raise
+        raise wrong from error
     finally:
         sys.unraisablehook = shown
+    for key, field in fields.items():
+        arrays[key].resize(rows, refcheck=False)
+        if field.time == "clock":
+            arrays[key] = past_midnight(arrays[key])
+    return arrays
 
 
-def _batches(
-    texts: Iterable[bytes], laid_out: Layout, wanted: dict[str, int]
-) -> Iterator[pa.RecordBatch]:
+def _batches(path: Path, laid_out: Layout, wanted: Mapping[str, int]) -> Iterator[pa.RecordBatch]:
     """Blocks of text as rows.
 
     The library's reader of a whole file leaves threads behind when it fails, which call Python
     while the interpreter ends: the process aborts or hangs. So it gets one block of its own memory
     at a time and reads it in the thread that calls it; those threads are ours and end here.
     """
-    kinds = {key: _column_type(laid_out.fields[place], laid_out) for key, place in wanted.items()}
     parse = arrow_csv.ParseOptions(delimiter=laid_out.delimiter, invalid_row_handler=_odd_row)
     convert = arrow_csv.ConvertOptions(
         include_columns=[str(place) for place in wanted.values()],
-        column_types={str(place): kinds[key] for key, place in wanted.items()},
+        column_types={str(place): _type(place, laid_out) for place in wanted.values()},
         decimal_point=laid_out.style.decimal,
         true_values=[],
         false_values=[],
@@ -211,7 +195,7 @@ def _batches(
     skip = laid_out.skip
     ahead: deque[Future[pa.Table]] = deque()
     with ThreadPoolExecutor(max_workers=_THREADS) as pool:
-        for block in texts:
+        for block in blocks_of(path, encoding=laid_out.encoding, blanks=laid_out.delimiter == " "):
             ahead.append(pool.submit(table, block, skip))
             skip = 0
             if len(ahead) > _THREADS:
@@ -228,37 +212,14 @@ def _shown_unless_text(shown: Callable[[Any], Any], lost: Any) -> None:
 
 def _odd_row(row: Any) -> str:
     """Skip a row of another number of fields if it is a comment, else call it an error."""
-    return "skip" if row.text.lstrip().startswith(_COMMENT) else "error"
+    return "skip" if row.text.lstrip().startswith(COMMENT) else "error"
 
 
-def _column_type(field: Field, laid_out: Layout) -> Any:
+def _type(place: int, laid_out: Layout) -> Any:
+    field = laid_out.fields[place]
     if field.time is not None or (laid_out.style.thousands and not field.is_long):
         return pa.string()
     return pa.int64() if field.is_long else pa.float64()
-
-
-def _filled(
-    batches: Iterable[pa.RecordBatch], laid_out: Layout, wanted: dict[str, int], expected: int
-) -> dict[str, NDArray[Any]]:
-    """The batches one after the other in place, so that no column is in memory twice."""
-    fields = {key: laid_out.fields[place] for key, place in wanted.items()}
-    arrays: dict[str, NDArray[Any]] = {
-        key: np.empty(max(expected, 1), np.int64 if field.time or field.is_long else np.float64)
-        for key, field in fields.items()
-    }
-    rows = 0
-    for batch in batches:
-        for key, field in fields.items():
-            if rows + batch.num_rows > arrays[key].size:
-                arrays[key].resize((rows + batch.num_rows) * 5 // 4, refcheck=False)
-            texts = batch.column(str(wanted[key]))
-            arrays[key][rows : rows + batch.num_rows] = _values(texts, field, laid_out.style)
-        rows += batch.num_rows
-    for key, field in fields.items():
-        arrays[key].resize(rows, refcheck=False)
-        if field.time == "clock":
-            past_midnight(arrays[key])
-    return arrays
 
 
 def _values(read: Any, field: Field, style: NumberStyle) -> NDArray[Any]:
@@ -276,40 +237,29 @@ def _values(read: Any, field: Field, style: NumberStyle) -> NDArray[Any]:
     return values
 
 
-def wrong_line(
-    path: Path, encoding: str, laid_out: Layout, wanted: dict[str, int], *, is_ended: bool
-) -> RecordingError | None:
-    """Fault of the first row that is no row of the table; None if all are.
+# ---- faults ------------------------------------------------------------------------
 
-    Parameters
-    ----------
-    path, encoding
-        Of the file.
-    laid_out
-        Its layout.
-    wanted
-        Key -> place of the columns that are read.
-    is_ended
-        Whether the last line has its end.
-    """
+
+def _wrong_line(path: Path, laid_out: Layout, wanted: Mapping[str, int]) -> RecordingError | None:
+    """Fault of the first row that is no row of the table; None if all are."""
     number, found = 0, None
-    for number, line in enumerate(lines_of(path, encoding), start=1):
+    for number, line in enumerate(lines_of(path, laid_out.encoding), start=1):
         if found is not None:
             # It is not the last one.
             return found
-        if number > laid_out.skip and line.strip() and not line.lstrip().startswith(_COMMENT):
+        if number > laid_out.skip and line.strip() and not line.lstrip().startswith(COMMENT):
             found = _wrong_row(number, line, laid_out, wanted)
-    if found is None or is_ended:
+    if found is None or laid_out.is_ended:
         return found
     return RecordingError(
         f"the last line, {number}, is cut off",
         channel=found.channel,
-        remedy="remove it, or get the file again from its source",
+        remedy=f"remove it, or {AGAIN}",
     )
 
 
 def _wrong_row(
-    number: int, line: str, laid_out: Layout, wanted: dict[str, int]
+    number: int, line: str, laid_out: Layout, wanted: Mapping[str, int]
 ) -> RecordingError | None:
     remedy = "correct or remove that line"
     fields = fields_of(line, laid_out.delimiter)
@@ -333,23 +283,6 @@ def _wrong_row(
             f"line {number}: {text[:_LONGEST_SHOWN]!r} is {what}", channel=key, remedy=remedy
         )
     return None
-
-
-def check_last(name: str, values: NDArray[Any]) -> None:
-    """Refuse a last number that is cut short: it leaps twice as far as any shortly before.
-
-    Raises
-    ------
-    RecordingError
-        If it does.
-    """
-    steps = np.abs(np.diff(values[-1000:]))
-    if steps.size > 1 and steps[-1] > 2.0 * steps[:-1].max():
-        raise RecordingError(
-            "the last line is cut off",
-            channel=name,
-            remedy="remove it, or get the file again from its source",
-        )
 
 
 # ---- write -------------------------------------------------------------------------

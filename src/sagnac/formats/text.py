@@ -1,10 +1,10 @@
 """Text as instruments write it: encoding, lines, numbers (decimal commas) and times."""
 
 import codecs
-import io
 import re
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 from typing import Any, Final, Literal
 
@@ -13,7 +13,7 @@ import pyarrow as pa
 import pyarrow.compute as pc
 from numpy.typing import NDArray
 
-from sagnac.core.arrays import blocks
+from sagnac.core.arrays import IntegerArray
 from sagnac.core.errors import RecordingError
 
 # ---- text numbers ------------------------------------------------------------------
@@ -24,6 +24,15 @@ MISSING: Final = frozenset(
     {"", "#N/A", "#N/A N/A", "#NA", "-1.#IND", "-1.#QNAN", "-NaN", "-nan", "1.#IND", "1.#QNAN"}
     | {"N/A", "NA", "NULL", "NaN", "n/a", "nan", "null"}
 )
+
+
+@cache
+def _number(decimal: str, thousands: str) -> re.Pattern[str]:
+    """Numbers with these marks."""
+    point = re.escape(decimal)
+    whole = rf"(?:\d{{1,3}}(?:{re.escape(thousands)}\d{{3}})+|\d+)" if thousands else r"\d+"
+    number = rf"(?:{whole}(?:{point}\d*)?|{point}\d+)(?:[eE][+-]?\d+)?|inf|Inf|INF"
+    return re.compile(rf"[+-]?(?:{number})\Z")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -40,19 +49,10 @@ class NumberStyle:
 
     decimal: str = "."
     thousands: str = ""
-    _pattern: re.Pattern[str] = field(init=False, repr=False, compare=False)
-
-    def __post_init__(self) -> None:
-        point = re.escape(self.decimal)
-        whole = r"\d+"
-        if self.thousands:
-            whole = rf"(?:\d{{1,3}}(?:{re.escape(self.thousands)}\d{{3}})+|\d+)"
-        number = rf"(?:{whole}(?:{point}\d*)?|{point}\d+)(?:[eE][+-]?\d+)?|inf|Inf|INF"
-        object.__setattr__(self, "_pattern", re.compile(rf"[+-]?(?:{number})\Z"))
 
     def holds(self, text: str) -> bool:
         """Whether `text` is a number so written, or stands for a missing one."""
-        return text in MISSING or self._pattern.match(text) is not None
+        return text in MISSING or _number(self.decimal, self.thousands).match(text) is not None
 
     def value(self, text: str) -> float:
         """The number that `text` is, NaN if it stands for a missing one.
@@ -144,7 +144,7 @@ def form_of(text: str) -> TimeForm | None:
     return "clock" if re.match(_CLOCK, text) else None
 
 
-def nanoseconds(texts: Any, form: TimeForm) -> NDArray[np.int64]:
+def nanoseconds(texts: Any, form: TimeForm) -> IntegerArray:
     """Times of an Arrow array of text, ns: from midnight, or from 1970.
 
     Raises
@@ -152,65 +152,45 @@ def nanoseconds(texts: Any, form: TimeForm) -> NDArray[np.int64]:
     ValueError
         If one is no such time.
     """
-    patterns = (_CLOCK,) if form == "clock" else _ISO
-    for pattern in patterns:
+    for pattern in (_CLOCK,) if form == "clock" else _ISO:
         parts = pc.extract_regex(texts, pattern)
         if parts.null_count < len(parts) or not len(parts):
             break
     if parts.null_count:
         raise ValueError("a time cannot be read")
-    found = _of_day(parts)
-    return found if form == "clock" else found + _of_date(parts)
+
+    def words(name: str) -> NDArray[np.str_]:
+        return np.asarray(pc.struct_field(parts, name).to_numpy(zero_copy_only=False), dtype=str)
+
+    def number(name: str, width: int = 1) -> IntegerArray:
+        """Digits of a part as numbers, 0 where there are none."""
+        digits = pc.utf8_rpad(pc.struct_field(parts, name), width, "0")
+        return np.asarray(pc.cast(digits, pa.int64()).to_numpy(zero_copy_only=False))
+
+    half = np.char.lower(words("p"))
+    hour = np.where(half == "", number("h"), number("h") % 12) + 12 * np.char.startswith(half, "p")
+    seconds = 3600 * hour + 60 * number("m") + number("s")
+    if form == "iso":
+        year = (number("y") - 1970).astype("datetime64[Y]")
+        month = year.astype("datetime64[M]") + (number("mo") - 1)
+        day = month.astype("datetime64[D]") + (number("d") - 1)
+        zone = words("z")
+        hours = np.where(zone == "", "0", zone).astype(np.int64)
+        minutes = 60 * hours + np.where(np.char.startswith(zone, "-"), -1, 1) * number("zm")
+        seconds = seconds + day.astype("datetime64[s]").astype(np.int64) - 60 * minutes
+    return np.asarray(seconds * 10**9 + number("f", 9), dtype=np.int64)
 
 
-def _number(parts: Any, name: str, width: int = 1) -> NDArray[np.int64]:
-    """Digits of a part as numbers, 0 where there are none."""
-    digits = pc.utf8_rpad(pc.struct_field(parts, name), width, "0")
-    return np.asarray(pc.cast(digits, pa.int64()).to_numpy(zero_copy_only=False))
-
-
-def _of_day(parts: Any) -> NDArray[np.int64]:
-    """Time of the clock, ns."""
-    hour = _number(parts, "h")
-    half = pc.utf8_lower(pc.struct_field(parts, "p"))
-    is_afternoon = pc.starts_with(half, "p").to_numpy(zero_copy_only=False)
-    is_morning = pc.starts_with(half, "a").to_numpy(zero_copy_only=False)
-    hour = np.where(is_morning | is_afternoon, hour % 12, hour) + 12 * is_afternoon
-    seconds = 3600 * hour + 60 * _number(parts, "m") + _number(parts, "s")
-    return np.asarray(seconds * 10**9 + _number(parts, "f", 9), dtype=np.int64)
-
-
-def _of_date(parts: Any) -> NDArray[np.int64]:
-    """Midnight of the date in its zone, ns from 1970."""
-    year = (_number(parts, "y") - 1970).astype("datetime64[Y]")
-    month = year.astype("datetime64[M]") + (_number(parts, "mo") - 1)
-    day = month.astype("datetime64[D]") + (_number(parts, "d") - 1)
-    zone = np.asarray(pc.struct_field(parts, "z").to_numpy(zero_copy_only=False), dtype=str)
-    east = np.where(np.char.startswith(zone, "-"), -1, 1)
-    hours = np.where(zone == "", "0", zone).astype(np.int64)
-    minutes = 60 * hours + east * _number(parts, "zm")
-    midnight = day.astype("datetime64[ns]").astype(np.int64)
-    return np.asarray(midnight - minutes * 60 * 10**9, dtype=np.int64)
-
-
-def past_midnight(times: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Times of the clock made continuous, in place: a step back by over half a day is midnight.
+def past_midnight(times: IntegerArray) -> IntegerArray:
+    """Times of the clock made continuous: a step back by over half a day is midnight.
 
     Parameters
     ----------
     times
         (samples,) ns from midnight.
     """
-    days = 0
-    last = int(times[0]) if times.size else 0
-    for block in blocks(times.size):
-        here = times[block]
-        back = np.diff(here, prepend=np.int64(last)) < -_DAY // 2
-        last = int(here[-1])
-        over = np.cumsum(back) + days
-        days = int(over[-1])
-        here += over * _DAY
-    return times
+    days = np.cumsum(np.diff(times, prepend=times[:1]) < -_DAY // 2)
+    return np.asarray(times + days * _DAY)
 
 
 # ---- text file ---------------------------------------------------------------------
@@ -256,7 +236,7 @@ def encoding_of(head: bytes) -> str:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Sample:
-    """First lines of a text file, which its layout is judged by.
+    """Lines of a text file, which its layout is judged by.
 
     Attributes
     ----------
@@ -266,11 +246,14 @@ class Sample:
         Its first lines, whole.
     later
         Whole lines from its middle and its end.
+    is_ended
+        Whether its last line has its end.
     """
 
     encoding: str
     head: tuple[str, ...]
-    later: tuple[str, ...]
+    later: tuple[str, ...] = ()
+    is_ended: bool = True
 
 
 def sample_of(path: Path) -> Sample:
@@ -285,33 +268,32 @@ def sample_of(path: Path) -> Sample:
     with path.open("rb") as stream:
         head = stream.read(_HEAD_BYTES)
         encoding = encoding_of(head)
-        first = _lines(head, encoding, is_whole=size <= len(head))
-        if not first and size > len(head):
+        first = _lines(head, encoding)
+        if size <= len(head):
+            is_ended = not first[-1]
+        elif len(first) < 2:
             raise RecordingError(
                 f"has no line end in its first {_HEAD_BYTES // 1024} KiB",
                 remedy="give a table with a line for each sample",
             )
+        else:
+            # The last one may be cut.
+            first.pop()
         later: list[str] = []
         if size > 4 * _HEAD_BYTES:
             for place in (size // 2, size - _PART_BYTES):
                 stream.seek(place - place % 2)
-                later += _lines(stream.read(_PART_BYTES), encoding)[1:]
-    return Sample(encoding=encoding, head=tuple(first), later=tuple(later))
+                later += _lines(stream.read(_PART_BYTES), encoding)[1:-1]
+        if size > len(head):
+            stream.seek(size - 2 - size % 2)
+            is_ended = not _lines(stream.read(), encoding)[-1]
+    return Sample(encoding=encoding, head=tuple(first), later=tuple(later), is_ended=is_ended)
 
 
-def _lines(part: bytes, encoding: str, *, is_whole: bool = False) -> list[str]:
-    """Lines of a part of a file, without the last one if that may be cut."""
+def _lines(part: bytes, encoding: str) -> list[str]:
+    """Lines of a part of a file, the last one up to its end; empty if that has one."""
     text = part.decode(encoding, errors="replace").lstrip("\ufeff")
-    lines = re.split(r"\r\n|\n|\r", text)
-    return lines if is_whole else lines[:-1]
-
-
-def ends_in_newline(path: Path, encoding: str) -> bool:
-    """Whether the last line of a file has its end."""
-    width = 2 if encoding.startswith("utf-16") else 1
-    with path.open("rb") as stream:
-        stream.seek(-min(width, path.stat().st_size), io.SEEK_END)
-        return stream.read().decode(encoding, errors="replace") in ("\n", "\r")
+    return re.split(r"\r\n|\n|\r", text)
 
 
 def lines_of(path: Path, encoding: str) -> Iterator[str]:
@@ -338,13 +320,12 @@ def blocks_of(path: Path, *, encoding: str, blanks: bool) -> Iterator[bytes]:
     ValueError
         If a line is longer than any table's.
     """
-    decoder = (
-        codecs.getincrementaldecoder(encoding)("replace") if encoding.startswith("utf-16") else None
-    )
+    is_wide = encoding.startswith("utf-16")
+    decoder = codecs.getincrementaldecoder(encoding)("replace")
     pending = b""
     with path.open("rb") as stream:
         while part := stream.read(_LONGEST_LINE):
-            block = pending + (part if decoder is None else decoder.decode(part).encode())
+            block = pending + (decoder.decode(part).encode() if is_wide else part)
             # A carriage return at the very end may be half of a line end.
             end = 1 + max(block.rfind(b"\n"), block.rfind(b"\r", 0, -1))
             pending = block[end:]
