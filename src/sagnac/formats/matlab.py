@@ -1,15 +1,15 @@
 """MATLAB files of version 5 (and 4). Those of version 7.3 are HDF5.
 
-The elements of a file are checked before a library that trusts them reads them. MAT-File Format
-(The MathWorks), "Level 5 MAT-File Format": each element has a tag of 8 bytes, its type and its
-length; small ones have both in 4. A matrix holds array flags, dimensions, name and data, each such
-an element.
+Numbers are read where the tags of a file say, which are checked: a library that trusts them reads
+memory that is not its own. MAT-File Format (The MathWorks), "Level 5 MAT-File Format": each element
+has a tag of 8 bytes, its type and its length; small ones have both in 4. A matrix holds array
+flags, dimensions, name and data, each such an element.
 """
 
 import math
 import zlib
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, BinaryIO, Final, Literal
@@ -24,282 +24,53 @@ from sagnac.formats.registry import MATLAB
 from sagnac.formats.source import MADE, Outgoing, Source, Stored, Vector, column, in_memory, vectors
 from sagnac.formats.statement import ARRAYS_STATED, from_mapping
 
-# ---- matlab elements ---------------------------------------------------------------
-
-Order = Literal["little", "big"]
-
-_MATRIX: Final = 14
-_COMPRESSED: Final = 15
-# One number by data type, as NumPy writes it.
-_NUMBERS: Final = {
-    1: "i1", 2: "u1", 3: "i2", 4: "u2", 5: "i4", 6: "u4", 7: "f4", 9: "f8", 12: "i8", 13: "u8",
-}  # fmt: skip
-_SIZES: Final = {kind: int(word[1]) for kind, word in _NUMBERS.items()}
-_TEXT: Final = frozenset({1, 2, 3, 4, 16, 17, 18})
-_CELL_CLASS: Final = 1
-_STRUCT_CLASS: Final = 2
-_CHAR_CLASS: Final = 4
-_WORDS: Final = {_CELL_CLASS: "cell values", _STRUCT_CLASS: "a struct array", _CHAR_CLASS: "text"}
-_NUMERIC_CLASSES: Final = range(6, 16)
-_OPAQUE_CLASS: Final = 17
-_COMPLEX: Final = 0x08
-# Bytes in which the head of a matrix ends: names are no longer than 63, dimensions few.
-_HEAD: Final = 2**16
-# Structs in structs, as deep as anybody makes them.
-_DEEPEST: Final = 16
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Place:
-    """Where the numbers of a field lie: in the content of which variable, from where on."""
-
-    variable: int
-    start: int
-    length: int
-    number: str
+# ---- read --------------------------------------------------------------------------
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Element:
-    """A variable.
+    """A variable, or a field of a struct.
 
     Attributes
     ----------
     name
-        Of the variable.
+        As in MATLAB: that of a field is ``imu.gyro``.
     shape
         Of its array.
-    bytes
-        That its numbers take as float64.
+    kind
+        Class of the array.
     is_complex
         Whether it has imaginary parts.
-    holds
-        What it holds if that is no numbers; of a field.
-    place
-        Of the numbers of a field; None of a variable.
+    begin
+        Where in the file the variable begins.
+    data
+        Where in that the numbers or characters lie; None if there are none.
     """
 
     name: str
     shape: tuple[int, ...]
-    bytes: int
-    is_complex: bool
-    holds: str = ""
-    place: Place | None = None
+    kind: str
+    is_complex: bool = False
+    begin: int = 0
+    data: "Tag | None" = None
 
+    @property
+    def bytes(self) -> int:
+        """Memory that its numbers take as float64."""
+        return 8 * math.prod(self.shape)
 
-def elements_of(path: Path) -> Iterator[Element]:
-    """The variables of a file of version 5, their tags checked; of a struct its fields, too.
+    @property
+    def is_stated(self) -> bool:
+        """Whether it states something of the recording."""
+        is_one = self.kind == "char" or self.shape == (1, 1)
+        return self.name in ARRAYS_STATED and is_one
 
-    A field is called ``imu.gyro``, as in MATLAB; of an array of structs there are none.
-
-    Raises
-    ------
-    ValueError
-        If an element is not all there, or a tag says what cannot be.
-    """
-    size = path.stat().st_size
-    with path.open("rb") as stream:
-        order, position = _order(stream), 128
-        while position < size:
-            stream.seek(position)
-            head = stream.read(8)
-            kind, length = int.from_bytes(head[:4], order), int.from_bytes(head[4:], order)
-            begin, position = position, position + 8 + length
-            if position > size or len(head) < 8:
-                raise ValueError(f"{position - size} bytes are missing")
-            content = stream.read(min(length, _HEAD))
-            if kind == _COMPRESSED:
-                content = zlib.decompressobj().decompress(content, _HEAD)
-                kind = int.from_bytes(content[:4], order)
-                length = int.from_bytes(content[4:8], order)
-                content = content[8:]
-            if kind != _MATRIX:
-                raise ValueError(f"an element is of type {kind}, not a matrix")
-            if length:
-                yield _matrix(content, length, order)
-                if _class(content, order) == _STRUCT_CLASS:
-                    whole = _content(stream, begin, order)
-                    yield from _fields(_Whole(content=whole, order=order, variable=begin), 0, "")
-
-
-def field_values(path: Path, element: Element) -> NDArray[Any]:
-    """The numbers of a field, in its shape.
-
-    Raises
-    ------
-    ValueError
-        If it is no field, or the file has changed.
-    """
-    place = element.place
-    if place is None:
-        raise ValueError(f"{element.name} is no field of a struct")
-    with path.open("rb") as stream:
-        order = _order(stream)
-        content = _content(stream, place.variable, order)
-    values = np.frombuffer(
-        content[place.start : place.start + place.length],
-        dtype=("<" if order == "little" else ">") + place.number,
-    )
-    return values.reshape(element.shape, order="F")
-
-
-def _order(stream: BinaryIO) -> Order:
-    stream.seek(126)
-    return "little" if stream.read(2) == b"IM" else "big"
-
-
-def _content(stream: BinaryIO, begin: int, order: Order) -> bytes:
-    """All of a variable, without its tag and unpacked."""
-    stream.seek(begin)
-    head = stream.read(8)
-    kind, length = int.from_bytes(head[:4], order), int.from_bytes(head[4:], order)
-    require_room(length, "a struct")
-    packed = stream.read(length)
-    if kind != _COMPRESSED:
-        return packed
-    unpacking = zlib.decompressobj()
-    tag = unpacking.decompress(packed, 8)
-    length = int.from_bytes(tag[4:8], order)
-    require_room(length, "a struct")
-    return unpacking.decompress(unpacking.unconsumed_tail, max(length, 1))
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class _Whole:
-    """All of a variable: its bytes, their order, and where in the file it begins."""
-
-    content: bytes
-    order: Order
-    variable: int
-
-    def tags(self, start: int, count: int) -> "list[_Tag]":
-        """Tags one after another."""
-        found = [_tag(self.content, start, self.order)]
-        while len(found) < count:
-            found.append(_tag(self.content, found[-1].after, self.order))
-        return found
-
-
-def _fields(whole: _Whole, start: int, above: str, depth: int = 0) -> Iterator[Element]:
-    """The fields of a struct whose matrix begins at `start`, those of structs in it as well."""
-    content, order = whole.content, whole.order
-    if depth >= _DEEPEST:
-        raise ValueError(f"{above} holds structs {depth} deep")
-    own = _matrix(content[start : start + _HEAD], len(content) - start, order)
-    if math.prod(own.shape) != 1:
-        return
-    # Flags, dimensions, name, bytes of each field's name, and these names.
-    *_, longest, listed = whole.tags(start, 5)
-    length = int.from_bytes(content[longest.start : longest.start + 4], order, signed=True)
-    if not 0 < length <= _HEAD or listed.length % length:
-        raise ValueError(f"the fields of {own.name or above} are damaged")
-    at = listed.after
-    for place in range(listed.start, listed.start + listed.length, length):
-        word = content[place : place + length].split(b"\0")[0].decode("latin-1")
-        name = f"{above or own.name}.{word}"
-        tag = _tag(content, at, order)
-        at = tag.start + tag.length
-        if tag.kind != _MATRIX or at > len(content):
-            raise ValueError(f"{name} is cut off")
-        if tag.length:
-            yield from _field(whole, tag, name, depth)
-
-
-def _field(whole: _Whole, tag: "_Tag", name: str, depth: int) -> Iterator[Element]:
-    head = whole.content[tag.start : min(tag.start + tag.length, tag.start + _HEAD)]
-    found = replace(_matrix(head, tag.length, whole.order), name=name)
-    kind = _class(head, whole.order)
-    if kind == _STRUCT_CLASS and math.prod(found.shape) == 1:
-        yield from _fields(whole, tag.start, name, depth + 1)
-    elif kind not in _NUMERIC_CLASSES:
-        yield replace(found, holds=_WORDS.get(kind, "no numbers"))
-    elif math.prod(found.shape):
-        data = whole.tags(tag.start, 4)[-1]
-        if data.start + data.length > tag.start + tag.length:
-            raise ValueError(f"{name} is cut off")
-        place = Place(
-            variable=whole.variable,
-            start=data.start,
-            length=data.length,
-            number=_NUMBERS[data.kind],
-        )
-        yield replace(found, place=place)
-
-
-def _class(content: bytes, order: Order) -> int:
-    """The class of the array of a matrix."""
-    flags = _tag(content, 0, order)
-    return int.from_bytes(content[flags.start : flags.start + 4], order) & 0xFF
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class _Tag:
-    kind: int
-    length: int
-    start: int
-    after: int
-
-
-def _tag(content: bytes, at: int, order: Order) -> _Tag:
-    """The tag at a place, and where its content lies."""
-    word = int.from_bytes(content[at : at + 4], order)
-    if len(content) < at + 8:
-        raise ValueError("the head of a matrix is cut off")
-    if word >> 16:
-        small = word >> 16
-        if small > 4:
-            raise ValueError(f"a small element claims {small} bytes")
-        return _Tag(kind=word & 0xFFFF, length=small, start=at + 4, after=at + 8)
-    length = int.from_bytes(content[at + 4 : at + 8], order)
-    return _Tag(kind=word, length=length, start=at + 8, after=at + 8 + -(-length // 8) * 8)
-
-
-def _matrix(content: bytes, length: int, order: Order) -> Element:
-    flags = _tag(content, 0, order)
-    if (flags.kind, flags.length) != (6, 8):
-        raise ValueError("a matrix does not begin with its flags")
-    word = int.from_bytes(content[flags.start : flags.start + 4], order)
-    kind, is_complex = word & 0xFF, bool(word >> 8 & _COMPLEX)
-    if kind == _OPAQUE_CLASS:
-        return Element(name="", shape=(), bytes=0, is_complex=False)
-    dimensions = _tag(content, flags.after, order)
-    if dimensions.kind not in (5, 6) or dimensions.length % 4 or not 8 <= dimensions.length <= 256:
-        raise ValueError("the dimensions of a matrix are damaged")
-    shape = tuple(
-        int.from_bytes(content[at : at + 4], order, signed=True)
-        for at in range(dimensions.start, dimensions.start + dimensions.length, 4)
-    )
-    title = _tag(content, dimensions.after, order)
-    if title.kind not in (1, 2, 16) or title.length > 1024 or min(shape) < 0:
-        raise ValueError("the name or the shape of a matrix is damaged")
-    name = content[title.start : title.start + title.length].decode("latin-1")
-    numbers = math.prod(shape)
-    if numbers and (kind in _NUMERIC_CLASSES or kind == _CHAR_CLASS):
-        _check_data(_tag(content, title.after, order), kind, numbers, length, name)
-    return Element(name=name, shape=shape, bytes=8 * numbers, is_complex=is_complex)
-
-
-def _check_data(data: _Tag, kind: int, numbers: int, length: int, name: str) -> None:
-    """Refuse a type that the numbers cannot have, or as many as do not fit in."""
-    if kind == _CHAR_CLASS:
-        if data.kind not in _TEXT:
-            raise ValueError(f"{name} holds text of type {data.kind}")
-        return
-    if data.kind not in _SIZES:
-        raise ValueError(f"{name} holds numbers of type {data.kind}")
-    if data.length != numbers * _SIZES[data.kind] or data.length > length:
-        raise ValueError(f"{name} has {numbers} numbers in {data.length} bytes of type {data.kind}")
-
-
-# ---- matlab ------------------------------------------------------------------------
-
-_NUMERIC: Final = frozenset(
-    {"double", "single", "logical"}
-    | {f"{sign}int{bits}" for sign in ("", "u") for bits in (8, 16, 32, 64)}
-)
-
-# Bytes of a file that say in words what it is.
-_DESCRIPTION: Final = 116
+    @property
+    def problem(self) -> str:
+        """Why it is no column; empty if it may be one or more."""
+        if self.kind not in _NUMERIC:
+            return f"holds {'text' if self.kind == 'char' else f'{self.kind} values'}"
+        return "holds complex values" if self.is_complex else ""
 
 
 def open_source(path: Path) -> Source:
@@ -312,68 +83,267 @@ def open_source(path: Path) -> Source:
 
     Raises
     ------
-    RecordingError
-        If the file is not MATLAB or is cut off.
+    ValueError
+        If an element is not all there, or a tag says what cannot be.
     """
-    # The library trusts tags, and reads memory that is not its own where they lie.
-    elements = _elements(path)
-    listing = scipy.io.whosmat(path)
-    stated_names = [
-        name
-        for name, shape, kind in listing
-        if name in ARRAYS_STATED and (kind == "char" or shape == (1, 1))
-    ]
-    content = scipy.io.loadmat(path, variable_names=stated_names) if stated_names else {}
-    stated = {name: content[name].reshape(-1)[0].item() for name in stated_names}
+    with path.open("rb") as stream:
+        is_5 = stream.read(len(MATLAB.beginning)) == MATLAB.beginning
+    elements = {one.name: one for one in (elements_of(path) if is_5 else _elements_of_4(path))}
+    values_of = _values_of_5 if is_5 else _values_of_4
+    stated = {name: one for name, one in elements.items() if one.is_stated}
+    last = Counter(name.split(".")[-1] for name in elements if name not in stated)
     found: dict[str, Vector] = {}
-    unreadable: dict[str, str] = {}
-    fields = {name: one for name, one in elements.items() if one.place or one.holds}
-    structs = {name.split(".")[0] for name in fields}
-    for name, shape, kind in listing:
-        if name in stated_names or name in structs:
-            continue
-        if kind not in _NUMERIC:
-            unreadable[name] = f"holds {kind} values"
-        elif name in elements and elements[name].is_complex:
-            unreadable[name] = "holds complex values"
-        else:
-            found.update(vectors(name, name, shape))
-
-    last = Counter(name.split(".")[-1] for name in [*fields, *found, *unreadable])
-    for name, one in fields.items():
+    for name, one in elements.items():
         short = name.split(".")[-1]
-        if one.holds or one.is_complex:
-            unreadable[name] = f"holds {one.holds or 'complex values'}"
-        else:
+        if name not in stated and not one.problem:
             found.update(vectors(short if last[short] == 1 else name, name, one.shape))
 
     def load(keys: Sequence[str]) -> Stored:
-        arrays = list({found[key].array for key in keys})
-        names = [name for name in arrays if name not in fields]
-        for name, shape, _ in listing:
-            if name in names:
-                require_room(8 * math.prod(shape), name)
-        content = scipy.io.loadmat(path, variable_names=names) if names else {}
-        for name in arrays:
-            if name in fields:
-                content[name] = field_values(path, fields[name])
-        return in_memory({key: found[key].of(content[found[key].array]) for key in keys})
+        arrays = {name: elements[name] for name in sorted({found[key].array for key in keys})}
+        for name, one in arrays.items():
+            require_room(one.bytes, name)
+        values = values_of(path, arrays)
+        return in_memory({key: found[key].of(values[found[key].array]) for key in keys})
 
+    facts = values_of(path, stated)
     return Source(
         format=MATLAB.name,
         columns=tuple(column(key) for key in found),
         load=load,
-        stated=from_mapping(stated),
-        unreadable=unreadable,
+        stated=from_mapping({name: value.reshape(-1)[0].item() for name, value in facts.items()}),
+        unreadable={
+            name: one.problem
+            for name, one in elements.items()
+            if one.problem and name not in stated
+        },
     )
 
 
-def _elements(path: Path) -> dict[str, Element]:
-    """The variables of a version 5 file, checked; none of one of version 4."""
+def _elements_of_4(path: Path) -> Iterator[Element]:
+    for name, shape, kind in scipy.io.whosmat(path):
+        yield Element(name=name, shape=shape, kind=kind)
+
+
+def _values_of_4(path: Path, elements: Mapping[str, Element]) -> Mapping[str, NDArray[Any]]:
+    content = scipy.io.loadmat(path, variable_names=list(elements)) if elements else {}
+    return {name: content[name] for name in elements}
+
+
+# ---- version 5 ---------------------------------------------------------------------
+
+Order = Literal["little", "big"]
+
+_MATRIX: Final = 14
+_COMPRESSED: Final = 15
+# One number by data type, as NumPy writes it.
+_NUMBERS: Final = {
+    1: "i1", 2: "u1", 3: "i2", 4: "u2", 5: "i4", 6: "u4", 7: "f4", 9: "f8", 12: "i8", 13: "u8",
+}  # fmt: skip
+# Codec of text by data type; byte order is that of the file.
+_TEXT: Final = {
+    1: "latin-1", 2: "latin-1", 3: "utf-16", 4: "utf-16", 16: "utf-8", 17: "utf-16", 18: "utf-32",
+}  # fmt: skip
+_CLASSES: Final = {
+    1: "cell", 2: "struct", 3: "object", 4: "char", 5: "sparse", 6: "double", 7: "single",
+    8: "int8", 9: "uint8", 10: "int16", 11: "uint16", 12: "int32", 13: "uint32", 14: "int64",
+    15: "uint64", 16: "function", 17: "opaque",
+}  # fmt: skip
+_NUMERIC: Final = frozenset(_CLASSES[code] for code in range(6, 16)) | {"logical"}
+_COMPLEX: Final = 0x08
+# Bytes in which the head of a matrix ends: names are no longer than 63, dimensions few.
+_HEAD: Final = 2**16
+# Structs in structs, as deep as anybody makes them.
+_DEEPEST: Final = 16
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Tag:
+    """Type and length of an element, where its content starts, and where the next one does."""
+
+    kind: int
+    length: int
+    start: int
+    after: int
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Variable:
+    """Content of a variable, unpacked: all of it or its head, and how long the whole is."""
+
+    content: bytes
+    length: int
+    order: Order
+    begin: int
+
+    def number(self, at: int, *, signed: bool = False) -> int:
+        return int.from_bytes(self.content[at : at + 4], self.order, signed=signed)
+
+    def tag(self, at: int) -> Tag:
+        """The tag at a place."""
+        word = self.number(at)
+        if len(self.content) < at + 8:
+            raise ValueError("the head of a matrix is cut off")
+        if small := word >> 16:
+            if small > 4:
+                raise ValueError(f"a small element claims {small} bytes")
+            return Tag(kind=word & 0xFFFF, length=small, start=at + 4, after=at + 8)
+        length = self.number(at + 4)
+        return Tag(kind=word, length=length, start=at + 8, after=at + 8 + -(-length // 8) * 8)
+
+    def tags(self, at: int, count: int) -> list[Tag]:
+        """Tags one after another."""
+        found = [self.tag(at)]
+        while len(found) < count:
+            found.append(self.tag(found[-1].after))
+        return found
+
+    def text(self, tag: Tag) -> str:
+        return self.content[tag.start : tag.start + tag.length].decode("latin-1")
+
+
+def elements_of(path: Path) -> Iterator[Element]:
+    """The variables of a file of version 5, their tags checked; of a struct its fields instead.
+
+    Of an array of structs there are no fields.
+
+    Raises
+    ------
+    ValueError
+        If an element is not all there, or a tag says what cannot be.
+    """
+    size = path.stat().st_size
     with path.open("rb") as stream:
-        if stream.read(len(MATLAB.beginning)) != MATLAB.beginning:
-            return {}
-    return {element.name: element for element in elements_of(path)}
+        begin = 128
+        while begin < size:
+            variable, after = _variable(stream, begin, most=_HEAD)
+            if after > size:
+                raise ValueError(f"{after - size} bytes are missing")
+            if variable.length:
+                found = _element(variable, 0, variable.length)
+                if found.kind == "struct" and math.prod(found.shape) == 1:
+                    variable, _ = _variable(stream, begin)
+                    yield from _fields(variable, 0, found.name)
+                else:
+                    yield found
+            begin = after
+
+
+def _variable(stream: BinaryIO, begin: int, *, most: int | None = None) -> tuple[_Variable, int]:
+    """A variable, or its head of that many bytes, and where the next one begins."""
+    stream.seek(126)
+    order: Order = "little" if stream.read(2) == b"IM" else "big"
+    stream.seek(begin)
+    head = stream.read(8)
+    if len(head) < 8:
+        raise ValueError(f"{8 - len(head)} bytes are missing")
+    kind, length = int.from_bytes(head[:4], order), int.from_bytes(head[4:], order)
+    after = begin + 8 + length
+    if most is None:
+        require_room(length, "a variable")
+    content = stream.read(length if most is None else min(length, most))
+    if kind == _COMPRESSED:
+        unpacking = zlib.decompressobj()
+        tag = unpacking.decompress(content, 8)
+        kind, length = int.from_bytes(tag[:4], order), int.from_bytes(tag[4:8], order)
+        if most is None:
+            require_room(length, "a variable")
+        content = unpacking.decompress(unpacking.unconsumed_tail, max(most or length, 1))
+    if kind != _MATRIX:
+        raise ValueError(f"an element is of type {kind}, not a matrix")
+    return _Variable(content=content, length=length, order=order, begin=begin), after
+
+
+def _element(variable: _Variable, at: int, stop: int, name: str = "") -> Element:
+    """The matrix whose flags are at a place, and which ends before `stop`."""
+    flags = variable.tag(at)
+    if (flags.kind, flags.length) != (6, 8):
+        raise ValueError("a matrix does not begin with its flags")
+    word = variable.number(flags.start)
+    kind = _CLASSES.get(word & 0xFF, "unknown")
+    if kind == "opaque":
+        return Element(name=name, shape=(), kind=kind)
+    dimensions, title = variable.tags(flags.after, 2)
+    if dimensions.kind not in (5, 6) or dimensions.length % 4 or not 8 <= dimensions.length <= 256:
+        raise ValueError("the dimensions of a matrix are damaged")
+    places = range(dimensions.start, dimensions.start + dimensions.length, 4)
+    shape = tuple(variable.number(place, signed=True) for place in places)
+    if title.kind not in (1, 2, 16) or title.length > 1024 or min(shape) < 0:
+        raise ValueError("the name or the shape of a matrix is damaged")
+    found = Element(
+        name=name or variable.text(title),
+        shape=shape,
+        kind=kind,
+        is_complex=bool(word >> 8 & _COMPLEX),
+        begin=variable.begin,
+    )
+    numbers = math.prod(shape)
+    if not numbers or (kind not in _NUMERIC and kind != "char"):
+        return found
+    data = variable.tag(title.after)
+    if data.kind not in (_TEXT if kind == "char" else _NUMBERS):
+        raise ValueError(f"{found.name} holds {kind} of type {data.kind}")
+    size = 0 if kind == "char" else numbers * int(_NUMBERS[data.kind][1])
+    if data.start + data.length > stop or (size and data.length != size):
+        raise ValueError(
+            f"{found.name} has {numbers} numbers in {data.length} bytes of type {data.kind}"
+        )
+    return replace(found, data=data)
+
+
+def _fields(variable: _Variable, at: int, above: str, depth: int = 0) -> Iterator[Element]:
+    """The fields of a struct whose matrix begins there, those of structs in it as well."""
+    if depth >= _DEEPEST:
+        raise ValueError(f"{above} holds structs {depth} deep")
+    # Flags, dimensions, name, bytes of each field's name, and these names.
+    *_, longest, listed = variable.tags(at, 5)
+    length = variable.number(longest.start, signed=True)
+    if not 0 < length <= _HEAD or listed.length % length:
+        raise ValueError(f"the fields of {above} are damaged")
+    words, at = variable.text(listed), listed.after
+    for place in range(0, listed.length, length):
+        name = f"{above}.{words[place : place + length].partition(chr(0))[0]}"
+        tag = variable.tag(at)
+        at = tag.start + tag.length
+        if tag.kind != _MATRIX or at > len(variable.content):
+            raise ValueError(f"{name} is cut off")
+        if not tag.length:
+            continue
+        found = _element(variable, tag.start, at, name)
+        if found.kind == "struct" and math.prod(found.shape) == 1:
+            yield from _fields(variable, tag.start, name, depth + 1)
+        elif found.data or found.problem:
+            yield found
+
+
+def _values_of_5(path: Path, elements: Mapping[str, Element]) -> Mapping[str, NDArray[Any]]:
+    """Numbers in their shape; of text the first row."""
+    values: dict[str, NDArray[Any]] = {}
+    variable = None
+    with path.open("rb") as stream:
+        for name, one in sorted(elements.items(), key=lambda item: item[1].begin):
+            if variable is None or variable.begin != one.begin:
+                variable, _ = _variable(stream, one.begin)
+            if one.data is None:
+                values[name] = np.zeros(one.shape)
+                continue
+            data = variable.content[one.data.start : one.data.start + one.data.length]
+            if one.kind == "char":
+                codec, end = _TEXT[one.data.kind], "-le" if variable.order == "little" else "-be"
+                letters = data.decode(codec + end * codec.startswith(("utf-16", "utf-32")))
+                values[name] = np.array([letters[:: one.shape[0]]])
+            else:
+                kind = f"{'<' if variable.order == 'little' else '>'}{_NUMBERS[one.data.kind]}"
+                numbers = np.frombuffer(data, kind).reshape(one.shape, order="F")
+                # Whole numbers are packed as such, whatever they are.
+                is_float = one.name in ARRAYS_STATED and one.kind in ("double", "single")
+                values[name] = numbers.astype(np.float64) if is_float else numbers
+    return values
+
+
+# ---- write -------------------------------------------------------------------------
+
+# Bytes of a file that say in words what it is.
+_DESCRIPTION: Final = 116
 
 
 def write(path: Path, out: Outgoing) -> None:
