@@ -11,7 +11,7 @@ import os
 import shutil
 import weakref
 from collections.abc import Iterator, Sequence
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack, closing, contextmanager
 from dataclasses import dataclass, replace
 from itertools import islice
 from pathlib import Path
@@ -31,7 +31,7 @@ from sagnac.core.whole_files import replacing_set
 from sagnac.formats.registry import ROSBAG
 from sagnac.formats.source import MADE, Column, Outgoing, Source, Stored, in_memory
 from sagnac.formats.statement import Statement
-from sagnac.recording.columns import ACCELEROMETER_NAMES, GYRO_NAMES
+from sagnac.recording.columns import GYRO_NAMES
 
 # ---- rosbag ------------------------------------------------------------------------
 
@@ -79,95 +79,89 @@ def open_source(path: Path) -> Source:
     Raises
     ------
     RecordingError
-        If it is no bag, is cut off, or holds no IMU.
+        If it holds no IMU.
+    ValueError
+        If it is no bag, or is cut off.
     """
-    held = _Held(path)
-    bag = held.bag
-    every = [(name, topic.msgtype, topic.msgcount) for name, topic in bag.topics.items()]
-    topics = [_topic(bag, name) for name, kind, _ in every if kind in _TYPES]
-    listed = ", ".join(f"{name} ({kind}, {count})" for name, kind, count in every[:_MOST_LISTED])
-    listed += " ..." if len(every) > _MOST_LISTED else ""
-    topics = [topic for topic in topics if topic.messages]
-    if not topics:
-        raise RecordingError(
-            f"holds no sensor_msgs/Imu; its topics are {listed or 'none'}",
-            remedy="give a bag with such a topic",
-        )
-    if len(topics) == 1:
-        notes = (Note(text=f"gyros are those of topic {topics[0].name}"),)
-        time = _STAMP if topics[0].is_stamped else _RECEIVED
-        columns = {axis: f"angular_velocity.{axis}" for axis in GYRO_NAMES}
-        forces = {f"a{axis}": f"linear_acceleration.{axis}" for axis in GYRO_NAMES}
-        stated = Statement(
-            kind="rate",
-            columns={**columns, **forces} if topics[0].has_forces else columns,
-            gyros=GYRO_NAMES,
-            accelerometers=ACCELEROMETER_NAMES if topics[0].has_forces else None,
-            time=time,
-        )
-    else:
-        names = ", ".join(topic.name for topic in topics)
-        notes = (
-            Note(text=f"the IMU topics are {names}; name the columns of one with {{columns}}"),
-        )
-        stated = Statement(kind="rate")
-    keys = {_key(topic, topics, field): (topic, field) for topic in topics for field in _names()}
+    # It stays open until it is read: to open one of millions of messages takes seconds.
+    held = [_opened(path)]
+    with ExitStack() as stack:
+        stack.callback(_close, held)
+        every = [(name, one.msgtype, one.msgcount) for name, one in held[0].topics.items()]
+        topics = [_topic(held[0], name) for name, kind, _ in every if kind in _TYPES]
+        topics = [topic for topic in topics if topic.messages]
+        if not topics:
+            listed = [f"{name} ({kind}, {count})" for name, kind, count in every[:_MOST_LISTED]]
+            more = " ..." if len(every) > _MOST_LISTED else ""
+            raise RecordingError(
+                f"holds no sensor_msgs/Imu; its topics are {', '.join(listed) or 'none'}{more}",
+                remedy="give a bag with such a topic",
+            )
+        keeping = stack.pop_all()
+    fields = (_STAMP, _RECEIVED, *_FIELDS)
+    keys = {
+        field if len(topics) == 1 else f"{topic.name}/{field}": (topic, field)
+        for topic in topics
+        for field in fields
+    }
 
     def load(wanted: Sequence[str]) -> Stored:
         arrays: dict[str, NDArray[Any]] = {}
-        with collection_paused():
+        bag = held.pop() if held else _opened(path)
+        with closing(bag), collection_paused():
             for topic in topics:
                 fields = {key: keys[key][1] for key in wanted if keys[key][0] is topic}
                 if fields:
-                    arrays.update(_read(held.bag, topic, fields))
-        held.close()
+                    arrays.update(_read(bag, topic, fields))
         return in_memory(arrays)
 
+    weakref.finalize(load, keeping.close)
     return Source(
         format=ROSBAG.name,
         columns=tuple(
             Column(key=key, name=key, unit=_FIELDS[field][1] if field in _FIELDS else "ns")
             for key, (_, field) in keys.items()
         ),
-        stated=stated,
+        stated=_stated(topics),
         load=load,
-        notes=notes,
+        notes=(Note(text=_said(topics)),),
     )
 
 
-class _Held:
-    """A bag that stays open until it is read: to open one of millions of messages takes seconds.
+def _stated(topics: Sequence[_Topic]) -> Statement:
+    """The sensors of the only topic."""
+    if len(topics) > 1:
+        return Statement(kind="rate")
+    forces = {f"a{axis}": f"linear_acceleration.{axis}" for axis in GYRO_NAMES}
+    forces = forces if topics[0].has_forces else {}
+    return Statement(
+        kind="rate",
+        columns={**{axis: f"angular_velocity.{axis}" for axis in GYRO_NAMES}, **forces},
+        gyros=GYRO_NAMES,
+        accelerometers=tuple(forces) or None,
+        time=_STAMP if topics[0].is_stamped else _RECEIVED,
+    )
 
-    Parameters
-    ----------
-    path
-        Of the file or folder.
-    """
 
-    def __init__(self, path: Path) -> None:
-        """Open nothing yet."""
-        self._path = path
-        self._open: ExitStack | None = None
-        self._bag: AnyReader | None = None
+def _said(topics: Sequence[_Topic]) -> str:
+    names = ", ".join(topic.name for topic in topics)
+    if len(topics) == 1:
+        return f"gyros are those of topic {names}"
+    return f"the IMU topics are {names}; name the columns of one with {{columns}}"
 
-    @property
-    def bag(self) -> AnyReader:
-        """The bag, opened if it is not."""
-        if self._bag is None:
-            # Bags of ROS 2 before Iron hold no definitions; the message is the same in all.
-            store = get_typestore(Stores.ROS2_HUMBLE)
-            bag = AnyReader([self._path], default_typestore=store)
-            with ExitStack() as stack, collection_paused():
-                self._bag = stack.enter_context(bag)
-                self._open = stack.pop_all()
-            weakref.finalize(self, self._open.close)
-        return self._bag
 
-    def close(self) -> None:
-        """Close the bag; asked for again it is opened again."""
-        if self._open is not None:
-            self._open.close()
-        self._open = self._bag = None
+def _opened(path: Path) -> AnyReader:
+    """A bag of that file or folder, open."""
+    # Bags of ROS 2 before Iron hold no definitions; the message is the same in all.
+    bag = AnyReader([path], default_typestore=get_typestore(Stores.ROS2_HUMBLE))
+    with collection_paused():
+        bag.open()
+    return bag
+
+
+def _close(bags: list[AnyReader]) -> None:
+    while bags:
+        bags.pop().close()
 
 
 @contextmanager
@@ -180,14 +174,6 @@ def collection_paused() -> Iterator[None]:
     finally:
         if was_on:
             gc.enable()
-
-
-def _names() -> tuple[str, ...]:
-    return (_STAMP, _RECEIVED, *_FIELDS)
-
-
-def _key(topic: _Topic, topics: Sequence[_Topic], field: str) -> str:
-    return field if len(topics) == 1 else f"{topic.name}/{field}"
 
 
 def _topic(bag: AnyReader, name: str) -> _Topic:
@@ -238,9 +224,12 @@ def _read(bag: AnyReader, topic: _Topic, fields: dict[str, str]) -> dict[str, ND
         for key, field in fields.items()
     }
     connections = [one for one in bag.connections if one.topic == topic.name]
+    messages = bag.messages(connections=connections)
     done = 0
-    for numbers in _blocks(bag, connections, topic):
-        block = slice(done, done + numbers[_RECEIVED].size)
+    while some := list(islice(messages, _BLOCK)):
+        block = slice(done, done + len(some))
+        numbers = _numbers(topic, [bytes(raw) for _, _, raw in some])
+        numbers[_RECEIVED] = np.array([when for _, when, _ in some], dtype=np.int64)
         for key, field in fields.items():
             shown = numbers[_NUMBERS][:, _FIELDS[field][0]] if field in _FIELDS else numbers[field]
             arrays[key][block] = shown
@@ -248,17 +237,6 @@ def _read(bag: AnyReader, topic: _Topic, fields: dict[str, str]) -> dict[str, ND
     if done != topic.messages:
         raise ValueError(f"it holds {done} of {topic.messages} messages of {topic.name}")
     return arrays
-
-
-def _blocks(
-    bag: AnyReader, connections: Sequence[Any], topic: _Topic
-) -> Iterator[dict[str, NDArray[Any]]]:
-    """Numbers of a topic, and when each message was received, ns, many messages at a time."""
-    every = bag.messages(connections=connections)
-    while block := list(islice(every, _BLOCK)):
-        numbers = _numbers(topic, [bytes(raw) for _, _, raw in block])
-        received = np.array([when for _, when, _ in block], dtype=np.int64)
-        yield {**numbers, _RECEIVED: received}
 
 
 # ---- write -------------------------------------------------------------------------
