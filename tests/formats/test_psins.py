@@ -3,7 +3,6 @@
 import numpy as np
 
 from sagnac.formats import Statement, columns, read
-from sagnac.formats.psins import Header, read_header
 from tests.formats.examples import ARCSECOND, IMU_HEADER, imu, refused, save
 
 
@@ -39,14 +38,3 @@ def test_psins_damaged(tmp_path):
     refused(imu(tmp_path / "zero.imu", header=IMU_HEADER.replace(" 5.0 ", " 0 "))[0], "interval")
     refused(save(tmp_path / "words.imu", "hello\n"), "PSINS")
     refused(save(tmp_path / "short.imu", IMU_HEADER), "too few")
-
-
-def test_the_header_alone(tmp_path):
-    path, _ = imu(tmp_path / "run.imu")
-    size = 125.0 * (1e-6 * 9.78)
-    assert read_header(path) == Header(
-        lines=6,
-        interval_ms=5.0,
-        counts_arcsec=(0.1, 0.2, 0.4),
-        counts_m_per_s=(size, size, size),
-    )

@@ -18,7 +18,6 @@ from typing import Any, Final
 import h5py
 import numpy as np
 from numpy.typing import NDArray
-from scipy.io import netcdf_file
 
 from sagnac.core.arrays import blocks
 from sagnac.core.errors import RecordingError, one_line
@@ -123,6 +122,9 @@ def open_source(path: Path) -> Source:
 
 def _open_classic(path: Path) -> Source:
     """Variables of numbers of a classic file."""
+    # Another file needs none of that package.
+    from scipy.io import netcdf_file  # noqa: PLC0415
+
     with netcdf_file(path, "r", mmap=False) as file:
         attributes = {
             name: {key: getattr(one, key) for key in _OF_VARIABLE if hasattr(one, key)}

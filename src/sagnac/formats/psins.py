@@ -8,7 +8,6 @@ count (1e-6 g s, fourth to sixth).
 
 import os
 from collections.abc import Sequence
-from dataclasses import dataclass
 from itertools import chain, islice
 from pathlib import Path
 from typing import Final
@@ -31,49 +30,58 @@ _NO_END: Final = Note(
 _ROW: Final = (*GYRO_NAMES, *ACCELEROMETER_NAMES)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Header:
-    """Statements of the header of a log.
+def open_source(path: Path) -> Source:
+    """Columns by the header of the log, kind ``increment``.
 
-    Attributes
-    ----------
-    lines
-        In the header, comments included.
-    interval_ms
-        Sampling interval, ms.
-    counts_arcsec
-        Sizes of one count of x, y and z, arcsec.
-    counts_m_per_s
-        Sizes of one count of ax, ay and az, m/s; those of a log without accelerometers are 0.
+    Gyros are ``x``, ``y``, ``z``; accelerometers are ``ax``, ``ay``, ``az`` if the header sizes all
+    of their counts.
 
     Raises
     ------
     RecordingError
-        If the interval or a size of a gyro is not positive.
+        If the header is not there or states what cannot be.
     """
+    header, lines = _header(path)
+    interval_ms, gravity = header[1][4:]
+    gyros, forces = header[2][:3], header[2][3:]
+    if not (interval_ms > 0.0 and all(size > 0.0 for size in gyros)):
+        raise RecordingError(
+            f"the header states a sampling interval of {interval_ms:g} ms and gyro "
+            f"factors of {', '.join(f'{size:g}' for size in gyros)} arcsec",
+            remedy="all must be positive",
+        )
+    units = [f"{size!r}arcsec" for size in gyros]
+    micro_g = 1e-6 * gravity
+    if all(micro_g * size > 0.0 for size in forces):
+        units += [f"{micro_g * size!r}m/s" for size in forces]
+    with path.open("rb") as stream:
+        stream.seek(-1, os.SEEK_END)
+        # A last line that was cut off between two digits has no end.
+        is_ended = stream.read() == b"\n"
 
-    lines: int
-    interval_ms: float
-    counts_arcsec: tuple[float, float, float]
-    counts_m_per_s: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    def load(keys: Sequence[str]) -> Stored:
+        rows = _rows(path, lines)
+        return in_memory({key: rows[:, _ROW.index(key)] for key in keys})
 
-    def __post_init__(self) -> None:
-        if not (self.interval_ms > 0.0 and all(size > 0.0 for size in self.counts_arcsec)):
-            sizes = ", ".join(f"{size:g}" for size in self.counts_arcsec)
-            raise RecordingError(
-                f"the header states a sampling interval of {self.interval_ms:g} ms and gyro "
-                f"factors of {sizes} arcsec",
-                remedy="all must be positive",
-            )
+    return Source(
+        format=PSINS.name,
+        columns=tuple(
+            Column(key=name, name=name, unit=unit, kind="increment")
+            for name, unit in zip(_ROW, units, strict=False)
+        ),
+        load=load,
+        stated=Statement(sample_rate=round(1e3 / interval_ms, 9)),
+        notes=() if is_ended else (_NO_END,),
+    )
 
 
-def read_header(path: Path) -> Header:
-    """The header of a log.
+def _header(path: Path) -> tuple[list[list[float]], int]:
+    """The three rows of the header of a log, and how many lines it has, comments included.
 
     Raises
     ------
     RecordingError
-        If it is not there or states what cannot be.
+        If it is not there.
     """
     rows: list[list[float]] = []
     lines, commented = 0, False
@@ -92,62 +100,13 @@ def read_header(path: Path) -> Header:
             "has no PSINS header, three lines of six numbers after the comments",
             remedy="correct it, or give a CSV with {rate}, {kind} and {unit}",
         )
-    x, y, z = rows[2][:3]
-    micro_g = 1e-6 * rows[1][5]
-    ax, ay, az = (micro_g * size for size in rows[2][3:])
-    return Header(
-        lines=lines,
-        interval_ms=rows[1][4],
-        counts_arcsec=(x, y, z),
-        counts_m_per_s=(ax, ay, az),
-    )
+    return rows, lines
 
 
-def open_source(path: Path) -> Source:
-    """Columns by the header of the log, kind ``increment``.
-
-    Gyros are ``x``, ``y``, ``z``; accelerometers are ``ax``, ``ay``, ``az`` if the header sizes all
-    of their counts.
-
-    Raises
-    ------
-    RecordingError
-        If the header is not there or states what cannot be.
-    """
-    header = read_header(path)
-
-    def load(keys: Sequence[str]) -> Stored:
-        rows = _rows(path, header)
-        return in_memory({key: rows[:, _ROW.index(key)] for key in keys})
-
-    has_forces = all(size > 0.0 for size in header.counts_m_per_s)
-    units = (
-        *(f"{size!r}arcsec" for size in header.counts_arcsec),
-        *(f"{size!r}m/s" for size in header.counts_m_per_s if has_forces),
-    )
-    return Source(
-        format=PSINS.name,
-        columns=tuple(
-            Column(key=name, name=name, unit=unit, kind="increment")
-            for name, unit in zip(_ROW, units, strict=False)
-        ),
-        load=load,
-        stated=Statement(sample_rate=round(1e3 / header.interval_ms, 9)),
-        notes=() if _ends_with_a_line(path) else (_NO_END,),
-    )
-
-
-def _ends_with_a_line(path: Path) -> bool:
-    """Whether the last line has an end; one that was cut off between two digits has none."""
-    with path.open("rb") as stream:
-        stream.seek(-1, os.SEEK_END)
-        return stream.read() == b"\n"
-
-
-def _rows(path: Path, header: Header) -> FloatArray:
+def _rows(path: Path, skipped: int) -> FloatArray:
     """(samples, 6) counts."""
     with path.open(encoding="utf-8") as stream:
-        lines = islice(stream, header.lines, None)
+        lines = islice(stream, skipped, None)
         first = next((line for line in lines if line.strip()), None)
         if first is None:
             return np.empty((0, len(_ROW)))
