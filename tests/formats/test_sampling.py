@@ -8,11 +8,7 @@ import pytest
 from sagnac.core import arrays
 from sagnac.core.errors import RecordingError
 from sagnac.formats import Statement, read
-from sagnac.formats.channels import (
-    first_at,
-    sampled_by_rate,
-    sampled_by_stamps,
-)
+from sagnac.formats.channels import first_at, stretch_of
 from sagnac.formats.source import Source, Stored, in_memory
 from sagnac.recording.stamps import Sampling
 from tests.formats.examples import SAMPLES, refused, timed, walk
@@ -74,7 +70,7 @@ def test_a_slice_beyond_the_end_is_blamed_on_the_slice(tmp_path, start):
 )
 def test_a_slice_by_rate_and_by_stamps_is_the_same(span, first, stop):
     stamps = np.arange(100) / 10.0
-    for stretch in (sampled_by_rate(100, 10.0, span), sampled_by_stamps(stamps, span, None)):
+    for stretch in (stretch_of(100, span, 10.0), stretch_of(100, span, None, stamps)):
         assert (stretch.first, stretch.stop) == (first, stop)
         assert stretch.start == pytest.approx(first / 10.0)
         assert stretch.span_s == pytest.approx((first / 10.0, stop / 10.0))

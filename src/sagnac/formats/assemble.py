@@ -18,9 +18,8 @@ from sagnac.formats.channels import (
     Stretch,
     gyro_channel,
     require_known,
-    sampled_by_rate,
-    sampled_by_stamps,
     scale_of,
+    stretch_of,
     table_channel,
     table_scale,
     time_unit,
@@ -170,16 +169,11 @@ def _stretch(time: Column | None, second: float, stored: Stored, statements: Sta
     """
     samples = next(iter(stored.lengths.values()))
     span, rate = statements.caller.span, statements.first("sample_rate")
-    if time is not None and samples > 1:
-        stamps = stored.read([time.key], 0, samples, by_first=True)[time.key]
-        return sampled_by_stamps(elementwise(np.multiply, stamps, second, out=stamps), span, rate)
-    if rate is None:
-        raise RecordingError(
-            "one sample or none is too few to tell a rate",
-            channel="time",
-            remedy="give a longer file",
-        )
-    return sampled_by_rate(samples, rate, span)
+    if time is None or samples < 2:
+        return stretch_of(samples, span, rate)
+    stamps = stored.read([time.key], 0, samples, by_first=True)[time.key]
+    elementwise(np.multiply, stamps, second, out=stamps)
+    return stretch_of(samples, span, rate, stamps)
 
 
 def _recording(

@@ -59,67 +59,52 @@ class Stretch:
         return self.start, self.start + (self.stop - self.first) / self.sampling.sample_rate
 
 
-def sampled_by_rate(samples: int, rate: float, span: Span | None) -> Stretch:
-    """Uniform samples without stamps.
+def stretch_of(
+    samples: int, span: Span | None, rate: float | None, stamps: FloatArray | None = None
+) -> Stretch:
+    """The samples that lie in a span, their rate and their times.
 
     Parameters
     ----------
     samples
         In the file.
+    span
+        Start and stop to take, s from the first sample, or None for all.
     rate
-        Samples per second.
-    span
-        Start and stop to take, s from the first sample, or None for all.
-
-    Raises
-    ------
-    RecordingError
-        If fewer than two samples lie in the span.
-    """
-    even = Sampling(times=None, sample_rate=rate)
-    if span is None:
-        return Stretch(first=0, stop=samples, start=0.0, sampling=even)
-    start, stop = span
-    first = min(samples, math.ceil((start or 0.0) * rate - 1e-6))
-    last = samples if stop is None else min(samples, math.ceil(stop * rate - 1e-6))
-    _check_slice(first, last)
-    return Stretch(first=first, stop=last, start=first / rate, sampling=even)
-
-
-def sampled_by_stamps(stamps: FloatArray, span: Span | None, stated_rate: float | None) -> Stretch:
-    """Samples with stamps.
-
-    Parameters
-    ----------
+        Samples per second that are stated, or None.
     stamps
-        (two samples or more,) s from the first of the file.
-    span
-        Start and stop to take, s from the first sample, or None for all.
-    stated_rate
-        Samples per second in words, or None.
+        (two samples or more,) s from the first of the file; None for uniform samples.
 
     Raises
     ------
     RecordingError
-        If fewer than two samples lie in the span, time does not run forwards, or the stamps
-        contradict the rate in words.
+        If fewer than two samples lie in the span, time does not run forwards, the stamps
+        contradict the rate, or there is neither.
     """
-    first, last = 0, stamps.size
-    if span is not None:
-        start, stop = span
-        first = first_at(stamps, start or 0.0)
-        last = stamps.size if stop is None else first + first_at(stamps[first:], stop)
-        _check_slice(first, last)
-    taken = sampling(stamps[first:last], stated_rate)
-    return Stretch(first=first, stop=last, start=float(stamps[first]), sampling=taken)
+    if stamps is None and rate is None:
+        raise RecordingError(
+            "one sample or none is too few to tell a rate",
+            channel="time",
+            remedy="give a longer file",
+        )
 
+    def first_after(limit: float, known: int) -> int:
+        if stamps is None:
+            return min(samples, math.ceil(limit * (rate or 0.0) - 1e-6))
+        return known + first_at(stamps[known:], limit)
 
-def _check_slice(first: int, stop: int) -> None:
-    """Refuse a slice of too few samples to tell a rate from their stamps."""
-    if stop - first < 2:
+    start, stop = span or (None, None)
+    first = first_after(start, 0) if start else 0
+    last = samples if stop is None else first_after(stop, first)
+    if span is not None and last - first < 2:
         raise RecordingError(
             "fewer than two samples lie in the slice", remedy="widen {slice START:STOP}"
         )
+    if stamps is not None:
+        taken = sampling(stamps[first:last], rate)
+        return Stretch(first=first, stop=last, start=float(stamps[first]), sampling=taken)
+    even = Sampling(times=None, sample_rate=rate or 0.0)
+    return Stretch(first=first, stop=last, start=first / even.sample_rate, sampling=even)
 
 
 def first_at(times: FloatArray, limit: float) -> int:
@@ -322,20 +307,11 @@ def table_scale(column: Column) -> Scale:
     RecordingError
         If none is stated, or it is not one of angle.
     """
-    remedy = f"state {{table {column.key}:deg}}"
-    if column.unit is None:
-        raise RecordingError(
-            f"the unit of column {column.key} is not stated",
-            channel="table",
-            remedy=f"{remedy}, or leave it out with {{table none}}",
-        )
-    stated = parsed_unit(column.unit)
-    if not stated.is_angle:
-        raise RecordingError(
-            f"unit {column.unit!r} is not one of angle", channel="table", remedy=remedy
-        )
-    factor = stated.factor * ANGLE_UNITS[stated.name]
-    return Scale(kind="angle", unit=column.unit, factor=factor)
+    unit = parsed_unit(column.unit or "")
+    if not unit.is_angle:
+        raise _no_unit("table", column)
+    factor = unit.factor * ANGLE_UNITS[unit.name]
+    return Scale(kind="angle", unit=column.unit or "", factor=factor)
 
 
 def time_unit(column: Column) -> float:
@@ -346,18 +322,20 @@ def time_unit(column: Column) -> float:
     RecordingError
         If none is stated, or it is not one of time.
     """
-    remedy = f"state {{time {column.key}:s}}"
+    name = "ns" if column.unit in TIME_FORMS else canonical(column.unit or "")
+    if name not in TIME_UNITS:
+        raise _no_unit("time", column)
+    return TIME_UNITS[name]
+
+
+def _no_unit(role: Literal["table", "time"], column: Column) -> RecordingError:
+    usual, quantity = ("deg", "angle") if role == "table" else ("s", "time")
+    remedy = f"state {{{role} {column.key}:{usual}}}"
+    problem = f"unit {column.unit!r} is not one of {quantity}"
     if column.unit is None:
-        raise RecordingError(
-            f"the unit of column {column.key} is not stated", channel="time", remedy=remedy
-        )
-    if column.unit in TIME_FORMS:
-        return TIME_UNITS["ns"]
-    if canonical(column.unit) not in TIME_UNITS:
-        raise RecordingError(
-            f"unit {column.unit!r} is not one of time", channel="time", remedy=remedy
-        )
-    return TIME_UNITS[canonical(column.unit)]
+        problem = f"the unit of column {column.key} is not stated"
+        remedy += ", or leave it out with {table none}" if role == "table" else ""
+    return RecordingError(problem, channel=role, remedy=remedy)
 
 
 # ---- channels ----------------------------------------------------------------------

@@ -78,8 +78,8 @@ class Stored:
         first, stop
             First sample, and the one after the last.
         by_first
-            Whether the first sample is taken off all, before they become float64: stamps lose
-            nothing by the size of their epoch.
+            Whether the first sample, if it is finite, is taken off all before they become float64:
+            stamps lose nothing by the size of their epoch.
 
         Raises
         ------
@@ -95,7 +95,10 @@ class Stored:
                     values = raw
                     if by_first:
                         values = raw.astype(np.int64) if raw.dtype.kind in "ub" else raw
-                        values = values - origins.setdefault(key, values[:1])
+                        first_one = values[:1]
+                        values = values - origins.setdefault(
+                            key, np.where(np.isfinite(first_one), first_one, 0)
+                        )
                     else:
                         _require_exact(key, raw)
                     if _may_be_kept(values, columns[key]):

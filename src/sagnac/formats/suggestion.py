@@ -74,8 +74,10 @@ def suggestion(source: Source, statements: Statements) -> dict[str, str]:
     _kind_and_unit(gyros, statements, missing)
     _unit_of_forces(source.columns, statements, missing)
     taken = frozenset(column.key for column in gyros.values())
-    _table(source.columns, statements, taken, missing)
-    _sampling(source, statements, taken, missing)
+    table = choose_table(source.columns, statements, taken)
+    if table is not None and not table.unit:
+        missing["table"] = f"{table.name}:{UNIT}"
+    missing.update(_sampling(source, statements, taken))
     return missing
 
 
@@ -118,11 +120,11 @@ def accelerometer_inputs(source: Source, statements: Statements) -> dict[str, st
 
 def _force(columns: Sequence[Column], name: str, axis: str) -> Column | None:
     """The column that seems to be one accelerometer, None if several may be."""
-    in_axis = re.compile(_FORCE_AXIS.format(axis=axis), re.I)
+    axis = _FORCE_AXIS.format(axis=axis)
     found = [
         one
         for one in columns
-        if one.name == name or (in_axis.search(one.name) and _may_be_force(one))
+        if one.name == name or (re.search(axis, one.name, re.I) and _may_be_force(one))
     ]
     return found[0] if len(found) == 1 else None
 
@@ -143,13 +145,8 @@ def named(columns: Sequence[Column], gyro: str) -> Column | None:
     >>> named(columns, "x").key
     'gyro_x'
     """
-    axis = re.compile(_AXIS.format(axis=gyro), re.I)
-    found = [
-        one
-        for one in columns
-        if axis.search(one.name) and not _OTHER.search(one.name) and not is_like_time(one)
-    ]
-    found = [one for one in found if _may_be_gyro(one)]
+    axis = _AXIS.format(axis=gyro)
+    found = [one for one in columns if re.search(axis, one.name, re.I) and _is_no_other(one)]
     if len(found) > 1:
         found = [one for one in found if _GYRO.search(one.name)] or found
     return found[0] if len(found) == 1 else None
@@ -160,6 +157,12 @@ def _may_be_gyro(column: Column) -> bool:
         return True
     unit = parsed_unit(column.unit)
     return unit.is_counts or unit.name in (*ANGLE_UNITS, *RATE_UNITS) or not unit.is_known
+
+
+def _is_no_other(column: Column) -> bool:
+    """Whether neither name nor unit says that a column is something else than a gyro."""
+    is_other = is_like_time(column) or _OTHER.search(column.name) is not None
+    return not is_other and _may_be_gyro(column)
 
 
 def _gyros(source: Source, statements: Statements, missing: dict[str, str]) -> dict[str, Column]:
@@ -197,14 +200,7 @@ def candidates(source: Source, statements: Statements) -> tuple[Column, ...]:
     table = choose_table(source.columns, statements, frozenset())
     time, _ = choose_time(source.columns, statements, frozenset())
     taken = {one.key for one in (table, time) if one is not None}
-    left = [
-        one
-        for one in source.columns
-        if one.key not in taken
-        and not is_like_time(one)
-        and not _OTHER.search(one.name)
-        and _may_be_gyro(one)
-    ]
+    left = [one for one in source.columns if one.key not in taken and _is_no_other(one)]
     if not left:
         return ()
     keys = [one.key for one in left]
@@ -265,57 +261,25 @@ def _unit_of_forces(
     missing["unit"] = of_forces if of_gyros is None else f"{of_gyros},{of_forces}"
 
 
-def _table(
-    columns: Sequence[Column],
-    statements: Statements,
-    taken: frozenset[str],
-    missing: dict[str, str],
-) -> None:
-    table = choose_table(columns, statements, taken)
-    if table is not None and not table.unit:
-        missing["table"] = f"{table.name}:{UNIT}"
-
-
-def _sampling(
-    source: Source, statements: Statements, taken: frozenset[str], missing: dict[str, str]
-) -> None:
-    chosen, _ = choose_time(source.columns, statements, taken)
-    if chosen is not None and chosen.unit:
-        return
-    if chosen is not None and not _is_index(source, chosen):
-        missing["time"] = _time_text(source, chosen)
-        return
+def _sampling(source: Source, statements: Statements, taken: frozenset[str]) -> dict[str, str]:
+    """The time or the rate, if neither is stated."""
+    columns = source.columns
+    chosen, _ = choose_time(columns, statements, taken)
+    if chosen is not None and (chosen.unit or not _counts_rows(_steps(source, chosen))):
+        return {} if chosen.unit else {"time": _time_text(source, chosen)}
     if statements.first("sample_rate") is not None:
-        return
-    like = [
-        one
-        for one in source.columns
-        if one.key not in taken
-        and is_like_time(one)
-        and (one.unit is not None or not _is_index(source, one))
-    ]
-    numbered = _numbered_time(source)
-    if not like and numbered is not None and numbered.key not in taken:
-        like = [numbered]
-    if like:
-        missing["time"] = _time_text(source, like[0])
-    else:
-        missing["rate"] = RATE
-
-
-def _numbered_time(source: Source) -> Column | None:
-    """The first of several columns without names if its numbers go up evenly."""
-    if len(source.columns) < 2 or source.columns[0].key != "1":
-        return None
-    steps = _steps(source, source.columns[0])
-    if _counts_rows(steps):
-        return None
-    is_even = steps.size > 1 and 0.0 < float(np.max(steps)) < 2.0 * float(np.median(steps))
-    return source.columns[0] if is_even and float(np.min(steps)) >= 0.0 else None
-
-
-def _is_index(source: Source, column: Column) -> bool:
-    return _counts_rows(_steps(source, column))
+        return {}
+    for one in columns:
+        is_time = one.key not in taken and is_like_time(one)
+        if is_time and (one.unit is not None or not _counts_rows(_steps(source, one))):
+            return {"time": _time_text(source, one)}
+    # The first of several columns without names, if its numbers go up evenly.
+    if len(columns) > 1 and columns[0].key == "1" and "1" not in taken:
+        steps = _steps(source, columns[0])
+        is_even = steps.size > 1 and 0.0 < float(np.max(steps)) < 2.0 * float(np.median(steps))
+        if is_even and float(np.min(steps)) >= 0.0 and not _counts_rows(steps):
+            return {"time": _time_text(source, columns[0])}
+    return {"rate": RATE}
 
 
 def _counts_rows(steps: FloatArray) -> bool:
