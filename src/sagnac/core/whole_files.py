@@ -7,10 +7,10 @@ import shutil
 import signal
 import tempfile
 import threading
-from collections.abc import Callable, Iterator
-from contextlib import AbstractContextManager, contextmanager
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
-from typing import Any, Final
+from typing import Final
 
 from sagnac.core.errors import RecordingError
 
@@ -34,7 +34,7 @@ def replacing(path: Path) -> Iterator[Path]:
     RecordingError
         If the folder cannot be written to, or the disk is full.
     """
-    with _part_of(path, _file_made, lambda part: part.unlink(missing_ok=True)) as temporary:
+    with _part_of(path) as temporary:
         yield temporary
         _give_usual_rights(temporary, 0o666)
         os.replace(temporary, path)
@@ -48,8 +48,7 @@ def write_text(path: Path, text: str) -> None:
     RecordingError
         If the folder cannot be written to.
     """
-    with replacing(path) as temporary:
-        temporary.write_text(text, encoding="utf-8")
+    write_bytes(path, text.encode())
 
 
 def write_bytes(path: Path, content: bytes) -> None:
@@ -64,12 +63,6 @@ def write_bytes(path: Path, content: bytes) -> None:
         temporary.write_bytes(content)
 
 
-def _file_made(**where: Any) -> Path:
-    handle, name = tempfile.mkstemp(**where)
-    os.close(handle)
-    return Path(name)
-
-
 def _give_usual_rights(path: Path, most: int) -> None:
     mask = os.umask(0)
     os.umask(mask)
@@ -77,10 +70,8 @@ def _give_usual_rights(path: Path, most: int) -> None:
 
 
 @contextmanager
-def _part_of(
-    path: Path, make: Callable[..., Path], remove: Callable[[Path], object]
-) -> Iterator[Path]:
-    """A temporary file or folder beside `path`, made so, that is removed in the end.
+def _part_of(path: Path, *, is_folder: bool = False) -> Iterator[Path]:
+    """A temporary file or folder beside `path` that goes in the end, with what is left in it.
 
     Raises
     ------
@@ -93,14 +84,26 @@ def _part_of(
         with _signals_waiting():
             remove_leftovers(path)
             prefix = f".{path.name[:_LONGEST]}.{os.getpid()}."
-            temporary = make(prefix=prefix, suffix=_PART, dir=path.parent)
+            if is_folder:
+                name = tempfile.mkdtemp(prefix=prefix, suffix=_PART, dir=path.parent)
+            else:
+                handle, name = tempfile.mkstemp(prefix=prefix, suffix=_PART, dir=path.parent)
+                os.close(handle)
+            temporary = Path(name)
         yield temporary
     except OSError as error:
         raise _unwritable(path, error) from error
     finally:
         with _signals_waiting():
             if temporary is not None:
-                remove(temporary)
+                _remove(temporary)
+
+
+def _remove(part: Path) -> None:
+    if part.is_dir() and not part.is_symlink():
+        shutil.rmtree(part, ignore_errors=True)
+    else:
+        part.unlink(missing_ok=True)
 
 
 @contextmanager
@@ -121,7 +124,7 @@ def replacing_set(path: Path) -> Iterator[Path]:
     RecordingError
         If it cannot be written to, or the disk is full.
     """
-    with _folder_beside(path) as folder:
+    with _part_of(path, is_folder=True) as folder:
         with _named_as(folder, path.parent):
             yield folder
         names = [entry.name for entry in folder.iterdir() if entry.name != path.name]
@@ -130,15 +133,6 @@ def replacing_set(path: Path) -> Iterator[Path]:
                 path.with_name(name).unlink(missing_ok=True)
             for name in (path.name, *names):
                 _put(folder / name, path.with_name(name))
-
-
-def _folder_beside(path: Path) -> AbstractContextManager[Path]:
-    """A temporary folder beside `path` that goes in the end, with what is left in it."""
-    return _part_of(
-        path,
-        lambda **where: Path(tempfile.mkdtemp(**where)),
-        lambda folder: shutil.rmtree(folder, ignore_errors=True),
-    )
 
 
 @contextmanager
@@ -203,7 +197,7 @@ def replacing_folder(folder: Path) -> Iterator[Path]:
     """
     folder = folder.absolute()
     made(folder.parent)
-    with _folder_beside(folder) as temporary:
+    with _part_of(folder, is_folder=True) as temporary:
         with _named_as(temporary, folder):
             yield temporary
         _give_usual_rights(temporary, 0o777)
@@ -269,12 +263,8 @@ def remove_leftovers(path: Path) -> None:
     beginning = f".{path.name[:_LONGEST]}."
     for entry in path.parent.glob(f"{glob.escape(beginning)}*{_PART}"):
         number = entry.name.removeprefix(beginning).partition(".")[0]
-        if not number.isdigit() or _is_alive(int(number)):
-            continue
-        if entry.is_dir() and not entry.is_symlink():
-            shutil.rmtree(entry, ignore_errors=True)
-        else:
-            entry.unlink(missing_ok=True)
+        if number.isdigit() and not _is_alive(int(number)):
+            _remove(entry)
 
 
 def _is_alive(process: int) -> bool:
