@@ -5,10 +5,28 @@ import pytest
 from benchmarks.gallery import Gyro, low_passed, swaying
 from scipy.stats import gamma
 
-from sagnac.noise._kernels import every_model
-from sagnac.noise.band_models import FALL, WALK, band_models, models_of_one_band
+from sagnac.noise.band_models import (
+    FALL,
+    WALK,
+    ScaledLaws,
+    band_models,
+    fitted_models,
+    models_of_one_band,
+)
 from sagnac.spectrum.levels import robust_levels
 from sagnac.spectrum.tapered import tapered_spectrum
+
+
+def fitted(level, shape, laws, columns):
+    """Squares and covariance of the one model of all bins."""
+    relative = np.zeros((level.size, FALL + 1))
+    relative[:, columns] = laws
+    relative[:, :FALL] /= level[:, None]
+    scaled = ScaledLaws(shape=shape, laws=relative, scale=np.ones(FALL + 1))
+    _, squares, covariance = fitted_models(
+        scaled, np.array([[0, level.size]]), np.array([columns]), np.array([np.inf])
+    )
+    return squares[0], covariance[0]
 
 
 def test_a_fit_is_the_maximum_of_the_gamma_likelihood():
@@ -16,21 +34,17 @@ def test_a_fit_is_the_maximum_of_the_gamma_likelihood():
     shape = np.full(12, 40.0)
     laws = np.stack([np.geomspace(1e-2, 4, 12), np.ones(12)], axis=1)
     level = rng.gamma(shape, (laws @ [0.5, 1.0]) / shape)
-    (first, last, mask, _), _, squares, covariance = every_model(
-        level, shape, laws, 1, 4, 0, 0, False, np.inf
-    )
-    row = np.flatnonzero((first == 0) & (last == 12) & (mask == 3))[0]
+    best, covariance = fitted(level, shape, laws, [0, 1])
 
     def cost(b):
         mean = laws @ b
         return -gamma.logpdf(level, shape, scale=mean / shape).sum()
 
-    best = squares[row]
     for step in ([1e-3, 0], [0, 1e-3], [-1e-3, 0], [0, -1e-3]):
         assert cost(best + step) > cost(best) - 1e-6
     mean = laws @ best
     fisher = (laws / mean[:, None]).T @ np.diag(shape) @ (laws / mean[:, None])
-    assert np.allclose(covariance[row], np.linalg.inv(fisher))
+    assert np.allclose(covariance, np.linalg.inv(fisher))
 
 
 def test_models_of_one_band_hold_the_walk_and_no_term_outside_the_mask():
@@ -77,20 +91,16 @@ def test_a_fall_is_fitted_at_the_maximum_of_the_gamma_likelihood():
     shape, rise = np.full(14, 60.0), np.geomspace(1e-3, 1.0, 14)
     laws = np.stack([np.ones(14), rise], axis=1)
     level = rng.gamma(shape, 1.0 / (1.0 + rise) / shape)
-    (first, last, mask, _), _, squares, covariance = every_model(
-        level, shape, laws, 0, 4, 0b11, 0, True, np.inf
-    )
-    row = np.flatnonzero((first == 0) & (last == 14) & (mask == 3))[0]
+    best, covariance = fitted(level, shape, laws, [0, FALL])
 
     def cost(b):
         mean = b[0] / (1.0 + b[1] * rise)
         return -gamma.logpdf(level, shape, scale=mean / shape).sum()
 
-    best = squares[row]
     for step in ([1e-2, 0], [0, 1e-2], [-1e-2, 0], [0, -1e-2]):
         assert cost(best + step) > cost(best) - 1e-5
     slope = np.stack([np.full(14, 1.0 / best[0]), -rise / (1.0 + best[1] * rise)], axis=1)
-    assert np.allclose(covariance[row], np.linalg.inv(slope.T @ np.diag(shape) @ slope))
+    assert np.allclose(covariance, np.linalg.inv(slope.T @ np.diag(shape) @ slope))
 
 
 def test_the_top_of_a_hump_is_no_walk_if_the_spectrum_below_it_is_lower():

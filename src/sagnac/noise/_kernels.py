@@ -1,7 +1,4 @@
-"""Compiled loops of the curve fit and of the models of bands: arrays in, arrays out.
-
-Each loop is called from one place, since it is compiled anew wherever it is called.
-"""
+"""Compiled loops of the curve fit and of the models of bands: arrays in, arrays out."""
 
 # Compiled loops take their arrays by position.
 # ruff: noqa: PLR0917
@@ -169,317 +166,56 @@ def overlapped_covariances(
     return out
 
 
-# Divisors of N: the largest at which a bin shows it, and at the upper edge of a band.
-_LOWERED = 1.4
-_DEEPEST = 1.5
-# Steps of a fit, the first of which is least squares on relative residuals.
-_MOST_STEPS = 21
-# Steps after which a model that is hopeless is given up.
-_HOPING = 5
-
-
-def every_model(
-    level: FloatArray,
-    shape: FloatArray,
-    laws: FloatArray,
-    walk: int,
-    least: int,
-    needed: int,
-    barred: int,
-    falls: bool,
-    lightest: float,
-) -> tuple[IntegerArray, FloatArray, FloatArray, FloatArray]:
-    """Fit every contiguous band with every choice of terms.
-
-    Parameters are scaled so that laws are about one. Models with a coefficient at or below zero
-    are those with fewer terms and are left out. The terms of the bit mask `needed` are in every
-    model, those of `barred` in none. If the model `falls`, its last column is no law but r of the
-    divisor ``1 + c r`` of all others; it has to be needed then, and bands that reach below
-    1/2.5 are left out. Models that weigh nothing beside a cost of `lightest` are not finished.
-
-    Returns
-    -------
-    places, deviance, squares, covariance
-        One column (places) or row a model. Its places are the first bin of its band, the one
-        behind the last, its bit mask of terms, and the number of bins that the walk rules.
-    """
-    bins, terms = laws.shape
-    most = bins * (bins + 1) // 2
-    places, deviances = [np.empty((4, 0), dtype=np.int64)], [np.empty(0)]
-    squares, covariances = [np.empty((0, terms))], [np.empty((0, terms, terms))]
-    for mask in range(1, 1 << terms):
-        if mask & needed != needed or mask & barred:
-            continue
-        columns = np.flatnonzero(mask >> np.arange(terms) & 1)
-        size = columns.size
-        # Arrays are made and placed here, which costs seconds of compilation in a loop.
-        bands, cost = np.empty((3, most), dtype=np.int64), np.empty(most)
-        fits, spreads = np.empty((most, size)), np.empty((most, size, size))
-        found, lightest = _fit_every_band(
-            level, shape, np.ascontiguousarray(laws[:, columns]),
-            int(np.searchsorted(columns, walk)) if mask >> walk & 1 else -1,
-            max(least, size + 1), falls, float(lightest), bands, cost, fits, spreads,
-            np.empty(size), np.empty(size),
-        )  # fmt: skip
-        placed, spread = np.zeros((found, terms)), np.zeros((found, terms, terms))
-        placed[:, columns] = fits[:found]
-        spread[:, columns[:, np.newaxis], columns] = spreads[:found]
-        first, last, ruled = bands[:, :found]
-        places.append(np.array([first, last, np.full(found, mask), ruled]))
-        deviances.append(cost[:found])
-        squares.append(placed)
-        covariances.append(spread)
-    return (
-        np.concatenate(places, axis=1),
-        np.concatenate(deviances),
-        np.concatenate(squares),
-        np.concatenate(covariances),
-    )
-
-
 @compiled(error_model="numpy")
-def _information(
-    level: FloatArray,
+def score_bands(
     shape: FloatArray,
     laws: FloatArray,
-    first: int,
-    last: int,
-    falls: bool,
-    walk: int,
+    fall: int,
+    bands: IntegerArray,
+    columns: IntegerArray,
+    squares: FloatArray,
     begun: bool,
-    squares: FloatArray,
-    row: FloatArray,
-    matrix: FloatArray,
+    deviance: FloatArray,
+    information: FloatArray,
     vector: FloatArray,
-) -> int:
-    """Fisher information and what its inverse is multiplied by to give the next squares.
-
-    With c the last square of a model ``m = sum / (1 + c r)`` that falls, the last column is the
-    derivative ``-r m / (1 + c r)``, and ``y + c dm/dc`` takes the place of y. Before a fit has
-    `begun` the levels stand for the means, and c is zero: the residuals are those of
-    ``y (1 + c r) = sum``, which is linear.
-
-    Returns
-    -------
-    int
-        Bins in which the walk, column `walk`, is half of the sum or more, and falls by 0.3 or less.
-    """
-    size = squares.size
-    ruled = 0
-    for c in range(size):
-        vector[c] = 0.0
-        for d in range(size):
-            matrix[c, d] = 0.0
-    for b in range(first, last):
-        total = 0.0
-        for c in range(size):
-            row[c] = laws[b, c]
-            total += squares[c] * row[c]
-        divisor = 1.0
-        if falls and begun:
-            total -= squares[size - 1] * row[size - 1]
-            divisor += squares[size - 1] * row[size - 1]
-        if walk >= 0 and divisor <= _LOWERED and squares[walk] * row[walk] >= 0.5 * total:
-            ruled += 1
-        mean = total / divisor if begun else level[b]
-        observed = level[b]
-        if falls:
-            for c in range(size):
-                row[c] /= divisor
-            row[size - 1] *= -mean
-            if begun:
-                observed += squares[size - 1] * row[size - 1]
-        for c in range(size):
-            part = shape[b] / mean**2 * row[c]
-            vector[c] += part * observed
-            for d in range(size):
-                matrix[c, d] += part * row[d]
-    return ruled
-
-
-@compiled(error_model="numpy")
-def _inverted(matrix: FloatArray, diagonal: FloatArray) -> bool:
-    """Invert a small symmetric positive matrix in place (Gauss-Jordan); False if it is singular.
-
-    `diagonal` (size,) is room to work in.
-    """
-    size = diagonal.size
-    for i in range(size):
-        diagonal[i] = matrix[i, i]
-    for i in range(size):
-        pivot = matrix[i, i]
-        # Relative: far above a roll-off the laws are millions of times the levels.
-        if not pivot > 1e-13 * diagonal[i]:
-            return False
-        matrix[i, i] = 1.0
-        for j in range(size):
-            matrix[i, j] /= pivot
-        for k in range(size):
-            if k != i:
-                factor = matrix[k, i]
-                matrix[k, i] = 0.0
-                for j in range(size):
-                    matrix[k, j] -= factor * matrix[i, j]
-    return True
-
-
-@compiled(error_model="numpy")
-def _gamma_deviance(
-    level: FloatArray,
-    shape: FloatArray,
-    laws: FloatArray,
-    first: int,
-    last: int,
-    falls: bool,
-    squares: FloatArray,
-) -> float:
-    """Gamma deviance, ``2 sum a (y/m - 1 - ln(y/m))``; infinite if a mean is not above zero."""
-    total = 0.0
-    linear = squares.size - 1 if falls else squares.size
-    for b in range(first, last):
-        mean = 0.0
-        for c in range(linear):
-            mean += laws[b, c] * squares[c]
-        if falls:
-            divisor = 1.0 + squares[linear] * laws[b, linear]
-            if divisor < 0.5:
-                return np.inf
-            mean /= divisor
-        if mean <= 1e-6 * level[b]:
-            return np.inf
-        ratio = level[b] / mean
-        total += 2.0 * shape[b] * (ratio - 1.0 - np.log(ratio))
-    return total
-
-
-@compiled(error_model="numpy")
-def _propose(
-    laws: FloatArray,
-    first: int,
-    last: int,
-    positive: bool,
-    share: float,
-    squares: FloatArray,
-    inverse: FloatArray,
-    vector: FloatArray,
-    trial: FloatArray,
 ) -> None:
-    """Fill `trial` with squares a `share` of the way to the next, or `positive` ones to begin with.
+    """Gamma deviance of each model, Fisher information, and its product with the next squares.
 
-    Least squares with large residuals may fall below zero.
+    Levels are one. A model (row) is that of bins ``bands[n, 0]`` to before ``bands[n, 1]`` and of
+    `columns` of the laws. Those from `fall` on are no laws but r of the divisor ``1 + c r`` of all
+    others: with ``m = sum / (1 + c r)`` the derivative is ``-r m / (1 + c r)``, and ``y + c dm/dc``
+    takes the place of the level y. Before a fit has `begun` the levels stand for the means, and c
+    is zero: the residuals are those of ``y (1 + c r) = sum``, which is linear. The deviance is
+    ``2 sum a (y/m - 1 - ln(y/m))``, infinite if a mean is not above zero.
     """
-    for c in range(squares.size):
-        target = 0.0
-        for d in range(squares.size):
-            target += inverse[c, d] * vector[d]
-        trial[c] = squares[c] + share * (target - squares[c])
-        if positive:
-            typical = 0.0
-            for b in range(first, last):
-                typical += abs(laws[b, c]) / (last - first)
-            trial[c] = max(target, 1e-3 / typical)
-
-
-@compiled(error_model="numpy")
-def _fitted(
-    level: FloatArray,
-    shape: FloatArray,
-    laws: FloatArray,
-    walk: int,
-    first: int,
-    last: int,
-    falls: bool,
-    hopeless: float,
-    squares: FloatArray,
-    matrix: FloatArray,
-    vector: FloatArray,
-    trial: FloatArray,
-) -> tuple[float, int]:
-    """Fisher scoring from least squares on relative residuals: squares and their covariance.
-
-    It is given up if the deviance stays above `hopeless` after a few steps: such a model has no
-    weight, and scoring takes long if a law does not describe its bins.
-
-    Returns
-    -------
-    deviance, ruled
-        The deviance, infinite if there is no fit, and the bins that the walk rules.
-    """
-    size = squares.size
-    deviance = np.inf
-    settled = False
-    for c in range(size):
-        squares[c] = 0.0
-    for step in range(_MOST_STEPS + 1):
-        ruled = _information(
-            level, shape, laws, first, last, falls, walk, step > 0, squares, trial, matrix, vector
-        )
-        if not _inverted(matrix, trial):
-            break
-        if settled or step == _MOST_STEPS:
-            return deviance, ruled
-        if step == _HOPING and deviance > hopeless:
-            break
-        share, outcome = 1.0, np.inf
-        for attempt in range(8):
-            _propose(
-                laws, first, last, step == 0 and attempt > 0, share, squares, matrix, vector, trial
-            )
-            outcome = _gamma_deviance(level, shape, laws, first, last, falls, trial)
-            if outcome <= deviance + 1e-9 and outcome < np.inf:
+    size = columns.shape[1]
+    slope = np.empty(size)
+    for n in range(columns.shape[0]):
+        deviance[n] = 0.0
+        for c in range(size):
+            vector[n, c] = 0.0
+            for d in range(size):
+                information[n, c, d] = 0.0
+        for b in range(bands[n, 0], bands[n, 1]):
+            total, divisor = 0.0, 1.0
+            for c in range(size):
+                slope[c] = laws[b, columns[n, c]]
+                if columns[n, c] < fall:
+                    total += squares[n, c] * slope[c]
+                else:
+                    divisor += squares[n, c] * slope[c]
+            mean = total / divisor if begun else 1.0
+            if mean <= 1e-6 or divisor < 0.5:
+                deviance[n] = np.inf
                 break
-            share *= 0.5
-        if step == 0 and outcome == np.inf:
-            break
-        lowered = deviance - outcome
-        settled = not lowered >= 1e-3
-        if lowered >= -1e-9:
-            deviance = outcome
+            deviance[n] += 2.0 * shape[b] * (1.0 / mean - 1.0 + np.log(mean))
+            observed = 1.0 - mean * (divisor - 1.0) / divisor
+            weight = shape[b] / mean**2
             for c in range(size):
-                squares[c] = trial[c]
-    return np.inf, 0
-
-
-@compiled(error_model="numpy")
-def _fit_every_band(
-    level: FloatArray,
-    shape: FloatArray,
-    laws: FloatArray,
-    walk: int,
-    least: int,
-    falls: bool,
-    lightest: float,
-    places: IntegerArray,
-    deviances: FloatArray,
-    squares: FloatArray,
-    covariances: FloatArray,
-    vector: FloatArray,
-    trial: FloatArray,
-) -> tuple[int, float]:
-    """Fits into the arrays that `every_model` returns, their number, and the lightest cost.
-
-    The walk is column `walk` of the laws, or -1; `vector` and `trial` (terms,) are room to work in.
-    """
-    bins, size = laws.shape
-    found = 0
-    for first in range(bins):
-        for last in range(first + least, bins + 1):
-            left_out = bins - (last - first)
-            hopeless = lightest + 60.0 - 2.0 * left_out
-            if hopeless < 0.0:
-                continue
-            deviance, ruled = _fitted(
-                level, shape, laws, walk, first, last, falls, hopeless, squares[found],
-                covariances[found], vector, trial,
-            )  # fmt: skip
-            stands = deviance < np.inf
-            for c in range(size):
-                stands = stands and squares[found, c] > 0.0
-            if falls and squares[found, size - 1] * laws[last - 1, size - 1] > _DEEPEST:
-                stands = False
-            if stands:
-                lightest = min(lightest, deviance + 2.0 * (size + left_out))
-                places[0, found], places[1, found], places[2, found] = first, last, ruled
-                deviances[found] = deviance
-                found += 1
-    return found, lightest
+                slope[c] *= (1.0 if columns[n, c] < fall else -mean) / divisor
+                vector[n, c] += weight * slope[c] * observed
+                for d in range(c + 1):
+                    information[n, c, d] += weight * slope[c] * slope[d]
+        for c in range(size):
+            for d in range(c):
+                information[n, d, c] = information[n, c, d]

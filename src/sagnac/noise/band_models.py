@@ -7,13 +7,15 @@ deviance. A hump of vibration is flat at its top, but the spectrum below it is l
 """
 
 import math
-from dataclasses import dataclass, fields
+from collections.abc import Sequence
+from dataclasses import dataclass, fields, replace
+from itertools import groupby
 from typing import Final
 
 import numpy as np
 
 from sagnac.core.arrays import BooleanArray, FloatArray, IntegerArray
-from sagnac.noise._kernels import every_model
+from sagnac.noise._kernels import score_bands
 from sagnac.noise.laws import (
     STOCHASTIC_NAMES,
     CoefficientName,
@@ -38,8 +40,21 @@ ORDERS: Final = (1, 2)
 # Number of columns, and of terms by bit mask.
 _COLUMNS: Final = FALL + len(ORDERS)
 _SIZES: Final = np.array([mask.bit_count() for mask in range(1 << _COLUMNS)])
-# What may not stand beside a fall: Q comes after the sensor's filter.
-_BARRED_WITH_FALL: Final = 0b001
+# Choices of terms. One fall at most, with N beside it and without Q, which comes after the filter.
+_MASKS: Final = [
+    mask
+    for mask in range(1, 1 << _COLUMNS)
+    if mask < 1 << FALL or ((mask >> FALL).bit_count() == 1 and mask & 0b11 == 1 << WALK)
+]
+# Divisors of N: the largest at which a bin shows it, and at the upper edge of a band.
+_LOWERED: Final = 1.4
+_DEEPEST: Final = 1.5
+# Steps of a fit, of which the first is least squares on relative residuals, and halvings of one.
+_MOST_STEPS: Final = 21
+_MOST_HALVINGS: Final = 8
+# Steps after which a model is given up if its deviance is this much above that of another.
+_HOPING: Final = 5
+_HOPELESS: Final = 60.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -163,22 +178,22 @@ class BandModels:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class _Scaled:
-    """Levels at one, their laws scaled to about one, and the shapes with the floor in them.
+class ScaledLaws:
+    """Laws relative to the levels, scaled to about one, and the shapes with the floor in them.
 
-    `divisors` are f^2 and f^4 scaled to one at the highest bin.
+    Attributes
+    ----------
+    shape
+        (bins,)
+    laws
+        (bins, 6) of Q, N, B and K, and f^2 and f^4 of the divisors, one at the highest bin.
+    scale
+        (6,) by which these were divided.
     """
 
     shape: FloatArray
     laws: FloatArray
-    divisors: FloatArray
     scale: FloatArray
-
-    def of(self, order: int) -> FloatArray:
-        """(bins, columns): the laws, and the divisor of an order, 0 for none."""
-        return (
-            self.laws if order == 0 else np.column_stack([self.laws, self.divisors[:, order - 1]])
-        )
 
 
 def bin_shapes(levels: Levels, error: float) -> FloatArray:
@@ -187,14 +202,11 @@ def bin_shapes(levels: Levels, error: float) -> FloatArray:
     return np.asarray(1.0 / (1.0 / levels.shape + error**2 + standing**2))
 
 
-def _scaled(levels: Levels) -> _Scaled:
-    laws = level_laws(levels) / levels.level[:, np.newaxis]
+def _scaled(levels: Levels) -> ScaledLaws:
     divisors = levels.frequency[:, np.newaxis] ** (2.0 * np.array(ORDERS))
-    both = np.column_stack([laws, divisors])
-    scale = np.abs(both).max(axis=0)
-    both /= scale
-    shape = bin_shapes(levels, FLOOR)
-    return _Scaled(shape=shape, laws=both[:, :FALL], divisors=both[:, FALL:], scale=scale)
+    laws = np.column_stack([level_laws(levels) / levels.level[:, np.newaxis], divisors])
+    scale = np.abs(laws).max(axis=0)
+    return ScaledLaws(shape=bin_shapes(levels, FLOOR), laws=laws / scale, scale=scale)
 
 
 def band_models(levels: Levels) -> BandModels:
@@ -215,14 +227,9 @@ def band_models(levels: Levels) -> BandModels:
     BandModels
         Those whose coefficients are all above zero.
     """
-    scaled = _scaled(levels)
-    plain = _models(scaled, LEAST_BINS)
-    lightest = -2.0 * float(plain.logarithm.max(initial=-math.inf))
-    falling = [
-        _models(scaled, LEAST_BINS, order=order, needed=1 << WALK, lightest=lightest)
-        for order in ORDERS
-    ]
-    return _joined([plain, *falling])
+    bins = levels.level.size
+    width = np.arange(bins + 1) - np.arange(bins)[:, np.newaxis]
+    return _models(_scaled(levels), np.argwhere(width >= LEAST_BINS), _MASKS)
 
 
 def models_of_one_band(levels: Levels, band_hz: tuple[float, float], mask: int) -> BandModels:
@@ -244,84 +251,182 @@ def models_of_one_band(levels: Levels, band_hz: tuple[float, float], mask: int) 
     """
     scaled = _scaled(levels)
     inside = (levels.frequency >= band_hz[0]) & (levels.frequency <= band_hz[1])
-    some = _Scaled(
-        shape=scaled.shape[inside],
-        laws=scaled.laws[inside],
-        divisors=scaled.divisors[inside],
-        scale=scaled.scale,
-    )
-    least = max(int(np.count_nonzero(inside)), LEAST_BINS)
-    barred = ~mask & ((1 << FALL) - 1)
-    allowed = [order for order in ORDERS if mask >> (FALL + order - 1) & 1]
-    return _joined(
-        [_models(some, least, order=one, needed=1 << WALK, barred=barred) for one in (0, *allowed)]
-    )
+    some = replace(scaled, shape=scaled.shape[inside], laws=scaled.laws[inside])
+    bands = np.array([[0, some.shape.size]])
+    masks = [one for one in _MASKS if one >> WALK & 1 and not one & ~mask]
+    return _models(some, bands[bands[:, 1] >= LEAST_BINS], masks)
 
 
-def _models(
-    scaled: _Scaled,
-    least: int,
-    *,
-    order: int = 0,
-    needed: int = 0,
-    barred: int = 0,
-    lightest: float = math.inf,
-) -> BandModels:
-    """Fits under a low-pass of an order, 0 for none, whose terms are `needed` and not `barred`.
-
-    Logarithms of weights are absolute.
-    """
-    laws = scaled.of(order)
-    places, deviance, squares, covariance = every_model(
-        np.ones(scaled.shape.size),
-        scaled.shape,
-        np.ascontiguousarray(laws),
-        WALK,
-        least,
-        needed | (1 << FALL if order else 0),
-        barred | (_BARRED_WITH_FALL if order else 0),
-        order > 0,
-        lightest,
-    )
-    first, last, mask, ruled = places
-    # The kernel knows one fall, in the column behind the laws.
-    columns = np.r_[:FALL, FALL + order - 1][: laws.shape[1]]
-    mask = (mask & ((1 << FALL) - 1)) | (1 << (FALL + order - 1) if order else 0)
-    placed = np.zeros((mask.size, _COLUMNS))
-    placed[:, columns] = squares
-    spread = np.zeros((mask.size, _COLUMNS, _COLUMNS))
-    spread[:, columns[:, np.newaxis], columns] = covariance
-    left_out = scaled.shape.size - (last - first)
-    lacking = _lacking(scaled, first, squares[:, WALK])
-    return BandModels(
-        first=first,
-        last=last,
-        mask=mask,
-        ruled=ruled,
-        deviance=deviance,
-        squares=placed / scaled.scale,
-        covariance=spread / (scaled.scale[:, np.newaxis] * scaled.scale),
-        logarithm=-0.5 * (deviance + lacking + 2.0 * (_SIZES[mask] + left_out)),
-    )
-
-
-def _lacking(scaled: _Scaled, first: IntegerArray, walk: FloatArray) -> FloatArray:
-    """(models,) gamma deviance of the bins below each band that are lower than N alone."""
-    result = np.zeros(first.size)
-    for number in range(int(first.max(initial=0))):
-        mean = walk * scaled.laws[number, WALK]
-        lower = (first > number) & (mean > 1.0)
-        # Levels are one.
-        ratio = 1.0 / mean[lower]
-        result[lower] += 2.0 * scaled.shape[number] * (ratio - 1.0 - np.log(ratio))
-    return result
-
-
-def _joined(models: list[BandModels]) -> BandModels:
-    """All of them, with the logarithm of the heaviest at zero."""
+def _models(scaled: ScaledLaws, bands: IntegerArray, masks: Sequence[int]) -> BandModels:
+    """Fits of bands (bands, 2) with choices of terms, the logarithm of the heaviest at zero."""
+    found: list[BandModels] = []
+    lightest = math.inf
+    # The fewest terms first: what weighs nothing beside them is not finished.
+    for size, alike in groupby(sorted(masks, key=_order), key=_order):
+        found.append(_models_of_size(scaled, bands, list(alike), size[1], lightest))
+        lightest = min(lightest, -2.0 * float(found[-1].logarithm.max(initial=-math.inf)))
     joined = {
-        item.name: np.concatenate([getattr(one, item.name) for one in models])
+        item.name: np.concatenate([getattr(one, item.name) for one in found])
         for item in fields(BandModels)
     }
     joined["logarithm"] -= joined["logarithm"].max(initial=-math.inf)
     return BandModels(**joined)
+
+
+def _order(mask: int) -> tuple[bool, int]:
+    """Models without a low-pass come first, and those of few terms."""
+    return mask >= 1 << FALL, mask.bit_count()
+
+
+def _models_of_size(
+    scaled: ScaledLaws, bands: IntegerArray, masks: list[int], size: int, lightest: float
+) -> BandModels:
+    """Fits with choices of one number of terms; logarithms of weights are absolute.
+
+    Models with a coefficient at or below zero are those with fewer terms and are left out, and so
+    are bands that reach to where a low-pass leaves less than 1/2.5.
+    """
+    bins = scaled.shape.size
+    columns = np.array([np.flatnonzero(mask >> np.arange(_COLUMNS) & 1) for mask in masks])
+    bands = bands[bands[:, 1] - bands[:, 0] > size]
+    bands = bands[2.0 * (bins - bands[:, 1] + bands[:, 0]) <= lightest + _HOPELESS]
+    mask, columns = np.repeat(masks, len(bands)), np.repeat(columns, len(bands), axis=0)
+    bands = np.tile(bands, (len(masks), 1))
+    left_out = bins - bands[:, 1] + bands[:, 0]
+    deviance, squares, covariance = fitted_models(
+        scaled, bands, columns, lightest + _HOPELESS - 2.0 * left_out
+    )
+    depth = squares * np.take_along_axis(scaled.laws[bands[:, 1] - 1], columns, axis=1)
+    shallow = np.where(columns >= FALL, depth, 0.0).sum(axis=1) <= _DEEPEST
+    stands = np.isfinite(deviance) & (squares > 0.0).all(axis=1) & shallow
+    (first, last), columns, mask = bands[stands].T, columns[stands], mask[stands]
+    placed, spread = np.zeros((mask.size, _COLUMNS)), np.zeros((mask.size, _COLUMNS, _COLUMNS))
+    row = np.arange(mask.size)[:, np.newaxis]
+    placed[row, columns] = squares[stands]
+    spread[row[..., np.newaxis], columns[:, :, np.newaxis], columns[:, np.newaxis]] = covariance[
+        stands
+    ]
+    lacking = _lacking(scaled, first, placed[:, WALK])
+    return BandModels(
+        first=first,
+        last=last,
+        mask=mask,
+        ruled=_ruled(scaled, first, last, placed),
+        deviance=deviance[stands],
+        squares=placed / scaled.scale,
+        covariance=spread / (scaled.scale[:, np.newaxis] * scaled.scale),
+        logarithm=-0.5 * (deviance[stands] + lacking) - size - left_out[stands],
+    )
+
+
+def fitted_models(
+    scaled: ScaledLaws, bands: IntegerArray, columns: IntegerArray, hopeless: FloatArray
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Fisher scoring of many models at once, from least squares on relative residuals.
+
+    Parameters
+    ----------
+    scaled
+        Laws and shapes.
+    bands, columns
+        (models, 2) and (models, terms).
+    hopeless
+        (models,) deviance above which a model is given up after a few steps: it has no weight, and
+        scoring takes long if a law does not describe its bins.
+
+    Returns
+    -------
+    deviance, squares, covariance
+        (models,), infinite if there is no fit; (models, terms); (models, terms, terms).
+    """
+    squares = np.zeros(columns.shape)
+    _, information, vector = _scored(scaled, bands, columns, squares, begun=False)
+    deviance, reached = np.full((2, len(columns)), math.inf)
+    covariance, settled = np.zeros_like(information), np.zeros(len(columns), dtype=np.bool_)
+    sums = np.insert(np.cumsum(scaled.laws, axis=0), 0, 0.0, axis=0)
+    typical = np.diff(sums[bands], axis=1)[:, 0] / np.diff(bands)
+    least = 1e-3 / np.take_along_axis(typical, columns, axis=1)
+    running = np.arange(len(columns))
+    for step in range(_MOST_STEPS + 1):
+        inverse, regular = _inverted(information[running])
+        ended = settled[running] | (step == _MOST_STEPS)
+        reached[running[regular & ended]] = deviance[running[regular & ended]]
+        covariance[running] = inverse
+        going = regular & ~ended
+        if step == _HOPING:
+            going &= deviance[running] <= hopeless[running]
+        running = rows = running[going]
+        target = np.einsum("nij,nj->ni", inverse[going], vector[running])
+        settled[running] = True
+        for halvings in range(_MOST_HALVINGS):
+            trial = squares[rows] + 0.5**halvings * (target - squares[rows])
+            if step == 0 and halvings:
+                # Least squares with large residuals may fall below zero.
+                trial = np.maximum(target, least[rows])
+            outcome, *others = _scored(scaled, bands[rows], columns[rows], trial, begun=True)
+            lower = (outcome <= deviance[rows] + 1e-9) & np.isfinite(outcome)
+            lowered = rows[lower]
+            settled[lowered] = deviance[lowered] - outcome[lower] < 1e-3
+            squares[lowered], deviance[lowered] = trial[lower], outcome[lower]
+            information[lowered], vector[lowered] = (each[lower] for each in others)
+            rows, target = rows[~lower], target[~lower]
+            if not rows.size:
+                break
+        running = running[np.isfinite(deviance[running])]
+        if not running.size:
+            break
+    return reached, squares, covariance
+
+
+def _scored(
+    scaled: ScaledLaws,
+    bands: IntegerArray,
+    columns: IntegerArray,
+    squares: FloatArray,
+    *,
+    begun: bool,
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Deviance, information and its product with the next squares: see `score_bands`."""
+    models, terms = columns.shape
+    result = np.empty(models), np.empty((models, terms, terms)), np.empty((models, terms))
+    score_bands(scaled.shape, scaled.laws, FALL, bands, columns, squares, begun, *result)
+    return result
+
+
+def _inverted(matrices: FloatArray) -> tuple[FloatArray, BooleanArray]:
+    """Inverses of small symmetric matrices (Gauss-Jordan), and which of them are not singular."""
+    inverse = np.moveaxis(matrices, 0, -1).copy()
+    regular = np.ones(len(matrices), dtype=np.bool_)
+    for row in range(len(inverse)):
+        pivot = inverse[row, row].copy()
+        # Relative: far above a roll-off the laws are millions of times the levels.
+        regular &= pivot > 1e-13 * matrices[:, row, row]
+        pivot[~regular] = 1.0
+        scaled, factor = inverse[row] / pivot, inverse[:, row].copy()
+        scaled[row], factor[row] = 1.0 / pivot, 0.0
+        inverse[:, row] = 0.0
+        inverse -= factor[:, np.newaxis] * scaled
+        inverse[row] = scaled
+    return np.moveaxis(inverse, -1, 0), regular
+
+
+def _ruled(
+    scaled: ScaledLaws, first: IntegerArray, last: IntegerArray, squares: FloatArray
+) -> IntegerArray:
+    """(models,) bins in which N is half of the sum or more, and falls by 0.3 or less."""
+    bins = np.arange(scaled.shape.size)
+    sums = squares[:, :FALL] @ scaled.laws[:, :FALL].T
+    divisor = 1.0 + squares[:, FALL:] @ scaled.laws[:, FALL:].T
+    rules = np.outer(squares[:, WALK], scaled.laws[:, WALK]) >= 0.5 * sums
+    rules &= divisor <= _LOWERED
+    rules &= (bins >= first[:, np.newaxis]) & (bins < last[:, np.newaxis])
+    return np.asarray(rules.sum(axis=1))
+
+
+def _lacking(scaled: ScaledLaws, first: IntegerArray, walk: FloatArray) -> FloatArray:
+    """(models,) gamma deviance of the bins below each band that are lower than N alone."""
+    mean = np.outer(walk, scaled.laws[:, WALK])
+    lower = (mean > 1.0) & (np.arange(scaled.shape.size) < first[:, np.newaxis])
+    mean[~lower] = 1.0
+    # Levels are one.
+    return np.asarray((1.0 / mean - 1.0 + np.log(mean)) @ (2.0 * scaled.shape))
