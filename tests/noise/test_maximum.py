@@ -1,18 +1,13 @@
 """The maximum of a likelihood in its steps."""
 
+import math
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from sagnac.noise.cosine_spectrum import Ordinates
-from sagnac.noise.likelihood import (
-    errors_of,
-    maximize,
-    profile_interval,
-    solve_normal,
-    with_departure,
-)
+from sagnac.noise.fit import with_departure
+from sagnac.noise.likelihood import Ordinates, scaled_covariance, scoring_move
 
 
 def spectrum(power, count=50.0):
@@ -28,30 +23,31 @@ def exact(*squares, bins=80):
 
 
 def test_an_exact_spectrum_has_its_squares():
-    best = maximize(exact(2.0, 5.0))
+    best = exact(2.0, 5.0).maximum()
     assert best.squares == pytest.approx([2.0, 5.0], rel=1e-3)
-    assert best.fisher == pytest.approx(
+    assert exact(2.0, 5.0).fisher(best) == pytest.approx(
         0.5
-        * (50.0 * exact(2.0, 5.0).basis / best.mean[:, np.newaxis] ** 2).T
+        * (50.0 * exact(2.0, 5.0).basis / best.law[:, np.newaxis] ** 2).T
         @ exact(2.0, 5.0).basis
     )
 
 
 def test_a_square_that_is_held_stays():
-    best = maximize(exact(2.0, 5.0), start=np.array([0.0, 3.0]), held=1)
+    best = exact(2.0, 5.0).maximum(start=np.array([0.0, 3.0]), held=1)
     assert best.squares[1] == 3.0
     assert best.squares[0] > 2.0
-    assert best.deviance > maximize(exact(2.0, 5.0)).deviance
+    assert best.deviance > exact(2.0, 5.0).maximum().deviance
 
 
 def test_squares_may_be_negative():
-    assert maximize(exact(2.0, -1.0)).squares[1] == pytest.approx(-1.0, rel=1e-2)
+    assert exact(2.0, -1.0).maximum().squares[1] == pytest.approx(-1.0, rel=1e-2)
 
 
 def test_normal_equations_leave_what_they_cannot_see_at_zero():
     matrix = np.array([[1.0, 1.0], [1.0, 1.0]])
-    assert solve_normal(matrix, np.array([2.0, 2.0])) == pytest.approx([1.0, 1.0])
-    assert errors_of(np.diag([4.0, 25.0])) == pytest.approx([0.5, 0.2])
+    start = np.array([3.0, 0.0])
+    assert start + scoring_move(matrix, np.array([1.0, 1.0]), start) == pytest.approx([1.0, 1.0])
+    assert scaled_covariance(np.diag([4.0, 25.0]))[0] == pytest.approx([0.5, 0.2])
 
 
 def test_bins_that_stand_out_are_left_out_and_the_rest_departs():
@@ -77,12 +73,12 @@ def test_a_departure_too_small_to_weigh_is_the_least():
 
 def test_intervals_are_of_the_profile():
     ordinates = exact(2.0, 5.0)
-    best = maximize(ordinates)
-    found = profile_interval(ordinates, best, 0, 0.95)
+    best = ordinates.maximum()
+    found = ordinates.estimate(best, 0, "angle_random_walk", 0.95)
     assert found.status == "estimated"
-    half = 1.96 * errors_of(best.fisher)[0]
-    assert found.low == pytest.approx(2.0 - half, abs=0.2 * half)
-    assert found.high == pytest.approx(2.0 + half, abs=0.2 * half)
-    assert profile_interval(exact(2.0, 0.0), maximize(exact(2.0, 0.0)), 1, 0.95).status == (
-        "upper bound"
-    )
+    alone, covariance = scaled_covariance(ordinates.fisher(best))
+    half = 1.96 * alone[0] * math.sqrt(covariance[0, 0])
+    assert found.low**2 == pytest.approx(2.0 - half, abs=0.2 * half)
+    assert found.high**2 == pytest.approx(2.0 + half, abs=0.2 * half)
+    flat = exact(2.0, 0.0)
+    assert flat.estimate(flat.maximum(), 1, "bias_instability", 0.95).status == "upper bound"

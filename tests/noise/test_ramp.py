@@ -5,8 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from sagnac.noise.estimates import SquaredEstimate
-from sagnac.noise.ramp import rate_ramp
+from sagnac.noise.lowest_ordinates import rate_ramp
 
 SAMPLES, INTERVAL = 2000, 0.5
 DURATION = SAMPLES * INTERVAL
@@ -34,8 +33,8 @@ def walking(walk):
 def test_the_error_of_a_ramp_allows_for_a_walk_that_could_be_unseen():
     ramp = found(np.random.default_rng(1), slope=100.0 * WHITE)
     assert ramp.status == "estimated"
-    assert ramp.low < (100.0 * WHITE) ** 2 < ramp.high
-    half = 0.5 * (math.sqrt(ramp.high) - math.sqrt(ramp.low))
+    assert ramp.low < 100.0 * WHITE < ramp.high
+    half = 0.5 * (ramp.high - ramp.low)
     # Least squares would say 1.96; a walk that crosses N in the sixth ordinate could be unseen.
     assert 1.9 * WHITE < half < 2.0 * math.hypot(WHITE, walking(6.0 * math.pi / DURATION))
 
@@ -56,9 +55,9 @@ def test_intervals_hold_whatever_the_walk(crossing):
     ramps = [found(generator, walk=walk, slope=truth) for _ in range(100)]
     estimated = [ramp for ramp in ramps if ramp.status == "estimated"]
     assert len(estimated) > 20
-    held = [ramp.low <= truth**2 <= ramp.high for ramp in estimated]
+    held = [ramp.low <= truth <= ramp.high for ramp in estimated]
     assert np.mean(held) >= 0.92
-    bounds = [ramp.high >= truth**2 for ramp in ramps if ramp.status == "upper bound"]
+    bounds = [ramp.high >= truth for ramp in ramps if ramp.status == "upper bound"]
     assert not bounds or np.mean(bounds) >= 0.92
 
 
@@ -68,7 +67,7 @@ def test_sign_and_scale_do_not_matter():
     other = rate_ramp(-1e-9 * noise, sample_rate=2.0)
     assert other.status == one.status
     for name in ("value", "low", "high"):
-        assert getattr(other, name) == pytest.approx(1e-18 * getattr(one, name), rel=1e-6, abs=0.0)
+        assert getattr(other, name) == pytest.approx(1e-9 * getattr(one, name), rel=1e-6, abs=0.0)
 
 
 def test_a_long_record_is_summed_without_a_change():
@@ -78,7 +77,7 @@ def test_a_long_record_is_summed_without_a_change():
     coarse = rate_ramp(rate.reshape(-1, 40).sum(axis=1), sample_rate=1.0 / 40.0)
     assert fine.status == "estimated"
     assert fine.value == pytest.approx(coarse.value, rel=1e-3)
-    assert fine.low < 1e-10 < fine.high
+    assert fine.low < 1e-5 < fine.high
 
 
 def test_a_warm_up_that_was_taken_off_leaves_no_ramp():
@@ -101,5 +100,5 @@ def test_a_warm_up_that_was_taken_off_leaves_no_ramp():
 def test_without_the_lowest_frequencies_a_ramp_is_not_observable():
     noise = increments(np.random.default_rng(6))
     masked = rate_ramp(noise, sample_rate=2.0, masked=((0.0, 0.001),))
-    np.testing.assert_equal(masked, SquaredEstimate.unseen())
-    np.testing.assert_equal(rate_ramp(noise[:6], sample_rate=2.0), SquaredEstimate.unseen())
+    assert masked.status == "not observable"
+    assert rate_ramp(noise[:6], sample_rate=2.0) == masked

@@ -25,8 +25,8 @@ from sagnac.noise.bounds import Hump, RollOff, hump_above, roll_off
 from sagnac.noise.estimates import Estimate, Interval
 from sagnac.noise.fit import likelihood_fit
 from sagnac.noise.laws import SLOW_NAMES, level_laws
+from sagnac.noise.lowest_ordinates import rate_ramp
 from sagnac.noise.model_average import RULED, Average, ModelChoice, average, mixture
-from sagnac.noise.ramp import rate_ramp
 from sagnac.noise.whole_band import levels_bear_out, with_slow_terms
 from sagnac.quality.spikes import LEAST_FOR_SPIKES, Spikes, find_spikes, without_spikes
 from sagnac.spectrum.levels import Levels, robust_levels

@@ -16,6 +16,7 @@ from sagnac.noise.laws import (
     CoefficientName,
     cosine_power_basis,
 )
+from sagnac.noise.likelihood import Ordinates
 from sagnac.recording.channel import angle_increments
 from sagnac.recording.model import Kind
 from sagnac.spectrum.periodogram import bin_sums
@@ -104,21 +105,6 @@ def without_slope(increments: FloatArray) -> tuple[float, FloatArray]:
     for block in blocks(size):
         rest[block] = increments[block] - slope * (np.arange(block.start, block.stop) - middle)
     return slope, rest
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Ordinates:
-    """Squares of the cosine transform, averaged over bins.
-
-    `power` (bins,) is the mean of `count` squares whose mean is ``basis @ squares``;
-    `weight` is the number of degrees of freedom granted to a bin.
-    """
-
-    basis: FloatArray
-    power: FloatArray
-    count: FloatArray
-    weight: FloatArray
-    frequency: FloatArray
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -1,20 +1,18 @@
 """Q, N, B, K, R from a stability curve by Eq. 3, each with an interval and a status."""
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cache
 from typing import Final, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg import solve_triangular
 from scipy.optimize import nnls
 from scipy.special import ndtri
 
-from sagnac.core.arrays import BooleanArray, FloatArray
+from sagnac.core.arrays import FloatArray, IntegerArray
 from sagnac.core.errors import Note, RecordingError, require_confidence, rounded
-from sagnac.noise.estimates import Fit, FitName, SquaredEstimate, unobserved
+from sagnac.noise.estimates import Estimate, Fit, FitName, rooted, unobserved
 from sagnac.noise.laws import (
     COEFFICIENT_NAMES,
     CoefficientName,
@@ -34,20 +32,23 @@ _FIRST_TERMS: Final[tuple[CoefficientName, ...]] = (
     "rate_random_walk",
     "rate_ramp",
 )
-_TERMS_OF_SHORT: Final = _FIRST_TERMS[:2]
 POINT_ERROR: Final = 0.1
 """Relative error of a point above which the paper neither shows nor fits it."""
 
-Metric = Literal["covariance", "relative", "plain"]
-"""In which the squares of a fit are least: of the points' covariance, of their size, or none."""
+# Most rounds in which weights follow a solution.
+_ROUNDS: Final = 20
+# In which the squares of a fit are least: of the points' covariance, of their size, or none.
+_Metric = Literal["covariance", "relative", "plain"]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class CurvePoints:
-    """Points of a curve as a fit needs them.
+class CurveModel:
+    """Eq. 3 with some of its terms, on the points of a curve.
 
     Attributes
     ----------
+    names, basis
+        Of the terms; (points, terms) their Allan variances with the coefficients at one.
     factors
         (points,) cluster times in sample intervals.
     variance
@@ -58,116 +59,60 @@ class CurvePoints:
         (points,) degrees of freedom; None if the points overlap and their covariance is known.
     angles, interval
         Length of the record and its sample interval, s.
+    departure
+        Common relative departure of the points from the terms, which the errors allow for.
     """
 
-    factors: NDArray[np.int64]
+    names: tuple[CoefficientName, ...]
+    basis: FloatArray
+    factors: IntegerArray
     variance: FloatArray
     shortfall: FloatArray
     edf: FloatArray | None
     angles: int
     interval: float
+    departure: float = 0.0
 
     @property
-    def tau(self) -> FloatArray:
-        """(points,) s."""
-        return np.asarray(self.factors * self.interval)
-
-    def keep(self, chosen: NDArray[np.bool_]) -> "CurvePoints":
-        """Some of the points."""
-        return replace(
-            self,
-            factors=self.factors[chosen],
-            variance=self.variance[chosen],
-            shortfall=self.shortfall[chosen],
-            edf=None if self.edf is None else self.edf[chosen],
-        )
-
-
-def curve_points(curve: StabilityCurve, estimators: Sequence[str]) -> CurvePoints:
-    """Points of a curve that have a variance.
-
-    Raises
-    ------
-    ValueError
-        If the curve is of none of these estimators.
-    """
-    if curve.estimator not in estimators:
-        raise ValueError(
-            f"the curve is {curve.estimator}; this fit of Eq. 3 takes {' or '.join(estimators)}"
-        )
-    angles = curve.samples if curve.kind == "angle" else curve.samples + 1
-    factors = np.round(curve.tau * curve.sample_rate).astype(np.int64)
-    overlapped = curve.estimator == "oadev"
-    terms = angles - 2 * factors
-    return CurvePoints(
-        factors=factors,
-        variance=curve.deviation**2,
-        shortfall=np.sqrt(terms / curve.terms) if overlapped else np.ones(factors.size),
-        edf=None if overlapped else curve.edf,
-        angles=angles,
-        interval=1.0 / curve.sample_rate,
-    ).keep((curve.deviation > 0.0) & (curve.terms > 0))
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class CurveModel:
-    """Eq. 3 with some of its terms, on the points of a curve.
-
-    Attributes
-    ----------
-    points
-        Of the curve.
-    names, basis
-        Of the terms; (points, terms) their Allan variances with the coefficients at one.
-    departure
-        Common relative departure of the points from the terms, which the errors allow for.
-    """
-
-    points: CurvePoints
-    names: tuple[CoefficientName, ...]
-    basis: FloatArray
-    departure: float = 0.0
+    def freedom(self) -> int:
+        """Points less terms, one at least."""
+        return max(1, self.factors.size - len(self.names))
 
     def covariance(self, squares: FloatArray) -> FloatArray:
         """Covariance of the points if `squares` were true, (points, points)."""
-        points = self.points
         sizes = dict(zip(self.names, np.sqrt(squares), strict=True))
         covariance = overlapped_allan_covariance(
-            points.factors.tolist(),
-            {name: sizes.get(name, 0.0) for name in COEFFICIENT_NAMES},
-            angles=points.angles,
-            interval=points.interval,
+            tuple(self.factors.tolist()), sizes, angles=self.angles, interval=self.interval
         )
         # Points that overlap less, or not at all, have the same correlation and a spread of
         # their own.
         mean = self.basis @ squares
-        scale = points.shortfall
-        if points.edf is not None:
+        scale = self.shortfall
+        if self.edf is not None:
             known = np.maximum(np.diag(covariance), 1e-12 * mean**2)
-            scale = mean * np.sqrt(2.0 / points.edf / known)
-        covariance = covariance * scale * scale[:, np.newaxis]
+            scale = mean * np.sqrt(2.0 / self.edf / known)
+        covariance *= scale * scale[:, np.newaxis]
         # A few hundred-thousandths of each variance are its own, which leaves the matrix invertible
         # whatever rounding and the far lags of 1/f do.
         own = 3e-5 * np.diag(covariance) + (self.departure**2 + 1e-10) * mean**2
-        return np.asarray(covariance + np.diag(own))
+        np.fill_diagonal(covariance, covariance.diagonal() + own)
+        return covariance
+
+    def plain(self) -> FloatArray:
+        """Non-negative squares by plain least squares on the variance, Eq. 3 as it stands."""
+        return _non_negative(self.basis, self.variance)
 
     def relative(self) -> FloatArray:
         """Non-negative squares by least squares relative to the fitted variance."""
         squares = np.zeros(self.basis.shape[1])
-        scale = self.points.variance
-        for _ in range(20):
-            solution = non_negative_squares(
-                self.basis / scale[:, np.newaxis], self.points.variance / scale
-            )
-            if np.allclose(solution, squares, rtol=1e-6, atol=0.0):
-                break
-            squares = solution
+        scale = self.variance
+        for _ in range(_ROUNDS):
+            before = squares
+            squares = _non_negative(self.basis / scale[:, np.newaxis], self.variance / scale)
+            if _agree(squares, before, 1e-6):
+                return before
             scale = self.basis @ squares
         return squares
-
-    def plain(self) -> FloatArray:
-        """Non-negative squares by plain least squares on the variance, Eq. 3 as it stands."""
-        return non_negative_squares(self.basis, self.points.variance)
 
     def generalized(self, start: FloatArray, held: int | None = None) -> FloatArray:
         """Non-negative squares by least squares in the metric of their own covariance.
@@ -181,60 +126,55 @@ class CurveModel:
         """
         squares = start.copy()
         free = np.arange(squares.size) != held
-        rest = self.points.variance - self.basis[:, ~free] @ squares[~free]
-        if not squares.any():
-            scale = self.points.variance
-            squares[free] = non_negative_squares(
-                self.basis[:, free] / scale[:, np.newaxis], rest / scale
-            )
-        if not squares.any():
-            # Without noise there is no covariance to weigh with, and nothing to weigh.
-            return squares
+        rest = self.variance - self.basis[:, ~free] @ squares[~free]
         columns = np.column_stack([self.basis[:, free], rest])
-        for _ in range(20):
+        if not squares.any():
+            scaled = columns / self.variance[:, np.newaxis]
+            squares[free] = _non_negative(scaled[:, :-1], scaled[:, -1])
+        for _ in range(_ROUNDS):
+            if not squares.any():
+                # Without noise there is no covariance to weigh with, and nothing to weigh.
+                break
             root = positive_root(self.covariance(squares))
             whitened = solve_triangular(root, columns, lower=True, check_finite=False)
-            solution = non_negative_squares(whitened[:, :-1], whitened[:, -1])
-            agreed = np.allclose(solution, squares[free], rtol=1e-4, atol=0.0)
-            squares[free] = solution
-            if agreed or not squares.any():
+            before, squares[free] = squares[free], _non_negative(whitened[:, :-1], whitened[:, -1])
+            if _agree(squares[free], before, 1e-4):
                 break
         return squares
 
-    def unlimited(self, metric: Metric, squares: FloatArray, column: int) -> tuple[float, float]:
+    def unlimited(self, metric: _Metric, squares: FloatArray, column: int) -> tuple[float, float]:
         """One square free of the limit at zero, and its error, were `squares` the truth."""
         covariance = self.covariance(squares)
         if metric == "covariance":
             root = positive_root(covariance)
         else:
             # The residuals are weighed like this whatever their errors.
-            size = self.points.factors.size
-            root = np.diag(self.basis @ squares) if metric == "relative" else np.eye(size)
+            ones = np.ones(self.factors.size)
+            root = np.diag(self.basis @ squares if metric == "relative" else ones)
         whitened = solve_triangular(root, self.basis, lower=True)
         scale = 1.0 / np.maximum(np.linalg.norm(whitened, axis=0), 1e-300)
         inverse = np.linalg.pinv(whitened * scale, rcond=1e-10)[column] * scale[column]
         row = solve_triangular(root, inverse, lower=True, trans="T")
-        return float(row @ self.points.variance), math.sqrt(float(row @ covariance @ row))
+        return float(row @ self.variance), math.sqrt(float(row @ covariance @ row))
 
-    def residual(self, squares: FloatArray) -> tuple[float, float]:
-        """Chi-square of the points, and the log determinant of their covariance."""
+    def chi_square(self, squares: FloatArray) -> float:
+        """Chi-square of the points."""
         root = positive_root(self.covariance(squares))
-        residual = solve_triangular(root, self.points.variance - self.basis @ squares, lower=True)
-        return float(np.dot(residual, residual)), 2.0 * float(np.log(np.diag(root)).sum())
-
-    def misfit(self, squares: FloatArray) -> float:
-        """Chi-square of the points over its expectation, less one."""
-        freedom = max(1, self.points.factors.size - len(self.names))
-        return self.residual(squares)[0] / freedom - 1.0
+        residual = solve_triangular(root, self.variance - self.basis @ squares, lower=True)
+        return float(residual @ residual)
 
 
-def non_negative_squares(matrix: FloatArray, vector: FloatArray) -> FloatArray:
+def _non_negative(matrix: FloatArray, vector: FloatArray) -> FloatArray:
     """Solution of ``matrix @ squares = vector`` by least squares, none of it below zero."""
     if matrix.shape[1] == 0:
         # scipy 1.17 frees memory twice, and the process with it, on a matrix without columns.
         return np.empty(0)
     scale = 1.0 / np.linalg.norm(matrix, axis=0)
     return np.asarray(nnls(matrix * scale, vector)[0] * scale)
+
+
+def _agree(squares: FloatArray, before: FloatArray, relative: float) -> bool:
+    return bool((np.abs(squares - before) <= relative * np.abs(before)).all())
 
 
 def positive_root(covariance: FloatArray) -> FloatArray:
@@ -297,8 +237,8 @@ def paper_fit(
     ValueError
         If the curve is of another estimator.
     """
-    points, terms, metric = _as_read(curve, squares)
-    return _curve_fit("paper", points, confidence, terms=terms, metric=metric)
+    model, notes = _model(curve, squares)
+    return _curve_fit("paper", model, _metric(squares), confidence, notes)
 
 
 def paper_squares(curve: StabilityCurve, *, squares: Squares) -> float:
@@ -311,31 +251,13 @@ def paper_squares(curve: StabilityCurve, *, squares: Squares) -> float:
     ValueError
         If the curve is of another estimator.
     """
-    points, terms, metric = _as_read(curve, squares)
-    model, _ = _first_model(points, terms)
-    solution = model.plain() if metric == "plain" else model.relative()
+    model, _ = _model(curve, squares)
+    solution = model.plain() if _metric(squares) == "plain" else model.relative()
     return math.sqrt(float(solution[model.names.index("angle_random_walk")]))
 
 
-def _as_read(
-    curve: StabilityCurve, squares: Squares
-) -> tuple[CurvePoints, tuple[CoefficientName, ...], Metric]:
-    """Points, terms and metric of a reading of Step 4."""
-    points = curve_points(curve, ("oadev", "adev"))
-    kept = within_cut(points)
-    if squares == "two terms":
-        kept &= points.tau <= SHORT * (1.0 + 1e-9)
-        return points.keep(kept), _TERMS_OF_SHORT, "plain"
-    return points.keep(kept), _FIRST_TERMS, "relative" if squares == "relative" else "plain"
-
-
-def within_cut(points: CurvePoints) -> BooleanArray:
-    """(points,) whether the paper shows and fits a point: its IEEE error is 10 % or less."""
-    within = [
-        ieee_relative_error(points.angles - 1, int(factor)) <= POINT_ERROR
-        for factor in points.factors
-    ]
-    return np.array(within, dtype=np.bool_)
+def _metric(squares: Squares) -> _Metric:
+    return "relative" if squares == "relative" else "plain"
 
 
 def weighted_fit(curve: StabilityCurve, *, confidence: float = 0.95) -> Fit:
@@ -375,99 +297,100 @@ def weighted_fit(curve: StabilityCurve, *, confidence: float = 0.95) -> Fit:
     ValueError
         If the curve is of another estimator.
     """
-    return _curve_fit("weighted", curve_points(curve, ("oadev",)), confidence, metric="covariance")
+    model, notes = _model(curve, None)
+    return _curve_fit("weighted", model, "covariance", confidence, notes)
+
+
+def _model(curve: StabilityCurve, squares: Squares | None) -> tuple[CurveModel, tuple[Note, ...]]:
+    """Points that have a variance, and as many terms as there are points for.
+
+    With `squares` of the paper's method, of a plain curve or an overlapping one, those points whose
+    IEEE error is 10 % or less.
+    """
+    estimators = ("oadev",) if squares is None else ("oadev", "adev")
+    if curve.estimator not in estimators:
+        raise ValueError(
+            f"the curve is {curve.estimator}; this fit of Eq. 3 takes {' or '.join(estimators)}"
+        )
+    angles = curve.samples if curve.kind == "angle" else curve.samples + 1
+    factors = np.round(curve.tau * curve.sample_rate).astype(np.int64)
+    interval = 1.0 / curve.sample_rate
+    kept = (curve.deviation > 0.0) & (curve.terms > 0)
+    wanted = _FIRST_TERMS
+    if squares is not None:
+        for place in np.flatnonzero(kept):
+            kept[place] = ieee_relative_error(angles - 1, int(factors[place])) <= POINT_ERROR
+    if squares == "two terms":
+        kept &= factors * interval <= SHORT * (1.0 + 1e-9)
+        wanted = _FIRST_TERMS[:2]
+    factors, terms = factors[kept], curve.terms[kept]
+    if factors.size < 2:
+        raise RecordingError(
+            f"{factors.size} points of the curve can be fitted and Eq. 3 needs 2 or more",
+            remedy="record longer",
+        )
+    names = tuple(name for name in COEFFICIENT_NAMES if name in wanted[: factors.size - 1])
+    notes: tuple[Note, ...] = ()
+    if len(names) < len(wanted):
+        few = f"{factors.size} points of the curve are enough for {', '.join(names)} only"
+        notes = (Note(text=few),)
+    overlapped = curve.estimator == "oadev"
+    return CurveModel(
+        names=names,
+        basis=allan_variance_basis(factors * interval)[
+            :, [COEFFICIENT_NAMES.index(name) for name in names]
+        ],
+        factors=factors,
+        variance=curve.deviation[kept] ** 2,
+        shortfall=np.sqrt((angles - 2 * factors) / terms if overlapped else np.ones(terms.size)),
+        edf=None if overlapped else curve.edf[kept],
+        angles=angles,
+        interval=interval,
+    ), notes
 
 
 def _curve_fit(
     method: FitName,
-    points: CurvePoints,
+    model: CurveModel,
+    metric: _Metric,
     confidence: float,
-    *,
-    metric: Metric,
-    terms: tuple[CoefficientName, ...] = _FIRST_TERMS,
+    notes: tuple[Note, ...],
 ) -> Fit:
     """Fit of Eq. 3 to points of a curve, with squares in a metric."""
     require_confidence(confidence)
-    model, notes = _first_model(points, terms)
-    weighed = _weighed(model, metric)
-    squares = weighed.own
-    if weighed.model.departure > 0.0:
-        notes += (_departure_note(method, weighed.model.departure),)
-    estimates = {
-        name: _curve_interval(
-            weighed,
-            metric,
-            column=column,
-            value=float(squares[column]),
-            confidence=confidence,
-        ).root(name, confidence)
-        for column, name in enumerate(weighed.model.names)
+    relative = model.relative()
+    weighed = model.generalized(relative)
+    # A departure of the points, if chance does not explain their misfit.
+    chance = model.freedom + 6.0 * math.sqrt(2.0 * model.freedom) + 12.0
+    if model.chi_square(weighed) > chance:
+        model, weighed = _with_departure(model, relative)
+        notes += (_departure_note(method, model.departure),)
+    squares = {"covariance": weighed, "relative": relative, "plain": model.plain()}[metric]
+    fitted = _Fitted(model=model, metric=metric, squares=weighed)
+    found = {
+        name: fitted.estimate(column, float(squares[column]), confidence)
+        for column, name in enumerate(model.names)
     }
     return Fit(
         method=method,
         coefficients={
-            name: estimates.get(name) or unobserved(name, confidence) for name in COEFFICIENT_NAMES
+            name: found.get(name) or unobserved(name, confidence) for name in COEFFICIENT_NAMES
         },
         notes=notes,
     )
 
 
-def _first_model(
-    points: CurvePoints, terms: tuple[CoefficientName, ...]
-) -> tuple[CurveModel, tuple[Note, ...]]:
-    """As many of the terms as there are points for."""
-    size = points.factors.size
-    if size < 2:
-        raise RecordingError(
-            f"{size} points of the curve can be fitted and Eq. 3 needs 2 or more",
-            remedy="record longer",
-        )
-    chosen = terms[: max(1, size - 1)]
-    names = tuple(name for name in COEFFICIENT_NAMES if name in chosen)
-    notes: tuple[Note, ...] = ()
-    if len(names) < len(terms):
-        few = f"{size} points of the curve are enough for {', '.join(names)} only"
-        notes = (Note(text=few),)
-    basis = allan_variance_basis(points.tau)[
-        :, [column for column, name in enumerate(COEFFICIENT_NAMES) if name in names]
-    ]
-    return CurveModel(points=points, names=names, basis=basis), notes
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class _Weighed:
-    """A model that allows for its departure from the curve, and its squared coefficients.
-
-    `own` (terms,) are those of the fit, `squares` those in the metric of the covariance, of which
-    its errors are.
-    """
-
-    model: CurveModel
-    own: FloatArray
-    squares: FloatArray
-
-
-def _weighed(model: CurveModel, metric: Metric) -> _Weighed:
-    """Both solutions, with a departure of the points if chance does not explain their misfit."""
-    relative = model.relative()
-    squares = model.generalized(relative)
-    freedom = max(1, model.points.factors.size - len(model.names))
-    if model.misfit(squares) * freedom > 6.0 * math.sqrt(2.0 * freedom) + 12.0:
-        model, squares = _with_curve_departure(model, relative)
-    own = {"covariance": squares, "relative": relative, "plain": model.plain()}[metric]
-    return _Weighed(model=model, own=own, squares=squares)
-
-
-def _with_curve_departure(model: CurveModel, squares: FloatArray) -> tuple[CurveModel, FloatArray]:
+def _with_departure(model: CurveModel, squares: FloatArray) -> tuple[CurveModel, FloatArray]:
     """`model` with the departure that explains its misfit, by bisection, and its squares."""
     low, high = math.log(1e-4), math.log(10.0)
     for _ in range(14):
-        model = replace(model, departure=math.exp(0.5 * (low + high)))
+        middle = 0.5 * (low + high)
+        model = replace(model, departure=math.exp(middle))
         squares = model.generalized(squares)
-        if model.misfit(squares) > 0.0:
-            low = math.log(model.departure)
+        if model.chi_square(squares) > model.freedom:
+            low = middle
         else:
-            high = math.log(model.departure)
+            high = middle
     return model, squares
 
 
@@ -479,47 +402,52 @@ def _departure_note(method: FitName, departure: float) -> Note:
     )
 
 
-def _curve_interval(
-    weighed: _Weighed, metric: Metric, *, column: int, value: float, confidence: float
-) -> SquaredEstimate:
-    """Square of one coefficient.
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Fitted:
+    """A model, the metric of its fit, and the squares in that of the covariance: its errors'."""
 
-    The limits are where the estimate, with the weights and the error that hold if the
-    limit is the truth, lies the wanted number of standard deviations from it.
-    """
-    model, reference = weighed.model, weighed.squares
-    two_sided = float(ndtri(0.5 + 0.5 * confidence))
-    one_sided = float(ndtri(max(confidence, 0.5)))
-    unlimited, error = model.unlimited(metric, reference, column)
+    model: CurveModel
+    metric: _Metric
+    squares: FloatArray
 
-    # Both limits are looked for from one place.
-    @cache
-    def deviations(square: float) -> float:
-        start = reference.copy()
-        start[column] = square
-        squares = model.generalized(start, held=column)
-        if not squares.any():
-            return math.inf
-        estimate, spread = model.unlimited(metric, squares, column)
-        return (estimate - square) / spread
+    def estimate(self, column: int, value: float, confidence: float) -> Estimate:
+        """One coefficient, whose square came out as a value.
 
-    if unlimited > 0.0 and value > 0.0 and deviations(0.0) > max(math.sqrt(PRESENCE), two_sided):
-        high = crossing(
-            lambda square: -deviations(square) - two_sided, unlimited, two_sided * error
-        )
-        low = crossing(
-            lambda square: deviations(square) - two_sided, unlimited, -two_sided * error, 0.0
-        )
-        if math.isfinite(high):
-            return SquaredEstimate(
-                value=value, low=min(low, value), high=max(high, value), status="estimated"
+        The limits are where the estimate, with the weights and the error that hold if the
+        limit is the truth, lies the wanted number of standard deviations from it.
+        """
+        model, name = self.model, self.model.names[column]
+        two_sided = float(ndtri(0.5 + 0.5 * confidence))
+        one_sided = float(ndtri(max(confidence, 0.5)))
+        unlimited, error = model.unlimited(self.metric, self.squares, column)
+
+        # Both limits are looked for from one place.
+        @cache
+        def deviations(square: float) -> float:
+            start = self.squares.copy()
+            start[column] = square
+            squares = model.generalized(start, held=column)
+            if not squares.any():
+                return math.inf
+            estimate, spread = model.unlimited(self.metric, squares, column)
+            return (estimate - square) / spread
+
+        if unlimited > 0.0 and value > 0.0 and deviations(0.0) > max(PRESENCE**0.5, two_sided):
+            high = crossing(
+                lambda square: -deviations(square) - two_sided, unlimited, two_sided * error
             )
-    inside = max(unlimited, 0.0)
-    high = crossing(
-        lambda square: min(-deviations(square), (square - inside) / error) - one_sided,
-        inside,
-        one_sided * error,
-    )
-    if not high < typical_square(model.basis[:, column], model.basis @ reference):
-        return SquaredEstimate.unseen()
-    return SquaredEstimate.bound(high)
+            low = crossing(
+                lambda square: deviations(square) - two_sided, unlimited, -two_sided * error, 0.0
+            )
+            if math.isfinite(high):
+                return rooted(name, confidence, value, min(low, value), max(high, value))
+        inside = max(unlimited, 0.0)
+        high = crossing(
+            lambda square: min(-deviations(square), (square - inside) / error) - one_sided,
+            inside,
+            one_sided * error,
+        )
+        nothing = unobserved(name, confidence)
+        if not high < typical_square(model.basis[:, column], model.basis @ self.squares):
+            return nothing
+        return nothing.bounded(math.sqrt(high))

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from html import escape
 from typing import Final, Literal
 
@@ -170,6 +170,10 @@ class Estimate:
             status=self.status,
         )
 
+    def bounded(self, high: float) -> "Estimate":
+        """An upper bound in the place of this."""
+        return replace(self, value=high, low=0.0, high=high, status="upper bound")
+
     def _shown(self) -> ConvertedEstimate:
         """The figures in the field's unit, SI if the coefficient is not known."""
         if self.name is None:
@@ -206,39 +210,15 @@ def unobserved(name: CoefficientName, confidence: float) -> Estimate:
     )
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class SquaredEstimate:
-    """Square of one coefficient.
-
-    `value`, `low`, `high` and `status` as in `Estimate`.
-    """
-
-    value: float
-    low: float
-    high: float
-    status: Status
-
-    @classmethod
-    def bound(cls, high: float) -> "SquaredEstimate":
-        """An upper bound."""
-        return cls(value=high, low=0.0, high=high, status="upper bound")
-
-    @classmethod
-    def unseen(cls) -> "SquaredEstimate":
-        """A square that cannot be observed."""
-        return cls(value=math.nan, low=math.nan, high=math.nan, status="not observable")
-
-    def root(self, name: CoefficientName, confidence: float) -> Estimate:
-        """Estimate of the coefficient; a bound if its interval begins at 0."""
-        bounded = self.status == "estimated" and not self.low > 0.0
-        return Estimate(
-            value=math.sqrt(self.high if bounded else self.value),
-            low=math.sqrt(self.low),
-            high=math.sqrt(self.high),
-            confidence=confidence,
-            status="upper bound" if bounded else self.status,
-            name=name,
-        )
+def rooted(
+    name: CoefficientName, confidence: float, value: float, low: float, high: float
+) -> Estimate:
+    """A coefficient by its square and the ends of that; a bound if these begin at zero."""
+    nothing = unobserved(name, confidence)
+    if not low > 0.0:
+        return nothing.bounded(math.sqrt(high))
+    value, low, high = math.sqrt(value), math.sqrt(low), math.sqrt(high)
+    return replace(nothing, value=value, low=low, high=high, status="estimated")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

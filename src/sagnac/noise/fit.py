@@ -1,21 +1,30 @@
 """Q, N, B, K and R by maximum likelihood from a spectrum, and one way in to this and other fits."""
 
+import math
 from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cache
+from typing import Final
 
+import numpy as np
 from numpy.typing import ArrayLike
+from scipy.optimize import brentq
+from scipy.special import chdtrc
 
-from sagnac.core.errors import require_choice, require_confidence
+from sagnac.core.arrays import BooleanArray, FloatArray
+from sagnac.core.errors import Note, require_choice, require_confidence, rounded
 from sagnac.noise.cosine_spectrum import (
+    LEAST_BINS,
     CosineSpectrum,
     cosine_bins,
     cosine_spectrum,
     ordinates,
 )
 from sagnac.noise.curve_fit import paper_fit, weighted_fit
-from sagnac.noise.estimates import Fit, FitBand, FitName, SquaredEstimate, unobserved
+from sagnac.noise.estimates import Fit, FitBand, FitName, unobserved
 from sagnac.noise.laws import COEFFICIENT_NAMES, CoefficientName
-from sagnac.noise.likelihood import maximize, profile_interval, with_departure
-from sagnac.noise.ramp import ramp_square
+from sagnac.noise.likelihood import Ordinates, Place
+from sagnac.noise.lowest_ordinates import ramp_estimate
 from sagnac.recording.model import Kind
 from sagnac.stability.curve import StabilityCurve
 
@@ -39,7 +48,7 @@ def likelihood_fit(
     there is no window and no bias of a window. The rate ramp is a straight line in the
     increments. For the other terms it is taken off by least squares, and what that takes of
     each term is taken off its expected squares; its own interval is that of a line in any noise
-    of the terms that the lowest ordinates allow (`sagnac.noise.ramp`).
+    of the terms that the lowest ordinates allow (`sagnac.noise.lowest_ordinates`).
 
     Squared coefficients may come out negative inside the fit: holding them at zero would
     push what they share with N into N (a third of a standard error for white noise).
@@ -119,23 +128,17 @@ def spectrum_fit(
     require_confidence(confidence)
     bins = cosine_bins(cosine.transform.size, cosine.interval, masked, band)
     weighed = with_departure(ordinates(cosine, bins))
-    best = maximize(weighed.spectrum)
-    squares: dict[CoefficientName, SquaredEstimate] = {
-        name: profile_interval(weighed.spectrum, best, column, confidence)
-        for column, name in enumerate(cosine.names)
-    }
+    best = weighed.spectrum.maximum()
+    found = {name: unobserved(name, confidence) for name in COEFFICIENT_NAMES}
+    for column, name in enumerate(cosine.names):
+        found[name] = weighed.spectrum.estimate(best, column, name, confidence)
     if "rate_ramp" in cosine.terms and cosine.names:
         lowest = bins.starts[bins.count == 1.0]
-        squares["rate_ramp"] = ramp_square(cosine, lowest, confidence)
+        found["rate_ramp"] = ramp_estimate(cosine, lowest, confidence)
     low, high = band or (0.0, 0.5 / cosine.interval)
     return Fit(
         method="likelihood",
-        coefficients={
-            name: squares[name].root(name, confidence)
-            if name in squares
-            else unobserved(name, confidence)
-            for name in COEFFICIENT_NAMES
-        },
+        coefficients=found,
         notes=weighed.notes,
         departure=weighed.departure,
         band=FitBand(
@@ -227,3 +230,127 @@ def fit_coefficients(
         sample_rate=sample_rate,
         confidence=confidence,
     )
+
+
+# ---- departure from the terms ------------------------------------------------------------
+
+# A bin this many times the terms, that chance (one in ten million) does not put there, is
+# something else. Less is taken for a departure of the terms.
+_STANDS_OUT: Final = 1.5
+# Relative departures between which that of the bins is looked for.
+_LEAST_DEPARTURE: Final = 1e-4
+_MOST_DEPARTURE: Final = 10.0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Weighed:
+    """A spectrum with weights that allow for what its terms do not describe.
+
+    Attributes
+    ----------
+    spectrum
+        With those weights.
+    departure
+        Common relative departure of the bins, plus one if some are left out; 0 if the terms
+        suffice.
+    notes
+        What was found.
+    """
+
+    spectrum: Ordinates
+    departure: float = 0.0
+    notes: tuple[Note, ...] = ()
+
+
+def with_departure(spectrum: Ordinates) -> Weighed:
+    """`spectrum` with weights that allow for what the terms do not describe.
+
+    Bins that stand far above the terms (a line left, a resonance) weigh nothing; for the
+    rest a common relative departure is estimated if it is significant.
+    """
+    if np.count_nonzero(spectrum.count >= 8.0) < 3 * LEAST_BINS:
+        return Weighed(spectrum=spectrum)
+    start = spectrum.maximum().squares
+    trial, departure = _departure(spectrum, start)
+    standing = np.zeros(spectrum.power.size, dtype=np.bool_)
+    while departure > 0.0:
+        more = ~standing & _stand_out(spectrum, trial.maximum())
+        if not more.any() or np.count_nonzero(standing | more) > 0.5 * standing.size:
+            break
+        standing |= more
+        trial, departure = _departure(
+            replace(spectrum, weight=np.where(standing, 0.0, spectrum.weight)), start
+        )
+    notes = []
+    if standing.any():
+        notes.append(_standing_note(spectrum, standing))
+    if departure > 0.0:
+        notes.append(_departure_note(trial, departure))
+    return Weighed(spectrum=trial, departure=departure + float(standing.any()), notes=tuple(notes))
+
+
+def _stand_out(spectrum: Ordinates, best: Place) -> BooleanArray:
+    """Bins too far above the terms for chance."""
+    ratio = spectrum.power / best.law
+    chance = chdtrc(spectrum.count, spectrum.count * ratio)
+    return np.asarray((ratio > _STANDS_OUT) & (chance < 1e-7))
+
+
+def _standing_note(spectrum: Ordinates, standing: BooleanArray) -> Note:
+    frequency = spectrum.frequency[standing]
+    return Note(
+        level="warning",
+        text=f"{frequency.size} of {standing.size} bins of the spectrum, from {frequency[0]:.4g} "
+        f"to {frequency[-1]:.4g} Hz, stand far above the fitted terms (a line or a resonance is "
+        "left) and are left out of the likelihood fit",
+    )
+
+
+def _departure_note(spectrum: Ordinates, departure: float) -> Note:
+    ratio = spectrum.power / spectrum.maximum().law
+    worst = int(np.argmax(spectrum.weight * (ratio - 1.0) ** 2))
+    return Note(
+        level="warning",
+        text=f"the spectrum departs from the fitted terms by {rounded(100.0 * departure)} % of the "
+        f"power in a bin, most at {spectrum.frequency[worst]:.4g} Hz (x {ratio[worst]:.3g}); the "
+        "likelihood intervals allow for it",
+    )
+
+
+def _departure(spectrum: Ordinates, start: FloatArray) -> tuple[Ordinates, float]:
+    """Weights with the relative departure of the bins that explains their scatter, or 0.
+
+    The squares are searched for from `start` on.
+    """
+    used = (spectrum.count >= 8.0) & (spectrum.weight > 0.0)
+    freedom = max(1, np.count_nonzero(used) - spectrum.basis.shape[1])
+
+    def weighted(departure: float) -> tuple[Ordinates, float]:
+        """With these weights, and chi-square over its degrees of freedom."""
+        nonlocal start
+        weight = np.where(
+            spectrum.weight > 0.0, 1.0 / (1.0 / spectrum.count + 0.5 * departure**2), 0.0
+        )
+        trial = replace(spectrum, weight=weight)
+        best = trial.maximum(start)
+        start = best.squares
+        ratio = spectrum.power / best.law - 1.0
+        return trial, 0.5 * float(weight[used] @ ratio[used] ** 2) / freedom
+
+    # Asked twice at the ends, and the way there may lead to another maximum.
+    @cache
+    def excess(log_departure: float) -> float:
+        # In proportion to 1 / departure^2 far out: almost a line, on which brentq is at home.
+        return math.log(max(weighted(math.exp(log_departure))[1], 1e-9))
+
+    trial, chi_squared = weighted(0.0)
+    chance = 5.0 * math.sqrt(np.sum(2.0 + 12.0 / spectrum.count[used]))
+    if (chi_squared - 1.0) * freedom < chance:
+        return trial, 0.0
+    least, most = math.log(_LEAST_DEPARTURE), math.log(_MOST_DEPARTURE)
+    departure = _MOST_DEPARTURE
+    if excess(most) < 0.0:
+        departure = _LEAST_DEPARTURE
+        if excess(least) > 0.0:
+            departure = math.exp(brentq(excess, least, most, xtol=1e-3))
+    return weighted(departure)[0], departure

@@ -281,18 +281,17 @@ def markov_density(frequency: FloatArray, interval: float, correlation_time: flo
 
 
 @lru_cache(maxsize=8)
-def _overlapped_covariance_tensor(
-    factors: tuple[int, ...], angles: int, interval: float
-) -> FloatArray:
+def _pair_covariances(factors: tuple[int, ...], angles: int, interval: float) -> FloatArray:
+    """(pairs of terms, points * points) covariances with the squares of both at one."""
     nodes, weights = np.polynomial.legendre.leggauss(8)
-    tensor = np.asarray(
-        _kernels.overlapped_covariances(np.array(factors, dtype=np.int64), angles, nodes, weights)
+    tensor = _kernels.overlapped_covariances(
+        np.array(factors, dtype=np.int64), angles, nodes, weights
     )
     # From a sample interval of one: each Allan variance is a covariance over interval^2.
     unit = interval ** np.array([-2.0, -1.0, 0.0, 1.0, 2.0])
     tensor *= (unit[:, np.newaxis] * unit)[:, :, np.newaxis, np.newaxis]
     tensor.setflags(write=False)
-    return tensor
+    return tensor.reshape(unit.size**2, -1)
 
 
 def overlapped_allan_covariance(
@@ -330,13 +329,12 @@ def overlapped_allan_covariance(
     ValueError
         If a cluster time is below one sample interval or longer than half the record.
     """
-    whole = tuple(int(factor) for factor in factors)
-    if min(whole) < 1 or 2 * max(whole) >= angles:
+    if min(factors) < 1 or 2 * max(factors) >= angles:
         raise ValueError(
-            f"factors run from {min(whole)} to {max(whole)}; give 1 to {(angles - 1) // 2} for "
+            f"factors run from {min(factors)} to {max(factors)}; give 1 to {(angles - 1) // 2} for "
             f"{angles} angles"
         )
-    tensor = _overlapped_covariance_tensor(whole, angles, interval)
+    pairs = _pair_covariances(tuple(factors), angles, interval)
     squares = np.array([coefficients.get(name, 0.0) ** 2 for name in COEFFICIENT_NAMES])
-    products = np.outer(squares, squares).ravel() @ tensor.reshape(squares.size**2, -1)
-    return np.asarray(products.reshape(tensor.shape[2:]))
+    products = np.outer(squares, squares).ravel() @ pairs
+    return np.asarray(products.reshape(len(factors), -1))

@@ -1,20 +1,18 @@
-"""The maximum of the likelihood of a spectrum, intervals by its profile, and where these end."""
+"""The maximum of a likelihood in squared coefficients, and intervals by its profile."""
 
 import math
+from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import cache
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import brentq, nnls
-from scipy.special import chdtrc, gammaincinv, log_ndtr, ndtri
+from scipy.special import gammaincinv, log_ndtr, ndtri
 
-from sagnac.core.arrays import FloatArray
-from sagnac.core.errors import Note, rounded
-from sagnac.noise.cosine_spectrum import LEAST_BINS, Ordinates
-from sagnac.noise.estimates import SquaredEstimate
+from sagnac.core.arrays import BooleanArray, FloatArray
+from sagnac.noise.estimates import Estimate, rooted, unobserved
+from sagnac.noise.laws import CoefficientName
 
 # A term is called present if leaving it out costs three standard deviations: a false
 # alarm of 0.13 % for each term that is not there.
@@ -27,15 +25,18 @@ _FARTHEST: Final = 60.0
 CONVERGED: Final = 1e-3
 
 
+# ---- where an interval ends --------------------------------------------------------------
+
+
 def crossing(
     rise: Callable[[float], float], inside: float, step: float, limit: float = math.inf
 ) -> float:
     """Where `rise`, negative at `inside`, crosses zero towards `step`, not beyond `limit`.
 
-    A root finder of its own: `rise` is itself the outcome of an iteration that stops at
-    `CONVERGED`, so there is nothing to find below that, each call costs a whole fit, and
-    `scipy.optimize.brentq`, which knows a tolerance of the place only, takes twice as many and
-    ends elsewhere within it.
+    Steps that grow, then false position that moves by 2 % at least. A root finder of its own:
+    `rise` is itself the outcome of an iteration that stops at `CONVERGED`, so there is nothing to
+    find below that, each call costs a whole fit, and `scipy.optimize.brentq`, which knows a
+    tolerance of the place only, takes twice as many and ends elsewhere within it.
 
     Parameters
     ----------
@@ -60,22 +61,17 @@ def crossing(
         return inside
     for _ in range(26):
         high = inside + step
-        if abs(high - inside) >= abs(limit - inside):
+        if abs(step) >= abs(limit - inside):
             high = limit
         high_value = min(rise(high), 1e3)
         if high_value >= 0.0:
-            return _between(rise, low, low_value, high, high_value)
+            break
         if high == limit:
             return limit
         low, low_value = high, high_value
         step *= 1.8
-    return math.copysign(math.inf, step)
-
-
-def _between(
-    rise: Callable[[float], float], low: float, low_value: float, high: float, high_value: float
-) -> float:
-    """Crossing between two places, by false position that moves by 2 % at least."""
+    else:
+        return math.copysign(math.inf, step)
     for _ in range(60):
         if abs(high_value) < CONVERGED:
             return high
@@ -137,183 +133,229 @@ def detected(confidence: float) -> float:
     return max(threshold, math.sqrt(PRESENCE)) + float(ndtri(max(confidence, 0.5)))
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Profile:
-    """The profile likelihood of one squared coefficient.
+# ---- likelihoods -------------------------------------------------------------------------
 
-    Attributes
-    ----------
-    deviance
-        -2 log likelihood of the best fit with the square held.
-    lowest
-        That of the best fit of all.
-    value, error
-        The square there, and about its standard error.
-    confidence
-        Of the interval or bound.
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Place:
+    """Squared coefficients, -2 log likelihood there, and the law that they make.
+
+    The law is the mean of each ordinate, or the inverse of each spectral matrix.
     """
 
-    deviance: Callable[[float], float]
-    lowest: float
-    value: float
-    error: float
-    confidence: float
+    squares: FloatArray
+    deviance: float
+    law: FloatArray
 
-    def estimated(self, absent: float) -> SquaredEstimate | None:
-        """The square and its interval, if leaving it out costs three standard deviations.
 
-        With few degrees of freedom the law of a square is skew, and reaches farther up than down.
+class Likelihood(ABC):
+    """Data, and a law of them that is linear in squared coefficients, which may be negative."""
+
+    @property
+    @abstractmethod
+    def terms(self) -> int:
+        """Number of squares."""
+
+    @abstractmethod
+    def at(self, squares: FloatArray) -> Place:
+        """The place of some squares; its deviance is infinite if no data follow such a law."""
+
+    @abstractmethod
+    def fisher(self, place: Place) -> FloatArray:
+        """(terms, terms) Fisher information."""
+
+    @abstractmethod
+    def move(self, place: Place, free: BooleanArray) -> FloatArray:
+        """Step of the free squares towards the maximum."""
+
+    @abstractmethod
+    def start(self, squares: FloatArray, free: BooleanArray) -> FloatArray:
+        """Squares to start from if the free ones of some make no law."""
+
+    @abstractmethod
+    def missed(self, column: int, error: float, confidence: float) -> float:
+        """Largest square that is not called estimated with a probability of one less `confidence`.
+
+        What is there and larger would have been estimated, so that bounds hold of those that are
+        given as bounds.
+        """
+
+    @abstractmethod
+    def typical(self, column: int, best: Place) -> float:
+        """Square at which a term alone would make half of the data, which no bound reaches."""
+
+    def maximum(self, start: FloatArray | None = None, held: int | None = None) -> Place:
+        """The most likely squares.
 
         Parameters
         ----------
-        absent
-            -2 log likelihood without the term.
+        start
+            (terms,) squares to begin with.
+        held
+            Column of one that keeps its value there.
         """
-        presence = math.sqrt(max(absent - self.lowest, 0.0)) if self.value > 0.0 else 0.0
-        if presence <= math.sqrt(PRESENCE):
-            return None
-        down = low_end(presence, self.confidence)
-        if not math.isfinite(down):
-            return None
-        high = self._limit(self.lowest, self.value, likelihood_drop(self.confidence), 1.0, math.inf)
-        if not math.isfinite(high):
-            return None
-        low = self._limit(self.lowest, self.value, down**2, -1.0, 0.0)
-        return SquaredEstimate(value=self.value, low=low, high=high, status="estimated")
+        squares = np.zeros(self.terms) if start is None else start
+        free = np.arange(self.terms) != held
+        place = self.at(squares)
+        if not math.isfinite(place.deviance):
+            place = self.at(self.start(squares, free))
+        while free.any() and math.isfinite(place.deviance):
+            before, place = place.deviance, self._lowered(place, free)
+            if before - place.deviance < CONVERGED:
+                break
+        return place
 
-    def bound(self, reference: float) -> float:
-        """One-sided limit, from the deviance at the square, or at zero if that is negative, on."""
-        drop = likelihood_drop(2.0 * self.confidence - 1.0)
-        return self._limit(reference, max(self.value, 0.0), drop, 1.0, math.inf)
+    def _lowered(self, place: Place, free: BooleanArray) -> Place:
+        """The first of the step and its halves that lowers the deviance, or `place` itself."""
+        move = self.move(place, free)
+        for halvings in range(40):
+            squares = place.squares.copy()
+            squares[free] += 0.5**halvings * move
+            trial = self.at(squares)
+            if trial.deviance < place.deviance:
+                return trial
+        return place
 
-    def _limit(
-        self, reference: float, origin: float, drop: float, sign: float, end: float
-    ) -> float:
-        """Where the deviance has risen from `reference` by `drop`, from `origin` on."""
-        return crossing(
-            lambda square: math.sqrt(max(self.deviance(square) - reference, 0.0)) - math.sqrt(drop),
-            origin,
-            sign * self.error * math.sqrt(drop),
-            end,
+    def estimate(
+        self, best: Place, column: int, name: CoefficientName, confidence: float
+    ) -> Estimate:
+        """One coefficient by profile likelihood.
+
+        It is estimated if leaving it out costs three standard deviations, else bounded. With few
+        degrees of freedom the law of a square is skew, and reaches farther up than down.
+
+        Parameters
+        ----------
+        best
+            The maximum.
+        column, name
+            Of the coefficient.
+        confidence
+            Of the interval or bound.
+        """
+        scale, covariance = scaled_covariance(self.fisher(best))
+        error = math.sqrt(max(covariance[column, column], 1.0)) * float(scale[column])
+        value = float(best.squares[column])
+        # How the other squares move when this one does.
+        direction = covariance[:, column] * scale / (covariance[column, column] * scale[column])
+
+        def deviance(square: float) -> float:
+            start = best.squares + direction * (square - value)
+            start[column] = square
+            return self.maximum(start, column).deviance
+
+        def limit(reference: float, far: float, end: float = math.inf) -> float:
+            """Where the deviance has risen by `far` standard deviations, squared."""
+            return crossing(
+                lambda square: math.sqrt(max(deviance(square) - reference, 0.0)) - abs(far),
+                max(value, 0.0),
+                error * far,
+                end,
+            )
+
+        absent = deviance(0.0)
+        presence = math.sqrt(max(absent - best.deviance, 0.0)) if value > 0.0 else 0.0
+        down = low_end(presence, confidence) if presence > math.sqrt(PRESENCE) else math.inf
+        if math.isfinite(down):
+            high = limit(best.deviance, math.sqrt(likelihood_drop(confidence)))
+            if math.isfinite(high):
+                low = limit(best.deviance, -down, 0.0)
+                return rooted(name, confidence, value, low, high)
+        reference = best.deviance if value > 0.0 else absent
+        high = limit(reference, math.sqrt(likelihood_drop(2.0 * confidence - 1.0)))
+        nothing = unobserved(name, confidence)
+        if not high < self.typical(column, best):
+            return nothing
+        return nothing.bounded(math.sqrt(max(high, self.missed(column, error, confidence))))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Ordinates(Likelihood):
+    """Squares of a transform, averaged over bins.
+
+    `power` (bins,) is the mean of `count` squares whose mean is ``basis @ squares``;
+    `weight` is the number of degrees of freedom granted to a bin.
+    """
+
+    basis: FloatArray
+    power: FloatArray
+    count: FloatArray
+    weight: FloatArray
+    frequency: FloatArray
+
+    @property
+    def terms(self) -> int:
+        """Columns of the basis."""
+        return int(self.basis.shape[1])
+
+    def at(self, squares: FloatArray) -> Place:
+        """The place of some squares, if every mean is positive."""
+        mean = self.basis @ squares
+        deviance = math.inf
+        if mean.min() > 0.0:
+            deviance = float(self.weight @ (np.log(mean) + self.power / mean))
+        return Place(squares=squares, deviance=deviance, law=mean)
+
+    def fisher(self, place: Place) -> FloatArray:
+        """(terms, terms) Fisher information, half a degree of freedom for each square."""
+        weight = self.weight / place.law**2
+        return np.asarray(0.5 * self.basis.T @ (weight[:, np.newaxis] * self.basis))
+
+    def move(self, place: Place, free: BooleanArray) -> FloatArray:
+        """Step to the maximum of the parabola that touches the likelihood.
+
+        By Newton's curvature if it is one, which squares of one degree of freedom leave in
+        doubt far from the maximum; else by its expectation (scoring).
+        """
+        columns, mean = self.basis[:, free], place.law
+        expected = self.weight / mean**2
+        gradient = columns.T @ (expected * (mean - self.power))
+        observed = expected * (2.0 * self.power / mean - 1.0)
+        curvature = columns.T @ (observed[:, np.newaxis] * columns)
+        scale = _positive_scale(curvature)
+        if scale is not None:
+            scaled = curvature * scale * scale[:, np.newaxis]
+            return np.asarray(-scale * np.linalg.solve(scaled, scale * gradient))
+        curvature = columns.T @ (expected[:, np.newaxis] * columns)
+        return scoring_move(curvature, gradient, place.squares[free])
+
+    def start(self, squares: FloatArray, free: BooleanArray) -> FloatArray:
+        """By least squares, none below zero."""
+        result, columns = squares.copy(), self.basis[:, free]
+        if not columns.shape[1]:
+            return result
+        # Single squares have a chi-square of one degree of freedom: smooth before weighting.
+        kernel = np.ones(min(9, self.power.size))
+        smooth = np.convolve(self.power * self.count, kernel, "same") / np.convolve(
+            self.count, kernel, "same"
         )
+        root = np.sqrt(self.weight) / smooth
+        scale = 1.0 / np.maximum(np.linalg.norm(columns * root[:, np.newaxis], axis=0), 1e-300)
+        solution, _ = nnls(columns * root[:, np.newaxis] * scale, self.power * root)
+        result[free] = solution * scale
+        return result
 
+    def missed(self, column: int, error: float, confidence: float) -> float:
+        """The spectrum that is expected with the square is fitted without it.
 
-# A bin this many times the terms, that chance (one in ten million) does not put there, is
-# something else. Less is taken for a departure of the terms.
-_STANDS_OUT: Final = 1.5
-# Relative departures between which that of the bins is looked for.
-_LEAST_DEPARTURE: Final = 1e-4
-_MOST_DEPARTURE: Final = 10.0
+        Cowan et al., Eur. Phys. J. C 71, 1554, 2011.
+        """
+        without = self.maximum(held=column)
+        wanted = detected(confidence)
 
+        def short(square: float) -> float:
+            mean = without.law + square * self.basis[:, column]
+            expected = replace(self, power=mean)
+            fitted = expected.maximum(without.squares, column).deviance
+            truth = float(self.weight @ (np.log(mean) + 1.0))
+            return math.sqrt(max(fitted - truth, 0.0)) - wanted
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Optimum:
-    """Squared coefficients at a maximum, -2 log likelihood, Fisher information, mean."""
+        found = crossing(short, 0.0, wanted * error)
+        return found if math.isfinite(found) else 0.0
 
-    squares: FloatArray
-    deviance: float
-    fisher: FloatArray
-    mean: FloatArray
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class _Place:
-    """Squares of the free terms, the mean of the ordinates there, and -2 log likelihood."""
-
-    squares: FloatArray
-    mean: FloatArray
-    deviance: float
-
-
-def maximize(
-    spectrum: Ordinates,
-    *,
-    start: FloatArray | None = None,
-    held: int | None = None,
-) -> Optimum:
-    """Most likely squared coefficients, one of them held if asked.
-
-    Parameters
-    ----------
-    spectrum
-        What is fitted, and to what.
-    start
-        (terms,) squares to begin with.
-    held
-        Column of the one that keeps its value, which `start` gives.
-    """
-    basis = spectrum.basis
-    squares = np.zeros(basis.shape[1]) if start is None else start.copy()
-    free = np.arange(squares.size) != held
-    offset, columns = basis[:, ~free] @ squares[~free], basis[:, free]
-    place = _start(spectrum, columns, offset, squares[free])
-    while place.squares.size and math.isfinite(place.deviance):
-        before = place.deviance
-        move = _newton_move(spectrum, columns, place)
-        place = _lowered(spectrum, columns, offset, place, move)
-        if before - place.deviance < CONVERGED:
-            break
-    finite = math.isfinite(place.deviance)
-    squares[free] = place.squares
-    weight = spectrum.weight / place.mean**2 if finite else np.zeros(place.mean.size)
-    return Optimum(
-        squares=squares,
-        deviance=place.deviance,
-        fisher=0.5 * basis.T @ (weight[:, np.newaxis] * basis),
-        mean=place.mean,
-    )
-
-
-def _start(
-    spectrum: Ordinates,
-    columns: FloatArray,
-    offset: FloatArray,
-    squares: FloatArray,
-) -> _Place:
-    """Where the search begins: `squares` if every mean is positive there, else by least squares."""
-    mean = offset + columns @ squares
-    if not mean.min() > 0.0:
-        squares = _non_negative_start(spectrum, columns)
-        mean = offset + columns @ squares
-    return _Place(squares=squares, mean=mean, deviance=_deviance(spectrum, mean))
-
-
-def _newton_move(spectrum: Ordinates, columns: FloatArray, place: _Place) -> FloatArray:
-    """Step to the maximum of the parabola that touches the likelihood.
-
-    By Newton's curvature if it is one, which squares of one degree of freedom leave in
-    doubt far from the maximum; else by its expectation (scoring).
-    """
-    expected = spectrum.weight / place.mean**2
-    gradient = columns.T @ (expected * (place.mean - spectrum.power))
-    observed = expected * (2.0 * spectrum.power / place.mean - 1.0)
-    curvature = columns.T @ (observed[:, np.newaxis] * columns)
-    scale = _positive_scale(curvature)
-    if scale is not None:
-        scaled = curvature * scale * scale[:, np.newaxis]
-        return np.asarray(-scale * np.linalg.solve(scaled, scale * gradient))
-    curvature = columns.T @ (expected[:, np.newaxis] * columns)
-    return solve_normal(curvature, curvature @ place.squares - gradient) - place.squares
-
-
-def _lowered(
-    spectrum: Ordinates, columns: FloatArray, offset: FloatArray, place: _Place, move: FloatArray
-) -> _Place:
-    """The first of the step and its halves that lowers the deviance, or `place` itself."""
-    for halvings in range(40):
-        squares = place.squares + 0.5**halvings * move
-        mean = offset + columns @ squares
-        deviance = _deviance(spectrum, mean)
-        if deviance < place.deviance:
-            return _Place(squares=squares, mean=mean, deviance=deviance)
-    return place
-
-
-def _deviance(spectrum: Ordinates, mean: FloatArray) -> float:
-    """-2 log likelihood of the squares, infinite if their mean is not positive."""
-    if not mean.min() > 0.0:
-        return math.inf
-    return float(spectrum.weight @ (np.log(mean) + spectrum.power / mean))
+    def typical(self, column: int, best: Place) -> float:
+        """Square at which a term alone would make the mean of half of the bins."""
+        return typical_square(self.basis[:, column], best.law)
 
 
 def _positive_scale(matrix: FloatArray) -> FloatArray | None:
@@ -330,210 +372,15 @@ def _positive_scale(matrix: FloatArray) -> FloatArray | None:
     return scale
 
 
-def solve_normal(matrix: FloatArray, vector: FloatArray) -> FloatArray:
-    """Solve normal equations; directions that the data cannot see stay at zero."""
-    scale = 1.0 / np.sqrt(np.diag(matrix))
-    scaled = matrix * scale * scale[:, np.newaxis]
-    return np.asarray(np.linalg.lstsq(scaled, scale * vector, rcond=1e-12)[0] * scale)
-
-
-def _non_negative_start(spectrum: Ordinates, columns: FloatArray) -> FloatArray:
-    if not columns.shape[1]:
-        return np.zeros(0)
-    # Single squares have a chi-square of one degree of freedom: smooth before weighting.
-    kernel = np.ones(min(9, spectrum.power.size))
-    count = spectrum.count
-    smooth = np.convolve(spectrum.power * count, kernel, "same") / np.convolve(
-        count, kernel, "same"
-    )
-    root = np.sqrt(spectrum.weight) / smooth
-    scale = 1.0 / np.maximum(np.linalg.norm(columns * root[:, np.newaxis], axis=0), 1e-300)
-    solution, _ = nnls(columns * root[:, np.newaxis] * scale, spectrum.power * root)
-    return np.asarray(solution * scale)
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Weighed:
-    """A spectrum with weights that allow for what its terms do not describe.
-
-    Attributes
-    ----------
-    spectrum
-        With those weights.
-    departure
-        Common relative departure of the bins, plus one if some are left out; 0 if the terms
-        suffice.
-    notes
-        What was found.
-    """
-
-    spectrum: Ordinates
-    departure: float = 0.0
-    notes: tuple[Note, ...] = ()
-
-
-def with_departure(spectrum: Ordinates) -> Weighed:
-    """`spectrum` with weights that allow for what the terms do not describe.
-
-    Bins that stand far above the terms (a line left, a resonance) weigh nothing; for the
-    rest a common relative departure is estimated if it is significant.
-    """
-    if np.count_nonzero(spectrum.count >= 8.0) < 3 * LEAST_BINS:
-        return Weighed(spectrum=spectrum)
-    start = maximize(spectrum).squares
-    trial, departure = _departure(spectrum, start)
-    standing = np.zeros(spectrum.power.size, dtype=np.bool_)
-    while departure > 0.0:
-        more = ~standing & _stand_out(spectrum, maximize(trial))
-        if not more.any() or np.count_nonzero(standing | more) > 0.5 * standing.size:
-            break
-        standing |= more
-        trial, departure = _departure(
-            replace(spectrum, weight=np.where(standing, 0.0, spectrum.weight)), start
-        )
-    notes = []
-    if standing.any():
-        notes.append(_standing_note(spectrum, standing))
-    if departure > 0.0:
-        notes.append(_departure_note(trial, departure))
-    return Weighed(spectrum=trial, departure=departure + float(standing.any()), notes=tuple(notes))
-
-
-def _stand_out(spectrum: Ordinates, best: Optimum) -> NDArray[np.bool_]:
-    """Bins too far above the terms for chance."""
-    ratio = spectrum.power / best.mean
-    chance = chdtrc(spectrum.count, spectrum.count * ratio)
-    return np.asarray((ratio > _STANDS_OUT) & (chance < 1e-7))
-
-
-def _standing_note(spectrum: Ordinates, standing: NDArray[np.bool_]) -> Note:
-    frequency = spectrum.frequency[standing]
-    return Note(
-        level="warning",
-        text=f"{frequency.size} of {standing.size} bins of the spectrum, from {frequency[0]:.4g} "
-        f"to {frequency[-1]:.4g} Hz, stand far above the fitted terms (a line or a resonance is "
-        "left) and are left out of the likelihood fit",
-    )
-
-
-def _departure_note(spectrum: Ordinates, departure: float) -> Note:
-    ratio = spectrum.power / maximize(spectrum).mean
-    worst = int(np.argmax(spectrum.weight * (ratio - 1.0) ** 2))
-    return Note(
-        level="warning",
-        text=f"the spectrum departs from the fitted terms by {rounded(100.0 * departure)} % of the "
-        f"power in a bin, most at {spectrum.frequency[worst]:.4g} Hz (x {ratio[worst]:.3g}); the "
-        "likelihood intervals allow for it",
-    )
-
-
-def _departure(spectrum: Ordinates, start: FloatArray) -> tuple[Ordinates, float]:
-    """Weights with the relative departure of the bins that explains their scatter, or 0.
-
-    The squares are searched for from `start` on.
-    """
-    used = (spectrum.count >= 8.0) & (spectrum.weight > 0.0)
-    freedom = max(1, np.count_nonzero(used) - spectrum.basis.shape[1])
-
-    def weighted(departure: float) -> tuple[Ordinates, float]:
-        """With these weights, and chi-square over its degrees of freedom."""
-        nonlocal start
-        weight = np.where(
-            spectrum.weight > 0.0, 1.0 / (1.0 / spectrum.count + 0.5 * departure**2), 0.0
-        )
-        trial = replace(spectrum, weight=weight)
-        best = maximize(trial, start=start)
-        start = best.squares
-        ratio = spectrum.power / best.mean - 1.0
-        return trial, 0.5 * float(weight[used] @ ratio[used] ** 2) / freedom
-
-    # Asked twice at the ends, and the way there may lead to another maximum.
-    @cache
-    def excess(log_departure: float) -> float:
-        # In proportion to 1 / departure^2 far out: almost a line, on which brentq is at home.
-        return math.log(max(weighted(math.exp(log_departure))[1], 1e-9))
-
-    trial, chi_squared = weighted(0.0)
-    chance = 5.0 * math.sqrt(np.sum(2.0 + 12.0 / spectrum.count[used]))
-    if (chi_squared - 1.0) * freedom < chance:
-        return trial, 0.0
-    least, most = math.log(_LEAST_DEPARTURE), math.log(_MOST_DEPARTURE)
-    departure = _MOST_DEPARTURE
-    if excess(most) < 0.0:
-        departure = _LEAST_DEPARTURE
-        if excess(least) > 0.0:
-            departure = math.exp(brentq(excess, least, most, xtol=1e-3))
-    return weighted(departure)[0], departure
-
-
-def profile_interval(
-    spectrum: Ordinates, best: Optimum, column: int, confidence: float
-) -> SquaredEstimate:
-    """Square of one coefficient by profile likelihood.
-
-    Parameters
-    ----------
-    spectrum
-        What is fitted.
-    best
-        Its maximum.
-    column
-        Of the coefficient.
-    confidence
-        Of the interval or bound.
-    """
-    scale = 1.0 / np.sqrt(np.diag(best.fisher))
-    covariance = scaled_covariance(best.fisher)
-    error = math.sqrt(max(covariance[column, column], 1.0)) * scale[column]
-    value = float(best.squares[column])
-    # How the other squares move when this one does.
-    direction = covariance[:, column] * scale / (covariance[column, column] * scale[column])
-
-    def deviance(square: float) -> float:
-        start = best.squares + direction * (square - value)
-        start[column] = square
-        return maximize(spectrum, start=start, held=column).deviance
-
-    profile = Profile(
-        deviance=deviance, lowest=best.deviance, value=value, error=error, confidence=confidence
-    )
-    absent = deviance(0.0)
-    found = profile.estimated(absent)
-    if found is not None:
-        return found
-    high = profile.bound(best.deviance if value > 0.0 else absent)
-    if not high < typical_square(spectrum.basis[:, column], best.mean):
-        return SquaredEstimate.unseen()
-    return SquaredEstimate.bound(max(high, _missed(spectrum, column, error, confidence)))
-
-
-def _missed(spectrum: Ordinates, column: int, error: float, confidence: float) -> float:
-    """Largest square that is not called estimated with a probability of one less `confidence`.
-
-    What is there and larger would have been estimated, so that bounds hold of those that are given
-    as bounds. The spectrum that is expected with the square is fitted without it (Cowan et al.,
-    Eur. Phys. J. C 71, 1554, 2011).
-    """
-    without = maximize(spectrum, held=column)
-    wanted = detected(confidence)
-
-    def short(square: float) -> float:
-        mean = without.mean + square * spectrum.basis[:, column]
-        expected = replace(spectrum, power=mean)
-        fitted = maximize(expected, start=without.squares, held=column).deviance
-        return math.sqrt(max(fitted - _deviance(expected, mean), 0.0)) - wanted
-
-    found = crossing(short, 0.0, wanted * error)
-    return found if math.isfinite(found) else 0.0
-
-
-def scaled_covariance(fisher: FloatArray) -> FloatArray:
-    """Inverse of the information of parameters each in units of its own error alone."""
+def scoring_move(fisher: FloatArray, gradient: FloatArray, squares: FloatArray) -> FloatArray:
+    """Step by the expected curvature; directions that the data cannot see go to zero."""
     scale = 1.0 / np.sqrt(np.diag(fisher))
-    return np.asarray(np.linalg.pinv(fisher * scale * scale[:, np.newaxis], rcond=1e-12))
+    scaled = fisher * scale * scale[:, np.newaxis]
+    target = np.linalg.lstsq(scaled, scale * (fisher @ squares - gradient), rcond=1e-12)[0] * scale
+    return np.asarray(target - squares)
 
 
-def errors_of(fisher: FloatArray) -> FloatArray:
-    """Standard deviations from the Fisher information of parameters."""
+def scaled_covariance(fisher: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Error of each parameter alone, and the covariance of all in units of these."""
     scale = 1.0 / np.sqrt(np.diag(fisher))
-    return np.asarray(np.sqrt(np.diag(scaled_covariance(fisher))) * scale)
+    return scale, np.asarray(np.linalg.pinv(fisher * scale * scale[:, np.newaxis], rcond=1e-12))

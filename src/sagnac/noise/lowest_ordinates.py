@@ -1,28 +1,259 @@
-"""Largest N that the lowest frequencies of an angle allow beside white noise of its readings.
+"""What the lowest ordinates of a spectrum allow: the rate ramp, and N behind readings of an angle.
 
-Noise of the readings of an angle rises as f^2 in the spectrum of its rate: it hides N least at the
-lowest frequencies. There it is no small matter what a window does: in the cosine transform of the
-increments the readings at both ends stand at every frequency. The sine transform (DST-I) has
-neither end. In it the increments of means of white noise and of a walk are exactly uncorrelated at
-every length, since the covariance of both is tridiagonal and the same along its diagonals:
-
-    m_k = N^2 T (2 + cos w_k) / 3 + q 4 sin^2 (w_k / 2),   w_k = pi k / averages.
-
-What else moves the angle slowly (a constant rate, the table's own motion by an error of the share
-or by a delay) is given to it as columns whose factors are integrated out (restricted likelihood).
-Every N^2 and q that the ordinates allow keeps its weight, N^2 as evenly as q in its logarithm, and
-the bound is the quantile of N. Any other noise only raises it.
+Few ordinates show the noise there, so that it is not put at its most likely law: every law that
+they allow keeps its weight, and factors of what is in them besides are integrated out (integrated
+likelihood; Berger, Liseo and Wolpert, Statist. Sci. 14, 1, 1999).
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
 from scipy.fft import dst
+from scipy.optimize import brentq
+from scipy.special import ndtr, stdtr
 
-from sagnac.core.arrays import FloatArray
-from sagnac.core.errors import require_confidence
+from sagnac.core.arrays import FloatArray, IntegerArray
+from sagnac.core.errors import RecordingError, require_confidence
+from sagnac.noise.cosine_spectrum import (
+    LEAST_BINS,
+    SINGLE,
+    CosineSpectrum,
+    cosine_bins,
+    cosine_spectrum,
+    slope_transform,
+)
+from sagnac.noise.estimates import Estimate, rooted, unobserved
+from sagnac.noise.laws import STOCHASTIC_NAMES, CoefficientName, cosine_power_basis
+from sagnac.noise.likelihood import PRESENCE
+from sagnac.spectrum.periodogram import bin_sums
+from sagnac.spectrum.transforms import cosine_transform
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Integrated:
+    """Gaussian ordinates under every law of their variances, factors of columns integrated out.
+
+    Attributes
+    ----------
+    logarithm
+        (laws,) of the likelihood, without the squares that the columns leave.
+    rest
+        (laws,) these squares in units of their variances.
+    factor, information
+        (laws,) of the first column, and what the ordinates say of it.
+    """
+
+    logarithm: FloatArray
+    rest: FloatArray
+    factor: FloatArray
+    information: FloatArray
+
+    @classmethod
+    def over(cls, values: FloatArray, laws: FloatArray, columns: FloatArray) -> "_Integrated":
+        """Values (ordinates,) under laws (laws, ordinates) with columns (columns, ordinates)."""
+        weighted = columns / laws[:, np.newaxis]
+        normal, right = weighted @ columns.T, weighted @ values
+        factors = np.linalg.solve(normal, right[..., np.newaxis])[..., 0]
+        determinant = np.linalg.slogdet(normal)[1]
+        others = np.linalg.slogdet(normal[:, 1:, 1:])[1]
+        return cls(
+            logarithm=-0.5 * (np.log(laws).sum(axis=1) + determinant),
+            rest=(values**2 / laws).sum(axis=1) - (right * factors).sum(axis=1),
+            factor=factors[:, 0],
+            information=np.exp(determinant - others),
+        )
+
+
+# ---- the rate ramp -----------------------------------------------------------------------
+
+# Terms by the steepness of their fall, and the power of frequency by which each falls.
+_FALLS: Final[dict[CoefficientName, int]] = {
+    "angle_random_walk": 0,
+    "bias_instability": 1,
+    "rate_random_walk": 2,
+}
+# Indices at which a slow term may cross the others: none, then evenly in logarithm.
+_CROSSINGS: Final = np.concatenate([[0.0], np.geomspace(0.05, 16.0 * SINGLE, 31)])
+# Sums of increments that are enough for the lowest ordinates.
+_SUMS: Final = 64 * SINGLE
+# Share of the weight below which a law is left out.
+_LIGHT: Final = 1e-9
+# Scales from the centre beyond which nothing is looked for, and a part of one to look for.
+_FARTHEST: Final = 1e3
+_PRECISION: Final = 1e-6
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Slopes:
+    """The slope under every law of the noise: Student's, with a centre and a scale of its own.
+
+    Attributes
+    ----------
+    weight
+        (laws,) of each law, one in sum.
+    centre, scale
+        (laws,) of the slope, rad per sample.
+    freedom
+        Degrees of freedom.
+    """
+
+    weight: FloatArray
+    centre: FloatArray
+    scale: FloatArray
+    freedom: int
+
+    def below(self, slope: float) -> float:
+        """Probability of less than a slope."""
+        return float(self.weight @ stdtr(self.freedom, (slope - self.centre) / self.scale))
+
+    def quantile(self, probability: float) -> float:
+        """Slope below which the probability lies."""
+        return self._crossing(lambda slope: self.below(slope) - probability, -1.0)
+
+    def largest(self, confidence: float) -> float:
+        """Size below which the slope lies, whatever its sign."""
+        return self._crossing(lambda size: self.below(size) - self.below(-size) - confidence, 0.0)
+
+    def _crossing(self, excess: Callable[[float], float], begin: float) -> float:
+        """Zero of an increasing function between `begin` times the farthest slope and that."""
+        farthest = float(np.abs(self.centre).max() + _FARTHEST * self.scale.max())
+        precision = _PRECISION * float(self.scale.min())
+        return float(brentq(excess, begin * farthest, farthest, xtol=precision))
+
+
+def rate_ramp(
+    increments: FloatArray,
+    *,
+    sample_rate: float,
+    masked: tuple[tuple[float, float], ...] = (),
+    settling: float | None = None,
+    confidence: float = 0.95,
+) -> Estimate:
+    """The rate ramp of increments of any length, rad/s^2.
+
+    Parameters
+    ----------
+    increments
+        (samples,), rad.
+    sample_rate
+        Hz.
+    masked
+        Frequency bands (low, high) in Hz to leave out.
+    settling
+        Time constant of a warm-up that was taken off, s, which takes from a slope or leaves one.
+    confidence
+        Of the interval or bound.
+
+    Returns
+    -------
+    Estimate
+        Not observable if too few of the lowest ordinates are left.
+    """
+    step = max(1, increments.size // _SUMS)
+    sums = bin_sums(increments, step * np.arange(increments.size // step + 1))
+    try:
+        cosine = cosine_spectrum(sums, kind="increment", sample_rate=sample_rate / step)
+        bins = cosine_bins(cosine.transform.size, cosine.interval, masked, None)
+    except RecordingError:
+        return unobserved("rate_ramp", confidence)
+    beside = None
+    if settling is not None:
+        times = cosine.interval * np.arange(cosine.transform.size)
+        beside = cosine_transform(np.exp(-times / settling))
+    return ramp_estimate(cosine, bins.starts[bins.count == 1.0], confidence, beside)
+
+
+def ramp_estimate(
+    cosine: CosineSpectrum,
+    index: IntegerArray,
+    confidence: float,
+    beside: FloatArray | None = None,
+) -> Estimate:
+    """The rate ramp: a straight line in slow noise of which a record shows little.
+
+    A slope lies nearly all in the lowest ordinate of the cosine transform, and what noise makes
+    there shows in the few ordinates above it alone: its law is not known, which gives the slope the
+    wide tails of Student's. It is called estimated if a slope of the other sign, or none, is as
+    improbable as beyond three standard deviations.
+
+    Parameters
+    ----------
+    cosine
+        Of increments that their slope was taken off.
+    index
+        Of the ordinates that may be used; the lowest 63 are.
+    confidence
+        Of the interval or bound.
+    beside
+        (samples,) transform of what may be in the increments besides, with any amplitude.
+    """
+    index = index[index < SINGLE]
+    nothing = unobserved("rate_ramp", confidence)
+    if index.size < LEAST_BINS or index[0] > 1:
+        return nothing
+    found = _slopes(cosine, index, None if beside is None else beside[index])
+    tail, unit = 0.5 - 0.5 * confidence, cosine.interval**-2
+    if found.below(0.0) < min(float(ndtr(-math.sqrt(PRESENCE))), tail):
+        value, low, high = (
+            (found.quantile(probability) * unit) ** 2 for probability in (0.5, tail, 1.0 - tail)
+        )
+        return rooted("rate_ramp", confidence, value, low, high)
+    return nothing.bounded(found.largest(confidence) * unit)
+
+
+def _slopes(cosine: CosineSpectrum, index: IntegerArray, beside: FloatArray | None) -> _Slopes:
+    """The slope, turned so that it is more probably positive, under every law of the noise.
+
+    For noise of the variances ``s v`` the likelihood of a slope is Gaussian, and its integral over
+    the slope and, with the weight 1/s, over s is known (Zellner, An Introduction to Bayesian
+    Inference in Econometrics, 1971, ch. 3). What is beside the slope is integrated over as well.
+    """
+    columns = [slope_transform(index.astype(np.float64), cosine.transform.size)]
+    if beside is not None:
+        columns.append(beside)
+    laws, prior = _laws(cosine, index)
+    found = _Integrated.over(cosine.transform[index], laws, np.stack(columns))
+    freedom = index.size - len(columns)
+    rest = np.maximum(found.rest, np.finfo(np.float64).tiny)
+    logarithm = found.logarithm - 0.5 * freedom * np.log(rest)
+    weight = prior * np.exp(logarithm - logarithm.max())
+    weight /= weight.sum()
+    kept = weight > _LIGHT
+    slope = cosine.slope + found.factor
+    return _Slopes(
+        weight=weight[kept] / weight[kept].sum(),
+        centre=math.copysign(1.0, float(weight @ slope)) * slope[kept],
+        scale=np.sqrt(rest / (freedom * found.information))[kept],
+        freedom=freedom,
+    )
+
+
+def _laws(cosine: CosineSpectrum, index: IntegerArray) -> tuple[FloatArray, FloatArray]:
+    """Expected squares up to a factor, (laws, ordinates), and prior weights, (laws,).
+
+    The index at which a slow term crosses the least slow one is evenly likely below the first, and
+    evenly in its logarithm above.
+    """
+    samples, interval = cosine.transform.size, cosine.interval
+    terms = [name for name in _FALLS if name in cosine.terms] or ["quantization"]
+    places = np.concatenate([[1.0], index.astype(np.float64)])
+    basis = cosine_power_basis(places, samples, interval)
+    columns = basis[:, [STOCHASTIC_NAMES.index(name) for name in terms]]
+    columns = columns / columns[0]
+    laws, prior = columns[1:, :1].T, np.ones(1)
+    share = np.gradient(_CROSSINGS) / (1.0 + _CROSSINGS)
+    for column, name in enumerate(terms[1:], start=1):
+        strength = _CROSSINGS ** (_FALLS[name] - _FALLS[terms[0]])
+        added = strength[:, np.newaxis] * columns[1:, column]
+        laws = (laws[:, np.newaxis] + added).reshape(-1, index.size)
+        prior = np.outer(prior, share).ravel()
+    return laws, prior
+
+
+# ---- N behind the readings of an angle ---------------------------------------------------
 
 # Ordinates looked at, and the fewest beside those of lines.
 _LOWEST: Final = 64
@@ -45,7 +276,20 @@ def highest_walk(
     masked: Sequence[tuple[float, float]] = (),
     confidence: float = 0.95,
 ) -> float:
-    """Largest N that the lowest ordinates of an angle allow.
+    """Largest N that the lowest frequencies of an angle allow beside white noise of its readings.
+
+    Noise of the readings of an angle rises as f^2 in the spectrum of its rate: it hides N least at
+    the lowest frequencies. There it is no small matter what a window does: in the cosine transform
+    of the increments the readings at both ends stand at every frequency. The sine transform (DST-I)
+    has neither end. In it the increments of means of white noise and of a walk are exactly
+    uncorrelated at every length, since the covariance of both is tridiagonal and the same along its
+    diagonals:
+
+        m_k = N^2 T (2 + cos w_k) / 3 + q 4 sin^2 (w_k / 2),   w_k = pi k / averages.
+
+    What else moves the angle slowly (a constant rate, the table's own motion by an error of the
+    share or by a delay) is given to it as columns whose factors are integrated out. N^2 keeps its
+    weight as evenly as q in its logarithm. Any other noise only raises the bound.
 
     Parameters
     ----------
@@ -82,17 +326,28 @@ def highest_walk(
         raise ValueError(f"interval is {interval}; give s above zero")
     index = np.arange(1, size)[:_LOWEST]
     frequency, cell = index / (2.0 * size * interval), 1.0 / (size * interval)
-    kept = np.ones(index.size, dtype=np.bool_)
     for low, high in masked:
-        kept &= (frequency < low - cell) | (frequency > high + cell)
-    columns = _columns(motions)[:, index - 1][:, kept]
-    angle = 0.5 * np.pi * index[kept] / size
-    laws = np.stack([(2.0 + np.cos(2.0 * angle)) / 3.0, 4.0 * np.sin(angle) ** 2])
-    power = _ordinates(averages)[index - 1][kept]
-    if power.size < _LEAST or not np.any(power):
+        apart = (frequency < low - cell) | (frequency > high + cell)
+        index, frequency = index[apart], frequency[apart]
+    values = _ordinates(averages)[index - 1]
+    if values.size < _LEAST or not np.any(values):
         return math.inf
-    square = _quantile(power, columns, laws, confidence)
-    return math.sqrt(square / interval)
+    # Columns that are nearly one another stay apart from rounding.
+    columns = np.linalg.qr(_columns(motions)[:, index - 1].T)[0].T
+    rest = values - columns.T @ (columns @ values)
+    angle = 0.5 * np.pi * index / size
+    of_walk, of_reading = (2.0 + np.cos(2.0 * angle)) / 3.0, 4.0 * np.sin(angle) ** 2
+    walks = np.geomspace(*_WALKS) * float(np.mean(rest**2))
+    readings = np.geomspace(*_READINGS) * float(np.median(rest**2 / of_reading))
+    # Both grids are even in the logarithm.
+    logarithm = np.empty((walks.size, readings.size))
+    for row, walk in enumerate(walks):
+        laws = walk * of_walk + readings[:, np.newaxis] * of_reading
+        found = _Integrated.over(rest, laws, columns)
+        logarithm[row] = found.logarithm - 0.5 * found.rest
+    density = np.exp(logarithm - logarithm.max()).sum(axis=1) * np.sqrt(walks)
+    below = (np.cumsum(density) - 0.5 * density) / density.sum()
+    return math.sqrt(float(np.interp(confidence, below, walks)) / interval)
 
 
 def _ordinates(averages: FloatArray) -> FloatArray:
@@ -110,26 +365,3 @@ def _columns(motions: FloatArray) -> FloatArray:
         if np.abs(one).max() > _ROUNDING * np.abs(each).max()
     ]
     return np.stack([_ordinates(each) for each in (np.arange(float(size)), *moving)])
-
-
-def _quantile(power: FloatArray, columns: FloatArray, laws: FloatArray, confidence: float) -> float:
-    """Quantile of N^2 T over all N^2 T and q, factors of the columns integrated out."""
-    # Columns that are nearly one another stay apart from rounding.
-    columns = np.linalg.qr(columns.T)[0].T
-    products = columns[:, np.newaxis] * columns
-    rest = power - columns.T @ (columns @ power)
-    walks = np.geomspace(*_WALKS) * float(np.mean(rest**2))
-    readings = np.geomspace(*_READINGS) * float(np.median(rest**2 / laws[1]))
-    logarithm = np.empty((walks.size, readings.size))
-    for row, walk in enumerate(walks):
-        mean = walk * laws[0] + readings[:, np.newaxis] * laws[1]
-        weight = 1.0 / mean
-        normal = np.einsum("qk,ijk->qij", weight, products)
-        right = (weight * rest) @ columns.T
-        fitted = np.linalg.solve(normal, right[..., np.newaxis])[..., 0]
-        square = weight @ rest**2 - np.sum(right * fitted, axis=1)
-        logarithm[row] = -0.5 * (np.log(mean).sum(axis=1) + np.linalg.slogdet(normal)[1] + square)
-    # Both grids are even in the logarithm.
-    density = np.exp(logarithm - logarithm.max()).sum(axis=1) * np.sqrt(walks)
-    below = (np.cumsum(density) - 0.5 * density) / density.sum()
-    return float(np.interp(confidence, below, walks))

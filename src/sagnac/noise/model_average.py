@@ -35,7 +35,7 @@ from sagnac.noise.band_models import (
     bin_shapes,
 )
 from sagnac.noise.bounds import highest_coefficient
-from sagnac.noise.estimates import Estimate, Interval, SquaredEstimate, Status, unobserved
+from sagnac.noise.estimates import Estimate, Interval, Status, unobserved
 from sagnac.noise.laws import (
     COEFFICIENT_NAMES,
     STOCHASTIC_NAMES,
@@ -357,7 +357,7 @@ def average(
     levels: Levels,
     *,
     confidence: float = 0.95,
-    ramp: SquaredEstimate | None = None,
+    ramp: Estimate | None = None,
 ) -> Average:
     """Average N and the other coefficients over all models.
 
@@ -368,7 +368,7 @@ def average(
     confidence
         Of every interval and bound.
     ramp
-        Square of the rate ramp, (rad/s^2)^2; None if it was not looked for.
+        The rate ramp, rad/s^2; None if it was not looked for.
 
     Returns
     -------
@@ -396,7 +396,7 @@ def average(
         if answering.count
         else evidence.bounded("angle_random_walk")
     )
-    coefficients["rate_ramp"] = (ramp or SquaredEstimate.unseen()).root("rate_ramp", confidence)
+    coefficients["rate_ramp"] = ramp or unobserved("rate_ramp", confidence)
     names = estimated_names(coefficients)
     return Average(
         coefficients={name: coefficients[name] for name in COEFFICIENT_NAMES},

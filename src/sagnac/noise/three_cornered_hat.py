@@ -9,7 +9,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import ArrayLike
 
-from sagnac.core.arrays import FloatArray, elementwise
+from sagnac.core.arrays import BooleanArray, FloatArray, elementwise
 from sagnac.core.errors import Note, RecordingError
 from sagnac.noise.cosine_spectrum import (
     bin_means,
@@ -17,16 +17,9 @@ from sagnac.noise.cosine_spectrum import (
     require_increments,
     without_slope,
 )
-from sagnac.noise.estimates import Estimate, SquaredEstimate
+from sagnac.noise.estimates import Estimate
 from sagnac.noise.laws import STOCHASTIC_NAMES, cosine_power_basis
-from sagnac.noise.likelihood import (
-    CONVERGED,
-    Profile,
-    detected,
-    errors_of,
-    scaled_covariance,
-    solve_normal,
-)
+from sagnac.noise.likelihood import Likelihood, Place, detected, scoring_move
 from sagnac.recording.channel import angle_increments
 from sagnac.recording.model import Kind
 from sagnac.spectrum.transforms import cosine_length, cosine_transform
@@ -95,43 +88,15 @@ def three_cornered_hat(
         If a sample is not finite, the differences do not vary, or too little is left.
     """
     spectra = _pair_spectra(gyros, kind, sample_rate, masked, band)
-    # The spectral matrix of the two differences is linear in the squares; scoring is least squares
-    # on its entries in the metric of their own covariance, repeated.
-    best = _climbed(spectra, _white_start(spectra))
-    errors = errors_of(_scored(spectra, best)[0]).reshape(best.squares.shape)
-    column = STOCHASTIC_NAMES.index("angle_random_walk")
+    white = spectra.start(np.zeros(spectra.terms), np.ones(spectra.terms, dtype=np.bool_))
+    best = spectra.maximum(white)
     estimates, notes = {}, []
     for gyro, name in enumerate(gyros):
-        at = gyro, column
-        square = float(best.squares[at])
-        found = _profile(spectra, best, at, float(errors[at]), confidence)
-        estimates[name] = found.root("angle_random_walk", confidence)
-        if found.status == "upper bound":
-            notes.append(_bound_note(name, square))
+        column = gyro * len(STOCHASTIC_NAMES) + STOCHASTIC_NAMES.index("angle_random_walk")
+        estimates[name] = spectra.estimate(best, column, "angle_random_walk", confidence)
+        if estimates[name].status == "upper bound":
+            notes.append(_bound_note(name, float(best.squares[column])))
     return Separation(angle_random_walk=estimates, notes=tuple(notes))
-
-
-def _profile(
-    spectra: "_PairSpectra", best: "_Place", at: tuple[int, int], error: float, confidence: float
-) -> SquaredEstimate:
-    """Interval of a square that is three standard deviations above zero, or a bound."""
-    value = float(best.squares[at])
-
-    def deviance(square: float) -> float:
-        return _held(spectra, best, at, square).deviance
-
-    profile = Profile(
-        deviance=deviance,
-        lowest=best.deviance,
-        value=value,
-        error=error,
-        confidence=confidence,
-    )
-    found = profile.estimated(deviance(0.0)) if value > 0.0 else None
-    # What is larger than the second would have been estimated.
-    return found or SquaredEstimate.bound(
-        max(profile.bound(deviance(max(value, 0.0))), detected(confidence) * error)
-    )
 
 
 def _bound_note(gyro: str, square: float) -> Note:
@@ -147,8 +112,10 @@ _DIFFERENCES: Final = np.array([[1.0, -1.0, 0.0], [0.0, 1.0, -1.0]])
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class _PairSpectra:
+class _PairSpectra(Likelihood):
     """Spectra and cross spectrum of the two differences, in bins.
+
+    The spectral matrix of the two is linear in the squares, those of the first gyro first.
 
     Attributes
     ----------
@@ -165,10 +132,49 @@ class _PairSpectra:
     count: FloatArray
 
     @property
-    def matrices(self) -> FloatArray:
-        """(bins, 2, 2) the moments as spectral matrices."""
-        columns = [self.moments[:, k] for k in (0, 1, 1, 2)]
-        return np.stack(columns, axis=1).reshape(-1, 2, 2)
+    def terms(self) -> int:
+        return 3 * int(self.basis.shape[1])
+
+    def at(self, squares: FloatArray) -> Place:
+        density = self.basis @ squares.reshape(3, -1).T
+        spectral = np.einsum("ig,bg,jg->bij", _DIFFERENCES, density, _DIFFERENCES)
+        determinant = spectral[:, 0, 0] * spectral[:, 1, 1] - spectral[:, 0, 1] ** 2
+        if not (determinant.min() > 0.0 and spectral[:, 0, 0].min() > 0.0):
+            return Place(squares=squares, deviance=math.inf, law=spectral)
+        inverse = spectral[:, ::-1, ::-1] / determinant[:, np.newaxis, np.newaxis]
+        inverse[:, [0, 1], [1, 0]] *= -1.0
+        trace = (inverse[:, [0, 0, 1], [0, 1, 1]] * [1.0, 2.0, 1.0] * self.moments).sum(axis=1)
+        deviance = float(self.count @ (np.log(determinant) + trace))
+        return Place(squares=squares, deviance=deviance, law=inverse)
+
+    def fisher(self, place: Place) -> FloatArray:
+        reach = np.einsum("ig,bij,jh->bgh", _DIFFERENCES, place.law, _DIFFERENCES)
+        basis = self.basis
+        fisher = 0.5 * np.einsum("b,bs,bt,bgh->gsht", self.count, basis, basis, reach**2)
+        return np.asarray(fisher.reshape(self.terms, self.terms))
+
+    def move(self, place: Place, free: BooleanArray) -> FloatArray:
+        """By scoring: least squares on the entries of the matrix in the metric of their own law."""
+        fisher, reach = self.fisher(place), place.law @ _DIFFERENCES
+        matrices = self.moments[:, [0, 1, 1, 2]].reshape(-1, 2, 2)
+        observed = np.einsum("big,bij,bjg->bg", reach, matrices, reach)
+        score = 0.5 * np.einsum("b,bs,bg->gs", self.count, self.basis, observed).ravel()
+        gradient = fisher @ place.squares - score
+        return scoring_move(fisher[np.ix_(free, free)], gradient[free], place.squares[free])
+
+    def start(self, squares: FloatArray, free: BooleanArray) -> FloatArray:
+        """White noise of the three spectra by covariances, averaged over all bins."""
+        total = self.moments.T @ self.count / self.count.sum()
+        walks = np.maximum([total[0] + total[1], -total[1], total[2] + total[1]], 0.01 * total[0])
+        white = np.zeros((3, self.basis.shape[1]))
+        white[:, STOCHASTIC_NAMES.index("angle_random_walk")] = walks / self.basis[0, 1]
+        return np.where(free, white.ravel(), squares)
+
+    def missed(self, column: int, error: float, confidence: float) -> float:
+        return detected(confidence) * error
+
+    def typical(self, column: int, best: Place) -> float:
+        return math.inf
 
 
 def _pair_spectra(
@@ -200,107 +206,3 @@ def _pair_spectra(
             remedy="check the columns ({columns})",
         )
     return _PairSpectra(basis=basis, moments=moments, count=bins.count)
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class _Place:
-    """Squares (3, terms) of the gyros, -2 log likelihood and inverse spectral matrices there."""
-
-    squares: FloatArray
-    deviance: float
-    inverse: FloatArray
-
-
-def _climbed(spectra: _PairSpectra, place: _Place, held: tuple[int, int] | None = None) -> _Place:
-    """The most likely place from one on, one square `held` as it is there."""
-    for _ in range(100):
-        lowered = _lowered(spectra, place, _target(spectra, place, held))
-        if lowered is None:
-            break
-        fall = place.deviance - lowered.deviance
-        place = lowered
-        if fall < CONVERGED:
-            break
-    return place
-
-
-def _target(spectra: _PairSpectra, place: _Place, held: tuple[int, int] | None) -> FloatArray:
-    """(3, terms) squares that scoring goes to."""
-    fisher, score = _scored(spectra, place)
-    squares = place.squares.ravel().copy()
-    free = np.ones(squares.size, dtype=np.bool_)
-    if held is not None:
-        free[held[0] * place.squares.shape[1] + held[1]] = False
-    score = score - fisher[:, ~free] @ squares[~free]
-    squares[free] = solve_normal(fisher[np.ix_(free, free)], score[free])
-    return squares.reshape(place.squares.shape)
-
-
-def _held(spectra: _PairSpectra, best: _Place, at: tuple[int, int], square: float) -> _Place:
-    """The most likely place with one square held at a value."""
-    fisher, _ = _scored(spectra, best)
-    covariance = scaled_covariance(fisher)
-    scale = 1.0 / np.sqrt(np.diag(fisher))
-    row = at[0] * best.squares.shape[1] + at[1]
-    # How the other squares move when this one does.
-    direction = covariance[:, row] * scale / (covariance[row, row] * scale[row])
-    moved = best.squares + (direction * (square - best.squares[at])).reshape(best.squares.shape)
-    moved[at] = square
-    start = _likelihood(spectra, moved)
-    if not math.isfinite(start.deviance):
-        squares = best.squares.copy()
-        squares[at] = square
-        start = _likelihood(spectra, squares)
-    return _climbed(spectra, start, at) if math.isfinite(start.deviance) else start
-
-
-def _likelihood(spectra: _PairSpectra, squares: FloatArray) -> _Place:
-    """-2 log likelihood, infinite where a spectral matrix is not positive."""
-    moments = spectra.moments
-    density = spectra.basis @ squares.T
-    spectral = np.einsum("ig,bg,jg->bij", _DIFFERENCES, density, _DIFFERENCES)
-    determinant = spectral[:, 0, 0] * spectral[:, 1, 1] - spectral[:, 0, 1] ** 2
-    if not (determinant.min() > 0.0 and spectral[:, 0, 0].min() > 0.0):
-        return _Place(squares=squares, deviance=math.inf, inverse=spectral)
-    inverse = spectral[:, ::-1, ::-1] / determinant[:, np.newaxis, np.newaxis]
-    inverse[:, 0, 1] *= -1.0
-    inverse[:, 1, 0] *= -1.0
-    trace = (
-        inverse[:, 0, 0] * moments[:, 0]
-        + 2.0 * inverse[:, 0, 1] * moments[:, 1]
-        + inverse[:, 1, 1] * moments[:, 2]
-    )
-    deviance = float(spectra.count @ (np.log(determinant) + trace))
-    return _Place(squares=squares, deviance=deviance, inverse=inverse)
-
-
-def _white_start(spectra: _PairSpectra) -> _Place:
-    """White noise of the three spectra by covariances, averaged over all bins."""
-    total = spectra.moments.T @ spectra.count / spectra.count.sum()
-    start = np.maximum([total[0] + total[1], -total[1], total[2] + total[1]], 0.01 * total[0])
-    squares = np.zeros((3, spectra.basis.shape[1]))
-    squares[:, STOCHASTIC_NAMES.index("angle_random_walk")] = start / spectra.basis[0, 1]
-    return _likelihood(spectra, squares)
-
-
-def _scored(spectra: _PairSpectra, place: _Place) -> tuple[FloatArray, FloatArray]:
-    """Fisher information, (3 terms, 3 terms), and its product with the squares to go to."""
-    basis, terms = spectra.basis, spectra.basis.shape[1]
-    reach = place.inverse @ _DIFFERENCES
-    coupling = np.einsum("ig,bih->bgh", _DIFFERENCES, reach) ** 2
-    fisher = 0.5 * np.einsum("b,bs,bt,bgh->gsht", spectra.count, basis, basis, coupling)
-    observed = np.einsum("big,bij,bjg->bg", reach, spectra.matrices, reach)
-    score = 0.5 * np.einsum("b,bs,bg->gs", spectra.count, basis, observed)
-    fisher = fisher.reshape(3 * terms, -1)
-    return fisher, score.ravel()
-
-
-def _lowered(spectra: _PairSpectra, place: _Place, target: FloatArray) -> _Place | None:
-    """The first of the step and its halves that does not raise the deviance, if any does not."""
-    share = 1.0
-    for _ in range(40):
-        trial = _likelihood(spectra, place.squares + share * (target - place.squares))
-        if trial.deviance <= place.deviance:
-            return trial
-        share *= 0.5
-    return None
