@@ -47,9 +47,9 @@ if TYPE_CHECKING:
     from sagnac.lines.search import remove_lines
     from sagnac.navigation.align import Foresight, align
     from sagnac.navigation.export import Exported, export
+    from sagnac.noise.cross_spectra import SelfNoise, self_noise
     from sagnac.noise.estimates import Estimate, Fit
     from sagnac.noise.fit import fit_coefficients
-    from sagnac.noise.self_noise import SelfNoise, self_noise
     from sagnac.quality.check import check
     from sagnac.recording.model import Channel, Recording
     from sagnac.report.folder import Report, write_report
@@ -81,7 +81,7 @@ _HOME: Final = {
         "analysis.verdict": "Plans judge plan",
         "noise.estimates": "Estimate Fit",
         "noise.fit": "fit_coefficients",
-        "noise.self_noise": "SelfNoise self_noise",
+        "noise.cross_spectra": "SelfNoise self_noise",
         "core.errors": "MissingExtra Note RecordingError",
         "navigation.export": "Exported export",
         "fleet.campaign": "CampaignReport campaign",

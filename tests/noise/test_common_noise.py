@@ -3,14 +3,14 @@
 import numpy as np
 from benchmarks.gallery import Gyro, common_pair
 
-from sagnac.noise.common_walk import band_cells
+from sagnac.noise.cross_spectra import band_cells
 
 RATE = 100.0
 
 
 def correlation(increments, **more):
-    cells = band_cells(increments, sample_rate=RATE, band_hz=(0.5, 40.0), **more)
-    matrix = cells.matrices.mean(axis=2)
+    _, matrices = band_cells(increments, sample_rate=RATE, band_hz=(0.5, 40.0), **more)
+    matrix = matrices.mean(axis=2)
     return matrix[0, 1] / np.sqrt(matrix[0, 0] * matrix[1, 1])
 
 

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from sagnac.noise.common_walk import CommonWalk, common_walk, differenced_factor
+from sagnac.noise.cross_spectra import CommonWalk, common_walk, differenced_factor
 
 RATE = 10.0
 

@@ -14,7 +14,7 @@ from sagnac.analysis.pipeline import analyze
 from sagnac.analysis.settings import Settings
 from sagnac.analysis.spectra import ByAngle, Residual
 from sagnac.noise.model_average import ModelChoice
-from sagnac.noise.self_noise import self_noise
+from sagnac.noise.cross_spectra import self_noise
 from sagnac.recording.model import Recording
 from tests.handmade import N, analysis
 from tests.report.examples import CASES

@@ -26,8 +26,15 @@ from sagnac.noise.estimates import Estimate, Interval
 from sagnac.noise.fit import likelihood_fit
 from sagnac.noise.laws import SLOW_NAMES, level_laws
 from sagnac.noise.lowest_ordinates import rate_ramp
-from sagnac.noise.model_average import RULED, Average, ModelChoice, average, mixture
-from sagnac.noise.whole_band import levels_bear_out, with_slow_terms
+from sagnac.noise.model_average import (
+    RULED,
+    Average,
+    ModelChoice,
+    average,
+    levels_bear_out,
+    mixture,
+    with_slow_terms,
+)
 from sagnac.quality.spikes import LEAST_FOR_SPIKES, Spikes, find_spikes, without_spikes
 from sagnac.spectrum.levels import Levels, robust_levels
 from sagnac.spectrum.periodogram import bin_sums

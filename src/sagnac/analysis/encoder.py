@@ -28,7 +28,7 @@ from sagnac.analysis.evidence import Evidence, upper_bound
 from sagnac.analysis.measurement import ALIKE, Measurement, measure
 from sagnac.core.arrays import FloatArray, blocks
 from sagnac.core.errors import Note, rounded
-from sagnac.noise.common_walk import CommonWalk, common_walk, differenced_factor
+from sagnac.noise.cross_spectra import CommonWalk, common_walk, differenced_factor
 from sagnac.noise.estimates import Estimate
 from sagnac.noise.lowest_ordinates import LEAST_AVERAGES, highest_walk
 from sagnac.quality.encoder_faults import LEAST_SHARE, table_share
@@ -354,7 +354,7 @@ def with_shared_noise(headline: Headline, evidence: Evidence) -> Headline:
 
     Shared noise is seen in the cross spectrum of the two, motion and orders taken out. What the
     encoder adds to every gyro looks like the gyros' own, but not like an angle random walk
-    (`noise.common_walk`), unless it wanders.
+    (`noise.cross_spectra`), unless it wanders.
     """
     spectrum, measured = headline.spectrum, evidence.measured
     if spectrum is None or evidence.table.angle is None or not measured.is_pair:

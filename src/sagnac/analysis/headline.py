@@ -55,7 +55,7 @@ from sagnac.analysis.trust import apply_findings
 from sagnac.core.errors import Note
 from sagnac.noise.bounds import CurveBound, highest_terms, highest_walk, within_curve
 from sagnac.noise.estimates import unobserved
-from sagnac.noise.whole_band import with_both, with_whole_band
+from sagnac.noise.model_average import with_both, with_whole_band
 from sagnac.quality.readout import joint_readout
 
 # Chance at which the curve, against a sound likelihood fit, calls it impossible.

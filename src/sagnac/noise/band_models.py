@@ -293,9 +293,8 @@ def _models_of_size(
     mask, columns = np.repeat(masks, len(bands)), np.repeat(columns, len(bands), axis=0)
     bands = np.tile(bands, (len(masks), 1))
     left_out = bins - bands[:, 1] + bands[:, 0]
-    deviance, squares, covariance = fitted_models(
-        scaled, bands, columns, lightest + _HOPELESS - 2.0 * left_out
-    )
+    hopeless = np.asarray(lightest + _HOPELESS - 2.0 * left_out, dtype=np.float64)
+    deviance, squares, covariance = fitted_models(scaled, bands, columns, hopeless)
     depth = squares * np.take_along_axis(scaled.laws[bands[:, 1] - 1], columns, axis=1)
     shallow = np.where(columns >= FALL, depth, 0.0).sum(axis=1) <= _DEEPEST
     stands = np.isfinite(deviance) & (squares > 0.0).all(axis=1) & shallow

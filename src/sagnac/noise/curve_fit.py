@@ -335,11 +335,10 @@ def _model(curve: StabilityCurve, squares: Squares | None) -> tuple[CurveModel, 
         few = f"{factors.size} points of the curve are enough for {', '.join(names)} only"
         notes = (Note(text=few),)
     overlapped = curve.estimator == "oadev"
+    basis = allan_variance_basis(np.asarray(factors * interval))
     return CurveModel(
         names=names,
-        basis=allan_variance_basis(factors * interval)[
-            :, [COEFFICIENT_NAMES.index(name) for name in names]
-        ],
+        basis=basis[:, [COEFFICIENT_NAMES.index(name) for name in names]],
         factors=factors,
         variance=curve.deviation[kept] ** 2,
         shortfall=np.sqrt((angles - 2 * factors) / terms if overlapped else np.ones(terms.size)),

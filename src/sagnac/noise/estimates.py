@@ -210,15 +210,22 @@ def unobserved(name: CoefficientName, confidence: float) -> Estimate:
     )
 
 
+def estimated(
+    name: CoefficientName, confidence: float, value: float, low: float, high: float
+) -> Estimate:
+    """A coefficient with its interval."""
+    return replace(
+        unobserved(name, confidence), value=value, low=low, high=high, status="estimated"
+    )
+
+
 def rooted(
     name: CoefficientName, confidence: float, value: float, low: float, high: float
 ) -> Estimate:
     """A coefficient by its square and the ends of that; a bound if these begin at zero."""
-    nothing = unobserved(name, confidence)
     if not low > 0.0:
-        return nothing.bounded(math.sqrt(high))
-    value, low, high = math.sqrt(value), math.sqrt(low), math.sqrt(high)
-    return replace(nothing, value=value, low=low, high=high, status="estimated")
+        return unobserved(name, confidence).bounded(math.sqrt(high))
+    return estimated(name, confidence, math.sqrt(value), math.sqrt(low), math.sqrt(high))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

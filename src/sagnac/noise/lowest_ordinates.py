@@ -62,7 +62,7 @@ class _Integrated:
         return cls(
             logarithm=-0.5 * (np.log(laws).sum(axis=1) + determinant),
             rest=(values**2 / laws).sum(axis=1) - (right * factors).sum(axis=1),
-            factor=factors[:, 0],
+            factor=np.asarray(factors[:, 0]),
             information=np.exp(determinant - others),
         )
 

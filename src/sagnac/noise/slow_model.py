@@ -12,8 +12,7 @@ from scipy.special import ndtri
 from sagnac.core.arrays import FloatArray
 from sagnac.noise.estimates import Estimate, Interval
 from sagnac.noise.laws import CoefficientName, level_laws, markov_density
-from sagnac.noise.model_average import ModelChoice
-from sagnac.noise.whole_band import describes
+from sagnac.noise.model_average import ModelChoice, describes
 from sagnac.spectrum.levels import Levels
 
 # Twice the logarithm of the likelihood that slow noise, or each Markov rate in it, has to add: five

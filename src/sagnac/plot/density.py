@@ -12,8 +12,8 @@ from sagnac.analysis.result import Analysis
 from sagnac.analysis.spectra import Spectrum
 from sagnac.core.units import ARCSECOND, DEGREE_PER_HOUR_PER_ROOT_HERTZ
 from sagnac.lines.model import Line, Scale
+from sagnac.noise.cross_spectra import SelfNoise
 from sagnac.noise.laws import SYMBOLS
-from sagnac.noise.self_noise import SelfNoise
 from sagnac.plot import frame
 
 if TYPE_CHECKING:

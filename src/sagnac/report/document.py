@@ -28,6 +28,7 @@ from sagnac.core.documents import ANALYSES, ANALYSIS, finite, read_analyses
 from sagnac.core.errors import Note, RecordingError
 from sagnac.core.version import __version__
 from sagnac.lines.model import Line
+from sagnac.noise.cross_spectra import SelfNoise
 from sagnac.noise.estimates import (
     Estimate,
     Fit,
@@ -35,7 +36,6 @@ from sagnac.noise.estimates import (
 )
 from sagnac.noise.laws import COEFFICIENT_NAMES, CoefficientName
 from sagnac.noise.model_average import ModelChoice
-from sagnac.noise.self_noise import SelfNoise
 from sagnac.report import error_text, findings_data, note_text
 from sagnac.report.quantities import curve_columns, curve_unit, shown_density
 from sagnac.report.sections import (

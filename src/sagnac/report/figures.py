@@ -30,7 +30,7 @@ from sagnac.analysis.result import Analysis
 from sagnac.core.arrays import FloatArray
 from sagnac.core.units import DEGREE, DEGREE_PER_HOUR, SENSED, UNITS, Unit
 from sagnac.core.whole_files import write_bytes
-from sagnac.noise.self_noise import SelfNoise
+from sagnac.noise.cross_spectra import SelfNoise
 from sagnac.plot import frame
 from sagnac.report.quantities import curve_unit, in_field_unit, number
 from sagnac.table.frames import shares_from_deviations, table_to_gyro_matrix

@@ -14,8 +14,8 @@ from sagnac.analysis.result import Analysis, headline_coefficients, headline_est
 from sagnac.analysis.verdict import verdict_of
 from sagnac.core.errors import Note, counted, ranked
 from sagnac.core.units import field_unit
+from sagnac.noise.cross_spectra import SelfNoise
 from sagnac.noise.laws import COEFFICIENT_NAMES, SYMBOLS, CoefficientName
-from sagnac.noise.self_noise import SelfNoise
 from sagnac.recording.model import Recording
 from sagnac.report import as_typed, error_text, note_text, quantities, sections
 from sagnac.stability.curve import StabilityCurve

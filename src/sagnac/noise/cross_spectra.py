@@ -1,0 +1,597 @@
+"""Cross spectra of gyros that turn together: what each makes alone, and what they share.
+
+*Alone.* What all share is motion: the cross spectra of n gyros about one axis are
+``P = g g* S + diag(N)``, a motion S that each senses by its own gain g (its misalignment in it),
+and the noise N of each alone. Three gyros solve for it (R. Sleeman, A. van Wettum and J. Trampert,
+Bull. Seismol. Soc. Am. 96, 258, 2006: ``N_1 = P_11 - P_21 P_13 / P_23``); of more, the maximum of
+the Wishart likelihood is the weighted least-squares form. Gyros about several axes, as three triads
+side by side, share as many motions as they have axes, and a misalignment mixes these:
+``P = G S G* + diag(N)``.
+
+With N given, the likelihood is highest with the largest eigenvectors of ``N^-1/2 P N^-1/2`` for the
+motion (D. N. Lawley and A. E. Maxwell, Factor Analysis as a Statistical Method, 1971), so that N
+alone is searched for, by scoring: with the other eigenvalues l and vectors u, and their projector
+F, the gradient is ``sum_k |u_ik|^2 (1 - l_k)`` and the information on ln N ``M |F_ij|^2``. Each
+motion takes one of the M degrees of freedom, which N is given back.
+
+*Shared.* Two gyros with a common part (drive, temperature, table) read low when differenced: it
+cancels. The real part of their cross spectrum over the band of N is the common part, with the sign
+that the difference sees. What gyros show beyond the motion of their table holds their own noise,
+what they share, and the error of the encoder that said how the table moves. The error of a readout
+is white noise of the angle: its cross spectrum rises as f^2. What gyros warm up by falls as f^-2.
+An angle random walk that gyros share is level between. So the three are fitted to the cross
+spectra.
+"""
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Final
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy.fft import prev_fast_len, rfft
+from scipy.special import chdtri, stdtrit
+
+from sagnac.core.arrays import ComplexArray, FloatArray, IntegerArray
+from sagnac.core.errors import RecordingError, counted, require_confidence
+from sagnac.noise.estimates import Estimate, estimated, unobserved
+from sagnac.noise.laws import STOCHASTIC_NAMES, rate_density_basis
+from sagnac.noise.likelihood import PRESENCE
+from sagnac.recording.channel import angle_increments
+from sagnac.recording.model import Recording
+from sagnac.spectrum.periodogram import CELL, TAPERS, band_degrees_of_freedom, sine_taper
+from sagnac.spectrum.power_laws import running_median
+
+# ---- noise of each alone -----------------------------------------------------------------
+
+# Gyros that each motion needs: with two there is more than one way to tell them apart.
+_FOR_EACH: Final = 3
+# Complex degrees of freedom of a band, times the motions squared, from which on intervals hold.
+_LEAST: Final = 30
+_BANDS_A_DECADE: Final = 10
+_SEGMENT: Final = 2**17
+_STEPS: Final = 100
+_CONVERGED: Final = 1e-9
+# A noise below this part of where the search began is none that can be told.
+_TINY: Final = 1e-4
+# Degrees of freedom of a noise, fewer than which tell next to nothing of it.
+_FEWEST: Final = 4.0
+# Chance at which an ordinate of a band of noise is taken for a line.
+_CHANCE: Final = 1e-4
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class SelfNoise:
+    """Noise of each gyro without what all share.
+
+    Attributes
+    ----------
+    gyros
+        Their names.
+    frequency
+        (bands,) Hz.
+    density, low, high
+        (gyros, bands) one-sided rate density of each alone, (rad/s)^2/Hz, and its interval; NaN
+        where it cannot be told.
+    motion
+        (bands,) mean density of what they share.
+    gains
+        (gyros,) with which each senses the motion, of their mean; empty of several motions.
+    left_out
+        (bands,) ordinates that were left out as lines of one gyro.
+    angle_random_walk
+        N of each over the band that was asked for; else empty.
+    confidence
+        Of the intervals.
+
+    Examples
+    --------
+    >>> noise = np.random.default_rng(2).standard_normal((4, 20_000))
+    >>> x, y, z = noise[3] * [[30.0], [31.0], [29.0]] + noise[:3]
+    >>> still = Recording.from_arrays(x=x, y=y, z=z, kind="rate", unit="deg/h", sample_rate=10.0)
+    >>> self_noise(still).gains.round(2).tolist()
+    [1.0, 1.03, 0.97]
+    """
+
+    gyros: tuple[str, ...]
+    frequency: FloatArray
+    density: FloatArray
+    low: FloatArray
+    high: FloatArray
+    motion: FloatArray
+    gains: FloatArray
+    left_out: IntegerArray
+    angle_random_walk: Mapping[str, Estimate]
+    confidence: float
+
+    def __repr__(self) -> str:
+        found = ", ".join(f"{name} {one!r}" for name, one in self.angle_random_walk.items())
+        return f"<SelfNoise of {', '.join(self.gyros)}: {self.frequency.size} bands; {found}>"
+
+
+def self_noise(
+    recording: Recording,
+    *,
+    gyros: Sequence[str] | None = None,
+    motions: int = 1,
+    band: tuple[float, float] | None = None,
+    confidence: float = 0.95,
+) -> SelfNoise:
+    """Spectrum of the noise of each of several gyros, and N of each over a band.
+
+    Parameters
+    ----------
+    recording
+        Of gyros that turn together.
+    gyros
+        Three or more for each motion; all of the recording unless stated.
+    motions
+        Axes about which they turn: 1 of parallel gyros, 3 of triads side by side.
+    band
+        Lowest and highest frequency, Hz, over which the noise of each is white; N is read there.
+    confidence
+        Of the intervals.
+
+    Raises
+    ------
+    RecordingError
+        If a sample is not finite, or the recording is too short.
+    ValueError
+        If there are too few gyros, or a band or a confidence that cannot be.
+
+    Examples
+    --------
+    >>> noise = np.random.default_rng(1).standard_normal((4, 20_000))
+    >>> turned = 30.0 * noise[3]
+    >>> three = {name: turned + one for name, one in zip("xyz", noise, strict=False)}
+    >>> still = Recording.from_arrays(**three, kind="rate", unit="deg/h", sample_rate=10.0)
+    >>> found = self_noise(still, band=(0.1, 5.0)).angle_random_walk["x"].to("deg/h/sqrt(Hz)")
+    >>> bool(found.low < 1.0 / np.sqrt(10.0) < found.high)
+    True
+    """
+    require_confidence(confidence)
+    names = tuple(gyros) if gyros is not None else tuple(one.name for one in recording.gyros)
+    if motions < 1 or len(set(names)) < _FOR_EACH * motions:
+        raise ValueError(
+            f"gyros are {', '.join(names)}; give {_FOR_EACH} or more for each of {motions} motions"
+        )
+    rates = _rates(recording, names)
+    length = min(rates.shape[1], _SEGMENT)
+    frequency = np.arange(length // 2 + 1) * recording.sample_rate / length
+    if band is not None and not 0.0 <= band[0] < band[1]:
+        raise ValueError(f"band is {band}; give two frequencies in Hz, the lower first")
+    segments = rates.shape[1] // length
+    cross = _cross_spectra(rates, length) / recording.sample_rate
+    first, last = CELL, frequency.size - CELL
+    least = _LEAST * motions**2
+    edges = _edges(first, last, segments, least)
+    if edges.size < 2:
+        raise RecordingError(
+            f"{counted(rates.shape[1], 'sample')} are too few for cross spectra of "
+            f"{len(names)} gyros",
+            remedy="record longer",
+        )
+    bands = list(pairwise(edges))
+    found = [_Apart.of(cross[slice(*band)], motions, segments, confidence) for band in bands]
+    walks: dict[str, Estimate] = {}
+    if band is not None:
+        inside = slice(
+            max(int(np.searchsorted(frequency, band[0])), first),
+            min(int(np.searchsorted(frequency, band[1])), last),
+        )
+        if band_degrees(inside.stop - inside.start, segments) < least:
+            raise RecordingError(
+                f"holds too little between {band[0]:g} and {band[1]:g} Hz",
+                remedy="give a wider band, or record longer",
+            )
+        one = _Apart.of(cross[inside], motions, segments, confidence)
+        walks = {name: one.walk(place, confidence) for place, name in enumerate(names)}
+    return SelfNoise(
+        gyros=names,
+        frequency=np.array([frequency[slice(*each)].mean() for each in bands]),
+        density=np.array([one.noise for one in found]).T,
+        low=np.array([one.low for one in found]).T,
+        high=np.array([one.high for one in found]).T,
+        motion=np.array([one.motion for one in found]),
+        gains=_gains(found) if motions == 1 else np.empty(0),
+        left_out=np.array([one.left_out for one in found]),
+        angle_random_walk=walks,
+        confidence=confidence,
+    )
+
+
+def band_degrees(ordinates: int, segments: int) -> float:
+    """Complex degrees of freedom of the mean of neighbouring ordinates over some segments."""
+    return 0.5 * band_degrees_of_freedom(ordinates) * segments if ordinates > 0 else 0.0
+
+
+def _rates(recording: Recording, names: Sequence[str]) -> FloatArray:
+    """(gyros, samples) mean rates, rad/s."""
+    rate = recording.sample_rate
+    each = []
+    for name in names:
+        gyro = recording.gyro(name)
+        turned = angle_increments(gyro.values, kind=gyro.kind, sample_rate=rate)
+        each.append(np.asarray(turned) * rate)
+    samples = min(one.size for one in each)
+    return np.array([one[:samples] for one in each])
+
+
+def _cross_spectra(rates: FloatArray, length: int) -> ComplexArray:
+    """(ordinates, gyros, gyros) one-sided, over all tapers and segments, times the sample rate."""
+    total = np.zeros((length // 2 + 1, len(rates), len(rates)), dtype=np.complex128)
+    segments = rates.shape[1] // length
+    for place in range(segments):
+        some = rates[:, place * length : (place + 1) * length]
+        some = some - some.mean(axis=1, keepdims=True)
+        for order in range(1, TAPERS + 1):
+            turned = rfft(some * sine_taper(order, length), axis=1).T
+            total += turned[:, :, np.newaxis] * turned[:, np.newaxis, :].conj()
+    return np.asarray(total * (2.0 / (TAPERS * segments)))
+
+
+def _edges(first: int, last: int, segments: int, least: int) -> IntegerArray:
+    """Ordinates at which bands begin and end, each with enough degrees of freedom."""
+    edges = [first]
+    while edges[-1] < last:
+        high = max(edges[-1] + 1, round(edges[-1] * 10.0 ** (1.0 / _BANDS_A_DECADE)))
+        while high < last and band_degrees(high - edges[-1], segments) < least:
+            high += 1
+        if high > last or band_degrees(high - edges[-1], segments) < least:
+            break
+        edges.append(high)
+    return np.array(edges)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class _Apart:
+    """One band: noise of each gyro with its interval, the motion and how each senses it."""
+
+    noise: FloatArray
+    low: FloatArray
+    high: FloatArray
+    motion: float
+    sensed: ComplexArray
+    left_out: int
+
+    @classmethod
+    def of(cls, cross: ComplexArray, motions: int, segments: int, confidence: float) -> "_Apart":
+        """The noise of one band, without ordinates at which one gyro has a line."""
+        kept = np.ones(len(cross), dtype=np.bool_)
+        for _ in range(2):
+            noise, _, _, beside = _factored(cross[kept].mean(axis=0), motions)
+            # What is not motion, of each ordinate, over what is to be expected of it.
+            whitened = beside / np.sqrt(noise)
+            residual = np.einsum("ij,fjk,ik->f", whitened, cross, whitened.conj()).real
+            freedom = 2.0 * TAPERS * segments * len(beside)
+            kept = residual / len(beside) < chdtri(freedom, _CHANCE) / freedom
+            if kept.all() or band_degrees(int(kept.sum()), segments) < 2 * motions:
+                break
+        mean = cross[kept].mean(axis=0) if kept.any() else cross.mean(axis=0)
+        noise, variance, motion, _ = _factored(mean, motions)
+        degrees = band_degrees(int(kept.sum()) or len(cross), segments)
+        each = 2.0 * degrees / np.where(variance < 2.0 * degrees / _FEWEST, variance, np.nan)
+        noise = np.where(np.isnan(each), np.nan, noise * degrees / (degrees - motions))
+        tail = 0.5 * (1.0 - confidence)
+        return cls(
+            noise=noise,
+            low=noise * each / chdtri(each, tail),
+            high=noise * each / chdtri(each, 1.0 - tail),
+            motion=float(np.mean(np.sum(np.abs(motion) ** 2, axis=1))),
+            sensed=motion,
+            left_out=int(np.count_nonzero(~kept)),
+        )
+
+    def walk(self, place: int, confidence: float) -> Estimate:
+        """N of a gyro whose noise is white over the band, half of a one-sided density."""
+        if math.isnan(self.noise[place]):
+            return unobserved("angle_random_walk", confidence)
+        figures = (
+            math.sqrt(0.5 * float(each[place])) for each in (self.noise, self.low, self.high)
+        )
+        return estimated("angle_random_walk", confidence, *figures)
+
+
+def _factored(
+    mean: ComplexArray, motions: int
+) -> tuple[FloatArray, FloatArray, ComplexArray, ComplexArray]:
+    """Most likely noise of a cross-spectral matrix.
+
+    Returns
+    -------
+    noise, variance
+        (gyros,) and the variance of its logarithm times the degrees of freedom; NaN if the noise
+        cannot be told.
+    motion
+        (gyros, motions) what of each motion each senses, root of a density.
+    beside
+        (gyros - motions, gyros) conjugate vectors of what is not motion, whitened.
+    """
+    # What the others do not foretell of each is no less than its noise.
+    logarithm = -np.log(np.diagonal(np.linalg.inv(mean)).real)
+    begun, root, information = logarithm, logarithm, np.empty((0, 0))
+    for _ in range(_STEPS):
+        root = np.exp(-0.5 * logarithm)
+        values, vectors = np.linalg.eigh(root[:, np.newaxis] * mean * root)
+        lower, beside = values[:-motions], vectors[:, :-motions]
+        gradient = (np.abs(beside) ** 2) @ (1.0 - lower)
+        information = np.abs(beside @ beside.conj().T) ** 2
+        step = np.clip(np.linalg.lstsq(information, gradient)[0], -1.0, 1.0)
+        logarithm = logarithm - step
+        if np.abs(step).max() < _CONVERGED:
+            break
+    noise = np.exp(logarithm)
+    variance = np.diagonal(np.linalg.pinv(information)).copy()
+    variance[logarithm < begun + math.log(_TINY)] = math.nan
+    motion = vectors[:, -motions:] * np.sqrt(np.maximum(values[-motions:] - 1.0, 0.0))
+    return noise, variance, motion / root[:, np.newaxis], beside.conj().T
+
+
+def _gains(found: Sequence[_Apart]) -> FloatArray:
+    """(gyros,) gains of one motion, of their mean; bands count by how far the motion stands out."""
+    total = np.zeros(found[0].noise.size)
+    for one in found:
+        if np.isnan(one.noise).all():
+            continue
+        sensed = one.sensed[:, 0]
+        total += (sensed * sensed.mean().conjugate()).real / float(np.nanmean(one.noise))
+    mean = float(total.mean())
+    return np.asarray(total / mean if mean else np.full(total.size, math.nan))
+
+
+# ---- the angle random walk that gyros share ----------------------------------------------
+
+# A cell this many times the median of its neighbourhood, and those cells, is a line.
+_STANDING: Final = 3.0
+_AROUND: Final = 41
+
+
+def band_cells(
+    increments: ArrayLike,
+    *,
+    sample_rate: float,
+    band_hz: tuple[float, float],
+    masked: Sequence[tuple[float, float]] = (),
+) -> tuple[FloatArray, FloatArray]:
+    """Real spectral matrices of several gyros over a band, in cells that hold no line.
+
+    Parameters
+    ----------
+    increments
+        (gyros, samples), rad, of one span.
+    sample_rate
+        Samples per second.
+    band_hz
+        Lowest and highest frequency, Hz: that in which N rules.
+    masked
+        Bands (low, high), Hz, to leave out. Lines that gyros on one bench share are no noise;
+        what stands out is left out besides.
+
+    Returns
+    -------
+    frequency, matrices
+        (cells,) in the middle of each, Hz, ascending; (gyros, gyros, cells) one-sided rate density
+        under sine tapers, (rad/s)^2/Hz.
+
+    Raises
+    ------
+    ValueError
+        If no ordinate lies in the band or an argument makes no sense.
+    """
+    values = np.asarray(increments, dtype=np.float64)
+    if values.ndim != 2 or values.shape[0] < 2 or not np.isfinite(values).all():
+        raise ValueError(f"increments has shape {values.shape}; give two finite gyros or more")
+    length = int(prev_fast_len(values.shape[1], real=True))
+    time = np.arange(length) - 0.5 * (length - 1)
+    values = values[:, :length] - values[:, :length].mean(axis=1, keepdims=True)
+    values -= np.outer(values @ time / (time @ time), time)
+    unit = sample_rate / length
+    first, last = np.searchsorted(np.arange(1, length // 2 + 1) * unit, band_hz, side="left")
+    cells = int((last - first) // CELL)
+    if cells <= 0:
+        raise ValueError(f"too few frequencies between {band_hz[0]:g} and {band_hz[1]:g} Hz")
+    used = slice(1 + int(first), 1 + int(first) + cells * CELL)
+    matrices = np.zeros((values.shape[0], values.shape[0], cells))
+    for order in range(1, TAPERS + 1):
+        transform = rfft(values * sine_taper(order, length), axis=1)[:, used]
+        pairs = (transform[:, np.newaxis] * transform.conj()).real
+        matrices += pairs.reshape(*matrices.shape, CELL).sum(axis=3)
+    matrices *= 2.0 * sample_rate / (TAPERS * CELL)
+    frequency = (1 + first + CELL * (np.arange(cells) + 0.5)) * unit
+    plain = np.ones(cells, dtype=np.bool_)
+    for density in matrices[np.arange(len(values)), np.arange(len(values))]:
+        standing = density > _STANDING * running_median(density, _AROUND)
+        plain &= ~np.convolve(standing, np.ones(3), mode="same").astype(bool)[:cells]
+    for low, high in masked:
+        plain &= (frequency <= low - CELL * unit) | (frequency >= high + CELL * unit)
+    if not plain.any():
+        raise ValueError(f"only lines between {band_hz[0]:g} and {band_hz[1]:g} Hz")
+    return frequency[plain], matrices[:, :, plain]
+
+
+# Bins to a decade, and fewest cells in one: a covariance made of fewer bends its own weights.
+_BINS: Final = 6
+_LEAST_CELLS: Final = 6
+# Terms that the cross spectra may have, and fewest bins to tell them from each other.
+_TERMS: Final = tuple(
+    STOCHASTIC_NAMES.index(name)
+    for name in ("quantization", "angle_random_walk", "rate_random_walk")
+)
+_LEAST_BINS: Final = 5
+# Rounds in which a spectrum is smoothed by its terms, and how far off the seen one it may get.
+_ROUNDS: Final = 4
+_OFF: Final = 3.0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CommonWalk:
+    """Square of the angle random walk that gyros share.
+
+    Attributes
+    ----------
+    square, low, high
+        rad^2/s with its interval; below zero if the gyros lean on each other.
+    confidence
+        Of the interval.
+    error
+        Standard error of the square.
+    """
+
+    square: float
+    low: float
+    high: float
+    confidence: float
+    error: float
+
+    @property
+    def is_present(self) -> bool:
+        """Whether it is farther from zero than three standard deviations, as any term has to be.
+
+        Chance alone brings the end of an interval beyond zero, and N would then have to allow for
+        all that the interval holds.
+        """
+        return self.square**2 > PRESENCE * self.error**2
+
+
+def differenced_factor(shared: float, walk: float) -> float:
+    """Factor that differencing puts on N per gyro: ``sqrt(n^2 / (n^2 + c))``.
+
+    Parameters
+    ----------
+    shared
+        c, square of the angle random walk that both share, rad^2/s.
+    walk
+        n, per gyro as the difference shows it, rad/sqrt(s).
+    """
+    own = walk**2
+    # What gyros share with opposite sign raises n^2 by no more than all of it.
+    return math.sqrt(own / max(own + shared, 1e-3 * own))
+
+
+def common_walk(
+    increments: ArrayLike,
+    *,
+    sample_rate: float,
+    band_hz: tuple[float, float],
+    masked: Sequence[tuple[float, float]] = (),
+    confidence: float = 0.95,
+) -> CommonWalk:
+    """Angle random walk that two or more gyros share, from their cross spectra.
+
+    White noise, its sum and its second difference (N, K and Q) are fitted to the cross spectra of
+    all pairs by least squares in the metric of the Wishart law,
+    ``cov(S_ij, S_kl) = (S_ik S_jl + S_il S_jk) / degrees of freedom``.
+
+    Parameters
+    ----------
+    increments
+        (gyros, samples), rad, of angles that were averaged over the interval between them, table
+        motion out.
+    sample_rate
+        Samples per second.
+    band_hz, masked
+        As in `band_cells`.
+    confidence
+        Of the interval, which grows by what the three terms do not explain.
+
+    Returns
+    -------
+    CommonWalk
+
+    Raises
+    ------
+    ValueError
+        If the band is too narrow to tell the three from each other.
+    """
+    places, matrices = band_cells(
+        increments, sample_rate=sample_rate, band_hz=band_hz, masked=masked
+    )
+    bins = _bins(places)
+    if len(bins) < _LEAST_BINS:
+        raise ValueError(f"{len(bins)} bins do not tell what gyros share; give {_LEAST_BINS}")
+    frequency = np.array([places[span].mean() for span in bins])
+    basis = rate_density_basis(frequency, 1.0 / sample_rate)[:, _TERMS]
+    # Averages over the interval make of a walk's increments c_0 = 2/3 and c_1 = 1/6; white noise of
+    # the angle stays white.
+    averaged = (2.0 + np.cos(2.0 * np.pi * frequency / sample_rate)) / 3.0
+    basis[:, 1:] *= averaged[:, np.newaxis]
+    scale = np.sqrt(np.mean(basis**2, axis=0))
+    own = _TERMS.index(STOCHASTIC_NAMES.index("angle_random_walk"))
+    freedom = np.array([band_degrees_of_freedom(CELL * (one.stop - one.start)) for one in bins])
+    spectra = np.stack([matrices[:, :, one].mean(axis=2) for one in bins])
+    solution, covariance, chi_square = _fitted_terms(spectra, basis / scale, freedom)
+    left = freedom.size * math.comb(spectra.shape[1], 2) - solution.size
+    square = float(solution[own] / scale[own])
+    error = math.sqrt(max(1.0, chi_square / left) * float(covariance[own, own])) / scale[own]
+    reach = float(stdtrit(left, 0.5 + 0.5 * confidence)) * error
+    return CommonWalk(
+        square=square,
+        low=square - reach,
+        high=square + reach,
+        confidence=confidence,
+        error=error,
+    )
+
+
+def _fitted_terms(
+    spectra: FloatArray, basis: FloatArray, freedom: FloatArray
+) -> tuple[FloatArray, FloatArray, float]:
+    """Terms of the cross spectra of all pairs, their covariance, and the chi-square they leave.
+
+    The metric is of smooth spectra: in that of the observed ones what chance makes low would weigh
+    more.
+    """
+    first, second = np.triu_indices(spectra.shape[1], 1)
+    smooth = _smooth(spectra, basis, freedom)
+    fisher, score = np.zeros((basis.shape[1],) * 2), np.zeros(basis.shape[1])
+    total = 0.0
+    for row, seen, known, count in zip(basis, spectra, smooth, freedom, strict=True):
+        cross = seen[first, second]
+        covariance = (
+            known[np.ix_(first, first)] * known[np.ix_(second, second)]
+            + known[np.ix_(first, second)] * known[np.ix_(second, first)]
+        ) / count
+        metric = np.linalg.inv(covariance)
+        of_all = metric.sum(axis=0)
+        fisher += np.outer(row, row) * of_all.sum()
+        score += row * (of_all @ cross)
+        total += float(cross @ metric @ cross)
+    inverse = np.asarray(np.linalg.inv(fisher), dtype=np.float64)
+    solution = inverse @ score
+    return solution, inverse, total - float(score @ solution)
+
+
+def _smooth(spectra: FloatArray, basis: FloatArray, freedom: FloatArray) -> FloatArray:
+    """(bins, gyros, gyros) spectra as the terms make them, near the observed ones."""
+    gyros = spectra.shape[1]
+    own = np.stack([spectra[:, gyro, gyro] for gyro in range(gyros)], axis=1)
+    model = own
+    for _ in range(_ROUNDS):
+        weight = np.sqrt(freedom)[:, np.newaxis] / model
+        fitted = [
+            basis @ np.linalg.lstsq(basis * part[:, np.newaxis], part * seen, rcond=None)[0]
+            for part, seen in zip(weight.T, own.T, strict=True)
+        ]
+        model = np.clip(np.stack(fitted, axis=1), own / _OFF, own * _OFF)
+    size = np.sqrt(model)
+    seen = np.sqrt(own)
+    coherency = spectra / (seen[:, :, np.newaxis] * seen[:, np.newaxis, :])
+    # Coherency changes slowly, and that of a bin itself would weigh it: its neighbours say it.
+    padded = np.concatenate([coherency[1:2], coherency, coherency[-2:-1]])
+    coherency = 0.5 * (padded[:-2] + padded[2:])
+    coherency[:, np.arange(gyros), np.arange(gyros)] = 1.0
+    return np.asarray(coherency * size[:, :, np.newaxis] * size[:, np.newaxis, :])
+
+
+def _bins(frequency: FloatArray) -> list[slice]:
+    """Runs of cells, a sixth of a decade and six cells long or more."""
+    bins: list[slice] = []
+    start = 0
+    for stop in range(1, frequency.size + 1):
+        wide = frequency[stop - 1] >= frequency[start] * 10.0 ** (1.0 / _BINS)
+        if wide and stop - start >= _LEAST_CELLS:
+            bins.append(slice(start, stop))
+            start = stop
+    return bins
