@@ -13,8 +13,8 @@ from sagnac import plot
 from sagnac.analysis.pipeline import analyze
 from sagnac.analysis.settings import Settings
 from sagnac.analysis.spectra import ByAngle, Residual
-from sagnac.noise.model_average import ModelChoice
 from sagnac.noise.cross_spectra import self_noise
+from sagnac.noise.model_average import ModelChoice
 from sagnac.recording.model import Recording
 from tests.handmade import N, analysis
 from tests.report.examples import CASES
