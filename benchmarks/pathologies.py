@@ -28,8 +28,7 @@ from benchmarks._faults import PATHOLOGIES, RATE, SAMPLES, SHARES, TABLE, WALK, 
 from benchmarks.stability import PAGE as STABILITY_PAGE
 from sagnac.analysis.settings import Method
 from sagnac.core.errors import Note, RecordingError, worded
-from sagnac.quality.check import integrity, judged
-from sagnac.quality.effects import FAULTS, FINDINGS
+from sagnac.quality.check import FINDINGS, integrity, judged
 
 PAGE: Final = STABILITY_PAGE.parent / "pathologies.md"
 RESULTS: Final = Path("out/pathologies.jsonl")

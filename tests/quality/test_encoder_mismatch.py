@@ -5,15 +5,15 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-
-from sagnac.core.errors import RecordingError
-from sagnac.quality.check import check
 from sagnac.quality.encoder_faults import (
     block_rates,
     jumps_of_encoder,
     require_encoder_follows,
     turned_around,
 )
+
+from sagnac.core.errors import RecordingError
+from sagnac.quality.check import check
 from sagnac.recording.channel import Channel
 from sagnac.recording.model import Recording
 from tests.quality.recordings import (

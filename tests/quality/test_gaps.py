@@ -2,9 +2,6 @@
 
 import numpy as np
 import pytest
-
-from sagnac.core.errors import RecordingError
-from sagnac.quality.check import integrity
 from sagnac.quality.gaps import (
     grid_of,
     longest_whole_stretch,
@@ -12,6 +9,9 @@ from sagnac.quality.gaps import (
     uneven_notes,
     with_gaps_marked,
 )
+
+from sagnac.core.errors import RecordingError
+from sagnac.quality.check import integrity
 from sagnac.recording.channel import Channel
 from sagnac.recording.model import Recording
 from tests.quality.recordings import RATE, SAMPLES, SECONDS, noise, rate_gyro

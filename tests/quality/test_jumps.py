@@ -1,8 +1,8 @@
 """Single steps far outside the rest."""
 
 import numpy as np
-
 from sagnac.quality.encoder_faults import jump_notes
+
 from sagnac.recording.channel import Channel
 from sagnac.recording.model import Recording
 from tests.quality.recordings import DEGREE, RATE, SECONDS, noise, rate_gyro

@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
+from sagnac.recording.stamps import Places, Stretch, is_not_finite, longest_between
 
 from sagnac.quality.profile import remedy_of
 from sagnac.recording.model import Recording
-from sagnac.recording.stamps import Places, Stretch, is_not_finite, longest_between
 from tests.quality.recordings import noise, rate_gyro
 
 

@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
+from sagnac.quality.gaps import STUCK_RANK, is_stuck, runs_of
 
 from sagnac.quality.check import integrity
-from sagnac.quality.gaps import STUCK_RANK, is_stuck, runs_of
 from sagnac.recording.channel import Channel
 from sagnac.recording.model import Recording
 from tests.quality.recordings import RATE, SAMPLES, noise, rate_gyro

@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-
 from sagnac.quality.repeats import longest_twice
 
 

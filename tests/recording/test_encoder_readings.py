@@ -4,11 +4,11 @@ import math
 
 import numpy as np
 import pytest
+from sagnac.quality.encoder_faults import require_encoder_follows
 
 from sagnac.core.errors import RecordingError
 from sagnac.core.units import unit_of
 from sagnac.formats import Statement, read
-from sagnac.quality.encoder_faults import require_encoder_follows
 from sagnac.recording.encoder_readings import angle_of_readings, fill_missing, mark_missing
 from sagnac.recording.model import Channel, Recording
 

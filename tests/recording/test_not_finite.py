@@ -1,8 +1,8 @@
 """Samples that are NaN or infinite."""
 
 import numpy as np
-
 from sagnac.quality.gaps import not_finite_notes
+
 from sagnac.recording.model import Recording
 from tests.quality.recordings import RATE, noise, rate_gyro
 

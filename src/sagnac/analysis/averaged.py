@@ -35,7 +35,7 @@ from sagnac.noise.model_average import (
     mixture,
     with_slow_terms,
 )
-from sagnac.quality.spikes import LEAST_FOR_SPIKES, Spikes, find_spikes, without_spikes
+from sagnac.quality.distribution import LEAST_FOR_SPIKES, Spikes, find_spikes, without_spikes
 from sagnac.spectrum.levels import Levels, robust_levels
 from sagnac.spectrum.periodogram import bin_sums
 from sagnac.spectrum.tapered import LEAST_SAMPLES, tapered_spectrum

@@ -31,7 +31,8 @@ from sagnac.core.errors import Note, rounded
 from sagnac.noise.cross_spectra import CommonWalk, common_walk, differenced_factor
 from sagnac.noise.estimates import Estimate
 from sagnac.noise.lowest_ordinates import LEAST_AVERAGES, highest_walk
-from sagnac.quality.encoder_faults import LEAST_SHARE, table_share
+from sagnac.quality.encoder import LEAST_SHARE
+from sagnac.quality.profile import Profile
 from sagnac.recording.channel import PAIR_SIZE, angle_of
 from sagnac.table.kinematics import (
     Kinematics,
@@ -137,7 +138,7 @@ def _of_one(headline: Headline, evidence: Evidence, pair: Pair) -> Headline:
     others = (
         gyro.name
         for gyro in recording.gyros
-        if gyro.name != name and abs(table_share(recording, gyro)) > LEAST_SHARE
+        if gyro.name != name and abs(Profile.of(recording, gyro).share) > LEAST_SHARE
     )
     other = next(others, None)
     two = None if other is None else pair(evidence, other)

@@ -24,8 +24,9 @@ from sagnac.core.units import ARCSECOND
 from sagnac.lines.model import Removal
 from sagnac.lines.published import LITERAL, remove_lines_as_published
 from sagnac.lines.search import remove_lines
-from sagnac.quality.encoder_faults import require_encoder_follows
-from sagnac.quality.gaps import not_finite_notes, stuck_notes
+from sagnac.quality.encoder import require_encoder_follows
+from sagnac.quality.profile import Profile
+from sagnac.quality.samples import missing_notes, stuck_notes
 from sagnac.recording.channel import PAIR_SIZE, angle_of
 from sagnac.recording.model import Recording
 from sagnac.table.estimate import EstimatedTable, estimated_table, order_drift
@@ -133,8 +134,9 @@ def require_sound(recording: Recording, gyros: tuple[str, ...]) -> None:
         For the first of them.
     """
     for gyro in map(recording.gyro, gyros):
-        notes = not_finite_notes(recording, gyro.name, gyro.values)
-        for note in (*notes, *stuck_notes(recording, gyro)):
+        profile = Profile.of(recording, gyro)
+        notes = missing_notes(recording, profile)
+        for note in (*notes, *stuck_notes(recording, profile)):
             if note.level == "error":
                 raise RecordingError.of(note)
 

@@ -42,11 +42,11 @@ from sagnac.core.arrays import FloatArray, blocks, differences
 from sagnac.core.errors import Note, RecordingError
 from sagnac.core.kernels import cache_notes, one_thread
 from sagnac.noise.estimates import Estimate, unobserved
-from sagnac.quality.check import accept
+from sagnac.quality.check import accept, profiles_of
 from sagnac.quality.effects import effect_words
-from sagnac.quality.gaps import longest_whole_stretch, stuck_notes
-from sagnac.quality.profile import profile_of
-from sagnac.quality.repeats import pair_notes
+from sagnac.quality.physics import copy_notes, unequal_notes
+from sagnac.quality.profile import Profile
+from sagnac.quality.samples import longest_whole_stretch, stuck_notes
 from sagnac.recording.channel import angle_of, same_values
 from sagnac.recording.model import Channel, Recording, require_recording
 from sagnac.stability.curve import StabilityCurve, stability_curve
@@ -446,9 +446,9 @@ def _without_notes_of_others(analysis: Analysis, name: str) -> Analysis:
 
 def _beside_each_other(recording: Recording, names: tuple[str, ...]) -> tuple[Note, ...]:
     """Findings of gyros on each other; at rest they spoil no answer, since each is taken alone."""
-    profiles = {name: profile_of(recording.gyro(name)) for name in names}
+    first, *_ = profiles_of(recording, names)
     beside = []
-    for note in pair_notes(profiles):
+    for note in (*copy_notes(recording, first), *unequal_notes(recording, first)):
         text = note.text.removesuffix(f"; {effect_words(note.effect)}")
         beside.append(replace(note, level="warning", text=text, effect=None))
     return tuple(beside)
@@ -514,7 +514,7 @@ def at_rest(
     """
     recording = replace(recording, table=None, null_pulse=None, accelerometers=())
     gyro = recording.gyro(settings.gyros[0])
-    for note in stuck_notes(recording, gyro):
+    for note in stuck_notes(recording, Profile.of(recording, gyro)):
         if note.level == "error":
             raise RecordingError.of(note, recording.path)
     if any(np.isnan(gyro.values[block]).any() for block in blocks(gyro.values.size)):

@@ -10,7 +10,7 @@ from typing import Final, Literal
 from sagnac.core.errors import RecordingError, quoted, require_choice, require_confidence
 from sagnac.lines.published import FAIR, PublishedSearch
 from sagnac.noise.readings import PLAIN, Reading
-from sagnac.quality.effects import FINDINGS
+from sagnac.quality.check import FINDINGS
 from sagnac.recording.model import Recording
 from sagnac.stability import Estimator
 from sagnac.table.turns import turns

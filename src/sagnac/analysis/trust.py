@@ -19,8 +19,8 @@ from sagnac.noise.laws import CoefficientName
 from sagnac.noise.model_average import Elsewhere
 from sagnac.noise.slow_model import MarkovEstimate, untold
 from sagnac.quality.check import accept, judged, judged_remainder
+from sagnac.quality.distribution import Spikes
 from sagnac.quality.effects import DIVIDED, doubt_of
-from sagnac.quality.spikes import Spikes
 from sagnac.recording.model import Recording
 
 # Share of N from which on what spikes would add is worth a warning.

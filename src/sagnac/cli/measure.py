@@ -201,7 +201,7 @@ def avar(
                 overwriting.require_free(one, reads, force=force)
         with results.naming(file, read.recording):
             if gaps == "omit":
-                from sagnac.quality.gaps import with_gaps_marked
+                from sagnac.quality.samples import with_gaps_marked
 
                 read = replace(read, recording=with_gaps_marked(read.recording))
             if self_noise is not None:

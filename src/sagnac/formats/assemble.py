@@ -36,8 +36,9 @@ from sagnac.formats.suspicions import (
     table_counter_notes,
 )
 from sagnac.quality.check import integrity
-from sagnac.recording.channel import Pickoff
-from sagnac.recording.columns import GYRO_NAMES, Conversion, pulses_of, with_lost_readings
+from sagnac.recording.channel import Conversion, Pickoff
+from sagnac.recording.columns import GYRO_NAMES, pulses_of
+from sagnac.recording.encoder_readings import with_lost_readings
 from sagnac.recording.model import Provenance, Recording
 
 # ---- assemble ----------------------------------------------------------------------
@@ -209,24 +210,26 @@ def _recording(
         table = table_channel(raw, scale, period)
         table = replace(table, notes=(*doubts, *table.notes))
         table = with_lost_readings(table, [gyro.channel for gyro in gyros], rate)
-    pulses = None
+    pulses, of_pulses = None, tuple[Note, ...]()
     if choice.null_pulse is not None:
         # Loaded by itself: it shrinks to an eighth before the next is in memory.
         key = choice.null_pulse.key
-        pulses = pulses_of(stored.read([key], stretch.first, stretch.stop)[key], column=key)
-    made = [one for one in (*gyros, *forces, table, pulses) if one is not None]
+        pulses, of_pulses = pulses_of(
+            stored.read([key], stretch.first, stretch.stop)[key], column=key
+        )
+    made = [one for one in (*gyros, *forces, table) if one is not None]
     return Recording(
         gyros=tuple(gyro.channel for gyro in gyros),
         accelerometers=tuple(one.channel for one in forces),
         sample_rate=rate,
         times=stretch.sampling.times,
         table=table.channel if table else None,
-        null_pulse=pulses.rising if pulses else None,
+        null_pulse=pulses,
         pickoffs=tuple(
             Pickoff(gyro=name, values=columns[one.key]) for name, one in choice.pickoffs.items()
         ),
         temperature=columns[choice.temperature.key] if choice.temperature else None,
-        notes=tuple(note for one in made for note in one.notes),
+        notes=(*(note for one in made for note in one.notes), *of_pulses),
     )
 
 

@@ -21,10 +21,17 @@ from sagnac.core.units import (
 from sagnac.formats.choice import TIME_FORMS, Choice
 from sagnac.formats.source import Column
 from sagnac.formats.statement import Statements, of_channel, parsed_unit
-from sagnac.recording.channel import KINDS, Channel, Kind, finite_extent, quantity_of, unwrapped
-from sagnac.recording.columns import Conversion
-from sagnac.recording.encoder_readings import angle_of_readings
-from sagnac.recording.stamps import Sampling, sampling
+from sagnac.recording.channel import (
+    KINDS,
+    Channel,
+    Conversion,
+    Kind,
+    finite_extent,
+    quantity_of,
+    unwrapped,
+)
+from sagnac.recording.columns import Sampling, sampling
+from sagnac.recording.encoder_readings import table_of_readings
 
 # ---- sampling ----------------------------------------------------------------------
 
@@ -407,11 +414,10 @@ def table_channel(raw: FloatArray, scale: Scale, counter_period: float | None) -
     counter_period
         Counts after which counters start over, or None. A table in a plain unit is none.
     """
-    taken = angle_of_readings(
+    return table_of_readings(
         raw,
         # Notes show the unit as it is stated.
         replace(unit_of(scale.unit, "angle"), name=scale.unit),
+        shown_in=scale.unit,
         counter_period=None if parsed_unit(scale.unit).is_plain else counter_period,
     )
-    channel = Channel(name="table", kind="angle", shown_in=scale.unit, values=taken.angle)
-    return Conversion(channel=channel, notes=taken.notes)

@@ -1,9 +1,11 @@
 """Compiled loops of data quality: arrays in, arrays out; no validation, no files."""
 
+import math
+
 import numpy as np
 from numpy.typing import NDArray
 
-from sagnac.core.arrays import FloatArray
+from sagnac.core.arrays import FloatArray, IntegerArray
 from sagnac.core.kernels import compiled
 
 _FIRST_TURN, _LAST_TURN = np.uint64(29), np.uint64(32)
@@ -39,15 +41,51 @@ def off_nearer_side(values: FloatArray, off: FloatArray) -> None:
 
 
 @compiled()
-def mixed_windows(
-    bits: NDArray[np.uint64], factor: np.uint64, window: int, mixed: NDArray[np.uint64]
-) -> None:
-    """Fill `mixed` with the mixed bits of the `window` values from each on.
+def count_sizes(
+    sizes: FloatArray, rounding: float, lowest: int, counts: IntegerArray, smallest: FloatArray
+) -> int:
+    """Count sizes in half octaves, the first of which begins at the power of two `lowest`.
 
-    `bits` holds ``window - 1`` values more than `mixed`. Products wrap around, which is what mixes.
+    `counts` and the `smallest` size of each class are brought up to date; the sizes up to
+    `rounding` are in none, and their number is returned.
     """
-    for n in range(mixed.size):
-        state = np.uint64(0)
-        for value in bits[n : n + window]:
+    nothing = 0
+    for size in sizes:
+        if size <= rounding:
+            nothing += 1
+        if not rounding < size < math.inf:
+            continue
+        mantissa, exponent = math.frexp(size)
+        number = 2 * (exponent - 1 - lowest) + (2.0 * mantissa >= math.sqrt(2.0))
+        if 0 <= number < counts.size:
+            counts[number] += 1
+            smallest[number] = min(smallest[number], size)
+    return nothing
+
+
+@compiled()
+def kept_windows(
+    bits: NDArray[np.uint64],
+    factor: np.uint64,
+    window: int,
+    places: IntegerArray,
+    mixed: NDArray[np.uint64],
+) -> int:
+    """Fill `places` with windows of values that are kept, `mixed` with their mixed bits.
+
+    Kept are those whose first two values mix to four leading zeros, one in sixteen, as long as
+    there is room; their number is returned. Products wrap around, which is what mixes.
+    """
+    number = 0
+    for n in range(bits.size - window + 1):
+        state = (bits[n] ^ (bits[n] >> _LAST_TURN)) * factor + bits[n + 1]
+        if ((state ^ (state >> _FIRST_TURN)) * factor) >> np.uint64(60) != np.uint64(0):
+            continue
+        for value in bits[n + 2 : n + window]:
             state = (state ^ (state >> _FIRST_TURN)) * factor + value
-        mixed[n] = (state ^ (state >> _LAST_TURN)) * factor
+        places[number] = n
+        mixed[number] = (state ^ (state >> _LAST_TURN)) * factor
+        number += 1
+        if number == places.size:
+            break
+    return number

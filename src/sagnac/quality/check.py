@@ -1,27 +1,186 @@
-"""The judgement of a recording: what has to hold before a figure can rest on it."""
+"""The judgement of a recording: what has to hold before a figure can rest on it.
+
+`DETECTORS` is the list of all that is looked for, with what it does to N and its remedy.
+"""
 
 import math
 from collections.abc import Callable, Container, Iterable, Sequence
 from dataclasses import replace
-from functools import partial
-from typing import Final
+from typing import Final, NamedTuple
 
-from sagnac.core.arrays import FloatArray, extent
+from sagnac.core.arrays import FloatArray
 from sagnac.core.errors import Note, ranked
-from sagnac.quality import distribution, encoder_faults, gaps, physics, readout, repeats, spikes
-from sagnac.quality.profile import Profile, profile_of
+from sagnac.quality import distribution, encoder, physics, readout, samples
+from sagnac.quality.profile import Notes, Profile
 from sagnac.recording.channel import Channel
 from sagnac.recording.model import MINIMUM_SAMPLES, Recording, require_recording
 
-# A table that covers less than this, rad, is at rest: no encoder reads finer for hours.
-_AT_REST: Final = math.radians(1.0)
-# Ratio of two shares of the table that no wrong unit makes.
-_ALIKE: Final = 2.0
-# What looks for one thing in the samples of a gyro.
-Detector = Callable[[Recording, Profile], tuple[Note, ...]]
+# ---- detectors ---------------------------------------------------------------------
 
 
-def integrity(recording: Recording) -> tuple[Note, ...]:
+class Detector(NamedTuple):
+    """Something that is looked for in a recording.
+
+    Attributes
+    ----------
+    name
+        By which a finding is accepted.
+    find
+        Given a recording and the profile of one of its channels, the findings; None if they are
+        found elsewhere: on reading, or beside the answer.
+    unless
+        Names of findings that explain what would be seen here; it is not asked if there is one, of
+        the same channel if it is of a channel.
+    sees, effect, remedy
+        What is seen in the data, what it does to N, and what to do; inputs of the package in
+        braces (see `sagnac.core.errors.worded`).
+    """
+
+    name: str
+    find: Callable[[Recording, Profile], Notes] | None
+    unless: tuple[str, ...]
+    sees: str
+    effect: str
+    remedy: str
+
+
+# Detectors that are asked together: of each channel one after the other, or of the recording once.
+Group = tuple[bool, tuple[Detector, ...]]
+
+_STRETCH: Final = "take a stretch without ({slice})"
+_WRONG_UNIT: Final = ("N is wrong by the same factor", "state {unit}, {kind} and {rate}")
+_UNREAD: Final = ("missing", "gaps", "stuck")
+# The first of these that is found spoils all samples of a gyro; single samples and jumps hide what
+# is slow.
+_CAUSES: Final = ("wraps", "interleaved", "motion", "dropouts", "resolution", "clipping", "repeats")
+_SINGLE: Final = (*_CAUSES, "spikes", "steps")
+
+_ON_READING: Final[tuple[Group, ...]] = (
+    (True, (
+        Detector("missing", samples.missing_notes, (), "samples that are no finite numbers",
+                 "nothing is read of that gyro", _STRETCH),
+    )),
+    (False, (
+        Detector("gaps", samples.stamp_notes, (), "time stamps that jump, stand still or run back",
+                 "nothing is read", _STRETCH),
+    )),
+    (True, (
+        Detector("stuck", samples.stuck_notes, (), "a gyro that gives one value for a while",
+                 "nothing is read of that gyro", _STRETCH),
+    )),
+    (False, (
+        Detector("units", physics.gravity_notes, _UNREAD,
+                 "accelerometers that show gravity in another unit than theirs", *_WRONG_UNIT),
+    )),
+)  # fmt: skip
+_IN_SOUND_DATA: Final[tuple[Group, ...]] = (
+    (False, (
+        Detector("units", physics.time_notes, (), "samples farther apart than gyros are read",
+                 "N is wrong by the root of the factor", "state the unit of {time}, or {rate}"),
+        Detector("units", physics.earth_notes, (),
+                 "means at rest that are Earth's rate in another unit, or gravity", *_WRONG_UNIT),
+    )),
+    (True, (
+        Detector("units", physics.rate_notes, (), "a rate or a scatter that no gyro has",
+                 *_WRONG_UNIT),
+        Detector("wraps", readout.wrap_notes, (),
+                 "a counter that starts over, or signed counts that are read as unsigned",
+                 "N is of the leaps", "state the width of the counter ({counter-bits})"),
+        Detector("interleaved", samples.interleaved_notes, _CAUSES,
+                 "samples of several sensors by turns in one column", "N is of none of them",
+                 "write each into a column of its own"),
+        Detector("motion", physics.motion_notes, _CAUSES,
+                 "turns on what is read as a still bench", "the motion counts as noise",
+                 "state the encoder ({table}), or take a stretch at rest ({slice})"),
+        # Zeros far from the mean look like a readout of one step from there to zero.
+        Detector("dropouts", samples.dropout_notes, _CAUSES,
+                 "samples of exactly zero far from the mean", "raises N",
+                 "mark lost samples as NaN"),
+        Detector("resolution", readout.resolution_notes, _CAUSES,
+                 "steps of the readout beside the scatter from sample to sample",
+                 "N is in part the steps", "read out finer, and store in double precision"),
+        Detector("clipping", readout.saturation_notes, _CAUSES,
+                 "samples at a limit of the range", "lowers N",
+                 "take a wider range, or a stretch without ({slice})"),
+        Detector("repeats", samples.repeat_notes, _CAUSES, "samples that repeat the one before",
+                 "held samples lower the noise between samples", _STRETCH),
+        Detector("repeats", samples.twice_notes, _CAUSES, "stretches that repeat earlier ones",
+                 "an interval counts them twice", _STRETCH),
+        Detector("spikes", distribution.spike_notes, _CAUSES,
+                 "samples far off their neighbours",
+                 "left in, they raise N; an answer goes without them if they are few", _STRETCH),
+        Detector("unsteady", distribution.unsteady_notes, _CAUSES,
+                 "noise that changes or grows in the course of the record",
+                 "N is a mean of several", "take an even stretch ({slice})"),
+        Detector("steps", distribution.step_notes, (*_SINGLE, "unsteady"),
+                 "a rate or an angle that jumps once or a few times", "raises N at long times",
+                 _STRETCH),
+        Detector("clipping", distribution.flat_notes, _SINGLE, "fewer large samples than noise has",
+                 "lowers N", "take a wider range"),
+        Detector("spikes", distribution.heavy_notes, _SINGLE, "noise that is no even noise",
+                 "N holds the spikes or bursts", _STRETCH),
+    )),
+    (False, (
+        Detector("copy", physics.copy_notes, (), "a gyro that repeats another, at once or later",
+                 "the difference of the two hides the noise that they share",
+                 "name another gyro ({gyros})"),
+        Detector("units", physics.unequal_notes, (), "two gyros of which one is far quieter",
+                 "N of their difference is of one of them", "state {unit}, or see each ({gyros})"),
+        Detector("encoder", encoder.turn_notes, (), "an encoder that starts over beside a turn",
+                 "N of a single gyro holds the encoder's error", "state its unit ({table})"),
+        Detector("steps", encoder.slip_notes, ("encoder",), "jumps of the encoder alone",
+                 "N of a single gyro holds the encoder's error", _STRETCH),
+    )),
+    (True, (
+        Detector("encoder", encoder.across_notes, ("wraps",),
+                 "a table encoder that the gyros do not follow",
+                 "N of a single gyro holds the encoder's error",
+                 "state its column and unit ({table})"),
+        Detector("units", physics.earth_on_table_notes, ("wraps",),
+                 "Earth rate on a table that only another unit of time would show", *_WRONG_UNIT),
+    )),
+)  # fmt: skip
+_ELSEWHERE: Final = (
+    Detector("lost", None, (), "rows that are missing from the file, seen by the table's angle",
+             "lines in time break there", _STRETCH),
+    Detector("shared", None, (), "noise that two gyros have in common",
+             "their difference hides it", "see each alone ({gyros})"),
+    Detector("warm-up", None, (), "a rate that settles in the course of the record",
+             "none: it is taken off for the answer, and stays in the curve",
+             "leave it out ({slice}), or fit it beside a column of temperature ({covariates})"),
+)  # fmt: skip
+DETECTORS: Final = (
+    *(one for _, group in (*_ON_READING, *_IN_SOUND_DATA) for one in group),
+    *_ELSEWHERE,
+)
+"""All that is looked for, in the order in which it is."""
+# Names of what is found in recordings that are sound enough to be read.
+FINDINGS: Final = tuple(sorted({one.name for one in DETECTORS} - set(_UNREAD)))
+
+
+def _asked(
+    groups: Iterable[Group], recording: Recording, profiles: Sequence[Profile]
+) -> list[Note]:
+    """Findings of detectors, as far as none explains another."""
+    notes: list[Note] = []
+    for of_each, detectors in groups:
+        for profile in profiles if of_each else profiles[:1]:
+            for detector in detectors:
+                explained = any(
+                    note.name in detector.unless
+                    and note.level != "remark"
+                    and (note.channel == profile.name or not of_each)
+                    for note in notes
+                )
+                if detector.find is not None and not explained:
+                    notes += detector.find(recording, profile)
+    return notes
+
+
+# ---- judgement ---------------------------------------------------------------------
+
+
+def integrity(recording: Recording) -> Notes:
     """Checks that hold before any figure can rest on the data.
 
     Enough samples, all finite, time that runs forwards without gaps, no stuck gyro. A
@@ -40,19 +199,12 @@ def integrity(recording: Recording) -> tuple[Note, ...]:
             "needed; give a longer file or a wider {slice}"
         )
         return (Note(level="error", text=text),)
-    notes: list[Note] = []
-    for channel in [*recording.gyros, *([recording.table] if recording.table else [])]:
-        notes += gaps.not_finite_notes(recording, channel.name, channel.values)
-    if recording.times is not None:
-        notes += gaps.stamp_notes(recording, recording.times)
-    for gyro in recording.gyros:
-        notes += gaps.stuck_notes(recording, gyro)
-    if not notes:
-        notes += physics.gravity_notes(recording)
-    return ranked(notes)
+    channels = [*recording.gyros, *([recording.table] if recording.table else [])]
+    profiles = [Profile.of(recording, one) for one in channels]
+    return ranked(_asked(_ON_READING, recording, profiles))
 
 
-def judged(recording: Recording, gyros: Sequence[str] = ()) -> tuple[Note, ...]:
+def judged(recording: Recording, gyros: Sequence[str] = ()) -> Notes:
     """The judgement of the noise of a sound recording: findings, each with its effect on N.
 
     A finding of level ``error`` moves N by more than 5 %, or by nobody knows how much: what is
@@ -70,102 +222,33 @@ def judged(recording: Recording, gyros: Sequence[str] = ()) -> tuple[Note, ...]:
     tuple of Note
         Errors first, each with a `name`.
     """
-    chosen = [recording.gyro(name) for name in gyros] if gyros else list(recording.gyros)
-    turns = recording.table is not None and _turned(recording.table) > _AT_REST
-    notes = [*physics.rate_doubts(recording), *(() if turns else physics.earth_notes(recording))]
-    if turns:
-        lost = spikes.lost_rows(recording, chosen)
-        notes += lost.notes(recording)
-        # What leaps there would else be called spikes and jumps.
-        recording = lost.closed(recording)
-        chosen = [recording.gyro(gyro.name) for gyro in chosen]
-    profiles = {gyro.name: profile_of(gyro) for gyro in chosen}
-    for profile in profiles.values():
-        notes += physics.wrong_unit_notes(recording, profile, standing=not turns)
-        notes += _of_samples(recording, profile, standing=not turns)
-    notes += repeats.pair_notes(profiles, partial(_sense_alike, recording))
-    if recording.table is not None and not turns:
-        notes += encoder_faults.jump_notes(recording, recording.table)
-    elif recording.table is not None:
-        notes += encoder_faults.turn_notes(recording) or spikes.slip_notes(recording, chosen)
-        for gyro in _not_rolled_over(chosen, notes):
-            notes += encoder_faults.across_notes(recording, gyro)
-            notes += physics.earth_on_table_notes(recording, gyro)
-    return ranked(notes)
+    names = gyros or [gyro.name for gyro in recording.gyros]
+    # What leaps at lost rows would else be called spikes and jumps.
+    whole, lost = encoder.without_lost_rows(recording, [recording.gyro(name) for name in names])
+    found = _asked(_IN_SOUND_DATA, whole, profiles_of(whole, names))
+    return ranked((*lost, *found))
 
 
-def _sense_alike(recording: Recording, first: str, second: str) -> bool:
-    """Whether both sense the table's rate, in shares that no wrong unit would leave alike."""
-    shares = [
-        abs(encoder_faults.table_share(recording, recording.gyro(name))) for name in (first, second)
-    ]
-    return min(shares) > encoder_faults.LEAST_SHARE and max(shares) < _ALIKE * min(shares)
-
-
-def _of_samples(recording: Recording, profile: Profile, *, standing: bool) -> tuple[Note, ...]:
-    """Findings in the samples of one gyro: one cause that spoils them all, else each."""
-    is_bench = standing and profile.channel.sensor == "gyro"
-    causes = [one for one in _CAUSES if is_bench or one is not physics.motion_notes]
-    # The others would only see what follows from the first.
-    found = next(filter(None, (cause(recording, profile) for cause in causes)), ())
-    if found:
-        return found
-    found = spikes.spike_notes(recording, profile)
-    if not standing and not _warns(found):
-        # The end of a heavy tail is the noise's on a bench alone: a table that sweeps has one.
-        found = ()
-    found = found or encoder_faults.jump_notes(recording, profile.channel)
-    if _warns(found):
-        # A table that starts and stops changes noise and rate by right.
-        return found + (distribution.unsteady_notes(recording, profile) if standing else ())
-    if not standing:
-        # No motion makes large deviations rare.
-        return found + distribution.flat_notes(recording, profile)
-    changing = distribution.unsteady_notes(recording, profile)
-    stepping = () if changing else distribution.step_notes(recording, profile)
-    if stepping:
-        return found + changing + stepping
-    flat = distribution.flat_notes(recording, profile)
-    return found + changing + (flat or distribution.heavy_notes(recording, profile))
-
-
-def _wrapped(recording: Recording, profile: Profile) -> tuple[Note, ...]:
-    """A counter that starts over, which reading saw already: the error that it is."""
-    seen = tuple(
-        replace(note, level="error")
-        for note in recording.notes
-        if note.name == "wraps" and note.channel == profile.channel.name
-    )
-    return seen or physics.wrap_notes(recording, profile)
-
-
-# In the order in which they are looked for.
-_CAUSES: Final[tuple[Detector, ...]] = (
-    _wrapped,
-    distribution.interleaved_notes,
-    physics.motion_notes,
-    # Zeros far from the mean look like a readout of one step from there to zero.
-    distribution.dropout_notes,
-    readout.resolution_notes,
-    readout.saturation_notes,
-    repeats.repeat_notes,
-    repeats.twice_notes,
-)
-
-
-def _not_rolled_over(gyros: Iterable[Channel], notes: Iterable[Note]) -> list[Channel]:
-    """Gyros whose turn is known: what a counter that starts over turned is not."""
-    spoilt = {note.channel for note in notes if note.name == "wraps"}
-    return [gyro for gyro in gyros if gyro.name not in spoilt]
-
-
-def _warns(notes: Iterable[Note]) -> bool:
-    return any(note.level != "remark" for note in notes)
+def profiles_of(recording: Recording, names: Iterable[str]) -> list[Profile]:
+    """The profiles of gyros, each of which knows the others."""
+    rate, together, table = recording.sample_rate, dict[str, Profile](), None
+    standing = not encoder.turned(recording.table)
+    if recording.table is not None:
+        table = Profile(channel=recording.table, sample_rate=rate, standing=standing)
+    for name in names:
+        together[name] = Profile(
+            channel=recording.gyro(name),
+            sample_rate=rate,
+            standing=standing,
+            table=table,
+            together=together,
+        )
+    return list(together.values())
 
 
 def judged_remainder(
     recording: Recording, channel: str, increments: FloatArray, sample_rate: float
-) -> tuple[Note, ...]:
+) -> Notes:
     """The judgement of what is left of gyros on a turning table without motion, lines and spikes.
 
     Noise that changes, and noise that is full of spikes, do not show beside the motion.
@@ -187,23 +270,14 @@ def judged_remainder(
         Findings, each with a `name`.
     """
     left = Channel(name=channel, values=increments, kind="increment", shown_in="rad")
-    alone = replace(
-        recording,
-        gyros=(left,),
-        sample_rate=sample_rate,
-        times=None,
-        table=None,
-        null_pulse=None,
-        accelerometers=(),
-        pickoffs=(),
-        temperature=None,
-    )
-    profile = profile_of(left)
+    alone = Recording(gyros=(left,), sample_rate=sample_rate, provenance=recording.provenance)
+    profile = Profile.of(alone, left)
     # Steps of two readouts together are flat, and no soft limit.
-    return distribution.unsteady_notes(alone, profile) or distribution.heavy_notes(alone, profile)
+    unsteady = distribution.unsteady_notes(alone, profile)
+    return unsteady or distribution.heavy_notes(alone, profile)
 
 
-def accept(notes: Iterable[Note], names: Container[str]) -> tuple[Note, ...]:
+def accept(notes: Iterable[Note], names: Container[str]) -> Notes:
     """Findings, those that the caller takes knowingly turned into remarks that say so.
 
     Parameters
@@ -221,7 +295,7 @@ def accept(notes: Iterable[Note], names: Container[str]) -> tuple[Note, ...]:
     )
 
 
-def check(recording: Recording, *, accepted: Container[str] = ()) -> tuple[Note, ...]:
+def check(recording: Recording, *, accepted: Container[str] = ()) -> Notes:
     """Everything that can be said about the quality of the data.
 
     Besides `integrity`, that of the accelerometers, too: what `judged` finds, and an encoder that
@@ -256,24 +330,21 @@ def check(recording: Recording, *, accepted: Container[str] = ()) -> tuple[Note,
     return ranked((*doubts, *found))
 
 
-def _findings(recording: Recording) -> tuple[Note, ...]:
+def _findings(recording: Recording) -> Notes:
     forces = [recording.of_accelerometer(one.name) for one in recording.accelerometers]
     notes = [note for one in (recording, *forces) for note in integrity(one)]
     spoilt = {note.channel for note in notes if note.level == "error"}
-    sound = [gyro for gyro in recording.gyros if gyro.name not in spoilt]
+    sound = [gyro.name for gyro in recording.gyros if gyro.name not in spoilt]
     known = {one.name for one in (*recording.gyros, *recording.accelerometers)}
     if not sound or spoilt - known:
         return ranked(notes)
-    notes += judged(recording, [gyro.name for gyro in sound])
-    for gyro in _not_rolled_over(sound, notes):
-        notes += encoder_faults.table_notes(recording, gyro)
+    notes += judged(recording, sound)
+    # What a counter that starts over turned is not known.
+    wrapped = {note.channel for note in notes if note.name == "wraps"}
+    for profile in profiles_of(recording, sound):
+        if profile.name not in wrapped:
+            notes += encoder.table_notes(recording, profile)
     if recording.table is not None:
-        turned = _turned(recording.table) / (2.0 * math.pi)
-        notes.append(Note(channel="table", text=f"covers {turned:.2f} turns"))
+        turns = encoder.turned(recording.table) / (2.0 * math.pi)
+        notes.append(Note(channel="table", text=f"covers {turns:.2f} turns"))
     return ranked(notes)
-
-
-def _turned(table: Channel) -> float:
-    """Angle between the ends of what an encoder covers, rad."""
-    lowest, highest = extent(table.values)
-    return highest - lowest

@@ -1,22 +1,243 @@
-"""Noise that is not distributed as noise is: bent by a soft limit, full of spikes, changing.
-
-Samples that were lost and stand as zeros, and several sensors in one channel by turns.
-"""
+"""Noise that is not distributed as noise is: spikes, a soft limit, power that changes, steps."""
 
 import math
 from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
-from scipy.special import stdtrit
+from numpy.typing import ArrayLike
+from scipy.special import ndtr, ndtri, stdtrit
 
-from sagnac.core.arrays import FloatArray, blocks, every, mean
+from sagnac.core.arrays import FloatArray, IntegerArray, blocks, elementwise
 from sagnac.core.errors import Level, Note, counted
-from sagnac.quality.effects import finding
-from sagnac.quality.profile import EDGE, Profile, profile_of, rounding_of, whitened
-from sagnac.recording.channel import Channel
+from sagnac.core.units import DEGREE
+from sagnac.quality import _kernels
+from sagnac.quality.effects import effect_words, finding
+from sagnac.quality.profile import EDGE, Notes, Profile, remedy_without, some_steps, whitened
+from sagnac.recording.channel import Channel, marked_steps, number_of
 from sagnac.recording.model import Recording, second_of
-from sagnac.recording.stamps import Places, Tally
+
+# ---- spikes ------------------------------------------------------------------------
+
+# Chance that noise without spikes shows one.
+_SPIKE_CHANCE: Final = 1e-3
+# More of the samples than this are no spikes, but the noise.
+_MANY: Final = 0.01
+# A heavy tail of the noise goes on below the limit: from 0.6 of the limit up to it lie more than
+# twice as many samples as beyond it. A tail that falls as x^-3 has 3.6 times as many there, one as
+# x^-6 20 times; spikes whose heights are spread evenly have fewer than one.
+_TAIL: Final = 2.0
+_BELOW: Final = 0.6
+# Samples looked at around each for its neighbourhood.
+_AROUND: Final = 2
+# Samples whose median is the level that a spike stands on, and share of it that has to stay.
+_WIDE: Final = 8
+_KEPT: Final = 0.5
+# A limit is this much above that of chance: the scatter of a block is not known better.
+_MARGIN: Final = 1.15
+_BLOCK: Final = 2**16
+# Samples of a block that tell its scatter, about.
+_TELL: Final = 2**13
+# Fewest samples in which spikes are looked for.
+LEAST_FOR_SPIKES: Final = 16
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Spikes:
+    """Samples far off their neighbours.
+
+    Attributes
+    ----------
+    index
+        (count,) where.
+    height
+        (count,) how far each lies from its neighbours, rad.
+    added_walk
+        What they add to N, rad/sqrt(s): ``N^2`` grows by its square, the sum of the squared
+        heights over the duration.
+    many
+        Whether more than one in a hundred samples lie so far off, whether the angle keeps what they
+        add or not: that is the noise, and none is listed.
+    tail
+        Whether they are the end of a heavy tail: that is the noise as well, and none is listed.
+    """
+
+    index: IntegerArray
+    height: FloatArray
+    added_walk: float
+    many: bool = False
+    tail: bool = False
+
+
+def find_spikes(increments: ArrayLike, *, sample_rate: float) -> Spikes:
+    """Find single samples that lie farther from their neighbours than chance puts them.
+
+    Each sample less the median of the four around it, against the scatter of such differences
+    in its block of 65,536 samples (by their quartiles).
+
+    Parameters
+    ----------
+    increments
+        (samples,), rad.
+    sample_rate
+        Samples per second.
+
+    Returns
+    -------
+    Spikes
+        None are listed if more than one in a hundred samples lie so far off, or if they are the
+        end of a heavy tail that goes on below them: that is the noise.
+    """
+    values = np.asarray(increments, dtype=np.float64)
+    # Beyond this many scatters lies one sample in a record by chance.
+    limit = -float(ndtri(0.5 * _SPIKE_CHANCE / values.size))
+    far = [_spikes_in(values, block, limit) for block in blocks(values.size, _BLOCK)]
+    indices, heights, counts, lower = zip(*far, strict=True)
+    index, height, beyond = np.concatenate(indices), np.concatenate(heights), sum(counts)
+    many = beyond > _MANY * values.size
+    by_chance = 2.0 * values.size * float(ndtr(-_BELOW * _MARGIN * limit))
+    tail = not many and index.size > 0 and sum(lower) - by_chance > _TAIL * beyond
+    if many or tail:
+        index, height = index[:0], height[:0]
+    added = math.sqrt(float(height @ height) * sample_rate / values.size)
+    return Spikes(index=index, height=height, added_walk=added, many=many, tail=tail)
+
+
+def _spikes_in(
+    values: FloatArray, block: slice, limit: float
+) -> tuple[IntegerArray, FloatArray, int, int]:
+    """Samples of one block that lie far off their neighbours, and how far.
+
+    Besides how many lie beyond the limit, whether the angle keeps them or not, and how many lie
+    somewhat below it.
+    """
+    first, last = max(0, block.start - _AROUND), min(values.size, block.stop + _AROUND)
+    off = np.empty(last - first)
+    _kernels.off_neighbours(np.pad(values[first:last], _AROUND, mode="reflect"), off)
+    off = off[block.start - first : block.stop - first]
+    some = np.sort(off[:: max(1, off.size // _TELL)])
+    quartiles = _quantile(some, 0.75) - _quantile(some, 0.25)
+    # Coarse steps have quartiles of a step or none: the root mean square of the inner part.
+    sizes = np.sort(np.abs(some))
+    inner = sizes[sizes <= _quantile(sizes, 0.95)]
+    scale = max(quartiles / 1.349, 1.3 * math.sqrt(float(inner @ inner) / inner.size))
+    # A gyro that stands still in a block shows no scatter: nothing lies off there.
+    size, reach = np.abs(off), _MARGIN * limit * scale if scale > 0.0 else math.inf
+    found = np.flatnonzero(size > reach)
+    below = number_of(size > _BELOW * reach) - found.size
+    stays = [one for one in found.tolist() if _stays(values, block.start + one, float(off[one]))]
+    index = np.array(stays, dtype=np.int64)
+    return index + block.start, off[index], found.size, below
+
+
+def _quantile(ascending: FloatArray, share: float) -> float:
+    """As ``numpy.quantile``, of values that are sorted once for all quantiles."""
+    place = share * (ascending.size - 1)
+    below = ascending[int(place)]
+    return float(below + (place % 1.0) * (ascending[math.ceil(place)] - below))
+
+
+def _stays(values: FloatArray, place: int, height: float) -> bool:
+    """Whether the angle keeps what a sample adds.
+
+    If its neighbours take it back, the angle alone was off for a moment: that adds nothing to N,
+    and to replace one of them would.
+    """
+    if not _AROUND <= place < values.size - _AROUND:
+        return False
+    typical = np.median(values[max(0, place - _WIDE) : place + _WIDE + 1])
+    net = float((values[place - _AROUND : place + _AROUND + 1] - typical).sum())
+    return net / height > _KEPT
+
+
+def without_spikes(increments: ArrayLike, spikes: Spikes) -> FloatArray:
+    """Increments with each spike replaced by the median of its neighbours.
+
+    Parameters
+    ----------
+    increments
+        (samples,), rad.
+    spikes
+        Of `find_spikes`.
+    """
+    values = np.asarray(increments, dtype=np.float64)
+    cleaned = elementwise(np.add, values, 0.0)
+    cleaned[spikes.index] -= spikes.height
+    return cleaned
+
+
+def spike_notes(recording: Recording, profile: Profile) -> Notes:
+    """Single samples far off, a warning, for the answer goes without them; else single jumps."""
+    if profile.changes.size < LEAST_FOR_SPIKES:
+        return jump_notes(recording, profile)
+    found = find_spikes(profile.changes, sample_rate=1.0)
+    level: Level = "warning"
+    effect = None
+    if found.many and not profile.is_coarse:
+        text = (
+            f"more than one sample in {round(1.0 / _MANY)} lies far off its neighbours: it is no "
+            "even noise, and its angle random walk contains them"
+        )
+    elif found.tail and profile.standing:
+        # On a bench alone the end of a heavy tail is the noise's: a table that sweeps has one.
+        level = "remark"
+        text = (
+            "some samples lie far off their neighbours, as the end of a heavy tail of the noise "
+            "that goes on below them: the angle random walk contains them"
+        )
+    elif found.index.size:
+        inside = profile.scale
+        effect = math.hypot(1.0, found.added_walk / inside) if inside > 0.0 else None
+        text = (
+            f"{counted(found.index.size, 'sample')} far off their neighbours (spikes), the first "
+            f"at {second_of(recording, int(found.index[0])):.3f} s: an answer goes without them; "
+            f"left in, {effect_words(effect)}"
+        )
+    else:
+        return jump_notes(recording, profile)
+    return (Note(name="spikes", channel=profile.name, text=text, level=level, effect=effect),)
+
+
+# ---- jumps -------------------------------------------------------------------------
+
+# Steps that tell what is usual, and times its 99 % quantile, or 50 sigma of noise, of a jump.
+_LOOKED_AT: Final = 20_000
+_TIMES: Final = 20.0
+# Jumps from which on they may be steps of a readout, how large these may be, and how near to a
+# whole number of steps.
+_OFTEN: Final = 3
+_COARSEST: Final = 0.1 * DEGREE
+_WHOLE: Final = 0.05
+
+
+def jump_notes(recording: Recording, profile: Profile) -> Notes:
+    """Steps of over 20 times the 99 % quantile of all: a warning.
+
+    Small ones that are all whole numbers of the smallest are no jumps: a motion that is all but
+    steady meets the steps of a readout so.
+    """
+    values = profile.channel.values
+    steps = some_steps(values, _LOOKED_AT)
+    middle = float(np.median(steps))
+    limit = _TIMES * float(np.quantile(np.abs(steps - middle), 0.99))
+    if limit <= 0.0:
+        return ()
+    jumps = marked_steps(values, lambda steps: np.abs(steps - middle) > limit)
+    places = np.flatnonzero(jumps)
+    if places.size == 0:
+        return ()
+    sizes = np.abs(values[places] - values[places - 1] - middle)
+    parts = sizes / sizes.min()
+    whole = np.all(np.abs(parts - np.rint(parts)) < _WHOLE)
+    if places.size >= _OFTEN and sizes.max() < _COARSEST and whole:
+        return ()
+    text = (
+        f"{counted(places.size, 'jump')} of over {_TIMES:g} times the usual step, the first at "
+        f"{second_of(recording, int(places[0])):.3f} s; "
+        f"{remedy_without(recording, jumps)}"
+    )
+    return (Note(name="steps", level="warning", channel=profile.name, text=text),)
+
 
 # ---- distribution ------------------------------------------------------------------
 
@@ -95,7 +316,7 @@ def _shape_in(profile: Profile) -> Shape | None:
     return None if _FINE_STEPS * profile.step > shape.innovation else shape
 
 
-def flat_notes(recording: Recording, profile: Profile) -> tuple[Note, ...]:
+def flat_notes(recording: Recording, profile: Profile) -> Notes:
     """A soft limit, with what it does to N."""
     shape = _shape_in(profile)
     if shape is None or not shape.is_flat:
@@ -104,23 +325,16 @@ def flat_notes(recording: Recording, profile: Profile) -> tuple[Note, ...]:
         f"large deviations are missing (excess kurtosis {shape.kurtosis:.2g}), as if it came "
         "near the end of its range: a soft saturation; take a wider range"
     )
-    effect = _bent_scatter(shape.kurtosis)
-    return (finding("clipping", profile.channel.name, text, effect=effect),)
+    # Standard deviation behind a soft limit, of a normal number's of 1. That of x - a x^3 is
+    # 1 - 3 a and its excess kurtosis -24 a. The next order is that of a hyperbolic tangent; for an
+    # arc tangent and x / sqrt(1 + x^2) it is good to 0.01 up to a limit at 2.5 deviations.
+    effect = 1.0 + shape.kurtosis / 8.0 - 0.075 * shape.kurtosis**2
+    return (finding("clipping", profile.name, text, effect=effect),)
 
 
-def _bent_scatter(kurtosis: float) -> float:
-    """Standard deviation behind a soft limit, of a normal number's of 1, by its excess kurtosis.
-
-    That of x - a x^3 is 1 - 3 a and its excess kurtosis -24 a. The next order is that of a
-    hyperbolic tangent; for an arc tangent and x / sqrt(1 + x^2) it is good to 0.01 up to a limit at
-    2.5 standard deviations.
-    """
-    return 1.0 + kurtosis / 8.0 - 0.075 * kurtosis**2
-
-
-def heavy_notes(recording: Recording, profile: Profile) -> tuple[Note, ...]:
-    """Noise that is full of spikes: a warning."""
-    shape = _shape_in(profile)
+def heavy_notes(recording: Recording, profile: Profile) -> Notes:
+    """Noise that is full of spikes, on a bench, for motion may make large deviations: a warning."""
+    shape = _shape_in(profile) if profile.standing else None
     if shape is None or not shape.is_heavy:
         return ()
     text = (
@@ -128,7 +342,7 @@ def heavy_notes(recording: Recording, profile: Profile) -> tuple[Note, ...]:
         f"{shape.kurtosis:.2g}): spikes or bursts are a part of it, and of its angle random "
         "walk"
     )
-    return (Note(name="spikes", channel=profile.channel.name, text=text, level="warning"),)
+    return (Note(name="spikes", channel=profile.name, text=text, level="warning"),)
 
 
 # ---- unsteady ----------------------------------------------------------------------
@@ -153,48 +367,49 @@ _MOST: Final = 2**23
 # Bands with a level each, since a dither wanders by a hundredth of the rate, and times that level
 # that its skirts keep.
 _BANDS: Final = 24
-_KEPT: Final = 3.0
-# Blocks for which a rate stays before and behind a step.
-_STAYS: Final = 3
-# Usual changes, by their upper quartile, that a step exceeds: chance makes five.
-_STEP: Final = 10.0
+_KEPT_LINES: Final = 3.0
 
 
-def unsteady_notes(recording: Recording, profile: Profile) -> tuple[Note, ...]:
-    """Blocks whose noise is far above that of the quiet ones, or grows: a warning."""
-    power = profile.typical
-    if power.size < _FEWEST_BLOCKS or profile.is_coarse:
+def unsteady_notes(recording: Recording, profile: Profile) -> Notes:
+    """Blocks whose noise is far above that of the quiet ones, or noise that grows: a warning.
+
+    On a bench: a table that starts and stops changes noise by right.
+    """
+    if not profile.standing or profile.typical.size < _FEWEST_BLOCKS or profile.is_coarse:
         return ()
     found = _loud(recording, profile) or _growing(profile)
     if not found or not 2 * EDGE < profile.changes.size <= _MOST:
         return found
     # Lines and resonances come and go by right: the noise between them tells.
-    white = np.pad(whitened(profile.changes, bands=_BANDS, kept=_KEPT).values, EDGE, mode="reflect")
-    gyro = profile.channel
-    between = profile_of(
-        Channel(name=gyro.name, kind="increment", values=white, sensor=gyro.sensor)
+    white = whitened(profile.changes, bands=_BANDS, kept=_KEPT_LINES).values
+    channel = profile.channel
+    between = Profile(
+        channel=Channel(
+            name=channel.name,
+            kind="increment",
+            values=np.pad(white, EDGE, mode="reflect"),
+            sensor=channel.sensor,
+        ),
+        sample_rate=profile.sample_rate,
     )
     return _loud(recording, between) or _growing(between)
 
 
-def _loud(recording: Recording, profile: Profile) -> tuple[Note, ...]:
+def _loud(recording: Recording, profile: Profile) -> Notes:
     power = profile.typical
-    quiet = float(np.quantile(power, 0.25))
-    highest = float(power.max())
+    quiet, at = float(np.quantile(power, 0.25)), int(np.argmax(power))
     chance = 1.0 + _UNSTEADY_SIGMAS * math.sqrt(_POWER_VARIANCE / profile.block)
-    if quiet <= 0.0 or highest <= max(chance, _LEAST_FACTOR**2) * quiet:
+    if quiet <= 0.0 or power[at] <= max(chance, _LEAST_FACTOR**2) * quiet:
         return ()
-    at = int(np.argmax(power))
-    effect = math.sqrt(float(power.mean()) / quiet)
     text = (
         f"its noise changes: the loudest {profile.block / recording.sample_rate:.3g} s, at "
-        f"{second_of(recording, at * profile.block):.6g} s, have {math.sqrt(highest / quiet):.3g} "
-        "times the scatter of the quiet quarter; take an even stretch with {slice}"
+        f"{second_of(recording, at * profile.block):.6g} s, have {math.sqrt(power[at] / quiet):.3g}"
+        " times the scatter of the quiet quarter; take an even stretch with {slice}"
     )
-    return (_changing(profile.channel.name, text, effect),)
+    return _changing(profile.name, text, math.sqrt(float(power.mean()) / quiet))
 
 
-def _growing(profile: Profile) -> tuple[Note, ...]:
+def _growing(profile: Profile) -> Notes:
     """Noise that grows or falls from one end to the other."""
     power = profile.spread
     if power.size < _FEWEST_TO_GROW or not np.all(power > 0.0):
@@ -207,42 +422,48 @@ def _growing(profile: Profile) -> tuple[Note, ...]:
     own = max(float(np.mean(np.diff(height) ** 2)) / 2.0, float(np.mean(rest**2)))
     error = math.sqrt(own / float(along @ along))
     reach = float(stdtrit(power.size - 2, 1.0 - 0.5 * _CHANCE))
-    grown = np.exp(np.abs(slope) * (along + 0.5))
-    effect = math.sqrt(float(grown.mean()))
+    effect = math.sqrt(float(np.exp(np.abs(slope) * (along + 0.5)).mean()))
     if abs(slope) <= reach * error or effect < 1.0 + _GROWS:
         return ()
     text = (
         f"its noise {'grows' if slope > 0.0 else 'falls'} in the course of the record, to "
         f"{math.exp(0.5 * slope):.3g} times its scatter; take an even stretch with {{slice}}"
     )
-    return (_changing(profile.channel.name, text, effect),)
+    return _changing(profile.name, text, effect)
 
 
-def _changing(channel: str, text: str, effect: float) -> Note:
+def _changing(channel: str, text: str, effect: float) -> Notes:
     """Noise of which the mean is `effect` times the quietest: no one N is that of the record."""
-    said = f"{text}; the angle random walk of all of it is about {effect:.3g} times the least"
+    text = f"{text}; the angle random walk of all of it is about {effect:.3g} times the least"
     level: Level = "error" if effect > _SPOILS else "warning"
-    return Note(
-        name="unsteady", channel=channel, text=said, effect=float(f"{effect:.4g}"), level=level
-    )
+    known = float(f"{effect:.4g}")
+    return (Note(name="unsteady", channel=channel, text=text, effect=known, level=level),)
 
 
-def step_notes(recording: Recording, profile: Profile) -> tuple[Note, ...]:
-    """A rate that steps from one block to the next, and stays there: a warning."""
+# ---- steps of the rate -------------------------------------------------------------
+
+# Blocks for which a rate stays before and behind a step.
+_STAYS: Final = 3
+# Usual changes, by their upper quartile, that a step exceeds: chance makes five.
+_STEP: Final = 10.0
+
+
+def step_notes(recording: Recording, profile: Profile) -> Notes:
+    """A rate that steps from one block to the next, and stays there, on a bench: a warning."""
     level = profile.level
-    if level.size <= _FEWEST_BLOCKS:
+    if not profile.standing or level.size <= _FEWEST_BLOCKS:
         return ()
     changes = np.abs(np.diff(level))
     # The median of counts moves by steps of the readout, or not at all.
     usual = max(float(np.quantile(changes, 0.75)), profile.step)
     # The median of one block of a dithered gyro may lie anywhere; that of three does not.
     stays = np.median(np.stack([level[:-2], level[1:-1], level[2:]]), axis=0)
-    steps = stays[_STAYS:] - stays[:-_STAYS]
-    at = int(np.argmax(np.abs(steps)))
-    if abs(steps[at]) <= _STEP * usual or usual <= 0.0:
+    steps = np.abs(stays[_STAYS:] - stays[:-_STAYS])
+    at = int(np.argmax(steps))
+    if steps[at] <= _STEP * usual or usual <= 0.0:
         return ()
     first = at + 2 + int(np.argmax(changes[at + 1 : at + 1 + _STAYS]))
-    size = f"{abs(steps[at]) / usual:.3g}"
+    size = f"{steps[at] / usual:.3g}"
     period = f"{profile.block / recording.sample_rate:.3g} s"
     of_what = (
         f"{size} steps of the readout from one {period} to the next"
@@ -250,168 +471,7 @@ def step_notes(recording: Recording, profile: Profile) -> tuple[Note, ...]:
         else f"{size} times what it usually changes over {period}"
     )
     text = (
-        f"its rate steps by {of_what}, at "
-        f"{second_of(recording, first * profile.block):.6g} s; take a stretch without with "
-        "{slice}"
+        f"its rate steps by {of_what}, at {second_of(recording, first * profile.block):.6g} s; "
+        "take a stretch without with {slice}"
     )
-    return (Note(name="steps", channel=profile.channel.name, text=text, level="warning"),)
-
-
-# ---- dropouts ----------------------------------------------------------------------
-
-# Zeros that are dropouts are this many, and this many times as many as the values next to zero.
-_LEAST_OFTEN: Final = 10
-_OFTENER: Final = 3
-# Steps of the readout that noise strays over if a sample is 0 by chance alone; and standard
-# deviations of the noise by which 0 lies off the rest, however coarse the steps.
-_FINE: Final = 20.0
-_AWAY: Final = 4.0
-# An angle falls to zero by this many of its usual steps.
-_FALL: Final = 50.0
-_NONE: Final = Tally(count=0, first=-1)
-
-
-def dropout_notes(recording: Recording, profile: Profile) -> tuple[Note, ...]:
-    """Zeros far more often than the values beside zero; of an angle, zeros that it falls to."""
-    gyro = profile.channel
-    if gyro.kind == "angle":
-        zeros, effect = _falls(profile), None
-    else:
-        # A gyro that counts coarsely, and turns little, counts 0 most of the time.
-        fine = profile.scale > _FINE * profile.step
-        away = abs(float(np.median(profile.level))) > _AWAY * profile.scale
-        zeros = _zeros(gyro) if fine or away else _NONE
-        effect = _effect(gyro, zeros.count)
-    if zeros.count == 0:
-        return ()
-    text = (
-        f"{counted(zeros.count, 'sample')} of exactly zero, the first at "
-        f"{second_of(recording, zeros.first):.3f} s, as if readings were lost (dropouts); mark "
-        "lost samples as NaN"
-    )
-    return (finding("dropouts", gyro.name, text, effect=effect),)
-
-
-def _zeros(gyro: Channel) -> Tally:
-    """Zeros of a rate or of increments, if they are too many."""
-    values = gyro.values
-    zeros = Places(values=values, test=lambda some: some == 0.0).tally()
-    if zeros.count < _LEAST_OFTEN:
-        return _NONE
-    next_up, next_down = math.inf, -math.inf
-    for block in blocks(values.size):
-        part = values[block]
-        next_up = float(part[part > 0.0].min(initial=next_up))
-        next_down = float(part[part < 0.0].max(initial=next_down))
-    ups = Places(values=values, test=lambda some: some == next_up).tally().count
-    downs = Places(values=values, test=lambda some: some == next_down).tally().count
-    return zeros if zeros.count > _OFTENER * max(ups, downs) else _NONE
-
-
-def _falls(profile: Profile) -> Tally:
-    """Zeros that an angle falls to from far away."""
-    values = profile.channel.values
-    steps = every(profile.changes, max(1, profile.changes.size // 100_000))
-    fall = _FALL * float(np.median(np.abs(steps)))
-    if not fall:
-        return _NONE
-    falls = Places(
-        values=values, test=lambda some: (some[1:] == 0.0) & (np.abs(some[:-1]) > fall), following=1
-    ).tally()
-    return Tally(count=falls.count, first=falls.first + 1)
-
-
-def _effect(gyro: Channel, zeros: int) -> float | None:
-    """Scatter of all samples over that without the zeros."""
-    values = gyro.values
-    left = values.size - zeros
-    if not 0 < zeros < values.size - 1:
-        return None
-    usual = mean(values) * values.size / left
-    squares = 0.0
-    for block in blocks(values.size):
-        part = values[block]
-        part = part[part != 0.0] - usual
-        squares += float(part @ part)
-    inside = squares / left
-    # Zeros lie by the mean off the rest.
-    share = zeros / values.size
-    whole = (1.0 - share) * inside + share * (1.0 - share) * usual * usual
-    return math.sqrt(whole / inside) if inside > 0.0 else None
-
-
-# ---- interleaved -------------------------------------------------------------------
-
-# How many sensors may take turns. Of four, a line at a quarter of the sample rate (mains at 200 Hz)
-# looks alike.
-_ORDINALS: Final = {2: "second", 3: "third"}
-# Samples looked at, the most and the least, and parts of them that all have to show it.
-_TURNS_LOOKED_AT: Final = 2**17
-_PARTS: Final = 4
-_LEAST_SAMPLES: Final = 4096
-# Standard errors by which the means of the turns differ, and least difference, in scatters of one
-# sensor; ratio of their scatters.
-_TURN_SIGMAS: Final = 8.0
-_LEAST_SHARE: Final = 0.5
-_RATIO: Final = 1.3
-# Scatters beyond which a sample counts as if it were there.
-_FAR: Final = 5.0
-# Median of the size of the difference of two standard normal numbers.
-_MEDIAN_STEP: Final = 0.9539
-
-
-def interleaved_notes(recording: Recording, profile: Profile) -> tuple[Note, ...]:
-    """Every second sample, or every third, has a mean or a scatter of its own: an error.
-
-    One sensor has that only of a line at exactly half its sample rate, or a third.
-    """
-    channel = profile.channel
-    rounding = rounding_of(channel)
-    for sensors in _ORDINALS:
-        if _take_turns(profile, sensors, rounding):
-            text = (
-                f"every {_ORDINALS[sensors]} sample is of another kind: {sensors} sensors seem to "
-                "stand in this column by turns; write each into a column of its own"
-            )
-            return (Note(name="interleaved", level="error", channel=channel.name, text=text),)
-    return ()
-
-
-def _take_turns(profile: Profile, sensors: int, rounding: float) -> bool:
-    """Whether samples `sensors` apart are alike and those between are not, all along."""
-    changes = profile.changes[:_TURNS_LOOKED_AT]
-    if changes.size < _LEAST_SAMPLES:
-        return False
-    turns = _turns(changes, sensors)
-    typical = float(np.median(_scatters(turns)))
-    if not typical > rounding:
-        return False
-    # Motion is taken off by the mean of each round, and single samples far off shift no mean.
-    off = turns - turns.mean(axis=2, keepdims=True)
-    middle = np.median(off, axis=1)
-    reach = _FAR * typical
-    means = middle + np.clip(off - middle[:, np.newaxis], -reach, reach).mean(axis=1)
-    least = max(_TURN_SIGMAS * typical / math.sqrt(turns.shape[1]), _LEAST_SHARE * typical)
-    # The same one in every part, on the same side.
-    apart = np.all(np.abs(means) > least, axis=0)
-    if (apart & (np.abs(np.sign(means).sum(axis=0)) == _PARTS)).any():
-        return True
-    # Some turns see more of a line at a part of the sample rate: the noise between lines tells.
-    white = whitened(changes)
-    if not white.innovation > rounding:
-        return False
-    scatters = _scatters(_turns(white.values, sensors))
-    order = np.argsort(scatters, axis=1)
-    louder = scatters.max(axis=1) > _RATIO * scatters.min(axis=1)
-    return bool(louder.all() and (order == order[0]).all())
-
-
-def _turns(values: FloatArray, sensors: int) -> FloatArray:
-    """(parts, rounds, sensors)"""
-    length = values.size // _PARTS // sensors
-    return values[: _PARTS * length * sensors].reshape(_PARTS, length, sensors)
-
-
-def _scatters(turns: FloatArray) -> FloatArray:
-    """(parts, sensors) by the median of the steps from each sample to the next of its own turn."""
-    return np.asarray(np.median(np.abs(np.diff(turns, axis=1)), axis=1) / _MEDIAN_STEP)
+    return (Note(name="steps", channel=profile.name, text=text, level="warning"),)

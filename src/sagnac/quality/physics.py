@@ -1,15 +1,20 @@
-"""Gravity and Earth rate, which sensors have to show and which tell a wrong unit by name.
+"""Gravity, Earth rate and what gyros are like, which tell a wrong unit; gyros beside each other.
 
-Rates that no gyro has tell of a wrong unit, too, and values at the two ends of a counter's range of
-signed counts that were read as unsigned; gyros that move while nothing tells how stand on no bench.
+Rates that no gyro has tell of a wrong unit, noises that differ, and rates of sampling that nobody
+uses; gyros that move while nothing tells how stand on no bench, and one may be a copy of another.
 """
 
 import math
+from collections.abc import Iterable
+from dataclasses import dataclass
+from itertools import combinations
 from typing import Final
 
 import numpy as np
+from numpy.typing import NDArray
+from scipy.fft import irfft, next_fast_len, rfft
 
-from sagnac.core.arrays import FloatArray, blocks, every, extent
+from sagnac.core.arrays import FloatArray, every
 from sagnac.core.errors import Level, Note, counted
 from sagnac.core.units import (
     ACCELERATION_UNITS,
@@ -22,11 +27,10 @@ from sagnac.core.units import (
     split_factor,
 )
 from sagnac.quality.effects import finding
-from sagnac.quality.encoder_faults import TURNING_RATE, block_rates
-from sagnac.quality.profile import Profile, remedy_of
-from sagnac.recording.channel import Channel, angle_of
+from sagnac.quality.encoder import LEAST_SHARE, TURNING_RATE
+from sagnac.quality.profile import Notes, Profile, remedy_of
+from sagnac.recording.channel import Channel, angle_of, first_of, longest_unmarked, number_of
 from sagnac.recording.model import Recording, second_of
-from sagnac.recording.stamps import Places, longest_between
 
 # ---- wrong unit --------------------------------------------------------------------
 
@@ -45,15 +49,22 @@ _USUAL: Final = (5.0, 2e4)
 _COMMON: Final = 200.0
 
 
-def wrong_unit_notes(recording: Recording, profile: Profile, *, standing: bool) -> tuple[Note, ...]:
+def _doubt(channel: str, text: str, level: Level = "warning") -> Notes:
+    """The note that a unit may be wrong; none without a text."""
+    return (Note(name="units", level=level, channel=channel, text=text),) if text else ()
+
+
+def rate_notes(recording: Recording, profile: Profile) -> Notes:
     """A gyro that turns too fast, or scatters too little or too much for one: a warning.
 
     Motion scatters as it likes; on a bench it is noise that does, from sample to sample as from
     second to second.
     """
-    rates, _ = block_rates(recording, profile.channel)
+    rates, text = profile.rates, ""
     typical = float(np.median(np.abs(rates)))
     scatter = float(np.sqrt(np.mean(np.square(np.diff(rates))))) if rates.size > 1 else typical
+    is_bench = profile.standing and profile.channel.sensor == "gyro"
+    walk = min(scatter * math.sqrt(0.5 * recording.duration / rates.size), profile.walk)
     if typical > FASTEST_RATE:
         text = (
             f"turns at {typical / DEGREE:.3g} deg/s: the unit, kind or rate looks wrong "
@@ -64,32 +75,15 @@ def wrong_unit_notes(recording: Recording, profile: Profile, *, standing: bool) 
             f"scatters by only {scatter / DEGREE_PER_HOUR:.2g} deg/h from second to second: "
             "the unit or kind looks wrong ({unit}, {kind})"
         )
-    elif standing and (walk := _least_walk(recording, profile, scatter, rates.size)):
+    elif is_bench and walk > STRONGEST_WALK:
         text = (
             f"scatters like an angle random walk of {walk / DEGREE_PER_ROOT_HOUR:.3g} deg/sqrt(h), "
             "over ten times that of the noisiest: the unit or kind looks wrong ({unit}, {kind})"
         )
-    else:
-        return ()
-    return (Note(name="units", level="warning", channel=profile.channel.name, text=text),)
+    return _doubt(profile.name, text)
 
 
-def _least_walk(recording: Recording, profile: Profile, scatter: float, blocks: int) -> float:
-    """Random walk of a gyro, rad/sqrt(s), by samples or by seconds, the lesser; 0 if it may be."""
-    if profile.channel.sensor != "gyro":
-        return 0.0
-    by_seconds = scatter * math.sqrt(0.5 * recording.duration / blocks)
-    walk = min(by_seconds, _walk_by_samples(recording, profile))
-    return walk if walk > STRONGEST_WALK else 0.0
-
-
-def _walk_by_samples(recording: Recording, profile: Profile) -> float:
-    """Random walk that would scatter a gyro from sample to sample as it does, rad/sqrt(s)."""
-    turned = profile.scale / (recording.sample_rate if profile.channel.kind == "rate" else 1.0)
-    return turned * math.sqrt(recording.sample_rate)
-
-
-def rate_doubts(recording: Recording) -> tuple[Note, ...]:
+def time_notes(recording: Recording, profile: Profile) -> Notes:
     """A recording sampled more slowly, and for longer, than gyros are: a warning."""
     factor = likely_time_factor(recording)
     if factor is None:
@@ -101,7 +95,7 @@ def rate_doubts(recording: Recording) -> tuple[Note, ...]:
         f"of {rate * factor:.6g} Hz, state {{time COLUMN:{_TIMES_FINER[factor]}}} or "
         f"{{rate {rate * factor:.6g}}}"
     )
-    return (Note(name="units", level="warning", channel="time", text=text),)
+    return _doubt("time", text)
 
 
 def likely_time_factor(recording: Recording) -> float | None:
@@ -141,18 +135,15 @@ _TURNS: Final = 4.0
 _FITTED: Final = 20_000
 
 
-def gravity_notes(recording: Recording) -> tuple[Note, ...]:
+def gravity_notes(recording: Recording, profile: Profile) -> Notes:
     """Accelerometers at rest whose mean is no gravity, but is in another unit: a warning."""
-    if not recording.accelerometers:
+    forces = recording.accelerometers
+    if not forces:
         return ()
-    found = _mean_of(recording, recording.accelerometers)
-    if found is None:
-        return ()
-    size = float(np.linalg.norm(found))
-    if not size > 0.0 or _is_near(size, STANDARD_GRAVITY, _GRAVITY):
-        return ()
-    factor, stated = split_factor(recording.accelerometers[0].shown_in)
-    if stated not in ACCELERATION_UNITS or factor != 1.0:
+    size = _steady_mean(Profile.of(recording, one) for one in forces)
+    factor, stated = split_factor(forces[0].shown_in)
+    is_gravity = _is_near(size, STANDARD_GRAVITY, _GRAVITY)
+    if not size > 0.0 or is_gravity or stated not in ACCELERATION_UNITS or factor != 1.0:
         return ()
     number = size / ACCELERATION_UNITS[stated]
     likely = [
@@ -167,26 +158,21 @@ def gravity_notes(recording: Recording) -> tuple[Note, ...]:
         f"{STANDARD_GRAVITY / ACCELERATION_UNITS[stated]:.4g} {stated}: in {likely[0]} it would be "
         f"gravity; state {{unit accelerometers={likely[0]}}}"
     )
-    names = ", ".join(one.name for one in recording.accelerometers)
-    return (Note(name="units", level="warning", channel=names, text=text),)
+    return _doubt(", ".join(one.name for one in forces), text)
 
 
-def earth_notes(recording: Recording) -> tuple[Note, ...]:
+def earth_notes(recording: Recording, profile: Profile) -> Notes:
     """Gyros at rest whose mean is Earth's rate in another unit, or is gravity: a warning.
 
     Three gyros across one another sense all of Earth's rate. Three accelerometers read as gyros
     show one g, or 9.8.
     """
     gyros = recording.gyros
-    if any(gyro.sensor != "gyro" for gyro in gyros):
+    if not profile.standing or any(gyro.sensor != "gyro" for gyro in gyros):
         return ()
-    found = _mean_of(recording, gyros)
-    if found is None:
-        return ()
-    size = float(np.linalg.norm(found))
+    size = _steady_mean(profile.each(recording))
     text = _as_gravity(gyros[0], size) or _as_earth_rate(gyros, size)
-    names = ", ".join(one.name for one in gyros)
-    return (Note(name="units", level="warning", channel=names, text=text),) if text else ()
+    return _doubt(", ".join(one.name for one in gyros), text)
 
 
 def _as_gravity(gyro: Channel, size: float) -> str:
@@ -206,14 +192,11 @@ def _as_gravity(gyro: Channel, size: float) -> str:
 
 def _as_earth_rate(gyros: tuple[Channel, ...], size: float) -> str:
     """Sentence on a mean that is Earth's rate in another unit; empty if it is not."""
-    if len(gyros) < _TRIAD or EARTH_RATE / _BIASED < size < EARTH_RATE * _BIASED:
-        return ""
     stated = {(gyro.shown_in, gyro.kind) for gyro in gyros}
-    if len(stated) > 1:
+    if len(gyros) < _TRIAD or len(stated) > 1 or 1.0 / _BIASED < size / EARTH_RATE < _BIASED:
         return ""
     factor, name = split_factor(gyros[0].shown_in)
-    others = _RATES if gyros[0].kind == "rate" else _ANGLES
-    for unit in others:
+    for unit in _RATES if gyros[0].kind == "rate" else _ANGLES:
         other = size / UNITS[name].size * UNITS[unit].size
         if unit != name and _is_near(other, EARTH_RATE, _EARTH):
             said = unit if factor == 1.0 else f"{factor:g}{unit}"
@@ -225,40 +208,29 @@ def _as_earth_rate(gyros: tuple[Channel, ...], size: float) -> str:
     return ""
 
 
-def _mean_of(recording: Recording, channels: tuple[Channel, ...]) -> FloatArray | None:
-    """(channels,) mean rates in SI; None if they do not stand still."""
-    means = []
-    for channel in channels:
-        rates, _ = block_rates(recording, channel)
-        if not np.isfinite(rates).all():
-            return None
-        means.append([float(part.mean()) for part in np.array_split(rates, _PARTS)])
-    table = np.array(means)
-    mean = np.asarray(table.mean(axis=1))
-    scatter = float(np.linalg.norm(table.std(axis=1)))
-    return mean if scatter < _STEADY * float(np.linalg.norm(mean)) else None
+def _steady_mean(profiles: Iterable[Profile]) -> float:
+    """Mean rate of channels across one another, in SI; NaN if they do not stand still."""
+    parts = [[float(part.mean()) for part in np.array_split(one.rates, _PARTS)] for one in profiles]
+    means = np.array(parts)
+    if not np.isfinite(means).all():
+        return math.nan
+    size = float(np.linalg.norm(means.mean(axis=1)))
+    return size if np.linalg.norm(means.std(axis=1)) < _STEADY * size else math.nan
 
 
 def _is_near(value: float, wanted: float, within: float) -> bool:
     return wanted * (1.0 - within) <= value <= wanted * (1.0 + within)
 
 
-def earth_on_table_notes(recording: Recording, gyro: Channel) -> tuple[Note, ...]:
+def earth_on_table_notes(recording: Recording, profile: Profile) -> Notes:
     """A turning table that shows no Earth rate, and would in another unit of time: an error.
 
     Across its axis Earth rate is a cosine of the table's angle. In a gyro's angle it has the
-    amplitude of that rate over the table's, whatever the unit of time that both were stated in.
-
-    Parameters
-    ----------
-    recording
-        With a table; its sample rate may be the doubtful one.
-    gyro
-        Of angles or increments: a rate in a wrong unit of time contradicts the table's.
+    amplitude of that rate over the table's, whatever the unit of time that both were stated in. A
+    rate in a wrong unit of time contradicts the table's anyway.
     """
-    factor = likely_time_factor(recording)
-    table = recording.table
-    if factor is None or table is None or gyro.kind == "rate":
+    factor, table, gyro = likely_time_factor(recording), recording.table, profile.channel
+    if profile.standing or factor is None or table is None or gyro.kind == "rate":
         return ()
     step = max(1, recording.samples // _FITTED)
     angle = every(table.values, step)
@@ -280,7 +252,7 @@ def earth_on_table_notes(recording: Recording, gyro: Channel) -> tuple[Note, ...
         f"times smaller, it shows {factor:g} times as much, as it may: state the right "
         f"{{time COLUMN:UNIT}} or {{rate {recording.sample_rate * factor:.6g}}}"
     )
-    return (Note(name="units", level="error", channel=gyro.name, text=text),)
+    return _doubt(gyro.name, text, "error")
 
 
 # ---- motion ------------------------------------------------------------------------
@@ -294,188 +266,230 @@ _LARGEST_BIAS: Final = 25.0 * DEGREE
 _BIAS_OVER_WALK: Final = 12_000.0
 
 
-def motion_notes(recording: Recording, profile: Profile) -> tuple[Note, ...]:
+def motion_notes(recording: Recording, profile: Profile) -> Notes:
     """A gyro that turns now more and now less without an encoder beside: an error.
 
     Means over seconds that lie farther than 2 deg/s from their median, and farther than noise puts
-    them, are motion. What is read then is that of the motion.
+    them, are motion. What is read then is that of the motion. A mean rate beyond the bias of any
+    gyro is a warning; beyond the largest that one of such noise has it is an error, since what is
+    read then is the error of the table.
     """
-    gyro = profile.channel
-    rates, starts = block_rates(recording, gyro)
-    if rates.size < 2:
+    rates = profile.rates
+    if not profile.standing or profile.channel.sensor != "gyro" or rates.size < 2:
         return ()
     middle = float(np.median(rates))
-    off = np.abs(rates - middle)
-    walk = _walk_by_samples(recording, profile)
-    limit = max(TURNING_RATE, _SIGMAS * walk / math.sqrt(recording.duration / rates.size))
-    moves = np.flatnonzero(off > limit)
-    if moves.size == 0:
-        return _turns_steadily(recording, gyro, middle, max(TURNING_RATE, _BIAS_OVER_WALK * walk))
-    between = longest_between(rates.size, moves)
-    edges = np.append(starts, recording.samples)
-    still = type(between)(first=int(edges[between.first]), after=int(edges[between.after]))
-    text = (
-        f"turns at up to {float(np.abs(rates).max()) / DEGREE:.3g} deg/s, in "
-        f"{100.0 * moves.size / rates.size:.2g} % of the record, first at "
-        f"{second_of(recording, int(starts[moves[0]])):.1f} s, and no encoder is looked at: this "
-        f"is no still bench; use sagnac analyze with the encoder ({{table}}), state the right "
-        f"{{unit}}, or {remedy_of(recording, still)}"
+    level: Level = "error"
+    limit = max(TURNING_RATE, _SIGMAS * profile.walk / math.sqrt(recording.duration / rates.size))
+    moves = np.abs(rates - middle) > limit
+    if moves.any():
+        between = longest_unmarked(moves)
+        edges = np.append(profile.edges[:-1], recording.samples)
+        still = slice(int(edges[between.start]), int(edges[between.stop]))
+        first = int(edges[first_of(moves)])
+        text = (
+            f"turns at up to {float(np.abs(rates).max()) / DEGREE:.3g} deg/s, in "
+            f"{100.0 * number_of(moves) / rates.size:.2g} % of the record, first at "
+            f"{second_of(recording, first):.1f} s, and no encoder is looked at: this "
+            f"is no still bench; use sagnac analyze with the encoder ({{table}}), state the right "
+            f"{{unit}}, or {remedy_of(recording, still)}"
+        )
+    else:
+        largest = max(TURNING_RATE, _BIAS_OVER_WALK * profile.walk)
+        if abs(middle) < min(_LARGEST_BIAS, largest):
+            return ()
+        level = "error" if abs(middle) >= largest else "warning"
+        why = "and no encoder is looked at: use sagnac analyze with it ({table})"
+        if recording.table is not None:
+            why = "and the encoder that is named does not: name its column and unit with {table}"
+        text = (
+            f"turns steadily at {middle / DEGREE:.4g} deg/s, as on a table, {why}, or state the "
+            "right {unit}"
+        )
+    return (Note(name="motion", level=level, channel=profile.name, text=text),)
+
+
+# ---- pairs -------------------------------------------------------------------------
+
+# Samples by which one gyro may be late, and samples looked at.
+_LATEST: Final = 1024
+_PAIRS_LOOKED_AT: Final = 2**15
+# Correlation from which on one gyro is said to copy another: least, and in units of what chance
+# makes; and how many times that without delay, which two gyros on one table have.
+_COPIES: Final = 0.05
+_COPY_SIGMAS: Final = 7.0
+_MORE: Final = 2.0
+# Parts of the record that have to show the copy, each this share of the correlation or more: lines
+# that happen to lie together do not last.
+_COPY_PARTS: Final = 4
+_LASTS: Final = 0.5
+# Correlation from which on two gyros may be one, and part of the noise that two differ by.
+_ALL_ALIKE: Final = 0.99
+_DIFFER: Final = 1e-6
+# Ratio of the noise of two gyros from which on their difference is of one of them.
+_UNEQUAL: Final = 30.0
+# Between the units that angles and rates are written in.
+_RATIOS: Final = (180.0 / math.pi, 60.0, 3600.0, 648_000.0 / math.pi)
+# Ratio of two shares of the table that no wrong unit makes.
+_ALIKE: Final = 2.0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Likeness:
+    """How far the noise of one gyro is that of another.
+
+    Attributes
+    ----------
+    delay
+        Samples by which the second comes after the first at the highest correlation.
+    correlation
+        The highest, at that delay.
+    together
+        Without delay.
+    samples
+        How many were compared.
+    """
+
+    delay: int
+    correlation: float
+    together: float
+    samples: int
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Phases:
+    """A gyro as it is compared with others.
+
+    Attributes
+    ----------
+    factors
+        (parts, frequencies) of each part of the record: its Fourier transform under a Hann taper,
+        with every amplitude 1.
+    size
+        Samples of a part.
+    latest
+        Longest delay looked at, samples.
+    length
+        Of the transforms, padded by these delays, so that nothing comes round.
+    """
+
+    factors: NDArray[np.complex64]
+    size: int
+    latest: int
+    length: int
+
+
+def phases_of(values: FloatArray) -> Phases:
+    """The phases of (samples,) what each sample turned."""
+    size = min(values.size, _PAIRS_LOOKED_AT) // _COPY_PARTS
+    latest = min(_LATEST, size // 2)
+    parts = values[: _COPY_PARTS * size].reshape(_COPY_PARTS, size)
+    tapered = (parts - parts.mean(axis=1, keepdims=True)) * np.hanning(size)
+    length = int(next_fast_len(size + latest, real=True))
+    found = rfft(tapered, length)
+    power = np.abs(found)
+    unit = np.divide(found, power, out=np.zeros_like(found), where=power > 0.0)
+    factors = unit.astype(np.complex64)
+    return Phases(factors=factors, size=size, latest=latest, length=length)
+
+
+def likeness(first: Phases, second: Phases) -> Likeness:
+    """How far the changes of two gyros are the same at any delay up to 1024 samples.
+
+    Every frequency counts alike, whatever its power: the mean cosine of the phase between the two
+    (phase transform of Knapp and Carter, 1976). So lines and sway that both sense weigh as little
+    as they are wide; a Hann taper keeps them so. The correlation is the mean over four parts of
+    the record; if one of them shows less than half of it, there is none.
+
+    Parameters
+    ----------
+    first, second
+        Of records of one length.
+    """
+    cross = np.conj(first.factors) * second.factors
+    delays = np.arange(-first.latest, first.latest + 1)
+    mean = irfft(cross.mean(axis=0), first.length)[delays]
+    best, correlation = first.latest, 0.0
+    # Four transforms more only if there is something to confirm.
+    if np.abs(mean).max() >= _COPIES:
+        parts = irfft(cross, first.length)[:, delays]
+        lasts = np.all(parts * np.sign(mean) >= _LASTS * np.abs(mean), axis=0)
+        best = int(np.argmax(np.abs(mean) * lasts))
+        correlation = float(mean[best] * lasts[best])
+    return Likeness(
+        delay=best - first.latest,
+        correlation=correlation,
+        together=float(mean[first.latest]),
+        samples=_COPY_PARTS * first.size,
     )
-    return (Note(name="motion", level="error", channel=gyro.name, text=text),)
 
 
-def _turns_steadily(
-    recording: Recording, gyro: Channel, rate: float, largest: float
-) -> tuple[Note, ...]:
-    """A mean rate beyond the bias of any gyro: a warning; or beyond the `largest`, rad/s, that one
-    of such noise has: an error, since what is read then is the error of the table."""
-    if abs(rate) < min(_LARGEST_BIAS, largest):
+def copy_notes(recording: Recording, profile: Profile) -> Notes:
+    """Every gyro that is another or comes after it."""
+    gyros = list(profile.together.values())
+    if len(gyros) < 2:
         return ()
-    why = "and no encoder is looked at: use sagnac analyze with it ({table})"
-    if recording.table is not None:
-        why = "and the encoder that is named does not: name its column and unit with {table}"
-    text = (
-        f"turns steadily at {rate / DEGREE:.4g} deg/s, as on a table, {why}, or state the right "
-        "{unit}"
+    # Of hundreds of gyros there are tens of thousands of pairs: what one gyro brings is made once.
+    size = min(one.changes.size for one in gyros)
+    phases = {one.name: phases_of(one.changes[:size]) for one in gyros}
+    return tuple(
+        note
+        for first, second in combinations(gyros, 2)
+        for note in _copied(first, second, likeness(phases[first.name], phases[second.name]))
     )
-    level: Level = "error" if abs(rate) >= largest else "warning"
-    return (Note(name="motion", level=level, channel=gyro.name, text=text),)
 
 
-# ---- counts that start over ----------------------------------------------------------
-
-_BINS: Final = 64
-# Share of the range that is empty between the values near its two ends.
-_EMPTY: Final = 0.5
-# Delays, in samples, at which the ends must differ as often as chance makes them, and how nearly:
-# neither a line nor a motion does that.
-_DELAYS: Final = (1, 2, 3)
-_BY_CHANCE: Final = 0.1
-# Share of the samples at either end below which a spike makes it as well.
-_LEAST_SHARE: Final = 0.01
-# Widths of counters, and how near to one the range has to lie.
-_BITS: Final = (8, 12, 16, 18, 20, 24, 32)
-_NEAR: Final = 0.02
-# An angle falls by this part of all that it covers, which is this many usual steps or more; it
-# covers half of that between two falls, and falls are rare.
-_FALL: Final = 0.8
-_FALL_STEPS: Final = 50.0
-_COVERS: Final = 0.5
-_MOST_FALLS: Final = 0.1
-_LOOKED_AT: Final = 20_000
-
-
-def wrap_notes(recording: Recording, profile: Profile) -> tuple[Note, ...]:
-    """Values at the two ends of a counter's range and none between; an angle that falls by it."""
-    gyro = profile.channel
-    if gyro.kind == "angle":
-        return _falls_of_an_angle(recording, gyro)
-    values = gyro.values
-    lowest, highest = extent(values)
-    middle = _middle_of_gap(values, lowest, highest)
-    if middle is None:
+def _copied(first: Profile, second: Profile, found: Likeness) -> Notes:
+    """A gyro that is another, or comes after it."""
+    if found.delay:
+        alike = abs(found.correlation)
+        by_chance = _COPY_SIGMAS / math.sqrt(found.samples)
+        if alike < max(_COPIES, by_chance, _MORE * abs(found.together)):
+            return ()
+        late, early = (second, first) if found.delay > 0 else (first, second)
+        text = (
+            f"repeats gyro {early.name} {counted(abs(found.delay), 'sample')} later (correlation "
+            f"{found.correlation:+.3g}): the two share their noise, which their difference hides; "
+            "name another gyro ({gyros})"
+        )
+        return (finding("copy", late.name, text, effect=math.sqrt(max(1.0 - alike, 0.0))),)
+    if found.together < _ALL_ALIKE:
         return ()
-    bits = _counter_bits(gyro, highest - lowest)
-    if bits is None and (_is_one_value(values, middle) or not _is_by_chance(values, middle)):
+    # One is the other times a number, to a millionth of the noise.
+    size = min(first.changes.size, second.changes.size, _PAIRS_LOOKED_AT)
+    some, more = np.diff(first.changes[:size]), np.diff(second.changes[:size])
+    rest = more - some * float(some @ more) / float(some @ some)
+    if float(rest @ rest) >= _DIFFER**2 * float(more @ more):
         return ()
-    width = f"a counter of {bits} bits has" if bits else "a counter has"
-    text = (
-        f"takes values at the two ends of its range and none between, as {width} if signed counts "
-        "are read as unsigned; read them as signed, or state the width with {counter-bits}"
-    )
-    return (finding("wraps", gyro.name, text, effect=_effect(values, middle), level="error"),)
+    text = f"is a copy of gyro {first.name}; name another gyro ({{gyros}})"
+    effect = 0.0 if found.correlation > 0.0 else None
+    return (finding("copy", second.name, text, effect=effect),)
 
 
-def _falls_of_an_angle(recording: Recording, gyro: Channel) -> tuple[Note, ...]:
-    """Steps of an angle, all against its motion, by nearly all that it ever covers."""
-    values = gyro.values
-    lowest, highest = extent(values)
-    covered = highest - lowest
-    usual = np.diff(values[: _LOOKED_AT + 1])
-    if covered <= _FALL_STEPS * float(np.median(np.abs(usual))):
+def unequal_notes(recording: Recording, profile: Profile) -> Notes:
+    """Every gyro whose noise is far below that of another."""
+    pairs = combinations(profile.together.values(), 2)
+    return tuple(note for first, second in pairs for note in _unequal(first, second))
+
+
+def _unequal(first: Profile, second: Profile) -> Notes:
+    """A gyro whose noise is far below that of another."""
+    quiet, loud = sorted((first, second), key=lambda one: one.scale)
+    if not 0.0 < _UNEQUAL * quiet.scale < loud.scale:
         return ()
-    falls = Places(
-        values=values, test=lambda some: np.abs(np.diff(some)) > _FALL * covered, following=1
-    )
-    found = falls.tally()
-    if not 0 < found.count <= _MOST_FALLS * values.size:
-        return ()
-    at = falls.all()
-    steps = values[at + 1] - values[at]
-    motion = float(values[-1] - values[0] - steps.sum())
-    if not (np.all(steps * motion < 0.0) and abs(motion) > _COVERS * found.count * covered):
-        return ()
-    text = (
-        f"{counted(found.count, 'fall')} by all of the angle that it covers, the first at "
-        f"{second_of(recording, found.first + 1):.3f} s, as of a counter that starts over; state "
-        "the width of the counter with {counter-bits}, or make the angle continuous"
-    )
-    return (finding("wraps", gyro.name, text, effect=None),)
-
-
-def _middle_of_gap(values: FloatArray, lowest: float, highest: float) -> float | None:
-    """The middle of an empty half of the range that has many values at both ends."""
-    if not highest > lowest:
-        return None
-    edges = np.linspace(lowest, highest, _BINS + 1)
-    counts = np.zeros(_BINS, dtype=np.int64)
-    for block in blocks(values.size):
-        counts += np.histogram(values[block], edges)[0]
-    filled = np.flatnonzero(counts)
-    gaps = np.diff(filled) - 1
-    if gaps.size == 0 or gaps.max() < _EMPTY * _BINS:
-        return None
-    at = int(np.argmax(gaps))
-    return 0.5 * float(edges[filled[at] + 1] + edges[filled[at + 1]])
-
-
-def _is_one_value(values: FloatArray, middle: float) -> bool:
-    """Whether all samples at one end are equal, as those are that a logger wrote for lost ones."""
-    ends: list[FloatArray] = []
-    for block in blocks(values.size):
-        low, high = values[block][values[block] < middle], values[block][values[block] > middle]
-        # Largest and smallest of either end.
-        ends.append(np.array([part.max(initial=-math.inf) for part in (low, -low, high, -high)]))
-    most = np.max(ends, axis=0)
-    return bool(most[0] == -most[1] or most[2] == -most[3])
-
-
-def _is_by_chance(values: FloatArray, middle: float) -> bool:
-    """Whether samples lie at either end independently of those before."""
-    longest = max(_DELAYS)
-    size = values.size - longest
-    counts = np.zeros(1 + len(_DELAYS))
-    for block in blocks(size):
-        high = values[block.start : block.stop + longest] > middle
-        here = high[: block.stop - block.start]
-        counts[0] += np.count_nonzero(here)
-        for number, delay in enumerate(_DELAYS, start=1):
-            counts[number] += np.count_nonzero(here != high[delay : delay + here.size])
-    above, *shares = counts / size
-    expected = 2.0 * above * (1.0 - above)
-    if not _LEAST_SHARE < above < 1.0 - _LEAST_SHARE:
-        return False
-    return bool(np.all(np.abs(np.array(shares) - expected) < _BY_CHANCE * expected))
-
-
-def _counter_bits(gyro: Channel, covered: float) -> int | None:
-    """Width of a counter whose range the values fill, in counts of the unit they came in."""
-    factor, name = split_factor(gyro.shown_in)
-    counts = covered / (factor * UNITS[name].size)
-    near = [bits for bits in _BITS if abs(counts / 2.0**bits - 1.0) < _NEAR]
-    return near[0] if near else None
-
-
-def _effect(values: FloatArray, middle: float) -> float | None:
-    """Scatter of all values over that with the upper end brought down beside the lower."""
-    moments = np.zeros(6)
-    for block in blocks(values.size):
-        part = values[block]
-        low, high = part[part <= middle], part[part > middle]
-        moments += [low.size, low.sum(), low @ low, high.size, high.sum(), high @ high]
-    n, s, q, m, t, r = moments
-    inside = (q - s * s / n + r - t * t / m) / (n + m)
-    whole = (q + r) / (n + m) - ((s + t) / (n + m)) ** 2
-    # Two halves of one bell: together they are about 1/(1 - 2/pi) as scattered as each.
-    together = inside / (1.0 - 2.0 / math.pi)
-    return math.sqrt(whole / together) if together > 0.0 else None
+    ratio, effect = loud.scale / quiet.scale, 1.0
+    text = f"its noise is {ratio:.4g} times below that of gyro {loud.name}"
+    low, high = sorted((abs(quiet.share), abs(loud.share)))
+    # Shares of the table's rate that no wrong unit would leave alike.
+    if low > LEAST_SHARE and high < _ALIKE * low:
+        text += (
+            f", though both sense the table alike: {loud.name} or its mount may vibrate; see each "
+            "alone ({gyros})"
+        )
+    else:
+        near = [size for size in _RATIOS if 0.5 < ratio / size < 2.0]
+        hint, effect = f", about a unit's {near[0]:.4g}" if near else "", math.sqrt(0.5)
+        text += (
+            f"{hint}: a unit may be wrong ({{unit}}), and their difference is of one gyro alone; "
+            "see each alone ({gyros})"
+        )
+    return (finding("units", quiet.name, text, effect=effect),)

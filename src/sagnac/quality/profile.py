@@ -1,31 +1,48 @@
-"""How a gyro's noise runs through the record: its power from block to block.
+"""A channel as detectors see it: its rate, its noise from block to block, the step of its readout.
 
-The step that numbers are counted in, noise between lines made white, and the stretch that is
-sound, which is a remedy for the rest.
+Besides, noise between lines made white, and the stretch that is sound, which is a remedy for the
+rest.
 """
 
 import math
-from dataclasses import dataclass
-from typing import Final
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Final, Self
 
 import numpy as np
 from scipy.fft import irfft, rfft
 
-from sagnac.core.arrays import FloatArray, IntegerArray, blocks, differences, every, extent
+from sagnac.core.arrays import (
+    BLOCK,
+    BooleanArray,
+    FloatArray,
+    IntegerArray,
+    blocks,
+    differences,
+    every,
+    extent,
+    values_at,
+)
+from sagnac.core.errors import Note
+from sagnac.core.units import DEGREE
 from sagnac.quality import _kernels
-from sagnac.recording.channel import Channel
+from sagnac.recording.channel import Channel, longest_unmarked
 from sagnac.recording.model import MINIMUM_SAMPLES, Recording, second_of
-from sagnac.recording.stamps import Stretch
+
+Notes = tuple[Note, ...]
 
 # ---- lattice -----------------------------------------------------------------------
 
 # Samples on one side of which a median is taken.
 _SIDE: Final = 3
-# Classes of sizes: half octaves, far beyond all that is measured in rad or m/s on either side.
-_EDGES: Final = np.exp2(np.arange(-240, 121) / 2.0)
+# Classes of sizes: half octaves from this power of two on, far beyond all that is measured in rad
+# or m/s on either side.
+_LOWEST: Final = -120
+_CLASSES: Final = 360
 # Sizes that rounding makes lie this many classes, a factor of four, below those that a step makes.
 # They are this many at least, and the others more than this share of all: fewer are spikes.
-_CLASSES: Final = 4
+_APART: Final = 4
 _LEAST_OFTEN: Final = 10
 _LEAST_SHARE: Final = 0.01
 # Largest sizes that are looked at, in steps, and how near to whole steps half of them lie.
@@ -36,6 +53,9 @@ _NEAR: Final = 0.12
 # readout come and go, or are of more sizes. Shares of the samples.
 _GOES_ON: Final = 0.6
 _FEW_SIZES: Final = 0.95
+# Changes below this many last places of the largest value are rounding: an angle of many turns is
+# rounded where its changes would not be.
+_LAST_PLACES: Final = 8.0
 
 
 def count_step(changes: FloatArray, rounding: float = 0.0) -> float:
@@ -59,45 +79,29 @@ def count_step(changes: FloatArray, rounding: float = 0.0) -> float:
         In the unit of the changes. If the numbers are not counted, the smallest size there is;
         infinite if there is none.
     """
-    if changes.size <= 2 * _SIDE:
-        return math.inf
-    counts, smallest, nothing = _sizes_of(changes, rounding)
+    counts, smallest = np.zeros(_CLASSES, dtype=np.int64), np.full(_CLASSES, math.inf)
+    nothing = 0
+    for block in blocks(changes.size - 2 * _SIDE):
+        sizes = _off(changes, block)
+        nothing += _kernels.count_sizes(sizes, rounding, _LOWEST, counts, smallest)
     filled = np.flatnonzero(counts)
     if filled.size == 0:
         return math.inf
-    finest = float(smallest[filled[0]])
     below = nothing + np.cumsum(counts[filled])[:-1]
-    gaps = np.flatnonzero((np.diff(filled) > _CLASSES) & (below >= _LEAST_OFTEN))
+    gaps = np.flatnonzero((np.diff(filled) > _APART) & (below >= _LEAST_OFTEN))
     # Decimals are a lattice of their own: the coarsest is the readout's.
     for gap in gaps[::-1].tolist():
         step = _whole_step(changes, float(smallest[filled[gap + 1]]))
         if step is not None:
             return step
-    return finest
+    return float(smallest[filled[0]])
 
 
-def _off(changes: FloatArray) -> FloatArray:
-    """How far samples lie from the median on the nearer side, without the outermost."""
-    off = np.empty(changes.size - 2 * _SIDE)
-    _kernels.off_nearer_side(changes, off)
+def _off(changes: FloatArray, block: slice) -> FloatArray:
+    """How far changes, numbered without the outermost, lie from the median on the nearer side."""
+    off = np.empty(block.stop - block.start)
+    _kernels.off_nearer_side(changes[block.start : block.stop + 2 * _SIDE], off)
     return off
-
-
-def _sizes_of(changes: FloatArray, rounding: float) -> tuple[IntegerArray, FloatArray, int]:
-    """How many sizes each class holds, the smallest of each, and how many are nothing."""
-    counts = np.zeros(_EDGES.size - 1, dtype=np.int64)
-    smallest = np.full(counts.size, math.inf)
-    nothing = 0
-    for block in blocks(changes.size - 2 * _SIDE):
-        sizes = np.sort(_off(changes[block.start : block.stop + 2 * _SIDE]))
-        zeros = int(np.searchsorted(sizes, rounding, side="right"))
-        sizes = sizes[zeros:]
-        nothing += zeros
-        places = np.searchsorted(sizes, _EDGES)
-        here = np.diff(places) > 0
-        counts += np.diff(places)
-        smallest[here] = np.minimum(smallest[here], sizes[places[:-1][here]])
-    return counts, smallest, nothing
 
 
 def _whole_step(changes: FloatArray, least: float) -> float | None:
@@ -105,7 +109,7 @@ def _whole_step(changes: FloatArray, least: float) -> float | None:
     # Sizes, and whether the changes go on the same way before and behind.
     parts = []
     for block in blocks(changes.size - 2 * _SIDE):
-        off = _off(changes[block.start : block.stop + 2 * _SIDE])
+        off = _off(changes, block)
         steps = np.diff(changes[block.start + _SIDE - 1 : block.stop + _SIDE + 1])
         taken = (off >= least) & (off < _WITHIN * least)
         parts.append(np.stack([off[taken], (steps[1:] * steps[:-1] > 0.0)[taken]]))
@@ -117,6 +121,11 @@ def _whole_step(changes: FloatArray, least: float) -> float | None:
     step = float(np.median(sizes[sizes < 1.5 * least]))
     off = np.abs(sizes / step - np.rint(sizes / step))
     return step if float(np.median(off)) < _NEAR else None
+
+
+def rounding_in(values: FloatArray) -> float:
+    """Changes up to which those of a series are rounding, in its unit."""
+    return _LAST_PLACES * float(np.finfo(np.float64).eps) * max(map(abs, extent(values)))
 
 
 # ---- white -------------------------------------------------------------------------
@@ -164,8 +173,8 @@ def whitened(changes: FloatArray, *, bands: int | None = None, kept: float = _KE
     transform = rfft(changes)
     power = transform.real**2 + transform.imag**2
     together = max(_TOGETHER, power.size // bands) if bands else _TOGETHER
-    blocks = power.size // together
-    level = np.median(power[: blocks * together].reshape(blocks, together), axis=1)
+    number = power.size // together
+    level = np.median(power[: number * together].reshape(number, together), axis=1)
     level = np.repeat(level, together) / math.log(2.0)
     level = np.append(level, np.full(power.size - level.size, level[-1]))
     held = level[level > 0.0]
@@ -192,51 +201,113 @@ _KEPT: Final = 0.99
 _KEPT_SQUARE: Final = 0.9247
 # Roots of that power beyond which a sample counts as if it were there.
 _FAR: Final = 3.0
-# Changes below this many last places of the largest value are rounding: an angle of many turns is
-# rounded where its changes would not be.
-_LAST_PLACES: Final = 8.0
 # Samples of a block that its median is taken of.
 _SAMPLED: Final = 4096
 # Samples whose blocks are worked on at once, about.
 _AT_ONCE: Final = 2**16
+# Fewest and most means of the rate that a record is cut into, of a second each between.
+_RATES: Final = (20, 4096)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, eq=False)
 class Profile:
-    """Noise of one channel, from differences of what neighbouring samples turn.
+    """A channel as detectors see it; what is costly is made when it is first asked for.
 
     Attributes
     ----------
     channel
-        Whose noise it is.
-    changes
-        What each sample turned: the values of a rate or of increments, the differences of an
-        angle.
-    level
-        (blocks,) median of the changes.
-    power
-        (blocks,) half the mean square of their differences: the variance of white noise.
-    typical
-        (blocks,) the same without the largest hundredth of them: single samples do not move it.
-    spread
-        (blocks,) mean square of the changes about their median, single samples far off cut down.
-    step
-        What the readout counts in; the smallest change there is if it does not count, infinite if
-        nothing changes.
-    block
-        Samples in a block.
+        Of a gyro, an accelerometer or the table.
+    sample_rate
+        Hz.
+    standing
+        Whether no table turns.
+    table
+        Of the table, if there is one.
+    together
+        Of all gyros that are judged, by name.
     """
 
     channel: Channel
-    changes: FloatArray
-    level: FloatArray
-    power: FloatArray
-    typical: FloatArray
-    spread: FloatArray
-    step: float
-    block: int
+    sample_rate: float
+    standing: bool = True
+    table: "Profile | None" = None
+    together: Mapping[str, "Profile"] = field(default_factory=dict)
+
+    @classmethod
+    def of(cls, recording: Recording, channel: Channel) -> Self:
+        """The profile of one channel beside the table."""
+        rate, table = recording.sample_rate, recording.table
+        beside = None if table is None else cls(channel=table, sample_rate=rate)
+        return cls(channel=channel, sample_rate=rate, table=beside)
+
+    def each(self, recording: Recording) -> "list[Profile]":
+        """Of every gyro of a recording, judged or not."""
+        return [
+            self.together.get(gyro.name)
+            or Profile(channel=gyro, sample_rate=self.sample_rate, table=self.table)
+            for gyro in recording.gyros
+        ]
 
     @property
+    def name(self) -> str:
+        """Of the channel."""
+        return self.channel.name
+
+    @cached_property
+    def changes(self) -> FloatArray:
+        """What each sample turned: an angle's differences, the values of a rate or increments."""
+        return changes_of(self.channel)
+
+    @cached_property
+    def rounding(self) -> float:
+        """Rounding of the changes of an angle, in its unit; 0 if the values are no differences."""
+        if self.channel.kind != "angle":
+            return 0.0
+        return _LAST_PLACES * float(np.spacing(max(map(abs, extent(self.channel.values)))))
+
+    @cached_property
+    def step(self) -> float:
+        """Step of the readout; the smallest change if it has none, infinite if nothing changes."""
+        return count_step(self.changes, rounding_in(self.channel.values))
+
+    @property
+    def block(self) -> int:
+        """Samples in a block; fewer than a block are one."""
+        return min(max(_LEAST, self.changes.size // _BLOCKS), self.changes.size)
+
+    @cached_property
+    def _noise(self) -> FloatArray:
+        block = self.block
+        return np.concatenate(
+            [
+                _noise_of(self.changes[some].reshape(-1, block))
+                for some in blocks(
+                    self.changes.size // block * block, block * max(1, _AT_ONCE // block)
+                )
+            ]
+        )
+
+    @property
+    def level(self) -> FloatArray:
+        """(blocks,) median of the changes."""
+        return self._noise[:, 0]
+
+    @property
+    def power(self) -> FloatArray:
+        """(blocks,) half the mean square of their differences: the variance of white noise."""
+        return self._noise[:, 1]
+
+    @property
+    def typical(self) -> FloatArray:
+        """(blocks,) the same without the largest hundredth: single samples do not move it."""
+        return self._noise[:, 2]
+
+    @property
+    def spread(self) -> FloatArray:
+        """(blocks,) mean square of the changes about their median, those far off cut down."""
+        return self._noise[:, 3]
+
+    @cached_property
     def scale(self) -> float:
         """Standard deviation that is typical of the record, without single samples."""
         return math.sqrt(float(np.median(self.typical)))
@@ -246,46 +317,56 @@ class Profile:
         """Whether the noise strays over fewer than two steps of the readout."""
         return 2.0 * self.step > self.scale
 
+    @property
+    def walk(self) -> float:
+        """Random walk that would scatter a gyro from sample to sample as it does, rad/sqrt(s)."""
+        turned = self.scale / (self.sample_rate if self.channel.kind == "rate" else 1.0)
+        return turned * math.sqrt(self.sample_rate)
+
+    @cached_property
+    def edges(self) -> IntegerArray:
+        """(rates + 1,) samples between which the rates are."""
+        samples = self.channel.values.size
+        fewest, most = _RATES
+        number = max(min(samples // max(1, round(self.sample_rate)), most), fewest)
+        return np.linspace(0, samples - 1, min(number, samples - 1) + 1).astype(np.int64)
+
+    @cached_property
+    def rates(self) -> FloatArray:
+        """(rates,) mean rates over blocks of about a second, in SI."""
+        values, edges = self.channel.values, self.edges
+        seconds = np.diff(edges) / self.sample_rate
+        if self.channel.kind == "angle":
+            return np.asarray(np.diff(values_at(values, edges)) / seconds)
+        turned = np.empty(seconds.size)
+        # As many stretches at a time as a block of samples holds.
+        for some in blocks(turned.size, max(1, BLOCK * turned.size // int(edges[-1]))):
+            first, last = edges[some.start], edges[some.stop]
+            starts = edges[some] - first
+            turned[some] = np.add.reduceat(values[first + 1 : last + 1], starts)
+        turned /= self.sample_rate if self.channel.kind == "rate" else 1.0
+        return np.asarray(turned / seconds)
+
+    @cached_property
+    def share(self) -> float:
+        """Share of the table's rate that a gyro senses; NaN if nothing turns."""
+        if self.table is None:
+            return math.nan
+        rates = self.table.rates
+        turning = np.abs(rates) > max(0.2 * self.table.usual_rate, 0.05 * DEGREE)
+        if not turning.any():
+            return math.nan
+        return float(np.median(self.rates[turning] / rates[turning]))
+
+    @property
+    def usual_rate(self) -> float:
+        """Rate that nine in ten stay below, in SI."""
+        return float(np.percentile(np.abs(self.rates), 90.0))
+
 
 def changes_of(channel: Channel) -> FloatArray:
     """Turn of each sample, in the unit of the values: an angle's differences, or the values."""
     return differences(channel.values) if channel.kind == "angle" else channel.values
-
-
-def rounding_in(values: FloatArray) -> float:
-    """Changes up to which those of a series are rounding, in its unit."""
-    return _LAST_PLACES * float(np.finfo(np.float64).eps) * max(map(abs, extent(values)))
-
-
-def rounding_of(channel: Channel) -> float:
-    """Rounding of the changes of an angle, in its unit; 0 if the values are no differences."""
-    if channel.kind != "angle":
-        return 0.0
-    return _LAST_PLACES * float(np.spacing(max(map(abs, extent(channel.values)))))
-
-
-def profile_of(channel: Channel) -> Profile:
-    """The noise of a channel."""
-    changes = changes_of(channel)
-    # Fewer than a block are one.
-    block = min(max(_LEAST, changes.size // _BLOCKS), changes.size)
-    together = block * max(1, _AT_ONCE // block)
-    found = np.concatenate(
-        [
-            _noise_of(changes[some].reshape(-1, block))
-            for some in blocks(changes.size // block * block, together)
-        ]
-    )
-    return Profile(
-        channel=channel,
-        changes=changes,
-        level=found[:, 0],
-        power=found[:, 1],
-        typical=found[:, 2],
-        step=count_step(changes, rounding_in(channel.values)),
-        spread=found[:, 3],
-        block=block,
-    )
 
 
 def _noise_of(rows: FloatArray) -> FloatArray:
@@ -328,16 +409,23 @@ def some_steps(values: FloatArray, most: int) -> FloatArray:
 # ---- soundness ---------------------------------------------------------------------
 
 
-def remedy_of(recording: Recording, stretch: Stretch) -> str:
+def remedy_of(recording: Recording, stretch: slice) -> str:
     """Remedy if only this stretch is sound: ``take the sound stretch with {slice 30:90}``.
 
     Rounded inwards to ms, so that the slice named holds no sample outside the stretch.
     """
-    first, last = stretch.first, stretch.after - 1
+    first, last = stretch.start, stretch.stop - 1
     begin = 0.0 if first == 0 else second_of(recording, first) * 1e3
     # Stamps of a damaged file may be any number.
-    if stretch.samples < MINIMUM_SAMPLES or not math.isfinite(begin):
+    if stretch.stop - first < MINIMUM_SAMPLES or not math.isfinite(begin):
         return "get the file again from its source"
     start = math.ceil(begin) / 1e3
     stop = "" if last == recording.samples - 1 else f"{second_of(recording, last):.3f}"
     return f"take the sound stretch with {{slice {start:g}:{stop}}}"
+
+
+def remedy_without(recording: Recording, bad: BooleanArray | IntegerArray) -> str:
+    """Remedy if some samples are bad, given as booleans (samples,) or by their numbers."""
+    marks = np.zeros(recording.samples, dtype=np.bool_)
+    marks[bad] = True
+    return remedy_of(recording, longest_unmarked(marks))

@@ -1,9 +1,9 @@
-"""The readout of a gyro: its step, what dithers it, steps that are coarse, and its range."""
+"""The readout of a gyro: its step, what dithers it, steps that are coarse, its range, a counter."""
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import Final, Literal
+from dataclasses import dataclass, replace
+from typing import Final
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -20,13 +20,22 @@ from sagnac.core.arrays import (
     extent,
     square,
 )
-from sagnac.core.errors import Level, Note
+from sagnac.core.errors import Level, Note, counted
 from sagnac.core.units import ARCSECOND, UNITS, split_factor
 from sagnac.quality.effects import finding
-from sagnac.quality.profile import Profile, count_step, rounding_in, rounding_of
-from sagnac.recording.channel import PAIR_SIZE, Channel, angle_of, require_rate
+from sagnac.quality.profile import Notes, Profile, count_step, rounding_in
+from sagnac.recording.channel import (
+    PAIR_SIZE,
+    Channel,
+    angle_of,
+    by_blocks,
+    first_of,
+    marked,
+    marked_steps,
+    number_of,
+    require_rate,
+)
 from sagnac.recording.model import Recording, second_of
-from sagnac.recording.stamps import Places, Tally
 
 # ---- readout -----------------------------------------------------------------------
 
@@ -114,17 +123,14 @@ def readout_of(angle: ArrayLike) -> Readout:
     Readout
         If the angle never leaves one steady turn, the step is 0 and `every` is 1.
     """
-    values = np.asarray(angle, dtype=np.float64)
-    apart = 1
-    taken = values
-    step = count_step(differences(values), rounding_in(values))
+    taken, apart = np.asarray(angle, dtype=np.float64), 1
+    step = count_step(differences(taken), rounding_in(taken))
     if not math.isfinite(step):
         return Readout(step=0.0, every=1)
     while taken.size > _LEAST_STEPS:
         if _variance_of_steps(taken) >= _DITHERED * step**2:
             return Readout(step=step, every=apart)
-        taken = every(taken, 2)
-        apart *= 2
+        taken, apart = every(taken, 2), 2 * apart
     return Readout(step=step, every=None)
 
 
@@ -204,28 +210,17 @@ def _encoder_readout(recording: Recording, gyros: Sequence[str], taken: int) -> 
     if taken > 1:
         gyro, table = every(gyro, taken), every(table, taken)
     readout = readout_of(table)
-    share = _sensed_share(gyro, table)
+    # Share of the table's steps that the gyro senses, by least squares.
+    turned, sensed = differences(table), differences(gyro)
+    own = square(turned)
+    share = float(by_blocks(np.dot, sensed, turned).sum()) / own if own > 0.0 else 0.0
+    # The gyro's steps beside table motion, and their variance if they are white.
+    beside = elementwise(lambda one, other: one - share * other, sensed, turned, out=sensed)
+    changes = differences(beside)
     step = abs(share) * readout.step
-    if not step**2 / 12.0 > _MATTERS * _variance_beside(gyro, table, share):
+    if not step**2 / 12.0 > _MATTERS * 0.5 * square(changes) / changes.size:
         return None
     return Readout(step=step, every=readout.every)
-
-
-def _sensed_share(gyro: FloatArray, table: FloatArray) -> float:
-    """Share of the table's steps that a gyro senses, by least squares."""
-    both = own = 0.0
-    for block in blocks(table.size - 1):
-        turned = np.diff(table[block.start : block.stop + 1])
-        both += float(np.diff(gyro[block.start : block.stop + 1]) @ turned)
-        own += float(turned @ turned)
-    return both / own if own > 0.0 else 0.0
-
-
-def _variance_beside(gyro: FloatArray, table: FloatArray, share: float) -> float:
-    """Variance of a gyro's steps beside table motion, if they are white."""
-    steps = differences(elementwise(lambda own, turned: own - share * turned, gyro, table))
-    changes = differences(steps)
-    return 0.5 * square(changes) / changes.size
 
 
 def _variance_of_steps(values: FloatArray) -> float:
@@ -294,7 +289,7 @@ def step_shown(channel: Channel) -> float:
     return step if float(np.mean(off < _NEAR)) > _COUNTED else 0.0
 
 
-def resolution_notes(recording: Recording, profile: Profile) -> tuple[Note, ...]:
+def resolution_notes(recording: Recording, profile: Profile) -> Notes:
     """Single precision, or coarse counts, if the noise does not cover its steps."""
     gyro = profile.channel
     step = single_precision_step(gyro)
@@ -335,7 +330,7 @@ def single_precision_step(gyro: Channel) -> float:
     return 0.0
 
 
-def _coarse(recording: Recording, profile: Profile) -> tuple[Note, ...]:
+def _coarse(recording: Recording, profile: Profile) -> Notes:
     """Counts of a rate whose error is a part of its angle random walk."""
     gyro, step = profile.channel, profile.step
     variance = float(np.median(profile.power))
@@ -343,7 +338,12 @@ def _coarse(recording: Recording, profile: Profile) -> tuple[Note, ...]:
         return ()
     effect = None
     if variance > _WHITE * step**2:
-        effect = _added(step, recording.sample_rate, profile)
+        # The error of white steps is spread evenly to half the sample rate. A sensor's own low-pass
+        # leaves less noise, but no less of it where N is read. If less is read there than the steps
+        # of a rate would make, an angle was counted, whose steps do not add up.
+        read = _quiet_density(profile.changes, recording.sample_rate)
+        added = step * step / 6.0 / recording.sample_rate
+        effect = math.sqrt(read / (read - added)) if read > added else 1.0
         if effect < 1.0 + _WORTH:
             return ()
     text = (
@@ -351,17 +351,6 @@ def _coarse(recording: Recording, profile: Profile) -> tuple[Note, ...]:
         f"{_shown(gyro, math.sqrt(variance))}: what is read is in part the steps"
     )
     return (finding("resolution", gyro.name, text, effect=effect),)
-
-
-def _added(step: float, sample_rate: float, profile: Profile) -> float:
-    """Factor on N of the error of white steps, which is spread evenly to half the sample rate.
-
-    A sensor's own low-pass leaves less noise, but no less of it where N is read. If less is read
-    there than the steps of a rate would make, an angle was counted, whose steps do not add up.
-    """
-    read = _quiet_density(profile.changes, sample_rate)
-    steps = step * step / 6.0 / sample_rate
-    return math.sqrt(read / (read - steps)) if read > steps else 1.0
 
 
 def _quiet_density(rates: FloatArray, sample_rate: float) -> float:
@@ -399,10 +388,9 @@ _ONE_COUNT: Final = 0.25
 # A clipped value has others right beside it; one that lies this many standard deviations beyond
 # the next is no limit of the range.
 _APART: Final = 0.5
-Side = Literal["upper", "lower"]
 
 
-def saturation_notes(recording: Recording, profile: Profile) -> tuple[Note, ...]:
+def saturation_notes(recording: Recording, profile: Profile) -> Notes:
     """An extreme value taken far more often than the next one inwards.
 
     Looked for in what each sample turned, so that an angle made of clipped increments counts.
@@ -411,66 +399,41 @@ def saturation_notes(recording: Recording, profile: Profile) -> tuple[Note, ...]
     levels = np.unique(every(changes, max(1, changes.size // 10_000)))
     if levels.size <= _FEW_LEVELS:
         return ()
-    slack = max(rounding_of(profile.channel), _ONE_COUNT * profile.step)
-    lowest, highest = extent(changes)
-    ends: dict[Side, float] = {"upper": highest, "lower": lowest}
-    piles = {
-        side: pile_at(changes, value, side, slack=slack, scale=profile.scale)
-        for side, value in ends.items()
-    }
-    found = {side: pile for side, pile in piles.items() if pile is not None}
-    if not found:
+    slack = max(profile.rounding, _ONE_COUNT * profile.step)
+
+    def at(level: float) -> BooleanArray:
+        return marked(lambda some: np.abs(some - level) <= slack, changes)
+
+    shares, where = {}, []
+    for side, limit in zip(("lower", "upper"), extent(changes), strict=True):
+        at_limit = at(limit)
+        number = number_of(at_limit)
+        if number < _LEAST_OFTEN:
+            continue
+        inner = next_inwards(changes, at_limit, side)
+        is_pile = number > _OFTENER * number_of(at(inner))
+        if is_pile and abs(limit - inner) <= _APART * profile.scale:
+            shares[side] = number / changes.size
+            where.append(
+                f"{number} samples are at its {side} limit, the first at "
+                f"{second_of(recording, first_of(at_limit)):.3f} s"
+            )
+    if not where:
         return ()
-    shares = {side: pile.count / changes.size for side, pile in found.items()}
     effect = clipped_scatter(shares.get("lower", 0.0), shares.get("upper", 0.0))
-    where = " and ".join(
-        f"{pile.count} samples are at its {side} limit, the first at "
-        f"{second_of(recording, pile.first):.3f} s"
-        for side, pile in found.items()
-    )
-    text = f"is saturated: {where}; take a stretch without with {{slice}}"
-    return (finding("clipping", profile.channel.name, text, effect=effect),)
+    # The upper limit comes first.
+    text = f"is saturated: {' and '.join(where[::-1])}; take a stretch without with {{slice}}"
+    return (finding("clipping", profile.name, text, effect=effect),)
 
 
-def pile_at(
-    changes: FloatArray, limit: float, side: Side, *, slack: float, scale: float
-) -> Tally | None:
-    """Samples at an extreme value, if they pile up there.
-
-    Parameters
-    ----------
-    changes
-        (samples,) what each sample turned.
-    limit
-        Their largest or smallest value.
-    side
-        Which of the two.
-    slack
-        Difference within which two values count as one.
-    scale
-        Standard deviation of the noise.
-    """
-    at_limit = Places(values=changes, test=lambda some: _equals(some, limit, slack)).tally()
-    if at_limit.count < _LEAST_OFTEN:
-        return None
-    inner = next_inwards(changes, limit, side, slack=slack)
-    following = Places(values=changes, test=lambda some: _equals(some, inner, slack)).tally()
-    few = at_limit.count <= _OFTENER * following.count or abs(limit - inner) > _APART * scale
-    return None if few else at_limit
-
-
-def _equals(values: FloatArray, value: float, slack: float) -> BooleanArray:
-    return np.asarray(np.abs(values - value) <= slack if slack else values == value)
-
-
-def next_inwards(values: FloatArray, limit: float, side: Side, *, slack: float = 0.0) -> float:
+def next_inwards(values: FloatArray, at_limit: BooleanArray, side: str) -> float:
     """The value next to an extreme one; infinite, away from it, if there is none."""
     sign = 1.0 if side == "upper" else -1.0
-    inner = -math.inf
-    for block in blocks(values.size):
-        inside = values[block][~_equals(values[block], limit, slack)]
-        inner = float((sign * inside).max(initial=inner))
-    return sign * inner
+    return sign * float(
+        by_blocks(
+            lambda some, gone: (sign * some[~gone]).max(initial=-math.inf), values, at_limit
+        ).max()
+    )
 
 
 def clipped_scatter(below: float, above: float) -> float:
@@ -500,3 +463,131 @@ def clipped_scatter(below: float, above: float) -> float:
 
 def _density(place: float) -> float:
     return math.exp(-0.5 * place * place) / math.sqrt(2.0 * math.pi)
+
+
+# ---- counts that start over ----------------------------------------------------------
+
+_BINS: Final = 64
+# Share of the range that is empty between the values near its two ends.
+_EMPTY: Final = 0.5
+# Delays, in samples, at which the ends must differ as often as chance makes them, and how nearly:
+# neither a line nor a motion does that.
+_DELAYS: Final = (1, 2, 3)
+_BY_CHANCE: Final = 0.1
+# Share of the samples at either end below which a spike makes it as well.
+_LEAST_END: Final = 0.01
+# Widths of counters, and how near to one the range has to lie.
+_BITS: Final = (8, 12, 16, 18, 20, 24, 32)
+_NEAR_BITS: Final = 0.02
+# An angle falls by this part of all that it covers, which is this many usual steps or more; it
+# covers half of that between two falls, and falls are rare.
+_FALL: Final = 0.8
+_FALL_STEPS: Final = 50.0
+_COVERS: Final = 0.5
+_MOST_FALLS: Final = 0.1
+_STEPS_LOOKED_AT: Final = 20_000
+
+
+def wrap_notes(recording: Recording, profile: Profile) -> Notes:
+    """A counter that starts over, which reading saw already or the samples show: an error."""
+    seen = tuple(
+        replace(note, level="error")
+        for note in recording.notes
+        if note.name == "wraps" and note.channel == profile.name
+    )
+    if seen:
+        return seen
+    lowest, highest = extent(profile.channel.values)
+    if profile.channel.kind == "angle":
+        return _falls_of_an_angle(recording, profile, highest - lowest)
+    return _ends_of_a_range(profile, lowest, highest)
+
+
+def _falls_of_an_angle(recording: Recording, profile: Profile, covered: float) -> Notes:
+    """Steps of an angle, all against its motion, by nearly all that it ever covers."""
+    values = profile.channel.values
+    usual = profile.changes[:_STEPS_LOOKED_AT]
+    if covered <= _FALL_STEPS * float(np.median(np.abs(usual))):
+        return ()
+    falls = marked_steps(values, lambda steps: np.abs(steps) > _FALL * covered)
+    number = number_of(falls)
+    if not 0 < number <= _MOST_FALLS * values.size:
+        return ()
+    at = np.flatnonzero(falls)
+    steps = values[at] - values[at - 1]
+    motion = float(values[-1] - values[0] - steps.sum())
+    if not (np.all(steps * motion < 0.0) and abs(motion) > _COVERS * number * covered):
+        return ()
+    text = (
+        f"{counted(number, 'fall')} by all of the angle that it covers, the first at "
+        f"{second_of(recording, int(at[0])):.3f} s, as of a counter that starts over; state "
+        "the width of the counter with {counter-bits}, or make the angle continuous"
+    )
+    return (finding("wraps", profile.name, text, effect=None),)
+
+
+def _ends_of_a_range(profile: Profile, lowest: float, highest: float) -> Notes:
+    """Values at the two ends of a range, and an empty half or more between them."""
+    values = profile.channel.values
+    if not highest > lowest:
+        return ()
+    edges = np.linspace(lowest, highest, _BINS + 1)
+    counts = by_blocks(lambda some: np.histogram(some, edges)[0], values).sum(axis=0)
+    filled = np.flatnonzero(counts)
+    gaps = np.diff(filled) - 1
+    if gaps.max(initial=0) < _EMPTY * _BINS:
+        return ()
+    at = first_of(gaps)
+    middle = 0.5 * float(edges[filled[at] + 1] + edges[filled[at + 1]])
+    # Width of a counter whose range the values fill, in counts of the unit they came in.
+    factor, name = split_factor(profile.channel.shown_in)
+    range_in_counts = (highest - lowest) / (factor * UNITS[name].size)
+    near = [bits for bits in _BITS if abs(range_in_counts / 2.0**bits - 1.0) < _NEAR_BITS]
+    if not near and (_is_one_value(values, middle) or not _is_by_chance(values, middle)):
+        return ()
+    width = f"a counter of {near[0]} bits has" if near else "a counter has"
+    text = (
+        f"takes values at the two ends of its range and none between, as {width} if signed counts "
+        "are read as unsigned; read them as signed, or state the width with {counter-bits}"
+    )
+    effect = _scatter_of_halves(values, middle)
+    return (finding("wraps", profile.name, text, effect=effect, level="error"),)
+
+
+def _is_one_value(values: FloatArray, middle: float) -> bool:
+    """Whether all samples at one end are equal, as those are that a logger wrote for lost ones."""
+
+    def ends(some: FloatArray) -> list[float]:
+        low, high = some[some < middle], some[some > middle]
+        return [part.max(initial=-math.inf) for part in (low, -low, high, -high)]
+
+    # Largest and smallest of either end.
+    most = by_blocks(ends, values).max(axis=0)
+    return bool(most[0] == -most[1] or most[2] == -most[3])
+
+
+def _is_by_chance(values: FloatArray, middle: float) -> bool:
+    """Whether samples lie at either end independently of those before."""
+    high = marked(lambda some: some > middle, values)
+    size = values.size - max(_DELAYS)
+    above = number_of(high[:size]) / size
+    if not _LEAST_END < above < 1.0 - _LEAST_END:
+        return False
+    expected = 2.0 * above * (1.0 - above)
+    differ = [number_of(high[:size] != high[delay : delay + size]) / size for delay in _DELAYS]
+    return all(abs(share - expected) < _BY_CHANCE * expected for share in differ)
+
+
+def _scatter_of_halves(values: FloatArray, middle: float) -> float | None:
+    """Scatter of all values over that with the upper end brought down beside the lower."""
+
+    def sums(some: FloatArray) -> list[float]:
+        low, high = some[some <= middle], some[some > middle]
+        return [low.size, low.sum(), low @ low, high.size, high.sum(), high @ high]
+
+    n, s, q, m, t, r = by_blocks(sums, values).sum(axis=0)
+    inside = (q - s * s / n + r - t * t / m) / (n + m)
+    whole = (q + r) / (n + m) - ((s + t) / (n + m)) ** 2
+    # Two halves of one bell: together they are about 1/(1 - 2/pi) as scattered as each.
+    together = inside / (1.0 - 2.0 / math.pi)
+    return math.sqrt(whole / together) if together > 0.0 else None

@@ -1,18 +1,29 @@
 """A channel: what one sample of it is, and its values in SI.
 
 A sample is an angle, an increment or a rate. Readings that start over at a period are made
-continuous. Two gyros have a difference, and a dithered gyro has a pick-off beside it.
+continuous. A dithered gyro has a pick-off beside it. Samples for which a test holds are marks, an
+array of booleans beside the values.
 """
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, ClassVar, Final, Literal, Self, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from sagnac.core.arrays import FloatArray, blocks, differences, elementwise, empty, extent, mean
-from sagnac.core.errors import RecordingError, is_finite, quoted, require_choice
+from sagnac.core.arrays import (
+    BooleanArray,
+    FloatArray,
+    IntegerArray,
+    blocks,
+    differences,
+    elementwise,
+    empty,
+    mean,
+)
+from sagnac.core.errors import Note, RecordingError, is_finite, quoted, require_choice
 from sagnac.core.units import (
     SENSED,
     SENSORS,
@@ -217,6 +228,14 @@ class Channel:
         return f"Channel({self.name}: {samples} samples, {self.kind}, shown in {self.shown_in})"
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Conversion:
+    """A channel made of a column, and what was noticed on the way."""
+
+    channel: Channel
+    notes: tuple[Note, ...] = ()
+
+
 def _no_series(values: object) -> str:
     """Type and shape of values that are not (samples,) float64; empty if they are."""
     if not isinstance(values, np.ndarray):
@@ -292,6 +311,84 @@ class Pickoff:
     __hash__: ClassVar[None] = None  # type: ignore[assignment]
 
 
+# ---- marks -------------------------------------------------------------------------
+
+
+def by_blocks(
+    function: Callable[..., Any], values: NDArray[Any], *others: NDArray[Any]
+) -> NDArray[Any]:
+    """Results of a function for blocks of long arrays, (blocks, ...): to be summed, or the like.
+
+    Parameters
+    ----------
+    function
+        Given the same block of each array, (some,) each.
+    values, others
+        (samples,) each.
+    """
+    return np.array(
+        [
+            function(values[block], *(other[block] for other in others))
+            for block in blocks(values.size)
+        ]
+    )
+
+
+def marked(
+    test: Callable[..., NDArray[Any]], values: FloatArray, *others: FloatArray
+) -> BooleanArray:
+    """Samples for which a test holds, as booleans, (samples,).
+
+    Parameters
+    ----------
+    test
+        Given the same samples of each array, says of each whether it holds.
+    values, others
+        (samples,) each.
+    """
+    marks = np.empty(values.size, dtype=np.bool_)
+    for block in blocks(values.size):
+        marks[block] = test(values[block], *(other[block] for other in others))
+    return marks
+
+
+def marked_steps(values: FloatArray, test: Callable[[FloatArray], NDArray[Any]]) -> BooleanArray:
+    """Samples (samples,) for which a test holds of the step that leads to them; never the first."""
+    marks = np.zeros(values.size, dtype=np.bool_)
+    marks[1:] = marked(lambda before, here: test(here - before), values[:-1], values[1:])
+    return marks
+
+
+def number_of(marks: NDArray[np.bool_]) -> int:
+    """How many are true."""
+    return int(np.count_nonzero(marks))
+
+
+def first_of(marks: BooleanArray) -> int:
+    """The first that is true, if any is."""
+    return int(np.argmax(marks))
+
+
+def is_missing(values: FloatArray) -> BooleanArray:
+    """Samples that are NaN or infinite, as booleans."""
+    return marked(lambda some: ~np.isfinite(some), values)
+
+
+def stretches(marks: BooleanArray) -> tuple[IntegerArray, IntegerArray]:
+    """First sample of each stretch of marks, and the first one behind it, (stretches,) each."""
+    edges = np.diff(marks.view(np.int8), prepend=np.int8(0), append=np.int8(0))
+    return np.flatnonzero(edges == 1), np.flatnonzero(edges == -1)
+
+
+def longest_unmarked(marks: BooleanArray) -> slice:
+    """The longest stretch without a mark, the first if two are as long; empty if there is none."""
+    firsts, afters = stretches(~marks)
+    if firsts.size == 0:
+        return slice(0, 0)
+    at = int(np.argmax(afters - firsts))
+    return slice(int(firsts[at]), int(afters[at]))
+
+
 # ---- unwrapping --------------------------------------------------------------------
 
 
@@ -315,38 +412,25 @@ def unwrapped(values: FloatArray, period: float) -> tuple[FloatArray, int]:
     wraps
         How often the reading started over.
     """
-    steps = values.size - 1
-    wraps = sum(
-        int(np.count_nonzero(_periods(values[block.start : block.stop + 1], period)))
-        for block in blocks(steps)
-    )
+
+    def periods(before: FloatArray, here: FloatArray) -> FloatArray:
+        """Whole periods from each sample to the next."""
+        whole = np.rint((here - before) / period)
+        whole[~np.isfinite(whole)] = 0.0
+        return whole
+
+    wraps = number_of(marked(periods, values[:-1], values[1:]))
     if wraps == 0:
         return values, 0
     result = empty(values.size)
-    result[0] = values[0]
-    before = 0.0
-    for block in blocks(steps):
-        over = _periods(values[block.start : block.stop + 1], period)
+    result[0], over = values[0], 0.0
+    for block in blocks(values.size - 1):
+        here = slice(block.start + 1, block.stop + 1)
         # Sums of integers, so nothing is lost.
-        over[0] += before
-        np.cumsum(over, out=over)
-        before = float(over[-1])
-        over *= period
-        later = slice(block.start + 1, block.stop + 1)
-        np.subtract(values[later], over, out=result[later])
+        started = over + np.cumsum(periods(values[block], values[here]))
+        np.subtract(values[here], started * period, out=result[here])
+        over = started[-1]
     return result, wraps
-
-
-def _periods(values: FloatArray, period: float) -> FloatArray:
-    """(samples - 1,) whole periods between each sample and the next."""
-    result = np.diff(values)
-    result /= period
-    np.rint(result, out=result)
-    result[~np.isfinite(result)] = 0.0
-    return result
-
-
-# ---- difference --------------------------------------------------------------------
 
 
 PAIR_SIZE: Final = math.sqrt(2.0)
@@ -393,15 +477,12 @@ def angle_of(channel: Channel, sample_rate: float) -> FloatArray:
 
 def finite_extent(values: FloatArray) -> float:
     """Largest less smallest of the finite samples, 0 if there are none."""
-    lowest, highest = extent(values) if values.size else (np.inf, -np.inf)
-    if np.isfinite(highest - lowest):
-        return highest - lowest
-    lowest, highest = np.inf, -np.inf
-    for block in blocks(values.size):
-        finite = values[block][np.isfinite(values[block])]
-        lowest = float(finite.min(initial=lowest))
-        highest = float(finite.max(initial=highest))
-    return max(highest - lowest, 0.0)
+
+    def ends(some: FloatArray) -> tuple[float, float]:
+        finite = some[np.isfinite(some)]
+        return finite.max(initial=-np.inf), -finite.min(initial=np.inf)
+
+    return max(float(by_blocks(ends, values).max(axis=0, initial=-np.inf).sum()), 0.0)
 
 
 def angle_increments(values: ArrayLike, *, kind: Kind, sample_rate: float) -> FloatArray:

@@ -1,16 +1,11 @@
-"""Columns of numbers taken as channels, stamps and pulses, converted and unwrapped.
+"""Columns of numbers taken as channels, pulses and stamps, and the rate that stamps give.
 
 A frame whose columns are taken is one of pandas or xarray, or a dictionary; none is imported.
-
-Encoder readings that were lost for longer than a polynomial bridges are taken from a gyro. Where
-the encoder is silent a gyro goes on. Between the last reading and the next one its turn, divided by
-its share of the table's rate and tilted to meet both, is the table's: off by no more than the
-gyro's own noise, and by as little of its wrong share as the rate changes meanwhile.
 """
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
 from typing import Any, Final, TypeVar
 
 import numpy as np
@@ -19,17 +14,23 @@ from numpy.typing import ArrayLike
 from sagnac.core.arrays import (
     BooleanArray,
     FloatArray,
-    IntegerArray,
+    blocks,
+    differences,
     elementwise,
     every,
     is_finite,
-    mean,
 )
 from sagnac.core.errors import Note, RecordingError, counted, quoted
-from sagnac.core.units import DEGREE, sensor_of, split_header, time_scale, unit_of
-from sagnac.recording.channel import Channel, Kind, angle_of, finite_extent, numbers, unwrapped
-from sagnac.recording.encoder_readings import LARGEST_SHARE_MISSING, angle_of_readings, runs
-from sagnac.recording.stamps import Places, is_not_finite
+from sagnac.core.units import sensor_of, split_header, time_scale, unit_of
+from sagnac.recording.channel import (
+    Channel,
+    Conversion,
+    Kind,
+    finite_extent,
+    numbers,
+    unwrapped,
+)
+from sagnac.recording.encoder_readings import MOST_MISSING_IN_A_ROW, table_of_readings
 
 # ---- frames ------------------------------------------------------------------------
 
@@ -170,22 +171,6 @@ def _named_columns(
 # ---- columns -----------------------------------------------------------------------
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Conversion:
-    """A channel made of a column, and what was noticed on the way."""
-
-    channel: Channel
-    notes: tuple[Note, ...] = ()
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Pulses:
-    """First samples of pulses, (samples,) bool, and what was noticed on the way."""
-
-    rising: BooleanArray
-    notes: tuple[Note, ...] = ()
-
-
 def gyro_of(
     name: str, values: ArrayLike, *, kind: Kind, unit: str, period: float | None = None
 ) -> Conversion:
@@ -243,11 +228,8 @@ def table_of(values: ArrayLike, *, unit: str) -> Conversion:
     ValueError
         If `unit` is not one of angle or the values are no column of numbers.
     """
-    stated = unit_of(unit, "angle")
     readings = np.array(numbers(values, "table"), dtype=np.float64)
-    taken = angle_of_readings(readings, stated)
-    channel = Channel(name="table", kind="angle", values=taken.angle, shown_in=unit)
-    return Conversion(channel=channel, notes=taken.notes)
+    return table_of_readings(readings, unit_of(unit, "angle"), shown_in=unit)
 
 
 def seconds_of(values: ArrayLike, *, unit: str) -> FloatArray:
@@ -271,8 +253,8 @@ def seconds_of(values: ArrayLike, *, unit: str) -> FloatArray:
     return np.asarray(column - column[:1], dtype=np.float64) * scale
 
 
-def pulses_of(values: ArrayLike, *, column: str = "") -> Pulses:
-    """First sample of every pulse in a column of two levels, one of them 0.
+def pulses_of(values: ArrayLike, *, column: str = "") -> tuple[BooleanArray, tuple[Note, ...]]:
+    """First samples of pulses in a column of two levels, one of them 0, and what was noticed.
 
     Parameters
     ----------
@@ -288,8 +270,6 @@ def pulses_of(values: ArrayLike, *, column: str = "") -> Pulses:
     """
     given = np.asarray(values)
     levels = numbers(given.astype(np.uint8) if given.dtype.kind == "b" else given, "null_pulse")
-    rising = np.empty(levels.size, dtype=np.bool_)
-    np.not_equal(levels, 0, out=rising)
     some = every(levels, max(1, levels.size // 100_000))
     if np.unique(some).size > 2 or not is_finite(levels):
         raise RecordingError(
@@ -297,108 +277,166 @@ def pulses_of(values: ArrayLike, *, column: str = "") -> Pulses:
             channel="null_pulse",
             remedy="name a column of 0 and 1 with {null-pulse}",
         )
-    high = np.count_nonzero(rising)
-    rising[1:] &= ~rising[:-1]
-    if np.count_nonzero(rising) == high:
-        return Pulses(rising=rising)
-    note = Note(text="stays up for more than a sample; its first is taken", channel="null_pulse")
-    return Pulses(rising=rising, notes=(note,))
+    high = levels != 0
+    rising = high.copy()
+    rising[1:] &= ~high[:-1]
+    if np.array_equal(rising, high):
+        return rising, ()
+    text = "stays up for more than a sample; its first is taken"
+    return rising, (Note(text=text, channel="null_pulse"),)
 
 
-# ---- lost readings -----------------------------------------------------------------
+# ---- stamps ------------------------------------------------------------------------
 
-# Places that tell a gyro's share, seconds that each looks ahead, and the least share, as it is for
-# a gyro that senses its table.
-_PLACES: Final = 2000
-_AHEAD: Final = 1.0
-_LEAST_SHARE: Final = 0.05
-# A gyro and the readings on both sides agree to this part of what was turned, and this angle; the
-# readings may have started over meanwhile.
-_AGREE: Final = 0.03
-_AT_LEAST: Final = 0.1 * DEGREE
-_TURN: Final = 2.0 * math.pi
+# An interval longer than this many nominal steps is a gap: an error. Recorders that stamp on
+# arrival, on a clock of 1 ms, repeat a stamp now and then and follow it with one of two steps,
+# and a busy host holds a few samples back (stamps up to 4.4 steps apart at 100 Hz are known
+# from sound recordings); from more than four samples missing, the angle turned meanwhile is a
+# guess. Shorter ones are a remark.
+GAP_STEPS: Final = MOST_MISSING_IN_A_ROW + 1.0
+# Stamps closer than this, s, are no times, or in another unit.
+_SHORTEST: Final = 1e-15
+# Sampling is called uniform if no stamp is off its place by more than this share of a step.
+UNIFORM: Final = 1e-6
+# Rates stated twice, by stamps and in words, have to agree to this.
+RATE_AGREEMENT: Final = 0.01
 
 
-def with_lost_readings(
-    table: Conversion, gyros: Sequence[Channel], sample_rate: float
-) -> Conversion:
-    """The table with missing readings taken from the gyro that senses it most.
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Sampling:
+    """When the samples were taken.
+
+    Attributes
+    ----------
+    times
+        (samples,) s from the first sample, or None if sampling is uniform.
+    sample_rate
+        Mean samples per second.
+    notes
+        What was noticed of the stamps.
+    """
+
+    times: FloatArray | None
+    sample_rate: float
+    notes: tuple[Note, ...] = ()
+
+
+def sampling(stamps: FloatArray, stated_rate: float | None = None) -> Sampling:
+    """Rate and evenness of time stamps.
+
+    The rate is the mean one: the median interval of stamps on a clock of 1 ms is
+    0.010 s both for 99.9 Hz and for 100 Hz.
 
     Parameters
     ----------
-    table
-        (samples,) unwrapped, NaN where readings are missing.
-    gyros
-        Beside it.
-    sample_rate
-        Hz.
+    stamps
+        (samples,) s, from any origin.
+    stated_rate
+        Hz, if it is stated as well.
+
+    Raises
+    ------
+    RecordingError
+        If the stamps do not run forwards and no rate is stated, the two disagree, or no sensor
+        samples as fast.
+    """
+    times = elementwise(np.subtract, stamps, stamps[0])
+    if times.size < 2 or not is_finite(times) or times[-1] <= 0.0:
+        if stated_rate is not None:
+            return Sampling(times=times, sample_rate=stated_rate)
+        usual = median_step(times, repeats=False)
+        if math.isnan(usual):
+            raise RecordingError(
+                "does not run forwards", channel="time", remedy="state {time none} and {rate HZ}"
+            )
+        return Sampling(times=times, sample_rate=1.0 / _plausible(usual))
+    step = _plausible(float(times[-1]) / (times.size - 1))
+    # The largest distance of a stamp from its place at even steps.
+    worst = max(
+        float(np.abs(np.arange(some.start, some.stop) * step - times[some]).max())
+        for some in blocks(times.size)
+    )
+    clock = _resolution(times)
+    # Stamps are exact only to the last digit that was written, or that a float holds.
+    slack = max(UNIFORM * step, 1e-9 * clock, 4.0 * float(np.spacing(times[-1])))
+    rate = _tidy(1.0 / step, (min(worst, clock) + slack) / float(times[-1]))
+    if stated_rate is not None and abs(rate / stated_rate - 1.0) > RATE_AGREEMENT:
+        raise RecordingError(
+            f"the stamps give {rate:.6g} Hz but {stated_rate:.6g} Hz is stated",
+            channel="time",
+            remedy="leave out {rate}, or ignore the stamps with {time none}",
+        )
+    if worst <= slack:
+        return Sampling(times=None, sample_rate=rate)
+    if worst <= 0.75 * clock < 0.75 * step:
+        text = (
+            f"stamps are those of uniform sampling at {rate:.9g} Hz on a clock of {clock:g} s: "
+            "taken as uniform"
+        )
+        return Sampling(times=None, sample_rate=rate, notes=(Note(text=text, channel="time"),))
+    text = (
+        f"sampling is not uniform, mean rate {rate:.6g} Hz, stamps up to {worst:.3g} s "
+        "off an even spacing"
+    )
+    return Sampling(times=times, sample_rate=rate, notes=(Note(text=text, channel="time"),))
+
+
+def _plausible(step: float) -> float:
+    """The step, s.
+
+    Raises
+    ------
+    RecordingError
+        If no sensor samples as fast: the stamps are no times, or in another unit.
+    """
+    if step >= _SHORTEST:
+        return step
+    raise RecordingError(
+        f"the stamps are {step:.3g} s apart, faster than any sensor samples",
+        channel="time",
+        remedy="state their unit ({time COLUMN:UNIT}), or {time none} and {rate HZ}",
+    )
+
+
+def median_step(times: FloatArray, *, repeats: bool = True) -> float:
+    """Median interval of time stamps, of those that are finite and do not run backwards.
+
+    Parameters
+    ----------
+    times
+        (samples,) s.
+    repeats
+        Whether stamps that repeat the one before count.
 
     Returns
     -------
-    Conversion
-        As it was if more than `LARGEST_SHARE_MISSING` are missing, if some are at either end, or
-        if no gyro agrees with the readings on both sides.
+    float
+        s, or NaN if there is no such interval.
     """
-    values = table.channel.values
-    if not values.size or math.isfinite(mean(values)):
-        return table
-    lost = Places(values=values, test=is_not_finite).all()
-    firsts, lengths = runs(lost)
-    inside = lost.size and lost[0] > 0 and lost[-1] < values.size - 1
-    if not inside or lost.size > LARGEST_SHARE_MISSING * values.size:
-        return table
-    shares = {
-        gyro.name: _share(angle_of(gyro, sample_rate), values, sample_rate)
-        for gyro in gyros
-        if math.isfinite(mean(gyro.values))
-    }
-    name = max(shares, key=lambda one: abs(shares[one]), default="")
-    if not name or not abs(shares[name]) > _LEAST_SHARE:
-        return table
-    gyro = next(one for one in gyros if one.name == name)
-    turned = angle_of(gyro, sample_rate)
-    filled = _bridged(values, firsts, firsts + lengths, turned, shares[name])
-    if filled is None:
-        return table
-    text = (
-        f"{counted(int(lost.size), 'reading')} lost at {counted(int(firsts.size), 'place')}, the "
-        f"longest for {lengths.max() / sample_rate:.3g} s, the first at "
-        f"{firsts[0] / sample_rate:.3f} s: gyro {name} tells how the table turned meanwhile"
-    )
-    note = Note(name="lost", level="warning", channel="table", text=text)
-    return replace(table, channel=replace(table.channel, values=filled), notes=(*table.notes, note))
+    steps = differences(times)
+    kept = 0
+    for block in blocks(steps.size):
+        here = steps[block]
+        here = here[np.isfinite(here) & ((here >= 0.0) if repeats else (here > 0.0))]
+        steps[kept : kept + here.size] = here
+        kept += here.size
+    return float(np.median(steps[:kept], overwrite_input=True)) if kept else math.nan
 
 
-def _share(angle: FloatArray, table: FloatArray, sample_rate: float) -> float:
-    """Share of the table's rate that a gyro senses; 0 if nothing turns."""
-    ahead = max(1, round(_AHEAD * sample_rate))
-    if table.size <= ahead:
-        return 0.0
-    places = np.linspace(0, table.size - 1 - ahead, _PLACES).astype(np.int64)
-    by_table = table[places + ahead] - table[places]
-    by_gyro = angle[places + ahead] - angle[places]
-    known = np.isfinite(by_table)
-    if not known.any():
-        return 0.0
-    turning = known & (np.abs(by_table) > 0.2 * np.quantile(np.abs(by_table[known]), 0.9))
-    return float(np.median(by_gyro[turning] / by_table[turning])) if turning.any() else 0.0
+def _resolution(times: FloatArray) -> float:
+    """Clock step of the stamps: the coarsest power of ten that they are multiples of, s."""
+    sample = every(times, max(1, times.size // 10_000))
+    for exponent in range(0, 10):
+        ticks = sample * 10.0**exponent
+        if np.abs(ticks - np.rint(ticks)).max() < 1e-3:
+            return float(10.0**-exponent)
+    return 0.0
 
 
-def _bridged(
-    values: FloatArray, firsts: IntegerArray, afters: IntegerArray, turned: FloatArray, share: float
-) -> FloatArray | None:
-    """The table angle with its gaps bridged; None if a gyro does not agree with one."""
-    filled = elementwise(np.add, values, 0.0)
-    for first, after in zip(firsts.tolist(), afters.tolist(), strict=True):
-        path = (turned[first - 1 : after + 1] - turned[first - 1]) / share
-        gap = float(filled[after] - filled[first - 1])
-        around = _TURN * round((float(path[-1]) - gap) / _TURN)
-        rest = gap + around - float(path[-1])
-        if abs(rest) > max(_AT_LEAST, _AGREE * abs(float(path[-1]))):
-            return None
-        if around:
-            # What is behind was unwrapped without what passed meanwhile.
-            filled[after:] += around
-        tilt = rest * np.linspace(0.0, 1.0, path.size)
-        filled[first:after] = filled[first - 1] + (path + tilt)[1:-1]
-    return filled
+def _tidy(rate: float, uncertainty: float) -> float:
+    """`rate`, or the round figure it cannot be told from (relative `uncertainty`)."""
+    for digits in range(0, 10):
+        rounded = round(rate, digits)
+        if rounded > 0.0 and abs(rounded - rate) <= uncertainty * rate:
+            return rounded
+    return rate

@@ -1,31 +1,262 @@
-"""Encoder readings made the angle of a table: missing ones found and interpolated, unwrapped.
+"""Encoder readings made the angle of a table: held and missing ones found, filled, unwrapped.
 
 An encoder on a bus drops a reading now and then. Recorders mark it by NaN, by a value off the
 table's path (0, -1, full scale), or not at all: the reading before stands there once more. A table
 is heavy and its angle smooth, so an isolated reading can be told from its neighbours; a gyro
 sample never can, since its noise is what is measured.
+
+An encoder that is read 20 times a second stands in a recording of 200 samples a second as steps,
+each ten samples long: its readings are put at the times of its own clock, and a spline goes through
+them. Readings that were lost for longer than a polynomial bridges are taken from a gyro: its turn
+between the last reading and the next one, divided by its share of the table's rate and tilted to
+meet both, is the table's. It is off by no more than the gyro's own noise, and by as little of its
+wrong share as the rate changes meanwhile.
 """
 
 import math
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
 
-from sagnac.core.arrays import BooleanArray, FloatArray, IntegerArray, blocks, elementwise, every
+from sagnac.core.arrays import (
+    FloatArray,
+    IntegerArray,
+    blocks,
+    elementwise,
+    empty,
+    every,
+    mean,
+)
 from sagnac.core.errors import Note, counted
-from sagnac.core.units import ARCSECOND, Unit
-from sagnac.recording.channel import finite_extent, unwrapped
-from sagnac.recording.stamps import GAP_STEPS, at_ticks, between_ticks, clock_of
+from sagnac.core.units import ARCSECOND, DEGREE, Unit
+from sagnac.recording.channel import (
+    Channel,
+    Conversion,
+    angle_of,
+    by_blocks,
+    finite_extent,
+    is_missing,
+    marked,
+    number_of,
+    stretches,
+    unwrapped,
+)
 
 # As many missing encoder samples in a row are interpolated: as with time stamps, the angle turned
 # during a longer run is a guess, unless a gyro tells it. If more than this share is missing, the
 # gaps come close to one another, and it is no recording but what is left of one.
-MOST_MISSING_IN_A_ROW: Final = int(GAP_STEPS) - 1
+MOST_MISSING_IN_A_ROW: Final = 4
 LARGEST_SHARE_MISSING: Final = 0.05
 # Twice the periodic error that an encoder may have: what an interpolated reading may be off by.
 ENCODER_ACCURACY: Final = 10.0 * ARCSECOND
+# Rows of an array that are worked on at once.
+_AT_ONCE: Final = 2**14
+# A table that moves by more than this part of the range between two samples may have gone either
+# way round.
+_IN_DOUBT: Final = 0.25
+# Readings that go beyond a turn by no more than this start over there all the same.
+_BEYOND: Final = 1.001
+_NONE: Final[IntegerArray] = np.empty(0, dtype=np.int64)
+
+
+def table_of_readings(
+    readings: FloatArray, unit: Unit, *, shown_in: str = "", counter_period: float | None = None
+) -> Conversion:
+    """The table whose encoder gives these readings.
+
+    Readings that stand for missing ones are marked, isolated missing ones interpolated; where
+    the readings start over, they are made continuous. They start over at a full turn, unless
+    they cover more than one: then they are a running angle, or a counter wider than a turn. If the
+    encoder is slower than the recording, so that its readings are held, a spline goes through them.
+
+    Parameters
+    ----------
+    readings
+        (samples,) in `unit`. They are worked on in place.
+    unit
+        Of angle; one count for a counter.
+    shown_in
+        Unit that reports show the table in, rad unless stated.
+    counter_period
+        Reading at which a counter starts over, if it is one.
+
+    Returns
+    -------
+    Conversion
+        Samples that stay missing are NaN.
+    """
+    turn = 2.0 * math.pi / unit.size
+    samples, clock = readings.size, clock_of(readings)
+    if clock is not None:
+        # What repeats the reading at the tick before was lost.
+        readings = at_ticks(readings, clock)
+    remarks = _of_marked(mark_missing(readings, turn), unit)
+    period, covered = turn, finite_extent(readings)
+    if covered > turn * (1.0 + 1e-9) and not _leaps_back(readings, turn, covered):
+        period = counter_period if counter_period and covered < counter_period else math.inf
+    filled = fill_missing(readings, period, accuracy=ENCODER_ACCURACY / unit.size)
+    remarks += _of_filled(filled, unit)
+    running, doubts = readings, []
+    if not math.isinf(period):
+        running, wraps = unwrapped(readings, period)
+        if wraps:
+            remarks.append(f"unwrapped where it starts over, {counted(wraps, 'time')}")
+        largest = _largest_step(running) / period
+        if largest > _IN_DOUBT:
+            doubts = [
+                f"moves by up to {largest:.2f} of its range between samples; unwrapping is in doubt"
+            ]
+    notes = [Note(text=text, channel="table") for text in remarks]
+    notes += [Note(text=text, channel="table", level="warning") for text in doubts]
+    if clock is not None:
+        running = between_ticks(running, clock, samples)
+        text = (
+            f"read every {clock.period:.4g} samples and held between: a spline goes through its "
+            "readings"
+        )
+        notes.append(Note(text=text, channel="table"))
+    angle = elementwise(np.multiply, running, unit.size, out=running)
+    channel = Channel(name="table", kind="angle", values=angle, shown_in=shown_in)
+    return Conversion(channel=channel, notes=tuple(notes))
+
+
+def _leaps_back(readings: FloatArray, turn: float, covered: float) -> bool:
+    """Whether readings that go a little beyond a turn start over there."""
+    return covered < _BEYOND * turn and _largest_step(readings) > (1.0 - _IN_DOUBT) * turn
+
+
+def _largest_step(values: FloatArray) -> float:
+    """Largest step between two samples that are there."""
+    with np.errstate(invalid="ignore"):
+        steps = by_blocks(
+            lambda here, later: np.fmax.reduce(np.abs(later - here)), values[:-1], values[1:]
+        )
+    return float(np.fmax.reduce(steps, initial=0.0))
+
+
+def _folded(steps: FloatArray, period: float) -> FloatArray:
+    """Steps by the shorter way round; NaN for those to or from an infinite reading."""
+    return steps if np.isinf(period) else np.asarray(steps - period * np.rint(steps / period))
+
+
+# ---- held readings -----------------------------------------------------------------
+
+# Readings are held if nearly all come at the ticks of a clock, to a sample, this slow at least.
+_NEARLY_ALL: Final = 0.95
+_SLOWER: Final = 1.5
+# Fewer changes tell no clock.
+_FEWEST: Final = 20
+# More changes than this part of the samples are no steps.
+_MOST_CHANGES: Final = 1.0 / _SLOWER
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Clock:
+    """When an encoder is read.
+
+    Attributes
+    ----------
+    period
+        Samples between readings.
+    first
+        Sample of the first of them, not whole.
+    """
+
+    period: float
+    first: float
+
+    def ticks(self, samples: int) -> FloatArray:
+        """(ticks,) times of readings in a record, samples."""
+        return np.arange(self.first, samples - 1.0, self.period)
+
+
+def clock_of(angle: FloatArray) -> Clock | None:
+    """The clock of readings that are held between its ticks; None if they are not.
+
+    Parameters
+    ----------
+    angle
+        (samples,) readings, any unit; wrapped or running.
+
+    Returns
+    -------
+    Clock or None
+        None as well if any reading is missing.
+    """
+    if angle.size < _FEWEST or not np.isfinite(mean(angle)):
+        return None
+    changes = marked(np.not_equal, angle[1:], angle[:-1])
+    # Counted first: the places of millions of them take far longer.
+    if not _FEWEST <= number_of(changes) <= _MOST_CHANGES * angle.size:
+        return None
+    changed = np.flatnonzero(changes) + 1
+    gaps = np.diff(changed)
+    near = gaps[np.abs(gaps - float(np.median(gaps))) <= 1.0]
+    if near.size < _NEARLY_ALL * gaps.size:
+        return None
+    period = float(near.mean())
+    for _ in range(2):
+        # Ticks between changes, and from those the period that fits them all.
+        ticks = np.concatenate([[0], np.cumsum(np.rint(gaps / period))])
+        period, first = np.polynomial.Polynomial.fit(ticks, changed, 1).convert().coef[::-1]
+    late = changed - first - period * ticks
+    on_time = np.abs(late - np.median(late)) <= 1.0
+    if period < _SLOWER or on_time.mean() < _NEARLY_ALL:
+        return None
+    return Clock(period=float(period), first=float(first % period))
+
+
+def at_ticks(angle: FloatArray, clock: Clock) -> FloatArray:
+    """(ticks,) readings at the ticks of the clock at which they are read.
+
+    Parameters
+    ----------
+    angle
+        (samples,) readings that are held, any unit.
+    clock
+        As `clock_of` finds it.
+    """
+    # A reading stands from the first sample behind its tick to the next tick: half-way is safe.
+    places = np.floor(clock.ticks(angle.size) + 0.5 * clock.period).astype(np.int64)
+    return angle[np.minimum(places, angle.size - 1)]
+
+
+def between_ticks(readings: FloatArray, clock: Clock, samples: int) -> FloatArray:
+    """(samples,) a running angle, in its unit, by a spline through the readings at the ticks.
+
+    Before the first tick and after the last the table goes on at the rate that it has there.
+    Beside a reading that is missing the angle is NaN.
+
+    Parameters
+    ----------
+    readings
+        (ticks,) as `at_ticks` gives them, unwrapped; NaN if missing.
+    clock
+        As `clock_of` finds it.
+    samples
+        Of the record.
+    """
+    # Imported here: it takes a sixth of a second that other recordings need not wait for.
+    from scipy.interpolate import CubicSpline  # noqa: PLC0415
+
+    ticks, there = clock.ticks(samples), np.isfinite(readings)
+    spline = CubicSpline(ticks[there], readings[there])
+    result = empty(samples)
+    for block in blocks(samples):
+        at = np.arange(block.start, block.stop, dtype=np.float64)
+        inside = np.clip(at, ticks[0], ticks[-1])
+        place = (inside - ticks[0]) / clock.period
+        before = np.minimum(place.astype(np.int64), ticks.size - 1)
+        known = there[before] & there[np.minimum(before + 1, ticks.size - 1)]
+        values = spline(inside) + spline(inside, 1) * (at - inside)
+        result[block] = np.where(known, values, np.nan)
+    return result
+
+
+# ---- readings that stand for missing ones ------------------------------------------
+
 # A reading is off the path if it leaves by more than this many usual steps, and than this part of
 # a turn, and is back within `MOST_MISSING_IN_A_ROW` samples: no table does that.
 _USUAL_STEPS: Final = 5.0
@@ -39,19 +270,6 @@ _HELD_LOOK_BACK: Final = 64
 _OFTEN: Final = 0.1
 # Changes below this part of a turn are rounding of readings, not their resolution.
 _ROUNDING: Final = 1e-10
-# Interpolation takes two readings on each side; a third on each side tells what it may be wrong by.
-_SIDE: Final = 2
-_WIDE_SIDE: Final = 3
-# It is trusted to this many times the error that known samples show.
-_USUAL_ERRORS: Final = 10.0
-_PLACES: Final = 1000
-_AT_ONCE: Final = 2**14
-# A table that moves by more than this part of the range between two samples may have gone either
-# way round.
-_IN_DOUBT: Final = 0.25
-# Readings that go beyond a turn by no more than this start over there all the same.
-_BEYOND: Final = 1.001
-_NONE: Final[IntegerArray] = np.empty(0, dtype=np.int64)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -71,133 +289,6 @@ class Marked:
     off_path: int
     reading: float | None
     held: int
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Filled:
-    """Missing samples that were interpolated.
-
-    Attributes
-    ----------
-    samples
-        How many.
-    longest
-        Samples in the longest run of them.
-    error
-        95 % of known samples, in runs as long, are met by the interpolation to this; NaN where
-        nothing was filled or too little is known. In the unit of the readings.
-    """
-
-    samples: int
-    longest: int
-    error: float
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class TableAngle:
-    """Angle of a table from its readings, rad, shape (samples,), and what was noticed of them."""
-
-    angle: FloatArray
-    notes: tuple[Note, ...] = ()
-
-
-def angle_of_readings(
-    readings: FloatArray, unit: Unit, *, counter_period: float | None = None
-) -> TableAngle:
-    """The table angle that an encoder's readings stand for.
-
-    Readings that stand for missing ones are marked, isolated missing ones interpolated; where
-    the readings start over, they are made continuous. They start over at a full turn, unless
-    they cover more than one: then they are a running angle, or a counter wider than a turn. If the
-    encoder is slower than the recording, so that its readings are held, a spline goes through them.
-
-    Parameters
-    ----------
-    readings
-        (samples,) in `unit`. They are worked on in place.
-    unit
-        Of angle; one count for a counter.
-    counter_period
-        Reading at which a counter starts over, if it is one.
-
-    Returns
-    -------
-    TableAngle
-        Samples that stay missing are NaN.
-    """
-    turn = 2.0 * math.pi / unit.size
-    samples, clock = readings.size, clock_of(readings)
-    if clock is not None:
-        # What repeats the reading at the tick before was lost.
-        readings = at_ticks(readings, clock)
-    notes = _marked_notes(mark_missing(readings, turn), unit)
-    period = turn
-    extent = finite_extent(readings)
-    if extent > turn * (1.0 + 1e-9) and not _leaps_back(readings, turn, extent):
-        period = counter_period if counter_period and extent < counter_period else math.inf
-    filled = fill_missing(readings, period, accuracy=ENCODER_ACCURACY / unit.size)
-    notes += _filled_notes(filled, unit)
-    running, wraps = (readings, 0) if math.isinf(period) else unwrapped(readings, period)
-    if wraps:
-        notes.append(_about_table(f"unwrapped where it starts over, {counted(wraps, 'time')}"))
-    if not math.isinf(period) and running.size > 1:
-        largest = _largest_step(running) / period
-        if largest > _IN_DOUBT:
-            text = (
-                f"moves by up to {largest:.2f} of its range between samples; unwrapping is in doubt"
-            )
-            notes.append(_about_table(text, warning=True))
-    if clock is not None:
-        running = between_ticks(running, clock, samples)
-        text = (
-            f"read every {clock.period:.4g} samples and held between: a spline goes through its "
-            "readings"
-        )
-        notes.append(_about_table(text))
-    angle = elementwise(np.multiply, running, unit.size, out=running)
-    return TableAngle(angle=angle, notes=tuple(notes))
-
-
-def _leaps_back(readings: FloatArray, turn: float, extent: float) -> bool:
-    """Whether readings that go a little beyond a turn start over there."""
-    return extent < _BEYOND * turn and _largest_step(readings) > (1.0 - _IN_DOUBT) * turn
-
-
-def _about_table(text: str, *, warning: bool = False) -> Note:
-    return Note(text=text, channel="table", level="warning" if warning else "remark")
-
-
-def _marked_notes(marked: Marked, unit: Unit) -> list[Note]:
-    notes = []
-    if marked.off_path:
-        alike = "" if marked.reading is None else f", all reading {marked.reading:.6g} {unit.name}"
-        text = f"{counted(marked.off_path, 'sample')} off its path{alike}: taken as missing"
-        notes.append(_about_table(text))
-    if marked.held:
-        text = f"{counted(marked.held, 'repeated sample')} while it turns: taken as missing"
-        notes.append(_about_table(text))
-    return notes
-
-
-def _filled_notes(filled: Filled, unit: Unit) -> list[Note]:
-    if not filled.samples:
-        return []
-    error = filled.error * unit.size / ARCSECOND
-    known = f" (known ones are met to {error:.2g} arcsec)" if math.isfinite(error) else ""
-    text = (
-        f"{counted(filled.samples, 'missing sample')}, at most {filled.longest} in a row, "
-        f"interpolated from their neighbours{known}"
-    )
-    return [_about_table(text)]
-
-
-def _largest_step(values: FloatArray) -> float:
-    """Largest step between two samples that are there."""
-    largest = 0.0
-    for block in blocks(values.size - 1):
-        steps = np.abs(np.diff(values[block.start : block.stop + 1]))
-        largest = float(np.fmax.reduce(steps, initial=largest))
-    return largest
 
 
 def mark_missing(values: FloatArray, turn: float) -> Marked:
@@ -221,16 +312,150 @@ def mark_missing(values: FloatArray, turn: float) -> Marked:
     Marked
         What was found.
     """
-    held = _held(values, turn)
-    off_path = _off_path(values, turn)
+    # Steps between infinite readings are no finding.
+    with np.errstate(invalid="ignore"):
+        held, off_path = _held(values, turn), _off_path(values, turn)
     readings = values[off_path]
     same = readings.size > 0 and bool((readings == readings[0]).all())
     reading = float(readings[0]) if same else None
     if reading is not None:
-        off_path = np.union1d(off_path, _reading_alike(values, reading))
+        # A table may stand at this reading for long.
+        alike = marked(lambda some: some == reading, values)
+        firsts, afters = stretches(alike)
+        few = afters - firsts <= MOST_MISSING_IN_A_ROW
+        off_path = np.union1d(off_path, _ranges(firsts[few], afters[few]))
     values[held] = np.nan
     values[off_path] = np.nan
     return Marked(off_path=int(off_path.size), reading=reading, held=int(held.size))
+
+
+def _of_marked(found: Marked, unit: Unit) -> list[str]:
+    remarks = []
+    if found.off_path:
+        alike = "" if found.reading is None else f", all reading {found.reading:.6g} {unit.name}"
+        remarks.append(f"{counted(found.off_path, 'sample')} off its path{alike}: taken as missing")
+    if found.held:
+        remarks.append(f"{counted(found.held, 'repeated sample')} while it turns: taken as missing")
+    return remarks
+
+
+def _ranges(firsts: IntegerArray, afters: IntegerArray) -> IntegerArray:
+    """Samples of stretches, ascending."""
+    lengths = afters - firsts
+    return np.arange(lengths.sum()) + np.repeat(afters - np.cumsum(lengths), lengths)
+
+
+def _off_path(values: FloatArray, turn: float) -> IntegerArray:
+    """Samples that leave the table's path and are back within `MOST_MISSING_IN_A_ROW` samples."""
+    apart = max(1, values.size // 100_000)
+    usual_steps = np.abs(_folded(every(values[1:], apart) - every(values[:-1], apart), turn))
+    usual_steps = usual_steps[np.isfinite(usual_steps)]
+    if usual_steps.size == 0:
+        return _NONE
+    usual = float(np.quantile(usual_steps, 0.9))
+    limit = max(_USUAL_STEPS * usual, _LEAST_JUMP * turn)
+    large = marked(
+        lambda here, later: np.abs(_folded(later - here, turn)) > limit, values[:-1], values[1:]
+    )
+    if number_of(large) > 2.0 * LARGEST_SHARE_MISSING * values.size + 2:
+        # That is how this table moves.
+        return _NONE
+    places = np.flatnonzero(large)
+    sizes = _folded(values[places + 1] - values[places], turn).tolist()
+    off: list[IntegerArray] = [_NONE]
+    number = 0
+    while number + 1 < places.size:
+        out, back = int(places[number]), int(places[number + 1])
+        there, home = sizes[number], sizes[number + 1]
+        # The table makes its usual steps meanwhile.
+        rest = abs(there + home) - (back - out + 1) * usual
+        returns = there * home < 0.0 and rest <= 0.25 * min(abs(there), abs(home))
+        if back - out <= MOST_MISSING_IN_A_ROW and returns:
+            off.append(np.arange(out + 1, back + 1))
+            number += 1
+        number += 1
+    return np.concatenate(off)
+
+
+def _held(values: FloatArray, turn: float) -> IntegerArray:
+    """Samples that repeat the one before while the table turns evenly."""
+    # Step n leads from sample n to the next.
+    still = marked(lambda here, later: later - here == 0.0, values[:-1], values[1:])
+    firsts, afters = stretches(still)
+    inside = (firsts > 0) & (afters < still.size)
+    # The step that makes up for steps of nothing, and the last one before them.
+    before, late = firsts[inside] - 1, afters[inside]
+    if late.size == 0:
+        return _NONE
+
+    def smallest_change(first: FloatArray, second: FloatArray, third: FloatArray) -> float:
+        changes = np.abs((third - second) - (second - first))
+        return float(changes[changes > _ROUNDING * turn].min(initial=turn))
+
+    # The resolution of the readings.
+    count = float(by_blocks(smallest_change, values[:-2], values[1:-1], values[2:]).min())
+    is_held = np.zeros(late.size, dtype=np.bool_)
+    ahead = np.arange(1, _STEPS_LOOKED_AT + 1)
+    for some in blocks(late.size, _AT_ONCE):
+        start, stop = before[some], late[some]
+        typical, agree = _typical(values, stop[:, np.newaxis] + ahead, turn)
+        # Where more readings are held ahead, or the record ends, those behind may tell.
+        typical_behind, agree_behind = _typical(values, start[:, np.newaxis] + 1 - ahead, turn)
+        typical = np.where(agree_behind > agree, typical_behind, typical)
+        due = (stop - start) * typical
+        rest = np.abs(_folded(values[stop + 1] - values[stop] - due, turn))
+        back = start[:, np.newaxis] - np.arange(_HELD_LOOK_BACK)
+        earlier = (still[np.maximum(back, 0)] & (back >= 0)).sum(axis=1)
+        # A table slower than some counts a sample repeats its readings anyway, and often.
+        is_fast = (_EVEN * np.abs(typical) > count) | (earlier < _OFTEN * _HELD_LOOK_BACK)
+        is_sure = np.maximum(agree, agree_behind) >= _STEPS_THAT_AGREE
+        is_held[some] = (rest < _EVEN * np.minimum(np.abs(due), turn)) & is_fast & is_sure
+    return _ranges(before[is_held] + 2, late[is_held] + 1)
+
+
+def _typical(
+    values: FloatArray, places: IntegerArray, turn: float
+) -> tuple[FloatArray, IntegerArray]:
+    """(rows,) median of the steps at (rows, some) places, and how many of them are about that.
+
+    None are if a place lies outside the steps.
+    """
+    inside = (places >= 0).all(axis=1) & (places < values.size - 1).all(axis=1)
+    places = np.where(inside[:, np.newaxis], places, 0)
+    rows = _folded(values[places + 1] - values[places], turn)
+    typical = np.asarray(np.median(rows, axis=1))
+    even = np.abs(rows - typical[:, np.newaxis]) < _EVEN * np.abs(typical[:, np.newaxis])
+    return typical, np.asarray(even.sum(axis=1) * inside)
+
+
+# ---- interpolation -----------------------------------------------------------------
+
+# Interpolation takes two readings on each side; a third on each side tells what it may be wrong by.
+_SIDE: Final = 2
+_WIDE_SIDE: Final = 3
+# It is trusted to this many times the error that known samples show.
+_USUAL_ERRORS: Final = 10.0
+_KNOWN: Final = 1000
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Filled:
+    """Missing samples that were interpolated.
+
+    Attributes
+    ----------
+    samples
+        How many.
+    longest
+        Samples in the longest run of them.
+    error
+        95 % of known samples, in runs as long, are met by the interpolation to this; NaN where
+        nothing was filled or too little is known. In the unit of the readings.
+    """
+
+    samples: int = 0
+    longest: int = 0
+    error: float = math.nan
 
 
 def fill_missing(values: FloatArray, period: float, *, accuracy: float) -> Filled:
@@ -257,288 +482,202 @@ def fill_missing(values: FloatArray, period: float, *, accuracy: float) -> Fille
     Filled
         What was interpolated.
     """
-    missing = _found(lambda piece: ~np.isfinite(piece), values, LARGEST_SHARE_MISSING * values.size)
-    nothing = Filled(samples=0, longest=0, error=float("nan"))
-    if (
-        missing.size == 0
-        or missing.size > LARGEST_SHARE_MISSING * values.size
-        or np.isinf(values[missing]).any()
-    ):
-        return nothing
-    firsts, lengths = runs(missing)
-    filled, longest, error = 0, 0, float("nan")
+    marks = is_missing(values)
+    if number_of(marks) > LARGEST_SHARE_MISSING * values.size:
+        return Filled()
+    missing = np.flatnonzero(marks)
+    if missing.size == 0 or np.isinf(values[missing]).any():
+        return Filled()
+    firsts, afters = stretches(marks)
+    filled = Filled()
     for length in range(1, MOST_MISSING_IN_A_ROW + 1):
-        starts = firsts[lengths == length]
+        starts = firsts[afters - firsts == length]
         usual = _error_on_known(values, length, period)
-        around = _neighbours(missing, starts, length, values.size)
-        usable = (around[:, 0] >= 0) & (around[:, -1] < values.size)
         limit = max(accuracy, _USUAL_ERRORS * usual) if np.isfinite(usual) else accuracy
-        good = _fill_runs(
-            values,
-            starts=starts[usable],
-            around=around[usable],
-            length=length,
-            period=period,
-            limit=limit,
-        )
+        good = 0
+        for some in blocks(starts.size, _AT_ONCE):
+            around = _neighbours(missing, starts[some], length, values.size)
+            usable = around[:, 0] >= 0
+            here, around = starts[some][usable], around[usable]
+            cubic, quintic = _interpolated(values, here, around, length, period)
+            doubt = np.abs(cubic - quintic).max(axis=1)
+            across = np.abs(_continued(values, around, period)[:, _WIDE_SIDE])
+            # If a step exceeds a quarter of the period, the shorter way round is in doubt.
+            sure = (doubt <= limit) & (across < _IN_DOUBT * period)
+            values[here[sure, np.newaxis] + np.arange(length)] = cubic[sure]
+            good += int(sure.sum())
         if good:
-            filled += good * length
-            longest, error = length, usual
-    return Filled(samples=filled, longest=longest, error=error)
-
-
-def _fill_runs(
-    values: FloatArray,
-    *,
-    starts: IntegerArray,
-    around: IntegerArray,
-    length: int,
-    period: float,
-    limit: float,
-) -> int:
-    """Fill runs of one `length` in place if both polynomials agree to `limit`; how many were."""
-    filled = 0
-    for some in blocks(starts.size, _AT_ONCE):
-        cubic, quintic = _interpolated(values, starts[some], around[some], length, period)
-        doubt = np.abs(cubic - quintic).max(axis=1)
-        across = np.abs(_continued(values, around[some], period)[:, _WIDE_SIDE])
-        # If a step exceeds a quarter of the period, the shorter way round is in doubt.
-        good = (doubt <= limit) & (across < _IN_DOUBT * period)
-        values[starts[some][good, np.newaxis] + np.arange(length)] = cubic[good]
-        filled += int(good.sum())
+            filled = Filled(samples=filled.samples + good * length, longest=length, error=usual)
     return filled
 
 
-def _found(
-    test: Callable[[FloatArray], BooleanArray],
-    values: FloatArray,
-    most: float,
-    following: int = 0,
-) -> IntegerArray:
-    """Samples for which `test` holds, up to the first block in which they become more than `most`.
-
-    What lies behind is not looked at: more than that is no finding, and takes memory. The test is
-    given `following` samples more than it judges.
-    """
-    found = [_NONE]
-    for block in blocks(values.size - following):
-        here = test(values[block.start : block.stop + following])
-        found.append(block.start + np.flatnonzero(here))
-        if sum(some.size for some in found) > most:
-            break
-    return np.concatenate(found)
-
-
-def runs(samples: IntegerArray) -> tuple[IntegerArray, IntegerArray]:
-    """First sample and length of every run of consecutive ones among `samples`, ascending."""
-    edges = np.flatnonzero(np.diff(samples) > 1) + 1
-    starts = np.concatenate([[0], edges]).astype(np.int64)[: samples.size]
-    return samples[starts], np.diff(np.append(starts, samples.size))
-
-
-def _folded(steps: FloatArray, period: float) -> FloatArray:
-    """Steps by the shorter way round; NaN for those to or from an infinite reading."""
-    if np.isinf(period):
-        return steps
-    with np.errstate(invalid="ignore"):
-        return np.asarray(steps - period * np.rint(steps / period))
-
-
-def _steps(values: FloatArray) -> FloatArray:
-    """From each value to the next; NaN between two infinite readings, which is no finding."""
-    with np.errstate(invalid="ignore"):
-        return np.diff(values)
-
-
-def _off_path(values: FloatArray, turn: float) -> IntegerArray:
-    """Samples that leave the table's path and are back within `MOST_MISSING_IN_A_ROW` samples."""
-    apart = max(1, values.size // 100_000)
-    with np.errstate(invalid="ignore"):
-        steps = every(values[1:], apart) - every(values[:-1], apart)
-    usual_steps = np.abs(_folded(steps, turn))
-    usual_steps = usual_steps[np.isfinite(usual_steps)]
-    if usual_steps.size == 0:
-        return _NONE
-    usual = float(np.quantile(usual_steps, 0.9))
-    limit = max(_USUAL_STEPS * usual, _LEAST_JUMP * turn)
-    most = 2.0 * LARGEST_SHARE_MISSING * values.size + 2
-    places = _found(
-        lambda some: np.abs(_folded(_steps(some), turn)) > limit, values, most, following=1
-    )
-    if places.size > most:
-        # That is how this table moves.
-        return _NONE
-    sizes = _folded(values[places + 1] - values[places], turn)
-    return _excursions(places.tolist(), sizes.tolist(), usual)
-
-
-def _excursions(places: list[int], sizes: list[float], usual: float) -> IntegerArray:
-    """Samples between a large step and the next one, if that leads back.
-
-    Parameters
-    ----------
-    places
-        Samples before the large steps, ascending.
-    sizes
-        Of the steps.
-    usual
-        Size of a usual step, which the table makes meanwhile.
-    """
-    off: list[IntegerArray] = [_NONE]
-    number = 0
-    while number + 1 < len(places):
-        out, back = places[number], places[number + 1]
-        there, home = sizes[number], sizes[number + 1]
-        rest = abs(there + home) - (back - out + 1) * usual
-        returns = there * home < 0.0 and rest <= 0.25 * min(abs(there), abs(home))
-        if back - out <= MOST_MISSING_IN_A_ROW and returns:
-            off.append(np.arange(out + 1, back + 1))
-            number += 2
-        else:
-            number += 1
-    return np.concatenate(off)
-
-
-def _reading_alike(values: FloatArray, reading: float) -> IntegerArray:
-    """Samples of one reading, except long rows of them: a table may stand there."""
-    alike = [_NONE]
-    for block in blocks(values.size):
-        places = block.start + np.flatnonzero(values[block] == reading)
-        _, lengths = runs(places)
-        alike.append(places[np.repeat(lengths <= MOST_MISSING_IN_A_ROW, lengths)])
-    return np.concatenate(alike)
-
-
-def _held(values: FloatArray, turn: float) -> IntegerArray:
-    """Samples that repeat the one before while the table turns evenly."""
-    held = [_NONE]
-    for block in blocks(values.size):
-        first = max(0, block.start - _HELD_LOOK_BACK)
-        steps = _steps(values[first : block.stop + _STEPS_LOOKED_AT + 1])
-        held.append(first + _held_steps(steps, block.start - first - 1, turn))
-    return np.unique(np.concatenate(held))
-
-
-def _held_steps(steps: FloatArray, least: int, turn: float) -> IntegerArray:
-    """Samples, counted from the one before the first step, that repeat the one before them.
-
-    Parameters
-    ----------
-    steps
-        From each sample to the next.
-    least
-        First step that may make up for those before it.
-    turn
-        Reading of a full turn.
-    """
-    # The step that makes up for it, and the last one before it that was none.
-    moving = steps != 0.0
-    late = 1 + np.flatnonzero(moving[1:] & ~moving[:-1])
-    late = late[late >= least]
-    if late.size == 0:
-        return _NONE
-    number = np.arange(steps.size)
-    before = np.maximum.accumulate(np.where(moving, number, -1))[late - 1]
-    ahead = np.arange(1, _STEPS_LOOKED_AT + 1)
-    typical, agree = _typical(steps, late[:, np.newaxis] + ahead, turn)
-    # Where more readings are held ahead, or the record ends, those behind may tell.
-    typical_behind, agree_behind = _typical(steps, before[:, np.newaxis] + 1 - ahead, turn)
-    typical = np.where(agree_behind > agree, typical_behind, typical)
-    agree = np.maximum(agree, agree_behind)
-    due = (late - before) * typical
-    made_up = np.abs(_folded(steps[late] - due, turn)) < _EVEN * np.minimum(np.abs(due), turn)
-    # A table slower than some counts a sample repeats its readings anyway, and often.
-    changes = np.abs(_steps(steps))
-    count = changes[changes > _ROUNDING * turn].min(initial=turn)
-    still = np.concatenate([[0], np.cumsum(~moving)])
-    earlier = still[before + 1] - still[np.maximum(before + 1 - _HELD_LOOK_BACK, 0)]
-    made_up &= (_EVEN * np.abs(typical) > count) | (earlier < _OFTEN * _HELD_LOOK_BACK)
-    held = (before >= 0) & made_up & (agree >= _STEPS_THAT_AGREE)
-    # Step n leads from sample n to the next.
-    runs = [
-        np.arange(start + 2, stop + 1) for start, stop in zip(before[held], late[held], strict=True)
+def _of_filled(filled: Filled, unit: Unit) -> list[str]:
+    if not filled.samples:
+        return []
+    error = filled.error * unit.size / ARCSECOND
+    known = f" (known ones are met to {error:.2g} arcsec)" if math.isfinite(error) else ""
+    return [
+        f"{counted(filled.samples, 'missing sample')}, at most {filled.longest} in a row, "
+        f"interpolated from their neighbours{known}"
     ]
-    return np.concatenate([_NONE, *runs])
-
-
-def _typical(
-    steps: FloatArray, places: IntegerArray, turn: float
-) -> tuple[FloatArray, IntegerArray]:
-    """(rows,) median of the steps at (rows, some) places, and how many of them are about that.
-
-    None are if a place lies outside the steps.
-    """
-    inside = (places >= 0).all(axis=1) & (places < steps.size).all(axis=1)
-    rows = _folded(steps[np.where(inside.reshape(-1, 1), places, 0)], turn)
-    typical = np.asarray(np.median(rows, axis=1))
-    even = np.abs(rows - typical.reshape(-1, 1)) < _EVEN * np.abs(typical.reshape(-1, 1))
-    return typical, np.asarray(even.sum(axis=1) * inside)
 
 
 def _neighbours(
     missing: IntegerArray, starts: IntegerArray, length: int, size: int
 ) -> IntegerArray:
-    """(runs, 6) nearest samples that are there, three before and three after runs of `length`.
+    """(runs, 6) nearest samples that are there, three before and three behind runs of `length`.
 
-    If they are too far, or there are none, -1 stands before and `size` after.
+    All are -1 if there are fewer, or some lie too far.
     """
-    sides = []
-    for direction, nearest, none in ((-1, starts - 1, -1), (1, starts + length, size)):
-        nodes = np.empty((starts.size, _WIDE_SIDE), dtype=np.int64)
-        reached = nearest.copy()
-        end = nearest + direction * 2 * (_WIDE_SIDE + MOST_MISSING_IN_A_ROW)
-        for node in range(_WIDE_SIDE):
-            while (blocked := np.isin(reached, missing) & (reached != end)).any():
-                reached += direction * blocked
-            nodes[:, node] = np.where(reached == end, none, reached)
-            reached += direction * (reached != end)
-        sides.append(np.clip(nodes, -1, size))
-    return np.concatenate([sides[0][:, ::-1], sides[1]], axis=1)
+    # Known sample number n is sample n, and one more for each missing one before it.
+    skipped = missing - np.arange(missing.size)
+    behind = starts - np.searchsorted(missing, starts)
+    known = behind[:, np.newaxis] + np.arange(-_WIDE_SIDE, _WIDE_SIDE)
+    around = known + np.searchsorted(skipped, known, side="right")
+    reach = 2 * (_WIDE_SIDE + MOST_MISSING_IN_A_ROW)
+    near = (around[:, 0] >= starts - reach) & (around[:, -1] < starts + length + reach)
+    inside = (known[:, 0] >= 0) & (around[:, -1] < size)
+    return np.where((near & inside)[:, np.newaxis], around, -1)
 
 
 def _continued(values: FloatArray, around: IntegerArray, period: float) -> FloatArray:
     """(runs, 6) readings around runs, unwrapped, from the last one before each."""
-    nodes = values[around]
-    steps = _folded(np.diff(nodes, axis=1), period)
-    path = np.concatenate([np.zeros((nodes.shape[0], 1)), np.cumsum(steps, axis=1)], axis=1)
+    steps = _folded(np.diff(values[around], axis=1), period)
+    path = np.pad(np.cumsum(steps, axis=1), ((0, 0), (1, 0)))
     return np.asarray(path - path[:, _WIDE_SIDE - 1 : _WIDE_SIDE])
 
 
 def _interpolated(
     values: FloatArray, starts: IntegerArray, around: IntegerArray, length: int, period: float
 ) -> tuple[FloatArray, FloatArray]:
-    """(runs, length) readings by a cubic and by a quintic, Lagrange's form."""
+    """(runs, length) readings by a cubic and by a quintic."""
     path = _continued(values, around, period)
     origin = values[around[:, _WIDE_SIDE - 1]][:, np.newaxis]
     nodes = around - starts[:, np.newaxis]
-    at = np.arange(length)
-    results = []
-    for side in (_SIDE, _WIDE_SIDE):
-        used = slice(_WIDE_SIDE - side, _WIDE_SIDE + side)
-        x, y = nodes[:, used], path[:, used]
-        total = np.zeros((starts.size, length))
-        for own in range(2 * side):
-            weight = np.ones((starts.size, length))
-            for other in range(2 * side):
-                if other != own:
-                    apart = (x[:, own] - x[:, other])[:, np.newaxis]
-                    weight *= (at - x[:, other, np.newaxis]) / apart
-            total += weight * y[:, own, np.newaxis]
-        results.append(origin + total)
-    return results[0], results[1]
+    few = slice(_WIDE_SIDE - _SIDE, _WIDE_SIDE + _SIDE)
+    cubic = _polynomial(nodes[:, few], path[:, few], length)
+    return origin + cubic, origin + _polynomial(nodes, path, length)
+
+
+def _polynomial(nodes: IntegerArray, heights: FloatArray, length: int) -> FloatArray:
+    """(runs, length) values at 0, 1, ... of polynomials through (runs, nodes), Lagrange's form."""
+    own = np.eye(nodes.shape[1], dtype=np.bool_)
+    apart = nodes[:, :, np.newaxis] - nodes[:, np.newaxis]
+    to = np.arange(length)[:, np.newaxis] - nodes[:, np.newaxis]
+    factors = to[:, :, np.newaxis] / np.where(own, 1, apart)[:, np.newaxis]
+    weights = np.where(own, 1.0, factors).prod(axis=3)
+    return np.asarray((weights * heights[:, np.newaxis]).sum(axis=2))
 
 
 def _error_on_known(values: FloatArray, length: int, period: float) -> float:
     """95 % of known samples, taken for missing in runs of `length`, are met to this."""
     last = values.size - length - _WIDE_SIDE
     if last <= _WIDE_SIDE:
-        return float("nan")
-    starts = np.unique(np.linspace(_WIDE_SIDE, last, _PLACES).astype(np.int64))
+        return math.nan
+    starts = np.unique(np.linspace(_WIDE_SIDE, last, _KNOWN).astype(np.int64))
     whole = np.isfinite(values[starts[:, np.newaxis] + np.arange(-_WIDE_SIDE, length + _WIDE_SIDE)])
     starts = starts[whole.all(axis=1)]
     if starts.size == 0:
-        return float("nan")
+        return math.nan
     sides = np.concatenate([np.arange(-_WIDE_SIDE, 0), np.arange(length, length + _WIDE_SIDE)])
     cubic, _ = _interpolated(values, starts, starts[:, np.newaxis] + sides, length, period)
     error = _folded(cubic - values[starts[:, np.newaxis] + np.arange(length)], period)
     return float(np.quantile(np.abs(error).max(axis=1), 0.95))
+
+
+# ---- lost readings -----------------------------------------------------------------
+
+# Places that tell a gyro's share, seconds that each looks ahead, and the least share, as it is for
+# a gyro that senses its table.
+_PLACES: Final = 2000
+_AHEAD: Final = 1.0
+_LEAST_SHARE: Final = 0.05
+# A gyro and the readings on both sides agree to this part of what was turned, and this angle; the
+# readings may have started over meanwhile.
+_AGREE: Final = 0.03
+_AT_LEAST: Final = 0.1 * DEGREE
+_TURN: Final = 2.0 * math.pi
+
+
+def with_lost_readings(
+    table: Conversion, gyros: Sequence[Channel], sample_rate: float
+) -> Conversion:
+    """The table with missing readings taken from the gyro that senses it most.
+
+    Parameters
+    ----------
+    table
+        (samples,) unwrapped, NaN where readings are missing.
+    gyros
+        Beside it.
+    sample_rate
+        Hz.
+
+    Returns
+    -------
+    Conversion
+        As it was if more than `LARGEST_SHARE_MISSING` are missing, if some are at either end, or
+        if no gyro agrees with the readings on both sides.
+    """
+    values = table.channel.values
+    if not values.size or math.isfinite(mean(values)):
+        return table
+    marks = is_missing(values)
+    lost = number_of(marks)
+    if marks[0] or marks[-1] or not 0 < lost <= LARGEST_SHARE_MISSING * values.size:
+        return table
+    shares = {
+        gyro.name: _share(angle_of(gyro, sample_rate), values, sample_rate)
+        for gyro in gyros
+        if math.isfinite(mean(gyro.values))
+    }
+    name = max(shares, key=lambda one: abs(shares[one]), default="")
+    if not name or not abs(shares[name]) > _LEAST_SHARE:
+        return table
+    gyro = next(one for one in gyros if one.name == name)
+    firsts, afters = stretches(marks)
+    filled = _bridged(values, firsts, afters, angle_of(gyro, sample_rate), shares[name])
+    if filled is None:
+        return table
+    text = (
+        f"{counted(lost, 'reading')} lost at {counted(int(firsts.size), 'place')}, the "
+        f"longest for {(afters - firsts).max() / sample_rate:.3g} s, the first at "
+        f"{firsts[0] / sample_rate:.3f} s: gyro {name} tells how the table turned meanwhile"
+    )
+    note = Note(name="lost", level="warning", channel="table", text=text)
+    return replace(table, channel=replace(table.channel, values=filled), notes=(*table.notes, note))
+
+
+def _share(angle: FloatArray, table: FloatArray, sample_rate: float) -> float:
+    """Share of the table's rate that a gyro senses; 0 if nothing turns."""
+    ahead = max(1, round(_AHEAD * sample_rate))
+    if table.size <= ahead:
+        return 0.0
+    places = np.linspace(0, table.size - 1 - ahead, _PLACES).astype(np.int64)
+    by_table = table[places + ahead] - table[places]
+    by_gyro = angle[places + ahead] - angle[places]
+    known = np.isfinite(by_table)
+    if not known.any():
+        return 0.0
+    turning = known & (np.abs(by_table) > 0.2 * np.quantile(np.abs(by_table[known]), 0.9))
+    return float(np.median(by_gyro[turning] / by_table[turning])) if turning.any() else 0.0
+
+
+def _bridged(
+    values: FloatArray, firsts: IntegerArray, afters: IntegerArray, turned: FloatArray, share: float
+) -> FloatArray | None:
+    """The table angle with its gaps bridged; None if a gyro does not agree with one."""
+    filled = elementwise(np.add, values, 0.0)
+    for first, after in zip(firsts.tolist(), afters.tolist(), strict=True):
+        path = (turned[first - 1 : after + 1] - turned[first - 1]) / share
+        gap = float(filled[after] - filled[first - 1])
+        around = _TURN * round((float(path[-1]) - gap) / _TURN)
+        rest = gap + around - float(path[-1])
+        if abs(rest) > max(_AT_LEAST, _AGREE * abs(float(path[-1]))):
+            return None
+        if around:
+            # What is behind was unwrapped without what passed meanwhile.
+            filled[after:] += around
+        tilt = rest * np.linspace(0.0, 1.0, path.size)
+        filled[first:after] = filled[first - 1] + (path + tilt)[1:-1]
+    return filled

@@ -21,15 +21,16 @@ from sagnac.recording.channel import (
 )
 from sagnac.recording.columns import (
     NULL_PULSE_NAME,
+    Sampling,
     columns_of,
     gyro_of,
     pulses_of,
+    sampling,
     seconds_of,
     stated_for,
     table_of,
-    with_lost_readings,
 )
-from sagnac.recording.stamps import Sampling, sampling
+from sagnac.recording.encoder_readings import with_lost_readings
 
 __all__ = ["MINIMUM_SAMPLES", "Channel", "Kind", "Provenance", "Recording", "second_of"]
 
@@ -248,7 +249,7 @@ class Recording:
             for name, values in gyros.items()
         ]
         of_table = None if table is None else table_of(table, unit=table_unit)
-        pulses = None if null_pulse is None else pulses_of(null_pulse)
+        pulses, of_pulses = (None, ()) if null_pulse is None else pulses_of(null_pulse)
         when = _sampled(sample_rate, times, time_unit, taken[0].channel.values.size)
         sensors = [one.channel for one in taken]
         forces = tuple(one for one in sensors if one.sensor == "accelerometer")
@@ -261,7 +262,7 @@ class Recording:
             sample_rate=when.sample_rate,
             times=when.times,
             table=of_table.channel if of_table else None,
-            null_pulse=pulses.rising if pulses else None,
+            null_pulse=pulses,
             pickoffs=tuple(
                 Pickoff(gyro=name, values=np.asarray(numbers(values, PICKOFF + name), np.float64))
                 for name, values in (pickoffs or {}).items()
@@ -273,7 +274,7 @@ class Recording:
                 *when.notes,
                 *(note for one in taken for note in one.notes),
                 *(of_table.notes if of_table else ()),
-                *(pulses.notes if pulses else ()),
+                *of_pulses,
             ),
         )
 

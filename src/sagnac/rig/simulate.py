@@ -25,8 +25,8 @@ from sagnac.formats.read_write import format_to_write
 from sagnac.formats.registry import EUROC, PARQUET
 from sagnac.formats.source import in_units, outgoing
 from sagnac.recording.channel import PICKOFF, Pickoff
-from sagnac.recording.columns import NULL_PULSE_NAME, Conversion, with_lost_readings
-from sagnac.recording.encoder_readings import angle_of_readings
+from sagnac.recording.columns import NULL_PULSE_NAME
+from sagnac.recording.encoder_readings import table_of_readings, with_lost_readings
 from sagnac.recording.model import Channel, Recording
 from sagnac.rig.config import RigConfig
 from sagnac.rig.encoder import Encoder, NullPulse, within_turn
@@ -196,13 +196,12 @@ def simulate(config: RigConfig, progress: Progress | None = None) -> Simulation:
     _require_config(config)
     recording = _as_recorded(config, progress)
     if recording.table is not None:
-        taken = angle_of_readings(recording.table.values, unit_of("rad", "angle"))
-        table = replace(recording.table, values=taken.angle)
-        known = with_lost_readings(
-            Conversion(channel=table, notes=taken.notes),
-            recording.gyros,
-            recording.sample_rate,
+        read = table_of_readings(
+            recording.table.values,
+            unit_of("rad", "angle"),
+            shown_in=recording.table.shown_in,
         )
+        known = with_lost_readings(read, recording.gyros, recording.sample_rate)
         recording = replace(recording, table=known.channel, notes=known.notes)
     return Simulation(recording=recording, truth=truth_of(config))
 

@@ -12,10 +12,19 @@ from typing import Final
 
 import numpy as np
 
-from sagnac.core.arrays import FloatArray, IntegerArray, blocks, elementwise, empty, every, mean
+from sagnac.core.arrays import (
+    BooleanArray,
+    FloatArray,
+    IntegerArray,
+    blocks,
+    elementwise,
+    empty,
+    every,
+    mean,
+)
 from sagnac.core.errors import Note, RecordingError, rounded
+from sagnac.recording.channel import first_of, marked, number_of
 from sagnac.recording.model import Kind
-from sagnac.recording.stamps import Places, Tally
 from sagnac.stability import Estimator, Gaps, _kernels
 
 # ---- accumulate --------------------------------------------------------------------
@@ -167,25 +176,27 @@ def _count_gaps(
     samples: FloatArray, sample_rate: float, gaps: Gaps, only_whole: Estimator | None
 ) -> int:
     """How many samples are missing, if none is infinite and missing ones are allowed."""
-    infinite = Places(values=samples, test=np.isinf).tally()
-    if infinite.count:
-        what = f"infinite, {infinite.count} in all"
+    infinite = marked(np.isinf, samples)
+    if infinite.any():
+        what = f"infinite, {number_of(infinite)} in all"
         remedy = "mark bad samples as NaN and use gaps='omit'"
         raise _refused(infinite, sample_rate, what, remedy)
-    missing = Places(values=samples, test=np.isnan).tally()
-    if missing.count and gaps == "reject":
-        what, remedy = f"missing, {missing.count} in all", "use gaps='omit' or fill them first"
+    missing = marked(np.isnan, samples)
+    count = number_of(missing)
+    if count and gaps == "reject":
+        what, remedy = f"missing, {count} in all", "use gaps='omit' or fill them first"
         raise _refused(missing, sample_rate, what, remedy)
-    if missing.count and only_whole is not None:
+    if count and only_whole is not None:
         what = f"missing and {only_whole} needs a whole record"
         remedy = "gaps='omit' works with oadev, mdev and ohdev"
         raise _refused(missing, sample_rate, what, remedy)
-    return missing.count
+    return count
 
 
-def _refused(samples: Tally, sample_rate: float, what: str, remedy: str) -> RecordingError:
+def _refused(marks: BooleanArray, sample_rate: float, what: str, remedy: str) -> RecordingError:
+    first = first_of(marks)
     return RecordingError(
-        f"sample {samples.first} ({samples.first / sample_rate:g} s) is {what}",
+        f"sample {first} ({first / sample_rate:g} s) is {what}",
         channel="values",
         remedy=remedy,
     )
@@ -361,7 +372,7 @@ def _gap_notes(whole: IntegerArray, terms: IntegerArray) -> tuple[Note, ...]:
         text=f"gaps left out {int(lost.sum())} of {int(whole.sum())} terms, "
         f"at most {rounded(100.0 * float((lost / whole).max()), 3)} % of those at one tau"
     )
-    empty = int(np.count_nonzero(terms <= 0))
+    empty = int(number_of(terms <= 0))
     if not empty:
         return (note,)
     return note, Note(text=f"{empty} taus have no term free of gaps and are left out")

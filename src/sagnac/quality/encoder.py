@@ -1,0 +1,451 @@
+"""Faults of an encoder: lost rows, slips, a turn that is not full, gyros that do not turn along."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Final
+
+import numpy as np
+
+from sagnac.core.arrays import (
+    BooleanArray,
+    FloatArray,
+    IntegerArray,
+    blocks,
+    empty,
+    extent,
+    values_at,
+)
+from sagnac.core.errors import Level, Note, RecordingError, counted
+from sagnac.core.units import ARCSECOND, DEGREE, UNITS, split_factor
+from sagnac.quality.distribution import LEAST_FOR_SPIKES, find_spikes, jump_notes
+from sagnac.quality.profile import Notes, Profile, remedy_without, scatter_of, some_steps
+from sagnac.recording.channel import (
+    Channel,
+    angle_of,
+    marked,
+    marked_steps,
+)
+from sagnac.recording.model import Recording, second_of
+
+# A table that covers less than this, rad, is at rest: no encoder reads finer for hours.
+_AT_REST: Final = math.radians(1.0)
+
+
+def turned(table: Channel | None) -> float:
+    """Angle between the ends of what an encoder covers, rad; 0 if it stands still."""
+    if table is None:
+        return 0.0
+    lowest, highest = extent(table.values)
+    return highest - lowest if highest - lowest > _AT_REST else 0.0
+
+
+# ---- lost rows and slips -----------------------------------------------------------
+
+# Steps before and behind a leap that tell the usual one, and how unlike they may be, of it.
+_SIDE: Final = 2
+_UNLIKE: Final = 0.3
+# Samples that hold the steps around one, from the first on.
+_PLACES_AROUND: Final = (0, _SIDE, _SIDE + 1, 2 * _SIDE + 1)
+# A leap is longer than the usual step by whole steps to this, and to this part of their number; and
+# a usual step is this many scatters of steps.
+_WHOLE: Final = 0.15
+_OF_NUMBER: Final = 0.01
+_SCATTERS: Final = 8.0
+_LOOKED_AT: Final = 20_000
+# A slip below this is that of a sound encoder; and the encoder itself leaps by as much, to this.
+_SLIPS: Final = 10.0 * ARCSECOND
+_ITSELF: Final = 0.3
+
+
+def without_lost_rows(recording: Recording, gyros: Sequence[Channel]) -> tuple[Recording, Notes]:
+    """A recording without what its channels of angle turned in rows that are not in the file.
+
+    Where k rows are lost, the encoder's step is k steps longer than those around it, and so is that
+    of every gyro of kind ``angle`` that is steady enough to tell.
+
+    Parameters
+    ----------
+    recording
+        Of a table that turns on, or none.
+    gyros
+        That are looked at.
+
+    Returns
+    -------
+    recording
+        Its times are left as they are.
+    notes
+        A warning, if any rows were lost.
+    """
+    table = recording.table
+    if table is None or not turned(table) or table.values.size < 4 * _SIDE:
+        return recording, ()
+    places = _leaps(table.values)
+    rows = np.rint(_ratio(table.values, places))
+    kept = np.ones(places.size, dtype=np.bool_)
+    for gyro in gyros:
+        if gyro.kind == "angle" and places.size:
+            usual, _ = _steps_around(gyro.values, places)
+            tells = np.abs(usual) > _SCATTERS * _scatter(gyro.values)
+            alike = np.abs(_ratio(gyro.values, places) - rows) < _WHOLE + _OF_NUMBER * rows
+            kept &= ~tells | alike
+    places, rows = places[kept], rows[kept]
+    if not places.size:
+        return recording, ()
+
+    def closed(channel: Channel) -> Channel:
+        if channel.kind != "angle":
+            return channel
+        # What is left is the step that is usual there: how the rate changed meanwhile is not known.
+        _, beyond = _steps_around(channel.values, places)
+        moved = np.concatenate([[0.0], np.cumsum(beyond)])
+        values = empty(channel.values.size)
+        for block in blocks(values.size):
+            passed = np.searchsorted(places, np.arange(block.start, block.stop))
+            np.subtract(channel.values[block], moved[passed], out=values[block])
+        return replace(channel, values=values)
+
+    text = (
+        f"{counted(int(rows.sum()), 'row')} of the file lost at "
+        f"{counted(places.size, 'place')}, the first at "
+        f"{second_of(recording, int(places[0])):.3f} s, where channels of angle leap by "
+        "whole steps: lines in time break there; "
+        f"{remedy_without(recording, places + 1)}"
+    )
+    whole = replace(recording, gyros=tuple(map(closed, recording.gyros)), table=closed(table))
+    return whole, (Note(name="lost", level="warning", channel="table", text=text),)
+
+
+def _leaps(values: FloatArray) -> IntegerArray:
+    """Samples before steps that are longer than those around them by whole steps."""
+    least = _SCATTERS * _scatter(values)
+
+    def leaps(*around: FloatArray) -> BooleanArray:
+        usual, beyond, unlike = _around(*around)
+        steady = (np.abs(usual) > least) & (np.abs(unlike) < _UNLIKE * np.abs(usual))
+        ratio = np.divide(beyond, usual, out=np.zeros_like(beyond), where=steady)
+        number = np.rint(ratio)
+        whole = np.abs(ratio - number) < _WHOLE + _OF_NUMBER * number
+        return np.asarray((number >= 1.0) & whole)
+
+    shifted = (values[place : values.size - 2 * _SIDE - 1 + place] for place in _PLACES_AROUND)
+    return np.flatnonzero(marked(leaps, *shifted)) + _SIDE
+
+
+def _around(
+    first: FloatArray, before: FloatArray, behind: FloatArray, last: FloatArray
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Usual step around the one between two samples, what is beyond it, unlikeness of the sides."""
+    earlier, later = (before - first) / _SIDE, (last - behind) / _SIDE
+    usual = 0.5 * (earlier + later)
+    return usual, behind - before - usual, earlier - later
+
+
+def _steps_around(values: FloatArray, places: IntegerArray) -> tuple[FloatArray, FloatArray]:
+    """(places,) usual step around places, and by how much the step there is longer."""
+    at = places[:, np.newaxis] - _SIDE + np.array(_PLACES_AROUND)
+    usual, beyond, _ = _around(*values_at(values, at).T)
+    return usual, beyond
+
+
+def _ratio(values: FloatArray, places: IntegerArray) -> FloatArray:
+    usual, beyond = _steps_around(values, places)
+    return np.divide(beyond, usual, out=np.zeros_like(beyond), where=usual != 0.0)
+
+
+def _scatter(values: FloatArray) -> float:
+    """Scatter of steps about those around them, without what is far off."""
+    last = values.size - 2 - _SIDE
+    places = np.linspace(_SIDE, last, min(_LOOKED_AT, last)).astype(np.int64)
+    return scatter_of(_steps_around(values, places)[1])
+
+
+def slip_notes(recording: Recording, profile: Profile) -> Notes:
+    """Jumps of the encoder that the gyro which senses it most does not make: a warning.
+
+    At rest, or if no gyro senses the table, jumps far beyond the usual step count.
+    """
+    table = profile.table
+    if table is None:
+        return ()
+    values, gyros = table.channel.values, profile.together.values()
+    known = [one for one in gyros if abs(one.share) > LEAST_SHARE]
+    if profile.standing or (values.size > LEAST_FOR_SPIKES and not known):
+        return jump_notes(recording, table)
+    if values.size <= LEAST_FOR_SPIKES:
+        return ()
+    gyro = max(known, key=lambda one: abs(one.share))
+    angle = angle_of(gyro.channel, recording.sample_rate)
+    steps = empty(angle.size - 1)
+    for block in blocks(steps.size):
+        part = slice(block.start, block.stop + 1)
+        steps[block] = np.diff(values[part]) - np.diff(angle[part]) / gyro.share
+    found = find_spikes(steps, sample_rate=1.0)
+    inside = (found.index >= _SIDE) & (found.index < values.size - 1 - _SIDE)
+    far = (np.abs(found.height) > _SLIPS) & inside
+    places, height = found.index[far], found.height[far]
+    _, own = _steps_around(values, places)
+    itself = np.abs(own - height) < _ITSELF * np.abs(height)
+    places, height = places[itself] + 1, height[itself]
+    if not places.size:
+        return ()
+    text = (
+        f"{counted(places.size, 'jump')} that gyro {gyro.name} does not make, by up to "
+        f"{np.abs(height).max() / DEGREE:.3g} deg, the first at "
+        f"{second_of(recording, int(places[0])):.3f} s; a pair of gyros is free of them; "
+        f"{remedy_without(recording, places)}"
+    )
+    return (Note(name="steps", level="warning", channel="table", text=text),)
+
+
+# ---- encoder mismatch --------------------------------------------------------------
+
+# A gyro senses at most the whole of the table's rate; a tenth is left for its scale factor.
+LARGEST_SHARE: Final = 1.1
+# An encoder jumps if it moves by this much from one sample to the next, this many times as far as
+# it usually does, and the gyro moves less than half of that within this many samples around: no
+# table leaves its gyros behind, but the two may be sampled some samples apart.
+LEAST_JUMP: Final = 1.0 * DEGREE
+JUMP_RATIO: Final = 10.0
+JUMP_REACH: Final = 2
+LEAST_SHARE: Final = 0.05
+# Below this share a gyro is mounted across the axis, or a unit is wrong: a degree called a radian
+# leaves 0.017 of the whole. From the other on it senses the table.
+LEAST_SENSED: Final = 0.02
+_SENSES: Final = 0.2
+# Units that are taken for one another.
+_UNITS_OF_RATE: Final = ("deg/s", "rad/s", "deg/h")
+_UNITS_OF_ANGLE: Final = ("arcsec", "deg", "rad")
+# A gyro is said to turn above this rate: more than the bias of any gyro on a rate table, except
+# a MEMS gyro as it comes from the factory.
+TURNING_RATE: Final = 2.0 * DEGREE
+
+
+def require_encoder_follows(recording: Recording, gyro: Channel) -> None:
+    """Refuse an encoder whose motion is not the gyro's: see `follow_notes`.
+
+    Raises
+    ------
+    RecordingError
+        If the two do not belong together.
+    """
+    for note in follow_notes(recording, Profile.of(recording, gyro)):
+        raise RecordingError.of(note, recording.path)
+
+
+def follow_notes(recording: Recording, profile: Profile) -> Notes:
+    """An encoder whose motion is not the gyro's: an error.
+
+    The record is cut into blocks of at least 1 s and the share of the table rate that the
+    gyro senses is taken as the median over the blocks in which the table turns. A block
+    disagrees when gyro rate minus share times table rate exceeds the larger of 2 deg/s and
+    a fifth of the rate sensed at the table's usual rate. One block in a hundred may (a
+    start, a stop, a stamp that came late); more is an error. A gyro across the axis,
+    whose share is about zero, therefore follows any encoder as long as it does not turn
+    itself, and turning below 2 deg/s decides nothing. A share beyond 1.1 is an error too:
+    no gyro turns faster than its table.
+    """
+    table, name = profile.table, profile.name
+    if table is None:
+        return ()
+    share = 0.0 if math.isnan(profile.share) else profile.share
+    limit = max(TURNING_RATE, 0.2 * abs(share) * table.usual_rate)
+    disagree = np.flatnonzero(np.abs(profile.rates - share * table.rates) > limit)
+    jumps = np.empty(0, dtype=np.int64)
+    if disagree.size > max(2.0, 0.01 * profile.rates.size):
+        first = disagree[0]
+        text = (
+            f"the encoder does not follow gyro {name} in "
+            f"{100.0 * disagree.size / profile.rates.size:.0f} % of the record, first at "
+            f"{second_of(recording, int(profile.edges[first])):.1f} s "
+            f"(gyro {profile.rates[first] / DEGREE:.3g} deg/s, encoder "
+            f"{table.rates[first] / DEGREE:.3g} deg/s); name the right column and unit with "
+            "{table}, or take a sound stretch with {slice}"
+        )
+        return (Note(name="encoder", level="error", channel="table", text=text),)
+    if abs(share) > LARGEST_SHARE:
+        likely = _likely_unit(profile) or "state {unit} and {kind}"
+        text = (
+            f"turns {share:.3g} times as fast as the table: a unit or kind is wrong; {likely}, or "
+            "the table's with {table COLUMN:UNIT}"
+        )
+        return (Note(name="encoder", level="error", channel=name, text=text),)
+    if abs(share) >= LEAST_SHARE:
+        jumps = jumps_of_encoder(table.channel.values)
+    sizes = table.channel.values[jumps + 1] - table.channel.values[jumps]
+    alone = np.abs(turned_around(profile, jumps)) < 0.5 * np.abs(share * sizes)
+    if not alone.any():
+        return ()
+    at = jumps[alone] + 1
+    text = (
+        f"{counted(at.size, 'jump')} that gyro {name} does not make, the first by "
+        f"{sizes[alone][0] / DEGREE:.3g} deg at {second_of(recording, int(at[0])):.3f} s; "
+        f"{remedy_without(recording, at)}"
+    )
+    return (Note(name="encoder", level="error", channel="table", text=text),)
+
+
+def jumps_of_encoder(angle: FloatArray) -> IntegerArray:
+    """Samples before steps of `LEAST_JUMP` that are `JUMP_RATIO` times the usual ones."""
+    steps = np.abs(some_steps(angle, 100_000))
+    limit = max(LEAST_JUMP, JUMP_RATIO * float(np.quantile(steps, 0.99)))
+    return np.flatnonzero(marked_steps(angle, lambda steps: np.abs(steps) > limit)) - 1
+
+
+def turned_around(profile: Profile, steps: IntegerArray) -> FloatArray:
+    """Angle that a gyro turns from `JUMP_REACH` samples before each step to as many behind, rad."""
+    values = profile.channel.values
+    # Step n leads from sample n to the next.
+    first = np.maximum(steps - JUMP_REACH, 0)
+    last = np.minimum(steps + 1 + JUMP_REACH, values.size - 1)
+    if profile.channel.kind == "angle":
+        return values[last] - values[first]
+    some = first[:, np.newaxis] + np.arange(1, 2 * JUMP_REACH + 2)
+    inside = some <= last[:, np.newaxis]
+    turned = (values[np.where(inside, some, 0)] * inside).sum(axis=1)
+    return np.asarray(turned / (profile.sample_rate if profile.channel.kind == "rate" else 1.0))
+
+
+def table_notes(recording: Recording, profile: Profile) -> Notes:
+    """How a gyro and the encoder go together."""
+    if profile.table is None:
+        return ()
+    wrong = follow_notes(recording, profile)
+    if wrong:
+        return wrong
+    if math.isnan(profile.share):
+        return (Note(channel="table", text="the table does not turn"),)
+    text = f"senses {profile.share:.4f} of the table rate"
+    return across_notes(recording, profile) or (Note(channel=profile.name, text=text),)
+
+
+def across_notes(recording: Recording, profile: Profile) -> Notes:
+    """A gyro that senses next to nothing of a table that turns: a warning.
+
+    It names the gyro that does, or the unit in which this one would. If no gyro senses the table,
+    and in one other unit all of them would, that is an error: what is read is in the wrong unit.
+    """
+    table, share = profile.table, profile.share
+    if table is None or profile.standing or abs(share) >= LEAST_SENSED:
+        return ()
+    if table.usual_rate <= TURNING_RATE:
+        return ()
+    gyros = profile.each(recording)
+    best = max(gyros, key=lambda one: abs(one.share))
+    in_degrees = share / DEGREE
+    level: Level = "warning"
+    text = f"senses {100.0 * share:.2g} % of the table rate"
+    across = f"{text}: it is mounted across the axis"
+    if abs(best.share) > _SENSES:
+        text = (
+            f"{across}, while gyro {best.name} senses {100.0 * best.share:.3g} %: name that "
+            "({gyros})"
+        )
+    elif (
+        split_factor(table.channel.shown_in)[1] == "rad"
+        and _SENSES < abs(in_degrees) < LARGEST_SHARE
+    ):
+        text = (
+            f"{text}, and would sense {100.0 * in_degrees:.3g} % of it if the encoder were in "
+            "degrees: state {table COLUMN:deg}"
+        )
+    elif all(_likely_unit(one) for one in gyros):
+        level = "error"
+        text = f"{text}: {_likely_unit(profile)}"
+    else:
+        text = f"{across}, or a unit or kind is wrong ({{unit}}, {{kind}}, {{table COLUMN:UNIT}})"
+    return (Note(name="encoder", level=level, channel=profile.name, text=text),)
+
+
+def _likely_unit(profile: Profile) -> str:
+    """The unit, kind or unit of time in which a gyro would sense the table; empty if none is."""
+    factor, stated = split_factor(profile.channel.shown_in)
+    said = "" if factor == 1.0 else f"{factor:g}"
+    is_rate = profile.channel.kind == "rate"
+    found = [
+        (UNITS[unit].size / UNITS[stated].size, f"{said}{unit}", f"{{unit {said}{unit}}}")
+        for unit in (_UNITS_OF_RATE if is_rate else _UNITS_OF_ANGLE)
+        if unit != stated and stated in UNITS
+    ]
+    if is_rate:
+        # The table's rate has the unit of time, and that of the gyro has its own.
+        found += [
+            (times, f"a unit of time a thousand times {which}", "{time COLUMN:UNIT}")
+            for times, which in ((1e-3, "larger"), (1e3, "smaller"))
+        ]
+    for times, where, statement in found:
+        if _SENSES < abs(profile.share * times) < LARGEST_SHARE:
+            sensed = 100.0 * profile.share * times
+            return f"in {where} it would sense {sensed:.3g} %; state {statement}"
+    return ""
+
+
+# ---- encoder turn ------------------------------------------------------------------
+
+# Readings start over at one of these, turns.
+_STARTS_OVER: Final = (0.0, 0.5)
+# Samples before and behind a start that the excess is taken over, and as many steps on either side
+# that tell the rate.
+_REACH: Final = 2
+_STEPS: Final = 2 * _REACH + 1
+_OUTER: Final = _REACH + _STEPS + 1
+# Fewest starts, other places that tell the scatter, and its multiple that the median lies off by.
+_FEWEST: Final = 4
+_PLACES: Final = 4001
+_SIGMAS: Final = 8.0
+# An excess below this is that of a sound encoder where its scale closes.
+_CLOSES: Final = 10.0 * ARCSECOND
+# A normal median is this much wider than the mean.
+_MEDIAN: Final = 1.2533
+
+
+def turn_notes(recording: Recording, profile: Profile) -> Notes:
+    """An encoder whose angle leaps each time its readings start over: a warning.
+
+    Its turn is not 360 degrees in the unit that is stated, or its scale does not close. The leap
+    stands once in every turn. A pair of gyros is free of it, and one gyro alone has it as its own.
+    """
+    table, turn = recording.table, 2.0 * math.pi
+    if table is None or profile.standing:
+        return ()
+    angle = table.values
+    for start in _STARTS_OVER:
+        at = _starts(angle, start)
+        if at.size < _FEWEST:
+            continue
+        at = at[:: max(1, at.size // _PLACES)]
+        other = np.linspace(_OUTER, angle.size - 1 - _OUTER, _PLACES).astype(np.int64)
+        usual = _excess(angle, other)
+        scatter = scatter_of(usual - np.median(usual))
+        leap = float(np.median(_excess(angle, at)))
+        if abs(leap) < max(_CLOSES, _SIGMAS * _MEDIAN * scatter / math.sqrt(at.size)):
+            continue
+        factor, unit = split_factor(table.shown_in)
+        right = f"{factor * turn / (turn - leap):.8g}{unit}"
+        where = "short of" if leap > 0.0 else "beyond"
+        text = (
+            f"its readings start over {abs(leap) / DEGREE:.3g} deg {where} a full turn, "
+            f"{counted(at.size, 'time')}: if that is one turn, state "
+            f"{{table COLUMN:{right}}}; a pair of gyros is free of it, and one alone has only an "
+            "upper bound"
+        )
+        return (Note(name="encoder", level="warning", channel="table", text=text),)
+    return ()
+
+
+def _starts(angle: FloatArray, start: float) -> IntegerArray:
+    """Samples before the angle passes a whole number of turns and `start` of one."""
+
+    def turn_of(some: FloatArray) -> FloatArray:
+        return np.asarray(np.floor(some / (2.0 * math.pi) - start))
+
+    at = np.flatnonzero(marked(lambda a, b: turn_of(a) != turn_of(b), angle[:-1], angle[1:]))
+    return at[(at >= _OUTER) & (at < angle.size - _OUTER)]
+
+
+def _excess(angle: FloatArray, at: IntegerArray) -> FloatArray:
+    """By how much the angle goes on at places beyond what it does before and behind, forwards."""
+    edges = np.array([-_REACH - _STEPS, -_REACH, 1 + _REACH, 1 + _REACH + _STEPS])
+    before, inside, behind = np.diff(values_at(angle, at[:, np.newaxis] + edges)).T
+    return np.asarray((inside - 0.5 * (before + behind)) * np.sign(before + behind))
