@@ -28,7 +28,7 @@ from benchmarks._faults import PATHOLOGIES, RATE, SAMPLES, SHARES, TABLE, WALK, 
 from benchmarks.stability import PAGE as STABILITY_PAGE
 from sagnac.analysis.settings import Method
 from sagnac.core.errors import Note, RecordingError, worded
-from sagnac.quality.check import FINDINGS, integrity, judged
+from sagnac.quality.check import DETECTORS, FINDINGS, integrity, judged
 
 PAGE: Final = STABILITY_PAGE.parent / "pathologies.md"
 RESULTS: Final = Path("out/pathologies.jsonl")
@@ -272,14 +272,15 @@ def words() -> str:
     lines = [
         _WORDS,
         "",
-        "`--accept NAME` takes a finding knowingly; the last three leave nothing to be read.",
+        "They are looked for in this order; the last three are seen on reading or beside the "
+        "answer. `--accept NAME` takes a finding knowingly; the first three leave nothing to be read.",
         "",
         "| name | what is seen | what it does to N | what to do |",
         "|---|---|---|---|",
     ]
-    for name, fault in FAULTS.items():
-        remedy = worded(fault.remedy, lambda option, _: f"`--{option}`")
-        lines.append(f"| `{name}` | {fault.sees} | {fault.effect} | {remedy} |")
+    for one in DETECTORS:
+        remedy = worded(one.remedy, lambda option, _: f"`--{option}`")
+        lines.append(f"| `{one.name}` | {one.sees} | {one.effect} | {remedy} |")
     return "\n".join(lines) + "\n"
 
 

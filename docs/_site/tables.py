@@ -225,10 +225,12 @@ def findings() -> str:
                 _, note = said(fault, turning=turning)
                 if note and note.name in made and fault.name not in made[note.name]:
                     made[note.name].append(fault.name)
-    rows = (
-        (f"`{name}`", FAULTS[name].sees, FAULTS[name].effect, "; ".join(by) or "–")
-        for name, by in made.items()
-    )
+    rows = []
+    for name, by in made.items():
+        detectors = [one for one in DETECTORS if one.name == name]
+        sees = "; ".join(one.sees for one in detectors)
+        effects = "; ".join(dict.fromkeys(one.effect for one in detectors))
+        rows.append((f"`{name}`", sees, effects, "; ".join(by) or "–"))
     head = ("`--accept`", "what is seen", "what it does to N", "faults of the tables that make it")
     return _markdown(head, rows)
 

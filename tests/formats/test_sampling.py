@@ -4,13 +4,13 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from sagnac.recording.stamps import Sampling
 
 from sagnac.core import arrays
 from sagnac.core.errors import RecordingError
 from sagnac.formats import Statement, read
 from sagnac.formats.channels import first_at, stretch_of
 from sagnac.formats.source import Source, Stored, in_memory
+from sagnac.recording.columns import Sampling
 from tests.formats.examples import SAMPLES, refused, timed, walk
 
 

@@ -5,15 +5,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from sagnac.quality.encoder_faults import (
-    block_rates,
-    jumps_of_encoder,
-    require_encoder_follows,
-    turned_around,
-)
 
 from sagnac.core.errors import RecordingError
 from sagnac.quality.check import check
+from sagnac.quality.encoder import jumps_of_encoder, require_encoder_follows, turned_around
+from sagnac.quality.profile import Profile
 from sagnac.recording.channel import Channel
 from sagnac.recording.model import Recording
 from tests.quality.recordings import (
@@ -145,7 +141,7 @@ def test_what_a_gyro_turns_around_a_step_holds_two_samples_on_each_side(kind):
     steps = np.diff(angle, prepend=0.0)
     values = {"angle": angle, "increment": steps, "rate": steps * RATE}[kind]
     gyro = Channel(name="x", kind=kind, values=values)
-    turned = turned_around(gyro, RATE, np.array([0, 9, 18]))
+    turned = turned_around(Profile(channel=gyro, sample_rate=RATE), np.array([0, 9, 18]))
     # From sample 0 to 3, from 7 to 12 and from 16 to the last, 19.
     assert turned == pytest.approx([9.0, 144.0 - 49.0, 361.0 - 256.0])
 
@@ -155,7 +151,7 @@ def test_what_a_gyro_turns_around_a_step_holds_two_samples_on_each_side(kind):
 def test_rates_of_blocks_are_those_of_the_samples(sample_rate, samples):
     rate = np.random.default_rng(3).normal(size=samples)
     gyro = Channel(name="x", kind="rate", values=rate)
-    rates, starts = block_rates(Recording(gyros=(gyro,), sample_rate=sample_rate), gyro)
-    edges = [*starts, samples - 1]
-    blocks = itertools.pairwise(edges)
-    assert rates == pytest.approx([rate[one + 1 : other + 1].mean() for one, other in blocks])
+    profile = Profile(channel=gyro, sample_rate=sample_rate)
+    assert profile.edges[-1] == samples - 1
+    means = [rate[one + 1 : other + 1].mean() for one, other in itertools.pairwise(profile.edges)]
+    assert profile.rates == pytest.approx(means)

@@ -2,16 +2,10 @@
 
 import numpy as np
 import pytest
-from sagnac.quality.gaps import (
-    grid_of,
-    longest_whole_stretch,
-    on_grid,
-    uneven_notes,
-    with_gaps_marked,
-)
 
 from sagnac.core.errors import RecordingError
 from sagnac.quality.check import integrity
+from sagnac.quality.samples import longest_whole_stretch, uneven_notes, with_gaps_marked
 from sagnac.recording.channel import Channel
 from sagnac.recording.model import Recording
 from tests.quality.recordings import RATE, SAMPLES, SECONDS, noise, rate_gyro
@@ -79,15 +73,6 @@ def test_the_longest_stretch_holds_no_missing_sample(missing, first, last):
     stretch, start = longest_whole_stretch(Recording(gyros=(channel,), sample_rate=RATE), "x")
     assert stretch.gyros[0].values.tolist() == list(range(first, last))
     assert start == pytest.approx(first / RATE if last else 0.0)
-
-
-def test_values_stand_at_their_places_of_a_grid():
-    times = np.array([0.0, 0.1, 0.2, 1.0, 1.1])
-    grid = grid_of(times, 0.5, 1)
-    assert grid.sample_rate == pytest.approx(10.0)
-    assert grid.samples == 12
-    values = on_grid(np.arange(5.0), times, grid)
-    np.testing.assert_array_equal(values, [0.0, 1.0, 2.0, *[np.nan] * 7, 3.0, 4.0])
 
 
 def test_late_and_repeated_stamps_are_told_from_gaps():

@@ -10,8 +10,8 @@ from benchmarks.pathologies import with_words
 import sagnac
 from sagnac.core import arrays
 from sagnac.core.errors import worded
-from sagnac.quality.check import accept, judged
-from sagnac.quality.effects import FAULTS, FINDINGS, effect_words, finding, level_of
+from sagnac.quality.check import DETECTORS, FINDINGS, accept, judged
+from sagnac.quality.effects import effect_words, finding, level_of
 from sagnac.recording.model import Recording
 from tests.quality.pathologies import (
     MEAN,
@@ -129,24 +129,24 @@ def test_an_accepted_finding_is_a_remark_that_says_so():
     assert accept(found, ("copy",)) == found
 
 
-def test_the_table_of_faults_names_what_the_detectors_find():
-    """Every name that a note or a finding is given stands in the table, and no other."""
+def test_the_list_of_detectors_names_what_is_found():
+    """Every name that a note or a finding is given stands in the list, and no other."""
     package = Path(sagnac.__file__).parent
     named = set()
-    for room in ("recording", "analysis", "formats"):
+    for room in ("recording", "quality", "analysis", "formats"):
         for path in (package / room).glob("*.py"):
             code = path.read_text(encoding="utf-8")
             named.update(re.findall(r'finding\(\s*"([a-z-]+)"', code))
             named.update(re.findall(r'Note\([^()]*?name="([a-z-]+)"', code))
             named.update(re.findall(r'name="(wraps)" if', code))
-    assert named == set(FAULTS)
-    assert set(FAULTS) - set(FINDINGS) == {"gaps", "missing", "stuck"}
+    assert named == {one.name for one in DETECTORS}
+    assert named - set(FINDINGS) == {"gaps", "missing", "stuck"}
 
 
-def test_the_table_of_faults_stands_on_its_page():
+def test_the_list_of_detectors_stands_on_its_page():
     page = Path(__file__).parents[2] / "docs" / "pathologies.md"
     text = page.read_text(encoding="utf-8")
     assert with_words(text) == text, "python -m benchmarks.pathologies --words"
-    for name, fault in FAULTS.items():
-        assert f"| `{name}` | {fault.sees} | {fault.effect} | " in text
-        assert "{" not in worded(fault.remedy)
+    for one in DETECTORS:
+        assert f"| `{one.name}` | {one.sees} | {one.effect} | " in text
+        assert "{" not in worded(one.remedy)

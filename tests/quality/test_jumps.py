@@ -1,18 +1,25 @@
 """Single steps far outside the rest."""
 
 import numpy as np
-from sagnac.quality.encoder_faults import jump_notes
 
+from sagnac.core.errors import Note
+from sagnac.quality.distribution import jump_notes
+from sagnac.quality.profile import Profile
 from sagnac.recording.channel import Channel
 from sagnac.recording.model import Recording
 from tests.quality.recordings import DEGREE, RATE, SECONDS, noise, rate_gyro
+
+
+def jumps(channel: Channel) -> tuple[Note, ...]:
+    recording = Recording(gyros=(channel,), sample_rate=RATE)
+    return jump_notes(recording, Profile.of(recording, channel))
 
 
 def test_a_step_is_said_with_its_place_and_the_longer_side():
     values = noise(0.05)
     values[7000:] += 500.0
     gyro = rate_gyro(values)
-    (note,) = jump_notes(Recording(gyros=(gyro,), sample_rate=RATE), gyro)
+    (note,) = jumps(gyro)
     assert (note.level, note.channel) == ("warning", "x")
     assert note.text == (
         "1 jump of over 20 times the usual step, the first at 70.000 s; "
@@ -23,7 +30,7 @@ def test_a_step_is_said_with_its_place_and_the_longer_side():
 def test_noise_and_a_still_channel_have_no_jumps():
     for values in (noise(1.0), np.zeros(1000)):
         gyro = rate_gyro(values)
-        assert jump_notes(Recording(gyros=(gyro,), sample_rate=RATE), gyro) == ()
+        assert jumps(gyro) == ()
 
 
 def encoder(values: np.ndarray) -> Channel:
@@ -36,12 +43,9 @@ def test_steps_of_an_encoder_that_a_steady_table_meets_evenly_are_no_jumps():
     read = np.floor(20.0 * (1.0 + 5e-5) * SECONDS * DEGREE / step) * step
     more = np.mean(np.diff(read) > 20.5 * step)
     assert 0.0005 < more < 0.0015
-    gyro = rate_gyro(noise(1.0))
     table = encoder(read)
-    recording = Recording(gyros=(gyro,), sample_rate=RATE, table=table)
-    assert jump_notes(recording, table) == ()
+    assert jumps(table) == ()
     # Its twin is off by ten degrees from some sample on.
     table = encoder(read + np.where(SECONDS >= 70.0, 10.0 * DEGREE, 0.0))
-    recording = Recording(gyros=(gyro,), sample_rate=RATE, table=table)
-    (note,) = jump_notes(recording, table)
+    (note,) = jumps(table)
     assert note.level == "warning"

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from sagnac.quality import repeats as pairs
+from sagnac.quality import physics as pairs
 from sagnac.quality.check import check
 from sagnac.recording.model import Recording
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from sagnac.quality.profile import profile_of
+from sagnac.quality.profile import Profile
 from sagnac.recording.channel import Channel
 
 STEP = 0.001 / 206_264.8  # 0.001 arcsec, rad
@@ -14,7 +14,9 @@ def test_the_step_of_a_readout_is_found_however_far_the_angle_has_turned(turned)
     generator = np.random.default_rng(4)
     walk = np.cumsum(0.1 * generator.standard_normal(50_000)) + np.arange(50_000) * 0.01
     angle = turned + STEP * np.round(walk)
-    profile = profile_of(Channel(name="x", kind="angle", shown_in="rad", values=angle))
+    profile = Profile(
+        sample_rate=1.0, channel=Channel(name="x", kind="angle", shown_in="rad", values=angle)
+    )
     assert profile.step == pytest.approx(STEP, rel=1e-4)
     assert profile.is_coarse
 
@@ -22,7 +24,9 @@ def test_the_step_of_a_readout_is_found_however_far_the_angle_has_turned(turned)
 def test_fine_noise_has_no_step_to_speak_of():
     generator = np.random.default_rng(5)
     values = generator.standard_normal(50_000)
-    profile = profile_of(Channel(name="x", kind="increment", shown_in="rad", values=values))
+    profile = Profile(
+        sample_rate=1.0, channel=Channel(name="x", kind="increment", shown_in="rad", values=values)
+    )
     assert profile.step < 1e-3
     assert profile.scale == pytest.approx(1.0, rel=0.03)
     assert not profile.is_coarse

@@ -2,12 +2,12 @@
 
 import numpy as np
 import pytest
-from sagnac.quality.encoder_faults import require_encoder_follows
-from sagnac.quality.gaps import longest_whole_stretch, with_gaps_marked
 
 from sagnac.core import arrays
 from sagnac.core.errors import LEVELS, Note, RecordingError
 from sagnac.quality.check import check
+from sagnac.quality.encoder import require_encoder_follows
+from sagnac.quality.samples import longest_whole_stretch, with_gaps_marked
 from sagnac.recording.channel import angle_of
 from sagnac.recording.model import Recording
 from tests.quality.recordings import RATE, faulty, mapped, noise, rate_gyro

@@ -32,10 +32,10 @@ def test_the_scatter_of_a_clipped_normal_number(low, high):
 
 def test_the_value_next_to_an_extreme_one():
     values = np.array([3.0, -1.0, 5.0, 5.0, 4.5, -2.0])
-    assert next_inwards(values, 5.0, "upper") == 4.5
-    assert next_inwards(values, -2.0, "lower") == -1.0
-    assert next_inwards(np.ones(4), 1.0, "upper") == -np.inf
-    assert next_inwards(np.ones(4), 1.0, "lower") == np.inf
+    assert next_inwards(values, values == 5.0, "upper") == 4.5
+    assert next_inwards(values, values == -2.0, "lower") == -1.0
+    assert next_inwards(np.ones(4), np.ones(4, dtype=bool), "upper") == -np.inf
+    assert next_inwards(np.ones(4), np.ones(4, dtype=bool), "lower") == np.inf
 
 
 @pytest.mark.parametrize("number", [74, 194])

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 from benchmarks.gallery import Gyro, spiked
-from sagnac.quality.spikes import find_spikes, without_spikes
 from scipy.special import ndtri
 
 import sagnac
+from sagnac.quality.distribution import find_spikes, without_spikes
 
 RATE = 100.0
 

@@ -1,48 +1,48 @@
-"""Places in a record, and the stretches between them."""
+"""Marks in a record, and the stretches between them."""
 
 import numpy as np
 import pytest
 from sagnac.recording.stamps import Places, Stretch, is_not_finite, longest_between
 
 from sagnac.quality.profile import remedy_of
+from sagnac.recording.channel import is_missing, longest_unmarked, marked_steps, stretches
 from sagnac.recording.model import Recording
 from tests.quality.recordings import noise, rate_gyro
 
 
 @pytest.mark.parametrize("length", [1, 2, 7, 100])
 @pytest.mark.parametrize("missing", [[], [0], [9], [2, 3, 7], [0, 4, 9], list(range(10))])
-def test_places_do_not_depend_on_the_blocks(monkeypatch, length, missing):
+def test_marks_do_not_depend_on_the_blocks(monkeypatch, length, missing):
     monkeypatch.setattr("sagnac.core.arrays.BLOCK", length)
     values = np.arange(10.0)
     values[missing] = np.nan
-    places = Places(values=values, test=is_not_finite)
-    assert places.all().tolist() == missing
-    tally = places.tally()
-    assert (tally.count, tally.first) == (len(missing), missing[0] if missing else -1)
+    marks = is_missing(values)
+    assert np.flatnonzero(marks).tolist() == missing
+    firsts, afters = stretches(marks)
+    assert [n for one in zip(firsts, afters, strict=True) for n in range(*one)] == missing
     edges = [-1, *missing, 10]
     lengths = np.diff(edges) - 1
     at = int(np.argmax(lengths))
-    expected = Stretch(first=edges[at] + 1, after=edges[at + 1])
-    assert places.longest_between(10) == expected
-    assert longest_between(10, np.array(missing, dtype=np.int64)) == expected
+    expected = slice(edges[at] + 1, edges[at + 1]) if lengths[at] else slice(0, 0)
+    assert longest_unmarked(marks) == expected
 
 
 @pytest.mark.parametrize("length", [1, 3, 100])
 def test_steps_look_across_the_borders_of_blocks(monkeypatch, length):
     monkeypatch.setattr("sagnac.core.arrays.BLOCK", length)
     values = np.array([0.0, 0.0, 5.0, 5.0, 5.0, 0.0])
-    steps = Places(values=values, test=lambda some: np.diff(some) != 0.0, following=1)
-    assert steps.all().tolist() == [1, 4]
-    # The bad samples are those behind the steps: 2 and 5.
-    assert steps.longest_between(6, later=1) == Stretch(first=0, after=2)
+    marks = marked_steps(values, lambda steps: steps != 0.0)
+    # The bad samples are those behind the steps.
+    assert np.flatnonzero(marks).tolist() == [2, 5]
+    assert longest_unmarked(marks) == slice(0, 2)
 
 
 def test_the_remedy_names_a_slice_inside_the_stretch():
     recording = Recording(gyros=(rate_gyro(noise(1.0)),), sample_rate=300.0)
-    text = remedy_of(recording, Stretch(first=100, after=601))
+    text = remedy_of(recording, slice(100, 601))
     assert text == "take the sound stretch with {slice 0.334:2.000}"
-    assert remedy_of(recording, Stretch(first=0, after=recording.samples)).endswith("{slice 0:}")
-    assert "from its source" in remedy_of(recording, Stretch(first=5, after=20))
+    assert remedy_of(recording, slice(0, recording.samples)).endswith("{slice 0:}")
+    assert "from its source" in remedy_of(recording, slice(5, 20))
 
 
 def test_stamps_of_a_damaged_file_name_no_slice():
@@ -50,4 +50,4 @@ def test_stamps_of_a_damaged_file_name_no_slice():
     times = np.arange(gyro.values.size) / 300.0
     times[100] = 1e307
     recording = Recording(gyros=(gyro,), sample_rate=300.0, times=times)
-    assert "from its source" in remedy_of(recording, Stretch(first=100, after=601))
+    assert "from its source" in remedy_of(recording, slice(100, 601))

@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
-from sagnac.quality.gaps import STUCK_RANK, is_stuck, runs_of
 
 from sagnac.quality.check import integrity
+from sagnac.quality.samples import STUCK_RANK, stuck_run
 from sagnac.recording.channel import Channel
 from sagnac.recording.model import Recording
 from tests.quality.recordings import RATE, SAMPLES, noise, rate_gyro
@@ -34,19 +34,11 @@ def test_a_channel_that_sticks_once_is_found_where_it_does(length, quantum):
     assert "50.0" in findings[0].text or quantum
 
 
-@pytest.mark.parametrize("length", [1, 2, 3, 5, 100])
-def test_runs_are_counted_across_the_borders_of_blocks(monkeypatch, length):
-    monkeypatch.setattr("sagnac.core.arrays.BLOCK", length)
-    runs = runs_of(np.array([1.0, 1.0, 2.0, 3.0, 3.0, 3.0, 3.0, 2.0, 2.0, 2.0, 2.0]))
-    assert (runs.number, runs.longest.first, runs.longest.after) == (4, 3, 7)
-    assert sorted(runs.lengths)[-4:] == [1, 2, 4, 4]
-
-
 def test_a_run_is_stuck_beside_short_ones_only():
     short = np.random.default_rng(0).normal(size=500)
     stuck = np.concatenate([short, np.full(150, 9.0), short])
-    assert is_stuck(runs_of(stuck), stuck.size)
+    assert stuck_run(stuck) == slice(500, 650)
     # The tenth longest run is a tenth as long.
     often = np.concatenate([stuck, *[np.full(15, 20.0 + n) for n in range(STUCK_RANK)]])
-    assert not is_stuck(runs_of(often), often.size)
-    assert is_stuck(runs_of(np.zeros(20)), 20)
+    assert stuck_run(often) is None
+    assert stuck_run(np.zeros(20)) == slice(0, 20)

@@ -2,23 +2,21 @@
 
 import numpy as np
 import pytest
-from sagnac.quality.repeats import longest_twice
+
+from sagnac.quality.samples import longest_twice
 
 
 @pytest.mark.parametrize(("first", "samples", "again"), [(0, 64, 500), (700, 1000, 2500)])
 def test_a_block_is_found_where_it_was_put(first, samples, again):
     values = np.random.default_rng(first).standard_normal(5000)
-    found = longest_twice(np.insert(values, again, values[first : first + samples]))
-    assert found is not None
-    assert (found.first, found.again, found.samples) == (first, again, samples)
+    block, distance = longest_twice(np.insert(values, again, values[first : first + samples]))
+    assert (block, block.start + distance) == (slice(first, first + samples), again)
 
 
 def test_the_longer_of_two_is_told():
     values = np.random.default_rng(3).standard_normal(5000)
     doubled = np.concatenate([values, values[100:200], values[1000:1500]])
-    found = longest_twice(doubled)
-    assert found is not None
-    assert (found.first, found.samples) == (1000, 500)
+    assert longest_twice(doubled) == (slice(1000, 1500), 4100)
 
 
 @pytest.mark.parametrize(
@@ -32,4 +30,4 @@ def test_the_longer_of_two_is_told():
     ],
 )
 def test_what_goes_round_or_takes_few_values_is_no_block(values):
-    assert longest_twice(values) is None
+    assert longest_twice(values)[1] == 0

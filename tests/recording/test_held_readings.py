@@ -4,7 +4,8 @@ import tracemalloc
 
 import numpy as np
 import pytest
-from sagnac.recording.stamps import clock_of
+
+from sagnac.recording.encoder_readings import clock_of
 
 
 def test_an_angle_that_changes_at_every_sample_has_no_clock_and_costs_no_memory():

@@ -1,8 +1,11 @@
 """Samples that are NaN or infinite."""
 
-import numpy as np
-from sagnac.quality.gaps import not_finite_notes
+from dataclasses import replace
 
+import numpy as np
+
+from sagnac.quality.check import integrity
+from sagnac.recording.channel import Channel
 from sagnac.recording.model import Recording
 from tests.quality.recordings import RATE, noise, rate_gyro
 
@@ -11,11 +14,13 @@ def test_they_are_counted_with_the_first_and_the_remedy():
     values = noise(1.0)
     values[[300, 301, 900]] = np.nan, np.inf, np.nan
     recording = Recording(gyros=(rate_gyro(values),), sample_rate=RATE)
-    (note,) = not_finite_notes(recording, "x", values)
+    (note,) = integrity(recording)
     assert (note.level, note.channel) == ("error", "x")
     assert note.text == (
         "3 samples NaN or infinite, the first at 3.000 s; take the sound stretch with {slice 9.01:}"
     )
-    (of_table,) = not_finite_notes(recording, "table", values)
+    table = Channel(name="table", kind="angle", values=values)
+    sound = Recording(gyros=(rate_gyro(noise(1.0)),), sample_rate=RATE)
+    (of_table,) = integrity(replace(sound, table=table))
     assert "more than can be interpolated (4 in a row, or as long as a gyro" in of_table.text
-    assert not_finite_notes(recording, "x", noise(1.0)) == ()
+    assert integrity(sound) == ()

@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
-from sagnac.recording.stamps import median_step, sampling
 
 from sagnac.core import arrays
 from sagnac.core.errors import RecordingError
+from sagnac.recording.columns import median_step, sampling
 
 
 @pytest.mark.parametrize("size", [2, 3, 1000, 1001])

@@ -220,12 +220,11 @@ def jump_notes(recording: Recording, profile: Profile) -> Notes:
     steps = some_steps(values, _LOOKED_AT)
     middle = float(np.median(steps))
     limit = _TIMES * float(np.quantile(np.abs(steps - middle), 0.99))
-    if limit <= 0.0:
+    found = profile.survey
+    if limit <= 0.0 or max(found.rise - middle, middle - found.fall) <= limit:
         return ()
     jumps = marked_steps(values, lambda steps: np.abs(steps - middle) > limit)
     places = np.flatnonzero(jumps)
-    if places.size == 0:
-        return ()
     sizes = np.abs(values[places] - values[places - 1] - middle)
     parts = sizes / sizes.min()
     whole = np.all(np.abs(parts - np.rint(parts)) < _WHOLE)

@@ -8,7 +8,6 @@ from typing import Final
 import numpy as np
 
 from sagnac.core.arrays import (
-    BooleanArray,
     FloatArray,
     IntegerArray,
     blocks,
@@ -18,6 +17,7 @@ from sagnac.core.arrays import (
 )
 from sagnac.core.errors import Level, Note, RecordingError, counted
 from sagnac.core.units import ARCSECOND, DEGREE, UNITS, split_factor
+from sagnac.quality import _kernels
 from sagnac.quality.distribution import LEAST_FOR_SPIKES, find_spikes, jump_notes
 from sagnac.quality.profile import Notes, Profile, remedy_without, scatter_of, some_steps
 from sagnac.recording.channel import (
@@ -45,8 +45,6 @@ def turned(table: Channel | None) -> float:
 # Steps before and behind a leap that tell the usual one, and how unlike they may be, of it.
 _SIDE: Final = 2
 _UNLIKE: Final = 0.3
-# Samples that hold the steps around one, from the first on.
-_PLACES_AROUND: Final = (0, _SIDE, _SIDE + 1, 2 * _SIDE + 1)
 # A leap is longer than the usual step by whole steps to this, and to this part of their number; and
 # a usual step is this many scatters of steps.
 _WHOLE: Final = 0.15
@@ -119,34 +117,20 @@ def without_lost_rows(recording: Recording, gyros: Sequence[Channel]) -> tuple[R
 
 def _leaps(values: FloatArray) -> IntegerArray:
     """Samples before steps that are longer than those around them by whole steps."""
-    least = _SCATTERS * _scatter(values)
-
-    def leaps(*around: FloatArray) -> BooleanArray:
-        usual, beyond, unlike = _around(*around)
-        steady = (np.abs(usual) > least) & (np.abs(unlike) < _UNLIKE * np.abs(usual))
-        ratio = np.divide(beyond, usual, out=np.zeros_like(beyond), where=steady)
-        number = np.rint(ratio)
-        whole = np.abs(ratio - number) < _WHOLE + _OF_NUMBER * number
-        return np.asarray((number >= 1.0) & whole)
-
-    shifted = (values[place : values.size - 2 * _SIDE - 1 + place] for place in _PLACES_AROUND)
-    return np.flatnonzero(marked(leaps, *shifted)) + _SIDE
-
-
-def _around(
-    first: FloatArray, before: FloatArray, behind: FloatArray, last: FloatArray
-) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Usual step around the one between two samples, what is beyond it, unlikeness of the sides."""
-    earlier, later = (before - first) / _SIDE, (last - behind) / _SIDE
-    usual = 0.5 * (earlier + later)
-    return usual, behind - before - usual, earlier - later
+    limits = _SCATTERS * _scatter(values), _UNLIKE, _WHOLE, _OF_NUMBER
+    is_leap = np.zeros(values.size - 2 * _SIDE - 1, dtype=np.bool_)
+    for block in blocks(is_leap.size):
+        around = values[block.start : block.stop + 2 * _SIDE + 1]
+        _kernels.leaps(around, limits, is_leap[block])
+    return np.flatnonzero(is_leap) + _SIDE
 
 
 def _steps_around(values: FloatArray, places: IntegerArray) -> tuple[FloatArray, FloatArray]:
     """(places,) usual step around places, and by how much the step there is longer."""
-    at = places[:, np.newaxis] - _SIDE + np.array(_PLACES_AROUND)
-    usual, beyond, _ = _around(*values_at(values, at).T)
-    return usual, beyond
+    at = places[:, np.newaxis] + np.array([-_SIDE, 0, 1, 1 + _SIDE])
+    first, before, behind, last = values_at(values, at).T
+    usual = 0.5 * (before - first + last - behind) / _SIDE
+    return usual, behind - before - usual
 
 
 def _ratio(values: FloatArray, places: IntegerArray) -> FloatArray:
@@ -383,8 +367,8 @@ def _likely_unit(profile: Profile) -> str:
 
 # ---- encoder turn ------------------------------------------------------------------
 
-# Readings start over at one of these, turns.
-_STARTS_OVER: Final = (0.0, 0.5)
+# Readings start over at one of these, half turns.
+_STARTS_OVER: Final = (0.0, 1.0)
 # Samples before and behind a start that the excess is taken over, and as many steps on either side
 # that tell the rate.
 _REACH: Final = 2
@@ -410,8 +394,16 @@ def turn_notes(recording: Recording, profile: Profile) -> Notes:
     if table is None or profile.standing:
         return ()
     angle = table.values
+    halves = marked(
+        lambda here, later: np.floor(here / math.pi) != np.floor(later / math.pi),
+        angle[:-1],
+        angle[1:],
+    )
+    passes = np.flatnonzero(halves[_OUTER:-_OUTER]) + _OUTER
+    # Whole turns are passed at even numbers of half turns.
+    number = np.floor(np.maximum(angle[passes], angle[passes + 1]) / math.pi)
     for start in _STARTS_OVER:
-        at = _starts(angle, start)
+        at = passes[number % 2.0 == start]
         if at.size < _FEWEST:
             continue
         at = at[:: max(1, at.size // _PLACES)]
@@ -432,16 +424,6 @@ def turn_notes(recording: Recording, profile: Profile) -> Notes:
         )
         return (Note(name="encoder", level="warning", channel="table", text=text),)
     return ()
-
-
-def _starts(angle: FloatArray, start: float) -> IntegerArray:
-    """Samples before the angle passes a whole number of turns and `start` of one."""
-
-    def turn_of(some: FloatArray) -> FloatArray:
-        return np.asarray(np.floor(some / (2.0 * math.pi) - start))
-
-    at = np.flatnonzero(marked(lambda a, b: turn_of(a) != turn_of(b), angle[:-1], angle[1:]))
-    return at[(at >= _OUTER) & (at < angle.size - _OUTER)]
 
 
 def _excess(angle: FloatArray, at: IntegerArray) -> FloatArray:

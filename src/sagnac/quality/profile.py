@@ -8,7 +8,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Final, Self
+from typing import Final, NamedTuple, Self
 
 import numpy as np
 from scipy.fft import irfft, rfft
@@ -27,7 +27,7 @@ from sagnac.core.arrays import (
 from sagnac.core.errors import Note
 from sagnac.core.units import DEGREE
 from sagnac.quality import _kernels
-from sagnac.recording.channel import Channel, longest_unmarked
+from sagnac.recording.channel import Channel, by_blocks, longest_unmarked
 from sagnac.recording.model import MINIMUM_SAMPLES, Recording, second_of
 
 Notes = tuple[Note, ...]
@@ -56,6 +56,7 @@ _FEW_SIZES: Final = 0.95
 # Changes below this many last places of the largest value are rounding: an angle of many turns is
 # rounded where its changes would not be.
 _LAST_PLACES: Final = 8.0
+_ROUNDING: Final = float(np.finfo(np.float64).eps)
 
 
 def count_step(changes: FloatArray, rounding: float = 0.0) -> float:
@@ -125,7 +126,7 @@ def _whole_step(changes: FloatArray, least: float) -> float | None:
 
 def rounding_in(values: FloatArray) -> float:
     """Changes up to which those of a series are rounding, in its unit."""
-    return _LAST_PLACES * float(np.finfo(np.float64).eps) * max(map(abs, extent(values)))
+    return _LAST_PLACES * _ROUNDING * max(map(abs, extent(values)))
 
 
 # ---- white -------------------------------------------------------------------------
@@ -209,6 +210,25 @@ _AT_ONCE: Final = 2**16
 _RATES: Final = (20, 4096)
 
 
+class Survey(NamedTuple):
+    """Extremes of values and of the steps between them, and how many of either are nothing.
+
+    The first value counts for the extremes alone.
+    """
+
+    lowest: float
+    highest: float
+    fall: float
+    rise: float
+    zeros: int
+    repeats: int
+
+    @property
+    def size(self) -> float:
+        """Largest value, whatever its sign."""
+        return max(abs(self.lowest), abs(self.highest))
+
+
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Profile:
     """A channel as detectors see it; what is costly is made when it is first asked for.
@@ -259,16 +279,39 @@ class Profile:
         return changes_of(self.channel)
 
     @cached_property
+    def survey(self) -> Survey:
+        """Extremes of the values and of their steps, and how many of either are nothing."""
+        values = self.channel.values
+        each = by_blocks(_kernels.survey, values[:-1], values[1:])
+        least, most = each.min(axis=0).tolist(), each.max(axis=0).tolist()
+        zeros, repeats = each[:, 4:].sum(axis=0).tolist()
+        return Survey(
+            lowest=least[0],
+            highest=most[1],
+            fall=least[2],
+            rise=most[3],
+            zeros=int(zeros),
+            repeats=int(repeats),
+        )
+
+    @property
+    def ends(self) -> tuple[float, float]:
+        """Smallest and largest change."""
+        found = self.survey
+        is_angle = self.channel.kind == "angle"
+        return (found.fall, found.rise) if is_angle else (found.lowest, found.highest)
+
+    @property
     def rounding(self) -> float:
         """Rounding of the changes of an angle, in its unit; 0 if the values are no differences."""
         if self.channel.kind != "angle":
             return 0.0
-        return _LAST_PLACES * float(np.spacing(max(map(abs, extent(self.channel.values)))))
+        return _LAST_PLACES * float(np.spacing(self.survey.size))
 
     @cached_property
     def step(self) -> float:
         """Step of the readout; the smallest change if it has none, infinite if nothing changes."""
-        return count_step(self.changes, rounding_in(self.channel.values))
+        return count_step(self.changes, _LAST_PLACES * _ROUNDING * self.survey.size)
 
     @property
     def block(self) -> int:

@@ -315,8 +315,6 @@ def single_precision_step(gyro: Channel) -> float:
     """
     values = gyro.values
     some = every(values, max(1, values.size // _LOOKED_AT))
-    lowest, highest = extent(values)
-    largest = max(abs(lowest), abs(highest))
     factor, name = split_factor(gyro.shown_in)
     for size in {UNITS[name].size, factor * UNITS[name].size}:
         stored = some / size
@@ -326,6 +324,7 @@ def single_precision_step(gyro: Channel) -> float:
         # Whole numbers below 2^24 are the same in both precisions and tell nothing.
         tells = ~whole | (np.abs(rounded) > 2.0**24)
         if alike.all() and tells.any():
+            largest = max(map(abs, extent(values)))
             return size * float(np.spacing(np.float32(largest / size)))
     return 0.0
 
@@ -405,7 +404,7 @@ def saturation_notes(recording: Recording, profile: Profile) -> Notes:
         return marked(lambda some: np.abs(some - level) <= slack, changes)
 
     shares, where = {}, []
-    for side, limit in zip(("lower", "upper"), extent(changes), strict=True):
+    for side, limit in zip(("lower", "upper"), profile.ends, strict=True):
         at_limit = at(limit)
         number = number_of(at_limit)
         if number < _LEAST_OFTEN:
@@ -497,16 +496,17 @@ def wrap_notes(recording: Recording, profile: Profile) -> Notes:
     )
     if seen:
         return seen
-    lowest, highest = extent(profile.channel.values)
     if profile.channel.kind == "angle":
-        return _falls_of_an_angle(recording, profile, highest - lowest)
-    return _ends_of_a_range(profile, lowest, highest)
+        return _falls_of_an_angle(recording, profile)
+    return _ends_of_a_range(profile)
 
 
-def _falls_of_an_angle(recording: Recording, profile: Profile, covered: float) -> Notes:
+def _falls_of_an_angle(recording: Recording, profile: Profile) -> Notes:
     """Steps of an angle, all against its motion, by nearly all that it ever covers."""
-    values = profile.channel.values
-    usual = profile.changes[:_STEPS_LOOKED_AT]
+    values, found = profile.channel.values, profile.survey
+    covered, usual = found.highest - found.lowest, profile.changes[:_STEPS_LOOKED_AT]
+    if max(found.rise, -found.fall) <= _FALL * covered:
+        return ()
     if covered <= _FALL_STEPS * float(np.median(np.abs(usual))):
         return ()
     falls = marked_steps(values, lambda steps: np.abs(steps) > _FALL * covered)
@@ -526,9 +526,9 @@ def _falls_of_an_angle(recording: Recording, profile: Profile, covered: float) -
     return (finding("wraps", profile.name, text, effect=None),)
 
 
-def _ends_of_a_range(profile: Profile, lowest: float, highest: float) -> Notes:
+def _ends_of_a_range(profile: Profile) -> Notes:
     """Values at the two ends of a range, and an empty half or more between them."""
-    values = profile.channel.values
+    values, lowest, highest = profile.channel.values, *profile.ends
     if not highest > lowest:
         return ()
     edges = np.linspace(lowest, highest, _BINS + 1)

@@ -313,11 +313,10 @@ _ALL_HELD: Final = 0.45
 
 def repeat_notes(recording: Recording, profile: Profile) -> Notes:
     """Samples that repeat the one before, if no readout step explains them."""
-    samples = profile.channel.values.size
-    repeats = marked_steps(profile.channel.values, lambda steps: steps == 0.0)
-    number = number_of(repeats)
+    samples, number = profile.channel.values.size, profile.survey.repeats
     if number < _LEAST_OFTEN or number <= _OFTENER * _explained(profile):
         return ()
+    repeats = marked_steps(profile.channel.values, lambda steps: steps == 0.0)
     text = (
         f"{counted(number, 'sample')} repeat the one before, the first at "
         f"{second_of(recording, first_of(repeats)):.3f} s"
@@ -441,10 +440,10 @@ _FALL: Final = 50.0
 def dropout_notes(recording: Recording, profile: Profile) -> Notes:
     """Zeros far more often than the values beside zero; of an angle, zeros that it falls to."""
     values, effect = profile.channel.values, None
+    if profile.survey.zeros == 0:
+        return ()
     zeros = marked(lambda some: some == 0.0, values)
     if profile.channel.kind == "angle":
-        if not zeros.any():
-            return ()
         usual = every(profile.changes, max(1, profile.changes.size // 100_000))
         fall = _FALL * float(np.median(np.abs(usual)))
         zeros &= marked_steps(values, lambda steps: np.abs(steps) > fall)

@@ -420,12 +420,12 @@ def _typical(
 
     None are if a place lies outside the steps.
     """
-    inside = (places >= 0).all(axis=1) & (places < values.size - 1).all(axis=1)
+    inside = np.asarray(((places >= 0) & (places < values.size - 1)).all(axis=1))
     places = np.where(inside[:, np.newaxis], places, 0)
     rows = _folded(values[places + 1] - values[places], turn)
-    typical = np.asarray(np.median(rows, axis=1))
-    even = np.abs(rows - typical[:, np.newaxis]) < _EVEN * np.abs(typical[:, np.newaxis])
-    return typical, np.asarray(even.sum(axis=1) * inside)
+    middle: FloatArray = np.asarray(np.median(rows, axis=1, keepdims=True))
+    even = np.abs(rows - middle) < _EVEN * np.abs(middle)
+    return middle[:, 0], np.asarray(even.sum(axis=1) * inside)
 
 
 # ---- interpolation -----------------------------------------------------------------
