@@ -273,7 +273,8 @@ def words() -> str:
         _WORDS,
         "",
         "They are looked for in this order; the last three are seen on reading or beside the "
-        "answer. `--accept NAME` takes a finding knowingly; the first three leave nothing to be read.",
+        "answer. `--accept NAME` takes a finding knowingly; the first three leave nothing to be "
+        "read.",
         "",
         "| name | what is seen | what it does to N | what to do |",
         "|---|---|---|---|",

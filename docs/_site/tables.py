@@ -14,7 +14,7 @@ import sagnac
 from sagnac.core.units import QUANTITIES, UNITS
 from sagnac.formats.registry import FORMATS, Format
 from sagnac.navigation.definitions import definitions
-from sagnac.quality.check import FINDINGS
+from sagnac.quality.check import DETECTORS, FINDINGS
 from sagnac.stability.estimators import ESTIMATORS
 
 # Seed of the recordings that are spoilt.

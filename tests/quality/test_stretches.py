@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-from sagnac.recording.stamps import Places, Stretch, is_not_finite, longest_between
 
 from sagnac.quality.profile import remedy_of
 from sagnac.recording.channel import is_missing, longest_unmarked, marked_steps, stretches
