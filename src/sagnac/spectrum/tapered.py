@@ -127,7 +127,7 @@ def tapered_spectrum(
     A straight line is taken off first. A record longer than `segment` is cut into segments
     whose spectra are averaged; the lowest frequencies come from the whole record, filtered
     and decimated. Increments taken at ``1/interval`` Hz hold what folds: the laws that belong
-    to this spectrum are those of `coefficients.laws.rate_density_basis` for the same interval.
+    to this spectrum are those of `noise.laws.rate_density_basis` for the same interval.
 
     Parameters
     ----------
