@@ -11,8 +11,8 @@ TRUTH = {"unit": 0.3, "day": 0.2, "rate": 0.2, "run": 0.05}
 
 def test_dyestuff_has_the_published_estimates() -> None:
     found = restricted_components(DYESTUFF)
-    assert found.factors["batch"] == pytest.approx(1764.05, rel=1e-4)
-    assert found.run == pytest.approx(2451.25, rel=1e-4)
+    assert found["batch"] == pytest.approx(1764.05, rel=1e-4)
+    assert found["run"] == pytest.approx(2451.25, rel=1e-4)
 
 
 def test_balanced_design_gives_the_analysis_of_variance() -> None:
@@ -23,10 +23,10 @@ def test_balanced_design_gives_the_analysis_of_variance() -> None:
     left = cube - mean - unit[:, None, None] - day[None, :, None] - rate[None, None, :]
     run = np.sum(left**2) / 28
     found = restricted_components(design)
-    assert found.run == pytest.approx(run, rel=1e-4)
-    assert found.factors["unit"] == pytest.approx((6 * unit @ unit - run) / 12, rel=1e-4)
-    assert found.factors["day"] == pytest.approx((6 * day @ day - run) / 12, rel=1e-4)
-    assert found.factors["rate"] == pytest.approx((3 * rate @ rate - run) / 9, rel=1e-4)
+    assert found["run"] == pytest.approx(run, rel=1e-4)
+    assert found["unit"] == pytest.approx((6 * unit @ unit - run) / 12, rel=1e-4)
+    assert found["day"] == pytest.approx((6 * day @ day - run) / 12, rel=1e-4)
+    assert found["rate"] == pytest.approx((3 * rate @ rate - run) / 9, rel=1e-4)
 
 
 def test_unbalanced_design_gives_the_most_likely_contrasts() -> None:
@@ -51,6 +51,6 @@ def test_unbalanced_design_gives_the_most_likely_contrasts() -> None:
 
     best = minimize(loss, list(TRUTH.values()), method="Nelder-Mead", options={"xatol": 1e-6})
     found = restricted_components(design)
-    found_roots = np.sqrt([*found.factors.values(), found.run])
+    found_roots = np.sqrt([*found.values()])
     assert loss(found_roots) <= best.fun + 1e-6
     assert found_roots == pytest.approx(np.abs(best.x), rel=2e-3)

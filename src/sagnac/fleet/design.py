@@ -17,7 +17,7 @@ the shortest 16 of 100 campaigns without any scatter. So it claims no more than 
 """
 
 import math
-from collections.abc import Collection, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Final
@@ -93,17 +93,26 @@ class Design:
         return tuple(dict.fromkeys(self.factors[name]))
 
     def incidence(self, name: str) -> FloatArray:
-        """(runs, levels) 1 where a run is of a level."""
+        """(runs, levels) 1 where a run is of a level; each run is a level of ``run``."""
+        if name == "run":
+            return np.eye(self.values.size)
         levels = self.levels(name)
         labels = np.array([levels.index(label) for label in self.factors[name]])
         return np.asarray(labels[:, np.newaxis] == np.arange(len(levels)), dtype=np.float64)
+
+    def shared(self, name: str) -> FloatArray:
+        """(runs, runs) 1 where two runs share a level of a factor, or are one ``run``."""
+        incidence = self.incidence(name)
+        return np.asarray(incidence @ incidence.T)
 
     def contrasts(self, name: str) -> FloatArray:
         """(runs, degrees of freedom) orthonormal contrasts of a factor, free of all others.
 
         They span what the factor explains beside the mean and the other factors, the space of
-        Henderson's third sum of squares.
+        Henderson's third sum of squares. Those of ``run`` are free of the mean and all factors.
         """
+        if name == "run":
+            return self.residual_contrasts
         others = [self.incidence(other) for other in self.factors if other != name]
         rest = _orthonormal(np.hstack([self._ones, *others]))
         own = self.incidence(name)
@@ -151,30 +160,17 @@ def _orthonormal(columns: FloatArray) -> FloatArray:
 _ABSENT = 1e-7
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Components:
-    """Variances of the effects of a design.
-
-    Attributes
-    ----------
-    factors
-        By name of the factor.
-    run
-        Between runs, beyond the known variance of each.
-    """
-
-    factors: Mapping[str, float]
-    run: float
+Components = Mapping[str, float]
+"""Variance of the effects of each factor and, as ``run``, between runs beyond what is known."""
 
 
 def covariance_of(design: Design, components: Components) -> FloatArray:
     """(runs, runs) covariance of the values."""
     # A trace on the diagonal keeps it invertible where nothing is known to scatter.
     floor = 1e-12 * design.spread**2
-    covariance = np.diag(components.run + design.variances + floor)
-    for name, variance in components.factors.items():
-        incidence = design.incidence(name)
-        covariance += variance * (incidence @ incidence.T)
+    covariance = np.diag(components["run"] + design.variances + floor)
+    for name in design.seen:
+        covariance += components[name] * design.shared(name)
     return np.asarray(covariance)
 
 
@@ -196,14 +192,11 @@ def restricted_components(design: Design) -> Components:
     design
         Factors that the runs cannot tell apart are left out.
     """
-    names = design.seen
-    scale = design.spread**2
-    shared = [design.incidence(name) @ design.incidence(name).T for name in names]
-    shared.append(np.eye(design.values.size))
+    names, scale = (*design.seen, "run"), design.spread**2
+    shared = [design.shared(name) for name in names]
 
     def components_of(relative: FloatArray) -> Components:
-        sizes = (scale * np.maximum(relative, 0.0)).tolist()
-        return Components(factors=dict(zip(names, sizes[:-1], strict=True)), run=sizes[-1])
+        return dict(zip(names, (scale * np.maximum(relative, 0.0)).tolist(), strict=True))
 
     def loss(relative: FloatArray) -> tuple[float, FloatArray]:
         covariance = covariance_of(design, components_of(relative))
@@ -216,8 +209,9 @@ def restricted_components(design: Design) -> Components:
         ]
         return float(value), scale * np.array(slope)
 
-    starts = [np.full(len(shared), 1.0 / len(shared)), np.append(np.full(len(names), 0.02), 0.5)]
-    bounds = [(0.0, None)] * len(names) + [(1e-9, None)]
+    factors, count = len(design.seen), len(names)
+    starts = [np.full(count, 1.0 / count), np.append(np.full(factors, 0.02), 0.5)]
+    bounds = [(0.0, None)] * factors + [(1e-9, None)]
     found = [
         minimize(
             loss,
@@ -241,30 +235,10 @@ _HALVINGS: Final = 60
 _POWER: Final = 0.16
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Draws:
-    """Variances that the runs allow, each set as likely as the next.
-
-    Attributes
-    ----------
-    factors
-        By name of the factor: (draws,) variances, zero or more.
-    run
-        (draws,) variance between runs beyond what is known of each.
-    """
-
-    factors: Mapping[str, FloatArray]
-    run: FloatArray
-
-    def of(self, name: str) -> FloatArray:
-        """(draws,) of a factor, or of ``run``."""
-        return self.run if name == "run" else self.factors[name]
-
-
 def draws_of(
-    design: Design, *, count: int = DRAWS, seed: int = 0, bounded: Collection[str] = ()
-) -> Draws:
-    """Draw the variances of a design.
+    design: Design, *, count: int = DRAWS, seed: int = 0, bounded: str = ""
+) -> dict[str, FloatArray]:
+    """Variances that the runs allow, each set as likely as the next.
 
     Parameters
     ----------
@@ -275,17 +249,22 @@ def draws_of(
     seed
         Of the draws: the same runs always give the same intervals.
     bounded
-        Factors, and ``run``, of which a bound is wanted.
+        Factor, or ``run``, of which a bound is wanted.
+
+    Returns
+    -------
+    dict
+        By factor and ``run``: (draws,) variances, zero or more.
     """
     random = np.random.default_rng(seed)
     run = _run_draws(design, random, count, bounded=False)
     factors = {
-        name: _factor_draws(design, name, run, random, bounded=name in bounded)
+        name: _factor_draws(design, name, run, random, bounded=name == bounded)
         for name in design.seen
     }
-    if "run" in bounded:
+    if bounded == "run":
         run = _run_draws(design, random, count, bounded=True)
-    return Draws(factors=factors, run=run)
+    return {**factors, "run": run}
 
 
 def chance_of_less(design: Design) -> float:

@@ -117,7 +117,7 @@ class Outlook:
         shared = np.zeros(self.design.values.size)
         for name, level in known.items():
             same = np.array([label == level for label in self.design.factors[name]], dtype=float)
-            shared += self.components.factors.get(name, 0.0) * same
+            shared += self.components.get(name, 0.0) * same
         weights = self._inverse @ shared
         weights += (1.0 - weights.sum()) * self._mean_weights
         return self._located(weights, known, further=1.0)
@@ -170,22 +170,22 @@ class Outlook:
     @cached_property
     def mean_squares(self) -> Mapping[str, MeanSquare]:
         """By factor, and of ``run``; none below what the known variances and runs put into it."""
-        design = self.design
-        run = _mean_square(design, design.residual_contrasts, None)
+        squares = {name: _mean_square(self.design, name) for name in (*self.design.seen, "run")}
+        run = squares["run"]
         run_variance = max(run.value - run.known, 0.0)
-        found = {}
-        for name in design.seen:
-            square = _mean_square(design, design.contrasts(name), design.incidence(name))
-            least = run_variance + square.known
-            found[name] = replace(square, value=max(square.value, least))
-        found["run"] = replace(run, value=max(run.value, run.known), per_variance=1.0)
-        return found
+        return {
+            name: replace(
+                one, value=max(one.value, one.known + (0.0 if name == "run" else run_variance))
+            )
+            for name, one in squares.items()
+        }
 
 
-def _mean_square(design: Design, contrasts: FloatArray, incidence: FloatArray | None) -> MeanSquare:
+def _mean_square(design: Design, name: str) -> MeanSquare:
+    contrasts = design.contrasts(name)
     freedom = contrasts.shape[1]
     seen = contrasts.T @ design.values
-    through = 0.0 if incidence is None else float(np.sum((contrasts.T @ incidence) ** 2))
+    through = float(np.sum((contrasts.T @ design.incidence(name)) ** 2))
     return MeanSquare(
         value=float(seen @ seen) / freedom,
         per_variance=through / freedom,
@@ -493,7 +493,7 @@ def _unseen(design: Design, components: Components, confidence: float) -> dict[s
     if np.ptp(design.values) == 0.0 and not np.any(design.variances):
         return dict.fromkeys((*design.seen, "run"), _ALIKE)
     too_close = chance_of_less(design) < 0.5 - 0.5 * confidence
-    return {"run": _TOO_WIDE} if components.run == 0.0 and too_close else {}
+    return {"run": _TOO_WIDE} if components["run"] == 0.0 and too_close else {}
 
 
 def _deviations(
@@ -503,17 +503,17 @@ def _deviations(
     tail = 0.5 - 0.5 * confidence
     draws = draws_of(design)
     seen = {}
-    for name, variance in (*components.factors.items(), ("run", components.run)):
+    for name, variance in components.items():
         if name in unseen:
             continue
-        low, high = np.quantile(draws.of(name), [tail, 1.0 - tail])
+        low, high = np.quantile(draws[name], [tail, 1.0 - tail])
         # Draws that are nearly all zero allow no more than a bound either.
         if high > variance > 0.0:
             seen[name] = Deviation(
                 value=math.sqrt(variance), low=math.sqrt(low), high=math.sqrt(high)
             )
         else:
-            bounded = draws_of(design, bounded=(name,)).of(name)
+            bounded = draws_of(design, bounded=name)[name]
             bound = math.sqrt(float(np.quantile(bounded, 1.0 - tail)))
             seen[name] = Deviation(value=bound, low=0.0, high=bound, status="upper bound")
     return seen

@@ -12,8 +12,8 @@ That of a Markov rate is ``D^2 e^(-|s - u|/T)``; of it, too, its mean over the r
 """
 
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from functools import partial
 from typing import Final
 
@@ -47,7 +47,6 @@ PARTS: Final = (
 
 _GYROS: Final = 3
 _STATES: Final = DRIFTS.start  # those before the drifts of the gyros
-_OUTPUTS: Final = ("heading", "attitude", "position")
 _CELLS: Final = 240  # of the time, each of constant weight
 _LONGEST_CELL: Final = 120.0  # s, a fortieth of Schuler's period
 _MOST_CELLS: Final = 4000
@@ -168,44 +167,39 @@ def drift(
     moments = moments_of(times)
     if len(noises) != 3:
         raise ValueError(f"noises are {len(noises)}; give three, about north, east and down")
-    known = priors or Priors()
-    sensors = (*noises, *accelerometers)
-    times_of_markov = tuple(dict.fromkeys(rate.time for one in sensors for rate in one.markov))
-    rows = [_at(time, latitude, known, times_of_markov) for time in moments]
-    deviations = float(ndtri(0.5 + 0.5 * confidence))
-    grown = [
-        _growth(sensors, moments, [row[place] for row in rows], known, deviations)
-        for place in range(len(_OUTPUTS))
-    ]
+    known, sensors = priors or Priors(), (*noises, *accelerometers)
+    constants = tuple(dict.fromkeys(rate.time for one in sensors for rate in one.markov))
+    weights = [_at(time, latitude, known, constants) for time in moments]
+    grown = _growths(sensors, moments, weights, known, confidence)
     return Drift(heading=grown[0], attitude=grown[1], position=grown[2], priors=known)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class _Weights:
-    """One output at one time, by three gyros and two accelerometers.
+    """Heading, one tilt, and position north and east together, at one time.
+
+    Sensors are three gyros and two accelerometers.
 
     Attributes
     ----------
     terms
-        (5, 3) variance that N, B and K at one make after the rest.
+        (3, 5, 3) variance that N, B and K at one make after the rest.
     markov
-        (5,) the same of a Markov rate at one, by its correlation time.
+        (3, 5) the same of a Markov rate at one, by its correlation time.
     total
-        (5,) variance that a bias at one makes.
+        (3, 5) variance that a bias at one makes.
     misaligned
-        Variance that the misalignment makes.
+        (3,) variance that the misalignment makes.
     """
 
     terms: FloatArray
     markov: Mapping[float, FloatArray]
     total: FloatArray
-    misaligned: float
+    misaligned: FloatArray
 
 
-def _at(
-    time: float, latitude: float, priors: Priors, times_of_markov: Sequence[float]
-) -> tuple[_Weights, ...]:
-    """The weights of all outputs after a time."""
+def _at(time: float, latitude: float, priors: Priors, constants: Sequence[float]) -> _Weights:
+    """The weights after a time, and those of Markov rates of some correlation times."""
     cells = min(max(_CELLS, math.ceil(time / _LONGEST_CELL)), _MOST_CELLS)
     length = time / cells
     system = system_matrix(latitude)[:_STATES, :_STATES]
@@ -216,7 +210,6 @@ def _at(
     grown = np.linalg.matrix_power(whole, cells)
     start = np.zeros(_STATES)
     start[TILTS], start[AZIMUTH] = priors.tilt**2, priors.azimuth**2
-    left = (rows @ grown) ** 2 @ start
     # From the last cell back to the first; a drift of a gyro turns the tilts against it.
     weights = np.empty((5, 5, cells))
     each = rows @ half
@@ -225,28 +218,25 @@ def _at(
         weights[:, _GYROS:, cell] = each[:, VELOCITIES]
         each = each @ whole
     total = weights.sum(axis=2) * length
+    beside_rest = partial(_beside_rest, weights, total, length, priors.rest)
     terms = np.stack(
         [
             length * (weights**2).sum(axis=2),
-            -_beside_rest(weights, total, length, priors.rest, _of_logarithm) / math.pi,
+            -beside_rest(_of_logarithm) / math.pi,
             _walked(weights, length),
         ],
         axis=-1,
     )
-    markov = {
-        one: _beside_rest(weights, total, length, priors.rest, partial(_of_exponential, time=one))
-        for one in times_of_markov
-    }
-    # Heading; the mean square of the two tilts; the sum of the squares of north and east.
-    groups = ((0,), 1.0), ((1, 2), 0.5), ((3, 4), 1.0)
-    return tuple(
-        _Weights(
-            terms=share * terms[list(which)].sum(axis=0),
-            markov={one: share * made[list(which)].sum(axis=0) for one, made in markov.items()},
-            total=share * (total[list(which)] ** 2).sum(axis=0),
-            misaligned=share * float(left[list(which)].sum()),
-        )
-        for which, share in groups
+
+    def outputs(variance: FloatArray) -> FloatArray:
+        """Heading; the mean square of the two tilts; the sum of the squares north and east."""
+        return np.array([variance[0], 0.5 * (variance[1] + variance[2]), variance[3] + variance[4]])
+
+    return _Weights(
+        terms=outputs(terms),
+        markov={one: outputs(beside_rest(partial(_of_exponential, time=one))) for one in constants},
+        total=outputs(total**2),
+        misaligned=outputs((rows @ grown) ** 2 @ start),
     )
 
 
@@ -298,84 +288,71 @@ def _rest_variance(noise: GyroNoise, rest: float) -> float:
     return noise.angle_random_walk**2 / rest + noise.rate_random_walk**2 * rest / 3.0
 
 
-def _parts(sensors: Sequence[GyroNoise], row: _Weights, priors: Priors) -> FloatArray:
-    """(7,) variances of `PARTS`."""
-    made = np.array(
-        [
-            [
-                *(terms * one.values**2),
-                sum(_of_markov(one, row, place)),
-                total * _initial(one, rest),
-            ]
-            for place, (one, rest, terms, total) in enumerate(_each(sensors, row, priors))
-        ]
-    )
-    return np.array([*made[:_GYROS].sum(axis=0), made[_GYROS:].sum(), row.misaligned])
+def _initial(noise: GyroNoise, rest: float, bias: float | None) -> tuple[float, FloatArray]:
+    """Variance of the bias at the start, (rad/s)^2, and (3,) what it rises by with N, B and K.
+
+    A `bias` that is known better from before than from the rest does not depend on these.
+    """
+    variance = _rest_variance(noise, rest)
+    if bias is not None and bias < math.sqrt(variance):
+        return bias**2, np.zeros(3)
+    return variance, np.array([1.0 / rest, 0.0, rest / 3.0])
 
 
-def _of_markov(noise: GyroNoise, row: _Weights, place: int) -> list[float]:
-    """Variance that each Markov rate of a sensor makes."""
-    return [one.deviation**2 * float(row.markov[one.time][place]) for one in noise.markov]
-
-
-def _each(
-    sensors: Sequence[GyroNoise], row: _Weights, priors: Priors
-) -> Iterator[tuple[GyroNoise, Priors, FloatArray, float]]:
-    """Each sensor with its weights and with what is known of its bias: the prior is of gyros."""
-    rest = replace(priors, bias=None)
-    for place, one in enumerate(sensors):
-        known = priors if place < _GYROS else rest
-        yield one, known, row.terms[place], float(row.total[place])
-
-
-def _initial(noise: GyroNoise, priors: Priors) -> float:
-    """Variance of the bias of a sensor at the start, (rad/s)^2."""
-    if priors.bias is not None and priors.bias_is_prior(noise):
-        return priors.bias**2
-    return _rest_variance(noise, priors.rest)
-
-
-def _highest(sensors: Sequence[GyroNoise], row: _Weights, priors: Priors) -> float:
-    """Variance with the worst of the upper bounds of each sensor."""
-    return sum(
-        max(float(terms @ one.values**2 + total * _initial(one, rest)) for one in noise.bounded)
-        + sum(_of_markov(noise, row, place))
-        for place, (noise, rest, terms, total) in enumerate(_each(sensors, row, priors))
-    )
-
-
-def _growth(
+def _growths(
     sensors: Sequence[GyroNoise],
     times: FloatArray,
-    rows: Sequence[_Weights],
+    weights: Sequence[_Weights],
     priors: Priors,
-    deviations: float,
-) -> Growth:
-    variances = np.array([_parts(sensors, row, priors) for row in rows])
-    highest = np.array([_highest(sensors, row, priors) for row in rows])
-    errors = np.array([_error(sensors, row, priors) for row in rows])
-    return Growth(
-        times=times,
-        variances=variances,
-        reach=deviations * errors / np.maximum(variances[:, :-1].sum(axis=1), 1e-300),
-        highest=np.sqrt(highest),
-    )
-
-
-def _error(sensors: Sequence[GyroNoise], row: _Weights, priors: Priors) -> float:
-    """Standard error of the variance, from the errors of N, B, K and the Markov rates of each."""
+    confidence: float,
+) -> list[Growth]:
+    """Growth of heading, attitude and position."""
+    terms = np.array([one.terms for one in weights])
+    total = np.array([one.total for one in weights])
+    variances = np.zeros((*total.shape[:2], len(PARTS)))
+    variances[..., -1] = [one.misaligned for one in weights]
+    highest = np.zeros(total.shape[:2])
+    # One gyro in the place of three is wrong in all three alike.
     slopes: dict[int, FloatArray] = {}
-    rates: dict[tuple[int, float], float] = {}
-    for place, (noise, known, terms, total) in enumerate(_each(sensors, row, priors)):
-        rest = np.zeros(3)
-        if not known.bias_is_prior(noise):
-            rest = total * np.array([1.0 / priors.rest, 0.0, priors.rest / 3.0])
-        slope = 2.0 * (terms + rest) * noise.values
-        # One gyro in the place of three is wrong in all three alike.
-        slopes[id(noise)] = slopes.get(id(noise), 0.0) + slope
-        for rate, made in zip(noise.markov, _of_markov(noise, row, place), strict=True):
+    errors: dict[tuple[int, float], FloatArray] = {}
+    for place, noise in enumerate(sensors):
+        # The prior is of gyros.
+        bias = priors.bias if place < _GYROS else None
+        own, biased = terms[:, :, place], total[:, :, place]
+        initial, slope = _initial(noise, priors.rest, bias)
+        markov = np.zeros(highest.shape)
+        for rate in noise.markov:
+            made = rate.deviation**2 * np.array(
+                [one.markov[rate.time][:, place] for one in weights]
+            )
+            markov += made
             key = (id(noise), rate.time)
-            rates[key] = rates.get(key, 0.0) + rate.error * made
-    found = {id(noise): noise.covariance for noise in sensors}
-    squares = sum(float(slope @ found[one] @ slope) for one, slope in slopes.items())
-    return math.sqrt(squares + sum(made**2 for made in rates.values()))
+            errors[key] = errors.get(key, 0.0) + rate.error * made
+        parts = [*np.moveaxis(own * noise.values**2, -1, 0), markov, biased * initial]
+        if place < _GYROS:
+            variances[..., : len(parts)] += np.stack(parts, axis=-1)
+        else:
+            variances[..., len(parts)] += sum(parts)
+        worst = [
+            own @ one.values**2 + biased * _initial(one, priors.rest, bias)[0]
+            for one in noise.bounded
+        ]
+        highest += np.max(worst, axis=0) + markov
+        rising = 2.0 * (own + biased[..., np.newaxis] * slope) * noise.values
+        slopes[id(noise)] = slopes.get(id(noise), 0.0) + rising
+    covariances = {id(noise): noise.covariance for noise in sensors}
+    squares = sum(
+        np.einsum("...i,ij,...j", slope, covariances[one], slope) for one, slope in slopes.items()
+    )
+    squares = squares + sum(error**2 for error in errors.values())
+    own_variance = np.maximum(variances[..., :-1].sum(axis=-1), 1e-300)
+    reach = float(ndtri(0.5 + 0.5 * confidence)) * np.sqrt(squares) / own_variance
+    return [
+        Growth(
+            times=times,
+            variances=variances[:, output],
+            reach=reach[:, output],
+            highest=np.sqrt(highest[:, output]),
+        )
+        for output in range(len(weights[0].misaligned))
+    ]

@@ -58,21 +58,28 @@ def datasheet_setting(text: str, *, source: str = "a data sheet") -> FilterSetti
     >>> stated.kind, stated.limit is None, round(stated.simple.white * 1e6, 3)
     ('gyro', True, 43.633)
     """
+    try:
+        return _stated_models(text, source)
+    except ValueError as error:
+        raise ValueError(f"data sheet {quoted(text)}: {error}; state it {FORM}") from None
+
+
+def _stated_models(text: str, source: str) -> FilterSetting:
     parts = _parts(text)
     if "N" not in parts or "B" not in parts:
-        raise _wrong(text, "N and B are needed, since a filter takes a noise and a bias")
+        raise ValueError("N and B are needed, since a filter takes a noise and a bias")
     level, at, time = parts["B"].partition("@")
     match = _TIME.fullmatch(time)
     if not at or match is None or match[2] not in TIME_UNITS:
-        raise _wrong(text, "B has no cluster time at which the Allan deviation is lowest")
-    tau = _above_zero(text, match[1]) * TIME_UNITS[match[2]]
-    kind, white = _in_si(text, parts["N"], "angle_random_walk")
-    other, lowest = _in_si(text, level, "bias_instability")
+        raise ValueError("B has no cluster time at which the Allan deviation is lowest")
+    tau = _above_zero(match[1]) * TIME_UNITS[match[2]]
+    kind, white = _in_si(parts["N"], "angle_random_walk")
+    other, lowest = _in_si(level, "bias_instability")
     if kind != other:
-        raise _wrong(text, f"N is of a {kind} and B of a {other}; state one sensor at a time")
+        raise ValueError(f"N is of a {kind} and B of a {other}; state one sensor at a time")
     if white > _ABOVE_LOWEST * lowest * math.sqrt(tau):
         times = white / (lowest * math.sqrt(tau))
-        raise _wrong(text, f"N alone makes {times:.3g} times B at that time: a unit is wrong")
+        raise ValueError(f"N alone makes {times:.3g} times B at that time: a unit is wrong")
     return FilterSetting(
         name=kind,
         kind=kind,
@@ -88,52 +95,47 @@ def _parts(text: str) -> dict[str, str]:
     for part in text.split(","):
         key, equals, value = (one.strip() for one in part.partition("="))
         if not equals or not value or key not in _KEYS:
-            raise _wrong(text, f"{quoted(part.strip())} is none of {', '.join(_KEYS)} with a value")
+            raise ValueError(f"{quoted(part.strip())} is none of {', '.join(_KEYS)} with a value")
         if key in parts:
-            raise _wrong(text, f"{key} stands there twice")
+            raise ValueError(f"{key} stands there twice")
         parts[key] = value
     if "bandwidth" in parts:
-        _in(text, parts["bandwidth"], {"Hz": 1.0, "kHz": 1e3})
+        _in(parts["bandwidth"], {"Hz": 1.0, "kHz": 1e3})
     if "range" in parts:
-        _in(text, parts["range"], sizes("rate") | sizes("acceleration"))
+        _in(parts["range"], sizes("rate") | sizes("acceleration"))
     return parts
 
 
-def _in_si(text: str, stated: str, coefficient: str) -> tuple[Sensor, float]:
+def _in_si(stated: str, coefficient: str) -> tuple[Sensor, float]:
     """The kind of sensor whose unit it is, and the number in SI."""
-    known = {kind: _units(kind, coefficient) for kind in SENSORS}
+    known = {
+        kind: sizes(SENSED[kind].rate)
+        if coefficient == "bias_instability"
+        else dict(SENSED[kind].coefficients[coefficient])
+        for kind in SENSORS
+    }
     for kind, units in known.items():
         if split_factor(stated)[1] in units:
-            return kind, _in(text, stated, units)
+            return kind, _in(stated, units)
     every = [unit for units in known.values() for unit in units]
-    raise _wrong(text, f"{quoted(stated)} has none of the units {', '.join(every)}")
+    raise ValueError(f"{quoted(stated)} has none of the units {', '.join(every)}")
 
 
-def _units(kind: Sensor, coefficient: str) -> dict[str, float]:
-    if coefficient == "bias_instability":
-        return sizes(SENSED[kind].rate)
-    return dict(SENSED[kind].coefficients[coefficient])
-
-
-def _in(text: str, stated: str, units: dict[str, float]) -> float:
+def _in(stated: str, units: dict[str, float]) -> float:
     factor, unit = split_factor(stated)
     if unit not in units or stated[:1] not in _DIGITS:
-        raise _wrong(text, f"{quoted(stated)} is no number with one of {', '.join(units)}")
-    return _above_zero(text, str(factor)) * units[unit]
+        raise ValueError(f"{quoted(stated)} is no number with one of {', '.join(units)}")
+    return _above_zero(str(factor)) * units[unit]
 
 
-def _above_zero(text: str, stated: str) -> float:
+def _above_zero(stated: str) -> float:
     try:
         value = float(stated)
     except ValueError:
         value = math.nan
     if not (math.isfinite(value) and value > 0.0):
-        raise _wrong(text, f"{quoted(stated)} is no number above zero")
+        raise ValueError(f"{quoted(stated)} is no number above zero")
     return value
-
-
-def _wrong(text: str, problem: str) -> ValueError:
-    return ValueError(f"data sheet {quoted(text)}: {problem}; state it {FORM}")
 
 
 # ---- export ------------------------------------------------------------------------
@@ -302,17 +304,19 @@ def export(
         )
     ]
     settings = _together(measured, stated)
+    takes_each = definition_of(tool).axes != "one" and tool != "openvins"
     wanted = Wanted(
         settings=tuple(one for one in settings if one.kind == "gyro"),
         accelerometers=tuple(one for one in settings if one.kind == "accelerometer"),
-        each=_takes_each(tool) if axes is None else axes == "each",
+        each=axes == "each" or (axes is None and takes_each),
         rate=rate,
         topic=topic or "/imu0",
         version=__version__,
     )
     text = exported(tool, wanted)
     if path is not None:
-        require_free(of_export(Path(path), tool), _paths(source), force=force)
+        read = [Path(one) for one in _several(source) if isinstance(one, str | Path)]
+        require_free(of_export(Path(path), tool), read, force=force)
         write_text(Path(path), text)
     return Exported(
         tool=tool, text=text, settings=settings_in(tool, wanted), notes=_for_others(tool, measured)
@@ -331,14 +335,6 @@ def _several(source: Source | Sequence[Source]) -> Sequence[Source]:
     if isinstance(source, str | Path):
         return (source,)
     return source if isinstance(source, Sequence) else (source,)
-
-
-def _paths(source: Source | Sequence[Source]) -> list[Path]:
-    return [Path(one) for one in _several(source) if isinstance(one, str | Path)]
-
-
-def _takes_each(tool: ToolName) -> bool:
-    return definition_of(tool).axes != "one" and tool != "openvins"
 
 
 def _together(measured: list[FilterSetting], stated: list[FilterSetting]) -> list[FilterSetting]:

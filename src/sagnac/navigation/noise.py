@@ -13,6 +13,7 @@ from sagnac.core.arrays import FloatArray
 from sagnac.core.documents import read_analyses
 from sagnac.core.errors import RecordingError, quoted
 from sagnac.core.units import SENSED, Sensor
+from sagnac.navigation.settings import as_written
 from sagnac.noise.laws import CoefficientName
 
 NAMES: Final[tuple[CoefficientName, ...]] = (
@@ -123,14 +124,8 @@ class GyroNoise:
                 path=str(path),
                 remedy="give the analysis.json that an analysis of one recording wrote",
             )
-        try:
+        with as_written(path):
             return cls.unit_from_document(documents[0])
-        except RecordingError as error:
-            raise error.at(str(path)) from None
-        except ValueError as error:
-            raise RecordingError(
-                str(error), path=str(path), remedy="give the analysis.json as it was written"
-            ) from None
 
     @classmethod
     def unit_from_document(cls, document: Mapping[str, Any]) -> "Unit":

@@ -5,7 +5,8 @@ and JSON of schema ``sagnac.filter/1``.
 """
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, Final, Self
@@ -15,15 +16,7 @@ import numpy as np
 from sagnac.core.arrays import FloatArray
 from sagnac.core.documents import documents_of, read_analyses
 from sagnac.core.errors import RecordingError
-from sagnac.core.units import (
-    ARCSECOND,
-    COEFFICIENT_UNITS,
-    DEGREE_PER_HOUR,
-    FORCE_COEFFICIENT_UNITS,
-    SENSED,
-    UNITS,
-    field_unit,
-)
+from sagnac.core.units import SENSED, UNITS, field_unit
 from sagnac.core.units import Sensor as SensorKind
 from sagnac.navigation.definitions import definition_of
 from sagnac.navigation.models import (
@@ -38,8 +31,6 @@ from sagnac.navigation.models import (
 from sagnac.noise.laws import markov_allan_variance
 
 # ---- sensors -----------------------------------------------------------------------
-
-_FORCE: Final = FORCE_COEFFICIENT_UNITS
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -108,8 +99,15 @@ def sensors_in(path: Path) -> tuple[Sensor, ...]:
 
 
 def _sensors_of(path: Path) -> list[Sensor]:
-    try:
+    with as_written(path):
         return [one for document in read_analyses(path) for one in sensors_of(document)]
+
+
+@contextmanager
+def as_written(path: Path) -> Iterator[None]:
+    """Errors in what a document states are those of its file."""
+    try:
+        yield
     except RecordingError as error:
         raise error.at(str(path)) from None
     except ValueError as error:
@@ -126,66 +124,49 @@ def sensors_of(document: Mapping[str, Any]) -> list[Sensor]:
     ValueError
         If it states what cannot be.
     """
-    gyros = document.get("gyros", {}).values() or [document]
+    found = []
+    for stated in document.get("gyros", {}).values() or [document]:
+        whole = _sensor(stated["channel"], "gyro", stated, stated["input"])
+        each = [_own(whole, name, own) for name, own in stated["per_gyro"].items()]
+        found += each or [whole]
     forces = (document.get("accelerometers") or {}).items()
-    return [
-        *(sensor for one in gyros for sensor in _gyros(one)),
-        *(_accelerometer(name, stated, document) for name, stated in forces),
+    return found + [
+        _sensor(name, "accelerometer", stated, document["input"]) for name, stated in forces
     ]
 
 
-def _gyros(document: Mapping[str, Any]) -> list[Sensor]:
-    curve, answer = document["curve"], document["angle_random_walk"]
-    tau = np.asarray(curve["tau_s"], dtype=np.float64)
-    deviation = DEGREE_PER_HOUR * np.asarray(curve["deviation_deg_per_h"], dtype=np.float64)
-    quantization = document["coefficients"].get("quantization", {})
-    seen = quantization.get("status") == "estimated"
-    common: dict[str, Any] = {
-        "tau": tau,
-        "edf": np.asarray(curve["edf"], dtype=np.float64),
-        "angle": ARCSECOND * quantization["value"] if seen else 0.0,
-        "covariance": document.get("covariance"),
-        **_origin(document),
-    }
-    white, high = _walk(answer)
-    whole = Sensor(
-        name=document["channel"], deviation=deviation, white=white, white_high=high, **common
-    )
-    return [_own(whole, name, own) for name, own in document["per_gyro"].items()] or [whole]
-
-
-def _origin(document: Mapping[str, Any]) -> dict[str, Any]:
-    """Sample rate and source."""
-    read = document["input"]
-    return {
-        "sample_rate": float(read["sample_rate_hz"]),
-        "source": f"{read['path'] or 'a recording in memory'}, SHA-256 {read['sha256'] or 'none'}",
-    }
-
-
-def _accelerometer(name: str, stated: Mapping[str, Any], document: Mapping[str, Any]) -> Sensor:
-    """An accelerometer of a document that holds it."""
-    curve = stated["curve"]
+def _sensor(
+    name: str, kind: SensorKind, stated: Mapping[str, Any], given: Mapping[str, Any]
+) -> Sensor:
+    """What a document states of a sensor; `given` is its recording."""
+    sensed, curve = SENSED[kind], stated["curve"]
     if "edf" not in curve:
         raise RecordingError(
             "states no degrees of freedom of its curve",
             channel=name,
             remedy="analyze the recording again",
         )
-    white, high = _walk(stated["velocity_random_walk"], _FORCE["angle_random_walk"])
-    quantization = stated["coefficients"].get("velocity_quantization", {})
-    seen = quantization.get("status") == "estimated"
+    if kind == "gyro":
+        deviation, unit = curve["deviation_deg_per_h"], "deg/h"
+    else:
+        deviation, unit = curve["deviation"], curve["unit"]
+    white, high = _walk(stated[sensed.keys["angle_random_walk"]], kind)
+    quantization = stated["coefficients"].get(sensed.keys["quantization"], {})
+    angle = 0.0
+    if quantization.get("status") == "estimated":
+        angle = sensed.coefficients["quantization"][quantization["unit"]] * quantization["value"]
     return Sensor(
         name=name,
-        kind="accelerometer",
+        kind=kind,
         tau=np.asarray(curve["tau_s"], dtype=np.float64),
-        deviation=UNITS[curve["unit"]].size * np.asarray(curve["deviation"], dtype=np.float64),
+        deviation=UNITS[unit].size * np.asarray(deviation, dtype=np.float64),
         edf=np.asarray(curve["edf"], dtype=np.float64),
         white=white,
         white_high=high,
-        angle=_FORCE["quantization"][quantization["unit"]] * quantization["value"] if seen else 0.0,
+        angle=angle,
+        sample_rate=float(given["sample_rate_hz"]),
+        source=f"{given['path'] or 'a recording in memory'}, SHA-256 {given['sha256'] or 'none'}",
         covariance=stated.get("covariance"),
-        **_origin(document),
     )
 
 
@@ -195,7 +176,7 @@ def _own(pair: Sensor, name: str, stated: Mapping[str, Any]) -> Sensor:
     The square of N is told apart by the three-cornered hat; what lies beside it in the curve is
     taken to be the same for all.
     """
-    white, high = _walk(stated)
+    white, high = _walk(stated, pair.kind)
     if math.isnan(high) or math.isnan(pair.white):
         own = pair.deviation
     else:
@@ -205,16 +186,13 @@ def _own(pair: Sensor, name: str, stated: Mapping[str, Any]) -> Sensor:
     return replace(pair, name=name, deviation=own, white=white, white_high=high)
 
 
-def _walk(
-    stated: Mapping[str, Any], sizes: Mapping[str, float] = COEFFICIENT_UNITS["angle_random_walk"]
-) -> tuple[float, float]:
-    """N and its upper limit, rad/sqrt(s) or m/s/sqrt(s)."""
+def _walk(stated: Mapping[str, Any], kind: SensorKind) -> tuple[float, float]:
+    """N and its upper limit, rad/sqrt(s) or m/s/sqrt(s); N is NaN for a bound."""
     if stated["status"] == "not observable":
         return math.nan, math.nan
-    size = sizes[stated["unit"]]
-    if stated["status"] == "upper bound":
-        return math.nan, size * stated["high"]
-    return size * stated["value"], size * stated["high"]
+    size = SENSED[kind].coefficients["angle_random_walk"][stated["unit"]]
+    bound = stated["status"] == "upper bound"
+    return math.nan if bound else size * stated["value"], size * stated["high"]
 
 
 # ---- settings ----------------------------------------------------------------------
