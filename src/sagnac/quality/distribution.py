@@ -449,9 +449,9 @@ _STEP: Final = 10.0
 
 def step_notes(recording: Recording, profile: Profile) -> Notes:
     """A rate that steps from one block to the next, and stays there, on a bench: a warning."""
-    level = profile.level
-    if not profile.standing or level.size <= _FEWEST_BLOCKS:
+    if not profile.standing or profile.level.size <= _FEWEST_BLOCKS:
         return ()
+    level = profile.level
     changes = np.abs(np.diff(level))
     # The median of counts moves by steps of the readout, or not at all.
     usual = max(float(np.quantile(changes, 0.75)), profile.step)

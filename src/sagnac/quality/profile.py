@@ -5,7 +5,7 @@ rest.
 """
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Final, NamedTuple, Self
@@ -22,6 +22,7 @@ from sagnac.core.arrays import (
     differences,
     every,
     extent,
+    square,
     values_at,
 )
 from sagnac.core.errors import Note
@@ -204,8 +205,8 @@ _KEPT_SQUARE: Final = 0.9247
 _FAR: Final = 3.0
 # Samples of a block that its median is taken of.
 _SAMPLED: Final = 4096
-# Samples whose blocks are worked on at once, about.
-_AT_ONCE: Final = 2**16
+# Changes at the beginning that short searches look at, the most.
+LOOKED_AT: Final = 2**17
 # Fewest and most means of the rate that a record is cut into, of a second each between.
 _RATES: Final = (20, 4096)
 
@@ -318,37 +319,40 @@ class Profile:
         """Samples in a block; fewer than a block are one."""
         return min(max(_LEAST, self.changes.size // _BLOCKS), self.changes.size)
 
-    @cached_property
-    def _noise(self) -> FloatArray:
+    def _rows(self) -> Iterator[FloatArray]:
+        """The changes of each block, (samples,)."""
         block = self.block
-        return np.concatenate(
-            [
-                _noise_of(self.changes[some].reshape(-1, block))
-                for some in blocks(
-                    self.changes.size // block * block, block * max(1, _AT_ONCE // block)
-                )
-            ]
-        )
+        return (self.changes[some] for some in blocks(self.changes.size // block * block, block))
 
-    @property
+    @cached_property
     def level(self) -> FloatArray:
         """(blocks,) median of the changes."""
-        return self._noise[:, 0]
+        apart = max(1, self.block // _SAMPLED)
+        return np.array([np.median(row[::apart]) for row in self._rows()])
 
-    @property
+    @cached_property
     def power(self) -> FloatArray:
         """(blocks,) half the mean square of their differences: the variance of white noise."""
-        return self._noise[:, 1]
+        return np.array([0.5 * square(np.diff(row)) / max(row.size - 1, 1) for row in self._rows()])
 
-    @property
+    @cached_property
     def typical(self) -> FloatArray:
         """(blocks,) the same without the largest hundredth: single samples do not move it."""
-        return self._noise[:, 2]
+        return np.array([_typical_power(row) for row in self._rows()])
 
-    @property
+    @cached_property
     def spread(self) -> FloatArray:
         """(blocks,) mean square of the changes about their median, those far off cut down."""
-        return self._noise[:, 3]
+        farthest = _FAR * np.sqrt(2.0 * self.typical)
+        each = zip(self._rows(), self.level, farthest, strict=True)
+        return np.array(
+            [square(np.clip(row - level, -far, far)) / row.size for row, level, far in each]
+        )
+
+    @cached_property
+    def white(self) -> White:
+        """The changes at the beginning made white."""
+        return whitened(self.changes[:LOOKED_AT])
 
     @cached_property
     def scale(self) -> float:
@@ -412,24 +416,13 @@ def changes_of(channel: Channel) -> FloatArray:
     return differences(channel.values) if channel.kind == "angle" else channel.values
 
 
-def _noise_of(rows: FloatArray) -> FloatArray:
-    """(blocks, 4) median, power, typical power and spread of (blocks, samples)."""
-    sampled = rows[:, :: max(1, rows.shape[1] // _SAMPLED)]
-    size = np.abs(np.diff(rows, axis=1))
-    count = max(size.shape[1], 1)
-    kept = max(1, int(_KEPT * size.shape[1]))
-    whole = np.einsum("ij,ij->i", size, size)
-    if kept < size.shape[1]:
-        size.partition(kept, axis=1)
-    smallest = size[:, :kept]
-    typical = np.einsum("ij,ij->i", smallest, smallest) / kept / _KEPT_SQUARE
-    level = np.median(sampled, axis=1)
-    off = rows - level[:, np.newaxis]
-    # A sample far off counts as one that is not.
-    farthest = _FAR * np.sqrt(typical)[:, np.newaxis]
-    np.clip(off, -farthest, farthest, out=off)
-    spread = np.einsum("ij,ij->i", off, off) / rows.shape[1]
-    return np.stack([level, 0.5 * whole / count, 0.5 * typical, spread], axis=1)
+def _typical_power(row: FloatArray) -> float:
+    """Variance of white noise by the steps between samples, without the largest hundredth."""
+    size = np.abs(np.diff(row))
+    kept = max(1, int(_KEPT * size.size))
+    if kept < size.size:
+        size.partition(kept)
+    return 0.5 * square(size[:kept]) / kept / _KEPT_SQUARE
 
 
 # ---- robust ------------------------------------------------------------------------

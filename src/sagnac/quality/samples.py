@@ -10,7 +10,7 @@ from sagnac.core.arrays import FloatArray, blocks, elementwise, empty, every, me
 from sagnac.core.errors import Note, RecordingError, counted, ranked
 from sagnac.quality import _kernels
 from sagnac.quality.effects import finding
-from sagnac.quality.profile import Notes, Profile, count_step, remedy_of, remedy_without, whitened
+from sagnac.quality.profile import LOOKED_AT, Notes, Profile, count_step, remedy_of, remedy_without
 from sagnac.recording.channel import (
     by_blocks,
     first_of,
@@ -499,8 +499,7 @@ def _scatter_with_zeros(values: FloatArray, zeros: int) -> float | None:
 # How many sensors may take turns. Of four, a line at a quarter of the sample rate (mains at 200 Hz)
 # looks alike.
 _ORDINALS: Final = {2: "second", 3: "third"}
-# Samples looked at, the most and the least, and parts of them that all have to show it.
-_TURNS_LOOKED_AT: Final = 2**17
+# Parts of the samples looked at that all have to show it, and fewest samples.
 _PARTS: Final = 4
 _LEAST_SAMPLES: Final = 4096
 # Standard errors by which the means of the turns differ, and least difference, in scatters of one
@@ -531,7 +530,7 @@ def interleaved_notes(recording: Recording, profile: Profile) -> Notes:
 
 def _take_turns(profile: Profile, sensors: int) -> bool:
     """Whether samples `sensors` apart are alike and those between are not, all along."""
-    changes = profile.changes[:_TURNS_LOOKED_AT]
+    changes = profile.changes[:LOOKED_AT]
     if changes.size < _LEAST_SAMPLES:
         return False
     turns = _turns(changes, sensors)
@@ -548,7 +547,7 @@ def _take_turns(profile: Profile, sensors: int) -> bool:
     if (np.all(means > least, axis=0) | np.all(means < -least, axis=0)).any():
         return True
     # Some turns see more of a line at a part of the sample rate: the noise between lines tells.
-    white = whitened(changes)
+    white = profile.white
     if not white.innovation > profile.rounding:
         return False
     scatters = _scatters(_turns(white.values, sensors))
