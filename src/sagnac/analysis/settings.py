@@ -5,7 +5,7 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
-from typing import Final, Literal
+from typing import Final, Literal, get_args
 
 from sagnac.core.errors import RecordingError, quoted, require_choice, require_confidence
 from sagnac.lines.published import FAIR, PublishedSearch
@@ -20,6 +20,10 @@ Covariate = Literal["temperature"]
 Method = Literal["fos", "fos-paper", "fos-korenberg", "fris", "none"]
 PUBLISHED: Final[tuple[Method, ...]] = ("fos-paper", "fos-korenberg")
 """Methods whose answer is the fit of the Allan curve (Step 4 of the paper)."""
+
+CurveNames = tuple[Estimator, ...]
+ESTIMATORS: Final[CurveNames] = get_args(Estimator)
+"""All of the Allan family, in its order."""
 
 Progress = Callable[[str, float], None]
 
@@ -86,7 +90,7 @@ class Settings:
     method: Method = "fos"
     interval: float | None = None
     confidence: float = 0.95
-    estimators: tuple[Estimator, ...] = ()
+    estimators: CurveNames = ()
     strict: bool = False
     accepted: tuple[str, ...] = ()
     specification: Specification | None = None
@@ -102,7 +106,7 @@ class Settings:
         for field, example, choices in (
             ("accepted", "clipping", FINDINGS),
             ("covariates", "temperature", Covariate),
-            ("estimators", "oadev", Estimator),
+            ("estimators", "oadev", ESTIMATORS),
         ):
             names = getattr(self, field)
             if isinstance(names, str):

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Final, Literal, get_args
+from typing import TYPE_CHECKING, Annotated, Any, Final, Literal
 
 from cyclopts import Group, Parameter, Token
 
@@ -13,9 +13,8 @@ from sagnac.core import texts
 from sagnac.core.units import RATE_UNITS, split_factor, unit_of
 
 if TYPE_CHECKING:
-    from sagnac.analysis.settings import Method
+    from sagnac.analysis.settings import CurveNames, Method
     from sagnac.report.sections import TitleBlock
-    from sagnac.stability import Estimator
 
 READING: Final = Group("What the file does not say", sort_key=1)
 ANALYSIS: Final = Group("Analysis", sort_key=2)
@@ -377,7 +376,7 @@ def settings_of(
     options: Options,
     *,
     method: "Method" = "fos",
-    estimators: "tuple[Estimator, ...]" = (),
+    estimators: "CurveNames" = (),
 ) -> "sagnac.Settings":
     """Settings that the options choose, with a command's own defaults for what was not typed.
 
@@ -453,7 +452,7 @@ def _confidence(options: Options, specification: "sagnac.Specification | None") 
     return 1.0 - specification.risk
 
 
-def estimators_of(stated: Sequence[str] | None) -> "tuple[Estimator, ...]":
+def estimators_of(stated: Sequence[str] | None) -> "CurveNames":
     """The curves asked for, in the order of the family.
 
     Raises
@@ -461,14 +460,13 @@ def estimators_of(stated: Sequence[str] | None) -> "tuple[Estimator, ...]":
     UsageError
         If one is not known.
     """
-    from sagnac.stability import Estimator
+    from sagnac.analysis.settings import ESTIMATORS
 
-    known = get_args(Estimator)
     wanted = stated or ("oadev",)
     for name in wanted:
-        if name not in known:
-            raise UsageError(f"--estimator {name}: is not known; use {', '.join(known)}")
-    return tuple(name for name in known if name in wanted)
+        if name not in ESTIMATORS:
+            raise UsageError(f"--estimator {name}: is not known; use {', '.join(ESTIMATORS)}")
+    return tuple(name for name in ESTIMATORS if name in wanted)
 
 
 def _of_option(error: ValueError) -> str:
