@@ -12,15 +12,15 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cache, lru_cache
 from itertools import pairwise
-from typing import Final
+from typing import Final, NamedTuple
 
 import numpy as np
-from scipy.special import betainc, gammaincinv
+from scipy.special import betainc, gammaincinv, roots_legendre
 
 from sagnac.core.arrays import BooleanArray, FloatArray
 from sagnac.spectrum.periodogram import CELL, band_degrees_of_freedom
 from sagnac.spectrum.power_laws import running_median
-from sagnac.spectrum.tapered import Cells, TaperedSpectrum, smoothed_law
+from sagnac.spectrum.tapered import TaperedSpectrum, smoothed_law
 
 BINS_A_DECADE: Final = 10
 # Chance that a bin of noise loses a cell.
@@ -32,6 +32,8 @@ _TRIM: Final = ((8, 0.75), (40, 0.5))
 _MANY: Final = 1000
 # Ratio of degrees of freedom of neighbouring cells from which on they are of two kinds.
 _OTHER_KIND: Final = 1.5
+# Times that the levels are read, each time flattened by those before.
+_ROUNDS: Final = 3
 # A cell that more leaks into, as a share of its density, is left out.
 _LEAKED: Final = 0.2
 
@@ -83,14 +85,11 @@ class Levels:
         FloatArray
             (bins, terms): seen through the tapers and flattened as the levels are.
         """
-        cells = smoothed_law(law, self.spectrum)
-        result = np.empty((self.level.size, cells.shape[1]))
-        for number, (first, last) in enumerate(self.members):
-            flat = self.flat[first:last]
-            kept = flat > 0.0
-            scaled = cells[first:last][kept] / flat[kept][:, np.newaxis]
-            result[number] = scaled.mean(axis=0)
-        return result
+        weight = np.divide(1.0, self.flat, out=np.zeros(self.flat.size), where=self.flat > 0.0)
+        starts = [first for first, _ in self.members]
+        cells = smoothed_law(law, self.spectrum) * weight[:, np.newaxis]
+        count = np.add.reduceat(self.flat > 0.0, starts, dtype=np.int64)
+        return np.asarray(np.add.reduceat(cells, starts) / count[:, np.newaxis])
 
 
 def robust_levels(
@@ -131,13 +130,24 @@ def robust_levels(
     )
     if not members:
         raise ValueError("no cell of the spectrum is left; give fewer masked bands")
-    flat = np.where(usable, 1.0, 0.0)
-    level, shape, outstanding, frequency = _bins(cells, members, flat)
-    for _ in range(2):
-        flat = _flattening(cells, members, usable, level)
-        level, shape, outstanding, frequency = _bins(cells, members, flat)
+    kept = [np.flatnonzero(usable[first:last]) + first for first, last in members]
+    height = np.log(cells.frequency)
+    place = np.array([height[some].mean() for some in kept])
+    shapes = [round(0.5 * float(cells.degrees_of_freedom[some].mean()), 3) for some in kept]
+    law = np.zeros(height.size)
+    for _ in range(_ROUNDS):
+        flat = np.zeros(height.size)
+        for some in kept:
+            flat[some] = np.exp(law[some] - law[some].mean())
+        found = [
+            _level(cells.density[some] / flat[some], shape)
+            for some, shape in zip(kept, shapes, strict=True)
+        ]
+        level, shape, outstanding = np.array(found).T.copy()
+        # Straight in logarithms between the levels; one bin of lines tilts no neighbour.
+        law = np.interp(height, place, running_median(np.log(level), 3))
     return Levels(
-        frequency=frequency,
+        frequency=np.exp(place),
         low=np.array([cells.low[first] for first, _ in members]),
         high=np.array([cells.high[last - 1] for _, last in members]),
         level=level,
@@ -163,48 +173,19 @@ def _members(spectrum: TaperedSpectrum) -> list[tuple[int, int]]:
     return list(pairwise(bounds))
 
 
-def _flattening(
-    cells: Cells,
-    members: Sequence[tuple[int, int]],
-    usable: BooleanArray,
-    level: FloatArray,
-) -> FloatArray:
-    """The law between the levels (straight in logarithms), one at the middle of each bin."""
-    height = np.log(cells.frequency)
-    place = np.array([height[a:b][usable[a:b]].mean() for a, b in members])
-    # One bin of lines tilts no neighbour.
-    logarithm = np.interp(height, place, running_median(np.log(level), 3))
-    flat = np.zeros(cells.frequency.size)
-    for first, last in members:
-        kept = usable[first:last]
-        within = logarithm[first:last]
-        flat[first:last][kept] = np.exp(within[kept] - within[kept].mean())
-    return flat
-
-
-def _bins(cells: Cells, members: Sequence[tuple[int, int]], flat: FloatArray) -> FloatArray:
-    """(4, bins) level, shape, share that stands out and frequency of each bin."""
-    rows = []
-    for first, last in members:
-        kept = np.flatnonzero(flat[first:last] > 0.0) + first
-        density = cells.density[kept] / flat[kept]
-        shape = round(0.5 * float(cells.degrees_of_freedom[kept].mean()), 3)
-        standing = _standing(density, shape)
-        used = np.sort(density[~standing])
-        average = _lower_average(used.size, shape)
-        # Neighbouring cells share a little; the whole of them is worth less than their sum.
-        joint = band_degrees_of_freedom(CELL * used.size)
-        joint /= used.size * band_degrees_of_freedom(CELL)
-        rows.append(
-            (
-                float(used[: average.count].mean()) / average.expected,
-                shape * used.size * min(joint, 1.0) * average.efficiency,
-                float(standing.mean()),
-                math.exp(float(np.log(cells.frequency[kept]).mean())),
-            )
-        )
-    # Each row a whole array of its own.
-    return np.array(rows).T.copy()
+def _level(density: FloatArray, shape: float) -> tuple[float, float, float]:
+    """Level of the cells of a bin, its own shape, and the share of the cells that stand out."""
+    standing = _standing(density, shape)
+    used = np.sort(density[~standing])
+    average = _lower_average(used.size, shape)
+    # Neighbouring cells share a little; the whole of them is worth less than their sum.
+    joint = band_degrees_of_freedom(CELL * used.size)
+    joint /= used.size * band_degrees_of_freedom(CELL)
+    return (
+        float(used[: average.count].mean()) / average.expected,
+        shape * used.size * min(joint, 1.0) * average.efficiency,
+        np.count_nonzero(standing) / standing.size,
+    )
 
 
 def _standing(cells: FloatArray, shape: float) -> BooleanArray:
@@ -213,7 +194,9 @@ def _standing(cells: FloatArray, shape: float) -> BooleanArray:
     if cells.size < 4:
         return standing
     # Lines fill the upper part: the level of the noise shows at the lower third of the cells.
-    typical = float(np.quantile(cells, 0.35)) / (gammaincinv(shape, 0.35) / shape)
+    # `numpy.quantile` takes ten times as long as sorting so few.
+    third = np.interp(0.35 * (cells.size - 1), np.arange(cells.size), np.sort(cells))
+    typical = float(third) / (gammaincinv(shape, 0.35) / shape)
     # The third itself scatters, by about one and a half standard errors of the mean.
     scatter = 1.0 + 3.0 * 1.3 / math.sqrt(shape * cells.size)
     largest = float(gammaincinv(shape, 1.0 - _CHANCE / cells.size)) / shape
@@ -224,24 +207,19 @@ def _standing(cells: FloatArray, shape: float) -> BooleanArray:
     return np.asarray(beside if np.count_nonzero(~beside) >= 3 else standing)
 
 
-@cache
-def _gauss() -> tuple[FloatArray, FloatArray]:
-    """Nodes and weights of Gauss's quadrature, whatever is integrated."""
-    nodes, weights = np.polynomial.legendre.leggauss(600)
-    nodes.flags.writeable = weights.flags.writeable = False
-    return nodes, weights
+# Whatever is integrated.
+_legendre = cache(roots_legendre)
 
 
 @lru_cache(maxsize=64)
 def _quantiles(shape: float) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Places from 0 to 1 with their weights, and the gamma quantiles of mean one there."""
-    nodes, weights = _gauss()
+    """Places from 0 to 1 with weights of Gauss's quadrature, and gamma quantiles of mean one."""
+    nodes, weights = _legendre(600)
     place = 0.5 * (nodes + 1.0)
     return place, 0.5 * weights, gammaincinv(shape, place) / shape
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class _LowerAverage:
+class _LowerAverage(NamedTuple):
     """How many of the smallest are averaged, what that is of a mean of one, and how efficient."""
 
     count: int
