@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from sagnac.stability.curve import stability_curve
-from sagnac.stability.sums import stride_notes, window_stride
+from sagnac.stability.sums import window_stride
 
 
 @pytest.mark.parametrize(("estimator", "tau"), [("mtotdev", 64), ("theo1", 160), ("theoh", 600)])
@@ -22,8 +22,6 @@ def test_skipped_windows_are_stated_and_cost_little(monkeypatch, estimator, tau)
 
 
 def test_a_stride_bounds_the_work_and_never_an_eighth_of_the_cluster():
-    assert window_stride(1000, 100, 80) == 1
-    assert window_stride(10**6, 3000, 10**4) == 100
-    assert window_stride(10**9, 3000, 80) == 10
-    assert window_stride(10**9, 3000, 4) == 1
-    assert stride_notes("theo1", [1, 1], np.array([10, 20])) == ()
+    windows, squares = np.array([1000, 10**6, 10**9, 10**9]), np.array([100, 3000, 3000, 3000])
+    clusters = np.array([80, 10**4, 80, 4])
+    assert window_stride(windows, squares, clusters).tolist() == [1, 100, 10, 1]

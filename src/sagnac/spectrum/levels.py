@@ -182,7 +182,7 @@ def _level(density: FloatArray, shape: float) -> tuple[float, float, float]:
     joint = band_degrees_of_freedom(CELL * used.size)
     joint /= used.size * band_degrees_of_freedom(CELL)
     return (
-        float(used[: average.count].mean()) / average.expected,
+        float(used[: average.kept].mean()) / average.expected,
         shape * used.size * min(joint, 1.0) * average.efficiency,
         np.count_nonzero(standing) / standing.size,
     )
@@ -222,7 +222,7 @@ def _quantiles(shape: float) -> tuple[FloatArray, FloatArray, FloatArray]:
 class _LowerAverage(NamedTuple):
     """How many of the smallest are averaged, what that is of a mean of one, and how efficient."""
 
-    count: int
+    kept: int
     expected: float
     efficiency: float
 
@@ -241,7 +241,7 @@ def _lower_average(cells: int, shape: float) -> _LowerAverage:
             share = kept
     count = math.ceil(share * cells)
     if count == cells:
-        return _LowerAverage(count=in_all, expected=1.0, efficiency=1.0)
+        return _LowerAverage(kept=in_all, expected=1.0, efficiency=1.0)
     place, weights, value = _quantiles(shape)
     # P(fewer than r of the other m-1 lie below u) is a beta distribution.
     below = betainc(cells - count, count, 1.0 - place)
@@ -251,7 +251,7 @@ def _lower_average(cells: int, shape: float) -> _LowerAverage:
     centre = float(weights @ held)
     variance = float(weights @ (held - centre) ** 2) / share**2 / expected**2
     return _LowerAverage(
-        count=math.ceil(share * in_all),
+        kept=math.ceil(share * in_all),
         expected=expected,
         efficiency=min(1.0, (1.0 / shape) / variance),
     )

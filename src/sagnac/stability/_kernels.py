@@ -15,186 +15,84 @@ _BLOCK = 4096
 
 @compiled(fastmath=_REORDER)
 def sum_squared_differences(
-    angle: FloatArray, lags: IntegerArray, order: int, begin: int, end: int, sums: FloatArray
-) -> FloatArray:
-    """`sums`, for each lag, and squared differences of `order` 2 or 3 from begin <= i < end.
+    angle: FloatArray,
+    stretches: IntegerArray,
+    lags: IntegerArray,
+    order: int,
+    begin: int,
+    end: int,
+    sums: FloatArray,
+) -> None:
+    """Add to `sums`, for each lag, squared differences of `order` 2 or 3 from begin <= i < end.
 
     They are ``x[i + 2 lag] - 2 x[i + lag] + x[i]`` and
-    ``x[i + 3 lag] - 3 x[i + 2 lag] + 3 x[i + lag] - x[i]``.
+    ``x[i + 3 lag] - 3 x[i + 2 lag] + 3 x[i + lag] - x[i]``, each of angles of one stretch;
+    `stretches` (stretches, 2) are the first angle of each and the first behind it.
 
     Blocks of starts go through all lags while they are in cache, and a fresh sum for each
-    block keeps the rounding error from growing with the record. `begin` is a multiple of
-    a block, and so is `end` unless it is that of the record: the parts then add up to the last bit.
+    block keeps the rounding error from growing with the record.
     """
-    sums = sums.copy()
-    for start in range(begin, min(end, angle.size), _BLOCK):
-        for j in range(lags.size):
-            lag = lags[j]
-            count = min(_BLOCK, angle.size - order * lag - start)
-            if count <= 0:
-                continue
-            # Slices counted from zero let the loop run in vector lanes.
-            first = angle[start : start + count]
-            second = angle[start + lag : start + lag + count]
-            third = angle[start + 2 * lag : start + 2 * lag + count]
-            last = angle[start + order * lag : start + order * lag + count]
-            partial = 0.0
-            if order == 2:
-                for k in range(count):
-                    difference = (last[k] - second[k]) - (second[k] - first[k])
-                    partial += difference * difference
-            else:
-                for k in range(count):
-                    difference = (last[k] - first[k]) - 3.0 * (third[k] - second[k])
-                    partial += difference * difference
-            sums[j] += partial
-    return sums
-
-
-@compiled()
-def window_difference(angle: FloatArray, lag: int, start: int, stop: int, window: float) -> float:
-    """`window` and ``x[i + 2 lag] - 2 x[i + lag] + x[i]``, start <= i < stop, one by one."""
-    for i in range(start, stop):
-        window += (angle[i + 2 * lag] - angle[i + lag]) - (angle[i + lag] - angle[i])
-    return window
+    for s in range(stretches.shape[0]):
+        stop = min(end, stretches[s, 1])
+        for start in range(max(begin, stretches[s, 0]), stop, _BLOCK):
+            for j in range(lags.size):
+                lag = lags[j]
+                count = min(_BLOCK, stop - start, stretches[s, 1] - order * lag - start)
+                if count <= 0:
+                    continue
+                # Slices counted from zero let the loop run in vector lanes.
+                first = angle[start : start + count]
+                second = angle[start + lag : start + lag + count]
+                third = angle[start + 2 * lag : start + 2 * lag + count]
+                last = angle[start + order * lag : start + order * lag + count]
+                partial = 0.0
+                if order == 2:
+                    for k in range(count):
+                        difference = (last[k] - second[k]) - (second[k] - first[k])
+                        partial += difference * difference
+                else:
+                    for k in range(count):
+                        difference = (last[k] - first[k]) - 3.0 * (third[k] - second[k])
+                        partial += difference * difference
+                sums[j] += partial
 
 
 @compiled(fastmath=_REORDER)
 def sum_squared_window_differences(
     angle: FloatArray,
+    stretches: IntegerArray,
     lags: IntegerArray,
     begin: int,
     end: int,
     sums: FloatArray,
     windows: FloatArray,
-) -> tuple[FloatArray, FloatArray]:
-    """Sum over j of the square of ``sum_{i=j}^{j+lag-1} (x[i+2lag] - 2 x[i+lag] + x[i])``.
+) -> None:
+    """Add to `sums` the squares of ``sum_{i=j}^{j+lag-1} (x[i+2lag] - 2 x[i+lag] + x[i])``.
 
-    `windows` are the inner sums at j = begin, and `sums` hold their squares already; what is
-    returned are both at j = end.
-
-    The inner sum moves along by one third difference a step. A step waits for the one before
-    it, so each block is run as four chains side by side from zero; what the window held at
-    the head of a chain is put in afterwards: sum (w + s_k)^2 = n w^2 + 2 w sum s_k + sum s_k^2.
+    As in `sum_squared_differences`. The inner sum moves along by one third difference a step;
+    `windows` holds it for each lag at j = begin, and at j = end when all is done.
     """
-    sums, windows = sums.copy(), windows.copy()
-    steps = np.empty(_BLOCK)
-    for start in range(begin, min(end, angle.size), _BLOCK):
-        for j in range(lags.size):
-            lag = lags[j]
-            count = min(_BLOCK, angle.size - 3 * lag - start)
-            if count <= 0:
-                continue
-            first = angle[start : start + count]
-            second = angle[start + lag : start + lag + count]
-            third = angle[start + 2 * lag : start + 2 * lag + count]
-            fourth = angle[start + 3 * lag : start + 3 * lag + count]
-            for k in range(count):
-                steps[k] = (fourth[k] - first[k]) - 3.0 * (third[k] - second[k])
-            length = count // 4
-            steps_1, steps_2, steps_3 = steps[length:], steps[2 * length :], steps[3 * length :]
-            s_0, s_1, s_2, s_3 = 0.0, 0.0, 0.0, 0.0
-            line_0, line_1, line_2, line_3 = 0.0, 0.0, 0.0, 0.0
-            square_0, square_1, square_2, square_3 = 0.0, 0.0, 0.0, 0.0
-            for k in range(length):
-                s_0 += steps[k]
-                s_1 += steps_1[k]
-                s_2 += steps_2[k]
-                s_3 += steps_3[k]
-                line_0 += s_0
-                line_1 += s_1
-                line_2 += s_2
-                line_3 += s_3
-                square_0 += s_0 * s_0
-                square_1 += s_1 * s_1
-                square_2 += s_2 * s_2
-                square_3 += s_3 * s_3
-            window = windows[j]
-            partial = square_0 + square_1 + square_2 + square_3
-            for total, line in ((s_0, line_0), (s_1, line_1), (s_2, line_2), (s_3, line_3)):
-                partial += window * (length * window + 2.0 * line)
-                window += total
-            for k in range(4 * length, count):
-                window += steps[k]
-                partial += window * window
-            windows[j] = window
-            sums[j] += partial
-    return sums, windows
-
-
-@compiled()
-def sum_squared_differences_in_stretches(
-    angle: FloatArray, starts: IntegerArray, lengths: IntegerArray, lags: IntegerArray, order: int
-) -> FloatArray:
-    """Sums of squared differences of `order` 2 or 3 that lie in one stretch each, for each lag."""
-    sums = np.zeros(lags.size)
-    for s in range(starts.size):
-        stretch = angle[starts[s] : starts[s] + lengths[s]]
-        sums = sum_squared_differences(stretch, lags, order, 0, stretch.size, sums)
-    return sums
-
-
-@compiled()
-def sum_squared_window_differences_in_stretches(
-    angle: FloatArray, starts: IntegerArray, lengths: IntegerArray, lags: IntegerArray
-) -> FloatArray:
-    """Sums as of `sum_squared_window_differences` over windows that lie in one stretch each."""
-    total = np.zeros(lags.size)
-    windows = np.zeros(lags.size)
-    for s in range(starts.size):
-        stretch = angle[starts[s] : starts[s] + lengths[s]]
-        for j in range(lags.size):
-            windows[j] = 0.0
-            if 3 * lags[j] <= stretch.size:
-                windows[j] = window_difference(stretch, lags[j], 0, lags[j], 0.0)
-        sums, _ = sum_squared_window_differences(
-            stretch, lags, 0, stretch.size, windows * windows, windows
-        )
-        total += sums
-    return total
-
-
-@compiled()
-def sum_squared_differences_with_gaps(
-    angle: FloatArray, lag: int, order: int, begin: int, end: int
-) -> tuple[float, int]:
-    """Sum and number of squared differences, begin <= i < end, that touch no missing angle (NaN).
-
-    `order` is 2 or 3.
-    """
-    total = 0.0
-    terms = 0
-    for i in range(begin, min(end, angle.size - order * lag)):
-        last = i + order * lag
-        if order == 2:
-            difference = (angle[last] - angle[i + lag]) - (angle[i + lag] - angle[i])
-        else:
-            difference = (angle[last] - angle[i]) - 3.0 * (angle[i + 2 * lag] - angle[i + lag])
-        if not np.isnan(difference):
-            total += difference * difference
-            terms += 1
-    return total, terms
-
-
-@compiled(fastmath=_REORDER)
-def sum_squared_arms(
-    centre: FloatArray,
-    ahead: FloatArray,
-    behind: FloatArray,
-    ends: float,
-    sign_ahead: float,
-    sign_behind: float,
-) -> float:
-    """Sum of ``(2 (ends - centre) + sign_ahead ahead + sign_behind behind)**2``.
-
-    These are second differences with an arm beyond an end of the record. There the angle is its
-    point reflection in that end, ``x[-k] = 2 x[0] - x[k]``; `ends` is the sum of those ends.
-    """
-    total = 0.0
-    for k in range(centre.size):
-        difference = 2.0 * (ends - centre[k]) + (sign_ahead * ahead[k] + sign_behind * behind[k])
-        total += difference * difference
-    return total
+    for s in range(stretches.shape[0]):
+        opened, closed = stretches[s]
+        for start in range(max(begin, opened), min(end, closed), _BLOCK):
+            for j in range(lags.size):
+                lag = lags[j]
+                count = min(_BLOCK, end - start, closed - 3 * lag - start)
+                window, partial = windows[j], 0.0
+                if start == opened:
+                    window = 0.0
+                    for i in range(opened, opened + lag if count >= 0 else opened):
+                        window += (angle[i + 2 * lag] - angle[i + lag]) - (
+                            angle[i + lag] - angle[i]
+                        )
+                    partial = window * window
+                for i in range(start, start + count):
+                    window += (angle[i + 3 * lag] - angle[i]) - 3.0 * (
+                        angle[i + 2 * lag] - angle[i + lag]
+                    )
+                    partial += window * window
+                windows[j] = window
+                sums[j] += partial
 
 
 @compiled(fastmath=_REORDER)

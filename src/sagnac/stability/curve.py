@@ -62,7 +62,12 @@ from sagnac.stability.noise_type import (
     cluster_sizes,
     identified_noise_types,
 )
-from sagnac.stability.sums import Points, accumulated_track, difference_sums
+from sagnac.stability.sums import (
+    Points,
+    accumulated_track,
+    overlapping_sums,
+    whole_track,
+)
 
 # ---- every cluster -----------------------------------------------------------------
 
@@ -132,7 +137,7 @@ def _sums_of_all_clusters(angle: FloatArray) -> FloatArray:
         shorter = max(longest // _SPAN, _DIRECT)
         sums[shorter:longest] = _sums_up_to(angle, longest)[shorter:]
         longest = shorter
-    sums[direct - 1] = difference_sums(angle, direct)
+    sums[direct - 1], _ = overlapping_sums(whole_track(angle), direct, 2)
     return sums
 
 
@@ -450,7 +455,7 @@ def stability_curve(
     points = row.points(track, clusters)
     tau = points.tau_samples / sample_rate
     scale = 1.0 if kind == "rate" else sample_rate
-    deviation = row.finished(np.sqrt(points.variance) * scale, tau)
+    deviation = row.shown(np.sqrt(points.variance) * scale, tau)
     of_noise: tuple[Note, ...] = ()
     exponents = np.full(tau.size, noise_type or 0, dtype=np.int64)
     if noise_type is None:

@@ -26,19 +26,20 @@ Total and modified total variance, Theo1 and its bias-removed hybrid: SP1065, se
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import partial
 from types import MappingProxyType
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 
-from sagnac.core.arrays import FloatArray, IntegerArray, blocks, release
-from sagnac.core.errors import Note, require_choice
+from sagnac.core.arrays import FloatArray, IntegerArray, blocks, empty, release
+from sagnac.core.errors import Note, RecordingError, require_choice, rounded
 from sagnac.stability import Estimator, _kernels
 from sagnac.stability.freedom import (
     THEO1_EFFECTIVE,
     FreedomLaw,
-    finite_difference_freedom,
+    greenhall_riley_freedom,
     modified_total_freedom,
     theo1_freedom,
     total_freedom,
@@ -46,22 +47,19 @@ from sagnac.stability.freedom import (
 from sagnac.stability.sums import (
     Points,
     Track,
-    averaged,
-    difference_sums,
-    mirrored_values,
     modified_sums,
     overlapping_sums,
     plain_sums,
-    stride_notes,
+    whole_track,
     window_stride,
 )
 
-# Given the track, the clusters, and how many outer averages of each a whole record has.
-Sums = Callable[[Track, IntegerArray, IntegerArray], Points]
-
-
-def _unchanged(deviation: FloatArray, tau: FloatArray) -> FloatArray:
-    return deviation
+# Sums, and numbers of outer windows, of a track by clusters; windows a stride apart.
+Sums = Callable[[Track, IntegerArray, IntegerArray], tuple[FloatArray, IntegerArray]]
+# Share of the record up to which the hybrid is the overlapping Allan deviation.
+_ALLAN_SHARE: Final = 0.2
+# Ratios that the bias is the mean of, at most.
+_BIAS_RATIOS: Final = 48
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -84,8 +82,16 @@ class Properties:
         Largest cluster by the number of accumulated angles.
     windows
         Outer averages of a whole record, by cluster and number of angles.
+    squares
+        Squares in each of these, by cluster.
+    is_strided
+        Whether windows are skipped if taking every one would cost too much.
     sums
-        Track and clusters to variances.
+        Sums of squares, and the windows that they are of.
+    divisor, power
+        The variance is the mean of the squares over `divisor` m^`power`.
+    effective
+        Cluster time as a share of the cluster.
     freedom
         Degrees of freedom by noise type, cluster, angles and windows.
     fewest_angles
@@ -94,8 +100,12 @@ class Properties:
         Clusters are multiples of it.
     octaves
         Whether the default clusters are the powers of two.
-    finished
-        From the root of the variance and tau to the deviation shown.
+    is_time
+        Whether the deviation is shown times tau / sqrt(3).
+    is_hybrid
+        Whether it is overlapping Allan first, and then Theo1 less its bias.
+    remark
+        Note on every curve.
     """
 
     name: Estimator
@@ -104,19 +114,61 @@ class Properties:
     windows: Callable[[int, int], int]
     sums: Sums
     freedom: FreedomLaw
+    divisor: float = 2.0
+    power: int = 2
+    squares: Callable[[IntegerArray], IntegerArray] = np.ones_like
     order: int = 2
+    effective: float = 1.0
     overlapping: bool = True
     whole_record_only: bool = False
+    is_strided: bool = False
     shortest: int = 1
     fewest_angles: int = 0
     step: int = 1
     octaves: bool = False
-    finished: Callable[[FloatArray, FloatArray], FloatArray] = _unchanged
+    is_time: bool = False
+    is_hybrid: bool = False
+    remark: str = ""
 
     def points(self, track: Track, clusters: IntegerArray) -> Points:
-        """Its variance at each cluster."""
-        whole = [self.windows(m, track.angle.size) for m in clusters.tolist()]
-        return self.sums(track, clusters, np.array(whole, dtype=np.int64))
+        """Its variance at each cluster.
+
+        Raises
+        ------
+        RecordingError
+            If gaps leave no term at any cluster.
+        """
+        if self.is_hybrid:
+            return _hybrid_points(self, track, clusters)
+        angles, squares = track.angle.size, self.squares(clusters)
+        whole = np.array([self.windows(m, angles) for m in clusters.tolist()], dtype=np.int64)
+        strides = np.ones_like(whole)
+        if self.is_strided:
+            strides = window_stride(whole, squares, clusters)
+        sums, windows = self.sums(track, clusters, strides)
+        kept = windows > 0
+        if clusters.size and not kept.any():
+            raise RecordingError(
+                f"the gaps leave no term of {self.name} at any tau asked for",
+                channel="values",
+                remedy="ask for shorter",
+            )
+        m = clusters[kept].astype(np.float64)
+        notes = _gap_notes(whole, windows) if track.missing else ()
+        notes += _stride_notes(self.name, strides, clusters)
+        return Points(
+            tau_samples=self.effective * m,
+            variance=sums[kept] / (self.divisor * m**self.power * windows[kept]),
+            terms=windows[kept] * squares[kept],
+            windows=windows[kept],
+            clusters=clusters[kept],
+            rules=(self.name,) * m.size,
+            notes=(*notes, Note(text=self.remark)) if self.remark else notes,
+        )
+
+    def shown(self, deviation: FloatArray, tau: FloatArray) -> FloatArray:
+        """The deviation as a curve shows it."""
+        return deviation * tau / math.sqrt(3.0) if self.is_time else deviation
 
     @property
     def lowest_exponent(self) -> int:
@@ -124,72 +176,116 @@ class Properties:
         return -2 if self.order == 2 else -4
 
 
-def _difference_row(
-    name: Estimator,
-    title: str,
-    *,
-    order: int,
-    overlapping: bool,
-    divisor: float,
-    octaves: bool = False,
-) -> Properties:
-    """Plain or overlapping averages of squared differences over `divisor` m^2."""
-
-    def windows(cluster: int, angles: int) -> int:
-        if overlapping:
-            return angles - order * cluster
-        return (angles - 1) // cluster - (order - 1)
-
-    summed = overlapping_sums if overlapping else plain_sums
-
-    def points(track: Track, clusters: IntegerArray, whole: IntegerArray) -> Points:
-        sums, terms = summed(track, clusters, order)
-        return averaged(name, track, clusters, sums=sums, terms=terms, whole=whole, divisor=divisor)
-
-    return Properties(
-        name=name,
-        title=title,
-        order=order,
-        overlapping=overlapping,
-        longest=lambda angles: (angles - 1) // order,
-        windows=windows,
-        sums=points,
-        freedom=finite_difference_freedom(order=order, overlapping=overlapping),
-        octaves=octaves,
+def _gap_notes(whole: IntegerArray, terms: IntegerArray) -> tuple[Note, ...]:
+    lost = whole - terms
+    note = Note(
+        text=f"gaps left out {int(lost.sum())} of {int(whole.sum())} terms, "
+        f"at most {rounded(100.0 * float((lost / whole).max()), 3)} % of those at one tau"
     )
+    without = int(np.count_nonzero(terms <= 0))
+    if not without:
+        return (note,)
+    return note, Note(text=f"{without} taus have no term free of gaps and are left out")
 
 
-def _windows_of_three(cluster: int, angles: int) -> int:
-    """Windows of three clusters."""
-    return angles - 3 * cluster + 1
-
-
-def _modified_row(
-    name: Estimator,
-    title: str,
-    *,
-    finished: Callable[[FloatArray, FloatArray], FloatArray] = _unchanged,
-) -> Properties:
-    """Averages of squared second differences of angles averaged over a cluster."""
-
-    def points(track: Track, clusters: IntegerArray, whole: IntegerArray) -> Points:
-        sums, terms = modified_sums(track, clusters)
-        return averaged(name, track, clusters, sums=sums, terms=terms, whole=whole, divisor=2.0)
-
-    return Properties(
-        name=name,
-        title=title,
-        longest=lambda angles: angles // 3,
-        windows=_windows_of_three,
-        sums=points,
-        freedom=finite_difference_freedom(order=2, overlapping=True, modified=True),
-        finished=finished,
+def _stride_notes(
+    name: Estimator, strides: IntegerArray, clusters: IntegerArray
+) -> tuple[Note, ...]:
+    """Note on windows that are skipped, if any are."""
+    skipped = strides > 1
+    if not skipped.any():
+        return ()
+    some = strides[skipped]
+    text = (
+        f"{name} averages every k-th window at {some.size} of {strides.size} taus, "
+        f"k = {some.min()} to {some.max()}, "
+        f"at most {(some / clusters[skipped]).max():.2g} of a cluster"
     )
+    return (Note(text=text),)
 
 
-def _starts_of_span(span: int, angles: int) -> int:
-    """Starts from which a span of Theo1 fits."""
-    return angles - span
+# ---- how the total family and Theo1 sum ----------------------------------------------------
+
+
+def _theo1_sums(
+    track: Track, spans: IntegerArray, strides: IntegerArray
+) -> tuple[FloatArray, IntegerArray]:
+    """Weighed squares of even spans."""
+    angle, mirrored = track.angle, empty(track.angle.size)
+    for block in blocks(angle.size):
+        mirrored[angle.size - block.stop : angle.size - block.start] = angle[block][::-1]
+    sums = np.empty(spans.size)
+    for number, (span, stride) in enumerate(zip(spans.tolist(), strides.tolist(), strict=True)):
+        sums[number] = _kernels.sum_theo1_terms(angle, mirrored, span, stride)
+        release()
+    return sums, -(-(angle.size - spans) // strides)
+
+
+def _hybrid_points(row: Properties, track: Track, clusters: IntegerArray) -> Points:
+    """Overlapping Allan up to a fifth of the record, Theo1 less its bias beyond."""
+    last = track.angle.size - 1
+    short = clusters[clusters <= _ALLAN_SHARE * last]
+    spans = np.unique(2 * np.rint(clusters[short.size :] / (2 * THEO1_EFFECTIVE)).astype(np.int64))
+    allan = ESTIMATORS["oadev"].points(track, short)
+    if not spans.size:
+        return allan
+    theo1 = replace(ESTIMATORS["theo1"], name=row.name, remark="").points(track, spans)
+    # Mean ratio of Allan to Theo1 at equal tau up to a tenth of the record.
+    ratios = int(0.1 * track.angle.size / 3.0 - 3.0) + 1
+    steps, notes = np.arange(ratios), theo1.notes
+    if ratios > _BIAS_RATIOS:
+        steps = np.unique(np.rint(np.linspace(0, ratios - 1, _BIAS_RATIOS)).astype(np.int64))
+        text = f"theoh takes its bias from {steps.size} of {ratios} ratios, evenly spaced"
+        notes = (Note(text=text), *notes)
+    lower = ESTIMATORS["theo1"].points(track, 12 + 4 * steps).variance
+    upper = ESTIMATORS["oadev"].points(track, 9 + 3 * steps).variance
+    usable = lower > 0.0
+    ratio = float(np.mean(upper[usable] / lower[usable])) if usable.any() else 1.0
+    beyond = replace(theo1, variance=theo1.variance * ratio, notes=notes)
+    return allan.followed_by(beyond)
+
+
+def _total_sums(
+    track: Track, clusters: IntegerArray, strides: IntegerArray
+) -> tuple[FloatArray, IntegerArray]:
+    """Squared second differences centred on every inner sample.
+
+    Beyond an end the angle is its point reflection in that end, ``x[-k] = 2 x[0] - x[k]``.
+    """
+    angle, size = track.angle, track.angle.size
+    longer = empty(3 * size - 2)
+    for block in blocks(size):
+        ahead, here = longer[size - block.stop : size - block.start], angle[block]
+        ahead[:] = 2.0 * angle[0] - here[::-1]
+        behind = longer[3 * size - 2 - block.stop : 3 * size - 2 - block.start]
+        behind[:] = 2.0 * angle[-1] - here[::-1]
+    for block in blocks(size):
+        longer[size - 1 + block.start : size - 1 + block.stop] = angle[block]
+    whole, sums = whole_track(longer), np.zeros(clusters.size)
+    for number, m in enumerate(clusters.tolist()):
+        for block in blocks(2 * size - 2 - m, start=size - m):
+            _kernels.sum_squared_differences(
+                longer,
+                whole.stretches,
+                clusters[number : number + 1],
+                2,
+                block.start,
+                block.stop,
+                sums[number : number + 1],
+            )
+    return sums, np.full(clusters.size, size - 2)
+
+
+def _modified_total_sums(
+    track: Track, clusters: IntegerArray, strides: IntegerArray
+) -> tuple[FloatArray, IntegerArray]:
+    """Squares of every window of three clusters, extended by its mirror image."""
+    pairs = list(zip(clusters.tolist(), strides.tolist(), strict=True))
+    sums = [_kernels.sum_modified_total_terms(track.angle, *pair) for pair in pairs]
+    return np.array(sums), -(-(track.angle.size - 3 * clusters + 1) // strides)
+
+
+# ---- table -------------------------------------------------------------------------
 
 
 def _longest_span(angles: int) -> int:
@@ -197,220 +293,97 @@ def _longest_span(angles: int) -> int:
     return (angles - 1) // 2 * 2
 
 
-# ---- theo1 -------------------------------------------------------------------------
+def _differences(
+    name: Estimator, title: str, *, order: int = 2, overlapping: bool = True, **others: Any
+) -> Properties:
+    """Averages of squared differences of an order."""
 
-_ALLAN: Final[Estimator] = "oadev"
-_THEO1: Final[Estimator] = "theo1"
-_MODIFIED_TOTAL: Final[Estimator] = "mtotdev"
-# Share of the record up to which the hybrid is the overlapping Allan deviation.
-_ALLAN_SHARE: Final = 0.2
-# Ratios that the bias is the mean of, at most.
-_BIAS_RATIOS: Final = 48
+    def windows(cluster: int, angles: int) -> int:
+        return angles - order * cluster if overlapping else (angles - 1) // cluster - order + 1
 
-
-def theo1_points(track: Track, spans: IntegerArray, whole: IntegerArray) -> Points:
-    """Theo1 of even spans m; tau = 0.75 m tau0."""
-    variance, windows, strides = _theo1(track.angle, spans)
-    return Points(
-        tau_samples=THEO1_EFFECTIVE * spans.astype(np.float64),
-        variance=variance,
-        terms=windows * (spans // 2),
+    summed = overlapping_sums if overlapping else plain_sums
+    row = Properties(
+        name=name,
+        title=title,
+        order=order,
+        overlapping=overlapping,
+        longest=lambda angles: (angles - 1) // order,
         windows=windows,
-        clusters=spans,
-        rules=(_THEO1,) * spans.size,
-        notes=(
-            *stride_notes(_THEO1, strides, spans),
-            Note(
-                text="theo1 keeps its bias (theoh removes it); taus asked for are its spans m tau0"
-            ),
+        sums=lambda track, clusters, _: summed(track, clusters, order),
+        divisor=2.0 if order == 2 else 6.0,
+        freedom=partial(
+            greenhall_riley_freedom, order=order, overlapping=overlapping, modified=False
         ),
     )
+    return replace(row, **others)
 
 
-def theoh_points(track: Track, clusters: IntegerArray, whole: IntegerArray) -> Points:
-    """Overlapping Allan up to a fifth of the record, Theo1 less its bias beyond."""
-    angle = track.angle
-    short = clusters[clusters <= _ALLAN_SHARE * (angle.size - 1)]
-    spans = np.unique(2 * np.rint(clusters[short.size :] / (2 * THEO1_EFFECTIVE)).astype(np.int64))
-    variance, long, strides = _theo1(angle, spans)
-    notes: tuple[Note, ...] = ()
-    if spans.size:
-        ratio, noticed = _allan_to_theo1(angle)
-        variance = variance * ratio
-        notes = (*noticed, *stride_notes("theoh", strides, spans))
-    windows = angle.size - 2 * short
-    return Points(
-        tau_samples=np.concatenate((short.astype(np.float64), THEO1_EFFECTIVE * spans)),
-        variance=np.concatenate((_overlapping_allan(angle, short), variance)),
-        terms=np.concatenate((windows, long * (spans // 2))),
-        windows=np.concatenate((windows, long)),
-        clusters=np.concatenate((short, spans)),
-        rules=(_ALLAN,) * short.size + (_THEO1,) * spans.size,
-        notes=notes,
-    )
-
-
-def _theo1(angle: FloatArray, spans: IntegerArray) -> tuple[FloatArray, IntegerArray, list[int]]:
-    """(spans,) Theo1 variances, the windows averaged, and their spacing."""
-    variance, windows, strides = [], [], []
-    mirrored = mirrored_values(angle)
-    for m in map(int, spans):
-        stride = window_stride(angle.size - m, m // 2, m)
-        count = -(-(angle.size - m) // stride)
-        total = _kernels.sum_theo1_terms(angle, mirrored, m, stride)
-        release()
-        variance.append(total / (THEO1_EFFECTIVE * m * m * count))
-        windows.append(count)
-        strides.append(stride)
-    return np.array(variance), np.array(windows, dtype=np.int64), strides
-
-
-def _overlapping_allan(angle: FloatArray, clusters: IntegerArray) -> FloatArray:
-    m = clusters.astype(np.float64)
-    sums = difference_sums(angle, clusters)
-    return sums / (2.0 * m * m * (angle.size - 2 * clusters))
-
-
-def _allan_to_theo1(angle: FloatArray) -> tuple[float, tuple[Note, ...]]:
-    """Mean ratio of Allan to Theo1 variance at equal tau up to a tenth of the record.
-
-    Allan at m = 9 + 3 i beside Theo1 at 12 + 4 i, i = 0 .. 0.1 N / 3 - 3.
-    """
-    notes: tuple[Note, ...] = ()
-    last = int(0.1 * angle.size / 3.0 - 3.0)
-    steps = np.arange(last + 1)
-    if steps.size > _BIAS_RATIOS:
-        steps = np.unique(np.rint(np.linspace(0, last, _BIAS_RATIOS)).astype(np.int64))
-        notes = (
-            Note(
-                text=f"theoh takes its bias from {steps.size} of {last + 1} ratios, evenly spaced"
-            ),
-        )
-    theo1, *_ = _theo1(angle, 12 + 4 * steps)
-    allan = _overlapping_allan(angle, 9 + 3 * steps)
-    usable = theo1 > 0.0
-    return float(np.mean(allan[usable] / theo1[usable])) if usable.any() else 1.0, notes
-
-
-# ---- total -------------------------------------------------------------------------
-
-
-def total_points(track: Track, clusters: IntegerArray, whole: IntegerArray) -> Points:
-    """Total variance: second differences centred on every inner sample."""
-    sums = _reflected_sums(track.angle, clusters)
-    return averaged("totdev", track, clusters, sums=sums, terms=whole, whole=whole, divisor=2.0)
-
-
-def modified_total_points(track: Track, clusters: IntegerArray, whole: IntegerArray) -> Points:
-    """Modified total variance: every window of three clusters, extended by its mirror image."""
-    sizes = clusters.tolist()
-    strides = [
-        window_stride(count, 3 * m, m) for count, m in zip(whole.tolist(), sizes, strict=True)
-    ]
-    taken = -(-whole // np.array(strides))
-    sums = np.array(
-        [
-            _kernels.sum_modified_total_terms(track.angle, m, stride)
-            for m, stride in zip(sizes, strides, strict=True)
-        ]
-    )
-    m = clusters.astype(np.float64)
-    return Points(
-        tau_samples=m,
-        variance=sums / (2.0 * m**4 * taken),
-        terms=taken * 6 * clusters,
-        windows=taken,
-        clusters=clusters,
-        rules=(_MODIFIED_TOTAL,) * clusters.size,
-        notes=(
-            *stride_notes("mtotdev", strides, clusters),
-            Note(text="mtotdev keeps its bias: its variance lies below that of mdev"),
-        ),
-    )
-
-
-def _reflected_sums(angle: FloatArray, clusters: IntegerArray) -> FloatArray:
-    """Sums of squared second differences centred on every inner sample.
-
-    Beyond an end the angle is its point reflection in that end, reached in a mirrored copy of
-    the record.
-    """
-    mirrored = mirrored_values(angle)
-    beyond = [_sum_beyond_ends(angle, mirrored, m) for m in clusters.tolist()]
-    return np.asarray(difference_sums(angle, clusters) + beyond)
-
-
-def _sum_beyond_ends(angle: FloatArray, mirrored: FloatArray, cluster: int) -> float:
-    """Sum of the squared differences an arm of which, or both, lies beyond an end."""
-    last = angle.size - 1
-    right = last - cluster  # last centre whose right arm stays inside
-    total = 0.0
-    # From the first centre to before the last, and whether the arm ahead and the one behind are
-    # inside.
-    for begin, stop, ahead_inside, behind_inside in (
-        (1, min(cluster, right + 1), True, False),
-        (max(right + 1, 1), cluster, False, False),
-        (max(cluster, right + 1), last, False, True),
-    ):
-        ahead = angle[begin + cluster :] if ahead_inside else mirrored[begin - right :]
-        behind = angle[begin - cluster :] if behind_inside else mirrored[begin + right :]
-        ends = (0.0 if behind_inside else angle[0]) + (0.0 if ahead_inside else angle[last])
-        signs = [1.0 if inside else -1.0 for inside in (ahead_inside, behind_inside)]
-        for block in blocks(stop - begin):
-            centre = angle[begin + block.start : begin + block.stop]
-            total += _kernels.sum_squared_arms(centre, ahead[block], behind[block], ends, *signs)
-    return total
-
-
-# ---- table -------------------------------------------------------------------------
-
+_MODIFIED: Final = Properties(
+    name="mdev",
+    title="modified Allan",
+    longest=lambda angles: angles // 3,
+    windows=lambda cluster, angles: angles - 3 * cluster + 1,
+    sums=lambda track, clusters, _: modified_sums(track, clusters),
+    power=4,
+    freedom=partial(greenhall_riley_freedom, order=2, overlapping=True, modified=True),
+)
+_THEO1: Final = Properties(
+    name="theo1",
+    title="Theo1",
+    whole_record_only=True,
+    shortest=10,
+    step=2,
+    longest=_longest_span,
+    windows=lambda span, angles: angles - span,
+    squares=lambda spans: spans // 2,
+    is_strided=True,
+    sums=_theo1_sums,
+    divisor=THEO1_EFFECTIVE,
+    effective=THEO1_EFFECTIVE,
+    freedom=theo1_freedom,
+    remark="theo1 keeps its bias (theoh removes it); taus asked for are its spans m tau0",
+)
 _ROWS: Final = (
-    _difference_row("adev", "Allan", order=2, overlapping=False, divisor=2.0),
-    _difference_row("oadev", "overlapping Allan", order=2, overlapping=True, divisor=2.0),
-    _modified_row("mdev", "modified Allan"),
-    _modified_row("tdev", "time", finished=lambda shown, tau: shown * tau / math.sqrt(3.0)),
-    _difference_row("hdev", "Hadamard", order=3, overlapping=False, divisor=6.0),
-    _difference_row("ohdev", "overlapping Hadamard", order=3, overlapping=True, divisor=6.0),
+    _differences("adev", "Allan", overlapping=False),
+    _differences("oadev", "overlapping Allan"),
+    _MODIFIED,
+    replace(_MODIFIED, name="tdev", title="time", is_time=True),
+    _differences("hdev", "Hadamard", order=3, overlapping=False),
+    _differences("ohdev", "overlapping Hadamard", order=3),
     Properties(
         name="totdev",
         title="total",
         whole_record_only=True,
         longest=lambda angles: angles - 1,
         windows=lambda cluster, angles: angles - 2,
-        sums=total_points,
+        sums=_total_sums,
         freedom=total_freedom,
     ),
     Properties(
         name="mtotdev",
         title="modified total",
         whole_record_only=True,
-        longest=lambda angles: angles // 3,
-        windows=_windows_of_three,
-        sums=modified_total_points,
+        longest=_MODIFIED.longest,
+        windows=_MODIFIED.windows,
+        squares=lambda clusters: 6 * clusters,
+        is_strided=True,
+        sums=_modified_total_sums,
+        power=4,
         freedom=modified_total_freedom,
+        remark="mtotdev keeps its bias: its variance lies below that of mdev",
     ),
-    Properties(
-        name="theo1",
-        title="Theo1",
-        whole_record_only=True,
-        shortest=10,
-        longest=_longest_span,
-        windows=_starts_of_span,
-        sums=theo1_points,
-        freedom=theo1_freedom,
-        step=2,
-    ),
-    Properties(
+    _THEO1,
+    replace(
+        _THEO1,
         name="theoh",
         title="overlapping Allan and bias-removed Theo1",
-        whole_record_only=True,
+        shortest=1,
+        step=1,
         longest=lambda angles: int(THEO1_EFFECTIVE * _longest_span(angles)),
-        windows=_starts_of_span,
-        sums=theoh_points,
-        freedom=theo1_freedom,
+        is_hybrid=True,
         fewest_angles=90,  # the first ratio to Allan needs 0.1 N / 3 - 3 >= 0
     ),
-    _difference_row("haar", "Haar wavelet", order=2, overlapping=True, divisor=4.0, octaves=True),
+    _differences("haar", "Haar wavelet", divisor=4.0, octaves=True),
 )
 ESTIMATORS: Final[Mapping[Estimator, Properties]] = MappingProxyType(
     {row.name: row for row in _ROWS}

@@ -42,22 +42,16 @@ _MODIFIED_TOTAL: Final = {
 }
 
 
-def finite_difference_freedom(
-    *, order: int, overlapping: bool, modified: bool = False
-) -> FreedomLaw:
-    """Law of an average of squared differences of `order` (Greenhall and Riley)."""
-
-    def law(noise_type: int, cluster: int, angles: int, windows: int) -> float:
-        return greenhall_riley_freedom(
-            noise_type, cluster, windows, order=order, overlapping=overlapping, modified=modified
-        )
-
-    return law
-
-
 @lru_cache(maxsize=4096)
 def greenhall_riley_freedom(
-    noise_type: int, cluster: int, windows: int, *, order: int, overlapping: bool, modified: bool
+    noise_type: int,
+    cluster: int,
+    angles: int,
+    windows: int,
+    *,
+    order: int,
+    overlapping: bool,
+    modified: bool,
 ) -> float:
     """Exact degrees of freedom of M = `windows` squared differences in a row, S to a cluster.
 
@@ -76,6 +70,8 @@ def greenhall_riley_freedom(
         Power law of the rate noise, 2 to -4.
     cluster
         m: tau = m tau0.
+    angles
+        In the record, which make no difference beside the windows.
     windows
         Squared differences averaged.
     order
@@ -128,7 +124,9 @@ def theo1_freedom(noise_type: int, span: int, angles: int, windows: int) -> floa
 
 def _largest_freedom(alpha: int, angles: int) -> float:
     """Degrees of freedom at one sample, which the fits for long clusters run past."""
-    return greenhall_riley_freedom(alpha, 1, angles - 2, order=2, overlapping=True, modified=False)
+    return greenhall_riley_freedom(
+        alpha, 1, angles, angles - 2, order=2, overlapping=True, modified=False
+    )
 
 
 def _total_freedom_of_angle_noise(cluster: int, angles: int) -> float:

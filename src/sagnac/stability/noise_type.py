@@ -1,7 +1,7 @@
 """Cluster times of a curve, the power law that rules at each, and its degrees of freedom."""
 
 import math
-from typing import Final, NamedTuple
+from typing import Final
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -90,13 +90,6 @@ _NOISE_BOUNDS: Final = (1.5, 0.5, -0.5, -1.5, -2.5, -3.5)
 _NOISE_BOUNDS_APART: Final = (1.5, 0.5, -0.5, -1.5, -3.1, -4.25)
 
 
-class _Reading(NamedTuple):
-    """Exponent as read, not rounded, and about its standard deviation times 1.3."""
-
-    exponent: float
-    scatter: float
-
-
 def identified_noise_types(
     track: Track, clusters: NDArray[np.int64], estimator: Properties
 ) -> tuple[NDArray[np.int64], tuple[Note, ...]]:
@@ -121,18 +114,23 @@ def identified_noise_types(
     Riley and Greenhall, Power law noise identification using the lag 1 autocorrelation,
     EFTF 2004.
     """
-    longest = int(track.lengths.max(initial=1)) - 1
+    longest = int(np.diff(track.stretches).max(initial=1)) - 1
     usable = longest // (_FEWEST_FOR_NOISE - 1)
     ladder = _ladder(clusters, longest)
     ladder = ladder[ladder <= usable]
     found: list[int] = []
     for m in map(int, ladder):
-        reading = _read_noise(track, m, estimator.order)
-        if math.isnan(reading.exponent):
+        exponent, scatter = _read_noise(track, m, estimator.order)
+        if math.isnan(exponent):
             break
-        found.append(
-            _standing_type(reading, m, found[-1] if found else None, estimator.lowest_exponent)
+        nearest, above, below = (
+            max(_nearest_type(one, m), estimator.lowest_exponent)
+            for one in (exponent, exponent + scatter, exponent - scatter)
         )
+        # Noise only gets redder with the cluster time: in a sum of power laws the redder rules
+        # the longer, and a reading that says otherwise is scatter, or a line.
+        stands = found and (below <= found[-1] <= above or nearest > found[-1])
+        found.append(found[-1] if stands else nearest)
     if not found:
         note = Note(
             text="noise type taken as 0 (angle random walk) for the intervals: "
@@ -141,14 +139,11 @@ def identified_noise_types(
         return np.zeros(clusters.size, dtype=np.int64), (note,)
     ladder = ladder[: len(found)]
     carried = int((clusters > usable).sum())
-    notes: tuple[Note, ...] = ()
-    if carried:
-        notes = (
-            Note(
-                text=f"the intervals of the {carried} longest cluster times take the noise to be "
-                f"what it is at {ladder[-1]} samples"
-            ),
-        )
+    text = (
+        f"the intervals of the {carried} longest cluster times take the noise to be what it is at "
+        f"{ladder[-1]} samples"
+    )
+    notes = (Note(text=text),) if carried else ()
     place = np.maximum(np.searchsorted(ladder, clusters, side="right") - 1, 0)
     return np.array(found, dtype=np.int64)[place], notes
 
@@ -160,25 +155,15 @@ def _ladder(clusters: NDArray[np.int64], longest: int) -> NDArray[np.int64]:
     return np.unique(np.concatenate((octaves[octaves <= clusters[-1]], clusters)))
 
 
-def _standing_type(reading: _Reading, cluster: int, previous: int | None, lowest: int) -> int:
-    """Noise type of a reading, after that of the shorter clusters."""
-    nearest = max(_nearest_type(reading.exponent, cluster), lowest)
-    if previous is None:
-        return nearest
-    above = max(_nearest_type(reading.exponent + reading.scatter, cluster), lowest)
-    below = max(_nearest_type(reading.exponent - reading.scatter, cluster), lowest)
-    # Noise only gets redder with the cluster time: in a sum of power laws the redder rules
-    # the longer, and a reading that says otherwise is scatter, or a line.
-    return previous if below <= previous <= above or nearest > previous else nearest
-
-
-def _read_noise(track: Track, cluster: int, order: int) -> _Reading:
-    counts = (track.lengths - 1) // cluster + 1
+def _read_noise(track: Track, cluster: int, order: int) -> tuple[float, float]:
+    """Exponent as read, not rounded, and about its standard deviation times 1.3."""
+    starts, lengths = track.stretches[:, 0], np.diff(track.stretches)[:, 0]
+    counts = (lengths - 1) // cluster + 1
     enough = counts >= _FEWEST_FOR_NOISE
-    first, count = _sample_stretches(track.starts[enough], track.lengths[enough], cluster)
+    first, count = _sample_stretches(starts[enough], lengths[enough], cluster)
     level = lag_one_order(track.angle, first, count, cluster, order)
     fewest = min(int(counts[enough].sum()), int(count.sum()))
-    return _Reading(2.0 - 2.0 * level, 2.0 / math.sqrt(fewest))
+    return 2.0 - 2.0 * level, 2.0 / math.sqrt(fewest)
 
 
 def lag_one_order(
@@ -190,8 +175,11 @@ def lag_one_order(
     parabola; the whole is differenced, up to `order` times, until ``r1 / (1 + r1) < 1/4``. NaN for
     a constant.
     """
-    stretches = _stretches(angle, first, count, cluster)
-    stretches = [_without_parabola(rows) for rows in stretches]
+    by_count: dict[int, list[FloatArray]] = {}
+    for start, size in zip(first, count, strict=True):
+        row = angle[start : start + size * cluster : cluster]
+        by_count.setdefault(row.size, []).append(row)
+    stretches = [_without_parabola(np.stack(alike)) for alike in by_count.values()]
     for differences in range(order + 1):
         product = square = 0.0
         for rows in stretches:
@@ -208,17 +196,6 @@ def lag_one_order(
         if differences < order:
             stretches = [np.diff(rows, axis=1) for rows in stretches]
     return differences + fraction
-
-
-def _stretches(
-    angle: FloatArray, first: NDArray[np.int64], count: NDArray[np.int64], cluster: int
-) -> list[FloatArray]:
-    """(stretches, count) angles of the stretches of each count."""
-    by_count: dict[int, list[FloatArray]] = {}
-    for start, size in zip(first, count, strict=True):
-        row = angle[start : start + size * cluster : cluster]
-        by_count.setdefault(row.size, []).append(row)
-    return [np.stack(alike) for alike in by_count.values()]
 
 
 def _without_parabola(rows: FloatArray) -> FloatArray:
@@ -246,19 +223,17 @@ def _sample_stretches(
     length, most = 4096, 8
     counts = (lengths - 1) // cluster + 1
     places, sizes = [], []
-    if counts.sum() <= length * most:
-        readings = min(cluster, most, int(length * most // counts.sum()))
-        for start, size in zip(starts, lengths, strict=True):
-            for k in range(readings):
-                offset = k * cluster // readings
-                places.append(int(start) + offset)
-                sizes.append((int(size) - 1 - offset) // cluster + 1)
-        return np.array(places), np.array(sizes)
-    for start, count in zip(starts, counts, strict=True):
-        pieces = max(1, int(count) // length)
+    is_short = counts.sum() <= length * most
+    readings = min(cluster, most, length * most // max(int(counts.sum()), 1))
+    for start, size, count in zip(starts.tolist(), lengths.tolist(), counts.tolist(), strict=True):
+        pieces = readings if is_short else max(1, count // length)
         for k in range(pieces):
-            places.append(int(start) + (k * int(count) // pieces) * cluster)
-            sizes.append(min(length, int(count) // pieces))
+            offset = k * cluster // pieces if is_short else k * count // pieces * cluster
+            places.append(start + offset)
+            whole = (size - 1 - offset) // cluster + 1
+            sizes.append(whole if is_short else min(length, count // pieces))
+    if is_short:
+        return np.array(places), np.array(sizes)
     chosen = np.unique(np.rint(np.linspace(0, len(places) - 1, most)).astype(np.int64))
     return np.array(places)[chosen], np.array(sizes)[chosen]
 
@@ -355,6 +330,5 @@ def chi_squared_limits(
     tail = 0.5 * (1.0 - confidence)
     upper = 2.0 * gammaincinv(0.5 * edf, 1.0 - tail)
     lower = 2.0 * gammaincinv(0.5 * edf, tail)
-    return np.asarray(deviation * np.sqrt(edf / upper)), np.asarray(
-        deviation * np.sqrt(edf / lower)
-    )
+    low, high = deviation * np.sqrt(edf / np.stack([upper, lower]))
+    return low, high
