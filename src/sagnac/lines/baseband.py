@@ -104,12 +104,12 @@ def baseband(
     taken
         Gives the angle, rad, that is taken away first, for a first sample and a number of samples.
     """
-    mixed = []
+    mixed, carrier = [], np.array([frequency])
     for block in blocks(steps.size, multiple=length):
         rest = steps[block]
         if taken is not None:
             rest = rest - np.diff(taken(block.start, rest.size + 1))
-        mixed.append(mixed_down(rest, frequency, center - block.start, length))
+        mixed.append(mixed_down(rest, carrier, center - block.start, length)[:, 0])
     means = np.concatenate(mixed)
     return Baseband(
         target=2.0 * means,

@@ -78,40 +78,54 @@ class Candidates:
         """Number of candidates."""
         return self.place.size
 
-    def alike(self, at: int) -> BooleanArray:
-        """Which are on the same scale as one of them."""
-        return np.asarray(self.in_angle == self.in_angle[at])
-
-    def beyond(self, at: int) -> FloatArray:
-        """Cycles a sample from what one sweeps to what the others do; below zero if they meet."""
-        return np.asarray(np.maximum(self.low - self.high[at], self.low[at] - self.high))
-
-    def overlapping(self, at: int) -> BooleanArray:
-        """Which sweep some of the same frequencies on the other scale: one may be its image."""
-        return np.asarray(~self.alike(at) & (self.beyond(at) < 0.0))
-
-    def main_lobe(self, at: int) -> BooleanArray:
-        """Which are so near on the same scale that they are this one, itself among them."""
-        near = 0.5 * np.abs(self.place - self.place[at]) < _MAIN_LOBE
-        return np.asarray(self.alike(at) & near)
-
-    def sidelobes(self, at: int) -> FloatArray:
-        """Height of its leakage at each of the others: of images there is none."""
-        cells = self.samples * (self.high - self.low)
-        unit = np.maximum(np.maximum(cells, cells[at]) / _FALL, 1.0)
-        apart = np.where(
-            self.alike(at),
-            0.5 * np.abs(self.place - self.place[at]),
-            self.samples * self.beyond(at) / unit,
+    def beside(self, at: int) -> "Neighbours":
+        """What one of them makes of the others."""
+        alike = self.in_angle == self.in_angle[at]
+        bins = 0.5 * np.abs(self.place - self.place[at])
+        cells = self.samples * np.maximum(self.high - self.low, self.high[at] - self.low[at])
+        # Cycles a sample from what it sweeps to what the others do; below zero if they meet.
+        beyond = np.maximum(self.low - self.high[at], self.low[at] - self.high)
+        overlapping = ~alike & (beyond < 0.0)
+        apart = np.where(alike, bins, self.samples * beyond / np.maximum(cells / _FALL, 1.0))
+        leakage = self.height[at] / (np.pi * np.maximum(apart, 1.0)) ** 2
+        return Neighbours(
+            overlapping=overlapping,
+            main_lobe=alike & (bins < _MAIN_LOBE),
+            leakage=np.where(overlapping, 0.0, leakage),
+            images=overlapping & (self.height * cells < _SMEARED_PEAK * self.height[at]),
         )
-        height = self.height[at] / (np.pi * np.maximum(apart, 1.0)) ** 2
-        return np.where(self.overlapping(at), 0.0, height)
 
-    def images(self, at: int) -> BooleanArray:
-        """Which it makes on the other scale: smeared over many cells, low in each of them."""
-        cells = self.samples * (self.high - self.low)
-        smeared = _SMEARED_PEAK * self.height[at] / np.maximum(cells, cells[at])
-        return np.asarray(self.overlapping(at) & (self.height < smeared))
+    def overlapped(self, some: BooleanArray) -> BooleanArray:
+        """Which sweep some of the frequencies that `some` on the other scale do."""
+        result = np.zeros(self.size, dtype=bool)
+        for own in (self.in_angle, ~self.in_angle):
+            others = some & ~own
+            begun = np.searchsorted(np.sort(self.low[others]), self.high[own])
+            ended = np.searchsorted(np.sort(self.high[others]), self.low[own], side="right")
+            result[own] = begun > ended
+        return result
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Neighbours:
+    """What one candidate makes of the others, (peaks,) each.
+
+    Attributes
+    ----------
+    overlapping
+        Which sweep some of the same frequencies on the other scale: one may be its image.
+    main_lobe
+        Which are so near on the same scale that they are this one, itself among them.
+    leakage
+        Height of its sidelobes at each: of images there is none.
+    images
+        Which it makes on the other scale: smeared over many cells, low in each of them.
+    """
+
+    overlapping: BooleanArray
+    main_lobe: BooleanArray
+    leakage: FloatArray
+    images: BooleanArray
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -145,24 +159,26 @@ def strongest(candidates: Candidates) -> Choice:
 
     Those that are not hidden leak, and claim their main lobe, whether they are chosen or wait.
     """
-    claimed, held, chosen = np.zeros((3, candidates.size), dtype=bool)
+    claimed, held, chosen, passed = np.zeros((4, candidates.size), dtype=bool)
     leakage = np.zeros(candidates.size)
     some_wait = False
     for at in np.argsort(candidates.height)[::-1].tolist():
         if claimed[at]:
             continue
-        hidden = candidates.height[at] < _ROOM * leakage[at]
-        some_wait |= bool(held[at]) and not hidden
+        if candidates.height[at] >= _ROOM * leakage[at]:
+            beside = candidates.beside(at)
+            held[at] = np.any(beside.overlapping & passed)
+            some_wait |= bool(held[at])
+            if not (held[at] or (some_wait and candidates.broken[at])):
+                chosen[at] = True
+                if chosen.sum() == PEAKS_A_ROUND:
+                    break
+                claimed |= beside.images
+            leakage += beside.leakage
+            claimed |= beside.main_lobe
         held[at] |= some_wait and candidates.broken[at]
-        if not (hidden or held[at]):
-            chosen[at] = True
-            if chosen.sum() == PEAKS_A_ROUND:
-                break
-            claimed |= candidates.images(at)
-        held |= candidates.overlapping(at)
-        if not hidden:
-            leakage += candidates.sidelobes(at)
-            claimed |= candidates.main_lobe(at)
+        passed[at] = True
+    held |= candidates.overlapped(passed)
     # One that waits in plain sight has claimed its own place: it comes up again by itself.
     return Choice(chosen=chosen, waiting=bool(np.any(held & ~claimed & ~chosen)))
 

@@ -256,7 +256,7 @@ MIX_BLOCK: Final = 50
 
 
 def mixed_down(
-    values: FloatArray, frequency: float, center: float, length: int = MIX_BLOCK
+    values: FloatArray, frequencies: FloatArray, center: float, length: int = MIX_BLOCK
 ) -> ComplexArray:
     """Means over blocks of ``values * exp(-2j pi frequency (n - center))``.
 
@@ -264,8 +264,8 @@ def mixed_down(
     ----------
     values
         (samples,) in any unit.
-    frequency
-        Cycles per sample.
+    frequencies
+        (frequencies,) cycles per sample.
     center
         Sample number at which the phase is zero.
     length
@@ -273,11 +273,10 @@ def mixed_down(
 
     Returns
     -------
-    (samples // `length`,) in the unit of the values.
+    (samples // `length`, frequencies) in the unit of the values.
     """
     blocks = values.size // length
-    fine = 2.0 * np.pi * frequency * np.arange(length)
-    waves = np.stack([np.cos(fine), -np.sin(fine)], axis=1) / length
-    means = values[: blocks * length].reshape(blocks, length) @ waves
-    turns = frequency * (np.arange(blocks) * length - center)
-    return np.asarray(means.view(np.complex128)[:, 0] * np.exp(-2j * np.pi * (turns % 1.0)))
+    waves = np.exp(-2j * np.pi * np.outer(np.arange(length), frequencies)) / length
+    means = values[: blocks * length].reshape(blocks, length) @ waves.view(np.float64)
+    turns = np.outer(np.arange(blocks) * length - center, frequencies)
+    return np.asarray(means.view(np.complex128) * np.exp(-2j * np.pi * (turns % 1.0)))

@@ -250,9 +250,15 @@ def tone_sums(steps: FloatArray, frequencies: FloatArray) -> ComplexArray:
 
 def _differences(steps: FloatArray, samples: slice) -> FloatArray:
     """Each step less the next, at the sample between them; outside the record there are none."""
-    around = steps[max(samples.start - 1, 0) : samples.stop]
-    before, after = int(samples.start == 0), int(samples.stop > steps.size)
-    return -np.diff(np.pad(around, (before, after)))
+    result = np.empty(samples.stop - samples.start)
+    start, stop = max(samples.start, 1), min(samples.stop, steps.size)
+    inner = result[start - samples.start : stop - samples.start]
+    np.subtract(steps[start - 1 : stop - 1], steps[start:stop], out=inner)
+    if samples.start == 0:
+        result[0] = -steps[0]
+    if samples.stop > steps.size:
+        result[-1] = steps[-1]
+    return result
 
 
 def _data_sums(
@@ -297,9 +303,9 @@ def earth_amplitudes(turns: Turning) -> FloatArray:
     angle, rate = _thinned(turns)
     length = angle.size * mean_square_step(orders, speeds(angle)) / 2.0
     steady = _steady_time(angle, rate)
-    largest = np.zeros(MOST_ORDERS)
-    for function, whole, sign in ((np.cos, np.sin, 1.0), (np.sin, np.cos, -1.0)):
-        steps = function(angle[1:]) / rate - sign * steady * np.diff(whole(angle))
+    largest, cosine, sine = np.zeros(MOST_ORDERS), np.cos(angle), np.sin(angle)
+    for integrand, whole, sign in ((cosine, sine, 1.0), (sine, cosine, -1.0)):
+        steps = integrand[1:] / rate - sign * steady * np.diff(whole)
         sums = order_sums(steps, angle, MOST_ORDERS)[1:]
         largest = np.maximum(largest, np.abs(sums) / np.maximum(length, np.finfo(float).tiny))
     largest[0] = 0.0

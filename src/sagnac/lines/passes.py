@@ -178,7 +178,11 @@ def rescaled(state: State) -> State:
     if turns is None or strays is None or components.frequencies.size == 0:
         return state
     levels = floors(components, turns, state.floor)
-    moved = rescaled_components(components, state.steps, turns, strays, levels)
+    moved = state.record.kept.of(
+        "rescaled",
+        state.key,
+        lambda: rescaled_components(components, state.steps, turns, strays, levels),
+    )
     if moved is None:
         return state
     state = _with_components(state, moved)

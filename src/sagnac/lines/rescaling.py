@@ -1,6 +1,7 @@
 """Tones that follow the table, moved to the angle scale."""
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from typing import Final
 
@@ -20,6 +21,8 @@ _BESIDE: Final = np.arange(3, 11)
 # How near tones are mixed down at one frequency, as a share of the blocks' rate: their means are
 # then short of 2e-4.
 _AT_ONCE: Final = 0.01
+# Carriers that one pass mixes down; the means of a day take 14 MiB for each.
+_CARRIERS: Final = 8
 # How near tones are put back with one, as a share of its frequency, and of the blocks' rate.
 _NEIGHBOURS: Final = 0.1
 _NEAREST: Final = 0.25
@@ -94,21 +97,19 @@ def rescaled_components(
     strength = np.abs(phasors) * np.sqrt(steps.size / (2.0 * levels[angles:]))
     shown = orders * float(np.std(strays.phase)) * strength >= _TOLD_APART
     moved = np.zeros(components.size, dtype=bool)
-    near, around = -np.inf, np.empty(0, dtype=np.complex128)
-    for index in np.argsort(frequencies)[shown[np.argsort(frequencies)]].tolist():
-        frequency = float(frequencies[index])
-        if frequency - near > _AT_ONCE / MIX_BLOCK:
-            near, around = frequency, _mixed_down(steps, frequency, components.center)
-            # The tones about it are put back: they may be sidebands that the table's wander makes
-            # of one order.
-            reach = min(_NEIGHBOURS * frequency, _NEAREST / MIX_BLOCK)
-            for other in np.flatnonzero(np.abs(frequencies - frequency) < reach):
-                apart = frequencies[other] - frequency
-                turning = np.exp(2j * np.pi * apart * strays.middles[: around.size])
-                around += 0.5 * phasors[other] * turning
-        mixed = around * np.exp(-2j * np.pi * (frequency - near) * strays.middles[: around.size])
-        level = float(levels[angles + index]) / steps.size
-        moved[angles + index] = _follows(mixed, strays, float(orders[index]), level)
+    for carrier, means in _mixed_down(steps, frequencies[shown], components.center):
+        around, middles = means, strays.middles[: means.size]
+        # The tones about it are put back: they may be sidebands that the table's wander makes of
+        # one order.
+        reach = min(_NEIGHBOURS * carrier, _NEAREST / MIX_BLOCK)
+        for other in np.flatnonzero(np.abs(frequencies - carrier) < reach):
+            turning = np.exp(2j * np.pi * (frequencies[other] - carrier) * middles)
+            around += 0.5 * phasors[other] * turning
+        apart = frequencies - carrier
+        for index in np.flatnonzero(shown & (apart >= 0.0) & (apart <= _AT_ONCE / MIX_BLOCK)):
+            mixed = around * np.exp(-2j * np.pi * apart[index] * middles)
+            level = float(levels[angles + index]) / steps.size
+            moved[angles + index] = _follows(mixed, strays, float(orders[index]), level)
     if not moved.any():
         return None
     orders = orders[moved[angles:]]
@@ -139,11 +140,23 @@ def _follows(mixed: ComplexArray, strays: Wander, order: float, level: float) ->
     return bool(gain > _BETTER * beside / (math.log(2.0) * 0.375 * turned.size**2))
 
 
-def _mixed_down(steps: FloatArray, frequency: float, center: float) -> ComplexArray:
-    """Means over blocks of the steps, mixed down from `frequency` (cycles a sample) to zero."""
-    return np.concatenate(
-        [
-            mixed_down(steps[block], frequency, center - block.start)
-            for block in blocks(steps.size, multiple=MIX_BLOCK)
-        ]
-    )
+def _mixed_down(
+    steps: FloatArray, frequencies: FloatArray, center: float
+) -> Iterator[tuple[float, ComplexArray]]:
+    """Carriers, cycles a sample, and means of the steps mixed down from each to zero frequency.
+
+    A carrier serves all the frequencies that are near above it; some share a pass over the steps.
+    """
+    carriers: list[float] = []
+    for frequency in np.sort(frequencies).tolist():
+        if not carriers or frequency - carriers[-1] > _AT_ONCE / MIX_BLOCK:
+            carriers.append(frequency)
+    for first in range(0, len(carriers), _CARRIERS):
+        some = np.array(carriers[first : first + _CARRIERS])
+        means = np.concatenate(
+            [
+                mixed_down(steps[block], some, center - block.start)
+                for block in blocks(steps.size, multiple=MIX_BLOCK)
+            ]
+        )
+        yield from zip(some.tolist(), means.T.copy(), strict=True)

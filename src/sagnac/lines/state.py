@@ -212,7 +212,7 @@ class State:
     @property
     def steps(self) -> FloatArray:
         """(samples - 1,) increments of the angle without motion and lines, less their mean, rad."""
-        return self.record.kept.of("increments", self._key, lambda: lines_removed(self))
+        return self.record.kept.of("increments", self.key, lambda: lines_removed(self))
 
     @property
     def averages(self) -> FloatArray:
@@ -229,12 +229,12 @@ class State:
         if table is None:
             return None
         return self.record.kept.of(
-            "order sums", self._key, lambda: order_sums(self.steps, table, MOST_ORDERS)
+            "order sums", self.key, lambda: order_sums(self.steps, table, MOST_ORDERS)
         )
 
     def look(self) -> Spectrum:
         """Power of the increments as they are now, and its floor."""
-        return self.record.kept.of("spectrum", self._key, lambda: spectrum(self.steps))
+        return self.record.kept.of("spectrum", self.key, lambda: spectrum(self.steps))
 
     def residual(self) -> FloatArray:
         """(samples,) the angle without table motion and lines, rad: a new array."""
@@ -275,7 +275,7 @@ class State:
             yield some.start, rest
 
     @property
-    def _key(self) -> Hashable:
+    def key(self) -> Hashable:
         """Terms taken out of the angle, by value."""
         motion, known = self.motion, self.components
         arrays = (known.orders, known.free, known.frequencies, known.cosine, known.sine)

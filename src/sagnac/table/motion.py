@@ -15,6 +15,7 @@ import scipy.linalg
 import scipy.linalg.lapack
 
 from sagnac.core.arrays import FloatArray, blocks, empty
+from sagnac.table import _kernels
 from sagnac.table.kinematics import (
     LARGEST_EARTH_RATE,
     Kinematics,
@@ -23,7 +24,6 @@ from sagnac.table.kinematics import (
     bounded_by_earth,
     harmonics_of,
     highest_harmonic,
-    sine_cosine_integrals,
     tells_drift,
 )
 from sagnac.table.turns import FEW_TURNS, full_turns
@@ -69,13 +69,11 @@ class TableMotion:
 
     def over(self, start: int, stop: int) -> FloatArray:
         """The motion, rad, over samples from a piece's start on (a multiple of its length)."""
-        of = self.kinematics
-        alpha, dt = of.table[start:stop], 1.0 / of.sample_rate
-        motion = self.share * alpha + self.drift * dt * np.arange(start, stop)
-        begins = of.starts[start // of.length]
-        integrals = sine_cosine_integrals(alpha, dt)
-        for rate, begin, integral in zip(self.earth, begins, integrals, strict=True):
-            motion += rate * (begin + integral)
+        of, motion = self.kinematics, np.empty(stop - start)
+        dt, begin = 1.0 / of.sample_rate, float(of.starts[start // of.length] @ self.earth)
+        _kernels.table_motion(of.table[start:stop], self.share, dt, self.earth, begin, motion)
+        if self.drift:
+            motion += self.drift * dt * np.arange(start, stop)
         return motion
 
     def less(self, angle: FloatArray) -> FloatArray:

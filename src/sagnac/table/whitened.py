@@ -15,6 +15,7 @@ from scipy.fft import fft
 from scipy.optimize import nnls
 
 from sagnac.core.arrays import FloatArray, IntegerArray
+from sagnac.spectrum.power_laws import median
 
 # Rounds in which noise and coefficients are fitted in turn.
 _ROUNDS: Final = 6
@@ -220,7 +221,7 @@ def _two_noises(power: FloatArray, laws: FloatArray) -> tuple[float, float]:
     edges = _edges(power.size, _BINS)
     pairs = list(pairwise(edges))
     # The median of a chi-square of two degrees of freedom is ln 2 of its mean.
-    level = np.array([np.median(power[low:high]) for low, high in pairs]) / math.log(2.0)
+    level = np.array([median(power[low:high]) for low, high in pairs]) / math.log(2.0)
     means = np.stack([laws[:, low:high].mean(axis=1) for low, high in pairs])
     level = np.maximum(level, 1e-300)
     sizes = np.diff(edges)
