@@ -269,8 +269,9 @@ def _composed(evidence: Evidence, headline: Headline) -> Analysis:
         # Shares that cannot be read cost nothing else.
         with suppress(RecordingError):
             shares = table_shares(recording, settings.gyros, confidence=settings.confidence)
-    measured = measure(evidence.corrected, settings.gyros)
-    before = measured.noise(measured.angle)
+    as_it_is = measure(evidence.corrected, settings.gyros)
+    before = as_it_is.noise(as_it_is.angle)
+    del as_it_is
     of_spectrum: dict[str, Any] = {}
     if headline.spectrum is not None:
         spectrum, average = headline.spectrum, headline.spectrum.average
@@ -287,7 +288,7 @@ def _composed(evidence: Evidence, headline: Headline) -> Analysis:
     return Analysis(
         recording=recording,
         settings=settings,
-        channel=measured.channel,
+        channel=evidence.measured.channel,
         table_rate=None if table is None else mean_rate(table, recording.sample_rate),
         angle_random_walk=headline.estimate,
         source=headline.source,

@@ -225,7 +225,10 @@ def judged(recording: Recording, gyros: Sequence[str] = ()) -> Notes:
     names = gyros or [gyro.name for gyro in recording.gyros]
     # What leaps at lost rows would else be called spikes and jumps.
     whole, lost = encoder.without_lost_rows(recording, [recording.gyro(name) for name in names])
-    found = _asked(_IN_SOUND_DATA, whole, profiles_of(whole, names))
+    profiles = profiles_of(whole, names)
+    found = _asked(_IN_SOUND_DATA, whole, profiles)
+    # They hold each other, and with them arrays as long as the record, until they are parted.
+    profiles[0].together.clear()
     return ranked((*lost, *found))
 
 

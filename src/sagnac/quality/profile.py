@@ -5,7 +5,7 @@ rest.
 """
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Final, NamedTuple, Self
@@ -252,7 +252,7 @@ class Profile:
     sample_rate: float
     standing: bool = True
     table: "Profile | None" = None
-    together: Mapping[str, "Profile"] = field(default_factory=dict)
+    together: "dict[str, Profile]" = field(default_factory=dict)
 
     @classmethod
     def of(cls, recording: Recording, channel: Channel) -> Self:

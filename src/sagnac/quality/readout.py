@@ -427,12 +427,9 @@ def saturation_notes(recording: Recording, profile: Profile) -> Notes:
 
 def next_inwards(values: FloatArray, at_limit: BooleanArray, side: str) -> float:
     """The value next to an extreme one; infinite, away from it, if there is none."""
-    sign = 1.0 if side == "upper" else -1.0
-    return sign * float(
-        by_blocks(
-            lambda some, gone: (sign * some[~gone]).max(initial=-math.inf), values, at_limit
-        ).max()
-    )
+    if side == "upper":
+        return float(values.max(where=~at_limit, initial=-math.inf))
+    return float(values.min(where=~at_limit, initial=math.inf))
 
 
 def clipped_scatter(below: float, above: float) -> float:
@@ -556,14 +553,10 @@ def _ends_of_a_range(profile: Profile) -> Notes:
 
 def _is_one_value(values: FloatArray, middle: float) -> bool:
     """Whether all samples at one end are equal, as those are that a logger wrote for lost ones."""
-
-    def ends(some: FloatArray) -> list[float]:
-        low, high = some[some < middle], some[some > middle]
-        return [part.max(initial=-math.inf) for part in (low, -low, high, -high)]
-
-    # Largest and smallest of either end.
-    most = by_blocks(ends, values).max(axis=0)
-    return bool(most[0] == -most[1] or most[2] == -most[3])
+    return any(
+        values.min(where=end, initial=math.inf) == values.max(where=end, initial=-math.inf)
+        for end in (values < middle, values > middle)
+    )
 
 
 def _is_by_chance(values: FloatArray, middle: float) -> bool:

@@ -273,7 +273,7 @@ def _sound_apart_from_gaps(recording: Recording) -> Notes:
     """Notes on a recording with gaps; an error if anything else is wrong."""
     stuck: list[Note] = []
     for gyro in recording.gyros:
-        infinite = marked(np.isinf, gyro.values)
+        infinite = np.isinf(gyro.values)
         if infinite.any():
             raise RecordingError(
                 f"{counted(number_of(infinite), 'sample')} infinite, the first at "
@@ -442,7 +442,7 @@ def dropout_notes(recording: Recording, profile: Profile) -> Notes:
     values, effect = profile.channel.values, None
     if profile.survey.zeros == 0:
         return ()
-    zeros = marked(lambda some: some == 0.0, values)
+    zeros = values == 0.0
     if profile.channel.kind == "angle":
         usual = every(profile.changes, max(1, profile.changes.size // 100_000))
         fall = _FALL * float(np.median(np.abs(usual)))
@@ -468,16 +468,9 @@ def dropout_notes(recording: Recording, profile: Profile) -> Notes:
 
 def _beside(values: FloatArray) -> int:
     """How often the values next to zero stand there, the more frequent of the two."""
-
-    def nearest(some: FloatArray) -> tuple[float, float]:
-        return some[some > 0.0].min(initial=math.inf), some[some < 0.0].max(initial=-math.inf)
-
-    each = by_blocks(nearest, values)
-    above, below = each[:, 0].min(), each[:, 1].max()
-    return max(
-        number_of(marked(lambda some: some == above, values)),
-        number_of(marked(lambda some: some == below, values)),
-    )
+    above = values.min(where=values > 0.0, initial=math.inf)
+    below = values.max(where=values < 0.0, initial=-math.inf)
+    return max(number_of(values == above), number_of(values == below))
 
 
 def _scatter_with_zeros(values: FloatArray, zeros: int) -> float | None:

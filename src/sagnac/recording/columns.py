@@ -435,8 +435,5 @@ def _resolution(times: FloatArray) -> float:
 
 def _tidy(rate: float, uncertainty: float) -> float:
     """`rate`, or the round figure it cannot be told from (relative `uncertainty`)."""
-    for digits in range(0, 10):
-        rounded = round(rate, digits)
-        if rounded > 0.0 and abs(rounded - rate) <= uncertainty * rate:
-            return rounded
-    return rate
+    near = (round(rate, digits) for digits in range(10))
+    return next((one for one in near if one > 0.0 and abs(one - rate) <= uncertainty * rate), rate)
