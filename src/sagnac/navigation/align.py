@@ -194,9 +194,9 @@ def align(
         raise ValueError(f"bias is {quoted(bias)}; give zero or more")
     require_confidence(confidence)
     after = (after,) if isinstance(after, float | int | str) else after
-    for time in after:
-        if not (is_finite(time) and time > 0.0):
-            raise ValueError(f"after is {quoted(time)}; give seconds, above zero")
+    wrong = [time for time in after if not (is_finite(time) and time > 0.0)]
+    if wrong:
+        raise ValueError(f"after is {quoted(wrong[0])}; give seconds, above zero")
     noises, accelerometers = _unit(source)
     # Which of them lies across the meridian is not known: azimuth is as good as with the loudest.
     loudest = max(noises, key=lambda one: one.angle_random_walk)

@@ -13,7 +13,7 @@ That of a Markov rate is ``D^2 e^(-|s - u|/T)``; of it, too, its mean over the r
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import Final
 
@@ -85,6 +85,12 @@ class Priors:
     def bias_is_prior(self, noise: GyroNoise) -> bool:
         """Whether the bias of a gyro is known better from before than from the rest."""
         return self.bias is not None and self.bias < math.sqrt(_rest_variance(noise, self.rest))
+
+    def initial(self, noise: GyroNoise) -> tuple[float, FloatArray]:
+        """Variance of a sensor's bias at the start, SI, and (3,) its rise with squared N, B, K."""
+        if self.bias is not None and self.bias_is_prior(noise):
+            return self.bias**2, np.zeros(3)
+        return _rest_variance(noise, self.rest), np.array([1.0 / self.rest, 0.0, self.rest / 3.0])
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -219,14 +225,9 @@ def _at(time: float, latitude: float, priors: Priors, constants: Sequence[float]
         each = each @ whole
     total = weights.sum(axis=2) * length
     beside_rest = partial(_beside_rest, weights, total, length, priors.rest)
-    terms = np.stack(
-        [
-            length * (weights**2).sum(axis=2),
-            -beside_rest(_of_logarithm) / math.pi,
-            _walked(weights, length),
-        ],
-        axis=-1,
-    )
+    white = length * (weights**2).sum(axis=2)
+    flicker = -beside_rest(_of_logarithm) / math.pi
+    terms = np.stack([white, flicker, _walked(weights, length)], axis=-1)
 
     def outputs(variance: FloatArray) -> FloatArray:
         """Heading; the mean square of the two tilts; the sum of the squares north and east."""
@@ -288,17 +289,6 @@ def _rest_variance(noise: GyroNoise, rest: float) -> float:
     return noise.angle_random_walk**2 / rest + noise.rate_random_walk**2 * rest / 3.0
 
 
-def _initial(noise: GyroNoise, rest: float, bias: float | None) -> tuple[float, FloatArray]:
-    """Variance of the bias at the start, (rad/s)^2, and (3,) what it rises by with N, B and K.
-
-    A `bias` that is known better from before than from the rest does not depend on these.
-    """
-    variance = _rest_variance(noise, rest)
-    if bias is not None and bias < math.sqrt(variance):
-        return bias**2, np.zeros(3)
-    return variance, np.array([1.0 / rest, 0.0, rest / 3.0])
-
-
 def _growths(
     sensors: Sequence[GyroNoise],
     times: FloatArray,
@@ -317,9 +307,9 @@ def _growths(
     errors: dict[tuple[int, float], FloatArray] = {}
     for place, noise in enumerate(sensors):
         # The prior is of gyros.
-        bias = priors.bias if place < _GYROS else None
+        known = priors if place < _GYROS else replace(priors, bias=None)
         own, biased = terms[:, :, place], total[:, :, place]
-        initial, slope = _initial(noise, priors.rest, bias)
+        initial, slope = known.initial(noise)
         markov = np.zeros(highest.shape)
         for rate in noise.markov:
             made = rate.deviation**2 * np.array(
@@ -333,10 +323,7 @@ def _growths(
             variances[..., : len(parts)] += np.stack(parts, axis=-1)
         else:
             variances[..., len(parts)] += sum(parts)
-        worst = [
-            own @ one.values**2 + biased * _initial(one, priors.rest, bias)[0]
-            for one in noise.bounded
-        ]
+        worst = [own @ one.values**2 + biased * known.initial(one)[0] for one in noise.bounded]
         highest += np.max(worst, axis=0) + markov
         rising = 2.0 * (own + biased[..., np.newaxis] * slope) * noise.values
         slopes[id(noise)] = slopes.get(id(noise), 0.0) + rising

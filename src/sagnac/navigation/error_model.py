@@ -25,7 +25,7 @@ leaves N^2: which is why N of a rate-biased gyro has to be known.
 
 import math
 from dataclasses import dataclass, field
-from typing import Final
+from typing import Final, NamedTuple
 
 import numpy as np
 from scipy.linalg import expm
@@ -34,6 +34,7 @@ from scipy.special import ndtri
 from sagnac.core.arrays import FloatArray
 from sagnac.core.errors import quoted
 from sagnac.core.units import DEGREE, EARTH_RATE, STANDARD_GRAVITY
+from sagnac.navigation.models import require_above_zero
 from sagnac.navigation.noise import GyroNoise, require_not_negative
 from sagnac.noise.laws import allan_variance_basis
 
@@ -79,18 +80,15 @@ DRIFTS: Final = slice(7, 10)
 EARTH_RADIUS: Final = 6_371_000.0  # m, mean
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Step:
-    """One step of a fixed length.
-
-    Attributes
-    ----------
-    transition, noise
-        (10, 10) ``x -> transition x``, to which noise of this covariance is added.
-    """
+class Step(NamedTuple):
+    """One step of a fixed length: (10, 10) transition, and covariance of the noise it adds."""
 
     transition: FloatArray
     noise: FloatArray
+
+    def of(self, covariance: FloatArray) -> FloatArray:
+        """(10, 10) covariance of `STATES` after the step."""
+        return np.asarray(self.transition @ covariance @ self.transition.T + self.noise)
 
 
 def system_matrix(latitude: float) -> FloatArray:
@@ -144,13 +142,9 @@ def step_of(noise: GyroNoise, latitude: float, seconds: float) -> Step:
         raise ValueError(f"seconds is {quoted(seconds)}; give a time above zero")
     system = system_matrix(latitude)
     count = len(STATES)
-    driven = np.zeros((count, count))
-    driven[TILTS, TILTS] = noise.angle_random_walk**2 * np.eye(3)
-    driven[DRIFTS, DRIFTS] = noise.rate_random_walk**2 * np.eye(3)
-    block = np.zeros((2 * count, 2 * count))
-    block[:count, :count] = -system
-    block[:count, count:] = driven
-    block[count:, count:] = system.T
+    driven = np.zeros(count)
+    driven[TILTS], driven[DRIFTS] = noise.angle_random_walk**2, noise.rate_random_walk**2
+    block = np.block([[-system, np.diag(driven)], [np.zeros((count, count)), system.T]])
     grown = expm(block * seconds)
     transition = grown[count:, count:].T
     return Step(transition=transition, noise=transition @ grown[:count, count:])
@@ -182,10 +176,7 @@ class Start:
     step_s: float = 1.0
 
     def __post_init__(self) -> None:
-        for name in ("tilt", "azimuth", "velocity_noise", "step_s"):
-            value = getattr(self, name)
-            if not (math.isfinite(value) and value > 0.0):
-                raise ValueError(f"{name} is {quoted(value)}; give a finite number above zero")
+        require_above_zero(self, ("tilt", "azimuth", "velocity_noise", "step_s"))
         require_not_negative(self, ("drift",))
 
 
@@ -224,7 +215,6 @@ def initial_covariance(noise: GyroNoise, start: Start | None = None) -> FloatArr
     variances[TILTS] = begun.tilt**2
     variances[AZIMUTH] = begun.azimuth**2
     variances[VELOCITIES] = begun.velocity_noise**2
-    variances[POSITIONS] = 0.0
     variances[DRIFTS] = begun.drift**2 + flicker_deviation(noise) ** 2
     return np.diag(variances)
 
@@ -274,7 +264,7 @@ def aligned(
     covariance = initial_covariance(noise, begun)
     azimuth = np.empty(steps)
     for number in range(steps):
-        covariance = step.transition @ covariance @ step.transition.T + step.noise
+        covariance = step.of(covariance)
         gain = gain_of(covariance, begun.velocity_noise)
         covariance = updated(covariance, gain, begun.velocity_noise)
         azimuth[number] = math.sqrt(covariance[AZIMUTH, AZIMUTH])
@@ -331,7 +321,7 @@ def position_error(
     step = step_of(noise, latitude, seconds / steps)
     deviation = np.empty(steps)
     for number in range(steps):
-        covariance = step.transition @ covariance @ step.transition.T + step.noise
+        covariance = step.of(covariance)
         deviation[number] = math.sqrt(float(np.trace(covariance[POSITIONS, POSITIONS])))
     return PositionError(times=seconds / steps * np.arange(1.0, steps + 1.0), deviation=deviation)
 

@@ -12,7 +12,7 @@ are as described here.
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Final, Self
 
@@ -27,6 +27,21 @@ from sagnac.noise.laws import (
     allan_variance_basis,
     markov_allan_variance,
 )
+
+
+def require_above_zero(of: object, names: Iterable[str]) -> None:
+    """Refuse attributes of an object that are no finite numbers above zero.
+
+    Raises
+    ------
+    ValueError
+        If one is zero, negative or not finite.
+    """
+    for name in names:
+        value = getattr(of, name)
+        if not (math.isfinite(value) and value > 0.0):
+            raise ValueError(f"{name} is {quoted(value)}; give a finite number above zero")
+
 
 # ---- model -------------------------------------------------------------------------
 
@@ -57,10 +72,7 @@ class Markov:
     correlation_time: float
 
     def __post_init__(self) -> None:
-        for name in ("driving_noise", "correlation_time"):
-            value = getattr(self, name)
-            if not (math.isfinite(value) and value > 0.0):
-                raise ValueError(f"{name} is {quoted(value)}; give a finite number above zero")
+        require_above_zero(self, ("driving_noise", "correlation_time"))
 
     @property
     def deviation(self) -> float:
@@ -411,16 +423,16 @@ def _smallest(
     solved = np.where(found.x > _NEGLIGIBLE, found.x, 0.0)
     # What the solver takes for zero is none: above means above.
     solved = solved * max(1.0, 1.0 / float((relative @ solved).min()))
-    squares = solved / scale
+    size = np.sqrt(solved / scale).tolist()
     first = 3 if angle else 2
     model = FilterModel(
-        white=float(np.sqrt(squares[0])),
-        walk=float(np.sqrt(squares[1])),
-        angle=float(np.sqrt(squares[2])) if angle else 0.0,
+        white=size[0],
+        walk=size[1],
+        angle=size[2] if angle else 0.0,
         markov=tuple(
-            Markov(driving_noise=float(np.sqrt(square)), correlation_time=time)
-            for square, time in zip(squares[first:], times, strict=True)
-            if square > 0.0
+            Markov(driving_noise=noise, correlation_time=time)
+            for noise, time in zip(size[first:], times, strict=True)
+            if noise > 0.0
         ),
     )
     return float((relative @ solved).mean()), model

@@ -97,11 +97,8 @@ class GyroNoise:
         The bounds of B and K are both of the slow noise that the curve leaves room for, which is
         there once.
         """
-        found = []
-        for name, bound in self.bounds.items():
-            raised: dict[str, Any] = {name: bound}
-            found.append(replace(self, **raised))
-        return tuple(found) or (self,)
+        raised: list[dict[str, Any]] = [{name: bound} for name, bound in self.bounds.items()]
+        return tuple(replace(self, **one) for one in raised) or (self,)
 
     @classmethod
     def unit_from_json(cls, path: Path) -> "Unit":
@@ -173,42 +170,41 @@ class GyroNoise:
         RecordingError
             If N is not observable.
         """
-        sensed, keys = SENSED[sensor], SENSED[sensor].keys
-        stated = {name: document["coefficients"].get(keys[name]) for name in NAMES}
-        stated[NAMES[0]] = document[keys[NAMES[0]]]
+        sensed = SENSED[sensor]
         slow = document.get("slow_noise") or {}
-        units = sensed.coefficients
-        values: list[float] = []
+        values, errors = np.zeros(3), np.zeros(3)
         unseen: list[CoefficientName] = []
         bounds: dict[CoefficientName, float] = {}
-        for name in NAMES:
-            one = stated.get(name) or {"status": "not observable"}
-            bounded = name == NAMES[0] and one["status"] == "upper bound"
-            if one["status"] == "estimated" or bounded:
-                values.append(one["value"] * units[name][one["unit"]])
+        for place, name in enumerate(NAMES):
+            key, units = sensed.keys[name], sensed.coefficients[name]
+            walks = name == "angle_random_walk"
+            one = document[key] if walks else document["coefficients"].get(key)
+            status = one["status"] if one else "not observable"
+            # N that is a bound is taken at it; slow noise that is one, at the most likely.
+            shown = one if status == "estimated" or (walks and status == "upper bound") else None
+            shown = shown or slow.get(key)
+            values[place] = shown["value"] * units[shown["unit"]] if shown else 0.0
+            if status == "estimated":
+                width = units[one["unit"]] * (one["high"] - (one["low"] or 0.0))
+                errors[place] = width / _width(one["confidence"])
             else:
-                shown = slow.get(keys[name])
-                values.append(shown["value"] * units[name][shown["unit"]] if shown else 0.0)
-            if one["status"] != "estimated":
                 unseen.append(name)
-            if one["status"] == "upper bound":
-                bounds[name] = one["high"] * units[name][one["unit"]]
+            if status == "upper bound":
+                bounds[name] = one["high"] * units[one["unit"]]
         if values[0] == 0.0:
             raise RecordingError(
                 "its angle random walk is not observable", remedy="give a longer recording"
             )
+        confidence = document[sensed.keys["angle_random_walk"]]["confidence"]
+        stated = document.get("covariance")
         return cls(
-            angle_random_walk=values[0],
-            bias_instability=values[1],
-            rate_random_walk=values[2],
+            **dict(zip(NAMES, values.tolist(), strict=True)),
             markov=tuple(
-                _markov(slow[key], units["bias_instability"], stated[NAMES[0]]["confidence"])
+                _markov(slow[key], sensed.coefficients["bias_instability"], confidence)
                 for key in ("markov", "second_markov")
                 if slow.get(key)
             ),
-            covariance=_covariance(
-                document.get("covariance"), unseen, _errors(stated, unseen, units), sensor
-            ),
+            covariance=_covariance(stated, unseen, sensor) if stated else np.diag(errors**2),
             unseen=tuple(unseen),
             bounds=bounds,
         )
@@ -241,9 +237,8 @@ def _markov(
     long beside it.
     """
     size, time = stated["deviation"], stated["correlation_time_s"]
-    reach = 2.0 * float(ndtri(0.5 + 0.5 * confidence))
     errors = [
-        math.log(one.get("high", one["value"]) / one.get("low", one["value"])) / reach
+        math.log(one.get("high", one["value"]) / one.get("low", one["value"])) / _width(confidence)
         for one in (size, time)
     ]
     return MarkovNoise(
@@ -253,32 +248,15 @@ def _markov(
     )
 
 
-def _errors(
-    stated: Mapping[CoefficientName, Any],
-    unseen: list[CoefficientName],
-    units: Mapping[str, Mapping[str, float]],
-) -> list[float]:
-    """Standard errors of N, B and K in SI by their intervals; zeros for what was not estimated."""
-    errors = []
-    for name in NAMES:
-        one = None if name in unseen else stated.get(name)
-        error = 0.0
-        if one is not None:
-            width = units[name][one["unit"]] * (one["high"] - (one["low"] or 0.0))
-            error = width / (2.0 * float(ndtri(0.5 + 0.5 * one["confidence"])))
-        errors.append(error)
-    return errors
+def _width(confidence: float) -> float:
+    """Width of an interval in standard errors."""
+    return 2.0 * float(ndtri(0.5 + 0.5 * confidence))
 
 
 def _covariance(
-    stated: Mapping[str, Any] | None,
-    unseen: list[CoefficientName],
-    errors: list[float],
-    sensor: Sensor,
+    stated: Mapping[str, Any], unseen: list[CoefficientName], sensor: Sensor
 ) -> FloatArray:
-    """(3, 3) of N, B and K in SI; of their errors alone if the document states none."""
-    if stated is None:
-        return np.diag(np.square(errors))
+    """(3, 3) of N, B and K in SI as a document states it."""
     sensed, found = SENSED[sensor], np.zeros((3, 3))
     # Places of N, B and K here and there, and the size of the unit that each has there.
     seen = [

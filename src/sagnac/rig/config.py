@@ -35,6 +35,7 @@ from sagnac.rig.sections import (
     Whole,
     check,
     overlaid,
+    require,
 )
 
 # ---- what is commanded -------------------------------------------------------------------
@@ -102,9 +103,8 @@ def _reversals(config: TableConfig, duration: float) -> Pairs:
 
 # ---- configuration -------------------------------------------------------------------
 
-_CLEAR_OF_LOCK_IN: Final = (
-    10.0  # lock-in rates that the bias must exceed, so that jitter never locks
-)
+# Lock-in rates that the bias must exceed, so that jitter never locks.
+_CLEAR_OF_LOCK_IN: Final = 10.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, repr=False)
@@ -269,86 +269,86 @@ class RigConfig:
 def _check_sampling(config: RigConfig) -> None:
     nyquist = config.sample_rate_hz / 2.0
     for frequency, _ in config.disturbances.time:
-        if frequency > nyquist:
-            problem = f"disturbances.time: {frequency:g} Hz is above {nyquist:g} Hz"
-            remedy = "give the frequency it folds to"
-            raise ConfigurationError(f"{problem}, half of sample_rate_hz", remedy)
-    nutation = config.motion.nutation_hz
-    if config.motion.nutation_rms_arcsec > 0.0 and nutation > 0.5 * nyquist:
-        raise ConfigurationError(
-            f"motion.nutation_hz {nutation:g} is above {0.5 * nyquist:g} Hz, a quarter of "
-            "sample_rate_hz",
-            "lower it, or raise sample_rate_hz",
+        require(
+            frequency <= nyquist,
+            f"disturbances.time: {frequency:g} Hz is above {nyquist:g} Hz, half of sample_rate_hz",
+            "give the frequency it folds to",
         )
+    nutation = config.motion.nutation_hz
+    require(
+        config.motion.nutation_rms_arcsec == 0.0 or nutation <= 0.5 * nyquist,
+        f"motion.nutation_hz {nutation:g} is above {0.5 * nyquist:g} Hz, a quarter of "
+        "sample_rate_hz",
+        "lower it, or raise sample_rate_hz",
+    )
     for section, own in (("gyro", config.gyro), ("accelerometer", config.accelerometer)):
         highest = max(own.low_pass_hz)
-        if highest >= nyquist:
-            raise ConfigurationError(
-                f"{section}.low_pass_hz {highest:g} is not below {nyquist:g} Hz, half of "
-                "sample_rate_hz",
-                "lower it, or give 0 for no low-pass",
-            )
-    if config.samples < 1:
-        rate = f"{config.sample_rate_hz:g} Hz"
-        problem = f"duration_s {config.duration_s:g} holds no sample at {rate}"
-        raise ConfigurationError(problem, "make it longer")
+        require(
+            highest < nyquist,
+            f"{section}.low_pass_hz {highest:g} is not below {nyquist:g} Hz, half of "
+            "sample_rate_hz",
+            "lower it, or give 0 for no low-pass",
+        )
+    problem = f"duration_s {config.duration_s:g} holds no sample at {config.sample_rate_hz:g} Hz"
+    require(config.samples >= 1, problem, "make it longer")
 
 
 def _check_table(table: TableConfig) -> None:
     times = [time for time, _ in table.profile]
-    if any(later <= earlier for earlier, later in pairwise(times)):
-        raise ConfigurationError(f"table.profile: times {times} do not increase", "sort them")
+    rising = all(earlier < later for earlier, later in pairwise(times))
+    require(rising, f"table.profile: times {times} do not increase", "sort them")
     turn_round = 2.0 * abs(table.rate_deg_per_s) / table.acceleration_deg_per_s2 + table.dwell_s
-    if 0.0 < table.reversal_interval_s <= turn_round and not table.profile:
-        raise ConfigurationError(
-            f"table.reversal_interval_s {table.reversal_interval_s:g} leaves no time to "
-            f"turn round in {turn_round:g} s",
-            "raise it or table.acceleration_deg_per_s2",
-        )
-    if table.dwell_s > 0.0 and (table.profile or table.reversal_interval_s == 0.0):
-        raise ConfigurationError(
-            f"table.dwell_s is {table.dwell_s:g}, but nothing says when the table stands",
-            "give table.reversal_interval_s, and no table.profile",
-        )
+    require(
+        not 0.0 < table.reversal_interval_s <= turn_round or bool(table.profile),
+        f"table.reversal_interval_s {table.reversal_interval_s:g} leaves no time to "
+        f"turn round in {turn_round:g} s",
+        "raise it or table.acceleration_deg_per_s2",
+    )
+    require(
+        table.dwell_s == 0.0 or (not table.profile and table.reversal_interval_s > 0.0),
+        f"table.dwell_s is {table.dwell_s:g}, but nothing says when the table stands",
+        "give table.reversal_interval_s, and no table.profile",
+    )
     ripple = sum(fraction for _, fraction in table.ripple)
-    if ripple >= 1.0:
-        remedy = "keep them below 1 so that the table keeps its direction"
-        raise ConfigurationError(f"table.ripple: fractions add up to {ripple:g}", remedy)
+    problem = f"table.ripple: fractions add up to {ripple:g}"
+    require(ripple < 1.0, problem, "keep them below 1 so that the table keeps its direction")
 
 
 def _check_delay(encoder: EncoderConfig, duration: float) -> None:
     end = float(encoder.delay_at(duration, duration))
     # The difference of drift and clock may leave a rounding below zero.
-    if not -1e-12 <= end <= LONGEST_DELAY_S:
-        raise ConfigurationError(
-            f"encoder.latency_s, latency_drift_s and clock_ppm put readings {end:g} s late after "
-            f"{duration:g} s",
-            f"keep it from 0 to {LONGEST_DELAY_S:g} s; a clock that runs slow needs a latency "
-            "to begin with",
-        )
+    require(
+        -1e-12 <= end <= LONGEST_DELAY_S,
+        f"encoder.latency_s, latency_drift_s and clock_ppm put readings {end:g} s late after "
+        f"{duration:g} s",
+        f"keep it from 0 to {LONGEST_DELAY_S:g} s; a clock that runs slow needs a latency "
+        "to begin with",
+    )
 
 
 def _check_modes(config: RigConfig) -> None:
-    if config.gyro.mode == "still" and config.turning:
-        raise ConfigurationError(
-            "gyro.mode is 'still' on a turning table",
-            "set table.rate_deg_per_s = 0, or mode rate-biased or dithered",
-        )
-    if config.dither.is_left and config.gyro.mode != "dithered":
-        raise ConfigurationError(
-            f"dither.residue and dither.delay_s are of mode 'dithered'; gyro.mode is "
-            f"{config.gyro.mode!r}",
-            "set gyro.mode to 'dithered', or both to 0",
-        )
-    if config.gyro.dither_frequency_hz + min(config.dither.detuning_hz) <= 0.0:
-        problem = f"dither.detuning_hz {min(config.dither.detuning_hz):g} leaves no frequency"
-        raise ConfigurationError(problem, "keep it above -gyro.dither_frequency_hz")
+    gyro, detuning = config.gyro, min(config.dither.detuning_hz)
+    require(
+        gyro.mode != "still" or not config.turning,
+        "gyro.mode is 'still' on a turning table",
+        "set table.rate_deg_per_s = 0, or mode rate-biased or dithered",
+    )
+    require(
+        not config.dither.is_left or gyro.mode == "dithered",
+        f"dither.residue and dither.delay_s are of mode 'dithered'; gyro.mode is {gyro.mode!r}",
+        "set gyro.mode to 'dithered', or both to 0",
+    )
+    require(
+        gyro.dither_frequency_hz + detuning > 0.0,
+        f"dither.detuning_hz {detuning:g} leaves no frequency",
+        "keep it above -gyro.dither_frequency_hz",
+    )
     slowest, fastest = _sensed_rates(config)
-    if config.gyro.mode == "rate-biased":
-        _check_clear_of_lock_in(config.gyro, slowest)
-    dither = dither_of(config.gyro)
+    if gyro.mode == "rate-biased":
+        _check_clear_of_lock_in(gyro, slowest)
+    dither = dither_of(gyro)
     if dither is not None:
-        for laser, rate in zip(ring_lasers_of(config.gyro), fastest, strict=True):
+        for laser, rate in zip(ring_lasers_of(gyro), fastest, strict=True):
             try:
                 angle_random_walk(laser, 1.1 * rate, dither)
             except ValueError as error:
@@ -357,15 +357,14 @@ def _check_modes(config: RigConfig) -> None:
 
 
 def _check_clear_of_lock_in(gyro: GyroConfig, slowest: FloatArray) -> None:
-    for g, name in enumerate(GYRO_NAMES):
-        needed = _CLEAR_OF_LOCK_IN * gyro.lock_in_deg_per_h[g] * DEGREE_PER_HOUR
-        if slowest[g] < needed:
-            raise ConfigurationError(
-                f"gyro.mode is 'rate-biased' but gyro {name} comes down to "
-                f"{slowest[g] / DEGREE:.3g} deg/s",
-                f"the table must turn one way and give it {needed / DEGREE:.3g} deg/s, "
-                f"{_CLEAR_OF_LOCK_IN:g} times its lock-in",
-            )
+    for name, lock_in, rate in zip(GYRO_NAMES, gyro.lock_in_deg_per_h, slowest, strict=True):
+        needed = _CLEAR_OF_LOCK_IN * lock_in * DEGREE_PER_HOUR
+        require(
+            rate >= needed,
+            f"gyro.mode is 'rate-biased' but gyro {name} comes down to {rate / DEGREE:.3g} deg/s",
+            f"the table must turn one way and give it {needed / DEGREE:.3g} deg/s, "
+            f"{_CLEAR_OF_LOCK_IN:g} times its lock-in",
+        )
 
 
 def _sensed_rates(config: RigConfig) -> tuple[FloatArray, FloatArray]:
@@ -399,25 +398,18 @@ def preset(name: str) -> RigConfig:
     return PRESETS[name]
 
 
+# By order of the table angle: arcsec.
+_HARMONICS: Final = zip(
+    (1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 8.0, 9.0, 12.0, 18.0, 24.0, 36.0),
+    (0.6, 0.45, 0.3, 0.25, 0.2, 0.15, 0.12, 0.1, 0.08, 0.06, 0.04, 0.03),
+    strict=True,
+)
 _PAPER = RigConfig(
     table=TableConfig(jitter_rms_deg_per_s=0.004, ripple=((12.0, 5e-4), (36.0, 2e-4))),
     encoder=EncoderConfig(periodic_error=((1.0, 1.0),), latch_jitter_s=20e-6),
     platform=PlatformConfig(share_deviation=(0.001, 0.0, -0.001)),
     disturbances=DisturbancesConfig(
-        angle=(
-            (1.0, 0.6),
-            (2.0, 0.45),
-            (3.0, 0.3),
-            (4.0, 0.25),
-            (5.0, 0.2),
-            (6.0, 0.15),
-            (8.0, 0.12),
-            (9.0, 0.1),
-            (12.0, 0.08),
-            (18.0, 0.06),
-            (24.0, 0.04),
-            (36.0, 0.03),
-        ),
+        angle=tuple(_HARMONICS),
         time=((0.0137, 0.08), (1.37, 0.05), (7.3, 0.03), (50.0, 0.02), (100.0, 0.01)),
     ),
 )

@@ -125,37 +125,34 @@ def overlaid(base: Any, values: Mapping[str, Any], prefix: str = "") -> Any:
 
 
 def _checked(rule: Rule, name: str, value: Any) -> Any:
+    problem = f"{name} is {quoted(value)}"
     if isinstance(rule, Choice):
-        _require(
-            value in rule.choices,
-            f"{name} is {quoted(value)}",
-            f"use one of {', '.join(rule.choices)}",
-        )
+        require(value in rule.choices, problem, f"use one of {', '.join(rule.choices)}")
     elif isinstance(rule, PairsOf):
         halves = (rule.first, rule.second)
         expected = f"it must be a list of pairs [{', '.join(half.name for half in halves)}]"
-        _require(isinstance(value, list | tuple), f"{name} is {quoted(value)}", expected)
+        require(isinstance(value, list | tuple), problem, expected)
         for pair in value:
             whole = isinstance(pair, list | tuple) and len(pair) == len(halves)
-            _require(whole, f"{name} holds {quoted(pair)}", expected)
+            require(whole, f"{name} holds {quoted(pair)}", expected)
         names = [f"{name} ({half.name})" for half in halves]
         return tuple(tuple(map(_checked, halves, names, pair)) for pair in value)
     elif isinstance(rule, PerGyro):
         three = (value,) * 3 if isinstance(value, int | float) else value
         whole = isinstance(three, list | tuple) and len(three) == 3
-        _require(whole, f"{name} is {quoted(value)}", "it must be a number or a list of three")
+        require(whole, problem, "it must be a number or a list of three")
         return tuple(_checked(Number(rule.low, rule.high), name, one) for one in three)
     else:
-        problem, limits = f"{name} is {quoted(value)}", allowed(rule)
         if isinstance(rule, Whole):
-            _require(isinstance(value, int), problem, "it must be a whole number")
+            require(isinstance(value, int), problem, "it must be a whole number")
         number = isinstance(value, int | float) and not isinstance(value, bool)
-        _require(number, problem, f"it must be a number from {limits}")
-        _require(rule.low <= value <= rule.high, problem, f"it must lie from {limits}")
+        require(number, problem, f"it must be a number from {allowed(rule)}")
+        require(rule.low <= value <= rule.high, problem, f"it must lie from {allowed(rule)}")
     return value
 
 
-def _require(true: bool, problem: str, remedy: str) -> None:
+def require(true: bool, problem: str, remedy: str) -> None:
+    """Raise `ConfigurationError` unless something is true."""
     if not true:
         raise ConfigurationError(problem, remedy)
 

@@ -259,38 +259,30 @@ def movers_of(config: TableConfig, step: float, streams: RandomStreams) -> tuple
     A servo that holds the angle jitters as an oscillator; one that holds the rate lets the angle
     walk. The wander is in proportion to the rate that is commanded.
     """
-    movers: list[Mover] = []
     if not config.turning:
         return ()
-    jitter, hunting = config.jitter_rms_deg_per_s * DEGREE, config.hunting_rms_deg_per_s * DEGREE
+
+    def oscillator(rms: float, hertz: float, damping: float, random: np.random.Generator) -> Mover:
+        return Oscillator(
+            frequency=hertz, damping=damping, rms_rate=rms * DEGREE, step=step, random=random
+        )
+
+    def noise(rms: float, share: float, decay: float, random: np.random.Generator) -> Mover:
+        return RateNoise(rms=rms * DEGREE, share=share, decay=decay, step=step, random=random)
+
+    jitter, hertz = config.jitter_rms_deg_per_s, config.jitter_bandwidth_hz
+    hunting, damping = config.hunting_rms_deg_per_s, 0.5 / config.hunting_quality
+    movers: list[Mover] = []
     if jitter > 0.0 and config.jitter_spectrum == "position":
-        held = Oscillator(
-            frequency=config.jitter_bandwidth_hz,
-            damping=config.jitter_damping,
-            rms_rate=jitter,
-            step=step,
-            random=streams.jitter,
-        )
-        movers.append(held)
+        movers.append(oscillator(jitter, hertz, config.jitter_damping, streams.jitter))
     elif jitter > 0.0:
-        decay = math.exp(-2.0 * math.pi * config.jitter_bandwidth_hz * step)
-        movers.append(
-            RateNoise(rms=jitter, share=0.0, decay=decay, step=step, random=streams.jitter)
-        )
+        decay = math.exp(-2.0 * math.pi * hertz * step)
+        movers.append(noise(jitter, 0.0, decay, streams.jitter))
     if config.wander_fraction > 0.0:
-        decay, share = math.exp(-step / config.wander_time_s), config.wander_fraction
-        movers.append(
-            RateNoise(rms=0.0, share=share, decay=decay, step=step, random=streams.wander)
-        )
+        decay = math.exp(-step / config.wander_time_s)
+        movers.append(noise(0.0, config.wander_fraction, decay, streams.wander))
     if hunting > 0.0:
-        hunted = Oscillator(
-            frequency=config.hunting_hz,
-            damping=0.5 / config.hunting_quality,
-            rms_rate=hunting,
-            step=step,
-            random=streams.hunting,
-        )
-        movers.append(hunted)
+        movers.append(oscillator(hunting, config.hunting_hz, damping, streams.hunting))
     return tuple(movers)
 
 

@@ -197,20 +197,17 @@ def _dither_truths(config: RigConfig) -> dict[str, DitherTruth]:
 
 
 def _gyro_truths(config: RigConfig, table_rate: float) -> dict[str, NoiseTruth]:
-    gyro = config.gyro
-    noise = _angle_random_walk(config, table_rate)
-    return {
-        name: NoiseTruth(
-            quantization_arcsec=math.hypot(
-                gyro.quantization_step_arcsec[g] / math.sqrt(12.0), gyro.angle_noise_arcsec[g]
-            ),
-            arw_deg_per_sqrt_h=noise[g],
+    gyro, truths = config.gyro, {}
+    for g, walk in enumerate(_angle_random_walk(config, table_rate)):
+        step = gyro.quantization_step_arcsec[g] / math.sqrt(12.0)
+        truths[GYRO_NAMES[g]] = NoiseTruth(
+            quantization_arcsec=math.hypot(step, gyro.angle_noise_arcsec[g]),
+            arw_deg_per_sqrt_h=walk,
             bias_instability_deg_per_h=gyro.bias_instability_deg_per_h[g],
             rate_random_walk_deg_per_h_per_sqrt_h=gyro.rate_random_walk_deg_per_h_per_sqrt_h[g],
             rate_ramp_deg_per_h_per_h=gyro.rate_ramp_deg_per_h_per_h[g],
         )
-        for g, name in enumerate(GYRO_NAMES)
-    }
+    return truths
 
 
 def _angle_random_walk(config: RigConfig, table_rate: float) -> list[float]:
