@@ -78,7 +78,14 @@ def assemble(
     _require_readable(source, statements)
     choice = choose(source.columns, statements)
     require_known(choice, source.columns, statements)
-    scales = _scales(choice, statements)
+    # By the keys of the columns.
+    scales = {
+        one.key: scale_of(name, one, statements, sensor)
+        for sensor, columns in choice.sensors.items()
+        for name, one in columns.items()
+    }
+    if choice.table is not None:
+        scales[choice.table.key] = table_scale(choice.table)
     if choice.time is None and statements.first("sample_rate") is None:
         raise RecordingError(
             "neither a sample rate nor time stamps are stated",
@@ -124,22 +131,6 @@ def _require_readable(source: Source, statements: Statements) -> None:
                 channel=key,
                 remedy="correct the file, or name the gyros to take with {gyros}",
             )
-
-
-def _scales(choice: Choice, statements: Statements) -> dict[str, Scale]:
-    """Key of a column of a gyro, an accelerometer or the table -> kind and unit.
-
-    Raises
-    ------
-    RecordingError
-        If one is not stated.
-    """
-    scales = {one.key: scale_of(name, one, statements) for name, one in choice.gyros.items()}
-    for name, one in choice.accelerometers.items():
-        scales[one.key] = scale_of(name, one, statements, "accelerometer")
-    if choice.table is not None:
-        scales[choice.table.key] = table_scale(choice.table)
-    return scales
 
 
 def check_lengths(lengths: Mapping[str, int]) -> None:
@@ -195,48 +186,48 @@ def _recording(
     apart = [one.key for one in (choice.time, choice.null_pulse) if one is not None]
     keys = [key for key in choice.keys if key not in apart]
     columns = stored.read(keys, stretch.first, stretch.stop)
-    gyros = [
-        _gyro(name, columns.pop(one.key), scales[one.key], period, rate)
-        for name, one in choice.gyros.items()
+    sensors = [
+        _sensor(name, columns.pop(one.key), scales[one.key], period, rate)
+        for own in choice.sensors.values()
+        for name, one in own.items()
     ]
-    forces = [
-        gyro_channel(name, columns.pop(one.key), scales[one.key], None)
-        for name, one in choice.accelerometers.items()
-    ]
-    table = None
+    channels = [one.channel for one in sensors]
+    gyros = tuple(one for one in channels if one.sensor == "gyro")
+    notes = [note for one in sensors for note in one.notes]
+    table, pulses = None, None
     if choice.table is not None:
         raw, scale = columns.pop(choice.table.key), scales[choice.table.key]
-        doubts = table_counter_notes(choice.table.name, raw, scale)
-        table = table_channel(raw, scale, period)
-        table = replace(table, notes=(*doubts, *table.notes))
-        table = with_lost_readings(table, [gyro.channel for gyro in gyros], rate)
-    pulses, of_pulses = None, tuple[Note, ...]()
+        notes += table_counter_notes(choice.table.name, raw, scale)
+        made = with_lost_readings(table_channel(raw, scale, period), gyros, rate)
+        table = made.channel
+        notes += made.notes
     if choice.null_pulse is not None:
         # Loaded by itself: it shrinks to an eighth before the next is in memory.
         key = choice.null_pulse.key
-        pulses, of_pulses = pulses_of(
-            stored.read([key], stretch.first, stretch.stop)[key], column=key
-        )
-    made = [one for one in (*gyros, *forces, table) if one is not None]
+        levels = stored.read([key], stretch.first, stretch.stop).pop(key)
+        pulses, of_pulses = pulses_of(levels, column=key)
+        notes += of_pulses
     return Recording(
-        gyros=tuple(gyro.channel for gyro in gyros),
-        accelerometers=tuple(one.channel for one in forces),
+        gyros=gyros,
+        accelerometers=tuple(one for one in channels if one.sensor == "accelerometer"),
         sample_rate=rate,
         times=stretch.sampling.times,
-        table=table.channel if table else None,
+        table=table,
         null_pulse=pulses,
         pickoffs=tuple(
             Pickoff(gyro=name, values=columns[one.key]) for name, one in choice.pickoffs.items()
         ),
         temperature=columns[choice.temperature.key] if choice.temperature else None,
-        notes=(*(note for one in made for note in one.notes), *of_pulses),
+        notes=tuple(notes),
     )
 
 
-def _gyro(
+def _sensor(
     name: str, raw: FloatArray, scale: Scale, counter_period: float | None, sample_rate: float
 ) -> Conversion:
-    """A gyro, with what its numbers speak against."""
+    """A gyro, with what its numbers speak against, or an accelerometer."""
+    if scale.sensor == "accelerometer":
+        return gyro_channel(name, raw, scale, None)
     # The channel is made in place: what the raw numbers tell has to be asked before.
     doubts = counter_notes(name, raw, scale) if counter_period is None else ()
     taken = gyro_channel(name, raw, scale, counter_period)

@@ -20,7 +20,7 @@ from sagnac.core.units import (
 )
 from sagnac.formats.choice import TIME_FORMS, Choice
 from sagnac.formats.source import Column
-from sagnac.formats.statement import Statements, of_channel, parsed_unit
+from sagnac.formats.statement import Statements, parsed_unit
 from sagnac.recording.channel import (
     KINDS,
     Channel,
@@ -159,11 +159,12 @@ def require_known(choice: Choice, columns: Sequence[Column], statements: Stateme
     RecordingError
         If caller or TOML state one, which would be heard by nobody.
     """
-    taken = {column.key for column in choice.sensors.values()}
-    others = {one.name for one in columns if one.key not in taken}
+    taken = {**choice.gyros, **choice.accelerometers}
+    keys = {column.key for column in taken.values()}
+    others = {one.name for one in columns if one.key not in keys}
     others |= {name for one in statements.in_order for name in one.columns}
     for quantity, roles in (("kind", ()), ("unit", ("table", "time"))):
-        known = dict.fromkeys((*choice.sensors, "gyros", "accelerometers", *roles))
+        known = dict.fromkeys((*taken, "gyros", "accelerometers", *roles))
         for statement in (statements.caller, statements.beside):
             stated = getattr(statement, quantity)
             for name in stated if isinstance(stated, Mapping) else ():
@@ -184,8 +185,9 @@ def stated_for(
 ) -> tuple[str | None, str | None]:
     """Kind or unit of a channel as caller or TOML state it, and as its column or file does."""
     by_file: str | None = getattr(column, quantity)
-    by_file = by_file or of_channel(statements.file, quantity, name, sensor)
-    return statements.by_user(quantity, name, sensor), by_file
+    by_file = by_file or statements.file.of_channel(quantity, name, sensor)
+    by_user = (one.of_channel(quantity, name, sensor) for one in statements.in_order[:2])
+    return next(filter(None, by_user), None), by_file
 
 
 def scale_of(name: str, column: Column, statements: Statements, sensor: Sensor = "gyro") -> Scale:
@@ -198,46 +200,47 @@ def scale_of(name: str, column: Column, statements: Statements, sensor: Sensor =
     RecordingError
         If kind, unit or the size of a count is not stated, or they contradict each other.
     """
-    by_user, by_file = stated_for("kind", name, column, statements, sensor)
-    kind = _kind(name, by_user or by_file, sensor)
-    in_words, unit_by_file = stated_for("unit", name, column, statements, sensor)
-    unit = in_words or unit_by_file
+    kinds = stated_for("kind", name, column, statements, sensor)
+    units = stated_for("unit", name, column, statements, sensor)
+    kind, unit = _kind(name, kinds[0] or kinds[1], sensor), units[0] or units[1]
     if sensor == "accelerometer":
         unit, factor = _unit_of_force(name, kind, unit)
         return Scale(kind=kind, unit=unit, factor=factor, sensor=sensor)
     unit = _sized_unit(name, unit, statements.first("scale"))
-    notes = []
-    if in_words and unit_by_file and canonical(in_words) != canonical(unit_by_file):
-        notes.append(_contradiction(name, "unit", (unit_by_file, in_words), statements))
-    if by_file is not None and by_file != kind:
-        notes.append(_contradiction(name, "kind", (by_file, kind), statements))
+    by_caller = (
+        statements.caller.of_channel("unit", name),
+        statements.caller.of_channel("kind", name),
+    )
+    notes = [
+        _contradiction(name, in_words, by_file, is_typed=typed is not None)
+        for (in_words, by_file), typed in zip((units, kinds), by_caller, strict=True)
+        if in_words and by_file and canonical(in_words) != canonical(by_file)
+    ]
     return Scale(kind=kind, unit=unit, factor=_gyro_factor(name, kind, unit), notes=tuple(notes))
 
 
 def _kind(name: str, stated: str | None, sensor: Sensor) -> Kind:
     if stated is None and sensor == "accelerometer":
         return "rate"
-    whose = f"{name}=" if sensor == "accelerometer" else ""
-    remedy = f"state {{kind {whose}{'|'.join(KINDS)}}}"
-    if stated is None:
-        raise RecordingError("its kind is not stated", channel=name, remedy=remedy)
     for kind in KINDS:
         if kind == stated:
             return kind
+    whose = f"{name}=" if sensor == "accelerometer" else ""
     raise RecordingError(
-        f"the file says kind {stated!r}, which is none", channel=name, remedy=remedy
+        "its kind is not stated"
+        if stated is None
+        else f"the file says kind {stated!r}, which is none",
+        channel=name,
+        remedy=f"state {{kind {whose}{'|'.join(KINDS)}}}",
     )
 
 
-def _contradiction(
-    name: str, quantity: str, stated: tuple[str, str], statements: Statements
-) -> Note:
+def _contradiction(name: str, taken: str, by_file: str, *, is_typed: bool) -> Note:
     """The file states another kind or unit than is taken.
 
     A caller knows what is typed; a TOML beside may be of the file that had this name before.
     """
-    by_file, taken = stated
-    if of_channel(statements.caller, quantity, name, "gyro") is not None:
+    if is_typed:
         return Note(channel=name, text=f"the file says {by_file}, taken as {taken} as stated")
     text = (
         f"the file says {by_file} and the TOML beside it {taken}, which is taken; remove the TOML "
@@ -351,7 +354,7 @@ def _no_unit(role: Literal["table", "time"], column: Column) -> RecordingError:
 def gyro_channel(
     name: str, raw: FloatArray, scale: Scale, counter_period: float | None
 ) -> Conversion:
-    """A gyro.
+    """A gyro or an accelerometer.
 
     Parameters
     ----------
@@ -369,8 +372,20 @@ def gyro_channel(
     RecordingError
         If it cannot be such a counter: it is no angle, or spans more than that holds.
     """
-    if counter_period is None:
-        return _in_si(name, scale, raw)
+    readings, notes = raw, tuple[Note, ...]()
+    if counter_period is not None:
+        readings, notes = _running(name, raw, scale, counter_period)
+    values = elementwise(np.multiply, readings, scale.factor, out=readings)
+    channel = Channel(
+        name=name, kind=scale.kind, shown_in=scale.unit, values=values, sensor=scale.sensor
+    )
+    return Conversion(channel=channel, notes=notes)
+
+
+def _running(
+    name: str, raw: FloatArray, scale: Scale, period: float
+) -> tuple[FloatArray, tuple[Note, ...]]:
+    """A counter of angle that starts over at `period`, made continuous, and how often it did."""
     if scale.kind != "angle":
         raise RecordingError(
             f"a counter that rolls over is an angle, not kind {scale.kind}",
@@ -378,28 +393,17 @@ def gyro_channel(
             remedy="state {kind angle}, or leave out {counter-bits} and {counter-period}",
         )
     extent = finite_extent(raw)
-    if extent >= counter_period:
+    if extent >= period:
         raise RecordingError(
-            f"it spans {extent:.6g} counts, more than a counter of {counter_period:.9g} holds",
+            f"it spans {extent:.6g} counts, more than a counter of {period:.9g} holds",
             channel=name,
             remedy="state the right {counter-bits} or {counter-period}",
         )
-    continuous, wraps = unwrapped(raw, counter_period)
-    if not wraps:
-        return _in_si(name, scale, continuous)
-    bits = math.log2(counter_period)
-    what = f"{bits:g} bit counter" if bits.is_integer() else f"counter of {counter_period:.9g}"
+    continuous, wraps = unwrapped(raw, period)
+    bits = math.log2(period)
+    what = f"{bits:g} bit counter" if bits.is_integer() else f"counter of {period:.9g}"
     text = f"the {what} rolled over {counted(wraps, 'time')}: unwrapped"
-    return _in_si(name, scale, continuous, Note(channel=name, text=text))
-
-
-def _in_si(name: str, scale: Scale, readings: FloatArray, *notes: Note) -> Conversion:
-    """The channel of these readings, which become SI in place."""
-    values = elementwise(np.multiply, readings, scale.factor, out=readings)
-    channel = Channel(
-        name=name, kind=scale.kind, shown_in=scale.unit, values=values, sensor=scale.sensor
-    )
-    return Conversion(channel=channel, notes=notes)
+    return continuous, (Note(channel=name, text=text),) if wraps else ()
 
 
 def table_channel(raw: FloatArray, scale: Scale, counter_period: float | None) -> Conversion:

@@ -3,10 +3,10 @@
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Final, Literal
+from typing import Final
 
 from sagnac.core.errors import Note, RecordingError
-from sagnac.core.units import TIME_UNITS, canonical
+from sagnac.core.units import TIME_UNITS, Sensor, canonical
 from sagnac.formats.source import Column
 from sagnac.formats.statement import Statements
 from sagnac.recording.channel import PICKOFF
@@ -28,6 +28,15 @@ _TIME_LIKE: Final = re.compile(
     r"|^(?:t|sec|secs|seconds|X_Value)$|^time|time$",
     re.IGNORECASE,
 )
+# Role of a column -> the names that it usually has, its own unless listed. No name alone makes a
+# column the temperature of the unit.
+_USUAL_NAMES: Final = {"table": TABLE_NAMES, "time": TIME_NAMES, TEMPERATURE: ()}
+# Roles whose column may be stated with its unit, and the inputs that state one.
+_WITH_UNIT: Final = ("table", "time")
+_INPUTS: Final = {
+    **{role: f"{{{role} COLUMN:UNIT}}" for role in _WITH_UNIT},
+    NULL_PULSE_NAME: "{null-pulse COLUMN}",
+}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -68,9 +77,9 @@ class Choice:
                 )
 
     @property
-    def sensors(self) -> dict[str, Column]:
-        """Gyros and accelerometers: name wanted -> column."""
-        return {**self.gyros, **self.accelerometers}
+    def sensors(self) -> dict[Sensor, Mapping[str, Column]]:
+        """Gyros and accelerometers: name wanted -> column of each."""
+        return {"gyro": self.gyros, "accelerometer": self.accelerometers}
 
     @property
     def keys(self) -> tuple[str, ...]:
@@ -92,22 +101,16 @@ def choose(columns: Sequence[Column], statements: Statements) -> Choice:
     gyros = choose_gyros(columns, statements)
     accelerometers = choose_accelerometers(columns, statements)
     taken = frozenset(column.key for column in (*gyros.values(), *accelerometers.values()))
-    table = choose_table(columns, statements, taken)
     time, notes = choose_time(columns, statements, taken)
-    pulse, warm = statements.role(NULL_PULSE_NAME), statements.column(TEMPERATURE)
+    pickoffs = {gyro: choose_one(columns, statements, PICKOFF + gyro) for gyro in gyros}
     return Choice(
         gyros=gyros,
         accelerometers=accelerometers,
-        pickoffs=_choose_pickoffs(columns, statements, gyros),
-        table=table,
+        pickoffs={gyro: column for gyro, column in pickoffs.items() if column is not None},
+        table=choose_one(columns, statements, "table", taken),
         time=time,
-        null_pulse=_named(columns, pulse, "{null-pulse COLUMN}")
-        if pulse
-        else find(columns, NULL_PULSE_NAME),
-        # No name alone makes a column the temperature of the unit.
-        temperature=_named(columns, warm, "{columns temperature=COLUMN}")
-        if warm not in (None, "none")
-        else None,
+        null_pulse=choose_one(columns, statements, NULL_PULSE_NAME),
+        temperature=choose_one(columns, statements, TEMPERATURE),
         notes=notes,
     )
 
@@ -193,41 +196,31 @@ def _choose(
     return {name: _named(columns, statements.column(name) or name, inputs) for name in names}
 
 
-def _choose_pickoffs(
-    columns: Sequence[Column], statements: Statements, gyros: Iterable[str]
-) -> dict[str, Column]:
-    """The pick-off of each gyro: the column stated, else one called ``pickoff_`` and the gyro.
-
-    Raises
-    ------
-    RecordingError
-        If one that is stated is not there.
-    """
-    found = {}
-    for gyro in gyros:
-        stated = statements.column(PICKOFF + gyro)
-        if stated == "none":
-            continue
-        if stated:
-            found[gyro] = _named(columns, stated, f"{{columns {PICKOFF}{gyro}=COLUMN}}")
-        elif (column := find(columns, PICKOFF + gyro)) is not None:
-            found[gyro] = column
-    return found
-
-
-def choose_table(
-    columns: Sequence[Column], statements: Statements, taken: frozenset[str]
+def choose_one(
+    columns: Sequence[Column],
+    statements: Statements,
+    role: str,
+    taken: frozenset[str] = frozenset(),
 ) -> Column | None:
-    """The table angle: the column stated, else the first of a usual name that is not `taken`.
+    """The column of a role: the one stated, else the first of a usual name that is not `taken`.
+
+    Parameters
+    ----------
+    columns
+        Of the file.
+    statements
+        Of caller, TOML and file.
+    role
+        ``table``, ``null_pulse``, ``temperature``, or ``pickoff_`` and a gyro.
+    taken
+        Keys of columns that are something else.
 
     Raises
     ------
     RecordingError
         If one that is stated is not there.
     """
-    if statements.role("table") is not None:
-        return _choose_stated(columns, statements, "table")
-    return next(_usual(columns, statements, "table", taken), None)
+    return next(_possible(columns, statements, role, taken), None)
 
 
 def choose_time(
@@ -242,11 +235,12 @@ def choose_time(
     RecordingError
         If one that is stated is not there.
     """
+    possible = _possible(columns, statements, "time", taken)
     if statements.role("time") is not None:
-        return _choose_stated(columns, statements, "time"), ()
+        return next(possible, None), ()
     notes: list[Note] = []
     left_out = set(taken)
-    for column in _usual(columns, statements, "time", taken):
+    for column in possible:
         if column.unit is not None or statements.first("sample_rate") is None:
             return column, tuple(notes)
         left_out.add(column.key)
@@ -273,40 +267,30 @@ def choose_time(
     return None, tuple(notes)
 
 
-def _choose_stated(
-    columns: Sequence[Column], statements: Statements, role: Literal["table", "time"]
-) -> Column | None:
-    """The column stated as ``COLUMN`` or ``COLUMN:UNIT``; None for ``none``.
+def _possible(
+    columns: Sequence[Column], statements: Statements, role: str, taken: frozenset[str]
+) -> Iterator[Column]:
+    """Columns of a role: the one stated as ``COLUMN`` or ``COLUMN:UNIT``, else of usual names.
 
     Raises
     ------
     RecordingError
-        If it is not there.
+        If the one that is stated is not there.
     """
-    stated = statements.role(role) or "none"
-    if stated == "none":
-        return None
-    column, unit = find(columns, stated), statements.own_unit(role)
-    if column is None:
-        name, colon, unit = stated.rpartition(":")
-        column = _named(columns, name if colon else stated, f"{{{role} COLUMN:UNIT}}")
-    return _in_unit(column, role, unit)
+    stated, unit = statements.role(role), statements.own_unit(role)
+    if stated is None:
+        for name in _USUAL_NAMES.get(role, (role,)):
+            column = find(columns, name)
+            if column is not None and column.key not in taken:
+                yield _in_unit(column, role, unit)
+    elif stated != "none":
+        if role in _WITH_UNIT and ":" in stated and find(columns, stated) is None:
+            stated, _, unit = stated.rpartition(":")
+        inputs = _INPUTS.get(role, f"{{columns {role}=COLUMN}}")
+        yield _in_unit(_named(columns, stated, inputs), role, unit)
 
 
-def _usual(
-    columns: Sequence[Column],
-    statements: Statements,
-    role: Literal["table", "time"],
-    taken: frozenset[str],
-) -> Iterator[Column]:
-    """Columns of the usual names of a role that are not `taken`."""
-    for name in TABLE_NAMES if role == "table" else TIME_NAMES:
-        column = find(columns, name)
-        if column is not None and column.key not in taken:
-            yield _in_unit(column, role, statements.own_unit(role))
-
-
-def _in_unit(column: Column, role: Literal["table", "time"], unit: str | None) -> Column:
+def _in_unit(column: Column, role: str, unit: str | None) -> Column:
     """A column in the unit that is stated of it, if one is.
 
     Raises

@@ -8,7 +8,7 @@ import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, fields
 from pathlib import Path
-from typing import Any, Final
+from typing import Any, Final, Literal
 
 from sagnac.core.documents import read_toml
 from sagnac.core.errors import Note, RecordingError, one_line, quoted
@@ -184,6 +184,26 @@ class Statement:
         if self.counter_bits is not None and self.counter_period is not None:
             raise ValueError("counter_bits and counter_period are both given; give one of them")
 
+    def of_channel(
+        self, quantity: Literal["kind", "unit"], name: str, sensor: Sensor = "gyro"
+    ) -> str | None:
+        """Statement of ``kind`` or ``unit`` of a channel: its own, or that of all of its sensor.
+
+        One that names no channels is that of the gyros.
+
+        Examples
+        --------
+        >>> stated = Statement(unit={"x": "deg/s", "accelerometers": "g"}, kind="rate")
+        >>> stated.of_channel("unit", "ax", "accelerometer"), stated.of_channel("unit", "z")
+        ('g', None)
+        >>> stated.of_channel("kind", "z")
+        'rate'
+        """
+        stated: str | Mapping[str, str] | None = getattr(self, quantity)
+        if isinstance(stated, Mapping):
+            return stated.get(name, stated.get(f"{sensor}s"))
+        return stated if sensor == "gyro" else None
+
 
 def _require(name: str, value: Any, is_right: Callable[[Any], bool], remedy: str) -> None:
     if value is not None and not is_right(value):
@@ -323,8 +343,8 @@ class Statements:
         return self.caller, self.beside, self.file
 
     def first(self, name: str) -> Any:
-        """The first that is stated for a field of `Statement`, None if none is."""
-        stated = (getattr(statement, name) for statement in self.in_order)
+        """The first that is stated for a field of `Statement`, None if none is, or no field."""
+        stated = (getattr(statement, name, None) for statement in self.in_order)
         return next((value for value in stated if value is not None), None)
 
     @property
@@ -361,42 +381,13 @@ class Statements:
         return next((one.columns[name] for one in self.in_order if name in one.columns), None)
 
     def role(self, role: str) -> str | None:
-        """Statement of ``time``, ``table`` or ``null_pulse``, or None."""
+        """The column stated for ``time``, ``table`` or another that is no gyro, or None."""
         return self.first(role) or self.column(role)
 
     def own_unit(self, name: str) -> str | None:
         """The unit stated for `name` alone; one for all gyros does not count."""
-        units = (_by_name(one.unit) for one in self.in_order)
+        units = (one.unit for one in self.in_order if isinstance(one.unit, Mapping))
         return next((unit[name] for unit in units if name in unit), None)
-
-    def by_user(self, quantity: str, name: str, sensor: Sensor = "gyro") -> str | None:
-        """Statement by caller or TOML of ``kind`` or ``unit`` of a channel, or None."""
-        return of_channel(self.caller, quantity, name, sensor) or of_channel(
-            self.beside, quantity, name, sensor
-        )
-
-
-def _by_name(stated: str | Mapping[str, str] | None) -> Mapping[str, str]:
-    return stated if isinstance(stated, Mapping) else {}
-
-
-def of_channel(statement: Statement, quantity: str, name: str, sensor: Sensor) -> str | None:
-    """Statement of ``kind`` or ``unit`` of a channel: its own, or that of all of its sensor.
-
-    One that names no channels is that of the gyros.
-
-    Examples
-    --------
-    >>> stated = Statement(unit={"x": "deg/s", "accelerometers": "g"}, kind="rate")
-    >>> of_channel(stated, "unit", "ax", "accelerometer"), of_channel(stated, "unit", "z", "gyro")
-    ('g', None)
-    >>> of_channel(stated, "kind", "z", "gyro")
-    'rate'
-    """
-    stated: str | Mapping[str, str] | None = getattr(statement, quantity)
-    if isinstance(stated, str):
-        return stated if sensor == "gyro" else None
-    return _by_name(stated).get(name, _by_name(stated).get(f"{sensor}s"))
 
 
 # ---- metadata ----------------------------------------------------------------------

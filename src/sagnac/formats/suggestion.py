@@ -20,7 +20,7 @@ from sagnac.formats.channels import stated_for
 from sagnac.formats.choice import (
     choose_accelerometers,
     choose_gyros,
-    choose_table,
+    choose_one,
     choose_time,
     is_like_time,
     is_time_unit,
@@ -74,7 +74,7 @@ def suggestion(source: Source, statements: Statements) -> dict[str, str]:
     _kind_and_unit(gyros, statements, missing)
     _unit_of_forces(source.columns, statements, missing)
     taken = frozenset(column.key for column in gyros.values())
-    table = choose_table(source.columns, statements, taken)
+    table = choose_one(source.columns, statements, "table", taken)
     if table is not None and not table.unit:
         missing["table"] = f"{table.name}:{UNIT}"
     missing.update(_sampling(source, statements, taken))
@@ -197,7 +197,7 @@ def candidates(source: Source, statements: Statements) -> tuple[Column, ...]:
     source, statements
         As for `suggestion`.
     """
-    table = choose_table(source.columns, statements, frozenset())
+    table = choose_one(source.columns, statements, "table")
     time, _ = choose_time(source.columns, statements, frozenset())
     taken = {one.key for one in (table, time) if one is not None}
     left = [one for one in source.columns if one.key not in taken and _is_no_other(one)]
