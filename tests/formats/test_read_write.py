@@ -215,9 +215,7 @@ class _Point:
 def points(monkeypatch):
     named = []
     monkeypatch.setattr(registry, "entry_points", lambda group: [_Point(one) for one in named])
-    registry.formats.cache_clear()
-    yield named
-    registry.formats.cache_clear()
+    return named
 
 
 def test_another_package_adds_a_format(tmp_path, points):

@@ -144,10 +144,18 @@ def read_analyses(source: Path | str) -> tuple[Mapping[str, Any], ...]:
         beside = {key: content[key] for key in ("accelerometers",) if key in content}
         if beside and isinstance(several[0], dict):
             several = [{**several[0], **beside}, *several[1:]]
-        return tuple(_checked(one, path) for one in several)
-    if schema != ANALYSIS:
+    elif schema == ANALYSIS:
+        several = [content]
+    else:
         raise RecordingError(f"is no document of schema {ANALYSIS}", path=str(path), remedy=_REMEDY)
-    return (_checked(content, path),)
+    for one in several:
+        try:
+            check_analysis(one)
+        except ValueError as error:
+            raise RecordingError(
+                f"breaks its schema {ANALYSIS}: {error}", path=str(path), remedy=_REMEDY
+            ) from None
+    return tuple(several)
 
 
 def documents_of(path: Path) -> tuple[Path, ...]:
@@ -213,17 +221,6 @@ def _reason(error: Exception) -> str:
 
 def _refused(name: str) -> float:
     raise ValueError(f"{name} is no number of JSON")
-
-
-def _checked(document: Any, path: Path) -> Mapping[str, Any]:
-    try:
-        check_analysis(document)
-    except ValueError as error:
-        raise RecordingError(
-            f"breaks its schema {ANALYSIS}: {error}", path=str(path), remedy=_REMEDY
-        ) from None
-    found: Mapping[str, Any] = document
-    return found
 
 
 @cache

@@ -209,6 +209,7 @@ class Sensed:
         return {name: title.replace(" ", "_") for name, title in self.titles.items()}
 
 
+_TITLES: Final = {name: name.replace("_", " ") for name in COEFFICIENT_UNITS}
 SENSED: Final[Mapping[Sensor, Sensed]] = {
     "gyro": Sensed(
         rate="rate",
@@ -216,13 +217,7 @@ SENSED: Final[Mapping[Sensor, Sensed]] = {
         rate_unit="deg/h",
         integral_unit="arcsec",
         coefficients=COEFFICIENT_UNITS,
-        titles={
-            "quantization": "quantization",
-            "angle_random_walk": "angle random walk",
-            "bias_instability": "bias instability",
-            "rate_random_walk": "rate random walk",
-            "rate_ramp": "rate ramp",
-        },
+        titles=_TITLES,
     ),
     "accelerometer": Sensed(
         rate="acceleration",
@@ -231,9 +226,9 @@ SENSED: Final[Mapping[Sensor, Sensed]] = {
         integral_unit="m/s",
         coefficients=FORCE_COEFFICIENT_UNITS,
         titles={
+            **_TITLES,
             "quantization": "velocity quantization",
             "angle_random_walk": "velocity random walk",
-            "bias_instability": "bias instability",
             "rate_random_walk": "acceleration random walk",
             "rate_ramp": "acceleration ramp",
         },

@@ -70,8 +70,16 @@ def _give_usual_rights(path: Path, most: int) -> None:
 
 
 @contextmanager
-def _part_of(path: Path, *, is_folder: bool = False) -> Iterator[Path]:
-    """A temporary file or folder beside `path` that goes in the end, with what is left in it.
+def _part_of(path: Path, *, becomes: Path | None = None) -> Iterator[Path]:
+    """A temporary file beside `path` that goes in the end.
+
+    Parameters
+    ----------
+    path
+        What it is to be.
+    becomes
+        Folder that the files of a temporary folder go to, if it is to be one: what is wrong with
+        one of them is told of the file that it becomes.
 
     Raises
     ------
@@ -84,7 +92,7 @@ def _part_of(path: Path, *, is_folder: bool = False) -> Iterator[Path]:
         with _signals_waiting():
             remove_leftovers(path)
             prefix = f".{path.name[:_LONGEST]}.{os.getpid()}."
-            if is_folder:
+            if becomes is not None:
                 name = tempfile.mkdtemp(prefix=prefix, suffix=_PART, dir=path.parent)
             else:
                 handle, name = tempfile.mkstemp(prefix=prefix, suffix=_PART, dir=path.parent)
@@ -93,6 +101,15 @@ def _part_of(path: Path, *, is_folder: bool = False) -> Iterator[Path]:
         yield temporary
     except OSError as error:
         raise _unwritable(path, error) from error
+    except RecordingError as error:
+        if becomes is None or Path(error.path).parent != temporary:
+            raise
+        raise RecordingError(
+            error.problem,
+            path=str(becomes / Path(error.path).name),
+            channel=error.channel,
+            remedy=error.remedy,
+        ) from error.__cause__
     finally:
         with _signals_waiting():
             if temporary is not None:
@@ -124,37 +141,14 @@ def replacing_set(path: Path) -> Iterator[Path]:
     RecordingError
         If it cannot be written to, or the disk is full.
     """
-    with _part_of(path, is_folder=True) as folder:
-        with _named_as(folder, path.parent):
-            yield folder
+    with _part_of(path, becomes=path.parent) as folder:
+        yield folder
         names = [entry.name for entry in folder.iterdir() if entry.name != path.name]
         with _signals_waiting():
             for name in names:
                 path.with_name(name).unlink(missing_ok=True)
             for name in (path.name, *names):
                 _put(folder / name, path.with_name(name))
-
-
-@contextmanager
-def _named_as(temporary: Path, folder: Path) -> Iterator[None]:
-    """Let what is wrong with a file of a temporary folder be told of the one that it becomes.
-
-    Raises
-    ------
-    RecordingError
-        The one raised inside.
-    """
-    try:
-        yield
-    except RecordingError as error:
-        if Path(error.path).parent != temporary:
-            raise
-        raise RecordingError(
-            error.problem,
-            path=str(folder / Path(error.path).name),
-            channel=error.channel,
-            remedy=error.remedy,
-        ) from error.__cause__
 
 
 @contextmanager
@@ -197,9 +191,8 @@ def replacing_folder(folder: Path) -> Iterator[Path]:
     """
     folder = folder.absolute()
     made(folder.parent)
-    with _part_of(folder, is_folder=True) as temporary:
-        with _named_as(temporary, folder):
-            yield temporary
+    with _part_of(folder, becomes=folder) as temporary:
+        yield temporary
         _give_usual_rights(temporary, 0o777)
         _put(temporary, folder)
 

@@ -286,10 +286,9 @@ def format_to_write(
         If the format needs a library that is not installed.
     """
     suffix = path.suffix.lower()
-    written = [one for one in formats() if one.writes]
-    known = next((one for one in written if suffix in one.suffixes), None)
+    known = next((one for one in formats() if one.writes and suffix in one.suffixes), None)
     if known is None:
-        suffixes = ", ".join(one for known in written for one in known.suffixes)
+        suffixes = ", ".join(own for one in formats() if one.writes for own in one.suffixes)
         raise RecordingError(
             "no format to write has this suffix", path=str(path), remedy=f"use one of {suffixes}"
         )

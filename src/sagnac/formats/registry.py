@@ -1,7 +1,7 @@
 """The file formats there are, one entry each. Nothing heavy is imported here."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass
-from functools import cache
 from importlib.metadata import entry_points
 from typing import Final
 
@@ -113,19 +113,19 @@ FORMATS: Final = (
 GROUP: Final = "sagnac.formats"
 
 
-@cache
-def formats() -> tuple[Format, ...]:
-    """The formats of this package, and those that others add by entry points of `GROUP`.
+def formats() -> Iterator[Format]:
+    """The formats of this package, then those that others add by entry points of `GROUP`.
+
+    The others are looked for, which takes a while, only by who goes on to them.
 
     Raises
     ------
     TypeError
         If an entry point names something else.
     """
-    others = []
+    yield from FORMATS
     for point in entry_points(group=GROUP):
         added = point.load()
         if not isinstance(added, Format):
             raise TypeError(f"entry point {point.name} of {GROUP} is {added!r}; name a Format")
-        others.append(added)
-    return (*FORMATS, *others)
+        yield added

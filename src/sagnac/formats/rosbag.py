@@ -30,7 +30,7 @@ from sagnac.core.errors import Note, RecordingError
 from sagnac.core.whole_files import replacing_set
 from sagnac.formats.registry import ROSBAG
 from sagnac.formats.source import MADE, Column, Outgoing, Source, Stored, in_memory
-from sagnac.formats.statement import Statement
+from sagnac.formats.statement import Statement, of_rates
 from sagnac.recording.columns import GYRO_NAMES
 
 # ---- rosbag ------------------------------------------------------------------------
@@ -132,15 +132,10 @@ def _stated(topics: Sequence[_Topic]) -> Statement:
     """The sensors of the only topic."""
     if len(topics) > 1:
         return Statement(kind="rate")
+    gyros = {axis: f"angular_velocity.{axis}" for axis in GYRO_NAMES}
     forces = {f"a{axis}": f"linear_acceleration.{axis}" for axis in GYRO_NAMES}
-    forces = forces if topics[0].has_forces else {}
-    return Statement(
-        kind="rate",
-        columns={**{axis: f"angular_velocity.{axis}" for axis in GYRO_NAMES}, **forces},
-        gyros=GYRO_NAMES,
-        accelerometers=tuple(forces) or None,
-        time=_STAMP if topics[0].is_stamped else _RECEIVED,
-    )
+    time = _STAMP if topics[0].is_stamped else _RECEIVED
+    return of_rates(gyros, forces if topics[0].has_forces else {}, time)
 
 
 def _said(topics: Sequence[_Topic]) -> str:

@@ -276,6 +276,17 @@ def _values(stated: str | Mapping[str, str] | None) -> tuple[str, ...]:
     return tuple(stated.values()) if isinstance(stated, Mapping) else (stated,)
 
 
+def of_rates(gyros: Mapping[str, str], forces: Mapping[str, str], time: str | None) -> Statement:
+    """The statement of a file of rates: gyro and accelerometer -> column, and that of the times."""
+    return Statement(
+        kind="rate",
+        columns={**gyros, **forces},
+        gyros=tuple(gyros),
+        accelerometers=tuple(forces) or None,
+        time=time,
+    )
+
+
 def one_statement(statement: Statement | None, stated: Mapping[str, Any]) -> Statement:
     """Statement of a caller, as a `Statement` or by its fields.
 

@@ -98,12 +98,14 @@ def accelerometer_inputs(source: Source, statements: Statements) -> dict[str, st
     """
     if any(one.accelerometers is not None for one in statements.in_order):
         return {}
-    found = {
-        name: column
-        for name, axis in zip(ACCELEROMETER_NAMES, "xyz", strict=True)
-        if (column := _force(source.columns, name, axis)) is not None
-    }
     numbered = [one for one in source.columns if _may_be_force(one)]
+    found = {}
+    for name, axis in zip(ACCELEROMETER_NAMES, "xyz", strict=True):
+        pattern = re.compile(_FORCE_AXIS.format(axis=axis), re.I)
+        alike = [one for one in numbered if pattern.search(one.name)]
+        alike += [one for one in source.columns if one.name == name and one not in alike]
+        if len(alike) == 1:
+            found[name] = alike[0]
     if not found and len(numbered) == len(ACCELEROMETER_NAMES):
         # Columns of one array, such as acc.1, acc.2 and acc.3.
         found = dict(zip(ACCELEROMETER_NAMES, numbered, strict=True))
@@ -116,17 +118,6 @@ def accelerometer_inputs(source: Source, statements: Statements) -> dict[str, st
     if any(one.unit is None for one in found.values()):
         inputs["unit"] = f"accelerometers={UNIT}"
     return inputs
-
-
-def _force(columns: Sequence[Column], name: str, axis: str) -> Column | None:
-    """The column that seems to be one accelerometer, None if several may be."""
-    axis = _FORCE_AXIS.format(axis=axis)
-    found = [
-        one
-        for one in columns
-        if one.name == name or (re.search(axis, one.name, re.I) and _may_be_force(one))
-    ]
-    return found[0] if len(found) == 1 else None
 
 
 def _may_be_force(column: Column) -> bool:

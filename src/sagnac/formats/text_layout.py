@@ -15,7 +15,7 @@ from functools import partial
 from typing import Final
 
 from sagnac.core.errors import RecordingError
-from sagnac.formats.statement import Statement, parsed_unit
+from sagnac.formats.statement import Statement, of_rates, parsed_unit
 from sagnac.formats.text import PLAIN, NumberStyle, Sample, TimeForm, form_of, is_in_doubt, style_of
 from sagnac.recording.columns import ACCELEROMETER_NAMES, GYRO_NAMES
 
@@ -415,14 +415,7 @@ def stated_by(laid_out: Layout) -> tuple[Statement, Mapping[str, str]]:
             units = dict.fromkeys(gyros.values(), "rad/s")
             units |= {**dict.fromkeys(forces.values(), "m/s^2"), time: unit}
             there = forces if set(forces.values()) <= set(names) else {}
-            statement = Statement(
-                kind="rate",
-                columns={**gyros, **there},
-                gyros=GYRO_NAMES,
-                accelerometers=tuple(there) or None,
-                time=time,
-            )
-            return statement, units
+            return of_rates(gyros, there, time), units
     if laid_out.preamble and laid_out.preamble[0].startswith(_LABVIEW):
         return _by_labview(laid_out)
     return Statement(), {}

@@ -12,7 +12,7 @@ from pyulog import ULog
 from sagnac.core.errors import Note, RecordingError, counted
 from sagnac.formats.registry import ULOG
 from sagnac.formats.source import Column, Source, Stored, in_memory
-from sagnac.formats.statement import Statement
+from sagnac.formats.statement import Statement, of_rates
 
 # Message -> field -> unit, as PX4's message definitions state them.
 _AXES: Final = ("x", "y", "z")
@@ -102,19 +102,13 @@ def _stated(sets: dict[str, Any]) -> Statement:
         prefix, fields = "sensor_combined", tuple(f"gyro_rad[{i}]" for i in range(3))
     else:
         return Statement(kind="rate")
-    time = next((name for name in _TIMES if name in sets[prefix].data), None)
+    time = next((f"{prefix}.{name}" for name in _TIMES if name in sets[prefix].data), None)
     columns = {axis: f"{prefix}.{name}" for axis, name in zip(_AXES, fields, strict=True)}
     forces = {}
     if prefix == "sensor_combined":
         # Sampled with the gyros; sensor_accel has times of its own.
         forces = {f"a{a}": f"{prefix}.accelerometer_m_s2[{i}]" for i, a in enumerate(_AXES)}
-    return Statement(
-        kind="rate",
-        columns={**columns, **forces},
-        gyros=_AXES,
-        accelerometers=tuple(forces) or None,
-        time=f"{prefix}.{time}" if time else None,
-    )
+    return of_rates(columns, forces, time)
 
 
 def _notes(log: ULog, *, lacking: int) -> tuple[Note, ...]:

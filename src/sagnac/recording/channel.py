@@ -479,7 +479,9 @@ def finite_extent(values: FloatArray) -> float:
     """Largest less smallest of the finite samples, 0 if there are none."""
 
     def ends(some: FloatArray) -> tuple[float, float]:
-        finite = some[np.isfinite(some)]
+        with np.errstate(over="ignore", invalid="ignore"):
+            are_finite = np.isfinite(some.sum())
+        finite = some if are_finite else some[np.isfinite(some)]
         return finite.max(initial=-np.inf), -finite.min(initial=np.inf)
 
     return max(float(by_blocks(ends, values).max(axis=0, initial=-np.inf).sum()), 0.0)
