@@ -14,7 +14,7 @@ from sagnac.core.errors import RecordingError
 from sagnac.core.units import UNITS
 from sagnac.formats import read, write
 from sagnac.formats.arrow import writer
-from sagnac.formats.source import in_units
+from sagnac.formats.source import Heading
 from sagnac.recording.model import Channel, Provenance, Recording
 from sagnac.rig.config import preset
 from sagnac.rig.simulate import simulate
@@ -373,13 +373,14 @@ def test_memory_does_not_grow_with_the_recording(tmp_path):
     for name, pieces in (("short.parquet", 2), ("long.parquet", 64)):
         kinds = dict.fromkeys(("x", "y", "z"), "angle")
         units = {**dict.fromkeys(kinds, UNITS["arcsec"]), "table": UNITS["deg"]}
-        with writer(tmp_path / name, units, kinds=kinds, sample_rate=rate) as append:
+        heading = Heading(units=units, kinds=kinds, sample_rate=rate)
+        with writer(tmp_path / name, heading) as append:
             for piece in range(pieces):
                 seconds = (np.arange(samples // 64) + piece * (samples // 64)) / rate
                 noise = 1e-6 * random.standard_normal((3, seconds.size))
                 angles = 0.577 * turn * seconds + noise
                 columns = dict(zip("xyz", angles, strict=True)) | {"table": turn * seconds}
-                append(in_units(columns, units))
+                append(heading.in_units(columns))
     peaks = subprocess.run(
         [sys.executable, "-c", MEASURE, tmp_path / "short.parquet", tmp_path / "long.parquet"],
         check=True,

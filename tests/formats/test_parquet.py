@@ -8,7 +8,7 @@ import pytest
 
 from sagnac.core.units import UNITS
 from sagnac.formats import Statement, arrow, read, write
-from sagnac.formats.source import in_units
+from sagnac.formats.source import Heading
 from tests.formats.examples import ARCSECOND, SAMPLES, example, refused, walk
 
 
@@ -48,7 +48,8 @@ def test_parquet_in_chunks_is_the_recording_written_whole(tmp_path, monkeypatch)
     kinds = {gyro.name: gyro.kind for gyro in recording.gyros}
     path = tmp_path / "run.parquet"
     units = {**dict.fromkeys(kinds, UNITS["arcsec"]), "table": UNITS["deg"], "null_pulse": None}
-    with arrow.writer(path, units, kinds=kinds, sample_rate=50.0) as append:
+    heading = Heading(units=units, kinds=kinds, sample_rate=50.0)
+    with arrow.writer(path, heading) as append:
         for start in range(0, SAMPLES, 70):
             part = slice(start, start + 70)
             chunk = {gyro.name: gyro.values[part] for gyro in recording.gyros}
@@ -56,7 +57,7 @@ def test_parquet_in_chunks_is_the_recording_written_whole(tmp_path, monkeypatch)
                 "table": recording.table.values[part],
                 "null_pulse": recording.null_pulse[part],
             }
-            append(in_units(chunk, units))
+            append(heading.in_units(chunk))
         assert not path.exists()
     assert pq.ParquetFile(path).num_row_groups > 3
     chunked, whole = read(path), read(write(recording, tmp_path / "whole.parquet"))
@@ -67,8 +68,8 @@ def test_parquet_in_chunks_is_the_recording_written_whole(tmp_path, monkeypatch)
 
 
 def test_parquet_writer_leaves_nothing_after_an_error(tmp_path):
-    units, kinds = {"x": UNITS["arcsec"]}, {"x": "angle"}
-    writer = arrow.writer(tmp_path / "run.parquet", units, kinds=kinds, sample_rate=1.0)
+    heading = Heading(units={"x": UNITS["arcsec"]}, kinds={"x": "angle"}, sample_rate=1.0)
+    writer = arrow.writer(tmp_path / "run.parquet", heading)
 
     def fill() -> None:
         with writer as append:

@@ -10,22 +10,20 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 from numpy.typing import NDArray
 
-from sagnac.core.units import Unit
 from sagnac.core.whole_files import replacing
 from sagnac.formats.registry import FEATHER, PARQUET
 from sagnac.formats.source import (
     MADE,
     Column,
+    Heading,
     Outgoing,
     Pieces,
     Rows,
     Source,
     Stored,
     column,
-    sensors_of,
 )
 from sagnac.formats.statement import by_attributes
-from sagnac.recording.channel import Kind
 from sagnac.recording.columns import NULL_PULSE_NAME
 
 ROWS_PER_GROUP: Final = 500_000
@@ -73,22 +71,17 @@ def as_numpy(values: pa.Array) -> NDArray[Any]:
     return np.from_dlpack(values)
 
 
-def _schema(
-    units: Mapping[str, Unit | None],
-    kinds: Mapping[str, Kind],
-    sample_rate: float,
-    accelerometers: Sequence[str],
-) -> pa.Schema:
+def _schema(heading: Heading) -> pa.Schema:
     """Columns with unit and kind in their metadata; what holds for all in that of the whole."""
     fields = []
-    for name, unit in units.items():
+    for name, unit in heading.units.items():
         metadata = {} if unit is None else {"unit": unit.name}
-        if name in kinds or name == "table":
-            metadata["kind"] = kinds.get(name, "angle")
+        if name in heading.kinds or name == "table":
+            metadata["kind"] = heading.kinds.get(name, "angle")
         kind = pa.bool_() if name == NULL_PULSE_NAME else pa.float64()
         fields.append(pa.field(name, kind, metadata=metadata or None))
-    stated = {"sample_rate": repr(float(sample_rate)), "remark": MADE}
-    return pa.schema(fields, metadata={**sensors_of(kinds, accelerometers), **stated})
+    stated = {"sample_rate": repr(float(heading.sample_rate)), "remark": MADE}
+    return pa.schema(fields, metadata={**heading.sensors, **stated})
 
 
 def _arrays(rows: Rows, schema: pa.Schema) -> list[pa.Array]:
@@ -194,34 +187,20 @@ def _require_sound(metadata: pq.FileMetaData, rows: int) -> None:
 
 
 @contextmanager
-def writer(
-    path: Path | str,
-    units: Mapping[str, Unit | None],
-    *,
-    kinds: Mapping[str, Kind],
-    sample_rate: float,
-    accelerometers: Sequence[str] = (),
-) -> Iterator[Callable[[Rows], None]]:
+def writer(path: Path | str, heading: Heading) -> Iterator[Callable[[Rows], None]]:
     """A Parquet recording written chunk by chunk; the file appears only when all is there.
 
     Parameters
     ----------
     path
         The file to write.
-    units
-        Name of each column, in their order -> unit that it is written in; None for the null pulse
-        and for pick-offs, which are written as they are.
-    kinds
-        Name of a gyro or an accelerometer -> kind.
-    sample_rate
-        Hz.
-    accelerometers
-        Which of `kinds` are accelerometers.
+    heading
+        Columns with their units and kinds, and the sample rate.
 
     Yields
     ------
     callable
-        Adds rows: every column, (rows,), in its unit (see `sagnac.formats.source.in_units`).
+        Adds rows: every column, (rows,), in its unit (see `Heading.in_units`).
 
     Examples
     --------
@@ -231,13 +210,13 @@ def writer(
     >>> folder = tempfile.TemporaryDirectory()
     >>> path = Path(folder.name) / "run.parquet"
     >>> units = {"x": UNITS["arcsec"], "table": UNITS["deg"]}
-    >>> with writer(path, units, kinds={"x": "angle"}, sample_rate=500.0) as append:
+    >>> with writer(path, Heading(units=units, kinds={"x": "angle"}, sample_rate=500.0)) as append:
     ...     append({"x": np.zeros(1000), "table": np.zeros(1000)})
     >>> pq.read_metadata(path).num_rows
     1000
     >>> folder.cleanup()
     """
-    schema = _schema(units, kinds, sample_rate, accelerometers)
+    schema = _schema(heading)
     pending: list[pa.Table] = []
 
     def flush() -> None:
@@ -265,17 +244,13 @@ def write(path: Path, out: Outgoing) -> None:
     if path.suffix.lower() in FEATHER.suffixes:
         _write_feather(path, out)
         return
-    whole = writer(
-        path, out.units, kinds=out.kinds, sample_rate=out.sample_rate,
-        accelerometers=out.accelerometers,
-    )  # fmt: skip
-    with whole as append:
+    with writer(path, out) as append:
         for _, rows in out.parts(ROWS_PER_GROUP):
             append(rows)
 
 
 def _write_feather(path: Path, out: Outgoing) -> None:
-    schema = _schema(out.units, out.kinds, out.sample_rate, out.accelerometers)
+    schema = _schema(out)
     with (
         replacing(path) as temporary,
         pa.OSFile(str(temporary), "wb") as stream,

@@ -4,7 +4,7 @@ Columns that are not taken may speak against what is: time stamps, and counters 
 """
 
 import re
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import Final
 
@@ -48,7 +48,6 @@ def assemble(
     source: Source,
     statements: Statements,
     provenance: Callable[[], Provenance],
-    notes: Iterable[Note] = (),
     *,
     verify: bool = True,
 ) -> Recording:
@@ -63,8 +62,6 @@ def assemble(
     provenance
         Gives where the file came from, called once the columns are there; the span is
         filled in here.
-    notes
-        What was noticed before.
     verify
         Raise on what `integrity` calls an error, and keep the rest as notes. Without, the
         findings are left to `check`.
@@ -102,7 +99,7 @@ def assemble(
         made,
         provenance=replace(provenance(), span_s=sliced),
         notes=(
-            *notes,
+            *source.notes,
             *choice.notes,
             *(note for scale in scales.values() for note in scale.notes),
             *stretch.sampling.notes,

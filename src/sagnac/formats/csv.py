@@ -364,7 +364,6 @@ def write_euroc(
         N and K of the gyros and of the accelerometers, SI, if they are known.
     """
     comment = "noise densities are not known" if densities is None else "noise is as simulated"
-    names = [name for name in out.kinds if name not in out.accelerometers]
     with replacing_folder(path) as folder:
         (folder / EUROC_SENSOR).parent.mkdir(parents=True)
         stated = _SENSOR.format(comment=comment, rate=out.sample_rate)
@@ -376,7 +375,7 @@ def write_euroc(
                 _TIME: out.stamps(block),
                 **{
                     header: out.columns[name][block]
-                    for header, name in zip(_AXES, (*names, *out.accelerometers), strict=True)
+                    for header, name in zip(_AXES, (*out.gyros, *out.accelerometers), strict=True)
                 },
             }
             for block in blocks(out.samples)

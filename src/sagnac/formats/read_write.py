@@ -1,8 +1,8 @@
 """Read and write by the format of the file: one table, `sagnac.formats.registry`, says which."""
 
 import hashlib
-from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 from importlib import import_module
 from pathlib import Path
 from typing import Any, Final
@@ -12,7 +12,7 @@ from sagnac.core.overwriting import require_free
 from sagnac.formats.assemble import assemble
 from sagnac.formats.files import about, damaged
 from sagnac.formats.registry import BINARY, CSV, EUROC_DATA, ROSBAG, Format, formats
-from sagnac.formats.source import Source, outgoing
+from sagnac.formats.source import Heading, Source, outgoing
 from sagnac.formats.statement import (
     Statement,
     Statements,
@@ -22,7 +22,7 @@ from sagnac.formats.statement import (
     require_no_other,
 )
 from sagnac.formats.suggestion import accelerometer_inputs, candidates, column_text, suggestion
-from sagnac.recording.model import Kind, Provenance, Recording
+from sagnac.recording.model import Provenance, Recording
 
 _AXES: Final = 3
 
@@ -74,18 +74,15 @@ def read(
     >>> recording.gyros, recording.duration
     ((Channel(x: 100 samples, rate, shown in deg/h),), 10.0)
     """
+    source, statements = _opened(path, one_statement(statement, stated))
     path = _file_of(path)
-    caller = one_statement(statement, stated)
     with about(path), ThreadPoolExecutor(max_workers=1) as pool:
-        by_toml, notes = beside(path)
-        source = _open(path, Statements(caller=caller, beside=by_toml))
         # Hashing needs no lock of the interpreter: it runs while the columns are parsed.
         digest = pool.submit(_sha256, path)
         return assemble(
             source,
-            Statements(caller=caller, beside=by_toml, file=source.stated),
+            statements,
             lambda: Provenance(path=str(path), sha256=digest.result(), format=source.format),
-            (*source.notes, *notes),
             verify=verify,
         )
 
@@ -194,12 +191,13 @@ def accelerometers_in(
 
 
 def _opened(path: Path | str, caller: Statement) -> tuple[Source, Statements]:
-    """A file, and what is stated of it."""
+    """A file with the notes on it and on the TOML beside it, and the statements about it."""
     path = _file_of(path)
     with about(path):
-        by_toml, _ = beside(path)
+        by_toml, notes = beside(path)
         source = _open(path, Statements(caller=caller, beside=by_toml))
-        return source, Statements(caller=caller, beside=by_toml, file=source.stated)
+    statements = Statements(caller=caller, beside=by_toml, file=source.stated)
+    return replace(source, notes=(*source.notes, *notes)), statements
 
 
 def write(recording: Recording, path: Path | str, *, force: bool = False) -> Path:
@@ -245,37 +243,22 @@ def write(recording: Recording, path: Path | str, *, force: bool = False) -> Pat
     """
     path = Path(path)
     out = outgoing(recording)
-    known = format_to_write(
-        path,
-        out.kinds,
-        accelerometers=out.accelerometers,
-        beside=[name for name in out.columns if name not in (*out.kinds, "time")],
-    )
+    known = format_to_write(path, out)
     with about(path):
         require_free(of_conversion(path), force=force)
         _module(known, "writing").write(path, out)
     return path
 
 
-def format_to_write(
-    path: Path,
-    kinds: Mapping[str, Kind],
-    *,
-    accelerometers: Sequence[str] = (),
-    beside: Sequence[str] = (),
-) -> Format:
+def format_to_write(path: Path, heading: Heading) -> Format:
     """The format that a suffix names, if it can hold a recording.
 
     Parameters
     ----------
     path
         The file to write.
-    kinds
-        Name of a gyro or an accelerometer -> kind.
-    accelerometers
-        Which of these are accelerometers.
-    beside
-        Names of the other columns, except the time.
+    heading
+        Columns of the recording, and their kinds.
 
     Raises
     ------
@@ -294,10 +277,11 @@ def format_to_write(
         )
     if known is not CSV:
         require_no_other(path)
-    gyros = len(kinds) - len(accelerometers)
-    wrong = [*beside, *(f"{name} of kind {kind}" for name, kind in kinds.items() if kind != "rate")]
+    kinds, gyros = heading.kinds, len(heading.gyros)
+    wrong = [f"{name} of kind {kind}" for name, kind in kinds.items() if kind != "rate"]
     if gyros != _AXES or len(kinds) not in known.rates_of:
-        wrong.append(f"{gyros} gyros with {len(accelerometers)} accelerometers")
+        wrong.append(f"{gyros} gyros with {len(heading.accelerometers)} accelerometers")
+    wrong = [*heading.beside, *wrong]
     if known.rates_of and wrong:
         alone = " or none" if _AXES in known.rates_of else ""
         raise RecordingError(

@@ -289,11 +289,10 @@ def _write_messages(
     numbers[_ATTITUDE_SPREAD_AT] = _NOT_MEASURED
     if not out.accelerometers:
         numbers[_ACCELERATION_SPREAD_AT] = _NOT_MEASURED
-    gyros = [name for name in out.kinds if name not in out.accelerometers]
     for block in blocks(out.samples, _BLOCK):
         stamps = out.stamps(block)
         doubles = np.tile(numbers, (stamps.size, 1))
-        for at, names in ((_GYRO_AT, gyros), (_ACCELEROMETER_AT, out.accelerometers)):
+        for at, names in ((_GYRO_AT, out.gyros), (_ACCELEROMETER_AT, out.accelerometers)):
             for place, name in enumerate(names, start=at):
                 doubles[:, place] = out.columns[name][block]
         raw = np.tile(np.frombuffer(empty, np.uint8), (stamps.size, 1))

@@ -1,6 +1,6 @@
 """Columns with their statements, as readers give and writers take them, and how to load them."""
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, Final
 
@@ -266,16 +266,14 @@ MADE: Final = "recording made by sagnac"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Outgoing:
-    """A recording in field units, ready for any format.
+class Heading:
+    """Facts that a recording has besides its samples, ready for any format.
 
     Attributes
     ----------
-    columns
-        Name -> (samples,) values in SI: ``time`` where sampling is not uniform, the gyros, the
-        accelerometers, ``table``, ``null_pulse`` (bool), and the pick-offs as they are.
     units
-        Name -> unit to write in; None for ``null_pulse`` and pick-offs.
+        Name of each column, in their order -> unit to write in; None for ``null_pulse``, the
+        temperature and pick-offs, which are written as they are.
     kinds
         Name of a gyro or an accelerometer -> kind.
     sample_rate
@@ -284,16 +282,59 @@ class Outgoing:
         Which of `kinds` are accelerometers.
     """
 
-    columns: Mapping[str, NDArray[Any]]
     units: Mapping[str, Unit | None]
     kinds: Mapping[str, Kind]
     sample_rate: float
     accelerometers: tuple[str, ...] = ()
 
     @property
+    def gyros(self) -> tuple[str, ...]:
+        """Which of `kinds` are gyros."""
+        return tuple(name for name in self.kinds if name not in self.accelerometers)
+
+    @property
     def sensors(self) -> dict[str, str]:
-        """See `sensors_of`."""
-        return sensors_of(self.kinds, self.accelerometers)
+        """``gyros`` and, if there are any, ``accelerometers``: names with commas between."""
+        forces = {"accelerometers": ",".join(self.accelerometers)} if self.accelerometers else {}
+        return {"gyros": ",".join(self.gyros), **forces}
+
+    @property
+    def beside(self) -> tuple[str, ...]:
+        """Columns that are neither sensors nor the time."""
+        return tuple(name for name in self.units if name not in (*self.kinds, "time"))
+
+    def statement(self) -> dict[str, str | float]:
+        """All of it in flat text, for formats that carry attributes beside the numbers."""
+        units = {name: unit for name, unit in self.units.items() if unit is not None}
+        return {
+            **self.sensors,
+            "kind": ",".join(f"{name}={kind}" for name, kind in self.kinds.items()),
+            "unit": ",".join(f"{name}={unit}" for name, unit in units.items()),
+            "sample_rate": self.sample_rate,
+        }
+
+    def in_units(self, columns: Mapping[str, NDArray[Any]]) -> Rows:
+        """Columns in SI as they are written: in their units, the null pulse as 0 or 1."""
+        return {
+            name: values / unit.size
+            if (unit := self.units[name]) is not None
+            else values.astype(np.uint8 if name == NULL_PULSE_NAME else np.float64)
+            for name, values in columns.items()
+        }
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Outgoing(Heading):
+    """A recording in field units, ready for any format.
+
+    Attributes
+    ----------
+    columns
+        Name -> (samples,) values in SI: ``time`` where sampling is not uniform, the gyros, the
+        accelerometers, ``table``, ``null_pulse`` (bool), and the pick-offs as they are.
+    """
+
+    columns: Mapping[str, NDArray[Any]]
 
     @property
     def samples(self) -> int:
@@ -310,7 +351,7 @@ class Outgoing:
 
     def rows(self, block: slice) -> Rows:
         """Name -> values of a block in `units`; the null pulse is 0 or 1."""
-        return in_units({name: values[block] for name, values in self.columns.items()}, self.units)
+        return self.in_units({name: values[block] for name, values in self.columns.items()})
 
     def parts(self, length: int | None = None) -> Iterator[tuple[int, Rows]]:
         """All rows for a format that grows: number of the first of a part, and its `rows`.
@@ -322,33 +363,6 @@ class Outgoing:
         """
         for block in blocks(self.samples, length):
             yield block.start, self.rows(block)
-
-    def statement(self) -> dict[str, str | float]:
-        """All of it in flat text, for formats that carry attributes beside the numbers."""
-        units = {name: unit for name, unit in self.units.items() if unit is not None}
-        return {
-            **self.sensors,
-            "kind": ",".join(f"{name}={kind}" for name, kind in self.kinds.items()),
-            "unit": ",".join(f"{name}={unit}" for name, unit in units.items()),
-            "sample_rate": self.sample_rate,
-        }
-
-
-def sensors_of(names: Iterable[str], accelerometers: Sequence[str]) -> dict[str, str]:
-    """``gyros`` and, if there are any, ``accelerometers``: names with commas between."""
-    gyros = ",".join(name for name in names if name not in accelerometers)
-    forces = {"accelerometers": ",".join(accelerometers)} if accelerometers else {}
-    return {"gyros": gyros, **forces}
-
-
-def in_units(columns: Mapping[str, NDArray[Any]], units: Mapping[str, Unit | None]) -> Rows:
-    """Columns in SI as they are written: in their units, the null pulse as 0 or 1."""
-    return {
-        name: values / unit.size
-        if (unit := units[name]) is not None
-        else values.astype(np.uint8 if name == NULL_PULSE_NAME else np.float64)
-        for name, values in columns.items()
-    }
 
 
 def outgoing(recording: Recording) -> Outgoing:

@@ -23,7 +23,7 @@ from sagnac.formats import arrow
 from sagnac.formats.csv import write_euroc
 from sagnac.formats.read_write import format_to_write
 from sagnac.formats.registry import EUROC, PARQUET
-from sagnac.formats.source import in_units, outgoing
+from sagnac.formats.source import Heading, outgoing
 from sagnac.recording.channel import PICKOFF, Pickoff
 from sagnac.recording.columns import NULL_PULSE_NAME
 from sagnac.recording.encoder_readings import table_of_readings, with_lost_readings
@@ -214,13 +214,13 @@ def _as_recorded(config: RigConfig, progress: Progress | None) -> Recording:
             if name not in whole:
                 whole[name] = np.empty(config.samples, part.dtype)
             whole[name][span] = part
-    units = _units(config)
+    units = _heading(config).units
     sensors = {
         sensor: tuple(
             Channel(
                 name=name,
                 kind=config.kind,
-                shown_in=units[name],
+                shown_in=str(units[name]),
                 values=whole[name],
                 sensor=sensor,
             )
@@ -275,20 +275,25 @@ def _sensors(config: RigConfig) -> dict[Sensor, tuple[str, ...]]:
     return {"gyro": GYRO_NAMES, "accelerometer": forces}
 
 
-def _units(config: RigConfig) -> dict[str, str]:
-    """Units of gyros and accelerometers in a file, by name."""
+def _heading(config: RigConfig) -> Heading:
+    """Columns of a file with their units and kinds: sensors, the table and what stands beside."""
     of_gyro, of_force = ("deg/h", "m/s^2") if config.kind == "rate" else ("arcsec", "m/s")
     sensors = _sensors(config)
-    return {
-        **dict.fromkeys(sensors["gyro"], of_gyro),
-        **dict.fromkeys(sensors["accelerometer"], of_force),
+    units: dict[str, Unit | None] = {
+        **dict.fromkeys(sensors["gyro"], UNITS[of_gyro]),
+        **dict.fromkeys(sensors["accelerometer"], UNITS[of_force]),
     }
-
-
-def _beside(config: RigConfig) -> tuple[str, ...]:
-    """Columns beside gyros and accelerometers."""
-    table = ("table", NULL_PULSE_NAME) if config.turning else ()
-    return (*table, *(_PICKOFFS if config.dither.is_left else ()))
+    kinds = dict.fromkeys(units, config.kind)
+    if config.turning:
+        units |= {"table": UNITS["deg"], NULL_PULSE_NAME: None}
+    if config.dither.is_left:
+        units |= dict.fromkeys(_PICKOFFS)
+    return Heading(
+        units=units,
+        kinds=kinds,
+        sample_rate=config.sample_rate_hz,
+        accelerometers=sensors["accelerometer"],
+    )
 
 
 def write(
@@ -324,12 +329,7 @@ def write(
     _require_config(config)
     path = Path(path)
     truth_path = path.with_name(path.name + ".truth.json")
-    known = format_to_write(
-        path,
-        dict.fromkeys(_units(config), config.kind),
-        accelerometers=_sensors(config)["accelerometer"],
-        beside=_beside(config),
-    )
+    known = format_to_write(path, _heading(config))
     with replacing_set(path) as folder:
         temporary = folder / path.name
         (folder / truth_path.name).write_text(
@@ -372,24 +372,12 @@ def _densities(config: RigConfig) -> dict[Sensor, tuple[float, float]]:
 
 
 def _write_parquet(config: RigConfig, path: Path, progress: Progress | None) -> None:
-    units = _units(config)
-    written_in: dict[str, Unit | None] = {
-        **{name: UNITS[unit] for name, unit in units.items()},
-        **dict.fromkeys(_beside(config)),
-    }
-    if config.turning:
-        written_in["table"] = UNITS["deg"]
-    with arrow.writer(
-        path,
-        written_in,
-        kinds=dict.fromkeys(units, config.kind),
-        accelerometers=_sensors(config)["accelerometer"],
-        sample_rate=config.sample_rate_hz,
-    ) as append:
+    heading = _heading(config)
+    with arrow.writer(path, heading) as append:
         for _, columns in _columns(config, progress):
             if "table" in columns:
                 columns["table"] = within_turn(columns["table"], config.encoder.lines)
-            append(in_units(columns, written_in))
+            append(heading.in_units(columns))
 
 
 def _require_config(config: object) -> None:
