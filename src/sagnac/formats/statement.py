@@ -29,7 +29,9 @@ from sagnac.recording.columns import TEMPERATURE
 
 # ---- unit text ---------------------------------------------------------------------
 
-_SENSED: Final = {**ANGLE_UNITS, **RATE_UNITS, **VELOCITY_UNITS, **ACCELERATION_UNITS}
+_KNOWN: Final = frozenset(
+    (*ANGLE_UNITS, *RATE_UNITS, *VELOCITY_UNITS, *ACCELERATION_UNITS, *TIME_UNITS)
+)
 KNOWN_UNITS: Final = (
     f"use one of {', '.join((*ANGLE_UNITS, *RATE_UNITS))} or counts; of accelerometers "
     f"{', '.join((*ACCELERATION_UNITS, *VELOCITY_UNITS))}"
@@ -75,12 +77,7 @@ class UnitText:
         """Whether it is a unit of a gyro, an accelerometer or time, or one count."""
         if self.is_counts:
             return self.is_plain
-        return self.factor > 0.0 and (self.name in TIME_UNITS or self.is_sensed)
-
-    @property
-    def is_sensed(self) -> bool:
-        """Whether it is a unit that a gyro or an accelerometer is read in."""
-        return self.name in _SENSED
+        return self.factor > 0.0 and self.name in _KNOWN
 
 
 def parsed_unit(text: str) -> UnitText:
@@ -177,7 +174,8 @@ class Statement:
         """Refuse what cannot be, before any file is touched."""
         for name, is_right, remedy in _RULES:
             stated = getattr(self, name)
-            for value in _values(stated) if name in ("kind", "unit") else (stated,):
+            is_by_name = name in ("kind", "unit") and isinstance(stated, Mapping)
+            for value in stated.values() if is_by_name else (stated,):
                 _require(name, value, is_right, remedy)
         _require("columns", tuple(self.columns) or None, _are_names, _NAMES)
         _check_span(self.span)
@@ -268,12 +266,6 @@ def _check_span(span: tuple[float | None, float | None] | None) -> None:
             raise ValueError(f"span has the limit {limit!r}; give times in s, not negative")
     if stop is not None and stop <= (start or 0.0):
         raise ValueError(f"span is {start or 0.0:g}:{stop:g}; its start must be below its stop")
-
-
-def _values(stated: str | Mapping[str, str] | None) -> tuple[str, ...]:
-    if stated is None:
-        return ()
-    return tuple(stated.values()) if isinstance(stated, Mapping) else (stated,)
 
 
 def of_rates(gyros: Mapping[str, str], forces: Mapping[str, str], time: str | None) -> Statement:
@@ -489,14 +481,14 @@ def by_attributes(attributes: Mapping[str, Any]) -> Statement:
 
 def _value(key: str, stated: Any) -> Any:
     """The value of a field of `Statement` from what stands in a TOML or an attribute."""
+    if isinstance(stated, str):
+        return value_of(key, stated)
     if key in ("gyros", "accelerometers"):
-        if not isinstance(stated, str | list | tuple):
+        if not isinstance(stated, list | tuple):
             raise ValueError(f"{key} is {stated!r}; give names")
-        return value_of(key, stated) if isinstance(stated, str) else tuple(stated)
-    if not isinstance(stated, str):
-        is_whole = key == "counter_bits" and isinstance(stated, float) and stated.is_integer()
-        return int(stated) if is_whole else stated
-    return value_of(key, stated)
+        return tuple(stated)
+    is_whole = key == "counter_bits" and isinstance(stated, float) and stated.is_integer()
+    return int(stated) if is_whole else stated
 
 
 def of_simulation(path: Path) -> Outputs:
