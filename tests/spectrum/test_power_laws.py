@@ -24,16 +24,14 @@ def test_levels_of_bins_are_expected_powers_whatever_lines_there_are(monkeypatch
     if mapped:
         monkeypatch.setattr(arrays, "IN_MEMORY", 1000)
         monkeypatch.setattr(arrays, "BLOCK", 7000)
-    binned = bin_levels(as_series(power))
-    assert binned.count.sum() == BINS
-    assert np.array_equal(binned.count[:9], np.ones(9))
-    assert binned.center[:3] == pytest.approx([1.0, 2.0, 3.0])
-    assert np.array_equal(binned.level[:9], power[:9])
-    many = binned.count > 300
-    assert binned.level[many] == pytest.approx(1.0, abs=0.25)
-    assert np.average(binned.level[many], weights=binned.count[many]) == pytest.approx(
-        1.0, abs=0.02
-    )
+    center, count, level = bin_levels(as_series(power))
+    assert count.sum() == BINS
+    assert np.array_equal(count[:9], np.ones(9))
+    assert center[:3] == pytest.approx([1.0, 2.0, 3.0])
+    assert np.array_equal(level[:9], power[:9])
+    many = count > 300
+    assert level[many] == pytest.approx(1.0, abs=0.25)
+    assert np.average(level[many], weights=count[many]) == pytest.approx(1.0, abs=0.02)
 
 
 def test_levels_that_are_laws_give_their_coefficients():

@@ -179,7 +179,9 @@ def score_bands(
     information: FloatArray,
     vector: FloatArray,
 ) -> None:
-    """Gamma deviance of each model, Fisher information, and its product with the next squares.
+    """Add gamma deviance of each model, Fisher information, and its product with the next squares.
+
+    The information is filled up to its diagonal.
 
     Levels are one. A model (row) is that of bins ``bands[n, 0]`` to before ``bands[n, 1]`` and of
     `columns` of the laws. Those from `fall` on are no laws but r of the divisor ``1 + c r`` of all
@@ -191,11 +193,6 @@ def score_bands(
     size = columns.shape[1]
     slope = np.empty(size)
     for n in range(columns.shape[0]):
-        deviance[n] = 0.0
-        for c in range(size):
-            vector[n, c] = 0.0
-            for d in range(size):
-                information[n, c, d] = 0.0
         for b in range(bands[n, 0], bands[n, 1]):
             total, divisor = 0.0, 1.0
             for c in range(size):
@@ -216,6 +213,3 @@ def score_bands(
                 vector[n, c] += weight * slope[c] * observed
                 for d in range(c + 1):
                     information[n, c, d] += weight * slope[c] * slope[d]
-        for c in range(size):
-            for d in range(c):
-                information[n, d, c] = information[n, c, d]

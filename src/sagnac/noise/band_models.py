@@ -387,8 +387,10 @@ def _scored(
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Deviance, information and its product with the next squares: see `score_bands`."""
     models, terms = columns.shape
-    result = np.empty(models), np.empty((models, terms, terms)), np.empty((models, terms))
+    result = np.zeros(models), np.zeros((models, terms, terms)), np.zeros((models, terms))
     score_bands(scaled.shape, scaled.laws, FALL, bands, columns, squares, begun, *result)
+    information = result[1]
+    information += np.tril(information, -1).swapaxes(1, 2)
     return result
 
 

@@ -37,7 +37,6 @@ POINT_ERROR: Final = 0.1
 
 # Most rounds in which weights follow a solution.
 _ROUNDS: Final = 20
-# In which the squares of a fit are least: of the points' covariance, of their size, or none.
 _Metric = Literal["covariance", "relative", "plain"]
 
 
@@ -59,6 +58,8 @@ class CurveModel:
         (points,) degrees of freedom; None if the points overlap and their covariance is known.
     angles, interval
         Length of the record and its sample interval, s.
+    metric
+        In which the squares of a fit are least: of the points' covariance, of their size, or none.
     departure
         Common relative departure of the points from the terms, which the errors allow for.
     """
@@ -71,6 +72,7 @@ class CurveModel:
     edf: FloatArray | None
     angles: int
     interval: float
+    metric: _Metric = "covariance"
     departure: float = 0.0
 
     @property
@@ -98,9 +100,11 @@ class CurveModel:
         np.fill_diagonal(covariance, covariance.diagonal() + own)
         return covariance
 
-    def plain(self) -> FloatArray:
-        """Non-negative squares by plain least squares on the variance, Eq. 3 as it stands."""
-        return _non_negative(self.basis, self.variance)
+    def published(self) -> FloatArray:
+        """Non-negative squares by the paper's least squares, plain ones on Eq. 3 as it stands."""
+        if self.metric == "plain":
+            return _non_negative(self.basis, self.variance)
+        return self.relative()
 
     def relative(self) -> FloatArray:
         """Non-negative squares by least squares relative to the fitted variance."""
@@ -142,15 +146,15 @@ class CurveModel:
                 break
         return squares
 
-    def unlimited(self, metric: _Metric, squares: FloatArray, column: int) -> tuple[float, float]:
+    def unlimited(self, squares: FloatArray, column: int) -> tuple[float, float]:
         """One square free of the limit at zero, and its error, were `squares` the truth."""
         covariance = self.covariance(squares)
-        if metric == "covariance":
+        if self.metric == "covariance":
             root = positive_root(covariance)
         else:
             # The residuals are weighed like this whatever their errors.
             ones = np.ones(self.factors.size)
-            root = np.diag(self.basis @ squares if metric == "relative" else ones)
+            root = np.diag(self.basis @ squares if self.metric == "relative" else ones)
         whitened = solve_triangular(root, self.basis, lower=True)
         scale = 1.0 / np.maximum(np.linalg.norm(whitened, axis=0), 1e-300)
         inverse = np.linalg.pinv(whitened * scale, rcond=1e-10)[column] * scale[column]
@@ -162,6 +166,50 @@ class CurveModel:
         root = positive_root(self.covariance(squares))
         residual = solve_triangular(root, self.variance - self.basis @ squares, lower=True)
         return float(residual @ residual)
+
+    def estimate(
+        self, weighed: FloatArray, column: int, value: float, confidence: float
+    ) -> Estimate:
+        """One coefficient, whose square came out as a value; `weighed` rule its error.
+
+        The limits are where the estimate, with the weights and the error that hold if the
+        limit is the truth, lies the wanted number of standard deviations from it.
+        """
+        name = self.names[column]
+        two_sided = float(ndtri(0.5 + 0.5 * confidence))
+        one_sided = float(ndtri(max(confidence, 0.5)))
+        unlimited, error = self.unlimited(weighed, column)
+
+        # Both limits are looked for from one place.
+        @cache
+        def deviations(square: float) -> float:
+            start = weighed.copy()
+            start[column] = square
+            squares = self.generalized(start, held=column)
+            if not squares.any():
+                return math.inf
+            estimate, spread = self.unlimited(squares, column)
+            return (estimate - square) / spread
+
+        if unlimited > 0.0 and value > 0.0 and deviations(0.0) > max(PRESENCE**0.5, two_sided):
+            high = crossing(
+                lambda square: -deviations(square) - two_sided, unlimited, two_sided * error
+            )
+            low = crossing(
+                lambda square: deviations(square) - two_sided, unlimited, -two_sided * error, 0.0
+            )
+            if math.isfinite(high):
+                return rooted(name, confidence, value, min(low, value), max(high, value))
+        inside = max(unlimited, 0.0)
+        high = crossing(
+            lambda square: min(-deviations(square), (square - inside) / error) - one_sided,
+            inside,
+            one_sided * error,
+        )
+        nothing = unobserved(name, confidence)
+        if not high < typical_square(self.basis[:, column], self.basis @ weighed):
+            return nothing
+        return nothing.bounded(math.sqrt(high))
 
 
 def _non_negative(matrix: FloatArray, vector: FloatArray) -> FloatArray:
@@ -238,7 +286,7 @@ def paper_fit(
         If the curve is of another estimator.
     """
     model, notes = _model(curve, squares)
-    return _curve_fit("paper", model, _metric(squares), confidence, notes)
+    return _curve_fit("paper", model, confidence, notes)
 
 
 def paper_squares(curve: StabilityCurve, *, squares: Squares) -> float:
@@ -252,12 +300,7 @@ def paper_squares(curve: StabilityCurve, *, squares: Squares) -> float:
         If the curve is of another estimator.
     """
     model, _ = _model(curve, squares)
-    solution = model.plain() if _metric(squares) == "plain" else model.relative()
-    return math.sqrt(float(solution[model.names.index("angle_random_walk")]))
-
-
-def _metric(squares: Squares) -> _Metric:
-    return "relative" if squares == "relative" else "plain"
+    return math.sqrt(float(model.published()[model.names.index("angle_random_walk")]))
 
 
 def weighted_fit(curve: StabilityCurve, *, confidence: float = 0.95) -> Fit:
@@ -298,7 +341,7 @@ def weighted_fit(curve: StabilityCurve, *, confidence: float = 0.95) -> Fit:
         If the curve is of another estimator.
     """
     model, notes = _model(curve, None)
-    return _curve_fit("weighted", model, "covariance", confidence, notes)
+    return _curve_fit("weighted", model, confidence, notes)
 
 
 def _model(curve: StabilityCurve, squares: Squares | None) -> tuple[CurveModel, tuple[Note, ...]]:
@@ -317,7 +360,9 @@ def _model(curve: StabilityCurve, squares: Squares | None) -> tuple[CurveModel, 
     interval = 1.0 / curve.sample_rate
     kept = (curve.deviation > 0.0) & (curve.terms > 0)
     wanted = _FIRST_TERMS
+    metric: _Metric = "covariance"
     if squares is not None:
+        metric = "relative" if squares == "relative" else "plain"
         for place in np.flatnonzero(kept):
             kept[place] = ieee_relative_error(angles - 1, int(factors[place])) <= POINT_ERROR
     if squares == "two terms":
@@ -345,17 +390,14 @@ def _model(curve: StabilityCurve, squares: Squares | None) -> tuple[CurveModel, 
         edf=None if overlapped else curve.edf[kept],
         angles=angles,
         interval=interval,
+        metric=metric,
     ), notes
 
 
 def _curve_fit(
-    method: FitName,
-    model: CurveModel,
-    metric: _Metric,
-    confidence: float,
-    notes: tuple[Note, ...],
+    method: FitName, model: CurveModel, confidence: float, notes: tuple[Note, ...]
 ) -> Fit:
-    """Fit of Eq. 3 to points of a curve, with squares in a metric."""
+    """Fit of Eq. 3 to points of a curve."""
     require_confidence(confidence)
     relative = model.relative()
     weighed = model.generalized(relative)
@@ -364,10 +406,9 @@ def _curve_fit(
     if model.chi_square(weighed) > chance:
         model, weighed = _with_departure(model, relative)
         notes += (_departure_note(method, model.departure),)
-    squares = {"covariance": weighed, "relative": relative, "plain": model.plain()}[metric]
-    fitted = _Fitted(model=model, metric=metric, squares=weighed)
+    squares = weighed if model.metric == "covariance" else model.published()
     found = {
-        name: fitted.estimate(column, float(squares[column]), confidence)
+        name: model.estimate(weighed, column, float(squares[column]), confidence)
         for column, name in enumerate(model.names)
     }
     return Fit(
@@ -399,54 +440,3 @@ def _departure_note(method: FitName, departure: float) -> Note:
         text=f"the curve departs from the fitted terms by {rounded(100.0 * departure)} % of the "
         f"variance at a point; the {method} intervals allow for it",
     )
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class _Fitted:
-    """A model, the metric of its fit, and the squares in that of the covariance: its errors'."""
-
-    model: CurveModel
-    metric: _Metric
-    squares: FloatArray
-
-    def estimate(self, column: int, value: float, confidence: float) -> Estimate:
-        """One coefficient, whose square came out as a value.
-
-        The limits are where the estimate, with the weights and the error that hold if the
-        limit is the truth, lies the wanted number of standard deviations from it.
-        """
-        model, name = self.model, self.model.names[column]
-        two_sided = float(ndtri(0.5 + 0.5 * confidence))
-        one_sided = float(ndtri(max(confidence, 0.5)))
-        unlimited, error = model.unlimited(self.metric, self.squares, column)
-
-        # Both limits are looked for from one place.
-        @cache
-        def deviations(square: float) -> float:
-            start = self.squares.copy()
-            start[column] = square
-            squares = model.generalized(start, held=column)
-            if not squares.any():
-                return math.inf
-            estimate, spread = model.unlimited(self.metric, squares, column)
-            return (estimate - square) / spread
-
-        if unlimited > 0.0 and value > 0.0 and deviations(0.0) > max(PRESENCE**0.5, two_sided):
-            high = crossing(
-                lambda square: -deviations(square) - two_sided, unlimited, two_sided * error
-            )
-            low = crossing(
-                lambda square: deviations(square) - two_sided, unlimited, -two_sided * error, 0.0
-            )
-            if math.isfinite(high):
-                return rooted(name, confidence, value, min(low, value), max(high, value))
-        inside = max(unlimited, 0.0)
-        high = crossing(
-            lambda square: min(-deviations(square), (square - inside) / error) - one_sided,
-            inside,
-            one_sided * error,
-        )
-        nothing = unobserved(name, confidence)
-        if not high < typical_square(model.basis[:, column], model.basis @ self.squares):
-            return nothing
-        return nothing.bounded(math.sqrt(high))

@@ -113,34 +113,21 @@ def fit_power_laws(power: FloatArray) -> PowerLaws:
     power
         (bins,) ordinates at bins 1, 2, ..., in memory or mapped. Lines may stand among them.
     """
-    binned = bin_levels(power)
-    level = max(float(np.median(binned.level)), np.finfo(float).tiny)
-    design = _laws(binned.center, power.size)
-    coefficients = fit_levels(design, binned.level / level, binned.count)
+    center, count, levels = bin_levels(power)
+    level = max(float(np.median(levels)), np.finfo(float).tiny)
+    coefficients = fit_levels(_laws(center, power.size), levels / level, count)
     return PowerLaws(coefficients=coefficients, level=level, bins=power.size)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class BinLevels:
-    """Ordinates in some 160 bins, logarithmic from the tenth ordinate on.
+def bin_levels(power: FloatArray) -> tuple[FloatArray, IntegerArray, FloatArray]:
+    """Ordinates at 1, 2, ... in some 160 bins, logarithmic from the tenth ordinate on.
 
-    Attributes
-    ----------
-    center
-        (bins,) mean number of the ordinates in each.
-    count
-        (bins,) how many there are.
-    level
-        (bins,) expected power, from their median.
+    Returns
+    -------
+    center, count, level
+        (bins,) mean number of the ordinates in each, how many there are, and the expected power
+        from their median: lines do not lift the level of a bin they are few in.
     """
-
-    center: FloatArray
-    count: IntegerArray
-    level: FloatArray
-
-
-def bin_levels(power: FloatArray) -> BinLevels:
-    """Ordinates at 1, 2, ... in bins; lines do not lift the level of a bin they are few in."""
     edges = np.unique(
         np.concatenate(
             [np.arange(_SINGLE), np.geomspace(_SINGLE, power.size, _BINS).astype(np.int64)]
@@ -154,7 +141,7 @@ def bin_levels(power: FloatArray) -> BinLevels:
         release()
     # Median over mean of n exponential variates, to within 1 %: 1 at n = 1, ln 2 for many.
     level /= np.log(2.0) + (1.0 - np.log(2.0)) / count
-    return BinLevels(center=0.5 * (starts + stops + 1.0), count=count, level=level)
+    return 0.5 * (starts + stops + 1.0), count, level
 
 
 def fit_levels(design: FloatArray, level: FloatArray, count: IntegerArray) -> FloatArray:

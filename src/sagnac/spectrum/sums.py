@@ -146,9 +146,7 @@ def angle_sums(phase: FloatArray, strengths: FloatArray, orders: int) -> Complex
     return sums.reshape(*strengths.shape[:-1], orders + 1)
 
 
-def angle_series(
-    phase: FloatArray, sums: ComplexArray, *, tolerance: float = _NUFFT_TOLERANCE
-) -> FloatArray:
+def angle_series(phase: FloatArray, sums: ComplexArray) -> FloatArray:
     """Real part of the sum of ``sums[k] * exp(1j * k * phase)`` over k, by one NUFFT.
 
     Parameters
@@ -157,8 +155,6 @@ def angle_series(
         (samples,) rad; any real number, folded into one turn here.
     sums
         (orders + 1,) for k = 0 ... orders, in any unit.
-    tolerance
-        Error of the series, relative to the sum of the sums' magnitudes.
 
     Returns
     -------
@@ -174,7 +170,7 @@ def angle_series(
     modes = np.zeros(2 * sums.size - 1, dtype=np.complex128)
     modes[sums.size - 1 :] = sums
     values = _finufft().nufft1d2(
-        np.remainder(phase, _TURN), modes, eps=tolerance, isign=1, nthreads=THREADS
+        np.remainder(phase, _TURN), modes, eps=_NUFFT_TOLERANCE, isign=1, nthreads=THREADS
     )
     return np.ascontiguousarray(values.real)
 

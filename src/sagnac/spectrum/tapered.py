@@ -105,20 +105,6 @@ class TaperedSpectrum:
     duration: float
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class _Straight:
-    """A record and the straight line that is taken off it."""
-
-    values: FloatArray
-    slope: float
-    middle: float
-
-    def less_line(self, start: int, stop: int) -> FloatArray:
-        """Some samples without the line."""
-        line = self.slope * (np.arange(start, stop) - 0.5 * (self.values.size - 1))
-        return np.asarray(self.values[start:stop] - self.middle - line)
-
-
 def tapered_spectrum(
     increments: ArrayLike, *, sample_rate: float, segment: int = SEGMENT
 ) -> TaperedSpectrum:
@@ -142,18 +128,17 @@ def tapered_spectrum(
     -------
     TaperedSpectrum
     """
-    values = np.asarray(increments, dtype=np.float64)
-    record = _straight(values)
-    cells = _cells(record, sample_rate, segment)
+    values = _straight(np.asarray(increments, dtype=np.float64))
+    cells = _cells(values, sample_rate, segment)
     if values.size > segment:
-        cells = _joined(_coarse_cells(record, sample_rate, segment), cells)
+        cells = _joined(_coarse_cells(values, sample_rate, segment), cells)
     return TaperedSpectrum(
         cells=cells, interval=1.0 / sample_rate, duration=values.size / sample_rate
     )
 
 
-def _straight(values: FloatArray) -> _Straight:
-    """The line by least squares under a Hann weight.
+def _straight(values: FloatArray) -> FloatArray:
+    """Values less their line by least squares under a Hann weight.
 
     Without the weight a strong dither tilts the line by what does not fit a whole cycle, and
     the tilt is put into the lowest cells.
@@ -167,18 +152,21 @@ def _straight(values: FloatArray) -> _Straight:
         part = values[block]
         sums += [weight @ part, (weight * place) @ part, weight.sum(), weight @ place**2]
     total, moment, weights, spread = sums
-    return _Straight(values=values, slope=float(moment / spread), middle=float(total / weights))
+    slope, rest = moment / spread, empty(size)
+    for block in blocks(size):
+        line = slope * (np.arange(block.start, block.stop) - 0.5 * (size - 1))
+        rest[block] = values[block] - total / weights - line
+    return rest
 
 
-def _cells(record: _Straight, sample_rate: float, segment: int) -> Cells:
+def _cells(values: FloatArray, sample_rate: float, segment: int) -> Cells:
     """Cells of the mean spectrum of equal segments."""
-    size = record.values.size
-    count = -(-size // segment)
-    stride = size // count
+    count = -(-values.size // segment)
+    stride = values.size // count
     periods = 2 * int(prev_fast_len((stride + 1) // 2, real=True))
     power = np.zeros(periods // 2 + 1)
     for stretch in blocks(count * stride, stride):
-        power += tapered_power(record.less_line(stretch.start, stretch.start + periods - 1))
+        power += tapered_power(values[stretch.start : stretch.start + periods - 1])
     density = rate_density(power / count, sample_rate)
     cells = (density.size - 1 - _FIRST) // CELL
     used = slice(_FIRST, _FIRST + cells * CELL)
@@ -206,18 +194,14 @@ def _low_pass(taps: int, corner: float) -> FloatArray:
     return np.asarray(passed / passed.sum())
 
 
-def _coarse_cells(record: _Straight, sample_rate: float, segment: int) -> Cells:
+def _coarse_cells(values: FloatArray, sample_rate: float, segment: int) -> Cells:
     """Cells of the filtered and decimated record, to a fifth of its rate."""
-    factor = int(2 ** math.ceil(math.log2(record.values.size / segment)))
-    coarse, left = record, factor
+    factor = left = int(2 ** math.ceil(math.log2(values.size / segment)))
     while left > 1:
         step = min(left, _STEP)
-        coarse = _Straight(
-            values=_decimated(coarse, _anti_alias(step, left), step), slope=0.0, middle=0.0
-        )
+        values = _decimated(values, _anti_alias(step, left), step)
         left //= step
-    increments = _Straight(values=factor * coarse.values, slope=0.0, middle=0.0)
-    cells = _cells(increments, sample_rate / factor, segment)
+    cells = _cells(factor * values, sample_rate / factor, segment)
     return cells.kept(cells.high < _USED * sample_rate / factor)
 
 
@@ -234,12 +218,12 @@ def _anti_alias(step: int, left: int) -> FloatArray:
     return _low_pass(2 * (taps // 2) + 1, 0.5 / step)
 
 
-def _decimated(record: _Straight, taps: FloatArray, step: int) -> FloatArray:
+def _decimated(values: FloatArray, taps: FloatArray, step: int) -> FloatArray:
     """Every `step`-th output of a symmetric filter, polyphase."""
     phases = np.append(taps, np.zeros(-taps.size % step)).reshape(-1, step)
-    outputs = empty((record.values.size - taps.size) // step + 1)
+    outputs = empty((values.size - taps.size) // step + 1)
     for block in blocks(outputs.size, BLOCK // step):
-        inputs = record.less_line(block.start * step, (block.stop - 1) * step + taps.size)
+        inputs = values[block.start * step : (block.stop - 1) * step + taps.size]
         rows = np.append(inputs, np.zeros(-inputs.size % step)).reshape(-1, step)
         # One product for all phases; then each output is the sum of a diagonal.
         partial = phases @ rows.T
