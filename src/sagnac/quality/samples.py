@@ -6,7 +6,7 @@ from typing import Final
 
 import numpy as np
 
-from sagnac.core.arrays import FloatArray, blocks, elementwise, empty, every, mean
+from sagnac.core.arrays import FloatArray, blocks, differences, elementwise, empty, every, mean
 from sagnac.core.errors import Note, RecordingError, counted, ranked
 from sagnac.quality import _kernels
 from sagnac.quality.effects import finding
@@ -154,9 +154,10 @@ def stamp_notes(recording: Recording, profile: Profile, *, omit_gaps: bool = Fal
     if not_finite:
         return not_finite
     nominal, problem = median_step(times), ""
-    backwards = marked_steps(times, lambda steps: steps < 0.0)
+    steps = differences(times)
+    backwards, gaps = steps < 0.0, steps > GAP_STEPS * nominal
     if backwards.any():
-        first = first_of(backwards) - 1
+        first = first_of(backwards)
         problem = (
             f"runs backwards {counted(number_of(backwards), 'time')}, first at "
             f"{second_of(recording, first):.3f} s; correct the stamps, or state "
@@ -168,16 +169,14 @@ def stamp_notes(recording: Recording, profile: Profile, *, omit_gaps: bool = Fal
             f"rate is {recording.sample_rate:.6g} Hz; state {{time none}} and "
             f"{{rate {recording.sample_rate:.6g}}}"
         )
-    elif not omit_gaps:
-        gaps = marked_steps(times, lambda steps: steps > GAP_STEPS * nominal)
-        if gaps.any():
-            first = first_of(gaps) - 1
-            problem = (
-                f"has {counted(number_of(gaps), 'gap')} of more than {GAP_STEPS:g} steps of "
-                f"{nominal:.6g} s, the first of {times[first + 1] - times[first]:.6g} s at "
-                f"{second_of(recording, first):.3f} s; "
-                f"{remedy_without(recording, gaps)}"
-            )
+    elif gaps.any() and not omit_gaps:
+        first = first_of(gaps)
+        problem = (
+            f"has {counted(number_of(gaps), 'gap')} of more than {GAP_STEPS:g} steps of "
+            f"{nominal:.6g} s, the first of {steps[first]:.6g} s at "
+            f"{second_of(recording, first):.3f} s; "
+            f"{remedy_without(recording, np.flatnonzero(gaps) + 1)}"
+        )
     if problem:
         return (Note(name="gaps", level="error", channel="time", text=problem),)
     return uneven_notes(times, nominal)
@@ -194,18 +193,14 @@ def uneven_notes(times: FloatArray, nominal: float) -> Notes:
         Step of their clock, s.
     """
 
-    def uneven(before: FloatArray, here: FloatArray) -> tuple[int, int, float]:
-        steps = here - before
-        slow = steps[(steps > LATE_STEPS * nominal) & (steps <= GAP_STEPS * nominal)]
-        return number_of(steps == 0.0), slow.size, slow.max(initial=0.0)
-
-    each = by_blocks(uneven, times[:-1], times[1:])
-    repeated, late = each[:, :2].sum(axis=0).astype(int).tolist()
+    steps = differences(times)
+    late = (steps > LATE_STEPS * nominal) & (steps <= GAP_STEPS * nominal)
+    repeated = number_of(steps == 0.0)
     texts = [counted(repeated, "repeated stamp")] if repeated else []
-    if late:
+    if late.any():
         texts.append(
-            f"{counted(late, 'interval')} longer than {LATE_STEPS:g} "
-            f"steps of {nominal:.6g} s, the longest {each[:, 2].max():.6g} s"
+            f"{counted(number_of(late), 'interval')} longer than {LATE_STEPS:g} "
+            f"steps of {nominal:.6g} s, the longest {steps.max(where=late, initial=0.0):.6g} s"
         )
     return tuple(Note(channel="time", text=text) for text in texts)
 
@@ -233,11 +228,9 @@ def with_gaps_marked(recording: Recording) -> Recording:
     times = recording.times
     if times is None or times.size < 2:
         return recording
-    longest = GAP_STEPS * median_step(times)
-    marks = marked_steps(times, lambda steps: steps > longest)
-    if not marks.any():
+    later = np.flatnonzero(differences(times) > GAP_STEPS * median_step(times)) + 1
+    if not later.size:
         return recording
-    later = np.flatnonzero(marks)
     jumps = times[later] - times[later - 1]
     between = float(times[-1] - times[0] - jumps.sum())
     rate = (times.size - 1 - later.size) / between
@@ -249,7 +242,7 @@ def with_gaps_marked(recording: Recording) -> Recording:
             f"its {gaps} would hold {missing} samples and there are {times.size}",
             path=recording.path,
             channel="time",
-            remedy=remedy_without(recording, marks),
+            remedy=remedy_without(recording, later),
         )
     text = (
         f"{gaps}, {counted(missing, 'sample')} missing, the first at "

@@ -426,11 +426,9 @@ def median_step(times: FloatArray, *, repeats: bool = True) -> float:
 def _resolution(times: FloatArray) -> float:
     """Clock step of the stamps: the coarsest power of ten that they are multiples of, s."""
     sample = every(times, max(1, times.size // 10_000))
-    for exponent in range(0, 10):
-        ticks = sample * 10.0**exponent
-        if np.abs(ticks - np.rint(ticks)).max() < 1e-3:
-            return float(10.0**-exponent)
-    return 0.0
+    scaled = ((exponent, sample * 10.0**exponent) for exponent in range(10))
+    whole = (exponent for exponent, ticks in scaled if np.abs(ticks - np.rint(ticks)).max() < 1e-3)
+    return next((float(10.0**-exponent) for exponent in whole), 0.0)
 
 
 def _tidy(rate: float, uncertainty: float) -> float:

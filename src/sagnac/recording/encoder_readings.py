@@ -94,8 +94,11 @@ def table_of_readings(
         readings = at_ticks(readings, clock)
     remarks = _of_marked(mark_missing(readings, turn), unit)
     period, covered = turn, finite_extent(readings)
-    if covered > turn * (1.0 + 1e-9) and not _leaps_back(readings, turn, covered):
-        period = counter_period if counter_period and covered < counter_period else math.inf
+    if covered > turn * (1.0 + 1e-9):
+        # Readings that go a little beyond a turn may start over there.
+        leaps_back = covered < _BEYOND * turn and _largest_step(readings) > (1.0 - _IN_DOUBT) * turn
+        if not leaps_back:
+            period = counter_period if counter_period and covered < counter_period else math.inf
     filled = fill_missing(readings, period, accuracy=ENCODER_ACCURACY / unit.size)
     remarks += _of_filled(filled, unit)
     running, doubts = readings, []
@@ -120,11 +123,6 @@ def table_of_readings(
     angle = elementwise(np.multiply, running, unit.size, out=running)
     channel = Channel(name="table", kind="angle", values=angle, shown_in=shown_in)
     return Conversion(channel=channel, notes=tuple(notes))
-
-
-def _leaps_back(readings: FloatArray, turn: float, covered: float) -> bool:
-    """Whether readings that go a little beyond a turn start over there."""
-    return covered < _BEYOND * turn and _largest_step(readings) > (1.0 - _IN_DOUBT) * turn
 
 
 def _largest_step(values: FloatArray) -> float:
