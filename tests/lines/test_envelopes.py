@@ -3,8 +3,14 @@
 import numpy as np
 import pytest
 
-from sagnac.lines.baseband import Baseband, peak, steady_lines, sum_of_tones
-from sagnac.lines.envelopes import best_description, simplest
+from sagnac.lines.envelopes import (
+    Baseband,
+    best_description,
+    peak,
+    simplest,
+    steady_lines,
+    sum_of_tones,
+)
 
 VALUES, LENGTH = 600, 50
 

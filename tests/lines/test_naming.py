@@ -3,9 +3,10 @@
 import numpy as np
 import pytest
 
-from sagnac.lines.components import turning
+from sagnac.lines.components import no_components
 from sagnac.lines.model import Line, Removal
-from sagnac.lines.naming import Lineup, _name
+from sagnac.lines.naming import _name
+from sagnac.lines.state import Record, State
 
 ARCSECOND = np.pi / 648_000
 RATE = 100.0
@@ -28,13 +29,11 @@ def line(scale, frequency, amplitude):
 
 def known(turns_a_second):
     table = 2.0 * np.pi * turns_a_second / RATE * np.arange(SAMPLES)
-    return Lineup(
-        fit=None,
-        drifting=(),
-        turning=turning(table, RATE) if turns_a_second else None,
-        floor=np.ones(SAMPLES // 2 + 1),
-        sample_rate=RATE,
-        samples=SAMPLES,
+    return State(
+        record=Record(angle=np.zeros(SAMPLES), encoder=table, sample_rate=RATE),
+        motion=None,
+        components=no_components(SAMPLES),
+        seen=np.ones(SAMPLES // 2 + 1),
     )
 
 

@@ -1,6 +1,6 @@
 """Lines as they are reported: amplitude, phase, errors, what each is, and the noise they take."""
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Final
 
 import numpy as np
@@ -8,10 +8,10 @@ import numpy as np
 from sagnac.core.arrays import FloatArray
 from sagnac.core.errors import Note, counted, rounded
 from sagnac.core.units import ARCSECOND
-from sagnac.lines.components import Turning
 from sagnac.lines.detection import floors, significances
 from sagnac.lines.joint_fit import ComponentFit
 from sagnac.lines.model import Line
+from sagnac.lines.state import State
 from sagnac.lines.wandering import DriftingLine
 from sagnac.noise.laws import sinusoid_allan_variance
 from sagnac.spectrum import periodogram
@@ -32,52 +32,25 @@ _DRIFT: Final = 20.0
 _JITTER: Final = 0.01
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Lineup:
-    """Knowledge from which lines are described.
-
-    Attributes
-    ----------
-    fit
-        The joint fit of all steady lines; None if there are none.
-    drifting
-        Lines whose amplitude or phase drifts.
-    turning
-        How the table turns; None at rest.
-    floor
-        (bins,) noise floor of the increments that are left, rad^2.
-    sample_rate
-        Hz.
-    samples
-        Length of the record.
-    """
-
-    fit: ComponentFit | None
-    drifting: tuple[DriftingLine, ...]
-    turning: Turning | None
-    floor: FloatArray
-    sample_rate: float
-    samples: int
-
-    @property
-    def turn_rate(self) -> float:
-        """Mean rate of the table, turns a second, 0 at rest."""
-        return 0.0 if self.turning is None else abs(self.turning.mean_rate) / (2.0 * np.pi)
-
-    @property
-    def resolution(self) -> float:
-        """Width of a bin, Hz."""
-        return self.sample_rate / (2.0 * (self.floor.size - 1))
+def _turn_rate(state: State) -> float:
+    """Mean rate of the table, turns a second, 0 at rest."""
+    turns = state.record.turning
+    return 0.0 if turns is None else abs(turns.mean_rate) / (2.0 * np.pi)
 
 
-def describe_lines(known: Lineup, channel: str) -> tuple[Line, ...]:
+def _resolution(state: State) -> float:
+    """Width of a bin, Hz."""
+    return state.record.sample_rate / (2.0 * (state.floor.size - 1))
+
+
+def describe_lines(state: State, channel: str) -> tuple[Line, ...]:
     """The lines, strongest first, named if their frequency says what they are."""
-    lines = [_of_drifting(line, known.sample_rate, channel) for line in known.drifting]
-    if known.fit is not None and known.fit.components.size:
-        lines += _of_fit(known.fit, known, channel)
+    lines = [_of_drifting(line, state.record.sample_rate, channel) for line in state.drifting]
+    if state.fit is not None and state.fit.components.size:
+        lines += _of_fit(state.fit, state, channel)
     lines = sorted(lines, key=lambda line: -line.significance)
     return tuple(
-        line if line.name else replace(line, name=_name(line, tuple(lines[:rank]), known))
+        line if line.name else replace(line, name=_name(line, tuple(lines[:rank]), state))
         for rank, line in enumerate(lines)
     )
 
@@ -102,10 +75,10 @@ def _of_drifting(line: DriftingLine, sample_rate: float, channel: str) -> Line:
     )
 
 
-def _of_fit(fit: ComponentFit, known: Lineup, channel: str) -> list[Line]:
+def _of_fit(fit: ComponentFit, state: State, channel: str) -> list[Line]:
     """Steady lines, angle components first."""
     components = fit.components
-    levels = floors(components, known.turning, known.floor)
+    levels = floors(components, state.record.turning, state.floor)
     significance = significances(fit, levels)
     pairs = np.stack([components.cosine, components.sine], axis=1)
     lines = []
@@ -129,8 +102,8 @@ def _of_fit(fit: ComponentFit, known: Lineup, channel: str) -> list[Line]:
             phase -= 2.0 * np.pi * cycles * components.center
             turned = 2.0 * np.pi * components.center * frequency_error
             phase_error = float(np.hypot(phase_error, turned))
-            frequency = cycles * known.sample_rate
-            frequency_error *= known.sample_rate
+            frequency = cycles * state.record.sample_rate
+            frequency_error *= state.record.sample_rate
         lines.append(
             Line(
                 scale="angle" if in_angle else "time",
@@ -150,7 +123,7 @@ def _of_fit(fit: ComponentFit, known: Lineup, channel: str) -> list[Line]:
 # --- names: every sideband is told here ------------------------------------------------------
 
 
-def _name(line: Line, stronger: tuple[Line, ...], known: Lineup) -> str:
+def _name(line: Line, stronger: tuple[Line, ...], state: State) -> str:
     """Origin of a line, if its frequency beside a stronger one's tells."""
     if line.scale == "angle":
         for other in stronger:
@@ -158,10 +131,10 @@ def _name(line: Line, stronger: tuple[Line, ...], known: Lineup) -> str:
                 return f"sideband of order {other.frequency:g} (encoder error)"
         whole = line.frequency == np.rint(line.frequency)
         return "" if whole else "non-integer order"
-    if known.turn_rate == 0.0:
+    if _turn_rate(state) == 0.0:
         return ""
     for other in stronger:
-        name = _sideband_in_time(line, other, known)
+        name = _sideband_in_time(line, other, state)
         if name:
             return name
     return ""
@@ -181,18 +154,18 @@ def _is_of_encoder(line: Line, other: Line) -> bool:
     return nearest < apart < furthest and line.amplitude < reach
 
 
-def _sideband_in_time(line: Line, other: Line, known: Lineup) -> str:
+def _sideband_in_time(line: Line, other: Line, state: State) -> str:
     """Origin of a line in time beside a stronger line on either scale; empty if there is none."""
     if other.amplitude < _WEAKER * line.amplitude:
         return ""
     in_time = other.scale == "time"
-    base = other.frequency if in_time else other.frequency * known.turn_rate
+    base = other.frequency if in_time else other.frequency * _turn_rate(state)
     apart = abs(line.frequency - base)
     for multiple, times in ((1, "the table rate"), (2, "twice the table rate")):
-        if abs(apart - multiple * known.turn_rate) < _MISSED * known.resolution:
+        if abs(apart - multiple * _turn_rate(state)) < _MISSED * _resolution(state):
             parent = f"{base:.6g} Hz" if in_time else f"order {other.frequency:g}"
             return f"sideband of {parent} at {times}"
-    if in_time and apart < _DRIFT * known.resolution:
+    if in_time and apart < _DRIFT * _resolution(state):
         return f"sideband of {base:.6g} Hz (its amplitude or frequency drifts)"
     if not in_time and apart < _JITTER * base:
         return f"sideband of order {other.frequency:g} (table jitter)"
@@ -216,19 +189,19 @@ _WITH_FREQUENCY: Final = 1.5
 _SEEN_SHARE: Final = 1e-3
 
 
-def masked_bands(lines: tuple[Line, ...], known: Lineup) -> tuple[tuple[float, float], ...]:
+def masked_bands(lines: tuple[Line, ...], state: State) -> tuple[tuple[float, float], ...]:
     """(low, high) bands in Hz in which the fit took the noise with the line."""
-    rate = known.sample_rate
-    cell = rate / known.samples
+    rate = state.record.sample_rate
+    cell = rate / state.record.angle.size
     width, spread = TAKEN_BINS * cell, WIDEST_BINS * cell
     bands = [
-        (found.band[0] * rate - width, found.band[1] * rate + width) for found in known.drifting
+        (found.band[0] * rate - width, found.band[1] * rate + width) for found in state.drifting
     ]
     for line in lines:
         if line.scale == "time":
             bands.append((line.frequency - width, line.frequency + width))
-        elif known.turning is not None:
-            speed = known.turning.speeds * rate / (2.0 * np.pi)
+        elif state.record.turning is not None:
+            speed = state.record.turning.speeds * rate / (2.0 * np.pi)
             low, high = float(speed[0]), float(speed[-1])
             if line.frequency * (high - low) < _SPREAD * width:
                 center = 0.5 * (low + high) * line.frequency
@@ -236,22 +209,22 @@ def masked_bands(lines: tuple[Line, ...], known: Lineup) -> tuple[tuple[float, f
     return tuple(bands)
 
 
-def noise_taken(lines: tuple[Line, ...], known: Lineup) -> FloatArray:
+def noise_taken(lines: tuple[Line, ...], state: State) -> FloatArray:
     """`taken` of `Removal`: half a cycle per record for each parameter, at its frequency.
 
     Returns
     -------
     (3, bands) frequency and bandwidth, Hz, and one-sided rate density, (rad/s)^2/Hz.
     """
-    rate, cell = known.sample_rate, known.sample_rate / known.samples
+    rate, cell = state.record.sample_rate, state.record.sample_rate / state.record.angle.size
     bands: list[tuple[float, float]] = []
-    for found in known.drifting:
+    for found in state.drifting:
         cells = zip(*taken_bands(found), strict=True)
         bands += [(place * rate, width * rate) for place, width in cells]
     turn_rate = 0.0
-    if known.turning is not None:
-        turn_rate = float(np.median(known.turning.speeds)) * rate / (2.0 * np.pi)
-    drifting = {found.frequency * rate for found in known.drifting}
+    if state.record.turning is not None:
+        turn_rate = float(np.median(state.record.turning.speeds)) * rate / (2.0 * np.pi)
+    drifting = {found.frequency * rate for found in state.drifting}
     for line in lines:
         if line.scale == "angle":
             fitted = _WITH_FREQUENCY if line.frequency_error > 0.0 else _AMPLITUDES
@@ -261,8 +234,8 @@ def noise_taken(lines: tuple[Line, ...], known: Lineup) -> FloatArray:
     frequency, bandwidth = np.array(bands).reshape(-1, 2).T
     inside = (frequency > 0.0) & (frequency < 0.5 * rate)
     frequency, bandwidth = frequency[inside], bandwidth[inside]
-    bins = np.rint(frequency / rate * (2.0 * (known.floor.size - 1))).astype(np.int64)
-    return np.stack([frequency, bandwidth, periodogram.density(known.floor[bins], rate)])
+    bins = np.rint(frequency / rate * (2.0 * (state.floor.size - 1))).astype(np.int64)
+    return np.stack([frequency, bandwidth, periodogram.density(state.floor[bins], rate)])
 
 
 def taken_bands(line: DriftingLine) -> tuple[FloatArray, FloatArray]:

@@ -16,7 +16,7 @@ from sagnac.core.arrays import FloatArray
 from sagnac.core.errors import Note, counted, rounded
 from sagnac.core.kernels import one_thread
 from sagnac.lines.candidates import NewLines, new_lines
-from sagnac.lines.components import joined
+from sagnac.lines.components import joined, no_components
 from sagnac.lines.detection import (
     Band,
     Peaks,
@@ -282,19 +282,19 @@ def _removal(ended: State, channel: str) -> Removal:
     # The last fit moves lines by less than their errors: the floor is that of the last look, whose
     # power is not asked for any more.
     state.record.kept.made.pop("spectrum", None)
-    known = state.lineup()
     residual = state.residual()
-    lines = describe_lines(known, channel)
+    lines = describe_lines(state, channel)
     rate = state.record.sample_rate
     vibration = tuple((low * rate, high * rate) for low, high in state.bands)
     finished = ended.end in {"nothing stands", "nothing new stood"}
+    bare = replace(state, components=no_components(residual.size), fit=None, drifting=())
     return Removal(
         residual=residual,
         lines=lines,
-        masked=(*masked_bands(lines, known), *vibration),
-        taken=noise_taken(lines, known),
+        masked=(*masked_bands(lines, state), *vibration),
+        taken=noise_taken(lines, state),
         notes=tuple(_notes(state, vibration, ended, channel)),
-        unfinished=None if finished else state.with_all_lines().residual(),
+        unfinished=None if finished else bare.residual(),
     )
 
 

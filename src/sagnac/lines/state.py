@@ -7,7 +7,7 @@ states that know the same share it, and the record holds the last of each kind a
 """
 
 from collections.abc import Callable, Hashable, Iterator
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any, Literal, TypeVar
 
@@ -24,7 +24,6 @@ from sagnac.lines.components import (
 )
 from sagnac.lines.detection import Band, Spectrum, detection_threshold, spectrum
 from sagnac.lines.joint_fit import ComponentFit, earth_amplitudes, order_sums
-from sagnac.lines.naming import Lineup
 from sagnac.lines.products import Sampling, sampling
 from sagnac.lines.rescaling import Wander, wander
 from sagnac.lines.wandering import DriftingLine, values
@@ -242,22 +241,6 @@ class State:
         for start, rest in self._rest():
             result[start : start + rest.size] = rest
         return result
-
-    def with_all_lines(self) -> "State":
-        """The state that knows the same table motion and no line."""
-        nothing = no_components(self.record.angle.size)
-        return replace(self, components=nothing, fit=None, drifting=())
-
-    def lineup(self) -> Lineup:
-        """Knowledge from which the lines are described."""
-        return Lineup(
-            fit=self.fit,
-            drifting=self.drifting,
-            turning=self.record.turning,
-            floor=self.floor,
-            sample_rate=self.record.sample_rate,
-            samples=self.record.angle.size,
-        )
 
     def _rest(self, more: int = 0) -> Iterator[tuple[int, FloatArray]]:
         """The angle without table motion and lines, rad, and where it starts.

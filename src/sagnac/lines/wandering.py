@@ -14,24 +14,22 @@ import numpy as np
 
 from sagnac.core.arrays import ComplexArray, FloatArray, IntegerArray
 from sagnac.lines import _kernels
-from sagnac.lines.baseband import (
+from sagnac.lines.envelopes import (
     NEAR,
     Baseband,
-    baseband,
-    mean_length,
-    peak,
-    steady_lines,
-    sum_of_tones,
-)
-from sagnac.lines.envelopes import (
     Description,
+    baseband,
     best_description,
     coefficients_of,
     knot_values,
     knot_variances,
+    mean_length,
+    peak,
     pieces,
     spline_products,
     spline_values,
+    steady_lines,
+    sum_of_tones,
 )
 
 # Values of the baseband a block: fewer, and the mean over each would round the envelope off.
