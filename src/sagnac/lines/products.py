@@ -210,53 +210,41 @@ def inner_products(sampled: Sampling, components: Components) -> InnerProducts:
     straight = np.zeros((2 * size, 2 * size), dtype=np.complex128)
     mirrored = np.zeros((2 * size, 2 * size), dtype=np.complex128)
     multiples = np.flatnonzero(phase_multiples(components))
-    if multiples.size:
-        straight[np.ix_(multiples, multiples)], mirrored[np.ix_(multiples, multiples)] = (
-            _products_of_orders(sampled, components.orders[multiples].astype(np.int64))
-        )
-    if components.frequencies.size:
-        _add_tones(straight, mirrored, components.frequencies, sampled.samples)
+    orders = components.orders[multiples].astype(np.int64)
+    # What mirrors a component is the conjugate of one whose phase runs backwards.
+    for products, way in ((straight, 1), (mirrored, -1)):
+        products[np.ix_(multiples, multiples)] = _products_of_orders(sampled, orders, way * orders)
+        _add_tones(products, components.frequencies, way, sampled.samples)
     if components.orders.size:
         _add_pairs(straight, mirrored, sampled, components)
     return InnerProducts(straight=straight, mirrored=mirrored)
 
 
 def _products_of_orders(
-    sampled: Sampling, orders: IntegerArray
-) -> tuple[ComplexArray, ComplexArray]:
-    """Products of whole orders, straight and mirrored, by the Fourier sums of all."""
-    difference = orders[:, None] - orders[None, :]
-    total = orders[:, None] + orders[None, :]
-    apart = np.abs(difference)
+    sampled: Sampling, orders: IntegerArray, others: IntegerArray
+) -> ComplexArray:
+    """Products of whole orders with the conjugates of others, by the Fourier sums of all."""
+    difference = orders[:, np.newaxis] - others
+    apart, total = np.abs(difference), np.abs(orders[:, np.newaxis] + others)
     shape = sampled.expansion[:, apart] - sampled.expansion[:, total]
     sums = sampled.order_sums[:, apart]
-    sums = np.where(difference < 0, sums.conj(), sums)
-    return (
-        2.0 * (shape * sums).sum(axis=0),
-        -2.0 * (shape * sampled.order_sums[:, total]).sum(axis=0),
-    )
+    return np.asarray(2.0 * (shape * np.where(difference < 0, sums.conj(), sums)).sum(axis=0))
 
 
-def _add_tones(
-    straight: ComplexArray, mirrored: ComplexArray, frequencies: FloatArray, samples: int
-) -> None:
-    """Products of two tones, by the closed forms of sums over even samples."""
+def _add_tones(products: ComplexArray, frequencies: FloatArray, way: int, samples: int) -> None:
+    """Products of two tones, the second run forwards or backwards (`way`), in closed form."""
     size, slope = tone_factors(frequencies, samples)
-    a, b = size[:, None], size[None, :]
-    c, d = slope[:, None], slope[None, :]
-    total = straight.shape[0] // 2
+    a, b = size[:, np.newaxis], way * size
+    c, d = slope[:, np.newaxis], slope
+    total = products.shape[0] // 2
     plain = slice(total - frequencies.size, total)
     tilted = slice(2 * total - frequencies.size, 2 * total)
-    zero, one, two = _moments(2.0 * np.pi * (frequencies[:, None] - frequencies[None, :]), samples)
-    straight[plain, plain] = a * b * zero
-    straight[tilted, plain] = a * b * one - 1j * c * b * zero
-    straight[plain, tilted] = a * b * one + 1j * a * d * zero
-    straight[tilted, tilted] = a * b * two + c * d * zero + 1j * (a * d - b * c) * one
-    zero, one, two = _moments(2.0 * np.pi * (frequencies[:, None] + frequencies[None, :]), samples)
-    mirrored[plain, plain] = -a * b * zero
-    mirrored[tilted, plain] = -a * b * one + 1j * c * b * zero
-    mirrored[plain, tilted] = -a * b * one + 1j * a * d * zero
-    mirrored[tilted, tilted] = -a * b * two + c * d * zero + 1j * (a * d + b * c) * one
+    apart = frequencies[:, np.newaxis] - way * frequencies
+    zero, one, two = _moments(2.0 * np.pi * apart, samples)
+    products[plain, plain] = a * b * zero
+    products[tilted, plain] = a * b * one - 1j * c * b * zero
+    products[plain, tilted] = a * b * one + 1j * a * d * zero
+    products[tilted, tilted] = a * b * two + c * d * zero + 1j * (a * d - b * c) * one
 
 
 def _moments(frequency: FloatArray, samples: int) -> tuple[FloatArray, ComplexArray, FloatArray]:
