@@ -80,6 +80,9 @@ def test_stamps_without_a_unit_are_left_out_if_a_rate_is_stated():
 def test_the_null_pulse_is_taken_only_by_its_name():
     assert choose(COLUMNS, by_caller(gyros=("y",))).null_pulse is None
     assert choose(COLUMNS, by_caller(gyros=("y",), null_pulse="null")).null_pulse == COLUMNS[6]
+    named = (*COLUMNS, column("null_pulse"))
+    assert choose(named, by_caller(gyros=("y",))).null_pulse == named[-1]
+    assert choose(named, by_caller(gyros=("y",), null_pulse="none")).null_pulse is None
 
 
 def test_a_column_is_no_two_channels():

@@ -130,7 +130,7 @@ class Statement:
     counter_period
         Counts after which they start over, if that is no power of two: 1296000. One of both.
     null_pulse
-        Column that is nonzero at the null pulse.
+        Column that is nonzero at the null pulse; ``none`` ignores the one there is.
     accelerometers
         Names of the accelerometers wanted; ``("none",)`` for none of those that the file states,
         None for these. Their units stand in `unit` by name, or for all of them under
