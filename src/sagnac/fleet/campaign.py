@@ -162,14 +162,11 @@ def campaign(
 def _choices(settings: Settings, pattern: str, given: dict[str, Any]) -> Choices:
     """Each choice where it belongs; the gyros belong to both."""
     of_settings, of_statement = (
-        {name: value for name, value in given.items() if name in {one.name for one in fields(kind)}}
+        {name: given[name] for name in given if name in {one.name for one in fields(kind)}}
         for kind in (Settings, Statement)
     )
     unknown = [name for name in given if name not in of_settings and name not in of_statement]
     if unknown:
         raise TypeError(f"{unknown[0]} is a field of neither Settings nor Statement")
-    return Choices(
-        settings=replace(settings, **of_settings),
-        statement=Statement(**of_statement),
-        pattern=pattern,
-    )
+    own = replace(settings, **of_settings)
+    return Choices(settings=own, statement=Statement(**of_statement), pattern=pattern)

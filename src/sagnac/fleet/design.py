@@ -212,15 +212,9 @@ def restricted_components(design: Design) -> Components:
     factors, count = len(design.seen), len(names)
     starts = [np.full(count, 1.0 / count), np.append(np.full(factors, 0.02), 0.5)]
     bounds = [(0.0, None)] * factors + [(1e-9, None)]
+    stop = {"ftol": 1e-14, "gtol": 1e-9, "maxiter": 500}
     found = [
-        minimize(
-            loss,
-            start,
-            jac=True,
-            method="L-BFGS-B",
-            bounds=bounds,
-            options={"ftol": 1e-14, "gtol": 1e-9, "maxiter": 500},
-        )
+        minimize(loss, start, jac=True, method="L-BFGS-B", bounds=bounds, options=stop)
         for start in starts
     ]
     best = min(found, key=lambda one: float(one.fun)).x

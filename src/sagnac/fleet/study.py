@@ -172,23 +172,19 @@ class Outlook:
         """By factor, and of ``run``; none below what the known variances and runs put into it."""
         squares = {name: _mean_square(self.design, name) for name in (*self.design.seen, "run")}
         run = squares["run"]
-        run_variance = max(run.value - run.known, 0.0)
+        beyond = max(run.value - run.known, 0.0)
+        least = {name: one.known + beyond * (name != "run") for name, one in squares.items()}
         return {
-            name: replace(
-                one, value=max(one.value, one.known + (0.0 if name == "run" else run_variance))
-            )
-            for name, one in squares.items()
+            name: replace(one, value=max(one.value, least[name])) for name, one in squares.items()
         }
 
 
 def _mean_square(design: Design, name: str) -> MeanSquare:
     contrasts = design.contrasts(name)
     freedom = contrasts.shape[1]
-    seen = contrasts.T @ design.values
-    through = float(np.sum((contrasts.T @ design.incidence(name)) ** 2))
     return MeanSquare(
-        value=float(seen @ seen) / freedom,
-        per_variance=through / freedom,
+        value=float(np.sum((contrasts.T @ design.values) ** 2)) / freedom,
+        per_variance=float(np.sum((contrasts.T @ design.incidence(name)) ** 2)) / freedom,
         known=float(design.variances @ np.sum(contrasts**2, axis=1)) / freedom,
         freedom=freedom,
     )
@@ -247,17 +243,15 @@ def departures(design: Design, components: Components) -> tuple[Outlier, ...]:
     total = design.values.size - 1.0
     deleted = standard * np.sqrt((total - 1.0) / np.maximum(total - standard**2, 1e-9))
     chance = 2.0 * stdtr(freedom - 1.0, -np.abs(deleted)) * design.values.size
-    found = []
-    for index in np.flatnonzero(chance < CHANCE).tolist():
-        off = float(weighted[index] / weight[index])
-        found.append(
-            Outlier(
-                index=index,
-                foretold=float(design.values[index]) - off,
-                deviations=float(deleted[index]),
-                mean_without=_mean_without(design, components, index),
-            )
+    found = [
+        Outlier(
+            index=index,
+            foretold=float(design.values[index] - weighted[index] / weight[index]),
+            deviations=float(deleted[index]),
+            mean_without=_mean_without(design, components, index),
         )
+        for index in np.flatnonzero(chance < CHANCE).tolist()
+    ]
     return tuple(sorted(found, key=lambda one: -abs(one.deviations)))
 
 
@@ -451,19 +445,18 @@ def repeatability(runs: Sequence[Run], *, confidence: float = 0.95) -> Repeatabi
     unseen = _unseen(design, components, confidence)
     deviations = _deviations(design, components, set(unseen), confidence)
     hidden = {name: _ALONE.format(name) for name in used if name not in labels}
-    units = design.levels("unit") if "unit" in labels else ()
+    units = design.levels("unit") if "unit" in labels and "day" in design.seen else ()
+
+    def next_run(known: Mapping[str, str]) -> Interval:
+        return _of_logarithm(outlook.further_run(known), confidence)
+
     return Repeatability(
         mean=_of_logarithm(outlook.mean, confidence),
         deviations=deviations,
         within=math.sqrt(design.typical_variance),
         hidden={**hidden, **design.hidden, **unseen},
-        next_unit=(
-            _of_logarithm(outlook.further_run({}), confidence) if "unit" in design.seen else None
-        ),
-        next_day={
-            unit: _of_logarithm(outlook.further_run({"unit": unit}), confidence)
-            for unit in (units if "day" in design.seen else ())
-        },
+        next_unit=next_run({}) if "unit" in design.seen else None,
+        next_day={unit: next_run({"unit": unit}) for unit in units},
         drift=_drift(design, confidence),
         outliers=tuple(
             replace(one, foretold=math.exp(one.foretold), mean_without=math.exp(one.mean_without))

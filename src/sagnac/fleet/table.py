@@ -282,8 +282,7 @@ def _null(value: Any) -> Any:
 
 
 def _cell(value: Any) -> str:
-    value = _null(value)
-    return "" if value is None else repr(value) if isinstance(value, float) else str(value)
+    return "" if _null(value) is None else str(value)
 
 
 # ---- scatter -----------------------------------------------------------------------
@@ -322,27 +321,19 @@ def scatter_of(lines: Sequence[Line], confidence: float) -> Scatter:
         Of the intervals.
     """
     shown = tuple(line for line in lines if line.status == "estimated")
-    runs = [
-        Run(
-            value=line.n_deg_per_sqrt_h,
-            low=line.low,
-            high=line.high,
-            confidence=line.confidence,
-            labels=_labels(line),
-        )
-        for line in shown
-    ]
-    left_out = len(lines) - len(shown)
+    found, why = None, ""
     try:
-        found = repeatability(runs, confidence=confidence)
+        found = repeatability([_run_of(line) for line in shown], confidence=confidence)
     except RecordingError as error:
-        return Scatter(lines=shown, left_out=left_out, found=None, why=str(error))
-    return Scatter(lines=shown, left_out=left_out, found=found)
+        why = str(error)
+    return Scatter(lines=shown, left_out=len(lines) - len(shown), found=found, why=why)
 
 
-def _labels(line: Line) -> dict[str, str]:
+def _run_of(line: Line) -> Run:
     stated = {"unit": line.unit, "day": line.day, "rate": f"{line.rate_deg_per_s:g}"}
-    return {name: label for name, label in stated.items() if label}
+    labels = {name: label for name, label in stated.items() if label}
+    value, confidence = line.n_deg_per_sqrt_h, line.confidence
+    return Run(value=value, low=line.low, high=line.high, confidence=confidence, labels=labels)
 
 
 # ---- prior -------------------------------------------------------------------------

@@ -161,17 +161,14 @@ class Choices:
     pattern: str = ""
 
     def __post_init__(self) -> None:
+        stated = f"pattern is {quoted(self.pattern)}"
         try:
             groups = set(re.compile(self.pattern).groupindex)
         except re.error as error:
-            raise ValueError(
-                f"pattern is {quoted(self.pattern)}; give a regular expression ({error})"
-            ) from None
+            raise ValueError(f"{stated}; give a regular expression ({error})") from None
         if self.pattern and (not groups or groups - set(LABELS)):
-            raise ValueError(
-                f"pattern is {quoted(self.pattern)}; give it groups such as (?P<unit>…), of "
-                f"{', '.join(LABELS)}"
-            )
+            among = ", ".join(LABELS)
+            raise ValueError(f"{stated}; give it groups such as (?P<unit>…), of {among}")
 
     def labels_of(self, path: Path) -> dict[str, str]:
         """Unit, day and rate by the path of a file."""
@@ -212,21 +209,15 @@ def _task(path: Path, choices: Choices, labels: Mapping[str, str]) -> Task:
 
 
 def _files_of(source: Path) -> list[Path]:
-    if source.is_dir():
-        files = sorted(
-            path
-            for path in source.rglob("*")
-            if path.suffix.lower() in _SUFFIXES and path.is_file()
-        )
-        if not files:
-            raise RecordingError(
-                "holds no recording",
-                path=str(source),
-                remedy=f"name files that end in one of {', '.join(sorted(_SUFFIXES))}",
-            )
-        return files
-    # A file that does not exist is a row that says so, unless there is no other.
-    return [source]
+    if not source.is_dir():
+        # A file that does not exist is a row that says so.
+        return [source]
+    inside = sorted(source.rglob("*"))
+    files = [one for one in inside if one.suffix.lower() in _SUFFIXES and one.is_file()]
+    if not files:
+        remedy = f"name files that end in one of {', '.join(sorted(_SUFFIXES))}"
+        raise RecordingError("holds no recording", path=str(source), remedy=remedy)
+    return files
 
 
 def _of_toml(path: Path, choices: Choices) -> tuple[Task, ...]:
@@ -387,11 +378,6 @@ class Result:
         return float(self.analysis.get("input", {}).get("duration_s", 0.0))
 
 
-def done(task: Task, document: Mapping[str, Any], report: str) -> Result:
-    """The result of a task from its ``analysis.json``."""
-    return Result(key=task.key, state="done", report=report, analysis=_kept(document))
-
-
 def _kept(document: Mapping[str, Any]) -> dict[str, Any]:
     kept = {name: document[name] for name in _KEPT if name in document}
     kept["lines"] = len(document["lines"])
@@ -460,15 +446,8 @@ def span_tasks(task: Task, result: Result, span: float) -> tuple[Task, ...]:
     count = math.floor(result.duration_s / span * (1.0 + 1e-9))
     if count < 2:
         return ()
-    return tuple(
-        replace(
-            task,
-            statement=replace(
-                task.statement, span=(first + number * span, first + (number + 1) * span)
-            ),
-        )
-        for number in range(count)
-    )
+    spans = [(first + number * span, first + (number + 1) * span) for number in range(count)]
+    return tuple(replace(task, statement=replace(task.statement, span=one)) for one in spans)
 
 
 def span_of(task: Task) -> tuple[float, float] | None:
@@ -529,4 +508,4 @@ def _measured(task: Task, folder: Path) -> Result:
     # A table of results needs no plots, which are slow to load: only who measures draws.
     import_module("sagnac.report.page").write_page(analysis, folder / report / "report.html")
     write_text(folder / report / "analysis.json", to_json(document) + "\n")
-    return done(task, document, report.as_posix())
+    return Result(key=task.key, state="done", report=report.as_posix(), analysis=_kept(document))

@@ -266,27 +266,19 @@ class FilterSetting:
         rate = UNITS[SENSED[self.kind].rate_unit]
         bias = f"K {model.walk / walk.size:.4g} {walk.name}"
         for one in model.markov:
-            bias = (
-                f"Markov bias {one.deviation / rate.size:.4g} {rate.name} over "
-                f"{one.correlation_time:.4g} s"
-            )
-        seen = (
-            "not estimated"
-            if math.isnan(self.estimate)
-            else f"{model.white / self.estimate:.3f} of the estimate"
-        )
-        inflation = self.inflation(model)
-        rest = (
-            ", stated, not measured"
-            if inflation is None
-            else f", {inflation:.3f} of the Allan deviation (median)"
-        )
+            size, time = one.deviation / rate.size, one.correlation_time
+            bias = f"Markov bias {size:.4g} {rate.name} over {time:.4g} s"
+        share = model.white / self.estimate
+        seen = "not estimated" if math.isnan(share) else f"{share:.3f} of the estimate"
+        inflation, seen = self.inflation(model), f" ({seen})"
+        rest = ", stated, not measured"
+        if inflation is None:
+            seen = ""
+        else:
+            rest = f", {inflation:.3f} of the Allan deviation (median)"
         more = "".join(f", {key} {text}" for key, text in self.stated.items())
-        return (
-            f"{self.name}: N {model.white / white.size:.4g} {white.name}"
-            f"{'' if inflation is None else f' ({seen})'}, "
-            f"{bias}{rest}{more}"
-        )
+        density = f"{model.white / white.size:.4g} {white.name}"
+        return f"{self.name}: N {density}{seen}, {bias}{rest}{more}"
 
 
 def setting_of(sensor: Sensor, *, confidence: float = 0.95, most_markov: int = 2) -> FilterSetting:

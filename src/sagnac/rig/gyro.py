@@ -41,10 +41,8 @@ class SensorErrors:
         White noise of the sampled angle (Q) and readout step, rad, 0 for none.
     instability, rate_walk
         B, rad/s, and K, rad/s/sqrt(s).
-    markov_deviation, markov_time
-        Standard deviation, rad/s, and correlation time, s, of a Markov rate.
-    second_markov_deviation, second_markov_time
-        Of a second one.
+    markov
+        Standard deviation, rad/s, and correlation time, s, of each Markov rate that there is.
     bias, ramp
         rad/s and rad/s^2.
     rate_quantum, full_scale
@@ -60,10 +58,7 @@ class SensorErrors:
     quantum: float = 0.0
     instability: float = 0.0
     rate_walk: float = 0.0
-    markov_deviation: float = 0.0
-    markov_time: float = 1.0
-    second_markov_deviation: float = 0.0
-    second_markov_time: float = 1.0
+    markov: tuple[tuple[float, float], ...] = ()
     bias: float = 0.0
     ramp: float = 0.0
     rate_quantum: float = 0.0
@@ -87,22 +82,16 @@ class SensorErrors:
             per_kelvin = config.temperature_coefficient_deg_per_h_per_k[axis]
             sized["per_kelvin"] = per_kelvin * DEGREE_PER_HOUR
             sized["warm_up"], sized["warm_up_time"] = config.warm_up_k, config.warm_up_time_s
+        rates = (
+            (sized.pop("markov_deviation"), config.markov_time_s[axis]),
+            (sized.pop("second_markov_deviation"), config.second_markov_time_s[axis]),
+        )
         return cls(
             **sized,
-            markov_time=config.markov_time_s[axis],
-            second_markov_time=config.second_markov_time_s[axis],
+            markov=tuple(rate for rate in rates if rate[0] > 0.0),
             corner=config.low_pass_hz[axis],
             order=config.low_pass_order,
         )
-
-    @property
-    def markov(self) -> tuple[tuple[float, float], ...]:
-        """Standard deviation and correlation time of each Markov rate that there is."""
-        rates = (
-            (self.markov_deviation, self.markov_time),
-            (self.second_markov_deviation, self.second_markov_time),
-        )
-        return tuple(one for one in rates if one[0] > 0.0)
 
     def trend(self, seconds: FloatArray) -> FloatArray:
         """(n,) rate of bias, ramp and warming up at `seconds` from the first sample, rad/s."""

@@ -215,25 +215,20 @@ def _as_recorded(config: RigConfig, progress: Progress | None) -> Recording:
                 whole[name] = np.empty(config.samples, part.dtype)
             whole[name][span] = part
     units = _heading(config).units
-    sensors = {
-        sensor: tuple(
-            Channel(
-                name=name,
-                kind=config.kind,
-                shown_in=str(units[name]),
-                values=whole[name],
-                sensor=sensor,
-            )
-            for name in names
-        )
-        for sensor, names in _sensors(config).items()
-    }
+
+    def channel(name: str, sensor: Sensor) -> Channel:
+        values, unit = whole[name], str(units[name])
+        return Channel(name=name, kind=config.kind, shown_in=unit, values=values, sensor=sensor)
+
+    gyros, forces = (
+        tuple(channel(name, sensor) for name in names) for sensor, names in _sensors(config).items()
+    )
     table = None
     if config.turning:
         table = Channel(name="table", kind="angle", shown_in="deg", values=whole["table"])
     return Recording(
-        gyros=sensors["gyro"],
-        accelerometers=sensors["accelerometer"],
+        gyros=gyros,
+        accelerometers=forces,
         sample_rate=config.sample_rate_hz,
         table=table,
         null_pulse=whole.get(NULL_PULSE_NAME),
