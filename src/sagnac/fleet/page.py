@@ -193,18 +193,14 @@ def _intervals(axes: Axes, place: Any, lines: Sequence[Line]) -> None:
     kinds = (("estimated", "o", "N with its interval"), ("upper bound", "v", "upper bound"))
     verdicts = [line.verdict if line.verdict in _VERDICT_COLORS else "" for line in lines]
     for (status, marker, label), (verdict, color) in product(kinds, _VERDICT_COLORS.items()):
-        chosen = [
-            index
-            for index, line in enumerate(lines)
-            if line.status == status and verdicts[index] == verdict
-        ]
-        if not chosen:
+        shown = [line.status == status for line in lines]
+        chosen = np.flatnonzero(np.array(shown) & (np.array(verdicts) == verdict))
+        if not chosen.size:
             continue
-        value = np.array([lines[index].n_deg_per_sqrt_h for index in chosen])
+        ends = [(lines[i].low, lines[i].n_deg_per_sqrt_h, lines[i].high) for i in chosen.tolist()]
+        low, value, high = np.transpose(ends)
         reach = None
         if status == "estimated":
-            low = np.array([lines[index].low for index in chosen])
-            high = np.array([lines[index].high for index in chosen])
             reach = np.maximum(np.stack([value - low, high - value]), 0.0)
         axes.errorbar(
             place[chosen], value, yerr=reach, fmt=marker, color=color, elinewidth=0.8,
@@ -369,10 +365,8 @@ def _predictions(found: Repeatability) -> list[tuple[str, str, str]]:
     }
     if found.next_unit is not None:
         units = {"Next unit, one recording": found.next_unit, **units}
-    rows = []
-    for what, one in units.items():
-        value, interval = _figures(one)
-        rows.append((what, f"{value} °/√h", f"{interval} °/√h"))
+    shown = {what: _figures(one) for what, one in units.items()}
+    rows = [(what, f"{value} °/√h", f"{ends} °/√h") for what, (value, ends) in shown.items()]
     if found.drift is not None:
         ends = (found.drift.value, found.drift.low, found.drift.high)
         value, low, high = (f"{rounded(100.0 * part)} %" for part in ends)

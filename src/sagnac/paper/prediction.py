@@ -408,18 +408,12 @@ def _laser_noise(speeds: FloatArray, config: RigConfig, pair: tuple[str, str]) -
     """N-bar of quantum limit and lock-in together, by the truth of a rig at each rate."""
     gyro = replace(config.gyro, mode="rate-biased")
     noise = np.empty(speeds.size)
+    even = replace(config.table, profile=(), reversal_interval_s=0.0, dwell_s=0.0)
     for index, speed in enumerate(speeds / DEGREE):
-        table = replace(
-            config.table,
-            rate_deg_per_s=float(speed),
-            profile=(),
-            reversal_interval_s=0.0,
-            dwell_s=0.0,
-        )
-        truth = truth_of(replace(config, gyro=gyro, table=table))
-        each = [truth.gyros[name].arw_deg_per_sqrt_h for name in pair]
-        noise[index] = math.sqrt(np.mean(np.square(each))) * DEGREE_PER_ROOT_HOUR
-    return noise
+        table = replace(even, rate_deg_per_s=float(speed))
+        gyros = truth_of(replace(config, gyro=gyro, table=table)).gyros
+        noise[index] = _mean(pair, [gyros[name].arw_deg_per_sqrt_h for name in GYRO_NAMES])
+    return noise * DEGREE_PER_ROOT_HOUR
 
 
 def _jitter(config: RigConfig, mismatch: float) -> tuple[float, float]:
