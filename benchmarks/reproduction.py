@@ -22,7 +22,7 @@ from benchmarks.stability import PAGE as STABILITY_PAGE
 from sagnac import __version__
 from sagnac.noise.readings import READINGS, ReadingName
 from sagnac.paper.reproduce import Order
-from sagnac.report.reproduction_tables import ORDERS, TABLES
+from sagnac.paper.tables import ORDERS, TABLES
 
 PAGE: Final = STABILITY_PAGE.with_name("reproduce.md")
 FOLDER: Final = Path("reproduction")

@@ -14,10 +14,10 @@ from sagnac.core.errors import RecordingError
 from sagnac.core.processes import GIBIBYTE, Means, Standing
 from sagnac.core.units import ARCSECOND, DEGREE, DEGREE_PER_HOUR, DEGREE_PER_ROOT_HOUR
 from sagnac.noise.readings import READINGS
+from sagnac.paper import page as pages
 from sagnac.paper.prediction import TABLE_1, TABLE_2, plan
 from sagnac.paper.reproduce import outcomes_of_table, read_outcome, reproduce, write_outcome
-from sagnac.report import reproduction_page as pages
-from sagnac.report.reproduction_tables import figures_of, tables
+from sagnac.paper.tables import figures_of, tables
 from sagnac.rig.simulate import simulate
 from tests.paper.scope import SMALL
 

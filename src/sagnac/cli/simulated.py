@@ -236,10 +236,10 @@ def reproduce(
     results.ready_to_draw()
     from sagnac.core.processes import means_of
     from sagnac.core.whole_files import made
+    from sagnac.paper import page as pages
     from sagnac.paper.prediction import QUICK, Scope
     from sagnac.paper.reproduce import reproduce as make
-    from sagnac.report import reproduction_page as pages
-    from sagnac.report.reproduction_tables import summary
+    from sagnac.paper.tables import summary
 
     with as_usage():
         means = means_of(workers)

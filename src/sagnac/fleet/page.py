@@ -28,8 +28,8 @@ from sagnac.fleet.table import (
     yield_of,
 )
 from sagnac.noise.estimates import Interval
-from sagnac.plot.frame import BLUE, GREEN, INK, OCHRE, ORANGE, literal
 from sagnac.report.figures import STYLE, PowersOfTen, styled, svg, write_png
+from sagnac.report.frame import BLUE, GREEN, INK, OCHRE, ORANGE, literal
 from sagnac.report.quantities import number, typeset
 from sagnac.report.sections import rendered
 

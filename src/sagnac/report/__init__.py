@@ -1,4 +1,4 @@
-"""An analysis as others see it: JSON, tables, figures and a page a person can read.
+"""An analysis as others see it: pictures, JSON, tables and a page a person can read.
 
 Notes and errors name an input of the package as an option of the command line.
 """

@@ -15,8 +15,8 @@ from sagnac.navigation.drift import PARTS, Growth
 from sagnac.navigation.error_model import AzimuthError, azimuth_error, flicker_deviation
 from sagnac.navigation.noise import NAMES, GyroNoise
 from sagnac.noise.laws import CoefficientName
-from sagnac.plot.frame import BLUE, INK, ORANGE, QUIET, band, logarithmic
 from sagnac.report.figures import styled
+from sagnac.report.frame import BLUE, INK, ORANGE, QUIET, band, logarithmic
 from sagnac.report.quantities import TITLES, number
 from sagnac.report.sections import rendered
 

@@ -25,13 +25,12 @@ from matplotlib.ticker import LogFormatterSciNotation, NullLocator, ScalarFormat
 from matplotlib.transforms import Affine2D, Bbox
 from numpy.typing import ArrayLike
 
-from sagnac import plot
 from sagnac.analysis.result import Analysis
 from sagnac.core.arrays import FloatArray
 from sagnac.core.units import DEGREE, DEGREE_PER_HOUR, SENSED, UNITS, Unit
 from sagnac.core.whole_files import write_bytes
 from sagnac.noise.cross_spectra import SelfNoise
-from sagnac.plot import frame
+from sagnac.report import density, deviation, frame
 from sagnac.report.quantities import curve_unit, in_field_unit, number
 from sagnac.table.frames import shares_from_deviations, table_to_gyro_matrix
 
@@ -225,19 +224,19 @@ def _drawn(draw: Callable[..., Axes], result: Analysis | SelfNoise, columns: int
 
 def stability_figure(analysis: Analysis) -> Figure:
     """Allan deviation before and after removal, the five-term fit, and its slopes."""
-    return _drawn(plot.stability, analysis, 4)
+    return _drawn(deviation.stability, analysis, 4)
 
 
 def spectrum_figure(analysis: Analysis) -> Figure:
     """Rate spectrum before and after removal, with the lines that were removed marked."""
-    return _drawn(plot.spectrum, analysis, 3)
+    return _drawn(density.spectrum, analysis, 3)
 
 
 def parts_figure(analysis: Analysis) -> Figure | None:
     """N over parts of the recording against time; None if fewer than two parts show it."""
     if sum(part.shows for part in analysis.parts) < 2:
         return None
-    return _drawn(plot.parts, analysis, 3)
+    return _drawn(deviation.parts, analysis, 3)
 
 
 def residual_figure(analysis: Analysis) -> Figure | None:
@@ -248,14 +247,14 @@ def residual_figure(analysis: Analysis) -> Figure | None:
         sides = {"left": figure.subplotpars.left, "right": figure.subplotpars.right}
         figure.clear()
         if analysis.residual.by_angle is None:
-            plot.residual(analysis, figure.add_subplot())
+            deviation.residual(analysis, figure.add_subplot())
             figure.subplots_adjust(top=0.96, **sides)
         else:
             figure.set_size_inches(figure.get_figwidth(), 6.4)
             against_time, against_angle, orders = figure.subplots(3, 1)
-            plot.residual(analysis, against_time)
-            plot.residual_by_angle(analysis, against_angle)
-            plot.orders(analysis, orders)
+            deviation.residual(analysis, against_time)
+            deviation.residual_by_angle(analysis, against_angle)
+            deviation.orders(analysis, orders)
             figure.subplots_adjust(top=0.98, bottom=0.085, hspace=0.42, **sides)
     return figure
 
@@ -316,7 +315,7 @@ def force_figure(analyses: Sequence[Analysis]) -> Figure:
 
 def self_noise_figure(found: SelfNoise) -> Figure:
     """Noise density of each of several gyros alone, and what all share."""
-    return _drawn(plot.self_noise, found, 4)
+    return _drawn(density.self_noise, found, 4)
 
 
 def report_figures(analysis: Analysis) -> dict[str, Figure]:

@@ -4,8 +4,8 @@ Each function takes a result and an axis, draws, and gives the axis back; withou
 draws on the current one of ``pyplot``. Values are in the field's units and per gyro.
 """
 
-from sagnac.plot.density import lines, self_noise, spectrum
-from sagnac.plot.deviation import orders, parts, residual, residual_by_angle, stability
+from sagnac.report.density import lines, self_noise, spectrum
+from sagnac.report.deviation import orders, parts, residual, residual_by_angle, stability
 
 __all__ = [
     "lines",

@@ -6,9 +6,9 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from sagnac.paper import tables as values
 from sagnac.paper.prediction import TABLE_1
 from sagnac.paper.reproduce import Cell
-from sagnac.report import reproduction_tables as values
 
 
 def test_a_white_rate_falls_with_the_root_of_time():

@@ -21,8 +21,8 @@ from sagnac.paper.reproduce import (
     outcomes_of_table,
 )
 from sagnac.paper.trials import FORMS, Form
-from sagnac.plot.frame import BLUE, GREEN, INK, ORANGE, band, logarithmic
 from sagnac.report.figures import frames_figure, styled
+from sagnac.report.frame import BLUE, GREEN, INK, ORANGE, band, logarithmic
 from sagnac.report.quantities import number
 from sagnac.report.sections import cell, csv_text
 from sagnac.report.text import table

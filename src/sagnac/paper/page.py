@@ -14,10 +14,10 @@ from sagnac.core.units import DEGREE
 from sagnac.core.whole_files import replacing_folder, write_text
 from sagnac.lines.published import SLOWEST_CYCLES
 from sagnac.noise.readings import READINGS, ReadingName
+from sagnac.paper import tables as values
 from sagnac.paper.prediction import DRIVEN, FIGURE_2, TABLE_1, TABLE_2, adequate_rate
 from sagnac.paper.reproduce import Cell, Order, Reproduction, outcomes_of_table
 from sagnac.paper.trials import FORM, NEAREST_TRIAL
-from sagnac.report import reproduction_tables as values
 from sagnac.report.figures import svg, write_png
 from sagnac.report.quantities import number
 from sagnac.report.sections import rendered

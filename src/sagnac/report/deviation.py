@@ -17,7 +17,7 @@ from sagnac.noise.laws import (
     CoefficientName,
     allan_variance,
 )
-from sagnac.plot import frame
+from sagnac.report import frame
 from sagnac.stability.curve import StabilityCurve
 
 if TYPE_CHECKING:

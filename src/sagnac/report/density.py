@@ -14,7 +14,7 @@ from sagnac.core.units import ARCSECOND, DEGREE_PER_HOUR_PER_ROOT_HERTZ
 from sagnac.lines.model import Line, Scale
 from sagnac.noise.cross_spectra import SelfNoise
 from sagnac.noise.laws import SYMBOLS
-from sagnac.plot import frame
+from sagnac.report import frame
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
