@@ -1,5 +1,6 @@
 """The answer on gyros that five terms do not describe, through the whole analysis."""
 
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -19,7 +20,7 @@ from sagnac.analysis.json_data import choice_data, covariance_data, parts_data
 from sagnac.analysis.pipeline import analyze, at_rest
 from sagnac.analysis.result import headline_coefficients
 from sagnac.analysis.settings import Settings
-from sagnac.recording.model import Recording
+from sagnac.recording.model import Provenance, Recording
 from sagnac.report.document import analysis_document
 
 RATE = 50.0
@@ -133,6 +134,17 @@ def test_a_short_warm_up_can_be_sliced_off():
     found, truth = analysis_of(warming, gyro=Gyro(walk=0.1), rate=20.0, time=30.0)
     assert holds(found, truth)
     assert "slice=1" in texts(found).split("(warm-up)")[1].split("covariates")[0]
+
+
+def test_the_slice_that_leaves_a_warm_up_out_counts_from_the_start_of_the_file():
+    def begin_of(recording):
+        said = texts(analyze(recording, Settings(method="none"))).split("(warm-up)")[1]
+        return int(re.search(r"slice=(\d+):", said)[1])
+
+    gyro = warming(np.random.default_rng(2), SAMPLES, RATE, gyro=Gyro(walk=0.1), rate=20, time=30)
+    whole = recording_of(x=gyro)
+    file = Provenance(path="x.csv", sha256="", format="csv", span_s=(1000.0, 1800.0))
+    assert begin_of(replace(whole, provenance=file)) == begin_of(whole) + 1000
 
 
 def test_two_gyros_that_share_noise_at_rest_are_each_what_they_are_alone():

@@ -7,7 +7,7 @@ from sagnac.core.errors import RecordingError
 from sagnac.quality.check import integrity
 from sagnac.quality.samples import longest_whole_stretch, uneven_notes, with_gaps_marked
 from sagnac.recording.channel import Channel
-from sagnac.recording.model import Recording
+from sagnac.recording.model import Provenance, Recording, second_of
 from tests.quality.recordings import RATE, SAMPLES, SECONDS, noise, rate_gyro
 
 
@@ -91,3 +91,13 @@ def test_a_stretch_of_a_turning_recording_leaves_the_table_out():
     gyro = Channel(name="x", kind="angle", values=values)
     stretch, _ = longest_whole_stretch(Recording(gyros=(gyro,), sample_rate=RATE, table=table), "x")
     assert stretch.table is None
+
+
+def test_seconds_of_a_stretch_count_from_the_start_of_the_file():
+    values = np.arange(20.0)
+    values[3] = np.nan
+    channel = Channel(name="x", kind="angle", values=values)
+    file = Provenance(path="x.csv", sha256="", format="csv", span_s=(100.0, 200.0))
+    recording = Recording(gyros=(channel,), sample_rate=RATE, provenance=file)
+    stretch, start = longest_whole_stretch(recording, "x")
+    assert second_of(stretch, 0) == start == pytest.approx(100.0 + 4 / RATE)

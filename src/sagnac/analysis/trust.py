@@ -21,7 +21,7 @@ from sagnac.noise.slow_model import MarkovEstimate, untold
 from sagnac.quality.check import accept, judged, judged_remainder
 from sagnac.quality.distribution import Spikes
 from sagnac.quality.effects import DIVIDED, doubt_of
-from sagnac.recording.model import Recording
+from sagnac.recording.model import Recording, second_of
 
 # Share of N from which on what spikes would add is worth a warning.
 _ADDS: Final = 0.05
@@ -37,7 +37,7 @@ def _spectrum_notes(evidence: Evidence, headline: Headline) -> tuple[Note, ...]:
     walk = spectrum.average.angle_random_walk
     notes = (
         _spikes_note(spectrum.spikes, walk, sensor),
-        _warm_up_note(spectrum, sensor),
+        _warm_up_note(spectrum, evidence.recording),
         _roll_off_note(spectrum.roll_off),
         _hump_note(spectrum.hump, sensor),
         _elsewhere_note(spectrum.average.rests_on.elsewhere, walk, sensor),
@@ -79,14 +79,16 @@ def _spikes_note(spikes: Spikes | None, walk: Estimate, sensor: Sensor) -> Note 
     )
 
 
-def _warm_up_note(spectrum: AnswerSpectrum, sensor: Sensor) -> Note | None:
+def _warm_up_note(spectrum: AnswerSpectrum, recording: Recording) -> Note | None:
     warm_up = spectrum.warm_up
     if warm_up is None:
         return None
     # At least half of the record should be left.
     is_short = 2.0 * warm_up.until_s > spectrum.increments.size / spectrum.points.rate
-    left_out = "a recording begun later" if is_short else f"{{slice {warm_up.until_s:.0f}:}}"
-    unit = UNITS[SENSED[sensor].rate_unit]
+    # A slice counts from the start of the file, and so does the second of a sample.
+    until = second_of(recording, 0) + warm_up.until_s
+    left_out = "a recording begun later" if is_short else f"{{slice {until:.0f}:}}"
+    unit = UNITS[SENSED[recording.gyros[0].sensor].rate_unit]
     return Note(
         name="warm-up",
         text=f"the rate settles by {warm_up.rate / unit.size:.3g} {unit} with a time "

@@ -75,8 +75,12 @@ def longest_whole_stretch(recording: Recording, name: str) -> tuple[Recording, f
         times = None if is_empty else elementwise(np.subtract, times[whole], times[whole.start])
     own = tuple(one for one in recording.pickoffs if one.gyro == name)
     alone = replace(recording, gyros=(gyro,), pickoffs=own, table=None, null_pulse=None)
-    stretch = alone.with_columns(lambda values: values[whole], times=times)
-    return stretch, 0.0 if is_empty else second_of(recording, whole.start)
+    start, provenance = 0.0 if is_empty else second_of(recording, whole.start), alone.provenance
+    if provenance is not None and not is_empty:
+        span = (start, second_of(recording, whole.stop - 1))
+        provenance = replace(provenance, span_s=span)
+    stretch = alone.with_columns(lambda values: values[whole], times=times, provenance=provenance)
+    return stretch, start
 
 
 # ---- stuck -------------------------------------------------------------------------
