@@ -1,70 +1,53 @@
-"""The rounds of a factored transform, one by one."""
+"""A factored transform: its factors, and what its two rounds make."""
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from sagnac.spectrum.transforms import (
-    Factors,
-    combine_columns,
-    factored,
-    factors,
-    scratch,
-    split,
-    transform_columns,
-)
+from sagnac.core import arrays
+from sagnac.spectrum.transforms import columns_of, factored, is_balanced
 
 
 @settings(deadline=None)
 @given(st.integers(1, 10**8))
-def test_factors_make_up_the_length(length):
-    by = factors(length)
-    assert by.count * by.size == by.length == length
+def test_columns_divide_the_length(length):
+    assert length % columns_of(length) == 0
 
 
 @pytest.mark.parametrize(
     ("length", "count"), [(2**18, 256), (10**6, 250), (131_101, 1), (3 * 131_101, 3)]
 )
 def test_the_divisor_nearest_the_usual_number_of_columns(length, count):
-    assert factors(length).count == count
-    assert factors(length).is_balanced == (128 <= count <= 512)
+    assert columns_of(length) == count
+    assert is_balanced(length) == (128 <= count <= 512)
 
 
-def test_split_deals_samples_into_rows_and_ends_with_zeros():
-    by = Factors(count=4, size=5)
-    with scratch(4, 3, np.float64) as columns:
-        split(np.arange(1.0, 11.0), by, columns)
-        rows = columns.read(slice(0, 4), slice(0, 3)).copy()
-    np.testing.assert_array_equal(rows, [[1, 5, 9], [2, 6, 10], [3, 7, 0], [4, 8, 0]])
-
-
-def test_rounds_are_the_transforms_they_say():
-    generator = np.random.default_rng(0)
-    by = Factors(count=6, size=10)
-    values = generator.standard_normal((6, 10))
-    with scratch(6, 6, np.complex128) as spectra:
-        spectra.as_real().write(0, 0, values)
-        transform_columns(spectra, by, 10)
-        first = spectra.read(slice(0, 6), slice(0, 6)).copy()
-        blocks = []
-        combine_columns(spectra, by, lambda first, block: blocks.append((first, block)))
-    np.testing.assert_allclose(first, np.fft.rfft(values), atol=1e-12)
-    whole = np.fft.fft(values.T.reshape(-1))
-    for start, block in blocks:
-        for row, sums in enumerate(block):
-            first = start + 10 * row
-            np.testing.assert_allclose(sums, whole[first : first + sums.size], atol=1e-12)
-
-
-def test_what_is_stored_comes_back_as_an_array():
-    values = np.random.default_rng(1).standard_normal(55)
+@pytest.mark.parametrize("mapped", [False, True])
+@pytest.mark.parametrize("dtype", [np.complex64, np.complex128])
+@pytest.mark.parametrize("samples", [55, 60])
+def test_two_rounds_are_the_whole_transform(monkeypatch, mapped, dtype, samples):
+    monkeypatch.setattr("sagnac.spectrum.transforms._COLUMNS", 6)
+    monkeypatch.setattr("sagnac.spectrum.transforms._COMBINED", 4)
+    monkeypatch.setattr(arrays, "IN_MEMORY", 0 if mapped else 1000)
+    values = np.random.default_rng(1).standard_normal(samples)
+    whole = np.fft.fft(values, 60)
+    stored = []
 
     def store(result, first, block):
-        result.write(0, first, block.real)
+        result[:, first : first + block.shape[1]] = block.real
+        stored.append((first, block.copy()))
 
-    made = factored(values, Factors(count=6, size=10), 60, store)
-    expected = np.fft.fft(values, 60).real
-    for row in range(6):
-        here = slice(10 * row, 10 * row + 6)
-        np.testing.assert_allclose(made[here], expected[here], atol=1e-12)
+    made = factored(values, 60, 57, store, dtype=dtype)
+    assert made.size == 57
+    assert arrays.is_mapped(made) == mapped
+    assert [first for first, _ in stored] == [0, 4]
+    for start, block in stored:
+        assert block.shape[0] == columns_of(60) == 6
+        for row, sums in enumerate(block):
+            first = start + 10 * row
+            np.testing.assert_allclose(sums, whole[first : first + sums.size], atol=1e-5)
+            here = slice(first, min(first + sums.size, 57))
+            expected = whole[here].real
+            atol = 1e-12 if dtype is np.complex128 else 1e-5
+            np.testing.assert_allclose(made[here], expected, atol=atol)

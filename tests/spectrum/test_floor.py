@@ -9,13 +9,11 @@ from sagnac.core import arrays
 from sagnac.spectrum import power_laws as floors
 from sagnac.spectrum.periodogram import periodogram
 from sagnac.spectrum.power_laws import (
-    LevelTable,
     PowerLaws,
     floor_scatter,
     floor_windows,
+    multiply,
     noise_floor,
-    ratios_to_law,
-    tabulated,
 )
 from tests.spectrum.examples import (
     SAMPLES,
@@ -132,16 +130,16 @@ def naive_floor(power, law):
 @pytest.mark.parametrize("step", [1, 2])
 def test_floor_by_spans_of_a_series_or_every_other_bin_of_one(monkeypatch, mapped, step):
     power = np.random.default_rng(4).exponential(size=90_000)
-    # White noise has a law that is level; the floor is then the running median alone.
-    level = LevelTable(points=np.array([1.0, 2.0]), levels=np.ones(2))
-    monkeypatch.setattr(floors, "tabulated", lambda law: level)
+    bins = power[::step].size - 1
+    law = PowerLaws(coefficients=np.array([1e-8, 1e-4, 1.0, 2.0]), level=3e-18, bins=bins)
+    monkeypatch.setattr(floors, "fit_power_laws", lambda _: law)
     if mapped:
         monkeypatch.setattr(arrays, "IN_MEMORY", 1000)
         monkeypatch.setattr(arrays, "BLOCK", 7000)
     floor = noise_floor(as_series(power)[::step])
     assert arrays.is_mapped(floor) == mapped
-    part = power[::step]
-    np.testing.assert_allclose(floor[1:], naive_floor(part, np.ones(part.size - 1)), rtol=1e-12)
+    levels = np.interp(np.arange(1.0, bins + 1.0), law.points, law.at(law.points))
+    np.testing.assert_allclose(floor[1:], naive_floor(power[::step], levels), rtol=1e-12)
     assert floor[0] == floor[1]
 
 
@@ -171,37 +169,22 @@ def test_windows_overlap_by_half_and_cover_all_bins(bins):
     )
 
 
-def test_a_table_of_a_law_is_the_law():
+def test_a_law_between_its_points_is_the_law():
     law = PowerLaws(coefficients=np.array([1e-8, 1e-4, 1.0, 2.0]), level=3e-18, bins=200_000)
-    number = np.arange(200_001)
-    table = tabulated(law).over(0, number.size)
-    np.testing.assert_allclose(table[1:], law.at(number[1:]), rtol=2e-5)
-    np.testing.assert_allclose(table[1:400], law.at(number[1:400]), rtol=1e-12)
+    table = np.ones(200_001)
+    multiply(table, law.points, law.at(law.points))
+    number = np.arange(1.0, 200_001.0)
+    np.testing.assert_allclose(table[1:], law.at(number), rtol=2e-5)
+    np.testing.assert_allclose(table[1:400], law.at(number[:399]), rtol=1e-12)
     assert table[0] == table[1]
-    part = slice(12_345, 12_900)
-    np.testing.assert_array_equal(tabulated(law).over(part.start, part.stop), table[part])
 
 
-@pytest.mark.parametrize(("start", "stop"), [(0, 60), (5, 8), (50, 54), (10, 41), (7, 7)])
-def test_between_the_points_of_a_table_the_level_is_linear_and_beyond_them_that_of_the_last(
-    start, stop
-):
+@pytest.mark.parametrize("block", [7, 1000])
+def test_between_points_the_level_is_linear_and_beyond_them_that_of_the_last(monkeypatch, block):
+    monkeypatch.setattr(arrays, "BLOCK", block)
     points = np.array([1.0, 2.0, 3.0, 3.5, 7.0, 20.25, 40.0])
     levels = np.array([5.0, 3.0, 3.0, 9.0, 1.0, 2.0, 0.5])
-    found = LevelTable(points=points, levels=levels).over(start, stop)
-    assert found == pytest.approx(np.interp(np.arange(start, stop), points, levels), rel=1e-13)
-
-
-def test_ratios_are_medians_over_the_law_window_by_window():
-    power = np.random.default_rng(1).exponential(size=400_000)
-    law = LevelTable(points=np.array([1.0, 400_000.0]), levels=np.array([1.0, 3.0]))
-    windows = floor_windows(power.size)
-    assert len(windows) > 64
-    expected = [
-        np.median(
-            power[window] / np.linspace(1.0, 3.0, 400_000)[window.start - 1 : window.stop - 1]
-        )
-        / np.log(2.0)
-        for window in windows
-    ]
-    np.testing.assert_allclose(ratios_to_law(power, law, windows), expected, rtol=1e-12)
+    series = np.random.default_rng(1).uniform(1.0, 2.0, 60)
+    expected = series * np.interp(np.arange(60), points, levels)
+    multiply(series, points, levels)
+    assert series == pytest.approx(expected, rel=1e-13)

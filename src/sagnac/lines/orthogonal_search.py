@@ -22,7 +22,7 @@ from scipy.special import chdtri
 
 from sagnac.core.arrays import ComplexArray, FloatArray, IntegerArray
 from sagnac.core.errors import quoted
-from sagnac.spectrum.sums import angle_sums, even_turn_sums, is_even_turn
+from sagnac.spectrum.sums import angle_sums
 
 Stop = Literal["korenberg", "false-alarm", "none"]
 STOPS: Final[tuple[Stop, ...]] = get_args(Stop)
@@ -469,13 +469,9 @@ def _search_of_sinusoids(
     argument: FloatArray, ramp: FloatArray, rest: FloatArray, size: int
 ) -> _Search:
     """A search of pairs ``cos(k * argument)``, ``sin(k * argument)``, k = 1 ... `size`."""
-    # Time in a whole record is exact, and needs no package.
-    even = is_even_turn(argument)
 
     # The sums are of exp(-i k); conjugates are of exp(+i k), whose real part is the cosine's.
     def sums(strengths: FloatArray, orders: int) -> ComplexArray:
-        if even:
-            return even_turn_sums(strengths, orders).conj() / argument.size
         return angle_sums(argument, strengths, orders).conj() / argument.size
 
     sampling, tilted, data = (

@@ -69,8 +69,8 @@ def tapered_power(transform: ComplexArray, turns: ComplexArray, power: FloatArra
 
 
 @compiled()
-def interpolated(start: int, points: FloatArray, levels: FloatArray, series: FloatArray) -> None:
-    """Fill `series` with levels at the whole numbers from `start` on, linear between the points."""
+def times_levels(start: int, points: FloatArray, levels: FloatArray, series: FloatArray) -> None:
+    """Multiply `series` by levels at the whole numbers from `start` on, linear between points."""
     n = 0
     last = points.size - 2
     for segment in range(last + 1):
@@ -80,5 +80,5 @@ def interpolated(start: int, points: FloatArray, levels: FloatArray, series: Flo
         # Before the first point and behind the last one the level stays.
         stop = series.size if segment == last else min(series.size, int(end) - start + 1)
         for place in range(n, stop):
-            series[place] = first + min(max((start + place - begin) * share, 0.0), 1.0) * rise
+            series[place] *= first + min(max((start + place - begin) * share, 0.0), 1.0) * rise
         n = max(n, stop)

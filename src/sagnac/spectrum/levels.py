@@ -12,7 +12,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cache, lru_cache
 from itertools import pairwise
-from typing import Final, NamedTuple
+from typing import Final
 
 import numpy as np
 from scipy.special import betainc, gammaincinv, roots_legendre
@@ -27,7 +27,7 @@ BINS_A_DECADE: Final = 10
 _CHANCE: Final = 0.01
 # Share of the cells averaged: all of few, the lower part of more. The more cells there are the
 # less their number matters beside what is not noise.
-_TRIM: Final = ((8, 0.75), (40, 0.5))
+_TRIM: Final = ((40, 0.5), (8, 0.75), (0, 1.0))
 # Cells beyond which one more does not change what the average is of a mean.
 _MANY: Final = 1000
 # Ratio of degrees of freedom of neighbouring cells from which on they are of two kinds.
@@ -177,13 +177,13 @@ def _level(density: FloatArray, shape: float) -> tuple[float, float, float]:
     """Level of the cells of a bin, its own shape, and the share of the cells that stand out."""
     standing = _standing(density, shape)
     used = np.sort(density[~standing])
-    average = _lower_average(used.size, shape)
+    kept, expected, efficiency = _lower_average(used.size, shape)
     # Neighbouring cells share a little; the whole of them is worth less than their sum.
     joint = band_degrees_of_freedom(CELL * used.size)
     joint /= used.size * band_degrees_of_freedom(CELL)
     return (
-        float(used[: average.kept].mean()) / average.expected,
-        shape * used.size * min(joint, 1.0) * average.efficiency,
+        float(used[:kept].mean()) / expected,
+        shape * used.size * min(joint, 1.0) * efficiency,
         np.count_nonzero(standing) / standing.size,
     )
 
@@ -219,29 +219,18 @@ def _quantiles(shape: float) -> tuple[FloatArray, FloatArray, FloatArray]:
     return place, 0.5 * weights, gammaincinv(shape, place) / shape
 
 
-class _LowerAverage(NamedTuple):
-    """How many of the smallest are averaged, what that is of a mean of one, and how efficient."""
-
-    kept: int
-    expected: float
-    efficiency: float
-
-
 @lru_cache(maxsize=4096)
-def _lower_average(cells: int, shape: float) -> _LowerAverage:
-    """The mean of the lower part of gamma variates.
+def _lower_average(cells: int, shape: float) -> tuple[int, float, float]:
+    """The mean of the lower part of gamma variates: of how many, expected, and how efficient.
 
     The smallest r of m variates have the mean ``m/r int G^-1(u) P(Bin(m-1, u) < r) du``; the
     efficiency is that of a trimmed mean (Huber, Robust Statistics, 1981, 3.3).
     """
     in_all, cells = cells, min(cells, _MANY)
-    share = 1.0
-    for least, kept in _TRIM:
-        if cells >= least:
-            share = kept
+    share = next(kept for least, kept in _TRIM if cells >= least)
     count = math.ceil(share * cells)
     if count == cells:
-        return _LowerAverage(kept=in_all, expected=1.0, efficiency=1.0)
+        return in_all, 1.0, 1.0
     place, weights, value = _quantiles(shape)
     # P(fewer than r of the other m-1 lie below u) is a beta distribution.
     below = betainc(cells - count, count, 1.0 - place)
@@ -250,8 +239,4 @@ def _lower_average(cells: int, shape: float) -> _LowerAverage:
     held = np.minimum(value, float(gammaincinv(shape, count / cells)) / shape)
     centre = float(weights @ held)
     variance = float(weights @ (held - centre) ** 2) / share**2 / expected**2
-    return _LowerAverage(
-        kept=math.ceil(share * in_all),
-        expected=expected,
-        efficiency=min(1.0, (1.0 / shape) / variance),
-    )
+    return math.ceil(share * in_all), expected, min(1.0, (1.0 / shape) / variance)

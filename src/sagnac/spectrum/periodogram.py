@@ -113,9 +113,9 @@ HALF_WIDTH: Final = 4
 # Ordinates in a cell: its width is that of the window, so that neighbours are nearly independent.
 CELL: Final = 2 * HALF_WIDTH
 # Offsets, cycles a record, over which the response of the tapers is kept.
-REACH: Final = 12
+_REACH: Final = 12
 # Steps of the response in one cycle a record.
-FINE: Final = 4
+_FINE: Final = 4
 
 
 def multitaper(increments: FloatArray, tapers: int = _TAPERS) -> FloatArray:
@@ -191,24 +191,24 @@ def sine_taper(order: int, samples: int) -> FloatArray:
 
 
 @lru_cache(maxsize=1)
-def response() -> FloatArray:
+def response() -> tuple[FloatArray, FloatArray]:
     """Mean squared response of the tapers in steps of a quarter cycle a record.
 
     Returns
     -------
-    FloatArray
-        (offsets,) from 0 to 12 cycles a record, normalized so that it is a density over
-        offsets (both signs) in cycles a record.
+    offset, response
+        (offsets,) from -12 to 12 cycles a record, and the response there, a density over offsets
+        in cycles a record.
     """
     samples = 4096
-    power = np.zeros(FINE * REACH + 1)
+    power = np.zeros(_FINE * _REACH + 1)
     for order in range(1, TAPERS + 1):
-        transform = rfft(sine_taper(order, samples), FINE * samples)[: power.size]
+        transform = rfft(sine_taper(order, samples), _FINE * samples)[: power.size]
         power += np.abs(transform) ** 2
-    total = (2.0 * power.sum() - power[0]) / FINE
-    power /= total
-    power.setflags(write=False)
-    return power
+    power /= (2.0 * power.sum() - power[0]) / _FINE
+    both = np.concatenate([power[:0:-1], power])
+    both.setflags(write=False)
+    return np.arange(-_FINE * _REACH, _FINE * _REACH + 1) / _FINE, both
 
 
 @lru_cache(maxsize=1)

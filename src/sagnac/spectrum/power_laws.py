@@ -6,7 +6,7 @@ from typing import Final
 import numpy as np
 from scipy.optimize import nnls
 
-from sagnac.core.arrays import FloatArray, IntegerArray, blocks, empty, release
+from sagnac.core.arrays import FloatArray, IntegerArray, blocks, elementwise, release
 from sagnac.spectrum import _kernels
 
 # ---- median ------------------------------------------------------------------------
@@ -92,6 +92,15 @@ class PowerLaws:
     coefficients: FloatArray
     level: float
     bins: int
+
+    @property
+    def points(self) -> FloatArray:
+        """(points,) the first 400 bins, and then some half a percent apart.
+
+        Linear between them the laws are good to 1 part in 1e5.
+        """
+        first, rest = np.arange(1.0, min(self.bins + 1, 401)), np.geomspace(1.0, self.bins, 3000)
+        return np.unique(np.concatenate([first, rest]))
 
     def at(self, number: FloatArray) -> FloatArray:
         """Expected power at bins of these numbers, (numbers,)."""
@@ -187,7 +196,7 @@ _HALF_WIDTH: Final = 256  # bins; the median of 513 ordinates is good to 6 %
 _MOST_HALF_WIDTH: Final = 4096
 # With fewer bins than this the floor is one constant level.
 _FEWEST_BINS: Final = 32
-# Windows handled at once; this many of the widest fill one block.
+# Windows after which memory is given back; this many of the widest fill one block.
 _WINDOWS_AT_ONCE: Final = 64
 
 
@@ -220,53 +229,34 @@ def noise_floor(power: FloatArray) -> FloatArray:
     if power.size < _FEWEST_BINS:
         level = float(np.median(power[1:])) / np.log(2.0)
         return np.full(power.size, max(level, np.finfo(float).tiny))
-    law = tabulated(fit_power_laws(power[1:]))
-    windows = floor_windows(power.size)
-    ratios = ratios_to_law(power, law, windows)
+    law, windows = fit_power_laws(power[1:]), floor_windows(power.size)
+    floor, ratios = elementwise(np.ones_like, power), np.empty(len(windows))
+    multiply(floor, law.points, law.at(law.points))
+    # Ratio of mean power to the law in each window, from the median of exponential ordinates.
+    for some in blocks(len(windows), _WINDOWS_AT_ONCE):
+        for index, window in enumerate(windows[some], start=some.start):
+            ratios[index] = median(power[window] / floor[window]) / np.log(2.0)
     middles = np.array([0.5 * (window.start + window.stop) for window in windows])
-
     if middles.size == 1:
         middles, ratios = np.array([1.0, power.size]), np.repeat(ratios, 2)
-    ratio = LevelTable(points=middles, levels=ratios)
-    floor = empty(power.size)
-    for block in blocks(power.size):
-        floor[block] = law.over(block.start, block.stop)
-        floor[block] *= ratio.over(block.start, block.stop)
+    multiply(floor, middles, ratios)
     floor[0] = floor[1]
     return floor
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class LevelTable:
-    """Levels at some bins, and linear between them.
+def multiply(series: FloatArray, points: FloatArray, levels: FloatArray) -> None:
+    """Multiply a series in place by levels at some places, linear between them.
 
-    A law tabulated every 0.5 % is accurate to 1 part in 1e5.
-
-    Attributes
+    Parameters
     ----------
-    points
-        (points,) numbers of bins, ascending, two or more.
-    levels
-        (points,) expected power there.
+    series
+        (samples,)
+    points, levels
+        (points,) numbers of samples, ascending, two or more, and the level at each; beyond them it
+        is that of the nearest.
     """
-
-    points: FloatArray
-    levels: FloatArray
-
-    def over(self, first: int, last: int) -> FloatArray:
-        """(last - first,) level from a bin to before another; beyond the points the nearest's."""
-        levels = np.empty(last - first)
-        _kernels.interpolated(first, self.points, self.levels, levels)
-        return levels
-
-
-def tabulated(law: PowerLaws) -> LevelTable:
-    """The law at every bin of the first 400, and then at points half a percent apart."""
-    bins = law.bins
-    points = np.unique(
-        np.concatenate([np.arange(1.0, min(bins + 1, 401)), np.geomspace(1.0, bins, 3000)])
-    )
-    return LevelTable(points=points, levels=law.at(points))
+    for block in blocks(series.size):
+        _kernels.times_levels(block.start, points, levels, series[block])
 
 
 def floor_windows(bins: int) -> list[slice]:
@@ -287,32 +277,6 @@ def floor_windows(bins: int) -> list[slice]:
         windows.append(slice(start, stop))
         start += half
     return windows
-
-
-def ratios_to_law(power: FloatArray, law: LevelTable, windows: list[slice]) -> FloatArray:
-    """Ratio of mean power to the law in each window, from the median of exponential ordinates.
-
-    Parameters
-    ----------
-    power
-        (bins,) of a periodogram.
-    law
-        Expected power.
-    windows
-        Bins of each, in ascending order.
-
-    Returns
-    -------
-    (windows,).
-    """
-    ratios = np.empty(len(windows))
-    for some in blocks(len(windows), _WINDOWS_AT_ONCE):
-        first, last = windows[some][0].start, windows[some][-1].stop
-        white = power[first:last] / law.over(first, last)
-        for index, window in enumerate(windows[some], start=some.start):
-            ratios[index] = median(white[window.start - first : window.stop - first])
-    ratios /= np.log(2.0)
-    return ratios
 
 
 def floor_scatter(bins: int) -> float:

@@ -6,7 +6,6 @@ distance from the nearest even angle to a table, whose Fourier transforms are th
 `HIGHEST` that is four times quicker than a non-uniform transform good to 1e-9 of the sums.
 """
 
-from dataclasses import dataclass
 from functools import lru_cache
 from importlib import import_module
 from math import factorial
@@ -38,28 +37,6 @@ _POINTS: Final = 2**14
 HIGHEST: Final = 256
 
 
-def table_series(phase: FloatArray, sums: ComplexArray) -> FloatArray:
-    """Real part of the sum of ``sums[k] * exp(1j * k * phase)`` over k.
-
-    Parameters
-    ----------
-    phase
-        (samples,) rad; any real number.
-    sums
-        (orders + 1,) for k = 0 ... orders, no more than `HIGHEST`, in any unit.
-
-    Returns
-    -------
-    (samples,) in the unit of the sums.
-    """
-    series = np.empty(phase.size)
-    # Read-only as the table is: what may be written to would be compiled for once more.
-    phase = phase.view()
-    phase.flags.writeable = False
-    _kernels.table_evaluated(phase, _polynomials(sums.tobytes()), series)
-    return series
-
-
 @lru_cache(maxsize=2)
 def _polynomials(sums: bytes) -> FloatArray:
     """(points, terms) of complex sums; kept, since every block of a record asks for them."""
@@ -75,36 +52,14 @@ def _polynomials(sums: bytes) -> FloatArray:
     return table
 
 
-def table_sums(phase: FloatArray, strengths: FloatArray, orders: int) -> ComplexArray:
-    """Sums of ``strengths * exp(-1j * k * phase)`` for k = 0 ... `orders`.
-
-    Parameters
-    ----------
-    phase
-        (samples,) rad; any real number.
-    strengths
-        (samples,) real.
-    orders
-        No more than `HIGHEST`.
-
-    Returns
-    -------
-    (orders + 1,) in the unit of the strengths.
-    """
-    table = np.zeros((_POINTS, _kernels.TERMS))
-    _kernels.table_gathered(phase, strengths, table)
-    steps = -1j * np.arange(orders + 1) * (2.0 * np.pi / _POINTS)
-    sums = np.zeros(orders + 1, dtype=np.complex128)
-    for power in range(_kernels.TERMS):
-        sums += np.fft.rfft(table[:, power])[: orders + 1] * steps**power / factorial(power)
-    return sums
-
-
 # ---- sums --------------------------------------------------------------------------
 
 
 def angle_sums(phase: FloatArray, strengths: FloatArray, orders: int) -> ComplexArray:
-    """Sums of ``strengths * exp(-1j * k * phase)`` for k = 0 ... `orders`, by one NUFFT.
+    """Sums of ``strengths * exp(-1j * k * phase)`` for k = 0 ... `orders`.
+
+    Up to `HIGHEST` by a table; beyond, by one Fourier transform if the phase starts at 0 and makes
+    one turn in even steps (time in units of a record over 2 pi), and by one NUFFT if not.
 
     Parameters
     ----------
@@ -120,34 +75,47 @@ def angle_sums(phase: FloatArray, strengths: FloatArray, orders: int) -> Complex
     Raises
     ------
     MissingExtra
-        If finufft is not installed.
+        If finufft is needed and not installed.
     """
-    # The sums of real strengths at -k are the conjugates of those at k: two sets go into one
-    # transform, as real and as imaginary part, and come apart again.
     several = np.atleast_2d(strengths)
     if orders <= HIGHEST:
-        rows = [table_sums(phase, row, orders) for row in several]
-        return np.stack(rows).reshape(*strengths.shape[:-1], orders + 1)
-    paired = several[0::2].astype(np.complex128)
-    paired.imag[: several.shape[0] // 2] = several[1::2]
-    modes = _finufft().nufft1d1(
-        np.remainder(phase, _TURN),
-        paired,
-        2 * orders + 1,
-        eps=_NUFFT_TOLERANCE,
-        isign=-1,
-        nthreads=THREADS,
-    )
-    modes = modes.reshape(paired.shape[0], 2 * orders + 1)
-    ahead, behind = modes[:, orders:], modes[:, orders::-1].conj()
-    sums = np.empty((several.shape[0], orders + 1), dtype=np.complex128)
-    sums[0::2] = 0.5 * (ahead + behind)
-    sums[1::2] = -0.5j * (ahead - behind)[: several.shape[0] // 2]
+        sums = np.zeros((several.shape[0], orders + 1), dtype=np.complex128)
+        steps = -1j * np.arange(orders + 1) * (_TURN / _POINTS)
+        for row, own in enumerate(several):
+            table = np.zeros((_POINTS, _kernels.TERMS))
+            _kernels.table_gathered(phase, own, table)
+            for power in range(_kernels.TERMS):
+                here = np.fft.rfft(table[:, power])[: orders + 1]
+                sums[row] += here * steps**power / factorial(power)
+    elif np.abs(phase - np.arange(phase.size) * (_TURN / phase.size)).max() <= _ROUNDED:
+        # From the number of samples on the sums repeat.
+        place = np.arange(orders + 1) % phase.size
+        mirrored = place > phase.size // 2
+        sums = scipy.fft.rfft(several)[:, np.where(mirrored, phase.size - place, place)]
+        sums = np.where(mirrored, sums.conj(), sums)
+    else:
+        # The sums of real strengths at -k are the conjugates of those at k: two sets go into one
+        # transform, as real and as imaginary part, and come apart again.
+        paired = several[0::2].astype(np.complex128)
+        paired.imag[: several.shape[0] // 2] = several[1::2]
+        modes = _finufft().nufft1d1(
+            np.remainder(phase, _TURN),
+            paired,
+            2 * orders + 1,
+            eps=_NUFFT_TOLERANCE,
+            isign=-1,
+            nthreads=THREADS,
+        )
+        modes = modes.reshape(paired.shape[0], 2 * orders + 1)
+        ahead, behind = modes[:, orders:], modes[:, orders::-1].conj()
+        sums = np.empty((several.shape[0], orders + 1), dtype=np.complex128)
+        sums[0::2] = 0.5 * (ahead + behind)
+        sums[1::2] = -0.5j * (ahead - behind)[: several.shape[0] // 2]
     return sums.reshape(*strengths.shape[:-1], orders + 1)
 
 
 def angle_series(phase: FloatArray, sums: ComplexArray) -> FloatArray:
-    """Real part of the sum of ``sums[k] * exp(1j * k * phase)`` over k, by one NUFFT.
+    """Real part of the sum of ``sums[k] * exp(1j * k * phase)`` over k, by a table or one NUFFT.
 
     Parameters
     ----------
@@ -163,48 +131,21 @@ def angle_series(phase: FloatArray, sums: ComplexArray) -> FloatArray:
     Raises
     ------
     MissingExtra
-        If finufft is not installed.
+        If there are more than `HIGHEST` orders, and finufft is not installed.
     """
     if sums.size <= HIGHEST + 1:
-        return table_series(phase, sums)
+        series = np.empty(phase.size)
+        # Read-only as the table is: what may be written to would be compiled for once more.
+        phase = phase.view()
+        phase.flags.writeable = False
+        _kernels.table_evaluated(phase, _polynomials(sums.tobytes()), series)
+        return series
     modes = np.zeros(2 * sums.size - 1, dtype=np.complex128)
     modes[sums.size - 1 :] = sums
     values = _finufft().nufft1d2(
         np.remainder(phase, _TURN), modes, eps=_NUFFT_TOLERANCE, isign=1, nthreads=THREADS
     )
     return np.ascontiguousarray(values.real)
-
-
-def is_even_turn(phase: FloatArray) -> bool:
-    """Whether a phase, (samples,) rad, starts at 0 and makes one turn in even steps, to rounding.
-
-    Time in units of a record over 2 pi is such a phase.
-    """
-    if phase.size == 0:
-        return False
-    even = np.arange(phase.size) * (_TURN / phase.size)
-    return bool(np.abs(phase - even).max() <= _ROUNDED)
-
-
-def even_turn_sums(strengths: FloatArray, orders: int) -> ComplexArray:
-    """`angle_sums` of a phase that `is_even_turn`, exactly, by one Fourier transform.
-
-    Parameters
-    ----------
-    strengths
-        (samples,) real.
-    orders
-        The highest k; from the number of samples on, the sums repeat.
-
-    Returns
-    -------
-    (orders + 1,) in the unit of the strengths.
-    """
-    spectrum = scipy.fft.rfft(strengths)
-    place = np.arange(orders + 1) % strengths.size
-    mirrored = place > strengths.size // 2
-    sums = spectrum[np.where(mirrored, strengths.size - place, place)]
-    return np.asarray(np.where(mirrored, sums.conj(), sums))
 
 
 def tone_sums(
@@ -232,62 +173,26 @@ def tone_sums(
     (2, frequencies).
     """
     sums = np.zeros((2, frequencies.size), dtype=np.complex128)
+    width = min(TONE_WIDTH, values.size)
     for some in blocks(frequencies.size, _TONES_AT_ONCE):
-        waves = _WaveTables.of(frequencies[some], values.size)
-        for block in blocks(values.size):
-            sums[:, some] += waves.sums(values[block], block.start - center, lag_unit)
-    return sums
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class _WaveTables:
-    """Waves of some frequencies along a row of samples, and from row to row.
-
-    Attributes
-    ----------
-    frequencies
-        (frequencies,) cycles per sample.
-    width
-        Samples in a row.
-    along
-        (width, 4 frequencies) real and imaginary parts side by side: the waves, then the waves
-        times the place in the row. A complex table is a real one of twice the width.
-    rows
-        (rows, frequencies) the waves at the start of each row.
-    """
-
-    frequencies: FloatArray
-    width: int
-    along: FloatArray
-    rows: ComplexArray
-
-    @classmethod
-    def of(cls, frequencies: FloatArray, samples: int) -> "_WaveTables":
-        """Tables for blocks of a record of that many samples."""
-        width = min(TONE_WIDTH, samples)
-        rows = -(-min(BLOCK, samples) // width)
-        waves = _waves(frequencies, width)
+        here = frequencies[some]
+        # The waves along a row, then the waves times the place in the row, as real and imaginary
+        # parts side by side: a complex table is a real one of twice the width.
+        waves = _waves(here, width)
         along = np.hstack([waves, np.arange(width)[:, np.newaxis] * waves]).view(np.float64)
-        return cls(
-            frequencies=frequencies,
-            width=width,
-            along=along,
-            rows=_waves(frequencies * width, rows),
-        )
-
-    def sums(self, piece: FloatArray, lag: float, lag_unit: float) -> ComplexArray:
-        """`tone_sums` of a block whose first sample is `lag` samples from the phase origin."""
-        width, count = self.width, self.frequencies.size
-        if piece.size % width:
-            piece = np.append(piece, np.zeros(-piece.size % width))
-        along = (piece.reshape(-1, width) @ self.along).view(np.complex128)
-        plain, ramped = along[:, :count], along[:, count:]
-        ramped += plain * (width * np.arange(along.shape[0]))[:, np.newaxis]
-        total = np.einsum("ij,ij->j", plain, self.rows[: along.shape[0]])
-        tilted = np.einsum("ij,ij->j", ramped, self.rows[: along.shape[0]])
-        tilted += lag * total
-        origin = np.exp(2j * np.pi * _turns(self.frequencies, lag))
-        return np.stack([total * origin, lag_unit * tilted * origin])
+        rows = _waves(here * width, -(-min(BLOCK, values.size) // width))
+        for block in blocks(values.size):
+            piece, lag = values[block], block.start - center
+            if piece.size % width:
+                piece = np.append(piece, np.zeros(-piece.size % width))
+            products = (piece.reshape(-1, width) @ along).view(np.complex128)
+            plain, ramped = products[:, : here.size], products[:, here.size :]
+            ramped += plain * (width * np.arange(plain.shape[0]))[:, np.newaxis]
+            total = np.einsum("ij,ij->j", plain, rows[: plain.shape[0]])
+            tilted = np.einsum("ij,ij->j", ramped, rows[: plain.shape[0]]) + lag * total
+            origin = np.exp(2j * np.pi * _turns(here, lag))
+            sums[:, some] += np.stack([total * origin, lag_unit * tilted * origin])
+    return sums
 
 
 def tones(

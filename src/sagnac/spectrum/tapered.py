@@ -12,16 +12,14 @@ from scipy.fft import prev_fast_len
 from sagnac.core.arrays import BLOCK, BooleanArray, FloatArray, blocks, empty
 from sagnac.spectrum.periodogram import (
     CELL,
-    FINE,
     HALF_WIDTH,
-    REACH,
     band_degrees_of_freedom,
     leaked_density,
     response,
     tapered_power,
 )
 from sagnac.spectrum.periodogram import density as rate_density
-from sagnac.spectrum.sums import table_series
+from sagnac.spectrum.sums import angle_series
 
 # First ordinate in use, cycles a record. Below it the line that is taken off is missed.
 _FIRST: Final = 6
@@ -131,7 +129,11 @@ def tapered_spectrum(
     values = _straight(np.asarray(increments, dtype=np.float64))
     cells = _cells(values, sample_rate, segment)
     if values.size > segment:
-        cells = _joined(_coarse_cells(values, sample_rate, segment), cells)
+        # The coarse cells below, the fine ones above the first `_HANDED_DOWN` of a segment.
+        coarse = _coarse_cells(values, sample_rate, segment)
+        handed_down = min(_HANDED_DOWN, cells.low.size - 1)
+        edge = min(float(cells.low[handed_down]), float(coarse.high[-1]))
+        cells = coarse.kept(coarse.high <= edge).followed_by(cells.kept(cells.low >= edge))
     return TaperedSpectrum(
         cells=cells, interval=1.0 / sample_rate, duration=values.size / sample_rate
     )
@@ -147,7 +149,7 @@ def _straight(values: FloatArray) -> FloatArray:
     sums = np.zeros(4)
     for block in blocks(size):
         place = np.arange(block.start, block.stop) + 0.5
-        weight = table_series(2.0 * math.pi / size * place, _HANN)
+        weight = angle_series(2.0 * math.pi / size * place, _HANN)
         place -= 0.5 * size
         part = values[block]
         sums += [weight @ part, (weight * place) @ part, weight.sum(), weight @ place**2]
@@ -234,13 +236,6 @@ def _decimated(values: FloatArray, taps: FloatArray, step: int) -> FloatArray:
     return outputs
 
 
-def _joined(coarse: Cells, fine: Cells) -> Cells:
-    """The coarse cells below, the fine ones above the first `_HANDED_DOWN` cells of a segment."""
-    handed_down = min(_HANDED_DOWN, fine.low.size - 1)
-    edge = min(float(fine.low[handed_down]), float(coarse.high[-1]))
-    return coarse.kept(coarse.high <= edge).followed_by(fine.kept(fine.low >= edge))
-
-
 def line_density(spectrum: TaperedSpectrum, frequency: float, amplitude: float) -> FloatArray:
     """Density that a line of the angle adds to the cells of a spectrum, on average over its phase.
 
@@ -264,8 +259,7 @@ def line_density(spectrum: TaperedSpectrum, frequency: float, amplitude: float) 
     cells, interval = spectrum.cells, spectrum.interval
     rate = 2.0 * amplitude * abs(math.sin(math.pi * frequency * interval)) / interval
     seen = abs(frequency - round(frequency * interval) / interval)
-    kernel = np.concatenate([response()[:0:-1], response()])
-    offset = np.arange(-FINE * REACH, FINE * REACH + 1) / FINE
+    offset, kernel = response()
     below = np.concatenate([[0.0], np.cumsum(0.5 * (kernel[1:] + kernel[:-1]))])
     unit = cells.half_width / HALF_WIDTH
     low, high = (
@@ -297,8 +291,7 @@ def smoothed_law(law: Callable[[FloatArray], FloatArray], spectrum: TaperedSpect
     cells = spectrum.cells
     result = np.asarray(law(cells.frequency), dtype=np.float64).copy()
     unit = cells.half_width / HALF_WIDTH
-    offset = np.arange(-FINE * REACH, FINE * REACH + 1) / FINE
-    kernel = np.concatenate([response()[:0:-1], response()])
+    offset, kernel = response()
     ordinates = np.arange(CELL) - 0.5 * (CELL - 1)
     shift = (ordinates[:, np.newaxis] + offset).ravel()
     weight = np.tile(kernel / kernel.sum(), CELL) / CELL
