@@ -21,8 +21,9 @@ from benchmarks._made import made_page, with_stamp
 from benchmarks.stability import PAGE as STABILITY_PAGE
 from sagnac import __version__
 from sagnac.noise.readings import READINGS, ReadingName
+from sagnac.paper.prediction import TABLES
 from sagnac.paper.reproduce import Order
-from sagnac.paper.tables import ORDERS, TABLES
+from sagnac.paper.tables import ORDERS
 
 PAGE: Final = STABILITY_PAGE.with_name("reproduce.md")
 FOLDER: Final = Path("reproduction")
@@ -208,7 +209,7 @@ def section(folder: Path) -> str:
         "",
     ]
     for name, rows in tables.items():
-        text += [*table_text(rows, name, TABLES[name]), "", summary(rows, name), ""]
+        text += [*table_text(rows, name, TABLES[name].size), "", summary(rows, name), ""]
     text += [*readings_text(tables), "", validity_text(tables["table1"]), ""]
     return "\n".join(text)
 

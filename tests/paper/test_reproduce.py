@@ -35,7 +35,7 @@ def test_truth_of_each_table_is_that_of_the_closed_forms(made):
     configs = {run.name: run.config for run in plan(SMALL)}
 
     def lasers(outcome):
-        gyro = configs[outcome.name].gyro
+        gyro = configs[outcome.run.name].gyro
         lock_in = np.array([gyro.lock_in_deg_per_h[0], gyro.lock_in_deg_per_h[2]])
         quantum = gyro.arw_deg_per_sqrt_h[0] * DEGREE_PER_ROOT_HOUR
         return gyro, lock_in * DEGREE_PER_HOUR, gyro.fringe_arcsec * ARCSECOND, quantum
@@ -85,7 +85,7 @@ def test_a_spoilt_run_is_made_again_and_the_others_are_not(made):
         assert again.computed == 1
         assert path.read_text() == whole
     assert not list((folder / "runs").glob("*.part"))
-    assert json.loads(whole)["name"] == run.name
+    assert json.loads(whole)["run"]["name"] == run.name
 
 
 def test_processes_make_the_same_bytes_and_each_recording_once(made, tmp_path):
@@ -227,5 +227,5 @@ def test_an_outcome_is_read_as_it_was_written(made, tmp_path):
     _, result, _ = made
     outcome = replace(result.outcomes["table2-40-day1"], low=math.nan)
     write_outcome(tmp_path / "run.json", outcome)
-    assert repr(read_outcome(tmp_path / "run.json")) == repr(outcome)
-    assert read_outcome(tmp_path / "none.json") is None
+    assert repr(read_outcome(tmp_path / "run.json", outcome.run)) == repr(outcome)
+    assert read_outcome(tmp_path / "none.json", outcome.run) is None

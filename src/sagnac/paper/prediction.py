@@ -15,7 +15,7 @@ import json
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
-from typing import Final, Literal
+from typing import Final, Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -104,19 +104,39 @@ PAIR: Final = ("x", "z")
 # table rate in deg/s, for three days.
 FIGURE_2: Final = 0.0498
 FIGURE_3: Final[Mapping[float, float]] = {1.0: 2.5006e-4, 6.0: 3.3011e-3, 12.0: 4.5305e-3}
-TABLE_1: Final[Mapping[float, tuple[float, ...]]] = {
+Published = Mapping[float, tuple[float, ...]]
+TABLE_1: Final[Published] = {
     0.0: (3.6427e-4, 3.3709e-4, 3.7997e-4),
     10.0: (3.3903e-4, 3.4392e-4, 3.0869e-4),
     20.0: (4.2517e-4, 3.1152e-4, 3.6555e-4),
     30.0: (3.4121e-4, 3.2906e-4, 4.1709e-4),
     40.0: (3.4328e-4, 6.5700e-4, 4.5071e-4),
 }
-TABLE_2: Final[Mapping[float, tuple[float, ...]]] = {
+TABLE_2: Final[Published] = {
     10.0: (8.3297e-5, 4.6176e-5, 6.8846e-5),
     20.0: (6.7278e-5, 2.6117e-5, 3.2470e-5),
     40.0: (7.4707e-5, 2.3985e-5, 2.3238e-5),
     60.0: (2.1993e-5, 2.9396e-5, 2.5313e-5),
     80.0: (3.4774e-5, 2.3414e-5, 2.6234e-5),
+}
+Table = Literal["table1", "table2"]
+
+
+class PaperTable(NamedTuple):
+    """A table of the paper: mode of its gyros, its numbers, and the size that they are shown in.
+
+    `first_seed` begins the seeds of its recordings here; `size` is in deg/sqrt(h).
+    """
+
+    mode: GyroMode
+    published: Published
+    size: float
+    first_seed: int
+
+
+TABLES: Final[Mapping[Table, PaperTable]] = {
+    "table1": PaperTable("dithered", TABLE_1, 1e-4, 1000),
+    "table2": PaperTable("rate-biased", TABLE_2, 1e-5, 2000),
 }
 
 
@@ -148,10 +168,7 @@ def by_each_reading(answer: Answer) -> dict[ReadingName, float]:
 
 # ---- plan --------------------------------------------------------------------------
 
-RUN_SCHEMA: Final = "sagnac.reproduction-run/2"
-Table = Literal["table1", "table2"]
-_MODE_OF_TABLE: Final[Mapping[Table, GyroMode]] = {"table1": "dithered", "table2": "rate-biased"}
-_FIRST_SEED: Final[Mapping[Table, int]] = {"table1": 1000, "table2": 2000}
+RUN_SCHEMA: Final = "sagnac.reproduction-run/3"
 _CELL_OF_FIGURE_2: Final[tuple[Table, float]] = ("table2", 40.0)
 
 
@@ -228,19 +245,29 @@ def cell_name(table: Table, rate: float, day: int, by: Literal["", "paper", "pri
 
 def plan(scope: Scope) -> tuple[Run, ...]:
     """Every run; those of one recording stand together."""
-    tables = _runs_of_table("table1", TABLE_1, scope) + _runs_of_table("table2", TABLE_2, scope)
-    return (*tables, *_runs_of_figure_3(scope))
+    of_tables = [run for table in TABLES for run in _runs_of_table(table, scope)]
+    of_figure_3 = [
+        Run(
+            name=f"figure3-{trial.name}-{interval:g}s",
+            config=trial.config,
+            gyros=("z",),
+            method=trial.method,
+            interval_s=interval,
+            preparation=trial.preparation,
+        )
+        for trial in trials(scope.figure_duration_s)
+        for interval in FIGURE_3
+    ]
+    return (*of_tables, *of_figure_3)
 
 
-def _runs_of_table(
-    table: Table, published: Mapping[float, tuple[float, ...]], scope: Scope
-) -> list[Run]:
+def _runs_of_table(table: Table, scope: Scope) -> list[Run]:
     """Runs of every cell, ours and the paper's; the recording of Figure 2 comes after its cell."""
     runs: list[Run] = []
-    for rate in published:
+    for rate in TABLES[table].published:
         for day in range(1, scope.days + 1):
-            seed = _FIRST_SEED[table] + round(rate) * 10 + day
-            config = config_of_run(_MODE_OF_TABLE[table], rate, seed, scope.table_duration_s)
+            seed = TABLES[table].first_seed + round(rate) * 10 + day
+            config = config_of_run(TABLES[table].mode, rate, seed, scope.table_duration_s)
             config = on_day(config, seed)
             own = Run(name=cell_name(table, rate, day), config=config, gyros=PAIR, method="fos")
             # At rest the paper removes nothing.
@@ -255,21 +282,6 @@ def _runs_of_table(
                 long = replace(config, duration_s=scope.figure_duration_s)
                 runs.append(Run(name=f"figure2-day{day}", config=long, gyros=PAIR, method="fris"))
     return runs
-
-
-def _runs_of_figure_3(scope: Scope) -> list[Run]:
-    return [
-        Run(
-            name=f"figure3-{trial.name}-{interval:g}s",
-            config=trial.config,
-            gyros=("z",),
-            method=trial.method,
-            interval_s=interval,
-            preparation=trial.preparation,
-        )
-        for trial in trials(scope.figure_duration_s)
-        for interval in FIGURE_3
-    ]
 
 
 # ---- prediction --------------------------------------------------------------------

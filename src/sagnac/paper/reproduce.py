@@ -21,11 +21,11 @@ import numpy as np
 from sagnac.analysis.pipeline import answer_of
 from sagnac.analysis.result import Answer
 from sagnac.analysis.settings import Settings
-from sagnac.core.arrays import FloatArray
+from sagnac.core.arrays import BooleanArray
 from sagnac.core.documents import finite
 from sagnac.core.errors import RecordingError
 from sagnac.core.processes import GIBIBYTE, Means, Standing, completed, nobody
-from sagnac.core.units import DEGREE, DEGREE_PER_HOUR, DEGREE_PER_ROOT_HOUR
+from sagnac.core.units import DEGREE, DEGREE_PER_ROOT_HOUR
 from sagnac.core.whole_files import replacing
 from sagnac.lines.published import AS_PRINTED, FAIR
 from sagnac.noise.curve_fit import paper_fit
@@ -33,8 +33,7 @@ from sagnac.noise.estimates import Estimate, Status, unobserved
 from sagnac.noise.readings import PLAIN, ReadingName
 from sagnac.paper.prediction import (
     FULL,
-    TABLE_1,
-    TABLE_2,
+    TABLES,
     Prediction,
     Run,
     Scope,
@@ -46,6 +45,7 @@ from sagnac.paper.prediction import (
 )
 from sagnac.paper.trials import FITTED_TERMS, FORMS, Form, Trial, least_squares, trials
 from sagnac.recording.model import Channel, Recording
+from sagnac.report.quantities import curve_columns
 from sagnac.rig.config import RigConfig
 from sagnac.rig.simulate import Simulation, simulate
 from sagnac.stability.curve import StabilityCurve
@@ -53,8 +53,8 @@ from sagnac.stability.noise_type import ieee_relative_error
 
 # ---- outcome -----------------------------------------------------------------------
 
-PAPER_POINT_ERROR: Final = 0.1
-"""Relative error above which the paper shows and fits no point of a curve."""
+# Relative error above which the paper shows and fits no point of a curve.
+_PAPER_POINT_ERROR: Final = 0.1
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -63,26 +63,25 @@ class Outcome:
 
     Attributes
     ----------
+    run
+        What was recorded, and how it was analyzed.
     truth_deg_per_sqrt_h
         N of the gyro, or N-bar of the pair, as simulated.
     value, low, high, confidence, status
         The estimate of N; NaN where it is not observable.
+    lines
+        How many were found.
     least_squares
         N by each of `FORMS`, signed as `least_squares` says; empty where the curve has
         fewer than five points within 10 %.
     readings
         N by each reading of Step 4, whatever its interval; empty unless the run is `by_curve`.
-    tau_s, deviation, low_curve, high_curve
-        The stability curve, deg/h, all of one length.
+    curve
+        Columns of the stability curve as `curve_columns` has them, s and deg/h; ``shown`` says
+        which points have an error of 10 % or less, as the paper cuts it.
     """
 
-    name: str
-    table_rate_deg_per_s: float
-    mode: str
-    method: str
-    seed: int
-    duration_s: float
-    interval_s: float
+    run: Run
     truth_deg_per_sqrt_h: float
     value: float
     low: float
@@ -92,35 +91,24 @@ class Outcome:
     lines: int
     least_squares: Mapping[Form, float]
     readings: Mapping[ReadingName, float]
-    tau_s: tuple[float, ...]
-    deviation: tuple[float, ...]
-    low_curve: tuple[float, ...]
-    high_curve: tuple[float, ...]
+    curve: Mapping[str, list[float]]
 
 
 def outcome_of(run: Run, simulation: Simulation) -> Outcome:
     """Analyze the recording of a run, and set the estimate beside its truth."""
-    recording, interval = simulation.recording, run.interval_s
+    recording, truth = simulation.recording, simulation.truth
     search = AS_PRINTED if run.as_printed else FAIR
-    settings = Settings(gyros=run.gyros, method=run.method, interval=interval, published=search)
+    settings = Settings(
+        gyros=run.gyros, method=run.method, interval=run.interval_s, published=search
+    )
     if run.preparation == "rate":
-        recording = _rate_sampled(recording, run.gyros[0], interval)
+        recording = _rate_sampled(recording, run.gyros[0], run.interval_s)
     answer = answer_of(recording, settings)
-    truth = simulation.truth
     noise = truth.pairs["-".join(run.gyros)] if len(run.gyros) == 2 else truth.gyros[run.gyros[0]]
-    estimate, curve = answer.angle_random_walk, answer.curve
-    readings: dict[ReadingName, float] = {}
-    if run.by_curve:
-        readings = by_each_reading(answer)
-        estimate = _step_4(answer)
+    estimate = _step_4(answer) if run.by_curve else answer.angle_random_walk
+    readings = by_each_reading(answer) if run.by_curve else {}
     return Outcome(
-        name=run.name,
-        table_rate_deg_per_s=run.config.table.rate_deg_per_s,
-        mode=run.config.gyro.mode,
-        method=run.method,
-        seed=run.config.seed,
-        duration_s=run.config.duration_s,
-        interval_s=1.0 / curve.sample_rate,
+        run=run,
         truth_deg_per_sqrt_h=noise.arw_deg_per_sqrt_h,
         value=estimate.value / DEGREE_PER_ROOT_HOUR,
         low=estimate.low / DEGREE_PER_ROOT_HOUR,
@@ -128,12 +116,9 @@ def outcome_of(run: Run, simulation: Simulation) -> Outcome:
         confidence=estimate.confidence,
         status=estimate.status,
         lines=len(answer.lines),
-        least_squares=least_squares_of(curve),
+        least_squares=least_squares_of(answer.curve),
         readings={name: one / DEGREE_PER_ROOT_HOUR for name, one in readings.items()},
-        tau_s=tuple(curve.tau.tolist()),
-        deviation=_shown(curve.deviation),
-        low_curve=_shown(curve.low),
-        high_curve=_shown(curve.high),
+        curve={**curve_columns(answer.curve), "shown": _shown(answer.curve).tolist()},
     )
 
 
@@ -146,9 +131,11 @@ def _step_4(answer: Answer) -> Estimate:
     return fit.coefficients["angle_random_walk"]
 
 
-def _shown(values: FloatArray) -> tuple[float, ...]:
-    """Points of a curve, deg/h."""
-    return tuple((values / DEGREE_PER_HOUR).tolist())
+def _shown(curve: StabilityCurve) -> BooleanArray:
+    """(points,) whether the paper shows and fits a point: its error is 10 % or less."""
+    clusters = np.round(curve.tau * curve.sample_rate).astype(int).tolist()
+    errors = [ieee_relative_error(curve.samples - 1, cluster) for cluster in clusters]
+    return np.array(errors) <= _PAPER_POINT_ERROR
 
 
 def _rate_sampled(recording: Recording, name: str, interval: float) -> Recording:
@@ -172,13 +159,7 @@ def least_squares_of(curve: StabilityCurve) -> dict[Form, float]:
     dict
         deg/sqrt(h), signed as `least_squares` says; empty with fewer than five points.
     """
-    clusters = np.round(curve.tau * curve.sample_rate).astype(int)
-    kept = np.array(
-        [
-            ieee_relative_error(curve.samples - 1, int(cluster)) <= PAPER_POINT_ERROR
-            for cluster in clusters
-        ]
-    )
+    kept = _shown(curve)
     if np.count_nonzero(kept) < FITTED_TERMS:
         return {}
     return {
@@ -200,22 +181,21 @@ def write_outcome(path: Path, outcome: Outcome) -> None:
         temporary.write_text(json.dumps(values, allow_nan=False, indent=1), encoding="utf-8")
 
 
-def read_outcome(path: Path) -> Outcome | None:
+def read_outcome(path: Path, run: Run) -> Outcome | None:
     """A finished run, or None: a file that is not one is made again."""
     try:
-        values: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
-        for key, value in values.items():
-            if isinstance(value, list):
-                values[key] = tuple(value)
-            elif isinstance(value, dict):
-                values[key] = {
-                    name: math.nan if one is None else one for name, one in value.items()
-                }
-            elif value is None:
-                values[key] = math.nan
-        return Outcome(**values)
-    except (OSError, ValueError, TypeError, AttributeError):
+        return Outcome(**{**_numbered(json.loads(path.read_text(encoding="utf-8"))), "run": run})
+    except (OSError, ValueError, TypeError):
         return None
+
+
+def _numbered(value: Any) -> Any:
+    """The same tree with NaN for every None of JSON."""
+    if isinstance(value, dict):
+        return {key: _numbered(one) for key, one in value.items()}
+    if isinstance(value, list):
+        return [_numbered(one) for one in value]
+    return math.nan if value is None else value
 
 
 # ---- reproduction ------------------------------------------------------------------
@@ -288,25 +268,20 @@ def reproduce(
     except OSError as error:
         problem = f"cannot be written ({error.strerror})"
         raise RecordingError(problem, path=str(store), remedy="choose another output") from None
-    kept = {run.name: read_outcome(store / f"{run.key}.json") for run in runs}
+    kept = {run.name: read_outcome(store / f"{run.key}.json", run) for run in runs}
     outcomes = {name: outcome for name, outcome in kept.items() if outcome is not None}
     missing = [run for run in runs if run.name not in outcomes]
-    began, before = time.perf_counter(), len(outcomes)
+    began = time.perf_counter()
 
     def tell() -> None:
-        told(
-            Standing(
-                done=len(outcomes),
-                total=len(runs),
-                elapsed_s=time.perf_counter() - began,
-                computed=len(outcomes) - before,
-            )
-        )
+        done, elapsed = len(outcomes), time.perf_counter() - began
+        computed = done - (len(runs) - len(missing))
+        told(Standing(done=done, total=len(runs), elapsed_s=elapsed, computed=computed))
 
     if missing:
         tell()
         for outcome in _made(_by_recording(missing), store, means):
-            outcomes[outcome.name] = outcome
+            outcomes[outcome.run.name] = outcome
             tell()
     return Reproduction(
         scope=scope,
@@ -376,21 +351,13 @@ class Cell(NamedTuple):
     by_paper: Outcome
     as_printed: Outcome
 
-    def by(self, order: Order) -> Outcome:
-        """The outcome of the paper's method in that order of its steps."""
-        return self.by_paper if order == "by_paper" else self.as_printed
-
 
 def outcomes_of_table(reproduction: Reproduction, table: Table) -> list[Cell]:
     """Cells of a table, day by day at each rate."""
-    cells = []
-    published = TABLE_1 if table == "table1" else TABLE_2
-    for rate, days in published.items():
-        for day in range(1, reproduction.scope.days + 1):
-            outcome = reproduction.outcomes[cell_name(table, rate, day)]
-            by_paper = reproduction.outcomes[cell_name(table, rate, day, "paper")]
-            printed = by_paper
-            if rate > 0.0:
-                printed = reproduction.outcomes[cell_name(table, rate, day, "printed")]
-            cells.append(Cell(rate, day, days[day - 1], outcome, by_paper, printed))
+    cells, found = [], reproduction.outcomes
+    for rate, days in TABLES[table].published.items():
+        for day, published in enumerate(days[: reproduction.scope.days], start=1):
+            own, paper = (found[cell_name(table, rate, day, by)] for by in ("", "paper"))
+            printed = found.get(cell_name(table, rate, day, "printed"), paper)
+            cells.append(Cell(rate, day, published, own, paper, printed))
     return cells

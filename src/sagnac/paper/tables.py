@@ -2,18 +2,18 @@
 
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from typing import Any, Final, Literal, NamedTuple
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from numpy.typing import ArrayLike
 
-from sagnac.core.arrays import BooleanArray, FloatArray
+from sagnac.core.arrays import FloatArray, extent
 from sagnac.core.units import ARCSECOND, DEGREE, DEGREE_PER_ROOT_HOUR
 from sagnac.noise.readings import READINGS, ReadingName
-from sagnac.paper.prediction import FIGURE_3
+from sagnac.paper.prediction import FIGURE_3, TABLES, Table
 from sagnac.paper.reproduce import (
-    PAPER_POINT_ERROR,
     Cell,
     Order,
     Outcome,
@@ -22,18 +22,13 @@ from sagnac.paper.reproduce import (
 )
 from sagnac.paper.trials import FORMS, Form
 from sagnac.report.figures import frames_figure, styled
-from sagnac.report.frame import BLUE, GREEN, INK, ORANGE, band, logarithmic
+from sagnac.report.frame import BLUE, DASHED, GREEN, INK, ORANGE, band, logarithmic
 from sagnac.report.quantities import number
-from sagnac.report.sections import cell, csv_text
+from sagnac.report.sections import cell, columns_text, csv_text
 from sagnac.report.text import table
-from sagnac.stability.noise_type import ieee_relative_error
 
 # ---- reproduction values -----------------------------------------------------------
 
-PaperTable = Literal["table1", "table2"]
-
-# The size in deg/sqrt(h) that the paper's tables are in units of.
-TABLES: Final[Mapping[PaperTable, float]] = {"table1": 1e-4, "table2": 1e-5}
 # N of a white rate at tau = 1 s in deg/h is 60 of its figure in deg/sqrt(h).
 _ROOT_SECONDS_IN_HOUR: Final = 60.0
 
@@ -50,15 +45,15 @@ def curves_of(reproduction: Reproduction) -> dict[str, list[Outcome]]:
     }
 
 
-def white_deviation(deg_per_sqrt_h: float, tau: FloatArray | float) -> FloatArray:
+def white_deviation(deg_per_sqrt_h: float, tau: ArrayLike) -> FloatArray:
     """Allan deviation of a white rate in deg/h."""
     return np.asarray(deg_per_sqrt_h * _ROOT_SECONDS_IN_HOUR / np.sqrt(tau))
 
 
 def excess(outcome: Outcome) -> float:
     """How many times the curve stands above the white rate that was simulated, at most."""
-    white = white_deviation(outcome.truth_deg_per_sqrt_h, np.array(outcome.tau_s))
-    return float(np.max(np.array(outcome.deviation) / white))
+    white = white_deviation(outcome.truth_deg_per_sqrt_h, outcome.curve["tau"])
+    return float(np.max(np.array(outcome.curve["deviation"]) / white))
 
 
 def estimate_of(outcome: Outcome) -> float:
@@ -106,14 +101,19 @@ class ReadingErrors(NamedTuple):
 def errors_of_reading(cells: Sequence[Cell], order: Order, reading: ReadingName) -> ReadingErrors:
     """Errors over the cells on a turning table."""
     errors = [reading_error(one, order, reading) for one in cells if one.rate > 0.0]
-    known = [error for error in errors if math.isfinite(error)]
-    return ReadingErrors(mean(known), rms(known), len(known), len(errors))
+    shown = sum(map(math.isfinite, errors))
+    return ReadingErrors(mean(errors), rms(errors), shown, len(errors))
 
 
 def reading_error(one: Cell, order: Order, reading: ReadingName) -> float:
     """Relative error of N by a reading; NaN of a curve too short for it."""
-    outcome = one.by(order)
-    return error_of(outcome.readings[reading], outcome)
+    return error_of(reading_of(one, order, reading), one.outcome)
+
+
+def reading_of(one: Cell, order: Order, reading: ReadingName) -> float:
+    """N by a reading of the paper's method in that order of its steps, deg/sqrt(h)."""
+    outcome: Outcome = getattr(one, order)
+    return outcome.readings[reading]
 
 
 def turning_over_rest(cells: Sequence[Cell], value: Callable[[Cell], float]) -> float:
@@ -134,10 +134,11 @@ def rms(values: Iterable[float]) -> float:
 
 
 def spread(values: Sequence[float]) -> str:
-    """Smallest and largest, once if they are the same."""
-    if not values:
+    """Smallest and largest of those that are finite, once if they are the same."""
+    found = [value for value in values if math.isfinite(value)]
+    if not found:
         return "–"
-    return " … ".join(number(value) for value in sorted({min(values), max(values)}))
+    return " … ".join(number(value) for value in sorted({min(found), max(found)}))
 
 
 def intervals_of(reproduction: Reproduction, trial: str) -> list[Outcome]:
@@ -172,22 +173,12 @@ def growth(reproduction: Reproduction, trial: str) -> list[str]:
     return [f"{value / first:.1f}" if first else "–" for value in rest]
 
 
-def within_cut(outcome: Outcome) -> BooleanArray:
-    """(points,) of the curve that the paper shows: those with an error of 10 % or less."""
-    points = round(outcome.duration_s / outcome.interval_s)
-    clusters = np.round(np.array(outcome.tau_s) / outcome.interval_s).astype(int)
-    errors = [ieee_relative_error(points - 1, int(cluster)) for cluster in clusters]
-    return np.array(errors) <= PAPER_POINT_ERROR
-
-
-def cell_texts(
-    published: float, outcome: Outcome, size: float, by_paper: Outcome | None = None
-) -> dict[str, str]:
+def cell_texts(one: Cell, size: float) -> dict[str, str]:
     """One cell in units of `size` deg/sqrt(h); with it that of the paper's method."""
-    truth = outcome.truth_deg_per_sqrt_h
+    outcome, by_paper = one.outcome, one.by_paper
     row = {
-        "paper": f"{published / size:.2f}",
-        "truth": f"{truth / size:.3f}",
+        "paper": f"{one.published / size:.2f}",
+        "truth": f"{outcome.truth_deg_per_sqrt_h / size:.3f}",
         "value": "–",
         "range": outcome.status,
         "error": "–",
@@ -199,7 +190,7 @@ def cell_texts(
         row["error"] = percent(error_of(outcome.value, outcome))
     elif outcome.status == "upper bound":
         row["value"] = f"< {outcome.high / size:.3f}"
-    if by_paper is not None and math.isfinite(by_paper.value):
+    if math.isfinite(by_paper.value):
         below = "< " if by_paper.status == "upper bound" else ""
         off = percent(error_of(by_paper.value, outcome))
         row["by_paper"] = f"{below}{by_paper.value / size:.3f} ({off})"
@@ -219,42 +210,39 @@ def plain_percent(part: float) -> str:
 # ---- reproduction figures ----------------------------------------------------------
 
 
+# Runs whose curves a figure shows, each with its style, by label.
+Styled = Mapping[str, tuple[Outcome, Mapping[str, Any]]]
+
+
 def figures_of(reproduction: Reproduction) -> dict[str, Figure]:
     """Figures 1 to 6, and N against table rate, by name."""
     curves = curves_of(reproduction)
     fris, fos = curves["figure2"]
+    of_figure_2: Styled = {
+        "fris, 9 s": (fris, {"color": ORANGE, "marker": "^", "linewidth": 1.0}),
+        "fos, 1 s": (fos, {"color": BLUE, "marker": "o", "linestyle": "none"}),
+    }
     styles = ((BLUE, "o"), (GREEN, "D"), (ORANGE, "^"))
-    every = [
-        (one, f"every {one.interval_s:g} s", {"color": color, "marker": marker, "linewidth": 0.9})
+    of_figure_3: Styled = {
+        f"every {one.run.interval_s:g} s": (
+            one, {"color": color, "marker": marker, "linewidth": 0.9}
+        )
         for one, (color, marker) in zip(curves["figure3"], styles, strict=True)
-    ]
-    fitted = {name: _curve_figure(*curves[name]) for name in ("figure4", "figure5", "figure6")}
+    }  # fmt: skip
     return {
         "figure1": frames_figure(),
-        "figure2": _curves_figure(
-            [
-                (fris, "fris, 9 s", {"color": ORANGE, "marker": "^", "linewidth": 1.0}),
-                (fos, "fos, 1 s", {"color": BLUE, "marker": "o", "linestyle": "none"}),
-            ],
-            truth=fos, columns=3, channel="x − z per gyro",
-        ),
-        "figure3": _curves_figure(every, truth=every[0][0], columns=4, channel="z"),
-        **fitted,
+        "figure2": _curves_figure(of_figure_2, "x − z per gyro", truth=fos),
+        "figure3": _curves_figure(of_figure_3, "z", truth=curves["figure3"][0]),
+        **{name: _curve_figure(*curves[name]) for name in ("figure4", "figure5", "figure6")},
         "table_rate": _rate_figure(reproduction),
-    }  # fmt: skip
+    }
 
 
-def _curves_figure(
-    curves: Sequence[tuple[Outcome, str, Mapping[str, Any]]],
-    *,
-    truth: Outcome,
-    columns: int,
-    channel: str,
-) -> Figure:
-    """Curves of runs, each with its label and style, and the white rate that was simulated."""
-    with styled(columns) as (figure, axes):
-        for outcome, label, style in curves:
-            axes.plot(outcome.tau_s, outcome.deviation, label=label, **style)
+def _curves_figure(curves: Styled, channel: str, *, truth: Outcome) -> Figure:
+    """Curves of runs with their styles by label, and the white rate that was simulated."""
+    with styled(len(curves) + 1) as (figure, axes):
+        for label, (outcome, style) in curves.items():
+            axes.plot(outcome.curve["tau"], outcome.curve["deviation"], label=label, **style)
         _truth_line(axes, truth)
         logarithmic(axes, "cluster time τ (s)", f"Allan deviation, {channel} (°/h)")
     return figure
@@ -262,11 +250,11 @@ def _curves_figure(
 
 def _curve_figure(outcome: Outcome) -> Figure:
     """The curve as published: of the difference, points with an error of 10 % or less."""
-    kept, root = within_cut(outcome), math.sqrt(2.0)
-    tau = np.array(outcome.tau_s)[kept]
+    root, curve = math.sqrt(2.0), outcome.curve
+    kept = np.array(curve["shown"])
+    tau = np.array(curve["tau"])[kept]
     low, middle, high = (
-        root * np.array(curve)[kept]
-        for curve in (outcome.low_curve, outcome.deviation, outcome.high_curve)
+        root * np.array(curve[name])[kept] for name in ("low", "deviation", "high")
     )
     with styled(3) as (figure, axes):
         interval = f"{100 * outcome.confidence:g} % interval"
@@ -278,30 +266,26 @@ def _curve_figure(outcome: Outcome) -> Figure:
 
 
 def _truth_line(axes: Axes, outcome: Outcome, times: float = 1.0) -> None:
-    tau = np.array([min(outcome.tau_s), max(outcome.tau_s)])
+    tau = extent(np.array(outcome.curve["tau"]))
     white = times * white_deviation(outcome.truth_deg_per_sqrt_h, tau)
-    dashes = (0, (5, 3))
-    axes.plot(tau, white, color=INK, linewidth=0.9, linestyle=dashes, label="N as simulated")
+    axes.plot(tau, white, color=INK, linewidth=0.9, linestyle=DASHED, label="N as simulated")
 
 
 def _rate_figure(reproduction: Reproduction) -> Figure:
-    prediction = reproduction.prediction
-    rates = prediction.rates / DEGREE
+    prediction, cells = reproduction.prediction, outcomes_of_table(reproduction, "table2")
     with styled(3) as (figure, axes):
         for values, label, color, style in (
             (prediction.total, "predicted", INK, "-"),
             (prediction.lock_in, "lock-in", BLUE, "--"),
             (prediction.quantum, "quantum limit", GREEN, "--"),
         ):
+            rates, sizes = prediction.rates / DEGREE, values / DEGREE_PER_ROOT_HOUR
+            axes.plot(rates, sizes, color=color, linestyle=style, label=label)
+        for name, marker, color in (("ours", "o", BLUE), ("paper", "x", ORANGE)):
             axes.plot(
-                rates, values / DEGREE_PER_ROOT_HOUR, color=color, linestyle=style, label=label
-            )
-        cells = outcomes_of_table(reproduction, "table2")
-        at = [one.rate for one in cells]
-        ours = [estimate_of(one.outcome) for one in cells]
-        axes.plot(at, ours, linestyle="none", marker="o", color=BLUE, label="ours, Table 2")
-        published = [one.published for one in cells]
-        axes.plot(at, published, linestyle="none", marker="x", color=ORANGE, label="paper, Table 2")
+                [one.rate for one in cells], list(map(QUANTITIES[name], cells)),
+                linestyle="none", marker=marker, color=color, label=f"{name}, Table 2",
+            )  # fmt: skip
         logarithmic(axes, "table rate (°/s)", "N̄ (°/√h)")
     return figure
 
@@ -328,27 +312,30 @@ def summary(reproduction: Reproduction) -> str:
         "paper's method": "by_paper", "paper": "paper",
     }  # fmt: skip
     blocks = []
-    for name, size in TABLES.items():
+    tables = {name: outcomes_of_table(reproduction, name) for name in TABLES}
+    for name, cells in tables.items():
         rows = []
-        for one in outcomes_of_table(reproduction, name):
-            texts = cell_texts(one.published, one.outcome, size, one.by_paper)
+        for one in cells:
+            texts = cell_texts(one, TABLES[name].size)
             rows.append((f"{one.rate:g}", str(one.day), *(texts[key] for key in shown.values())))
         text = table(("deg/s", "day", *shown), rows, right=(0, 1, 2, 4, 5, 6, 7))
-        blocks.append(f"Table {name[-1]}, N per gyro, {size:g} deg/sqrt(h)\n{text}")
-    return "\n\n".join((*blocks, _readings_text(reproduction), _validity_text(reproduction)))
+        blocks.append(f"Table {name[-1]}, N per gyro, {TABLES[name].size:g} deg/sqrt(h)\n{text}")
+    ratios = ", ".join(
+        f"{name.replace('paper', 'the paper')} {turning_over_rest(tables['table1'], value):.3f}"
+        for name, value in QUANTITIES.items()
+    )
+    validity = f"Check of validity, turning over rest (Table 1): {ratios}"
+    return "\n\n".join((*blocks, _readings_text(tables), validity))
 
 
-def _readings_text(reproduction: Reproduction) -> str:
+def _readings_text(tables: Mapping[Table, Sequence[Cell]]) -> str:
     """Error of each reading of Step 4 on the turning table, for a terminal."""
+    places = [(order, name) for order in ORDERS for name in tables]
     rows = []
     for reading in READINGS:
-        errors = [
-            errors_of_reading(outcomes_of_table(reproduction, name), order, reading)
-            for order in ORDERS
-            for name in TABLES
-        ]
-        rows.append((reading, *(_error_text(one) for one in errors)))
-    head = (f"Table {name[-1]}, {order}" for order in ORDERS.values() for name in TABLES)
+        errors = (errors_of_reading(tables[name], order, reading) for order, name in places)
+        rows.append((reading, *map(_error_text, errors)))
+    head = (f"Table {name[-1]}, {ORDERS[order]}" for order, name in places)
     text = table(("Step 4", *head), rows, right=(1, 2, 3, 4))
     return f"The paper's method on the turning table, error in % (mean / rms)\n{text}"
 
@@ -361,24 +348,13 @@ def _error_text(errors: ReadingErrors) -> str:
     return f"{text}, {lacking} without" if lacking else text
 
 
-def _validity_text(reproduction: Reproduction) -> str:
-    """The check of validity, turning over rest."""
-    cells = outcomes_of_table(reproduction, "table1")
-    parts = {
-        {"paper": "the paper"}.get(name, name): turning_over_rest(cells, value)
-        for name, value in QUANTITIES.items()
-    }
-    shown = ", ".join(f"{name} {ratio:.3f}" for name, ratio in parts.items())
-    return f"Check of validity, turning over rest (Table 1): {shown}"
-
-
 def _csv(rows: Iterable[Mapping[str, str]]) -> str:
     """Rows as CSV, a text by the header of its column each."""
     listed = list(rows)
     return csv_text(list(listed[0]), (list(row.values()) for row in listed))
 
 
-def _table(reproduction: Reproduction, name: PaperTable) -> str:
+def _table(reproduction: Reproduction, name: Table) -> str:
     return _csv(
         {
             "table_rate[deg/s]": cell(one.rate),
@@ -387,13 +363,13 @@ def _table(reproduction: Reproduction, name: PaperTable) -> str:
             **_estimate(one.outcome),
             "error": cell(error_of(one.outcome.value, one.outcome)),
             "lines": str(one.outcome.lines),
-            "seed": str(one.outcome.seed),
+            "seed": str(one.outcome.run.config.seed),
             f"by_paper_method{_UNIT}": cell(one.by_paper.value),
             "by_paper_method_status": one.by_paper.status,
             "by_paper_method_error": cell(error_of(one.by_paper.value, one.outcome)),
-            "duration[s]": cell(one.outcome.duration_s),
+            "duration[s]": cell(one.outcome.run.config.duration_s),
             **{
-                f"{order}_{reading}{_UNIT}": cell(one.by(order).readings[reading])
+                f"{order}_{reading}{_UNIT}": cell(reading_of(one, order, reading))
                 for order in ORDERS
                 for reading in READINGS
             },
@@ -422,7 +398,7 @@ def _trials(reproduction: Reproduction) -> str:
 def _curves(outcomes: list[Outcome]) -> str:
     return _csv(
         {
-            "run": outcome.name,
+            "run": outcome.run.name,
             "tau[s]": cell(tau),
             "deviation[deg/h]": cell(deviation),
             "low[deg/h]": cell(low),
@@ -431,24 +407,24 @@ def _curves(outcomes: list[Outcome]) -> str:
         }
         for outcome in outcomes
         for tau, deviation, low, high in zip(
-            outcome.tau_s, outcome.deviation, outcome.low_curve, outcome.high_curve, strict=True
+            *(outcome.curve[name] for name in ("tau", "deviation", "low", "high")), strict=True
         )
     )
 
 
 def _table_rate(reproduction: Reproduction) -> str:
     prediction = reproduction.prediction
-    columns = {
-        "table_rate[deg/s]": prediction.rates / DEGREE,
-        f"total{_UNIT}": prediction.total / DEGREE_PER_ROOT_HOUR,
-        f"quantum{_UNIT}": prediction.quantum / DEGREE_PER_ROOT_HOUR,
-        f"lock_in{_UNIT}": prediction.lock_in / DEGREE_PER_ROOT_HOUR,
-        "quantization[arcsec]": prediction.quantization / ARCSECOND,
-        "encoder[arcsec]": prediction.encoder / ARCSECOND,
-        "jitter[arcsec]": prediction.jitter / ARCSECOND,
-    }
-    rows = zip(*columns.values(), strict=True)
-    return csv_text(list(columns), ([cell(value) for value in row] for row in rows))
+    return columns_text(
+        {
+            "table_rate[deg/s]": prediction.rates / DEGREE,
+            f"total{_UNIT}": prediction.total / DEGREE_PER_ROOT_HOUR,
+            f"quantum{_UNIT}": prediction.quantum / DEGREE_PER_ROOT_HOUR,
+            f"lock_in{_UNIT}": prediction.lock_in / DEGREE_PER_ROOT_HOUR,
+            "quantization[arcsec]": prediction.quantization / ARCSECOND,
+            "encoder[arcsec]": prediction.encoder / ARCSECOND,
+            "jitter[arcsec]": prediction.jitter / ARCSECOND,
+        }
+    )
 
 
 def _estimate(outcome: Outcome) -> dict[str, str]:

@@ -9,7 +9,7 @@ import io
 import math
 import os
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, fields
 from functools import cache
 from itertools import zip_longest
@@ -274,6 +274,12 @@ def csv_text(header: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
     return text.getvalue()
 
 
+def columns_text(columns: Mapping[str, Iterable[float]]) -> str:
+    """Columns of numbers by their header as CSV; one that is shorter ends in empty cells."""
+    rows = zip_longest(*columns.values(), fillvalue=math.nan)
+    return csv_text(list(columns), ([cell(value) for value in row] for row in rows))
+
+
 def as_text(content: str) -> str:
     """A cell that is a number or text: what would be a formula gets a quote before it.
 
@@ -303,12 +309,14 @@ def tables(analysis: Analysis) -> dict[str, str]:
 def stability_table(analysis: Analysis) -> str:
     """CSV of the curve, per gyro, after and before removal; units stand in the header."""
     units = {"tau": "[s]", **dict.fromkeys(("deviation", "low", "high"), "[deg/h]")}
-    columns = {
-        f"{prefix}{name}{units.get(name, '')}": [cell(value) for value in values]
-        for prefix, curve in (("", analysis.curve), ("before_", analysis.curve_before))
-        for name, values in quantities.curve_columns(curve, UNITS["deg/h"]).items()
-    }
-    return csv_text(list(columns), zip_longest(*columns.values(), fillvalue=""))
+    curves = {"": analysis.curve, "before_": analysis.curve_before}
+    return columns_text(
+        {
+            f"{prefix}{name}{units.get(name, '')}": values
+            for prefix, curve in curves.items()
+            for name, values in quantities.curve_columns(curve, UNITS["deg/h"]).items()
+        }
+    )
 
 
 def family_table(analysis: Analysis) -> str:
@@ -327,10 +335,7 @@ def family_table(analysis: Analysis) -> str:
 def density_table(analysis: Analysis) -> str:
     """CSV of the multitaper rate spectrum, per gyro, one-sided."""
     shown = quantities.shown_density(analysis)
-    rows = zip(shown.frequency.tolist(), shown.density.tolist(), strict=True)
-    return csv_text(
-        ("frequency[Hz]", "density[(deg/h)^2/Hz]"), ([cell(value) for value in row] for row in rows)
-    )
+    return columns_text({"frequency[Hz]": shown.frequency, "density[(deg/h)^2/Hz]": shown.density})
 
 
 def line_data(line: Line) -> dict[str, Any]:
