@@ -8,8 +8,8 @@ from typing import Any, Final
 from benchmarks.recording_sets import RecordingSet
 from sagnac.core.units import ARCSECOND, DEGREE_PER_ROOT_HOUR
 from sagnac.lines.detection import detection_threshold
+from sagnac.recording.columns import GYRO_NAMES
 from sagnac.rig.config import RigConfig
-from sagnac.rig.sections import GYRO_NAMES
 from sagnac.rig.truth import Truth, truth_of
 
 PAIR: Final = ("x", "z")

@@ -30,16 +30,16 @@ def test_what_is_left_lies_where_the_truth_says():
         window = np.hanning(residue.size)
         spectrum = np.abs(np.fft.rfft(window * residue))
         peak = np.argmax(spectrum) / CONFIG.duration_s
-        assert peak == pytest.approx(put_in.folded_hz, abs=1.0 / CONFIG.duration_s)
+        assert peak == pytest.approx(put_in["folded_hz"], abs=1.0 / CONFIG.duration_s)
         # A random part of 2 % moves the amplitude of ten seconds by less.
-        assert np.std(residue) * np.sqrt(2.0) == pytest.approx(put_in.left_arcsec, rel=0.05)
+        assert np.std(residue) * np.sqrt(2.0) == pytest.approx(put_in["left_arcsec"], rel=0.05)
     # Amplitude is rate over angular frequency; 1 % of it is left, and 2 us late of 400 Hz is 0.5 %.
     amplitude = 100.0 * 3600.0 / (2.0 * np.pi * 387.3)
-    assert truth.dither["x"].left_arcsec == pytest.approx(0.01 * amplitude)
+    assert truth.dither["x"]["left_arcsec"] == pytest.approx(0.01 * amplitude)
     late = 2.0 * np.pi * 400.0 * 2e-6
-    assert truth.dither["y"].left_arcsec / truth.dither["y"].amplitude_arcsec == pytest.approx(
-        2.0 * np.sin(late / 2.0)
-    )
+    assert truth.dither["y"]["left_arcsec"] / truth.dither["y"][
+        "amplitude_arcsec"
+    ] == pytest.approx(2.0 * np.sin(late / 2.0))
 
 
 def test_sampling_folds():
@@ -60,7 +60,9 @@ def test_the_random_part_has_the_strength_and_ring_down_asked_for():
     shown = next(one for one in simulate(config).recording.pickoffs if one.gyro == "x").values
     times = np.arange(shown.size) / config.sample_rate_hz
     # Mixed down, and the image at twice the frequency taken out by a window of 40 ms.
-    mixed = shown * np.exp(2j * np.pi * truth.folded_hz * times) * 2.0 / truth.amplitude_arcsec
+    mixed = (
+        shown * np.exp(2j * np.pi * truth["folded_hz"] * times) * 2.0 / truth["amplitude_arcsec"]
+    )
     window = np.hanning(22)[1:-1]
     envelope = mixed.reshape(-1, 20) @ (window / window.sum())
     random = envelope - envelope.mean()
@@ -93,7 +95,7 @@ def test_the_preset_is_the_paper_s_rig_with_dither():
     assert config.gyro.mode == "dithered"
     assert config.table == preset("paper").table
     assert all(
-        1.0 < one.left_arcsec < 3.0
+        1.0 < one["left_arcsec"] < 3.0
         for one in simulate(replace(config, duration_s=1.0)).truth.dither.values()
     )
 

@@ -12,7 +12,7 @@ from sagnac.core.units import COEFFICIENT_UNITS, FORCE_COEFFICIENT_UNITS
 from sagnac.quality.readout import step_shown
 from sagnac.report.document import analysis_document, to_json
 from sagnac.rig.config import RigConfig
-from sagnac.rig.measured import Measured
+from sagnac.rig.measured import Measured, MeasuredSensor
 from sagnac.rig.sections import AccelerometerConfig, ConfigurationError, GyroConfig, TableConfig
 from sagnac.rig.simulate import simulate, write
 from tests.handmade import analysis, estimate
@@ -66,6 +66,15 @@ def test_each_gyro_of_a_triad_has_its_own_and_the_table_its_rate():
         made = RigConfig.from_analysis(given)
         assert made.gyro.arw_deg_per_sqrt_h == pytest.approx((2.5e-5, 2.5e-5, 7.5e-5))
         assert made.table.rate_deg_per_s == pytest.approx(40.0)
+
+
+def test_a_triad_on_a_table_has_the_low_pass_of_its_pair():
+    document = json.loads(to_json(analysis_document(analysis(gyros=("x", "y", "z")))))
+    document["low_pass"] = {"corner_hz": 0.1, "order": 2}
+    made = RigConfig.from_analysis(document).gyro
+    assert (made.low_pass_hz, made.low_pass_order) == ((0.1,) * 3, 2)
+    said = [line for line in Measured.of_document(document).left_out() if "low-pass" in line]
+    assert said == [f"{name}: low-pass of 0.1 Hz, order 2" for name in "xyz"]
 
 
 def test_what_no_key_can_hold_is_refused():
@@ -243,11 +252,17 @@ def test_a_rate_with_less_noise_than_its_steps_would_make_is_a_counted_angle():
     """Rates of 50 Hz in steps of 100 deg/h are 2 arcsec a sample, and 4 deg/h/sqrt(Hz) if lost."""
     for walk, by_rate in ((0.01, False), (1.0, True)):
         unit = Measured(
-            sensors={"gyro": {"x": {"angle_random_walk": walk, "quantization": 0.7}}},
+            sensors={
+                "gyro": {
+                    "x": MeasuredSensor(
+                        coefficients={"angle_random_walk": walk, "quantization": 0.7},
+                        readout={"step": 100.0, "unit": "deg/h"},
+                    )
+                }
+            },
             sample_rate=50.0,
             duration=60.0,
             kind="rate",
-            readouts={"x": {"step": 100.0, "unit": "deg/h"}},
         )
         gyro = RigConfig.from_mapping(unit.keys()).gyro
         assert gyro.rate_step_deg_per_h[0] == (100.0 if by_rate else 0.0)
@@ -332,10 +347,16 @@ def test_two_markov_rates_go_from_the_note_through_the_document_to_the_rig(tmp_p
 
 def test_two_markov_rates_of_an_analysis_are_the_keys_of_both():
     unit = Measured(
-        sensors={"gyro": {"x": {"angle_random_walk": 0.1}, "z": {"angle_random_walk": 0.2}}},
+        sensors={
+            "gyro": {
+                "x": MeasuredSensor(
+                    coefficients={"angle_random_walk": 0.1}, markov=((15.0, 4.0), (25.0, 100.0))
+                ),
+                "z": MeasuredSensor(coefficients={"angle_random_walk": 0.2}, markov=((7.0, 30.0),)),
+            }
+        },
         sample_rate=2.0,
         duration=100.0,
-        markov={"x": ((15.0, 4.0), (25.0, 100.0)), "z": ((7.0, 30.0),)},
     )
     gyro = RigConfig.from_mapping(unit.keys()).gyro
     assert gyro.markov_deviation_deg_per_h == (15.0, 15.0, 7.0)

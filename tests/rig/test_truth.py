@@ -50,13 +50,13 @@ def test_the_truth_names_what_the_encoder_does():
     config = configured(duration_s=7200.0, encoder=encoder)
     truth = truth_of(config).encoder
     assert truth is not None
-    assert truth.step_arcsec == pytest.approx(10.0)
-    assert truth.latch_jitter_s == 2e-5
-    assert truth.delay_start_s == 0.002
-    assert truth.delay_end_s == pytest.approx(0.003 + 7200.0 * 20e-6, rel=1e-4)
-    assert truth.delay_walk_end_s == pytest.approx(2e-5)
-    assert (truth.lost_fraction, truth.missing_null_fraction) == (1e-3, 0.01)
-    assert (truth.reading_rate_hz, truth.clock_ppm) == (500.0, 20.0)
+    assert truth["step_arcsec"] == pytest.approx(10.0)
+    assert truth["latch_jitter_s"] == 2e-5
+    assert truth["delay_start_s"] == 0.002
+    assert truth["delay_end_s"] == pytest.approx(0.003 + 7200.0 * 20e-6, rel=1e-4)
+    assert truth["delay_walk_end_s"] == pytest.approx(2e-5)
+    assert (truth["lost_fraction"], truth["missing_null_fraction"]) == (1e-3, 0.01)
+    assert (truth["reading_rate_hz"], truth["clock_ppm"]) == (500.0, 20.0)
     held = replace(config, encoder=replace(encoder, reading_rate_hz=20.0))
-    assert truth_of(held).encoder.reading_rate_hz == 20.0
+    assert truth_of(held).encoder["reading_rate_hz"] == 20.0
     assert truth_of(replace(config, table=AT_REST)).encoder is None

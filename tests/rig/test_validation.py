@@ -1,17 +1,13 @@
 """Rules of configuration keys, each by itself."""
 
 from dataclasses import dataclass
-from typing import Annotated
+from typing import Annotated, Literal
 
 import pytest
 
 from sagnac.rig.sections import (
-    Choice,
     ConfigurationError,
     Number,
-    PairsOf,
-    PerGyro,
-    Whole,
     allowed,
     check,
     overlaid,
@@ -21,10 +17,11 @@ from sagnac.rig.sections import (
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Inner:
-    rates: Annotated[tuple[float, float, float], PerGyro(0.0, 2.0)] = (0, 0, 0)
+    rates: Annotated[tuple[float, float, float], Number(0.0, 2.0)] = (0, 0, 0)
     pairs: Annotated[
         tuple[tuple[float, float], ...],
-        PairsOf(Number(0.0, 9.0, "order"), Number(0.0, 1.0, "arcsec")),
+        Number(0.0, 9.0, "order"),
+        Number(0.0, 1.0, "arcsec"),
     ] = ()
 
     def __post_init__(self):
@@ -33,8 +30,8 @@ class Inner:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Outer:
-    count: Annotated[int, Whole(1, 2**31)] = 1
-    mode: Annotated[str, Choice(("slow", "fast"))] = "slow"
+    count: Annotated[int, Number(1, 2**31)] = 1
+    mode: Literal["slow", "fast"] = "slow"
     inner: Inner = Inner()
 
     def __post_init__(self):

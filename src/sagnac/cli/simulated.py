@@ -172,9 +172,9 @@ def demo(
     del debug
     from sagnac.core.whole_files import made
     from sagnac.formats.statement import of_simulation
+    from sagnac.recording.columns import GYRO_NAMES
     from sagnac.report import text
     from sagnac.rig.config import preset
-    from sagnac.rig.sections import GYRO_NAMES
     from sagnac.rig.simulate import write
 
     config = changed(preset("paper"), seed=seed)

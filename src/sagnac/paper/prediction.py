@@ -31,8 +31,9 @@ from sagnac.noise.curve_fit import paper_squares
 from sagnac.noise.readings import READINGS, ReadingName
 from sagnac.paper.trials import Preparation, config_of_run, trials
 from sagnac.recording.channel import PAIR_SIZE
+from sagnac.recording.columns import GYRO_NAMES
 from sagnac.rig.config import PRESETS, RigConfig
-from sagnac.rig.sections import GYRO_NAMES, GyroMode, Pairs
+from sagnac.rig.sections import GyroMode, Pairs
 from sagnac.rig.truth import truth_of
 
 # ---- laboratory --------------------------------------------------------------------

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from sagnac.core.arrays import BooleanArray, ComplexArray, FloatArray
+from sagnac.core.arrays import BooleanArray, FloatArray
 from sagnac.core.kernels import compiled
 
 
@@ -140,53 +140,7 @@ def oscillator(
     state[0], state[1] = held_angle, held_rate
 
 
-# ---- disturbances, encoder and gyros -------------------------------------------------
-
-
-@compiled()
-def harmonics(
-    angle: FloatArray, orders: FloatArray, phasors: ComplexArray, out: FloatArray
-) -> None:
-    """Add ``Re(phasor exp(i k angle))`` per channel, ascending k.
-
-    `angle` (n,), `orders` (terms,), `phasors` (channels, terms), `out` (channels, n).
-    """
-    length = 1024
-    for start in range(0, angle.size, length):
-        part = angle[start : start + length]
-        turn = np.cos(part) + 1j * np.sin(part)
-        power, to_power = 0, np.ones_like(turn)
-        for j in range(orders.size):
-            if orders[j] == np.floor(orders[j]):
-                while power < orders[j]:
-                    power += 1
-                    for n in range(part.size):
-                        to_power[n] *= turn[n]
-                wave = to_power
-            else:
-                wave = np.cos(orders[j] * part) + 1j * np.sin(orders[j] * part)
-            for c in range(out.shape[0]):
-                for n in range(part.size):
-                    out[c, start + n] += (phasors[c, j] * wave[n]).real
-
-
-@compiled()
-def lines_in_time(first: int, cycles: FloatArray, phasors: ComplexArray, out: FloatArray) -> None:
-    """Add ``Re(phasor exp(2 pi i cycles n))`` per channel.
-
-    `first` is the number n of the first sample in `out` (channels, n); `cycles` (lines,) are those
-    of a sample, `phasors` (channels, lines).
-    """
-    length = 256
-    for j in range(cycles.size):
-        turn = np.exp(2j * np.pi * cycles[j])
-        for start in range(0, out.shape[1], length):
-            passed = cycles[j] * (first + start)
-            wave = np.exp(2j * np.pi * (passed - np.floor(passed)))
-            for n in range(start, min(start + length, out.shape[1])):
-                for c in range(out.shape[0]):
-                    out[c, n] += (phasors[c, j] * wave).real
-                wave *= turn
+# ---- encoder and gyros ---------------------------------------------------------------
 
 
 @compiled()

@@ -2,8 +2,10 @@
 
 import json
 import os
+import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from importlib.resources import files
 from itertools import pairwise
 from pathlib import Path
 from typing import Annotated, Any, Final, Self
@@ -13,15 +15,14 @@ import numpy as np
 from sagnac.core.arrays import FloatArray
 from sagnac.core.documents import read_toml
 from sagnac.core.errors import RecordingError, quoted
-from sagnac.core.units import DEGREE, DEGREE_PER_HOUR
-from sagnac.recording.channel import KINDS, Kind
+from sagnac.core.units import DEGREE
+from sagnac.recording.channel import Kind
+from sagnac.recording.columns import GYRO_NAMES
 from sagnac.rig.measured import Measured
 from sagnac.rig.ring_laser import angle_random_walk, dither_of, ring_lasers_of
 from sagnac.rig.sections import (
-    GYRO_NAMES,
     LONGEST_DELAY_S,
     AccelerometerConfig,
-    Choice,
     ConfigurationError,
     DisturbancesConfig,
     DitherConfig,
@@ -32,7 +33,6 @@ from sagnac.rig.sections import (
     Pairs,
     PlatformConfig,
     TableConfig,
-    Whole,
     check,
     overlaid,
     require,
@@ -145,8 +145,8 @@ class RigConfig:
 
     duration_s: Annotated[float, Number(0.01, 1e7)] = 7200.0
     sample_rate_hz: Annotated[float, Number(0.1, 1e5)] = 500.0
-    seed: Annotated[int, Whole(0, 2**32 - 1)] = 1
-    kind: Annotated[Kind, Choice(KINDS)] = "angle"
+    seed: Annotated[int, Number(0, 2**32 - 1)] = 1
+    kind: Kind = "angle"
     table: TableConfig = TableConfig()
     encoder: EncoderConfig = EncoderConfig()
     motion: MotionConfig = MotionConfig()
@@ -343,37 +343,24 @@ def _check_modes(config: RigConfig) -> None:
         f"dither.detuning_hz {detuning:g} leaves no frequency",
         "keep it above -gyro.dither_frequency_hz",
     )
-    slowest, fastest = _sensed_rates(config)
-    if gyro.mode == "rate-biased":
-        _check_clear_of_lock_in(gyro, slowest)
-    dither = dither_of(gyro)
-    if dither is not None:
-        for laser, rate in zip(ring_lasers_of(gyro), fastest, strict=True):
-            try:
-                angle_random_walk(laser, 1.1 * rate, dither)
-            except ValueError as error:
-                problem, _, remedy = str(error).partition("; ")
-                raise ConfigurationError(f"gyro.mode 'dithered': {problem}", remedy) from None
-
-
-def _check_clear_of_lock_in(gyro: GyroConfig, slowest: FloatArray) -> None:
-    for name, lock_in, rate in zip(GYRO_NAMES, gyro.lock_in_deg_per_h, slowest, strict=True):
-        needed = _CLEAR_OF_LOCK_IN * lock_in * DEGREE_PER_HOUR
+    # Of what the table commands each gyro to sense.
+    rate, dither = config.command.rate, dither_of(gyro)
+    slowest = 0.0 if rate.min() < 0.0 < rate.max() else float(np.abs(rate).min())
+    sensed = zip(GYRO_NAMES, ring_lasers_of(gyro), np.abs(config.platform.shares), strict=False)
+    for name, laser, share in sensed:
+        needed = _CLEAR_OF_LOCK_IN * laser.lock_in
         require(
-            rate >= needed,
-            f"gyro.mode is 'rate-biased' but gyro {name} comes down to {rate / DEGREE:.3g} deg/s",
+            gyro.mode != "rate-biased" or share * slowest >= needed,
+            f"gyro.mode is 'rate-biased' but gyro {name} comes down to "
+            f"{share * slowest / DEGREE:.3g} deg/s",
             f"the table must turn one way and give it {needed / DEGREE:.3g} deg/s, "
             f"{_CLEAR_OF_LOCK_IN:g} times its lock-in",
         )
-
-
-def _sensed_rates(config: RigConfig) -> tuple[FloatArray, FloatArray]:
-    """Least and greatest rate each gyro is commanded to sense, without sign, rad/s, (3,)."""
-    shares = np.abs(config.platform.shares)
-    rate = config.command.rate
-    reverses = bool(np.any(rate > 0.0) and np.any(rate < 0.0))
-    slowest = 0.0 if reverses else float(np.abs(rate).min())
-    return slowest * shares, float(np.abs(rate).max()) * shares
+        try:
+            angle_random_walk(laser, 1.1 * share * float(np.abs(rate).max()), dither)
+        except ValueError as error:
+            problem, _, remedy = str(error).partition("; ")
+            raise ConfigurationError(f"gyro.mode {gyro.mode!r}: {problem}", remedy) from None
 
 
 # ---- presets -------------------------------------------------------------------------
@@ -398,48 +385,9 @@ def preset(name: str) -> RigConfig:
     return PRESETS[name]
 
 
-# By order of the table angle: arcsec.
-_HARMONICS: Final = zip(
-    (1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 8.0, 9.0, 12.0, 18.0, 24.0, 36.0),
-    (0.6, 0.45, 0.3, 0.25, 0.2, 0.15, 0.12, 0.1, 0.08, 0.06, 0.04, 0.03),
-    strict=True,
-)
-_PAPER = RigConfig(
-    table=TableConfig(jitter_rms_deg_per_s=0.004, ripple=((12.0, 5e-4), (36.0, 2e-4))),
-    encoder=EncoderConfig(periodic_error=((1.0, 1.0),), latch_jitter_s=20e-6),
-    platform=PlatformConfig(share_deviation=(0.001, 0.0, -0.001)),
-    disturbances=DisturbancesConfig(
-        angle=tuple(_HARMONICS),
-        time=((0.0137, 0.08), (1.37, 0.05), (7.3, 0.03), (50.0, 0.02), (100.0, 0.01)),
-    ),
-)
-PRESETS: Final[Mapping[str, RigConfig]] = {
-    "quiet": RigConfig(
-        platform=PlatformConfig(share_deviation=(0.0005, 0.0, -0.0005)),
-        table=TableConfig(jitter_rms_deg_per_s=0.001),
-    ),
-    "paper": _PAPER,
-    "dithered": replace(
-        _PAPER,
-        gyro=replace(_PAPER.gyro, mode="dithered"),
-        dither=DitherConfig(residue=(0.01, 0.008, 0.012), delay_s=(1e-6, -2e-6, 3e-6)),
-    ),
-    "harsh": replace(
-        _PAPER,
-        table=TableConfig(
-            jitter_rms_deg_per_s=0.02,
-            wander_fraction=0.02,
-            ripple=((1.0, 2e-4), (12.0, 2e-3), (36.0, 1e-3)),
-            wobble=((1.0, 2.0), (2.0, 1.0)),
-            reversal_interval_s=1200.0,
-        ),
-        encoder=EncoderConfig(periodic_error=((1.0, 2.0), (2.0, 1.0), (4.0, 0.5))),
-        platform=PlatformConfig(share_deviation=(0.002, -0.0005, -0.0015)),
-        gyro=GyroConfig(
-            bias_instability_deg_per_h=(2e-4, 2e-4, 2e-4),
-            rate_random_walk_deg_per_h_per_sqrt_h=(2e-4, 2e-4, 2e-4),
-            temperature_coefficient_deg_per_h_per_k=(1e-4, 1.5e-4, 0.5e-4),
-            warm_up_k=5.0,
-        ),
-    ),
-}
+PRESETS: Final[dict[str, RigConfig]] = {}
+"""The presets by name, from ``presets.toml``; one may start from another before it."""
+for _name, _tables in tomllib.loads(
+    files("sagnac.rig").joinpath("presets.toml").read_text("utf-8")
+).items():
+    PRESETS[_name] = RigConfig.from_mapping(_tables)

@@ -11,7 +11,7 @@ from sagnac.core.units import ARCSECOND
 from sagnac.rig import _kernels
 from sagnac.rig.config import RigConfig
 from sagnac.rig.sections import EncoderConfig
-from sagnac.rig.table import RandomStreams, Sums, drawn_orders
+from sagnac.rig.table import LineSet, RandomStreams, Sums, drawn_orders
 
 _TURN: Final = 2.0 * math.pi
 _NULL_MARGIN: Final = 8.0  # null errors that a passage keeps clear
@@ -48,8 +48,8 @@ class Encoder:
         self._config, self._interval, self._duration = own, interval, duration
         self._latch, self._lost, self._delay = streams.latch, streams.lost, streams.delay
         error = drawn_orders(own.periodic_error, streams.phases)
-        self._orders = error.order
-        self._graduation = (error.size * ARCSECOND * np.exp(1j * error.phase))[np.newaxis]
+        phasor = error.size * ARCSECOND * np.exp(1j * error.phase)
+        self._graduation = LineSet(position=error.order, phasor=phasor[np.newaxis])
         # The walk of the delay, and the largest delay that a recording keeps below.
         self._walk_step, self._walk = own.delay_walk(interval), Sums()
         ends = own.delay_at([0.0, duration], duration)
@@ -81,10 +81,8 @@ class Encoder:
             jitter = self._config.latch_jitter_s / self._interval
             late = jitter * self._latch.standard_normal(alpha.size)
             angle = angle + (known[newest] - known[newest - 1]) * late
-        error = np.zeros((1, alpha.size))
-        _kernels.harmonics(angle, self._orders, self._graduation, error)
         line = _TURN / self._config.lines
-        reading = np.rint((angle + error[0]) / line) * line
+        reading = np.rint((angle + self._graduation.at(angle)[0]) / line) * line
         if not new.all():
             # Before a block's first new reading the one before it holds on.
             last = np.maximum.accumulate(np.where(new, np.arange(new.size), -1))

@@ -2,30 +2,102 @@
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, Final, Self
 
 from sagnac.core.units import SENSED, SENSORS, UNITS, Sensor, field_unit
-from sagnac.rig.sections import ACCELEROMETER_NAMES, GYRO_NAMES, SENSOR_KEYS
+from sagnac.rig.sections import SENSOR_KEYS, SENSOR_NAMES
 
 # Errors whose coefficients are measured.
 _MEASURED: Final = ("angle_noise", "random_walk", "instability", "rate_walk", "ramp")
-# By kind of sensor: coefficient -> its key, whose unit is the field's own.
-_KEYS: Final[Mapping[Sensor, Mapping[str, str]]] = {
-    sensor: {
-        coefficient: keys[place] for name, coefficient, *keys in SENSOR_KEYS if name in _MEASURED
-    }
-    for place, sensor in enumerate(SENSORS)
-}
-_READ_OUT: Final = ("quantum", "rate_quantum", "full_scale")
-_NOISES: Final = ("random_walk", "angle_noise")
 _SHOWN: Final = ("step", "range")
-_FORCE_WALK: Final = "velocity_random_walk"
+_MARKOV: Final = ("markov", "second_markov")
 _MARKOV_TIME_S: Final = 100.0  # of a Markov rate that is not there
-_NAMES: Final[Mapping[Sensor, tuple[str, str, str]]] = {
-    "gyro": GYRO_NAMES,
-    "accelerometer": ACCELEROMETER_NAMES,
-}
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class MeasuredSensor:
+    """One sensor of an analysis.
+
+    Attributes
+    ----------
+    coefficients
+        Coefficient -> its value in the field's unit; what was not estimated is not there.
+    low_pass
+        Corner, Hz, and order of the low-pass that its spectrum shows; None if it shows none.
+    markov
+        Standard deviation in the field's unit and correlation time, s, of each of at most two
+        Markov rates.
+    readout
+        ``step`` and ``range`` of its samples, those that they show, and their ``unit``.
+    """
+
+    coefficients: Mapping[str, float]
+    low_pass: tuple[float, int] | None = None
+    markov: tuple[tuple[float, float], ...] = ()
+    readout: Mapping[str, Any] = field(default_factory=dict)
+
+    @classmethod
+    def of_document(cls, stated: Mapping[str, Any], name: str, kind: Sensor) -> Self:
+        """The sensor, or pair, called `name`; a pair has the readout of its first gyro.
+
+        B and K that are bounds come from the slow noise that the spectrum shows.
+        """
+        keys, slow = SENSED[kind].keys, stated.get("slow_noise") or {}
+        measured = {
+            coefficient: stated["coefficients"].get(key) for coefficient, key in keys.items()
+        }
+        measured["angle_random_walk"] = stated[keys["angle_random_walk"]]
+        shows = {one: slow[key]["value"] for one, key in keys.items() if key in slow}
+        estimated = {
+            coefficient: one["value"]
+            for coefficient, one in measured.items()
+            if one is not None and one["status"] == "estimated"
+        }
+        low_pass, readouts = stated.get("low_pass"), stated.get("readout") or {name: {}}
+        return cls(
+            coefficients={one: value for one, value in shows.items() if value > 0.0} | estimated,
+            low_pass=(low_pass["corner_hz"], low_pass["order"]) if low_pass else None,
+            markov=tuple(
+                (slow[key]["deviation"]["value"], slow[key]["correlation_time_s"]["value"])
+                for key in _MARKOV
+                if slow.get(key)
+            ),
+            readout=readouts.get(name) or next(iter(readouts.values())),
+        )
+
+    def keys(self, kind: Sensor, interval: float) -> dict[str, float]:
+        """Keys of the rig for one axis, each with its value; `interval` is that of samples, s.
+
+        N and Q were measured with what the steps of a readout add: a step D of a rate adds D^2/12
+        times the time of a sample to N^2, and one of an angle D^2/12 to Q^2. If N is less than the
+        step of a rate would make it, an angle was counted.
+        """
+        units = {error: field_unit(own, kind).size for error, own, *_ in SENSOR_KEYS}
+        errors = {
+            error: self.coefficients.get(own, 0.0) if error in _MEASURED else 0.0
+            for error, own, *_ in SENSOR_KEYS
+        }
+        keys = {"low_pass_hz": self.low_pass[0] if self.low_pass else 0.0}
+        for place, which in enumerate(_MARKOV):
+            rates = self.markov[place : place + 1] or ((0.0, _MARKOV_TIME_S),)
+            errors[f"{which}_deviation"], keys[f"{which}_time_s"] = rates[0]
+        rate_unit = SENSED[kind].rate_unit
+        unit = self.readout.get("unit", rate_unit)
+        step, end = (self.readout.get(what, 0.0) * UNITS[unit].size for what in _SHOWN)
+        errors["full_scale"] = end / (1.0 if unit == rate_unit else interval) / units["full_scale"]
+        walk, noise = (errors[one] * units[one] for one in ("random_walk", "angle_noise"))
+        added = step**2 / 12.0 * interval
+        if unit == rate_unit and added <= walk**2:
+            errors["rate_quantum"] = step / units["rate_quantum"]
+            errors["random_walk"] = math.sqrt(walk**2 - added) / units["random_walk"]
+        else:
+            counted = step * interval if unit == rate_unit else step
+            rest = math.sqrt(max(noise**2 - counted**2 / 12.0, 0.0))
+            errors["quantum"] = counted / units["quantum"]
+            errors["angle_noise"] = rest / units["angle_noise"]
+        place = SENSORS.index(kind)
+        return keys | {own[place]: errors[error] for error, _, *own in SENSOR_KEYS}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -35,211 +107,108 @@ class Measured:
     Attributes
     ----------
     sensors
-        Kind -> name -> coefficient -> its value in the field's unit; what was not estimated is not
-        there, and neither is a kind that there is none of.
+        Kind -> name -> sensor; a kind that there is none of is not there.
     sample_rate, duration
         Hz and s.
     kind
         Of a sample; empty if it is not stated.
-    low_passes
-        Name -> corner, Hz, and order of the low-pass that its spectrum shows.
-    markov
-        Name -> standard deviation in the field's unit and correlation time, s, of each of at most
-        two Markov rates.
-    readouts
-        Name -> ``step`` and ``range`` of its samples, those that they show, and their ``unit``.
     table_rate
         deg/s, 0 at rest.
     """
 
-    sensors: Mapping[Sensor, Mapping[str, Mapping[str, float]]]
+    sensors: Mapping[Sensor, Mapping[str, MeasuredSensor]]
     sample_rate: float
     duration: float
     table_rate: float = 0.0
     kind: str = ""
-    low_passes: Mapping[str, tuple[float, int]] = field(default_factory=dict)
-    markov: Mapping[str, tuple[tuple[float, float], ...]] = field(default_factory=dict)
-    readouts: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
 
     @classmethod
     def of_document(cls, document: Mapping[str, Any]) -> Self:
-        """The sensors of a document of schema ``sagnac.analysis/1``."""
-        read = document["input"]
-        alone = document.get("gyros") or {document["channel"]: document}
-        gyros = {
-            name: _of_document(one, one["angle_random_walk"], "gyro") for name, one in alone.items()
+        """The sensors of a document of schema ``sagnac.analysis/1``.
+
+        A triad on a table has only N of each gyro; all else is that of the pair.
+        """
+        stated: dict[Sensor, Mapping[str, Any]] = {
+            "gyro": document.get("gyros") or {document["channel"]: document},
+            "accelerometer": document.get("accelerometers") or {},
+        }
+        sensors = {
+            kind: {name: MeasuredSensor.of_document(one, name, kind) for name, one in each.items()}
+            for kind, each in stated.items()
+            if each
         }
         if not document.get("gyros"):
-            # A triad on a table has only N of each gyro; the other terms are those of the pair.
-            (pair,) = gyros.values()
-            gyros = {
-                name: {**pair, **_of_document({"coefficients": {}}, own, "gyro")}
+            (pair,) = sensors["gyro"].values()
+            readouts = document.get("readout") or {}
+            sensors["gyro"] = {
+                name: replace(
+                    pair,
+                    coefficients={**pair.coefficients, "angle_random_walk": own["value"]},
+                    readout=readouts.get(name, {}),
+                )
                 for name, own in document["per_gyro"].items()
                 if own["status"] == "estimated"
-            } or gyros
-        forces = {
-            name: _of_document(one, one[_FORCE_WALK], "accelerometer")
-            for name, one in (document.get("accelerometers") or {}).items()
-        }
-        stated = {**alone, **(document.get("accelerometers") or {})}.items()
+            } or sensors["gyro"]
+        read = document["input"]
         return cls(
-            sensors={"gyro": gyros, **({"accelerometer": forces} if forces else {})},
+            sensors=sensors,
             sample_rate=read["sample_rate_hz"],
             duration=read["duration_s"],
             table_rate=read.get("table_rate_deg_per_s") or 0.0,
             kind=read.get("kind") or "",
-            low_passes={
-                name: (one["low_pass"]["corner_hz"], one["low_pass"]["order"])
-                for name, one in stated
-                if one.get("low_pass")
-            },
-            markov={
-                name: tuple(
-                    (rate["deviation"]["value"], rate["correlation_time_s"]["value"])
-                    for key in ("markov", "second_markov")
-                    if (rate := one.get("slow_noise", {}).get(key))
-                )
-                for name, one in stated
-            },
-            readouts={
-                each: shown for name, one in stated for each, shown in _readouts(name, one).items()
-            },
         )
 
     def keys(self) -> dict[str, Any]:
         """Nested tables of a `RigConfig`."""
-        tables: dict[str, dict[str, Any]] = {}
-        for kind, found in self.sensors.items():
-            names = _three(found, _NAMES[kind])
-            table = tables[kind] = {
-                key: [found[name].get(coefficient, 0.0) for name in names]
-                for coefficient, key in _KEYS[kind].items()
-            }
-            passes = [self.low_passes.get(name, (0.0, 1)) for name in names]
-            table["low_pass_hz"] = [corner for corner, _ in passes]
+        tables: dict[str, dict[str, Any]] = {"table": {"rate_deg_per_s": self.table_rate}}
+        for kind, sensors in self.sensors.items():
+            three = _three(sensors, SENSOR_NAMES[kind])
+            each = [one.keys(kind, 1.0 / self.sample_rate) for one in three]
             # The rig has one order for all: that of the lowest corner.
-            table["low_pass_order"] = min((one for one in passes if one[0]), default=(0.0, 1))[1]
-            unit = {"gyro": "deg_per_h", "accelerometer": "mg"}[kind]
-            for place, which in enumerate(("", "second_")):
-                rates = [
-                    dict(enumerate(self.markov.get(name, ()))).get(place, (0.0, _MARKOV_TIME_S))
-                    for name in names
-                ]
-                sizes, times = zip(*rates, strict=True)
-                table[f"{which}markov_deviation_{unit}"] = list(sizes)
-                table[f"{which}markov_time_s"] = list(times)
-            self._read_out(table, kind, names)
+            passes = [one.low_pass for one in three if one.low_pass]
+            order = {"low_pass_order": min(passes, default=(0.0, 1))[1]}
+            tables[kind] = order | {key: [axis[key] for axis in each] for key in each[0]}
         if "accelerometer" in tables:
             tables["accelerometer"]["mode"] = "triad"
-        return {
-            "duration_s": self.duration,
-            "sample_rate_hz": self.sample_rate,
-            **({"kind": self.kind} if self.kind else {}),
-            "table": {"rate_deg_per_s": self.table_rate},
-            **tables,
-        }
-
-    def _read_out(self, table: dict[str, Any], kind: Sensor, names: list[str]) -> None:
-        """Put steps and ranges into the keys of a kind of sensor.
-
-        N and Q were measured with what the steps add: a step D of a rate adds D^2/12 times the
-        time of a sample to N^2, and one of an angle D^2/12 to Q^2. If N is less than the step of a
-        rate would make it, an angle was counted.
-        """
-        place, interval = SENSORS.index(kind), 1.0 / self.sample_rate
-        keys = {
-            error: (own[place], field_unit(coefficient, kind).size)
-            for error, coefficient, *own in SENSOR_KEYS
-        }
-        table.update({keys[error][0]: [0.0] * len(names) for error in _READ_OUT})
-
-        def put(error: str, axis: int, value: float) -> None:
-            key, unit = keys[error]
-            table[key][axis] = value / unit
-
-        for axis, name in enumerate(names):
-            shown = self.readouts.get(name, {"unit": SENSED[kind].rate_unit})
-            of_rate = shown["unit"] == SENSED[kind].rate_unit
-            step, end = (shown.get(what, 0.0) * UNITS[shown["unit"]].size for what in _SHOWN)
-            put("full_scale", axis, end if of_rate else end / interval)
-            walk, noise = (
-                table[key][axis] * unit for key, unit in (keys[each] for each in _NOISES)
-            )
-            added = step**2 / 12.0 * interval
-            if of_rate and added <= walk**2:
-                put("rate_quantum", axis, step)
-                put("random_walk", axis, math.sqrt(walk**2 - added))
-            else:
-                counted = step * interval if of_rate else step
-                put("quantum", axis, counted)
-                put("angle_noise", axis, math.sqrt(max(noise**2 - counted**2 / 12.0, 0.0)))
+        alone = {"duration_s": self.duration, "sample_rate_hz": self.sample_rate}
+        return {**alone, **({"kind": self.kind} if self.kind else {}), **tables}
 
     def left_out(self) -> list[str]:
         """Low-passes and readouts, and what is not simulated as it was measured, a line each."""
+        each = [one for sensors in self.sensors.values() for one in sensors.items()]
         lines = [
-            f"{name}: low-pass of {corner:.4g} Hz, order {order}"
-            for name, (corner, order) in self.low_passes.items()
+            f"{name}: low-pass of {one.low_pass[0]:.4g} Hz, order {one.low_pass[1]}"
+            for name, one in each
+            if one.low_pass
         ] or ["no low-pass, since the spectrum shows none"]
         lines += [
-            f"{name}: readout {what} of {shown[what]:.4g} {shown['unit']}"
-            for name, shown in self.readouts.items()
+            f"{name}: readout {what} of {one.readout[what]:.4g} {one.readout['unit']}"
+            for name, one in each
             for what in _SHOWN
-            if what in shown and any(name in found for found in self.sensors.values())
+            if what in one.readout
         ]
-        for kind, found in self.sensors.items():
-            titles = SENSED[kind].titles
-            for name, one in found.items():
+        for kind, sensors in self.sensors.items():
+            for name, one in sensors.items():
                 lines += [
                     f"{name}: Markov rate of {size:.4g} {SENSED[kind].rate_unit} over {time:.4g} s"
-                    for size, time in self.markov.get(name, ())
+                    for size, time in one.markov
                 ]
-                missing = [title for key, title in titles.items() if key not in one]
+                titles = SENSED[kind].titles.items()
+                missing = [title for key, title in titles if key not in one.coefficients]
                 if missing:
                     lines.append(f"{name}: without {', '.join(missing)}, not estimated")
-            orders = {self.low_passes[name][1] for name in found if name in self.low_passes}
-            if len(orders) > 1:
+            if len({one.low_pass[1] for one in sensors.values() if one.low_pass}) > 1:
                 lines.append(f"low-passes of the {kind}s: of one order, as the rig has them")
-            others = [name for name in _NAMES[kind] if name not in found]
-            if others and len(found) != 3:
-                lines.append(f"{', '.join(others)}: as {next(iter(found))}")
+            others = [name for name in SENSOR_NAMES[kind] if name not in sensors]
+            if others and len(sensors) != 3:
+                lines.append(f"{', '.join(others)}: as {next(iter(sensors))}")
         lines.append("no mean: neither its biases nor how it stood, which are those of the table")
         return lines
 
 
-def _three(found: Mapping[str, object], names: tuple[str, str, str]) -> list[str]:
-    """Names of the sensors for the three axes: by name, in order if none fits, else the first."""
-    if len(found) == 3 and not set(names) & set(found):
-        return list(found)
-    first = next(iter(found))
-    return [name if name in found else first for name in names]
-
-
-def _readouts(name: str, stated: Mapping[str, Any]) -> dict[str, Mapping[str, Any]]:
-    """Readouts of a document by sensor; a pair has that of its first gyro."""
-    shown = dict(stated.get("readout", {}))
-    return {**shown, name: next(iter(shown.values()))} if shown else {}
-
-
-def _of_document(
-    stated: Mapping[str, Any], walk: Mapping[str, Any], kind: Sensor
-) -> dict[str, float]:
-    """Coefficients that were estimated, in the field's units.
-
-    B and K that are bounds come from the slow noise that the spectrum shows.
-    """
-    keys = SENSED[kind].keys
-    found = {name: stated["coefficients"].get(key) for name, key in keys.items()}
-    found["angle_random_walk"] = walk
-    slow = stated.get("slow_noise") or {}
-    return {
-        **{
-            name: slow[key]["value"]
-            for name, key in keys.items()
-            if key in slow and slow[key]["value"] > 0.0
-        },
-        **{
-            name: one["value"]
-            for name, one in found.items()
-            if one is not None and one["status"] == "estimated"
-        },
-    }
+def _three(sensors: Mapping[str, MeasuredSensor], names: tuple[str, ...]) -> list[MeasuredSensor]:
+    """Sensors of the three axes: by name, in order if none fits, else the first."""
+    if len(sensors) == 3 and not set(names) & set(sensors):
+        return list(sensors.values())
+    first = next(iter(sensors.values()))
+    return [sensors.get(name, first) for name in names]

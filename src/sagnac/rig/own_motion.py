@@ -7,15 +7,15 @@ time, Eq. 11.
 """
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
-from sagnac.core.arrays import ComplexArray, FloatArray
+from sagnac.core.arrays import FloatArray
 from sagnac.core.units import ARCSECOND
-from sagnac.rig import _kernels
-from sagnac.rig.sections import GYRO_NAMES, DisturbancesConfig, MotionConfig, Pairs
-from sagnac.rig.table import Differences, Motion, Oscillator, Sums, Table
+from sagnac.recording.columns import GYRO_NAMES
+from sagnac.rig.sections import DisturbancesConfig, MotionConfig, Pairs
+from sagnac.rig.table import Differences, LineSet, Motion, Oscillator, Sums, Table
 
 # ---- own motion --------------------------------------------------------------------
 
@@ -120,22 +120,6 @@ def nutation_walk(config: MotionConfig, rate: float) -> float:
 # ---- disturbances ------------------------------------------------------------------
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class LineSet:
-    """Periodic disturbances of one scale, with the amplitudes and phases drawn for each gyro.
-
-    Attributes
-    ----------
-    position
-        (lines,) orders or frequencies in Hz, ascending.
-    phasor
-        (3, lines) amplitude and phase in each gyro, rad: the line is Re(phasor exp(i k alpha)).
-    """
-
-    position: FloatArray
-    phasor: ComplexArray
-
-
 class Disturbances:
     """All periodic disturbances of one recording: those in table angle, then those in time.
 
@@ -165,11 +149,9 @@ class Disturbances:
         FloatArray
             (3, n) rad.
         """
-        offset = -self.angle.phasor.real.sum(axis=1) - self.time.phasor.real.sum(axis=1)
-        angles = np.repeat(offset[:, np.newaxis], alpha.size, axis=1)
-        _kernels.harmonics(alpha, self.angle.position, self.angle.phasor, angles)
-        _kernels.lines_in_time(first, self.time.position * interval, self.time.phasor, angles)
-        return angles
+        offset = self.angle.phasor.real.sum(axis=1) + self.time.phasor.real.sum(axis=1)
+        in_time = self.time.at_samples(first, alpha.size, interval)
+        return np.asarray(self.angle.at(alpha) + in_time - offset[:, np.newaxis])
 
 
 def _drawn(pairs: Pairs, random: np.random.Generator) -> LineSet:

@@ -47,7 +47,8 @@ from numpy.typing import ArrayLike
 
 from sagnac.core.arrays import FloatArray
 from sagnac.core.units import ARCSECOND, DEGREE, DEGREE_PER_HOUR, DEGREE_PER_ROOT_HOUR
-from sagnac.rig.sections import GYRO_NAMES, DitherConfig, GyroConfig
+from sagnac.recording.columns import GYRO_NAMES
+from sagnac.rig.sections import DitherConfig, GyroConfig
 
 # Kicks one swing apart are correlated by exp(-s^2/2) where s is the rms phase between them.
 _RANDOM_ENOUGH: Final = 3.0  # rad: a correlation of 1 %

@@ -1,9 +1,12 @@
 """Sections of the rig's configuration: what each key holds, its range and its meaning.
 
-A key is a field of a frozen dataclass. Its annotation holds the rule that its value keeps, and the
+A key is a field of a frozen dataclass. Its annotation is the rule that its value keeps, and the
 docstring says what it means; the documentation quotes both::
 
     rate_deg_per_s: Annotated[float, Number(-400.0, 400.0)] = 40.0
+
+A key holds one of a few words, a number (whole if it is an ``int``), three numbers, of x, y and z,
+for which a single one may stand, or a list of pairs, each half of which has its own bounds.
 """
 
 import math
@@ -11,17 +14,21 @@ from collections.abc import Mapping
 from dataclasses import dataclass, fields, is_dataclass, replace
 from difflib import get_close_matches
 from functools import cache
-from typing import Annotated, Any, Final, Literal, get_args, get_origin, get_type_hints
+from typing import Annotated, Any, Final, Literal, NamedTuple, get_args, get_origin, get_type_hints
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from sagnac.core.arrays import FloatArray
 from sagnac.core.errors import quoted
-from sagnac.core.units import DEGREE
+from sagnac.core.units import DEGREE, Sensor
+from sagnac.recording.columns import ACCELEROMETER_NAMES, GYRO_NAMES
 from sagnac.table.frames import earth_rate, shares_from_deviations, table_to_gyro_matrix
 
 # ---- validation --------------------------------------------------------------------
+
+Triple = tuple[float, float, float]
+Pairs = tuple[tuple[float, float], ...]
 
 
 class ConfigurationError(ValueError):
@@ -32,62 +39,37 @@ class ConfigurationError(ValueError):
         self.problem, self.remedy = problem, remedy
 
 
-@dataclass(frozen=True, slots=True)
-class Number:
-    """A number between two bounds; in a pair it has a name and a unit."""
+class Number(NamedTuple):
+    """Bounds of a number; in a pair it has a name and a unit."""
 
     low: float
     high: float
     name: str = ""
 
 
-class Whole(Number):
-    """A whole number between two bounds."""
-
-
-class PerGyro(Number):
-    """Three numbers, of x, y and z; a single one is taken for all of them."""
-
-
-@dataclass(frozen=True, slots=True)
-class PairsOf:
-    """A list of pairs."""
-
-    first: Number
-    second: Number
-
-
-@dataclass(frozen=True, slots=True)
-class Choice:
-    """One of a few words."""
-
-    choices: tuple[str, ...]
-
-
-Rule = Number | PairsOf | Choice
-
-
-def allowed(rule: Rule) -> str:
-    """Values that a key of this rule may hold, in words."""
-    if isinstance(rule, Choice):
-        return ", ".join(f'`"{choice}"`' for choice in rule.choices)
-    if isinstance(rule, PairsOf):
-        halves = (f"{half.name} {allowed(half)}" for half in (rule.first, rule.second))
-        return f"list of [{', '.join(halves)}]"
-    form = "" if isinstance(rule, Whole) else "g"
-    return f"{rule.low:{form}} to {rule.high:{form}}"
+def allowed(rule: Any) -> str:
+    """Values that a key with this annotation may hold, in words."""
+    if get_origin(rule) is Literal:
+        return ", ".join(f'`"{choice}"`' for choice in get_args(rule))
+    form, *bounds = get_args(rule)
+    shown = "" if form is int else "g"
+    ranges = [f"{one.low:{shown}} to {one.high:{shown}}" for one in bounds]
+    if form != Pairs:
+        return ranges[0]
+    halves = (f"{one.name} {said}" for one, said in zip(bounds, ranges, strict=True))
+    return f"list of [{', '.join(halves)}]"
 
 
 @cache
-def rules_of(section: type, prefix: str = "") -> dict[str, Rule]:
-    """Rule of each key of a section, and of the sections in it, by the key's dotted name."""
-    found: dict[str, Rule] = {}
+def rules_of(section: type, prefix: str = "") -> dict[str, Any]:
+    """Annotation of each key of a section, and of the sections in it, by the key's dotted name."""
+    rules: dict[str, Any] = {}
     for name, hint in get_type_hints(section, include_extras=True).items():
-        if get_origin(hint) is Annotated:
-            found[prefix + name] = get_args(hint)[1]
+        if isinstance(hint, type) and is_dataclass(hint):
+            rules |= rules_of(hint, f"{prefix}{name}.")
         else:
-            found |= rules_of(hint, f"{prefix}{name}.")
-    return found
+            rules[prefix + name] = hint
+    return rules
 
 
 def check(section: Any, prefix: str = "") -> None:
@@ -105,8 +87,9 @@ def check(section: Any, prefix: str = "") -> None:
         value, name = getattr(section, field.name), prefix + field.name
         if field.name in rules:
             object.__setattr__(section, field.name, _checked(rules[field.name], name, value))
-        elif not is_dataclass(value):
-            raise ConfigurationError(f"{name} is {quoted(value)}", f"it is a table, write [{name}]")
+        else:
+            problem = f"{name} is {quoted(value)}"
+            require(is_dataclass(value), problem, f"it is a table, write [{name}]")
 
 
 def overlaid(base: Any, values: Mapping[str, Any], prefix: str = "") -> Any:
@@ -114,40 +97,40 @@ def overlaid(base: Any, values: Mapping[str, Any], prefix: str = "") -> Any:
     known = [field.name for field in fields(base)]
     changes: dict[str, Any] = {}
     for key, value in values.items():
-        if key not in known:
-            near = [*get_close_matches(key, known), *(name for name in known if key in name)]
-            meant = f"did you mean {prefix}{near[0]}? " if near else ""
-            problem = f"unknown key {prefix + key!r}"
-            raise ConfigurationError(problem, f"{meant}known here: {', '.join(known)}")
+        near = [*get_close_matches(key, known), *(name for name in known if key in name)]
+        meant = f"did you mean {prefix}{near[0]}? " if near else ""
+        remedy = f"{meant}known here: {', '.join(known)}"
+        require(key in known, f"unknown key {prefix + key!r}", remedy)
         section = isinstance(value, Mapping) and is_dataclass(getattr(base, key))
         changes[key] = overlaid(getattr(base, key), value, f"{key}.") if section else value
     return replace(base, **changes)
 
 
-def _checked(rule: Rule, name: str, value: Any) -> Any:
-    problem = f"{name} is {quoted(value)}"
-    if isinstance(rule, Choice):
-        require(value in rule.choices, problem, f"use one of {', '.join(rule.choices)}")
-    elif isinstance(rule, PairsOf):
-        halves = (rule.first, rule.second)
-        expected = f"it must be a list of pairs [{', '.join(half.name for half in halves)}]"
-        require(isinstance(value, list | tuple), problem, expected)
+def _checked(rule: Any, name: str, value: Any) -> Any:
+    problem, several = f"{name} is {quoted(value)}", isinstance(value, list | tuple)
+    if get_origin(rule) is Literal:
+        require(value in get_args(rule), problem, f"use one of {', '.join(get_args(rule))}")
+        return value
+    form, *bounds = get_args(rule)
+    each = [Annotated[float, one] for one in bounds]
+    if form == Pairs:
+        expected = f"it must be a list of pairs [{', '.join(one.name for one in bounds)}]"
+        require(several, problem, expected)
         for pair in value:
-            whole = isinstance(pair, list | tuple) and len(pair) == len(halves)
+            whole = isinstance(pair, list | tuple) and len(pair) == len(bounds)
             require(whole, f"{name} holds {quoted(pair)}", expected)
-        names = [f"{name} ({half.name})" for half in halves]
-        return tuple(tuple(map(_checked, halves, names, pair)) for pair in value)
-    elif isinstance(rule, PerGyro):
-        three = (value,) * 3 if isinstance(value, int | float) else value
-        whole = isinstance(three, list | tuple) and len(three) == 3
+        names = [f"{name} ({one.name})" for one in bounds]
+        return tuple(tuple(map(_checked, each, names, pair)) for pair in value)
+    is_number = isinstance(value, int | float)
+    if form == Triple:
+        three = value if several else (value,) * 3
+        whole = (several or is_number) and len(three) == 3
         require(whole, problem, "it must be a number or a list of three")
-        return tuple(_checked(Number(rule.low, rule.high), name, one) for one in three)
-    else:
-        if isinstance(rule, Whole):
-            require(isinstance(value, int), problem, "it must be a whole number")
-        number = isinstance(value, int | float) and not isinstance(value, bool)
-        require(number, problem, f"it must be a number from {allowed(rule)}")
-        require(rule.low <= value <= rule.high, problem, f"it must lie from {allowed(rule)}")
+        return tuple(_checked(each[0], name, one) for one in three)
+    require(form is float or isinstance(value, int), problem, "it must be a whole number")
+    is_number = is_number and not isinstance(value, bool)
+    require(is_number, problem, f"it must be a number from {allowed(rule)}")
+    require(bounds[0].low <= value <= bounds[0].high, problem, f"it must lie from {allowed(rule)}")
     return value
 
 
@@ -159,14 +142,14 @@ def require(true: bool, problem: str, remedy: str) -> None:
 
 # ---- sections ----------------------------------------------------------------------
 
-Triple = tuple[float, float, float]
-Pairs = tuple[tuple[float, float], ...]
 GyroMode = Literal["ideal", "still", "dithered", "rate-biased"]
 JitterSpectrum = Literal["position", "rate"]
 AfterDwell = Literal["back", "onward"]
 Accelerometers = Literal["none", "triad"]
-GYRO_NAMES: Final = ("x", "y", "z")
-ACCELEROMETER_NAMES: Final = ("ax", "ay", "az")
+SENSOR_NAMES: Final[Mapping[Sensor, tuple[str, ...]]] = {
+    "gyro": GYRO_NAMES,
+    "accelerometer": ACCELEROMETER_NAMES,
+}
 _ORDER: Final = Number(0.01, 1000.0, "order")
 LONGEST_DELAY_S: Final = 2.0
 _NONE: Final = (0.0, 0.0, 0.0)
@@ -236,22 +219,20 @@ class TableConfig(Section):
     start_deg: Annotated[float, Number(-360.0, 360.0)] = 0.0
     reversal_interval_s: Annotated[float, Number(0.0, 1e6)] = 0.0
     dwell_s: Annotated[float, Number(0.0, 1e6)] = 0.0
-    after_dwell: Annotated[AfterDwell, Choice(get_args(AfterDwell))] = "back"
+    after_dwell: AfterDwell = "back"
     acceleration_deg_per_s2: Annotated[float, Number(0.1, 1e4)] = 100.0
-    profile: Annotated[
-        Pairs, PairsOf(Number(0.0, 1e7, "time s"), Number(-400.0, 400.0, "rate deg/s"))
-    ] = ()
+    profile: Annotated[Pairs, Number(0.0, 1e7, "time s"), Number(-400.0, 400.0, "rate deg/s")] = ()
     jitter_rms_deg_per_s: Annotated[float, Number(0.0, 10.0)] = 0.0
     jitter_bandwidth_hz: Annotated[float, Number(0.01, 1000.0)] = 8.0
     jitter_damping: Annotated[float, Number(0.01, 10.0)] = 0.5
-    jitter_spectrum: Annotated[JitterSpectrum, Choice(get_args(JitterSpectrum))] = "position"
+    jitter_spectrum: JitterSpectrum = "position"
     wander_fraction: Annotated[float, Number(0.0, 0.2)] = 0.0
     wander_time_s: Annotated[float, Number(1.0, 1e6)] = 300.0
     hunting_rms_deg_per_s: Annotated[float, Number(0.0, 10.0)] = 0.0
     hunting_hz: Annotated[float, Number(0.1, 100.0)] = 3.0
     hunting_quality: Annotated[float, Number(0.5, 1000.0)] = 10.0
-    ripple: Annotated[Pairs, PairsOf(_ORDER, Number(0.0, 0.2, "fraction"))] = ()
-    wobble: Annotated[Pairs, PairsOf(Number(0.01, 100.0, "order"), _ARCSECONDS)] = ()
+    ripple: Annotated[Pairs, _ORDER, Number(0.0, 0.2, "fraction")] = ()
+    wobble: Annotated[Pairs, Number(0.01, 100.0, "order"), _ARCSECONDS] = ()
 
     @property
     def turning(self) -> bool:
@@ -291,8 +272,8 @@ class EncoderConfig(Section):
         part of the null pulses that are missing
     """
 
-    lines: Annotated[int, Whole(4, 2**31)] = 7_200_000
-    periodic_error: Annotated[Pairs, PairsOf(_ORDER, _ARCSECONDS)] = ()
+    lines: Annotated[int, Number(4, 2**31)] = 7_200_000
+    periodic_error: Annotated[Pairs, _ORDER, _ARCSECONDS] = ()
     null_accuracy_arcsec: Annotated[float, Number(0.0, 600.0)] = 2.0
     latch_jitter_s: Annotated[float, Number(0.0, 0.01)] = 0.0
     latency_s: Annotated[float, Number(0.0, LONGEST_DELAY_S)] = 0.0
@@ -338,8 +319,8 @@ class MotionConfig(Section):
         that frequency over the width of its band
     """
 
-    resonance_rms_arcsec: Annotated[Triple, PerGyro(0.0, 3600.0)] = _NONE
-    resonance_hz: Annotated[Triple, PerGyro(0.1, 1e4)] = (17.0, 17.0, 17.0)
+    resonance_rms_arcsec: Annotated[Triple, Number(0.0, 3600.0)] = _NONE
+    resonance_hz: Annotated[Triple, Number(0.1, 1e4)] = (17.0, 17.0, 17.0)
     resonance_quality: Annotated[float, Number(0.5, 1000.0)] = 20.0
     nutation_rms_arcsec: Annotated[float, Number(0.0, 60.0)] = 0.0
     nutation_hz: Annotated[float, Number(0.1, 1e4)] = 10.0
@@ -360,7 +341,7 @@ class PlatformConfig(Section):
         of the null pulse, from north
     """
 
-    share_deviation: Annotated[Triple, PerGyro(-0.05, 0.05)] = _NONE
+    share_deviation: Annotated[Triple, Number(-0.05, 0.05)] = _NONE
     latitude_deg: Annotated[float, Number(-90.0, 90.0)] = 28.2
     heading_deg: Annotated[float, Number(-360.0, 360.0)] = 0.0
 
@@ -439,31 +420,31 @@ class GyroConfig(Section):
         of that low-pass, a Butterworth filter
     """
 
-    mode: Annotated[GyroMode, Choice(get_args(GyroMode))] = "ideal"
-    arw_deg_per_sqrt_h: Annotated[Triple, PerGyro(0.0, 10.0)] = (2.5e-5, 2.5e-5, 2.5e-5)
-    quantization_step_arcsec: Annotated[Triple, PerGyro(0.0, 3600.0)] = (0.001, 0.001, 0.001)
-    angle_noise_arcsec: Annotated[Triple, PerGyro(0.0, 3600.0)] = _NONE
-    rate_step_deg_per_h: Annotated[Triple, PerGyro(0.0, 1e7)] = _NONE
-    range_deg_per_h: Annotated[Triple, PerGyro(0.0, 1e9)] = _NONE
-    bias_deg_per_h: Annotated[Triple, PerGyro(-1e5, 1e5)] = _NONE
-    bias_instability_deg_per_h: Annotated[Triple, PerGyro(0.0, 1e4)] = _NONE
-    rate_random_walk_deg_per_h_per_sqrt_h: Annotated[Triple, PerGyro(0.0, 1e4)] = _NONE
-    markov_deviation_deg_per_h: Annotated[Triple, PerGyro(0.0, 1e5)] = _NONE
-    markov_time_s: Annotated[Triple, PerGyro(1e-4, 1e6)] = (100.0, 100.0, 100.0)
-    second_markov_deviation_deg_per_h: Annotated[Triple, PerGyro(0.0, 1e5)] = _NONE
-    second_markov_time_s: Annotated[Triple, PerGyro(1e-4, 1e6)] = (100.0, 100.0, 100.0)
-    rate_ramp_deg_per_h_per_h: Annotated[Triple, PerGyro(-1e4, 1e4)] = _NONE
-    temperature_coefficient_deg_per_h_per_k: Annotated[Triple, PerGyro(-1e3, 1e3)] = _NONE
+    mode: GyroMode = "ideal"
+    arw_deg_per_sqrt_h: Annotated[Triple, Number(0.0, 10.0)] = (2.5e-5, 2.5e-5, 2.5e-5)
+    quantization_step_arcsec: Annotated[Triple, Number(0.0, 3600.0)] = (0.001, 0.001, 0.001)
+    angle_noise_arcsec: Annotated[Triple, Number(0.0, 3600.0)] = _NONE
+    rate_step_deg_per_h: Annotated[Triple, Number(0.0, 1e7)] = _NONE
+    range_deg_per_h: Annotated[Triple, Number(0.0, 1e9)] = _NONE
+    bias_deg_per_h: Annotated[Triple, Number(-1e5, 1e5)] = _NONE
+    bias_instability_deg_per_h: Annotated[Triple, Number(0.0, 1e4)] = _NONE
+    rate_random_walk_deg_per_h_per_sqrt_h: Annotated[Triple, Number(0.0, 1e4)] = _NONE
+    markov_deviation_deg_per_h: Annotated[Triple, Number(0.0, 1e5)] = _NONE
+    markov_time_s: Annotated[Triple, Number(1e-4, 1e6)] = (100.0, 100.0, 100.0)
+    second_markov_deviation_deg_per_h: Annotated[Triple, Number(0.0, 1e5)] = _NONE
+    second_markov_time_s: Annotated[Triple, Number(1e-4, 1e6)] = (100.0, 100.0, 100.0)
+    rate_ramp_deg_per_h_per_h: Annotated[Triple, Number(-1e4, 1e4)] = _NONE
+    temperature_coefficient_deg_per_h_per_k: Annotated[Triple, Number(-1e3, 1e3)] = _NONE
     warm_up_k: Annotated[float, Number(-100.0, 100.0)] = 0.0
     warm_up_time_s: Annotated[float, Number(1.0, 1e6)] = 1800.0
-    lock_in_deg_per_h: Annotated[Triple, PerGyro(0.001, 1e5)] = (24.0, 26.0, 28.0)
+    lock_in_deg_per_h: Annotated[Triple, Number(0.001, 1e5)] = (24.0, 26.0, 28.0)
     fringe_arcsec: Annotated[float, Number(0.01, 100.0)] = 1.5
     backscatter_diffusion_rad2_per_s: Annotated[float, Number(0.0, 1e6)] = 150.0
     dither_frequency_hz: Annotated[float, Number(1.0, 1e4)] = 400.0
     dither_rate_deg_per_s: Annotated[float, Number(0.1, 1e4)] = 100.0
     dither_amplitude_noise: Annotated[float, Number(0.0, 0.5)] = 0.02
-    low_pass_hz: Annotated[Triple, PerGyro(0.0, 1e5)] = _NONE
-    low_pass_order: Annotated[int, Whole(1, 2)] = 1
+    low_pass_hz: Annotated[Triple, Number(0.0, 1e5)] = _NONE
+    low_pass_order: Annotated[int, Number(1, 2)] = 1
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -506,22 +487,22 @@ class AccelerometerConfig(Section):
         of that low-pass, a Butterworth filter
     """
 
-    mode: Annotated[Accelerometers, Choice(get_args(Accelerometers))] = "none"
-    vrw_m_per_s_per_sqrt_h: Annotated[Triple, PerGyro(0.0, 100.0)] = _NONE
-    velocity_noise_mm_per_s: Annotated[Triple, PerGyro(0.0, 1e4)] = _NONE
-    quantization_step_mm_per_s: Annotated[Triple, PerGyro(0.0, 1e4)] = _NONE
-    acceleration_step_mg: Annotated[Triple, PerGyro(0.0, 1e6)] = _NONE
-    range_mg: Annotated[Triple, PerGyro(0.0, 1e9)] = _NONE
-    bias_mg: Annotated[Triple, PerGyro(-1e3, 1e3)] = _NONE
-    bias_instability_mg: Annotated[Triple, PerGyro(0.0, 1e3)] = _NONE
-    acceleration_random_walk_mg_per_sqrt_h: Annotated[Triple, PerGyro(0.0, 1e3)] = _NONE
-    markov_deviation_mg: Annotated[Triple, PerGyro(0.0, 1e3)] = _NONE
-    markov_time_s: Annotated[Triple, PerGyro(1e-4, 1e6)] = (100.0, 100.0, 100.0)
-    second_markov_deviation_mg: Annotated[Triple, PerGyro(0.0, 1e3)] = _NONE
-    second_markov_time_s: Annotated[Triple, PerGyro(1e-4, 1e6)] = (100.0, 100.0, 100.0)
-    acceleration_ramp_mg_per_h: Annotated[Triple, PerGyro(-1e3, 1e3)] = _NONE
-    low_pass_hz: Annotated[Triple, PerGyro(0.0, 1e5)] = _NONE
-    low_pass_order: Annotated[int, Whole(1, 2)] = 1
+    mode: Accelerometers = "none"
+    vrw_m_per_s_per_sqrt_h: Annotated[Triple, Number(0.0, 100.0)] = _NONE
+    velocity_noise_mm_per_s: Annotated[Triple, Number(0.0, 1e4)] = _NONE
+    quantization_step_mm_per_s: Annotated[Triple, Number(0.0, 1e4)] = _NONE
+    acceleration_step_mg: Annotated[Triple, Number(0.0, 1e6)] = _NONE
+    range_mg: Annotated[Triple, Number(0.0, 1e9)] = _NONE
+    bias_mg: Annotated[Triple, Number(-1e3, 1e3)] = _NONE
+    bias_instability_mg: Annotated[Triple, Number(0.0, 1e3)] = _NONE
+    acceleration_random_walk_mg_per_sqrt_h: Annotated[Triple, Number(0.0, 1e3)] = _NONE
+    markov_deviation_mg: Annotated[Triple, Number(0.0, 1e3)] = _NONE
+    markov_time_s: Annotated[Triple, Number(1e-4, 1e6)] = (100.0, 100.0, 100.0)
+    second_markov_deviation_mg: Annotated[Triple, Number(0.0, 1e3)] = _NONE
+    second_markov_time_s: Annotated[Triple, Number(1e-4, 1e6)] = (100.0, 100.0, 100.0)
+    acceleration_ramp_mg_per_h: Annotated[Triple, Number(-1e3, 1e3)] = _NONE
+    low_pass_hz: Annotated[Triple, Number(0.0, 1e5)] = _NONE
+    low_pass_order: Annotated[int, Number(1, 2)] = 1
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -545,9 +526,9 @@ class DitherConfig(Section):
         rms noise of a pick-off from sample to sample
     """
 
-    residue: Annotated[Triple, PerGyro(0.0, 1.0)] = _NONE
-    delay_s: Annotated[Triple, PerGyro(-1e-3, 1e-3)] = _NONE
-    detuning_hz: Annotated[Triple, PerGyro(-100.0, 100.0)] = (-12.7, 0.0, 11.3)
+    residue: Annotated[Triple, Number(0.0, 1.0)] = _NONE
+    delay_s: Annotated[Triple, Number(-1e-3, 1e-3)] = _NONE
+    detuning_hz: Annotated[Triple, Number(-100.0, 100.0)] = (-12.7, 0.0, 11.3)
     ring_down_s: Annotated[float, Number(0.01, 1e4)] = 0.5
     pickoff_noise_arcsec: Annotated[float, Number(0.0, 3600.0)] = 0.01
 
@@ -571,8 +552,8 @@ class DisturbancesConfig(Section):
         lines in time, Eq. 11
     """
 
-    angle: Annotated[Pairs, PairsOf(_ORDER, _ARCSECONDS)] = ()
-    time: Annotated[Pairs, PairsOf(Number(1e-6, 1e5, "frequency Hz"), _ARCSECONDS)] = ()
+    angle: Annotated[Pairs, _ORDER, _ARCSECONDS] = ()
+    time: Annotated[Pairs, Number(1e-6, 1e5, "frequency Hz"), _ARCSECONDS] = ()
 
 
 # ---- keys of a sensor ----------------------------------------------------------------

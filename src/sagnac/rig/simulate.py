@@ -6,7 +6,7 @@ jitter, wander, ripple and wobble. Nothing here uses the closed forms that the e
 
 import json
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any, Final
@@ -17,26 +17,31 @@ from numpy.typing import NDArray
 from sagnac import formats
 from sagnac.core.arrays import BooleanArray, FloatArray
 from sagnac.core.errors import quoted
-from sagnac.core.units import DEGREE_PER_ROOT_HOUR, STANDARD_GRAVITY, UNITS, Sensor, Unit, unit_of
+from sagnac.core.units import DEGREE_PER_ROOT_HOUR, STANDARD_GRAVITY, Sensor, unit_of
 from sagnac.core.whole_files import replacing_set
 from sagnac.formats import arrow
 from sagnac.formats.csv import write_euroc
 from sagnac.formats.read_write import format_to_write
 from sagnac.formats.registry import EUROC, PARQUET
-from sagnac.formats.source import Heading, outgoing
+from sagnac.formats.source import outgoing
 from sagnac.recording.channel import PICKOFF, Pickoff
-from sagnac.recording.columns import NULL_PULSE_NAME
+from sagnac.recording.columns import ACCELEROMETER_NAMES, GYRO_NAMES, NULL_PULSE_NAME
 from sagnac.recording.encoder_readings import table_of_readings, with_lost_readings
 from sagnac.recording.model import Channel, Recording
 from sagnac.rig.config import RigConfig
 from sagnac.rig.encoder import Encoder, NullPulse, within_turn
 from sagnac.rig.gyro import DitherMotion, Gyro, SensorErrors
 from sagnac.rig.own_motion import Disturbances, Nutation, mount_of
-from sagnac.rig.sections import ACCELEROMETER_NAMES, GYRO_NAMES
+from sagnac.rig.sections import SENSOR_NAMES, AccelerometerConfig, GyroConfig
 from sagnac.rig.table import Differences, Motion, Table, fastest_rate, random_streams
 from sagnac.rig.truth import Truth, truth_of
 
 BLOCK_SAMPLES: Final = 65_536
+# Units of angles and increments, and of rates.
+_SHOWN_IN: Final[tuple[Mapping[Sensor, str], Mapping[Sensor, str]]] = (
+    {"gyro": "arcsec", "accelerometer": "m/s"},
+    {"gyro": "deg/h", "accelerometer": "m/s^2"},
+)
 _PICKOFFS: Final = tuple(PICKOFF + name for name in GYRO_NAMES)
 
 Progress = Callable[[float], None]
@@ -214,47 +219,25 @@ def _as_recorded(config: RigConfig, progress: Progress | None) -> Recording:
             if name not in whole:
                 whole[name] = np.empty(config.samples, part.dtype)
             whole[name][span] = part
-    units = _heading(config).units
-
-    def channel(name: str, sensor: Sensor) -> Channel:
-        values, unit = whole[name], str(units[name])
-        return Channel(name=name, kind=config.kind, shown_in=unit, values=values, sensor=sensor)
-
-    gyros, forces = (
-        tuple(channel(name, sensor) for name in names) for sensor, names in _sensors(config).items()
-    )
-    table = None
-    if config.turning:
-        table = Channel(name="table", kind="angle", shown_in="deg", values=whole["table"])
-    return Recording(
-        gyros=gyros,
-        accelerometers=forces,
-        sample_rate=config.sample_rate_hz,
-        table=table,
-        null_pulse=whole.get(NULL_PULSE_NAME),
-        pickoffs=tuple(
-            Pickoff(gyro=gyro, values=whole[name])
-            for gyro, name in zip(GYRO_NAMES, _PICKOFFS, strict=True)
-            if name in whole
-        ),
-    )
+    return _recording_of(config, whole)
 
 
 def _columns(
-    config: RigConfig, progress: Progress | None
+    config: RigConfig, progress: Progress | None = None, block_samples: int = BLOCK_SAMPLES
 ) -> Iterator[tuple[slice, dict[str, NDArray[Any]]]]:
     """Columns of each block, the table unwrapped, and where they lie in the recording."""
-    sensors, scale = _sensors(config), config.sample_rate_hz if config.kind == "rate" else 1.0
-    steps = {sensor: Differences() for sensor in sensors}
-    for block in blocks(config):
-        columns: dict[str, NDArray[Any]] = {}
-        values = {"gyro": block.angles, "accelerometer": block.velocities}
-        for sensor, names in sensors.items():
-            shown = values[sensor]
-            if shown is not None:
-                if config.kind != "angle":
-                    shown = steps[sensor].of(shown) * scale
-                columns |= zip(names, shown, strict=True)
+    scale = config.sample_rate_hz if config.kind == "rate" else 1.0
+    turned, gained = Differences(), Differences()
+
+    def of_kind(values: FloatArray, steps: Differences) -> FloatArray:
+        return values if config.kind == "angle" else steps.of(values) * scale
+
+    for block in blocks(config, block_samples):
+        columns: dict[str, NDArray[Any]] = dict(
+            zip(GYRO_NAMES, of_kind(block.angles, turned), strict=True)
+        )
+        if block.velocities is not None:
+            columns |= zip(ACCELEROMETER_NAMES, of_kind(block.velocities, gained), strict=True)
         if block.table is not None and block.null_pulse is not None:
             columns |= {"table": block.table, NULL_PULSE_NAME: block.null_pulse}
         if block.pickoffs is not None:
@@ -264,30 +247,30 @@ def _columns(
             progress(block.span.stop / config.samples)
 
 
-def _sensors(config: RigConfig) -> dict[Sensor, tuple[str, ...]]:
-    """Names of the gyros and of the accelerometers."""
-    forces = ACCELEROMETER_NAMES if config.accelerometer.mode == "triad" else ()
-    return {"gyro": GYRO_NAMES, "accelerometer": forces}
-
-
-def _heading(config: RigConfig) -> Heading:
-    """Columns of a file with their units and kinds: sensors, the table and what stands beside."""
-    of_gyro, of_force = ("deg/h", "m/s^2") if config.kind == "rate" else ("arcsec", "m/s")
-    sensors = _sensors(config)
-    units: dict[str, Unit | None] = {
-        **dict.fromkeys(sensors["gyro"], UNITS[of_gyro]),
-        **dict.fromkeys(sensors["accelerometer"], UNITS[of_force]),
-    }
-    kinds = dict.fromkeys(units, config.kind)
+def _recording_of(config: RigConfig, columns: Mapping[str, NDArray[Any]]) -> Recording:
+    """Columns of any length as a recording."""
+    gyros, forces = (
+        tuple(
+            Channel(name=name, kind=config.kind, shown_in=unit, values=columns[name], sensor=sensor)
+            for name in SENSOR_NAMES[sensor]
+            if name in columns
+        )
+        for sensor, unit in _SHOWN_IN[config.kind == "rate"].items()
+    )
+    table = None
     if config.turning:
-        units |= {"table": UNITS["deg"], NULL_PULSE_NAME: None}
-    if config.dither.is_left:
-        units |= dict.fromkeys(_PICKOFFS)
-    return Heading(
-        units=units,
-        kinds=kinds,
+        table = Channel(name="table", kind="angle", shown_in="deg", values=columns["table"])
+    return Recording(
+        gyros=gyros,
+        accelerometers=forces,
         sample_rate=config.sample_rate_hz,
-        accelerometers=sensors["accelerometer"],
+        table=table,
+        null_pulse=columns.get(NULL_PULSE_NAME),
+        pickoffs=tuple(
+            Pickoff(gyro=gyro, values=columns[name])
+            for gyro, name in zip(GYRO_NAMES, _PICKOFFS, strict=True)
+            if name in columns
+        ),
     )
 
 
@@ -324,14 +307,20 @@ def write(
     _require_config(config)
     path = Path(path)
     truth_path = path.with_name(path.name + ".truth.json")
-    known = format_to_write(path, _heading(config))
+    # The heading is that of one sample alone.
+    heading = outgoing(_recording_of(config, next(_columns(config, block_samples=1))[1]))
+    known = format_to_write(path, heading)
     with replacing_set(path) as folder:
         temporary = folder / path.name
         (folder / truth_path.name).write_text(
             json.dumps(asdict(truth_of(config)), indent=1, allow_nan=False) + "\n", encoding="utf-8"
         )
         if known is PARQUET:
-            _write_parquet(config, temporary, progress)
+            with arrow.writer(temporary, heading) as append:
+                for _, columns in _columns(config, progress):
+                    if "table" in columns:
+                        columns["table"] = within_turn(columns["table"], config.encoder.lines)
+                    append(heading.in_units(columns))
         else:
             recording = _as_recorded(config, progress)
             if recording.table is not None:
@@ -346,33 +335,21 @@ def write(
 
 def _densities(config: RigConfig) -> dict[Sensor, tuple[float, float]]:
     """Largest white noise of a rate, that of its steps with it, and largest K, SI."""
-    rates, axes = math.sqrt(12.0 * config.sample_rate_hz), range(len(GYRO_NAMES))
-    gyros, forces = (
-        [SensorErrors.of(own, axis) for axis in axes] for own in (config.gyro, config.accelerometer)
-    )
-    # Lock-in makes more of the random walk that a ring laser begins with.
-    truths = truth_of(config).gyros.values()
-    walks = {
-        "gyro": [one.arw_deg_per_sqrt_h * DEGREE_PER_ROOT_HOUR for one in truths],
-        "accelerometer": [one.random_walk for one in forces],
+    densities: dict[Sensor, tuple[float, float]] = {}
+    sections: dict[Sensor, GyroConfig | AccelerometerConfig] = {
+        "gyro": config.gyro,
+        "accelerometer": config.accelerometer,
     }
-    sensors: dict[Sensor, list[SensorErrors]] = {"gyro": gyros, "accelerometer": forces}
-    return {
-        sensor: (
-            max(map(math.hypot, walks[sensor], (one.rate_quantum / rates for one in own))),
-            max(one.rate_walk for one in own),
-        )
-        for sensor, own in sensors.items()
-    }
-
-
-def _write_parquet(config: RigConfig, path: Path, progress: Progress | None) -> None:
-    heading = _heading(config)
-    with arrow.writer(path, heading) as append:
-        for _, columns in _columns(config, progress):
-            if "table" in columns:
-                columns["table"] = within_turn(columns["table"], config.encoder.lines)
-            append(heading.in_units(columns))
+    for sensor, section in sections.items():
+        own = [SensorErrors.of(section, axis) for axis in range(len(GYRO_NAMES))]
+        walks = [one.random_walk for one in own]
+        if sensor == "gyro":
+            # Lock-in makes more of the random walk that a ring laser begins with.
+            truths = truth_of(config).gyros.values()
+            walks = [one.arw_deg_per_sqrt_h * DEGREE_PER_ROOT_HOUR for one in truths]
+        steps = [one.rate_quantum / math.sqrt(12.0 * config.sample_rate_hz) for one in own]
+        densities[sensor] = (max(map(math.hypot, walks, steps)), max(one.rate_walk for one in own))
+    return densities
 
 
 def _require_config(config: object) -> None:

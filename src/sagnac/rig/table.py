@@ -14,7 +14,7 @@ import numpy as np
 import scipy.linalg
 from scipy.signal import lfilter
 
-from sagnac.core.arrays import BooleanArray, FloatArray
+from sagnac.core.arrays import BooleanArray, ComplexArray, FloatArray
 from sagnac.core.units import ARCSECOND, DEGREE, Sensor
 from sagnac.rig import _kernels
 from sagnac.rig.config import RigConfig, TableCommand
@@ -292,6 +292,7 @@ def movers_of(config: TableConfig, step: float, streams: RandomStreams) -> tuple
 # turn^4/2880 of the Earth-rate harmonic (15 arcsec): below 1e-6 arcsec at this turn.
 _LARGEST_TURN_PER_STEP = 0.02  # rad
 _LARGEST_JITTER_STEP = 0.5  # step times natural frequency of the servo
+_TOGETHER: Final = 256  # samples of a line that begin at a phase of their own
 
 
 def drawn_orders(pairs: Pairs, random: np.random.Generator, unit: float = 1.0) -> _kernels.Orders:
@@ -300,6 +301,46 @@ def drawn_orders(pairs: Pairs, random: np.random.Generator, unit: float = 1.0) -
     order = np.array([order for order, _ in ordered], dtype=np.float64)
     size = np.array([size for _, size in ordered], dtype=np.float64) * unit
     return _kernels.Orders(order, size, random.uniform(-np.pi, np.pi, order.size))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LineSet:
+    """Periodic terms of one scale, each in several channels.
+
+    Attributes
+    ----------
+    position
+        (lines,) orders or frequencies in Hz, ascending.
+    phasor
+        (channels, lines) amplitude and phase, rad: the line is Re(phasor exp(i k alpha)).
+    """
+
+    position: FloatArray
+    phasor: ComplexArray
+
+    def at(self, angle: FloatArray) -> FloatArray:
+        """(channels, n) their sum at angles, (n,) rad."""
+        turn = np.cos(angle) + 1j * np.sin(angle)
+        power, to_power, waves = 0, np.ones_like(turn), []
+        for order in self.position.tolist():
+            # Products are ten times as fast as exponentials.
+            while power < order and order.is_integer():
+                power, to_power = power + 1, to_power * turn
+            waves.append(to_power if order.is_integer() else np.exp(1j * order * angle))
+        return self._sum(waves, angle.size)
+
+    def at_samples(self, first: int, count: int, interval: float) -> FloatArray:
+        """(channels, count) their sum from sample `first` on; samples are `interval` s apart."""
+        waves = []
+        for cycles in (self.position * interval).tolist():
+            begun = cycles * (first + np.arange(0, count, _TOGETHER))
+            within = np.exp(2j * np.pi * cycles * np.arange(_TOGETHER))
+            wave = np.outer(np.exp(2j * np.pi * (begun - np.floor(begun))), within)
+            waves.append(wave.ravel()[:count])
+        return self._sum(waves, count)
+
+    def _sum(self, waves: list[ComplexArray], count: int) -> FloatArray:
+        return np.asarray((self.phasor @ np.reshape(waves, (-1, count))).real)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

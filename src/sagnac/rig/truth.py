@@ -7,10 +7,11 @@ from typing import Any, Final, Literal
 
 import numpy as np
 
-from sagnac.core.arrays import ComplexArray, FloatArray
+from sagnac.core.arrays import ComplexArray
 from sagnac.core.units import ARCSECOND, DEGREE, DEGREE_PER_HOUR, DEGREE_PER_ROOT_HOUR
+from sagnac.recording.columns import GYRO_NAMES
 from sagnac.rig.config import RigConfig, TableCommand
-from sagnac.rig.own_motion import Disturbances, LineSet, nutation_walk
+from sagnac.rig.own_motion import Disturbances, nutation_walk
 from sagnac.rig.ring_laser import (
     angle_random_walk,
     dither_frequency,
@@ -19,8 +20,8 @@ from sagnac.rig.ring_laser import (
     left_of,
     ring_lasers_of,
 )
-from sagnac.rig.sections import GYRO_NAMES, Pairs, PlatformConfig, Triple
-from sagnac.rig.table import random_streams
+from sagnac.rig.sections import PlatformConfig, Triple
+from sagnac.rig.table import LineSet, random_streams
 
 _PAIRS: Final = (("x", "z"), ("x", "y"), ("y", "z"))
 TRUTH_SCHEMA: Final = "sagnac.truth/1"
@@ -61,42 +62,16 @@ class LineTruth:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class DitherTruth:
-    """The dither of one gyro: where it is, where sampling folds it to, and what is left of it."""
-
-    frequency_hz: float
-    folded_hz: float
-    amplitude_arcsec: float
-    left_arcsec: float
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class EncoderTruth:
-    """Errors of the encoder, and when its readings are taken.
-
-    A reading is late by a delay that goes from `delay_start_s` to `delay_end_s`, drift and clock
-    together; beside that it walks, by `delay_walk_end_s` rms at the end.
-    """
-
-    step_arcsec: float
-    periodic_error_arcsec: Pairs
-    latch_jitter_s: float
-    delay_start_s: float
-    delay_end_s: float
-    delay_walk_end_s: float
-    clock_ppm: float
-    reading_rate_hz: float
-    lost_fraction: float
-    missing_null_fraction: float
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
 class Truth:
     """Contents of the recording; ``dataclasses.asdict`` of it is the JSON.
 
     The coefficients of `gyros` and `pairs` are those before a gyro's own low-pass, whose corner
     (-3 dB) is in `low_pass_hz`, 0 without one: well below the corner the recording shows them.
-    `encoder` is None on a table that is not commanded to move. `nutation_walk_deg_per_sqrt_h` is
+    `dither` holds of each gyro whose stripping leaves some of it where the dither is and where
+    sampling folds it to, its amplitude and what is left of it.
+    `encoder` is None on a table that is not commanded to move. A reading is late by a delay that
+    goes from `delay_start_s` to `delay_end_s`, drift and clock together; beside that it walks, by
+    `delay_walk_end_s` rms at the end. `nutation_walk_deg_per_sqrt_h` is
     what a nutation of the shaft adds to N of each gyro and pair, as root of squares, on a table
     that turns evenly; the coefficients of `gyros` and `pairs` are without it. It is empty if there
     is no nutation.
@@ -116,8 +91,8 @@ class Truth:
     lines: tuple[LineTruth, ...]
     earth_rate_order_one: LineTruth | None
     config: Mapping[str, Any]
-    dither: Mapping[str, DitherTruth] = field(default_factory=dict)
-    encoder: EncoderTruth | None = None
+    dither: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
+    encoder: Mapping[str, Any] | None = None
     nutation_walk_deg_per_sqrt_h: Mapping[str, float] = field(default_factory=dict)
 
 
@@ -162,72 +137,62 @@ def _nutation_walks(config: RigConfig, command: TableCommand) -> dict[str, float
     return alone | apart
 
 
-def _encoder_truth(config: RigConfig) -> EncoderTruth:
+def _encoder_truth(config: RigConfig) -> dict[str, Any]:
     encoder = config.encoder
     start, end = encoder.delay_at([0.0, config.duration_s], config.duration_s).tolist()
-    return EncoderTruth(
-        step_arcsec=2.0 * math.pi / encoder.lines / ARCSECOND,
-        periodic_error_arcsec=encoder.periodic_error,
-        latch_jitter_s=encoder.latch_jitter_s,
-        delay_start_s=start,
-        delay_end_s=end,
-        delay_walk_end_s=encoder.delay_walk(config.duration_s),
-        clock_ppm=encoder.clock_ppm,
-        reading_rate_hz=encoder.reading_rate_hz or config.sample_rate_hz,
-        lost_fraction=encoder.lost_fraction,
-        missing_null_fraction=encoder.missing_null_fraction,
-    )
+    return {
+        "step_arcsec": 2.0 * math.pi / encoder.lines / ARCSECOND,
+        "periodic_error_arcsec": encoder.periodic_error,
+        "latch_jitter_s": encoder.latch_jitter_s,
+        "delay_start_s": start,
+        "delay_end_s": end,
+        "delay_walk_end_s": encoder.delay_walk(config.duration_s),
+        "clock_ppm": encoder.clock_ppm,
+        "reading_rate_hz": encoder.reading_rate_hz or config.sample_rate_hz,
+        "lost_fraction": encoder.lost_fraction,
+        "missing_null_fraction": encoder.missing_null_fraction,
+    }
 
 
-def _dither_truths(config: RigConfig) -> dict[str, DitherTruth]:
+def _dither_truths(config: RigConfig) -> dict[str, dict[str, float]]:
     """Dither of every gyro; empty if the gyros' own stripping leaves nothing."""
-    if not config.dither.is_left:
-        return {}
     truths = {}
-    for g, name in enumerate(GYRO_NAMES):
+    for g, name in enumerate(GYRO_NAMES if config.dither.is_left else ()):
         frequency = dither_frequency(config.gyro, config.dither, g)
         amplitude = config.gyro.dither_rate_deg_per_s * DEGREE / (2.0 * math.pi * frequency)
-        truths[name] = DitherTruth(
-            frequency_hz=frequency,
-            folded_hz=folded(frequency, config.sample_rate_hz),
-            amplitude_arcsec=amplitude / ARCSECOND,
-            left_arcsec=abs(left_of(config.gyro, config.dither, g)) * amplitude / ARCSECOND,
-        )
+        truths[name] = {
+            "frequency_hz": frequency,
+            "folded_hz": folded(frequency, config.sample_rate_hz),
+            "amplitude_arcsec": amplitude / ARCSECOND,
+            "left_arcsec": abs(left_of(config.gyro, config.dither, g)) * amplitude / ARCSECOND,
+        }
     return truths
 
 
 def _gyro_truths(config: RigConfig, table_rate: float) -> dict[str, NoiseTruth]:
     gyro, truths = config.gyro, {}
-    for g, walk in enumerate(_angle_random_walk(config, table_rate)):
+    stated = [one.name for one in fields(NoiseTruth) if hasattr(gyro, one.name)]
+    for g, walk in enumerate(_angle_random_walks(config, table_rate)):
         step = gyro.quantization_step_arcsec[g] / math.sqrt(12.0)
-        truths[GYRO_NAMES[g]] = NoiseTruth(
-            quantization_arcsec=math.hypot(step, gyro.angle_noise_arcsec[g]),
-            arw_deg_per_sqrt_h=walk,
-            bias_instability_deg_per_h=gyro.bias_instability_deg_per_h[g],
-            rate_random_walk_deg_per_h_per_sqrt_h=gyro.rate_random_walk_deg_per_h_per_sqrt_h[g],
-            rate_ramp_deg_per_h_per_h=gyro.rate_ramp_deg_per_h_per_h[g],
-        )
+        put_in = {name: getattr(gyro, name)[g] for name in stated}
+        put_in["quantization_arcsec"] = math.hypot(step, gyro.angle_noise_arcsec[g])
+        truths[GYRO_NAMES[g]] = NoiseTruth(**put_in | {"arw_deg_per_sqrt_h": walk})
     return truths
 
 
-def _angle_random_walk(config: RigConfig, table_rate: float) -> list[float]:
+def _angle_random_walks(config: RigConfig, table_rate: float) -> list[float]:
     """N of each gyro at the mean of what it senses, deg/sqrt(h)."""
-    lasers, dither = ring_lasers_of(config.gyro), dither_of(config.gyro)
+    lasers, dither, platform = ring_lasers_of(config.gyro), dither_of(config.gyro), config.platform
     if not lasers:
         return list(config.gyro.arw_deg_per_sqrt_h)
-    sensed = _sensed_rates(config.platform, table_rate if config.turning else None)
+    turned = platform.earth
+    if config.turning:
+        # The Earth's horizontal part averages out.
+        turned = np.array([0.0, 0.0, table_rate + turned[2]])
     return [
         float(angle_random_walk(laser, rate, dither)) / DEGREE_PER_ROOT_HOUR
-        for laser, rate in zip(lasers, sensed, strict=True)
+        for laser, rate in zip(lasers, platform.matrix @ turned, strict=True)
     ]
-
-
-def _sensed_rates(platform: PlatformConfig, table_rate: float | None) -> FloatArray:
-    """Mean rate that each gyro senses, rad/s, (3,); a `table_rate` of None is a table at rest."""
-    if table_rate is None:
-        return np.asarray(platform.matrix @ platform.earth)
-    # On a turning table the Earth's horizontal part averages out.
-    return np.asarray(platform.matrix[:, 2] * (table_rate + platform.earth[2]))
 
 
 def _line_truths(config: RigConfig) -> tuple[LineTruth, ...]:
