@@ -12,7 +12,8 @@ from docs._site import tables
 from docs._site.signatures import LONGEST, MADE, signature_of
 
 import sagnac
-from sagnac.cli.app import app
+from sagnac.cli import main
+from sagnac.cli.app import app, options_of
 from sagnac.core.units import UNITS
 from sagnac.formats.registry import FORMATS
 from sagnac.formats.statement import Statement
@@ -117,16 +118,6 @@ def test_modules_and_names_are_there(page):
             assert there, f"{room}.{module}"
 
 
-def options_of(name: str) -> set[str]:
-    """Names of the options of a command."""
-    return {
-        option
-        for argument in app[name].assemble_argument_collection()
-        for option in argument.names
-        if option.startswith("--")
-    }
-
-
 COMMANDS = [name for name in app if not name.startswith("-")]
 OPTIONS = {name: options_of(name) for name in COMMANDS}
 
@@ -139,6 +130,15 @@ def test_commands_have_the_options_that_are_printed(page):
         assert command in OPTIONS, command
         for option in re.findall(r"(?<!\S)(--[a-z][a-z-]*)", rest.partition("#")[0]):
             assert option in OPTIONS[command], f"sagnac {command} {option}"
+
+
+def test_what_none_leaves_out_is_said_in_the_help_and_on_the_page(capsys):
+    """Statements that a file makes and a caller can take back."""
+    assert main(["check", "--help"]) == 0
+    shown = " ".join(re.sub("[│╭╮╰╯─]", " ", capsys.readouterr().out).split())
+    for what in ("no stamps", "no table", "no null pulse", "none"):
+        assert f"; none for {what}." in shown
+    assert re.search(r"`--null-pulse COLUMN` \|.*`none`", PAGES["docs/commands.md"])
 
 
 def test_every_format_is_on_its_page():

@@ -10,6 +10,7 @@ import pytest
 
 import sagnac
 from sagnac.cli import main
+from sagnac.cli.app import app, options_of
 from tests.cli.examples import STATED, one_line
 
 READING = ("analyze", "avar", "lines", "compare", "check")
@@ -29,6 +30,13 @@ def test_every_shared_option_is_in_the_help_of_every_reading_command(command, ca
     assert main([command, "--help"]) == 0
     shown = capsys.readouterr().out
     assert [option for option in SHARED if not re.search(rf"{option}\b", shown)] == []
+
+
+@pytest.mark.parametrize("command", [name for name in app if not name.startswith("-")])
+def test_every_option_is_in_the_help_of_its_command(command, capsys):
+    assert main([command, "--help"]) == 0
+    shown = capsys.readouterr().out
+    assert [option for option in options_of(command) if f"{option} " not in shown] == []
 
 
 def test_convert_takes_what_states_a_file(capsys):

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from sagnac.cli.output import folders_of, require_writable
+from sagnac.cli.output import folders_of, require_place
 from sagnac.core.errors import RecordingError
 from sagnac.core.whole_files import made
 from sagnac.report.folder import write_report
@@ -21,10 +21,11 @@ def test_files_of_one_name_do_not_share_a_folder():
 def test_a_folder_below_a_file_is_refused_and_nothing_is_made(tmp_path):
     (tmp_path / "file").write_text("mine")
     for folder in (tmp_path / "file", tmp_path / "file" / "deep"):
-        for refuse in (require_writable, made):
-            with pytest.raises(RecordingError, match="choose another"):
-                refuse(folder)
-    require_writable(tmp_path / "none" / "deep")
+        with pytest.raises(RecordingError, match="choose another"):
+            require_place(folder, "report")
+        with pytest.raises(RecordingError, match="choose another"):
+            made(folder)
+    require_place(tmp_path / "none" / "deep", "report")
     assert [item.name for item in tmp_path.iterdir()] == ["file"]
 
 

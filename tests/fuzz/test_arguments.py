@@ -75,7 +75,9 @@ def arguments_of(command: str) -> list[tuple[str, Any]]:
     """Options of a command with the type of their value, as the parser knows them."""
     return [
         (name, one.hint)
-        for one in app[command].assemble_argument_collection()
+        for one in app[command].assemble_argument_collection(
+            default_parameter=app.default_parameter
+        )
         for name in one.names
         if name.startswith("-") and name not in NOT_DRAWN
     ]

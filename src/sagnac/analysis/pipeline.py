@@ -6,7 +6,7 @@ Read from top to bottom: what is asked for (`analyze`, `answer_of`), the path of
 
 from collections.abc import Callable, Mapping
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from typing import Any, Final
 
 import numpy as np
@@ -39,7 +39,7 @@ from sagnac.analysis.spectra import Spectrum, figure_spectrum, multitaper_densit
 from sagnac.analysis.table_shares import TableShares, table_shares
 from sagnac.analysis.trust import findings_of, require_strict
 from sagnac.core.arrays import FloatArray, blocks, differences
-from sagnac.core.errors import Note, RecordingError
+from sagnac.core.errors import Note, RecordingError, require_keywords
 from sagnac.core.kernels import cache_notes, one_thread
 from sagnac.noise.estimates import Estimate, unobserved
 from sagnac.quality.check import accept, profiles_of
@@ -111,6 +111,7 @@ def analyze(
     0.9
     """
     require_recording(recording)
+    require_keywords("analyze", choices, (field.name for field in fields(Settings)))
     settings = replace(settings or Settings(), **choices)
     with one_thread():
         analysis = _of_gyros(recording, settings, progress)

@@ -9,7 +9,7 @@ from typing import Final, Literal, get_args
 
 from sagnac.core.errors import RecordingError, quoted, require_choice, require_confidence
 from sagnac.lines.published import FAIR, PublishedSearch
-from sagnac.noise.readings import PLAIN, Reading
+from sagnac.noise.readings import PLAIN, READINGS, Reading
 from sagnac.quality.check import FINDINGS
 from sagnac.recording.model import Recording
 from sagnac.stability import Estimator
@@ -67,7 +67,7 @@ class Settings:
         How ``fos-paper`` searches: grid, orders, terms, rule and order of the steps.
     step_4
         How the paper's methods read their Step 4: which squares, and whether the noise that went
-        with the lines is put back (`sagnac.noise.readings`).
+        with the lines is put back; a reading, or the name of one (`sagnac.noise.readings`).
     covariates
         What a drift at rest is fitted with and taken off by, before anything else is done.
 
@@ -103,6 +103,9 @@ class Settings:
             raise ValueError(f"gyros is {quoted(self.gyros)}; give names, such as ('x', 'z')")
         object.__setattr__(self, "gyros", tuple(self.gyros))
         require_choice("method", self.method, Method)
+        if isinstance(self.step_4, str):
+            require_choice("step_4", self.step_4, READINGS)
+            object.__setattr__(self, "step_4", READINGS[self.step_4])
         for field, example, choices in (
             ("accepted", "clipping", FINDINGS),
             ("covariates", "temperature", Covariate),
@@ -114,6 +117,8 @@ class Settings:
             object.__setattr__(self, field, tuple(names))
             for name in getattr(self, field):
                 require_choice(field, name, choices)
+        in_order = tuple(name for name in ESTIMATORS if name in self.estimators)
+        object.__setattr__(self, "estimators", in_order)
         if self.interval is not None and not (math.isfinite(self.interval) and self.interval > 0.0):
             raise ValueError(
                 f"interval is {quoted(self.interval)}; give seconds above zero, or None"

@@ -19,7 +19,7 @@ from contextlib import contextmanager, redirect_stdout
 from pathlib import Path
 from typing import Final, TextIO
 
-from cyclopts import App, CycloptsError, UnusedCliTokensError
+from cyclopts import App, CycloptsError, Parameter, UnusedCliTokensError
 
 from sagnac.cli.look import app as page
 from sagnac.cli.look import check, convert, plan
@@ -41,7 +41,9 @@ app: Final = App(
     name="sagnac",
     version=__version__,
     help="The angle random walk of a gyro, at rest or on a turning table, with an interval.",
-    help_format="plaintext",
+    # Lines of a docstring are joined to paragraphs.
+    help_format="markdown",
+    default_parameter=Parameter(negative="", show_default=lambda value: value or None),
 )
 for _command in (
     demo,
@@ -168,8 +170,16 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except Exception as error:
         if "--debug" in tokens:
             raise
-        return explain(error)
+        return explain(error, options_of(tokens[0]))
     return status if isinstance(status, int) else DONE
+
+
+def options_of(command: str) -> set[str]:
+    """Options of a command as they are typed; none if there is no command of that name."""
+    if command not in app:
+        return set()
+    arguments = app[command].assemble_argument_collection(default_parameter=app.default_parameter)
+    return {name for one in arguments for name in one.names if name.startswith("-")}
 
 
 def _in_several_files(error: CycloptsError) -> str:

@@ -2,8 +2,9 @@
 
 import json
 import re
+import shlex
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from dataclasses import fields, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Final
 
@@ -21,15 +22,18 @@ from sagnac.cli.options import (
     Force,
     Options,
     Reading,
+    half_widths,
     inputs,
+    one_argument,
     settings_of,
     statement_of,
-    with_settings,
 )
+from sagnac.cli.reading import reading
 from sagnac.core import overwriting
 from sagnac.core.errors import rounded
-from sagnac.core.texts import names
+from sagnac.core.texts import OPTION_OF, text_of
 from sagnac.core.version import __version__
+from sagnac.report import error_text, findings_data, note_text
 
 if TYPE_CHECKING:
     from sagnac.analysis.verdict import Plan, PlanRow
@@ -46,41 +50,32 @@ def check(file: File, /, *, options: Options = NO_OPTIONS) -> int:
 
     Exit status 1 if an error was found, or with --strict a warning.
     """
-    options = with_settings(options)
-    statement = statement_of(options)
-    settings = settings_of(options)
-    with results.progress_shown() as progress:
-        try:
-            recording = results.read_file(
-                file, statement, progress, memory=options.memory, verify=False
-            ).recording
-        except sagnac.RecordingError:
-            if not options.as_json:
-                _suggest(file, statement)
-            raise
-        progress("check", 0.0)
-        with results.naming(file, recording):
+    statement, settings = statement_of(options), settings_of(options)
+    recording: sagnac.Recording | None = None
+    try:
+        with reading(file, options, verify=False) as read:
+            recording = read.recording
+            read.progress("check", 0.0)
             findings = sagnac.check(recording, accepted=settings.accepted)
+    except sagnac.RecordingError:
+        if recording is None and not options.as_json:
+            _suggest(file, statement)
+        raise
     if options.as_json:
         print(json.dumps(_check_document(file, recording, findings), allow_nan=False, indent=1))
     else:
+        from sagnac.formats import accelerometers_in
         from sagnac.report import text
 
-        print(
-            text.blocks(
-                text.recording(recording), text.findings(findings), text.notes(recording.notes)
-            ),
-            f"read with: {results.command_for(file, statement)}",
-            sep="\n\n",
-        )
-        if (command := results.command_with_accelerometers(file, statement)) is not None:
-            print(f"with its accelerometers: {command}")
+        below = text.findings(findings), text.notes(recording.notes)
+        print(text.blocks(text.recording(recording), *below), end="\n\n")
+        print(f"read with: {_command_for(file, statement)}")
+        if besides := accelerometers_in(file, statement):
+            print(f"with its accelerometers: {_command_for(file, statement, besides)}")
     refused = ("error", "warning") if settings.strict else ("error",)
     errors = [finding for finding in findings if finding.level in refused]
     if not errors:
         return results.DONE
-    from sagnac.report import note_text
-
     more = f" (and {len(errors) - 1} more)" if len(errors) > 1 else ""
     results.complain(f"{file}: {note_text(errors[0])}{more}")
     return results.DATA_ERROR
@@ -94,10 +89,18 @@ def _suggest(file: Path, statement: "sagnac.Statement") -> None:
         return
     if not lacking:
         return
-    command = results.command_for(file, statement, lacking)
+    if "columns" in lacking:
+        # They name the gyros, too.
+        statement = replace(statement, gyros=None)
+    command = _command_for(file, statement, lacking)
     words = re.findall(r"\b(?:KIND|UNIT|HZ|SIZE|COLUMN)\b", command)
-    filled_in = "To read it, put in what stands in capitals"
-    said = filled_in if words else _outcome(file, statement, lacking)
+    said = "To read it, put in what stands in capitals"
+    if not words:
+        said = "This reads it"
+        try:
+            sagnac.read(file, replace(statement, **sagnac.keywords(lacking)), verify=False)
+        except sagnac.RecordingError as error:
+            said = f"Even with what is missing stated it cannot be read: {error_text(error)}"
     print(f"{said}:\n\n    {command}\n")
     if "COLUMN" not in words:
         return
@@ -113,26 +116,32 @@ def _suggest(file: Path, statement: "sagnac.Statement") -> None:
         )
 
 
-def _outcome(file: Path, statement: "sagnac.Statement", lacking: Mapping[str, str]) -> str:
-    """Outcome for a file once what is lacking is stated, in words."""
-    from sagnac.report import error_text
-
-    parsed = sagnac.keywords(lacking)
-    if "columns" in lacking:
-        parsed["gyros"] = None
-    try:
-        sagnac.read(file, replace(statement, **parsed), verify=False)
-    except sagnac.RecordingError as error:
-        return f"Even with what is missing stated it cannot be read: {error_text(error)}"
-    return "This reads it"
+def _command_for(
+    file: Path, statement: "sagnac.Statement", besides: Mapping[str, str] | None = None
+) -> str:
+    """The command that would read a file with what is stated, and with other options besides."""
+    # The channels first, then what they are.
+    inputs = dict.fromkeys(("gyros", "accelerometers", "columns"))
+    inputs |= {field.name: None for field in fields(statement)}
+    stated = {OPTION_OF.get(name, name): getattr(statement, name) for name in inputs}
+    options = {name: text_of(value) for name, value in stated.items() if value not in (None, {})}
+    for name, value in (besides or {}).items():
+        before = options.get(name)
+        if name == "unit" and before is not None and "=" not in before:
+            # One unit for all gyros cannot stand beside one for the accelerometers.
+            before = f"gyros={before}"
+        options[name] = value if before is None else f"{before},{value}"
+    still = options.get("table", "none") == "none"
+    words = ["sagnac", "avar" if still else "analyze", shlex.quote(str(file))]
+    for name, value in options.items():
+        words += [f"--{name.replace('_', '-')}", shlex.quote(value)]
+    return " ".join(words)
 
 
 def _check_document(
     file: Path, recording: "sagnac.Recording", findings: "Sequence[sagnac.Note]"
 ) -> dict[str, Any]:
     """Findings in the schema ``sagnac.check/1``."""
-    from sagnac.report import findings_data, note_text
-
     return {
         "schema": CHECK_SCHEMA,
         "version": __version__,
@@ -170,17 +179,13 @@ def convert(
         Its suffix says the format.
     """
     from sagnac.formats.statement import of_conversion
-
-    statement = statement_of(options)
-    reads = inputs([source], options)
-    overwriting.require_free(of_conversion(target), reads, force=force)
-    with results.progress_shown() as progress:
-        recording = results.read_file(source, statement, progress, memory=options.memory).recording
-        progress("write", 0.0)
-        written = sagnac.write(recording, target, force=force)
     from sagnac.report import text
 
-    print(text.blocks(text.recording(recording), text.notes(recording.notes)))
+    overwriting.require_free(of_conversion(target), inputs([source], options), force=force)
+    with reading(source, options) as read:
+        read.progress("write", 0.0)
+        written = sagnac.write(read.recording, target, force=force)
+    print(text.blocks(text.recording(read.recording), text.notes(read.recording.notes)))
     results.print_paths([written])
     return results.DONE
 
@@ -195,7 +200,9 @@ def plan(
     /,
     *,
     options: Options = NO_OPTIONS,
-    within: Annotated[str | None, Parameter(group=ANALYSIS, metavar="1%,…")] = None,
+    within: Annotated[
+        tuple[float, ...], one_argument(half_widths, "1%,…", group=ANALYSIS, show_default=False)
+    ] = (0.1, 0.05, 0.02, 0.01),
 ) -> int:
     """How long to record for an interval of N, or to decide --spec, from a short recording.
 
@@ -206,19 +213,13 @@ def plan(
     within
         Half width of the interval of N: 10%,5%,2%,1% unless stated.
     """
-    options = with_settings(options)
-    statement, settings = statement_of(options), settings_of(options)
-    widths = None if within is None else _widths(within)
-    with results.progress_shown() as progress:
-        read = results.read_file(file, statement, progress, memory=options.memory)
-        from sagnac.analysis.verdict import WIDTHS
-
-        with results.naming(file, read.recording):
-            analysis = sagnac.analyze(read.recording, settings, progress=progress)
-            with results.as_usage():
-                found = sagnac.plan(analysis, within=widths or WIDTHS)
-    from sagnac.report import error_text
-
+    settings = settings_of(options)
+    with reading(file, options) as read:
+        analysis = read.analyzed(settings)
+    try:
+        found = sagnac.plan(analysis, within=within)
+    except sagnac.RecordingError as error:
+        raise error.at(str(file)) from None
     refused = {name: error_text(error) for name, error in found.refused.items()}
     if options.as_json:
         print(json.dumps(_plan_document(found.plans, refused), allow_nan=False, indent=1))
@@ -226,19 +227,6 @@ def plan(
         said = [f"{name}: {why}" for name, why in refused.items()]
         print("\n\n".join([*(_text(one) for one in found.plans), *said]))
     return results.DONE
-
-
-def _widths(text: str) -> tuple[float, ...]:
-    def width(one: str) -> float:
-        try:
-            value = float(one.removesuffix("%")) / (100.0 if one.endswith("%") else 1.0)
-        except ValueError:
-            value = 0.0
-        if 0.0 < value < 1.0:
-            return value
-        raise results.UsageError(f"--within {one}: give a half width such as 1% or 0.01")
-
-    return tuple(map(width, names(text)))
 
 
 def _wanted(row: "PlanRow") -> str:
@@ -321,7 +309,7 @@ def app(
     /,
     *,
     port: Annotated[int, Parameter(group=OUTPUT, metavar="N")] = 0,
-    no_browser: Annotated[bool, Parameter(group=OUTPUT, negative="")] = False,
+    no_browser: Annotated[bool, Parameter(group=OUTPUT)] = False,
     debug: Debug = False,
 ) -> int:
     """A page to work in, for this machine alone: open, understand and analyze a recording.

@@ -1,11 +1,8 @@
-"""``sagnac export``, ``align`` and ``campaign``: on from one analysis.
-
-What it means for a filter and for heading, and many of them in one table.
-"""
+"""``sagnac export``, ``align`` and ``campaign``: figures used, and many recordings at once."""
 
 import math
 from collections.abc import Sequence
-from dataclasses import fields
+from dataclasses import asdict, dataclass, fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Final, Literal
 
@@ -23,23 +20,66 @@ from sagnac.cli.options import (
     Options,
     Workers,
     angle,
+    degrees,
     one_argument,
     settings_of,
     several_seconds,
     statement_of,
     turn_rate,
+    two_numbers,
 )
-from sagnac.core import overwriting
 from sagnac.core.errors import counted, one_line
-from sagnac.core.texts import names, seconds
+from sagnac.core.texts import seconds
 from sagnac.navigation.definitions import ToolName
 
 if TYPE_CHECKING:
     from sagnac.fleet.table import Line
-    from sagnac.navigation.align import Prospect, Triad, Unaided
+    from sagnac.navigation.align import Triad
 
 
 # ---- export ------------------------------------------------------------------------
+
+
+@Parameter(name="*")
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FilterOptions:
+    """Choices of the settings of a filter.
+
+    Attributes
+    ----------
+    tool
+        Tool; by the file's name unless stated: .yaml kalibr, .py gtsam, .m psins, .params px4,
+        .sdf gazebo, .toml, .json.
+    axes
+        One noise that covers all axes or each its own; each unless the tool has one noise for all.
+    rate
+        Update rate of the discrete form: that of the recording unless stated; px4 100.
+    confidence
+        That the model lies above the sensor's Allan deviation.
+    markov
+        Markov rates of the full model (toml, json) at most: 2 unless stated.
+    topic
+        ROS topic of the IMU: /imu0 unless stated.
+    accelerometer
+        Of accelerometers that were not measured, m/s^2/sqrt(Hz) and m/s^3/sqrt(Hz).
+    datasheet
+        What a data sheet states, once for gyros and once for accelerometers:
+        N=0.004deg/s/sqrt(Hz),B=2deg/h@100s,bandwidth=40Hz,range=450deg/s
+    """
+
+    tool: Annotated[ToolName | None, Parameter(name="--format")] = None
+    axes: Literal["worst", "each"] | None = None
+    rate: Annotated[float | None, Parameter(metavar="HZ")] = None
+    confidence: Annotated[float, Parameter(metavar="0.95")] = 0.95
+    markov: Literal[0, 1, 2] | None = None
+    topic: Annotated[str | None, Parameter(metavar="/imu0")] = None
+    accelerometer: Annotated[
+        tuple[float, float] | None, one_argument(two_numbers, "DENSITY,WALK")
+    ] = None
+    datasheet: Annotated[tuple[str, ...], Parameter(metavar="N=…,B=…@TIME")] = ()
+
+
+NO_CHOICE: Final = FilterOptions()
 
 
 def export(
@@ -47,34 +87,7 @@ def export(
     /,
     *,
     output: Annotated[Path, Parameter(name=["-o", "--output"], metavar="FILE")],
-    format_name: Annotated[
-        ToolName | None,
-        Parameter(
-            name="--format",
-            help="Tool; by the file's name unless stated: .yaml kalibr, .py gtsam, .m psins, "
-            ".params px4, .sdf gazebo, .toml, .json.",
-        ),
-    ] = None,
-    axes: Annotated[
-        Literal["worst", "each"] | None,
-        Parameter(
-            help="One noise that covers all axes or each its own; each unless the tool has one "
-            "noise for all."
-        ),
-    ] = None,
-    rate: Annotated[float | None, Parameter(metavar="HZ")] = None,
-    confidence: Annotated[float, Parameter(metavar="0.95")] = 0.95,
-    markov: Annotated[Literal[0, 1, 2] | None, Parameter()] = None,
-    topic: Annotated[str | None, Parameter(metavar="/imu0")] = None,
-    accelerometer: Annotated[str | None, Parameter(metavar="DENSITY,WALK")] = None,
-    datasheet: Annotated[
-        list[str] | None,
-        Parameter(
-            metavar="N=…,B=…@TIME",
-            help="What a data sheet states, once for gyros and once for accelerometers: "
-            "N=0.004deg/s/sqrt(Hz),B=2deg/h@100s,bandwidth=40Hz,range=450deg/s",
-        ),
-    ] = None,
+    options: FilterOptions = NO_CHOICE,
     force: Force = False,
     debug: Debug = False,
 ) -> None:
@@ -89,88 +102,68 @@ def export(
         analysis.json, one or more; a folder that analyze, avar or campaign wrote.
     output
         File to write.
-    rate
-        Update rate of the discrete form: that of the recording unless stated; px4 100.
-    confidence
-        That the model lies above the sensor's Allan deviation.
-    markov
-        Markov rates of the full model (toml, json) at most: 2 unless stated.
-    topic
-        ROS topic of the IMU: /imu0 unless stated.
-    accelerometer
-        Of accelerometers that were not measured, m/s^2/sqrt(Hz) and m/s^3/sqrt(Hz).
     """
-    del debug
-    from sagnac.navigation.export import require_used, tool_of
-
-    given = {"rate": rate, "markov": markov, "topic": topic, "accelerometer": accelerometer}
-    try:
-        chosen = format_name or tool_of(output)
-    except ValueError:
-        raise results.UsageError(f"{output}: its name tells no format; give --format") from None
-    with results.as_usage():
-        require_used(chosen, given)
-    stated = None if accelerometer is None else _accelerometer(accelerometer)
-    if not analyses and stated is None and not datasheet:
+    if not (analyses or options.accelerometer or options.datasheet):
         raise results.UsageError(
             "give an analysis.json, or what a data sheet states with --datasheet"
         )
-    results.require_writable(output.parent)
-    made = sagnac.export(
-        analyses or (), output, tool=chosen, axes=axes, rate=rate, confidence=confidence,
-        markov=markov, topic=topic, accelerometer=stated, datasheet=datasheet or (), force=force,
-    )  # fmt: skip
-    for setting in made.settings:
-        print(one_line(setting.in_words()))
-    for note in made.notes:
-        print(one_line(str(note)))
+    made = sagnac.export(analyses or (), output, **asdict(options), force=force)
+    for said in (*(setting.in_words() for setting in made.settings), *made.notes):
+        print(one_line(str(said)))
     results.print_paths([output])
-
-
-def _accelerometer(text: str) -> tuple[float, float]:
-    try:
-        density, walk = (float(part) for part in names(text))
-    except ValueError:
-        raise results.UsageError(
-            f"--accelerometer {text}: give noise density and random walk, such as 2e-3,3e-3"
-        ) from None
-    return density, walk
 
 
 # ---- align -------------------------------------------------------------------------
 
 
-def align(
-    source: Annotated[
-        Path,
-        Parameter(
-            name="ANALYSIS.json|DIR",
-            help="An analysis.json or the folder of its report; or a campaign (its folder or "
-            "campaign.csv), which foretells N.",
-        ),
-    ],
-    /,
-    *,
-    latitude: Annotated[float | None, Parameter(metavar="DEG")] = None,
-    time: Annotated[float, one_argument(seconds, metavar="10min")] = 600.0,
-    azimuth: Annotated[float | None, one_argument(angle, metavar="2deg")] = None,
-    tilt: Annotated[float | None, one_argument(angle, metavar="0.5deg")] = None,
-    bias: Annotated[
-        float | None,
-        one_argument(
-            turn_rate,
-            metavar="3deg/h",
-            help="What is not known of a gyro's bias, 1 sigma: unless stated what the rest leaves, "
-            "and 0 for gyrocompass and filter.",
-        ),
-    ] = None,
-    table_rate: Annotated[float | None, Parameter(metavar="DEG/S")] = None,
-    after: Annotated[tuple[float, ...], one_argument(several_seconds, metavar="60s,10min")] = (
+@Parameter(name="*")
+@dataclass(frozen=True, slots=True, kw_only=True)
+class StartOptions:
+    """The alignment, and what follows without aiding.
+
+    Attributes
+    ----------
+    latitude
+        -89 to 89; without it, no azimuth is found.
+    rest
+        Length of the alignment, at rest; the biases are taken from it.
+    azimuth
+        Not known of the azimuth at the start, 1 sigma: 2deg.
+    tilt
+        Not known of each tilt at the start, 1 sigma: 0.5deg.
+    bias
+        What is not known of a gyro's bias, 1 sigma: unless stated what the rest leaves, and 0 for
+        gyrocompass and filter.
+    table_rate
+        Of a table that turns all the time, for a triad that turns.
+    after
+        Heading, attitude and position these times without aiding: 1min,10min,1h.
+    confidence
+        Of the interval.
+    """
+
+    latitude: Annotated[float | None, one_argument(degrees, "DEG")] = None
+    rest: Annotated[float, one_argument(seconds, "10min", name="--time")] = 600.0
+    azimuth: Annotated[float | None, one_argument(angle, "2deg")] = None
+    tilt: Annotated[float | None, one_argument(angle, "0.5deg")] = None
+    bias: Annotated[float | None, one_argument(turn_rate, "3deg/h")] = None
+    table_rate: Annotated[float | None, one_argument(degrees, "DEG/S")] = None
+    after: Annotated[tuple[float, ...], one_argument(several_seconds, "60s,10min")] = (
         60.0,
         600.0,
         3600.0,
-    ),
-    confidence: Annotated[float, Parameter(metavar="0.95")] = 0.95,
+    )
+    confidence: Annotated[float, Parameter(metavar="0.95")] = 0.95
+
+
+NO_START: Final = StartOptions()
+
+
+def align(
+    source: Annotated[Path, Parameter(name="ANALYSIS.json|DIR")],
+    /,
+    *,
+    start: StartOptions = NO_START,
     output: Folder = None,
     as_json: Json = False,
     force: Force = False,
@@ -182,48 +175,46 @@ def align(
 
     Parameters
     ----------
-    latitude
-        -89 to 89; without it, no azimuth is found.
-    time
-        Length of the alignment, at rest; the biases are taken from it.
-    azimuth
-        Not known of the azimuth at the start, 1 sigma: 2deg.
-    tilt
-        Not known of each tilt at the start, 1 sigma: 0.5deg.
-    table_rate
-        Of a table that turns all the time, for a triad that turns.
-    after
-        Heading, attitude and position these times without aiding: 1min,10min,1h.
-    confidence
-        Of the interval.
+    source
+        An analysis.json or the folder of its report; or a campaign (its folder or campaign.csv),
+        which foretells N.
     as_json
         JSON, nothing else.
     """
-    del debug
-    if table_rate is not None and latitude is None:
-        raise results.UsageError(
-            "--table-rate needs --latitude, since azimuth is found from Earth rate"
-        )
-    results.require_writable(output)
-    if output is not None:
-        overwriting.require_free(overwriting.outputs_in(output, "alignment"), [source], force=force)
+    results.require_place(output, "alignment", [source], force=force)
     results.ready_to_draw()
-    from sagnac.core.units import DEGREE
+    from sagnac.core.whole_files import made, write_text
+    from sagnac.report import alignment as shown
+    from sagnac.report.document import to_json
+    from sagnac.report.figures import write_png
 
-    noises, words = _source(source, confidence)
-    found = sagnac.align(
-        noises,
-        latitude=None if latitude is None else latitude * DEGREE,
-        rest=time,
-        azimuth=azimuth,
-        tilt=tilt,
-        bias=bias,
-        table_rate=None if table_rate is None else table_rate * DEGREE,
-        after=after,
-        confidence=confidence,
-        foretold=words,
-    )
-    _show(found.unaided, found.prospect, words, output, as_json=as_json)
+    noises, words = _source(source, start.confidence)
+    ahead = sagnac.align(noises, **asdict(start), foretold=words)
+    unaided, prospect = ahead.unaided, ahead.prospect
+    found = {} if prospect is None else shown.prospect_document(prospect)
+    notes = [*found.pop("notes", [words] if words else []), *shown.drift_notes(unaided)]
+    document = {
+        "schema": shown.SCHEMA,
+        **found,
+        **shown.drift_document(unaided),
+        "notes": list(dict.fromkeys(notes)),
+    }
+    if as_json:
+        print(to_json(document))
+    else:
+        if prospect is not None or words:
+            print(words if prospect is None else shown.prospect_text(prospect))
+        print(shown.drift_text(unaided))
+    if output is not None:
+        folder = made(output)
+        paths = [folder / "alignment.json", folder / "drift.png"]
+        write_text(paths[0], to_json(document) + "\n")
+        write_png(shown.drift_figure(unaided), paths[1])
+        if prospect is not None:
+            paths.append(folder / "alignment.png")
+            write_png(shown.azimuth_figure(prospect), paths[-1])
+        if not as_json:
+            results.print_paths(paths)
     return results.DONE
 
 
@@ -237,55 +228,35 @@ def _source(source: Path, confidence: float) -> "tuple[Path | Triad, str]":
     return source, ""
 
 
-def _show(
-    unaided: "Unaided",
-    prospect: "Prospect | None",
-    words: str,
-    output: Path | None,
-    *,
-    as_json: bool,
-) -> None:
-    """Prints the answer, and writes it into a folder if one is named."""
-    from sagnac.core.whole_files import made, write_text
-    from sagnac.report import alignment as shown
-    from sagnac.report.document import to_json
-    from sagnac.report.figures import write_png
-
-    found = {} if prospect is None else shown.prospect_document(prospect)
-    notes = [*found.pop("notes", [words] if words else []), *shown.drift_notes(unaided)]
-    text = to_json(
-        {
-            "schema": shown.SCHEMA,
-            **found,
-            **shown.drift_document(unaided),
-            "notes": list(dict.fromkeys(notes)),
-        }
-    )
-    if as_json:
-        print(text)
-    else:
-        if prospect is not None:
-            print(shown.prospect_text(prospect))
-        elif words:
-            print(words)
-        print(shown.drift_text(unaided))
-    if output is not None:
-        folder = made(output)
-        paths = [folder / "alignment.json", folder / "drift.png"]
-        write_text(paths[0], text + "\n")
-        write_png(shown.drift_figure(unaided), paths[1])
-        if prospect is not None:
-            paths.append(folder / "alignment.png")
-            write_png(shown.azimuth_figure(prospect), paths[-1])
-        if not as_json:
-            results.print_paths(paths)
-
-
 # ---- campaign ----------------------------------------------------------------------
 
 _WORK: Final = Group("Work", sort_key=2)
 # Rows with a reason that a terminal shows.
 _MOST_REASONS: Final = 20
+
+
+@Parameter(name="*", group=_WORK)
+@dataclass(frozen=True, slots=True, kw_only=True)
+class WorkOptions:
+    """How the work of a campaign is divided.
+
+    Attributes
+    ----------
+    pattern
+        Finds `(?P<unit>…)`, `(?P<day>…)` and `(?P<rate>…)` in the path of a recording.
+    span
+        Also cut each recording into spans of this length: N against time.
+    scheduler
+        Of a Dask cluster, tcp://host:8786, to work on.
+    """
+
+    pattern: Annotated[str, Parameter(metavar="REGEX")] = ""
+    span: Annotated[float | None, one_argument(seconds, "2h")] = None
+    workers: Workers = None
+    scheduler: Annotated[str | None, Parameter(metavar="ADDRESS")] = None
+
+
+HERE: Final = WorkOptions()
 
 
 def campaign(
@@ -294,10 +265,7 @@ def campaign(
     *,
     options: Options = NO_OPTIONS,
     output: Annotated[Path, Parameter(name=["-o", "--output"], group=OUTPUT, metavar="DIR")],
-    pattern: Annotated[str, Parameter(group=_WORK, metavar="REGEX", show_default=False)] = "",
-    span: Annotated[float | None, one_argument(seconds, group=_WORK, metavar="2h")] = None,
-    workers: Annotated[Workers, Parameter(group=_WORK)] = None,
-    scheduler: Annotated[str | None, Parameter(group=_WORK, metavar="ADDRESS")] = None,
+    work: WorkOptions = HERE,
     force: Force = False,
 ) -> int:
     """Many recordings in; one table and one page out, a report for each.
@@ -312,29 +280,21 @@ def campaign(
         A CONFIG.toml, or recordings and folders of them.
     output
         Folder.
-    pattern
-        Finds (?P<unit>…), (?P<day>…) and (?P<rate>…) in the path of a recording.
-    span
-        Also cut each recording into spans of this length: N against time.
-    scheduler
-        Of a Dask cluster, tcp://host:8786, to work on.
     """
-    from sagnac.fleet.page import reason_text
-    from sagnac.fleet.table import yield_of
-
     if options.as_json:
         raise results.UsageError("--json is not for a campaign; its table is campaign.csv")
     settings, statement = settings_of(options), statement_of(options)
     stated = {one.name: getattr(statement, one.name) for one in fields(statement)}
-    results.require_writable(output)
-    results.ready_to_draw()
+    results.require_place(output, "campaign", force=True)
+    from sagnac.fleet.page import reason_text
+    from sagnac.fleet.table import yield_of
+
     try:
-        with results.as_usage():
-            made = sagnac.campaign(
-                sources, output, settings, pattern=pattern, span=span, workers=workers,
-                memory=options.memory, scheduler=scheduler, told=results.standings(), force=force,
-                **{name: value for name, value in stated.items() if value},
-            )  # fmt: skip
+        made = sagnac.campaign(
+            sources, output, settings, **asdict(work), memory=options.memory,
+            told=results.standings(), force=force,
+            **{name: value for name, value in stated.items() if value},
+        )  # fmt: skip
     except KeyboardInterrupt:
         results.complain(
             f"stopped; start the same campaign again, and it goes on ({output.absolute()})"

@@ -1,4 +1,4 @@
-"""The options that several commands share, what each is turned into, and a TOML of them."""
+"""The options that several commands share, and what the library is given of them."""
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
@@ -10,10 +10,9 @@ from cyclopts import Group, Parameter, Token
 import sagnac
 from sagnac.cli.output import UsageError
 from sagnac.core import texts
-from sagnac.core.units import RATE_UNITS, split_factor, unit_of
+from sagnac.core.units import DEGREE, RATE_UNITS, split_factor, unit_of
 
 if TYPE_CHECKING:
-    from sagnac.analysis.settings import CurveNames, Method
     from sagnac.report.sections import TitleBlock
 
 READING: Final = Group("What the file does not say", sort_key=1)
@@ -47,6 +46,35 @@ def band(text: str) -> tuple[float, float]:
     return low, high
 
 
+@texts.giving("noise density and random walk, such as 2e-3,3e-3")
+def two_numbers(text: str) -> tuple[float, float]:
+    """``2e-3,3e-3`` as two numbers.
+
+    Raises
+    ------
+    ValueError
+        If it is none.
+    """
+    first, second = map(float, text.split(","))
+    return first, second
+
+
+@texts.giving("half widths such as 1% or 0.01")
+def half_widths(text: str) -> tuple[float, ...]:
+    """``5%,1%`` or ``0.05,0.01`` as shares.
+
+    Raises
+    ------
+    ValueError
+        If one of them is not between 0 and 1.
+    """
+    sizes = [(one.removesuffix("%"), 0.01 if "%" in one else 1.0) for one in texts.names(text)]
+    widths = tuple(size * float(number) for number, size in sizes)
+    if not all(0.0 < width < 1.0 for width in widths):
+        raise ValueError
+    return widths
+
+
 def several_seconds(text: str) -> tuple[float, ...]:
     """``60s,10min`` in s.
 
@@ -68,6 +96,18 @@ def angle(text: str) -> float:
         If it is no angle above zero with its unit.
     """
     return unit_of(texts.numbered(text.strip()), "angle").size
+
+
+@texts.giving("a number of degrees")
+def degrees(text: str) -> float:
+    """``32.5`` in degrees (a second) in rad (/s).
+
+    Raises
+    ------
+    ValueError
+        If it is no number.
+    """
+    return float(text) * DEGREE
 
 
 @texts.giving("a rate, zero or more, such as 3deg/h")
@@ -107,7 +147,7 @@ def memory_size(text: str) -> int:
     return found
 
 
-def one_argument(convert: Callable[[str], texts.Value], **more: Any) -> Parameter:
+def one_argument(convert: Callable[[str], texts.Value], metavar: str, **more: Any) -> Parameter:
     """A parameter of one argument that `convert` makes a value of."""
 
     def converted(_hint: object, tokens: Sequence[Token]) -> texts.Value:
@@ -115,8 +155,8 @@ def one_argument(convert: Callable[[str], texts.Value], **more: Any) -> Paramete
             raise ValueError(f"{tokens[0].keyword} is given more than once")
         return convert(tokens[0].value)
 
-    # Without these the parser would offer --empty-gyros, and keys such as --kind.x.
-    return Parameter(converter=converted, n_tokens=1, accepts_keys=False, negative="", **more)
+    # Without `accepts_keys` the parser would offer keys such as --kind.x.
+    return Parameter(converter=converted, n_tokens=1, accepts_keys=False, metavar=metavar, **more)
 
 
 def _each(_hint: object, tokens: Sequence[Token]) -> tuple[str, ...]:
@@ -126,22 +166,28 @@ def _each(_hint: object, tokens: Sequence[Token]) -> tuple[str, ...]:
 
 # ---- what the commands take ----------------------------------------------------------
 
-
-def _flag(**more: Any) -> Parameter:
-    """A switch that is off unless it is typed."""
-    return Parameter(group=OUTPUT, negative="", show_default=False, **more)
-
-
-Debug = Annotated[bool, _flag(help="Traceback on errors.")]
-Json = Annotated[bool, _flag(name="--json")]
+Files = Annotated[list[Path], Parameter(name="FILE", help="Recordings.")]
+File = Annotated[Path, Parameter(name="FILE", help="A recording.")]
+Folder = Annotated[
+    Path | None, Parameter(name=["-o", "--output"], group=OUTPUT, metavar="DIR", help="Folder.")
+]
+Workers = Annotated[
+    int | None, Parameter(metavar="N", help="Processes; one for each core unless stated.")
+]
+Force = Annotated[
+    bool,
+    Parameter(group=OUTPUT, help="Write over files that are read, or that no such run made."),
+]
+Debug = Annotated[bool, Parameter(group=OUTPUT, help="Traceback on errors.")]
+Json = Annotated[bool, Parameter(group=OUTPUT, name="--json")]
+SeveralNames = Annotated[
+    tuple[str, ...] | None,
+    Parameter(converter=_each, n_tokens=1, group=ANALYSIS, metavar="NAME,…"),
+]
 _Names = tuple[str, ...] | None
 _OneOrByName = str | Mapping[str, str] | None
+_ByName = Mapping[str, str] | None
 _Text = Annotated[str | None, Parameter(group=OUTPUT, metavar="TEXT")]
-
-
-def _read(convert: Callable[[str], Any], metavar: str) -> Parameter:
-    """What a file does not say, in one argument."""
-    return one_argument(convert, group=READING, metavar=metavar)
 
 
 @Parameter(name="*")
@@ -174,7 +220,7 @@ class Reading:
     counter_period
         Where counters start over that are of no bits.
     null_pulse
-        Column that is not 0 at the null pulse.
+        Column that is not 0 at the null pulse; none for no null pulse.
     accelerometers
         Accelerometers, each by itself (--unit accelerometers=g); none for none.
     layout
@@ -183,28 +229,32 @@ class Reading:
         Most memory that what a file declares may take: 4GiB unless stated.
     """
 
-    gyros: Annotated[_Names, _read(texts.names, "x,z")] = None
-    kind: Annotated[_OneOrByName, _read(texts.one_or_by_name, "KIND")] = None
-    unit: Annotated[_OneOrByName, _read(texts.one_or_by_name, "UNIT")] = None
+    gyros: Annotated[_Names, one_argument(texts.names, "x,z", group=READING)] = None
+    kind: Annotated[_OneOrByName, one_argument(texts.one_or_by_name, "KIND", group=READING)] = None
+    unit: Annotated[_OneOrByName, one_argument(texts.one_or_by_name, "UNIT", group=READING)] = None
     scale: Annotated[str | None, Parameter(group=READING, metavar="0.1arcsec")] = None
     rate: Annotated[float | None, Parameter(group=READING, metavar="HZ")] = None
     time: Annotated[str | None, Parameter(group=READING, metavar="COLUMN[:UNIT]")] = None
     table: Annotated[str | None, Parameter(group=READING, metavar="COLUMN[:UNIT]")] = None
-    columns: Annotated[Mapping[str, str] | None, _read(texts.by_name, "x=NAME,z=NAME")] = None
-    slice: Annotated[texts.Span | None, _read(texts.span, "START:STOP")] = None
+    columns: Annotated[
+        Mapping[str, str] | None, one_argument(texts.by_name, "x=NAME,z=NAME", group=READING)
+    ] = None
+    slice: Annotated[texts.Span | None, one_argument(texts.span, "START:STOP", group=READING)] = (
+        None
+    )
     counter_bits: Annotated[int | None, Parameter(group=READING, metavar="BITS")] = None
     counter_period: Annotated[float | None, Parameter(group=READING, metavar="COUNTS")] = None
     null_pulse: Annotated[str | None, Parameter(group=READING, metavar="COLUMN")] = None
-    accelerometers: Annotated[_Names, _read(texts.names, "ax,ay,az")] = None
+    accelerometers: Annotated[_Names, one_argument(texts.names, "ax,ay,az", group=READING)] = None
     layout: Annotated[str | None, Parameter(group=READING, metavar="NAME|TOML")] = None
-    memory: Annotated[int | None, _read(memory_size, "4GiB")] = None
+    memory: Annotated[int | None, one_argument(memory_size, "4GiB", group=READING)] = None
     debug: Debug = False
 
 
 @Parameter(name="*")
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Heading:
-    """Top of a report.
+class ReportOptions:
+    """A report: where it goes, what stands on top, and how much of it is printed.
 
     Attributes
     ----------
@@ -224,6 +274,8 @@ class Heading:
         TOML that states title, device, serial, customer, operator and date.
     pdf
         Write report.pdf, too.
+    curve
+        Show the curve, every fit, every unit and every note, too.
     """
 
     title: _Text = None
@@ -233,10 +285,29 @@ class Heading:
     operator: _Text = None
     date: _Text = None
     heading: Annotated[Path | None, Parameter(group=OUTPUT, metavar="FILE")] = None
-    pdf: Annotated[bool, _flag()] = False
+    pdf: Annotated[bool, Parameter(group=OUTPUT)] = False
+    curve: Annotated[bool, Parameter(group=OUTPUT)] = False
+    output: Folder = None
+    force: Force = False
 
+    @property
+    def title_block(self) -> "TitleBlock":
+        """Top of the report; what is typed goes before the file.
 
-NO_HEADING: Final = Heading()
+        Raises
+        ------
+        ValueError
+            If the file is none.
+        OSError
+            If it cannot be read.
+        """
+        from sagnac.report.sections import TitleBlock, require_pdf
+
+        if self.pdf:
+            require_pdf()
+        of_file = TitleBlock() if self.heading is None else TitleBlock.from_toml(self.heading)
+        typed = {field.name: getattr(self, field.name) for field in fields(TitleBlock)}
+        return replace(of_file, **{name: text for name, text in typed.items() if text is not None})
 
 
 @Parameter(name="*")
@@ -244,108 +315,104 @@ NO_HEADING: Final = Heading()
 class Options(Reading):
     """The options that all commands share which look into a recording.
 
+    What its settings file states stands where nothing was typed.
+
     Attributes
     ----------
     method
         How periodic parts are removed: fos unless stated.
+    step_4
+        How the paper's methods fit the curve: plain (unless stated), relative or two-terms squares;
+        plain-restored, relative-restored and two-terms-restored put the noise that went with the
+        lines back.
     interval
         Between the angles of the curve: every sample unless stated, 1s on a table.
     confidence
         Of every interval: 0.95 unless stated; with --risk what that asks for.
     strict
         Refuse data in which a fault is found, be it one that the answer survives.
+    covariates
+        Drift at rest with a column of that name (or --columns temperature=NAME) is fitted beside
+        the noise, and taken off.
     accept
         Faults to take knowingly, by name, such as clipping; the report says so.
+    spec
+        Limit to keep, such as 3e-4deg/sqrt(h) (N) or N=3e-4,B=0.01deg/h, or a TOML; exit status 3
+        if a gyro fails, 4 if it is undecided.
     risk
         Largest probability of passing a gyro that lies at its limit.
     settings
         Settings of an earlier run (its settings.toml); what is typed goes before.
     as_json
         The analysis on standard output, nothing else there.
+
+    Raises
+    ------
+    UsageError
+        If the settings file is no TOML, or has a key that is no option.
+    OSError
+        If it cannot be read.
     """
 
     method: Annotated[
         Literal["fos", "fos-paper", "fos-korenberg", "fris", "none"] | None,
         Parameter(group=ANALYSIS),
     ] = None
-    step_4: Annotated[
-        Literal[
-            "plain",
-            "plain-restored",
-            "relative",
-            "relative-restored",
-            "two-terms",
-            "two-terms-restored",
-        ]
-        | None,
-        Parameter(
-            group=ANALYSIS,
-            help="How the paper's methods fit the curve: plain unless stated; -restored puts the "
-            "noise that went with the lines back.",
-        ),
-    ] = None
-    interval: Annotated[float | None, one_argument(texts.seconds, group=ANALYSIS, metavar="1s")] = (
-        None
-    )
+    step_4: Annotated[str | None, Parameter(group=ANALYSIS, metavar="NAME")] = None
+    interval: Annotated[float | None, one_argument(texts.seconds, "1s", group=ANALYSIS)] = None
     confidence: Annotated[float | None, Parameter(group=ANALYSIS, metavar="0.95")] = None
-    strict: Annotated[bool, Parameter(group=ANALYSIS, negative="", show_default=False)] = False
-    covariates: Annotated[
-        tuple[Literal["temperature"], ...] | None,
-        one_argument(
-            texts.names,
-            group=ANALYSIS,
-            metavar="temperature",
-            help="Drift at rest with a column of that name (or --columns temperature=NAME) is "
-            "fitted beside the noise, and taken off.",
-        ),
-    ] = None
-    accept: Annotated[
-        tuple[str, ...] | None,
-        Parameter(converter=_each, n_tokens=1, group=ANALYSIS, metavar="NAME,…", negative=""),
-    ] = None
-    spec: Annotated[
-        str | None,
-        Parameter(
-            group=ANALYSIS,
-            metavar="VALUE[UNIT]",
-            help="Limit to keep, such as 3e-4deg/sqrt(h) (N) or N=3e-4,B=0.01deg/h, or a TOML; "
-            "exit status 3 if a gyro fails, 4 if it is undecided.",
-        ),
-    ] = None
+    strict: Annotated[bool, Parameter(group=ANALYSIS)] = False
+    covariates: Annotated[_Names, one_argument(texts.names, "temperature", group=ANALYSIS)] = None
+    accept: SeveralNames = None
+    spec: Annotated[str | None, Parameter(group=ANALYSIS, metavar="VALUE[UNIT]")] = None
     risk: Annotated[float | None, Parameter(group=ANALYSIS, metavar="0.05")] = None
     settings: Annotated[Path | None, Parameter(group=ANALYSIS, metavar="FILE")] = None
     as_json: Json = False
 
+    def __post_init__(self) -> None:
+        if self.settings is None:
+            return
+        from sagnac.core.documents import ANY, read_toml, table
 
+        try:
+            stated = read_toml(self.settings, table(dict.fromkeys(_REPEATED, ANY)))
+        except ValueError as error:
+            raise UsageError(f"--settings {self.settings}: {error}") from None
+        for name, value in stated.items():
+            if getattr(self, name) == _DEFAULTS[name]:
+                object.__setattr__(self, name, _stated_value(name, value))
+
+    @property
+    def as_toml(self) -> str:
+        """TOML of the options that were typed, but for what belongs to one run alone."""
+        typed = {
+            name: getattr(self, name)
+            for name in _REPEATED
+            if getattr(self, name) != _DEFAULTS[name]
+        }
+        if "slice" in typed:
+            typed["slice"] = texts.text_of(typed["slice"])
+        return texts.toml_table(typed)
+
+
+_DEFAULTS: Final = {field.name: field.default for field in fields(Options)}
+# What a settings file holds: all but what belongs to one run alone.
+_REPEATED: Final = tuple(
+    name for name in _DEFAULTS if name not in ("debug", "as_json", "settings", "memory")
+)
 NO_STATEMENT: Final = Reading()
 NO_OPTIONS: Final = Options()
+NO_REPORT: Final = ReportOptions()
 
-Files = Annotated[list[Path], Parameter(name="FILE", help="Recordings.")]
-File = Annotated[Path, Parameter(name="FILE", help="A recording.")]
-Folder = Annotated[
-    Path | None, Parameter(name=["-o", "--output"], group=OUTPUT, metavar="DIR", help="Folder.")
-]
-Workers = Annotated[
-    int | None, Parameter(metavar="N", help="Processes; one for each core unless stated.")
-]
-Estimators = Annotated[
-    tuple[str, ...] | None,
-    Parameter(
-        converter=_each,
-        n_tokens=1,
-        group=ANALYSIS,
-        metavar="NAME,…",
-        negative="",
-        help="Curves: oadev (unless stated), adev, mdev, tdev, hdev, ohdev, totdev, mtotdev, "
-        "theo1, theoh, haar; several with commas between, or given again.",
-    ),
-]
-Force = Annotated[bool, _flag(help="Write over files that are read, or that no such run made.")]
-Curve = Annotated[bool, _flag(help="Show the curve, every fit, every unit and every note, too.")]
-Duration = Annotated[
-    float | None,
-    one_argument(texts.seconds, metavar="2h", help="Length of the recording; s unless stated."),
-]
+
+def _stated_value(name: str, value: Any) -> Any:
+    """The value of an option that a settings file states, as text or as TOML has it."""
+    if isinstance(value, str):
+        try:
+            return texts.value_of(name, value)
+        except ValueError as error:
+            raise UsageError(f"--settings: {error}") from None
+    return tuple(value) if isinstance(value, list) else value
 
 
 # ---- what the library takes ----------------------------------------------------------
@@ -356,178 +423,51 @@ def statement_of(options: Reading) -> "sagnac.Statement":
 
     Raises
     ------
-    UsageError
+    ValueError
         If a value cannot be.
     """
     columns = dict(options.columns or {})
     for name in getattr(options, "covariates", None) or ():
         columns.setdefault(name, name)
-    try:
-        stated = {
-            field.name: getattr(options, texts.OPTION_OF.get(field.name, field.name))
-            for field in fields(sagnac.Statement)
-        }
-        return sagnac.Statement(**{**stated, "columns": columns})
-    except ValueError as error:
-        raise UsageError(_of_option(error)) from error
+    stated = {
+        field.name: getattr(options, texts.OPTION_OF.get(field.name, field.name))
+        for field in fields(sagnac.Statement)
+    }
+    return sagnac.Statement(**{**stated, "columns": columns})
 
 
-def settings_of(
-    options: Options,
-    *,
-    method: "Method" = "fos",
-    estimators: "CurveNames" = (),
-) -> "sagnac.Settings":
-    """Settings that the options choose, with a command's own defaults for what was not typed.
+def settings_of(options: Options, **defaults: Any) -> "sagnac.Settings":
+    """Settings that the options choose.
 
-    Raises
-    ------
-    UsageError
-        If a value cannot be.
-    """
-    from sagnac.noise.readings import READINGS
-
-    try:
-        specification = specification_stated(options)
-        return sagnac.Settings(
-            gyros=options.gyros or (),
-            method=options.method or method,
-            interval=options.interval,
-            confidence=_confidence(options, specification),
-            estimators=estimators,
-            strict=options.strict,
-            accepted=options.accept or (),
-            covariates=options.covariates or (),
-            specification=specification,
-            step_4=READINGS[options.step_4 or "plain"],
-        )
-    except ValueError as error:
-        raise UsageError(_of_option(error)) from error
-
-
-def title_block_of(heading: Heading) -> "TitleBlock":
-    """Top of a report by the options; what is typed goes before the file.
+    Parameters
+    ----------
+    options
+        As they were typed.
+    **defaults
+        Settings of the command itself, which stand where nothing was typed.
 
     Raises
     ------
     ValueError
-        If the file is none.
-    OSError
-        If it cannot be read.
-    """
-    from sagnac.report.sections import TitleBlock, require_pdf
-
-    if heading.pdf:
-        require_pdf()
-    of_file = TitleBlock() if heading.heading is None else TitleBlock.from_toml(heading.heading)
-    typed = {field.name: getattr(heading, field.name) for field in fields(TitleBlock)}
-    return replace(of_file, **{name: text for name, text in typed.items() if text is not None})
-
-
-def specification_stated(options: Options) -> "sagnac.Specification | None":
-    """The limits that the options state, if any.
-
-    Raises
-    ------
+        If a value cannot be.
     UsageError
         If a risk is stated and no limit.
-    ValueError
-        If they make no sense.
     """
     from sagnac.verdict.limits import specification_of
 
-    if options.spec is None:
-        if options.risk is not None:
-            raise UsageError("--risk is of a limit; give --spec, too")
-        return None
-    return specification_of(options.spec, risk=options.risk)
-
-
-def _confidence(options: Options, specification: "sagnac.Specification | None") -> float:
-    """The confidence typed, else what the risk asks for: a bound may be wrong by all it lacks."""
-    if options.confidence is not None:
-        return options.confidence
-    if specification is None or specification.risk is None:
-        return 0.95
-    return 1.0 - specification.risk
-
-
-def estimators_of(stated: Sequence[str] | None) -> "CurveNames":
-    """The curves asked for, in the order of the family.
-
-    Raises
-    ------
-    UsageError
-        If one is not known.
-    """
-    from sagnac.analysis.settings import ESTIMATORS
-
-    wanted = stated or ("oadev",)
-    for name in wanted:
-        if name not in ESTIMATORS:
-            raise UsageError(f"--estimator {name}: is not known; use {', '.join(ESTIMATORS)}")
-    return tuple(name for name in ESTIMATORS if name in wanted)
-
-
-def _of_option(error: ValueError) -> str:
-    """An error in an argument of the library, worded for the option that gave it."""
-    argument, space, said = str(error).partition(" ")
-    option = texts.OPTION_OF.get(argument, argument)
-    if option not in {field.name for field in fields(Options)}:
-        return str(error)
-    return f"--{option.replace('_', '-')}{space}{said}"
-
-
-# ---- settings file -----------------------------------------------------------------
-
-# What belongs to one run alone.
-_LEFT_OUT: Final = ("debug", "as_json", "settings", "memory")
-_NAMES: Final = tuple(field.name for field in fields(Options) if field.name not in _LEFT_OUT)
-
-
-def settings_text(options: Options) -> str:
-    """Options that were typed, as TOML; empty if none was."""
-    stated = {name: getattr(options, name) for name in _NAMES}
-    typed = {name: value for name, value in stated.items() if value != getattr(NO_OPTIONS, name)}
-    if typed.get("slice"):
-        typed["slice"] = texts.text_of(typed["slice"])
-    return texts.toml_table(typed)
-
-
-def with_settings(options: Options) -> Options:
-    """The options with those of their settings file where nothing was typed.
-
-    Raises
-    ------
-    UsageError
-        If the file is no TOML, or has a key that is no option.
-    OSError
-        If it cannot be read.
-    """
-    from sagnac.core.documents import ANY, read_toml, table
-
-    path = options.settings
-    if path is None:
-        return options
-    try:
-        stated = read_toml(path, table(dict.fromkeys(_NAMES, ANY)))
-    except ValueError as error:
-        raise UsageError(f"--settings {path}: {error}") from None
-    found = {
-        name: _stated_value(name, value)
-        for name, value in stated.items()
-        if getattr(options, name) == getattr(NO_OPTIONS, name)
-    }
-    return replace(options, **found)
-
-
-def _stated_value(name: str, value: Any) -> Any:
-    if isinstance(value, str):
-        try:
-            return texts.value_of(name, value)
-        except ValueError as error:
-            raise UsageError(f"--settings: {error}") from None
-    return tuple(value) if isinstance(value, list) else value
+    risk, confidence = options.risk, options.confidence
+    if risk is not None and options.spec is None:
+        raise UsageError("--risk is of a limit; give --spec, too")
+    limits = None if options.spec is None else specification_of(options.spec, risk=risk)
+    if confidence is None and limits is not None and limits.risk is not None:
+        # A bound may be wrong by all that the confidence lacks.
+        confidence = 1.0 - limits.risk
+    typed = {
+        field.name: getattr(options, texts.OPTION_OF.get(field.name, field.name), None)
+        for field in fields(sagnac.Settings)
+    } | {"confidence": confidence, "specification": limits}
+    stated = {name: value for name, value in typed.items() if value is not None}
+    return sagnac.Settings(**{**defaults, **stated})
 
 
 def inputs(files: Iterable[Path], options: Reading, *more: Path | None) -> list[Path]:

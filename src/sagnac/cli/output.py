@@ -1,4 +1,4 @@
-"""Exit status, errors in one line, progress, and the files that a run writes and reads.
+"""Exit status, errors in one line, progress, and the files that a run writes.
 
 One analysis shows bars on a terminal, else a line a stage once it takes long. Many pieces of work
 show one line that is written over on a terminal, else a line a minute.
@@ -6,23 +6,23 @@ show one line that is written over on a terminal, else a line a minute.
 
 import importlib
 import os
-import shlex
 import sys
 import textwrap
 import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Container, Iterable, Iterator, Mapping, Sequence
 from contextlib import chdir, contextmanager
-from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Final, TextIO
 
-import sagnac
-from sagnac.core.errors import one_line, visible
-from sagnac.core.texts import OPTION_OF, text_of
+from sagnac.core import overwriting
+from sagnac.core.errors import MissingExtra, RecordingError, WouldOverwrite, one_line, visible
+from sagnac.core.texts import OPTION_OF
+from sagnac.report import as_typed, error_text
 
 if TYPE_CHECKING:
     from rich.progress import TaskID
 
+    import sagnac
     from sagnac.core.processes import Standing
     from sagnac.verdict.judgement import Decision
 
@@ -44,35 +44,30 @@ class UsageError(Exception):
     """Wrong usage that the argument parser cannot see."""
 
 
-@contextmanager
-def as_usage() -> Iterator[None]:
-    """What the library says of an argument is wrong usage of the option of that name."""
-    try:
-        yield
-    except ValueError as error:
-        if type(error) is not ValueError:
-            raise
-        raise UsageError(f"--{error}") from error
-
-
-def explain(error: Exception) -> int:
+def explain(error: Exception, options: Container[str] = ()) -> int:
     """Say in one line on standard error what went wrong.
+
+    Parameters
+    ----------
+    error
+        What was raised.
+    options
+        Those of the command: one is named if the library says something of its argument.
 
     Returns
     -------
     int
         The exit status it means.
     """
-    # Not before something has gone wrong: --help and a wrong option need none of it.
-    from sagnac.core.errors import MissingExtra, RecordingError, WouldOverwrite
-    from sagnac.report import as_typed, error_text
-
     status = DATA_ERROR
     if isinstance(error, RecordingError):
         said = error_text(error)
         status = USAGE_ERROR if isinstance(error, WouldOverwrite) else DATA_ERROR
     elif isinstance(error, UsageError) or type(error) is ValueError:
-        said, status = as_typed(str(error)), USAGE_ERROR
+        argument, space, rest = as_typed(str(error)).partition(" ")
+        option = f"--{OPTION_OF.get(argument, argument).replace('_', '-')}"
+        said = f"{option if option in options else argument}{space}{rest}"
+        status = USAGE_ERROR
     elif isinstance(error, MissingExtra):
         said = str(error)
     elif isinstance(error, OSError):
@@ -210,27 +205,38 @@ def folders_of(files: Sequence[Path], output: Path | None, *, as_json: bool) -> 
         return [None] * len(files)
     if len(files) == 1 and output is not None:
         return [output]
-    taken: set[Path] = set()
     folders: list[Path | None] = []
     for file in files:
         folder = output / file.stem if output else Path(f"{file.stem}-report")
-        if folder in taken:
-            folder = folder.with_name(f"{folder.name}-{len(taken) + 1}")
-        taken.add(folder)
+        if folder in folders:
+            folder = folder.with_name(f"{folder.name}-{len(folders) + 1}")
         folders.append(folder)
     return folders
 
 
-def require_writable(folder: Path | None) -> None:
-    """Refuse a folder that cannot be written to before the work, and make nothing yet.
+def require_place(
+    folder: Path | None, what: str, reads: Iterable[Path] = (), *, force: bool = False
+) -> None:
+    """Refuse a folder before the work, make nothing yet, and load what draws into it.
+
+    Parameters
+    ----------
+    folder
+        Folder of the results; None for nowhere.
+    what
+        Kind of results (`sagnac.core.overwriting.outputs_in`).
+    reads
+        Files that the run reads.
+    force
+        Whether other files there may be lost.
 
     Raises
     ------
     RecordingError
         If it, or the first folder above it that exists, is no folder or may not be written to.
+    WouldOverwrite
+        If a file is there that would be lost.
     """
-    from sagnac.core.errors import RecordingError
-
     if folder is None:
         return
     there = next(place for place in (folder, *folder.absolute().parents) if place.exists())
@@ -239,6 +245,8 @@ def require_writable(folder: Path | None) -> None:
         raise RecordingError(
             f"{there} {why}", path=str(folder), remedy="choose another folder (-o)"
         )
+    overwriting.require_free(overwriting.outputs_in(folder, what), reads, force=force)
+    ready_to_draw()
 
 
 def ready_to_draw() -> None:
@@ -310,130 +318,3 @@ def print_paths(paths: Sequence[Path]) -> None:
             break_on_hyphens=False,
         )
         print(line)
-
-
-# ---- reading -----------------------------------------------------------------------
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class ReadFile:
-    """A recording, and how long it took to read, s by stage."""
-
-    recording: "sagnac.Recording"
-    seconds: dict[str, float]
-
-
-def read_file(
-    file: Path,
-    statement: "sagnac.Statement",
-    progress: Progress,
-    *,
-    verify: bool = True,
-    memory: int | None = None,
-) -> ReadFile:
-    """The recording in a file, which may declare no more than `memory` bytes.
-
-    Raises
-    ------
-    RecordingError
-        If the file cannot be read or, with `verify`, is not sound.
-    """
-    from sagnac.formats.files import USUAL, limited
-
-    began = time.perf_counter()
-    progress("read", 0.0)
-    with limited(memory or USUAL):
-        recording = sagnac.read(file, statement, verify=verify)
-    progress("read", 1.0)
-    return ReadFile(recording=recording, seconds={"read": time.perf_counter() - began})
-
-
-def command_for(
-    file: Path, statement: "sagnac.Statement", lacking: Mapping[str, str] | None = None
-) -> str:
-    """The command that would read a file, with what is stated and, as options, what is missing."""
-    lacking = lacking or {}
-    options = {**stated_options(statement), **lacking}
-    if "columns" in lacking:
-        # They name the gyros, too.
-        options.pop("gyros", None)
-    return _command(file, options)
-
-
-def command_with_accelerometers(file: Path, statement: "sagnac.Statement") -> str | None:
-    """The command that reads the accelerometers of a file, too; None if that needs no option more.
-
-    Parameters
-    ----------
-    file, statement
-        A file that can be read, and what is stated of it.
-
-    Raises
-    ------
-    RecordingError
-        If the file cannot be opened.
-    """
-    from sagnac.formats import accelerometers_in
-
-    besides = accelerometers_in(file, statement)
-    if not besides:
-        return None
-    options = stated_options(statement)
-    for name, value in besides.items():
-        before = options.get(name)
-        if name == "unit" and before is not None and "=" not in before:
-            # One unit for all gyros cannot stand beside one for the accelerometers.
-            before = f"gyros={before}"
-        options[name] = value if before is None else f"{before},{value}"
-    return _command(file, options)
-
-
-def _command(file: Path, options: Mapping[str, str]) -> str:
-    table = options.get("table", "none")
-    words = ["sagnac", "avar" if table == "none" else "analyze", shlex.quote(str(file))]
-    for name, value in options.items():
-        words += [f"--{name}", shlex.quote(value)]
-    return " ".join(words)
-
-
-def stated_options(statement: "sagnac.Statement") -> dict[str, str]:
-    """Statements of a caller as options: name -> value."""
-    # The channels first, then what they are.
-    inputs = dict.fromkeys(("gyros", "accelerometers", "columns"))
-    inputs |= {field.name: None for field in fields(statement)}
-    stated = {name: getattr(statement, name) for name in inputs}
-    return {
-        OPTION_OF.get(name, name).replace("_", "-"): text_of(value)
-        for name, value in stated.items()
-        if value is not None and value != {}
-    }
-
-
-@contextmanager
-def naming(file: Path, recording: "sagnac.Recording") -> Iterator[None]:
-    """Put the file into a data error of a stage that knows nothing of files.
-
-    What a fit or a factorization cannot do with numbers is a fault of the data, too; the error says
-    which numbers they are.
-    """
-    try:
-        yield
-    except (sagnac.RecordingError, sagnac.MissingExtra) as error:
-        raise error.at(str(file)) from error
-    except (ValueError, ArithmeticError) as error:
-        # numpy's LinAlgError is a ValueError.
-        raise sagnac.RecordingError(
-            f"the analysis fails ({error}) on {_numbers(recording)}",
-            path=str(file),
-            remedy="look at the data with sagnac check",
-        ) from error
-
-
-def _numbers(recording: "sagnac.Recording") -> str:
-    """The samples of each channel in one line: how many, and between which values they lie."""
-    said = []
-    for channel in (*recording.gyros, *recording.accelerometers):
-        unit, values = channel.plain_unit, channel.values
-        ends = f"{values.min() / unit.size:.4g} to {values.max() / unit.size:.4g}"
-        said.append(f"{channel.name}: {values.size} samples from {ends} {unit.name}")
-    return ", ".join(said)

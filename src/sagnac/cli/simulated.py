@@ -2,7 +2,7 @@
 
 import json
 import time
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Annotated, Final, Literal
 
@@ -10,12 +10,68 @@ from cyclopts import Parameter
 
 import sagnac
 from sagnac.cli import output as results
-from sagnac.cli.options import OUTPUT, Debug, Duration, Folder, Force, Workers
-from sagnac.cli.output import DONE, UsageError, as_usage, complain, print_paths, standings
+from sagnac.cli.options import OUTPUT, Debug, Folder, Force, Workers, one_argument
 from sagnac.core import overwriting
 from sagnac.core.errors import one_line
+from sagnac.core.texts import seconds
 
 # ---- simulate ----------------------------------------------------------------------
+
+
+@Parameter(name="*")
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RigOptions:
+    """What of a rig differs.
+
+    Attributes
+    ----------
+    kind
+        Of the samples: that of CONFIG.toml, angle unless stated.
+    seed
+        Of every random stream.
+    table_rate
+        Rate of the table; 0 is at rest.
+    duration
+        Length of the recording; s unless stated.
+    """
+
+    kind: Literal["angle", "increment", "rate"] | None = None
+    seed: Annotated[int | None, Parameter(metavar="N")] = None
+    table_rate: Annotated[float | None, Parameter(metavar="DEG/S")] = None
+    duration: Annotated[float | None, one_argument(seconds, "2h")] = None
+
+    def applied_to(self, config: "sagnac.RigConfig") -> "sagnac.RigConfig":
+        """A configuration with what the options state instead.
+
+        Raises
+        ------
+        UsageError
+            If a value cannot be.
+        """
+        from sagnac.rig.sections import ConfigurationError, overlaid
+
+        if self.table_rate is not None and config.table.profile:
+            raise results.UsageError(
+                "--table-rate has no effect on a table.profile; remove one of them"
+            )
+        stated = {
+            "--kind": ("kind", self.kind),
+            "--seed": ("seed", self.seed),
+            "--duration": ("duration_s", self.duration),
+            "--table-rate": ("rate_deg_per_s", self.table_rate),
+        }
+        for option, (key, value) in stated.items():
+            if value is None:
+                continue
+            change = {key: value}
+            try:
+                config = overlaid(config, {"table": change} if "table" in option else change)
+            except ConfigurationError as error:
+                raise results.UsageError(f"{option}: {error}") from None
+        return config
+
+
+AS_IT_IS: Final = RigOptions()
 
 
 def simulate(
@@ -23,12 +79,9 @@ def simulate(
     /,
     *,
     output: Annotated[Path, Parameter(name=["-o", "--output"], group=OUTPUT, metavar="FILE")],
-    preset: Annotated[Literal["quiet", "paper", "dithered", "harsh"] | None, Parameter()] = None,
+    preset: Literal["quiet", "paper", "dithered", "harsh"] | None = None,
     like: Annotated[Path | None, Parameter(metavar="ANALYSIS.json|DIR")] = None,
-    kind: Annotated[Literal["angle", "increment", "rate"] | None, Parameter()] = None,
-    seed: Annotated[int | None, Parameter(metavar="N")] = None,
-    table_rate: Annotated[float | None, Parameter(metavar="DEG/S")] = None,
-    duration: Duration = None,
+    options: RigOptions = AS_IT_IS,
     force: Force = False,
     debug: Debug = False,
 ) -> int:
@@ -44,106 +97,51 @@ def simulate(
         What to start from without a CONFIG.toml: paper unless stated.
     like
         A unit with the noise, low-pass and readout that were measured; CONFIG.toml goes over it.
-    kind
-        Of the samples: that of CONFIG.toml, angle unless stated.
-    seed
-        Of every random stream.
-    table_rate
-        Rate of the table; 0 is at rest.
     """
-    del debug
-    if config is not None and preset is not None:
-        raise UsageError("--preset and CONFIG.toml exclude each other; write preset in the TOML")
-    if like is not None and preset is not None:
-        raise UsageError("--preset and --like exclude each other; write what differs in a TOML")
-    left_out: tuple[str, ...] = ()
-    if like is None:
-        chosen = _config(config, preset or "paper")
-    else:
-        chosen, left_out = _like(like, config)
-    if table_rate is not None and chosen.table.profile:
-        raise UsageError("--table-rate has no effect on a table.profile; remove one of them")
+    if preset is not None and (config is not None or like is not None):
+        other = "CONFIG.toml" if like is None else "--like"
+        raise results.UsageError(
+            f"--preset and {other} exclude each other; write what differs in a TOML"
+        )
     from sagnac.formats.statement import of_simulation
-
-    reads = [path for path in (config, like) if path is not None]
-    overwriting.require_free(of_simulation(output), reads, force=force)
-    chosen = changed(chosen, seed=seed, duration=duration, table_rate=table_rate)
-    if kind is not None:
-        chosen = replace(chosen, kind=kind)
+    from sagnac.rig import config as rigs
     from sagnac.rig.simulate import write
 
+    left_out: tuple[str, ...] = ()
+    chosen = rigs.preset(preset or "paper")
+    if like is not None:
+        chosen, left_out = _like(like)
+    if config is not None:
+        chosen = sagnac.RigConfig.from_toml(config, None if like is None else chosen)
+    reads = [path for path in (config, like) if path is not None]
+    overwriting.require_free(of_simulation(output), reads, force=force)
+    chosen = options.applied_to(chosen)
     with results.progress_shown() as progress:
         path, truth_path = write(chosen, output, lambda part: progress("simulate", part))
     # Last: a refusal is not lost below a list.
     for line in left_out:
         print(one_line(line))
     print(f"{chosen.samples} samples at {chosen.sample_rate_hz:g} Hz, seed {chosen.seed}")
-    print_paths([path, truth_path])
-    return DONE
+    results.print_paths([path, truth_path])
+    return results.DONE
 
 
-def changed(
-    config: "sagnac.RigConfig",
-    *,
-    seed: int | None = None,
-    duration: float | None = None,
-    table_rate: float | None = None,
-) -> "sagnac.RigConfig":
-    """A configuration with what the options state instead.
-
-    Raises
-    ------
-    UsageError
-        If a value cannot be.
-    """
-    from sagnac.rig.sections import ConfigurationError
-
-    option = ""
-    try:
-        if seed is not None:
-            option = "--seed"
-            config = replace(config, seed=seed)
-        if duration is not None:
-            option = "--duration"
-            config = replace(config, duration_s=duration)
-        if table_rate is not None:
-            option = "--table-rate"
-            config = replace(config, table=replace(config.table, rate_deg_per_s=table_rate))
-    except ConfigurationError as error:
-        raise UsageError(f"{option}: {error}") from None
-    return config
-
-
-def _config(path: Path | None, preset: str) -> "sagnac.RigConfig":
-    from sagnac.rig.config import preset as preset_of
-
-    if path is None:
-        return preset_of(preset)
-    try:
-        return sagnac.RigConfig.from_toml(path)
-    except ValueError as error:
-        raise sagnac.RecordingError(str(error)) from None
-
-
-def _like(path: Path, config: Path | None) -> "tuple[sagnac.RigConfig, tuple[str, ...]]":
-    """The unit that an analysis measured, a TOML over it; and what is left out, in words."""
+def _like(path: Path) -> "tuple[sagnac.RigConfig, tuple[str, ...]]":
+    """The unit that an analysis measured; and what is left out of it, in words."""
     from sagnac.core.documents import read_analyses
-    from sagnac.core.errors import RecordingError
-    from sagnac.rig.config import RigConfig
     from sagnac.rig.measured import Measured
     from sagnac.rig.sections import ConfigurationError
 
-    documents = read_analyses(path)
-    if len(documents) > 1:
-        raise RecordingError(
+    document, *others = read_analyses(path)
+    if others:
+        raise sagnac.RecordingError(
             "holds several analyses", path=str(path), remedy="give that of one recording"
         )
     try:
-        base = RigConfig.from_analysis(documents[0])
+        base = sagnac.RigConfig.from_analysis(document)
     except ConfigurationError as error:
-        raise RecordingError(error.problem, path=str(path), remedy=error.remedy) from None
-    chosen = base if config is None else RigConfig.from_toml(config, base)
-    return chosen, tuple(Measured.of_document(documents[0]).left_out())
+        raise sagnac.RecordingError(error.problem, path=str(path), remedy=error.remedy) from None
+    return base, tuple(Measured.of_document(document).left_out())
 
 
 # ---- demo --------------------------------------------------------------------------
@@ -155,7 +153,7 @@ RECORDING: Final = "recording.parquet"
 def demo(
     *,
     output: Folder = None,
-    quick: Annotated[bool, Parameter(negative="", show_default=False)] = False,
+    quick: bool = False,
     seed: Annotated[int, Parameter(metavar="N")] = 1,
     force: Force = False,
     debug: Debug = False,
@@ -169,7 +167,6 @@ def demo(
     seed
         Of the simulation.
     """
-    del debug
     from sagnac.core.whole_files import made
     from sagnac.formats.statement import of_simulation
     from sagnac.recording.columns import GYRO_NAMES
@@ -177,13 +174,12 @@ def demo(
     from sagnac.rig.config import preset
     from sagnac.rig.simulate import write
 
-    config = changed(preset("paper"), seed=seed)
+    config = RigOptions(seed=seed).applied_to(preset("paper"))
     if quick:
         config = replace(config, duration_s=QUICK_S)
     folder = output or Path("demo")
-    results.require_writable(folder)
-    for one in (of_simulation(folder / RECORDING), overwriting.outputs_in(folder, "report")):
-        overwriting.require_free(one, force=force)
+    results.require_place(folder, "report", force=force)
+    overwriting.require_free(of_simulation(folder / RECORDING), force=force)
     made(folder)
     began = time.perf_counter()
     with results.progress_shown() as progress:
@@ -197,7 +193,6 @@ def demo(
         analysis = sagnac.analyze(recording, gyros=tuple(GYRO_NAMES), progress=progress)
         analysis = analysis.with_seconds({"simulate": simulated - began, "read": read_s})
         progress("report", 0.0)
-        results.ready_to_draw()
         written = sagnac.write_report(analysis, folder, force=force)
     truth = json.loads(truth_path.read_text(encoding="utf-8"))
     put_in = float(truth["pairs"][analysis.channel]["arw_deg_per_sqrt_h"])
@@ -205,7 +200,7 @@ def demo(
     print(text.beside_truth(analysis, put_in), end="\n\n")
     results.print_paths([path, truth_path, *written.paths])
     print(text.seconds(written.analysis))
-    return DONE
+    return results.DONE
 
 
 # ---- reproduce ---------------------------------------------------------------------
@@ -214,7 +209,7 @@ def demo(
 def reproduce(
     *,
     output: Folder = None,
-    quick: Annotated[bool, Parameter(negative="", show_default=False)] = False,
+    quick: bool = False,
     workers: Workers = None,
     force: Force = False,
     debug: Debug = False,
@@ -229,11 +224,8 @@ def reproduce(
     quick
         Tables of half an hour, not 2 h.
     """
-    del debug
     folder = output or Path("reproduction")
-    results.require_writable(folder)
-    overwriting.require_free(overwriting.outputs_in(folder, "reproduction"), force=force)
-    results.ready_to_draw()
+    results.require_place(folder, "reproduction", force=force)
     from sagnac.core.processes import means_of
     from sagnac.core.whole_files import made
     from sagnac.paper import page as pages
@@ -241,15 +233,14 @@ def reproduce(
     from sagnac.paper.reproduce import reproduce as make
     from sagnac.paper.tables import summary
 
-    with as_usage():
-        means = means_of(workers)
+    scope, means = QUICK if quick else Scope(), means_of(workers)
     try:
-        found = make(made(folder), QUICK if quick else Scope(), means=means, told=standings())
+        found = make(made(folder), scope, means=means, told=results.standings())
     except KeyboardInterrupt:
-        complain(f"stopped; start it again with the same folder, and it goes on ({folder})")
+        results.complain(f"stopped; start it again with the same folder, and it goes on ({folder})")
         raise
     written = pages.write(found, folder)
     print(summary(found), end="\n\n")
     print(f"{found.computed} of {len(found.outcomes)} runs made, the others were there")
     results.print_paths(written)
-    return DONE
+    return results.DONE

@@ -10,6 +10,7 @@ import re
 import reprlib
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
+from difflib import get_close_matches
 from pathlib import Path
 from typing import Any, Final, Literal, Self, get_args
 
@@ -291,6 +292,38 @@ def require_choice(name: str, value: object, allowed: Any) -> None:
     choices = get_args(allowed) or tuple(allowed)
     if value not in choices:
         raise ValueError(f"{name} is {quoted(value)}; use one of {', '.join(choices)}")
+
+
+def require_keywords(function: str, given: Iterable[str], known: Iterable[str]) -> None:
+    """Refuse a keyword that a function does not take.
+
+    Parameters
+    ----------
+    function
+        Its name, for the message.
+    given
+        Keywords that were given.
+    known
+        Keywords that it takes.
+
+    Raises
+    ------
+    TypeError
+        With the function, the keyword, and the one that is nearest to it, or all.
+
+    Examples
+    --------
+    >>> require_keywords("analyze", ["metod"], ["gyros", "method"])
+    Traceback (most recent call last):
+        ...
+    TypeError: analyze has no keyword 'metod'; did you mean method?
+    """
+    known = list(known)
+    for name in given:
+        if name not in known:
+            near = get_close_matches(name, known, 1)
+            meant = f"did you mean {near[0]}?" if near else f"use one of {', '.join(known)}"
+            raise TypeError(f"{function} has no keyword {name!r}; {meant}")
 
 
 def is_finite(value: Any) -> bool:

@@ -16,7 +16,13 @@ from sagnac.core.units import unit_of
 Value = TypeVar("Value")
 Span = tuple[float | None, float | None]
 
-OPTION_OF: Final = {"sample_rate": "rate", "span": "slice", "accepted": "accept"}
+OPTION_OF: Final = {
+    "sample_rate": "rate",
+    "span": "slice",
+    "accepted": "accept",
+    "estimators": "estimator",
+    "tool": "format",
+}
 """Inputs of the library that the command line calls otherwise."""
 
 
@@ -113,7 +119,7 @@ def is_bare(text: str) -> bool:
 _NUMBER: Final = giving("a number")(float)
 # What is no text itself.
 _VALUES: Final[Mapping[str, Callable[[str], Any]]] = {
-    **dict.fromkeys(("gyros", "accelerometers", "covariates", "accept"), names),
+    **dict.fromkeys(("gyros", "accelerometers", "covariates", "accept", "estimator"), names),
     **dict.fromkeys(("kind", "unit"), one_or_by_name),
     **dict.fromkeys(("rate", "counter_period", "confidence"), _NUMBER),
     "columns": by_name,

@@ -8,6 +8,7 @@ from typing import Any
 
 from sagnac.analysis.settings import Settings
 from sagnac.core.arrays import pandas_for
+from sagnac.core.errors import require_keywords
 from sagnac.core.overwriting import outputs_in, require_free
 from sagnac.core.processes import Standing, means_of
 from sagnac.fleet.page import write_overview, write_page
@@ -165,8 +166,7 @@ def _choices(settings: Settings, pattern: str, given: dict[str, Any]) -> Choices
         {name: given[name] for name in given if name in {one.name for one in fields(kind)}}
         for kind in (Settings, Statement)
     )
-    unknown = [name for name in given if name not in of_settings and name not in of_statement]
-    if unknown:
-        raise TypeError(f"{unknown[0]} is a field of neither Settings nor Statement")
+    of_both = (field.name for kind in (Settings, Statement) for field in fields(kind))
+    require_keywords("campaign", given, of_both)
     own = replace(settings, **of_settings)
     return Choices(settings=own, statement=Statement(**of_statement), pattern=pattern)

@@ -198,7 +198,7 @@ def tool_of(path: str | Path) -> ToolName:
     """
     found = _SUFFIXES.get(Path(path).suffix.lower())
     if found is None:
-        raise ValueError(f"{path}: its name tells no format; state the tool")
+        raise ValueError(f"tool is not told by the name {path}; state it")
     return found
 
 
