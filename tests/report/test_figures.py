@@ -14,13 +14,9 @@ from tests.report.examples import CASES
 
 @pytest.mark.parametrize("made", CASES.values(), ids=CASES.keys())
 def test_figures_can_be_drawn(made, tmp_path):
-    for number, figure in enumerate(
-        (
-            figures.stability_figure(made),
-            figures.spectrum_figure(made),
-            figures.comparison_figure({"fos": made, "none": made}),
-        )
-    ):
+    drawn = figures.report_figures(made)
+    compared = figures.comparison_figure({"fos": made, "none": made})
+    for number, figure in enumerate((drawn["stability"], drawn["spectrum"], compared)):
         path = tmp_path / f"{number}.png"
         figures.write_png(figure, path)
         assert path.read_bytes().startswith(b"\x89PNG")
@@ -29,7 +25,7 @@ def test_figures_can_be_drawn(made, tmp_path):
 
 def test_fit_passes_through_the_curve_it_was_made_from():
     made = analysis()
-    axes = figures.stability_figure(made).axes[0]
+    axes = figures.report_figures(made)["stability"].axes[0]
     drawn = {line.get_label(): line for line in axes.get_lines()}
     fit = drawn["fit (likelihood)"]
     points = drawn["after removal"]
@@ -39,7 +35,7 @@ def test_fit_passes_through_the_curve_it_was_made_from():
 
 
 def test_spectrum_lies_at_root_two_n():
-    axes = figures.spectrum_figure(analysis()).axes[0]
+    axes = figures.report_figures(analysis())["spectrum"].axes[0]
     drawn = {line.get_label(): line for line in axes.get_lines()}
     level = float(drawn["√2 N"].get_ydata()[0])
     assert level == pytest.approx(math.sqrt(2.0) * 60.0 * 2.5e-5)  # deg/h/sqrt(Hz)
@@ -49,7 +45,7 @@ def test_spectrum_lies_at_root_two_n():
 
 
 def test_lines_in_table_angle_stand_at_order_times_table_rate():
-    axes = figures.spectrum_figure(analysis()).axes[0]
+    axes = figures.report_figures(analysis())["spectrum"].axes[0]
     drawn = {line.get_label(): line for line in axes.get_lines()}
     # 40 deg/s is one turn in 9 s.
     np.testing.assert_allclose(drawn["line in table angle"].get_xdata(), [1 / 9, 2 / 9, 12 / 9])
@@ -64,14 +60,14 @@ def test_a_spectrum_of_many_bins_keeps_its_peaks():
     made = dataclasses.replace(
         made, spectrum=dataclasses.replace(made.spectrum, frequency=frequency, density=density)
     )
-    axes = figures.spectrum_figure(made).axes[0]
+    axes = figures.report_figures(made)["spectrum"].axes[0]
     after = {line.get_label(): line for line in axes.get_lines()}["after removal"]
     assert len(after.get_xdata()) < 5000
     assert np.asarray(after.get_xdata())[np.argmax(after.get_ydata())] == frequency[123_456]
 
 
 def test_a_description_and_a_name_are_no_marks_of_the_page():
-    figure = figures.stability_figure(analysis())
+    figure = figures.report_figures(analysis())["stability"]
     hostile = 'x" onload="alert(1)"><script>alert(2)</script>\\1 \\input'
     drawing = figures.svg(figure, 'a"b \\g', hostile)
     root = ElementTree.fromstring(drawing)

@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from markupsafe import Markup
 from matplotlib.figure import Figure
 
 from sagnac.core.units import DEGREE
@@ -52,8 +51,7 @@ def page(reproduction: Reproduction, figures: Mapping[str, Figure]) -> str:
         scope=reproduction.scope,
         outcomes=reproduction.outcomes,
         figures={
-            name: Markup(svg(figure, name, f"{name}: see caption"))
-            for name, figure in figures.items()
+            name: svg(figure, name, f"{name}: see caption") for name, figure in figures.items()
         },
         fris=fris,
         highest=max(map(values.excess, fris)),

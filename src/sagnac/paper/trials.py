@@ -1,8 +1,8 @@
 """Trials that might explain the paper: its least squares, and Figure 3."""
 
 import math
-from dataclasses import dataclass, replace
-from typing import Final, Literal, get_args
+from dataclasses import replace
+from typing import Final, Literal, NamedTuple, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -89,8 +89,7 @@ def config_of_run(mode: GyroMode, rate: float, seed: int, duration_s: float) -> 
     )
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Trial:
+class Trial(NamedTuple):
     """A candidate explanation of Figure 3, and how its recording is made."""
 
     name: str
@@ -144,16 +143,10 @@ def trials(duration_s: float = 7200.0) -> tuple[Trial, ...]:
         ),
         "removed": (base, "the preset as it is, lines removed by fos before sampling"),
     }
-    return tuple(
-        Trial(
-            name=name,
-            meaning=meaning,
-            config=config,
-            method="fos" if name == "removed" else "none",
-            preparation="rate" if name == "rate" else "angle",
-        )
-        for name, (config, meaning) in recordings.items()
-    )
+    made = {name: Trial(name, meaning, config) for name, (config, meaning) in recordings.items()}
+    made["rate"] = made["rate"]._replace(preparation="rate")
+    made["removed"] = made["removed"]._replace(method="fos")
+    return tuple(made.values())
 
 
 def with_time_lines(base: RigConfig, time: Pairs) -> RigConfig:

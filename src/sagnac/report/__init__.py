@@ -4,6 +4,7 @@ Notes and errors name an input of the package as an option of the command line.
 """
 
 from collections.abc import Iterable
+from dataclasses import asdict
 
 from sagnac.core.errors import Note, RecordingError, worded
 
@@ -39,16 +40,7 @@ def note_text(note: Note) -> str:
 
 def findings_data(findings: Iterable[Note]) -> list[dict[str, str | float | None]]:
     """Findings as plain data: name, channel, level, text, and effect as a factor on N or None."""
-    return [
-        {
-            "name": note.name,
-            "channel": note.channel,
-            "level": note.level,
-            "text": as_typed(note.text),
-            "effect": note.effect,
-        }
-        for note in findings
-    ]
+    return [{**asdict(note), "text": as_typed(note.text)} for note in findings]
 
 
 def error_text(error: RecordingError) -> str:

@@ -1,5 +1,6 @@
 """An alignment, and heading, attitude and position without aiding: text, data and figures."""
 
+import math
 from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any, Final
@@ -9,7 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from sagnac.core.arrays import FloatArray
-from sagnac.core.units import ARCSECOND, DEGREE, DEGREE_PER_HOUR, HOUR, SENSED
+from sagnac.core.units import ARCSECOND, DEGREE, DEGREE_PER_HOUR, HOUR
 from sagnac.navigation.align import Prospect, Unaided
 from sagnac.navigation.drift import PARTS, Growth
 from sagnac.navigation.error_model import AzimuthError, azimuth_error, flicker_deviation
@@ -17,7 +18,6 @@ from sagnac.navigation.noise import NAMES, GyroNoise
 from sagnac.noise.laws import CoefficientName
 from sagnac.report.figures import styled
 from sagnac.report.frame import BLUE, INK, ORANGE, QUIET, band, logarithmic
-from sagnac.report.quantities import TITLES, number
 from sagnac.report.sections import rendered
 
 # ---- alignment ---------------------------------------------------------------------
@@ -25,7 +25,7 @@ from sagnac.report.sections import rendered
 ARCMINUTE: Final = 60.0 * ARCSECOND
 SCHEMA: Final = "sagnac.alignment/1"
 _SHORTEST_S: Final = 10.0
-_SHARE: Final = 0.9  # of the prior, from which on nothing was found
+_SHARE: Final = 0.9  # of a prior in an answer, from which on nothing else was found
 
 
 def compass_figure(
@@ -92,43 +92,15 @@ def _label_axes(axes: Axes, latitude: float) -> None:
 
 def prospect_text(prospect: Prospect) -> str:
     """The answer first, then what it rests on."""
-    return rendered(
-        "azimuth.txt",
-        prospect=prospect,
-        highest=_highest(prospect),
-        drift=_drift(prospect),
-        percent=f"{100.0 * prospect.compass.confidence:g}",
-        notes=notes_of(prospect),
-        arcmin=lambda angle: f"{number(angle / ARCMINUTE)}′",
-        ARCMINUTE=ARCMINUTE,
-    ).rstrip()
-
-
-def notes_of(prospect: Prospect) -> list[str]:
-    """Limits of the answer."""
-    unseen = prospect.noise.unseen
-    notes = [prospect.foretold] if prospect.foretold else []
-    notes += [
-        f"{TITLES[name]} was not estimated and is taken as zero"
-        + (", and as its upper bound in the second figure" if name in prospect.noise.bounds else "")
-        for name in unseen
-        if name != "angle_random_walk"
-    ]
-    if "angle_random_walk" in unseen:
-        notes.append("N is an upper bound, and so is the azimuth error that it makes")
-    prior, filtered = prospect.start.azimuth, prospect.filtered.azimuth[-1]
-    if filtered > _SHARE * prior:
-        notes.append(
-            f"the filter's azimuth is only the prior of {number(prior / DEGREE)}°: these gyros do "
-            "not find it in that time"
-        )
-    if prospect.start.drift == 0.0:
-        notes.append("the bias is taken as known except for its flicker; accelerometers are ideal")
-    return notes
+    shown, noise = prospect_document(prospect), prospect.noise
+    return rendered("azimuth.txt", shown=shown, noise=noise)
 
 
 def prospect_document(prospect: Prospect) -> dict[str, Any]:
-    """The same as JSON, schema ``sagnac.alignment/1``, SI except where a key names its unit."""
+    """The same as JSON, schema ``sagnac.alignment/1``, SI except where a key names its unit.
+
+    ``notes`` are limits of the answer.
+    """
     compass, filtered, highest = prospect.compass, prospect.filtered, _highest(prospect)
     turning = {}
     if prospect.rotating is not None:
@@ -147,7 +119,9 @@ def prospect_document(prospect: Prospect) -> dict[str, Any]:
             "time_s": filtered.times.tolist(),
             "azimuth_arcmin": (filtered.azimuth / ARCMINUTE).tolist(),
             "process_noise_rad2_per_s": prospect.noise.angle_random_walk**2,
-            "drift_deviation_rad_per_s": _drift(prospect),
+            "drift_deviation_rad_per_s": math.hypot(
+                prospect.start.drift, flicker_deviation(prospect.noise)
+            ),
             "drift_process_noise_rad2_per_s3": prospect.noise.rate_random_walk**2,
             "covariance": filtered.covariance.tolist(),
         },
@@ -156,15 +130,15 @@ def prospect_document(prospect: Prospect) -> dict[str, Any]:
             "time_s": prospect.position.times.tolist(),
             "deviation_m": prospect.position.deviation.tolist(),
         },
-        "notes": notes_of(prospect),
+        "notes": rendered("azimuth_notes.txt", prospect=prospect, share=_SHARE).splitlines(),
     }
 
 
 def _azimuths(found: AzimuthError) -> dict[str, list[float]]:
     """Times, azimuth errors and the ends of their intervals."""
     errors = {"azimuth": found.deviation, "low": found.low, "high": found.high}
-    in_minutes = {f"{name}_arcmin": one / ARCMINUTE for name, one in errors.items()}
-    return {"time_s": found.times.tolist(), **{key: v.tolist() for key, v in in_minutes.items()}}
+    in_minutes = {f"{name}_arcmin": (one / ARCMINUTE).tolist() for name, one in errors.items()}
+    return {"time_s": found.times.tolist(), **in_minutes}
 
 
 def _highest(prospect: Prospect) -> AzimuthError:
@@ -176,10 +150,6 @@ def _highest(prospect: Prospect) -> AzimuthError:
     return replace(worst, floor=max(one.floor for one in found))
 
 
-def _drift(prospect: Prospect) -> float:
-    return float(np.hypot(prospect.start.drift, flicker_deviation(prospect.noise)))
-
-
 # ---- heading drift -----------------------------------------------------------------
 
 _NAMES: Final = ("N", "B", "K", "Markov rate", "initial bias", "accelerometers", "misalignment")
@@ -189,7 +159,6 @@ _STYLES: Final = ("--", ":", "-.", (0, (8, 2)), (0, (5, 1, 1, 1, 1, 1)), (0, (1,
 # Parts that are named only if they are there.
 _OPTIONAL: Final = ("markov_rate", "accelerometers")
 _RAISED: Final = 1.01  # by upper bounds, from which on they are shown
-_PRIOR_SHARE: Final = 0.9  # of the answer, from which on it is the prior alone
 
 
 def drift_document(unaided: Unaided) -> dict[str, Any]:
@@ -265,53 +234,31 @@ def drift_text(unaided: Unaided) -> str:
         notes=drift_notes(unaided),
         symbols=_SYMBOLS,
         zip=zip,
-    ).rstrip()
+    )
 
 
 def drift_notes(unaided: Unaided) -> list[str]:
     """Limits of the answer: what it leaves out, and where it is no more than a prior."""
     found, priors = unaided.drift, unaided.drift.priors
-    notes = []
+    alone = {}
     for name in ("heading", "attitude", "position"):
         growth: Growth = getattr(found, name)
         share = np.sqrt(growth.variances[:, -1]) / np.maximum(growth.deviation(), 1e-300)
-        times = growth.times[share > _PRIOR_SHARE]
-        if times.size:
-            shown = ", ".join(f"{time:g} s" for time in times)
-            notes.append(f"{name} after {shown} is only the prior of azimuth and tilt")
-    if priors.bias is not None and any(priors.bias_is_prior(one) for one in unaided.noises):
-        notes.append("the initial bias is only the prior, which the rest does not improve")
-    open_names = {
-        name
-        for noise in unaided.noises
-        for name in noise.unseen
-        if name != "angle_random_walk" and name not in noise.bounds
-    }
-    notes += [
-        f"{TITLES[name]} was not observable, so that nothing of it is in here"
-        for name in sorted(open_names)
-    ]
-    for name in NAMES:
-        none, likely = _bounded_axes(unaided, name)
-        if none:
-            notes.append(f"{TITLES[name]} of {none} is zero here: only an upper bound is known")
-        if likely:
-            taken = "its upper bound" if name == NAMES[0] else "the most likely"
-            notes.append(f"{TITLES[name]} of {likely} is {taken} here: no more is known of it")
-    if len({id(noise) for noise in unaided.noises}) == 1:
-        notes.append("one gyro stands for all three axes")
-    if not unaided.latitude_stated:
-        notes.append("the latitude is not stated; it counts little over minutes")
-    left_out = [
-        SENSED["accelerometer"].titles[name]
-        for name in NAMES
-        if any(name in one.unseen for one in unaided.accelerometers)
-    ]
-    if left_out:
-        notes.append(f"{' and '.join(left_out)} of accelerometers: zero, since not estimated")
-    ideal = "" if unaided.accelerometers else "accelerometers are ideal, and "
-    notes.append(f"{ideal}the vehicle stands still")
-    return notes
+        alone[name] = growth.times[share > _SHARE].tolist()
+    return rendered(
+        "drift_notes.txt",
+        unaided=unaided,
+        names=NAMES,
+        alone=alone,
+        bias_is_prior=priors.bias is not None and any(map(priors.bias_is_prior, unaided.noises)),
+        unseen={
+            name
+            for noise in unaided.noises
+            for name in noise.unseen
+            if name != "angle_random_walk" and name not in noise.bounds
+        },
+        bounded={name: _bounded_axes(unaided, name) for name in NAMES},
+    ).splitlines()
 
 
 def _bounded_axes(unaided: Unaided, name: CoefficientName) -> tuple[str, str]:

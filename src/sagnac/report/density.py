@@ -4,9 +4,10 @@ import math
 from collections.abc import Mapping
 from dataclasses import replace
 from itertools import cycle, pairwise
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 import numpy as np
+from matplotlib.axes import Axes
 
 from sagnac.analysis.result import Analysis
 from sagnac.analysis.spectra import Spectrum
@@ -15,9 +16,6 @@ from sagnac.lines.model import Line, Scale
 from sagnac.noise.cross_spectra import SelfNoise
 from sagnac.noise.laws import SYMBOLS
 from sagnac.report import frame
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
 
 # ---- lines -------------------------------------------------------------------------
 
@@ -43,7 +41,7 @@ def short_position(line: Line) -> str:
     return f"{line.frequency:.4g}×" if line.scale == "angle" else f"{line.frequency:.4g} Hz"
 
 
-def lines(analysis: Analysis, ax: "Axes | None" = None) -> "Axes":
+def lines(analysis: Analysis, ax: Axes | None = None) -> Axes:
     """Amplitude of each line (″) against its frequency, with one standard deviation.
 
     A line in table angle stands at its order times the mean table rate; orders of a table at
@@ -76,35 +74,27 @@ def lines(analysis: Analysis, ax: "Axes | None" = None) -> "Axes":
     """
     axes = frame.axes_of(ax)
     placed = placed_lines(analysis)
-    for scale in SCALES:
-        _draw_amplitudes(axes, scale, [(at, line) for at, line in placed if line.scale == scale])
+    for scale, (color, label) in SCALES.items():
+        of_scale = [(at, line) for at, line in placed if line.scale == scale]
+        if of_scale:
+            figures = [(at, line.amplitude, line.amplitude_error) for at, line in of_scale]
+            places, amplitude, error = np.array(figures).T
+            axes.errorbar(
+                places, amplitude / ARCSECOND, yerr=error / ARCSECOND, linestyle="none",
+                marker="o", markersize=3.6, elinewidth=0.7, color=color, label=label,
+            )  # fmt: skip
     frame.logarithmic(axes, "frequency (Hz)", "amplitude (″)")
     if not placed:
         axes.set(xlim=(0.1, 10.0), ylim=(0.1, 10.0))
         axes.text(0.5, 0.5, "no line", transform=axes.transAxes, ha="center")
         return axes
     for at, line in placed[:LABELLED_LINES]:
-        color, _ = SCALES[line.scale]
         axes.annotate(
             short_position(line), (at, line.amplitude / ARCSECOND), xytext=(4.0, 4.0),
-            textcoords="offset points", fontsize=7, color=color,
+            textcoords="offset points", fontsize=7, color=SCALES[line.scale][0],
         )  # fmt: skip
     axes.legend()
     return axes
-
-
-def _draw_amplitudes(axes: "Axes", scale: Scale, placed: list[tuple[float, Line]]) -> None:
-    if not placed:
-        return
-    amplitude, error = (
-        np.array([getattr(line, name) for _, line in placed]) / ARCSECOND
-        for name in ("amplitude", "amplitude_error")
-    )
-    color, label = SCALES[scale]
-    axes.errorbar(
-        np.array([at for at, _ in placed]), amplitude, yerr=error, linestyle="none", marker="o",
-        markersize=3.6, elinewidth=0.7, color=color, label=label,
-    )  # fmt: skip
 
 
 # ---- density -----------------------------------------------------------------------
@@ -112,7 +102,7 @@ def _draw_amplitudes(axes: "Axes", scale: Scale, placed: list[tuple[float, Line]
 _DRAWN_BINS: Final = 2400
 
 
-def spectrum(analysis: Analysis, ax: "Axes | None" = None) -> "Axes":
+def spectrum(analysis: Analysis, ax: Axes | None = None) -> Axes:
     """Rate noise density before and after removal (°/h/√Hz, per gyro), its lines marked.
 
     Parameters
@@ -144,12 +134,9 @@ def spectrum(analysis: Analysis, ax: "Axes | None" = None) -> "Axes":
     before, after = _drawn_bins(analysis.spectrum_before), _drawn_bins(analysis.spectrum)
     if frame.removed(analysis):
         axes.plot(
-            before.frequency,
-            before.density,
-            color=frame.QUIET,
-            linewidth=0.8,
+            before.frequency, before.density, color=frame.QUIET, linewidth=0.8,
             label="before removal",
-        )
+        )  # fmt: skip
     axes.plot(
         after.frequency, after.density, color=frame.BLUE, linewidth=0.8, alpha=0.7,
         label=frame.after_removal(analysis),
@@ -173,7 +160,7 @@ def spectrum(analysis: Analysis, ax: "Axes | None" = None) -> "Axes":
     return axes
 
 
-def self_noise(found: SelfNoise, ax: "Axes | None" = None) -> "Axes":
+def self_noise(found: SelfNoise, ax: Axes | None = None) -> Axes:
     """Noise of each gyro alone with its interval, and what all share (°/h/√Hz).
 
     Parameters
@@ -215,7 +202,7 @@ def self_noise(found: SelfNoise, ax: "Axes | None" = None) -> "Axes":
     return axes
 
 
-def _rested_on(axes: "Axes", analysis: Analysis) -> None:
+def _rested_on(axes: Axes, analysis: Analysis) -> None:
     """The band that the answer rests on, and the law of its model and of each term there."""
     choice = analysis.average
     if choice is None or choice.law is None or analysis.angle_random_walk.status != "estimated":
@@ -244,7 +231,7 @@ def _rested_on(axes: "Axes", analysis: Analysis) -> None:
     axes.set_ylim(bottom, top)
 
 
-def _mark_lines(axes: "Axes", analysis: Analysis) -> None:
+def _mark_lines(axes: Axes, analysis: Analysis) -> None:
     """A tick above the spectrum for each line, the strongest with their names."""
     placed = placed_lines(analysis)
     if not placed:
@@ -266,10 +253,9 @@ def _mark_lines(axes: "Axes", analysis: Analysis) -> None:
         if len(taken) == LABELLED_LINES or any(abs(here - other) < 0.035 for other in taken):
             continue
         taken.append(here)
-        color, _ = SCALES[line.scale]
         axes.text(
             frequency, 0.845, short_position(line), transform=stage, rotation=90, ha="center",
-            va="bottom", fontsize=7, color=color, clip_on=False,
+            va="bottom", fontsize=7, color=SCALES[line.scale][0], clip_on=False,
         )  # fmt: skip
 
 

@@ -3,9 +3,12 @@
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.patheffects import withStroke
+from matplotlib.transforms import Bbox
 
 from sagnac.analysis.result import Analysis, headline_coefficients, headline_fit
 from sagnac.analysis.spectra import ByAngle, Residual
@@ -19,9 +22,6 @@ from sagnac.noise.laws import (
 )
 from sagnac.report import frame
 from sagnac.stability.curve import StabilityCurve
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
 
 # How the Allan deviation of each term rises with tau on a log-log plot.
 _SLOPES: Final[Mapping[CoefficientName, str]] = {
@@ -43,7 +43,7 @@ _OF_CHANNEL: Final = "Allan deviation, "
 _UNIT: Final = " (°/h)"
 
 
-def stability(result: Analysis | StabilityCurve, ax: "Axes | None" = None) -> "Axes":
+def stability(result: Analysis | StabilityCurve, ax: Axes | None = None) -> Axes:
     """Deviation against cluster time, with its interval; of an analysis with the fit.
 
     Parameters
@@ -84,7 +84,7 @@ def stability(result: Analysis | StabilityCurve, ax: "Axes | None" = None) -> "A
     return axes
 
 
-def _draw_curve(axes: "Axes", curve: StabilityCurve) -> None:
+def _draw_curve(axes: Axes, curve: StabilityCurve) -> None:
     """One curve, in the unit of the values that it was made of."""
     unit = "unit of the values" if curve.estimator == "tdev" else "unit of the values per s"
     _points(axes, curve, 1.0, label=curve.estimator)
@@ -92,7 +92,7 @@ def _draw_curve(axes: "Axes", curve: StabilityCurve) -> None:
     _limits(axes, curve.tau, curve.deviation, curve.low)
 
 
-def _name_first(axes: "Axes") -> None:
+def _name_first(axes: Axes) -> None:
     """The curve of an analysis that stood alone is called by its channel, as others join it."""
     name = axes.get_ylabel().removeprefix(_OF_CHANNEL).removesuffix(_UNIT)
     for line in axes.get_lines():
@@ -100,28 +100,23 @@ def _name_first(axes: "Axes") -> None:
             line.set_label(name)
 
 
-def _draw_over(axes: "Axes", analysis: Analysis) -> None:
+def _draw_over(axes: Axes, analysis: Analysis) -> None:
     """The curve after removal and the fit, in the next colour, beside those that are there."""
-    there = len(axes.collections)
+    there, before = len(axes.collections), axes.viewLim.frozen()
     color = frame.COLORS[there % len(frame.COLORS)]
-    sides, heights = axes.get_xlim(), axes.get_ylim()
     curve = analysis.curve
     _points(axes, curve, DEGREE_PER_HOUR, label=frame.channel_of(analysis), color=color)
     frame.logarithmic(axes, "cluster time τ (s)", f"Allan deviation{_UNIT}")
     _limits(axes, curve.tau, *(one / DEGREE_PER_HOUR for one in (curve.deviation, curve.low)))
     if there:
-        axes.set_xlim(_widest(axes.get_xlim(), sides))
-        axes.set_ylim(_widest(axes.get_ylim(), heights))
+        both = Bbox.union([before, axes.viewLim])
+        axes.set(xlim=both.intervalx, ylim=both.intervaly)
     if (fit := _fit_of(analysis)) is not None:
         tau, total = fit.sum_over(*axes.get_xlim())
         axes.plot(tau, total, color=color, linewidth=1.0)
 
 
-def _widest(one: tuple[float, float], other: tuple[float, float]) -> tuple[float, float]:
-    return min(one[0], other[0]), max(one[1], other[1])
-
-
-def _draw_curves(axes: "Axes", analysis: Analysis) -> None:
+def _draw_curves(axes: Axes, analysis: Analysis) -> None:
     """The curves before and after removal, in °/h, with the fit."""
     after = analysis.curve
     # An analysis that was read again holds the curve after removal alone.
@@ -142,7 +137,7 @@ def _draw_curves(axes: "Axes", analysis: Analysis) -> None:
 
 
 def _points(
-    axes: "Axes", curve: StabilityCurve, unit: float, *, label: str, color: str = frame.BLUE
+    axes: Axes, curve: StabilityCurve, unit: float, *, label: str, color: str = frame.BLUE
 ) -> None:
     """The points of a curve and its interval, in `unit`."""
     deviation, low, high = (one / unit for one in (curve.deviation, curve.low, curve.high))
@@ -151,7 +146,7 @@ def _points(
     frame.band(axes, curve.tau, low, high, color, label=interval)
 
 
-def _limits(axes: "Axes", tau: FloatArray, *deviations: FloatArray) -> None:
+def _limits(axes: Axes, tau: FloatArray, *deviations: FloatArray) -> None:
     """Room for the data, not for what a fit says far below it."""
     values = np.concatenate(deviations)
     values = values[np.isfinite(values) & (values > 0.0)]
@@ -184,17 +179,17 @@ def _fit_of(analysis: Analysis) -> _Drawn | None:
         for name in COEFFICIENT_NAMES
         if name in coefficients and coefficients[name].status == "estimated"
     }
-    if not values:
-        return None
+    name, shortest = _NAMES["average"], 0.0
     if fit is not None:
-        return _Drawn(name=fit.method, values=values, shortest=0.0)
-    name = _NAMES["average" if average is None else average.member]
-    # What the average says holds below the upper edge of its band.
-    shortest = 0.5 / average.band_hz[1] if average is not None and average.terms else 0.0
-    return _Drawn(name=name, values=values, shortest=shortest)
+        name = fit.method
+    elif average is not None:
+        name = _NAMES[average.member]
+        # What the average says holds below the upper edge of its band.
+        shortest = 0.5 / average.band_hz[1] if average.terms else 0.0
+    return _Drawn(name=name, values=values, shortest=shortest) if values else None
 
 
-def _fitted(axes: "Axes", analysis: Analysis) -> None:
+def _fitted(axes: Axes, analysis: Analysis) -> None:
     """Basis of the answer: its sum, and each term it estimated with its slope."""
     fit = _fit_of(analysis)
     if fit is None:
@@ -210,10 +205,8 @@ def _fitted(axes: "Axes", analysis: Analysis) -> None:
         _below(axes, tau[inside], part[inside], f"{SYMBOLS[name]}, slope {_SLOPES[name]}")
 
 
-def _below(axes: "Axes", tau: FloatArray, level: FloatArray, text: str) -> None:
+def _below(axes: Axes, tau: FloatArray, level: FloatArray, text: str) -> None:
     """Write along and below the middle of a line, if there is room for it."""
-    from matplotlib.patheffects import withStroke  # noqa: PLC0415  (matplotlib is an extra)
-
     if tau.size == 0:
         return
     points = axes.transData.transform(np.stack([tau, level], axis=1))
@@ -234,7 +227,7 @@ def _below(axes: "Axes", tau: FloatArray, level: FloatArray, text: str) -> None:
 _LONG_S: Final = 7_000.0
 
 
-def parts(analysis: Analysis, ax: "Axes | None" = None) -> "Axes":
+def parts(analysis: Analysis, ax: Axes | None = None) -> Axes:
     """N over parts of the recording (°/√h) against time, with the answer and its interval.
 
     Parameters
@@ -286,7 +279,7 @@ def parts(analysis: Analysis, ax: "Axes | None" = None) -> "Axes":
     return axes
 
 
-def residual(analysis: Analysis, ax: "Axes | None" = None) -> "Axes":
+def residual(analysis: Analysis, ax: Axes | None = None) -> Axes:
     """Mean rate of what removal leaves against time, °/h per gyro, less its mean.
 
     Parameters
@@ -319,7 +312,7 @@ def residual(analysis: Analysis, ax: "Axes | None" = None) -> "Axes":
     return axes
 
 
-def residual_by_angle(analysis: Analysis, ax: "Axes | None" = None) -> "Axes":
+def residual_by_angle(analysis: Analysis, ax: Axes | None = None) -> Axes:
     """Mean rate over the turns of the table, °/h per gyro, of what removal leaves.
 
     Parameters
@@ -350,7 +343,7 @@ def residual_by_angle(analysis: Analysis, ax: "Axes | None" = None) -> "Axes":
     return axes
 
 
-def orders(analysis: Analysis, ax: "Axes | None" = None) -> "Axes":
+def orders(analysis: Analysis, ax: Axes | None = None) -> Axes:
     """Amplitude of each order of the table angle, °/h per gyro, before and after removal.
 
     Parameters

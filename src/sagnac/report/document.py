@@ -50,6 +50,8 @@ from sagnac.stability.curve import StabilityCurve
 # ---- document ----------------------------------------------------------------------
 
 COMPARISON_SCHEMA: Final = "sagnac.comparison/1"
+_ENDS: Final = ("value", "low", "high")
+_DEVIATION: Final = "deviation_deg_per_h"  # of the curve of gyros
 
 
 def analysis_document(analysis: Analysis) -> dict[str, Any]:
@@ -83,10 +85,7 @@ def analysis_document(analysis: Analysis) -> dict[str, Any]:
             **json_data.choice_data(analysis),
         },
         "coefficients": _coefficients(headline_coefficients(analysis)),
-        "covariance": json_data.covariance_data(analysis),
-        **json_data.low_pass_data(analysis),
-        **json_data.readout_data(analysis),
-        **json_data.slow_noise_data(analysis),
+        **_of_sensor(analysis),
         **({} if verdict is None else {"verdict": verdict_data(verdict)}),
         "parts": json_data.parts_data(analysis),
         "shares": json_data.shares_data(analysis),
@@ -99,7 +98,7 @@ def analysis_document(analysis: Analysis) -> dict[str, Any]:
         "lines": [line_data(line) for line in analysis.lines],
         "curve": {
             "estimator": curve.estimator,
-            **_points(curve, units.UNITS["deg/h"], "deviation_deg_per_h"),
+            **_points(curve, units.UNITS["deg/h"], _DEVIATION),
         },
         **_family(analysis),
         "findings": findings_data(analysis.findings),
@@ -202,10 +201,7 @@ def _force_data(analysis: Analysis) -> dict[str, Any]:
         "coefficients": _coefficients(answer_coefficients(analysis), "accelerometer"),
         "source": analysis.source,
         "curve": {"estimator": curve.estimator, "unit": unit.name, **_points(curve, unit)},
-        "covariance": json_data.covariance_data(analysis),
-        **json_data.low_pass_data(analysis),
-        **json_data.readout_data(analysis),
-        **json_data.slow_noise_data(analysis),
+        **_of_sensor(analysis),
         "lines": [
             {
                 "frequency_hz": line.frequency,
@@ -215,6 +211,16 @@ def _force_data(analysis: Analysis) -> dict[str, Any]:
             for line in analysis.lines
         ],
         "notes": [note_text(note) for note in analysis.notes],
+    }
+
+
+def _of_sensor(analysis: Analysis) -> dict[str, Any]:
+    """Spread of the coefficients, and traits of a gyro or an accelerometer."""
+    return {
+        "covariance": json_data.covariance_data(analysis),
+        **json_data.low_pass_data(analysis),
+        **json_data.readout_data(analysis),
+        **json_data.slow_noise_data(analysis),
     }
 
 
@@ -232,12 +238,10 @@ def _points(
 
 def _input(analysis: Analysis) -> dict[str, Any]:
     rate = analysis.table_rate
-    recording, span = analysis.recording, getattr(analysis.recording.provenance, "span_s", None)
+    recording, read = analysis.recording, analysis.recording.provenance
     return {
-        **{
-            name: getattr(recording.provenance, name, None) for name in ("path", "sha256", "format")
-        },
-        "slice_s": list(span) if span else None,
+        **{name: getattr(read, name, None) for name in ("path", "sha256", "format")},
+        "slice_s": list(read.span_s) if read and read.span_s else None,
         "samples": recording.samples,
         "kind": recording.gyro(analysis.settings.gyros[0]).kind,
         "sample_rate_hz": recording.sample_rate,
@@ -289,9 +293,9 @@ def _coefficients(
 def _estimate(
     name: CoefficientName, estimate: Estimate, sensor: units.Sensor = "gyro"
 ) -> dict[str, Any]:
+    sizes = estimate_units(name, sensor)
     units = {
-        unit: {end: getattr(estimate, end) / size for end in ("value", "low", "high")}
-        for unit, size in estimate_units(name, sensor).items()
+        unit: {end: getattr(estimate, end) / size for end in _ENDS} for unit, size in sizes.items()
     }
     unit = next(iter(units))
     return {
@@ -334,105 +338,82 @@ def read_analysis(path: str | Path) -> Analysis:
         ) from None
 
 
-def analysis_from(document: Document) -> Analysis:
+def analysis_from(document: Document, channel: str = "", of: Document | None = None) -> Analysis:
     """The analysis that a document of schema ``sagnac.analysis/1`` states, in SI.
 
     Parameters
     ----------
     document
-        As `sagnac.report.document.analysis_document` makes it.
+        As `sagnac.report.document.analysis_document` makes it; or what it holds of an
+        accelerometer.
+    channel, of
+        Of an accelerometer: its name, and the document of its gyros.
 
     Raises
     ------
     ValueError, KeyError, TypeError
         If it breaks its schema.
     """
-    said = document["input"]
-    rate = said.get("table_rate_deg_per_s")
-    stated = document["angle_random_walk"]
-    alone = {name: analysis_from(one) for name, one in document.get("gyros", {}).items()}
+    sensor: units.Sensor = "gyro" if of is None else "accelerometer"
+    whole, settled = of or document, (of or document)["settings"]
+    said, stated = whole["input"], document[units.SENSED[sensor].keys["angle_random_walk"]]
+    channel = channel or document["channel"]
+    rate = said.get("table_rate_deg_per_s") if of is None else None
+    forces = document.get("accelerometers") or {}
     return Analysis.of_fields(
         stored=document,
-        settings=_settings(document, tuple(said["gyros"]), document["settings"]["confidence"]),
-        channel=document["channel"],
+        settings=Settings(
+            gyros=tuple(said["gyros"]) if of is None else (channel,),
+            method=settled["method"],
+            interval=settled.get("interval_s"),
+            confidence=settled["confidence"],
+        ),
+        channel=channel,
         table_rate=None if rate is None else rate * units.DEGREE,
-        angle_random_walk=_stored_estimate("angle_random_walk", stated),
-        source=stated["source"],
+        angle_random_walk=_stored_estimate("angle_random_walk", stated, sensor),
+        source=stated["source"] if of is None else document["source"],
         average=_average(stated),
-        coefficients=_stored_coefficients(document["coefficients"]),
-        covariance=_covariance(document.get("covariance")),
+        coefficients=_stored_coefficients(document["coefficients"], sensor),
+        covariance=_covariance(document.get("covariance")) if of is None else None,
         fits={
             name: Fit(method=name, coefficients=_stored_coefficients(found))
-            for name, found in document["estimates"].items()
+            for name, found in document.get("estimates", {}).items()
         },
         per_gyro={
             name: _stored_estimate("angle_random_walk", one)
             for name, one in document.get("per_gyro", {}).items()
         },
         parts=tuple(map(_part, document.get("parts") or ())),
-        lines=tuple(map(_stored_line, document["lines"])),
-        curve=_curve(document["curve"], "deviation_deg_per_h", "gyro", document),
+        lines=tuple(_stored_line(one, channel) for one in document["lines"]),
+        curve=_curve(document["curve"], sensor, whole),
         notes=_notes(document),
-        seconds=dict(document["seconds"]),
-        gyros=alone,
-        accelerometers={
-            name: _force(name, one, document)
-            for name, one in (document.get("accelerometers") or {}).items()
-        },
+        seconds=dict(document.get("seconds", {})),
+        gyros={name: analysis_from(one) for name, one in document.get("gyros", {}).items()},
+        accelerometers={name: analysis_from(one, name, document) for name, one in forces.items()},
         refused={name: RecordingError(why) for name, why in document.get("refused", {}).items()},
     )
 
 
-def _settings(document: Document, gyros: tuple[str, ...], confidence: float) -> Settings:
-    stated = document["settings"]
-    return Settings(
-        gyros=gyros,
-        method=stated["method"],
-        interval=stated.get("interval_s"),
-        confidence=confidence,
-    )
+def _number(stated: float | None, size: float = 1.0) -> float:
+    """A number in SI; NaN for the None of JSON."""
+    return math.nan if stated is None else float(stated) * size
 
 
-def _force(channel: str, stated: Document, document: Document) -> Analysis:
-    """An accelerometer of the document of its gyros."""
-    walk = _stored_estimate("angle_random_walk", stated["velocity_random_walk"], "accelerometer")
-    return Analysis.of_fields(
-        stored=stated,
-        settings=_settings(document, (channel,), walk.confidence),
-        channel=channel,
-        table_rate=None,
-        angle_random_walk=walk,
-        source=stated["source"],
-        coefficients=_stored_coefficients(stated["coefficients"], "accelerometer"),
-        fits={},
-        per_gyro={},
-        lines=tuple(_stored_line(one, channel) for one in stated["lines"]),
-        curve=_curve(stated["curve"], "deviation", "accelerometer", document),
-        notes=tuple(Note(text=text) for text in stated["notes"]),
-        seconds={},
-    )
-
-
-def _number(value: float | None) -> float:
-    """A number, or NaN for the None of JSON."""
-    return math.nan if value is None else float(value)
+def _numbers(stated: Sequence[float | None], size: float = 1.0) -> FloatArray:
+    """Numbers in SI; NaN for each None."""
+    return size * np.array([_number(one) for one in stated])
 
 
 def _ends(stated: Document, size: float) -> dict[str, float]:
     """Value and interval in SI."""
-    return {end: _number(stated[end]) * size for end in ("value", "low", "high")}
-
-
-def _numbers(stated: Sequence[float | None], size: float = 1.0) -> FloatArray:
-    return size * np.array([_number(one) for one in stated])
+    return {end: _number(stated[end], size) for end in _ENDS}
 
 
 def _stored_estimate(
     name: CoefficientName, stated: Document, sensor: units.Sensor = "gyro"
 ) -> Estimate:
-    size = estimate_units(name, sensor)[stated["unit"]]
     return Estimate(
-        **_ends(stated, size),
+        **_ends(stated, estimate_units(name, sensor)[stated["unit"]]),
         confidence=stated["confidence"],
         status=stated["status"],
         name=name,
@@ -455,21 +436,16 @@ def _covariance(stated: Document | None) -> Covariance | None:
     if stated is None:
         return None
     sizes = [units.field_unit(name).size for name in stated["names"]]
-    matrix = np.array([_numbers(row) for row in stated["matrix"]])
-    return Covariance(names=tuple(stated["names"]), matrix=matrix * np.outer(sizes, sizes))
+    matrix = np.array(list(map(_numbers, stated["matrix"]))) * np.outer(sizes, sizes)
+    return Covariance(names=tuple(stated["names"]), matrix=matrix)
 
 
 def _average(stated: Document) -> ModelChoice | None:
     if "band_hz" not in stated:
         return None
     low, high = map(_number, stated["band_hz"])
-    return ModelChoice(
-        band_hz=(low, high),
-        terms=tuple(stated["terms"]),
-        share=stated.get("share", 0.0),
-        member=stated.get("member", "average"),
-        slow_terms=stated.get("slow_terms", "average"),
-    )
+    others = {name: stated[name] for name in ("share", "member", "slow_terms") if name in stated}
+    return ModelChoice(band_hz=(low, high), terms=tuple(stated["terms"]), **others)
 
 
 def _part(stated: Document) -> Part:
@@ -477,11 +453,11 @@ def _part(stated: Document) -> Part:
     return Part(start_s=stated["start_s"], stop_s=stated["stop_s"], **ends)
 
 
-def _stored_line(stated: Document, channel: str = "") -> Line:
+def _stored_line(stated: Document, channel: str) -> Line:
     """A line; of an accelerometer the document states no phase and no errors."""
 
     def read(key: str, size: float = 1.0) -> float:
-        return _number(stated.get(key)) * size
+        return _number(stated.get(key), size)
 
     scale, of_force = stated.get("scale", "time"), "velocity_amplitude_m_per_s"
     kind, unit = LINE_PLACES[scale]
@@ -499,15 +475,15 @@ def _stored_line(stated: Document, channel: str = "") -> Line:
     )
 
 
-def _curve(stated: Document, of: str, sensor: units.Sensor, document: Document) -> StabilityCurve:
+def _curve(stated: Document, sensor: units.Sensor, document: Document) -> StabilityCurve:
     """The curve, per gyro. A document states neither terms nor noise types: both are 0."""
     size = units.UNITS[stated.get("unit", units.SENSED[sensor].rate_unit)].size
-    tau = np.array(stated["tau_s"], dtype=float)
+    tau = _numbers(stated["tau_s"])
     return StabilityCurve(
         tau=tau,
-        deviation=_numbers(stated[of], size),
+        deviation=_numbers(stated[_DEVIATION if sensor == "gyro" else "deviation"], size),
         terms=np.zeros(tau.size, dtype=np.int64),
-        edf=np.array(stated.get("edf", np.full(tau.size, np.nan)), dtype=float),
+        edf=_numbers(stated.get("edf", [None] * tau.size)),
         low=_numbers(stated["low"], size),
         high=_numbers(stated["high"], size),
         noise_type=np.zeros(tau.size, dtype=np.int64),

@@ -3,7 +3,7 @@
 import re
 import struct
 import zlib
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from io import StringIO
 from itertools import cycle
@@ -12,7 +12,7 @@ from typing import Any, Final
 
 import matplotlib as mpl
 import numpy as np
-from markupsafe import escape
+from markupsafe import Markup, escape
 from matplotlib.axes import Axes
 from matplotlib.axis import Axis
 from matplotlib.backend_bases import GraphicsContextBase
@@ -27,52 +27,18 @@ from numpy.typing import ArrayLike
 
 from sagnac.analysis.result import Analysis
 from sagnac.core.arrays import FloatArray
-from sagnac.core.units import DEGREE, DEGREE_PER_HOUR, SENSED, UNITS, Unit
+from sagnac.core.units import DEGREE, DEGREE_PER_HOUR, SENSED, UNITS
 from sagnac.core.whole_files import write_bytes
 from sagnac.noise.cross_spectra import SelfNoise
 from sagnac.report import density, deviation, frame
-from sagnac.report.quantities import curve_unit, in_field_unit, number
+from sagnac.report.quantities import in_field_unit, number
 from sagnac.table.frames import shares_from_deviations, table_to_gyro_matrix
 
 # ---- style -------------------------------------------------------------------------
 
-_FAINT: Final = "#e4e4e4"
-_TICKS: Final = "#6b6b6b"
-_MINOR_TICK: Final = 1.8  # points
-
-STYLE: Final[dict[Any, Any]] = {
-    "font.family": "DejaVu Sans",
-    "font.size": 9.5,
-    "axes.labelsize": 9.5,
-    "axes.edgecolor": _TICKS,
-    "axes.linewidth": 0.7,
-    "axes.labelcolor": frame.INK,
-    "axes.spines.top": False,
-    "axes.spines.right": False,
-    "axes.axisbelow": True,
-    "axes.grid": True,
-    "grid.color": _FAINT,
-    "grid.linewidth": 0.6,
-    "xtick.color": _TICKS,
-    "ytick.color": _TICKS,
-    "xtick.labelcolor": frame.INK,
-    "ytick.labelcolor": frame.INK,
-    "xtick.labelsize": 8.5,
-    "ytick.labelsize": 8.5,
-    "xtick.minor.size": _MINOR_TICK,
-    "ytick.minor.size": _MINOR_TICK,
-    "legend.frameon": False,
-    "legend.fontsize": 8.5,
-    "lines.linewidth": 1.3,
-    "lines.markersize": 3.6,
-    "mathtext.fontset": "dejavusans",
-    "svg.fonttype": "path",
-    "path.simplify": True,
-    "path.simplify_threshold": 0.3,
-    # Whatever layout a user's own settings ask for: plots and legends are placed here.
-    "figure.autolayout": False,
-    "figure.constrained_layout.use": False,
-}
+STYLE: Final = mpl.rc_params_from_file(
+    Path(__file__).with_name("report.mplstyle"), use_default_template=False
+)
 _SIZE: Final = (6.6, 4.5)
 _FRAME: Final = {"left": 0.115, "right": 0.975, "bottom": 0.115}
 _LEGEND_ROW: Final = 0.165  # inches
@@ -152,9 +118,9 @@ def _draw_minor_ticks_at_once(axes: Axes, axis: Axis) -> None:
             transform=axes.get_xaxis_transform() if across else axes.get_yaxis_transform(),
             linestyle="none",
             marker=MarkerStyle(TICKDOWN if across else TICKLEFT),
-            markersize=_MINOR_TICK,
+            markersize=STYLE["xtick.minor.size"],
             markeredgewidth=mpl.rcParams["xtick.minor.width"],
-            color=_TICKS,
+            color=STYLE["xtick.color"],
             clip_on=False,
         )
     )
@@ -205,12 +171,37 @@ def legend_above(axes: Axes, columns: int) -> None:
 # ---- figures -----------------------------------------------------------------------
 
 # Colour and marker of a curve by the method that leaves it.
-METHODS: Final = {
+_METHOD_STYLES: Final = {
     "none": (frame.QUIET, "s"), "fris": (frame.ORANGE, "^"), "fos-paper": (frame.GREEN, "D"),
     "fos-korenberg": (frame.INK, "v"), "fos": (frame.BLUE, "o"),
 }  # fmt: skip
 
+_VIEW: Final = re.compile(r'viewBox="[^"]*"')
 _HUNDREDTHS: Final = re.compile(r"(?<=\.\d{2})\d+")
+
+
+def report_figures(analysis: Analysis) -> dict[str, Figure]:
+    """The figures of one analysis by name, drawn once for the page and for the files beside it.
+
+    ``stability``, ``spectrum``, ``parts`` (of two parts or more that show N) and ``residual``; one
+    that there is nothing for is left out.
+    """
+    drawn = {
+        "stability": _drawn(deviation.stability, analysis, 4),
+        "spectrum": _drawn(density.spectrum, analysis, 3),
+    }
+    if sum(part.shows for part in analysis.parts) > 1:
+        drawn["parts"] = _drawn(deviation.parts, analysis, 3)
+    if analysis.residual is not None and analysis.residual.time.size > 1:
+        drawn["residual"] = _residual_figure(
+            analysis, turning=analysis.residual.by_angle is not None
+        )
+    return drawn
+
+
+def self_noise_figure(found: SelfNoise) -> Figure:
+    """Noise density of each of several gyros alone, and what all share."""
+    return _drawn(density.self_noise, found, 4)
 
 
 def _drawn(draw: Callable[..., Axes], result: Analysis | SelfNoise, columns: int) -> Figure:
@@ -222,40 +213,19 @@ def _drawn(draw: Callable[..., Axes], result: Analysis | SelfNoise, columns: int
     return figure
 
 
-def stability_figure(analysis: Analysis) -> Figure:
-    """Allan deviation before and after removal, the five-term fit, and its slopes."""
-    return _drawn(deviation.stability, analysis, 4)
-
-
-def spectrum_figure(analysis: Analysis) -> Figure:
-    """Rate spectrum before and after removal, with the lines that were removed marked."""
-    return _drawn(density.spectrum, analysis, 3)
-
-
-def parts_figure(analysis: Analysis) -> Figure | None:
-    """N over parts of the recording against time; None if fewer than two parts show it."""
-    if sum(part.shows for part in analysis.parts) < 2:
-        return None
-    return _drawn(deviation.parts, analysis, 3)
-
-
-def residual_figure(analysis: Analysis) -> Figure | None:
+def _residual_figure(analysis: Analysis, *, turning: bool) -> Figure:
     """The residual against time; on a table also against its angle, and by orders."""
-    if analysis.residual is None or analysis.residual.time.size < 2:
-        return None
-    with styled() as (figure, _axes):
-        sides = {"left": figure.subplotpars.left, "right": figure.subplotpars.right}
-        figure.clear()
-        if analysis.residual.by_angle is None:
-            deviation.residual(analysis, figure.add_subplot())
-            figure.subplots_adjust(top=0.96, **sides)
-        else:
+    draws = (deviation.residual, deviation.residual_by_angle, deviation.orders)
+    with styled() as (figure, axes):
+        if turning:
+            figure.clear()
             figure.set_size_inches(figure.get_figwidth(), 6.4)
-            against_time, against_angle, orders = figure.subplots(3, 1)
-            deviation.residual(analysis, against_time)
-            deviation.residual_by_angle(analysis, against_angle)
-            deviation.orders(analysis, orders)
-            figure.subplots_adjust(top=0.98, bottom=0.085, hspace=0.42, **sides)
+            for draw, one in zip(draws, figure.subplots(3, 1), strict=True):
+                draw(analysis, one)
+            figure.subplots_adjust(**{**_FRAME, "bottom": 0.085}, top=0.98, hspace=0.42)
+        else:
+            deviation.residual(analysis, axes)
+            figure.subplots_adjust(bottom=0.11, top=0.96)
     return figure
 
 
@@ -271,7 +241,7 @@ def comparison_figure(analyses: Mapping[str, Analysis]) -> Figure:
         for method, analysis in analyses.items():
             curve = analysis.curve
             reach = np.stack([curve.deviation - curve.low, curve.high - curve.deviation])
-            color, marker = METHODS.get(method, (frame.INK, "x"))
+            color, marker = _METHOD_STYLES.get(method, (frame.INK, "x"))
             axes.errorbar(
                 curve.tau, curve.deviation / DEGREE_PER_HOUR,
                 yerr=np.maximum(reach, 0.0) / DEGREE_PER_HOUR, color=color, marker=marker,
@@ -284,17 +254,12 @@ def comparison_figure(analyses: Mapping[str, Analysis]) -> Figure:
     return figure
 
 
-def unit_figure(analysis: Analysis) -> Figure:
-    """Allan deviation of each gyro that was taken alone, as recorded."""
-    return curves_figure(list(analysis.gyros.values()), curve_unit("oadev"))
-
-
-def curves_figure(analyses: Sequence[Analysis], unit: Unit) -> Figure:
-    """Allan deviation of several channels against cluster time, as recorded, in a unit of rate."""
+def curves_figure(analyses: Sequence[Analysis]) -> Figure:
+    """Allan deviation of gyros, or of accelerometers, against cluster time, as recorded."""
+    unit = UNITS[SENSED[analyses[0].sensor].rate_unit]
+    colors = cycle((frame.BLUE, frame.ORANGE, frame.GREEN, frame.INK))
     with styled(6) as (figure, axes):
-        for analysis, color in zip(
-            analyses, cycle((frame.BLUE, frame.ORANGE, frame.GREEN, frame.INK)), strict=False
-        ):
+        for analysis, color in zip(analyses, colors, strict=False):
             curve = analysis.curve_before
             deviation, low, high = (
                 one / unit.size for one in (curve.deviation, curve.low, curve.high)
@@ -306,31 +271,6 @@ def curves_figure(analyses: Sequence[Analysis], unit: Unit) -> Figure:
             frame.band(axes, curve.tau, low, high, color, alpha=0.15)
         frame.logarithmic(axes, "cluster time τ (s)", f"Allan deviation ({unit.symbol})")
     return figure
-
-
-def force_figure(analyses: Sequence[Analysis]) -> Figure:
-    """Allan deviation of accelerometers against cluster time, as recorded."""
-    return curves_figure(analyses, UNITS[SENSED["accelerometer"].rate_unit])
-
-
-def self_noise_figure(found: SelfNoise) -> Figure:
-    """Noise density of each of several gyros alone, and what all share."""
-    return _drawn(density.self_noise, found, 4)
-
-
-def report_figures(analysis: Analysis) -> dict[str, Figure]:
-    """The figures of one analysis by name, drawn once for the page and for the files beside it.
-
-    ``stability``, ``spectrum``, ``parts`` and ``residual``; one that there is nothing for is left
-    out.
-    """
-    drawn = {
-        "stability": stability_figure(analysis),
-        "spectrum": spectrum_figure(analysis),
-        "parts": parts_figure(analysis),
-        "residual": residual_figure(analysis),
-    }
-    return {name: figure for name, figure in drawn.items() if figure is not None}
 
 
 DOTS: Final = 200  # to the inch, of a PNG
@@ -366,9 +306,7 @@ class _InPixelsToo(RendererSVG):
 
     def _larger(self, transform: Any) -> Affine2D:
         """A transform to points as one to pixels."""
-        matrix = np.array(transform.get_matrix())
-        matrix[:2] *= self._times
-        return Affine2D(matrix)
+        return Affine2D(np.array(transform.get_matrix())).scale(self._times)
 
     def _clipped(self, gc: Any) -> GraphicsContextBase:
         """A style, which is in points anyway, with its clipping in pixels."""
@@ -380,7 +318,7 @@ class _InPixelsToo(RendererSVG):
         return found
 
 
-def svg(figure: Figure, name: str, description: str, *, png: Path | None = None) -> str:
+def svg(figure: Figure, name: str, description: str, *, png: Path | None = None) -> Markup:
     """The figure as an ``<svg>`` element to stand inside a page.
 
     Parameters
@@ -397,11 +335,8 @@ def svg(figure: Figure, name: str, description: str, *, png: Path | None = None)
     text = StringIO()
     with mpl.rc_context({**STYLE, "svg.hashsalt": name}):
         figure.dpi = 72
-        size, unsaid = figure.bbox.size, {"Date": None, "Creator": None}
-        if png is None:
-            renderer = RendererSVG(*size, text, metadata=unsaid)
-        else:
-            renderer = _InPixelsToo(*size, text, metadata=unsaid)
+        kind = RendererSVG if png is None else _InPixelsToo
+        renderer = kind(*figure.bbox.size, text, metadata={"Date": None, "Creator": None})
         figure.draw(renderer)
         renderer.finalize()
     if isinstance(renderer, _InPixelsToo) and png is not None:
@@ -416,17 +351,11 @@ def svg(figure: Figure, name: str, description: str, *, png: Path | None = None)
     drawing = re.sub(
         r'(?<= d=")M [^"]*(?=")', lambda path: _HUNDREDTHS.sub("", path.group()), drawing
     )
-    # Names in the description are neither marks of the page nor groups of the pattern.
-    said = escape(description)
-    return re.sub(
-        r"<svg [^>]*?(viewBox=\"[^\"]*\")[^>]*>",
-        lambda found: (
-            f'<svg xmlns:xlink="http://www.w3.org/1999/xlink" {found[1]} role="img" '
-            f'aria-label="{said}">'
-        ),
-        drawing,
-        count=1,
+    head = (
+        f'<svg xmlns:xlink="http://www.w3.org/1999/xlink" {_VIEW.findall(drawing)[0]} role="img" '
+        f'aria-label="{escape(description)}">'
     )
+    return Markup(head + drawing.partition(">")[2])
 
 
 def write_png(figure: Figure, path: Path) -> None:
@@ -487,7 +416,7 @@ _HEIGHT: Final = 24.0 * DEGREE
 _TURNED: Final = 38.0 * DEGREE  # of the table since the null indicator
 _HEADING: Final = 25.0 * DEGREE  # of the null indicator from north
 _LENGTH: Final = 1.15
-_RADIUS: Final = 1.0
+_INNER: Final = 0.92  # radius of the inner circle, of the rim's
 
 
 def frames_figure(share_deviation: ArrayLike = (0.0, 0.0, 0.0)) -> Figure:
@@ -499,7 +428,6 @@ def frames_figure(share_deviation: ArrayLike = (0.0, 0.0, 0.0)) -> Figure:
         (3,) of e_x, e_y and e_z from 1/sqrt(3), Eq. 2.
     """
     shares = shares_from_deviations(share_deviation)
-    level = np.eye(3)  # rows: north, east, down
     null, table = _turned(_HEADING), _turned(_HEADING + _TURNED)
     gyros = table_to_gyro_matrix(*shares) @ table
     with styled() as (figure, axes):
@@ -507,13 +435,22 @@ def frames_figure(share_deviation: ArrayLike = (0.0, 0.0, 0.0)) -> Figure:
         axes.set_axis_off()
         _draw_table(axes, null, table)
         for rows, color, style, names in (
-            (level, frame.QUIET, "-", ("$x_n$ north", "$y_n$ east", "")),
+            # Rows of the level frame: north, east, down.
+            (np.eye(3), frame.QUIET, "-", ("$x_n$ north", "$y_n$ east", "")),
             (null[:2], frame.ORANGE, "--", ("$x_{b0}$, null", "$y_{b0}$")),
             (table, frame.INK, "-", ("$x_b$", "$y_b$", "$z_b$, $z_n$ down, shaft")),
             (gyros, frame.BLUE, "-", ("$x_s$", "$y_s$", "$z_s$")),
         ):
-            _draw_axes(axes, rows, color, style, names)
-        _draw_angle(axes)
+            arrow = {"arrowstyle": "-|>", "color": color, "linestyle": style, "linewidth": 1.1}
+            for (across, up), name in zip(seen(_LENGTH * rows), names, strict=True):
+                axes.annotate("", (across, up), (0.0, 0.0), arrowprops=arrow)
+                side = "left" if across > 0.9 else "center"
+                axes.annotate(name, (1.09 * across, 1.09 * up), color=color, ha=side, va="center")
+        # The table angle, from the null indicator to x_b.
+        arc = _around(np.linspace(_HEADING, _HEADING + _TURNED, 40))
+        axes.plot(*seen(0.55 * arc).T, color=frame.GREEN, linewidth=1.2)
+        ((across, up),) = seen(0.63 * arc[20])
+        axes.annotate(r"$\alpha$", (across, up), color=frame.GREEN, ha="center", va="center")
         axes.set(xlim=(-1.4, 1.55), ylim=(-1.3, 0.6))
     return figure
 
@@ -524,6 +461,11 @@ def _turned(angle: float) -> FloatArray:
     return np.array([[cosine, sine, 0.0], [-sine, cosine, 0.0], [0.0, 0.0, 1.0]])
 
 
+def _around(angles: FloatArray) -> FloatArray:
+    """(angles, 3) where the rim of the table is at angles from the first axis of a frame."""
+    return np.stack([np.cos(angles), np.sin(angles), 0.0 * angles], axis=1)
+
+
 def seen(points: ArrayLike) -> FloatArray:
     """(points, 2) where points in north, east and down stand on the page, without perspective."""
     north, east, down = np.atleast_2d(np.asarray(points, dtype=np.float64)).T
@@ -532,43 +474,11 @@ def seen(points: ArrayLike) -> FloatArray:
     return np.stack([across, away * np.sin(_HEIGHT) - down * np.cos(_HEIGHT)], axis=1)
 
 
-def _draw_axes(axes: Axes, rows: FloatArray, color: str, style: str, names: Iterable[str]) -> None:
-    for row, name in zip(rows, names, strict=True):
-        ((across, up),) = seen(_LENGTH * row)
-        axes.annotate(
-            "",
-            (across, up),
-            (0.0, 0.0),
-            arrowprops={"arrowstyle": "-|>", "color": color, "linestyle": style, "linewidth": 1.1},
-        )
-        axes.annotate(
-            name,
-            (1.09 * across, 1.09 * up),
-            color=color,
-            ha="left" if across > 0.9 else "center",
-            va="center",
-        )
-
-
 def _draw_table(axes: Axes, null: FloatArray, table: FloatArray) -> None:
     """The turntable, the divisions of its encoder, and the null indicator."""
-    around = np.linspace(0.0, 2.0 * np.pi, 361)
-    for radius in (_RADIUS, 0.92 * _RADIUS):
-        circle = radius * np.stack([np.cos(around), np.sin(around), 0.0 * around], axis=1)
+    for radius in (1.0, _INNER):
+        circle = radius * _around(np.linspace(0.0, 2.0 * np.pi, 361))
         axes.plot(*seen(circle).T, color=frame.QUIET, linewidth=0.8)
-    for angle in np.arange(0.0, 360.0, 5.0) * DEGREE:
-        mark = np.array([[np.cos(angle), np.sin(angle), 0.0]]) @ table
-        axes.plot(
-            *seen(np.concatenate([0.92 * mark, _RADIUS * mark])).T, color=frame.QUIET, linewidth=0.5
-        )
-    place = seen(_RADIUS * null[:1])[0]
-    axes.plot(*place, marker="o", color=frame.ORANGE, markersize=4.5)
-
-
-def _draw_angle(axes: Axes) -> None:
-    """The table angle, from the null indicator to x_b."""
-    arc = np.linspace(_HEADING, _HEADING + _TURNED, 40)
-    curve = 0.55 * np.stack([np.cos(arc), np.sin(arc), 0.0 * arc], axis=1)
-    axes.plot(*seen(curve).T, color=frame.GREEN, linewidth=1.2)
-    ((across, up),) = seen(0.63 * curve[curve.shape[0] // 2] / 0.55)
-    axes.annotate(r"$\alpha$", (across, up), color=frame.GREEN, ha="center", va="center")
+    for mark in _around(np.arange(0.0, 360.0, 5.0) * DEGREE) @ table:
+        axes.plot(*seen([_INNER * mark, mark]).T, color=frame.QUIET, linewidth=0.5)
+    axes.plot(*seen(null[:1])[0], marker="o", color=frame.ORANGE, markersize=4.5)

@@ -98,10 +98,12 @@ def write_report(
     folder = Path(folder)
     for place in (folder, *(folder / folder_name(name) for name in analysis.gyros)):
         require_free(outputs_in(place, "report"), force=force)
+    stated = document.analysis_document(analysis)
     # All of it or nothing: new figures beside an old document would be believed.
     with replacing_folder(folder) as new:
-        sheet = _Sheet(block=block, settings=settings, pdf=pdf, with_forces=with_forces)
-        written = _write(analysis, new, sheet, document.analysis_document(analysis))
+        written = _write(
+            analysis, new, stated, block=block, settings=settings, pdf=pdf, with_forces=with_forces
+        )
     return replace(written, paths=tuple(folder / path for path in written.paths))
 
 
@@ -127,46 +129,49 @@ def write_comparison(
     return [folder / f"comparison.{suffix}" for suffix in ("html", "json", "png")]
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class _Sheet:
-    """Contents of a report beside the analysis; see `write_report`."""
-
-    block: TitleBlock | None
-    settings: str
-    pdf: bool
-    with_forces: bool
-
-
-def _write(analysis: Analysis, folder: Path, sheet: _Sheet, stated: dict[str, Any]) -> Report:
+def _write(
+    analysis: Analysis,
+    folder: Path,
+    stated: dict[str, Any],
+    *,
+    block: TitleBlock | None,
+    settings: str,
+    pdf: bool,
+    with_forces: bool,
+) -> Report:
     """The report of one analysis, or of several gyros with each one's own in a folder beside.
 
     Its paths are relative to the folder; its document, as it is `stated`, gets the time it took.
+    For the others see `write_report`.
     """
     began = time.perf_counter()
-    shown = analysis if sheet.with_forces else replace(analysis, accelerometers={})
-    given: dict[str, Any] = {"block": sheet.block, "settings": sheet.settings, "folder": folder}
+    shown = analysis if with_forces else replace(analysis, accelerometers={})
+    top: dict[str, Any] = {"block": block, "settings": settings, "folder": folder}
     places = {name: folder_name(name) for name in analysis.gyros}
     texts: dict[str, str] = {}
     if places:
         links = {name: f"{quote(place)}/report.html" for name, place in places.items()}
-        html, pictures = page.unit_page(shown, links=links, **given), ["stability"]
+        html, pictures = page.unit_page(shown, links=links, **top), ["stability"]
     else:
         drawn = figures.report_figures(analysis)
-        html = page.page(shown, drawn=drawn, document=stated, **given)
+        html = page.page(shown, drawn=drawn, document=stated, **top)
         pictures = [name for name in page.FILES if name in drawn]
         texts = sections.tables(analysis)
-    if sheet.settings:
-        texts["settings.toml"] = sheet.settings
+    if settings:
+        texts["settings.toml"] = settings
     for name, text in texts.items():
         write_text(folder / name, text)
-    printed = _write_page(folder, html, pdf=sheet.pdf)
+    printed = _write_page(folder, html, pdf=pdf)
     pngs = (f"{name}.png" for name in pictures)
     paths = list(map(Path, (*printed, "analysis.json", *texts, *pngs)))
     each = {}
     for name, one in analysis.gyros.items():
         place = folder / places[name]
         place.mkdir()
-        own = _write(one, place, sheet, stated["gyros"][name])
+        own = _write(
+            one, place, stated["gyros"][name],
+            block=block, settings=settings, pdf=pdf, with_forces=with_forces,
+        )  # fmt: skip
         each[name] = own.analysis
         paths += [Path(places[name]) / path for path in own.paths]
     stated["seconds"]["report"] = time.perf_counter() - began

@@ -1,12 +1,11 @@
 """Axes, colours and labels that all pictures share."""
 
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
+
+from matplotlib.axes import Axes
 
 from sagnac.analysis.result import Analysis
 from sagnac.core.arrays import FloatArray
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
 
 INK: Final = "#1a1a1a"
 QUIET: Final = "#9a9a9a"
@@ -24,7 +23,7 @@ DOTTED: Final = (0, (2, 3))
 STATES: Final = ("after removal", "as recorded")
 
 
-def axes_of(given: "Axes | None") -> "Axes":
+def axes_of(given: Axes | None) -> Axes:
     """The axes given, else the current ones of ``pyplot``."""
     if given is not None:
         return given
@@ -34,13 +33,13 @@ def axes_of(given: "Axes | None") -> "Axes":
 
 
 def band(
-    axes: "Axes", at: FloatArray, low: FloatArray, high: FloatArray, color: str, **more: Any
+    axes: Axes, at: FloatArray, low: FloatArray, high: FloatArray, color: str, **more: Any
 ) -> None:
     """An interval, as a band of a fifth of its color."""
     axes.fill_between(at, low, high, color=color, linewidth=0, **{"alpha": 0.2, **more})
 
 
-def logarithmic(axes: "Axes", across: str, up: str) -> None:
+def logarithmic(axes: Axes, across: str, up: str) -> None:
     """Both scales logarithmic, and what they are of."""
     axes.set_xscale("log")
     axes.set_yscale("log")

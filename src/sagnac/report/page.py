@@ -21,7 +21,7 @@ from sagnac.core.whole_files import write_text
 from sagnac.navigation.noise import GyroNoise
 from sagnac.noise.estimates import Estimate
 from sagnac.noise.laws import CoefficientName
-from sagnac.report import error_text, figures, note_text
+from sagnac.report import figures
 from sagnac.report.alignment import compass_figure
 from sagnac.report.document import analysis_document
 from sagnac.report.quantities import FIT_TITLES, subject
@@ -31,18 +31,10 @@ from sagnac.report.sections import (
     cited,
     placed_notes,
     rendered,
-    share_remarks,
     share_rows,
 )
 from sagnac.report.text import methods_by_gyro
 
-_METHODS: Final[Mapping[str, str]] = {
-    "fos": "fos: difference first, lines judged against the noise floor and refined",
-    "fos-paper": "fos-paper: fast orthogonal search and Allan fit as published, grid of 1/(4T)",
-    "fos-korenberg": "fos-korenberg: the same on the grid of 1/T with Korenberg's stop",
-    "fris": "fris: the angle at each full turn of the table",
-    "none": "none: nothing removed",
-}
 # Figures of a report in words.
 _PICTURES: Final = {
     "stability": "Allan deviation against cluster time, with the fit",
@@ -74,15 +66,8 @@ def _rendered(
         block=block or TitleBlock(),
         verdict=verdict_of(analysis),
         forces=_forces(analysis),
-        methods_in_words=_METHODS,
         **facts,
     )
-
-
-def _picture(figure: Figure, name: str, said: str, folder: Path | None = None) -> Markup:
-    """A figure on the page, and as a file of that name in a folder."""
-    path = None if folder is None else folder / f"{name}.png"
-    return Markup(figures.svg(figure, name, said, png=path))
 
 
 def write_page(analysis: Analysis, path: Path) -> None:
@@ -120,14 +105,12 @@ def page(
     folder
         Where the figures are written to, too.
     """
-    placed, heading, fits = placed_notes(analysis), block or TitleBlock(), _fits(analysis)
-    drawn, residual = drawn or figures.report_figures(analysis), analysis.residual
-    pictures = {
-        name: _picture(drawn[name], name, said, folder if name in FILES else None)
-        if name in drawn
-        else None
-        for name, said in _PICTURES.items()
-    }
+    heading, drawn = block or TitleBlock(), drawn or figures.report_figures(analysis)
+    pictures = {}
+    for name, said in _PICTURES.items():
+        png = None if folder is None or name not in FILES else folder / f"{name}.png"
+        shown = drawn.get(name)
+        pictures[name] = None if shown is None else figures.svg(shown, name, said, png=png)
     return _rendered(
         "report.html",
         analysis,
@@ -135,19 +118,11 @@ def page(
         **pictures,
         title=heading.title or f"Angle random walk, {subject(analysis)}",
         fit=_fit_title(analysis),
-        band=analysis.average is not None
-        and analysis.average.law is not None
-        and analysis.angle_random_walk.status == "estimated",
-        fits=[(title, used) for title, _, used in fits],
-        columns=[(found, used) for _, found, used in fits],
+        columns=_fits(analysis),
         units=headline_estimates(analysis),
         settings=settings,
-        notes=[(note.level, note_text(note)) for note in placed.answer],
-        curve_notes=list(map(note_text, placed.curve)),
-        fit_notes=list(map(note_text, placed.fits)),
-        reading_notes=list(map(note_text, placed.reading)),
+        noted=placed_notes(analysis),
         of_method=True,
-        turning=residual is not None and residual.by_angle is not None,
         shares=_shares(analysis),
         azimuth=_azimuth(analysis, document),
     )
@@ -176,7 +151,7 @@ def unit_page(
     folder
         Where the figure is written to, too.
     """
-    heading = block or TitleBlock()
+    heading, gyros = block or TitleBlock(), list(analysis.gyros.values())
     said = "Allan deviation of the gyros against cluster time"
     png = None if folder is None else folder / "stability.png"
     return _rendered(
@@ -185,16 +160,11 @@ def unit_page(
         heading,
         title=heading.title or f"Gyros {', '.join(analysis.settings.gyros)}",
         links=links or {},
-        refused=_refused(analysis),
-        notes=[(note.level, note_text(note)) for note in ranked(analysis.notes)],
-        figure=Markup(figures.svg(figures.unit_figure(analysis), "unit", said, png=png)),
-        columns=[(answer_coefficients(one), False) for one in analysis.gyros.values()],
+        notes=ranked(analysis.notes),
+        figure=figures.svg(figures.curves_figure(gyros), "unit", said, png=png),
+        columns=[(name, answer_coefficients(one), False) for name, one in analysis.gyros.items()],
         settings=settings,
     )
-
-
-def _refused(analysis: Analysis) -> list[tuple[str, str]]:
-    return [(name, error_text(why)) for name, why in analysis.refused.items()]
 
 
 def comparison_page(analyses: Mapping[str, Analysis], refused: Mapping[str, str]) -> str:
@@ -207,10 +177,9 @@ def comparison_page(analyses: Mapping[str, Analysis], refused: Mapping[str, str]
     refused
         Why, of each method that this recording does not allow.
     """
-    one = next(iter(analyses.values()))
-    by_gyro = methods_by_gyro(analyses)
+    one, by_gyro = next(iter(analyses.values())), methods_by_gyro(analyses)
     pictures = (
-        _picture(
+        figures.svg(
             figures.comparison_figure(each),
             f"comparison-{name}",
             f"Allan deviation of {name} that each method leaves",
@@ -222,7 +191,7 @@ def comparison_page(analyses: Mapping[str, Analysis], refused: Mapping[str, str]
         one,
         title="Methods compared, " + (", ".join(by_gyro) if len(by_gyro) > 1 else subject(one)),
         by_gyro=by_gyro,
-        refused=[(_METHODS[method], why) for method, why in refused.items()],
+        refused=refused,
         figure=Markup("").join(pictures),
     )
 
@@ -249,33 +218,23 @@ def _fit_title(analysis: Analysis) -> str:
     return "" if choice is None or not choice.terms else _ANSWERS[choice.member]
 
 
-def _shares(analysis: Analysis) -> dict[str, Any] | None:
-    """Shares of the table's rate, without columns that are empty; None at rest."""
-    if not analysis.shares:
-        return None
-    filled = [
-        column for column in zip(HEADER, *share_rows(analysis), strict=True) if any(column[1:])
-    ]
-    header, *rows = zip(*filled, strict=True)
-    return {"header": header, "rows": rows, "remarks": share_remarks(analysis)}
+def _shares(analysis: Analysis) -> list[tuple[str, ...]]:
+    """Header and rows on the table's rate, without columns that are empty; none at rest."""
+    columns = zip(HEADER, *share_rows(analysis), strict=True)
+    return list(zip(*(column for column in columns if any(column[1:])), strict=True))
 
 
 def _forces(analysis: Analysis, png: Path | None = None) -> dict[str, Any] | None:
     """The accelerometers; None if there are none."""
     forces = list(analysis.accelerometers.values())
     gyros = {gyro.name for gyro in analysis.recording.gyros}
-    refused = [one for one in _refused(analysis) if one[0] not in gyros]
+    refused = {name: why for name, why in analysis.refused.items() if name not in gyros}
     if not forces and not refused:
         return None
-    said, figure = "Allan deviation of the accelerometers against cluster time", ""
+    said, figure = "Allan deviation of the accelerometers against cluster time", Markup("")
     if forces:
-        figure = Markup(figures.svg(figures.force_figure(forces), "forces", said, png=png))
-    return {
-        "analyses": forces,
-        "names": list(analysis.accelerometers),
-        "refused": refused,
-        "figure": figure,
-    }
+        figure = figures.svg(figures.curves_figure(forces), "forces", said, png=png)
+    return {"analyses": forces, "refused": refused, "figure": figure}
 
 
 def _azimuth(analysis: Analysis, document: Mapping[str, Any] | None) -> Markup | None:
@@ -290,7 +249,7 @@ def _azimuth(analysis: Analysis, document: Mapping[str, Any] | None) -> Markup |
         confidence=analysis.settings.confidence,
         highest_bias_instability=bound,
     )
-    return _picture(figure, "azimuth", "Azimuth error of a gyrocompass against time")
+    return figures.svg(figure, "azimuth", "Azimuth error of a gyrocompass against time")
 
 
 def _fits(

@@ -21,7 +21,7 @@ from sagnac.core.units import (
     field_unit,
 )
 from sagnac.lines.model import Line
-from sagnac.noise.estimates import Estimate, FitName
+from sagnac.noise.estimates import ConvertedEstimate, Estimate, FitName
 from sagnac.noise.laws import COEFFICIENT_NAMES, CoefficientName
 from sagnac.spectrum.power_laws import running_median
 from sagnac.stability import Estimator
@@ -39,18 +39,9 @@ _POWER: Final = re.compile(r"(?<![\w.])(\d+(?:\.\d+)?)e([+-]?\d+)")
 _SUPERSCRIPTS: Final = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 
-def in_field_unit(name: CoefficientName, estimate: Estimate) -> Estimate:
-    """The same estimate with its three figures in the field's unit of that coefficient."""
-    return _over(estimate, field_unit(name, estimate.sensor).size)
-
-
-def _over(estimate: Estimate, size: float) -> Estimate:
-    return replace(
-        estimate,
-        value=estimate.value / size,
-        low=estimate.low / size,
-        high=estimate.high / size,
-    )
+def in_field_unit(name: CoefficientName, estimate: Estimate) -> ConvertedEstimate:
+    """Three figures of an estimate in the field's unit of that coefficient."""
+    return replace(estimate, name=name).to(field_unit(name, estimate.sensor).name)
 
 
 def curve_unit(estimator: Estimator) -> Unit:
@@ -120,7 +111,7 @@ def _raised(mantissa: str, power: str) -> str:
     return f"{mantissa} × 10{str(int(power)).translate(_SUPERSCRIPTS)}"
 
 
-def figures(estimate: Estimate, *, plain: bool = False) -> tuple[str, str]:
+def figures(estimate: Estimate | ConvertedEstimate, *, plain: bool = False) -> tuple[str, str]:
     """Value and interval of an estimate, all with the digits that its interval allows.
 
     For a person the interval is written with one power of ten; `plain` figures can be
@@ -152,14 +143,10 @@ def reading_cells(
 
 def unit_cells(name: CoefficientName, estimate: Estimate) -> list[tuple[str, str, str]]:
     """Value, interval and unit of an estimate in SI, in each unit that it is written in."""
-    cells = []
-    for unit, size in COEFFICIENT_UNITS[name].items():
-        shown = _over(estimate, size)
-        if estimate.status == "upper bound":
-            cells.append((f"< {number(shown.high, plain=True)}", "", unit))
-        else:
-            cells.append((*figures(shown, plain=True), unit))
-    return cells
+    shown = [replace(estimate, name=name).to(unit) for unit in COEFFICIENT_UNITS[name]]
+    if estimate.status == "upper bound":
+        return [(f"< {number(one.high, plain=True)}", "", one.unit) for one in shown]
+    return [(*figures(one, plain=True), one.unit) for one in shown]
 
 
 def reading(name: CoefficientName, estimate: Estimate) -> str:

@@ -14,7 +14,7 @@ from dataclasses import dataclass, fields
 from functools import cache
 from itertools import zip_longest
 from pathlib import Path
-from typing import Any, Final, Self
+from typing import Any, Final, Literal, Self
 from urllib.parse import quote
 
 from jinja2 import (
@@ -26,7 +26,7 @@ from jinja2 import (
 )
 
 from sagnac.analysis.result import Analysis, answer_coefficients, headline_fit
-from sagnac.analysis.table_shares import Share
+from sagnac.analysis.settings import Method
 from sagnac.analysis.verdict import verdict_of
 from sagnac.core.documents import ANY, read_toml, table
 from sagnac.core.errors import MissingExtra, Note, RecordingError, one_line, ranked, rounded
@@ -36,7 +36,7 @@ from sagnac.core.whole_files import write_bytes
 from sagnac.lines.model import Line
 from sagnac.noise.estimates import Interval
 from sagnac.noise.laws import COEFFICIENT_NAMES, SYMBOLS
-from sagnac.report import note_text, quantities
+from sagnac.report import error_text, note_text, quantities
 from sagnac.verdict.judgement import Decision, Judgement, Verdict, overall
 
 # ---- methods -----------------------------------------------------------------------
@@ -57,13 +57,19 @@ def cited(text: str) -> dict[str, Any]:
         The method, one sentence a line, each reference in brackets by its key.
     """
     paragraph = " ".join(text.split())
-    used = sorted(
-        (key for key in REFERENCES if f"[{key}]" in paragraph),
-        key=lambda key: paragraph.index(f"[{key}]"),
-    )
-    for place, key in enumerate(used, start=1):
-        paragraph = paragraph.replace(f"[{key}]", f"[{place}]")
-    return {"methods": paragraph, "references": [REFERENCES[key] for key in used]}
+    mark = re.compile(rf"\[({'|'.join(REFERENCES)})\]")
+    used = list(dict.fromkeys(mark.findall(paragraph)))
+    numbered = mark.sub(lambda found: f"[{used.index(found[1]) + 1}]", paragraph)
+    return {"methods": numbered, "references": [REFERENCES[key] for key in used]}
+
+
+METHODS: Final[Mapping[Method, str]] = {
+    "fos": "fos: difference first, lines judged against the noise floor and refined",
+    "fos-paper": "fos-paper: fast orthogonal search and Allan fit as published, grid of 1/(4T)",
+    "fos-korenberg": "fos-korenberg: the same on the grid of 1/T with Korenberg's stop",
+    "fris": "fris: the angle at each full turn of the table",
+    "none": "none: nothing removed",
+}
 
 
 # ---- shares ------------------------------------------------------------------------
@@ -84,11 +90,12 @@ def share_rows(analysis: Analysis) -> list[tuple[str, ...]]:
 
     What the recording does not tell is an empty cell.
     """
+    angles = analysis.triad.angles if analysis.triad is not None else {}
     return [
         (
             name,
             with_interval(one.share),
-            _angle(analysis, name, one),
+            with_interval(angles.get(name) or _axis_angle(one.share), DEGREE),
             with_interval(one.asymmetry, _PPM),
             with_interval(one.bias, DEGREE_PER_HOUR),
         )
@@ -97,30 +104,8 @@ def share_rows(analysis: Analysis) -> list[tuple[str, ...]]:
 
 
 def share_remarks(analysis: Analysis) -> list[str]:
-    """Basis of the shares, and the scale factor of a triad."""
-    if not analysis.shares:
-        return []
-    remarks = []
-    if analysis.triad is not None:
-        remarks.append(
-            f"Common scale factor {with_interval(analysis.triad.scale)}, and angles to the "
-            "table's axis, if the three axes are square to each other."
-        )
-    elif any(_alone(one) is not None for one in analysis.shares.values()):
-        remarks.append("Angle to the table's axis if the scale factor is exactly 1.")
-    shares: Sequence[Share] = tuple(analysis.shares.values())
-    if all(one.bias is None for one in shares):
-        remarks.append(
-            "The table turns one way: a share holds the gyro's bias and the Earth's rate along "
-            "the axis, over the table's rate."
-        )
-    elif all(one.asymmetry is None for one in shares):
-        remarks.append("At one speed both ways an asymmetry is not told from a bias.")
-    remarks.append(
-        f"A share is scale factor times direction cosine; intervals at "
-        f"{100.0 * shares[0].confidence:g} %."
-    )
-    return remarks
+    """Basis of the shares, and the scale factor of a triad; none at rest."""
+    return rendered("shares.txt", analysis=analysis).splitlines()
 
 
 def with_interval(interval: Interval | None, size: float = 1.0) -> str:
@@ -141,27 +126,19 @@ def with_interval(interval: Interval | None, size: float = 1.0) -> str:
     return f"{value} [{low}, {high}]"
 
 
-def _angle(analysis: Analysis, name: str, share: Share) -> str:
-    """Angle between a gyro's axis and the table's, deg."""
-    if analysis.triad is not None:
-        return with_interval(analysis.triad.angles[name], DEGREE)
-    return with_interval(_alone(share), DEGREE)
+def _axis_angle(share: Interval) -> Interval | None:
+    """Angle between a gyro's axis and the table's, rad, if the scale factor is 1.
 
-
-def _alone(share: Share) -> Interval | None:
-    """The angle of one axis if its scale factor is 1; None if no axis has so large a share."""
-    one = share.share
-    if abs(one.value) > 1.0:
+    None if no axis has so large a share.
+    """
+    if abs(share.value) > 1.0:
         return None
-    low, value, high = (
-        math.acos(max(-1.0, min(1.0, end))) for end in (one.high, one.value, one.low)
-    )
+    ends = (share.high, share.value, share.low)
+    low, value, high = (math.acos(max(-1.0, min(1.0, end))) for end in ends)
     return Interval(value=value, low=low, high=high)
 
 
 # ---- forces ------------------------------------------------------------------------
-
-_SENSED: Final = SENSED["accelerometer"]
 
 
 def force_rows(analyses: Sequence[Analysis]) -> list[tuple[str, str, tuple[str, ...]]]:
@@ -172,14 +149,14 @@ def force_rows(analyses: Sequence[Analysis]) -> list[tuple[str, str, tuple[str, 
     analyses
         Of accelerometers.
     """
-    rows = []
+    titles, rows = SENSED["accelerometer"].titles, []
     for name in COEFFICIENT_NAMES:
-        unit = field_unit(name, "accelerometer")
-        found = [answer_coefficients(one).get(name) for one in analyses]
         readings = tuple(
-            "not fitted" if one is None else quantities.reading(name, one) for one in found
+            "not fitted" if found is None else quantities.reading(name, found)
+            for found in (answer_coefficients(one).get(name) for one in analyses)
         )
-        rows.append((f"{SYMBOLS[name]} {_SENSED.titles[name]}", unit.symbol, readings))
+        unit = field_unit(name, "accelerometer").symbol
+        rows.append((f"{SYMBOLS[name]} {titles[name]}", unit, readings))
     return rows
 
 
@@ -247,7 +224,7 @@ def _judgement(one: Judgement) -> dict[str, Any]:
         "high": shown.high,
         "unit": unit.name,
         "status": shown.status,
-        "confidence": shown.confidence,
+        "confidence": one.estimate.confidence,
         "verdict": one.decision,
         "risk": one.risk,
         "reason": one.reason,
@@ -401,7 +378,7 @@ def rendered(template: str, **values: Any) -> str:
 
     Templates call what this module and `quantities` hold.
     """
-    return _templates().get_template(template).render(**values)
+    return _templates().get_template(template).render(**values).rstrip()
 
 
 @cache
@@ -414,7 +391,8 @@ def _templates() -> Environment:
         lstrip_blocks=True,
         bytecode_cache=_compiled_templates(),
     )
-    environment.globals |= {**vars(quantities), **globals(), "version": __version__}
+    environment.globals |= {**vars(quantities), **globals()}
+    environment.globals |= {"error_text": error_text, "version": __version__}
     return environment
 
 
@@ -520,43 +498,21 @@ class TitleBlock:
     @property
     def facts(self) -> list[tuple[str, str]]:
         """Statements besides the title, each with its name."""
-        named = (
-            ("Unit", self.device),
-            ("Serial number", self.serial),
-            ("Customer", self.customer),
-            ("Operator", self.operator),
-            ("Date", self.date),
-        )
-        return [(name, value) for name, value in named if value]
+        named = {"device": "Unit", "serial": "Serial number"}
+        stated = {one.name: getattr(self, one.name) for one in fields(self) if one.name != "title"}
+        return [(named.get(name, name.capitalize()), one) for name, one in stated.items() if one]
 
 
 # ---- placed notes ------------------------------------------------------------------
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class PlacedNotes:
-    """The notes of an analysis, each once.
+def placed_notes(
+    analysis: Analysis, others: Sequence[Analysis] = ()
+) -> dict[Literal["answer", "reading", "curve", "fits"], list[Note]]:
+    """The notes of an analysis by what they are of, each once, errors and warnings first.
 
-    Attributes
-    ----------
-    answer
-        What touches the answer: errors and warnings first.
-    reading
-        Remarks on how the file was read.
-    curve
-        On the curve.
-    fits
-        On fits that the answer does not rest on.
-    """
-
-    answer: tuple[Note, ...]
-    reading: tuple[Note, ...]
-    curve: tuple[Note, ...]
-    fits: tuple[Note, ...]
-
-
-def placed_notes(analysis: Analysis, others: Sequence[Analysis] = ()) -> PlacedNotes:
-    """Tell the notes of an analysis apart by what they are of.
+    ``answer``: what touches the answer. ``reading``: remarks on how the file was read. ``curve``:
+    on the curve. ``fits``: on fits that the answer does not rest on.
 
     Parameters
     ----------
@@ -569,10 +525,11 @@ def placed_notes(analysis: Analysis, others: Sequence[Analysis] = ()) -> PlacedN
     places = {note: "reading" for note in analysis.recording.notes if note.level == "remark"}
     places |= {note: "fits" for one in everyone for note in _on_other_fits(one)}
     places |= {note: "curve" for one in everyone for note in one.curve.notes}
-    found: dict[str, list[Note]] = {"answer": [], "reading": [], "curve": [], "fits": []}
-    for note in ranked(analysis.notes):
-        found[places.get(note, "answer")].append(note)
-    return PlacedNotes(**{place: tuple(notes) for place, notes in found.items()})
+    ordered = ranked(analysis.notes)
+    return {
+        place: [note for note in ordered if places.get(note, "answer") == place]
+        for place in ("answer", "reading", "curve", "fits")
+    }
 
 
 def _on_other_fits(analysis: Analysis) -> list[Note]:

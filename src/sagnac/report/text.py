@@ -28,35 +28,14 @@ _DENSITY_ROWS: Final = 24
 
 def answer(analysis: Analysis) -> str:
     """Each gyro asked for, the worst marked; what two make per gyro; what it rests on."""
-    estimate = analysis.angle_random_walk
-    worst = quantities.worst_gyro(analysis)
-    rows = [
-        f"ARW of gyro {name}  {quantities.sentence('angle_random_walk', own, plain=True)}"
-        f"{'  worst' if name == worst else ''}"
-        for name, own in analysis.per_gyro.items()
-    ]
-    said = quantities.sentence("angle_random_walk", estimate, plain=True)
-    rows.append(f"ARW of {quantities.subject(analysis)}  {said}")
-    rows.append(textwrap.fill(f"Rests on: {analysis.source}", 80, subsequent_indent="  "))
-    densities = quantities.kalman_figures(estimate)
-    if densities:
-        bound = " (the bound)" if estimate.status == "upper bound" else ""
-        shown = " = ".join(f"{figure} {unit}" for figure, unit in densities)
-        rows.append(f"For a filter{bound}: {shown}")
-    return "\n".join(rows)
+    source = textwrap.fill(f"Rests on: {analysis.source}", 80, subsequent_indent="  ")
+    return sections.rendered("answer.txt", analysis=analysis, source=source)
 
 
 def beside_truth(analysis: Analysis, truth: float) -> str:
     """The answer against the ARW that was put in, `truth` in deg/sqrt(h)."""
     shown = quantities.in_field_unit("angle_random_walk", analysis.angle_random_walk)
-    put_in = f"The truth put in: {truth:.4g} °/√h"
-    if shown.status == "not observable":
-        return f"{put_in}; the recording does not show it"
-    holds = "holds" if shown.low <= truth <= shown.high else "does not hold"
-    if shown.status == "upper bound":
-        return f"{put_in}; the bound {holds} it"
-    off = 100.0 * (shown.value / truth - 1.0)
-    return f"{put_in}; the answer is off by {off:+.2f} % and its interval {holds} it"
+    return sections.rendered("truth.txt", shown=shown, truth=truth)
 
 
 def verdict(analysis: Analysis) -> str:
@@ -252,17 +231,7 @@ def findings(found: Sequence[Note]) -> str:
 
 def recording(read: Recording) -> str:
     """The recording, in one line."""
-    gyros = ", ".join(
-        f"{channel.name} ({channel.kind}, {channel.shown_in})" for channel in read.gyros
-    )
-    gyros += "".join(
-        f"; accelerometer {one.name} ({one.kind}, {one.shown_in})" for one in read.accelerometers
-    )
-    encoder = "with a table encoder" if read.table is not None else "no table encoder"
-    return (
-        f"{read.samples} samples at {read.sample_rate:g} Hz, {read.duration:g} s; "
-        f"gyros {gyros}; {encoder}"
-    )
+    return sections.rendered("recording.txt", read=read)
 
 
 def notes(noticed: Sequence[Note]) -> str:
@@ -366,7 +335,7 @@ def short_notes(analysis: Analysis, others: Sequence[Analysis] = ()) -> str:
         Analyses whose curves and fits it has notes on, besides its own.
     """
     placed = sections.placed_notes(analysis, others)
-    ordered = (*placed.answer, *placed.reading)
+    ordered = (*placed["answer"], *placed["reading"])
     urgent = [note for note in ordered if note.level != "remark"]
     shown = (*urgent, *ordered[len(urgent) :][:_MOST_REMARKS])
     said = [_levelled(note) for note in shown]
