@@ -16,7 +16,7 @@ from tornado.httpserver import HTTPServer
 
 import sagnac
 from sagnac.app.server import HOST, State, application
-from sagnac.app.sessions import Room
+from sagnac.app.sessions import Room, Sessions
 
 PAGE = "abcdef0123456789"
 
@@ -71,7 +71,8 @@ def server(tmp_path_factory):
     listening = socket.create_server((HOST, 0))
     listening.setblocking(False)
     port = listening.getsockname()[1]
-    state = State(token="t" * 43, port=port, room=Room(root=folder, dropped=dropped))
+    room = Room(root=folder, dropped=dropped)
+    state = State(token="t" * 43, port=port, room=room, sessions=Sessions(loop=loop))
     made = []
 
     async def start():

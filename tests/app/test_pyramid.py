@@ -32,18 +32,18 @@ def test_a_window_holds_the_lowest_and_highest_value_of_every_block(size, differ
     pyramid = Pyramid.of(values, factor=3.0, differenced=differenced)
     for start, stop in ((0, size), (size // 3, size), (size // 2, size // 2 + 700), (0, 1)):
         for most in (1, 7, 200, 1000):
-            found = pyramid.window(start, stop, most)
+            first, lowest, highest = pyramid.window(start, stop, most)
             # Blocks at the edges are whole, so that the last may reach past the window.
-            step = found.first[-1] - found.first[-2] if found.first.size > 1 else size
-            end = min(max(found.first[-1] + step, stop), size)
-            low, high = naive(drawn, found.first, end)
-            assert found.first[0] <= start
-            np.testing.assert_array_equal(found.low[:-1], low[:-1])
-            np.testing.assert_array_equal(found.high[:-1], high[:-1])
+            step = first[-1] - first[-2] if first.size > 1 else size
+            end = min(max(first[-1] + step, stop), size)
+            low, high = naive(drawn, first, end)
+            assert first[0] <= start
+            np.testing.assert_array_equal(lowest[:-1], low[:-1])
+            np.testing.assert_array_equal(highest[:-1], high[:-1])
             covered = naive(drawn, np.array([start]), min(stop, size))
-            assert not np.nanmin(found.low, initial=np.inf) > covered[0][0]
-            assert not np.nanmax(found.high, initial=-np.inf) < covered[1][0]
-            assert found.first.size <= 5 * most + 2
+            assert not np.nanmin(lowest, initial=np.inf) > covered[0][0]
+            assert not np.nanmax(highest, initial=-np.inf) < covered[1][0]
+            assert first.size <= 5 * most + 2
 
 
 @pytest.mark.parametrize("differenced", [False, True])
@@ -56,8 +56,8 @@ def test_mean_and_deviation_are_those_of_all_numbers(differenced):
     drawn = 1.5 * (np.diff(values, prepend=2.0 * values[0] - values[1]) if differenced else values)
     assert pyramid.mean == pytest.approx(np.nanmean(drawn), rel=1e-9)
     assert pyramid.deviation == pytest.approx(np.nanstd(drawn), rel=1e-9)
-    whole = pyramid.window(0, values.size, 50)
-    assert np.nanmax(whole.high) == pytest.approx(np.nanmax(drawn), rel=1e-12)
+    _, _, high = pyramid.window(0, values.size, 50)
+    assert np.nanmax(high) == pytest.approx(np.nanmax(drawn), rel=1e-12)
 
 
 def test_without_a_number_there_is_no_mean():
@@ -70,11 +70,11 @@ def test_a_single_spike_is_seen_at_any_zoom():
     values[1_234_567] = 5.0
     pyramid = Pyramid.of(values)
     for most in (50, 333, 1500):
-        found = pyramid.window(0, values.size, most)
-        place = int(np.argmax(found.high))
-        assert found.high[place] == 5.0
-        assert found.first[place] <= 1_234_567
-        assert place + 1 == found.first.size or found.first[place + 1] > 1_234_567
+        first, _, high = pyramid.window(0, values.size, most)
+        place = int(np.argmax(high))
+        assert high[place] == 5.0
+        assert first[place] <= 1_234_567
+        assert place + 1 == first.size or first[place + 1] > 1_234_567
 
 
 @pytest.mark.parametrize(("start", "stop", "most"), [(5, 5, 10), (200, 300, 10), (0, 10, 0)])

@@ -11,8 +11,8 @@ from typing import Any, Final, Self
 from sagnac.analysis.settings import Settings
 from sagnac.analysis.spectra import Residual, Spectrum
 from sagnac.analysis.table_shares import Share, Triad
-from sagnac.core.arrays import FloatArray, pandas_for, xarray_for
-from sagnac.core.errors import Note, RecordingError
+from sagnac.core.arrays import FloatArray, pandas_for
+from sagnac.core.errors import Note, RecordingError, extra_module
 from sagnac.core.overwriting import Outputs, require_free
 from sagnac.core.units import DEGREE_PER_HOUR, Sensor
 from sagnac.core.whole_files import write_text
@@ -421,7 +421,7 @@ class Analysis:
         MissingExtra
             If xarray is not installed.
         """
-        xarray = xarray_for("an analysis as a dataset")
+        xarray = extra_module("xarray", "frames", "an analysis as a dataset")
         rows = {
             (row["channel"], row["coefficient"]): row
             for row in self._rows()

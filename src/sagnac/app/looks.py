@@ -12,6 +12,7 @@ from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.signal import periodogram
 
 import sagnac
 from sagnac.app import stated
@@ -46,23 +47,6 @@ _TIME: Final = re.compile(r"\b(?:at|from) (\d+(?:\.\d+)?) s\b(?: (?:on|to (\d+(?
 BLOCK: Final = 64
 # Samples that are worked on at once: a megabyte, which stays in the cache.
 _AT_ONCE: Final = 2**17
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Extremes:
-    """Lowest and highest value of neighbouring blocks.
-
-    Attributes
-    ----------
-    first
-        (blocks,) number of the first sample of each.
-    low, high
-        (blocks,); NaN if a block holds no number.
-    """
-
-    first: NDArray[np.int64]
-    low: FloatArray
-    high: FloatArray
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -100,20 +84,18 @@ class Pyramid:
         if values.ndim != 1 or not values.size:
             raise ValueError(f"values have shape {values.shape}; give one sample or more")
         bare = cls(values=values, factor=factor, differenced=differenced, blocks=np.empty((2, 0)))
-        parts, count, near, total, squares = [], 0, 0.0, 0.0, 0.0
+        parts, sums, near = [], np.zeros(3), math.nan
         for start in range(0, values.size, _AT_ONCE):
             drawn = bare.samples(start, min(start + _AT_ONCE, values.size))
             parts.append(_extremes(drawn, drawn, BLOCK))
             finite = drawn[np.isfinite(drawn)]
-            if finite.size and not count:
+            if finite.size and math.isnan(near):
                 near = float(finite.mean())
             # About a value near the mean, so that no digits are lost in the squares.
             finite -= near
-            count += finite.size
-            total += float(finite.sum())
             # No product of the linear algebra, whose threads would wait for one another.
-            squares += float(np.einsum("i,i", finite, finite))
-        blocks = np.concatenate(parts, axis=1)
+            sums += finite.size, finite.sum(), np.einsum("i,i", finite, finite)
+        blocks, (count, total, squares) = np.concatenate(parts, axis=1), sums.tolist()
         if not count:
             return replace(bare, blocks=blocks)
         away = total / count
@@ -139,8 +121,10 @@ class Pyramid:
             steps = np.concatenate([steps[:1], steps])[:stop] if steps.size else np.zeros(1)
         return np.multiply(steps, self.factor, out=steps)
 
-    def window(self, start: int, stop: int, most: int) -> Extremes:
-        """Lowest and highest values between two samples.
+    def window(
+        self, start: int, stop: int, most: int
+    ) -> tuple[NDArray[np.int64], FloatArray, FloatArray]:
+        """Lowest and highest values between two samples, in neighbouring blocks.
 
         Parameters
         ----------
@@ -148,6 +132,13 @@ class Pyramid:
             First sample and the one after the last; what lies outside the series is left out.
         most
             Blocks at most, about: blocks that lie only partly inside are given whole.
+
+        Returns
+        -------
+        first
+            (blocks,) number of the first sample of each.
+        low, high
+            (blocks,); NaN if a block holds no number.
 
         ValueError if no sample lies inside, or no block is asked for.
         """
@@ -164,7 +155,7 @@ class Pyramid:
             size, first = several * BLOCK, block * BLOCK
             lows, highs = self.blocks[:, block : math.ceil(stop / BLOCK)]
             low, high = _extremes(lows, highs, several)
-        return Extremes(first=first + size * np.arange(low.size), low=low, high=high)
+        return first + size * np.arange(low.size), low, high
 
 
 def _extremes(low: FloatArray, high: FloatArray, size: int) -> FloatArray:
@@ -424,65 +415,54 @@ def window(look: Look, start: float, stop: float, pixels: int) -> list[dict[str,
     last = math.ceil(min(stop, look.recording.duration) * rate) + 1
     drawn = []
     for one in look.shown:
-        found = one.pyramid.window(first, last, pixels)
-        times = found.first / rate
-        ends = {"low": numbers(found.low), "high": numbers(found.high)}
-        drawn.append({**_name(one), "time": numbers(times), **ends})
+        begin, low, high = one.pyramid.window(first, last, pixels)
+        ends = {"low": numbers(low), "high": numbers(high)}
+        drawn.append({**_name(one), "time": numbers(begin / rate), **ends})
     return drawn
 
 
 def spectra_of(look: Look) -> dict[str, Any]:
-    """Root density of each channel as it stands, and its histogram."""
-    spectra = [{**_name(one), **_spectrum(one, look)} for one in look.shown if one.of != "table"]
-    return {"spectra": spectra, "histograms": _histograms(look)}
-
-
-def _spectrum(one: DrawnChannel, look: Look) -> dict[str, Any]:
-    """Spectrum by Hann segments spread over the record: lowest and highest of each drawn bin."""
-    size = one.pyramid.values.size
-    length = min(_SEGMENT, 2 ** max(int(math.log2(max(size, 2))), 1))
-    hann = np.hanning(length)
-    starts = np.unique(np.linspace(0, size - length, _SEGMENTS).astype(np.int64))
-    starts = starts[: max(1, 2 * size // length)]
-    total = np.zeros(length // 2 + 1)
-    used = 0
-    for start in starts.tolist():
-        part = one.pyramid.samples(start, start + length)
-        if np.isfinite(part).all():
-            total += np.abs(np.fft.rfft(hann * (part - part.mean()))) ** 2
-            used += 1
-    rate = look.recording.sample_rate
-    density = 2.0 * total / (max(used, 1) * rate * float(hann @ hann))
-    frequency = np.fft.rfftfreq(length, 1.0 / rate)
-    # The two lowest hold what the window spreads of the mean.
-    frequency, density = frequency[2:], density[2:]
-    if not used or frequency.size < 2:
-        return {"frequency": [], "low": [], "high": []}
-    edges = np.geomspace(frequency[0], frequency[-1], _BINS)
-    start_of = np.unique(np.searchsorted(frequency, edges))
+    """Root density of each sensor as it stands, and its histogram."""
+    sensors, rate = [one for one in look.shown if one.of != "table"], look.recording.sample_rate
     return {
-        "frequency": numbers(frequency[start_of]),
-        "low": numbers(np.sqrt(np.minimum.reduceat(density, start_of))),
-        "high": numbers(np.sqrt(np.maximum.reduceat(density, start_of))),
+        "spectra": [{**_name(one), **_spectrum(one.pyramid, rate)} for one in sensors],
+        "histograms": [{**_name(one), **_histogram(one.pyramid)} for one in sensors],
     }
 
 
-def _histograms(look: Look) -> list[dict[str, Any]]:
-    """Counts of every channel and the edges of the bars."""
-    found = []
-    for one in look.shown:
-        if one.of == "table":
-            continue
-        size = one.pyramid.values.size
-        starts = np.linspace(0, size - 4096, _COUNTED // 4096).astype(np.int64).tolist()
-        parts = [(0, size)] if size <= _COUNTED else [(start, start + 4096) for start in starts]
-        values = np.concatenate([one.pyramid.samples(*part) for part in parts])
-        values = values[np.isfinite(values)]
-        counts, edges = np.zeros(0, dtype=np.int64), np.zeros(1)
-        if values.size:
-            counts, edges = np.histogram(values, bins=_bars(values))
-        found.append({**_name(one), "count": counts.tolist(), "edge": numbers(edges)})
-    return found
+def _spectrum(pyramid: Pyramid, rate: float) -> dict[str, Any]:
+    """Spectrum by Hann segments spread over the record: lowest and highest of each drawn bin."""
+    size = pyramid.values.size
+    length = min(_SEGMENT, 2 ** max(int(math.log2(max(size, 2))), 1))
+    starts = np.unique(np.linspace(0, size - length, _SEGMENTS).astype(np.int64))
+    starts = starts[: max(1, 2 * size // length)]
+    parts = np.array([pyramid.samples(start, start + length) for start in starts.tolist()])
+    parts = parts[np.isfinite(parts).all(axis=1)]
+    # The two lowest bins hold what the window spreads of the mean.
+    if not parts.size or length < 6:
+        return {"frequency": [], "low": [], "high": []}
+    frequency, densities = periodogram(parts, rate, window=np.hanning(length), detrend="constant")
+    frequency, density = frequency[2:], densities.mean(axis=0)[2:]
+    edges = np.geomspace(frequency[0], frequency[-1], _BINS)
+    first = np.unique(np.searchsorted(frequency, edges))
+    return {
+        "frequency": numbers(frequency[first]),
+        "low": numbers(np.sqrt(np.minimum.reduceat(density, first))),
+        "high": numbers(np.sqrt(np.maximum.reduceat(density, first))),
+    }
+
+
+def _histogram(pyramid: Pyramid) -> dict[str, Any]:
+    """Counts of a channel and the edges of the bars."""
+    size = pyramid.values.size
+    starts = np.linspace(0, size - 4096, _COUNTED // 4096).astype(np.int64).tolist()
+    parts = [(0, size)] if size <= _COUNTED else [(start, start + 4096) for start in starts]
+    values = np.concatenate([pyramid.samples(*part) for part in parts])
+    values = values[np.isfinite(values)]
+    if not values.size:
+        return {"count": [], "edge": [0.0]}
+    counts, edges = np.histogram(values, bins=_bars(values))
+    return {"count": counts.tolist(), "edge": numbers(edges)}
 
 
 def _bars(values: FloatArray) -> FloatArray:
@@ -505,13 +485,8 @@ def findings(look: Look) -> list[dict[str, Any]]:
 def noted(note: sagnac.Note) -> dict[str, Any]:
     """A note as plain data; `spans` are the times that its text names, s from the first sample."""
     spans = [[float(found[1]), float(found[2] or found[1])] for found in _TIME.finditer(note.text)]
-    return {
-        "level": note.level,
-        "channel": note.channel,
-        "text": str(note),
-        "name": note.name,
-        "spans": spans,
-    }
+    stated = {"level": note.level, "channel": note.channel, "name": note.name}
+    return {**stated, "text": str(note), "spans": spans}
 
 
 def numbers(values: NDArray[Any]) -> list[float | None]:

@@ -1,13 +1,14 @@
 """An analysis as plain data: its figures as the report draws them, its answer, its lines."""
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from typing import Any, Final
 
 import numpy as np
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
-from matplotlib.collections import PolyCollection
+from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
@@ -23,13 +24,6 @@ _FIGURES: Final[dict[str, Callable[..., Axes]]] = {
     "residual": sagnac.plot.residual,
     "angle": sagnac.plot.residual_by_angle,
     "orders": sagnac.plot.orders,
-}
-_UNITS: Final = {
-    "quantization": ("arcsec", "m/s"),
-    "angle_random_walk": ("deg/sqrt(h)", "m/s/sqrt(h)"),
-    "bias_instability": ("deg/h", "m/s^2"),
-    "rate_random_walk": ("deg/h/sqrt(h)", "m/s^2/sqrt(h)"),
-    "rate_ramp": ("deg/h/h", "m/s^2/h"),
 }
 # A line of a drawing with nothing of its own.
 _PLAIN: Final = {"width": 0.9, "dash": False, "marker": "", "size": 0.0, "alpha": 1.0, "label": ""}
@@ -65,7 +59,7 @@ def _channel(analysis: sagnac.Analysis, sensor: str) -> dict[str, Any]:
         "sensor": sensor,
         "source": analysis.source,
         "answer": _estimate(analysis.angle_random_walk),
-        "coefficients": {name: _estimate(one, name) for name, one in analysis.coefficients.items()},
+        "coefficients": {name: _estimate(one) for name, one in analysis.coefficients.items()},
         "lines": lines(analysis),
         "figures": figures(analysis),
         "curve": curve(analysis.curve),
@@ -117,14 +111,16 @@ def curve(found: sagnac.StabilityCurve) -> dict[str, Any]:
     return {name: numbers(values) for name, values in {"tau": found.tau, **shown}.items()}
 
 
-def _estimate(one: sagnac.Estimate, name: str = "angle_random_walk") -> dict[str, Any]:
-    unit = _UNITS[name][one.sensor == "accelerometer"]
-    shown = one.to(unit)
-    value, low, high = numbers(np.array([shown.value, shown.low, shown.high]))
+def _estimate(one: sagnac.Estimate) -> dict[str, Any]:
+    shown = one.in_field_unit()
+    ends = numbers(np.array([shown.value, shown.low, shown.high]))
     return {
-        "text": format(shown), "unit": unit, "status": one.status, "value": value, "low": low,
-        "high": high, "confidence": one.confidence,
-    }  # fmt: skip
+        "text": format(shown),
+        "unit": shown.unit,
+        "status": one.status,
+        "confidence": one.confidence,
+        **dict(zip(("value", "low", "high"), ends, strict=True)),
+    }
 
 
 def figures(analysis: sagnac.Analysis) -> dict[str, Any]:
@@ -151,38 +147,45 @@ def drawn(draw: Callable[..., Axes], *given: Any) -> dict[str, Any]:
     figure = Figure(figsize=(9.0, 4.5))
     axes = draw(*given, ax=figure.add_subplot())
     across, up = axes.get_xlim(), axes.get_ylim()
+    of_errors = (one for one in axes.collections if isinstance(one, LineCollection))
+    bands = (one for one in axes.collections if isinstance(one, PolyCollection))
+    spans = (one for one in axes.patches if isinstance(one, Rectangle))
     return {
         "x": {"label": axes.get_xlabel(), "log": axes.get_xscale() == "log", "range": list(across)},
         "y": {"label": axes.get_ylabel(), "log": axes.get_yscale() == "log", "range": list(up)},
         "lines": [
-            one for one in (_line(each, axes) for each in axes.get_lines()) if one["x"]
-        ]
-        + [segment for container in axes.containers for segment in _bars(container)],
-        "bands": [
-            _filled(np.asarray(one.get_paths()[0].vertices), one)
-            for one in axes.collections if isinstance(one, PolyCollection)
-        ]
-        + [_span(one, axes) for one in axes.patches if isinstance(one, Rectangle)],
-        "texts": [
-            {"x": numbers(np.array([one.xy[0]]))[0], "y": numbers(np.array([one.xy[1]]))[0],
-             "text": one.get_text()}
-            for one in axes.texts if hasattr(one, "xy")
+            *(one for one in (_line(each, axes) for each in axes.get_lines()) if one["x"]),
+            *(segment for each in of_errors for segment in _error_bars(each)),
         ],
-    }  # fmt: skip
+        "bands": [
+            *(_filled(one.get_paths()[0].vertices, one) for one in bands),
+            *(_filled(_in_data(one, one.get_path().vertices, axes), one) for one in spans),
+        ],
+        "texts": [
+            {**_points(np.array([one.xy])), "text": one.get_text()}
+            for one in axes.texts
+            if hasattr(one, "xy")
+        ],
+    }
+
+
+def _in_data(one: Artist, points: Any, axes: Axes) -> Any:
+    """Points of an artist, (points, 2), some of which stand in shares of the axis, in data."""
+    return axes.transData.inverted().transform(one.get_transform().transform(points))
+
+
+def _points(points: Any) -> dict[str, Any]:
+    x, y = np.asarray(points, dtype=np.float64).T
+    return {"x": numbers(x), "y": numbers(y)}
 
 
 def _line(one: Any, axes: Axes) -> dict[str, Any]:
-    x, y = (np.asarray(each, dtype=np.float64) for each in one.get_data())
-    # Spans from edge to edge stand in shares of the axis.
-    if one.get_transform() == axes.get_yaxis_transform(which="grid"):
-        x = np.array(axes.get_xlim())
-    elif one.get_transform() == axes.get_xaxis_transform():
-        low, high = axes.get_ylim()
-        y = low * (high / low) ** y if axes.get_yscale() == "log" else low + (high - low) * y
+    points = np.column_stack(one.get_data())
+    if one.get_transform() != axes.transData:
+        points = _in_data(one, points, axes)
     marker, style = one.get_marker(), one.get_linestyle()
     return {
-        "x": numbers(x),
-        "y": numbers(y),
+        **_points(points),
         "color": to_hex(one.get_color()),
         "width": float(one.get_linewidth()) if style != "None" else 0.0,
         "dash": style not in ("-", "None"),
@@ -201,27 +204,13 @@ def _of_any(one: Any) -> dict[str, Any]:
     }
 
 
-def _bars(container: Any) -> list[dict[str, Any]]:
-    """The bars of a point with its errors, as lines of two points each."""
-    found = []
-    for group in container[2] if len(container) == 3 else ():
-        color = to_hex(group.get_color()[0])
-        for segment in group.get_segments():
-            x, y = np.asarray(segment, dtype=np.float64).T
-            found.append({"x": numbers(x), "y": numbers(y), "color": color, **_PLAIN})
-    return found
-
-
-def _span(one: Rectangle, axes: Axes) -> dict[str, Any]:
-    corners = np.asarray(one.get_patch_transform().transform(one.get_path().vertices)).copy()
-    if one.get_transform() == one.get_patch_transform() + axes.get_xaxis_transform(which="grid"):
-        corners[:, 1] = np.asarray(axes.get_ylim())[corners[:, 1].astype(int)]
-    else:
-        corners[:, 0] = np.asarray(axes.get_xlim())[corners[:, 0].astype(int)]
-    return _filled(corners, one)
+def _error_bars(group: Any) -> Iterator[dict[str, Any]]:
+    """The bars of points with their errors, as lines of two points each."""
+    color = to_hex(group.get_color()[0])
+    for segment in group.get_segments():
+        yield {**_points(segment), "color": color, **_PLAIN}
 
 
 def _filled(corners: Any, one: Any) -> dict[str, Any]:
-    x, y = corners.T
     color = to_hex(np.atleast_2d(one.get_facecolor())[0])
-    return {"x": numbers(x), "y": numbers(y), "color": color, **_of_any(one)}
+    return {**_points(corners), "color": color, **_of_any(one)}

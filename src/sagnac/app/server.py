@@ -12,7 +12,6 @@ import json
 import logging
 import secrets
 import shutil
-import signal
 import socket
 import tempfile
 from collections.abc import Callable, Iterator
@@ -76,7 +75,7 @@ class State:
     port: int
     room: Room
     first: str = ""
-    sessions: Sessions = field(default_factory=Sessions)
+    sessions: Sessions = field(default_factory=lambda: Sessions(loop=asyncio.get_running_loop()))
     threads: ThreadPoolExecutor = field(default_factory=lambda: ThreadPoolExecutor(4, "sagnac-app"))
 
     @property
@@ -118,7 +117,7 @@ class _Handler(web.RequestHandler):
     def session(self) -> Session:
         """That of the page which asks."""
         name = self.request.headers.get("X-Page") or self.get_query_argument("page", "")
-        return self.state.sessions.of(name, asyncio.get_running_loop())
+        return self.state.sessions.of(name)
 
 
 class _File(_Handler):
@@ -139,32 +138,20 @@ class _Call(_Handler):
     """One question of the page and its answer, both JSON; what is wrong is one line."""
 
     async def post(self, _token: str, name: str) -> None:
-        answer = _ANSWERS.get(name)
-        if answer is None:
+        if name not in _ANSWERS:
             raise web.HTTPError(404, reason="No such question")
-        try:
-            asked = json.loads(self.request.body or b"{}")
-            if not isinstance(asked, dict):
-                raise ValueError("a question is a table of its arguments")
-            session = self.session()
-            loop = asyncio.get_running_loop()
-            found = await loop.run_in_executor(
-                self.state.threads, _guarded, answer, self.state, session, asked
-            )
-        except (ValueError, OSError) as error:
-            found = {"error": stated.line(error)}
+        loop = asyncio.get_running_loop()
+        found = await loop.run_in_executor(self.state.threads, self._answered, name)
         self.set_header("Content-Type", "application/json; charset=utf-8")
         self.finish(json.dumps(found, allow_nan=False, separators=(",", ":")))
 
-
-def _guarded(
-    answer: "Answer", state: State, session: Session, asked: dict[str, Any]
-) -> dict[str, Any]:
-    """An answer, or in one line why there is none."""
-    try:
-        return answer(state, session, asked)
-    except (ValueError, TypeError, KeyError, OSError, MemoryError, ImportError) as error:
-        return {"error": stated.line(error)}
+    def _answered(self, name: str) -> dict[str, Any]:
+        """An answer, or in one line why there is none."""
+        try:
+            asked = json.loads(self.request.body or b"{}")
+            return _ANSWERS[name](self.state, self.session(), asked)
+        except (ValueError, TypeError, KeyError, OSError, MemoryError, ImportError) as error:
+            return {"error": stated.line(error)}
 
 
 class _Events(_Handler):
@@ -177,22 +164,20 @@ class _Events(_Handler):
             raise web.HTTPError(403, reason="No page") from error
         self.set_header("Content-Type", "text/event-stream; charset=utf-8")
         queue = session.listen()
+        text = "retry: 1000"
         try:
-            await self._send("retry: 1000\n\n")
             while True:
+                self.write(f"{text}\n\n")
+                await self.flush()
                 try:
                     event = await asyncio.wait_for(queue.get(), _BEAT)
-                    await self._send(f"data: {json.dumps(event, allow_nan=False)}\n\n")
+                    text = f"data: {json.dumps(event, allow_nan=False)}"
                 except TimeoutError:
-                    await self._send(": beat\n\n")
+                    text = ": beat"
         except StreamClosedError:
             pass
         finally:
             session.leave(queue)
-
-    async def _send(self, text: str) -> None:
-        self.write(text)
-        await self.flush()
 
 
 @web.stream_request_body
@@ -346,7 +331,7 @@ def _room(file: Path | None) -> Iterator[tuple[Room, str]]:
 
 
 def serve(file: Path | None, *, port: int = 0, opened: Callable[[str], None]) -> None:
-    """Serve the page until a signal ends it; then raise that signal.
+    """Serve the page until it is interrupted.
 
     Parameters
     ----------
@@ -368,9 +353,7 @@ def serve(file: Path | None, *, port: int = 0, opened: Callable[[str], None]) ->
     # What a page does wrong it is told itself; the terminal holds the address.
     logging.getLogger("tornado").setLevel(logging.CRITICAL)
     with _room(file) as (room, first):
-        ended = asyncio.run(_served(room, first, port, opened))
-    if ended:
-        signal.raise_signal(ended)
+        asyncio.run(_served(room, first, port, opened))
 
 
 def _warm_up(room: Room) -> None:
@@ -381,8 +364,8 @@ def _warm_up(room: Room) -> None:
         looks.findings(looks.look(sagnac.write(made, path), {}))
 
 
-async def _served(room: Room, first: str, port: int, opened: Callable[[str], None]) -> int:
-    """Serve until a signal; its number."""
+async def _served(room: Room, first: str, port: int, opened: Callable[[str], None]) -> None:
+    """Serve until the task is cancelled or an interrupt is raised in it."""
     try:
         listening = socket.create_server((HOST, port))
     except OSError as error:
@@ -390,47 +373,19 @@ async def _served(room: Room, first: str, port: int, opened: Callable[[str], Non
             f"port {port} cannot be listened on ({error.strerror})",
             remedy="give another, or none ({port})",
         ) from None
-    state = State(
-        token=secrets.token_urlsafe(32), port=listening.getsockname()[1], room=room, first=first
-    )
+    port = listening.getsockname()[1]
+    state = State(token=secrets.token_urlsafe(32), port=port, room=room, first=first)
     server = HTTPServer(application(state), max_body_size=_LARGEST_REQUEST)
     listening.setblocking(False)
     server.add_socket(listening)
-    with _signals() as ended:
-        try:
-            opened(state.address)
-            state.threads.submit(_warm_up, room)
-            while not ended.done():
-                await asyncio.wait([ended], timeout=30.0)
-                await asyncio.to_thread(state.sessions.forget_left)
-        finally:
-            server.stop()
-            state.sessions.end()
-            state.threads.shutdown(wait=False, cancel_futures=True)
-            await server.close_all_connections()
-    return ended.result()
-
-
-@contextlib.contextmanager
-def _signals() -> Iterator["asyncio.Future[int]"]:
-    """A future that a signal to end sets to its number; afterwards signals are as they were."""
-    loop = asyncio.get_running_loop()
-    ended: asyncio.Future[int] = loop.create_future()
-    before = {}
-
-    def end(number: int) -> None:
-        if not ended.done():
-            ended.set_result(number)
-
-    known = [getattr(signal, name, None) for name in ("SIGINT", "SIGTERM", "SIGHUP")]
-    for number in filter(None, known):
-        handler = signal.getsignal(number)
-        with contextlib.suppress(NotImplementedError, ValueError, RuntimeError):
-            loop.add_signal_handler(number, end, number)
-            before[number] = handler
     try:
-        yield ended
+        opened(state.address)
+        state.threads.submit(_warm_up, room)
+        while True:
+            await asyncio.sleep(30.0)
+            await asyncio.to_thread(state.sessions.forget_left)
     finally:
-        for number, handler in before.items():
-            loop.remove_signal_handler(number)
-            signal.signal(number, handler)
+        server.stop()
+        state.sessions.end()
+        state.threads.shutdown(wait=False, cancel_futures=True)
+        await server.close_all_connections()

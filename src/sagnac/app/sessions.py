@@ -348,14 +348,17 @@ class Sessions:
 
     Attributes
     ----------
+    loop
+        In which their events are handed on.
     patience
         Seconds after which a page that no longer listens counts as closed.
     """
 
+    loop: asyncio.AbstractEventLoop
     patience: float = 600.0
     open: dict[str, Session] = field(default_factory=dict)
 
-    def of(self, name: str, loop: asyncio.AbstractEventLoop) -> Session:
+    def of(self, name: str) -> Session:
         """The session of a page, a new one if it is not known.
 
         ValueError if the name cannot be one, or there are too many pages.
@@ -365,8 +368,8 @@ class Sessions:
                 raise ValueError("the page has no name of its own; load it again")
             if len(self.open) >= 64:
                 raise ValueError("64 pages are open; close some")
-            self.open[name] = Session(loop=loop)
-        return self.open[name]
+        # At once: two questions of one page may come together.
+        return self.open.setdefault(name, Session(loop=self.loop))
 
     def close(self, name: str) -> str:
         """A page was closed; its name."""

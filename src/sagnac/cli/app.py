@@ -64,8 +64,8 @@ for _command in (
 app.command(page, name="app")
 
 
-class Stopped(BaseException):
-    """A signal asked the process to end."""
+class Stopped(KeyboardInterrupt):
+    """A signal other than an interrupt asked the process to end."""
 
     def __init__(self, number: int) -> None:
         super().__init__(number)
@@ -95,13 +95,10 @@ def stopped_by_signals() -> Iterator[None]:
 
 def _ask_again(lost: "sys.UnraisableHookArgs") -> None:
     """Send a signal anew whose exception was born where it cannot rise, in a library's callback."""
-    if isinstance(lost.exc_value, Stopped):
-        number = lost.exc_value.signal
-    elif isinstance(lost.exc_value, KeyboardInterrupt):
-        number = signal.SIGINT
-    else:
+    if not isinstance(lost.exc_value, KeyboardInterrupt):
         sys.__unraisablehook__(lost)
         return
+    number = getattr(lost.exc_value, "signal", signal.SIGINT)
     again = threading.Timer(_SOON, os.kill, (os.getpid(), number))
     again.daemon = True
     again.start()
@@ -152,12 +149,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
         with stopped_by_signals(), _visible_names(command):
             status = command(*bound.args, **bound.kwargs)
         sys.stdout.flush()
-    except KeyboardInterrupt:
-        complain("interrupted")
-        return INTERRUPTED
     except Stopped as stopped:
         complain(f"stopped by {stopped.signal.name}")
         return 128 + stopped.signal
+    except KeyboardInterrupt:
+        complain("interrupted")
+        return INTERRUPTED
     except BrokenPipeError:
         # The reader of our output has left; give the interpreter nowhere to fail at exit.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
@@ -196,10 +193,6 @@ def _in_several_files(error: CycloptsError) -> str:
     )
 
 
-def _unshown(*_: object, **__: object) -> None:
-    """Warnings of libraries are shown nowhere."""
-
-
 def _prepare_process() -> None:
     """Threads of linear algebra, garbage, streams, and the signs that a terminal may lack."""
     # Imports make hundreds of thousands of objects that stay. Going through them every few hundred
@@ -215,7 +208,7 @@ def _prepare_process() -> None:
     os.environ["MPLBACKEND"] = "agg"
     if not sys.warnoptions:
         # Libraries warn those who program with them; -W and PYTHONWARNINGS show it.
-        warnings.showwarning = _unshown
+        warnings.showwarning = lambda *_, **__: None
     # A stream that was closed before the start is None; what goes there goes nowhere.
     for name in ("stdout", "stderr"):
         if getattr(sys, name) is None:

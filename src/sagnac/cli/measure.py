@@ -54,9 +54,10 @@ def analyze(
     for file, folder in zip(files, folders, strict=True):
         try:
             with reading(file, options, prefix=file.name * several) as read:
-                analysis, paths = read.analyzed(settings), list[Path]()
+                analysis = read.analyzed(settings)
+            paths: Sequence[Path] = ()
             if folder is not None:
-                analysis, paths = _reported(analysis, folder, sheet)
+                analysis, paths = results.reported(analysis, folder, **sheet)
         except Exception as error:
             if not several or options.debug:
                 raise
@@ -84,16 +85,6 @@ def _sheet(options: Options, report: ReportOptions) -> dict[str, Any]:
         "pdf": report.pdf,
         "force": report.force,
     }
-
-
-def _reported(
-    analysis: "sagnac.Analysis", folder: Path, sheet: Mapping[str, Any]
-) -> "tuple[sagnac.Analysis, list[Path]]":
-    """The analysis with the time of its report, and the files of that."""
-    with results.progress_shown() as progress:
-        progress("report", 0.0)
-        report = sagnac.write_report(analysis, folder, **sheet)
-    return report.analysis, list(report.paths)
 
 
 def _print_analysis(analysis: "sagnac.Analysis", paths: Sequence[Path], *, curve: bool) -> None:
@@ -160,7 +151,7 @@ def avar(
     settings = settings_of(options, method="none", estimators=bench.estimator or ("oadev",))
     sheet, output = _sheet(options, report), report.output
     alone: sagnac.SelfNoise | None = None
-    paths: list[Path] = []
+    paths: Sequence[Path] = ()
     with reading(file, options, verify=bench.gaps == "reject") as read:
         recording = read.recording
         if output is not None:
@@ -279,7 +270,8 @@ def _bench_reported(
     from sagnac.report.sections import folder_name
 
     place = output if analysis.gyros else output / folder_name(analysis.channel)
-    reported, paths = _reported(analysis, place, {**sheet, "with_forces": False})
+    reported, written = results.reported(analysis, place, **sheet, with_forces=False)
+    paths = list(written)
     if analysis.accelerometers:
         paths += write_accelerometers(analysis, output / _ACCELEROMETERS, pdf=sheet["pdf"])
     if alone is not None:

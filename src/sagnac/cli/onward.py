@@ -289,17 +289,12 @@ def campaign(
     from sagnac.fleet.page import reason_text
     from sagnac.fleet.table import yield_of
 
-    try:
+    with results.resumable(output.absolute()):
         made = sagnac.campaign(
             sources, output, settings, **asdict(work), memory=options.memory,
             told=results.standings(), force=force,
             **{name: value for name, value in stated.items() if value},
         )  # fmt: skip
-    except KeyboardInterrupt:
-        results.complain(
-            f"stopped; start the same campaign again, and it goes on ({output.absolute()})"
-        )
-        raise
     _print_campaign(made, output, settings.confidence)
     failed = made.campaign.failed
     for row in failed:

@@ -12,8 +12,9 @@ import time
 from collections.abc import Callable, Container, Iterable, Iterator, Mapping, Sequence
 from contextlib import chdir, contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Final, TextIO
+from typing import TYPE_CHECKING, Any, Final, TextIO
 
+import sagnac
 from sagnac.core import overwriting
 from sagnac.core.errors import MissingExtra, RecordingError, WouldOverwrite, one_line, visible
 from sagnac.core.texts import OPTION_OF
@@ -22,7 +23,6 @@ from sagnac.report import as_typed, error_text
 if TYPE_CHECKING:
     from rich.progress import TaskID
 
-    import sagnac
     from sagnac.core.processes import Standing
     from sagnac.verdict.judgement import Decision
 
@@ -249,6 +249,16 @@ def require_place(
     ready_to_draw()
 
 
+@contextmanager
+def resumable(folder: Path) -> Iterator[None]:
+    """Say of work that is interrupted inside that it goes on where it stopped."""
+    try:
+        yield
+    except KeyboardInterrupt:
+        complain(f"stopped; start it again with the same folder, and it goes on ({folder})")
+        raise
+
+
 def ready_to_draw() -> None:
     """Load what draws, from where no stray ``matplotlibrc`` lies, which would be believed."""
     with chdir(Path(__file__).parent):
@@ -265,6 +275,16 @@ def verdict_status(analyses: "Sequence[sagnac.Analysis]") -> int:
 def status_of(decision: "Decision | None") -> int:
     """Exit status that a decision means."""
     return {None: DONE, "pass": DONE, "fail": FAILED, "undecided": UNDECIDED}[decision]
+
+
+def reported(
+    analysis: "sagnac.Analysis", folder: Path, **how: Any
+) -> "tuple[sagnac.Analysis, tuple[Path, ...]]":
+    """The analysis with the time of its report, and the files of that (`sagnac.write_report`)."""
+    with progress_shown() as progress:
+        progress("report", 0.0)
+        report = sagnac.write_report(analysis, folder, **how)
+    return report.analysis, report.paths
 
 
 def print_documents(

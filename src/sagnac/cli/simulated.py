@@ -10,10 +10,11 @@ from cyclopts import Parameter
 
 import sagnac
 from sagnac.cli import output as results
-from sagnac.cli.options import OUTPUT, Debug, Folder, Force, Workers, one_argument
+from sagnac.cli.options import NO_STATEMENT, OUTPUT, Debug, Folder, Force, Workers, one_argument
+from sagnac.cli.reading import reading
 from sagnac.core import overwriting
 from sagnac.core.errors import one_line
-from sagnac.core.texts import seconds
+from sagnac.core.texts import seconds as in_seconds
 
 # ---- simulate ----------------------------------------------------------------------
 
@@ -38,7 +39,7 @@ class RigOptions:
     kind: Literal["angle", "increment", "rate"] | None = None
     seed: Annotated[int | None, Parameter(metavar="N")] = None
     table_rate: Annotated[float | None, Parameter(metavar="DEG/S")] = None
-    duration: Annotated[float | None, one_argument(seconds, "2h")] = None
+    duration: Annotated[float | None, one_argument(in_seconds, "2h")] = None
 
     def applied_to(self, config: "sagnac.RigConfig") -> "sagnac.RigConfig":
         """A configuration with what the options state instead.
@@ -105,7 +106,6 @@ def simulate(
         )
     from sagnac.formats.statement import of_simulation
     from sagnac.rig import config as rigs
-    from sagnac.rig.simulate import write
 
     left_out: tuple[str, ...] = ()
     chosen = rigs.preset(preset or "paper")
@@ -116,14 +116,21 @@ def simulate(
     reads = [path for path in (config, like) if path is not None]
     overwriting.require_free(of_simulation(output), reads, force=force)
     chosen = options.applied_to(chosen)
-    with results.progress_shown() as progress:
-        path, truth_path = write(chosen, output, lambda part: progress("simulate", part))
+    path, truth_path = _written(chosen, output)
     # Last: a refusal is not lost below a list.
     for line in left_out:
         print(one_line(line))
     print(f"{chosen.samples} samples at {chosen.sample_rate_hz:g} Hz, seed {chosen.seed}")
     results.print_paths([path, truth_path])
     return results.DONE
+
+
+def _written(config: "sagnac.RigConfig", path: Path) -> tuple[Path, Path]:
+    """The recording of a rig, and its truth."""
+    from sagnac.rig.simulate import write
+
+    with results.progress_shown() as progress:
+        return write(config, path, lambda part: progress("simulate", part))
 
 
 def _like(path: Path) -> "tuple[sagnac.RigConfig, tuple[str, ...]]":
@@ -172,7 +179,6 @@ def demo(
     from sagnac.recording.columns import GYRO_NAMES
     from sagnac.report import text
     from sagnac.rig.config import preset
-    from sagnac.rig.simulate import write
 
     config = RigOptions(seed=seed).applied_to(preset("paper"))
     if quick:
@@ -182,24 +188,17 @@ def demo(
     overwriting.require_free(of_simulation(folder / RECORDING), force=force)
     made(folder)
     began = time.perf_counter()
-    with results.progress_shown() as progress:
-        path, truth_path = write(
-            config, folder / RECORDING, lambda part: progress("simulate", part)
-        )
-        simulated = time.perf_counter()
-        progress("read", 0.0)
-        recording = sagnac.read(path)
-        read_s = time.perf_counter() - simulated
-        analysis = sagnac.analyze(recording, gyros=tuple(GYRO_NAMES), progress=progress)
-        analysis = analysis.with_seconds({"simulate": simulated - began, "read": read_s})
-        progress("report", 0.0)
-        written = sagnac.write_report(analysis, folder, force=force)
+    path, truth_path = _written(config, folder / RECORDING)
+    seconds = {"simulate": time.perf_counter() - began}
+    with reading(path, NO_STATEMENT) as read:
+        analysis = read.analyzed(sagnac.Settings(gyros=tuple(GYRO_NAMES))).with_seconds(seconds)
+    analysis, paths = results.reported(analysis, folder, force=force)
     truth = json.loads(truth_path.read_text(encoding="utf-8"))
     put_in = float(truth["pairs"][analysis.channel]["arw_deg_per_sqrt_h"])
     print(text.answer(analysis))
     print(text.beside_truth(analysis, put_in), end="\n\n")
-    results.print_paths([path, truth_path, *written.paths])
-    print(text.seconds(written.analysis))
+    results.print_paths([path, truth_path, *paths])
+    print(text.seconds(analysis))
     return results.DONE
 
 
@@ -234,11 +233,8 @@ def reproduce(
     from sagnac.paper.tables import summary
 
     scope, means = QUICK if quick else Scope(), means_of(workers)
-    try:
+    with results.resumable(folder):
         found = make(made(folder), scope, means=means, told=results.standings())
-    except KeyboardInterrupt:
-        results.complain(f"stopped; start it again with the same folder, and it goes on ({folder})")
-        raise
     written = pages.write(found, folder)
     print(summary(found), end="\n\n")
     print(f"{found.computed} of {len(found.outcomes)} runs made, the others were there")

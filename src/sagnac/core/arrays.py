@@ -5,18 +5,17 @@ reads and writes like any other. Scratch files lie in the folder for temporary f
 A loop over a long array goes by `blocks`, which give the memory of what they went through back.
 """
 
-import importlib
 import mmap
 import os
 import tempfile
 import weakref
 from collections.abc import Callable, Iterator
-from typing import IO, Any, Final
+from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
 
-from sagnac.core.errors import MissingExtra
+from sagnac.core.errors import extra_module
 
 FloatArray = NDArray[np.float64]
 IntegerArray = NDArray[np.int64]
@@ -66,12 +65,7 @@ def empty(size: int) -> FloatArray:
             os.posix_fallocate(file.fileno(), 0, 8 * size)
         else:
             file.truncate(8 * size)
-        return mapped(file, size)
-
-
-def mapped(file: IO[bytes], size: int) -> FloatArray:
-    """The first `size` samples of a scratch file, which may then be closed, as an array."""
-    scratch = _Scratch(file.fileno(), 8 * size)
+        scratch = _Scratch(file.fileno(), 8 * size)
     _scratches[id(scratch)] = scratch
     return np.frombuffer(scratch, dtype=np.float64)
 
@@ -273,33 +267,11 @@ def values_at(values: FloatArray, places: IntegerArray) -> FloatArray:
 
 
 def pandas_for(purpose: str) -> Any:
-    """The pandas module, imported where it is needed.
-
-    Parameters
-    ----------
-    purpose
-        What needs it, for the error: ``a curve as a data frame``.
+    """The pandas module, imported where it is needed for a purpose: ``a curve as a data frame``.
 
     Raises
     ------
     MissingExtra
         If pandas is not installed.
     """
-    try:
-        return importlib.import_module("pandas")
-    except ImportError:
-        raise MissingExtra(purpose, "pandas", "frames") from None
-
-
-def xarray_for(purpose: str) -> Any:
-    """The xarray module, imported where it is needed: see `pandas_for`.
-
-    Raises
-    ------
-    MissingExtra
-        If xarray is not installed.
-    """
-    try:
-        return importlib.import_module("xarray")
-    except ImportError:
-        raise MissingExtra(purpose, "xarray", "frames") from None
+    return extra_module("pandas", "frames", purpose)

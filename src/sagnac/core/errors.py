@@ -11,6 +11,7 @@ import reprlib
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from difflib import get_close_matches
+from importlib import import_module
 from pathlib import Path
 from typing import Any, Final, Literal, Self, get_args
 
@@ -214,6 +215,25 @@ class MissingExtra(ImportError):
     def __reduce__(self) -> tuple[type[Self], tuple[str, str, str]]:
         # An error that crosses to another process is made there from its parts.
         return type(self), (self.purpose, self.package, self.extra)
+
+
+def extra_module(package: str, extra: str, purpose: str) -> Any:
+    """A package that only some uses need, imported where it is needed.
+
+    Parameters
+    ----------
+    package, extra, purpose
+        As of `MissingExtra`.
+
+    Raises
+    ------
+    MissingExtra
+        If it is not installed.
+    """
+    try:
+        return import_module(package)
+    except ImportError:
+        raise MissingExtra(purpose, package, extra) from None
 
 
 def quoted(value: object) -> str:

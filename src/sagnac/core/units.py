@@ -14,20 +14,6 @@ from sagnac.core.errors import quoted, require_choice
 EARTH_RATE: Final = 7.292115e-5
 """Earth rate, rad/s, sidereal (WGS 84)."""
 
-Quantity = Literal[
-    "angle",
-    "rate",
-    "time",
-    "angle random walk",
-    "rate random walk",
-    "rate ramp",
-    "velocity",
-    "acceleration",
-    "velocity random walk",
-    "acceleration random walk",
-    "acceleration ramp",
-]
-QUANTITIES: Final[tuple[Quantity, ...]] = get_args(Quantity)
 Sensor = Literal["gyro", "accelerometer"]
 SENSORS: Final[tuple[Sensor, ...]] = get_args(Sensor)
 
@@ -43,6 +29,10 @@ DEGREE_PER_HOUR: Final = DEGREE / HOUR  # bias instability, Allan deviation, rad
 DEGREE_PER_HOUR_PER_ROOT_HERTZ: Final = DEGREE / HOUR  # rate noise density, rad/s/sqrt(Hz)
 DEGREE_PER_HOUR_PER_ROOT_HOUR: Final = DEGREE / HOUR / math.sqrt(HOUR)  # rate random walk
 DEGREE_PER_HOUR_PER_HOUR: Final = DEGREE / HOUR / HOUR  # rate ramp, rad/s^2
+
+
+Quantity = str
+"""What a unit is of: one of `QUANTITIES`."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -80,7 +70,7 @@ class Unit:
         return self.name
 
 
-_TABLE: Final[tuple[tuple[Quantity, str, str, float], ...]] = (
+_TABLE: Final = (
     ("angle", "rad", "rad", 1.0),
     ("angle", "mrad", "mrad", 1e-3),
     ("angle", "urad", "µrad", 1e-6),
@@ -127,6 +117,7 @@ _TABLE: Final[tuple[tuple[Quantity, str, str, float], ...]] = (
     ("acceleration ramp", "mg/h", "mg/h", _MILLI_G / HOUR),
     ("acceleration ramp", "m/s^3", "m/s³", 1.0),
 )
+QUANTITIES: Final = tuple(dict.fromkeys(quantity for quantity, *_ in _TABLE))
 UNITS: Final[dict[str, Unit]] = {
     name: Unit(name=name, symbol=symbol, quantity=quantity, size=size)
     for quantity, name, symbol, size in _TABLE

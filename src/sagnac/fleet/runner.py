@@ -19,7 +19,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from sagnac.core import processes
-from sagnac.core.errors import MissingExtra, RecordingError
+from sagnac.core.errors import RecordingError, extra_module
 from sagnac.core.processes import GIBIBYTE, Means, Standing, means_of, nobody
 from sagnac.core.version import __version__
 from sagnac.core.whole_files import made
@@ -226,10 +226,7 @@ def _facts(token: Path) -> tuple[str, bool]:
 
 
 def _distributed() -> Any:
-    try:
-        return importlib.import_module("distributed")
-    except ImportError:
-        raise MissingExtra("a campaign on a cluster", "distributed", "dask") from None
+    return extra_module("distributed", "dask", "a campaign on a cluster")
 
 
 # ---- runner ------------------------------------------------------------------------

@@ -174,7 +174,7 @@ class Estimate:
         """An upper bound in the place of this."""
         return replace(self, value=high, low=0.0, high=high, status="upper bound")
 
-    def _shown(self) -> ConvertedEstimate:
+    def in_field_unit(self) -> ConvertedEstimate:
         """The figures in the field's unit, SI if the coefficient is not known."""
         if self.name is None:
             return ConvertedEstimate(
@@ -183,12 +183,12 @@ class Estimate:
         return self.to(next(iter(estimate_units(self.name, self.sensor))))
 
     def __format__(self, spec: str) -> str:
-        return format(self._shown(), spec) if spec else str(self)
+        return format(self.in_field_unit(), spec) if spec else str(self)
 
     def _worded(self) -> str:
         if self.status == "not observable":
             return "not observable"
-        return f"{self._shown()}, {100.0 * self.confidence:g} %"
+        return f"{self.in_field_unit()}, {100.0 * self.confidence:g} %"
 
     def __repr__(self) -> str:
         return f"<{self.name or 'estimate'} {self._worded()}>"

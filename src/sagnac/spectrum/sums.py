@@ -7,7 +7,6 @@ distance from the nearest even angle to a table, whose Fourier transforms are th
 """
 
 from functools import lru_cache
-from importlib import import_module
 from math import factorial
 from typing import Any, Final
 
@@ -15,7 +14,7 @@ import numpy as np
 import scipy.fft
 
 from sagnac.core.arrays import BLOCK, ComplexArray, FloatArray, blocks
-from sagnac.core.errors import MissingExtra
+from sagnac.core.errors import extra_module
 from sagnac.spectrum import _kernels
 from sagnac.spectrum.transforms import THREADS, TONE_WIDTH
 
@@ -237,14 +236,8 @@ def tones(
 
 def _finufft() -> Any:
     """The package finufft, imported where it is used: few recordings need it."""
-    try:
-        return import_module("finufft")
-    except ImportError as error:
-        raise MissingExtra(
-            package="finufft",
-            extra="nufft",
-            purpose=f"a sum over more than {HIGHEST} multiples of an uneven phase",
-        ) from error
+    purpose = f"a sum over more than {HIGHEST} multiples of an uneven phase"
+    return extra_module("finufft", "nufft", purpose)
 
 
 def _turns(frequencies: FloatArray, lag: float | FloatArray) -> FloatArray:
