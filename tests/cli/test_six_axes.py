@@ -81,5 +81,5 @@ def test_an_accelerometer_in_a_unit_of_gyros_is_refused(file, capsys):
     words = ["check", str(file), *STATED, "--accelerometers", "az", "--unit", "az=deg/s"]
     assert main(words) == 1
     line = capsys.readouterr().err.splitlines()[-1]
-    assert "az: unit 'deg/s' is none of an accelerometer of kind rate" in line
+    assert "az: unit 'deg/s' is not one of acceleration" in line
     assert "--unit az=m/s^2" in line

@@ -35,7 +35,7 @@ def test_increments_of_velocity(tmp_path):
     assert recording.accelerometers[0].kind == "increment"
     refused(
         path,
-        "az: unit 'm/s' is none of an accelerometer of kind rate",
+        "az: unit 'm/s' is not one of acceleration",
         statement=Statement(kind={"x": "increment"}, **stated),
     )
 
@@ -47,7 +47,7 @@ def test_what_cannot_be(tmp_path):
     wanted = Statement(accelerometers=("ay",), **STATED)
     refused(path, "ay: no such column", "--accelerometers", statement=wanted)
     wanted = Statement(accelerometers=("ax",), unit={"ax": "deg/s"}, **STATED)
-    refused(path, "ax: unit 'deg/s' is none of an accelerometer", statement=wanted)
+    refused(path, "ax: unit 'deg/s' is not one of acceleration", statement=wanted)
     stuck = save(tmp_path / "stuck.csv", text("x[deg/s],ax[g]", NOISE[0], np.ones(ROWS)))
     (note,) = read(stuck, accelerometers=("ax",), **STATED).notes
     assert (note.name, note.channel, note.level) == ("stuck", "ax", "error")

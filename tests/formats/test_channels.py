@@ -1,13 +1,12 @@
 """Counters, encoder and null pulse."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
 from sagnac.core.errors import RecordingError
 from sagnac.formats import Statement, read
-from sagnac.formats.channels import Scale, gyro_channel, table_channel
+from sagnac.recording.columns import gyro_of
+from sagnac.recording.encoder_readings import table_of_readings
 from tests.formats.examples import (
     ARCSECOND,
     SAMPLES,
@@ -76,30 +75,27 @@ def test_null_pulse_is_its_first_sample(tmp_path):
         read(path, stated)
 
 
-DEGREES = Scale(kind="angle", unit="deg", factor=np.deg2rad(1.0))
-
-
 def test_a_gyro_without_a_counter_is_its_numbers_in_si():
-    made = gyro_channel("x", np.array([1.0, np.nan, 3.0]), DEGREES, None)
+    raw = np.array([1.0, np.nan, 3.0])
+    made = gyro_of("x", raw, kind="angle", unit="deg", out=raw)
     np.testing.assert_allclose(made.channel.values, np.deg2rad([1.0, np.nan, 3.0]))
+    assert made.channel.values is raw
     assert (made.channel.name, made.channel.kind, made.channel.shown_in) == ("x", "angle", "deg")
     assert made.notes == ()
 
 
-COUNTS = Scale(kind="angle", unit="2rad", factor=2.0)
+COUNTS = {"kind": "angle", "unit": "2rad", "period": 2.0**16}
 
 
 def test_a_counter_that_rolls_over_is_continuous_and_no_wider_than_its_bits():
     counts = np.arange(0.0, 2e5, 5e3)
-    made = gyro_channel("x", counts % 2**16, COUNTS, 2.0**16)
+    made = gyro_of("x", counts % 2**16, **COUNTS)
     np.testing.assert_array_equal(made.channel.values, 2.0 * counts)
     (note,) = made.notes
     assert str(note) == "x: the 16 bit counter rolled over 2 times: unwrapped"
-    assert gyro_channel("x", np.arange(9.0), COUNTS, 2.0**16).notes == ()
-    with pytest.raises(
-        RecordingError, match="spans 195000 counts, more than a counter of 65536 holds"
-    ):
-        gyro_channel("x", counts, COUNTS, 2.0**16)
+    assert gyro_of("x", np.arange(9.0), **COUNTS).notes == ()
+    with pytest.raises(RecordingError, match="spans 195000, more than a counter of 65536 holds"):
+        gyro_of("x", counts, **COUNTS)
 
 
 @pytest.mark.parametrize(
@@ -115,11 +111,9 @@ def test_a_counter_that_rolls_over_is_continuous_and_no_wider_than_its_bits():
 )
 def test_where_a_table_starts_over(reach, unit, bits, period):
     size = 0.01 if unit[0] == "0" else 1.0
-    scale = Scale(kind="angle", unit=unit, factor=np.deg2rad(size))
     readings = np.concatenate([np.linspace(0.0, reach, 2000), np.linspace(0.0, 0.1 * reach, 200)])
-    angle = (
-        np.degrees(table_channel(readings.copy(), scale, bits and 2.0**bits).channel.values) / size
-    )
+    made = table_of_readings(readings.copy(), unit, counter_period=bits and 2.0**bits)
+    angle = np.degrees(made.channel.values) / size
     later = readings[2000:] + (period or 0.0)
     np.testing.assert_allclose(angle[2000:], later, rtol=1e-9, atol=1e-9)
 
@@ -128,7 +122,7 @@ def test_readings_off_the_path_are_noted_in_the_unit_as_stated():
     path = np.arange(3000) * 0.25
     readings = path % 360.0
     readings[[700, 1500]] = -1.0
-    made = table_channel(readings, replace(DEGREES, unit="1 degree"), None)
+    made = table_of_readings(readings, "1 degree")
     off, filled, _ = (str(note) for note in made.notes)
     assert off == "table: 2 samples off its path, all reading -1 1 degree: taken as missing"
     assert "2 missing samples, at most 1 in a row, interpolated" in filled
@@ -137,6 +131,6 @@ def test_readings_off_the_path_are_noted_in_the_unit_as_stated():
 
 def test_a_table_goes_through_all_of_it():
     path = np.arange(3000) * 0.25
-    made = table_channel(path % 360.0, DEGREES, None)
+    made = table_of_readings(path % 360.0, "deg")
     np.testing.assert_allclose(made.channel.values, np.deg2rad(path), atol=1e-9)
     assert [str(n) for n in made.notes] == ["table: unwrapped where it starts over, 2 times"]

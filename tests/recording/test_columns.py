@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from sagnac.core.errors import RecordingError
-from sagnac.recording.columns import gyro_of, pulses_of, seconds_of, table_of
+from sagnac.recording.columns import gyro_of, pulses_of, seconds_of
+from sagnac.recording.model import Recording
 
 
 def test_integer_stamps_lose_nothing_by_the_size_of_the_epoch():
@@ -21,8 +22,10 @@ def test_dates_state_their_own_unit():
 
 def test_a_table_is_unwrapped_and_its_column_left_alone():
     column = np.array([359.0, 359.5, 0.0, 0.5])
-    taken = table_of(column, unit="deg")
-    assert np.degrees(taken.channel.values) == pytest.approx([359.0, 359.5, 360.0, 360.5])
+    taken = Recording.from_arrays(
+        x=np.zeros(4), kind="rate", unit="deg/s", sample_rate=1.0, table=column
+    )
+    assert np.degrees(taken.table.values) == pytest.approx([359.0, 359.5, 360.0, 360.5])
     assert column[2] == 0.0
     assert str(taken.notes[0]) == "table: unwrapped where it starts over, 1 time"
 

@@ -239,25 +239,24 @@ def test_missing_gyro_samples_are_refused(tmp_path):
 
 @pytest.mark.parametrize("unit", ["deg", "rad", "0.18arcsec"])
 def test_readings_of_a_turn_are_made_continuous(unit):
-    stated = unit_of(unit, "angle")
-    size = math.degrees(stated.size)
+    size = math.degrees(unit_of(unit, "angle").size)
     angle = motion(40.0)[:6000]
-    taken = table_of_readings(np.mod(angle, 360.0) / size, stated)
+    taken = table_of_readings(np.mod(angle, 360.0) / size, unit)
     assert np.degrees(taken.channel.values) == pytest.approx(angle, abs=1e-9)
     assert [note.text for note in taken.notes] == ["unwrapped where it starts over, 2 times"]
 
 
 def test_a_running_angle_and_a_wide_counter_start_over_elsewhere_or_never():
-    unit = unit_of("0.1arcsec", "angle")
+    unit = "0.1arcsec"
     counts = np.arange(0.0, 40_000_000.0, 20_000.0)  # three turns
     assert table_of_readings(counts.copy(), unit).notes == ()
     wide = table_of_readings(np.mod(counts, 2.0**24), unit, counter_period=2.0**24)
-    assert wide.channel.values == pytest.approx(counts * unit.size, rel=1e-12)
+    assert wide.channel.values == pytest.approx(counts * 0.1 * ARCSECOND, rel=1e-12)
     assert [note.text for note in wide.notes] == ["unwrapped where it starts over, 2 times"]
 
 
 def test_a_table_that_may_have_gone_either_way_is_warned_of():
-    taken = table_of_readings(np.mod(100.0 * np.arange(50.0), 360.0), unit_of("deg", "angle"))
+    taken = table_of_readings(np.mod(100.0 * np.arange(50.0), 360.0), "deg")
     assert taken.notes[-1].level == "warning"
     assert "moves by up to 0.28 of its range between samples" in taken.notes[-1].text
 
@@ -265,7 +264,7 @@ def test_a_table_that_may_have_gone_either_way_is_warned_of():
 def test_what_was_marked_and_filled_is_noted():
     angle = motion(40.0)[:6000]
     values = spoiled(reading(angle), np.array([300, 1200, 1201, 4000]), "minus one")
-    taken = table_of_readings(values, unit_of("deg", "angle"))
+    taken = table_of_readings(values, "deg")
     texts = [note.text for note in taken.notes]
     assert texts[0] == "4 samples off its path, all reading -1 deg: taken as missing"
     assert texts[1].startswith("4 missing samples, at most 2 in a row, interpolated")
@@ -282,7 +281,7 @@ def test_of_readings_that_are_held_lost_ones_are_interpolated(lost, longest):
     for tick in lost:
         ticks[tick] = ticks[tick - 1]
     values = np.repeat(reading(angle)[ticks], held)
-    taken = table_of_readings(values, unit_of("deg", "angle"))
+    taken = table_of_readings(values, "deg")
     inside = slice(held, SAMPLES - held)
     # The clock is known to half a sample, 0.04 deg.
     assert np.degrees(taken.channel.values)[inside] == pytest.approx(angle[inside], abs=0.1)

@@ -133,7 +133,7 @@ def test_a_counter_that_rolls_over_is_unwrapped():
         x=running % 2**16, kind="angle", unit="0.1arcsec", sample_rate=10.0, period=2.0**16
     )
     assert made.gyros[0].values == pytest.approx(np.radians(running / 36_000.0))
-    assert str(made.notes[0]) == "x: the counter rolled over 13 times: unwrapped"
+    assert str(made.notes[0]) == "x: the 16 bit counter rolled over 13 times: unwrapped"
 
 
 def test_pulses_and_dates_are_taken():
@@ -164,7 +164,7 @@ def test_pulses_and_dates_are_taken():
         ({"table": [1.0, 2.0]}, r"table has shape \(2,\); gyro x has 3 samples"),
         ({"table": [1.0, 2.0, 3.0], "table_unit": "deg/s"}, "is not a unit of angle"),
         ({"null_pulse": [0, 1, 2]}, "null_pulse: takes more than two values"),
-        ({"period": 360.0}, "period is 360 and gyro x of kind rate"),
+        ({"period": 360.0}, "x: a counter that starts over is an angle, not kind rate"),
         ({"z": [1.0]}, r"gyro z has shape \(1,\)"),
         ({"x": "abc"}, "x has shape"),
     ],
@@ -182,7 +182,7 @@ def test_a_recording_of_no_gyro_is_refused():
 
 
 def test_readings_that_exceed_their_period_are_refused():
-    with pytest.raises(RecordingError, match="x: it spans 9, more than a period of 8 holds"):
+    with pytest.raises(RecordingError, match="x: it spans 9, more than a counter of 8 holds"):
         Recording.from_arrays(x=[0, 9], kind="angle", unit="deg", sample_rate=1.0, period=8.0)
 
 

@@ -12,17 +12,15 @@ import numpy as np
 
 from sagnac.core.arrays import FloatArray, elementwise
 from sagnac.core.errors import Note, RecordingError, counted
-from sagnac.core.units import TIME_UNITS, canonical
+from sagnac.core.units import TIME_UNITS, canonical, sensor_of
 from sagnac.formats.channels import (
     Scale,
     Stretch,
-    gyro_channel,
     require_known,
+    role_unit,
     scale_of,
     stretch_of,
-    table_channel,
-    table_scale,
-    time_unit,
+    toml_contradiction,
 )
 from sagnac.formats.choice import Choice, choose, is_like_time, is_time_unit
 from sagnac.formats.source import Column, Source, Stored
@@ -36,9 +34,9 @@ from sagnac.formats.suspicions import (
     table_counter_notes,
 )
 from sagnac.quality.check import integrity
-from sagnac.recording.channel import Conversion, Pickoff
-from sagnac.recording.columns import GYRO_NAMES, pulses_of
-from sagnac.recording.encoder_readings import with_lost_readings
+from sagnac.recording.channel import Conversion
+from sagnac.recording.columns import GYRO_NAMES, gyro_of, pulses_of
+from sagnac.recording.encoder_readings import table_of_readings
 from sagnac.recording.model import Provenance, Recording
 
 # ---- assemble ----------------------------------------------------------------------
@@ -82,33 +80,31 @@ def assemble(
         for name, one in columns.items()
     }
     if choice.table is not None:
-        scales[choice.table.key] = table_scale(choice.table)
+        role_unit("table", choice.table)
+    by_file, by_toml, by_caller = (
+        one.sample_rate for one in (statements.file, statements.beside, statements.caller)
+    )
     if choice.time is None and statements.first("sample_rate") is None:
         raise RecordingError(
             "neither a sample rate nor time stamps are stated",
             remedy="state {rate HZ} or {time COLUMN:UNIT}",
         )
-    second = time_unit(choice.time) if choice.time else 1.0
+    second = role_unit("time", choice.time).size if choice.time else 1.0
     stored = source.opened(choice.keys)
     check_lengths(stored.lengths)
     stretch = _stretch(choice.time, second, stored, statements)
-    beside = _unused_notes(source, choice, statements, stretch)
-    made = _recording(choice, scales, stored, stretch, statements)
+    notes = [*source.notes, *choice.notes]
+    notes += [note for scale in scales.values() for note in scale.notes]
+    notes += stretch.sampling.notes
+    if choice.time is not None:
+        notes += stamp_unit_notes(choice.time, stretch.sampling.sample_rate)
+    notes += _unused_notes(source, choice, statements, stretch)
+    if by_caller is None and by_file and by_toml and by_file != by_toml:
+        notes.append(toml_contradiction(f"{by_file:.9g} Hz", f"{by_toml:.9g} Hz"))
+    stretch = replace(stretch, sampling=replace(stretch.sampling, notes=tuple(notes)))
+    made = _recording(choice, scales, stored, stretch, statements.counter_period)
     sliced = stretch.span_s if statements.caller.span is not None else None
-    recording = replace(
-        made,
-        provenance=replace(provenance(), span_s=sliced),
-        notes=(
-            *source.notes,
-            *choice.notes,
-            *(note for scale in scales.values() for note in scale.notes),
-            *stretch.sampling.notes,
-            *(stamp_unit_notes(choice.time, stretch.sampling.sample_rate) if choice.time else ()),
-            *beside,
-            *_rate_contradiction(statements),
-            *made.notes,
-        ),
-    )
+    recording = replace(made, provenance=replace(provenance(), span_s=sliced))
     return verified(recording) if verify else recording
 
 
@@ -170,7 +166,7 @@ def _recording(
     scales: Mapping[str, Scale],
     stored: Stored,
     stretch: Stretch,
-    statements: Statements,
+    period: float | None,
 ) -> Recording:
     """The samples that are taken, loaded and in SI, with notes on their columns.
 
@@ -179,7 +175,7 @@ def _recording(
     RecordingError
         If a counter or the null pulse cannot be one.
     """
-    rate, period = stretch.sampling.sample_rate, statements.counter_period
+    rate, table, pulses = stretch.sampling.sample_rate, None, None
     apart = [one.key for one in (choice.time, choice.null_pulse) if one is not None]
     keys = [key for key in choice.keys if key not in apart]
     columns = stored.read(keys, stretch.first, stretch.stop)
@@ -188,48 +184,40 @@ def _recording(
         for own in choice.sensors.values()
         for name, one in own.items()
     ]
-    channels = [one.channel for one in sensors]
-    gyros = tuple(one for one in channels if one.sensor == "gyro")
-    notes = [note for one in sensors for note in one.notes]
-    table, pulses = None, None
     if choice.table is not None:
-        raw, scale = columns.pop(choice.table.key), scales[choice.table.key]
-        notes += table_counter_notes(choice.table.name, raw, scale)
-        made = with_lost_readings(table_channel(raw, scale, period), gyros, rate)
-        table = made.channel
-        notes += made.notes
+        raw, unit = columns.pop(choice.table.key), choice.table.unit or ""
+        doubts = table_counter_notes(choice.table.name, raw, unit)
+        table = table_of_readings(raw, unit, counter_period=period)
+        table = replace(table, notes=(*doubts, *table.notes))
     if choice.null_pulse is not None:
         # Loaded by itself: it shrinks to an eighth before the next is in memory.
         key = choice.null_pulse.key
         levels = stored.read([key], stretch.first, stretch.stop).pop(key)
-        pulses, of_pulses = pulses_of(levels, column=key)
-        notes += of_pulses
-    return Recording(
-        gyros=gyros,
-        accelerometers=tuple(one for one in channels if one.sensor == "accelerometer"),
-        sample_rate=rate,
-        times=stretch.sampling.times,
+        pulses = pulses_of(levels, column=key)
+    return Recording.from_channels(
+        sensors,
+        stretch.sampling,
         table=table,
         null_pulse=pulses,
-        pickoffs=tuple(
-            Pickoff(gyro=name, values=columns[one.key]) for name, one in choice.pickoffs.items()
-        ),
+        pickoffs={name: columns[one.key] for name, one in choice.pickoffs.items()},
         temperature=columns[choice.temperature.key] if choice.temperature else None,
-        notes=tuple(notes),
     )
 
 
 def _sensor(
-    name: str, raw: FloatArray, scale: Scale, counter_period: float | None, sample_rate: float
+    name: str, raw: FloatArray, scale: Scale, period: float | None, sample_rate: float
 ) -> Conversion:
     """A gyro, with what its numbers speak against, or an accelerometer."""
-    if scale.sensor == "accelerometer":
-        return gyro_channel(name, raw, scale, None)
+    if sensor_of(scale.unit) == "accelerometer":
+        return gyro_of(name, raw, kind=scale.kind, unit=scale.unit, out=raw)
     # The channel is made in place: what the raw numbers tell has to be asked before.
-    doubts = counter_notes(name, raw, scale) if counter_period is None else ()
-    taken = gyro_channel(name, raw, scale, counter_period)
+    doubts = counter_notes(name, raw, scale.kind) if period is None else ()
+    inputs = "{counter-bits} or {counter-period}"
+    taken = gyro_of(
+        name, raw, kind=scale.kind, unit=scale.unit, period=period, out=raw, inputs=inputs
+    )
     if scale.kind == "angle" and not doubts:
-        doubts += rate_notes(name, taken.channel.values)
+        doubts = rate_notes(name, taken.channel.values)
     if scale.kind == "increment":
         doubts += increment_notes(name, taken.channel.values, sample_rate)
     return replace(taken, notes=(*doubts, *taken.notes))
@@ -256,20 +244,6 @@ def verified(recording: Recording) -> Recording:
     if errors and not bearable:
         raise RecordingError.of(errors[0])
     return replace(recording, notes=(*recording.notes, *found))
-
-
-def _rate_contradiction(statements: Statements) -> tuple[Note, ...]:
-    """The TOML beside a file states another rate than the file, and nobody else one."""
-    by_toml, by_file = statements.beside.sample_rate, statements.file.sample_rate
-    if statements.caller.sample_rate is not None or None in (by_toml, by_file):
-        return ()
-    if by_toml == by_file:
-        return ()
-    text = (
-        f"the file says {by_file:.9g} Hz and the TOML beside it {by_toml:.9g} Hz, which is taken; "
-        "remove the TOML if it is of another recording"
-    )
-    return (Note(text=text, level="warning"),)
 
 
 # ---- unused ------------------------------------------------------------------------

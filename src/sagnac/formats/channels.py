@@ -1,37 +1,18 @@
-"""Raw numbers of a column -> channel in SI: kind, unit, size of one, and sample times."""
+"""Kind and unit of the numbers of a column, and the samples of a file that are taken."""
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Final, Literal
 
-import numpy as np
-
-from sagnac.core.arrays import FloatArray, blocks, elementwise
-from sagnac.core.errors import Note, RecordingError, counted
-from sagnac.core.units import (
-    ANGLE_UNITS,
-    RATE_UNITS,
-    TIME_UNITS,
-    Sensor,
-    canonical,
-    sizes,
-    unit_of,
-)
+from sagnac.core.arrays import FloatArray, blocks
+from sagnac.core.errors import Note, RecordingError
+from sagnac.core.units import Quantity, Sensor, Unit, canonical, sizes, unit_of
 from sagnac.formats.choice import TIME_FORMS, Choice
 from sagnac.formats.source import Column
-from sagnac.formats.statement import Statements, parsed_unit
-from sagnac.recording.channel import (
-    KINDS,
-    Channel,
-    Conversion,
-    Kind,
-    finite_extent,
-    quantity_of,
-    unwrapped,
-)
+from sagnac.formats.statement import Statements, is_counts
+from sagnac.recording.channel import KINDS, Kind, quantity_of
 from sagnac.recording.columns import Sampling, sampling
-from sagnac.recording.encoder_readings import table_of_readings
 
 # ---- sampling ----------------------------------------------------------------------
 
@@ -108,10 +89,11 @@ def stretch_of(
             "fewer than two samples lie in the slice", remedy="widen {slice START:STOP}"
         )
     if stamps is not None:
-        taken = sampling(stamps[first:last], rate)
-        return Stretch(first=first, stop=last, start=float(stamps[first]), sampling=taken)
-    even = Sampling(times=None, sample_rate=rate or 0.0)
-    return Stretch(first=first, stop=last, start=first / even.sample_rate, sampling=even)
+        began, taken = float(stamps[first]), sampling(stamps[first:last], rate)
+    else:
+        taken = Sampling(times=None, sample_rate=rate or 0.0)
+        began = first / taken.sample_rate
+    return Stretch(first=first, stop=last, start=began, sampling=taken)
 
 
 def first_at(times: FloatArray, limit: float) -> int:
@@ -119,36 +101,30 @@ def first_at(times: FloatArray, limit: float) -> int:
     for block in blocks(times.size):
         reached = times[block] >= limit - _SLACK
         if reached.any():
-            return int(block.start + np.argmax(reached))
+            return int(block.start + reached.argmax())
     return times.size
 
 
-# ---- scales ------------------------------------------------------------------------
+# ---- kinds and units ---------------------------------------------------------------
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Scale:
-    """Kind, unit and scale of the numbers of a column.
+    """Kind and unit of the numbers of a gyro or an accelerometer, and notes on the statements.
 
     Attributes
     ----------
     kind
         What one sample is.
     unit
-        Unit of the numbers, as stated.
-    factor
-        SI size of one: rad, or rad/s for kind ``rate``.
+        Unit of the numbers, as stated; ``0.1arcsec`` for counts of that size.
     notes
         What was noticed of the statements.
-    sensor
-        ``gyro`` or ``accelerometer``.
     """
 
     kind: Kind
     unit: str
-    factor: float
     notes: tuple[Note, ...] = ()
-    sensor: Sensor = "gyro"
 
 
 def require_known(choice: Choice, columns: Sequence[Column], statements: Statements) -> None:
@@ -182,12 +158,11 @@ def stated_for(
     column: Column,
     statements: Statements,
     sensor: Sensor = "gyro",
-) -> tuple[str | None, str | None]:
-    """Kind or unit of a channel as caller or TOML state it, and as its column or file does."""
-    by_file: str | None = getattr(column, quantity)
-    by_file = by_file or statements.file.of_channel(quantity, name, sensor)
-    by_user = (one.of_channel(quantity, name, sensor) for one in statements.in_order[:2])
-    return next(filter(None, by_user), None), by_file
+) -> tuple[str | None, str | None, str | None]:
+    """Kind or unit of a channel as caller, TOML, and its column or else the file state it."""
+    caller, beside, file = (one.of_channel(quantity, name, sensor) for one in statements.in_order)
+    by_column: str | None = getattr(column, quantity)
+    return caller, beside, by_column or file
 
 
 def scale_of(name: str, column: Column, statements: Statements, sensor: Sensor = "gyro") -> Scale:
@@ -202,226 +177,99 @@ def scale_of(name: str, column: Column, statements: Statements, sensor: Sensor =
     """
     kinds = stated_for("kind", name, column, statements, sensor)
     units = stated_for("unit", name, column, statements, sensor)
-    kind, unit = _kind(name, kinds[0] or kinds[1], sensor), units[0] or units[1]
-    if sensor == "accelerometer":
-        unit, factor = _unit_of_force(name, kind, unit)
-        return Scale(kind=kind, unit=unit, factor=factor, sensor=sensor)
-    unit = _sized_unit(name, unit, statements.first("scale"))
-    by_caller = (
-        statements.caller.of_channel("unit", name),
-        statements.caller.of_channel("kind", name),
-    )
-    notes = [
-        _contradiction(name, in_words, by_file, is_typed=typed is not None)
-        for (in_words, by_file), typed in zip((units, kinds), by_caller, strict=True)
-        if in_words and by_file and canonical(in_words) != canonical(by_file)
-    ]
-    return Scale(kind=kind, unit=unit, factor=_gyro_factor(name, kind, unit), notes=tuple(notes))
-
-
-def _kind(name: str, stated: str | None, sensor: Sensor) -> Kind:
+    stated, unit = (next(filter(None, one), None) for one in (kinds, units))
+    of_one = "" if sensor == "gyro" else f"{name}="
     if stated is None and sensor == "accelerometer":
-        return "rate"
-    for kind in KINDS:
-        if kind == stated:
-            return kind
-    whose = f"{name}=" if sensor == "accelerometer" else ""
-    raise RecordingError(
-        "its kind is not stated"
-        if stated is None
-        else f"the file says kind {stated!r}, which is none",
-        channel=name,
-        remedy=f"state {{kind {whose}{'|'.join(KINDS)}}}",
-    )
-
-
-def _contradiction(name: str, taken: str, by_file: str, *, is_typed: bool) -> Note:
-    """The file states another kind or unit than is taken.
-
-    A caller knows what is typed; a TOML beside may be of the file that had this name before.
-    """
-    if is_typed:
-        return Note(channel=name, text=f"the file says {by_file}, taken as {taken} as stated")
-    text = (
-        f"the file says {by_file} and the TOML beside it {taken}, which is taken; remove the TOML "
-        f"if it is of another recording"
-    )
-    return Note(channel=name, text=text, level="warning")
-
-
-def _unit_of_force(name: str, kind: Kind, unit: str | None) -> tuple[str, float]:
-    """The unit of an accelerometer, and its size in SI."""
-    remedy = f"state {{unit {name}=m/s^2}}, g or mg, or {{unit gyros=deg/s,accelerometers=g}}"
-    if unit is None:
-        raise RecordingError("its unit is not stated", channel=name, remedy=remedy)
-    stated = parsed_unit(unit)
-    known = sizes(quantity_of(kind, "accelerometer"))
-    if stated.name not in known or not stated.factor > 0.0:
+        stated = "rate"
+    kind = next((one for one in KINDS if one == stated), None)
+    if kind is None:
         raise RecordingError(
-            f"unit {unit!r} is none of an accelerometer of kind {kind}",
+            "its kind is not stated"
+            if stated is None
+            else f"the file says kind {stated!r}, which is none",
             channel=name,
-            remedy=remedy if kind == "rate" else f"state {{unit {name}=m/s}} or the right {{kind}}",
+            remedy=f"state {{kind {of_one}{'|'.join(KINDS)}}}",
         )
-    return unit, stated.factor * known[stated.name]
-
-
-def _sized_unit(name: str, unit: str | None, scale: str | None) -> str:
-    """The unit of the numbers: the one stated, or the size of a count if they are counts."""
-    if unit is None and scale is None:
-        raise RecordingError(
-            "its unit is not stated", channel=name, remedy="state {unit}, arcsec for one"
-        )
-    if unit is not None and not parsed_unit(unit).is_known:
-        raise RecordingError(
-            f"unit {unit!r} is not known",
-            channel=name,
-            remedy="state {unit arcsec}, deg/s or counts",
-        )
-    if unit is None or parsed_unit(unit).is_counts:
-        if scale is None:
-            raise RecordingError(
-                "it is in counts and their size is not stated",
-                channel=name,
-                remedy="state {scale 0.1arcsec}",
-            )
-        return scale
-    if scale is not None:
+    scale = statements.first("scale") if sensor == "gyro" else None
+    if scale is not None and not is_counts(unit or "counts"):
         raise RecordingError(
             f"its unit {unit} and a scale per count contradict each other",
             channel=name,
             remedy="state {unit counts} and {scale}, or {unit} alone",
         )
-    return unit
-
-
-def _gyro_factor(name: str, kind: Kind, unit: str) -> float:
-    """SI size of one `unit`, refused if it is none of the kind's quantity."""
-    stated = parsed_unit(unit)
-    wanted, other = (RATE_UNITS, ANGLE_UNITS) if kind == "rate" else (ANGLE_UNITS, RATE_UNITS)
-    if stated.name not in wanted:
-        quantity = "angle" if kind == "rate" else "rate"
-        what = f"a unit of {quantity}" if stated.name in other else "no unit of a gyro"
+    if scale is None and sensor == "gyro" and is_counts(unit or ""):
         raise RecordingError(
-            f"kind {kind} contradicts {stated.name}, {what}",
+            "it is in counts and their size is not stated",
             channel=name,
-            remedy="state the right {kind} or {unit}",
+            remedy="state {scale 0.1arcsec}",
         )
-    return stated.factor * wanted[stated.name]
-
-
-def table_scale(column: Column) -> Scale:
-    """Unit of the table angle.
-
-    Raises
-    ------
-    RecordingError
-        If none is stated, or it is not one of angle.
-    """
-    unit = parsed_unit(column.unit or "")
-    if not unit.is_angle:
-        raise _no_unit("table", column)
-    factor = unit.factor * ANGLE_UNITS[unit.name]
-    return Scale(kind="angle", unit=column.unit or "", factor=factor)
-
-
-def time_unit(column: Column) -> float:
-    """Seconds in one unit of the time stamps.
-
-    Raises
-    ------
-    RecordingError
-        If none is stated, or it is not one of time.
-    """
-    name = "ns" if column.unit in TIME_FORMS else canonical(column.unit or "")
-    if name not in TIME_UNITS:
-        raise _no_unit("time", column)
-    return TIME_UNITS[name]
-
-
-def _no_unit(role: Literal["table", "time"], column: Column) -> RecordingError:
-    usual, quantity = ("deg", "angle") if role == "table" else ("s", "time")
-    remedy = f"state {{{role} {column.key}:{usual}}}"
-    problem = f"unit {column.unit!r} is not one of {quantity}"
-    if column.unit is None:
-        problem = f"the unit of column {column.key} is not stated"
-        remedy += ", or leave it out with {table none}" if role == "table" else ""
-    return RecordingError(problem, channel=role, remedy=remedy)
-
-
-# ---- channels ----------------------------------------------------------------------
-
-
-def gyro_channel(
-    name: str, raw: FloatArray, scale: Scale, counter_period: float | None
-) -> Conversion:
-    """A gyro or an accelerometer.
-
-    Parameters
-    ----------
-    name
-        As the user calls it.
-    raw
-        (samples,) as the file has them; written over.
-    scale
-        Kind, and size of one raw number.
-    counter_period
-        Counts after which a counter starts over, or None.
-
-    Raises
-    ------
-    RecordingError
-        If it cannot be such a counter: it is no angle, or spans more than that holds.
-    """
-    readings, notes = raw, tuple[Note, ...]()
-    if counter_period is not None:
-        readings, notes = _running(name, raw, scale, counter_period)
-    values = elementwise(np.multiply, readings, scale.factor, out=readings)
-    channel = Channel(
-        name=name, kind=scale.kind, shown_in=scale.unit, values=values, sensor=scale.sensor
+    unit, quantity = scale or unit, quantity_of(kind, sensor)
+    usual = next(iter(sizes(quantity)))
+    known_unit(
+        name,
+        unit,
+        quantity,
+        f"state {{unit {of_one}{usual}}} or another of {quantity}, or the right {{kind}}",
     )
-    return Conversion(channel=channel, notes=notes)
+    notes = [
+        _contradiction(name, caller, beside, by_file)
+        for caller, beside, by_file in (units, kinds)
+        if by_file and canonical(caller or beside or by_file) != canonical(by_file)
+    ]
+    return Scale(kind=kind, unit=unit or "", notes=tuple(notes))
 
 
-def _running(
-    name: str, raw: FloatArray, scale: Scale, period: float
-) -> tuple[FloatArray, tuple[Note, ...]]:
-    """A counter of angle that starts over at `period`, made continuous, and how often it did."""
-    if scale.kind != "angle":
-        raise RecordingError(
-            f"a counter that rolls over is an angle, not kind {scale.kind}",
-            channel=name,
-            remedy="state {kind angle}, or leave out {counter-bits} and {counter-period}",
-        )
-    extent = finite_extent(raw)
-    if extent >= period:
-        raise RecordingError(
-            f"it spans {extent:.6g} counts, more than a counter of {period:.9g} holds",
-            channel=name,
-            remedy="state the right {counter-bits} or {counter-period}",
-        )
-    continuous, wraps = unwrapped(raw, period)
-    bits = math.log2(period)
-    what = f"{bits:g} bit counter" if bits.is_integer() else f"counter of {period:.9g}"
-    text = f"the {what} rolled over {counted(wraps, 'time')}: unwrapped"
-    return continuous, (Note(channel=name, text=text),) if wraps else ()
+def _contradiction(name: str, caller: str | None, beside: str | None, by_file: str) -> Note:
+    """The file states another kind or unit than is taken.
 
-
-def table_channel(raw: FloatArray, scale: Scale, counter_period: float | None) -> Conversion:
-    """The table angle: missing samples filled in where they can be, and unwrapped.
-
-    Parameters
-    ----------
-    raw
-        (samples,) as the file has them; written over.
-    scale
-        Size of one raw number.
-    counter_period
-        Counts after which counters start over, or None. A table in a plain unit is none.
+    A caller knows what is typed; a TOML beside may be of the file that had this name before.
     """
-    return table_of_readings(
-        raw,
-        # Notes show the unit as it is stated.
-        replace(unit_of(scale.unit, "angle"), name=scale.unit),
-        shown_in=scale.unit,
-        counter_period=None if parsed_unit(scale.unit).is_plain else counter_period,
+    if caller is None:
+        return toml_contradiction(by_file, beside, channel=name)
+    return Note(channel=name, text=f"the file says {by_file}, taken as {caller} as stated")
+
+
+def toml_contradiction(by_file: str, by_toml: str | None, channel: str = "") -> Note:
+    """A warning that the TOML beside a file states something else than the file."""
+    text = (
+        f"the file says {by_file} and the TOML beside it {by_toml}, which is taken; remove the "
+        "TOML if it is of another recording"
     )
+    return Note(channel=channel, text=text, level="warning")
+
+
+def role_unit(role: Literal["table", "time"], column: Column) -> Unit:
+    """Unit of the table angle, or of the time stamps.
+
+    Raises
+    ------
+    RecordingError
+        If none is stated, or it is one of something else.
+    """
+    usual, quantity = _ROLES[role]
+    remedy = f"state {{{role} {column.key}:{usual}}}, or leave it out with {{{role} none}}"
+    return known_unit(role, "ns" if column.unit in TIME_FORMS else column.unit, quantity, remedy)
+
+
+_ROLES: Final[Mapping[str, tuple[str, Quantity]]] = {
+    "table": ("deg", "angle"),
+    "time": ("s", "time"),
+}
+
+
+def known_unit(channel: str, unit: str | None, quantity: Quantity, remedy: str) -> Unit:
+    """The unit that is stated of a channel.
+
+    Raises
+    ------
+    RecordingError
+        If there is none, or it is none of the quantity.
+    """
+    if unit is None:
+        raise RecordingError("its unit is not stated", channel=channel, remedy=remedy)
+    try:
+        return unit_of(unit, quantity)
+    except ValueError:
+        raise RecordingError(
+            f"unit {unit!r} is not one of {quantity}", channel=channel, remedy=remedy
+        ) from None

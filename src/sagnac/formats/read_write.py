@@ -19,7 +19,6 @@ from sagnac.formats.statement import (
     beside,
     of_conversion,
     one_statement,
-    require_no_other,
 )
 from sagnac.formats.suggestion import accelerometer_inputs, candidates, column_text, suggestion
 from sagnac.recording.model import Provenance, Recording
@@ -275,8 +274,12 @@ def format_to_write(path: Path, heading: Heading) -> Format:
         raise RecordingError(
             "no format to write has this suffix", path=str(path), remedy=f"use one of {suffixes}"
         )
-    if known is not CSV:
-        require_no_other(path)
+    if known is not CSV and beside(path)[0] != Statement():
+        raise RecordingError(
+            "a TOML beside it states how a file of this name is to be read, and would be believed",
+            path=str(path),
+            remedy="remove the TOML, or choose another output",
+        )
     kinds, gyros = heading.kinds, len(heading.gyros)
     wrong = [f"{name} of kind {kind}" for name, kind in kinds.items() if kind != "rate"]
     if gyros != _AXES or len(kinds) not in known.rates_of:

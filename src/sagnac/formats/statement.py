@@ -29,67 +29,37 @@ from sagnac.recording.columns import TEMPERATURE
 
 # ---- unit text ---------------------------------------------------------------------
 
-_KNOWN: Final = frozenset(
-    (*ANGLE_UNITS, *RATE_UNITS, *VELOCITY_UNITS, *ACCELERATION_UNITS, *TIME_UNITS)
-)
+_SENSED: Final = (*ANGLE_UNITS, *RATE_UNITS, *VELOCITY_UNITS, *ACCELERATION_UNITS)
 KNOWN_UNITS: Final = (
     f"use one of {', '.join((*ANGLE_UNITS, *RATE_UNITS))} or counts; of accelerometers "
     f"{', '.join((*ACCELERATION_UNITS, *VELOCITY_UNITS))}"
 )
-
 _COUNTS: Final = frozenset(
     {"count", "counts", "lsb", "pulse", "pulses", "digit", "digits", "tick", "ticks", "zähler"}
 )
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class UnitText:
-    """A unit with the number before it.
-
-    Attributes
-    ----------
-    factor
-        The number, 1 where none is written.
-    name
-        Of the unit, as this package writes it; one that is not known stays as it is.
-    """
-
-    factor: float
-    name: str
-
-    @property
-    def is_plain(self) -> bool:
-        """Whether no number stands before the unit."""
-        return self.factor == 1.0
-
-    @property
-    def is_counts(self) -> bool:
-        """Whether the unit is one count, its size not stated."""
-        return self.name.lower() in _COUNTS
-
-    @property
-    def is_angle(self) -> bool:
-        """Whether it is a positive number of units of angle."""
-        return self.factor > 0.0 and self.name in ANGLE_UNITS
-
-    @property
-    def is_known(self) -> bool:
-        """Whether it is a unit of a gyro, an accelerometer or time, or one count."""
-        if self.is_counts:
-            return self.is_plain
-        return self.factor > 0.0 and self.name in _KNOWN
+def is_counts(unit: str) -> bool:
+    """Whether a unit is one count, its size not stated."""
+    factor, name = split_factor(unit)
+    return factor == 1.0 and name.lower() in _COUNTS
 
 
-def parsed_unit(text: str) -> UnitText:
-    """`text` taken apart.
+def is_size(unit: str) -> bool:
+    """Whether a text is a unit of a gyro, an accelerometer or time, or a number of them."""
+    factor, name = split_factor(unit)
+    return factor > 0.0 and name in (*_SENSED, *TIME_UNITS)
+
+
+def is_known(unit: str) -> bool:
+    """The same, or one count.
 
     Examples
     --------
-    >>> parsed_unit("0.1arcsec")
-    UnitText(factor=0.1, name='arcsec')
+    >>> is_known("0.1arcsec"), is_known("counts"), is_known("furlong")
+    (True, True, False)
     """
-    factor, name = split_factor(text)
-    return UnitText(factor=factor, name=name)
+    return is_counts(unit) or is_size(unit)
 
 
 # ---- statement ---------------------------------------------------------------------
@@ -176,9 +146,8 @@ class Statement:
             stated = getattr(self, name)
             is_by_name = name in ("kind", "unit") and isinstance(stated, Mapping)
             for value in stated.values() if is_by_name else (stated,):
-                _require(name, value, is_right, remedy)
-        _require("columns", tuple(self.columns) or None, _are_names, _NAMES)
-        _check_span(self.span)
+                if value is not None and not is_right(value):
+                    raise ValueError(f"{name} is {quoted(value)}; {remedy}")
         if self.counter_bits is not None and self.counter_period is not None:
             raise ValueError("counter_bits and counter_period are both given; give one of them")
 
@@ -203,11 +172,6 @@ class Statement:
         return stated if sensor == "gyro" else None
 
 
-def _require(name: str, value: Any, is_right: Callable[[Any], bool], remedy: str) -> None:
-    if value is not None and not is_right(value):
-        raise ValueError(f"{name} is {quoted(value)}; {remedy}")
-
-
 def _is_text(value: object) -> bool:
     return isinstance(value, str)
 
@@ -217,37 +181,44 @@ def _is_number(value: object) -> bool:
     return isinstance(value, int | float) and not isinstance(value, bool)
 
 
-def _is_size(scale: str) -> bool:
-    """Whether a text is the size of one count."""
-    unit = parsed_unit(scale)
-    return unit.is_known and not unit.is_counts
-
-
 def _are_names(names: tuple[object, ...]) -> bool:
     """Whether there is a name or more, all different and such as can be printed."""
     named = all(isinstance(name, str) and name and one_line(name) == name for name in names)
     return bool(names) and named and len(set(names)) == len(names)
 
 
+def _is_span(span: tuple[float | None, float | None]) -> bool:
+    start, stop = (limit or 0.0 for limit in span)
+    return 0.0 <= start < math.inf and (span[1] is None or start < stop < math.inf)
+
+
 _NAMES: Final = "give one or more different names that can be printed"
 # Field of a statement, whether a value is right, and what to do about a wrong one.
 _RULES: Final[tuple[tuple[str, Callable[[Any], bool], str], ...]] = (
-    *((name, _is_text, "give text") for name in ("scale", "time", "table", "null_pulse")),
+    *((name, _is_text, "give text") for name in ("time", "table", "null_pulse")),
+    *((name, _are_names, _NAMES) for name in ("gyros", "accelerometers")),
     (
         "columns",
-        lambda columns: isinstance(columns, Mapping) and all(map(_is_text, columns.values())),
-        "give name wanted -> name in the file",
+        lambda columns: (
+            isinstance(columns, Mapping)
+            and all(map(_is_text, columns.values()))
+            and (not columns or _are_names(tuple(columns)))
+        ),
+        "give name wanted -> name in the file, the names such as can be printed",
     ),
     ("kind", lambda kind: _is_text(kind) and kind in KINDS, f"use one of {', '.join(KINDS)}"),
-    ("unit", lambda unit: _is_text(unit) and parsed_unit(unit).is_known, KNOWN_UNITS),
-    ("scale", _is_size, "give the size of one count such as 0.1arcsec"),
+    ("unit", lambda unit: _is_text(unit) and is_known(unit), KNOWN_UNITS),
+    (
+        "scale",
+        lambda scale: _is_text(scale) and is_size(scale),
+        "give the size of one count such as 0.1arcsec",
+    ),
     (
         "sample_rate",
-        lambda rate: _is_number(rate) and math.isfinite(rate) and rate > 0.0,
+        lambda rate: _is_number(rate) and 0.0 < rate < math.inf,
         "give samples per second, above zero",
     ),
-    ("gyros", _are_names, _NAMES),
-    ("accelerometers", _are_names, _NAMES),
+    ("span", _is_span, "give start and stop in s, not negative, the start below the stop"),
     ("counter_bits", lambda bits: bits in COUNTER_BITS, "give 8 to 48"),
     (
         "counter_period",
@@ -255,17 +226,6 @@ _RULES: Final[tuple[tuple[str, Callable[[Any], bool], str], ...]] = (
         "give counts, 2 or more",
     ),
 )
-
-
-def _check_span(span: tuple[float | None, float | None] | None) -> None:
-    if span is None:
-        return
-    start, stop = span
-    for limit in (start, stop):
-        if limit is not None and not (math.isfinite(limit) and limit >= 0.0):
-            raise ValueError(f"span has the limit {limit!r}; give times in s, not negative")
-    if stop is not None and stop <= (start or 0.0):
-        raise ValueError(f"span is {start or 0.0:g}:{stop:g}; its start must be below its stop")
 
 
 def of_rates(gyros: Mapping[str, str], forces: Mapping[str, str], time: str | None) -> Statement:
@@ -322,9 +282,6 @@ ARRAYS_STATED: Final = ATTRIBUTES - {"time", "table"}
 
 # ---- precedence --------------------------------------------------------------------
 
-# Names of columns that are no gyros.
-_PLACES: Final = (*ROLES, TEMPERATURE)
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Statements:
@@ -367,7 +324,8 @@ class Statements:
             names = statement.gyros or tuple(
                 name
                 for name in statement.columns
-                if name not in (*_PLACES, *self.accelerometers) and not name.startswith(PICKOFF)
+                if name not in (*ROLES, TEMPERATURE, *self.accelerometers)
+                and not name.startswith(PICKOFF)
             )
             if names:
                 return names
@@ -429,22 +387,6 @@ def beside(path: Path) -> tuple[Statement, tuple[Note, ...]]:
         except RecordingError as error:
             raise error.at(str(candidate)) from None
     return Statement(), ()
-
-
-def require_no_other(path: Path) -> None:
-    """Refuse to write a recording that states all itself beside a TOML that would be heard first.
-
-    Raises
-    ------
-    RecordingError
-        If there is one.
-    """
-    if beside(path)[0] != Statement():
-        raise RecordingError(
-            "a TOML beside it states how a file of this name is to be read, and would be believed",
-            path=str(path),
-            remedy="remove the TOML, or choose another output",
-        )
 
 
 def from_mapping(content: Mapping[str, Any]) -> Statement:

@@ -15,6 +15,7 @@ from sagnac.core.units import (
     TIME_UNITS,
     VELOCITY_UNITS,
     canonical,
+    split_factor,
 )
 from sagnac.formats.channels import stated_for
 from sagnac.formats.choice import (
@@ -26,7 +27,7 @@ from sagnac.formats.choice import (
     is_time_unit,
 )
 from sagnac.formats.source import Column, Source
-from sagnac.formats.statement import Statements, parsed_unit
+from sagnac.formats.statement import Statements, is_counts, is_known, is_size
 from sagnac.formats.suspicions import likely_time_unit
 from sagnac.recording.columns import ACCELEROMETER_NAMES
 
@@ -124,7 +125,7 @@ def _may_be_force(column: Column) -> bool:
     """By its unit if it has one, else by its name."""
     if column.unit is None:
         return _FORCE.search(column.name) is not None
-    return parsed_unit(column.unit).name in (*ACCELERATION_UNITS, *VELOCITY_UNITS)
+    return split_factor(column.unit)[1] in (*ACCELERATION_UNITS, *VELOCITY_UNITS)
 
 
 def named(columns: Sequence[Column], gyro: str) -> Column | None:
@@ -144,10 +145,10 @@ def named(columns: Sequence[Column], gyro: str) -> Column | None:
 
 
 def _may_be_gyro(column: Column) -> bool:
-    if column.unit is None:
+    unit = column.unit
+    if unit is None or is_counts(unit) or not is_known(unit):
         return True
-    unit = parsed_unit(column.unit)
-    return unit.is_counts or unit.name in (*ANGLE_UNITS, *RATE_UNITS) or not unit.is_known
+    return split_factor(unit)[1] in (*ANGLE_UNITS, *RATE_UNITS)
 
 
 def _is_no_other(column: Column) -> bool:
@@ -164,7 +165,7 @@ def _gyros(source: Source, statements: Statements, missing: dict[str, str]) -> d
         pass
     gyros = {name: one for name in "xyz" if (one := named(columns, name)) is not None}
     if not gyros:
-        rates = [one for one in columns if one.unit and parsed_unit(one.unit).name in RATE_UNITS]
+        rates = [one for one in columns if split_factor(one.unit or "")[1] in RATE_UNITS]
         gyros = dict(zip("xyz", rates, strict=False))
     if not gyros:
         # Columns of one array, such as gyro.1, gyro.2 and gyro.3.
@@ -217,16 +218,15 @@ def _kind_and_unit(
     kinds, units = {}, {}
     for name, column in gyros.items():
         unit = next(filter(None, stated_for("unit", name, column, statements)), None)
-        text = parsed_unit(unit) if unit is not None else None
         is_sized = statements.first("scale") is not None
-        if text is None and not is_sized:
+        if unit is None and not is_sized:
             units[name] = UNIT
-        elif text is not None and not text.is_known:
+        elif unit is not None and not is_known(unit):
             units[name] = "counts"
-        if text is not None and (text.is_counts or not text.is_known) and not is_sized:
+        if unit is not None and not is_size(unit) and not is_sized:
             missing["scale"] = SCALE
         if not any(stated_for("kind", name, column, statements)):
-            kinds[name] = "rate" if text is not None and text.name in RATE_UNITS else KIND
+            kinds[name] = "rate" if split_factor(unit or "")[1] in RATE_UNITS else KIND
     for quantity, found in (("kind", kinds), ("unit", units)):
         values = set(found.values())
         if len(values) == 1 and len(found) == len(gyros):

@@ -9,11 +9,10 @@ from scipy.fft import rfft
 
 from sagnac.core.arrays import FloatArray, blocks
 from sagnac.core.errors import Note, counted
-from sagnac.core.units import DEGREE_PER_ROOT_HOUR, TIME_UNITS, canonical
-from sagnac.formats.channels import Scale
+from sagnac.core.units import DEGREE_PER_ROOT_HOUR, TIME_UNITS, canonical, unit_of
 from sagnac.formats.source import Column
 from sagnac.formats.statement import COUNTER_BITS
-from sagnac.recording.channel import finite_extent
+from sagnac.recording.channel import Kind, finite_extent
 
 # A step is a roll-over if it covers more than this part of the range, and the usual ones less than
 # that: no gyro turns through most of its range from one sample to the next.
@@ -73,7 +72,7 @@ def roll_overs(readings: FloatArray, extent: float) -> tuple[int, float] | None:
     return int(found.size), abs(float(np.median(found)) - ordinary)
 
 
-def counter_notes(name: str, raw: FloatArray, scale: Scale) -> tuple[Note, ...]:
+def counter_notes(name: str, raw: FloatArray, kind: Kind) -> tuple[Note, ...]:
     """A gyro's raw numbers that roll over as a counter does, while none is stated: a warning."""
     some = raw[:_LOOKED_AT]
     finite = some[np.isfinite(some)]
@@ -85,7 +84,7 @@ def counter_notes(name: str, raw: FloatArray, scale: Scale) -> tuple[Note, ...]:
     if bits is None or found is None:
         return ()
     count, period = found
-    is_angle = scale.kind == "angle"
+    is_angle = kind == "angle"
     if abs(period / 2.0**bits - 1.0) <= _SAME_PERIOD:
         remedy = f"state {{counter-bits {bits}}}"
         if not is_angle:
@@ -106,9 +105,9 @@ def counter_notes(name: str, raw: FloatArray, scale: Scale) -> tuple[Note, ...]:
     return (Note(name="wraps" if is_angle else "", level="warning", channel=name, text=text),)
 
 
-def table_counter_notes(key: str, raw: FloatArray, scale: Scale) -> tuple[Note, ...]:
+def table_counter_notes(key: str, raw: FloatArray, unit: str) -> tuple[Note, ...]:
     """Encoder readings that start over elsewhere than at a turn of their unit: a warning."""
-    turn = 2.0 * math.pi / scale.factor
+    turn = 2.0 * math.pi / unit_of(unit, "angle").size
     extent = finite_extent(raw)
     found = roll_overs(raw, extent) if extent > 1.001 * turn else None
     # No counter has fewer places in a turn; damaged readings may seem to.
@@ -116,7 +115,7 @@ def table_counter_notes(key: str, raw: FloatArray, scale: Scale) -> tuple[Note, 
         return ()
     period = _likely_period(found[1])
     text = (
-        f"starts over at {period:.7g} {scale.unit}, not at a full turn: it looks like a counter; "
+        f"starts over at {period:.7g} {unit}, not at a full turn: it looks like a counter; "
         f"if that is one turn, state {{table {key}:{360.0 / period:.12g}deg}}"
     )
     return (Note(level="warning", channel="table", text=text),)

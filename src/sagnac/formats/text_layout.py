@@ -15,7 +15,7 @@ from functools import partial
 from typing import Final
 
 from sagnac.core.errors import RecordingError
-from sagnac.formats.statement import Statement, of_rates, parsed_unit
+from sagnac.formats.statement import Statement, is_known, of_rates
 from sagnac.formats.text import PLAIN, NumberStyle, Sample, TimeForm, form_of, is_in_doubt, style_of
 from sagnac.recording.columns import ACCELEROMETER_NAMES, GYRO_NAMES
 
@@ -368,7 +368,7 @@ def _groups(line: str, split: _Split) -> list[str]:
 def _units(fields: Sequence[str]) -> list[str | None]:
     """The units in a line that holds nothing else; none if it does."""
     bare = [text.strip("[]() ") for text in fields]
-    if not any(bare) or not all(not text or parsed_unit(text).is_known for text in bare):
+    if not any(bare) or not all(not text or is_known(text) for text in bare):
         return []
     # A column of the name "s" or "as" may be one; two such in a row are units.
     return [text or None for text in bare]
@@ -429,7 +429,7 @@ def _by_labview(laid_out: Layout) -> tuple[Statement, Mapping[str, str]]:
         values[key.strip()] = [value.strip() for value in rest]
     channels = [name for name in laid_out.names if name != _X_COLUMN]
     stated = zip(channels, values.get("Y_Unit_Label", []), strict=False)
-    units = {name: unit for name, unit in stated if parsed_unit(unit).is_known}
+    units = {name: unit for name, unit in stated if is_known(unit)}
     steps = [text for text in values.get("Delta_X", []) if text]
     if steps and values.get("X_Columns", [""])[0].lower() == "no":
         style = style_of(steps)

@@ -165,7 +165,14 @@ class Channel:
 
     @classmethod
     def from_values(
-        cls, name: str, values: ArrayLike, *, kind: Kind, unit: str, sensor: Sensor = "gyro"
+        cls,
+        name: str,
+        values: ArrayLike,
+        *,
+        kind: Kind,
+        unit: str,
+        sensor: Sensor = "gyro",
+        out: FloatArray | None = None,
     ) -> Self:
         """A channel from values in a unit of the field.
 
@@ -177,6 +184,9 @@ class Channel:
             (samples,) in `unit`: a list, an array, a column of a frame.
         unit
             ``deg/s``, ``arcsec``, ``0.1arcsec``.
+        out
+            (samples,) that the values of the channel are put into, which may be `values`; a new
+            array unless given.
 
         Raises
         ------
@@ -192,7 +202,7 @@ class Channel:
             stated = unit_of(unit, quantity_of(kind, sensor))
         except ValueError as error:
             raise ValueError(f"channel {name} of kind {kind}: {error}") from None
-        in_si = elementwise(np.multiply, numbers(values, name), stated.size)
+        in_si = elementwise(np.multiply, numbers(values, name), stated.size, out=out)
         return cls(name=name, kind=kind, values=in_si, shown_in=unit, sensor=sensor)
 
     @property

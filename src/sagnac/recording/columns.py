@@ -21,7 +21,7 @@ from sagnac.core.arrays import (
     is_finite,
 )
 from sagnac.core.errors import Note, RecordingError, counted, quoted
-from sagnac.core.units import sensor_of, split_header, time_scale, unit_of
+from sagnac.core.units import sensor_of, split_header, unit_of
 from sagnac.recording.channel import (
     Channel,
     Conversion,
@@ -30,7 +30,7 @@ from sagnac.recording.channel import (
     numbers,
     unwrapped,
 )
-from sagnac.recording.encoder_readings import MOST_MISSING_IN_A_ROW, table_of_readings
+from sagnac.recording.encoder_readings import MOST_MISSING_IN_A_ROW
 
 # ---- frames ------------------------------------------------------------------------
 
@@ -172,7 +172,14 @@ def _named_columns(
 
 
 def gyro_of(
-    name: str, values: ArrayLike, *, kind: Kind, unit: str, period: float | None = None
+    name: str,
+    values: ArrayLike,
+    *,
+    kind: Kind,
+    unit: str,
+    period: float | None = None,
+    out: FloatArray | None = None,
+    inputs: str = "{period}",
 ) -> Conversion:
     """A gyro of a column in a unit of the field; an accelerometer if the unit is one of force.
 
@@ -182,54 +189,48 @@ def gyro_of(
         Of the gyro.
     values
         (samples,) in `unit`.
-    kind, unit
+    kind, unit, out
         See `Channel.from_values`.
     period
         Reading at which a counter of angle starts over, in `unit`; None if it never does.
         Accelerometers have none.
+    inputs
+        Those that state the period, for the message.
 
     Raises
     ------
     ValueError
-        If an argument makes no sense, or the readings exceed the period.
+        If an argument makes no sense.
+    RecordingError
+        If it cannot be such a counter: it is no angle, or spans more than that holds.
     """
-    sensor = sensor_of(unit)
-    if period is None or sensor == "accelerometer":
-        return Conversion(
-            channel=Channel.from_values(name, values, kind=kind, unit=unit, sensor=sensor)
-        )
-    if kind != "angle":
-        raise ValueError(
-            f"period is {period:g} and gyro {name} of kind {kind}; only a counter of kind angle "
-            "starts over"
-        )
-    if not 0.0 < period < np.inf:
-        raise ValueError(f"period is {period}; give the reading at which the counter starts over")
-    readings = np.asarray(numbers(values, name), dtype=np.float64)
-    extent = finite_extent(readings)
-    if extent >= period:
-        raise RecordingError(
-            f"it spans {extent:.6g}, more than a period of {period:.6g} holds",
-            channel=name,
-            remedy="state the right {period}",
-        )
-    running, wraps = unwrapped(readings, period)
-    note = Note(text=f"the counter rolled over {counted(wraps, 'time')}: unwrapped", channel=name)
-    angle = elementwise(np.multiply, running, unit_of(unit, "angle").size)
-    channel = Channel(name=name, kind=kind, values=angle, shown_in=unit)
-    return Conversion(channel=channel, notes=(note,) if wraps else ())
-
-
-def table_of(values: ArrayLike, *, unit: str) -> Conversion:
-    """The table of a column of encoder readings: missing ones filled, unwrapped.
-
-    Raises
-    ------
-    ValueError
-        If `unit` is not one of angle or the values are no column of numbers.
-    """
-    readings = np.array(numbers(values, "table"), dtype=np.float64)
-    return table_of_readings(readings, unit_of(unit, "angle"), shown_in=unit)
+    sensor, notes = sensor_of(unit), tuple[Note, ...]()
+    if period is not None and sensor == "gyro":
+        if kind != "angle":
+            raise RecordingError(
+                f"a counter that starts over is an angle, not kind {kind}",
+                channel=name,
+                remedy=f"state {{kind angle}}, or leave out {inputs}",
+            )
+        if not 0.0 < period < np.inf:
+            raise ValueError(
+                f"period is {period}; give the reading at which the counter starts over"
+            )
+        readings = np.asarray(numbers(values, name), dtype=np.float64)
+        extent = finite_extent(readings)
+        if extent >= period:
+            raise RecordingError(
+                f"it spans {extent:.6g}, more than a counter of {period:.9g} holds",
+                channel=name,
+                remedy=f"state the right {inputs}",
+            )
+        values, wraps = unwrapped(readings, period)
+        bits = math.log2(period)
+        counter = f"{bits:g} bit counter" if bits.is_integer() else f"counter of {period:.9g}"
+        text = f"the {counter} rolled over {counted(wraps, 'time')}: unwrapped"
+        notes = (Note(channel=name, text=text),) if wraps else ()
+    channel = Channel.from_values(name, values, kind=kind, unit=unit, sensor=sensor, out=out)
+    return Conversion(channel=channel, notes=notes)
 
 
 def seconds_of(values: ArrayLike, *, unit: str) -> FloatArray:
@@ -248,7 +249,7 @@ def seconds_of(values: ArrayLike, *, unit: str) -> FloatArray:
         if stamps.ndim != 1:
             raise ValueError(f"times has shape {stamps.shape}; give one column, shape (samples,)")
         return np.asarray((stamps - stamps[:1]) / np.timedelta64(1, "s"), dtype=np.float64)
-    scale = time_scale(unit)
+    scale = unit_of(unit, "time").size
     column = numbers(values, "times")
     return np.asarray(column - column[:1], dtype=np.float64) * scale
 

@@ -30,7 +30,7 @@ from sagnac.core.arrays import (
     mean,
 )
 from sagnac.core.errors import Note, counted
-from sagnac.core.units import ARCSECOND, DEGREE, Unit
+from sagnac.core.units import ARCSECOND, DEGREE, split_factor, unit_of
 from sagnac.recording.channel import (
     Channel,
     Conversion,
@@ -62,7 +62,7 @@ _NONE: Final[IntegerArray] = np.empty(0, dtype=np.int64)
 
 
 def table_of_readings(
-    readings: FloatArray, unit: Unit, *, shown_in: str = "", counter_period: float | None = None
+    readings: FloatArray, unit: str, *, counter_period: float | None = None
 ) -> Conversion:
     """The table whose encoder gives these readings.
 
@@ -76,43 +76,56 @@ def table_of_readings(
     readings
         (samples,) in `unit`. They are worked on in place.
     unit
-        Of angle; one count for a counter.
-    shown_in
-        Unit that reports show the table in, rad unless stated.
+        Of angle, ``deg``; of a counter that of one count, ``0.1arcsec``.
     counter_period
-        Reading at which a counter starts over, if it is one.
+        Reading at which counters start over, if they do. A table in a plain unit is none.
 
     Returns
     -------
     Conversion
         Samples that stay missing are NaN.
+
+    Raises
+    ------
+    ValueError
+        If `unit` is not one of angle.
     """
-    turn = 2.0 * math.pi / unit.size
+    size = unit_of(unit, "angle").size
+    turn = 2.0 * math.pi / size
     samples, clock = readings.size, clock_of(readings)
     if clock is not None:
         # What repeats the reading at the tick before was lost.
         readings = at_ticks(readings, clock)
-    remarks = _of_marked(mark_missing(readings, turn), unit)
+    marks = mark_missing(readings, turn)
+    remarks = []
+    if marks.off_path:
+        alike = "" if marks.reading is None else f", all reading {marks.reading:.6g} {unit}"
+        remarks.append(f"{counted(marks.off_path, 'sample')} off its path{alike}: taken as missing")
+    if marks.held:
+        remarks.append(f"{counted(marks.held, 'repeated sample')} while it turns: taken as missing")
     period, covered = turn, finite_extent(readings)
     if covered > turn * (1.0 + 1e-9):
         # Readings that go a little beyond a turn may start over there.
         leaps_back = covered < _BEYOND * turn and _largest_step(readings) > (1.0 - _IN_DOUBT) * turn
         if not leaps_back:
-            period = counter_period if counter_period and covered < counter_period else math.inf
-    filled = fill_missing(readings, period, accuracy=ENCODER_ACCURACY / unit.size)
-    remarks += _of_filled(filled, unit)
-    running, doubts = readings, []
-    if not math.isinf(period):
-        running, wraps = unwrapped(readings, period)
-        if wraps:
-            remarks.append(f"unwrapped where it starts over, {counted(wraps, 'time')}")
-        largest = _largest_step(running) / period
-        if largest > _IN_DOUBT:
-            doubts = [
-                f"moves by up to {largest:.2f} of its range between samples; unwrapping is in doubt"
-            ]
+            period = counter_period if counter_period and split_factor(unit)[0] != 1.0 else 0.0
+            period = period if covered < period else math.inf
+    filled = fill_missing(readings, period, accuracy=ENCODER_ACCURACY / size)
+    if filled.samples:
+        error = filled.error * size / ARCSECOND
+        known = f" (known ones are met to {error:.2g} arcsec)" if math.isfinite(error) else ""
+        remarks.append(
+            f"{counted(filled.samples, 'missing sample')}, at most {filled.longest} in a row, "
+            f"interpolated from their neighbours{known}"
+        )
+    running, wraps = unwrapped(readings, period)
+    if wraps:
+        remarks.append(f"unwrapped where it starts over, {counted(wraps, 'time')}")
     notes = [Note(text=text, channel="table") for text in remarks]
-    notes += [Note(text=text, channel="table", level="warning") for text in doubts]
+    largest = _largest_step(running) / period
+    if largest > _IN_DOUBT:
+        text = f"moves by up to {largest:.2f} of its range between samples; unwrapping is in doubt"
+        notes.append(Note(text=text, channel="table", level="warning"))
     if clock is not None:
         running = between_ticks(running, clock, samples)
         text = (
@@ -120,8 +133,7 @@ def table_of_readings(
             "readings"
         )
         notes.append(Note(text=text, channel="table"))
-    angle = elementwise(np.multiply, running, unit.size, out=running)
-    channel = Channel(name="table", kind="angle", values=angle, shown_in=shown_in)
+    channel = Channel.from_values("table", running, kind="angle", unit=unit, out=running)
     return Conversion(channel=channel, notes=tuple(notes))
 
 
@@ -327,16 +339,6 @@ def mark_missing(values: FloatArray, turn: float) -> Marked:
     return Marked(off_path=int(off_path.size), reading=reading, held=int(held.size))
 
 
-def _of_marked(found: Marked, unit: Unit) -> list[str]:
-    remarks = []
-    if found.off_path:
-        alike = "" if found.reading is None else f", all reading {found.reading:.6g} {unit.name}"
-        remarks.append(f"{counted(found.off_path, 'sample')} off its path{alike}: taken as missing")
-    if found.held:
-        remarks.append(f"{counted(found.held, 'repeated sample')} while it turns: taken as missing")
-    return remarks
-
-
 def _ranges(firsts: IntegerArray, afters: IntegerArray) -> IntegerArray:
     """Samples of stretches, ascending."""
     lengths = afters - firsts
@@ -509,17 +511,6 @@ def fill_missing(values: FloatArray, period: float, *, accuracy: float) -> Fille
     return filled
 
 
-def _of_filled(filled: Filled, unit: Unit) -> list[str]:
-    if not filled.samples:
-        return []
-    error = filled.error * unit.size / ARCSECOND
-    known = f" (known ones are met to {error:.2g} arcsec)" if math.isfinite(error) else ""
-    return [
-        f"{counted(filled.samples, 'missing sample')}, at most {filled.longest} in a row, "
-        f"interpolated from their neighbours{known}"
-    ]
-
-
 def _neighbours(
     missing: IntegerArray, starts: IntegerArray, length: int, size: int
 ) -> IntegerArray:
@@ -624,23 +615,22 @@ def with_lost_readings(
     lost = number_of(marks)
     if marks[0] or marks[-1] or not 0 < lost <= LARGEST_SHARE_MISSING * values.size:
         return table
-    shares = {
-        gyro.name: _share(angle_of(gyro, sample_rate), values, sample_rate)
+    shares = [
+        (_share(angle_of(gyro, sample_rate), values, sample_rate), gyro)
         for gyro in gyros
         if math.isfinite(mean(gyro.values))
-    }
-    name = max(shares, key=lambda one: abs(shares[one]), default="")
-    if not name or not abs(shares[name]) > _LEAST_SHARE:
+    ]
+    share, gyro = max(shares, key=lambda one: abs(one[0]), default=(0.0, None))
+    if gyro is None or not abs(share) > _LEAST_SHARE:
         return table
-    gyro = next(one for one in gyros if one.name == name)
     firsts, afters = stretches(marks)
-    filled = _bridged(values, firsts, afters, angle_of(gyro, sample_rate), shares[name])
+    filled = _bridged(values, firsts, afters, angle_of(gyro, sample_rate), share)
     if filled is None:
         return table
     text = (
         f"{counted(lost, 'reading')} lost at {counted(int(firsts.size), 'place')}, the "
         f"longest for {(afters - firsts).max() / sample_rate:.3g} s, the first at "
-        f"{firsts[0] / sample_rate:.3f} s: gyro {name} tells how the table turned meanwhile"
+        f"{firsts[0] / sample_rate:.3f} s: gyro {gyro.name} tells how the table turned meanwhile"
     )
     note = Note(name="lost", level="warning", channel="table", text=text)
     return replace(table, channel=replace(table.channel, values=filled), notes=(*table.notes, note))

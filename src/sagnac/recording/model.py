@@ -8,11 +8,12 @@ from typing import Any, ClassVar, Final, Self, overload
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from sagnac.core.arrays import FloatArray, pandas_for
+from sagnac.core.arrays import BooleanArray, FloatArray, pandas_for
 from sagnac.core.errors import Note, RecordingError, quoted
 from sagnac.recording.channel import (
     PICKOFF,
     Channel,
+    Conversion,
     Kind,
     Pickoff,
     numbers,
@@ -28,9 +29,8 @@ from sagnac.recording.columns import (
     sampling,
     seconds_of,
     stated_for,
-    table_of,
 )
-from sagnac.recording.encoder_readings import with_lost_readings
+from sagnac.recording.encoder_readings import table_of_readings, with_lost_readings
 
 __all__ = ["MINIMUM_SAMPLES", "Channel", "Kind", "Provenance", "Recording", "second_of"]
 
@@ -150,17 +150,19 @@ class Recording:
 
     def _require_columns(self) -> None:
         """Refuse what was not sampled together with the first gyro."""
-        for argument, values, wanted in (
-            *((f"gyro {gyro.name}", gyro.values, np.float64) for gyro in self.gyros),
-            *((f"accelerometer {a.name}", a.values, np.float64) for a in self.accelerometers),
-            *((f"pick-off of gyro {p.gyro}", p.values, np.float64) for p in self.pickoffs),
-            ("table", None if self.table is None else self.table.values, np.float64),
-            ("times", self.times, np.float64),
-            ("temperature", self.temperature, np.float64),
-            ("null_pulse", self.null_pulse, np.bool_),
-        ):
+        series: dict[str, NDArray[Any] | None] = {
+            **{f"gyro {one.name}": one.values for one in self.gyros},
+            **{f"accelerometer {one.name}": one.values for one in self.accelerometers},
+            **{f"pick-off of gyro {one.gyro}": one.values for one in self.pickoffs},
+            "table": None if self.table is None else self.table.values,
+            "times": self.times,
+            "temperature": self.temperature,
+            "null_pulse": self.null_pulse,
+        }
+        for argument, values in series.items():
             if values is None:
                 continue
+            wanted = np.bool_ if argument == "null_pulse" else np.float64
             if not isinstance(values, np.ndarray) or values.dtype != wanted:
                 held = getattr(values, "dtype", type(values).__name__)
                 raise ValueError(f"{argument} holds {held}; give an array of {wanted.__name__}")
@@ -248,32 +250,74 @@ class Recording:
             )
             for name, values in gyros.items()
         ]
-        of_table = None if table is None else table_of(table, unit=table_unit)
-        pulses, of_pulses = (None, ()) if null_pulse is None else pulses_of(null_pulse)
-        when = _sampled(sample_rate, times, time_unit, taken[0].channel.values.size)
-        sensors = [one.channel for one in taken]
-        forces = tuple(one for one in sensors if one.sensor == "accelerometer")
-        turning = tuple(one for one in sensors if one.sensor == "gyro")
-        if of_table is not None:
-            of_table = with_lost_readings(of_table, turning, when.sample_rate)
-        return cls(
-            gyros=turning or forces,
-            accelerometers=forces if turning else (),
-            sample_rate=when.sample_rate,
-            times=when.times,
-            table=of_table.channel if of_table else None,
-            null_pulse=pulses,
-            pickoffs=tuple(
-                Pickoff(gyro=name, values=np.asarray(numbers(values, PICKOFF + name), np.float64))
+        readings = None if table is None else np.array(numbers(table, "table"), dtype=np.float64)
+        return cls.from_channels(
+            taken,
+            _sampled(sample_rate, times, time_unit, taken[0].channel.values.size),
+            table=None if readings is None else table_of_readings(readings, table_unit),
+            null_pulse=None if null_pulse is None else pulses_of(null_pulse),
+            pickoffs={
+                name: np.asarray(numbers(values, PICKOFF + name), np.float64)
                 for name, values in (pickoffs or {}).items()
-            ),
+            },
             temperature=None
             if temperature is None
             else np.asarray(numbers(temperature, "temperature"), np.float64),
+        )
+
+    @classmethod
+    def from_channels(
+        cls,
+        sensors: Sequence[Conversion],
+        sampling: Sampling,
+        *,
+        table: Conversion | None = None,
+        null_pulse: tuple[BooleanArray, tuple[Note, ...]] | None = None,
+        pickoffs: Mapping[str, FloatArray] | None = None,
+        temperature: FloatArray | None = None,
+    ) -> Self:
+        """A recording from what was made of columns, with the notes on them.
+
+        Parameters
+        ----------
+        sensors
+            Gyros and accelerometers; these stand in the place of gyros if there is no gyro.
+        sampling
+            When they were sampled.
+        table
+            Its lost readings are taken from a gyro if one tells them.
+        null_pulse
+            (samples,) and what was noticed of it.
+        pickoffs
+            Gyro name -> (samples,)
+        temperature
+            (samples,)
+
+        Raises
+        ------
+        ValueError
+            If columns differ in length, or two sensors have one name.
+        """
+        forces = tuple(one.channel for one in sensors if one.channel.sensor == "accelerometer")
+        turning = tuple(one.channel for one in sensors if one.channel.sensor == "gyro")
+        if table is not None:
+            table = with_lost_readings(table, turning, sampling.sample_rate)
+        pulses, of_pulses = null_pulse or (None, ())
+        return cls(
+            gyros=turning or forces,
+            accelerometers=forces if turning else (),
+            sample_rate=sampling.sample_rate,
+            times=sampling.times,
+            table=table.channel if table else None,
+            null_pulse=pulses,
+            pickoffs=tuple(
+                Pickoff(gyro=name, values=values) for name, values in (pickoffs or {}).items()
+            ),
+            temperature=temperature,
             notes=(
-                *when.notes,
-                *(note for one in taken for note in one.notes),
-                *(of_table.notes if of_table else ()),
+                *sampling.notes,
+                *(note for one in sensors for note in one.notes),
+                *(table.notes if table else ()),
                 *of_pulses,
             ),
         )
@@ -369,10 +413,10 @@ class Recording:
             If the stretch is empty, or takes not every sample.
         """
         if isinstance(which, str):
-            for channel in self._channels:
-                if channel.name == which:
-                    return channel
-            raise KeyError(f"{which}; there are {', '.join(one.name for one in self._channels)}")
+            by_name = {channel.name: channel for channel in self._channels}
+            if which not in by_name:
+                raise KeyError(f"{which}; there are {', '.join(by_name)}")
+            return by_name[which]
         start, stop, step = which.indices(self.samples)
         if step != 1 or not start < stop:
             raise ValueError(f"{which} is no stretch; give the first sample and the one after it")
@@ -429,10 +473,10 @@ class Recording:
         return self._named(name, self.gyros, "gyro", "{gyros}, {columns}")
 
     def _named(self, name: str, channels: Sequence[Channel], what: str, inputs: str) -> Channel:
-        for channel in channels:
-            if channel.name == name:
-                return channel
-        present = ", ".join(channel.name for channel in channels) or "none"
+        by_name = {channel.name: channel for channel in channels}
+        if name in by_name:
+            return by_name[name]
+        present = ", ".join(by_name) or "none"
         raise RecordingError(f"no {what} {name!r}; it has {present} ({inputs})", path=self.path)
 
     def of_accelerometer(self, name: str) -> Self:

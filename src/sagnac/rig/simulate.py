@@ -201,13 +201,10 @@ def simulate(config: RigConfig, progress: Progress | None = None) -> Simulation:
     _require_config(config)
     recording = _as_recorded(config, progress)
     if recording.table is not None:
-        read = table_of_readings(
-            recording.table.values,
-            unit_of("rad", "angle"),
-            shown_in=recording.table.shown_in,
-        )
+        read = table_of_readings(recording.table.values, "rad")
         known = with_lost_readings(read, recording.gyros, recording.sample_rate)
-        recording = replace(recording, table=known.channel, notes=known.notes)
+        table = replace(known.channel, shown_in=recording.table.shown_in)
+        recording = replace(recording, table=table, notes=known.notes)
     return Simulation(recording=recording, truth=truth_of(config))
 
 
