@@ -108,7 +108,7 @@ import time
 from pathlib import Path
 from sagnac.formats import hdf5
 hdf5.PATIENCE = 2.0
-hdf5.require_survivable(Path(sys.argv[1]), "HDF5")
+hdf5.require_survivable(Path(sys.argv[1]))
 """
 
 

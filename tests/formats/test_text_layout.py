@@ -1,15 +1,21 @@
 """How text files are laid out: marks between fields, numbers, header, first row."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
 from sagnac.core.errors import RecordingError
-from sagnac.formats.text import Sample, encoding_of, lines_of, sample_of
-from sagnac.formats.text_layout import fields_of, layout
+from sagnac.formats.text import TextFile, encoding_of, text_file
+from sagnac.formats.text_layout import Layout, fields_of, layout
 
 
-def sample(text: str) -> Sample:
-    return Sample(encoding="utf-8", head=tuple(text.splitlines()))
+def sample(text: str) -> TextFile:
+    return TextFile(path=Path("run.csv"), encoding="utf-8", head=tuple(text.splitlines()))
+
+
+def keys(found: Layout) -> tuple[str, ...]:
+    return tuple(column.key for column in found.columns)
 
 
 def rows(mark: str, decimal: str = ".") -> str:
@@ -34,23 +40,23 @@ def rows(mark: str, decimal: str = ".") -> str:
 )
 def test_marks_and_headers(text, names, delimiter, decimal, skip):
     found = layout(sample(text))
-    assert found.names == (names or ("Kreisel X [Zähler]", "Kreisel Z"))
+    assert keys(found) == (names or ("Kreisel X [Zähler]", "Kreisel Z"))
     assert (found.delimiter, found.style.decimal, found.skip) == (delimiter, decimal, skip)
 
 
 def test_one_column_with_a_decimal_comma_is_no_two():
     column = "".join(f"{n / 8:.3f}\n".replace(".", ",") for n in range(20))
     one = layout(sample("x[deg]\n" + column))
-    assert (one.names, one.style.decimal) == (("x[deg]",), ",")
+    assert (keys(one), one.style.decimal) == (("x[deg]",), ",")
     two = layout(sample("x,z\n" + column))
-    assert (two.names, two.delimiter, two.style.decimal) == (("x", "z"), ",", ".")
+    assert (keys(two), two.delimiter, two.style.decimal) == (("x", "z"), ",", ".")
     assert "not a decimal comma" in layout(sample(column)).doubts[0]
 
 
 def test_a_line_of_units_stands_under_the_header():
     found = layout(sample("t;X;Y\n[s];[deg/s];\n" + "".join(f"{n};1.5;2\n" for n in range(9))))
-    assert [field.unit for field in found.fields] == ["s", "deg/s", None]
-    assert found.names == ("t", "X", "Y")
+    assert [column.unit for column in found.columns] == ["s", "deg/s", None]
+    assert keys(found) == ("t", "X", "Y")
 
 
 def test_every_comma_with_three_digits_behind_it_is_in_doubt_and_said():
@@ -73,7 +79,7 @@ def test_a_file_without_lines_or_without_text(tmp_path):
     long = tmp_path / "long.csv"
     long.write_text("x" * 100_000)
     with pytest.raises(RecordingError, match="no line end in its first 64 KiB"):
-        sample_of(long)
+        text_file(long)
 
 
 @pytest.mark.parametrize(
@@ -94,8 +100,8 @@ def test_encodings(tmp_path, codec, found):
     if codec == "utf-16-be":
         path.write_bytes(b"\xfe\xff" + text.encode(codec))
     assert encoding_of(path.read_bytes()) == found
-    assert sample_of(path).head[:2] == ("Zähler;x", "1;2")
-    assert list(lines_of(path, found)) == ["Zähler;x", "1;2"]
+    assert text_file(path).head[:2] == ("Zähler;x", "1;2")
+    assert list(text_file(path).lines()) == ["Zähler;x", "1;2"]
 
 
 def test_fields():

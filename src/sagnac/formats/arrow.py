@@ -10,8 +10,9 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 from numpy.typing import NDArray
 
+from sagnac.core.arrays import blocks
 from sagnac.core.whole_files import replacing
-from sagnac.formats.registry import FEATHER, PARQUET
+from sagnac.formats.registry import FEATHER
 from sagnac.formats.source import (
     MADE,
     Column,
@@ -129,7 +130,6 @@ def open_source(path: Path) -> Source:
             position += batch.num_rows
 
     return Source(
-        format=FEATHER.name if is_feather else PARQUET.name,
         columns=tuple(_column_of(item) for item in schema if _is_numeric(item.type)),
         load=lambda keys: Stored(lengths=dict.fromkeys(keys, sum(sizes)), pieces=pieces),
         stated=by_attributes(_text_of(schema.metadata)),
@@ -245,8 +245,8 @@ def write(path: Path, out: Outgoing) -> None:
         _write_feather(path, out)
         return
     with writer(path, out) as append:
-        for _, rows in out.parts(ROWS_PER_GROUP):
-            append(rows)
+        for block in blocks(out.samples, ROWS_PER_GROUP):
+            append(out.rows(block))
 
 
 def _write_feather(path: Path, out: Outgoing) -> None:
@@ -256,5 +256,6 @@ def _write_feather(path: Path, out: Outgoing) -> None:
         pa.OSFile(str(temporary), "wb") as stream,
         pa.ipc.new_file(stream, schema) as writer,
     ):
-        for _, rows in out.parts():
-            writer.write_batch(pa.RecordBatch.from_arrays(_arrays(rows, schema), schema=schema))
+        for block in blocks(out.samples):
+            arrays = _arrays(out.rows(block), schema)
+            writer.write_batch(pa.RecordBatch.from_arrays(arrays, schema=schema))

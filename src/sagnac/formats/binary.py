@@ -17,7 +17,6 @@ from sagnac.core.arrays import IntegerArray, blocks
 from sagnac.core.documents import ANY, NUMBER, TEXT, Schema, keep, one_of, read_toml, table
 from sagnac.core.errors import Note, RecordingError, counted
 from sagnac.core.texts import giving
-from sagnac.formats.registry import BINARY
 from sagnac.formats.source import Column, Pieces, Source, Stored
 from sagnac.formats.statement import Statement
 from sagnac.recording.columns import ACCELEROMETER_NAMES
@@ -266,7 +265,6 @@ def open_declared(path: Path, layout: str | Mapping[str, Any]) -> Source:
             yield {key: np.ascontiguousarray(rows[key]) for key in keys}
 
     return Source(
-        format=BINARY.name,
         columns=laid_out.columns,
         load=lambda keys: Stored(lengths=dict.fromkeys(keys, records), pieces=pieces),
         stated=laid_out.stated,

@@ -25,28 +25,25 @@ from sagnac.core.errors import Note, RecordingError
 from sagnac.core.units import Sensor
 from sagnac.core.whole_files import replacing_folder, replacing_set
 from sagnac.formats.files import AGAIN
-from sagnac.formats.registry import CSV, EUROC, EUROC_DATA, EUROC_SENSOR
-from sagnac.formats.source import (
-    MADE,
-    Column,
-    Outgoing,
-    Rows,
-    Source,
-    Stored,
-    column,
-    in_memory,
-)
+from sagnac.formats.registry import EUROC, EUROC_DATA, EUROC_SENSOR
+from sagnac.formats.source import MADE, Outgoing, Rows, Source
 from sagnac.formats.text import (
     MISSING,
     NumberStyle,
-    blocks_of,
     form_of,
-    lines_of,
     nanoseconds,
     past_midnight,
-    sample_of,
+    text_file,
 )
-from sagnac.formats.text_layout import COMMENT, Field, Layout, fields_of, layout, stated_by
+from sagnac.formats.text_layout import (
+    COMMENT,
+    PRESETS,
+    Form,
+    Layout,
+    fields_of,
+    is_plain,
+    layout,
+)
 
 # That many blocks are read side by side.
 _THREADS: Final = 2
@@ -62,37 +59,21 @@ def open_source(path: Path) -> Source:
     RecordingError
         If the file is not text or has no lines.
     """
-    laid_out = layout(sample_of(path), tabs=path.suffix.lower() == ".tsv")
-    stated, units = stated_by(laid_out)
-    columns = _columns(laid_out, units)
+    laid_out = layout(text_file(path))
 
-    def load(keys: Sequence[str]) -> Stored:
-        wanted = {one.key: one.number - 1 for one in columns if one.key in keys}
+    def load(keys: Sequence[str]) -> dict[str, NDArray[Any]]:
+        wanted = {one.key: one.number - 1 for one in laid_out.columns if one.key in keys}
         if not laid_out.first_row:
-            return in_memory({key: np.empty(0) for key in keys})
-        arrays = _parsed(path, laid_out, wanted)
-        last = columns[-1].key
-        if not laid_out.is_ended and last in arrays:
+            return {key: np.empty(0) for key in keys}
+        arrays = _parsed(laid_out, wanted)
+        last = laid_out.columns[-1].key
+        if not laid_out.text.is_ended and last in arrays:
             check_last(last, arrays[last])
-        return in_memory(arrays)
+        return arrays
 
     return Source(
-        format=CSV.name, columns=columns, load=load, stated=stated, notes=_notes(laid_out)
+        columns=laid_out.columns, load=load, stated=laid_out.stated, notes=_notes(laid_out)
     )
-
-
-def _columns(laid_out: Layout, units: Mapping[str, str]) -> tuple[Column, ...]:
-    """The columns of a layout; those of one name have their numbers behind it.
-
-    `units` are those that the file states elsewhere, by the names of columns.
-    """
-    names = laid_out.names
-    made = []
-    for place, field in enumerate(laid_out.fields, start=1):
-        key = f"{field.name} (column {place})" if names.count(field.name) > 1 else field.name
-        one = column(field.name, unit=field.time or field.unit or units.get(field.name))
-        made.append(Column(key=key, name=one.name, unit=one.unit, number=place))
-    return tuple(made)
 
 
 def _notes(laid_out: Layout) -> tuple[Note, ...]:
@@ -100,12 +81,12 @@ def _notes(laid_out: Layout) -> tuple[Note, ...]:
     if laid_out.doubts:
         style = laid_out.style
         shown = [
-            f"{name} = {style.value(text):.10g}" if style.holds(text) else f"{name} = {text}"
-            for name, text in zip(laid_out.names, laid_out.first_row, strict=True)
+            f"{one.key} = {style.value(text):.10g}" if style.holds(text) else f"{one.key} = {text}"
+            for one, text in zip(laid_out.columns, laid_out.first_row, strict=True)
         ]
         row = ", ".join(shown[:_FIRST_FIELDS]) + (" ..." if len(shown) > _FIRST_FIELDS else "")
         notes.append(Note(text=f"read with {', '.join(laid_out.doubts)}; the first row: {row}"))
-    if not laid_out.is_ended:
+    if not laid_out.text.is_ended:
         text = "the last line has no line end: it may be cut off"
         notes.append(Note(text=text, level="warning"))
     return tuple(notes)
@@ -129,60 +110,63 @@ def check_last(name: str, values: NDArray[Any]) -> None:
 # ---- numbers -----------------------------------------------------------------------
 
 
-def _parsed(path: Path, laid_out: Layout, wanted: Mapping[str, int]) -> dict[str, NDArray[Any]]:
+def _parsed(laid_out: Layout, wanted: Mapping[str, int]) -> dict[str, NDArray[Any]]:
     """The wanted columns: key -> values, integers where a float would lose digits.
 
     `wanted` has the place of each. Batches stand one after the other in place, so that no column
     is in memory twice.
     """
-    fields = {key: laid_out.fields[place] for key, place in wanted.items()}
-    expected = path.stat().st_size // max(1, len(laid_out.delimiter.join(laid_out.first_row)))
+    forms = {key: laid_out.forms[place] for key, place in wanted.items()}
+    row = len(laid_out.delimiter.join(laid_out.first_row))
+    expected = max(laid_out.text.path.stat().st_size // max(1, row), 1)
     arrays: dict[str, NDArray[Any]] = {
-        key: np.empty(max(expected, 1), np.int64 if field.time or field.is_long else np.float64)
-        for key, field in fields.items()
+        key: np.empty(expected, np.float64 if form == "number" else np.int64)
+        for key, form in forms.items()
     }
     rows = 0
     shown = sys.unraisablehook
     sys.unraisablehook = partial(_shown_unless_text, shown)
     try:
-        for batch in _batches(path, laid_out, wanted):
+        for batch in _batches(laid_out, wanted):
             stop = rows + batch.num_rows
-            for key, field in fields.items():
+            for key, form in forms.items():
                 if stop > arrays[key].size:
                     arrays[key].resize(stop * 5 // 4, refcheck=False)
-                texts = batch.column(str(wanted[key]))
-                arrays[key][rows:stop] = _values(texts, field, laid_out.style)
+                read = batch.column(str(wanted[key]))
+                arrays[key][rows:stop] = _values(read, form, laid_out.style)
             rows = stop
     except (pa.ArrowInvalid, ValueError) as error:
-        wrong = _wrong_line(path, laid_out, wanted)
+        wrong = _wrong_line(laid_out, wanted)
         if wrong is None:
             raise
         raise wrong from error
     finally:
         sys.unraisablehook = shown
-    for key, field in fields.items():
+    for key, form in forms.items():
         arrays[key].resize(rows, refcheck=False)
-        if field.time == "clock":
+        if form == "clock":
             arrays[key] = past_midnight(arrays[key])
     return arrays
 
 
-def _batches(path: Path, laid_out: Layout, wanted: Mapping[str, int]) -> Iterator[pa.RecordBatch]:
+def _batches(laid_out: Layout, wanted: Mapping[str, int]) -> Iterator[pa.RecordBatch]:
     """Blocks of text as rows.
 
     The library's reader of a whole file leaves threads behind when it fails, which call Python
     while the interpreter ends: the process aborts or hangs. So it gets one block of its own memory
     at a time and reads it in the thread that calls it; those threads are ours and end here.
     """
+    number = pa.string() if laid_out.style.thousands else pa.float64()
+    types = {"number": number, "integer": pa.int64(), "clock": pa.string(), "iso": pa.string()}
     parse = arrow_csv.ParseOptions(delimiter=laid_out.delimiter, invalid_row_handler=_odd_row)
     convert = arrow_csv.ConvertOptions(
         include_columns=[str(place) for place in wanted.values()],
-        column_types={str(place): _type(place, laid_out) for place in wanted.values()},
+        column_types={str(place): types[laid_out.forms[place]] for place in wanted.values()},
         decimal_point=laid_out.style.decimal,
         true_values=[],
         false_values=[],
     )
-    names = [str(place) for place in range(len(laid_out.fields))]
+    names = [str(place) for place in range(len(laid_out.columns))]
 
     def table(block: bytes, skip: int) -> pa.Table:
         held = pa.BufferOutputStream()
@@ -195,7 +179,7 @@ def _batches(path: Path, laid_out: Layout, wanted: Mapping[str, int]) -> Iterato
     skip = laid_out.skip
     ahead: deque[Future[pa.Table]] = deque()
     with ThreadPoolExecutor(max_workers=_THREADS) as pool:
-        for block in blocks_of(path, encoding=laid_out.encoding, blanks=laid_out.delimiter == " "):
+        for block in laid_out.text.blocks(blanks=laid_out.delimiter == " "):
             ahead.append(pool.submit(table, block, skip))
             skip = 0
             if len(ahead) > _THREADS:
@@ -215,18 +199,11 @@ def _odd_row(row: Any) -> str:
     return "skip" if row.text.lstrip().startswith(COMMENT) else "error"
 
 
-def _type(place: int, laid_out: Layout) -> Any:
-    field = laid_out.fields[place]
-    if field.time is not None or (laid_out.style.thousands and not field.is_long):
-        return pa.string()
-    return pa.int64() if field.is_long else pa.float64()
-
-
-def _values(read: Any, field: Field, style: NumberStyle) -> NDArray[Any]:
+def _values(read: Any, form: Form, style: NumberStyle) -> NDArray[Any]:
     """A piece of a column as numbers, times in ns."""
-    if field.time is not None:
-        return nanoseconds(read, field.time)
-    if field.is_long and read.null_count:
+    if form in ("clock", "iso"):
+        return nanoseconds(read, form)
+    if form == "integer" and read.null_count:
         raise ValueError("an integer is missing")
     if pa.types.is_string(read.type):
         plain = pc.replace_substring(pc.utf8_trim_whitespace(read), style.thousands, "")
@@ -240,16 +217,16 @@ def _values(read: Any, field: Field, style: NumberStyle) -> NDArray[Any]:
 # ---- faults ------------------------------------------------------------------------
 
 
-def _wrong_line(path: Path, laid_out: Layout, wanted: Mapping[str, int]) -> RecordingError | None:
+def _wrong_line(laid_out: Layout, wanted: Mapping[str, int]) -> RecordingError | None:
     """Fault of the first row that is no row of the table; None if all are."""
     number, found = 0, None
-    for number, line in enumerate(lines_of(path, laid_out.encoding), start=1):
+    for number, line in enumerate(laid_out.text.lines(), start=1):
         if found is not None:
             # It is not the last one.
             return found
-        if number > laid_out.skip and line.strip() and not line.lstrip().startswith(COMMENT):
+        if number > laid_out.skip and is_plain(line):
             found = _wrong_row(number, line, laid_out, wanted)
-    if found is None or laid_out.is_ended:
+    if found is None or laid_out.text.is_ended:
         return found
     return RecordingError(
         f"the last line, {number}, is cut off",
@@ -258,31 +235,40 @@ def _wrong_line(path: Path, laid_out: Layout, wanted: Mapping[str, int]) -> Reco
     )
 
 
+_WRONG: Final = {
+    "number": "not a number",
+    "integer": "not an integer as in the rows before",
+    "clock": "no time of the clock",
+    "iso": "no date with a time",
+}
+
+
 def _wrong_row(
     number: int, line: str, laid_out: Layout, wanted: Mapping[str, int]
 ) -> RecordingError | None:
     remedy = "correct or remove that line"
     fields = fields_of(line, laid_out.delimiter)
-    if len(fields) != len(laid_out.fields):
+    if len(fields) != len(laid_out.columns):
         return RecordingError(
-            f"line {number} has {len(fields)} fields and the first row {len(laid_out.fields)}: "
+            f"line {number} has {len(fields)} fields and the first row {len(laid_out.columns)}: "
             f"{line.strip()[:_LONGEST_SHOWN]!r}",
             remedy=remedy,
         )
     for key, place in wanted.items():
-        field, text = laid_out.fields[place], fields[place]
-        if field.time is not None and form_of(text) != field.time:
-            what = "no time of the clock" if field.time == "clock" else "no date with a time"
-        elif field.time is None and not laid_out.style.holds(text):
-            what = "not a number"
-        elif field.is_long and not text.lstrip("+-").isdecimal():
-            what = "not an integer as in the rows before"
-        else:
-            continue
-        return RecordingError(
-            f"line {number}: {text[:_LONGEST_SHOWN]!r} is {what}", channel=key, remedy=remedy
-        )
+        form, text = laid_out.forms[place], fields[place]
+        if not _is_right(text, form, laid_out.style):
+            return RecordingError(
+                f"line {number}: {text[:_LONGEST_SHOWN]!r} is {_WRONG[form]}",
+                channel=key,
+                remedy=remedy,
+            )
     return None
+
+
+def _is_right(text: str, form: Form, style: NumberStyle) -> bool:
+    if form in ("clock", "iso"):
+        return form_of(text) == form
+    return style.holds(text) and (form == "number" or text.lstrip("+-").isdecimal())
 
 
 # ---- write -------------------------------------------------------------------------
@@ -305,7 +291,7 @@ def write(path: Path, out: Outgoing) -> None:
             f"# {MADE}\n{names}kind = {{ {kinds} }}\nsample_rate = {out.sample_rate!r}\n",
             encoding="utf-8",
         )
-        rows = (rows for _, rows in out.parts())
+        rows = map(out.rows, blocks(out.samples))
         _write_table(folder / path.name, headers, rows, delimiter)
 
 
@@ -322,11 +308,8 @@ def _write_table(
             arrow_csv.write_csv(pa.table(rows), stream, options)
 
 
-_AXES: Final = (
-    *(f"w_RS_S_{axis} [rad s^-1]" for axis in "xyz"),
-    *(f"a_RS_S_{axis} [m s^-2]" for axis in "xyz"),
-)
-_TIME: Final = "#timestamp [ns]"
+_TIME, _, _RATE, _FORCE, _ = PRESETS[0]
+_HEADERS: Final = (f"#{_TIME}", *map(_RATE.format, "xyz"), *map(_FORCE.format, "xyz"))
 _SENSOR: Final = f"""# {MADE}
 sensor_type: imu
 comment: {{comment}}
@@ -370,14 +353,15 @@ def write_euroc(
         if densities is not None:
             stated += _DENSITIES.format(**{str(one): each for one, each in densities.items()})
         (folder / EUROC_SENSOR).write_text(stated, encoding="utf-8")
+        names = (*out.gyros, *out.accelerometers)
         parts = (
-            {
-                _TIME: out.stamps(block),
-                **{
-                    header: out.columns[name][block]
-                    for header, name in zip(_AXES, (*out.gyros, *out.accelerometers), strict=True)
-                },
-            }
+            dict(
+                zip(
+                    _HEADERS,
+                    (out.stamps(block), *(out.columns[name][block] for name in names)),
+                    strict=True,
+                )
+            )
             for block in blocks(out.samples)
         )
-        _write_table(folder / EUROC_DATA, (_TIME, *_AXES), parts)
+        _write_table(folder / EUROC_DATA, _HEADERS, parts)

@@ -11,7 +11,8 @@ import math
 import re
 import subprocess
 import sys
-from collections.abc import Iterator, Mapping, Sequence
+from collections import Counter
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Final
 
@@ -23,7 +24,7 @@ from sagnac.core.arrays import blocks
 from sagnac.core.errors import RecordingError, one_line
 from sagnac.core.whole_files import replacing
 from sagnac.formats.files import AGAIN, require_content
-from sagnac.formats.registry import HDF5, NETCDF
+from sagnac.formats.registry import NETCDF
 from sagnac.formats.source import (
     MADE,
     Column,
@@ -33,7 +34,6 @@ from sagnac.formats.source import (
     Stored,
     Vector,
     column,
-    in_memory,
     vectors,
 )
 from sagnac.formats.statement import ATTRIBUTES, by_attributes
@@ -62,35 +62,35 @@ def open_source(path: Path) -> Source:
     Raises
     ------
     RecordingError
-        If the library ends over the file, or it is NetCDF of the kind CDF-5.
+        If it is NetCDF of the kind CDF-5.
+    ValueError
+        If the library ends over the file.
     """
     is_netcdf = path.suffix.lower() in NETCDF.suffixes
-    known = NETCDF if is_netcdf else HDF5
-    if is_netcdf:
-        with path.open("rb") as stream:
-            version = stream.read(len(_CLASSIC) + 1).removeprefix(_CLASSIC)
-        if version in _VERSIONS:
-            return _open_classic(path)
-        if version == _DATA_OF_64_BITS:
-            raise RecordingError(
-                "is NetCDF of the kind CDF-5, which is not read",
-                remedy=f"make it NetCDF 4: nccopy -k nc4 {path.name} {path.stem}-4.nc",
-            )
-    require_survivable(path, known.name)
+    with path.open("rb") as stream:
+        version = stream.read(len(_CLASSIC) + 1).removeprefix(_CLASSIC)
+    if is_netcdf and version in (*_VERSIONS, _DATA_OF_64_BITS):
+        return _open_classic(path, version)
+    require_survivable(path)
     with h5py.File(path, "r") as file:
-        names = _dataset_names(file)
-        numeric = [name for name in names if _is_numeric(file[name], is_netcdf=is_netcdf)]
-        found = {
-            one.key: (one, vector)
-            for name in numeric
-            for one, vector in _columns_of(file[name], name, [] if is_netcdf else names)
-        }
-        stated = _stated(file, names)
-        unreadable = {
-            name.rpartition("/")[2]: f"holds {file[name].dtype} values"
-            for name in names
-            if name not in numeric and not is_netcdf
-        }
+        datasets: dict[str, h5py.Dataset] = {}
+        file.visititems(
+            lambda name, item: (
+                datasets.update({name: item}) if isinstance(item, h5py.Dataset) else None
+            )
+        )
+        short = {name: name.rpartition("/")[2] for name in datasets}
+        often = Counter(short.values())
+        found: dict[str, tuple[Column, Vector]] = {}
+        unreadable: dict[str, str] = {}
+        for name, dataset in datasets.items():
+            if _is_numeric(dataset, is_netcdf=is_netcdf):
+                called = name if is_netcdf or often[short[name]] > 1 else short[name]
+                for key, vector in vectors(called, name, dataset.shape).items():
+                    found[key] = _column(key, dataset.attrs), vector
+            elif not is_netcdf:
+                unreadable[short[name]] = f"holds {dataset.dtype} values"
+        stated = _stated(file, datasets)
 
     def pieces(keys: Sequence[str], start: int, stop: int) -> Pieces:
         with h5py.File(path, "r") as file:
@@ -112,7 +112,6 @@ def open_source(path: Path) -> Source:
         return Stored(lengths=lengths, pieces=pieces)
 
     return Source(
-        format=known.name,
         columns=tuple(one for one, _ in found.values()),
         load=load,
         stated=by_attributes(stated),
@@ -120,8 +119,13 @@ def open_source(path: Path) -> Source:
     )
 
 
-def _open_classic(path: Path) -> Source:
+def _open_classic(path: Path, version: bytes) -> Source:
     """Variables of numbers of a classic file."""
+    if version == _DATA_OF_64_BITS:
+        raise RecordingError(
+            "is NetCDF of the kind CDF-5, which is not read",
+            remedy=f"make it NetCDF 4: nccopy -k nc4 {path.name} {path.stem}-4.nc",
+        )
     # Another file needs none of that package.
     from scipy.io import netcdf_file  # noqa: PLC0415
 
@@ -133,28 +137,18 @@ def _open_classic(path: Path) -> Source:
         }
         stated = {key: _plain(getattr(file, key)) for key in ATTRIBUTES if hasattr(file, key)}
 
-    def load(keys: Sequence[str]) -> Stored:
+    def load(keys: Sequence[str]) -> dict[str, NDArray[Any]]:
         with netcdf_file(path, "r", mmap=False) as file:
-            values = {key: np.array(file.variables[key].data) for key in keys}
-        # They are stored with the highest byte first.
-        native = {key: one.astype(one.dtype.newbyteorder("=")) for key, one in values.items()}
-        return in_memory({key: _scaled(one, attributes[key]) for key, one in native.items()})
+            # They are stored with the highest byte first.
+            values = {key: file.variables[key].data for key in keys}
+            native = {key: one.astype(one.dtype.newbyteorder("=")) for key, one in values.items()}
+        return {key: _scaled(one, attributes[key]) for key, one in native.items()}
 
     return Source(
-        format=NETCDF.name,
         columns=tuple(_column(name, own) for name, own in attributes.items()),
         load=load,
         stated=by_attributes(stated),
     )
-
-
-def _dataset_names(file: h5py.File) -> list[str]:
-    """Names of the datasets, those in groups too."""
-    names: list[str] = []
-    file.visititems(
-        lambda name, item: names.append(name) if isinstance(item, h5py.Dataset) else None
-    )
-    return names
 
 
 def _is_numeric(dataset: h5py.Dataset, *, is_netcdf: bool) -> bool:
@@ -166,7 +160,7 @@ def _is_numeric(dataset: h5py.Dataset, *, is_netcdf: bool) -> bool:
     return dataset.dtype.kind in "biuf" and not is_text and dataset.shape is not None
 
 
-def _stated(file: h5py.File, names: Sequence[str]) -> dict[str, Any]:
+def _stated(file: h5py.File, names: Iterable[str]) -> dict[str, Any]:
     """Statements of the attributes of the root, and of the only group with datasets."""
     parents = {name.rpartition("/")[0] for name in names}
     group = [file[parent] for parent in parents if parent and len(parents) == 1]
@@ -176,18 +170,6 @@ def _stated(file: h5py.File, names: Sequence[str]) -> dict[str, Any]:
         for key, value in holder.attrs.items()
         if key in ATTRIBUTES
     }
-
-
-def _columns_of(
-    dataset: h5py.Dataset, name: str, names: Sequence[str]
-) -> list[tuple[Column, Vector]]:
-    """The columns in one dataset and where each lies; its last name is told apart by `names`."""
-    short = name.rpartition("/")[2]
-    is_only_one = [other.rpartition("/")[2] for other in names].count(short) == 1
-    return [
-        (_column(key, dataset.attrs), vector)
-        for key, vector in vectors(short if is_only_one else name, name, dataset.shape).items()
-    ]
 
 
 def _column(name: str, attributes: Mapping[str, Any]) -> Column:
@@ -247,46 +229,34 @@ with h5py.File(sys.argv[1], "r") as file:
     list(file.attrs.values())
     file.visititems(lambda name, item: list(item.attrs.values()) and None)
 """
+_NULL: Final = subprocess.DEVNULL
+_ENDS: Final = "the library ends over it"
 PATIENCE: Final = 30.0
 """Seconds after which a library that has not read the attributes of a file hangs."""
 
 
-def require_survivable(path: Path, name: str) -> None:
+def require_survivable(path: Path) -> None:
     """Refuse a file over which the library crashes or hangs: another process tries it first.
 
-    The library follows the addresses of texts in attributes without a check.
-
-    Parameters
-    ----------
-    path
-        Of the file.
-    name
-        Of its format.
+    The library follows the addresses of texts in attributes without a check. If no process can be
+    started, the file is taken as it is.
 
     Raises
     ------
-    RecordingError
+    ValueError
         If it is such a file.
     """
+    trial = [sys.executable, "-I", "-c", _TRIAL, str(path.absolute()), str(2.0 * PATIENCE)]
     try:
         tried = subprocess.run(
-            [sys.executable, "-I", "-c", _TRIAL, str(path.absolute()), str(2.0 * PATIENCE)],
-            stdin=subprocess.DEVNULL,
-            stdout=subprocess.DEVNULL,
-            stderr=subprocess.DEVNULL,
-            timeout=PATIENCE,
-            check=False,
+            trial, stdin=_NULL, stdout=_NULL, stderr=_NULL, timeout=PATIENCE, check=False
         )
-        survived = tried.returncode >= 0
-    except subprocess.TimeoutExpired:
-        survived = False
     except OSError:
-        # No process can be started here: the file is taken as it is.
         return
-    if not survived:
-        raise RecordingError(
-            f"is not {name}, or is damaged: the library ends over it", remedy=AGAIN
-        )
+    except subprocess.TimeoutExpired:
+        raise ValueError(_ENDS) from None
+    if tried.returncode < 0:
+        raise ValueError(_ENDS)
 
 
 def _require_own(dataset: h5py.Dataset, path: Path) -> None:
@@ -366,6 +336,6 @@ def write(path: Path, out: Outgoing) -> None:
                 dataset.attrs["unit"] = unit.name
             if name in out.kinds:
                 dataset.attrs["kind"] = out.kinds[name]
-        for first, rows in out.parts():
-            for name, values in rows.items():
-                file[name][first : first + values.size] = values
+        for block in blocks(out.samples):
+            for name, values in out.rows(block).items():
+                file[name][block] = values

@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from sagnac.core.whole_files import replacing
 from sagnac.formats.files import require_room
 from sagnac.formats.registry import MATLAB
-from sagnac.formats.source import MADE, Outgoing, Source, Stored, Vector, column, in_memory, vectors
+from sagnac.formats.source import MADE, Outgoing, Source, Vector, column, vectors
 from sagnac.formats.statement import ARRAYS_STATED, from_mapping
 
 # ---- read --------------------------------------------------------------------------
@@ -55,17 +55,6 @@ class Element:
     data: "Tag | None" = None
 
     @property
-    def bytes(self) -> int:
-        """Memory that its numbers take as float64."""
-        return 8 * math.prod(self.shape)
-
-    @property
-    def is_stated(self) -> bool:
-        """Whether it states something of the recording."""
-        is_one = self.kind == "char" or self.shape == (1, 1)
-        return self.name in ARRAYS_STATED and is_one
-
-    @property
     def problem(self) -> str:
         """Why it is no column; empty if it may be one or more."""
         if self.kind not in _NUMERIC:
@@ -88,34 +77,34 @@ def open_source(path: Path) -> Source:
     """
     with path.open("rb") as stream:
         is_5 = stream.read(len(MATLAB.beginning)) == MATLAB.beginning
-    elements = {one.name: one for one in (elements_of(path) if is_5 else _elements_of_4(path))}
+    every = elements_of(path) if is_5 else _elements_of_4(path)
     values_of = _values_of_5 if is_5 else _values_of_4
-    stated = {name: one for name, one in elements.items() if one.is_stated}
-    last = Counter(name.split(".")[-1] for name in elements if name not in stated)
+    stated: dict[str, Element] = {}
+    elements: dict[str, Element] = {}
+    for one in every:
+        is_one = one.kind == "char" or one.shape == (1, 1)
+        (stated if is_one and one.name in ARRAYS_STATED else elements)[one.name] = one
+    problems = {name: one.problem for name, one in elements.items()}
+    last = Counter(name.split(".")[-1] for name in elements)
     found: dict[str, Vector] = {}
     for name, one in elements.items():
         short = name.split(".")[-1]
-        if name not in stated and not one.problem:
+        if not problems[name]:
             found.update(vectors(short if last[short] == 1 else name, name, one.shape))
 
-    def load(keys: Sequence[str]) -> Stored:
+    def load(keys: Sequence[str]) -> dict[str, NDArray[Any]]:
         arrays = {name: elements[name] for name in sorted({found[key].array for key in keys})}
         for name, one in arrays.items():
-            require_room(one.bytes, name)
+            require_room(8 * math.prod(one.shape), name)
         values = values_of(path, arrays)
-        return in_memory({key: found[key].of(values[found[key].array]) for key in keys})
+        return {key: found[key].of(values[found[key].array]) for key in keys}
 
     facts = values_of(path, stated)
     return Source(
-        format=MATLAB.name,
         columns=tuple(column(key) for key in found),
         load=load,
         stated=from_mapping({name: value.reshape(-1)[0].item() for name, value in facts.items()}),
-        unreadable={
-            name: one.problem
-            for name, one in elements.items()
-            if one.problem and name not in stated
-        },
+        unreadable={name: problem for name, problem in problems.items() if problem},
     )
 
 

@@ -9,8 +9,7 @@ from numpy.typing import NDArray
 from pymseed import MS3Record, MS3TraceList, get_error_messages
 
 from sagnac.core.errors import Note, RecordingError, counted
-from sagnac.formats.registry import MINISEED
-from sagnac.formats.source import Column, Source, Stored, in_memory
+from sagnac.formats.source import Column, Source
 from sagnac.formats.statement import Statement
 
 _TIME: Final = "time"
@@ -59,7 +58,7 @@ def open_source(path: Path) -> Source:
         text = f"records are missing: {counted(len(first), 'stretch')}es without a gap"
         notes = (Note(text=text, channel=_TIME),)
 
-    def load(keys: Sequence[str]) -> Stored:
+    def load(keys: Sequence[str]) -> dict[str, NDArray[Any]]:
         arrays: dict[str, NDArray[Any]] = {}
         if _TIME in keys:
             arrays[_TIME] = _stamps(first)
@@ -69,9 +68,9 @@ def open_source(path: Path) -> Source:
                 name = one.sourceid.removeprefix(_PREFIX)
                 if name in keys:
                     arrays[name] = np.concatenate(list(_samples(one)))
-        return in_memory(arrays)
+        return arrays
 
-    return Source(format=MINISEED.name, columns=columns, load=load, stated=stated, notes=notes)
+    return Source(columns=columns, load=load, stated=stated, notes=notes)
 
 
 def _require_together(found: Mapping[str, Sequence[tuple[int, float, int]]], rate: float) -> None:

@@ -13,7 +13,7 @@ from sagnac.core.arrays import blocks
 from sagnac.core.errors import RecordingError
 from sagnac.core.whole_files import replacing
 from sagnac.formats.files import require_content, require_room
-from sagnac.formats.registry import NPY, NPZ
+from sagnac.formats.registry import NPY
 from sagnac.formats.source import (
     MADE,
     Column,
@@ -23,7 +23,6 @@ from sagnac.formats.source import (
     Stored,
     Vector,
     column,
-    in_memory,
     vectors,
 )
 from sagnac.formats.statement import ARRAYS_STATED, from_mapping
@@ -56,38 +55,31 @@ def _open_array(path: Path) -> Source:
     """
     array = np.load(path, mmap_mode="r", allow_pickle=False)
     require_content(array.nbytes, path.stat().st_size, path.name)
-    names = array.dtype.names
-    if names is not None and array.ndim == 1:
-        columns = {name: array[name] for name in names if array[name].dtype.kind in "biuf"}
-    elif array.dtype.kind in "biuf" and array.ndim in (1, 2):
-        table = array.reshape(-1, 1) if array.ndim == 1 else array
-        table = table if table.shape[0] >= table.shape[1] else table.T
-        if table.shape[1] > _MOST_COLUMNS:
-            raise _no_table(array)
-        columns = {str(number + 1): table[:, number] for number in range(table.shape[1])}
-    else:
-        raise _no_table(array)
+    columns: dict[str, NDArray[Any]] = {}
+    if array.dtype.names is not None and array.ndim == 1:
+        columns = {name: array[name] for name in array.dtype.names}
+    elif array.ndim in (1, 2):
+        table = np.atleast_2d(array)
+        rows = table if table.shape[0] < table.shape[1] else table.T
+        columns = {str(number): row for number, row in enumerate(rows[: _MOST_COLUMNS + 1], 1)}
+    columns = {name: one for name, one in columns.items() if one.dtype.kind in "biuf"}
+    if not 0 < len(columns) <= _MOST_COLUMNS:
+        raise RecordingError(
+            f"holds {array.dtype} of shape {array.shape}, no table of real numbers",
+            remedy="store an array of shape (samples,) or (samples, channels)",
+        )
 
-    def load(keys: Sequence[str]) -> Stored:
-        def pieces(wanted: Sequence[str], start: int, stop: int) -> Pieces:
-            for block in blocks(stop, start=start):
-                yield {key: np.array(columns[key][block]) for key in wanted}
-
-        return Stored(lengths={key: columns[key].shape[0] for key in keys}, pieces=pieces)
+    def pieces(keys: Sequence[str], start: int, stop: int) -> Pieces:
+        for block in blocks(stop, start=start):
+            yield {key: np.array(columns[key][block]) for key in keys}
 
     return Source(
-        format=NPY.name,
         columns=tuple(
             Column(key=key, name=key, number=number) for number, key in enumerate(columns, start=1)
         ),
-        load=load,
-    )
-
-
-def _no_table(array: NDArray[Any]) -> RecordingError:
-    return RecordingError(
-        f"holds {array.dtype} of shape {array.shape}, no table of real numbers",
-        remedy="store an array of shape (samples,) or (samples, channels)",
+        load=lambda keys: Stored(
+            lengths={key: columns[key].shape[0] for key in keys}, pieces=pieces
+        ),
     )
 
 
@@ -118,16 +110,15 @@ def _open_archive(path: Path) -> Source:
             elif kind.kind not in "biuf":
                 unreadable[name] = f"holds values of kind {kind.kind!r}"
 
-    def load(keys: Sequence[str]) -> Stored:
+    def load(keys: Sequence[str]) -> dict[str, NDArray[Any]]:
         for name in {found[key].array for key in keys}:
             size = _bytes(*heads[name])
             require_room(size, name)
             require_content(size, path.stat().st_size, name)
         with np.load(path, allow_pickle=False) as archive:
-            return in_memory({key: found[key].of(archive[found[key].array]) for key in keys})
+            return {key: found[key].of(archive[found[key].array]) for key in keys}
 
     return Source(
-        format=NPZ.name,
         columns=tuple(column(key) for key in found),
         load=load,
         stated=from_mapping(stated),

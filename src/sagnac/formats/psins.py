@@ -16,8 +16,7 @@ import numpy as np
 
 from sagnac.core.arrays import FloatArray
 from sagnac.core.errors import Note, RecordingError
-from sagnac.formats.registry import PSINS
-from sagnac.formats.source import Column, Source, Stored, in_memory
+from sagnac.formats.source import Column, Source
 from sagnac.formats.statement import Statement
 from sagnac.recording.columns import ACCELEROMETER_NAMES, GYRO_NAMES
 
@@ -59,12 +58,11 @@ def open_source(path: Path) -> Source:
         # A last line that was cut off between two digits has no end.
         is_ended = stream.read() == b"\n"
 
-    def load(keys: Sequence[str]) -> Stored:
+    def load(keys: Sequence[str]) -> dict[str, FloatArray]:
         rows = _rows(path, lines)
-        return in_memory({key: rows[:, _ROW.index(key)] for key in keys})
+        return {key: rows[:, _ROW.index(key)] for key in keys}
 
     return Source(
-        format=PSINS.name,
         columns=tuple(
             Column(key=name, name=name, unit=unit, kind="increment")
             for name, unit in zip(_ROW, units, strict=False)

@@ -284,7 +284,7 @@ def format_to_write(path: Path, heading: Heading) -> Format:
     wrong = [f"{name} of kind {kind}" for name, kind in kinds.items() if kind != "rate"]
     if gyros != _AXES or len(kinds) not in known.rates_of:
         wrong.append(f"{gyros} gyros with {len(heading.accelerometers)} accelerometers")
-    wrong = [*heading.beside, *wrong]
+    wrong = [*(name for name in heading.units if name not in (*kinds, "time")), *wrong]
     if known.rates_of and wrong:
         alone = " or none" if _AXES in known.rates_of else ""
         raise RecordingError(
@@ -319,7 +319,7 @@ def _open(path: Path, statements: Statements) -> Source:
         source: Source = (
             module.open_source(path) if layout is None else module.open_declared(path, layout)
         )
-    return source
+    return replace(source, format=source.format or known.name)
 
 
 def _beginning(path: Path) -> bytes:

@@ -11,7 +11,7 @@ import os
 import shutil
 import weakref
 from collections.abc import Iterator, Sequence
-from contextlib import ExitStack, closing, contextmanager
+from contextlib import closing, contextmanager
 from dataclasses import dataclass, replace
 from itertools import islice
 from pathlib import Path
@@ -28,8 +28,7 @@ from rosbags.typesys import Stores, get_typestore
 from sagnac.core.arrays import blocks
 from sagnac.core.errors import Note, RecordingError
 from sagnac.core.whole_files import replacing_set
-from sagnac.formats.registry import ROSBAG
-from sagnac.formats.source import MADE, Column, Outgoing, Source, Stored, in_memory
+from sagnac.formats.source import MADE, Column, Outgoing, Source
 from sagnac.formats.statement import Statement, of_rates
 from sagnac.recording.columns import GYRO_NAMES
 
@@ -83,12 +82,10 @@ def open_source(path: Path) -> Source:
     ValueError
         If it is no bag, or is cut off.
     """
-    # It stays open until it is read: to open one of millions of messages takes seconds.
-    held = [_opened(path)]
-    with ExitStack() as stack:
-        stack.callback(_close, held)
-        every = [(name, one.msgtype, one.msgcount) for name, one in held[0].topics.items()]
-        topics = [_topic(held[0], name) for name, kind, _ in every if kind in _TYPES]
+    bag = _opened(path)
+    try:
+        every = [(name, one.msgtype, one.msgcount) for name, one in bag.topics.items()]
+        topics = [_topic(bag, name) for name, kind, _ in every if kind in _TYPES]
         topics = [topic for topic in topics if topic.messages]
         if not topics:
             listed = [f"{name} ({kind}, {count})" for name, kind, count in every[:_MOST_LISTED]]
@@ -97,34 +94,40 @@ def open_source(path: Path) -> Source:
                 f"holds no sensor_msgs/Imu; its topics are {', '.join(listed) or 'none'}{more}",
                 remedy="give a bag with such a topic",
             )
-        keeping = stack.pop_all()
-    fields = (_STAMP, _RECEIVED, *_FIELDS)
+    except BaseException:
+        bag.close()
+        raise
     keys = {
         field if len(topics) == 1 else f"{topic.name}/{field}": (topic, field)
         for topic in topics
-        for field in fields
+        for field in (_STAMP, _RECEIVED, *_FIELDS)
     }
 
-    def load(wanted: Sequence[str]) -> Stored:
+    def load(wanted: Sequence[str]) -> dict[str, NDArray[Any]]:
         arrays: dict[str, NDArray[Any]] = {}
-        bag = held.pop() if held else _opened(path)
-        with closing(bag), collection_paused():
+        close.detach()
+        with closing(held.pop() if held else _opened(path)) as opened, collection_paused():
             for topic in topics:
                 fields = {key: keys[key][1] for key in wanted if keys[key][0] is topic}
                 if fields:
-                    arrays.update(_read(bag, topic, fields))
-        return in_memory(arrays)
+                    arrays.update(_read(opened, topic, fields))
+        return arrays
 
-    weakref.finalize(load, keeping.close)
+    # It stays open until it is read: to open one of millions of messages takes seconds.
+    held = [bag]
+    close = weakref.finalize(load, bag.close)
+    names = ", ".join(topic.name for topic in topics)
+    said = f"the IMU topics are {names}; name the columns of one with {{columns}}"
+    if len(topics) == 1:
+        said = f"gyros are those of topic {names}"
     return Source(
-        format=ROSBAG.name,
         columns=tuple(
             Column(key=key, name=key, unit=_FIELDS[field][1] if field in _FIELDS else "ns")
             for key, (_, field) in keys.items()
         ),
         stated=_stated(topics),
         load=load,
-        notes=(Note(text=_said(topics)),),
+        notes=(Note(text=said),),
     )
 
 
@@ -138,13 +141,6 @@ def _stated(topics: Sequence[_Topic]) -> Statement:
     return of_rates(gyros, forces if topics[0].has_forces else {}, time)
 
 
-def _said(topics: Sequence[_Topic]) -> str:
-    names = ", ".join(topic.name for topic in topics)
-    if len(topics) == 1:
-        return f"gyros are those of topic {names}"
-    return f"the IMU topics are {names}; name the columns of one with {{columns}}"
-
-
 def _opened(path: Path) -> AnyReader:
     """A bag of that file or folder, open."""
     # Bags of ROS 2 before Iron hold no definitions; the message is the same in all.
@@ -152,11 +148,6 @@ def _opened(path: Path) -> AnyReader:
     with collection_paused():
         bag.open()
     return bag
-
-
-def _close(bags: list[AnyReader]) -> None:
-    while bags:
-        bags.pop().close()
 
 
 @contextmanager

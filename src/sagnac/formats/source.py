@@ -7,9 +7,10 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from sagnac.core.arrays import FloatArray, IntegerArray, blocks, empty, is_mapped, release
+from sagnac.core.arrays import FloatArray, IntegerArray, empty, is_mapped, release
 from sagnac.core.errors import Note, RecordingError, one_line
-from sagnac.core.units import UNITS, Unit, split_header
+from sagnac.core.texts import text_of
+from sagnac.core.units import UNITS, Unit, sensor_of, split_header
 from sagnac.formats.files import damaged
 from sagnac.formats.statement import ROLES, VOCABULARY, Statement
 from sagnac.recording.channel import PICKOFF
@@ -95,10 +96,8 @@ class Stored:
                     values = raw
                     if by_first:
                         values = raw.astype(np.int64) if raw.dtype.kind in "ub" else raw
-                        first_one = values[:1]
-                        values = values - origins.setdefault(
-                            key, np.where(np.isfinite(first_one), first_one, 0)
-                        )
+                        origin = np.where(np.isfinite(values[:1]), values[:1], 0)
+                        values = values - origins.setdefault(key, origin)
                     else:
                         _require_exact(key, raw)
                     if _may_be_kept(values, columns[key]):
@@ -165,26 +164,26 @@ class Source:
 
     Attributes
     ----------
-    format
-        Name of the format, for provenance.
     columns
         The numeric columns.
+    load
+        Keys -> their columns, stored or whole in memory.
     stated
         What the file states for all of them.
-    load
-        Keys -> their columns.
     notes
         What was noticed on opening.
     unreadable
         Columns that hold no real numbers, by name, and why: ``holds text``.
+    format
+        Name of the format, for provenance and messages; that of its `Format` unless stated.
     """
 
-    format: str
     columns: tuple[Column, ...]
-    load: Callable[[Sequence[str]], Stored]
+    load: Callable[[Sequence[str]], "Stored | dict[str, NDArray[Any]]"]
     stated: Statement = field(default_factory=Statement)
     notes: tuple[Note, ...] = ()
     unreadable: Mapping[str, str] = field(default_factory=dict)
+    format: str = ""
 
     def opened(self, keys: Sequence[str]) -> Stored:
         """Columns, ready to be read.
@@ -195,7 +194,9 @@ class Source:
             If the file is damaged.
         """
         with damaged(self.format):
-            return replace(self.load(keys), format=self.format)
+            loaded = self.load(keys)
+            stored = loaded if isinstance(loaded, Stored) else in_memory(loaded)
+            return replace(stored, format=self.format)
 
 
 def column(key: str, *, unit: str | None = None, kind: str | None = None) -> Column:
@@ -278,14 +279,18 @@ class Heading:
         Name of a gyro or an accelerometer -> kind.
     sample_rate
         Hz.
-    accelerometers
-        Which of `kinds` are accelerometers.
     """
 
     units: Mapping[str, Unit | None]
     kinds: Mapping[str, Kind]
     sample_rate: float
-    accelerometers: tuple[str, ...] = ()
+
+    @property
+    def accelerometers(self) -> tuple[str, ...]:
+        """Which of `kinds` are accelerometers, by their units."""
+        return tuple(
+            name for name in self.kinds if sensor_of(str(self.units[name])) == "accelerometer"
+        )
 
     @property
     def gyros(self) -> tuple[str, ...]:
@@ -298,18 +303,13 @@ class Heading:
         forces = {"accelerometers": ",".join(self.accelerometers)} if self.accelerometers else {}
         return {"gyros": ",".join(self.gyros), **forces}
 
-    @property
-    def beside(self) -> tuple[str, ...]:
-        """Columns that are neither sensors nor the time."""
-        return tuple(name for name in self.units if name not in (*self.kinds, "time"))
-
     def statement(self) -> dict[str, str | float]:
         """All of it in flat text, for formats that carry attributes beside the numbers."""
         units = {name: unit for name, unit in self.units.items() if unit is not None}
         return {
             **self.sensors,
-            "kind": ",".join(f"{name}={kind}" for name, kind in self.kinds.items()),
-            "unit": ",".join(f"{name}={unit}" for name, unit in units.items()),
+            "kind": text_of(self.kinds),
+            "unit": text_of(units),
             "sample_rate": self.sample_rate,
         }
 
@@ -353,17 +353,6 @@ class Outgoing(Heading):
         """Name -> values of a block in `units`; the null pulse is 0 or 1."""
         return self.in_units({name: values[block] for name, values in self.columns.items()})
 
-    def parts(self, length: int | None = None) -> Iterator[tuple[int, Rows]]:
-        """All rows for a format that grows: number of the first of a part, and its `rows`.
-
-        Parameters
-        ----------
-        length
-            Rows in a part, `sagnac.core.arrays.BLOCK` unless stated.
-        """
-        for block in blocks(self.samples, length):
-            yield block.start, self.rows(block)
-
 
 def outgoing(recording: Recording) -> Outgoing:
     """`recording` in the units its channels came in, or the field's.
@@ -373,27 +362,25 @@ def outgoing(recording: Recording) -> Outgoing:
     ValueError
         If a gyro carries a name that a file needs for something else.
     """
-    columns: dict[str, NDArray[Any]] = {}
-    units: dict[str, Unit | None] = {}
-    if recording.times is not None:
-        columns["time"], units["time"] = recording.times, UNITS["s"]
-    sensors = (*recording.gyros, *recording.accelerometers)
+    sensors, table = (*recording.gyros, *recording.accelerometers), recording.table
     for channel in sensors:
         check_name(channel.name)
-    for channel in (*sensors, *(() if recording.table is None else (recording.table,))):
-        name = "table" if channel is recording.table else channel.name
-        columns[name], units[name] = channel.values, channel.plain_unit
-    if recording.null_pulse is not None:
-        columns[NULL_PULSE_NAME] = recording.null_pulse
-    columns.update({one.column: one.values for one in recording.pickoffs})
-    if recording.temperature is not None:
-        columns[TEMPERATURE] = recording.temperature
+    units = {"time": UNITS["s"], **{one.name: one.plain_unit for one in sensors}}
+    columns: dict[str, NDArray[Any] | None] = {
+        "time": recording.times,
+        **{one.name: one.values for one in sensors},
+    }
+    if table is not None:
+        columns["table"], units["table"] = table.values, table.plain_unit
+    columns[NULL_PULSE_NAME] = recording.null_pulse
+    columns |= {one.column: one.values for one in recording.pickoffs}
+    columns[TEMPERATURE] = recording.temperature
+    held = {name: values for name, values in columns.items() if values is not None}
     return Outgoing(
-        columns=columns,
-        units={name: units.get(name) for name in columns},
+        columns=held,
+        units={name: units.get(name) for name in held},
         kinds={channel.name: channel.kind for channel in sensors},
         sample_rate=recording.sample_rate,
-        accelerometers=tuple(one.name for one in recording.accelerometers),
     )
 
 

@@ -13,7 +13,6 @@ from numpy.typing import NDArray
 
 from sagnac.core.arrays import blocks
 from sagnac.core.errors import RecordingError
-from sagnac.formats.registry import TDMS
 from sagnac.formats.source import Column, Pieces, Source, Stored, column
 from sagnac.formats.statement import Statement
 
@@ -75,7 +74,6 @@ def open_source(path: Path) -> Source:
     steps = {own["wf_increment"] for _, _, own, *_ in found if own.get("wf_increment")}
     rate = round(1.0 / steps.pop(), 9) if len(steps) == 1 else None
     return Source(
-        format=TDMS.name,
         columns=tuple(columns),
         load=load,
         stated=Statement(sample_rate=rate if rate and rate > 0.0 else None),

@@ -235,11 +235,13 @@ def encoding_of(head: bytes) -> str:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Sample:
-    """Lines of a text file, which its layout is judged by.
+class TextFile:
+    """A text file, with lines of it that its layout is judged by.
 
     Attributes
     ----------
+    path
+        Of the file.
     encoding
         See `encoding_of`.
     head
@@ -250,91 +252,84 @@ class Sample:
         Whether its last line has its end.
     """
 
+    path: Path
     encoding: str
     head: tuple[str, ...]
     later: tuple[str, ...] = ()
     is_ended: bool = True
 
+    def lines(self) -> Iterator[str]:
+        """All lines, one after the other, without their ends."""
+        with self.path.open(encoding=self.encoding, errors="replace", newline=None) as stream:
+            for number, line in enumerate(stream):
+                yield (line.lstrip("\ufeff") if number == 0 else line).rstrip("\n")
 
-def sample_of(path: Path) -> Sample:
-    """Lines of a file.
+    def blocks(self, *, blanks: bool) -> Iterator[bytes]:
+        """Blocks of whole lines, about 1 MiB each, as UTF-8 unless the codec is of single bytes.
+
+        Parameters
+        ----------
+        blanks
+            Whether runs of blanks and tabs become one blank and those at the ends of lines go.
+
+        Raises
+        ------
+        ValueError
+            If a line is longer than any table's.
+        """
+        is_wide = self.encoding.startswith("utf-16")
+        decoder = codecs.getincrementaldecoder(self.encoding)("replace")
+        pending = b""
+        with self.path.open("rb") as stream:
+            while part := stream.read(_LONGEST_LINE):
+                block = pending + (decoder.decode(part).encode() if is_wide else part)
+                # A carriage return at the very end may be half of a line end.
+                end = 1 + max(block.rfind(b"\n"), block.rfind(b"\r", 0, -1))
+                pending = block[end:]
+                if len(pending) > _LONGEST_LINE:
+                    raise ValueError("a line is longer than 1 MiB")
+                if end:
+                    yield _single(block[:end]) if blanks else block[:end]
+        if pending:
+            yield _single(pending) if blanks else pending
+
+
+def text_file(path: Path) -> TextFile:
+    """A text file by its first lines, and some from its middle and its end.
 
     Raises
     ------
     RecordingError
         If this is no text, or a line is longer than any table's.
     """
-    size = path.stat().st_size
+    size, later = path.stat().st_size, list[str]()
     with path.open("rb") as stream:
-        head = stream.read(_HEAD_BYTES)
-        encoding = encoding_of(head)
-        first = _lines(head, encoding)
-        if size <= len(head):
-            is_ended = not first[-1]
-        elif len(first) < 2:
-            raise RecordingError(
-                f"has no line end in its first {_HEAD_BYTES // 1024} KiB",
-                remedy="give a table with a line for each sample",
-            )
-        else:
+        start = stream.read(_HEAD_BYTES)
+        encoding = encoding_of(start)
+        head = _lines(start, encoding)
+        is_ended = not head[-1]
+        if size > len(start):
             # The last one may be cut.
-            first.pop()
-        later: list[str] = []
-        if size > 4 * _HEAD_BYTES:
-            for place in (size // 2, size - _PART_BYTES):
+            head.pop()
+            if not head:
+                raise RecordingError(
+                    f"has no line end in its first {_HEAD_BYTES // 1024} KiB",
+                    remedy="give a table with a line for each sample",
+                )
+            for place in (size // 2, size - _PART_BYTES) if size > 4 * _HEAD_BYTES else ():
                 stream.seek(place - place % 2)
                 later += _lines(stream.read(_PART_BYTES), encoding)[1:-1]
-        if size > len(head):
             stream.seek(size - 2 - size % 2)
             is_ended = not _lines(stream.read(), encoding)[-1]
-    return Sample(encoding=encoding, head=tuple(first), later=tuple(later), is_ended=is_ended)
+    return TextFile(
+        path=path, encoding=encoding, head=tuple(head), later=tuple(later), is_ended=is_ended
+    )
 
 
 def _lines(part: bytes, encoding: str) -> list[str]:
     """Lines of a part of a file, the last one up to its end; empty if that has one."""
     text = part.decode(encoding, errors="replace").lstrip("\ufeff")
     return re.split(r"\r\n|\n|\r", text)
-
-
-def lines_of(path: Path, encoding: str) -> Iterator[str]:
-    """All lines, one after the other, without their ends."""
-    with path.open(encoding=encoding, errors="replace", newline=None) as stream:
-        for number, line in enumerate(stream):
-            yield (line.lstrip("\ufeff") if number == 0 else line).rstrip("\n")
-
-
-def blocks_of(path: Path, *, encoding: str, blanks: bool) -> Iterator[bytes]:
-    """Blocks of whole lines, about 1 MiB each, as UTF-8 unless the codec is of single bytes.
-
-    Parameters
-    ----------
-    path
-        Of the file.
-    encoding
-        Its codec.
-    blanks
-        Whether runs of blanks and tabs become one blank and those at the ends of lines go.
-
-    Raises
-    ------
-    ValueError
-        If a line is longer than any table's.
-    """
-    is_wide = encoding.startswith("utf-16")
-    decoder = codecs.getincrementaldecoder(encoding)("replace")
-    pending = b""
-    with path.open("rb") as stream:
-        while part := stream.read(_LONGEST_LINE):
-            block = pending + (decoder.decode(part).encode() if is_wide else part)
-            # A carriage return at the very end may be half of a line end.
-            end = 1 + max(block.rfind(b"\n"), block.rfind(b"\r", 0, -1))
-            pending = block[end:]
-            if len(pending) > _LONGEST_LINE:
-                raise ValueError("a line is longer than 1 MiB")
-            if end:
-                yield _single(block[:end]) if blanks else block[:end]
-    if pending:
-        yield _single(pending) if blanks else pending
 
 
 def _single(lines: bytes) -> bytes:

@@ -11,16 +11,19 @@ import re
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
-from typing import Final
+from typing import Final, Literal
 
 from sagnac.core.errors import RecordingError
+from sagnac.formats.source import Column, column
 from sagnac.formats.statement import Statement, is_known, of_rates
-from sagnac.formats.text import PLAIN, NumberStyle, Sample, TimeForm, form_of, is_in_doubt, style_of
+from sagnac.formats.text import PLAIN, NumberStyle, TextFile, form_of, is_in_doubt, style_of
 from sagnac.recording.columns import ACCELEROMETER_NAMES, GYRO_NAMES
 
 # ---- layout ------------------------------------------------------------------------
 
+# What a column holds: numbers, integers too long for a float such as stamps in ns since 1970,
+# times of the clock, or dates.
+Form = Literal["number", "integer", "clock", "iso"]
 # The first that splits rows into equal counts of numbers is taken: a comma may stand before
 # decimals and a blank within a name, a semicolon or a tab does neither.
 _DELIMITERS: Final = (";", "\t", "|", ",", " ")
@@ -31,29 +34,7 @@ _MOST_ROWS: Final = 200
 # A column is one of numbers or times if this share of its fields are such.
 _MOSTLY: Final = 0.9
 # An integer of more digits loses some as a float of 64 bits.
-_DIGITS_OF_FLOAT: Final = 15
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Field:
-    """One column of a text file.
-
-    Attributes
-    ----------
-    name
-        As its header has it, or its number if it has none.
-    unit
-        As the line of units under the header states it, or None.
-    time
-        How its times are written; None for a column of numbers.
-    is_long
-        Whether it holds integers too long for a float, such as stamps in ns since 1970.
-    """
-
-    name: str
-    unit: str | None = None
-    time: TimeForm | None = None
-    is_long: bool = False
+_LONG: Final = re.compile(r"[+-]?\d{16,}")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -62,104 +43,95 @@ class Layout:
 
     Attributes
     ----------
-    fields
-        The columns, in their order.
+    text
+        The file.
+    columns
+        In their order; those of one name have their numbers behind it.
+    forms
+        What each of them holds.
     delimiter
         Between two fields; a blank stands for any number of blanks and tabs.
-    encoding
-        Its codec.
-    is_ended
-        Whether its last line has its end.
+    stated
+        What the file states of itself.
     style
         How numbers are written.
     skip
         Lines before the first row of numbers.
-    preamble
-        The lines before the header.
     first_row
         Fields of that row, empty where there is none.
     doubts
         What the rows do not tell for sure, as it was taken; empty if nothing.
     """
 
-    fields: tuple[Field, ...]
+    text: TextFile
+    columns: tuple[Column, ...]
+    forms: tuple[Form, ...]
     delimiter: str
-    encoding: str
-    is_ended: bool
+    stated: Statement
     style: NumberStyle = PLAIN
     skip: int = 0
-    preamble: tuple[str, ...] = ()
     first_row: tuple[str, ...] = ()
     doubts: tuple[str, ...] = ()
 
-    @property
-    def names(self) -> tuple[str, ...]:
-        """Names of the columns."""
-        return tuple(field.name for field in self.fields)
 
-
-def layout(sample: Sample, *, tabs: bool = False) -> Layout:
-    """The layout of a file from lines of it.
-
-    Parameters
-    ----------
-    sample
-        Lines of the file.
-    tabs
-        Whether tabs are known to set fields apart; else the likeliest mark is found.
+def layout(text: TextFile) -> Layout:
+    """The layout of a file by lines of it; the suffix ``.tsv`` says that tabs set fields apart.
 
     Raises
     ------
     RecordingError
         If it has no lines.
     """
-    if not any(map(_is_plain, sample.head)):
+    head, is_tabbed = text.head, text.path.suffix.lower() == ".tsv"
+    plain = [number for number, line in enumerate(head) if is_plain(line)]
+    if not plain:
         raise RecordingError("has no header line", remedy="it must start with one like x[arcsec]")
-    split = _judged(sample, tabs=tabs)
-    usable = [number for number, line in enumerate(sample.head) if _is_plain(line)]
+    split = _judged(text, ("\t",) if is_tabbed else _DELIMITERS)
     starts = (
         line
-        for place, line in enumerate(usable)
-        if all(split.is_row(split.fields(sample.head[i])) for i in usable[place : place + 3])
+        for place, line in enumerate(plain)
+        if all(split.is_row(split.fields(head[i])) for i in plain[place : place + 3])
     )
     start = next(starts, None)
+    units: list[str | None]
     if start is None:
-        return _without_rows(sample, tabs=tabs)
-    names, units, line = _header(sample.head[:start], split)
-    fields = []
-    for place in range(split.count):
-        texts = [row[place] for row in split.rows if row[place]]
-        is_numeric = place in split.numeric
-        forms = [form_of(text) for text in texts]
-        time = forms[0] if is_numeric and forms and all(forms) else None
-        is_long = is_numeric and time is None and _are_long(texts)
-        name = names[place] or str(place + 1)
-        fields.append(Field(name=name, unit=units[place], time=time, is_long=is_long))
+        # A header and no table under it.
+        start, header = len(head), head[plain[0]]
+        delimiter = "\t" if is_tabbed else max((",", "\t", ";", " "), key=header.count)
+        names, line = fields_of(header, delimiter), 0
+        units = [None] * len(names)
+        split = _Split(delimiter=delimiter, count=len(names), style=PLAIN, share=0.0, rows=())
+    else:
+        names, units, line = _header(head[:start], split)
+    places = range(split.count)
+    forms = [_form([row[place] for row in split.rows if row[place]]) for place in places]
+    headers = [names[place] or str(place + 1) for place in places]
+    stated, known = _stated(headers, head[:line], split.delimiter)
+    columns = []
+    for place, (header, form) in enumerate(zip(headers, forms, strict=True)):
+        unit = form if form in ("clock", "iso") else units[place] or known.get(header)
+        key = f"{header} (column {place + 1})" if headers.count(header) > 1 else header
+        columns.append(replace(column(header, unit=unit), key=key, number=place + 1))
     return Layout(
-        fields=tuple(fields),
+        text=text,
+        columns=tuple(columns),
+        forms=tuple(forms),
         delimiter=split.delimiter,
-        encoding=sample.encoding,
-        is_ended=sample.is_ended,
+        stated=stated,
         style=split.style,
         skip=start,
-        preamble=sample.head[:line],
-        first_row=tuple(split.fields(sample.head[start])),
-        doubts=_doubts(split, sample.encoding, is_named=any(names)),
+        first_row=tuple(split.fields(head[start])) if start < len(head) else (),
+        doubts=_doubts(split, text.encoding, is_named=any(names)) if split.rows else (),
     )
 
 
-def _without_rows(sample: Sample, *, tabs: bool) -> Layout:
-    """The layout of a file that has a header and no table under it."""
-    header = next(line for line in sample.head if _is_plain(line))
-    delimiter = "\t" if tabs else max((",", "\t", ";", " "), key=header.count)
-    names = fields_of(header, delimiter)
-    return Layout(
-        fields=tuple(Field(name=name or str(i + 1)) for i, name in enumerate(names)),
-        delimiter=delimiter,
-        encoding=sample.encoding,
-        is_ended=sample.is_ended,
-        skip=len(sample.head),
-    )
+def _form(texts: Sequence[str]) -> Form:
+    """What the fields of a column are."""
+    times = [form_of(text) for text in texts]
+    if times and times[0] and all(times):
+        return times[0]
+    are_whole = all(re.fullmatch(r"[+-]?\d+", text) for text in texts)
+    return "integer" if are_whole and any(map(_LONG.match, texts)) else "number"
 
 
 def fields_of(line: str, delimiter: str) -> list[str]:
@@ -178,16 +150,9 @@ def fields_of(line: str, delimiter: str) -> list[str]:
     return [field.strip() for field in line.split(delimiter)] if line else []
 
 
-def _is_plain(line: str) -> bool:
+def is_plain(line: str) -> bool:
     """Whether a line is neither empty nor a comment."""
     return bool(line.strip()) and not line.lstrip().startswith(COMMENT)
-
-
-def _are_long(texts: Sequence[str]) -> bool:
-    """Whether all are integers, and one too long for a float."""
-    return all(re.fullmatch(r"[+-]?\d+", text) for text in texts) and any(
-        len(text.lstrip("+-")) > _DIGITS_OF_FLOAT for text in texts
-    )
 
 
 def _doubts(split: "_Split", encoding: str, *, is_named: bool) -> tuple[str, ...]:
@@ -249,7 +214,7 @@ class _Split:
         return replace(known, rows=tuple(filter(known.is_row, self.rows)))
 
 
-def _split(lines: Sequence[str], delimiter: str, *, count: int | None = None) -> _Split:
+def _split(lines: Sequence[str], delimiter: str, count: int | None = None) -> _Split:
     """The lines split, those of `count` fields or, without, of the usual number."""
     rows = [[line.strip()] if count == 1 else fields_of(line, delimiter) for line in lines]
     if count is None:
@@ -257,47 +222,38 @@ def _split(lines: Sequence[str], delimiter: str, *, count: int | None = None) ->
     usual = tuple(tuple(row) for row in rows if len(row) == count)
     filled = [text for row in usual for text in row if text]
     style = style_of([text for text in filled if form_of(text) is None])
-    number = sum(style.holds(text) or form_of(text) is not None for text in filled)
-    share = number / max(len(filled), 1) * len(usual) / max(len(rows), 1)
-    return _Split(delimiter=delimiter, count=count, style=style, share=share, rows=usual)
+    split = _Split(delimiter=delimiter, count=count, style=style, share=0.0, rows=usual)
+    share = sum(map(split.holds, filled)) / max(len(filled), 1) * len(usual) / max(len(rows), 1)
+    return replace(split, share=share)
 
 
-def _judged(sample: Sample, *, tabs: bool) -> _Split:
-    """The table split by the likeliest mark.
+def _judged(text: TextFile, delimiters: Sequence[str]) -> _Split:
+    """The table split by the mark that leaves the most numbers.
 
     The mark is judged by the last lines, which are rows if anything is; how numbers are written,
     by as many lines as there are.
     """
-    head = [line for line in sample.head if _is_plain(line)]
-    later = [line for line in sample.later if _is_plain(line)]
+    head, later = (list(filter(is_plain, lines)) for lines in (text.head, text.later))
     later = later[:: max(1, len(later) // _MOST_ROWS)]
     last = head[-min(max(4, len(head) // 4), _MOST_ROWS) :] if len(head) > 2 else head[-1:]
     # The last of the first lines that holds a word is the header if there is one.
     words = [line for line in head[:_MOST_ROWS] if re.search(r"[^\W\d_]{2,}|^[a-zA-Z]", line)]
-    best = _best(last + later, words[-1] if words else "", tabs=tabs)
-    every = head[-_MOST_ROWS:] + head[:_MOST_ROWS] if len(head) > _MOST_ROWS else head
-    return _split(every + later, best.delimiter, count=best.count).table()
-
-
-def _best(lines: Sequence[str], header: str, *, tabs: bool) -> _Split:
-    """The lines split by the mark that leaves the most numbers."""
-    tried = [_split(lines, one) for one in (("\t",) if tabs else _DELIMITERS)]
+    tried = [_split(last + later, one) for one in delimiters]
+    single = _split(last + later, _NOTHING, 1)
     several = [one for one in tried if one.count > 1]
-    single = _split(lines, _NOTHING, count=1)
     best = max(several, key=lambda one: round(one.share, 2), default=single)
-    if single.share < best.share or best is single:
-        return best
     # "0,5" is one number with a decimal comma, or two: the header tells.
-    named = len(fields_of(header, best.delimiter)) if header else best.count
-    return best if best.share >= single.share and named == best.count else single
+    named = len(fields_of(words[-1], best.delimiter)) if words else best.count
+    if single.share > best.share or (single.share == best.share and named != best.count):
+        best = single
+    every = head[-_MOST_ROWS:] + head[:_MOST_ROWS] if len(head) > _MOST_ROWS else head
+    return _split(every + later, best.delimiter, best.count).table()
 
 
 # ---- header ------------------------------------------------------------------------
 
 
-def _header(
-    before: Sequence[str], split: _Split
-) -> tuple[Sequence[str], Sequence[str | None], int]:
+def _header(before: Sequence[str], split: _Split) -> tuple[list[str], list[str | None], int]:
     """Names and units of the columns, and the line that they begin on; empty names if none.
 
     The header is the last line before the table that has a name a column. A comment counts if it
@@ -309,8 +265,8 @@ def _header(
         If the line that must be it has another number of names.
     """
     filled = [i for i, line in enumerate(before) if line.strip(" \t,;|")]
-    nothing = ("",) * split.count
-    units: Sequence[str | None] = (None,) * split.count
+    nothing = [""] * split.count
+    units: list[str | None] = [None] * split.count
     if len(filled) > 1:
         stated = _units(_names(before[filled[-1]], split))
         if len(stated) == split.count:
@@ -327,7 +283,7 @@ def _header(
             names = [f"{group} {name}".strip() for group, name in zip(groups, names, strict=True)]
             line = filled[-2]
         return names, units, line
-    if _is_plain(before[line]) and len(names) > 1 and split.count > 1:
+    if is_plain(before[line]) and len(names) > 1 and split.count > 1:
         marks = {"\t": "a tab", " ": "blanks"}
         raise RecordingError(
             f"line {line + 1} names {len(names)} columns and the rows after it have {split.count}"
@@ -380,54 +336,54 @@ _LABVIEW: Final = "LabVIEW Measurement"
 _X_COLUMN: Final = "X_Value"
 
 
-def _axes(pattern: str, axes: str = "xyz", names: Sequence[str] = GYRO_NAMES) -> dict[str, str]:
-    return {name: pattern.format(axis) for name, axis in zip(names, axes, strict=True)}
-
-
-_forces = partial(_axes, names=ACCELEROMETER_NAMES)
-# Name and unit of the column of times, gyro -> column (rad/s), accelerometer -> column (m/s^2), of
-# the tables that known programs write. The accelerometers may be missing.
-_PRESETS: Final = (
+# Column of the times, its unit, those of the gyros (rad/s) and of the accelerometers (m/s^2), which
+# may be missing, and their axes, of the tables that known programs write.
+PRESETS: Final = (
     # The data sets' own descriptions: "EuRoC MAV" (ASL format), which TUM-VI follows.
-    (("timestamp [ns]", "ns"), _axes("w_RS_S_{} [rad s^-1]"), _forces("a_RS_S_{} [m s^-2]")),
+    ("timestamp [ns]", "ns", "w_RS_S_{} [rad s^-1]", "a_RS_S_{} [m s^-2]", "xyz"),
     # Kalibr, kalibr_bagextractor and kalibr_bagcreater: imu0.csv.
-    (("timestamp", "ns"), _axes("omega_{}"), _forces("alpha_{}")),
+    ("timestamp", "ns", "omega_{}", "alpha_{}", "xyz"),
     # ROS, rostopic echo -p: of a sensor_msgs/Imu, in SI.
     (
-        ("field.header.stamp", "ns"),
-        _axes("field.angular_velocity.{}"),
-        _forces("field.linear_acceleration.{}"),
+        "field.header.stamp",
+        "ns",
+        "field.angular_velocity.{}",
+        "field.linear_acceleration.{}",
+        "xyz",
     ),
     # PX4, ulog2csv: sensor_combined.
-    (
-        ("timestamp", "us"),
-        _axes("gyro_rad[{}]", "012"),
-        _forces("accelerometer_m_s2[{}]", "012"),
-    ),
+    ("timestamp", "us", "gyro_rad[{}]", "accelerometer_m_s2[{}]", "012"),
 )
 
 
-def stated_by(laid_out: Layout) -> tuple[Statement, Mapping[str, str]]:
+def _stated(
+    names: Sequence[str], preamble: Sequence[str], delimiter: str
+) -> tuple[Statement, Mapping[str, str]]:
     """Statements of a known program by header and preamble, and units by the names of columns."""
-    names = laid_out.names
-    for (time, unit), gyros, forces in _PRESETS:
+    for time, unit, rate, force, axes in PRESETS:
+        gyros = {name: rate.format(one) for name, one in zip(GYRO_NAMES, axes, strict=True)}
+        forces = {
+            name: force.format(one) for name, one in zip(ACCELEROMETER_NAMES, axes, strict=True)
+        }
         if {time, *gyros.values()} <= set(names):
             units = dict.fromkeys(gyros.values(), "rad/s")
             units |= {**dict.fromkeys(forces.values(), "m/s^2"), time: unit}
             there = forces if set(forces.values()) <= set(names) else {}
             return of_rates(gyros, there, time), units
-    if laid_out.preamble and laid_out.preamble[0].startswith(_LABVIEW):
-        return _by_labview(laid_out)
+    if preamble and preamble[0].startswith(_LABVIEW):
+        return _by_labview(names, preamble, delimiter)
     return Statement(), {}
 
 
-def _by_labview(laid_out: Layout) -> tuple[Statement, Mapping[str, str]]:
+def _by_labview(
+    names: Sequence[str], preamble: Sequence[str], delimiter: str
+) -> tuple[Statement, Mapping[str, str]]:
     """Units of the channels, and the rate where no column holds the times."""
     values: dict[str, list[str]] = {}
-    for line in laid_out.preamble:
-        key, *rest = line.split(laid_out.delimiter)
-        values[key.strip()] = [value.strip() for value in rest]
-    channels = [name for name in laid_out.names if name != _X_COLUMN]
+    for line in preamble:
+        key, *rest = (word.strip() for word in line.split(delimiter))
+        values[key] = rest
+    channels = [name for name in names if name != _X_COLUMN]
     stated = zip(channels, values.get("Y_Unit_Label", []), strict=False)
     units = {name: unit for name, unit in stated if is_known(unit)}
     steps = [text for text in values.get("Delta_X", []) if text]
@@ -437,6 +393,6 @@ def _by_labview(laid_out: Layout) -> tuple[Statement, Mapping[str, str]]:
         if step > 0.0:
             # The step is written in decimals: 0.01 s stands for 100 Hz.
             return Statement(sample_rate=round(1.0 / step, 9)), units
-    if _X_COLUMN not in laid_out.names:
+    if _X_COLUMN not in names:
         return Statement(), units
     return Statement(time=_X_COLUMN), {**units, _X_COLUMN: "s"}

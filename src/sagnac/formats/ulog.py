@@ -1,7 +1,6 @@
 """PX4 logs (ULog): gyros and accelerometers of ``sensor_gyro`` or ``sensor_combined``."""
 
 import io
-from collections.abc import Sequence
 from contextlib import redirect_stdout
 from pathlib import Path
 from typing import Any, Final
@@ -10,8 +9,7 @@ import numpy as np
 from pyulog import ULog
 
 from sagnac.core.errors import Note, RecordingError, counted
-from sagnac.formats.registry import ULOG
-from sagnac.formats.source import Column, Source, Stored, in_memory
+from sagnac.formats.source import Column, Source
 from sagnac.formats.statement import Statement, of_rates
 
 # Message -> field -> unit, as PX4's message definitions state them.
@@ -79,14 +77,10 @@ def open_source(path: Path) -> Source:
             f"logs none of {', '.join(_FIELDS)}", remedy="log sensor_gyro at full rate"
         )
 
-    def load(keys: Sequence[str]) -> Stored:
-        # The library holds the log whole; what is taken becomes an array of its own.
-        return in_memory({key: np.ascontiguousarray(arrays[key]) for key in keys})
-
     return Source(
-        format=ULOG.name,
         columns=tuple(columns),
-        load=load,
+        # The library holds the log whole; what is taken becomes an array of its own.
+        load=lambda keys: {key: np.ascontiguousarray(arrays[key]) for key in keys},
         stated=_stated(sets),
         notes=_notes(log, lacking=stream.lacking),
     )
