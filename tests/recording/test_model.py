@@ -155,7 +155,7 @@ def test_pulses_and_dates_are_taken():
     [
         ({"unit": "deg"}, "channel x of kind rate: unit 'deg' is not a unit of rate; use one of"),
         ({"kind": "rates"}, "kind is 'rates'"),
-        ({"kind": {"z": "rate"}}, "kind is stated for z and not for gyro x"),
+        ({"kind": {"z": "rate"}}, "the kind of gyro x is not stated, only that of z"),
         ({"sample_rate": None}, "neither sample_rate nor times is given"),
         ({"sample_rate": -1.0}, "sample_rate is -1.0"),
         ({"times": [0.0, 0.1]}, "times has 2 samples and the gyros have 3"),

@@ -101,15 +101,13 @@ class BinaryLayout:
     columns
         Their fields; bytes that are passed over count, but are none.
     dtype
-        The record as numpy reads it.
+        The record as numpy reads it, its checksum under `CHECK`.
     header_bytes
         Before the first record.
     sync
         Bytes that every record begins with.
     checksum
         Name of that at the end of every record, one of `CHECKSUMS`; empty if there is none.
-    checked
-        The checksum as numpy reads it.
     stated
         Statement of the layout about the samples.
     """
@@ -119,8 +117,11 @@ class BinaryLayout:
     header_bytes: int
     sync: bytes
     checksum: str
-    checked: np.dtype[Any]
     stated: Statement
+
+
+# Field of a record that holds its checksum; a column of that name would not be one.
+CHECK: Final = "\0checksum"
 
 
 def declared(layout: str | Mapping[str, Any]) -> BinaryLayout:
@@ -163,30 +164,31 @@ def _of_table(content: Mapping[str, Any]) -> BinaryLayout:
     keep(_LAYOUT, stated)
     order = _ORDERS[stated.get("byte_order", "little")]
     sync, checksum = _SYNC(str(stated.get("sync", ""))), stated.get("checksum", "")
-    columns, types, offsets, end = [], [], [], len(sync)
+    columns, offsets, end = [], {}, len(sync)
     for number, (word, kind, *units) in enumerate(stated["fields"], start=1):
         name, unit = str(word), str(units[0]) if units else None
         if name:
             columns.append(Column(key=name, name=name, unit=unit, number=number))
-            types.append(f"{order}{kind}")
-            offsets.append(end)
+            offsets[name] = (np.dtype(f"{order}{kind}"), end)
         end += _number_in(kind)
-    names = [one.name for one in columns]
-    if not names or len(set(names)) < len(names):
-        raise ValueError(f"fields are {', '.join(names) or 'none'}; give each a name of its own")
-    checked = np.dtype(f"{order}u{_number_in(checksum) // 8}" if checksum else "u1")
-    end += checked.itemsize if checksum else 0
-    size = stated.get("record_bytes", end)
-    if size < end:
-        raise ValueError(f"record_bytes is {size}; sync, fields and checksum take {end}")
-    has_forces = set(ACCELEROMETER_NAMES) <= set(names)
+    if len(offsets) < len(columns) or not columns:
+        named = ", ".join(one.name for one in columns) or "none"
+        raise ValueError(f"fields are {named}; give each a name of its own")
+    check = _number_in(checksum) // 8 if checksum else 0
+    size = stated.get("record_bytes", end + check)
+    if size < end + check:
+        raise ValueError(f"record_bytes is {size}; sync, fields and checksum take {end + check}")
+    if checksum:
+        offsets[CHECK] = (np.dtype(f"{order}u{check}"), size - check)
+    types, places = zip(*offsets.values(), strict=True)
+    names = list(offsets)
+    has_forces = set(ACCELEROMETER_NAMES) <= set(offsets)
     return BinaryLayout(
         columns=tuple(columns),
-        dtype=np.dtype({"names": names, "formats": types, "offsets": offsets, "itemsize": size}),
+        dtype=np.dtype({"names": names, "formats": types, "offsets": places, "itemsize": size}),
         header_bytes=stated.get("header_bytes", 0),
         sync=sync,
         checksum=checksum,
-        checked=checked,
         stated=Statement(
             kind=stated.get("kind"),
             sample_rate=stated.get("sample_rate"),
@@ -235,7 +237,8 @@ def open_declared(path: Path, layout: str | Mapping[str, Any]) -> Source:
     """
     laid_out = declared(layout)
     length = laid_out.dtype.itemsize
-    records, rest = divmod(max(path.stat().st_size - laid_out.header_bytes, 0), length)
+    content: Bytes = np.memmap(path, dtype=np.uint8, mode="r")[laid_out.header_bytes :]
+    records, rest = divmod(content.size, length)
     if records == 0:
         raise RecordingError(
             f"is shorter than one record of {length} bytes", remedy="state the right {layout}"
@@ -243,7 +246,7 @@ def open_declared(path: Path, layout: str | Mapping[str, Any]) -> Source:
     starts: IntegerArray | None = None
     notes: tuple[Note, ...] = ()
     if laid_out.sync or laid_out.checksum:
-        starts, notes = _found(path, laid_out)
+        starts, notes = _found(content, laid_out)
         records = starts.size
         if records == 0:
             raise RecordingError(
@@ -255,13 +258,11 @@ def open_declared(path: Path, layout: str | Mapping[str, Any]) -> Source:
         notes = (Note(text=text, level="warning"),)
 
     def pieces(keys: Sequence[str], start: int, stop: int) -> Pieces:
-        content, begin = _bytes(path), laid_out.header_bytes
         for block in blocks(stop, start=start):
             if starts is None:
-                part = content[begin + block.start * length : begin + block.stop * length]
-                rows = part.view(laid_out.dtype)
+                rows = content[block.start * length : block.stop * length].view(laid_out.dtype)
             else:
-                rows = _rows(content, starts[block], length).view(laid_out.dtype)[:, 0]
+                rows = _records(content, starts[block], laid_out.dtype)
             yield {key: np.ascontiguousarray(rows[key]) for key in keys}
 
     return Source(
@@ -272,30 +273,24 @@ def open_declared(path: Path, layout: str | Mapping[str, Any]) -> Source:
     )
 
 
-def _bytes(path: Path) -> Bytes:
-    return np.memmap(path, dtype=np.uint8, mode="r")
+def _records(content: Bytes, starts: IntegerArray, dtype: np.dtype[Any]) -> NDArray[Any]:
+    """Records that start there, (records,)."""
+    rows = np.ascontiguousarray(content[starts[:, np.newaxis] + np.arange(dtype.itemsize)])
+    return rows.view(dtype)[:, 0]
 
 
-def _rows(content: Bytes, starts: IntegerArray, length: int) -> Bytes:
-    """Records that start there, (records, length) bytes."""
-    return np.ascontiguousarray(content[starts[:, None] + np.arange(length)])
-
-
-def _found(path: Path, laid_out: BinaryLayout) -> tuple[IntegerArray, tuple[Note, ...]]:
+def _found(content: Bytes, laid_out: BinaryLayout) -> tuple[IntegerArray, tuple[Note, ...]]:
     """Where the records with right sync bytes and checksums start, and what lies between them."""
-    content, length = _bytes(path), laid_out.dtype.itemsize
-    found: list[IntegerArray] = []
-    wrong = 0
+    length, found, wrong = laid_out.dtype.itemsize, [np.empty(0, np.int64)], 0
     # Looked through in parts; a record that begins in one may end in the next.
-    last = content.size - length
-    for begin in range(laid_out.header_bytes, last + 1, _LOOKED_THROUGH):
-        places = _places(content, laid_out, begin, min(begin + _LOOKED_THROUGH, last + 1))
+    for part in blocks(content.size - length + 1, _LOOKED_THROUGH):
+        places = _places(content, laid_out, part)
         for some in blocks(places.size):
-            is_right = _are_right(_rows(content, places[some], length), laid_out)
+            is_right = _are_right(_records(content, places[some], laid_out.dtype), laid_out)
             wrong += int(np.count_nonzero(~is_right))
             found.append(places[some][is_right])
-    starts = _apart(np.concatenate(found) if found else np.empty(0, np.int64), length)
-    between = content.size - laid_out.header_bytes - starts.size * length
+    starts = _apart(np.concatenate(found), length)
+    between = content.size - starts.size * length
     if between == 0:
         return starts, ()
     text = f"{counted(between, 'byte')} belong to no record and are left out"
@@ -304,25 +299,24 @@ def _found(path: Path, laid_out: BinaryLayout) -> tuple[IntegerArray, tuple[Note
     return starts, (Note(text=text, level="warning"),)
 
 
-def _places(content: Bytes, laid_out: BinaryLayout, begin: int, stop: int) -> IntegerArray:
-    """Places from `begin` to before `stop` where the sync bytes stand, or a record could."""
+def _places(content: Bytes, laid_out: BinaryLayout, part: slice) -> IntegerArray:
+    """Places in a part where the sync bytes stand, or a record could."""
     if not laid_out.sync:
         length = laid_out.dtype.itemsize
-        offset = (begin - laid_out.header_bytes) % length
-        return np.arange(begin + (length - offset) % length, stop, length)
-    is_sync = np.ones(stop - begin, dtype=np.bool_)
+        return np.arange(part.start + -part.start % length, part.stop, length)
+    is_sync = np.ones(part.stop - part.start, dtype=np.bool_)
     for place, value in enumerate(laid_out.sync):
-        is_sync &= content[begin + place : stop + place] == value
-    return np.flatnonzero(is_sync) + begin
+        is_sync &= content[part.start + place : part.stop + place] == value
+    return np.asarray(np.flatnonzero(is_sync) + part.start)
 
 
-def _are_right(rows: Bytes, laid_out: BinaryLayout) -> Any:
+def _are_right(records: NDArray[Any], laid_out: BinaryLayout) -> Any:
     """Whether the checksums of records match, (records,) bool."""
-    if not laid_out.checksum or not rows.size:
-        return np.ones(rows.shape[0], dtype=np.bool_)
-    at = rows.shape[1] - laid_out.checked.itemsize
-    stored = rows[:, at:].copy().view(laid_out.checked)[:, 0]
-    return CHECKSUMS[laid_out.checksum](rows[:, len(laid_out.sync) : at]) == stored
+    if not laid_out.checksum or not records.size:
+        return np.ones(records.size, dtype=np.bool_)
+    rows = records.view(np.uint8).reshape(records.size, -1)
+    at = rows.shape[1] - records.dtype[CHECK].itemsize
+    return CHECKSUMS[laid_out.checksum](rows[:, len(laid_out.sync) : at]) == records[CHECK]
 
 
 def _apart(starts: IntegerArray, size: int) -> IntegerArray:

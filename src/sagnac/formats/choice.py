@@ -31,10 +31,10 @@ _TIME_LIKE: Final = re.compile(
 # Role of a column -> the names that it usually has, its own unless listed. No name alone makes a
 # column the temperature of the unit.
 _USUAL_NAMES: Final = {"table": TABLE_NAMES, "time": TIME_NAMES, TEMPERATURE: ()}
-# Roles whose column may be stated with its unit, and the inputs that state one.
-_WITH_UNIT: Final = ("table", "time")
+# Roles with an input of their own, by which a column of it is stated.
 _INPUTS: Final = {
-    **{role: f"{{{role} COLUMN:UNIT}}" for role in _WITH_UNIT},
+    "table": "{table COLUMN:UNIT}",
+    "time": "{time COLUMN:UNIT}",
     NULL_PULSE_NAME: "{null-pulse COLUMN}",
 }
 
@@ -148,16 +148,12 @@ def _named(columns: Sequence[Column], name: str, inputs: str) -> Column:
         If it is not there.
     """
     column = find(columns, name)
-    if column is None:
-        raise _missing(columns, name, inputs)
-    return column
-
-
-def _missing(columns: Sequence[Column], name: str, inputs: str) -> RecordingError:
+    if column is not None:
+        return column
     present = ", ".join(column.key for column in columns) or "no numeric column"
     if len(present) > _MOST_LISTED:
         present = present[:_MOST_LISTED] + " ..."
-    return RecordingError(
+    raise RecordingError(
         f"no such column; the file has {present}", channel=name, remedy=f"name one with {inputs}"
     )
 
@@ -171,11 +167,10 @@ def choose_gyros(columns: Sequence[Column], statements: Statements) -> dict[str,
         If one that is stated is not there, or there is none.
     """
     if statements.gyros:
-        return _choose(columns, statements, statements.gyros, "{gyros}")
+        return _stated(columns, statements, statements.gyros, "{gyros}")
     usual = {name: column for name in GYRO_NAMES if (column := find(columns, name)) is not None}
-    if not usual:
-        raise _missing(columns, "x, y, z", "{columns x=COLUMN} or {gyros COLUMN}")
-    return usual
+    # If none is there, the error names all three.
+    return usual or _stated(columns, statements, [", ".join(GYRO_NAMES)], "{gyros}")
 
 
 def choose_accelerometers(columns: Sequence[Column], statements: Statements) -> dict[str, Column]:
@@ -186,10 +181,10 @@ def choose_accelerometers(columns: Sequence[Column], statements: Statements) -> 
     RecordingError
         If one is not there.
     """
-    return _choose(columns, statements, statements.accelerometers, "{accelerometers}")
+    return _stated(columns, statements, statements.accelerometers, "{accelerometers}")
 
 
-def _choose(
+def _stated(
     columns: Sequence[Column], statements: Statements, names: Iterable[str], option: str
 ) -> dict[str, Column]:
     inputs = f"{option} or {{columns NAME=COLUMN}}"
@@ -236,35 +231,37 @@ def choose_time(
         If one that is stated is not there.
     """
     possible = _possible(columns, statements, "time", taken)
+    is_rated = statements.first("sample_rate") is not None
     if statements.role("time") is not None:
         return next(possible, None), ()
-    notes: list[Note] = []
-    left_out = set(taken)
-    for column in possible:
-        if column.unit is not None or statements.first("sample_rate") is None:
-            return column, tuple(notes)
-        left_out.add(column.key)
-        text = (
-            f"column {column.key} has no unit and is left out, the rate is stated; "
-            f"{{time {column.key}:UNIT}} takes it"
-        )
-        notes.append(Note(channel="time", text=text))
-    # The only column of times by its unit, where no rate is stated; else an offer of each.
-    like = [one for one in columns if one.key not in left_out and is_like_time(one)]
-    sure = [one for one in like if one.unit is not None and is_time_unit(one.unit)]
-    if statements.first("sample_rate") is None:
-        if len(sure) != 1:
-            return None, tuple(notes)
-        note = Note(channel="time", text=f"column {sure[0].key} is taken as the time")
-        return sure[0], (*notes, note)
-    for one in like:
-        text = (
-            f"column {one.key} looks like time stamps and is not taken, the rate is stated; "
-            f"{{time {one.name}:{one.unit if one in sure else 'UNIT'}}} takes it and shows "
-            "samples that are missing"
-        )
-        notes.append(Note(channel="time", text=text))
-    return None, tuple(notes)
+    left_out: list[Column] = []
+    first = None
+    while first is None and (one := next(possible, None)) is not None:
+        if one.unit is not None or not is_rated:
+            first = one
+        else:
+            left_out.append(one)
+    texts = [
+        f"column {one.key} has no unit and is left out, the rate is stated; "
+        f"{{time {one.key}:UNIT}} takes it"
+        for one in left_out
+    ]
+    if first is None:
+        # The only column of times by its unit, where no rate is stated; else an offer of each.
+        others = {*taken, *(one.key for one in left_out)}
+        like = [one for one in columns if one.key not in others and is_like_time(one)]
+        sure = [one for one in like if one.unit is not None]
+        if is_rated:
+            texts += [
+                f"column {one.key} looks like time stamps and is not taken, the rate is stated; "
+                f"{{time {one.name}:{one.unit or 'UNIT'}}} takes it and shows samples that are "
+                "missing"
+                for one in like
+            ]
+        elif len(sure) == 1:
+            (first,) = sure
+            texts.append(f"column {first.key} is taken as the time")
+    return first, tuple(Note(channel="time", text=text) for text in texts)
 
 
 def _possible(
@@ -284,7 +281,7 @@ def _possible(
             if column is not None and column.key not in taken:
                 yield _in_unit(column, role, unit)
     elif stated != "none":
-        if role in _WITH_UNIT and ":" in stated and find(columns, stated) is None:
+        if role in ("table", "time") and ":" in stated and find(columns, stated) is None:
             stated, _, unit = stated.rpartition(":")
         inputs = _INPUTS.get(role, f"{{columns {role}=COLUMN}}")
         yield _in_unit(_named(columns, stated, inputs), role, unit)
@@ -300,17 +297,13 @@ def _in_unit(column: Column, role: str, unit: str | None) -> Column:
     """
     if unit is None or unit == column.unit:
         return column
-    if role == "time" and column.unit in TIME_FORMS:
+    is_text = column.unit in TIME_FORMS
+    if role == "time" and (is_text or unit in TIME_FORMS):
+        held = f"times as text, not numbers in {unit}" if is_text else "numbers, not times as text"
         raise RecordingError(
-            f"column {column.key} holds times as text, not numbers in {unit}",
+            f"column {column.key} holds {held}",
             channel=role,
-            remedy=f"state {{time {column.key}:{column.unit}}}",
-        )
-    if role == "time" and unit in TIME_FORMS:
-        raise RecordingError(
-            f"column {column.key} holds numbers, not times as text",
-            channel=role,
-            remedy=f"state {{time {column.key}:s}}",
+            remedy=f"state {{time {column.key}:{column.unit if is_text else 's'}}}",
         )
     return replace(column, unit=unit)
 

@@ -8,13 +8,13 @@ import numpy as np
 
 from sagnac.core.arrays import FloatArray
 from sagnac.core.errors import RecordingError
+from sagnac.core.texts import text_of
 from sagnac.core.units import (
-    ACCELERATION_UNITS,
     ANGLE_UNITS,
     RATE_UNITS,
     TIME_UNITS,
-    VELOCITY_UNITS,
     canonical,
+    sensor_of,
     split_factor,
 )
 from sagnac.formats.channels import stated_for
@@ -29,7 +29,7 @@ from sagnac.formats.choice import (
 from sagnac.formats.source import Column, Source
 from sagnac.formats.statement import Statements, is_counts, is_known, is_size
 from sagnac.formats.suspicions import likely_time_unit
-from sagnac.recording.columns import ACCELEROMETER_NAMES
+from sagnac.recording.columns import ACCELEROMETER_NAMES, GYRO_NAMES
 
 # What stands for something that no file tells: to be replaced by whoever knows it.
 KIND: Final = "KIND"
@@ -125,7 +125,7 @@ def _may_be_force(column: Column) -> bool:
     """By its unit if it has one, else by its name."""
     if column.unit is None:
         return _FORCE.search(column.name) is not None
-    return split_factor(column.unit)[1] in (*ACCELERATION_UNITS, *VELOCITY_UNITS)
+    return sensor_of(column.unit) == "accelerometer"
 
 
 def named(columns: Sequence[Column], gyro: str) -> Column | None:
@@ -163,17 +163,17 @@ def _gyros(source: Source, statements: Statements, missing: dict[str, str]) -> d
         return choose_gyros(columns, statements)
     except RecordingError:
         pass
-    gyros = {name: one for name in "xyz" if (one := named(columns, name)) is not None}
+    gyros = {name: one for name in GYRO_NAMES if (one := named(columns, name)) is not None}
     if not gyros:
-        rates = [one for one in columns if split_factor(one.unit or "")[1] in RATE_UNITS]
-        gyros = dict(zip("xyz", rates, strict=False))
-    if not gyros:
-        # Columns of one array, such as gyro.1, gyro.2 and gyro.3.
-        numbered = [one for one in columns if _GYRO.search(one.name) and _may_be_gyro(one)]
-        gyros = dict(zip("xyz", numbered, strict=True)) if len(numbered) == 3 else {}
-    possible = () if gyros else candidates(source, statements)
-    if len(possible) == 1 or (possible and columns[0].key == "1"):
-        gyros = dict(zip("xyz", possible, strict=False))
+        possible = [one for one in columns if split_factor(one.unit or "")[1] in RATE_UNITS]
+        if not possible:
+            # Columns of one array, such as gyro.1, gyro.2 and gyro.3.
+            possible = [one for one in columns if _GYRO.search(one.name) and _may_be_gyro(one)]
+            possible = possible if len(possible) == len(GYRO_NAMES) else []
+        if not possible:
+            others = candidates(source, statements)
+            possible = list(others) if len(others) == 1 or columns[0].key == "1" else []
+        gyros = dict(zip(GYRO_NAMES, possible, strict=False))
     stated = ",".join(f"{name}={column_text(one)}" for name, one in gyros.items())
     missing["columns"] = stated or f"x={COLUMN}"
     return gyros
@@ -199,10 +199,8 @@ def candidates(source: Source, statements: Statements) -> tuple[Column, ...]:
     stored = source.opened(keys)
     samples = min(_LOOKED_AT, *stored.lengths.values())
     numbers = stored.read(keys, 0, samples, by_first=True)
-    steps = {key: np.diff(values) for key, values in numbers.items()}
-    return tuple(
-        one for one in left if (steps[one.key] > 0.0).any() and (steps[one.key] < 0.0).any()
-    )
+    ways = {key: set(np.sign(np.diff(values)).tolist()) for key, values in numbers.items()}
+    return tuple(one for one in left if ways[one.key] >= {-1.0, 1.0})
 
 
 def column_text(column: Column) -> str:
@@ -213,26 +211,29 @@ def column_text(column: Column) -> str:
 def _kind_and_unit(
     gyros: Mapping[str, Column], statements: Statements, missing: dict[str, str]
 ) -> None:
-    if not gyros:
-        missing.update(kind=KIND, unit=UNIT)
-    kinds, units = {}, {}
+    found = {"kind": dict.fromkeys(gyros, ""), "unit": dict.fromkeys(gyros, "")}
+    is_sized = statements.first("scale") is not None
     for name, column in gyros.items():
         unit = next(filter(None, stated_for("unit", name, column, statements)), None)
-        is_sized = statements.first("scale") is not None
         if unit is None and not is_sized:
-            units[name] = UNIT
+            found["unit"][name] = UNIT
         elif unit is not None and not is_known(unit):
-            units[name] = "counts"
+            found["unit"][name] = "counts"
         if unit is not None and not is_size(unit) and not is_sized:
             missing["scale"] = SCALE
         if not any(stated_for("kind", name, column, statements)):
-            kinds[name] = "rate" if split_factor(unit or "")[1] in RATE_UNITS else KIND
-    for quantity, found in (("kind", kinds), ("unit", units)):
-        values = set(found.values())
-        if len(values) == 1 and len(found) == len(gyros):
+            is_rate = split_factor(unit or "")[1] in RATE_UNITS
+            found["kind"][name] = "rate" if is_rate else KIND
+    for quantity, guessed in found.items():
+        values = set(guessed.values())
+        if not gyros:
+            missing[quantity] = {"kind": KIND, "unit": UNIT}[quantity]
+        elif len(values) == 1:
             missing[quantity] = values.pop()
-        elif found:
-            missing[quantity] = ",".join(f"{name}={value}" for name, value in found.items())
+        else:
+            missing[quantity] = text_of({name: one for name, one in guessed.items() if one})
+        if not missing[quantity]:
+            del missing[quantity]
 
 
 def _unit_of_forces(
@@ -243,13 +244,10 @@ def _unit_of_forces(
     sensor: Final = "accelerometer"
     if all(any(stated_for("unit", name, one, statements, sensor)) for name, one in forces.items()):
         return
-    of_gyros = missing.get("unit", statements.caller.unit)
-    if isinstance(of_gyros, Mapping):
-        of_gyros = ",".join(f"{name}={unit}" for name, unit in of_gyros.items())
-    if of_gyros is not None and "=" not in of_gyros:
+    of_gyros = missing.get("unit", text_of(statements.caller.unit or ""))
+    if of_gyros and "=" not in of_gyros:
         of_gyros = f"gyros={of_gyros}"
-    of_forces = f"accelerometers={UNIT}"
-    missing["unit"] = of_forces if of_gyros is None else f"{of_gyros},{of_forces}"
+    missing["unit"] = ",".join(filter(None, (of_gyros, f"accelerometers={UNIT}")))
 
 
 def _sampling(source: Source, statements: Statements, taken: frozenset[str]) -> dict[str, str]:

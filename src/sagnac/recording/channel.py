@@ -7,7 +7,7 @@ array of booleans beside the values.
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import Any, ClassVar, Final, Literal, Self, get_args
 
 import numpy as np
@@ -226,9 +226,7 @@ class Channel:
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, Channel):
             return NotImplemented
-        stated = ("name", "kind", "shown_in", "sensor")
-        alike = all(getattr(self, one) == getattr(other, one) for one in stated)
-        return alike and same_values(self.values, other.values)
+        return same_fields(self, other)
 
     # Equal channels may be changed in place, sample by sample.
     __hash__: ClassVar[None] = None  # type: ignore[assignment]
@@ -254,13 +252,23 @@ def _no_series(values: object) -> str:
     return "" if values.dtype == np.float64 and values.ndim == 1 else held
 
 
-def same_values(one: FloatArray | None, other: FloatArray | None) -> bool:
-    """Whether two arrays, or none, are equal; NaN equals NaN."""
-    if one is None or other is None or one is other:
-        return one is other
-    return one.size == other.size and all(
-        np.array_equal(one[block], other[block], equal_nan=True) for block in blocks(one.size)
+def same_values(one: Any, other: Any) -> bool:
+    """Whether two values are equal; of two arrays all of them, NaN to NaN."""
+    arrays = isinstance(one, np.ndarray) + isinstance(other, np.ndarray)
+    if arrays < 2:
+        return arrays == 0 and bool(one == other)
+    return one is other or (
+        one.size == other.size
+        and all(
+            np.array_equal(one[block], other[block], equal_nan=True) for block in blocks(one.size)
+        )
     )
+
+
+def same_fields(one: Any, other: Any) -> bool:
+    """Whether all fields of two objects of a dataclass are equal, see `same_values`."""
+    names = [item.name for item in fields(one)]
+    return all(same_values(getattr(one, name), getattr(other, name)) for name in names)
 
 
 def require_rate(sample_rate: float) -> None:
@@ -315,7 +323,7 @@ class Pickoff:
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, Pickoff):
             return NotImplemented
-        return self.gyro == other.gyro and same_values(self.values, other.values)
+        return same_fields(self, other)
 
     # Equal pick-offs may be changed in place, sample by sample.
     __hash__: ClassVar[None] = None  # type: ignore[assignment]

@@ -4,7 +4,7 @@ A frame whose columns are taken is one of pandas or xarray, or a dictionary; non
 """
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, Final, TypeVar
 
@@ -46,62 +46,49 @@ _Text = TypeVar("_Text", bound=str)
 
 
 def columns_of(
-    frame: Any,
-    columns: Mapping[str, str] | None,
-    *,
-    kind: Kind | Mapping[str, Kind] | None,
-    unit: str | Mapping[str, str] | None,
-    time_unit: str | None,
-    table_unit: str | None,
-    dates: bool,
-) -> dict[str, Any]:
-    """The columns of a recording in a frame, as arguments of `Recording.from_arrays`.
+    frame: Any, columns: Mapping[str, str] | None, unit: str | Mapping[str, str] | None
+) -> dict[str, str]:
+    """Name wanted -> name in the frame, for all that are wanted or, without a wish, known.
+
+    An accelerometer is known by its name only if its unit is stated, by itself or in its header.
 
     Parameters
     ----------
     frame
-        What has columns by name.
+        What has columns by name, and coordinates perhaps.
     columns
         Name wanted -> name in the frame, or None for the columns of known names.
-    kind, unit, time_unit, table_unit
-        As stated; what headers and attributes state if None.
-    dates
-        Whether the dates of an index are the time if no column is.
+    unit
+        As stated, for all or by name.
 
     Raises
     ------
     ValueError
-        If a column is not there, or neither argument nor frame states a kind or a unit.
+        If a column is not there, two may be one that is wanted, or there is no gyro.
     """
-    found = _named_columns(frame, columns, unit)
-    stated = {name: split_header(header)[1] for name, header in found.items()}
-    gyros = [name for name in found if name not in ("table", "time", NULL_PULSE_NAME)]
-    if not gyros:
+    headers = [str(name) for name in (*frame, *getattr(frame, "coords", ()))]
+    present, found = ", ".join(headers) or "no column", dict(columns or {})
+    for name, header in found.items():
+        if header not in headers:
+            raise ValueError(f"columns[{name!r}] is {quoted(header)}; the frame has {present}")
+    wanted: dict[str, tuple[str, ...]]
+    wanted = {name: (name,) for name in (*GYRO_NAMES, *ACCELEROMETER_NAMES, NULL_PULSE_NAME)}
+    wanted |= {"table": TABLE_NAMES, "time": TIME_NAMES}
+    for name, names in wanted.items() if columns is None else ():
+        alike = [header for header in headers if split_header(header)[0] in names]
+        if len(alike) > 1:
+            raise ValueError(
+                f"{', '.join(alike)} may each be {name}; name one with columns={{{name!r}: NAME}}"
+            )
+        is_named = isinstance(unit, Mapping) and name in unit
+        is_gyro = name not in ACCELEROMETER_NAMES
+        if alike and (is_gyro or is_named or split_header(alike[0])[1] is not None):
+            found[name] = alike[0]
+    if not set(found) - {"table", "time", NULL_PULSE_NAME}:
         raise ValueError(
-            f"the frame has no gyro; it has {', '.join(_headers(frame)) or 'no column'}: "
-            "name one with columns={'x': NAME}"
+            f"the frame has no gyro; it has {present}: name one with columns={{'x': NAME}}"
         )
-    kind = kind or getattr(frame, "attrs", {}).get("kind")
-    if kind is None:
-        raise ValueError("kind is not stated; state angle, increment or rate")
-
-    def taken(name: str) -> Any:
-        return frame[found[name]] if name in found else None
-
-    times = taken("time")
-    index = getattr(frame, "index", None)
-    if times is None and dates and np.asarray(index).dtype.kind in "mM":
-        times = index
-    return {
-        "kind": kind,
-        "unit": {name: _unit_for(name, unit, stated[name]) for name in gyros},
-        "times": times,
-        "time_unit": time_unit or stated.get("time") or "s",
-        "table": taken("table"),
-        "table_unit": table_unit or stated.get("table") or "deg",
-        "null_pulse": taken(NULL_PULSE_NAME),
-        **{name: frame[found[name]] for name in gyros},
-    }
+    return found
 
 
 def stated_for(name: str, stated: _Text | Mapping[str, _Text], argument: str) -> _Text:
@@ -115,57 +102,9 @@ def stated_for(name: str, stated: _Text | Mapping[str, _Text], argument: str) ->
     if not isinstance(stated, Mapping):
         return stated
     if name not in stated:
-        raise ValueError(
-            f"{argument} is stated for {', '.join(stated) or 'none'} and not for gyro {name}"
-        )
+        others = f", only that of {', '.join(stated)}" if stated else ""
+        raise ValueError(f"the {argument} of gyro {name} is not stated{others}")
     return stated[name]
-
-
-def _unit_for(name: str, unit: str | Mapping[str, str] | None, in_header: str | None) -> str:
-    """Unit of a gyro: as stated, else as its header says."""
-    if unit is None and in_header is None:
-        raise ValueError(f"the unit of gyro {name} is not stated; state unit, deg/s for one")
-    return in_header or "" if unit is None else stated_for(name, unit, "unit")
-
-
-def _headers(frame: Any) -> list[str]:
-    """Names of the columns of a frame, and of its coordinates if it has such."""
-    return [str(name) for name in (*frame, *getattr(frame, "coords", ()))]
-
-
-def _named_columns(
-    frame: Any, columns: Mapping[str, str] | None, unit: str | Mapping[str, str] | None
-) -> dict[str, str]:
-    """Name wanted -> name in the frame, for all that are wanted or, without a wish, known.
-
-    An accelerometer is known by its name only if its unit is stated, by itself or in its header.
-    """
-    headers = _headers(frame)
-    if columns is not None:
-        for name, header in columns.items():
-            if header not in headers:
-                raise ValueError(
-                    f"columns[{name!r}] is {quoted(header)}; the frame has {', '.join(headers)}"
-                )
-        return dict(columns)
-    wanted: Iterable[tuple[str, tuple[str, ...]]] = (
-        *((name, (name,)) for name in (*GYRO_NAMES, *ACCELEROMETER_NAMES)),
-        ("table", TABLE_NAMES),
-        ("time", TIME_NAMES),
-        (NULL_PULSE_NAME, (NULL_PULSE_NAME,)),
-    )
-    found = {}
-    for name, names in wanted:
-        alike = [header for header in headers if split_header(header)[0] in names]
-        if len(alike) > 1:
-            raise ValueError(
-                f"{', '.join(alike)} may each be {name}; name one with columns={{{name!r}: NAME}}"
-            )
-        named = isinstance(unit, Mapping) and name in unit
-        is_gyro = name not in ACCELEROMETER_NAMES
-        if alike and (is_gyro or named or split_header(alike[0])[1] is not None):
-            found[name] = alike[0]
-    return found
 
 
 # ---- columns -----------------------------------------------------------------------

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 from typing import Any, ClassVar, Final, Self, overload
 
 import numpy as np
@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from sagnac.core.arrays import BooleanArray, FloatArray, pandas_for
 from sagnac.core.errors import Note, RecordingError, quoted
+from sagnac.core.units import split_header
 from sagnac.recording.channel import (
     PICKOFF,
     Channel,
@@ -18,7 +19,7 @@ from sagnac.recording.channel import (
     Pickoff,
     numbers,
     require_rate,
-    same_values,
+    same_fields,
 )
 from sagnac.recording.columns import (
     NULL_PULSE_NAME,
@@ -362,16 +363,25 @@ class Recording:
         >>> Recording.from_frame(frame, kind="rate", sample_rate=100.0)
         Recording(x (rate, deg/s); table (angle, deg); 3 samples at 100 Hz, 0.03 s)
         """
-        found = columns_of(
-            frame,
-            columns,
+        headers = columns_of(frame, columns, unit)
+        kind = kind or getattr(frame, "attrs", {}).get("kind")
+        if kind is None:
+            raise ValueError("kind is not stated; state angle, increment or rate")
+        values = {name: frame[header] for name, header in headers.items()}
+        units = {name: split_header(header)[1] or "" for name, header in headers.items()}
+        times, index = values.pop("time", None), getattr(frame, "index", None)
+        if times is None and sample_rate is None and np.asarray(index).dtype.kind in "mM":
+            times = index
+        return cls.from_arrays(
             kind=kind,
-            unit=unit,
-            time_unit=time_unit,
-            table_unit=table_unit,
-            dates=sample_rate is None,
+            unit=unit or {name: stated for name, stated in units.items() if stated},
+            sample_rate=sample_rate,
+            times=times,
+            time_unit=time_unit or units.get("time") or "s",
+            table_unit=table_unit or units.get("table") or "deg",
+            period=period,
+            **values,
         )
-        return cls.from_arrays(sample_rate=sample_rate, period=period, **found)
 
     def to_frame(self) -> Any:
         """A pandas frame that `from_frame` takes: ``time[s]`` and a column a channel.
@@ -495,13 +505,7 @@ class Recording:
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, Recording):
             return NotImplemented
-        series_of = {"times", "null_pulse", "temperature"}
-        return all(
-            same_values(getattr(self, item.name), getattr(other, item.name))
-            if item.name in series_of
-            else getattr(self, item.name) == getattr(other, item.name)
-            for item in fields(self)
-        )
+        return same_fields(self, other)
 
     # Equal recordings may be changed in place, sample by sample.
     __hash__: ClassVar[None] = None  # type: ignore[assignment]
