@@ -4,7 +4,7 @@ Columns that are not taken may speak against what is: time stamps, and counters 
 """
 
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import Final
 
@@ -22,7 +22,7 @@ from sagnac.formats.channels import (
     stretch_of,
     toml_contradiction,
 )
-from sagnac.formats.choice import Choice, choose, is_like_time, is_time_unit
+from sagnac.formats.choice import Choice, choose, is_like_time
 from sagnac.formats.source import Column, Source, Stored
 from sagnac.formats.statement import Statements
 from sagnac.formats.suspicions import (
@@ -35,7 +35,7 @@ from sagnac.formats.suspicions import (
 )
 from sagnac.quality.check import integrity
 from sagnac.recording.channel import Conversion
-from sagnac.recording.columns import GYRO_NAMES, gyro_of, pulses_of
+from sagnac.recording.columns import GYRO_NAMES, Sampling, gyro_of, pulses_of
 from sagnac.recording.encoder_readings import table_of_readings
 from sagnac.recording.model import Provenance, Recording
 
@@ -152,13 +152,11 @@ def _stretch(time: Column | None, second: float, stored: Stored, statements: Sta
     RecordingError
         If there are too few samples, or the stamps make no sense.
     """
-    samples = next(iter(stored.lengths.values()))
-    span, rate = statements.caller.span, statements.first("sample_rate")
-    if time is None or samples < 2:
-        return stretch_of(samples, span, rate)
-    stamps = stored.read([time.key], 0, samples, by_first=True)[time.key]
-    elementwise(np.multiply, stamps, second, out=stamps)
-    return stretch_of(samples, span, rate, stamps)
+    samples, stamps = next(iter(stored.lengths.values())), None
+    if time is not None and samples > 1:
+        stamps = stored.read([time.key], 0, samples, by_first=True)[time.key]
+        elementwise(np.multiply, stamps, second, out=stamps)
+    return stretch_of(samples, statements.caller.span, statements.first("sample_rate"), stamps)
 
 
 def _recording(
@@ -264,7 +262,7 @@ _WITHIN: Final = 0.5
 
 def _unused_notes(
     source: Source, choice: Choice, statements: Statements, stretch: Stretch
-) -> tuple[Note, ...]:
+) -> list[Note]:
     """Samples that a counter beside the columns that are taken shows to be missing.
 
     Raises
@@ -272,19 +270,19 @@ def _unused_notes(
     RecordingError
         If time stamps that are not taken contradict the rate that is stated.
     """
-    left = [one for one in source.columns if one.key not in choice.keys]
-    if choice.time is None and statements.role("time") != "none":
-        for column in left:
-            if is_like_time(column):
-                _require_rate(source, column, stretch)
     notes: list[Note] = []
-    for column in left:
-        if _COUNTER.search(column.name) and not is_like_time(column):
-            notes += _lost(source, column, stretch)
-    return tuple(notes[:1])
+    for column in source.columns:
+        if column.key in choice.keys:
+            continue
+        if is_like_time(column):
+            if choice.time is None and statements.role("time") != "none":
+                _require_rate(column, _loaded(source, column, stretch), stretch.sampling)
+        elif _COUNTER.search(column.name) and not notes:
+            notes += _lost(column.key, _loaded(source, column, stretch), stretch)
+    return notes
 
 
-def _require_rate(source: Source, column: Column, stretch: Stretch) -> None:
+def _require_rate(column: Column, stamps: FloatArray, sampling: Sampling) -> None:
     """Refuse a rate that even stamps contradict, in whatever unit of time they may be.
 
     Raises
@@ -292,61 +290,51 @@ def _require_rate(source: Source, column: Column, stretch: Stretch) -> None:
     RecordingError
         It names the rate that they give.
     """
-    stamps = _loaded(source, column, stretch)
     steps = np.diff(stamps)
     usual = float(np.median(steps)) if steps.size else 0.0
-    if not usual > 0.0 or not _mostly(np.abs(steps - usual) < _WITHIN * usual):
+    # A column without a unit that goes 0, 1, 2 numbers the rows.
+    is_number = usual == 1.0 and column.unit is None
+    if not usual > 0.0 or is_number or not _mostly(np.abs(steps - usual) < _WITHIN * usual):
         return
-    known = column.unit is not None and is_time_unit(column.unit)
-    if usual == 1.0 and not known:
-        # It numbers the rows.
-        return
-    step = float(stamps[-1] - stamps[0]) / steps.size
-    stated = stretch.sampling.sample_rate
-    units: Sequence[str] = _UNITS
-    if known and canonical(column.unit or "") in TIME_UNITS:
-        units = (canonical(column.unit or ""),)
+    step, stated = float(stamps[-1] - stamps[0]) / steps.size, sampling.sample_rate
+    own = canonical(column.unit or "")
+    units = (own,) if own in TIME_UNITS else _UNITS
     rates = {unit: 1.0 / (step * TIME_UNITS[unit]) for unit in units}
-    if any(abs(rate / stated - 1.0) < _AGREES for rate in rates.values()):
-        return
-    unit = units[0] if len(units) == 1 else likely_time_unit(step)
-    if unit is None:
-        return
-    raise RecordingError(
-        f"its stamps are those of {rates[unit]:.6g} Hz in {unit}, and {stated:.6g} Hz is stated",
-        channel=column.key,
-        remedy=f"state {{rate {rates[unit]:.6g}}} or {{time {column.name}:{unit}}}, or ignore the "
-        "stamps with {time none}",
-    )
+    unit = own if own in TIME_UNITS else likely_time_unit(step)
+    agree = any(abs(rate / stated - 1.0) < _AGREES for rate in rates.values())
+    if unit is not None and not agree:
+        raise RecordingError(
+            f"its stamps are those of {rates[unit]:.6g} Hz in {unit}, and {stated:.6g} Hz is "
+            "stated",
+            channel=column.key,
+            remedy=f"state {{rate {rates[unit]:.6g}}} or {{time {column.name}:{unit}}}, or ignore "
+            "the stamps with {time none}",
+        )
 
 
-def _lost(source: Source, column: Column, stretch: Stretch) -> tuple[Note, ...]:
+def _lost(key: str, counts: FloatArray, stretch: Stretch) -> tuple[Note, ...]:
     """Samples that a counter leaves out: a warning; nothing if the column is no counter."""
-    counts = _loaded(source, column, stretch)
     steps = np.diff(counts)
-    if steps.size == 0 or not np.array_equal(counts, np.rint(counts)):
+    usual = float(np.median(steps)) if steps.size else 0.0
+    is_whole = np.array_equal(counts, np.rint(counts))
+    if usual == 0.0 or not is_whole or not _mostly(steps == usual):
         return ()
-    usual = float(np.median(steps))
-    if usual == 0.0 or not _mostly(steps == usual):
-        return ()
-    ahead = steps * np.sign(usual)
-    one = abs(usual)
-    back = ahead < 0.0
-    if back.any():
+    ahead, one = steps * np.sign(usual), abs(usual)
+    if (back := ahead < 0.0).any():
         # It starts over at what most of its falls come to.
         falls, often = np.unique(one - ahead[back], return_counts=True)
         ahead = np.where(back, ahead + falls[int(np.argmax(often))], ahead)
-    missing = np.rint(ahead / one) - 1.0
     places = np.flatnonzero((ahead > one) & (np.mod(ahead, one) == 0.0))
     if places.size == 0:
         return ()
+    missing = int((np.rint(ahead[places] / one) - 1.0).sum())
     at = stretch.start + (int(places[0]) + 1) / stretch.sampling.sample_rate
     text = (
-        f"counts {counted(int(missing[places].sum()), 'sample')} that are not there, at "
+        f"counts {counted(missing, 'sample')} that are not there, at "
         f"{counted(places.size, 'place')}, the first at {at:.3f} s: they were lost; take a stretch "
         "without such a place with {slice}"
     )
-    return (Note(level="warning", channel=column.key, text=text),)
+    return (Note(level="warning", channel=key, text=text),)
 
 
 def _mostly(usual: np.ndarray) -> bool:

@@ -5,12 +5,12 @@ A folder of EuRoC holds one, ``mav0/imu0/data.csv`` with the six axes of an IMU,
 The EuRoC micro aerial vehicle datasets, *Int. J. Robot. Res.* 35, 1157, 2016; ASL format).
 """
 
-import json
 import sys
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from functools import partial
+from itertools import islice
 from pathlib import Path
 from typing import Any, Final
 
@@ -22,6 +22,7 @@ from numpy.typing import NDArray
 
 from sagnac.core.arrays import blocks
 from sagnac.core.errors import Note, RecordingError
+from sagnac.core.texts import toml_table
 from sagnac.core.units import Sensor
 from sagnac.core.whole_files import replacing_folder, replacing_set
 from sagnac.formats.files import AGAIN
@@ -77,15 +78,16 @@ def open_source(path: Path) -> Source:
 
 
 def _notes(laid_out: Layout) -> tuple[Note, ...]:
-    notes = []
+    notes, style = [], laid_out.style
     if laid_out.doubts:
-        style = laid_out.style
-        shown = [
-            f"{one.key} = {style.value(text):.10g}" if style.holds(text) else f"{one.key} = {text}"
-            for one, text in zip(laid_out.columns, laid_out.first_row, strict=True)
+        texts = [
+            f"{style.value(one):.10g}" if style.holds(one) else one for one in laid_out.first_row
         ]
-        row = ", ".join(shown[:_FIRST_FIELDS]) + (" ..." if len(shown) > _FIRST_FIELDS else "")
-        notes.append(Note(text=f"read with {', '.join(laid_out.doubts)}; the first row: {row}"))
+        pairs = zip(laid_out.columns, texts, strict=True)
+        shown = ", ".join(f"{column.key} = {text}" for column, text in islice(pairs, _FIRST_FIELDS))
+        more = " ..." if len(texts) > _FIRST_FIELDS else ""
+        said = f"read with {', '.join(laid_out.doubts)}; the first row: {shown}{more}"
+        notes.append(Note(text=said))
     if not laid_out.text.is_ended:
         text = "the last line has no line end: it may be cut off"
         notes.append(Note(text=text, level="warning"))
@@ -225,14 +227,11 @@ def _wrong_line(laid_out: Layout, wanted: Mapping[str, int]) -> RecordingError |
             # It is not the last one.
             return found
         if number > laid_out.skip and is_plain(line):
-            found = _wrong_row(number, line, laid_out, wanted)
+            found = _wrong_row(f"line {number}", line, laid_out, wanted)
     if found is None or laid_out.text.is_ended:
         return found
-    return RecordingError(
-        f"the last line, {number}, is cut off",
-        channel=found.channel,
-        remedy=f"remove it, or {AGAIN}",
-    )
+    said, remedy = f"the last line, {number}, is cut off", f"remove it, or {AGAIN}"
+    return RecordingError(said, channel=found.channel, remedy=remedy)
 
 
 _WRONG: Final = {
@@ -244,25 +243,19 @@ _WRONG: Final = {
 
 
 def _wrong_row(
-    number: int, line: str, laid_out: Layout, wanted: Mapping[str, int]
+    name: str, line: str, laid_out: Layout, wanted: Mapping[str, int]
 ) -> RecordingError | None:
-    remedy = "correct or remove that line"
-    fields = fields_of(line, laid_out.delimiter)
-    if len(fields) != len(laid_out.columns):
-        return RecordingError(
-            f"line {number} has {len(fields)} fields and the first row {len(laid_out.columns)}: "
-            f"{line.strip()[:_LONGEST_SHOWN]!r}",
-            remedy=remedy,
-        )
-    for key, place in wanted.items():
+    fields, columns = fields_of(line, laid_out.delimiter), len(laid_out.columns)
+    said, channel = "", ""
+    if len(fields) != columns:
+        start = line.strip()[:_LONGEST_SHOWN]
+        said = f"{name} has {len(fields)} fields and the first row {columns}: {start!r}"
+    for key, place in wanted.items() if not said else ():
         form, text = laid_out.forms[place], fields[place]
-        if not _is_right(text, form, laid_out.style):
-            return RecordingError(
-                f"line {number}: {text[:_LONGEST_SHOWN]!r} is {_WRONG[form]}",
-                channel=key,
-                remedy=remedy,
-            )
-    return None
+        if not said and not _is_right(text, form, laid_out.style):
+            said, channel = f"{name}: {text[:_LONGEST_SHOWN]!r} is {_WRONG[form]}", key
+    remedy = "correct or remove that line"
+    return RecordingError(said, channel=channel, remedy=remedy) if said else None
 
 
 def _is_right(text: str, form: Form, style: NumberStyle) -> bool:
@@ -284,15 +277,14 @@ def write(path: Path, out: Outgoing) -> None:
         return
     delimiter = "\t" if path.suffix.lower() == ".tsv" else ","
     headers = [name if unit is None else f"{name}[{unit}]" for name, unit in out.units.items()]
+    stated = {"gyros": out.gyros, "accelerometers": out.accelerometers, "kind": out.kinds}
+    stated = {key: value for key, value in stated.items() if value}
     with replacing_set(path) as folder:
-        kinds = ", ".join(f"{json.dumps(name)} = {json.dumps(k)}" for name, k in out.kinds.items())
-        names = "".join(f"{k} = {json.dumps(v.split(','))}\n" for k, v in out.sensors.items())
         (folder / f"{path.name}.toml").write_text(
-            f"# {MADE}\n{names}kind = {{ {kinds} }}\nsample_rate = {out.sample_rate!r}\n",
+            f"# {MADE}\n{toml_table({**stated, 'sample_rate': out.sample_rate})}",
             encoding="utf-8",
         )
-        rows = map(out.rows, blocks(out.samples))
-        _write_table(folder / path.name, headers, rows, delimiter)
+        _write_table(folder / path.name, headers, map(out.rows, blocks(out.samples)), delimiter)
 
 
 def _write_table(
@@ -353,15 +345,9 @@ def write_euroc(
         if densities is not None:
             stated += _DENSITIES.format(**{str(one): each for one, each in densities.items()})
         (folder / EUROC_SENSOR).write_text(stated, encoding="utf-8")
-        names = (*out.gyros, *out.accelerometers)
-        parts = (
-            dict(
-                zip(
-                    _HEADERS,
-                    (out.stamps(block), *(out.columns[name][block] for name in names)),
-                    strict=True,
-                )
-            )
-            for block in blocks(out.samples)
-        )
-        _write_table(folder / EUROC_DATA, _HEADERS, parts)
+
+        def rows(block: slice) -> Rows:
+            rates = [out.columns[name][block] for name in (*out.gyros, *out.accelerometers)]
+            return dict(zip(_HEADERS, (out.stamps(block), *rates), strict=True))
+
+        _write_table(folder / EUROC_DATA, _HEADERS, map(rows, blocks(out.samples)))
