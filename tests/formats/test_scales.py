@@ -7,8 +7,7 @@ import pytest
 
 from sagnac.core.errors import RecordingError
 from sagnac.formats import Statement, read
-from sagnac.formats.channels import role_unit, scale_of
-from sagnac.formats.choice import choose
+from sagnac.formats.choice import choose, role_unit, scale_of
 from sagnac.formats.source import column
 from sagnac.formats.statement import Statements
 from tests.formats.examples import ARCSECOND, SAMPLES, refused, save, text, walk

@@ -17,7 +17,6 @@ from sagnac.core.units import (
     sensor_of,
     split_factor,
 )
-from sagnac.formats.channels import stated_for
 from sagnac.formats.choice import (
     choose_accelerometers,
     choose_gyros,
@@ -25,6 +24,7 @@ from sagnac.formats.choice import (
     choose_time,
     is_like_time,
     is_time_unit,
+    stated_for,
 )
 from sagnac.formats.source import Column, Source
 from sagnac.formats.statement import Statements, is_counts, is_known, is_size

@@ -1,6 +1,7 @@
 """Statements that a file's numbers speak against: counters, stamps and kinds taken for others."""
 
 import math
+import re
 from itertools import pairwise
 from typing import Final
 
@@ -8,11 +9,13 @@ import numpy as np
 from scipy.fft import rfft
 
 from sagnac.core.arrays import FloatArray, blocks
-from sagnac.core.errors import Note, counted
+from sagnac.core.errors import Note, RecordingError, counted
 from sagnac.core.units import DEGREE_PER_ROOT_HOUR, TIME_UNITS, canonical, unit_of
-from sagnac.formats.source import Column
-from sagnac.formats.statement import COUNTER_BITS
+from sagnac.formats.choice import Choice, is_like_time
+from sagnac.formats.source import Column, Source
+from sagnac.formats.statement import COUNTER_BITS, Statements
 from sagnac.recording.channel import Kind, finite_extent
+from sagnac.recording.columns import Sampling, Stretch
 
 # A step is a roll-over if it covers more than this part of the range, and the usual ones less than
 # that: no gyro turns through most of its range from one sample to the next.
@@ -250,3 +253,112 @@ def _flat_level(blocks: FloatArray) -> float | None:
     if not max(levels) < _LEVEL * min(levels):
         return None
     return float(np.mean(levels)) / float(np.sum(window**2))
+
+
+# ---- unused ------------------------------------------------------------------------
+
+_COUNTER: Final = re.compile(
+    r"(?:^|[^a-z])(?:count(?:er)?s?|cnt|seq(?:uence)?|samples?|index|idx|frames?|packets?|pkt|nr|no|"
+    r"num(?:ber)?|row|n|#|zähler|lfd)(?:$|[^a-z])",
+    re.IGNORECASE,
+)
+# How nearly stamps and a stated rate agree, and share of the steps that are usual ones: within half
+# of the median for stamps, and one of a counter exactly.
+_AGREES: Final = 0.02
+_MOSTLY: Final = 0.9
+_WITHIN: Final = 0.5
+
+
+def unused_notes(
+    source: Source, choice: Choice, statements: Statements, stretch: Stretch
+) -> list[Note]:
+    """Samples that a counter beside the columns that are taken shows to be missing.
+
+    Raises
+    ------
+    RecordingError
+        If time stamps that are not taken contradict the rate that is stated.
+    """
+    notes: list[Note] = []
+    for column in source.columns:
+        if column.key in choice.keys:
+            continue
+        if is_like_time(column):
+            if choice.time is None and statements.role("time") != "none":
+                _require_rate(column, _loaded(source, column, stretch), stretch.sampling)
+        elif _COUNTER.search(column.name) and not notes:
+            notes += _lost(column.key, _loaded(source, column, stretch), stretch)
+    return notes
+
+
+def _require_rate(column: Column, stamps: FloatArray, sampling: Sampling) -> None:
+    """Refuse a rate that even stamps contradict, in whatever unit of time they may be.
+
+    Raises
+    ------
+    RecordingError
+        It names the rate that they give.
+    """
+    steps = np.diff(stamps)
+    usual = float(np.median(steps)) if steps.size else 0.0
+    # A column without a unit that goes 0, 1, 2 numbers the rows.
+    is_number = usual == 1.0 and column.unit is None
+    if not usual > 0.0 or is_number or not _mostly(np.abs(steps - usual) < _WITHIN * usual):
+        return
+    step, stated = float(stamps[-1] - stamps[0]) / steps.size, sampling.sample_rate
+    own = canonical(column.unit or "")
+    units = (own,) if own in TIME_UNITS else tuple(TIME_UNITS)
+    rates = {unit: 1.0 / (step * TIME_UNITS[unit]) for unit in units}
+    unit = own if own in TIME_UNITS else likely_time_unit(step)
+    agree = any(abs(rate / stated - 1.0) < _AGREES for rate in rates.values())
+    if unit is not None and not agree:
+        raise RecordingError(
+            f"its stamps are those of {rates[unit]:.6g} Hz in {unit}, and {stated:.6g} Hz is "
+            "stated",
+            channel=column.key,
+            remedy=f"state {{rate {rates[unit]:.6g}}} or {{time {column.name}:{unit}}}, or ignore "
+            "the stamps with {time none}",
+        )
+
+
+def _lost(key: str, counts: FloatArray, stretch: Stretch) -> tuple[Note, ...]:
+    """Samples that a counter leaves out: a warning; nothing if the column is no counter."""
+    steps = np.diff(counts)
+    usual = float(np.median(steps)) if steps.size else 0.0
+    is_whole = np.array_equal(counts, np.rint(counts))
+    if usual == 0.0 or not is_whole or not _mostly(steps == usual):
+        return ()
+    ahead, one = steps * np.sign(usual), abs(usual)
+    if (back := ahead < 0.0).any():
+        # It starts over at what most of its falls come to.
+        falls, often = np.unique(one - ahead[back], return_counts=True)
+        ahead = np.where(back, ahead + falls[int(np.argmax(often))], ahead)
+    places = np.flatnonzero((ahead > one) & (np.mod(ahead, one) == 0.0))
+    if places.size == 0:
+        return ()
+    missing = int((np.rint(ahead[places] / one) - 1.0).sum())
+    at = stretch.start + (int(places[0]) + 1) / stretch.sampling.sample_rate
+    text = (
+        f"counts {counted(missing, 'sample')} that are not there, at "
+        f"{counted(places.size, 'place')}, the first at {at:.3f} s: they were lost; take a stretch "
+        "without such a place with {slice}"
+    )
+    return (Note(level="warning", channel=key, text=text),)
+
+
+def _mostly(usual: np.ndarray) -> bool:
+    return bool(np.count_nonzero(usual) >= _MOSTLY * usual.size)
+
+
+def _loaded(source: Source, column: Column, stretch: Stretch) -> FloatArray:
+    """The numbers of a column that is not taken; none if they cannot be read or are not finite."""
+    key = column.key
+    try:
+        stored = source.opened([key])
+        if stored.lengths[key] >= stretch.stop > stretch.first + 1:
+            values = stored.read([key], stretch.first, stretch.stop, by_first=True)[key]
+            if np.isfinite(values).all():
+                return values
+    except RecordingError:
+        pass
+    return np.empty(0)

@@ -375,3 +375,94 @@ def _tidy(rate: float, uncertainty: float) -> float:
     """`rate`, or the round figure it cannot be told from (relative `uncertainty`)."""
     near = (round(rate, digits) for digits in range(10))
     return next((one for one in near if one > 0.0 and abs(one - rate) <= uncertainty * rate), rate)
+
+
+# ---- slices ------------------------------------------------------------------------
+
+Span = tuple[float | None, float | None]
+
+# A stamp that misses the limit of a slice by less than this, s, is at it.
+_SLACK: Final = 1e-9
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Stretch:
+    """The samples of a file that are taken, and when they were.
+
+    Attributes
+    ----------
+    first, stop
+        First sample of the file that is taken, and the one after the last.
+    start
+        Time of the first, s from the first sample of the file.
+    sampling
+        Rate and times of those taken.
+    """
+
+    first: int
+    stop: int
+    start: float
+    sampling: Sampling
+
+    @property
+    def span_s(self) -> tuple[float, float]:
+        """Start of the first sample and end of the last, s from the first of the file."""
+        return self.start, self.start + (self.stop - self.first) / self.sampling.sample_rate
+
+
+def stretch_of(
+    samples: int, span: Span | None, rate: float | None, stamps: FloatArray | None = None
+) -> Stretch:
+    """The samples that lie in a span, their rate and their times.
+
+    Parameters
+    ----------
+    samples
+        In the file.
+    span
+        Start and stop to take, s from the first sample, or None for all.
+    rate
+        Samples per second that are stated, or None.
+    stamps
+        (two samples or more,) s from the first of the file; None for uniform samples.
+
+    Raises
+    ------
+    RecordingError
+        If fewer than two samples lie in the span, time does not run forwards, the stamps
+        contradict the rate, or there is neither.
+    """
+    if stamps is None and rate is None:
+        raise RecordingError(
+            "one sample or none is too few to tell a rate",
+            channel="time",
+            remedy="give a longer file",
+        )
+
+    def first_after(limit: float, known: int) -> int:
+        if stamps is None:
+            return min(samples, math.ceil(limit * (rate or 0.0) - 1e-6))
+        return known + first_at(stamps[known:], limit)
+
+    start, stop = span or (None, None)
+    first = first_after(start, 0) if start else 0
+    last = samples if stop is None else first_after(stop, first)
+    if span is not None and last - first < 2:
+        raise RecordingError(
+            "fewer than two samples lie in the slice", remedy="widen {slice START:STOP}"
+        )
+    if stamps is not None:
+        began, taken = float(stamps[first]), sampling(stamps[first:last], rate)
+    else:
+        taken = Sampling(times=None, sample_rate=rate or 0.0)
+        began = first / taken.sample_rate
+    return Stretch(first=first, stop=last, start=began, sampling=taken)
+
+
+def first_at(times: FloatArray, limit: float) -> int:
+    """First sample at or after `limit`, s; their number if there is none."""
+    for block in blocks(times.size):
+        reached = times[block] >= limit - _SLACK
+        if reached.any():
+            return int(block.start + reached.argmax())
+    return times.size
