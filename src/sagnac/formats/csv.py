@@ -60,7 +60,11 @@ def open_source(path: Path) -> Source:
     RecordingError
         If the file is not text or has no lines.
     """
-    laid_out = layout(text_file(path))
+    return source_of(layout(text_file(path)))
+
+
+def source_of(laid_out: Layout) -> Source:
+    """The columns of a text file of that layout."""
 
     def load(keys: Sequence[str]) -> dict[str, NDArray[Any]]:
         wanted = {one.key: one.number - 1 for one in laid_out.columns if one.key in keys}
@@ -168,7 +172,7 @@ def _batches(laid_out: Layout, wanted: Mapping[str, int]) -> Iterator[pa.RecordB
         true_values=[],
         false_values=[],
     )
-    names = [str(place) for place in range(len(laid_out.columns))]
+    names = [str(place) for place in range(len(laid_out.forms))]
 
     def table(block: bytes, skip: int) -> pa.Table:
         held = pa.BufferOutputStream()
@@ -245,7 +249,7 @@ _WRONG: Final = {
 def _wrong_row(
     name: str, line: str, laid_out: Layout, wanted: Mapping[str, int]
 ) -> RecordingError | None:
-    fields, columns = fields_of(line, laid_out.delimiter), len(laid_out.columns)
+    fields, columns = fields_of(line, laid_out.delimiter), len(laid_out.forms)
     said, channel = "", ""
     if len(fields) != columns:
         start = line.strip()[:_LONGEST_SHOWN]

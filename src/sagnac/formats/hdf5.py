@@ -276,7 +276,7 @@ def _require_own(dataset: h5py.Dataset, path: Path) -> None:
         )
     for source in dataset.virtual_sources() if dataset.is_virtual else ():
         file = path if source.file_name == "." else path.parent / source.file_name
-        problem = _problem_of_part(file, source.dset_name, path.parent)
+        problem = one_line(_problem_of_part(file, source.dset_name, path.parent))
         if problem:
             raise RecordingError(problem, channel=name, remedy=AGAIN)
 
@@ -284,16 +284,17 @@ def _require_own(dataset: h5py.Dataset, path: Path) -> None:
 def _problem_of_part(file: Path, name: str, folder: Path) -> str:
     """Why a part of a virtual dataset cannot be taken; empty if it can."""
     if not file.resolve().is_relative_to(folder.resolve()):
-        return f"a part of it lies outside the folder of the file, in {one_line(str(file))}"
+        return f"a part of it lies outside the folder of the file, in {file}"
     if not file.is_file():
-        return f"the file of a part of it, {one_line(file.name)}, is not there"
+        return f"the file of a part of it, {file.name}, is not there"
     with h5py.File(file, "r") as source:
         part = source.get(name)
         if not isinstance(part, h5py.Dataset):
-            return one_line(f"{file.name} has no dataset {name}")
+            return f"{file.name} has no dataset {name}"
         # A part that is made of parts, or linked, would lead out of the folder by a second step.
-        if part.external or part.is_virtual or part.file.filename != source.filename:
-            return one_line(f"{file.name} takes {name} from elsewhere in turn")
+        is_own = not part.is_virtual and part.file.filename == source.filename
+        if part.external or not is_own:
+            return f"{file.name} takes {name} from elsewhere in turn"
     return ""
 
 
@@ -306,15 +307,13 @@ def _require_written(dataset: h5py.Dataset, path: Path) -> None:
         If parts of it are missing.
     """
     name, missing = dataset.name.lstrip("/"), ""
-    if dataset.is_virtual:
-        return
-    if dataset.chunks:
+    if dataset.chunks and not dataset.is_virtual:
         sides = zip(dataset.shape, dataset.chunks, strict=True)
         chunks = math.prod(-(-length // chunk) for length, chunk in sides)
         written = dataset.id.get_num_chunks()
         missing = f"{chunks - written} of {chunks} chunks were never written" * (written < chunks)
         require_content(dataset.nbytes, path.stat().st_size, name)
-    elif dataset.id.get_storage_size() < dataset.nbytes:
+    elif not dataset.is_virtual and dataset.id.get_storage_size() < dataset.nbytes:
         missing = "its values were never written"
     if missing:
         raise RecordingError(missing, channel=name, remedy=AGAIN)

@@ -10,7 +10,7 @@ import math
 import zlib
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, BinaryIO, Final, Literal
 
@@ -53,6 +53,11 @@ class Element:
     is_complex: bool = False
     begin: int = 0
     data: "Tag | None" = None
+
+    @property
+    def is_struct(self) -> bool:
+        """Whether it is one struct."""
+        return self.kind == "struct" and math.prod(self.shape) == 1
 
     @property
     def problem(self) -> str:
@@ -200,16 +205,15 @@ def elements_of(path: Path) -> Iterator[Element]:
     ValueError
         If an element is not all there, or a tag says what cannot be.
     """
-    size = path.stat().st_size
+    size, begin = path.stat().st_size, 128
     with path.open("rb") as stream:
-        begin = 128
         while begin < size:
             variable, after = _variable(stream, begin, most=_HEAD)
             if after > size:
                 raise ValueError(f"{after - size} bytes are missing")
             if variable.length:
                 found = _element(variable, 0, variable.length)
-                if found.kind == "struct" and math.prod(found.shape) == 1:
+                if found.is_struct:
                     variable, _ = _variable(stream, begin)
                     yield from _fields(variable, 0, found.name)
                 else:
@@ -225,17 +229,19 @@ def _variable(stream: BinaryIO, begin: int, *, most: int | None = None) -> tuple
     head = stream.read(8)
     if len(head) < 8:
         raise ValueError(f"{8 - len(head)} bytes are missing")
-    kind, length = int.from_bytes(head[:4], order), int.from_bytes(head[4:], order)
+
+    def tag(head: bytes) -> tuple[int, int]:
+        kind, length = (int.from_bytes(head[at : at + 4], order) for at in (0, 4))
+        if most is None:
+            require_room(length, "a variable")
+        return kind, length
+
+    kind, length = tag(head)
     after = begin + 8 + length
-    if most is None:
-        require_room(length, "a variable")
     content = stream.read(length if most is None else min(length, most))
     if kind == _COMPRESSED:
         unpacking = zlib.decompressobj()
-        tag = unpacking.decompress(content, 8)
-        kind, length = int.from_bytes(tag[:4], order), int.from_bytes(tag[4:8], order)
-        if most is None:
-            require_room(length, "a variable")
+        kind, length = tag(unpacking.decompress(content, 8))
         content = unpacking.decompress(unpacking.unconsumed_tail, max(most or length, 1))
     if kind != _MATRIX:
         raise ValueError(f"an element is of type {kind}, not a matrix")
@@ -258,25 +264,20 @@ def _element(variable: _Variable, at: int, stop: int, name: str = "") -> Element
     shape = tuple(variable.number(place, signed=True) for place in places)
     if title.kind not in (1, 2, 16) or title.length > 1024 or min(shape) < 0:
         raise ValueError("the name or the shape of a matrix is damaged")
-    found = Element(
-        name=name or variable.text(title),
-        shape=shape,
-        kind=kind,
-        is_complex=bool(word >> 8 & _COMPLEX),
-        begin=variable.begin,
+    name, numbers, data = name or variable.text(title), math.prod(shape), None
+    if numbers and (kind in _NUMERIC or kind == "char"):
+        data = variable.tag(title.after)
+        if data.kind not in (_TEXT if kind == "char" else _NUMBERS):
+            raise ValueError(f"{name} holds {kind} of type {data.kind}")
+        size = data.length if kind == "char" else numbers * int(_NUMBERS[data.kind][1])
+        if data.start + data.length > stop or data.length != size:
+            raise ValueError(
+                f"{name} has {numbers} numbers in {data.length} bytes of type {data.kind}"
+            )
+    is_complex = bool(word >> 8 & _COMPLEX)
+    return Element(
+        name=name, shape=shape, kind=kind, is_complex=is_complex, begin=variable.begin, data=data
     )
-    numbers = math.prod(shape)
-    if not numbers or (kind not in _NUMERIC and kind != "char"):
-        return found
-    data = variable.tag(title.after)
-    if data.kind not in (_TEXT if kind == "char" else _NUMBERS):
-        raise ValueError(f"{found.name} holds {kind} of type {data.kind}")
-    size = 0 if kind == "char" else numbers * int(_NUMBERS[data.kind][1])
-    if data.start + data.length > stop or (size and data.length != size):
-        raise ValueError(
-            f"{found.name} has {numbers} numbers in {data.length} bytes of type {data.kind}"
-        )
-    return replace(found, data=data)
 
 
 def _fields(variable: _Variable, at: int, above: str, depth: int = 0) -> Iterator[Element]:
@@ -295,12 +296,10 @@ def _fields(variable: _Variable, at: int, above: str, depth: int = 0) -> Iterato
         at = tag.start + tag.length
         if tag.kind != _MATRIX or at > len(variable.content):
             raise ValueError(f"{name} is cut off")
-        if not tag.length:
-            continue
-        found = _element(variable, tag.start, at, name)
-        if found.kind == "struct" and math.prod(found.shape) == 1:
+        found = _element(variable, tag.start, at, name) if tag.length else None
+        if found is not None and found.is_struct:
             yield from _fields(variable, tag.start, name, depth + 1)
-        elif found.data or found.problem:
+        elif found is not None and (found.data or found.problem):
             yield found
 
 
@@ -312,20 +311,21 @@ def _values_of_5(path: Path, elements: Mapping[str, Element]) -> Mapping[str, ND
         for name, one in sorted(elements.items(), key=lambda item: item[1].begin):
             if variable is None or variable.begin != one.begin:
                 variable, _ = _variable(stream, one.begin)
+            mark, end = ("<", "-le") if variable.order == "little" else (">", "-be")
             if one.data is None:
                 values[name] = np.zeros(one.shape)
                 continue
             data = variable.content[one.data.start : one.data.start + one.data.length]
             if one.kind == "char":
-                codec, end = _TEXT[one.data.kind], "-le" if variable.order == "little" else "-be"
+                codec = _TEXT[one.data.kind]
                 letters = data.decode(codec + end * codec.startswith(("utf-16", "utf-32")))
                 values[name] = np.array([letters[:: one.shape[0]]])
             else:
-                kind = f"{'<' if variable.order == 'little' else '>'}{_NUMBERS[one.data.kind]}"
-                numbers = np.frombuffer(data, kind).reshape(one.shape, order="F")
+                numbers = np.frombuffer(data, f"{mark}{_NUMBERS[one.data.kind]}")
                 # Whole numbers are packed as such, whatever they are.
                 is_float = one.name in ARRAYS_STATED and one.kind in ("double", "single")
-                values[name] = numbers.astype(np.float64) if is_float else numbers
+                numbers = numbers.astype(np.float64) if is_float else numbers
+                values[name] = numbers.reshape(one.shape, order="F")
     return values
 
 

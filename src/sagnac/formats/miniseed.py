@@ -1,6 +1,6 @@
 """miniSEED (2 and 3), which ring lasers of geodesy write: one column a source."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, Final
 
@@ -45,44 +45,8 @@ def open_source(path: Path) -> Source:
             remedy="give a file of sources sampled together",
         )
     (rate,) = rates
-    _require_together(found, rate)
-    first = next(iter(found.values()))
-    is_whole = all(len(segments) == 1 for segments in found.values())
-    columns = tuple(Column(key=name, name=name, unit="counts") for name in found)
-    notes: tuple[Note, ...] = ()
-    if is_whole:
-        stated = Statement(sample_rate=rate)
-    else:
-        columns = (*columns, Column(key=_TIME, name=_TIME, unit="ns"))
-        stated = Statement()
-        text = f"records are missing: {counted(len(first), 'stretch')}es without a gap"
-        notes = (Note(text=text, channel=_TIME),)
-
-    def load(keys: Sequence[str]) -> dict[str, NDArray[Any]]:
-        arrays: dict[str, NDArray[Any]] = {}
-        if _TIME in keys:
-            arrays[_TIME] = _stamps(first)
-        with MS3TraceList.from_file(path, unpack_data=True) as traces:
-            _require_sums()
-            for one in traces:
-                name = one.sourceid.removeprefix(_PREFIX)
-                if name in keys:
-                    arrays[name] = np.concatenate(list(_samples(one)))
-        return arrays
-
-    return Source(columns=columns, load=load, stated=stated, notes=notes)
-
-
-def _require_together(found: Mapping[str, Sequence[tuple[int, float, int]]], rate: float) -> None:
-    """Refuse sources whose samples were not taken together.
-
-    Raises
-    ------
-    RecordingError
-        If one begins half a sample or more after another.
-    """
     starts = {name: segments[0][0] for name, segments in found.items()}
-    first, last = min(starts, key=lambda one: starts[one]), max(starts, key=lambda one: starts[one])
+    first, last = min(starts, key=starts.__getitem__), max(starts, key=starts.__getitem__)
     late = 1e-9 * (starts[last] - starts[first])
     if late > 0.5 / rate:
         raise RecordingError(
@@ -90,31 +54,42 @@ def _require_together(found: Mapping[str, Sequence[tuple[int, float, int]]], rat
             channel=last,
             remedy="cut all sources to the same span before they are put together",
         )
+    segments = next(iter(found.values()))
+    is_whole = all(len(segments) == 1 for segments in found.values())
+    columns = [Column(key=name, name=name, unit="counts") for name in found]
+    notes: list[Note] = []
+    if not is_whole:
+        columns.append(Column(key=_TIME, name=_TIME, unit="ns"))
+        text = f"records are missing: {counted(len(segments), 'stretch')}es without a gap"
+        notes.append(Note(text=text, channel=_TIME))
 
+    def load(keys: Sequence[str]) -> dict[str, NDArray[Any]]:
+        arrays: dict[str, NDArray[Any]] = {}
+        if _TIME in keys:
+            # When samples were taken, ns since 1970.
+            arrays[_TIME] = np.concatenate(
+                [
+                    start + np.rint(np.arange(count) * (1e9 / rate)).astype(np.int64)
+                    for start, rate, count in segments
+                ]
+            )
+        with MS3TraceList.from_file(path, unpack_data=True) as traces:
+            # It warns of samples that do not add up to the last one that their record states
+            # (Steim 1 and 2), and hands them over.
+            for text in get_error_messages():
+                if _SUM in text:
+                    raise ValueError(text)
+            for one in traces:
+                name = one.sourceid.removeprefix(_PREFIX)
+                if name in keys:
+                    arrays[name] = np.concatenate([part.np_datasamples for part in one])
+                    if arrays[name].dtype.kind not in "iuf":
+                        raise ValueError("its samples are text")
+        return arrays
 
-def _require_sums() -> None:
-    """Refuse samples that do not add up to the last one that their record states (Steim 1 and 2).
-
-    The library warns of that and hands them over.
-    """
-    wrong = [text for text in get_error_messages() if _SUM in text]
-    if wrong:
-        raise ValueError(wrong[0])
-
-
-def _samples(trace: Any) -> Iterator[NDArray[Any]]:
-    for segment in trace:
-        values = np.array(segment.np_datasamples)
-        if values.dtype.kind not in "iuf":
-            raise ValueError("its samples are text")
-        yield values
-
-
-def _stamps(segments: Sequence[tuple[int, float, int]]) -> NDArray[np.int64]:
-    """When samples were taken, ns since 1970."""
-    return np.concatenate(
-        [
-            start + np.rint(np.arange(count) * (1e9 / rate)).astype(np.int64)
-            for start, rate, count in segments
-        ]
+    return Source(
+        columns=tuple(columns),
+        load=load,
+        stated=Statement(sample_rate=rate if is_whole else None),
+        notes=tuple(notes),
     )

@@ -4,6 +4,7 @@ import hashlib
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from importlib import import_module
+from itertools import chain
 from pathlib import Path
 from typing import Any, Final
 
@@ -280,11 +281,11 @@ def format_to_write(path: Path, heading: Heading) -> Format:
             path=str(path),
             remedy="remove the TOML, or choose another output",
         )
-    kinds, gyros = heading.kinds, len(heading.gyros)
-    wrong = [f"{name} of kind {kind}" for name, kind in kinds.items() if kind != "rate"]
+    kinds, gyros, forces = heading.kinds, len(heading.gyros), len(heading.accelerometers)
+    wrong = [name for name in heading.units if name not in (*kinds, "time")]
+    wrong += [f"{name} of kind {kind}" for name, kind in kinds.items() if kind != "rate"]
     if gyros != _AXES or len(kinds) not in known.rates_of:
-        wrong.append(f"{gyros} gyros with {len(heading.accelerometers)} accelerometers")
-    wrong = [*(name for name in heading.units if name not in (*kinds, "time")), *wrong]
+        wrong.append(f"{gyros} gyros with {forces} accelerometers")
     if known.rates_of and wrong:
         alone = " or none" if _AXES in known.rates_of else ""
         raise RecordingError(
@@ -342,11 +343,12 @@ def _beginning(path: Path) -> bytes:
     try:
         with path.open("rb") as stream:
             beginning = stream.read(16)
-    except FileNotFoundError:
-        raise RecordingError("no such file", remedy="check the path") from None
     except OSError as error:
+        why = f"cannot be opened ({error.strerror})"
+        is_missing = isinstance(error, FileNotFoundError)
         raise RecordingError(
-            f"cannot be opened ({error.strerror})", remedy="check the path and its permissions"
+            "no such file" if is_missing else why,
+            remedy="check the path" if is_missing else "check the path and its permissions",
         ) from None
     if beginning and not path.stat().st_size:
         raise RecordingError(
@@ -385,9 +387,7 @@ def format_of(suffix: str, beginning: bytes) -> Format:
         )
     if not beginning:
         raise RecordingError("is empty", remedy="get the file again from its source")
-    if by_suffix.beginning and beginning.startswith(by_suffix.beginning):
-        return by_suffix
-    for known in formats():
+    for known in chain([by_suffix], formats()):
         if known.beginning and beginning.startswith(known.beginning):
             if suffix in (*known.suffixes, *known.also):
                 return known

@@ -30,7 +30,6 @@ from sagnac.core.errors import Note, RecordingError
 from sagnac.core.whole_files import replacing_set
 from sagnac.formats.source import MADE, Column, Outgoing, Source
 from sagnac.formats.statement import Statement, of_rates
-from sagnac.recording.columns import GYRO_NAMES
 
 # ---- rosbag ------------------------------------------------------------------------
 
@@ -118,27 +117,21 @@ def open_source(path: Path) -> Source:
     close = weakref.finalize(load, bag.close)
     names = ", ".join(topic.name for topic in topics)
     said = f"the IMU topics are {names}; name the columns of one with {{columns}}"
+    stated = Statement(kind="rate")
     if len(topics) == 1:
         said = f"gyros are those of topic {names}"
+        forces = tuple(_FIELDS)[3:] if topics[0].has_forces else ()
+        time = _STAMP if topics[0].is_stamped else _RECEIVED
+        stated = of_rates(tuple(_FIELDS)[:3], forces, time)
     return Source(
         columns=tuple(
             Column(key=key, name=key, unit=_FIELDS[field][1] if field in _FIELDS else "ns")
             for key, (_, field) in keys.items()
         ),
-        stated=_stated(topics),
+        stated=stated,
         load=load,
         notes=(Note(text=said),),
     )
-
-
-def _stated(topics: Sequence[_Topic]) -> Statement:
-    """The sensors of the only topic."""
-    if len(topics) > 1:
-        return Statement(kind="rate")
-    gyros = {axis: f"angular_velocity.{axis}" for axis in GYRO_NAMES}
-    forces = {f"a{axis}": f"linear_acceleration.{axis}" for axis in GYRO_NAMES}
-    time = _STAMP if topics[0].is_stamped else _RECEIVED
-    return of_rates(gyros, forces if topics[0].has_forces else {}, time)
 
 
 def _opened(path: Path) -> AnyReader:

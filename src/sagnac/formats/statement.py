@@ -5,7 +5,7 @@ people and files write them, counts among them: ``0.1arcsec``, ``counts``.
 """
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import Any, Final, Literal
@@ -25,7 +25,7 @@ from sagnac.core.units import (
 )
 from sagnac.formats.registry import CSV, EUROC, EUROC_SENSOR
 from sagnac.recording.channel import KINDS, PICKOFF
-from sagnac.recording.columns import TEMPERATURE
+from sagnac.recording.columns import ACCELEROMETER_NAMES, GYRO_NAMES, TEMPERATURE
 
 # ---- unit text ---------------------------------------------------------------------
 
@@ -228,13 +228,14 @@ _RULES: Final[tuple[tuple[str, Callable[[Any], bool], str], ...]] = (
 )
 
 
-def of_rates(gyros: Mapping[str, str], forces: Mapping[str, str], time: str | None) -> Statement:
-    """The statement of a file of rates: gyro and accelerometer -> column, and that of the times."""
+def of_rates(rates: Sequence[str], forces: Sequence[str], time: str | None) -> Statement:
+    """The statement of a file of rates: columns of x, y, z, of ax, ay, az if any, and of times."""
+    columns = dict(zip((*GYRO_NAMES, *ACCELEROMETER_NAMES), (*rates, *forces), strict=False))
     return Statement(
         kind="rate",
-        columns={**gyros, **forces},
-        gyros=tuple(gyros),
-        accelerometers=tuple(forces) or None,
+        columns=columns,
+        gyros=GYRO_NAMES,
+        accelerometers=ACCELEROMETER_NAMES if forces else None,
         time=time,
     )
 
@@ -266,9 +267,8 @@ def one_statement(statement: Statement | None, stated: Mapping[str, Any]) -> Sta
             f"{', '.join(stated)} and a statement are given; state everything in one of the two"
         )
     known = [item.name for item in fields(Statement)]
-    for name in stated:
-        if name not in known:
-            raise TypeError(f"{name!r} is nothing to state; use one of {', '.join(known)}")
+    if unknown := [name for name in stated if name not in known]:
+        raise TypeError(f"{unknown[0]!r} is nothing to state; use one of {', '.join(known)}")
     return statement or Statement(**stated)
 
 
@@ -310,12 +310,11 @@ class Statements:
     @property
     def counter_period(self) -> float | None:
         """Counts after which gyro counters start over, or None where nothing is stated."""
-        for statement in self.in_order:
-            if statement.counter_period is not None:
-                return float(statement.counter_period)
-            if statement.counter_bits is not None:
-                return 2.0**statement.counter_bits
-        return None
+        periods = (
+            one.counter_period or (one.counter_bits and 2.0**one.counter_bits)
+            for one in self.in_order
+        )
+        return next((float(period) for period in periods if period), None)
 
     @property
     def gyros(self) -> tuple[str, ...]:

@@ -2,6 +2,7 @@
 
 import logging
 import re
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, Final
@@ -9,7 +10,6 @@ from typing import Any, Final
 import numpy as np
 from nptdms import TdmsFile
 from nptdms.log import log_manager
-from numpy.typing import NDArray
 
 from sagnac.core.arrays import blocks
 from sagnac.core.errors import RecordingError
@@ -38,32 +38,34 @@ def open_source(path: Path) -> Source:
     RecordingError
         If the file is not TDMS or is cut off.
     """
+    _require_whole(path)
     with path.open("rb") as stream, TdmsFile.open(stream) as file:
+        if not file.groups():
+            raise ValueError("no segment of it is whole")
         found = [
-            (group.name, one.name, dict(one.properties), np.dtype(one.dtype), len(one))
+            (group.name, one.name, dict(one.properties), np.dtype(one.dtype).kind, len(one))
             for group in file.groups()
             for one in group.channels()
         ]
-        if not file.groups():
-            raise ValueError("no segment of it is whole")
-        _require_whole(path)
         shared = [file.properties, *(group.properties for group in file.groups())]
-    found = [one for one in found if one[3].kind in "biufM" and one[4]]
-    names = [name for _, name, *_ in found]
-    by_key = {one[1] if names.count(one[1]) == 1 else f"{one[0]}/{one[1]}": one for one in found}
+    found = [one for one in found if one[3] in "biufM" and one[4]]
+    often = Counter(name for _, name, *_ in found)
+    by_key = {one[1] if often[one[1]] == 1 else f"{one[0]}/{one[1]}": one for one in found}
     columns: list[Column] = []
     for key, (_, _, own, kind, _) in by_key.items():
         unit = next((str(own[one]) for one in _UNIT_PROPERTIES if own.get(one)), None)
-        columns.append(column(key, unit="ns" if kind.kind == "M" else unit))
+        columns.append(column(key, unit="ns" if kind == "M" else unit))
 
     def pieces(keys: Sequence[str], start: int, stop: int) -> Pieces:
         with path.open("rb") as stream, TdmsFile.open(stream) as file:
             for key in keys:
-                group, name, *_ = by_key[key]
+                group, name, _, kind, _ = by_key[key]
                 channel = file[group][name]
                 for block in blocks(stop, start=start):
                     values = channel.read_data(block.start, block.stop - block.start)
-                    yield {key: _numbers(values)}
+                    if kind == "M":
+                        values = values.astype("datetime64[ns]").astype(np.int64)
+                    yield {key: values}
 
     def load(keys: Sequence[str]) -> Stored:
         for key in keys:
@@ -95,12 +97,6 @@ def _require_whole(path: Path) -> None:
             position += _LEAD_IN + follow
     if position > size:
         raise ValueError("its last segment is not all there")
-
-
-def _numbers(values: NDArray[Any]) -> NDArray[Any]:
-    if values.dtype.kind == "M":
-        return values.astype("datetime64[ns]").astype(np.int64)
-    return values
 
 
 def check_scales(name: str, properties: Mapping[str, Any]) -> None:

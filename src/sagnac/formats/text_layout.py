@@ -17,7 +17,6 @@ from sagnac.core.errors import RecordingError
 from sagnac.formats.source import Column, column
 from sagnac.formats.statement import Statement, is_known, of_rates
 from sagnac.formats.text import PLAIN, NumberStyle, TextFile, form_of, is_in_doubt, style_of
-from sagnac.recording.columns import ACCELEROMETER_NAMES, GYRO_NAMES
 
 # ---- layout ------------------------------------------------------------------------
 
@@ -361,15 +360,10 @@ def _stated(
 ) -> tuple[Statement, Mapping[str, str]]:
     """Statements of a known program by header and preamble, and units by the names of columns."""
     for time, unit, rate, force, axes in PRESETS:
-        gyros = {name: rate.format(one) for name, one in zip(GYRO_NAMES, axes, strict=True)}
-        forces = {
-            name: force.format(one) for name, one in zip(ACCELEROMETER_NAMES, axes, strict=True)
-        }
-        if {time, *gyros.values()} <= set(names):
-            units = dict.fromkeys(gyros.values(), "rad/s")
-            units |= {**dict.fromkeys(forces.values(), "m/s^2"), time: unit}
-            there = forces if set(forces.values()) <= set(names) else {}
-            return of_rates(gyros, there, time), units
+        rates, forces = ([one.format(axis) for axis in axes] for one in (rate, force))
+        if {time, *rates} <= set(names):
+            units = {**dict.fromkeys(rates, "rad/s"), **dict.fromkeys(forces, "m/s^2"), time: unit}
+            return of_rates(rates, forces if set(forces) <= set(names) else (), time), units
     if preamble and preamble[0].startswith(_LABVIEW):
         return _by_labview(names, preamble, delimiter)
     return Statement(), {}

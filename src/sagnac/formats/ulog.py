@@ -11,12 +11,12 @@ from pyulog import ULog
 from sagnac.core.errors import Note, RecordingError, counted
 from sagnac.formats.source import Column, Source
 from sagnac.formats.statement import Statement, of_rates
+from sagnac.recording.columns import GYRO_NAMES
 
 # Message -> field -> unit, as PX4's message definitions state them.
-_AXES: Final = ("x", "y", "z")
 _FIELDS: Final = {
-    "sensor_gyro": dict.fromkeys(_AXES, "rad/s"),
-    "sensor_accel": dict.fromkeys(_AXES, "m/s^2"),
+    "sensor_gyro": dict.fromkeys(GYRO_NAMES, "rad/s"),
+    "sensor_accel": dict.fromkeys(GYRO_NAMES, "m/s^2"),
     "sensor_combined": {
         **{f"gyro_rad[{i}]": "rad/s" for i in range(3)},
         **{f"accelerometer_m_s2[{i}]": "m/s^2" for i in range(3)},
@@ -53,21 +53,22 @@ def open_source(path: Path) -> Source:
     RecordingError
         If the file is not ULog or is damaged, or logs no gyro.
     """
-    # The library leaves a file open that it opened itself and cannot read.
-    with io.FileIO(path) as raw, _Stream(raw) as stream:
-        # What it prints of a damaged file is refused here.
-        with redirect_stdout(io.StringIO()):
-            log = ULog(stream, list(_FIELDS), disable_str_exceptions=True)
-        if log.file_corruption:
-            raise ValueError("messages are damaged")
-        sets = {
-            f"{one.name}.{one.multi_id}" if one.multi_id else one.name: one for one in log.data_list
-        }
+    # The library leaves a file open that it opened itself and cannot read; what it prints of a
+    # damaged one is refused here.
+    with (
+        io.FileIO(path) as raw,
+        _Stream(raw) as stream,
+        redirect_stdout(io.StringIO()),
+    ):
+        log = ULog(stream, list(_FIELDS), disable_str_exceptions=True)
+    if log.file_corruption:
+        raise ValueError("messages are damaged")
+    sets = {
+        f"{one.name}.{one.multi_id}" if one.multi_id else one.name: one for one in log.data_list
+    }
     columns, arrays = [], {}
     for prefix, one in sets.items():
-        fields = dict(_FIELDS[one.name])
-        fields.update({name: "us" for name in _TIMES if name in one.data})
-        for name, unit in fields.items():
+        for name, unit in {**_FIELDS[one.name], **dict.fromkeys(_TIMES, "us")}.items():
             if name in one.data:
                 key = f"{prefix}.{name}"
                 arrays[key] = one.data[name]
@@ -76,45 +77,31 @@ def open_source(path: Path) -> Source:
         raise RecordingError(
             f"logs none of {', '.join(_FIELDS)}", remedy="log sensor_gyro at full rate"
         )
-
+    texts = []
+    if log.dropouts:
+        lost, times = sum(one.duration for one in log.dropouts), len(log.dropouts)
+        texts.append(f"the logger dropped out {counted(times, 'time')}, {lost} ms in all")
+    if stream.lacking:
+        texts.append(
+            f"{counted(stream.lacking, 'byte')} of the last message are missing: the log was cut "
+            "off, or is damaged there"
+        )
     return Source(
         columns=tuple(columns),
         # The library holds the log whole; what is taken becomes an array of its own.
         load=lambda keys: {key: np.ascontiguousarray(arrays[key]) for key in keys},
         stated=_stated(sets),
-        notes=_notes(log, lacking=stream.lacking),
+        notes=tuple(Note(text=text, level="warning", channel="time") for text in texts),
     )
 
 
 def _stated(sets: dict[str, Any]) -> Statement:
     """The gyros of the only `sensor_gyro`, else of `sensor_combined`; none if several may be."""
-    fields: tuple[str, ...] = _AXES
     gyros = [prefix for prefix, one in sets.items() if one.name == "sensor_gyro"]
-    if len(gyros) == 1:
-        prefix = gyros[0]
-    elif "sensor_combined" in sets:
-        prefix, fields = "sensor_combined", tuple(f"gyro_rad[{i}]" for i in range(3))
-    else:
+    prefix = gyros[0] if len(gyros) == 1 else "sensor_combined"
+    if prefix not in sets:
         return Statement(kind="rate")
+    # The forces of sensor_combined are sampled with the gyros; sensor_accel has times of its own.
+    names = [f"{prefix}.{name}" for name in _FIELDS[sets[prefix].name]]
     time = next((f"{prefix}.{name}" for name in _TIMES if name in sets[prefix].data), None)
-    columns = {axis: f"{prefix}.{name}" for axis, name in zip(_AXES, fields, strict=True)}
-    forces = {}
-    if prefix == "sensor_combined":
-        # Sampled with the gyros; sensor_accel has times of its own.
-        forces = {f"a{a}": f"{prefix}.accelerometer_m_s2[{i}]" for i, a in enumerate(_AXES)}
-    return of_rates(columns, forces, time)
-
-
-def _notes(log: ULog, *, lacking: int) -> tuple[Note, ...]:
-    texts = []
-    if log.dropouts:
-        lost = sum(one.duration for one in log.dropouts)
-        texts.append(
-            f"the logger dropped out {counted(len(log.dropouts), 'time')}, {lost} ms in all"
-        )
-    if lacking:
-        texts.append(
-            f"{counted(lacking, 'byte')} of the last message are missing: the log was cut off, or "
-            "is damaged there"
-        )
-    return tuple(Note(text=text, level="warning", channel="time") for text in texts)
+    return of_rates(names[:3], names[3:], time)

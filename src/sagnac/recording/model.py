@@ -261,7 +261,7 @@ class Recording:
                 name: np.asarray(numbers(values, PICKOFF + name), np.float64)
                 for name, values in (pickoffs or {}).items()
             },
-            temperature=None
+            temperature=temperature
             if temperature is None
             else np.asarray(numbers(temperature, "temperature"), np.float64),
         )
@@ -437,19 +437,15 @@ class Recording:
     def with_columns(self, change: Callable[[Any], Any], **others: Any) -> Self:
         """Every column but the times put through a function, and `others` in their places."""
 
-        def changed(one: Any) -> Any:
-            return replace(one, values=change(one.values))
+        def changed(held: Any) -> Any:
+            if isinstance(held, tuple):
+                return tuple(map(changed, held))
+            if isinstance(held, Channel | Pickoff):
+                return replace(held, values=change(held.values))
+            return None if held is None else change(held)
 
-        return replace(
-            self,
-            gyros=tuple(map(changed, self.gyros)),
-            accelerometers=tuple(map(changed, self.accelerometers)),
-            pickoffs=tuple(map(changed, self.pickoffs)),
-            table=None if self.table is None else changed(self.table),
-            null_pulse=None if self.null_pulse is None else change(self.null_pulse),
-            temperature=None if self.temperature is None else change(self.temperature),
-            **others,
-        )
+        columns = ("gyros", "accelerometers", "pickoffs", "table", "null_pulse", "temperature")
+        return replace(self, **{one: changed(getattr(self, one)) for one in columns}, **others)
 
     @property
     def _channels(self) -> tuple[Channel, ...]:
