@@ -426,12 +426,9 @@ def scale_of(name: str, column: Column, statements: Statements, sensor: Sensor =
         )
     unit, quantity = scale or unit, quantity_of(kind, sensor)
     usual = next(iter(sizes(quantity)))
-    known_unit(
-        name,
-        unit,
-        quantity,
-        f"state {{unit {of_one}{usual}}} or another of {quantity}, or the right {{kind}}",
-    )
+    other = f"another of {quantity}" if sensor == "gyro" else "{unit gyros=deg/s,accelerometers=g}"
+    remedy = f"state {{unit {of_one}{usual}}} or {other}, or the right {{kind}}"
+    known_unit(name, unit, quantity, remedy)
     notes = [
         _contradiction(name, caller, beside, by_file)
         for caller, beside, by_file in (units, kinds)

@@ -7,6 +7,7 @@ array of booleans beside the values.
 
 import math
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass, fields
 from typing import Any, ClassVar, Final, Literal, Self, get_args
 
@@ -91,10 +92,8 @@ def numbers(values: ArrayLike, argument: str) -> NDArray[Any]:
     if column.ndim != 1:
         raise ValueError(f"{argument} has shape {column.shape}; give one column, shape (samples,)")
     if column.dtype.kind == "O":
-        try:
+        with suppress(TypeError, ValueError):
             return np.asarray(values, dtype=np.float64)
-        except (TypeError, ValueError):
-            pass
     if column.dtype.kind not in "iuf" and column.size:
         raise ValueError(f"{argument} holds {column.dtype} values; give real numbers")
     return column
@@ -146,18 +145,12 @@ class Channel:
         if not isinstance(self.name, str) or not self.name:
             raise ValueError(f"name is {quoted(self.name)}; give the channel a name, x for one")
         require_choice("sensor", self.sensor, SENSORS)
-        quantity = quantity_of(self.kind, self.sensor)
         if not self.shown_in:
-            in_si = next(name for name, size in sizes(quantity).items() if size == 1.0)
+            known = sizes(quantity_of(self.kind, self.sensor))
+            in_si = next(name for name, size in known.items() if size == 1.0)
             object.__setattr__(self, "shown_in", in_si)
-        try:
-            unit_of(self.shown_in, quantity)
-        except ValueError as error:
-            raise ValueError(
-                f"channel {self.name} of kind {self.kind}: shown_in: {error}"
-            ) from None
-        held = _no_series(self.values)
-        if held:
+        _unit_of_channel(self.name, self.kind, self.shown_in, self.sensor)
+        if held := _no_series(self.values):
             raise ValueError(
                 f"channel {self.name}: values are {held}; give float64 of shape (samples,) in SI, "
                 "or use Channel.from_values"
@@ -198,11 +191,8 @@ class Channel:
         >>> Channel.from_values("x", [3600.0, 7200.0], kind="increment", unit="arcsec")
         Channel(x: 2 samples, increment, shown in arcsec)
         """
-        try:
-            stated = unit_of(unit, quantity_of(kind, sensor))
-        except ValueError as error:
-            raise ValueError(f"channel {name} of kind {kind}: {error}") from None
-        in_si = elementwise(np.multiply, numbers(values, name), stated.size, out=out)
+        size = _unit_of_channel(name, kind, unit, sensor).size
+        in_si = elementwise(np.multiply, numbers(values, name), size, out=out)
         return cls(name=name, kind=kind, values=in_si, shown_in=unit, sensor=sensor)
 
     @property
@@ -244,12 +234,20 @@ class Conversion:
     notes: tuple[Note, ...] = ()
 
 
+def _unit_of_channel(name: str, kind: Kind, unit: str, sensor: Sensor) -> Unit:
+    quantity = quantity_of(kind, sensor)
+    try:
+        return unit_of(unit, quantity)
+    except ValueError as error:
+        raise ValueError(f"channel {name} of kind {kind}: {error}") from None
+
+
 def _no_series(values: object) -> str:
     """Type and shape of values that are not (samples,) float64; empty if they are."""
     if not isinstance(values, np.ndarray):
         return f"a {type(values).__name__}"
-    held = f"{values.dtype} of shape {values.shape}"
-    return "" if values.dtype == np.float64 and values.ndim == 1 else held
+    is_series = values.dtype == np.float64 and values.ndim == 1
+    return "" if is_series else f"{values.dtype} of shape {values.shape}"
 
 
 def same_values(one: Any, other: Any) -> bool:
@@ -344,12 +342,8 @@ def by_blocks(
     values, others
         (samples,) each.
     """
-    return np.array(
-        [
-            function(values[block], *(other[block] for other in others))
-            for block in blocks(values.size)
-        ]
-    )
+    arrays = (values, *others)
+    return np.array([function(*(one[some] for one in arrays)) for some in blocks(values.size)])
 
 
 def marked(
@@ -366,7 +360,7 @@ def marked(
     """
     marks = np.empty(values.size, dtype=np.bool_)
     for block in blocks(values.size):
-        marks[block] = test(values[block], *(other[block] for other in others))
+        marks[block] = test(*(one[block] for one in (values, *others)))
     return marks
 
 
@@ -476,10 +470,9 @@ def angle_of(channel: Channel, sample_rate: float) -> FloatArray:
     FloatArray
         (samples,), rad; the channel's own values if it is one of angle.
     """
+    values, per_step = channel.values, 1.0 if channel.kind == "increment" else sample_rate
     if channel.kind == "angle":
-        return channel.values
-    values = channel.values
-    per_step = 1.0 if channel.kind == "increment" else sample_rate
+        return values
     usual = mean(values) / per_step
     angle = empty(values.size)
     turned = 0.0

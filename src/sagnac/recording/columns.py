@@ -282,24 +282,34 @@ def sampling(stamps: FloatArray, stated_rate: float | None = None) -> Sampling:
     """
     times = elementwise(np.subtract, stamps, stamps[0])
     if times.size < 2 or not is_finite(times) or times[-1] <= 0.0:
-        if stated_rate is not None:
-            return Sampling(times=times, sample_rate=stated_rate)
-        usual = median_step(times, repeats=False)
-        if math.isnan(usual):
-            raise RecordingError(
-                "does not run forwards", channel="time", remedy="state {time none} and {rate HZ}"
-            )
-        return Sampling(times=times, sample_rate=1.0 / _plausible(usual))
+        rate = stated_rate
+        if rate is None:
+            usual = median_step(times, repeats=False)
+            if math.isnan(usual):
+                raise RecordingError(
+                    "does not run forwards",
+                    channel="time",
+                    remedy="state {time none} and {rate HZ}",
+                )
+            rate = 1.0 / _plausible(usual)
+        return Sampling(times=times, sample_rate=rate)
     step = _plausible(float(times[-1]) / (times.size - 1))
     # The largest distance of a stamp from its place at even steps.
     worst = max(
         float(np.abs(np.arange(some.start, some.stop) * step - times[some]).max())
         for some in blocks(times.size)
     )
-    clock = _resolution(times)
+    # The clock: the coarsest power of ten that stamps are multiples of, s.
+    sample = every(times, max(1, times.size // 10_000))
+    ticks = ((exponent, sample * 10.0**exponent) for exponent in range(10))
+    whole = (one for one, some in ticks if np.abs(some - np.rint(some)).max() < 1e-3)
+    clock = next((float(10.0**-exponent) for exponent in whole), 0.0)
     # Stamps are exact only to the last digit that was written, or that a float holds.
     slack = max(UNIFORM * step, 1e-9 * clock, 4.0 * float(np.spacing(times[-1])))
-    rate = _tidy(1.0 / step, (min(worst, clock) + slack) / float(times[-1]))
+    # The round figure that the rate cannot be told from, or the rate.
+    rate, unsure = 1.0 / step, (min(worst, clock) + slack) / float(times[-1])
+    near = (round(rate, digits) for digits in range(10))
+    rate = next((one for one in near if one > 0.0 and abs(one - rate) <= unsure * rate), rate)
     if stated_rate is not None and abs(rate / stated_rate - 1.0) > RATE_AGREEMENT:
         raise RecordingError(
             f"the stamps give {rate:.6g} Hz but {stated_rate:.6g} Hz is stated",
@@ -308,17 +318,19 @@ def sampling(stamps: FloatArray, stated_rate: float | None = None) -> Sampling:
         )
     if worst <= slack:
         return Sampling(times=None, sample_rate=rate)
-    if worst <= 0.75 * clock < 0.75 * step:
-        text = (
-            f"stamps are those of uniform sampling at {rate:.9g} Hz on a clock of {clock:g} s: "
-            "taken as uniform"
-        )
-        return Sampling(times=None, sample_rate=rate, notes=(Note(text=text, channel="time"),))
+    is_uniform = worst <= 0.75 * clock < 0.75 * step
     text = (
-        f"sampling is not uniform, mean rate {rate:.6g} Hz, stamps up to {worst:.3g} s "
-        "off an even spacing"
+        f"stamps are those of uniform sampling at {rate:.9g} Hz on a clock of {clock:g} s: "
+        "taken as uniform"
+        if is_uniform
+        else f"sampling is not uniform, mean rate {rate:.6g} Hz, stamps up to {worst:.3g} s off an "
+        "even spacing"
     )
-    return Sampling(times=times, sample_rate=rate, notes=(Note(text=text, channel="time"),))
+    return Sampling(
+        times=None if is_uniform else times,
+        sample_rate=rate,
+        notes=(Note(text=text, channel="time"),),
+    )
 
 
 def _plausible(step: float) -> float:
@@ -361,20 +373,6 @@ def median_step(times: FloatArray, *, repeats: bool = True) -> float:
         steps[kept : kept + here.size] = here
         kept += here.size
     return float(np.median(steps[:kept], overwrite_input=True)) if kept else math.nan
-
-
-def _resolution(times: FloatArray) -> float:
-    """Clock step of the stamps: the coarsest power of ten that they are multiples of, s."""
-    sample = every(times, max(1, times.size // 10_000))
-    scaled = ((exponent, sample * 10.0**exponent) for exponent in range(10))
-    whole = (exponent for exponent, ticks in scaled if np.abs(ticks - np.rint(ticks)).max() < 1e-3)
-    return next((float(10.0**-exponent) for exponent in whole), 0.0)
-
-
-def _tidy(rate: float, uncertainty: float) -> float:
-    """`rate`, or the round figure it cannot be told from (relative `uncertainty`)."""
-    near = (round(rate, digits) for digits in range(10))
-    return next((one for one in near if one > 0.0 and abs(one - rate) <= uncertainty * rate), rate)
 
 
 # ---- slices ------------------------------------------------------------------------
@@ -451,12 +449,11 @@ def stretch_of(
         raise RecordingError(
             "fewer than two samples lie in the slice", remedy="widen {slice START:STOP}"
         )
-    if stamps is not None:
-        began, taken = float(stamps[first]), sampling(stamps[first:last], rate)
-    else:
-        taken = Sampling(times=None, sample_rate=rate or 0.0)
-        began = first / taken.sample_rate
-    return Stretch(first=first, stop=last, start=began, sampling=taken)
+    if stamps is None:
+        even = Sampling(times=None, sample_rate=rate or 0.0)
+        return Stretch(first=first, stop=last, start=first / even.sample_rate, sampling=even)
+    taken = sampling(stamps[first:last], rate)
+    return Stretch(first=first, stop=last, start=float(stamps[first]), sampling=taken)
 
 
 def first_at(times: FloatArray, limit: float) -> int:
