@@ -48,23 +48,16 @@ def _is_numeric(kind: pa.DataType) -> bool:
     return any(is_one(kind) for is_one in known)
 
 
-def _column_of(item: pa.Field) -> Column:
-    """A field with the unit and kind that its metadata states."""
-    metadata = _text_of(item.metadata)
-    unit = item.type.unit if pa.types.is_timestamp(item.type) else metadata.get("unit")
-    return column(item.name, unit=unit, kind=metadata.get("kind"))
-
-
 def as_numpy(values: pa.Array) -> NDArray[Any]:
     """Numbers of an array; times as integers in their unit."""
     if pa.types.is_timestamp(values.type):
         values = values.cast(pa.int64())
-    if pa.types.is_boolean(values.type) and not values.null_count:
-        # A bit each. A cast would import what computes on arrays: a twentieth of a second.
-        bits = np.frombuffer(values.buffers()[1], dtype=np.uint8)
-        ones = np.unpackbits(bits, bitorder="little")
-        return ones[values.offset : values.offset + len(values)]
     if pa.types.is_boolean(values.type):
+        if not values.null_count:
+            # A bit each. A cast would import what computes on arrays: a twentieth of a second.
+            bits = np.frombuffer(values.buffers()[1], dtype=np.uint8)
+            ones = np.unpackbits(bits, bitorder="little")
+            return ones[values.offset : values.offset + len(values)]
         values = values.cast(pa.uint8())
     if values.null_count:
         values = values.cast(pa.float64(), safe=False).fill_null(np.nan)
@@ -129,13 +122,20 @@ def open_source(path: Path) -> Source:
             yield {key: as_numpy(batch.column(key))[inside] for key in keys}
             position += batch.num_rows
 
+    columns: list[Column] = []
+    unreadable: dict[str, str] = {}
+    for item in schema:
+        metadata = _text_of(item.metadata)
+        unit = item.type.unit if pa.types.is_timestamp(item.type) else metadata.get("unit")
+        if _is_numeric(item.type):
+            columns.append(column(item.name, unit=unit, kind=metadata.get("kind")))
+        else:
+            unreadable[item.name] = f"holds {item.type} values"
     return Source(
-        columns=tuple(_column_of(item) for item in schema if _is_numeric(item.type)),
+        columns=tuple(columns),
         load=lambda keys: Stored(lengths=dict.fromkeys(keys, sum(sizes)), pieces=pieces),
         stated=by_attributes(_text_of(schema.metadata)),
-        unreadable={
-            item.name: f"holds {item.type} values" for item in schema if not _is_numeric(item.type)
-        },
+        unreadable=unreadable,
     )
 
 
@@ -241,21 +241,17 @@ def writer(path: Path | str, heading: Heading) -> Iterator[Callable[[Rows], None
 
 def write(path: Path, out: Outgoing) -> None:
     """The columns with unit and kind in their metadata, the rate in the schema's."""
-    if path.suffix.lower() in FEATHER.suffixes:
-        _write_feather(path, out)
+    if path.suffix.lower() not in FEATHER.suffixes:
+        with writer(path, out) as append:
+            for block in blocks(out.samples, ROWS_PER_GROUP):
+                append(out.rows(block))
         return
-    with writer(path, out) as append:
-        for block in blocks(out.samples, ROWS_PER_GROUP):
-            append(out.rows(block))
-
-
-def _write_feather(path: Path, out: Outgoing) -> None:
     schema = _schema(out)
     with (
         replacing(path) as temporary,
         pa.OSFile(str(temporary), "wb") as stream,
-        pa.ipc.new_file(stream, schema) as writer,
+        pa.ipc.new_file(stream, schema) as file,
     ):
         for block in blocks(out.samples):
             arrays = _arrays(out.rows(block), schema)
-            writer.write_batch(pa.RecordBatch.from_arrays(arrays, schema=schema))
+            file.write_batch(pa.RecordBatch.from_arrays(arrays, schema=schema))

@@ -244,18 +244,15 @@ def open_declared(path: Path, layout: str | Mapping[str, Any]) -> Source:
             f"is shorter than one record of {length} bytes", remedy="state the right {layout}"
         )
     starts: IntegerArray | None = None
-    notes: tuple[Note, ...] = ()
+    said = f"{counted(rest, 'byte')} behind the last record: it may be cut off" if rest else ""
     if laid_out.sync or laid_out.checksum:
-        starts, notes = _found(content, laid_out)
+        starts, said = _found(content, laid_out)
         records = starts.size
         if records == 0:
             raise RecordingError(
                 "holds no record with these sync bytes and this checksum",
                 remedy="state the right {layout}",
             )
-    elif rest:
-        text = f"{counted(rest, 'byte')} behind the last record: it may be cut off"
-        notes = (Note(text=text, level="warning"),)
 
     def pieces(keys: Sequence[str], start: int, stop: int) -> Pieces:
         for block in blocks(stop, start=start):
@@ -269,7 +266,7 @@ def open_declared(path: Path, layout: str | Mapping[str, Any]) -> Source:
         columns=laid_out.columns,
         load=lambda keys: Stored(lengths=dict.fromkeys(keys, records), pieces=pieces),
         stated=laid_out.stated,
-        notes=notes,
+        notes=(Note(text=said, level="warning"),) if said else (),
     )
 
 
@@ -279,7 +276,7 @@ def _records(content: Bytes, starts: IntegerArray, dtype: np.dtype[Any]) -> NDAr
     return rows.view(dtype)[:, 0]
 
 
-def _found(content: Bytes, laid_out: BinaryLayout) -> tuple[IntegerArray, tuple[Note, ...]]:
+def _found(content: Bytes, laid_out: BinaryLayout) -> tuple[IntegerArray, str]:
     """Where the records with right sync bytes and checksums start, and what lies between them."""
     length, found, wrong = laid_out.dtype.itemsize, [np.empty(0, np.int64)], 0
     # Looked through in parts; a record that begins in one may end in the next.
@@ -291,12 +288,9 @@ def _found(content: Bytes, laid_out: BinaryLayout) -> tuple[IntegerArray, tuple[
             found.append(places[some][is_right])
     starts = _apart(np.concatenate(found), length)
     between = content.size - starts.size * length
-    if between == 0:
-        return starts, ()
-    text = f"{counted(between, 'byte')} belong to no record and are left out"
-    if wrong:
-        text += f"; {counted(wrong, 'checksum')} did not match"
-    return starts, (Note(text=text, level="warning"),)
+    said = f"{counted(between, 'byte')} belong to no record and are left out"
+    said += f"; {counted(wrong, 'checksum')} did not match" if wrong else ""
+    return starts, said if between else ""
 
 
 def _places(content: Bytes, laid_out: BinaryLayout, part: slice) -> IntegerArray:
@@ -321,7 +315,7 @@ def _are_right(records: NDArray[Any], laid_out: BinaryLayout) -> Any:
 
 def _apart(starts: IntegerArray, size: int) -> IntegerArray:
     """The starts that lie in no record before them: sync bytes may stand within one by chance."""
-    if starts.size < 2 or (np.diff(starts) >= size).all():
+    if (np.diff(starts) >= size).all():
         return starts
     kept, end = [], -1
     for start in starts.tolist():

@@ -193,13 +193,10 @@ def _read(dataset: h5py.Dataset, vector: Vector, start: int, stop: int) -> Itera
 
 def _plain(value: Any) -> Any:
     """An attribute as text, a number, or a list of them."""
-    if isinstance(value, bytes):
-        return value.decode(errors="replace")
-    if isinstance(value, np.ndarray):
-        return (
-            [_plain(item) for item in value.tolist()] if value.size != 1 else _plain(value.item())
-        )
-    return value.item() if isinstance(value, np.generic) else value
+    plain = value.tolist() if isinstance(value, np.ndarray | np.generic) else value
+    if isinstance(plain, list):
+        return _plain(plain[0]) if len(plain) == 1 else [_plain(item) for item in plain]
+    return plain.decode(errors="replace") if isinstance(plain, bytes) else plain
 
 
 def _scaled(raw: NDArray[Any], attributes: Mapping[str, Any]) -> NDArray[Any]:

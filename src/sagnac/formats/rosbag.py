@@ -12,7 +12,7 @@ import shutil
 import weakref
 from collections.abc import Iterator, Sequence
 from contextlib import closing, contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from itertools import islice
 from pathlib import Path
 from typing import Any, Final
@@ -68,7 +68,7 @@ class _Topic:
     messages: int
     order: str
     is_stamped: bool
-    has_forces: bool = True
+    has_forces: bool
 
 
 def open_source(path: Path) -> Source:
@@ -84,8 +84,8 @@ def open_source(path: Path) -> Source:
     bag = _opened(path)
     try:
         every = [(name, one.msgtype, one.msgcount) for name, one in bag.topics.items()]
-        topics = [_topic(bag, name) for name, kind, _ in every if kind in _TYPES]
-        topics = [topic for topic in topics if topic.messages]
+        found = (_topic(bag, name) for name, kind, _ in every if kind in _TYPES)
+        topics = [topic for topic in found if topic is not None]
         if not topics:
             listed = [f"{name} ({kind}, {count})" for name, kind, count in every[:_MOST_LISTED]]
             more = " ..." if len(every) > _MOST_LISTED else ""
@@ -155,8 +155,8 @@ def collection_paused() -> Iterator[None]:
             gc.enable()
 
 
-def _topic(bag: AnyReader, name: str) -> _Topic:
-    """A topic by its first message.
+def _topic(bag: AnyReader, name: str) -> _Topic | None:
+    """A topic by its first message; None if it has none.
 
     Raises
     ------
@@ -164,35 +164,38 @@ def _topic(bag: AnyReader, name: str) -> _Topic:
         If its messages are laid out otherwise.
     """
     connections = [one for one in bag.connections if one.topic == name]
-    count = sum(one.msgcount for one in connections)
     found = next(bag.messages(connections=connections), None)
     if found is None:
-        return _Topic(name=name, messages=0, order="<", is_stamped=False)
+        return None
     connection, _, raw = found
     # ROS 2 puts four bytes before a message, the second of which says the order; ROS 1 counts it.
     order = ">" if bag.is2 and raw[1] % 2 == 0 else "<"
-    topic = _Topic(name=name, messages=count, order=order, is_stamped=True)
     message: Any = bag.deserialize(raw, connection.msgtype)
-    stamp = message.header.stamp
-    first = _numbers(topic, [bytes(raw)])
-    rate, force = message.angular_velocity, message.linear_acceleration
+    stamp, rate, force = message.header.stamp, message.angular_velocity, message.linear_acceleration
     expected = [rate.x, rate.y, rate.z, force.x, force.y, force.z]
-    ours = [first[_NUMBERS][0, place] for place, _ in _FIELDS.values()]
+    first = _numbers(name, order, [bytes(raw)])
+    doubles = first[_NUMBERS][0]
+    ours = [doubles[place] for place, _ in _FIELDS.values()]
     seconds = int(stamp.sec) * 10**9 + int(stamp.nanosec)
     if not np.array_equal(ours, expected, equal_nan=True) or first[_STAMP][0] != seconds:
         raise ValueError(f"messages of {name} are not those of sensor_msgs/Imu")
-    measured = first[_NUMBERS][0, _ACCELERATION_SPREAD_AT] != _NOT_MEASURED
-    return replace(topic, is_stamped=seconds != 0, has_forces=measured)
+    return _Topic(
+        name=name,
+        messages=sum(one.msgcount for one in connections),
+        order=order,
+        is_stamped=seconds != 0,
+        has_forces=bool(doubles[_ACCELERATION_SPREAD_AT] != _NOT_MEASURED),
+    )
 
 
-def _numbers(topic: _Topic, raw: Sequence[bytes]) -> dict[str, NDArray[Any]]:
+def _numbers(topic: str, order: str, raw: Sequence[bytes]) -> dict[str, NDArray[Any]]:
     """Stamps, ns, and the doubles of some messages, (messages, 37)."""
     if any(len(message) < _STAMP_AT + 8 + 8 * _DOUBLES for message in raw):
-        raise ValueError(f"a message of {topic.name} is cut off")
+        raise ValueError(f"a message of {topic} is cut off")
     ends = b"".join(message[-8 * _DOUBLES :] for message in raw)
     begin = b"".join(message[_STAMP_AT : _STAMP_AT + 8] for message in raw)
-    doubles = np.frombuffer(ends, f"{topic.order}f8").reshape(-1, _DOUBLES)
-    seconds, nano = np.frombuffer(begin, f"{topic.order}u4").reshape(-1, 2).T.astype(np.int64)
+    doubles = np.frombuffer(ends, f"{order}f8").reshape(-1, _DOUBLES)
+    seconds, nano = np.frombuffer(begin, f"{order}u4").reshape(-1, 2).T.astype(np.int64)
     return {_STAMP: seconds * 10**9 + nano, _NUMBERS: doubles}
 
 
@@ -207,7 +210,7 @@ def _read(bag: AnyReader, topic: _Topic, fields: dict[str, str]) -> dict[str, ND
     done = 0
     while some := list(islice(messages, _BLOCK)):
         block = slice(done, done + len(some))
-        numbers = _numbers(topic, [bytes(raw) for _, _, raw in some])
+        numbers = _numbers(topic.name, topic.order, [bytes(raw) for _, _, raw in some])
         numbers[_RECEIVED] = np.array([when for _, when, _ in some], dtype=np.int64)
         for key, field in fields.items():
             shown = numbers[_NUMBERS][:, _FIELDS[field][0]] if field in _FIELDS else numbers[field]
@@ -269,22 +272,27 @@ def _write_messages(
 ) -> None:
     """All samples as messages, each the `empty` one with its numbers in their places."""
     whole = len(empty)
-    numbers = np.frombuffer(empty, "<f8", count=_DOUBLES, offset=whole - 8 * _DOUBLES).copy()
-    numbers[_ATTITUDE_SPREAD_AT] = _NOT_MEASURED
-    if not out.accelerometers:
-        numbers[_ACCELERATION_SPREAD_AT] = _NOT_MEASURED
+    message = np.dtype(
+        {
+            "names": ["seq", "stamp", "doubles"],
+            "formats": ["<u4", ("<u4", 2), ("<f8", _DOUBLES)],
+            "offsets": [0, 4, whole - 8 * _DOUBLES],
+            "itemsize": whole,
+        }
+    )
+    sensors = ((_GYRO_AT, out.gyros), (_ACCELEROMETER_AT, out.accelerometers))
     for block in blocks(out.samples, _BLOCK):
         stamps = out.stamps(block)
-        doubles = np.tile(numbers, (stamps.size, 1))
-        for at, names in ((_GYRO_AT, out.gyros), (_ACCELEROMETER_AT, out.accelerometers)):
-            for place, name in enumerate(names, start=at):
-                doubles[:, place] = out.columns[name][block]
-        raw = np.tile(np.frombuffer(empty, np.uint8), (stamps.size, 1))
-        raw[:, 4:12] = np.stack(np.divmod(stamps, 10**9), axis=1).astype("<u4").view(np.uint8)
+        content = bytearray(bytes(empty) * stamps.size)
+        made = np.frombuffer(content, message)
+        made["stamp"] = np.stack(np.divmod(stamps, 10**9), axis=1)
         if isinstance(bag, Writer1):
-            numbered = np.arange(block.start, block.start + stamps.size).astype("<u4")
-            raw[:, :4] = numbered[:, np.newaxis].view(np.uint8)
-        raw[:, -8 * _DOUBLES :] = doubles.astype("<f8").view(np.uint8)
-        content = raw.tobytes()
+            made["seq"] = np.arange(block.start, block.stop)
+        made["doubles"][:, _ATTITUDE_SPREAD_AT] = _NOT_MEASURED
+        if not out.accelerometers:
+            made["doubles"][:, _ACCELERATION_SPREAD_AT] = _NOT_MEASURED
+        for at, names in sensors:
+            for place, name in enumerate(names, start=at):
+                made["doubles"][:, place] = out.columns[name][block]
         for n, stamp in enumerate(stamps.tolist()):
-            bag.write(to, stamp, content[n * whole : (n + 1) * whole])
+            bag.write(to, stamp, bytes(content[n * whole : (n + 1) * whole]))

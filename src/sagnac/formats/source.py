@@ -392,11 +392,10 @@ def check_name(name: str) -> None:
     ValueError
         If it is empty, reserved, or holds a mark that files use.
     """
-    reserved = name in ROLES or name in VOCABULARY
-    reserved = reserved or name.startswith(PICKOFF) or name == TEMPERATURE
+    reserved = name in (*ROLES, *VOCABULARY, TEMPERATURE)
     odd = set(name) & set(",;=[]:\"'#%") or not name.isprintable() or name != name.strip()
     # A spreadsheet computes what begins with one of the last three.
-    if not name or reserved or odd or name.startswith(("_", "+", "-", "@")):
+    if not name or reserved or odd or name.startswith((PICKOFF, "_", "+", "-", "@")):
         raise ValueError(
             f"gyro name is {name!r}, which cannot stand in a file; choose another without "
             "quotes, brackets, separators or a leading underscore, sign or @, and none that a file "

@@ -254,26 +254,23 @@ def _sampling(source: Source, statements: Statements, taken: frozenset[str]) -> 
     """The time or the rate, if neither is stated."""
     columns = source.columns
     chosen, _ = choose_time(columns, statements, taken)
-    if chosen is not None and (chosen.unit or not _counts_rows(_steps(source, chosen))):
-        return {} if chosen.unit else {"time": _time_text(source, chosen)}
-    if statements.first("sample_rate") is not None:
+    is_rated = statements.first("sample_rate") is not None
+    if chosen is not None and chosen.unit:
         return {}
-    for one in columns:
-        is_time = one.key not in taken and is_like_time(one)
-        if is_time and (one.unit is not None or not _counts_rows(_steps(source, one))):
-            return {"time": _time_text(source, one)}
+    like = [one for one in columns if one.key not in taken and is_like_time(one)]
+    for one in filter(None, (chosen, *(() if is_rated else like))):
+        if text := _time_text(source, one):
+            return {"time": text}
+    if is_rated:
+        return {}
     # The first of several columns without names, if its numbers go up evenly.
     if len(columns) > 1 and columns[0].key == "1" and "1" not in taken:
         steps = _steps(source, columns[0])
         is_even = steps.size > 1 and 0.0 < float(np.max(steps)) < 2.0 * float(np.median(steps))
-        if is_even and float(np.min(steps)) >= 0.0 and not _counts_rows(steps):
-            return {"time": _time_text(source, columns[0])}
+        text = _time_text(source, columns[0])
+        if is_even and float(np.min(steps)) >= 0.0 and text:
+            return {"time": text}
     return {"rate": RATE}
-
-
-def _counts_rows(steps: FloatArray) -> bool:
-    """Whether a column goes 0, 1, 2, …: the number of a row is no time."""
-    return bool(steps.size and np.all(steps == 1.0))
 
 
 def _steps(source: Source, column: Column) -> FloatArray:
@@ -285,10 +282,13 @@ def _steps(source: Source, column: Column) -> FloatArray:
 
 
 def _time_text(source: Source, column: Column) -> str:
+    """A column of times with its unit; empty if it goes 0, 1, 2, …, since it numbers the rows."""
     if column.unit is not None and is_time_unit(column.unit):
         unit = canonical(column.unit)
         return f"{column.name}:{unit if unit in TIME_UNITS else column.unit}"
     steps = _steps(source, column)
+    if steps.size and (steps == 1.0).all():
+        return ""
     forward = steps[steps > 0.0]
     likely = likely_time_unit(float(np.mean(forward))) if forward.size else None
     return f"{column.name}:{likely or UNIT}"

@@ -86,24 +86,20 @@ def counter_notes(name: str, raw: FloatArray, kind: Kind) -> tuple[Note, ...]:
     found = None if bits is None else roll_overs(raw, extent)
     if bits is None or found is None:
         return ()
-    count, period = found
-    is_angle = kind == "angle"
+    (count, period), is_angle = found, kind == "angle"
+    size, what = f"{2**bits}", f"a {bits} bit counter that rolls over"
+    remedy = f"state {{counter-bits {bits}}}"
     if abs(period / 2.0**bits - 1.0) <= _SAME_PERIOD:
-        remedy = f"state {{counter-bits {bits}}}"
         if not is_angle:
             remedy = f"if it counts angle, state {{kind angle}} and {{counter-bits {bits}}}"
-        text = (
-            f"leaps by about {2**bits} counts {counted(count, 'time')}: a {bits} bit counter "
-            f"that rolls over; {remedy}"
-        )
     elif is_angle and period >= _LEAST_MODULUS:
-        text = (
-            f"leaps by about {_likely_period(period):.7g} counts {counted(count, 'time')}: a "
-            "counter that starts over there, which is no number of bits; state "
-            f"{{counter-period {_likely_period(period):.12g}}}"
-        )
+        likely = _likely_period(period)
+        size = f"{likely:.7g}"
+        what = "a counter that starts over there, which is no number of bits"
+        remedy = f"state {{counter-period {likely:.12g}}}"
     else:
         return ()
+    text = f"leaps by about {size} counts {counted(count, 'time')}: {what}; {remedy}"
     # On numbers that are stated to be an angle it is the finding that spoils it.
     return (Note(name="wraps" if is_angle else "", level="warning", channel=name, text=text),)
 

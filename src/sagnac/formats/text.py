@@ -85,7 +85,7 @@ STYLES: Final = (
     NumberStyle(decimal=".", thousands="'"),
     *(NumberStyle(decimal=",", thousands=space) for space in _SPACES),
 )
-_EITHER: Final = re.compile(r"[+-]?\d{1,3},\d{3}\Z")
+_EITHER: Final = re.compile(r"[+-]?(?!0,)\d{1,3},\d{3}\Z")
 
 
 def style_of(fields: Sequence[str]) -> NumberStyle:
@@ -104,13 +104,8 @@ def is_in_doubt(fields: Sequence[str]) -> bool:
 
     A point beside the comma, or another number of digits behind it, would tell.
     """
-    with_comma = [text for text in fields if "," in text]
-    return (
-        bool(with_comma)
-        and all(_EITHER.match(text) for text in with_comma)
-        and not any(text.startswith(("0,", "-0,", "+0,")) for text in with_comma)
-        and not any("." in text for text in fields)
-    )
+    commas = [text for text in fields if "," in text]
+    return bool(commas) and all(map(_EITHER.match, commas)) and not any("." in t for t in fields)
 
 
 # ---- text times --------------------------------------------------------------------

@@ -266,11 +266,9 @@ def _header(before: Sequence[str], split: _Split) -> tuple[list[str], list[str |
     filled = [i for i, line in enumerate(before) if line.strip(" \t,;|")]
     nothing = [""] * split.count
     units: list[str | None] = [None] * split.count
-    if len(filled) > 1:
-        stated = _units(_names(before[filled[-1]], split))
-        if len(stated) == split.count:
-            units = stated
-            filled.pop()
+    if len(filled) > 1 and len(stated := _units(_names(before[filled[-1]], split))) == split.count:
+        units = stated
+        filled.pop()
     if not filled:
         return nothing, units, 0
     line = filled[-1]
@@ -283,10 +281,10 @@ def _header(before: Sequence[str], split: _Split) -> tuple[list[str], list[str |
             line = filled[-2]
         return names, units, line
     if is_plain(before[line]) and len(names) > 1 and split.count > 1:
-        marks = {"\t": "a tab", " ": "blanks"}
+        mark = {"\t": "a tab", " ": "blanks"}.get(split.delimiter, repr(split.delimiter))
         raise RecordingError(
             f"line {line + 1} names {len(names)} columns and the rows after it have {split.count}"
-            f" fields with {marks.get(split.delimiter, repr(split.delimiter))} between them",
+            f" fields with {mark} between them",
             remedy="give every column a name, or remove that line and name columns by number",
         )
     return nothing, units, line + 1

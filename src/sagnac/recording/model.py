@@ -164,8 +164,8 @@ class Recording:
             if values is None:
                 continue
             wanted = np.bool_ if argument == "null_pulse" else np.float64
-            if not isinstance(values, np.ndarray) or values.dtype != wanted:
-                held = getattr(values, "dtype", type(values).__name__)
+            held = getattr(values, "dtype", type(values).__name__)
+            if held != wanted:
                 raise ValueError(f"{argument} holds {held}; give an array of {wanted.__name__}")
             if values.shape != (self.samples,):
                 raise ValueError(
