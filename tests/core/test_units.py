@@ -14,7 +14,6 @@ from sagnac.core.units import (
     sizes,
     split_factor,
     split_header,
-    time_scale,
     unit_of,
 )
 
@@ -62,7 +61,7 @@ def test_rates(unit, radians_per_second):
     [("s", 1.0), ("ms", 1e-3), ("us", 1e-6), ("ns", 1e-9), ("min", 60.0), ("h", 3600.0)],
 )
 def test_times(unit, seconds):
-    assert time_scale(unit) == seconds
+    assert unit_of(unit, "time").size == seconds
 
 
 @pytest.mark.parametrize(
@@ -149,7 +148,7 @@ def test_what_is_no_unit_of_a_quantity_is_refused_with_those_that_are(text):
     with pytest.raises(ValueError, match=r"is not a unit of angle; use one of rad, mrad, urad"):
         unit_of(text, "angle")
     with pytest.raises(ValueError, match=r"is not a unit of time; use one of s, ms, us"):
-        time_scale(text)
+        unit_of(text, "time")
 
 
 def test_units_check_what_they_are_given():

@@ -376,17 +376,3 @@ def field_unit(coefficient: str, sensor: Sensor = "gyro") -> Unit:
     units = SENSED[sensor].coefficients
     require_choice("coefficient", coefficient, units)
     return UNITS[next(iter(units[coefficient]))]
-
-
-def time_scale(unit: str) -> float:
-    """Seconds in one `unit` of time, without a number before it.
-
-    Raises
-    ------
-    ValueError
-        If `unit` is not a unit of time.
-    """
-    name = canonical(unit)
-    if name not in TIME_UNITS:
-        raise ValueError(f"unit {unit!r} is not a unit of time; use one of {', '.join(TIME_UNITS)}")
-    return TIME_UNITS[name]

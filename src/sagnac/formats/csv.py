@@ -28,27 +28,11 @@ from sagnac.core.whole_files import replacing_folder, replacing_set
 from sagnac.formats.files import AGAIN
 from sagnac.formats.registry import EUROC, EUROC_DATA, EUROC_SENSOR
 from sagnac.formats.source import MADE, Outgoing, Rows, Source
-from sagnac.formats.text import (
-    MISSING,
-    NumberStyle,
-    form_of,
-    nanoseconds,
-    past_midnight,
-    text_file,
-)
-from sagnac.formats.text_layout import (
-    COMMENT,
-    PRESETS,
-    Form,
-    Layout,
-    fields_of,
-    is_plain,
-    layout,
-)
+from sagnac.formats.text import MISSING, NumberStyle, nanoseconds, past_midnight, text_file
+from sagnac.formats.text_layout import COMMENT, PRESETS, Form, Layout, layout
 
 # That many blocks are read side by side.
 _THREADS: Final = 2
-_LONGEST_SHOWN: Final = 40
 _FIRST_FIELDS: Final = 6
 
 
@@ -142,7 +126,7 @@ def _parsed(laid_out: Layout, wanted: Mapping[str, int]) -> dict[str, NDArray[An
                 arrays[key][rows:stop] = _values(read, form, laid_out.style)
             rows = stop
     except (pa.ArrowInvalid, ValueError) as error:
-        wrong = _wrong_line(laid_out, wanted)
+        wrong = laid_out.fault(wanted)
         if wrong is None:
             raise
         raise wrong from error
@@ -218,54 +202,6 @@ def _values(read: Any, form: Form, style: NumberStyle) -> NDArray[Any]:
         read = pc.if_else(missing, None, plain).cast(pa.float64())
     values: NDArray[Any] = read.to_numpy(zero_copy_only=False)
     return values
-
-
-# ---- faults ------------------------------------------------------------------------
-
-
-def _wrong_line(laid_out: Layout, wanted: Mapping[str, int]) -> RecordingError | None:
-    """Fault of the first row that is no row of the table; None if all are."""
-    number, found = 0, None
-    for number, line in enumerate(laid_out.text.lines(), start=1):
-        if found is not None:
-            # It is not the last one.
-            return found
-        if number > laid_out.skip and is_plain(line):
-            found = _wrong_row(f"line {number}", line, laid_out, wanted)
-    if found is None or laid_out.text.is_ended:
-        return found
-    said, remedy = f"the last line, {number}, is cut off", f"remove it, or {AGAIN}"
-    return RecordingError(said, channel=found.channel, remedy=remedy)
-
-
-_WRONG: Final = {
-    "number": "not a number",
-    "integer": "not an integer as in the rows before",
-    "clock": "no time of the clock",
-    "iso": "no date with a time",
-}
-
-
-def _wrong_row(
-    name: str, line: str, laid_out: Layout, wanted: Mapping[str, int]
-) -> RecordingError | None:
-    fields, columns = fields_of(line, laid_out.delimiter), len(laid_out.forms)
-    said, channel = "", ""
-    if len(fields) != columns:
-        start = line.strip()[:_LONGEST_SHOWN]
-        said = f"{name} has {len(fields)} fields and the first row {columns}: {start!r}"
-    for key, place in wanted.items() if not said else ():
-        form, text = laid_out.forms[place], fields[place]
-        if not said and not _is_right(text, form, laid_out.style):
-            said, channel = f"{name}: {text[:_LONGEST_SHOWN]!r} is {_WRONG[form]}", key
-    remedy = "correct or remove that line"
-    return RecordingError(said, channel=channel, remedy=remedy) if said else None
-
-
-def _is_right(text: str, form: Form, style: NumberStyle) -> bool:
-    if form in ("clock", "iso"):
-        return form_of(text) == form
-    return style.holds(text) and (form == "number" or text.lstrip("+-").isdecimal())
 
 
 # ---- write -------------------------------------------------------------------------

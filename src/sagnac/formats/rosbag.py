@@ -224,6 +224,9 @@ def _read(bag: AnyReader, topic: _Topic, fields: dict[str, str]) -> dict[str, ND
 # ---- write -------------------------------------------------------------------------
 
 _WRITTEN: Final = "/imu"
+# Beginning of a message of ROS 2, as a number; place of the real part of an orientation.
+_LOWEST_FIRST: Final = 0x100
+_REAL_PART_AT: Final = 3
 _PLUGINS: Final = {".mcap": StoragePlugin.MCAP, ".db3": StoragePlugin.SQLITE3}
 
 
@@ -239,60 +242,37 @@ def write(path: Path, out: Outgoing) -> None:
         if plugin is None:
             with Writer1(folder / path.name) as bag:
                 to = bag.add_connection(_WRITTEN, _TYPES[0], typestore=store, callerid=MADE)
-                _write_messages(bag, to, store.serialize_ros1(_empty(store, seq=0), _TYPES[0]), out)
+                _write_messages(bag, to, b"\3\0\0\0imu", out)
             return
         whole = folder / "bag"
         with Writer2(whole, version=9, storage_plugin=plugin) as made:
             made.set_custom_data("remark", MADE)
             link = made.add_connection(_WRITTEN, _TYPES[0], typestore=store)
-            _write_messages(made, link, store.serialize_cdr(_empty(store), _TYPES[0]), out)
+            _write_messages(made, link, b"\4\0\0\0imu\0", out)
         os.replace(next(whole.glob(f"*{path.suffix.lower()}")), folder / path.name)
         shutil.rmtree(whole)
 
 
-def _empty(store: Any, **header: int) -> Any:
-    """A message in which stamp, rates and accelerations are to be put; `header` is of ROS 1."""
-    types = store.types
-    nothing = types["geometry_msgs/msg/Vector3"](x=0.0, y=0.0, z=0.0)
-    return types[_TYPES[0]](
-        header=types["std_msgs/msg/Header"](
-            stamp=types["builtin_interfaces/msg/Time"](sec=0, nanosec=0), frame_id="imu", **header
-        ),
-        orientation=types["geometry_msgs/msg/Quaternion"](x=0.0, y=0.0, z=0.0, w=1.0),
-        orientation_covariance=np.zeros(9),
-        angular_velocity=nothing,
-        angular_velocity_covariance=np.zeros(9),
-        linear_acceleration=nothing,
-        linear_acceleration_covariance=np.zeros(9),
-    )
-
-
-def _write_messages(
-    bag: Writer1 | Writer2, to: Any, empty: bytes | memoryview, out: Outgoing
-) -> None:
-    """All samples as messages, each the `empty` one with its numbers in their places."""
-    whole = len(empty)
-    message = np.dtype(
-        {
-            "names": ["seq", "stamp", "doubles"],
-            "formats": ["<u4", ("<u4", 2), ("<f8", _DOUBLES)],
-            "offsets": [0, 4, whole - 8 * _DOUBLES],
-            "itemsize": whole,
-        }
-    )
+def _write_messages(bag: Writer1 | Writer2, to: Any, frame: bytes, out: Outgoing) -> None:
+    """All samples as messages, in the named frame: its length, and its name as a string."""
+    numbers = [("stamp", "<u4", 2), ("frame", f"V{len(frame)}"), ("doubles", "<f8", _DOUBLES)]
+    message = np.dtype([("start", "<u4"), *numbers])
     sensors = ((_GYRO_AT, out.gyros), (_ACCELEROMETER_AT, out.accelerometers))
     for block in blocks(out.samples, _BLOCK):
         stamps = out.stamps(block)
-        content = bytearray(bytes(empty) * stamps.size)
-        made = np.frombuffer(content, message)
+        made = np.zeros(stamps.size, message)
+        # ROS 1 begins with the number of a message, ROS 2 with the order of bytes.
+        is_numbered = isinstance(bag, Writer1)
+        made["start"] = np.arange(block.start, block.stop) if is_numbered else _LOWEST_FIRST
         made["stamp"] = np.stack(np.divmod(stamps, 10**9), axis=1)
-        if isinstance(bag, Writer1):
-            made["seq"] = np.arange(block.start, block.stop)
+        made["frame"] = np.void(frame)
+        made["doubles"][:, _REAL_PART_AT] = 1.0
         made["doubles"][:, _ATTITUDE_SPREAD_AT] = _NOT_MEASURED
         if not out.accelerometers:
             made["doubles"][:, _ACCELERATION_SPREAD_AT] = _NOT_MEASURED
         for at, names in sensors:
             for place, name in enumerate(names, start=at):
                 made["doubles"][:, place] = out.columns[name][block]
+        content, whole = made.tobytes(), message.itemsize
         for n, stamp in enumerate(stamps.tolist()):
-            bag.write(to, stamp, bytes(content[n * whole : (n + 1) * whole]))
+            bag.write(to, stamp, content[n * whole : (n + 1) * whole])

@@ -198,6 +198,19 @@ class Source:
             stored = loaded if isinstance(loaded, Stored) else in_memory(loaded)
             return replace(stored, format=self.format)
 
+    def stamps(self, key: str, first: int = 0, stop: int | None = None) -> FloatArray:
+        """Samples of one column, less the first of them; none if it does not have so many.
+
+        Raises
+        ------
+        RecordingError
+            If the file is damaged.
+        """
+        stored = self.opened([key])
+        samples = stored.lengths[key]
+        last = samples if stop is None else stop
+        return stored.read([key], first, last if last <= samples else first, by_first=True)[key]
+
 
 def column(key: str, *, unit: str | None = None, kind: str | None = None) -> Column:
     """A `Column` from the file's own name for it, ``x`` or ``x[arcsec]``.

@@ -112,13 +112,14 @@ def accelerometer_inputs(source: Source, statements: Statements) -> dict[str, st
         found = dict(zip(ACCELEROMETER_NAMES, numbered, strict=True))
     if not found:
         return {}
-    inputs = {"accelerometers": ",".join(found)}
-    renamed = [f"{name}={column_text(one)}" for name, one in found.items() if one.key != name]
-    if renamed:
-        inputs["columns"] = ",".join(renamed)
-    if any(one.unit is None for one in found.values()):
-        inputs["unit"] = f"accelerometers={UNIT}"
-    return inputs
+    renamed = {name: column_text(one) for name, one in found.items() if one.key != name}
+    is_bare = any(one.unit is None for one in found.values())
+    inputs = {
+        "accelerometers": ",".join(found),
+        "columns": text_of(renamed),
+        "unit": f"accelerometers={UNIT}" if is_bare else "",
+    }
+    return {name: text for name, text in inputs.items() if text}
 
 
 def _may_be_force(column: Column) -> bool:
@@ -174,8 +175,8 @@ def _gyros(source: Source, statements: Statements, missing: dict[str, str]) -> d
             others = candidates(source, statements)
             possible = list(others) if len(others) == 1 or columns[0].key == "1" else []
         gyros = dict(zip(GYRO_NAMES, possible, strict=False))
-    stated = ",".join(f"{name}={column_text(one)}" for name, one in gyros.items())
-    missing["columns"] = stated or f"x={COLUMN}"
+    stated = {name: column_text(one) for name, one in gyros.items()}
+    missing["columns"] = text_of(stated or {"x": COLUMN})
     return gyros
 
 
@@ -224,16 +225,12 @@ def _kind_and_unit(
         if not any(stated_for("kind", name, column, statements)):
             is_rate = split_factor(unit or "")[1] in RATE_UNITS
             found["kind"][name] = "rate" if is_rate else KIND
-    for quantity, guessed in found.items():
-        values = set(guessed.values())
-        if not gyros:
-            missing[quantity] = {"kind": KIND, "unit": UNIT}[quantity]
-        elif len(values) == 1:
-            missing[quantity] = values.pop()
-        else:
-            missing[quantity] = text_of({name: one for name, one in guessed.items() if one})
-        if not missing[quantity]:
-            del missing[quantity]
+    for quantity, unknown in (("kind", KIND), ("unit", UNIT)):
+        guessed = found[quantity]
+        values = set(guessed.values()) or {unknown}
+        by_name = text_of({name: one for name, one in guessed.items() if one})
+        if text := values.pop() if len(values) == 1 else by_name:
+            missing[quantity] = text
 
 
 def _unit_of_forces(
@@ -275,9 +272,7 @@ def _sampling(source: Source, statements: Statements, taken: frozenset[str]) -> 
 
 def _steps(source: Source, column: Column) -> FloatArray:
     """Finite steps of a column of stamps, in its own unit."""
-    key = column.key
-    stored = source.opened([key])
-    steps = np.diff(stored.read([key], 0, stored.lengths[key], by_first=True)[key])
+    steps = np.diff(source.stamps(column.key))
     return steps[np.isfinite(steps)]
 
 

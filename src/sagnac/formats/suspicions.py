@@ -2,6 +2,7 @@
 
 import math
 import re
+from contextlib import suppress
 from itertools import pairwise
 from typing import Final
 
@@ -348,13 +349,8 @@ def _mostly(usual: np.ndarray) -> bool:
 
 def _loaded(source: Source, column: Column, stretch: Stretch) -> FloatArray:
     """The numbers of a column that is not taken; none if they cannot be read or are not finite."""
-    key = column.key
-    try:
-        stored = source.opened([key])
-        if stored.lengths[key] >= stretch.stop > stretch.first + 1:
-            values = stored.read([key], stretch.first, stretch.stop, by_first=True)[key]
-            if np.isfinite(values).all():
-                return values
-    except RecordingError:
-        pass
+    with suppress(RecordingError):
+        values = source.stamps(column.key, stretch.first, stretch.stop)
+        if values.size > 1 and np.isfinite(values).all():
+            return values
     return np.empty(0)

@@ -14,6 +14,7 @@ from dataclasses import dataclass, replace
 from typing import Final, Literal
 
 from sagnac.core.errors import RecordingError
+from sagnac.formats.files import AGAIN
 from sagnac.formats.source import Column, column
 from sagnac.formats.statement import Statement, is_known, of_rates
 from sagnac.formats.text import PLAIN, NumberStyle, TextFile, form_of, is_in_doubt, style_of
@@ -30,6 +31,14 @@ _DELIMITERS: Final = (";", "\t", "|", ",", " ")
 _NOTHING: Final = ";"
 COMMENT: Final = ("#", "%")
 _MOST_ROWS: Final = 200
+_LONGEST_SHOWN: Final = 40
+# What a field is that a column cannot hold.
+_WRONG: Final[Mapping[Form, str]] = {
+    "number": "not a number",
+    "integer": "not an integer as in the rows before",
+    "clock": "no time of the clock",
+    "iso": "no date with a time",
+}
 # A column is one of numbers or times if this share of its fields are such.
 _MOSTLY: Final = 0.9
 # An integer of more digits loses some as a float of 64 bits.
@@ -71,6 +80,44 @@ class Layout:
     skip: int = 0
     first_row: tuple[str, ...] = ()
     doubts: tuple[str, ...] = ()
+
+    def fault(self, wanted: Mapping[str, int]) -> RecordingError | None:
+        """Fault of the first row that is no row of the table; None if all are.
+
+        Parameters
+        ----------
+        wanted
+            Key -> place of the columns that are taken.
+        """
+        number, found = 0, None
+        for number, line in enumerate(self.text.lines(), start=1):
+            if found is not None:
+                # It is not the last one.
+                return found
+            if number > self.skip and is_plain(line):
+                found = self._fault_of(f"line {number}", line, wanted)
+        if found is None or self.text.is_ended:
+            return found
+        said, remedy = f"the last line, {number}, is cut off", f"remove it, or {AGAIN}"
+        return RecordingError(said, channel=found.channel, remedy=remedy)
+
+    def _fault_of(self, name: str, line: str, wanted: Mapping[str, int]) -> RecordingError | None:
+        remedy = "correct or remove that line"
+        fields, columns = fields_of(line, self.delimiter), len(self.forms)
+        if len(fields) != columns:
+            start = line.strip()[:_LONGEST_SHOWN]
+            said = f"{name} has {len(fields)} fields and the first row {columns}: {start!r}"
+            return RecordingError(said, remedy=remedy)
+        for key, place in wanted.items():
+            form, text = self.forms[place], fields[place]
+            is_right = form_of(text) == form
+            if form in ("number", "integer"):
+                is_whole = text.lstrip("+-").isdecimal()
+                is_right = self.style.holds(text) and (form == "number" or is_whole)
+            if not is_right:
+                said = f"{name}: {text[:_LONGEST_SHOWN]!r} is {_WRONG[form]}"
+                return RecordingError(said, channel=key, remedy=remedy)
+        return None
 
 
 def layout(text: TextFile) -> Layout:

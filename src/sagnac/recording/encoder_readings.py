@@ -104,12 +104,12 @@ def table_of_readings(
     if marks.held:
         remarks.append(f"{counted(marks.held, 'repeated sample')} while it turns: taken as missing")
     period, covered = turn, finite_extent(readings)
-    if covered > turn * (1.0 + 1e-9):
-        # Readings that go a little beyond a turn may start over there.
-        leaps_back = covered < _BEYOND * turn and _largest_step(readings) > (1.0 - _IN_DOUBT) * turn
-        if not leaps_back:
-            period = counter_period if counter_period and split_factor(unit)[0] != 1.0 else 0.0
-            period = period if covered < period else math.inf
+    # Readings that go a little beyond a turn may start over there.
+    if covered > turn * (1.0 + 1e-9) and not (
+        covered < _BEYOND * turn and _largest_step(readings) > (1.0 - _IN_DOUBT) * turn
+    ):
+        period = counter_period if counter_period and split_factor(unit)[0] != 1.0 else 0.0
+        period = period if covered < period else math.inf
     filled = fill_missing(readings, period, accuracy=ENCODER_ACCURACY / size)
     if filled.samples:
         error = filled.error * size / ARCSECOND
@@ -128,11 +128,8 @@ def table_of_readings(
         notes.append(Note(text=text, channel="table", level="warning"))
     if clock is not None:
         running = between_ticks(running, clock, samples)
-        text = (
-            f"read every {clock.period:.4g} samples and held between: a spline goes through its "
-            "readings"
-        )
-        notes.append(Note(text=text, channel="table"))
+        held = f"read every {clock.period:.4g} samples and held between"
+        notes.append(Note(text=f"{held}: a spline goes through its readings", channel="table"))
     channel = Channel.from_values("table", running, kind="angle", unit=unit, out=running)
     return Conversion(channel=channel, notes=tuple(notes))
 
