@@ -14,7 +14,7 @@ from sagnac.core.errors import RecordingError
 from sagnac.core.units import UNITS
 from sagnac.formats import read, write
 from sagnac.formats.arrow import writer
-from sagnac.formats.source import Heading
+from sagnac.formats.source import Outgoing
 from sagnac.recording.model import Channel, Provenance, Recording
 from sagnac.rig.config import preset
 from sagnac.rig.simulate import simulate
@@ -378,7 +378,7 @@ def test_memory_does_not_grow_with_the_recording(tmp_path):
     for name, pieces in (("short.parquet", 2), ("long.parquet", 64)):
         kinds = dict.fromkeys(("x", "y", "z"), "angle")
         units = {**dict.fromkeys(kinds, UNITS["arcsec"]), "table": UNITS["deg"]}
-        heading = Heading(units=units, kinds=kinds, sample_rate=rate)
+        heading = Outgoing(units=units, kinds=kinds, sample_rate=rate)
         with writer(tmp_path / name, heading) as append:
             for piece in range(pieces):
                 seconds = (np.arange(samples // 64) + piece * (samples // 64)) / rate

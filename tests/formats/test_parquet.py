@@ -8,7 +8,7 @@ import pytest
 
 from sagnac.core.units import UNITS
 from sagnac.formats import Statement, arrow, read, write
-from sagnac.formats.source import Heading
+from sagnac.formats.source import Outgoing
 from tests.formats.examples import ARCSECOND, SAMPLES, example, refused, walk
 
 
@@ -48,7 +48,7 @@ def test_parquet_in_chunks_is_the_recording_written_whole(tmp_path, monkeypatch)
     kinds = {gyro.name: gyro.kind for gyro in recording.gyros}
     path = tmp_path / "run.parquet"
     units = {**dict.fromkeys(kinds, UNITS["arcsec"]), "table": UNITS["deg"], "null_pulse": None}
-    heading = Heading(units=units, kinds=kinds, sample_rate=50.0)
+    heading = Outgoing(units=units, kinds=kinds, sample_rate=50.0)
     with arrow.writer(path, heading) as append:
         for start in range(0, SAMPLES, 70):
             part = slice(start, start + 70)
@@ -68,7 +68,7 @@ def test_parquet_in_chunks_is_the_recording_written_whole(tmp_path, monkeypatch)
 
 
 def test_parquet_writer_leaves_nothing_after_an_error(tmp_path):
-    heading = Heading(units={"x": UNITS["arcsec"]}, kinds={"x": "angle"}, sample_rate=1.0)
+    heading = Outgoing(units={"x": UNITS["arcsec"]}, kinds={"x": "angle"}, sample_rate=1.0)
     writer = arrow.writer(tmp_path / "run.parquet", heading)
 
     def fill() -> None:

@@ -16,7 +16,6 @@ from sagnac.formats.registry import FEATHER
 from sagnac.formats.source import (
     MADE,
     Column,
-    Heading,
     Outgoing,
     Pieces,
     Rows,
@@ -65,7 +64,7 @@ def as_numpy(values: pa.Array) -> NDArray[Any]:
     return np.from_dlpack(values)
 
 
-def _schema(heading: Heading) -> pa.Schema:
+def _schema(heading: Outgoing) -> pa.Schema:
     """Columns with unit and kind in their metadata; what holds for all in that of the whole."""
     fields = []
     for name, unit in heading.units.items():
@@ -187,7 +186,7 @@ def _require_sound(metadata: pq.FileMetaData, rows: int) -> None:
 
 
 @contextmanager
-def writer(path: Path | str, heading: Heading) -> Iterator[Callable[[Rows], None]]:
+def writer(path: Path | str, heading: Outgoing) -> Iterator[Callable[[Rows], None]]:
     """A Parquet recording written chunk by chunk; the file appears only when all is there.
 
     Parameters
@@ -200,7 +199,7 @@ def writer(path: Path | str, heading: Heading) -> Iterator[Callable[[Rows], None
     Yields
     ------
     callable
-        Adds rows: every column, (rows,), in its unit (see `Heading.in_units`).
+        Adds rows: every column, (rows,), in its unit (see `Outgoing.in_units`).
 
     Examples
     --------
@@ -210,7 +209,7 @@ def writer(path: Path | str, heading: Heading) -> Iterator[Callable[[Rows], None
     >>> folder = tempfile.TemporaryDirectory()
     >>> path = Path(folder.name) / "run.parquet"
     >>> units = {"x": UNITS["arcsec"], "table": UNITS["deg"]}
-    >>> with writer(path, Heading(units=units, kinds={"x": "angle"}, sample_rate=500.0)) as append:
+    >>> with writer(path, Outgoing(units=units, kinds={"x": "angle"}, sample_rate=500.0)) as append:
     ...     append({"x": np.zeros(1000), "table": np.zeros(1000)})
     >>> pq.read_metadata(path).num_rows
     1000

@@ -1,6 +1,7 @@
 """Read and write by the format of the file: one table, `sagnac.formats.registry`, says which."""
 
 import hashlib
+from collections.abc import Mapping
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from importlib import import_module
@@ -13,7 +14,7 @@ from sagnac.core.overwriting import require_free
 from sagnac.formats.assemble import assemble
 from sagnac.formats.files import about, damaged
 from sagnac.formats.registry import BINARY, CSV, EUROC_DATA, ROSBAG, Format, formats
-from sagnac.formats.source import Heading, Source, outgoing
+from sagnac.formats.source import Outgoing, Source, outgoing
 from sagnac.formats.statement import (
     Statement,
     Statements,
@@ -74,7 +75,7 @@ def read(
     >>> recording.gyros, recording.duration
     ((Channel(x: 100 samples, rate, shown in deg/h),), 10.0)
     """
-    source, statements = _opened(path, one_statement(statement, stated))
+    source, statements = _opened(path, statement, stated)
     path = _file_of(path)
     with about(path), ThreadPoolExecutor(max_workers=1) as pool:
         # Hashing needs no lock of the interpreter: it runs while the columns are parsed.
@@ -139,7 +140,7 @@ def missing(path: Path | str, statement: Statement | None = None, **stated: Any)
     ...     missing(path)
     {'columns': 'x=gyro_x[deg/s]', 'kind': 'rate', 'time': 'stamp:s'}
     """
-    return suggestion(*_opened(path, one_statement(statement, stated)))
+    return suggestion(*_opened(path, statement, stated))
 
 
 def gyros_in(
@@ -162,8 +163,7 @@ def gyros_in(
     RecordingError
         If the file cannot be read.
     """
-    found = candidates(*_opened(path, one_statement(statement, stated)))
-    return tuple(column_text(one) for one in found)
+    return tuple(map(column_text, candidates(*_opened(path, statement, stated))))
 
 
 def accelerometers_in(
@@ -187,12 +187,14 @@ def accelerometers_in(
     RecordingError
         If the file cannot be read.
     """
-    return accelerometer_inputs(*_opened(path, one_statement(statement, stated)))
+    return accelerometer_inputs(*_opened(path, statement, stated))
 
 
-def _opened(path: Path | str, caller: Statement) -> tuple[Source, Statements]:
+def _opened(
+    path: Path | str, statement: Statement | None, stated: Mapping[str, Any]
+) -> tuple[Source, Statements]:
     """A file with the notes on it and on the TOML beside it, and the statements about it."""
-    path = _file_of(path)
+    path, caller = _file_of(path), one_statement(statement, stated)
     with about(path):
         by_toml, notes = beside(path)
         source = _open(path, Statements(caller=caller, beside=by_toml))
@@ -250,7 +252,7 @@ def write(recording: Recording, path: Path | str, *, force: bool = False) -> Pat
     return path
 
 
-def format_to_write(path: Path, heading: Heading) -> Format:
+def format_to_write(path: Path, heading: Outgoing) -> Format:
     """The format that a suffix names, if it can hold a recording.
 
     Parameters

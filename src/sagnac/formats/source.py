@@ -280,11 +280,15 @@ MADE: Final = "recording made by sagnac"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Heading:
-    """Facts that a recording has besides its samples, ready for any format.
+class Outgoing:
+    """A recording in field units, ready for any format.
 
     Attributes
     ----------
+    columns
+        Name -> (samples,) values in SI: ``time`` where sampling is not uniform, the gyros, the
+        accelerometers, ``table``, ``null_pulse`` (bool), and the pick-offs as they are. None of a
+        recording that is written piece by piece.
     units
         Name of each column, in their order -> unit to write in; None for ``null_pulse``, the
         temperature and pick-offs, which are written as they are.
@@ -297,6 +301,7 @@ class Heading:
     units: Mapping[str, Unit | None]
     kinds: Mapping[str, Kind]
     sample_rate: float
+    columns: Mapping[str, NDArray[Any]] = field(default_factory=dict)
 
     @property
     def accelerometers(self) -> tuple[str, ...]:
@@ -334,20 +339,6 @@ class Heading:
             else values.astype(np.uint8 if name == NULL_PULSE_NAME else np.float64)
             for name, values in columns.items()
         }
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Outgoing(Heading):
-    """A recording in field units, ready for any format.
-
-    Attributes
-    ----------
-    columns
-        Name -> (samples,) values in SI: ``time`` where sampling is not uniform, the gyros, the
-        accelerometers, ``table``, ``null_pulse`` (bool), and the pick-offs as they are.
-    """
-
-    columns: Mapping[str, NDArray[Any]]
 
     @property
     def samples(self) -> int:

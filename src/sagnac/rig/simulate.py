@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from sagnac import formats
 from sagnac.core.arrays import BooleanArray, FloatArray
 from sagnac.core.errors import quoted
-from sagnac.core.units import DEGREE_PER_ROOT_HOUR, STANDARD_GRAVITY, Sensor, unit_of
+from sagnac.core.units import DEGREE_PER_ROOT_HOUR, STANDARD_GRAVITY, Sensor
 from sagnac.core.whole_files import replacing_set
 from sagnac.formats import arrow
 from sagnac.formats.csv import write_euroc
