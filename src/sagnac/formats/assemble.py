@@ -15,10 +15,10 @@ from sagnac.formats.choice import (
     Choice,
     Scale,
     choose,
+    contradiction,
     require_known,
     role_unit,
     scale_of,
-    toml_contradiction,
 )
 from sagnac.formats.source import Column, Source, Stored
 from sagnac.formats.statement import Statements
@@ -95,7 +95,8 @@ def assemble(
         notes += stamp_unit_notes(choice.time, stretch.sampling.sample_rate)
     notes += unused_notes(source, choice, statements, stretch)
     if by_caller is None and by_file and by_toml and by_file != by_toml:
-        notes.append(toml_contradiction(f"{by_file:.9g} Hz", f"{by_toml:.9g} Hz"))
+        rates = (f"{one:.9g} Hz" for one in (by_file, by_toml))
+        notes.append(contradiction(*rates, is_typed=False))
     stretch = replace(stretch, sampling=replace(stretch.sampling, notes=tuple(notes)))
     made = _recording(choice, scales, stored, stretch, statements.counter_period)
     sliced = stretch.span_s if statements.caller.span is not None else None

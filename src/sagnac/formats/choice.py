@@ -430,28 +430,24 @@ def scale_of(name: str, column: Column, statements: Statements, sensor: Sensor =
     remedy = f"state {{unit {of_one}{usual}}} or {other}, or the right {{kind}}"
     known_unit(name, unit, quantity, remedy)
     notes = [
-        _contradiction(name, caller, beside, by_file)
+        contradiction(by_file, caller or beside or "", is_typed=caller is not None, channel=name)
         for caller, beside, by_file in (units, kinds)
         if by_file and canonical(caller or beside or by_file) != canonical(by_file)
     ]
     return Scale(kind=kind, unit=unit or "", notes=tuple(notes))
 
 
-def _contradiction(name: str, caller: str | None, beside: str | None, by_file: str) -> Note:
-    """The file states another kind or unit than is taken.
+def contradiction(by_file: str, taken: str, *, is_typed: bool, channel: str = "") -> Note:
+    """The file states something else than is taken.
 
-    A caller knows what is typed; a TOML beside may be of the file that had this name before.
+    A caller knows what is typed; a TOML beside may be of the file that had this name before: a
+    warning.
     """
-    if caller is None:
-        return toml_contradiction(by_file, beside, channel=name)
-    return Note(channel=name, text=f"the file says {by_file}, taken as {caller} as stated")
-
-
-def toml_contradiction(by_file: str, by_toml: str | None, channel: str = "") -> Note:
-    """A warning that the TOML beside a file states something else than the file."""
+    if is_typed:
+        return Note(channel=channel, text=f"the file says {by_file}, taken as {taken} as stated")
     text = (
-        f"the file says {by_file} and the TOML beside it {by_toml}, which is taken; remove the "
-        "TOML if it is of another recording"
+        f"the file says {by_file} and the TOML beside it {taken}, which is taken; remove the TOML "
+        "if it is of another recording"
     )
     return Note(channel=channel, text=text, level="warning")
 
@@ -464,15 +460,10 @@ def role_unit(role: Literal["table", "time"], column: Column) -> Unit:
     RecordingError
         If none is stated, or it is one of something else.
     """
-    usual, quantity = _ROLES[role]
+    quantity: Quantity = "angle" if role == "table" else "time"
+    usual = "deg" if role == "table" else "s"
     remedy = f"state {{{role} {column.key}:{usual}}}, or leave it out with {{{role} none}}"
     return known_unit(role, "ns" if column.unit in TIME_FORMS else column.unit, quantity, remedy)
-
-
-_ROLES: Final[Mapping[str, tuple[str, Quantity]]] = {
-    "table": ("deg", "angle"),
-    "time": ("s", "time"),
-}
 
 
 def known_unit(channel: str, unit: str | None, quantity: Quantity, remedy: str) -> Unit:

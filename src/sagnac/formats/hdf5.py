@@ -153,11 +153,12 @@ def _open_classic(path: Path, version: bytes) -> Source:
 
 def _is_numeric(dataset: h5py.Dataset, *, is_netcdf: bool) -> bool:
     """Whether it holds real numbers, as a variable if it is one of NetCDF."""
-    is_text = dataset.attrs.get("MATLAB_class", b"") == b"char"
+    if dataset.dtype.kind not in "biuf" or dataset.shape is None:
+        return False
     if is_netcdf:
-        is_text = str(_plain(dataset.attrs.get("NAME", ""))).startswith(_NO_VARIABLE)
-        is_text = is_text or dataset.ndim != 1
-    return dataset.dtype.kind in "biuf" and not is_text and dataset.shape is not None
+        name = str(_plain(dataset.attrs.get("NAME", "")))
+        return dataset.ndim == 1 and not name.startswith(_NO_VARIABLE)
+    return bool(dataset.attrs.get("MATLAB_class", b"") != b"char")
 
 
 def _stated(file: h5py.File, names: Iterable[str]) -> dict[str, Any]:

@@ -99,6 +99,17 @@ def numbers(values: ArrayLike, argument: str) -> NDArray[Any]:
     return column
 
 
+def series(values: ArrayLike, argument: str) -> FloatArray:
+    """The same as an array of float64 of its own.
+
+    Raises
+    ------
+    ValueError
+        If it holds something else, or has more than one dimension.
+    """
+    return np.array(numbers(values, argument), dtype=np.float64)
+
+
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False, repr=False)
 class Channel:
     """One measured column, in SI.

@@ -17,9 +17,9 @@ from sagnac.recording.channel import (
     Conversion,
     Kind,
     Pickoff,
-    numbers,
     require_rate,
     same_fields,
+    series,
 )
 from sagnac.recording.columns import (
     NULL_PULSE_NAME,
@@ -151,7 +151,7 @@ class Recording:
 
     def _require_columns(self) -> None:
         """Refuse what was not sampled together with the first gyro."""
-        series: dict[str, NDArray[Any] | None] = {
+        columns: dict[str, NDArray[Any] | None] = {
             **{f"gyro {one.name}": one.values for one in self.gyros},
             **{f"accelerometer {one.name}": one.values for one in self.accelerometers},
             **{f"pick-off of gyro {one.gyro}": one.values for one in self.pickoffs},
@@ -160,7 +160,7 @@ class Recording:
             "temperature": self.temperature,
             "null_pulse": self.null_pulse,
         }
-        for argument, values in series.items():
+        for argument, values in columns.items():
             if values is None:
                 continue
             wanted = np.bool_ if argument == "null_pulse" else np.float64
@@ -251,19 +251,13 @@ class Recording:
             )
             for name, values in gyros.items()
         ]
-        readings = None if table is None else np.array(numbers(table, "table"), dtype=np.float64)
         return cls.from_channels(
             taken,
             _sampled(sample_rate, times, time_unit, taken[0].channel.values.size),
-            table=None if readings is None else table_of_readings(readings, table_unit),
+            table=None if table is None else table_of_readings(series(table, "table"), table_unit),
             null_pulse=None if null_pulse is None else pulses_of(null_pulse),
-            pickoffs={
-                name: np.asarray(numbers(values, PICKOFF + name), np.float64)
-                for name, values in (pickoffs or {}).items()
-            },
-            temperature=temperature
-            if temperature is None
-            else np.asarray(numbers(temperature, "temperature"), np.float64),
+            pickoffs={name: series(one, PICKOFF + name) for name, one in (pickoffs or {}).items()},
+            temperature=None if temperature is None else series(temperature, "temperature"),
         )
 
     @classmethod
