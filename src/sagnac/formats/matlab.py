@@ -12,7 +12,7 @@ from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, BinaryIO, Final, Literal
+from typing import Any, BinaryIO, Final
 
 import numpy as np
 import scipy.io
@@ -125,8 +125,6 @@ def _values_of_4(path: Path, elements: Mapping[str, Element]) -> Mapping[str, ND
 
 # ---- version 5 ---------------------------------------------------------------------
 
-Order = Literal["little", "big"]
-
 _MATRIX: Final = 14
 _COMPRESSED: Final = 15
 # One number by data type, as NumPy writes it.
@@ -166,22 +164,21 @@ class _Variable:
 
     content: bytes
     length: int
-    order: Order
+    order: str
     begin: int
 
-    def number(self, at: int, *, signed: bool = False) -> int:
-        return int.from_bytes(self.content[at : at + 4], self.order, signed=signed)
+    def numbers(self, at: int, count: int, kind: str = "u4") -> list[int]:
+        """Integers that stand at a place."""
+        found: list[int] = np.frombuffer(self.content, self.order + kind, count, at).tolist()
+        return found
 
     def tag(self, at: int) -> Tag:
         """The tag at a place."""
-        word = self.number(at)
-        if len(self.content) < at + 8:
-            raise ValueError("the head of a matrix is cut off")
+        word, length = self.numbers(at, 2)
         if small := word >> 16:
             if small > 4:
                 raise ValueError(f"a small element claims {small} bytes")
             return Tag(kind=word & 0xFFFF, length=small, start=at + 4, after=at + 8)
-        length = self.number(at + 4)
         return Tag(kind=word, length=length, start=at + 8, after=at + 8 + -(-length // 8) * 8)
 
     def tags(self, at: int, count: int) -> list[Tag]:
@@ -191,8 +188,9 @@ class _Variable:
             found.append(self.tag(found[-1].after))
         return found
 
-    def text(self, tag: Tag) -> str:
-        return self.content[tag.start : tag.start + tag.length].decode("latin-1")
+    def of(self, tag: Tag) -> bytes:
+        """Content of the element of a tag."""
+        return self.content[tag.start : tag.start + tag.length]
 
 
 def elements_of(path: Path) -> Iterator[Element]:
@@ -224,14 +222,14 @@ def elements_of(path: Path) -> Iterator[Element]:
 def _variable(stream: BinaryIO, begin: int, *, most: int | None = None) -> tuple[_Variable, int]:
     """A variable, or its head of that many bytes, and where the next one begins."""
     stream.seek(126)
-    order: Order = "little" if stream.read(2) == b"IM" else "big"
+    order = "<" if stream.read(2) == b"IM" else ">"
     stream.seek(begin)
     head = stream.read(8)
     if len(head) < 8:
         raise ValueError(f"{8 - len(head)} bytes are missing")
 
     def tag(head: bytes) -> tuple[int, int]:
-        kind, length = (int.from_bytes(head[at : at + 4], order) for at in (0, 4))
+        kind, length = np.frombuffer(head, f"{order}u4", 2).tolist()
         if most is None:
             require_room(length, "a variable")
         return kind, length
@@ -253,18 +251,17 @@ def _element(variable: _Variable, at: int, stop: int, name: str = "") -> Element
     flags = variable.tag(at)
     if (flags.kind, flags.length) != (6, 8):
         raise ValueError("a matrix does not begin with its flags")
-    word = variable.number(flags.start)
+    (word,) = variable.numbers(flags.start, 1)
     kind = _CLASSES.get(word & 0xFF, "unknown")
     if kind == "opaque":
         return Element(name=name, shape=(), kind=kind)
     dimensions, title = variable.tags(flags.after, 2)
     if dimensions.kind not in (5, 6) or dimensions.length % 4 or not 8 <= dimensions.length <= 256:
         raise ValueError("the dimensions of a matrix are damaged")
-    places = range(dimensions.start, dimensions.start + dimensions.length, 4)
-    shape = tuple(variable.number(place, signed=True) for place in places)
+    shape = tuple(variable.numbers(dimensions.start, dimensions.length // 4, "i4"))
     if title.kind not in (1, 2, 16) or title.length > 1024 or min(shape) < 0:
         raise ValueError("the name or the shape of a matrix is damaged")
-    name, numbers, data = name or variable.text(title), math.prod(shape), None
+    name, numbers, data = name or variable.of(title).decode("latin-1"), math.prod(shape), None
     if numbers and (kind in _NUMERIC or kind == "char"):
         data = variable.tag(title.after)
         if data.kind not in (_TEXT if kind == "char" else _NUMBERS):
@@ -286,10 +283,10 @@ def _fields(variable: _Variable, at: int, above: str, depth: int = 0) -> Iterato
         raise ValueError(f"{above} holds structs {depth} deep")
     # Flags, dimensions, name, bytes of each field's name, and these names.
     *_, longest, listed = variable.tags(at, 5)
-    length = variable.number(longest.start, signed=True)
+    (length,) = variable.numbers(longest.start, 1, "i4")
     if not 0 < length <= _HEAD or listed.length % length:
         raise ValueError(f"the fields of {above} are damaged")
-    words, at = variable.text(listed), listed.after
+    words, at = variable.of(listed).decode("latin-1"), listed.after
     for place in range(0, listed.length, length):
         name = f"{above}.{words[place : place + length].partition(chr(0))[0]}"
         tag = variable.tag(at)
@@ -311,17 +308,16 @@ def _values_of_5(path: Path, elements: Mapping[str, Element]) -> Mapping[str, ND
         for name, one in sorted(elements.items(), key=lambda item: item[1].begin):
             if variable is None or variable.begin != one.begin:
                 variable, _ = _variable(stream, one.begin)
-            mark, end = ("<", "-le") if variable.order == "little" else (">", "-be")
             if one.data is None:
                 values[name] = np.zeros(one.shape)
                 continue
-            data = variable.content[one.data.start : one.data.start + one.data.length]
+            data = variable.of(one.data)
             if one.kind == "char":
-                codec = _TEXT[one.data.kind]
+                codec, end = _TEXT[one.data.kind], "-le" if variable.order == "<" else "-be"
                 letters = data.decode(codec + end * codec.startswith(("utf-16", "utf-32")))
                 values[name] = np.array([letters[:: one.shape[0]]])
             else:
-                numbers = np.frombuffer(data, f"{mark}{_NUMBERS[one.data.kind]}")
+                numbers = np.frombuffer(data, variable.order + _NUMBERS[one.data.kind])
                 # Whole numbers are packed as such, whatever they are.
                 is_float = one.name in ARRAYS_STATED and one.kind in ("double", "single")
                 numbers = numbers.astype(np.float64) if is_float else numbers
