@@ -6,6 +6,7 @@ rate, the rate of the table, the stamps.
 
 import math
 import re
+from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, Final
@@ -283,30 +284,28 @@ def _as_written(
 
 
 def _shown(recording: sagnac.Recording, *, raw: bool) -> tuple[DrawnChannel, ...]:
-    sensors = (*recording.gyros, *recording.accelerometers)
-    channels: list[tuple[sagnac.Channel, str]] = [(one, one.sensor) for one in sensors]
-    if recording.table is not None:
-        channels.append((recording.table, "table"))
+    in_si = []
+    for one in (*recording.gyros, *recording.accelerometers, recording.table):
+        if one is not None:
+            factor = 1.0 if one.kind == "rate" else recording.sample_rate
+            pyramid = Pyramid.of(one.values, factor=factor, differenced=one.kind == "angle")
+            of = "table" if one is recording.table else one.sensor
+            in_si.append(DrawnChannel(name=one.name, unit="", pyramid=pyramid, of=of))
+    turns = [one.pyramid for one in in_si if one.of != "accelerometer"]
+    fast = any(max(abs(one.mean), one.deviation) * _PER_HOUR > _FAST for one in turns)
+    of_rate = ("°/s", math.degrees(1.0)) if fast else ("°/h", _PER_HOUR)
+    bare = ("", 1.0)
+    units = {
+        "gyro": bare if raw else of_rate,
+        "accelerometer": bare if raw else ("m/s²", 1.0),
+        "table": of_rate,
+    }
 
-    def in_si(one: tuple[sagnac.Channel, str]) -> Pyramid:
-        factor = 1.0 if one[0].kind == "rate" else recording.sample_rate
-        return Pyramid.of(one[0].values, factor=factor, differenced=one[0].kind == "angle")
+    def in_unit(one: DrawnChannel) -> DrawnChannel:
+        unit, size = units[one.of]
+        return replace(one, unit=unit, pyramid=one.pyramid.times(size))
 
-    pyramids = [in_si(one) for one in channels]
-    fast = any(
-        max(abs(one.mean), one.deviation) * _PER_HOUR > _FAST
-        for one, (_, of) in zip(pyramids, channels, strict=True)
-        if of != "accelerometer"
-    )
-    shown = []
-    for (channel, of), pyramid in zip(channels, pyramids, strict=True):
-        unit, size = ("°/s", math.degrees(1.0)) if fast else ("°/h", _PER_HOUR)
-        if raw and of != "table":
-            unit, size = "", 1.0
-        elif of == "accelerometer":
-            unit, size = "m/s²", 1.0
-        shown.append(DrawnChannel(name=channel.name, unit=unit, pyramid=pyramid.times(size), of=of))
-    return tuple(shown)
+    return tuple(map(in_unit, in_si))
 
 
 def facts(look: Look) -> dict[str, Any]:
@@ -331,7 +330,7 @@ def facts(look: Look) -> dict[str, Any]:
             }
             for one in look.shown
         ],
-        "beside": _beside(look),
+        "beside": [] if look.refusal else list(_beside(look)),
         "notes": [str(note) for note in recording.notes],
     }  # fmt: skip
 
@@ -344,16 +343,13 @@ def _plain(value: float) -> float | None:
     return value if math.isfinite(value) else None
 
 
-def _beside(look: Look) -> list[dict[str, str]]:
+def _row(what: str, found: str, wanted: str = "", agrees: bool | None = None) -> dict[str, str]:
+    verdict = "" if agrees is None else "agrees" if agrees else "differs"
+    return {"what": what, "found": found, "wanted": wanted, "verdict": verdict}
+
+
+def _beside(look: Look) -> Iterator[dict[str, str]]:
     """Lines beside the trace: what is measured, what physics wants, and whether they agree."""
-    if look.refusal:
-        return []
-    lines: list[dict[str, str]] = []
-
-    def add(what: str, found: str, wanted: str = "", agrees: bool | None = None) -> None:
-        verdict = "" if agrees is None else "agrees" if agrees else "differs"
-        lines.append({"what": what, "found": found, "wanted": wanted, "verdict": verdict})
-
     readings = np.zeros(1) if look.recording.table is None else look.recording.table.values
     angle = readings[:: max(1, readings.size // 4096)]
     turning = bool(np.ptp(angle) > _TURNED)
@@ -373,34 +369,34 @@ def _beside(look: Look) -> list[dict[str, str]]:
         agrees = abs(size / EARTH_RATE - 1.0) < 0.1 if len(gyros) == 3 else size < 1.1 * EARTH_RATE
         wanted = f"Earth rate {EARTH_RATE:.2f} °/h ({away})"
         names = ", ".join(one.name for one in gyros)
-        add(f"mean rate of {names} together", f"{size:.4g} °/h", wanted, agrees)
+        yield _row(f"mean rate of {names} together", f"{size:.4g} °/h", wanted, agrees)
     if table is not None and turning:
-        add("table rate" + swings * ", rms", f"{in_hours(table) / 3600.0:.5g} °/s")
+        yield _row("table rate" + swings * ", rms", f"{in_hours(table) / 3600.0:.5g} °/s")
         for one in gyros:
             share = in_hours(one) / in_hours(table)
-            add(f"{one.name} over table rate", f"{share:.4g}", "at most 1", abs(share) < 1.02)
+            yield _row(
+                f"{one.name} over table rate", f"{share:.4g}", "at most 1", abs(share) < 1.02
+            )
     if len(forces) > 1:
         size = math.hypot(*(one.pyramid.mean for one in forces))
         found, wanted = f"{size:.4g} m/s²", f"gravity {GRAVITY:.2f} m/s²"
         within = abs(size / GRAVITY - 1.0) < 0.05 if len(forces) == 3 else None
-        add(f"mean of {', '.join(one.name for one in forces)} together", found, wanted, within)
-    lines.append(_stamps(look.recording))
-    return lines
+        yield _row(
+            f"mean of {', '.join(one.name for one in forces)} together", found, wanted, within
+        )
+    yield _stamps(look.recording)
 
 
 def _stamps(recording: sagnac.Recording) -> dict[str, str]:
     steps = np.zeros(0) if recording.times is None else np.diff(recording.times)
     steps = steps[np.isfinite(steps)]
     if not steps.size:
-        return {"what": "time stamps", "found": "uniform, or none", "wanted": "", "verdict": ""}
+        return _row("time stamps", "uniform, or none")
     middle, longest = float(np.median(steps)), float(steps.max())
     gaps = int(np.count_nonzero(steps > 1.5 * middle))
-    return {
-        "what": "time stamps",
-        "found": f"median step {1e3 * middle:.5g} ms, longest {1e3 * longest:.5g} ms",
-        "wanted": f"{gaps} longer than 1.5 steps",
-        "verdict": "differs" if gaps or float(steps.min()) <= 0.0 else "agrees",
-    }
+    found = f"median step {1e3 * middle:.5g} ms, longest {1e3 * longest:.5g} ms"
+    sound = not gaps and float(steps.min()) > 0.0
+    return _row("time stamps", found, f"{gaps} longer than 1.5 steps", sound)
 
 
 def window(look: Look, start: float, stop: float, pixels: int) -> list[dict[str, Any]]:

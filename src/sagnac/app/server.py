@@ -210,8 +210,7 @@ Answer = Callable[[State, Session, dict[str, Any]], dict[str, Any]]
 
 
 def _open(state: State, session: Session, asked: dict[str, Any]) -> dict[str, Any]:
-    texts = stated.cleaned(asked["texts"], stated.READING)
-    found = looks.look(state.room.path(asked["path"]), texts)
+    found = looks.look(state.room.path(asked["path"]), stated.cleaned(asked["texts"]))
     return {"look": session.keep(found), **looks.facts(found)}
 
 
@@ -221,27 +220,27 @@ def _window(state: State, session: Session, asked: dict[str, Any]) -> dict[str, 
     return {"channels": looks.window(found, *span, int(asked["pixels"]))}
 
 
+def _task(state: State, asked: dict[str, Any]) -> Task:
+    """What is to be analyzed; a wrong value is told before a process is started."""
+    reading, analysis = stated.cleaned(asked["texts"]), stated.cleaned(asked["analysis"])
+    sagnac.Statement(**stated.reads(reading, analysis))
+    sagnac.Settings(**stated.choices(analysis))
+    return Task(path=state.room.path(asked["path"]), reading=reading, analysis=analysis)
+
+
 def _repeat(state: State, session: Session, asked: dict[str, Any]) -> dict[str, Any]:
-    path = state.room.path(asked["path"])
-    reading = stated.cleaned(asked["texts"], stated.READING)
-    analysis = stated.cleaned(asked["analysis"], stated.ANALYSIS)
-    named = path.name if state.room.dropped in path.parents else str(path)
-    changed = asked.get("changed")
+    task, changed = _task(state, asked), asked.get("changed")
+    named = task.path.name if state.room.dropped in task.path.parents else str(task.path)
+    remark, stated_so = stated.remark(changed), (task.reading, task.analysis)
     return {
-        "command": stated.remark(changed) + stated.command(named, reading, analysis),
-        "script": stated.script(named, reading, analysis, changed),
-        "toml": stated.remark(changed) + stated.toml(reading, analysis),
+        "command": remark + stated.command(named, *stated_so),
+        "script": stated.script(named, *stated_so, changed),
+        "toml": remark + stated.toml(*stated_so),
     }
 
 
 def _analyze(state: State, session: Session, asked: dict[str, Any]) -> dict[str, Any]:
-    reading = stated.cleaned(asked["texts"], stated.READING)
-    analysis = stated.cleaned(asked["analysis"], stated.ANALYSIS)
-    # A wrong value is told before a process is started.
-    sagnac.Statement(**stated.reads(reading, analysis))
-    sagnac.Settings(**stated.choices(analysis))
-    task = Task(path=state.room.path(asked["path"]), reading=reading, analysis=analysis)
-    return {"run": session.start(task)}
+    return {"run": session.start(_task(state, asked))}
 
 
 def _ask(state: State, session: Session, asked: dict[str, Any]) -> dict[str, Any]:

@@ -12,7 +12,6 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from difflib import get_close_matches
 from importlib import import_module
-from pathlib import Path
 from typing import Any, Final, Literal, Self, get_args
 
 Level = Literal["error", "warning", "remark"]
@@ -154,31 +153,17 @@ class RecordingError(ValueError):
 
 
 class WouldOverwrite(RecordingError):
-    """A file is there that would be lost.
+    """A file is there that would be lost: why it is not written over."""
 
-    Parameters
-    ----------
-    path
-        The file.
-    problem
-        Why it is not written over.
-    """
-
-    def __init__(self, path: Path, problem: str) -> None:
-        super().__init__(
-            problem,
-            path=str(path),
-            remedy="choose another output, or state {force} to write over it",
-        )
-
-    def at(self, path: str) -> Self:
-        """The same error; it names its file."""
-        del path
-        return self
-
-    def __reduce__(self) -> tuple[type[Self], tuple[Path, str]]:
-        # An error that crosses to another process is made there from its parts.
-        return type(self), (Path(self.path), self.problem)
+    def __init__(
+        self,
+        problem: str,
+        *,
+        path: str = "",
+        channel: str = "",
+        remedy: str = "choose another output, or state {force} to write over it",
+    ) -> None:
+        super().__init__(problem, path=path, channel=channel, remedy=remedy)
 
 
 class MissingExtra(ImportError):

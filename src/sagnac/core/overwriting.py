@@ -79,9 +79,10 @@ def require_free(outputs: Outputs, reads: Iterable[Path] = (), *, force: bool = 
         return
     for path in there:
         if any(one.exists() and path.exists() and path.samefile(one) for one in reads):
-            raise WouldOverwrite(path, "is read by this run, and would be lost")
+            raise WouldOverwrite("is read by this run, and would be lost", path=str(path))
     if kind_of(outputs.mark) != outputs.kind:
-        raise WouldOverwrite(there[0], "is there, and no such run made it, so it would be lost")
+        said = "is there, and no such run made it, so it would be lost"
+        raise WouldOverwrite(said, path=str(there[0]))
 
 
 # Files that go into a folder together: the mark, what it says, and all of them. Results and reports
