@@ -69,11 +69,13 @@ def test_the_pair_gives_the_walk_that_was_put_in(simulation, answers):
 
 @pytest.mark.parametrize("method", ["fos", "fos-paper", "none"])
 def test_the_answer_alone_is_that_of_the_whole_analysis(simulation, answers, method):
-    alone, whole = answer_of(simulation.recording, replace(PAIR, method=method)), answers[method]
-    for name in ("angle_random_walk", "fits", "lines"):
-        assert repr(getattr(alone, name)) == repr(getattr(whole, name))
+    alone, evidence = answer_of(simulation.recording, replace(PAIR, method=method))
+    whole = answers[method]
+    assert repr(alone.estimate) == repr(whole.angle_random_walk)
+    assert repr(alone.fits) == repr(whole.fits)
+    assert repr(evidence.lines) == repr(whole.lines)
     for name in ("tau", "deviation", "low", "high"):
-        np.testing.assert_array_equal(getattr(alone.curve, name), getattr(whole.curve, name))
+        np.testing.assert_array_equal(getattr(evidence.curve, name), getattr(whole.curve, name))
 
 
 def test_all_of_a_pair_is_per_gyro(simulation, answers):

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from sagnac.analysis.pipeline import accelerometers_of, analyze
+from sagnac.analysis.pipeline import analyze
 from sagnac.analysis.settings import Settings
 from sagnac.recording.model import Channel, Recording
 from sagnac.report import document, page, text
@@ -101,8 +101,8 @@ def test_page_terminal_and_json_hold_both(recording, force):
 
 
 def test_a_recording_without_accelerometers_gives_none(recording):
-    found = accelerometers_of(replace(recording, accelerometers=()), Settings())
-    assert (found.analyses, found.refused) == ({}, {})
+    found = analyze(replace(recording, accelerometers=()))
+    assert (found.accelerometers, found.refused) == ({}, {})
 
 
 def test_an_accelerometer_alone_is_answered_in_its_units(recording, force):

@@ -50,7 +50,7 @@ def on_second_rig(rate: float, jitter: float) -> Recording:
     ("rate", "jitter"), [(10.0, 2e-5), (20.0, 5e-4), (40.0, 1e-4), (60.0, 2e-5)]
 )
 def test_n_is_estimated_within_a_tenth(recorded, rate, jitter):
-    answer = answer_of(recorded(rate, jitter), BY_PAPER).angle_random_walk
+    answer = answer_of(recorded(rate, jitter), BY_PAPER)[0].estimate
     assert answer.status == "estimated"
     assert answer.low > 0.0
     assert answer.value == pytest.approx(TRUTH * DEGREE_PER_ROOT_HOUR, rel=0.1)

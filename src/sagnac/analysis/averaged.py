@@ -7,8 +7,8 @@ with all other terms as they are. It does not say which term changes.
 """
 
 import math
-from collections.abc import Callable
-from dataclasses import asdict, dataclass, replace
+from collections.abc import Callable, Mapping
+from dataclasses import asdict, dataclass, field, replace
 from itertools import pairwise
 from typing import Final
 
@@ -16,13 +16,13 @@ import numpy as np
 from scipy.special import chdtri, ndtri
 
 from sagnac.analysis.corrections import WarmUp, find_warm_up, without_warm_up
-from sagnac.analysis.evidence import Bands, Coefficients, Evidence, Points
+from sagnac.analysis.evidence import Bands, Evidence, Points
 from sagnac.analysis.result import Part
 from sagnac.core.arrays import FloatArray, differences, extent
 from sagnac.core.errors import Note, RecordingError
 from sagnac.noise.band_models import FALL, FLOOR, WALK, bin_shapes, models_of_one_band
 from sagnac.noise.bounds import Hump, RollOff, hump_above, roll_off
-from sagnac.noise.estimates import Estimate, Interval
+from sagnac.noise.estimates import Estimate, Fit, FitName, Interval
 from sagnac.noise.fit import likelihood_fit
 from sagnac.noise.laws import SLOW_NAMES, level_laws
 from sagnac.noise.lowest_ordinates import rate_ramp
@@ -66,7 +66,7 @@ class Parts:
         Largest over smallest N that would make the spectra differ as they do.
     """
 
-    parts: tuple[Part, ...]
+    parts: tuple[Part, ...] = ()
     walks_agree: bool = True
     spectra_agree: bool = True
     spread: float = 1.0
@@ -103,21 +103,21 @@ class AnswerSpectrum:
     increments
         Their increments, rad, without spikes and warm-up.
     spikes
-        What was replaced; None if there are too few samples to tell.
+        What was replaced; None if there are none, or too few samples to tell.
     warm_up
         What was taken off; None if nothing settles.
     levels
         Of their spectrum.
     average
         Coefficients and what they rest on.
-    coefficients
-        The fits that stand beside the average.
+    likelihood
+        The fit that stands beside the average.
     roll_off
         Where the spectrum of every sample begins to be lowered.
     hump
         Above the band of the answer, with less behind it.
     parts
-        N over parts; None if the whole does not show it.
+        N over parts; without any if the whole does not show it.
     """
 
     points: Points
@@ -126,20 +126,15 @@ class AnswerSpectrum:
     warm_up: WarmUp | None
     levels: Levels
     average: Average
-    coefficients: Coefficients
+    likelihood: Fit
     roll_off: RollOff
     hump: Hump | None = None
-    parts: Parts | None = None
+    parts: Parts = field(default_factory=Parts)
 
     @property
     def is_changed(self) -> bool:
         """Whether a spike was replaced or a warm-up taken off."""
-        return self.warm_up is not None or (self.spikes is not None and self.spikes.index.size > 0)
-
-    @property
-    def changes(self) -> bool:
-        """Whether N over parts differs by more than chance."""
-        return self.parts is not None and not self.parts.agree
+        return self.warm_up is not None or self.spikes is not None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -160,6 +155,8 @@ class Headline:
         Whether what is left of one gyro is the encoder's rather than its own.
     findings
         What was noticed beside the noise.
+    fits, per_gyro
+        The fits that stand beside it, by method, and each gyro's own N, of a triad.
     """
 
     estimate: Estimate
@@ -168,6 +165,8 @@ class Headline:
     spectrum: AnswerSpectrum | None = None
     by_encoder: bool = False
     findings: tuple[Note, ...] = ()
+    fits: Mapping[FitName, Fit] = field(default_factory=dict)
+    per_gyro: Mapping[str, Estimate] = field(default_factory=dict)
 
 
 def levels_of(increments: FloatArray, rate: float, masked: Bands) -> Levels | None:
@@ -207,9 +206,9 @@ def spectrum_of(
     spikes = warm_up = None
     if not as_they_are:
         if increments.size >= LEAST_FOR_SPIKES:
-            spikes = find_spikes(increments, sample_rate=rate)
-            if spikes.index.size:
-                increments = without_spikes(increments, spikes)
+            far = find_spikes(increments, sample_rate=rate)
+            if far.index.size:
+                spikes, increments = far, without_spikes(increments, far)
         warm_up = find_warm_up(increments, sample_rate=rate)
         if warm_up is not None:
             increments = without_warm_up(increments, warm_up, sample_rate=rate)
@@ -230,19 +229,18 @@ def spectrum_of(
         warm_up=warm_up,
         levels=levels,
         average=average(levels, confidence=confidence, ramp=ramp),
-        coefficients=evidence.coefficients,
+        likelihood=evidence.fits["likelihood"],
         roll_off=roll_off(levels),
     )
 
 
 def complete(spectrum: AnswerSpectrum, evidence: Evidence) -> AnswerSpectrum:
     """The spectrum with B and K of the lowest frequencies, N over parts, and a hump."""
-    walk, choice = spectrum.average.angle_random_walk, spectrum.average.rests_on
-    if walk.status != "estimated":
+    if spectrum.average.angle_random_walk.status != "estimated":
         return spectrum
-    if choice.member != "whole band":
+    if spectrum.average.rests_on.member != "whole band":
         spectrum = replace(spectrum, average=_with_slow_terms(spectrum, evidence))
-        walk, choice = spectrum.average.angle_random_walk, spectrum.average.rests_on
+    walk, choice = spectrum.average.angle_random_walk, spectrum.average.rests_on
     hump = hump_above(spectrum.levels, choice.band_hz, walk.value) if choice.terms else None
     return replace(spectrum, hump=hump, parts=_parts(spectrum, evidence))
 
@@ -432,24 +430,27 @@ def over_parts(
     for count in _COUNTS:
         edges = [number * increments.size // count for number in range(count + 1)]
         readings = [read(increments[start:stop]) for start, stop in pairwise(edges)]
-        seconds = [edge / sample_rate for edge in edges]
-        tried.append(_compared(seconds, readings, whole, confidence))
-        if len(tried[-1].seen) == count:
+        parts = tuple(
+            Part(
+                start_s=start / sample_rate,
+                stop_s=stop / sample_rate,
+                **({} if one is None else asdict(one.walk)),
+            )
+            for (start, stop), one in zip(pairwise(edges), readings, strict=True)
+        )
+        seen = [one for one in readings if one is not None]
+        tried.append(
+            _compared(parts, seen, whole, confidence) if len(seen) > 1 else Parts(parts=parts)
+        )
+        if len(seen) == count:
             return tried[-1]
     return next((one for one in tried if len(one.seen) > 1), tried[-1])
 
 
 def _compared(
-    edges: list[float], readings: list[PartEstimate | None], whole: Interval, confidence: float
+    parts: tuple[Part, ...], seen: list[PartEstimate], whole: Interval, confidence: float
 ) -> Parts:
-    """Readings between edges, s, and whether chance explains how they differ."""
-    parts = tuple(
-        Part(start_s=start, stop_s=stop, **({} if one is None else asdict(one.walk)))
-        for (start, stop), one in zip(pairwise(edges), readings, strict=True)
-    )
-    seen = [one for one in readings if one is not None]
-    if len(seen) < 2:
-        return Parts(parts=parts)
+    """Parts, and whether chance explains how the two or more that show N differ."""
     mean, chi_square = _weighted([one.walk for one in seen], confidence)
     most = float(chdtri(len(seen) - 1, _CHANCE))
     apart = _weighted([mean, whole], confidence)[1]
@@ -467,12 +468,11 @@ def _compared(
 def _weighted(seen: list[Interval], confidence: float) -> tuple[Interval, float]:
     """Mean of the logarithms and their chi-square, each in the error on its side of the mean."""
     reach = float(ndtri(0.5 + 0.5 * confidence))
-    height = np.log([one.value for one in seen])
-    up = np.array([math.log(one.high / one.value) for one in seen]) / reach
-    down = np.array([math.log(one.value / max(one.low, 1e-3 * one.value)) for one in seen]) / reach
-    up, down = np.maximum(up, 1e-6), np.maximum(down, 1e-6)
-    error = 0.5 * (up + down)
-    mean = 0.0
+    value, low, high = np.array([[one.value, one.low, one.high] for one in seen]).T
+    height = np.log(value)
+    up = np.maximum(np.log(high / value) / reach, 1e-6)
+    down = np.maximum(-np.log(np.maximum(low / value, 1e-3)) / reach, 1e-6)
+    error, mean = 0.5 * (up + down), 0.0
     for _ in range(20):
         weight = error**-2.0
         mean = float((height * weight).sum() / weight.sum())

@@ -11,11 +11,12 @@ A warm-up is an exponential beside a straight line, in white noise and a random 
 """
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Final, NamedTuple
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
-from scipy.linalg import cho_solve
+from scipy.linalg import solve_triangular
 from scipy.optimize import minimize_scalar
 
 from sagnac.analysis.settings import Method
@@ -56,9 +57,9 @@ def without_dither(recording: Recording, gyros: tuple[str, ...], method: Method)
     channels = {channel.name: channel for channel in recording.gyros}
     notes = []
     for pickoff in used:
-        gyro = channels[pickoff.gyro]
-        why = _unusable(pickoff.values)
-        if why:
+        gyro, (low, high) = channels[pickoff.gyro], extent(pickoff.values)
+        if low == high or not math.isfinite(high - low):
+            why = "does not move" if low == high else "has samples that are missing or infinite"
             text = f"its pick-off {why} and is not used: dither stays in the angle"
             notes.append(Note(level="warning", channel=gyro.name, text=text))
             continue
@@ -72,14 +73,6 @@ def without_dither(recording: Recording, gyros: tuple[str, ...], method: Method)
         )
         notes.append(Note(channel=gyro.name, text=text))
     return replace(recording, gyros=tuple(channels.values()), notes=(*recording.notes, *notes))
-
-
-def _unusable(pickoff: FloatArray) -> str:
-    """Why a pick-off cannot be used; empty if it can."""
-    if not math.isfinite(mean(pickoff)):
-        return "has samples that are missing or infinite"
-    low, high = extent(pickoff)
-    return "does not move" if low == high else ""
 
 
 _MEANS: Final = 300
@@ -179,9 +172,7 @@ def thermal_drift(
     edges = size * np.arange(_MEANS + 1)
     width = size / sample_rate
     rates = np.diff(angle_of(gyro, sample_rate)[edges]) / width
-    means = np.array(
-        [float(np.mean(temperature[first + 1 : first + 1 + size])) for first in edges[:-1]]
-    )
+    means = averages_of(temperature[1 : edges[-1] + 1], size)
     centre = float(means.mean())
     level = means - centre
     if not np.ptp(level) > 0.0:
@@ -192,86 +183,90 @@ def thermal_drift(
     columns = np.stack([level, level**2, np.gradient(level, width)], axis=1)
     # The least seen of the terms is left out until all are seen.
     taken = [place for place in range(columns.shape[1]) if np.ptp(columns[:, place]) > 0.0]
-    fit = _fitted(rates, columns[:, taken])
-    while taken and not (ratios := np.abs(fit.values) / fit.errors).min() > _SEEN:
+    values, errors, walk = _fitted(rates, columns[:, taken])
+    while taken and not (ratios := np.abs(values) / errors).min() > _SEEN:
         taken.pop(int(np.argmin(ratios)))
-        fit = _fitted(rates, columns[:, taken])
+        values, errors, walk = _fitted(rates, columns[:, taken])
     if not taken:
         return None
-    coefficients, errors = np.zeros(3), np.zeros(3)
-    coefficients[taken], errors[taken] = fit.values, fit.errors
-    drift = columns @ coefficients
+    coefficients = np.zeros((2, 3))
+    coefficients[:, taken] = values, errors
+    drift = columns @ coefficients[0]
     times = (edges[:-1] + 0.5 * size + 0.5) / sample_rate
+    _, _, walk_before = _fitted(rates, columns[:, :0])
     return ThermalDrift(
-        coefficients=coefficients,
-        errors=errors,
+        coefficients=coefficients[0],
+        errors=coefficients[1],
         temperature=centre,
-        walk=fit.walk / math.sqrt(width),
-        walk_before=_fitted(rates, columns[:, :0]).walk / math.sqrt(width),
+        walk=walk / math.sqrt(width),
+        walk_before=walk_before / math.sqrt(width),
         rate=make_interp_spline(times, drift - drift.mean(), k=1),
         deviation=float(drift.std()),
     )
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class _Fit:
-    """Terms beside a constant, and the root of the variance of a step of the walk."""
+def _fitted(rates: FloatArray, columns: FloatArray) -> tuple[FloatArray, FloatArray, float]:
+    """Terms beside a constant and their errors, and the root of the variance of a step of the walk.
 
-    values: FloatArray
-    errors: FloatArray
-    walk: float
-    likelihood: float
-
-
-def _fitted(rates: FloatArray, columns: FloatArray) -> _Fit:
-    """The fit in white noise and a walk of the highest restricted likelihood."""
-    scale = columns.std(axis=0)
-    basis = np.column_stack([np.ones(rates.size), columns / scale])
-    place = np.arange(rates.size, dtype=np.float64)
+    The fit is in white noise and a walk of the highest restricted likelihood.
+    """
+    count, scale = rates.size, columns.std(axis=0)
+    freedom = count - 1 - scale.size
+    both = np.column_stack([np.ones(count), columns / scale, rates])
     # Of means of a walk over stretches of one: i + 1/2 for i < j, and i + 1/3 of its own.
-    wandering = np.minimum(place, place[:, np.newaxis]) + 0.5 - np.eye(rates.size) / 6.0
+    wandering = _walk(count) + 0.5 - np.eye(count) / 6.0
 
-    def fit(logarithm: float) -> _Fit:
+    def fit(logarithm: float) -> tuple[float, FloatArray, FloatArray, float]:
         ratio = math.exp(logarithm)
-        factor = np.linalg.cholesky(np.eye(rates.size) + ratio * wandering)
-        weighed = cho_solve((factor, True), basis)
-        information = basis.T @ weighed
-        values = np.linalg.solve(information, weighed.T @ rates)
-        rest = rates - basis @ values
-        variance = float(rest @ cho_solve((factor, True), rest)) / (rates.size - basis.shape[1])
-        covariance = variance * np.linalg.inv(information)
-        likelihood = (
-            -(rates.size - basis.shape[1]) * math.log(variance)
-            - 2.0 * float(np.log(np.diag(factor)).sum())
-            - float(np.linalg.slogdet(information)[1])
+        factor = np.linalg.cholesky(np.eye(count) + ratio * wandering)
+        white = solve_triangular(factor, both, lower=True)
+        basis, shown = white[:, :-1], white[:, -1]
+        inverse = np.linalg.inv(basis.T @ basis)
+        values = inverse @ (basis.T @ shown)
+        rest = shown - basis @ values
+        variance = float(rest @ rest) / freedom
+        lacking = (
+            freedom * math.log(variance)
+            + 2.0 * float(np.log(np.diag(factor)).sum())
+            - float(np.linalg.slogdet(inverse)[1])
         )
-        return _Fit(
-            values=values[1:] / scale,
-            errors=np.sqrt(np.diag(covariance))[1:] / scale,
-            walk=math.sqrt(ratio * variance),
-            likelihood=likelihood,
-        )
+        errors = np.sqrt(variance * np.diag(inverse))
+        return lacking, values[1:] / scale, errors[1:] / scale, math.sqrt(ratio * variance)
 
     best = minimize_scalar(
-        lambda logarithm: -fit(logarithm).likelihood, bounds=_RATIOS, method="bounded",
+        lambda logarithm: fit(logarithm)[0], bounds=_RATIOS, method="bounded",
         options={"xatol": 0.05},
     )  # fmt: skip
-    return fit(float(best.x))
+    return fit(float(best.x))[1:]
+
+
+def _walk(count: int) -> FloatArray:
+    """(count, count) covariance of a random walk of unit steps that starts at zero."""
+    place = np.arange(count, dtype=np.float64)
+    return np.minimum(place, place[:, np.newaxis])
+
+
+def _less(values: FloatArray, drift: Callable[[FloatArray], FloatArray]) -> FloatArray:
+    """Values less a drift, which is made from the numbers of the samples block by block."""
+    left = empty(values.size)
+    for block in blocks(values.size):
+        number = np.arange(block.start, block.stop, dtype=np.float64)
+        np.subtract(values[block], drift(number), out=left[block])
+    return left
 
 
 def _corrected(gyro: Channel, drift: ThermalDrift, sample_rate: float) -> Channel:
     """The same channel without the drift."""
-    turned = drift.rate.antiderivative()
-    values, step = gyro.values, 1.0 / sample_rate
-    corrected = empty(values.size)
-    for block in blocks(values.size):
-        times = np.arange(block.start, block.stop) * step
-        drifted = turned(times)
+    angle = drift.rate.antiderivative()
+    size = 1.0 if gyro.kind == "increment" else 1.0 / sample_rate
+
+    def drifted(number: FloatArray) -> FloatArray:
+        turned = angle(number / sample_rate)
         if gyro.kind != "angle":
-            drifted -= turned(times - step)
-            drifted /= 1.0 if gyro.kind == "increment" else step
-        np.subtract(values[block], drifted, out=corrected[block])
-    return replace(gyro, values=corrected)
+            turned = (turned - angle((number - 1.0) / sample_rate)) / size
+        return np.asarray(turned)
+
+    return replace(gyro, values=_less(gyro.values, drifted))
 
 
 def _note(gyro: Channel, drift: ThermalDrift | None, temperature: FloatArray) -> Note:
@@ -281,23 +276,19 @@ def _note(gyro: Channel, drift: ThermalDrift | None, temperature: FloatArray) ->
         return Note(channel=gyro.name, text=f"{span}: no drift with it is seen, none is taken off")
     sensed = SENSED[gyro.sensor]
     unit, walk = UNITS[sensed.rate_unit], field_unit("rate_random_walk", gyro.sensor)
-    return Note(
-        channel=gyro.name,
-        text=f"{span}: a drift of {_in_words(drift, unit.size)} {unit.name}, "
-        f"{drift.deviation / unit.size:.3g} {unit.name} rms, was taken off; with it the slow noise "
-        f"would have been that of a {sensed.titles['rate_random_walk']} of "
-        f"{drift.walk_before / walk.size:.3g} instead of {drift.walk / walk.size:.3g} {walk.name}",
-    )
-
-
-def _in_words(drift: ThermalDrift, size: float) -> str:
     names = (f"(T - {drift.temperature:.4g})", f"(T - {drift.temperature:.4g})^2", "dT/dt per s")
-    shown = [
-        f"({value / size:.3g} +- {error / size:.1g}) {name}"
+    terms = " + ".join(
+        f"({value / unit.size:.3g} +- {error / unit.size:.1g}) {name}"
         for value, error, name in zip(drift.coefficients, drift.errors, names, strict=True)
         if error > 0.0
-    ]
-    return " + ".join(shown)
+    )
+    return Note(
+        channel=gyro.name,
+        text=f"{span}: a drift of {terms} {unit.name}, {drift.deviation / unit.size:.3g} "
+        f"{unit.name} rms, was taken off; with it the slow noise would have been that of a "
+        f"{sensed.titles['rate_random_walk']} of {drift.walk_before / walk.size:.3g} instead of "
+        f"{drift.walk / walk.size:.3g} {walk.name}",
+    )
 
 
 # Means that the warm-up is sought in, and the square of its significance.
@@ -351,57 +342,43 @@ def find_warm_up(increments: FloatArray, *, sample_rate: float) -> WarmUp | None
     means = averages_of(increments[: size * _WARM_UP_MEANS], size) * sample_rate
     width = size / sample_rate
     time: FloatArray = (np.arange(_WARM_UP_MEANS, dtype=np.float64) + 0.5) * width
-    constants = np.geomspace(2.0 * width, _WARM_UP_MEANS * width / 3.0, 40)
     # First in the differences alone, which a walk leaves white.
-    best = _settling(means, time, constants, _walk_precision(0.0, 1.0))
+    significance, constant, rate = _settling(means, time, white=0.0, walk=1.0)
     for _ in range(2):
-        rest = np.diff(means - best.rate * np.exp(-time / best.constant))
+        rest = np.diff(means - rate * np.exp(-time / constant))
         rest -= rest.mean()
         variance, beside = float(rest @ rest) / rest.size, float(rest[1:] @ rest[:-1]) / rest.size
         white = max(-beside, 0.0)
         walk = max(variance - 2.0 * white, 0.02 * variance / _WARM_UP_MEANS)
-        best = _settling(means, time, constants, _walk_precision(white, walk))
-    if not best.statistic >= _WARM:
+        significance, constant, rate = _settling(means, time, white=white, walk=walk)
+    if not significance >= _WARM:
         return None
-    return WarmUp(
-        rate=best.rate,
-        time=best.constant,
-        until_s=min(math.log(100.0) * best.constant, increments.size / sample_rate),
-    )
-
-
-class _Settling(NamedTuple):
-    """An exponential beside a line: squared significance, constant (s) and rate (rad/s)."""
-
-    statistic: float
-    constant: float
-    rate: float
-
-
-def _walk_precision(white: float, walk: float) -> FloatArray:
-    """Inverse covariance of means in white noise and a random walk that starts anywhere."""
-    place = np.arange(_WARM_UP_MEANS, dtype=np.float64)
-    wandering = np.minimum(place, place[:, np.newaxis]) + 1.0
-    return np.asarray(
-        np.linalg.inv(white * np.eye(_WARM_UP_MEANS) + walk * wandering), dtype=np.float64
-    )
+    until = min(math.log(100.0) * constant, increments.size / sample_rate)
+    return WarmUp(rate=rate, time=constant, until_s=until)
 
 
 def _settling(
-    means: FloatArray, time: FloatArray, constants: FloatArray, precision: FloatArray
-) -> _Settling:
-    """The best exponential beside a line."""
-    fits = [_Settling(statistic=0.0, constant=float(constants[0]), rate=0.0)]
+    means: FloatArray, time: FloatArray, *, white: float, walk: float
+) -> tuple[float, float, float]:
+    """The best exponential beside a line: squared significance, constant (s) and rate (rad/s).
+
+    In noise of these variances and a walk that starts anywhere.
+    """
+    width = time[1] - time[0]
+    constants = np.geomspace(2.0 * width, time.size * width / 3.0, 40)
+    factor = np.linalg.cholesky(white * np.eye(time.size) + walk * (_walk(time.size) + 1.0))
     line = np.stack([np.ones(time.size), time / time[-1] - 0.5], axis=1)
-    for constant in constants:
-        basis = np.column_stack([np.exp(-time / constant), line])
-        information = np.linalg.inv(basis.T @ precision @ basis)
-        answer = information @ (basis.T @ precision @ means)
-        rest = means - basis @ answer
-        scatter = float(rest @ precision @ rest) / (time.size - 4)
-        statistic = float(answer[0]) ** 2 / (scatter * float(information[0, 0]))
-        fits.append(_Settling(statistic, float(constant), float(answer[0])))
-    return max(fits, key=lambda fit: fit.statistic)
+    shapes = np.exp(-time[:, np.newaxis] / constants)
+    columns = solve_triangular(factor, np.column_stack([line, means, shapes]), lower=True)
+    line, _ = np.linalg.qr(columns[:, :2])
+    beside = columns[:, 2:] - line @ (line.T @ columns[:, 2:])
+    shown, shapes = beside[:, 0], beside[:, 1:]
+    size = (shapes**2).sum(axis=0)
+    rates = shown @ shapes / size
+    scatter = ((shown[:, np.newaxis] - shapes * rates) ** 2).sum(axis=0) / (time.size - 4)
+    significance = rates**2 * size / scatter
+    best = int(np.argmax(significance))
+    return float(significance[best]), float(constants[best]), float(rates[best])
 
 
 def without_warm_up(increments: FloatArray, warm_up: WarmUp, *, sample_rate: float) -> FloatArray:
@@ -416,9 +393,8 @@ def without_warm_up(increments: FloatArray, warm_up: WarmUp, *, sample_rate: flo
     sample_rate
         Samples per second.
     """
-    settled = empty(increments.size)
-    for block in blocks(increments.size):
-        time = (np.arange(block.start, block.stop) + 0.5) / sample_rate
-        settling = warm_up.rate / sample_rate * np.exp(-time / warm_up.time)
-        np.subtract(increments[block], settling, out=settled[block])
-    return settled
+    step = warm_up.rate / sample_rate
+    return _less(
+        increments,
+        lambda number: step * np.exp(-(number + 0.5) / (sample_rate * warm_up.time)),
+    )

@@ -17,23 +17,24 @@ Noise that two gyros share does not show in their difference. Their cross spectr
 import math
 from collections.abc import Callable
 from dataclasses import replace
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 from scipy.optimize import brentq
 from scipy.special import ndtr, ndtri
 
 from sagnac.analysis.averaged import AnswerSpectrum, Headline
-from sagnac.analysis.evidence import Evidence, upper_bound
+from sagnac.analysis.evidence import Evidence
 from sagnac.analysis.measurement import ALIKE, Measurement, measure
 from sagnac.core.arrays import FloatArray, blocks
 from sagnac.core.errors import Note, rounded
 from sagnac.noise.cross_spectra import CommonWalk, common_walk, differenced_factor
-from sagnac.noise.estimates import Estimate
+from sagnac.noise.estimates import Estimate, rooted
 from sagnac.noise.lowest_ordinates import LEAST_AVERAGES, highest_walk
 from sagnac.quality.encoder import LEAST_SHARE
 from sagnac.quality.profile import Profile
 from sagnac.recording.channel import PAIR_SIZE, angle_of
+from sagnac.table.estimate import EstimatedTable
 from sagnac.table.kinematics import (
     Kinematics,
     averages_of,
@@ -62,8 +63,9 @@ def with_encoder(headline: Headline, evidence: Evidence, pair: Pair) -> Headline
     pair
         Asked for if the encoder decides what one gyro shows.
     """
-    if evidence.table.estimate is not None and not evidence.measured.is_pair:
-        headline = _of_one(headline, evidence, pair)
+    table = evidence.table.estimate
+    if table is not None and not evidence.measured.is_pair:
+        headline = _of_one(headline, evidence, table, pair)
     answer = for_plain_mean(evidence.measured, headline)
     return _with_latch_note(answer, headline.estimate, evidence)
 
@@ -98,7 +100,7 @@ def for_plain_mean(measured: Measurement, read: Headline) -> Headline:
         )
         notes = (*notes, note)
     if estimate.status != "estimated":
-        return replace(read, estimate=upper_bound(estimate, estimate.high / least), notes=notes)
+        return replace(read, estimate=estimate.bounded(estimate.high / least), notes=notes)
     part = _part_of_errors(estimate, math.log(most / least))
     low = estimate.value / most * (estimate.low / estimate.value) ** part
     high = estimate.value / least * (estimate.high / estimate.value) ** part
@@ -132,7 +134,7 @@ _UNSEEN: Final = 0.3
 _AVERAGES: Final = 2 * LEAST_AVERAGES
 
 
-def _of_one(headline: Headline, evidence: Evidence, pair: Pair) -> Headline:
+def _of_one(headline: Headline, evidence: Evidence, table: EstimatedTable, pair: Pair) -> Headline:
     """The answer of one gyro; another one on the table tells what its encoder adds, if there is."""
     recording, name, own = evidence.corrected, evidence.measured.gyros[0], headline.estimate
     others = (
@@ -143,7 +145,7 @@ def _of_one(headline: Headline, evidence: Evidence, pair: Pair) -> Headline:
     other = next(others, None)
     two = None if other is None else pair(evidence, other)
     if other is None or two is None or two.status == "not observable":
-        return _by_lowest_frequencies(_without_second_gyro(headline, evidence), evidence)
+        return _by_lowest_frequencies(_without_second_gyro(headline, evidence, table), evidence)
     # All of what the two hold may be the noise of one, whose weight is one within their shares.
     shown = PAIR_SIZE * two.high
     shared = shared_walk(evidence, (name, other))
@@ -151,63 +153,52 @@ def _of_one(headline: Headline, evidence: Evidence, pair: Pair) -> Headline:
         low = math.sqrt(max(own.low**2 - max(shared.high, 0.0), 0.0))
         if low > 0.0:
             return replace(headline, estimate=replace(own, low=low))
-    high = shown if own.status == "not observable" else min(shown, own.high)
     seen = shared is not None and shared.low > 0.0
     why = f"{other} shows the same wander" if seen else "it hides the gyro's noise"
-    text = (
+    return _decided_by_encoder(
+        headline,
+        name,
         f"the encoder decides what {name} alone can show: {why}; the bound is of {name} and "
-        f"{other} together, which take the table out by themselves (name both with {{gyros}})"
-    )
-    return replace(
-        _decided_by_encoder(headline, name, text),
-        estimate=upper_bound(own, high),
+        f"{other} together, which take the table out by themselves (name both with {{gyros}})",
+        estimate=own.bounded(shown if own.status == "not observable" else min(shown, own.high)),
         source=f"{name} and {other} together, all of whose noise may be that of {name}",
     )
 
 
-def _decided_by_encoder(headline: Headline, name: str, text: str) -> Headline:
+def _decided_by_encoder(headline: Headline, name: str, text: str, **changes: Any) -> Headline:
     note = Note(channel=name, level="warning", text=text)
-    return replace(headline, notes=(*headline.notes, note), by_encoder=True)
+    return replace(headline, notes=(*headline.notes, note), by_encoder=True, **changes)
 
 
-def _without_second_gyro(headline: Headline, evidence: Evidence) -> Headline:
+def _without_second_gyro(headline: Headline, evidence: Evidence, table: EstimatedTable) -> Headline:
     """The answer of a gyro alone on its table: a wander that no one sees is part of it."""
-    own, spectrum, table = headline.estimate, headline.spectrum, evidence.table
-    name, known = evidence.measured.channel, table.known
+    own, spectrum, name = headline.estimate, headline.spectrum, evidence.measured.channel
     levels = own if spectrum is None else spectrum.average.angle_random_walk
-    bounded = own.status == levels.status == "upper bound"
-    if bounded and levels.value < own.value:
+    if own.status == levels.status == "upper bound" and levels.value < own.value:
         # The curve is of points, in each of which the noise of a reading stands in full.
         source = f"the spectrum of {name} below its roll-off"
-        headline, own = replace(headline, estimate=levels, source=source), levels
-    if known is None or table.estimate is None:
-        return headline
+        headline = replace(headline, estimate=levels, source=source)
     if own.status != "estimated":
-        if not table.estimate.smoothed:
-            return headline
         text = (
             f"the encoder decides what {name} can show: its noise lies above the gyro's, and "
             "no second gyro on the table takes it out; record one, or latch the encoder with the "
             "gyros"
         )
-        return _decided_by_encoder(headline, name, text)
-    bound = upper_bound(own, own.high)
-    if ("encoder", "table", "warning") in {
-        (note.name, note.channel, note.level) for note in evidence.findings
-    }:
-        return replace(headline, estimate=bound, by_encoder=True)
-    rate = mean_rate(known, evidence.measured.sample_rate)
-    unseen = abs(table.shares[name] * rate) * WANDER
+        return _decided_by_encoder(headline, name, text) if table.smoothed else headline
+    found = {(note.name, note.channel, note.level) for note in evidence.findings}
+    if ("encoder", "table", "warning") in found:
+        return replace(headline, estimate=own.bounded(own.high), by_encoder=True)
+    rate = mean_rate(table.angle, evidence.measured.sample_rate)
+    unseen = abs(evidence.table.shares[name] * rate) * WANDER
     if unseen < _UNSEEN * own.low:
-        low = math.sqrt(own.low**2 - unseen**2)
-        return replace(headline, estimate=replace(own, low=low))
+        return replace(headline, estimate=replace(own, low=math.sqrt(own.low**2 - unseen**2)))
     text = (
         f"what {name} shows beside the encoder may be the encoder's: readings whose time "
         f"wanders by {1e6 * _WANDERS:g} us in half an hour make as much, and no second gyro on the "
         f"table tells; only an upper bound is given (if the encoder adds nothing, {name} has "
         f"{own.to('deg/sqrt(h)')})"
     )
-    return replace(_decided_by_encoder(headline, name, text), estimate=bound)
+    return _decided_by_encoder(headline, name, text, estimate=own.bounded(own.high))
 
 
 def _by_lowest_frequencies(answer: Headline, evidence: Evidence) -> Headline:
@@ -235,7 +226,7 @@ def _by_lowest_frequencies(answer: Headline, evidence: Evidence) -> Headline:
     if not highest < (own.value if own.status == "upper bound" else math.inf):
         return answer
     source = f"the lowest frequencies of the spectrum of {evidence.measured.channel}"
-    return replace(answer, estimate=upper_bound(own, highest), source=source)
+    return replace(answer, estimate=own.bounded(highest), source=source)
 
 
 # ---- what a better latch would bring -----------------------------------------------------
@@ -255,12 +246,12 @@ def _with_latch_note(answer: Headline, read: Estimate, evidence: Evidence) -> He
 
     `read` is the estimate without what unlike weights of a pair leave open.
     """
-    estimate, table = answer.estimate, evidence.table.angle
-    if estimate.status != "estimated" or answer.spectrum is None or table is None:
+    estimate, spectrum, table = answer.estimate, answer.spectrum, evidence.table.angle
+    if estimate.status != "estimated" or spectrum is None or table is None:
         return answer
     half, narrowed = _half(estimate), _half(read)
     if narrowed > _WORTH * half:
-        bound, without = _bounds(estimate.value, answer.spectrum, evidence, table)
+        bound, without = _bounds(estimate.value, spectrum, evidence, table)
         narrowed = half * without / bound if half < _ELSE * bound else half
     # Else two gyros have unlike shares, and their difference would need the encoder.
     if narrowed > _WORTH * half:
@@ -277,19 +268,17 @@ def _bounds(
     walk: float, spectrum: AnswerSpectrum, evidence: Evidence, table: FloatArray
 ) -> tuple[float, float]:
     """Half intervals that no estimate beats, with the noise of the encoder and without it."""
-    measured = evidence.measured
-    rate, seconds = measured.sample_rate, measured.angle.size / measured.sample_rate
+    measured, rate = evidence.measured, evidence.measured.sample_rate
     of_encoder = abs(measured.share(evidence.table.shares)) * white_noise(table) / measured.size
     quantization = spectrum.average.coefficients["quantization"]
     in_all = quantization.value if quantization.status == "estimated" else of_encoder
-    as_it_is = measure(evidence.corrected, evidence.settings.gyros)
-    own = min(
-        math.sqrt(max(in_all**2 - of_encoder**2, 0.0)), white_noise(as_it_is.angle) / as_it_is.size
-    )
-    with_encoder, without = (
+    of_gyros = white_noise(measure(evidence.corrected, evidence.settings.gyros).angle)
+    own = min(math.sqrt(max(in_all**2 - of_encoder**2, 0.0)), of_gyros / measured.size)
+    seconds = measured.angle.size / rate
+    bound, without = (
         half_interval(walk, white, sample_rate=rate, seconds=seconds) for white in (in_all, own)
     )
-    return with_encoder, without
+    return bound, without
 
 
 def _half(answer: Estimate) -> float:
@@ -458,8 +447,17 @@ def _shared_note(
             )
         return Note(channel=channel, text=text)
     if factor < _ENCODER:
-        clear = shared.square > _CLEAR * (shared.square - shared.low)
-        return _wander_note(shared) if clear else None
+        if shared.square <= _CLEAR * (shared.square - shared.low):
+            return None
+        walk = rooted(
+            "angle_random_walk", shared.confidence, shared.square, shared.low, shared.high
+        )
+        text = (
+            "its readings wander: each gyro taken against them shows "
+            f"{walk.to('deg/sqrt(h)')} of the encoder's; the answer of the two gyros is free of "
+            "it, one alone would not be"
+        )
+        return Note(channel="table", text=text)
     off, ends = 100.0 * (factor - 1.0), sorted(abs(100.0 * (end - 1.0)) for end in (low, high))
     matters = abs(factor - 1.0) >= _MATTERS
     return Note(
@@ -471,22 +469,4 @@ def _shared_note(
         f"gyro it reads {rounded(abs(off))} % ({rounded(ends[0])} to {rounded(ends[1])} %) "
         f"{'low' if off < 0.0 else 'high'} against the gyros themselves, unless the encoder "
         f"wanders that much{'; the interval allows for it' if matters else ''}",
-    )
-
-
-def _wander_note(shared: CommonWalk) -> Note:
-    """The wander of an encoder, as two gyros show it alike."""
-    walk = Estimate(
-        name="angle_random_walk",
-        value=math.sqrt(shared.square),
-        low=math.sqrt(shared.low),
-        high=math.sqrt(shared.high),
-        confidence=shared.confidence,
-        status="estimated",
-    )
-    return Note(
-        channel="table",
-        text="its readings wander: each gyro taken against them shows "
-        f"{walk.to('deg/sqrt(h)')} of the encoder's; the answer of the two gyros is free of it, "
-        "one alone would not be",
     )

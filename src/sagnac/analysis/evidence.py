@@ -1,27 +1,26 @@
 """All that an answer is read from: the angles at the interval, their curves, and their fits."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Literal
 
 import numpy as np
 
 from sagnac.analysis.measurement import Measurement, Remainder, TurningTable
 from sagnac.analysis.settings import PUBLISHED, Settings
 from sagnac.core.arrays import FloatArray, every
-from sagnac.core.errors import Note, RecordingError
+from sagnac.core.errors import Level, Note, RecordingError
 from sagnac.lines.model import Line
 from sagnac.lines.naming import taken_allan_variance, with_noise_restored
 from sagnac.noise.cosine_spectrum import cosine_spectrum
 from sagnac.noise.curve_fit import paper_fit, weighted_fit
-from sagnac.noise.estimates import Estimate, Fit, FitName, unobserved
+from sagnac.noise.estimates import Fit, FitName, unobserved
 from sagnac.noise.fit import spectrum_fit
 from sagnac.noise.laws import COEFFICIENT_NAMES
 from sagnac.noise.three_cornered_hat import Separation, three_cornered_hat
 from sagnac.quality.readout import JointReadout, joint_readout
 from sagnac.recording.channel import PAIR_SIZE
 from sagnac.recording.model import Kind, Recording
-from sagnac.stability import Gaps
+from sagnac.stability import Estimator, Gaps
 from sagnac.stability.curve import StabilityCurve, stability_curve
 
 # A curve of fewer points than this has no cluster time whose deviation means anything.
@@ -50,36 +49,6 @@ class Points:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Coefficients:
-    """Results of the fits, and their input.
-
-    Attributes
-    ----------
-    fits
-        By method.
-    per_gyro
-        Each gyro's own N by three-cornered hat, with a triad; else empty.
-    readout
-        What the readout steps allow.
-    points
-        The angles that the likelihood fit is of.
-    notes
-        What was noticed.
-    """
-
-    fits: Mapping[FitName, Fit]
-    per_gyro: Mapping[str, Estimate]
-    readout: JointReadout
-    points: Points
-    notes: tuple[Note, ...]
-
-    @property
-    def likelihood(self) -> Fit:
-        """The fit of the spectrum."""
-        return self.fits["likelihood"]
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
 class Evidence:
     """All that an answer is read from and judged by.
 
@@ -93,18 +62,20 @@ class Evidence:
         The measurement, as `without_encoder_errors` gives it, and the table.
     findings
         The judgement of the data.
-    left, second
+    remainders
         What removal left of it; of a triad, of the first gyro less the second, too.
-    points
-        The angles at the interval after removal.
     curve, curve_before
         With the periodic parts removed, and with all of them in.
     family
         After removal, one for each estimator asked for.
     taken
         (points of `curve`,) Allan variance of the noise that went with the lines, (rad/s)^2.
-    coefficients
-        The fits.
+    fine, readout
+        The angles that the likelihood fit is of, and what the readout steps of the gyros allow.
+    fits
+        By method.
+    hat
+        Each gyro's own N by three-cornered hat, with a triad.
     """
 
     recording: Recording
@@ -113,14 +84,15 @@ class Evidence:
     measured: Measurement
     table: TurningTable
     findings: tuple[Note, ...]
-    left: Remainder
-    second: Remainder | None
-    points: Points
+    remainders: tuple[Remainder, ...]
     curve: StabilityCurve
     curve_before: StabilityCurve
     family: tuple[StabilityCurve, ...]
     taken: FloatArray
-    coefficients: Coefficients
+    fine: Points
+    readout: JointReadout
+    fits: Mapping[FitName, Fit]
+    hat: Separation
 
     @property
     def lines(self) -> tuple[Line, ...]:
@@ -128,9 +100,9 @@ class Evidence:
         return tuple(line for one in self.remainders for line in one.removal.lines)
 
     @property
-    def remainders(self) -> tuple[Remainder, ...]:
-        """The remainder of the measurement, and of the second pair of a triad."""
-        return (self.left,) if self.second is None else (self.left, self.second)
+    def left(self) -> Remainder:
+        """What removal left of the measurement."""
+        return self.remainders[0]
 
     @property
     def masked(self) -> Bands:
@@ -168,11 +140,33 @@ def require_length(points: Points, recording: Recording) -> None:
     )
 
 
-def allan_curve(points: Points, confidence: float) -> StabilityCurve:
-    """Overlapping Allan deviation of angles."""
-    return stability_curve(
-        points.angle, kind="angle", sample_rate=points.rate, confidence=confidence
-    )
+def curve_of(
+    values: FloatArray,
+    sample_rate: float,
+    settings: Settings,
+    estimator: Estimator = "oadev",
+    *,
+    kind: Kind = "angle",
+    gaps: Gaps = "reject",
+) -> StabilityCurve:
+    """The curve of angles, or of other samples, at the confidence asked for.
+
+    Raises
+    ------
+    RecordingError
+        If the record is too short for the estimator, or has gaps that it cannot leave out.
+    """
+    try:
+        return stability_curve(
+            values,
+            kind=kind,
+            sample_rate=sample_rate,
+            estimator=estimator,
+            confidence=settings.confidence,
+            gaps=gaps,
+        )
+    except ValueError as error:
+        raise RecordingError(f"{estimator}: {error}") from None
 
 
 def curve_after(
@@ -196,39 +190,12 @@ def curve_after(
     curve, taken
         And the Allan variance of that noise, (points,), (rad/s)^2.
     """
-    curve, removal = allan_curve(points, settings.confidence), left.removal
+    curve, removal = curve_of(points.angle, points.rate, settings), left.removal
     if not removal.taken.size:
         return curve, np.zeros(curve.tau.size)
     taken = taken_allan_variance(curve.tau, *removal.taken, interval=1.0 / sample_rate)
     restored = settings.method not in PUBLISHED or settings.step_4.noise_restored
     return with_noise_restored(curve, taken, len(removal.lines), restored=restored), taken
-
-
-def family_of(
-    values: FloatArray, kind: Kind, sample_rate: float, settings: Settings, gaps: Gaps = "reject"
-) -> tuple[StabilityCurve, ...]:
-    """The curve of each estimator that the settings ask for.
-
-    Raises
-    ------
-    RecordingError
-        If the record is too short for one of them, or has gaps that it cannot leave out.
-    """
-    curves = []
-    for estimator in settings.estimators:
-        try:
-            curve = stability_curve(
-                values,
-                kind=kind,
-                sample_rate=sample_rate,
-                estimator=estimator,
-                confidence=settings.confidence,
-                gaps=gaps,
-            )
-        except ValueError as error:
-            raise RecordingError(f"{estimator}: {error}") from None
-        curves.append(curve)
-    return tuple(curves)
 
 
 def curve_notes(curve: StabilityCurve, family: tuple[StabilityCurve, ...]) -> tuple[Note, ...]:
@@ -241,153 +208,115 @@ def curve_notes(curve: StabilityCurve, family: tuple[StabilityCurve, ...]) -> tu
     )
 
 
-def upper_bound(estimate: Estimate, high: float) -> Estimate:
-    """A bound in the place of an estimate."""
-    return replace(estimate, value=high, low=0.0, high=high, status="upper bound")
-
-
 # ---- fits --------------------------------------------------------------------------------
 
 
-def coefficients_of(
-    recording: Recording,
-    settings: Settings,
-    *,
-    left: Remainder,
-    second: Remainder | None,
-    points: Points,
-    curve: StabilityCurve,
-) -> Coefficients:
-    """The three fits of what is left, and the three-cornered hat of a triad.
+def fine_points(
+    recording: Recording, settings: Settings, left: Remainder, points: Points
+) -> tuple[Points, JointReadout]:
+    """The angles that the likelihood fit is of, and what the readout of the gyros allows of them.
 
     Parameters
     ----------
     recording, settings
-        For the readout of the gyros, which the settings name, and the interval and confidence.
-    left, second
-        What removal left of the measurement and, of a triad, of the first gyro less the second.
-    points
-        The angles that the curve is made of.
-    curve
-        After removal.
+        For the readout of the gyros, which the settings name, and the interval.
+    left, points
+        What removal left, and the angles of it that the curve is made of.
     """
-    fine, readout, confidence = points, JointReadout(), settings.confidence
-    # An angle between samples, one a turn, has no step.
-    if not left.once_a_turn:
-        if settings.interval is not None:
-            finer = settings.interval / _FINER
-            fine = points_at(left.removal.residual, recording.sample_rate, finer)
-        readout = joint_readout(recording, settings.gyros, fine.rate)
-    hat = Separation(angle_random_walk={})
-    if readout.every is None:
-        likelihood = _nothing_observed("likelihood", confidence)
-    else:
-        if readout.every > 1:
-            fine = Points(angle=every(fine.angle, readout.every), rate=fine.rate / readout.every)
-        likelihood = _fit_likelihood(fine, confidence, left.removal.masked)
-        if second is not None:
-            hat = _hat(settings, left, second, fine, likelihood)
-    of_gyro = _from_cluster(curve, readout.time)
-    fits: dict[FitName, Fit] = {
-        "paper": _fit_curve("paper", of_gyro, settings),
-        "weighted": _fit_curve("weighted", of_gyro, settings),
-        "likelihood": likelihood,
-    }
-    return Coefficients(
-        fits=fits,
-        per_gyro=hat.angle_random_walk,
-        readout=readout,
-        points=fine,
-        notes=(*readout.notes, *hat.notes, *(note for fit in fits.values() for note in fit.notes)),
-    )
+    if left.once_a_turn:
+        # An angle between samples has no step.
+        return points, JointReadout()
+    if settings.interval is not None:
+        interval = settings.interval / _FINER
+        points = points_at(left.removal.residual, recording.sample_rate, interval)
+    readout = joint_readout(recording, settings.gyros, points.rate)
+    dithered = None if readout.every is None else readout.time
+    return points_at(points.angle, points.rate, dithered), readout
 
 
-def with_likelihood_of(evidence: Evidence, points: Points) -> Coefficients | None:
-    """The fits with the likelihood fit of other angles, None if five terms do not describe them.
+def fits_of(
+    curve: StabilityCurve, fine: Points, readout: JointReadout, masked: Bands, settings: Settings
+) -> dict[FitName, Fit]:
+    """The three fits; one that is not possible observes nothing, and says so.
 
     Parameters
     ----------
-    evidence
-        With a likelihood fit, whose place it takes.
-    points
-        All of whose band is to be described.
+    curve
+        After removal.
+    fine, readout
+        Of `fine_points`.
+    masked
+        Bands that the spectrum lacks, Hz.
+    settings
+        Method, reading of Step 4 and confidence.
     """
-    coefficients, confidence = evidence.coefficients, evidence.settings.confidence
-    try:
-        cosine = cosine_spectrum(points.angle, kind="angle", sample_rate=points.rate)
-        fit = spectrum_fit(cosine, confidence=confidence, masked=evidence.masked)
-    except RecordingError:
-        return None
-    if fit.departure != 0.0:
-        return None
-    others = (note for note in coefficients.notes if note not in coefficients.likelihood.notes)
-    return replace(
-        coefficients,
-        fits={**coefficients.fits, "likelihood": fit},
-        points=points,
-        notes=(*others, *fit.notes),
-    )
+    confidence = settings.confidence
+    kept = curve.tau >= readout.time * (1.0 - 1e-9)
+    names = ("tau", "deviation", "terms", "edf", "low", "high", "noise_type")
+    of_gyro = replace(curve, **{name: getattr(curve, name)[kept] for name in names})
+    # Beside another method's answer, relative squares tell of all five terms.
+    squares = settings.step_4.squares if settings.method in PUBLISHED else "relative"
+    nothing = {name: unobserved(name, confidence) for name in COEFFICIENT_NAMES}
+
+    def attempted(method: FitName, fit: Callable[[], Fit], level: Level = "remark") -> Fit:
+        try:
+            return fit()
+        except RecordingError as error:
+            note = Note(text=f"no {method} fit: {error}", level=level)
+            return Fit(method=method, coefficients=nothing, notes=(note,))
+
+    likelihood = Fit(method="likelihood", coefficients=nothing)
+    if readout.every is not None:
+        likelihood = attempted(
+            "likelihood", lambda: _widest_fit(fine, confidence, masked), "warning"
+        )
+    return {
+        "paper": attempted(
+            "paper", lambda: paper_fit(of_gyro, squares=squares, confidence=confidence)
+        ),
+        "weighted": attempted("weighted", lambda: weighted_fit(of_gyro, confidence=confidence)),
+        "likelihood": likelihood,
+    }
 
 
-def _nothing_observed(method: FitName, confidence: float, *notes: Note) -> Fit:
-    return Fit(
-        method=method,
-        coefficients={name: unobserved(name, confidence) for name in COEFFICIENT_NAMES},
-        notes=notes,
-    )
-
-
-def _fit_likelihood(points: Points, confidence: float, masked: Bands) -> Fit:
+def _widest_fit(points: Points, confidence: float, masked: Bands) -> Fit:
     """Likelihood fit over the widest band that the five terms describe.
 
     Vibration and resonances at high frequency are no gyro noise. The band is halved until chance
     explains what the terms do not; if it never does, the band with the least left over is taken.
-    Lines that leave no frequencies observe nothing, and a note says so.
     """
-    highest = 0.5 * points.rate
-    try:
-        cosine = cosine_spectrum(points.angle, kind="angle", sample_rate=points.rate)
-        best = latest = spectrum_fit(cosine, confidence=confidence, masked=masked)
-        while latest.departure != 0.0:
-            highest *= 0.5
-            if highest * points.angle.size / points.rate <= 2 * LEAST_POINTS:
-                break
-            latest = spectrum_fit(cosine, confidence=confidence, masked=masked, band=(0.0, highest))
-            if latest.departure < best.departure:
-                best = latest
-    except RecordingError as error:
-        note = Note(text=f"no likelihood fit: {error}", level="warning")
-        return _nothing_observed("likelihood", confidence, note)
+    cosine = cosine_spectrum(points.angle, kind="angle", sample_rate=points.rate)
+    best = latest = spectrum_fit(cosine, confidence=confidence, masked=masked)
+    highest = 0.25 * points.rate
+    while latest.departure != 0.0 and highest * points.angle.size / points.rate > 2 * LEAST_POINTS:
+        latest = spectrum_fit(cosine, confidence=confidence, masked=masked, band=(0.0, highest))
+        best = min(best, latest, key=lambda fit: fit.departure)
+        highest *= 0.5
     return best
 
 
-def _fit_curve(
-    method: Literal["paper", "weighted"], curve: StabilityCurve, settings: Settings
-) -> Fit:
-    """A fit to the curve; a curve too short for it observes nothing, and says so."""
-    confidence = settings.confidence
-    try:
-        if method == "weighted":
-            return weighted_fit(curve, confidence=confidence)
-        # Beside another method's answer, relative squares tell of all five terms.
-        squares = settings.step_4.squares if settings.method in PUBLISHED else "relative"
-        return paper_fit(curve, squares=squares, confidence=confidence)
-    except RecordingError as error:
-        return _nothing_observed(method, confidence, Note(text=f"no {method} fit: {error}"))
-
-
-def _from_cluster(curve: StabilityCurve, shortest: float) -> StabilityCurve:
-    """The part of a curve at cluster times of `shortest` (s) and more."""
-    kept = curve.tau >= shortest * (1.0 - 1e-9)
-    names = ("tau", "deviation", "terms", "edf", "low", "high", "noise_type")
-    return replace(curve, **{name: getattr(curve, name)[kept] for name in names})
-
-
-def _hat(
-    settings: Settings, left: Remainder, second: Remainder, fine: Points, likelihood: Fit
+def hat_of(
+    settings: Settings,
+    remainders: Sequence[Remainder],
+    fine: Points,
+    readout: JointReadout,
+    likelihood: Fit,
 ) -> Separation:
-    """Each gyro's own N, where both searches came to an end and angles are of samples."""
-    if left.once_a_turn or not (left.is_finished and second.is_finished):
+    """Each gyro's own N, if both searches came to an end and angles are of samples.
+
+    Parameters
+    ----------
+    settings
+        The gyros by name, and the confidence.
+    remainders
+        What removal left of the measurement and, of a triad, of the first gyro less the second.
+    fine, readout, likelihood
+        Of `fine_points`, and the fit of these angles, whose band is used.
+    """
+    left, second = remainders[0], remainders[-1]
+    if second is left or readout.every is None or left.once_a_turn:
+        return Separation(angle_random_walk={})
+    if not (left.is_finished and second.is_finished):
         return Separation(angle_random_walk={})
     first, middle, last = settings.gyros
     step = max(1, round(left.rate / fine.rate))

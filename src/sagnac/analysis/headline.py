@@ -29,7 +29,9 @@ The answer then goes through five steps, each a line of `answer`:
 5. findings of the data divide it or withhold it (`trust.apply_findings`).
 """
 
+from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 from typing import Final
 
 from sagnac.analysis.averaged import (
@@ -41,22 +43,18 @@ from sagnac.analysis.averaged import (
     spectrum_of,
 )
 from sagnac.analysis.encoder import Pair, with_encoder, with_shared_noise
-from sagnac.analysis.evidence import (
-    Coefficients,
-    Evidence,
-    Points,
-    allan_curve,
-    points_at,
-    upper_bound,
-    with_likelihood_of,
-)
+from sagnac.analysis.evidence import Evidence, Points, curve_of, points_at
 from sagnac.analysis.settings import PUBLISHED
 from sagnac.analysis.trust import apply_findings
-from sagnac.core.errors import Note
-from sagnac.noise.bounds import CurveBound, highest_terms, highest_walk, within_curve
-from sagnac.noise.estimates import unobserved
+from sagnac.core.errors import Note, RecordingError
+from sagnac.noise.bounds import CurveBound, RollOff, highest_terms, highest_walk, within_curve
+from sagnac.noise.estimates import Fit, unobserved
+from sagnac.noise.fit import likelihood_fit
 from sagnac.noise.model_average import with_both, with_whole_band
 from sagnac.quality.readout import joint_readout
+
+Candidate = Callable[[], Headline | None]
+"""Reads N from the evidence: the answer, no N and why, or nothing."""
 
 # Chance at which the curve, against a sound likelihood fit, calls it impossible.
 _VETO: Final = 1e-4
@@ -64,8 +62,8 @@ _VETO: Final = 1e-4
 _FILTERED: Final = 10.0
 
 
-def answer(evidence: Evidence, pair: Pair, *, brief: bool = False) -> tuple[Evidence, Headline]:
-    """The answer, and the evidence with the fits that stand beside it.
+def answer(evidence: Evidence, pair: Pair, *, brief: bool = False) -> Headline:
+    """The answer, with the fits that stand beside it.
 
     Parameters
     ----------
@@ -81,37 +79,43 @@ def answer(evidence: Evidence, pair: Pair, *, brief: bool = False) -> tuple[Evid
     RecordingError
         If the settings are strict and something is found that they do not accept.
     """
-    evidence, headline = first_candidate(evidence)
-    headline = _with_parts(headline)
-    evidence, headline = _within_curve(evidence, headline)
+    headline = _within_curve(evidence, _with_parts(first_candidate(evidence)))
     headline = with_encoder(headline, evidence, pair)
     if not brief:
         headline = with_shared_noise(headline, evidence)
-    return apply_findings(evidence, headline, brief=brief)
+    return apply_findings(headline, evidence, brief=brief)
 
 
-def first_candidate(evidence: Evidence) -> tuple[Evidence, Headline]:
-    """The first candidate that the data bear out, and the evidence with the fits beside it."""
-    headline = _no_walk(evidence)
-    if not evidence.left.is_finished:
+def first_candidate(evidence: Evidence) -> Headline:
+    """The first candidate that the data bear out, and the fits beside it."""
+    headline, every, candidates = _no_walk(evidence), None, list[Candidate]()
+    if evidence.settings.method in PUBLISHED:
+        candidates = [partial(_step_4, evidence)]
+    elif not evidence.left.is_finished:
         text = (
             f"the search for the lines of {evidence.measured.channel} did not come to an end, and "
             "the noise that it leaves is not to be trusted: no estimate is given, and a bound is "
             "with all lines in; take a stretch on which the table turns evenly ({slice})"
         )
         headline = _no_walk(evidence, Note(level="warning", text=text))
-    every = _spectrum(evidence)
-    for candidate in _CANDIDATES:
-        read = candidate(evidence, every)
+    elif (every := _spectrum(evidence)) is None:
+        candidates = [partial(_likelihood_alone, evidence)]
+    else:
+        by_spectrum = (_whole_band, _whole_band_of_fewer, _average)
+        candidates = [partial(one, evidence, every) for one in by_spectrum]
+    candidates += [partial(_curve, evidence, every), partial(_levels, evidence, every)]
+    for candidate in candidates:
+        read = candidate()
         if read is None:
             continue
         notes, spectrum = (*headline.notes, *read.notes), read.spectrum or headline.spectrum
         headline = replace(read, notes=notes, spectrum=spectrum)
         if read.estimate.status != "not observable":
             break
+    fits = dict(evidence.fits)
     if headline.spectrum is not None:
-        evidence = replace(evidence, coefficients=headline.spectrum.coefficients)
-    return evidence, headline
+        fits["likelihood"] = headline.spectrum.likelihood
+    return replace(headline, fits=fits)
 
 
 def _with_parts(headline: Headline) -> Headline:
@@ -123,62 +127,49 @@ def _with_parts(headline: Headline) -> Headline:
     return replace(headline, estimate=replace(estimate, low=low, high=high))
 
 
-def _within_curve(evidence: Evidence, headline: Headline) -> tuple[Evidence, Headline]:
+def _within_curve(evidence: Evidence, headline: Headline) -> Headline:
     """The fit of the spectrum and the average without what contradicts the curve."""
-    spectrum, coefficients = headline.spectrum, evidence.coefficients
+    spectrum, fit = headline.spectrum, headline.fits["likelihood"]
     lowered = 0.0 if spectrum is None else spectrum.roll_off.cluster_time()
     highest = highest_terms(
         evidence.curve,
         confidence=evidence.settings.confidence,
-        shortest=max(lowered, coefficients.readout.time),
+        shortest=max(lowered, evidence.readout.time),
     )
-    fit = coefficients.likelihood
     fit = replace(fit, coefficients=within_curve(fit.coefficients, highest))
-    coefficients = replace(coefficients, fits={**coefficients.fits, "likelihood": fit})
     if spectrum is not None:
         limited = within_curve(spectrum.average.coefficients, highest)
         spectrum = replace(spectrum, average=spectrum.average.with_coefficients(limited))
-    return replace(evidence, coefficients=coefficients), replace(headline, spectrum=spectrum)
+    return replace(headline, spectrum=spectrum, fits={**headline.fits, "likelihood": fit})
 
 
 # ---- the spectrum that 2 to 4 are read from ----------------------------------------------
 
 
 def _spectrum(evidence: Evidence) -> AnswerSpectrum | None:
-    """The spectrum of every sample; None if too little is left for levels."""
-    if _is_published(evidence) or not evidence.left.is_finished:
-        return None
-    if evidence.coefficients.readout.every is None:
-        return None
-    return spectrum_of(evidence, _every_sample(evidence))
+    """The spectrum of every sample; None if too little is left for levels.
 
-
-def _every_sample(evidence: Evidence) -> Points:
-    """Angles as often as the readout is dithered, at least as often as those of the fit.
-
-    The frequencies of an encoder's error that the angles of the fit do not see are left out; if
-    they see one, it is slow, and its steps count.
+    Angles are taken as often as the readout is dithered, at least as often as those of the fit. The
+    frequencies of an encoder's error that the angles of the fit do not see are left out; if they
+    see one, it is slow, and its steps count.
     """
-    left, fine, readout = evidence.left, evidence.coefficients.points, evidence.coefficients.readout
-    if left.once_a_turn or fine.rate >= left.rate:
-        return fine
-    slow = readout.every is not None and readout.every > 1
-    finer = joint_readout(
-        evidence.recording, evidence.settings.gyros, left.rate, with_encoder=slow
-    ).every
-    if finer is None or left.rate / finer <= fine.rate:
-        return fine
-    return points_at(left.removal.residual, left.rate, finer / left.rate)
+    left, points, readout = evidence.left, evidence.fine, evidence.readout
+    if readout.every is None:
+        return None
+    if not left.once_a_turn and points.rate < left.rate:
+        gyros, slow = evidence.settings.gyros, readout.time > 0.0
+        finer = joint_readout(evidence.recording, gyros, left.rate, with_encoder=slow)
+        if finer.every is not None and left.rate / finer.every > points.rate:
+            points = points_at(left.removal.residual, left.rate, finer.time)
+    return spectrum_of(evidence, points)
 
 
 # ---- each candidate: the answer, or no N and why, or nothing -----------------------------
 
 
-def _step_4(evidence: Evidence, _: AnswerSpectrum | None) -> Headline | None:
+def _step_4(evidence: Evidence) -> Headline:
     """Step 4 of the paper. A fit whose interval begins at 0 shows no N, whatever its value."""
-    if not _is_published(evidence):
-        return None
-    fitted = evidence.coefficients.fits["paper"].coefficients["angle_random_walk"]
+    fitted = evidence.fits["paper"].coefficients["angle_random_walk"]
     channel, reading = evidence.measured.channel, evidence.settings.step_4.in_words
     if fitted.status != "estimated" or not fitted.low > 0.0:
         text = (
@@ -193,55 +184,61 @@ def _step_4(evidence: Evidence, _: AnswerSpectrum | None) -> Headline | None:
     return Headline(estimate=fitted, source=source)
 
 
-def _whole_band(evidence: Evidence, every: AnswerSpectrum | None) -> Headline | None:
+def _whole_band(evidence: Evidence, every: AnswerSpectrum) -> Headline | None:
     """A likelihood of five terms of every sample."""
-    if every is None or every.is_changed:
+    if every.is_changed:
         return None
-    fitted: Coefficients | None = evidence.coefficients
-    if every.points.rate > evidence.coefficients.points.rate:
-        fitted = with_likelihood_of(evidence, every.points)
-    if fitted is None:
-        return None
-    average = with_whole_band(every.levels, every.average, fitted.likelihood)
+    points, fit = every.points, every.likelihood
+    if points.rate > evidence.fine.rate:
+        try:
+            fit = likelihood_fit(
+                points.angle,
+                kind="angle",
+                sample_rate=points.rate,
+                confidence=evidence.settings.confidence,
+                masked=evidence.masked,
+            )
+        except RecordingError:
+            return None
+    average = with_whole_band(every.levels, every.average, fit)
     if average.rests_on.member == "average":
         return None
-    return _by_spectrum(evidence, replace(every, average=average, coefficients=fitted))
+    return _by_spectrum(evidence, replace(every, average=average, likelihood=fit), points)
 
 
-def _whole_band_of_fewer(evidence: Evidence, every: AnswerSpectrum | None) -> Headline | None:
+def _whole_band_of_fewer(evidence: Evidence, every: AnswerSpectrum) -> Headline | None:
     """The same of fewer angles, into whose band folds what lies above half their rate.
 
     If the terms do not describe every sample up to there, they do not describe what folds.
     """
-    if every is None or every.is_changed:
+    if every.is_changed or every.points.rate <= evidence.fine.rate:
         return None
-    fine, fit = evidence.coefficients.points, evidence.coefficients.likelihood
+    fine, fit = evidence.fine, every.likelihood
     walk, fitted = every.average.angle_random_walk, fit.coefficients["angle_random_walk"]
     allowed = walk.status == "not observable" or walk.low <= fitted.value <= walk.high
     # Every sample may tell more of N.
     narrower = walk.status != "estimated" or walk.high * fitted.low > fitted.high * walk.low
-    finer = every.points.rate > fine.rate
-    reached = reaches(every.average.rests_on, 0.5 * fine.rate)
-    if not (finer and allowed and narrower and reached):
+    if not (allowed and narrower and reaches(every.average.rests_on, 0.5 * fine.rate)):
         return None
     few = spectrum_of(evidence, fine, as_they_are=True)
     if few is None:
         return None
     average = with_whole_band(few.levels, few.average, fit)
-    if average.rests_on.member == "whole band":
-        return _by_spectrum(evidence, replace(few, average=average, roll_off=every.roll_off))
+    chosen = replace(few, average=average, roll_off=every.roll_off)
     if average.rests_on.member == "both" and walk.status == "estimated":
-        return _by_spectrum(evidence, replace(every, average=with_both(every.average, fit)))
-    return None
+        chosen = replace(every, average=with_both(every.average, fit))
+    elif average.rests_on.member != "whole band":
+        return None
+    return _by_spectrum(evidence, chosen, fine)
 
 
-def _average(evidence: Evidence, every: AnswerSpectrum | None) -> Headline | None:
+def _average(evidence: Evidence, every: AnswerSpectrum) -> Headline:
     """The average over bands and terms."""
-    return None if every is None else _by_spectrum(evidence, every)
+    return _by_spectrum(evidence, every, evidence.fine)
 
 
-def _by_spectrum(evidence: Evidence, chosen: AnswerSpectrum) -> Headline:
-    """N of the chosen one of 2 to 4."""
+def _by_spectrum(evidence: Evidence, chosen: AnswerSpectrum, fitted: Points) -> Headline:
+    """N of the chosen one of 2 to 4, beside which is a likelihood fit of some angles."""
     spectrum = complete(chosen, evidence)
     estimate, choice = spectrum.average.angle_random_walk, spectrum.average.rests_on
     channel = evidence.measured.channel
@@ -251,7 +248,7 @@ def _by_spectrum(evidence: Evidence, chosen: AnswerSpectrum) -> Headline:
             "estimate is given"
         )
         return replace(_no_walk(evidence, Note(text=text)), spectrum=spectrum)
-    of_likelihood = _likelihood_source(channel, spectrum.coefficients)
+    of_likelihood = _likelihood_source(channel, fitted, spectrum.likelihood)
     source = {
         "whole band": f"{of_likelihood}; averages over narrow bands agree",
         "both": f"{of_likelihood}; averages over narrow bands do not decide, so "
@@ -265,19 +262,17 @@ def _by_spectrum(evidence: Evidence, chosen: AnswerSpectrum) -> Headline:
     return Headline(estimate=estimate, source=source, spectrum=spectrum)
 
 
-def _likelihood_alone(evidence: Evidence, every: AnswerSpectrum | None) -> Headline | None:
+def _likelihood_alone(evidence: Evidence) -> Headline | None:
     """The likelihood fit without levels beside it."""
-    if _is_published(evidence) or not evidence.left.is_finished or every is not None:
-        return None
-    fit, channel = evidence.coefficients.likelihood, evidence.measured.channel
+    fit, channel = evidence.fits["likelihood"], evidence.measured.channel
     walk = fit.coefficients["angle_random_walk"]
     if walk.status == "not observable":
         return None
     # A fit that is known not to describe its spectrum yields to the curve much sooner.
     chance = _VETO if fit.departure == 0.0 else 1.0 - evidence.settings.confidence
-    veto = _highest(evidence, every, chance)
+    veto = _highest(evidence, None, chance)
     if veto is None or walk.low <= veto.value:
-        return Headline(estimate=walk, source=_likelihood_source(channel, evidence.coefficients))
+        return Headline(estimate=walk, source=_likelihood_source(channel, evidence.fine, fit))
     text = (
         f"the likelihood fit of {channel} asks for more angle random walk than the curve shows at "
         f"{veto.tau:.4g} s: the five terms do not describe this spectrum, and no estimate is given"
@@ -291,38 +286,21 @@ def _curve(evidence: Evidence, every: AnswerSpectrum | None) -> Headline | None:
     if bound is None:
         return None
     return Headline(
-        estimate=upper_bound(_no_walk(evidence).estimate, bound.value),
+        estimate=_no_walk(evidence).estimate.bounded(bound.value),
         source=f"lowest point of the curve of {_bounded(evidence)} against the slope of the ARW",
     )
 
 
 def _levels(evidence: Evidence, every: AnswerSpectrum | None) -> Headline:
     """The levels below a roll-off, which are the last resort."""
-    estimate = None if every is None else every.average.angle_random_walk
-    if estimate is None or estimate.status == "not observable":
-        source = f"nothing: no candidate is borne out by {_bounded(evidence)}"
-        return replace(_no_walk(evidence), source=source)
-    source = f"the spectrum of {_bounded(evidence)} below its roll-off"
-    return Headline(estimate=estimate, source=source)
-
-
-_CANDIDATES: Final = (
-    _step_4,
-    _whole_band,
-    _whole_band_of_fewer,
-    _average,
-    _likelihood_alone,
-    _curve,
-    _levels,
-)
+    nothing, bounded = _no_walk(evidence), _bounded(evidence)
+    estimate = nothing.estimate if every is None else every.average.angle_random_walk
+    if estimate.status == "not observable":
+        return replace(nothing, source=f"nothing: no candidate is borne out by {bounded}")
+    return Headline(estimate=estimate, source=f"the spectrum of {bounded} below its roll-off")
 
 
 # ---- what several candidates ask ---------------------------------------------------------
-
-
-def _is_published(evidence: Evidence) -> bool:
-    """Whether the method is the paper's."""
-    return evidence.settings.method in PUBLISHED
 
 
 def _no_walk(evidence: Evidence, *why: Note) -> Headline:
@@ -331,12 +309,11 @@ def _no_walk(evidence: Evidence, *why: Note) -> Headline:
     return Headline(estimate=nothing, source="", notes=why)
 
 
-def _likelihood_source(channel: str, fits: Coefficients) -> str:
-    points, band = fits.points, fits.likelihood.band
+def _likelihood_source(channel: str, points: Points, fit: Fit) -> str:
     return (
         f"likelihood fit of the spectrum of {points.angle.size} angles of "
         f"{channel} at {1.0 / points.rate:.4g} s, to "
-        f"{0.0 if band is None else band.high:.4g} Hz"
+        f"{0.0 if fit.band is None else fit.band.high:.4g} Hz"
     )
 
 
@@ -353,13 +330,11 @@ def _highest(evidence: Evidence, every: AnswerSpectrum | None, chance: float) ->
     those below ten samples, and those that the spectrum shows, are left out.
     """
     curve, rate = evidence.curve, evidence.measured.sample_rate
-    roll_off = None if every is None else every.roll_off
+    roll_off = RollOff() if every is None else every.roll_off
     unfinished = evidence.left.removal.unfinished
     if unfinished is not None:
         points = points_at(unfinished, rate, evidence.settings.interval)
-        curve = allan_curve(points, evidence.settings.confidence)
+        curve = curve_of(points.angle, points.rate, evidence.settings)
         roll_off = roll_off_of(Points(angle=unfinished, rate=rate))
-    used = curve.tau * rate >= _FILTERED
-    if roll_off is not None:
-        used &= curve.tau >= roll_off.cluster_time()
-    return highest_walk(curve, evidence.coefficients.readout, chance=chance, used=used)
+    used = (curve.tau * rate >= _FILTERED) & (curve.tau >= roll_off.cluster_time())
+    return highest_walk(curve, evidence.readout, chance=chance, used=used)

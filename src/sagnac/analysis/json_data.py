@@ -10,7 +10,7 @@ from sagnac.core.arrays import FloatArray, extent
 from sagnac.core.units import DEGREE, DEGREE_PER_HOUR, SENSED, field_unit
 from sagnac.noise.band_models import ORDERS
 from sagnac.noise.estimates import Interval
-from sagnac.noise.laws import CoefficientName, rate_density_basis
+from sagnac.noise.laws import STOCHASTIC_NAMES, rate_density_basis
 from sagnac.noise.slow_model import untold
 from sagnac.quality.profile import changes_of
 from sagnac.quality.readout import step_shown
@@ -126,11 +126,6 @@ _SHARE: Final = 0.2
 _FALLEN: Final = 0.5
 # What is left of N below this part is a floor of another kind, such as steps of the readout.
 _FLOOR: Final = 0.01
-_TERMS: Final[tuple[CoefficientName, ...]] = (
-    "angle_random_walk",
-    "bias_instability",
-    "rate_random_walk",
-)
 
 
 def low_pass_data(analysis: Analysis) -> dict[str, dict[str, float]]:
@@ -154,17 +149,20 @@ def low_pass_data(analysis: Analysis) -> dict[str, dict[str, float]]:
     if choice is None or choice.falls < _SHARE or walk.status != "estimated":
         return {}
     frequency, density = analysis.spectrum.frequency, analysis.spectrum.density
-    rate = analysis.recording.sample_rate
+    rate, gyro = analysis.recording.sample_rate, analysis.settings.gyros[0]
     sound = (frequency > 0.0) & (frequency < 0.49 * rate) & (density > 0.0)
     frequency, density = frequency[sound], density[sound]
     found = answer_coefficients(analysis)
-    basis = rate_density_basis(frequency, 1.0 / rate)
-    squares = np.zeros(basis.shape[1])
-    for place, name in enumerate(_TERMS, start=1):
-        if name in found and found[name].status == "estimated":
-            squares[place] = found[name].value ** 2
-    steps = _of_steps(analysis) * basis[:, 1]
-    filtered = basis @ squares - steps
+    terms = [found.get(name) for name in STOCHASTIC_NAMES[1:]]
+    squares = [one.value**2 if one and one.status == "estimated" else 0.0 for one in terms]
+    laws = rate_density_basis(frequency, 1.0 / rate)[:, 1:]
+    channel, added = analysis.recording.gyro(gyro), 0.0
+    if channel.kind == "rate" and not analysis.is_pair:
+        # Square of what the readout steps of a rate add to N.
+        added = step_shown(channel) ** 2 / 12.0 / rate
+    # If N is less than that, an angle was counted.
+    steps = (added if added < walk.value**2 else 0.0) * laws[:, 0]
+    filtered = laws @ squares - steps
     share = (density - steps) / filtered
     if not share.size or not float(np.median(share[-5:])) < _FALLEN:
         return {}
@@ -172,21 +170,6 @@ def low_pass_data(analysis: Analysis) -> dict[str, dict[str, float]]:
     fits = [_fitted(frequency[kept], share[kept], rate, order) for order in ORDERS]
     _, corner, order = min(fits)
     return {"low_pass": {"corner_hz": corner, "order": order}}
-
-
-def _of_steps(analysis: Analysis) -> float:
-    """Square of what the readout steps of a rate add to N, (rad/sqrt(s))^2; 0 for an angle's.
-
-    If N is less than that, an angle was counted.
-    """
-    channel, rate = (
-        analysis.recording.gyro(analysis.settings.gyros[0]),
-        analysis.recording.sample_rate,
-    )
-    if channel.kind != "rate" or analysis.is_pair:
-        return 0.0
-    added = step_shown(channel) ** 2 / 12.0 / rate
-    return added if added < analysis.angle_random_walk.value**2 else 0.0
 
 
 def readout_data(analysis: Analysis) -> dict[str, dict[str, dict[str, float | str]]]:
@@ -203,8 +186,8 @@ def readout_data(analysis: Analysis) -> dict[str, dict[str, dict[str, float | st
         shown = {"step": step_shown(channel)}
         if name in clipped:
             shown["range"] = max(map(abs, extent(changes_of(channel))))
-        if any(shown.values()):
-            sizes = {what: value / unit.size for what, value in shown.items() if value > 0.0}
+        sizes = {what: value / unit.size for what, value in shown.items() if value > 0.0}
+        if sizes:
             found[name] = {**sizes, "unit": unit.name}
     return {"readout": found} if found else {}
 

@@ -3,8 +3,7 @@
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import partial
-from typing import Any, Final
+from typing import Final
 
 import numpy as np
 
@@ -67,14 +66,15 @@ class Measurement:
     sample_rate
         Hz.
     weights
-        Of the two gyros of a difference; their squares add up to 2.
+        Of the two gyros of a difference, the second as a rule below zero; their squares add up
+        to 2.
     """
 
     channel: str
     angle: FloatArray
     gyros: tuple[str, ...]
     sample_rate: float
-    weights: tuple[float, float] = (1.0, 1.0)
+    weights: tuple[float, float] = (1.0, -1.0)
 
     @property
     def is_pair(self) -> bool:
@@ -92,14 +92,8 @@ class Measurement:
 
     def share(self, shares: Mapping[str, float]) -> float:
         """Share of the table's rate in the angle, from the shares of the gyros."""
-        if not self.is_pair:
-            return shares.get(self.gyros[0], 0.0)
-        first, second = (shares.get(name, 0.0) for name in self.gyros)
-        return float(_weighted(self.weights, first, second))
-
-
-def _weighted(weights: tuple[float, float], first: Any, second: Any) -> Any:
-    return weights[0] * first - weights[1] * second
+        of_gyros = zip(self.gyros, self.weights, strict=False)
+        return float(sum(weight * shares.get(name, 0.0) for name, weight in of_gyros))
 
 
 def measure(recording: Recording, gyros: tuple[str, ...]) -> Measurement:
@@ -135,10 +129,8 @@ def require_sound(recording: Recording, gyros: tuple[str, ...]) -> None:
     """
     for gyro in map(recording.gyro, gyros):
         profile = Profile.of(recording, gyro)
-        notes = missing_notes(recording, profile)
-        for note in (*notes, *stuck_notes(recording, profile)):
-            if note.level == "error":
-                raise RecordingError.of(note)
+        for note in (*missing_notes(recording, profile), *stuck_notes(recording, profile)):
+            raise RecordingError.of(note)
 
 
 def require_noise(measured: Measurement) -> None:
@@ -320,11 +312,10 @@ def without_encoder_errors(
     if estimate is None:
         return measured
     if measured.is_pair:
-        weights = _weights([table.shares[name] for name in measured.gyros])
+        first, second = weights = _weights([table.shares[name] for name in measured.gyros])
         angles = [angle_of(recording.gyro(name), measured.sample_rate) for name in measured.gyros]
-        alone = replace(
-            measured, angle=elementwise(partial(_weighted, weights), *angles), weights=weights
-        )
+        angle = elementwise(lambda one, other: first * one + second * other, *angles)
+        alone = replace(measured, angle=angle, weights=weights)
         if _takes_table_out(alone, measured, table, estimate):
             return alone
     if estimate.angle is estimate.readings:
@@ -341,9 +332,9 @@ def _weights(shares: Sequence[float]) -> tuple[float, float]:
     """Weights of two gyros that leave no motion of the table; their squares add up to 2."""
     size = math.hypot(*shares)
     if size == 0.0:
-        return 1.0, 1.0
+        return 1.0, -1.0
     sign = math.copysign(PAIR_SIZE, shares[1])
-    return sign * shares[1] / size, sign * shares[0] / size
+    return sign * shares[1] / size, -sign * shares[0] / size
 
 
 def _takes_table_out(
@@ -447,14 +438,13 @@ def remainder_of(
             angles = {name: angle_of(recording.gyro(name), rate) for name in measured.gyros}
         search = settings.published if settings.method == "fos-paper" else LITERAL
         removal = remove_lines_as_published(angles, table, rate, search=search, progress=progress)
-    if measured.is_pair:
-        unfinished = removal.unfinished
-        removal = replace(
-            removal,
-            residual=measured.noise(removal.residual),
-            taken=removal.taken / [[1.0], [1.0], [measured.size**2]],
-            unfinished=None if unfinished is None else measured.noise(unfinished),
-        )
+    unfinished = removal.unfinished
+    removal = replace(
+        removal,
+        residual=measured.noise(removal.residual),
+        taken=removal.taken / [[1.0], [1.0], [measured.size**2]],
+        unfinished=None if unfinished is None else measured.noise(unfinished),
+    )
     return Remainder(removal=removal, rate=rate, once_a_turn=settings.method == "fris")
 
 

@@ -4,9 +4,10 @@ Read from top to bottom: what is asked for (`analyze`, `answer_of`), the path of
 (`_analysis`: evidence, answer, composition), channels one by one, and the still bench.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, fields, replace
+from functools import partial
 from typing import Any, Final
 
 import numpy as np
@@ -15,11 +16,12 @@ from sagnac.analysis.averaged import Headline
 from sagnac.analysis.corrections import without_dither, without_temperature
 from sagnac.analysis.evidence import (
     Evidence,
-    allan_curve,
-    coefficients_of,
     curve_after,
     curve_notes,
-    family_of,
+    curve_of,
+    fine_points,
+    fits_of,
+    hat_of,
     points_at,
     require_length,
 )
@@ -33,12 +35,12 @@ from sagnac.analysis.measurement import (
     with_order_phases,
     without_encoder_errors,
 )
-from sagnac.analysis.result import Alone, Analysis, Answer, Covariance
+from sagnac.analysis.result import Analysis, Covariance
 from sagnac.analysis.settings import MOST_GYROS, Progress, Settings, Stages
 from sagnac.analysis.spectra import Spectrum, figure_spectrum, multitaper_density, residual_of
-from sagnac.analysis.table_shares import TableShares, table_shares
+from sagnac.analysis.table_shares import Share, table_shares
 from sagnac.analysis.trust import findings_of, require_strict
-from sagnac.core.arrays import FloatArray, blocks, differences
+from sagnac.core.arrays import blocks, differences
 from sagnac.core.errors import Note, RecordingError, require_keywords
 from sagnac.core.kernels import cache_notes, one_thread
 from sagnac.noise.estimates import Estimate, unobserved
@@ -49,11 +51,13 @@ from sagnac.quality.profile import Profile
 from sagnac.quality.samples import longest_whole_stretch, stuck_notes
 from sagnac.recording.channel import angle_of, same_values
 from sagnac.recording.model import Channel, Recording, require_recording
-from sagnac.stability.curve import StabilityCurve, stability_curve
+from sagnac.table.kinematics import averages_of
 from sagnac.table.turns import mean_rate, turns
 
 # An interval that is rounded to whole samples by less than this share of it is not worth a note.
 _ROUNDED: Final = 0.01
+# Between the angles of the curve on a turning table unless stated, s: Step 4 of the paper.
+_ON_TABLE: Final = 1.0
 
 Run = Callable[..., Analysis]
 """A function that analyzes a recording by settings, with a keyword `progress`."""
@@ -114,13 +118,11 @@ def analyze(
     require_keywords("analyze", choices, (field.name for field in fields(Settings)))
     settings = replace(settings or Settings(), **choices)
     with one_thread():
-        analysis = _of_gyros(recording, settings, progress)
-    forces = accelerometers_of(recording, settings, progress=progress)
-    return analysis.with_accelerometers(forces)
+        return each_channel(recording, settings, _analysis, progress)
 
 
-def answer_of(recording: Recording, settings: Settings | None = None) -> Answer:
-    """The figures of `analyze` alone: no spectra, no shares, nothing on noise in common.
+def answer_of(recording: Recording, settings: Settings | None = None) -> tuple[Headline, Evidence]:
+    """The answer of `analyze` and what it is read from: no spectra, nothing on noise in common.
 
     For many recordings of which nobody reads a report. A pair is differenced at rest, too, as
     the paper does.
@@ -139,23 +141,7 @@ def answer_of(recording: Recording, settings: Settings | None = None) -> Answer:
     with one_thread():
         evidence = _evidence(recording, settings or Settings(), stages)
         with stages.stage("coefficients"):
-            evidence, headline = answer(evidence, _of_pair, brief=True)
-    return Answer(
-        angle_random_walk=headline.estimate,
-        fits=evidence.coefficients.fits,
-        lines=evidence.lines,
-        curve=evidence.curve,
-        taken=evidence.taken,
-    )
-
-
-def _of_gyros(recording: Recording, settings: Settings, progress: Progress | None) -> Analysis:
-    """Gyros on one turning table together, at rest each alone."""
-    with Stages(progress, recording.path or "recording").stage("difference"):
-        names = settings.gyros_of(recording)
-    if len(names) == 1 or turns(recording):
-        return _analysis(recording, settings, progress=progress)
-    return gyros_alone(recording, replace(settings, gyros=names), _analysis, progress)
+            return answer(evidence, _of_pair, brief=True), evidence
 
 
 # ---- one measurement ---------------------------------------------------------------------
@@ -178,7 +164,7 @@ def _path(
     stages = Stages(progress, recording.path or "recording")
     evidence = _evidence(recording, settings, stages, findings)
     with stages.stage("coefficients"):
-        evidence, headline = answer(evidence, _of_pair)
+        headline = answer(evidence, _of_pair)
     with stages.stage("spectrum"):
         analysis = _composed(evidence, headline)
     return replace(analysis, seconds=stages.seconds).with_units_of_sensor(), evidence.findings
@@ -194,7 +180,7 @@ def _evidence(
     rate = recording.sample_rate
     with stages.stage("difference"):
         gyros = settings.gyros_of(recording)
-        interval = settings.interval_on(turning=turns(recording))
+        interval = settings.interval or (_ON_TABLE if turns(recording) else None)
         settings = replace(settings, gyros=gyros, interval=interval)
         require_sound(recording, gyros)
         corrected = without_temperature(recording, gyros) if settings.covariates else recording
@@ -216,21 +202,23 @@ def _evidence(
         del as_it_is
     with stages.stage("lines") as fraction:
         left = remainder_of(measured, table.known, corrected, settings, fraction)
-        second = None
+        remainders = [left]
         if len(gyros) == MOST_GYROS:
             pair = without_encoder_errors(measure(corrected, gyros[:2]), corrected, table)
-            second = remainder_of(pair, table.known, corrected, settings, fraction)
+            remainders.append(remainder_of(pair, table.known, corrected, settings, fraction))
         points = points_at(left.removal.residual, left.rate, None if left.once_a_turn else interval)
         require_length(points, recording)
     with stages.stage("stability"):
         curve, taken = curve_after(points, left, rate, settings)
         nothing_taken = not left.removal.lines and same_values(before.angle, points.angle)
-        curve_before = curve if nothing_taken else allan_curve(before, settings.confidence)
-        family = family_of(points.angle, "angle", points.rate, settings)
-    with stages.stage("coefficients"):
-        coefficients = coefficients_of(
-            recording, settings, left=left, second=second, points=points, curve=curve
+        curve_before = curve if nothing_taken else curve_of(before.angle, before.rate, settings)
+        family = tuple(
+            curve_of(points.angle, points.rate, settings, one) for one in settings.estimators
         )
+    with stages.stage("coefficients"):
+        fine, readout = fine_points(recording, settings, left, points)
+        fits = fits_of(curve, fine, readout, left.removal.masked, settings)
+        hat = hat_of(settings, remainders, fine, readout, fits["likelihood"])
     return Evidence(
         recording=recording,
         corrected=corrected,
@@ -238,14 +226,15 @@ def _evidence(
         measured=measured,
         table=table,
         findings=findings,
-        left=left,
-        second=second,
-        points=points,
+        remainders=tuple(remainders),
         curve=curve,
         curve_before=curve_before,
         family=family,
         taken=taken,
-        coefficients=coefficients,
+        fine=fine,
+        readout=readout,
+        fits=fits,
+        hat=hat,
     )
 
 
@@ -254,7 +243,7 @@ def _of_pair(evidence: Evidence, other: str) -> Estimate:
     gyros = (*evidence.settings.gyros, other)
     settings = replace(evidence.settings, gyros=gyros, estimators=(), strict=False)
     try:
-        return answer_of(evidence.recording, settings).angle_random_walk
+        return answer_of(evidence.recording, settings)[0].estimate
     except RecordingError:
         return unobserved("angle_random_walk", settings.confidence)
 
@@ -265,26 +254,27 @@ def _composed(evidence: Evidence, headline: Headline) -> Analysis:
     table, residual, density = evidence.table.angle, left.removal.residual, None
     if settings.estimators:
         density = multitaper_density(differences(residual), left.rate)
-    shares = TableShares()
+    shares: dict[str, Share] = {}
+    triad = None
     if table is not None:
         # Shares that cannot be read cost nothing else.
         with suppress(RecordingError):
-            shares = table_shares(recording, settings.gyros, confidence=settings.confidence)
+            shares, triad = table_shares(recording, settings.gyros, settings.confidence)
     as_it_is = measure(evidence.corrected, settings.gyros)
     before = as_it_is.noise(as_it_is.angle)
     del as_it_is
     of_spectrum: dict[str, Any] = {}
     if headline.spectrum is not None:
-        spectrum, average = headline.spectrum, headline.spectrum.average
+        average = headline.spectrum.average
         # There is no covariance of what is no estimate.
         spoiled = any(note.level == "error" for note in headline.findings)
         covariance = Covariance(names=average.names, matrix=average.covariance)
         of_spectrum = {
-            "levels": spectrum.levels,
+            "levels": headline.spectrum.levels,
             "average": average.rests_on,
             "coefficients": {**average.coefficients, "angle_random_walk": headline.estimate},
             "covariance": None if spoiled else covariance,
-            "parts": () if spectrum.parts is None else spectrum.parts.parts,
+            "parts": headline.spectrum.parts.parts,
         }
     return Analysis(
         recording=recording,
@@ -293,19 +283,19 @@ def _composed(evidence: Evidence, headline: Headline) -> Analysis:
         table_rate=None if table is None else mean_rate(table, recording.sample_rate),
         angle_random_walk=headline.estimate,
         source=headline.source,
-        fits=evidence.coefficients.fits,
+        fits=headline.fits,
         lines=evidence.lines,
         curve=evidence.curve,
         curve_before=evidence.curve_before,
         spectrum=figure_spectrum(differences(residual), left.rate),
         spectrum_before=figure_spectrum(differences(before), recording.sample_rate),
-        per_gyro=evidence.coefficients.per_gyro,
+        per_gyro=headline.per_gyro,
         notes=_notes(evidence, headline),
         family=evidence.family,
         density=density,
         residual=residual_of(before, left, table),
-        shares=shares.shares,
-        triad=shares.triad,
+        shares=shares,
+        triad=triad,
         masked=evidence.masked,
         **of_spectrum,
     )
@@ -314,13 +304,22 @@ def _composed(evidence: Evidence, headline: Headline) -> Analysis:
 def _notes(evidence: Evidence, headline: Headline) -> tuple[Note, ...]:
     """All notes, in the order of the stages, each once; errors in the data come first."""
     said = {note.text for note in headline.findings}
+    rounding = []
+    interval, rate = evidence.settings.interval, evidence.curve.sample_rate
+    if not (
+        interval is None or evidence.left.once_a_turn or abs(interval * rate - 1.0) <= _ROUNDED
+    ):
+        text = f"interval {interval:g} s is no whole number of samples: {1.0 / rate:.4g} s taken"
+        rounding.append(Note(text=text))
     notes = (
         *(note for note in evidence.corrected.notes if note.text not in said),
         *(note for note in headline.findings if note.level == "error"),
         *evidence.table.notes,
         *(note for one in evidence.remainders for note in one.removal.notes),
-        *_rounding_notes(evidence),
-        *evidence.coefficients.notes,
+        *rounding,
+        *evidence.readout.notes,
+        *evidence.hat.notes,
+        *(note for fit in headline.fits.values() for note in fit.notes),
         *curve_notes(evidence.curve, evidence.family),
         *headline.notes,
         *headline.findings,
@@ -329,96 +328,88 @@ def _notes(evidence: Evidence, headline: Headline) -> tuple[Note, ...]:
     return tuple(dict.fromkeys(notes))
 
 
-def _rounding_notes(evidence: Evidence) -> tuple[Note, ...]:
-    """A note where an interval asked for is no whole number of samples."""
-    interval, rate = evidence.settings.interval, evidence.points.rate
-    if interval is None or evidence.left.once_a_turn or abs(interval * rate - 1.0) <= _ROUNDED:
-        return ()
-    text = f"interval {interval:g} s is no whole number of samples: {1.0 / rate:.4g} s taken"
-    return (Note(text=text),)
-
-
 # ---- channels one by one -----------------------------------------------------------------
 
 
-def accelerometers_of(
-    recording: Recording,
-    settings: Settings,
-    *,
-    run: Run | None = None,
-    progress: Progress | None = None,
-) -> Alone:
-    """An analysis of each accelerometer, its lines out, and why there is none of some.
+def each_channel(
+    recording: Recording, settings: Settings, run: Run, progress: Progress | None
+) -> Analysis:
+    """Gyros on one turning table together, at rest each alone; accelerometers one by one.
 
     A specific force is to its integral, a velocity, what a rate is to an angle: sums, curves and
-    fits are the same, and only the units differ (`sagnac.core.units.SENSED`).
+    fits are the same, and only the units differ (`sagnac.core.units.SENSED`). Interval, confidence
+    and estimators hold for accelerometers, too; their lines are taken out.
 
     Parameters
     ----------
     recording
-        With accelerometers, or without: then there is nothing to do.
+        With one gyro or several.
     settings
-        Interval, confidence and estimators; the gyros that they name do not count, and lines in
-        table angle are not sought.
+        Of each; if they are strict, every refusal is an error.
     run
-        What analyzes one; `analyze` unless given.
+        Analyzes one channel, or the gyros of a turning table.
     progress
-        Called with the stage and the fraction of it done.
-    """
-    alone = replace(settings, method="fos", specification=None)
-    each = {one.name: recording.of_accelerometer(one.name) for one in recording.accelerometers}
-    return each_alone(each, alone, run or analyze, progress)
-
-
-def gyros_alone(
-    recording: Recording, settings: Settings, run: Run, progress: Progress | None
-) -> Analysis:
-    """Several gyros at rest, each alone: `Analysis.of_gyros`.
-
-    Parameters
-    ----------
-    recording, settings
-        With the gyros that the settings name, two or more.
-    run
-        What analyzes one.
-    progress
-        Called with the stage and the fraction of it done.
+        Called with the stage, the channel before it if there are several, and the fraction done.
 
     Raises
     ------
     RecordingError
         The first refusal, if no gyro gives anything or the settings are strict.
     """
-    names = settings.gyros
-    alone = each_alone(dict.fromkeys(names, recording), settings, run, progress)
-    if not alone.analyses:
-        raise next(iter(alone.refused.values()))
-    beside = accept(_beside_each_other(recording, tuple(alone.analyses)), settings.accepted)
+    with Stages(progress, recording.path or "recording").stage("difference"):
+        settings = replace(settings, gyros=settings.gyros_of(recording))
+    if len(settings.gyros) == 1 or turns(recording):
+        analysis = run(recording, settings, progress=progress)
+    else:
+        analysis = _gyros_alone(recording, settings, run, progress)
+    alone = replace(settings, method="fos", specification=None)
+    forces = {one.name: recording.of_accelerometer(one.name) for one in recording.accelerometers}
+    analyses, refused = _each_alone(forces, alone, run, progress)
+    return replace(analysis, accelerometers=analyses, refused={**analysis.refused, **refused})
+
+
+def _gyros_alone(
+    recording: Recording, settings: Settings, run: Run, progress: Progress | None
+) -> Analysis:
+    """Several gyros at rest, each by itself; all else is of the first that is not refused."""
+    recordings = dict.fromkeys(settings.gyros, recording)
+    analyses, refused = _each_alone(recordings, settings, run, progress)
+    if not analyses:
+        raise next(iter(refused.values()))
+    beside = accept(_beside_each_other(recording, tuple(analyses)), settings.accepted)
     require_strict(beside, settings)
-    return Analysis.of_gyros(alone, names, beside)
+    first, *_ = each = tuple(analyses.values())
+    read = first.recording.notes
+    notes = [
+        note if note.channel else replace(note, channel=name)
+        for name, one in analyses.items()
+        for note in one.notes
+        if note not in read
+    ]
+    stages = dict.fromkeys(stage for one in each for stage in one.seconds)
+    return replace(
+        first,
+        settings=replace(first.settings, gyros=settings.gyros),
+        per_gyro={name: one.angle_random_walk for name, one in analyses.items()},
+        notes=tuple(dict.fromkeys((*read, *notes, *beside))),
+        seconds={stage: sum(one.seconds.get(stage, 0.0) for one in each) for stage in stages},
+        gyros=analyses,
+        refused=refused,
+    )
 
 
-def each_alone(
+def _beside_each_other(recording: Recording, names: tuple[str, ...]) -> Iterator[Note]:
+    """Findings of gyros on each other; at rest they spoil no answer, since each is taken alone."""
+    first, *_ = profiles_of(recording, names)
+    for note in (*copy_notes(recording, first), *unequal_notes(recording, first)):
+        text = note.text.removesuffix(f"; {effect_words(note.effect)}")
+        yield replace(note, level="warning", text=text, effect=None)
+
+
+def _each_alone(
     recordings: Mapping[str, Recording], settings: Settings, run: Run, progress: Progress | None
-) -> Alone:
-    """Channels one by one; what one of them does not give does not cost the others.
-
-    Parameters
-    ----------
-    recordings
-        Channel -> recording that holds it.
-    settings
-        For all of them; if they are strict, every refusal is an error.
-    run
-        What analyzes one.
-    progress
-        Called with the stage, the channel before it, and the fraction of it done.
-
-    Raises
-    ------
-    RecordingError
-        For a channel that is refused, if the settings are strict.
-    """
+) -> tuple[dict[str, Analysis], dict[str, RecordingError]]:
+    """Channels one by one, and why there is none of some, which does not cost the others."""
     analyses: dict[str, Analysis] = {}
     refused: dict[str, RecordingError] = {}
     for name, recording in recordings.items():
@@ -433,27 +424,13 @@ def each_alone(
             if settings.strict:
                 raise
             refused[name] = error
-        else:
-            analyses[name] = _without_notes_of_others(analysis, name)
-    return Alone(analyses=analyses, refused=refused)
-
-
-def _without_notes_of_others(analysis: Analysis, name: str) -> Analysis:
-    """An analysis of one channel without what reading noticed of the others."""
-    recording = analysis.recording
-    others = {one.name for one in (*recording.gyros, *recording.accelerometers)} - {name}
-    notes = tuple(note for note in analysis.notes if note.channel not in others)
-    return replace(analysis, notes=notes)
-
-
-def _beside_each_other(recording: Recording, names: tuple[str, ...]) -> tuple[Note, ...]:
-    """Findings of gyros on each other; at rest they spoil no answer, since each is taken alone."""
-    first, *_ = profiles_of(recording, names)
-    beside = []
-    for note in (*copy_notes(recording, first), *unequal_notes(recording, first)):
-        text = note.text.removesuffix(f"; {effect_words(note.effect)}")
-        beside.append(replace(note, level="warning", text=text, effect=None))
-    return tuple(beside)
+            continue
+        # What reading noticed of the others is left out.
+        present = analysis.recording
+        others = {one.name for one in (*present.gyros, *present.accelerometers)} - {name}
+        notes = tuple(note for note in analysis.notes if note.channel not in others)
+        analyses[name] = replace(analysis, notes=notes)
+    return analyses, refused
 
 
 # ---- the still bench ---------------------------------------------------------------------
@@ -476,12 +453,6 @@ class AtRest:
     analysis: Analysis
     without_lines: Analysis
     as_it_is: Analysis
-
-
-# What of an analysis belongs to its answer rather than to its curves.
-_OF_ANSWER: Final = (
-    "lines", "angle_random_walk", "average", "coefficients", "covariance", "parts"
-)  # fmt: skip
 
 
 def at_rest(
@@ -516,9 +487,6 @@ def at_rest(
     """
     recording = replace(recording, table=None, null_pulse=None, accelerometers=())
     gyro = recording.gyro(settings.gyros[0])
-    for note in stuck_notes(recording, Profile.of(recording, gyro)):
-        if note.level == "error":
-            raise RecordingError.of(note, recording.path)
     if any(np.isnan(gyro.values[block]).any() for block in blocks(gyro.values.size)):
         try:
             return _with_gaps(recording, gyro, settings, progress, lines_in=lines_in)
@@ -540,12 +508,12 @@ def _with_lines_out(
     of_fits = tuple(note for fit in analysis.fits.values() for note in fit.notes)
     notes = (*searched.notes, *curve_notes(analysis.curve, analysis.family), *of_fits)
     # Vibration and lines are no angle random walk: the answer is the one without them.
-    of_answer = {name: getattr(searched, name) for name in _OF_ANSWER}
+    of_answer = ("lines", "angle_random_walk", "average", "coefficients", "covariance", "parts")
     with_answer = replace(
         analysis,
         source=f"{searched.source}; lines removed" if searched.lines else searched.source,
         notes=tuple(dict.fromkeys(notes)),
-        **of_answer,
+        **{name: getattr(searched, name) for name in of_answer},
     )
     return AtRest(analysis=with_answer, without_lines=searched, as_it_is=analysis)
 
@@ -559,36 +527,51 @@ def _with_gaps(
     lines_in: bool,
 ) -> AtRest:
     """Curves of all of a gyro with missing samples, the rest of its longest whole stretch."""
-    problem = ""
-    if settings.covariates:
-        problem, choice = "temperature cannot be fitted across gaps ({covariates})", "{covariates}"
-    elif settings.method != "none":
-        problem = f"lines cannot be removed across gaps ({{method {settings.method}}})"
-        choice = "{method}"
-    if problem:
-        remedy = f"leave {choice} out, or take a whole stretch with {{slice START:STOP}}"
-        raise RecordingError(problem, channel=gyro.name, remedy=remedy)
-    values, rate = _averaged(gyro, recording.sample_rate, settings.interval)
-    curve = stability_curve(
-        values, kind=gyro.kind, sample_rate=rate, confidence=settings.confidence, gaps="omit"
-    )
-    family = family_of(values, gyro.kind, rate, settings, gaps="omit")
+    for note in stuck_notes(recording, Profile.of(recording, gyro)):
+        raise RecordingError.of(note)
+    if settings.covariates or settings.method != "none":
+        choice, cannot = (
+            "method",
+            f"lines cannot be removed across gaps ({{method {settings.method}}})",
+        )
+        if settings.covariates:
+            choice, cannot = "covariates", "temperature cannot be fitted across gaps ({covariates})"
+        remedy = f"leave {{{choice}}} out, or take a whole stretch with {{slice START:STOP}}"
+        raise RecordingError(cannot, channel=gyro.name, remedy=remedy)
+    step = max(1, round((settings.interval or 0.0) * recording.sample_rate))
+    values, rate = gyro.values[::step], recording.sample_rate / step
+    if step > 1 and gyro.kind != "angle":
+        # The mean of rates, the sum of increments; missing if one of them is.
+        values = averages_of(gyro.values, step) * (step if gyro.kind == "increment" else 1.0)
+    of_whole = partial(curve_of, values, rate, settings, kind=gyro.kind, gaps="omit")
+    curve, family = of_whole(), tuple(map(of_whole, settings.estimators))
     part, start = longest_whole_stretch(recording, gyro.name)
     span = f"{start:.6g} to {start + part.samples / part.sample_rate:.6g} s"
-    of_stretch = Note(
-        channel=gyro.name,
-        text="coefficients, lines and spectra are of the longest stretch without a gap, "
-        f"{span}; the curves are of the whole recording, without the terms that touch a gap",
-    )
     try:
         made = _with_lines_out(part, replace(settings, estimators=()), progress, lines_in=lines_in)
         steps = differences(angle_of(part.gyro(gyro.name), part.sample_rate))
         density = multitaper_density(steps, part.sample_rate)
         analysis = replace(made.analysis, source=f"{made.analysis.source} (of {span})")
+        of_stretch = Note(
+            channel=gyro.name,
+            text="coefficients, lines and spectra are of the longest stretch without a gap, "
+            f"{span}; the curves are of the whole recording, without the terms that touch a gap",
+        )
     except RecordingError as error:
-        analysis = _nothing_but(curve, recording, settings)
-        made = AtRest(analysis=analysis, without_lines=analysis, as_it_is=analysis)
         density = Spectrum.empty()
+        analysis = Analysis(
+            recording=recording,
+            settings=settings,
+            channel=gyro.name,
+            table_rate=None,
+            angle_random_walk=unobserved("angle_random_walk", settings.confidence),
+            source="no stretch without a gap is long enough",
+            curve=curve,
+            curve_before=curve,
+            spectrum=density,
+            spectrum_before=density,
+        )
+        made = AtRest(analysis=analysis, without_lines=analysis, as_it_is=analysis)
         why = RecordingError(error.problem, channel=error.channel, remedy=error.remedy)
         text = (
             "no coefficients, lines or spectra: the longest stretch without a gap, "
@@ -613,30 +596,3 @@ def _with_gaps(
         notes=tuple(dict.fromkeys(notes)),
     )
     return replace(made, analysis=whole)
-
-
-def _averaged(
-    gyro: Channel, sample_rate: float, interval: float | None
-) -> tuple[FloatArray, float]:
-    """Samples at the interval of the curve, and their rate; missing if one they take is missing."""
-    step = 1 if interval is None else max(1, round(interval * sample_rate))
-    if step == 1 or gyro.kind == "angle":
-        return gyro.values[::step], sample_rate / step
-    whole = gyro.values[: gyro.values.size // step * step].reshape(-1, step)
-    return (whole.mean(axis=1) if gyro.kind == "rate" else whole.sum(axis=1)), sample_rate / step
-
-
-def _nothing_but(curve: StabilityCurve, recording: Recording, settings: Settings) -> Analysis:
-    """An analysis with no more than a curve."""
-    return Analysis(
-        recording=recording,
-        settings=settings,
-        channel=settings.gyros[0],
-        table_rate=None,
-        angle_random_walk=unobserved("angle_random_walk", settings.confidence),
-        source="no stretch without a gap is long enough",
-        curve=curve,
-        curve_before=curve,
-        spectrum=Spectrum.empty(),
-        spectrum_before=Spectrum.empty(),
-    )

@@ -74,25 +74,6 @@ class Covariance:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Answer:
-    """The answer of a recording, without what a report shows beside it.
-
-    Attributes
-    ----------
-    angle_random_walk, fits, lines, curve
-        As of `Analysis`.
-    taken
-        (points of `curve`,) Allan variance of the noise that went with the lines, (rad/s)^2.
-    """
-
-    angle_random_walk: Estimate
-    fits: Mapping[FitName, Fit]
-    lines: tuple[Line, ...]
-    curve: StabilityCurve
-    taken: FloatArray
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Analysis:
     """Everything one recording gave; what the report, the JSON and the tables are made of.
 
@@ -273,69 +254,23 @@ class Analysis:
             write_text(Path(path), text + "\n")
         return text
 
-    @classmethod
-    def of_gyros(
-        cls, alone: "Alone", names: tuple[str, ...], beside: tuple[Note, ...]
-    ) -> "Analysis":
-        """The analysis of several gyros that were taken one by one.
-
-        Parameters
-        ----------
-        alone
-            One or more of them.
-        names
-            Of all that were asked for.
-        beside
-            Notes on gyros beside each other.
-        """
-        each = tuple(alone.analyses.values())
-        first, read = each[0], each[0].recording.notes
-        notes = [
-            note if note.channel else replace(note, channel=name)
-            for name, one in alone.analyses.items()
-            for note in one.notes
-            if note not in read
-        ]
-        stages = dict.fromkeys(stage for one in each for stage in one.seconds)
-        seconds = {stage: sum(one.seconds.get(stage, 0.0) for one in each) for stage in stages}
-        return replace(
-            first,
-            settings=replace(first.settings, gyros=names),
-            per_gyro={name: one.angle_random_walk for name, one in alone.analyses.items()},
-            notes=tuple(dict.fromkeys((*read, *notes, *beside))),
-            seconds=seconds,
-            gyros=alone.analyses,
-            refused=alone.refused,
-        )
-
     @property
     def each(self) -> "tuple[Analysis, ...]":
         """The analyses that hold all figures: one for each gyro in `gyros`, or this one alone."""
         return tuple(self.gyros.values()) or (self,)
 
-    def with_accelerometers(self, forces: "Alone") -> "Analysis":
-        """The same with what its accelerometers gave."""
-        return replace(
-            self, accelerometers=forces.analyses, refused={**self.refused, **forces.refused}
-        )
-
     def with_units_of_sensor(self) -> "Analysis":
         """The same with estimates that know that they are an accelerometer's, if they are."""
-        sensor = self.sensor
-        if sensor == "gyro":
-            return self
 
         def named(each: Mapping[CoefficientName, Estimate]) -> dict[CoefficientName, Estimate]:
-            return {name: replace(one, sensor=sensor) for name, one in each.items()}
+            return {name: replace(one, sensor=self.sensor) for name, one in each.items()}
 
         fits = {
             method: replace(fit, coefficients=named(fit.coefficients))
             for method, fit in self.fits.items()
         }
-        walk = replace(self.angle_random_walk, sensor=sensor)
-        return replace(
-            self, angle_random_walk=walk, coefficients=named(self.coefficients), fits=fits
-        )
+        walk, coefficients = replace(self.angle_random_walk, sensor=self.sensor), self.coefficients
+        return replace(self, angle_random_walk=walk, coefficients=named(coefficients), fits=fits)
 
     @property
     def is_pair(self) -> bool:
@@ -455,29 +390,12 @@ class Analysis:
         return replace(self, seconds={**before, **self.seconds})
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Alone:
-    """Channels that were analyzed one by one.
-
-    Attributes
-    ----------
-    analyses
-        By channel.
-    refused
-        Why there is none, of the others.
-    """
-
-    analyses: Mapping[str, Analysis]
-    refused: Mapping[str, RecordingError]
-
-
 def headline_fit(analysis: Analysis) -> Fit | None:
     """The fit that the answer rests on, or None if the answer is of no fit."""
-    walk = analysis.angle_random_walk
-    of_answer = (
-        fit for fit in analysis.fits.values() if fit.coefficients.get("angle_random_walk") == walk
-    )
-    return next(of_answer, None)
+    for fit in analysis.fits.values():
+        if fit.coefficients.get("angle_random_walk") == analysis.angle_random_walk:
+            return fit
+    return None
 
 
 def headline_coefficients(analysis: Analysis) -> Mapping[CoefficientName, Estimate]:

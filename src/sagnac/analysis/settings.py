@@ -28,8 +28,6 @@ ESTIMATORS: Final[CurveNames] = get_args(Estimator)
 Progress = Callable[[str, float], None]
 
 MOST_GYROS = 3
-# Between the angles of the curve on a turning table, s: Step 4 of the paper.
-_ON_TABLE: Final = 1.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -141,16 +139,6 @@ class Settings:
                 remedy="name one gyro, a pair or a triad, each once ({gyros x,z})",
             )
         return names
-
-    def interval_on(self, *, turning: bool) -> float | None:
-        """Seconds between the angles of the curve on a turning table or at rest; None: every one.
-
-        Parameters
-        ----------
-        turning
-            Whether the table turns.
-        """
-        return _ON_TABLE if self.interval is None and turning else self.interval
 
 
 class Stages:

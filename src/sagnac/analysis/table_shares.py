@@ -5,8 +5,8 @@ its axes are square, the squares of the three shares add up to the square of the
 """
 
 import math
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
@@ -71,17 +71,9 @@ class Triad:
     angles: Mapping[str, Interval]
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class TableShares:
-    """Shares of the gyros on a turning table and, of three, scale and axes."""
-
-    shares: Mapping[str, Share] = field(default_factory=dict)
-    triad: Triad | None = None
-
-
 def table_shares(
-    recording: Recording, gyros: tuple[str, ...], *, confidence: float = 0.95
-) -> TableShares:
+    recording: Recording, gyros: tuple[str, ...], confidence: float = 0.95
+) -> tuple[dict[str, Share], Triad | None]:
     """Least squares of each gyro's mean rates over a second on the table's.
 
     A cosine and a sine of the table angle go along for Earth rate. The errors are those of thirty
@@ -97,144 +89,115 @@ def table_shares(
     confidence
         Of every interval.
 
+    Returns
+    -------
+    shares, triad
+        By gyro; and of three gyros their scale and axes.
+
     Raises
     ------
     RecordingError
         If there is no table, it does not turn, it turns round all the time, or the recording is too
         short.
     """
-    table, rates, interval = _table_rates(recording)
-    design = _design(table, rates)
-    if design.columns.shape[0] < _LEAST:
+    step = max(1, round(_INTERVAL * recording.sample_rate))
+    interval = step / recording.sample_rate
+    table = _table_angle(recording, step)
+    columns, kept = _columns(table, np.diff(table) / interval)
+    if np.count_nonzero(kept) < _LEAST:
         raise RecordingError(
-            f"the table keeps its way over {design.columns.shape[0]} seconds only: too few for "
+            f"the table keeps its way over {np.count_nonzero(kept)} seconds only: too few for "
             "shares of its rate",
             channel="table",
             remedy=f"turn it for {_LEAST} s or more without turning round",
         )
-    shares, moves = {}, []
-    for name in gyros:
-        angle = angle_of(recording.gyro(name), recording.sample_rate)
-        shown = np.diff(every(angle, round(interval * recording.sample_rate))) / interval
-        shares[name], own = _share(design, shown[design.kept], confidence)
-        moves.append(own)
-    triad = (
-        _triad(shares, np.stack(moves), design.reach(confidence)) if len(gyros) == _AXES else None
-    )
-    return TableShares(shares=shares, triad=triad)
+    angles = (angle_of(recording.gyro(name), recording.sample_rate) for name in gyros)
+    shown = np.stack([np.diff(every(angle, step)) / interval for angle in angles], axis=1)
+    stretch = np.arange(kept.size) * _STRETCHES // kept.size
+    design = np.stack(list(columns.values()), axis=1)
+    values, moves = _fitted(design[kept], shown[kept], stretch[kept])
+    reach = float(stdtrit(_STRETCHES - len(columns), 0.5 + 0.5 * confidence))
+    errors = reach * np.linalg.norm(moves, axis=0)
+    triad = _triad(gyros, values[0], moves[:, 0], reach) if len(gyros) == _AXES else None
+    if "asymmetry" in columns:
+        values[2], errors[2] = 2.0 * values[2] / values[0], 2.0 * errors[2] / np.abs(values[0])
+    shares = {}
+    for name, value, error in zip(gyros, values.T, errors.T, strict=True):
+        of_column = dict(zip(columns, map(_within, value, error), strict=True))
+        shares[name] = Share(
+            share=of_column["share"],
+            bias=of_column.get("bias"),
+            asymmetry=of_column.get("asymmetry"),
+            confidence=confidence,
+        )
+    return shares, triad
 
 
-def _table_rates(recording: Recording) -> tuple[FloatArray, FloatArray, float]:
-    """The table's angle and rate at even intervals, rad and rad/s, and the interval, s."""
+def _table_angle(recording: Recording, step: int) -> FloatArray:
+    """The table's angle at every `step`-th sample, rad."""
     if recording.table is None:
         raise RecordingError(
             "there is no table angle to compare the gyros with",
             remedy="name its encoder ({table COLUMN:UNIT})",
         )
-    step = max(1, round(_INTERVAL * recording.sample_rate))
-    interval = step / recording.sample_rate
     table = every(recording.table.values, step)
     if table.size < _LEAST:
         raise RecordingError(
             f"{recording.duration:.4g} s are too short for shares of the table's rate",
-            remedy=f"take {_LEAST * interval:g} s or more",
+            remedy=f"take {_LEAST * step / recording.sample_rate:g} s or more",
         )
-    rates = np.diff(table) / interval
-    if not np.any(rates):
+    if not np.any(np.diff(table)):
         raise RecordingError("the table does not turn", channel="table")
-    return table, rates, interval
+    return table
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class _Design:
-    """Columns of the fit: the table's rate, 1 if it turns both ways, its size if that varies.
+def _columns(table: FloatArray, rates: FloatArray) -> tuple[dict[str, FloatArray], BooleanArray]:
+    """Columns of the fit, and the seconds in which the table does not turn round.
 
-    Seconds in which the table turns round belong to neither way: they are not `kept`.
+    The table's rate shows the share, a constant the bias if it turns both ways, its speed an
+    asymmetry if that varies.
     """
-
-    columns: FloatArray
-    kept: BooleanArray
-    both_ways: bool
-    two_speeds: bool
-    stretch: IntegerArray
-
-    @property
-    def freedom(self) -> int:
-        """Stretches less columns."""
-        return _STRETCHES - int(self.columns.shape[1])
-
-    def reach(self, confidence: float) -> float:
-        """Standard errors that an interval reaches on either side."""
-        return float(stdtrit(self.freedom, 0.5 + 0.5 * confidence))
-
-
-def _design(table: FloatArray, rates: FloatArray) -> _Design:
-    """Design that the rates of a gyro are fitted with."""
     speeds = np.abs(rates)
     way = np.sign(rates) * (speeds > _TURNING * speeds.max())
-    both_ways = min(np.mean(way > 0.0), np.mean(way < 0.0)) > _EACH_WAY
-    uneven = np.std(speeds[way != 0.0]) > _UNEVEN * np.mean(speeds)
-    two_speeds = bool(both_ways and uneven)
-    middle = 0.5 * (table[1:] + table[:-1])
-    columns, kept = [rates], np.ones(rates.size, dtype=np.bool_)
-    if both_ways:
-        columns.append(np.ones_like(rates))
+    columns, kept = {"share": rates}, np.ones(rates.size, dtype=np.bool_)
+    if min(np.mean(way > 0.0), np.mean(way < 0.0)) > _EACH_WAY:
+        columns["bias"] = np.ones_like(rates)
         kept[1:] &= way[1:] == way[:-1]
         kept[:-1] &= way[1:] == way[:-1]
-    if two_speeds:
-        columns.append(speeds)
-    columns += [np.cos(middle), np.sin(middle)]
-    return _Design(
-        columns=np.stack(columns, axis=1)[kept],
-        kept=kept,
-        both_ways=bool(both_ways),
-        two_speeds=two_speeds,
-        stretch=(np.arange(rates.size) * _STRETCHES // rates.size)[kept],
-    )
+        if np.std(speeds[way != 0.0]) > _UNEVEN * np.mean(speeds):
+            columns["asymmetry"] = speeds
+    middle = 0.5 * (table[1:] + table[:-1])
+    return {**columns, "cosine": np.cos(middle), "sine": np.sin(middle)}, kept
 
 
-def _share(design: _Design, shown: FloatArray, confidence: float) -> tuple[Share, FloatArray]:
-    """Share, bias and asymmetry of one gyro, and by how much each stretch moves the share.
+def _fitted(
+    design: FloatArray, shown: FloatArray, stretch: IntegerArray
+) -> tuple[FloatArray, FloatArray]:
+    """Least squares of (seconds, gyros) on (seconds, columns), and what each stretch moves it by.
 
-    The moves, (stretches,), are scaled so that the sum of their squares is the variance.
+    (columns, gyros), and (stretches, columns, gyros) whose squares add up to the variances.
     """
-    size = np.linalg.norm(design.columns, axis=0)
-    columns = design.columns / size
+    size = np.linalg.norm(design, axis=0)
+    columns = design / size
     inverse = np.linalg.inv(columns.T @ columns)
     solution = inverse @ (columns.T @ shown)
-    sums = np.zeros((_STRETCHES, size.size))
-    np.add.at(sums, design.stretch, columns * (shown - columns @ solution)[:, np.newaxis])
-    moves = (sums @ inverse) / size * math.sqrt(_STRETCHES / design.freedom)
-    solution, covariance = solution / size, moves.T @ moves
-    reach = design.reach(confidence)
-
-    def of_column(number: int, scale: float = 1.0) -> Interval:
-        weights = np.eye(size.size)[number] * scale
-        error = reach * math.sqrt(float(weights @ covariance @ weights))
-        return _within(float(weights @ solution), error)
-
-    share = Share(
-        share=of_column(0),
-        bias=of_column(1) if design.both_ways else None,
-        asymmetry=of_column(2, 2.0 / float(solution[0])) if design.two_speeds else None,
-        confidence=confidence,
-    )
-    return share, moves[:, 0]
+    rest = shown - columns @ solution
+    of_stretch = [columns[stretch == one].T @ rest[stretch == one] for one in range(_STRETCHES)]
+    scale = math.sqrt(_STRETCHES / (_STRETCHES - size.size)) / size[:, np.newaxis]
+    return solution / size[:, np.newaxis], inverse @ np.stack(of_stretch) * scale
 
 
 def _within(value: float, error: float) -> Interval:
-    return Interval(value=value, low=value - error, high=value + error)
+    return Interval(value=float(value), low=float(value - error), high=float(value + error))
 
 
-def _triad(shares: Mapping[str, Share], moves: FloatArray, reach: float) -> Triad:
+def _triad(gyros: Sequence[str], shares: FloatArray, moves: FloatArray, reach: float) -> Triad:
     """Scale and axes, with the covariance of the shares from the stretches that they have alike."""
-    values = np.array([one.share.value for one in shares.values()])
-    scale = float(np.linalg.norm(values))
-    cosines = values / scale
-    angles = {}
-    for name, cosine, own in zip(shares, cosines, moves, strict=True):
-        error = reach * float(np.linalg.norm(own - cosine * (cosines @ moves))) / scale
+    scale = float(np.linalg.norm(shares))
+    cosines = shares / scale
+    along, angles = moves @ cosines, {}
+    for name, cosine, own in zip(gyros, cosines, moves.T, strict=True):
+        error = reach * float(np.linalg.norm(own - cosine * along)) / scale
         low, value, high = np.arccos(np.clip([cosine + error, cosine, cosine - error], -1.0, 1.0))
         angles[name] = Interval(value=float(value), low=float(low), high=float(high))
-    scale_error = reach * float(np.linalg.norm(cosines @ moves))
-    return Triad(scale=_within(scale, scale_error), angles=angles)
+    return Triad(scale=_within(scale, reach * float(np.linalg.norm(along))), angles=angles)

@@ -17,8 +17,8 @@ from sagnac.lines.model import Line
 from sagnac.noise.estimates import Estimate
 from sagnac.noise.model_average import average
 from sagnac.recording.channel import PAIR_SIZE
-from sagnac.spectrum.levels import Levels, robust_levels
-from sagnac.spectrum.tapered import line_density
+from sagnac.spectrum.levels import robust_levels
+from sagnac.spectrum.tapered import TaperedSpectrum, line_density
 from sagnac.stability.curve import StabilityCurve
 
 Bands = tuple[tuple[float, float], ...]
@@ -119,13 +119,13 @@ def trial(
         if any(low <= hertz <= high for hertz in taken)
         or not any(low <= hertz <= high for hertz, _ in put_back)
     )
+    more = tuple((float(low), float(high)) for low, high in masked)
+    cells = levels.spectrum.cells
+    density = cells.density + sum(line_density(levels.spectrum, *line) for line in put_back)
+    with_lines = replace(levels.spectrum, cells=replace(cells, density=density))
     return Trial(
-        angle_random_walk=_walk(
-            analysis,
-            _with_lines(levels, put_back),
-            bands + tuple((float(low), float(high)) for low, high in masked),
-        ),
-        before=before or _walk(analysis, levels, analysis.masked),
+        angle_random_walk=_walk(analysis, with_lines, bands + more),
+        before=before or _walk(analysis, levels.spectrum, analysis.masked),
         curve=_curve(analysis.curve, put_back),
         spectrum=_spectrum(analysis.spectrum, put_back),
     )
@@ -137,29 +137,21 @@ def _hertz(analysis: Analysis, line: Line) -> float:
     return line.frequency * (turning if line.scale == "angle" else 1.0)
 
 
-def _with_lines(levels: Levels, lines: Lines) -> Levels:
-    density = levels.spectrum.cells.density.copy()
-    for hertz, amplitude in lines:
-        density += line_density(levels.spectrum, hertz, amplitude)
-    cells = replace(levels.spectrum.cells, density=density)
-    return replace(levels, spectrum=replace(levels.spectrum, cells=cells))
-
-
-def _walk(analysis: Analysis, levels: Levels, bands: Bands) -> Estimate:
+def _walk(analysis: Analysis, spectrum: TaperedSpectrum, bands: Bands) -> Estimate:
     try:
-        found = robust_levels(levels.spectrum, masked=bands)
+        levels = robust_levels(spectrum, masked=bands)
     except ValueError as error:
         raise RecordingError(str(error), channel=analysis.channel) from None
-    result = average(found, confidence=analysis.settings.confidence)
-    return replace(result.angle_random_walk, sensor=analysis.sensor)
+    walk = average(levels, confidence=analysis.settings.confidence).angle_random_walk
+    return replace(walk, sensor=analysis.sensor)
 
 
 def _curve(curve: StabilityCurve, lines: Lines) -> StabilityCurve:
     """The curve with the Allan variance of each line, ``4 A^2 sin^4(pi f tau) / tau^2``."""
-    more = np.zeros(curve.tau.size)
-    for hertz, amplitude in lines:
-        more += (2.0 * amplitude * np.sin(np.pi * hertz * curve.tau) ** 2 / curve.tau) ** 2
-    higher = np.sqrt(1.0 + more / curve.deviation**2)
+    hertz, amplitude = np.reshape(lines, (-1, 2)).T
+    tau = curve.tau[:, np.newaxis]
+    more = (2.0 * amplitude * np.sin(np.pi * hertz * tau) ** 2 / tau) ** 2
+    higher = np.sqrt(1.0 + more.sum(axis=1) / curve.deviation**2)
     raised = {name: getattr(curve, name) * higher for name in ("deviation", "low", "high")}
     return replace(curve, **raised)
 

@@ -1,6 +1,7 @@
 """Whether gyros keep a specification, and how long to record to decide it."""
 
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from typing import Any, Final
 
@@ -10,9 +11,8 @@ from sagnac.analysis.result import Analysis, answer_coefficients, headline_coeff
 from sagnac.core.arrays import pandas_for
 from sagnac.core.errors import RecordingError, is_finite, quoted
 from sagnac.lines.naming import WIDEST_BINS
-from sagnac.noise.estimates import Estimate, Fit, FitBand, unobserved
+from sagnac.noise.estimates import Estimate, unobserved
 from sagnac.noise.laws import STOCHASTIC_NAMES
-from sagnac.noise.model_average import ModelChoice
 from sagnac.recording.model import Recording
 from sagnac.verdict.judgement import LeftOut, Shown, Verdict, judged
 from sagnac.verdict.limits import Limit, Specification, specification_of
@@ -128,18 +128,16 @@ def shown_by(analysis: Analysis) -> Shown:
         If the recording does not estimate N.
     """
     walk, choice = analysis.angle_random_walk, analysis.average
-    problem = ""
-    if walk.status != "estimated" or walk.low <= 0.0:
-        problem = (
-            f"N is {walk.status} after {analysis.recording.duration:.4g} s, so that no interval "
-            "can be forecast"
-        )
-        remedy = "record four times as long and ask again"
-    elif choice is None or not choice.terms:
-        problem, remedy = "the answer rests on no band of the spectrum", "record longer"
-    if choice is None or problem:
-        raise RecordingError(problem, channel=analysis.channel, remedy=remedy)
     duration = analysis.recording.duration
+    if walk.status != "estimated" or walk.low <= 0.0:
+        raise RecordingError(
+            f"N is {walk.status} after {duration:.4g} s, so that no interval can be forecast",
+            channel=analysis.channel,
+            remedy="record four times as long and ask again",
+        )
+    if choice is None or not choice.terms:
+        problem = "the answer rests on no band of the spectrum"
+        raise RecordingError(problem, channel=analysis.channel, remedy="record longer")
     fit = analysis.fits.get("likelihood")
     band = None if fit is None else fit.band
     average = Shown(
@@ -159,23 +157,14 @@ def shown_by(analysis: Analysis) -> Shown:
         interval=1.0 / analysis.recording.sample_rate,
         left_out=() if band is None else tuple(_left_out(*one, duration) for one in band.masked),
     )
-    if fit is None or band is None or not _likely(fit, band, choice):
+    # The likelihood of the whole band is the answer, stands beside the average, or nothing speaks
+    # against it but that so little of the band is left beside the lines.
+    if fit is None or band is None or not band.is_whole:
+        return average
+    if choice.member == "average" and (fit.departure != 0.0 or not reaches(choice, band.high)):
         return average
     whole_band = replace(average, highest=band.high, interval=band.interval, efficient=True)
     return min((whole_band, average), key=lambda one: one.expected(_LONGER * duration))
-
-
-def _likely(fit: Fit, band: FitBand, choice: ModelChoice) -> bool:
-    """Whether the likelihood of the whole band is, or may become, the answer.
-
-    It is if it is now, or stands beside the average, or if nothing speaks against it but that so
-    little of the band is left beside the lines.
-    """
-    if not band.is_whole:
-        return False
-    if choice.member in ("whole band", "both"):
-        return True
-    return fit.departure == 0.0 and reaches(choice, band.high)
 
 
 def _left_out(low: float, high: float, duration: float) -> LeftOut:
@@ -207,8 +196,8 @@ class PlanRow:
         None if it takes over a year.
     """
 
-    half_width: float | None
-    limit: Limit | None
+    half_width: float | None = None
+    limit: Limit | None = None
     hours: float | None
 
 
@@ -330,12 +319,9 @@ def plan(
             refused[name] = error
             continue
         rows = [
-            PlanRow(half_width=width, limit=None, hours=_hours(shown.duration_for, width))
-            for width in within
+            PlanRow(half_width=width, hours=_hours(shown.duration_for, width)) for width in within
         ] + [
-            PlanRow(
-                half_width=None, limit=limit, hours=_hours(shown.duration_to_decide, limit.value)
-            )
+            PlanRow(limit=limit, hours=_hours(shown.duration_to_decide, limit.value))
             for limit in limits
         ]
         plans.append(Plan(analysis=one, shown=shown, rows=tuple(rows)))
@@ -346,7 +332,6 @@ def plan(
 
 def _hours(duration: Callable[[float], float], wanted: float) -> float | None:
     """A forecast duration in hours; None if a year is too short."""
-    try:
+    with suppress(RecordingError):
         return duration(wanted) / 3600.0
-    except RecordingError:
-        return None
+    return None

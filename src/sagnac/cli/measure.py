@@ -179,8 +179,8 @@ def avar(
         )
         return results.verdict_status([analysis])
     curve = report.curve or bench.estimator is not None
-    for name, one in benches.items():
-        _print_bench(one, analysis.gyros.get(name, analysis), curve=curve)
+    for gyro in analysis.each:
+        _print_bench(benches[gyro.channel], gyro, curve=curve)
     if alone is not None and bench.self_noise is not None:
         from sagnac.report import text
 
@@ -229,7 +229,7 @@ def _benches(
 
     With `lines_in` the answer is of the recording as it is, since that was asked for.
     """
-    from sagnac.analysis.pipeline import accelerometers_of, at_rest, gyros_alone
+    from sagnac.analysis.pipeline import at_rest, each_channel
 
     benches: dict[str, AtRest] = {}
 
@@ -240,19 +240,7 @@ def _benches(
         benches[chosen.gyros[0]] = bench
         return bench.analysis.with_seconds(still.seconds)
 
-    def run_force(
-        recording: "sagnac.Recording", chosen: "sagnac.Settings", *, progress: results.Progress
-    ) -> "sagnac.Analysis":
-        return at_rest(recording, chosen, progress=progress).analysis
-
-    names, progress = settings.gyros_of(still.recording), still.progress
-    settings = replace(settings, gyros=names)
-    if len(names) == 1:
-        analysis = run(still.recording, settings, progress=results.prefixed(progress, names[0]))
-    else:
-        analysis = gyros_alone(still.recording, settings, run, progress)
-    forces = accelerometers_of(still.recording, settings, run=run_force, progress=progress)
-    return analysis.with_accelerometers(forces), benches
+    return each_channel(still.recording, settings, run, still.progress), benches
 
 
 def _bench_reported(

@@ -20,7 +20,7 @@ from typing import Final, Literal, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from sagnac.analysis.result import Answer
+from sagnac.analysis.evidence import Evidence
 from sagnac.analysis.settings import Method
 from sagnac.core.arrays import FloatArray
 from sagnac.core.errors import RecordingError
@@ -144,7 +144,7 @@ TABLES: Final[Mapping[Table, PaperTable]] = {
 # ---- readings ----------------------------------------------------------------------
 
 
-def by_each_reading(answer: Answer) -> dict[ReadingName, float]:
+def by_each_reading(evidence: Evidence) -> dict[ReadingName, float]:
     """N by name of the reading, rad/sqrt(s), whatever its interval.
 
     The paper has no intervals, so what its squares give is the answer of its method. NaN of a
@@ -152,14 +152,14 @@ def by_each_reading(answer: Answer) -> dict[ReadingName, float]:
 
     Parameters
     ----------
-    answer
+    evidence
         Of a method that leaves the noise of its lines out of the curve, as the paper's methods do
         unless `Settings.step_4` asks for it.
     """
-    restored = with_noise_restored(answer.curve, answer.taken, len(answer.lines))
+    restored = with_noise_restored(evidence.curve, evidence.taken, len(evidence.lines))
     found: dict[ReadingName, float] = {}
     for name, reading in READINGS.items():
-        curve = restored if reading.noise_restored else answer.curve
+        curve = restored if reading.noise_restored else evidence.curve
         try:
             found[name] = paper_squares(curve, squares=reading.squares)
         except RecordingError:

@@ -18,8 +18,8 @@ from typing import Any, Final, Literal, NamedTuple
 
 import numpy as np
 
+from sagnac.analysis.evidence import Evidence
 from sagnac.analysis.pipeline import answer_of
-from sagnac.analysis.result import Answer
 from sagnac.analysis.settings import Settings
 from sagnac.core.arrays import BooleanArray
 from sagnac.core.documents import finite
@@ -103,10 +103,10 @@ def outcome_of(run: Run, simulation: Simulation) -> Outcome:
     )
     if run.preparation == "rate":
         recording = _rate_sampled(recording, run.gyros[0], run.interval_s)
-    answer = answer_of(recording, settings)
+    answer, evidence = answer_of(recording, settings)
     noise = truth.pairs["-".join(run.gyros)] if len(run.gyros) == 2 else truth.gyros[run.gyros[0]]
-    estimate = _step_4(answer) if run.by_curve else answer.angle_random_walk
-    readings = by_each_reading(answer) if run.by_curve else {}
+    estimate = _step_4(evidence) if run.by_curve else answer.estimate
+    readings = by_each_reading(evidence) if run.by_curve else {}
     return Outcome(
         run=run,
         truth_deg_per_sqrt_h=noise.arw_deg_per_sqrt_h,
@@ -115,19 +115,19 @@ def outcome_of(run: Run, simulation: Simulation) -> Outcome:
         high=estimate.high / DEGREE_PER_ROOT_HOUR,
         confidence=estimate.confidence,
         status=estimate.status,
-        lines=len(answer.lines),
-        least_squares=least_squares_of(answer.curve),
+        lines=len(evidence.lines),
+        least_squares=least_squares_of(evidence.curve),
         readings={name: one / DEGREE_PER_ROOT_HOUR for name, one in readings.items()},
-        curve={**curve_columns(answer.curve), "shown": _shown(answer.curve).tolist()},
+        curve={**curve_columns(evidence.curve), "shown": _shown(evidence.curve).tolist()},
     )
 
 
-def _step_4(answer: Answer) -> Estimate:
+def _step_4(evidence: Evidence) -> Estimate:
     """N by the default reading; at rest, where nothing is removed, by the same."""
     try:
-        fit = paper_fit(answer.curve, squares=PLAIN.squares)
+        fit = paper_fit(evidence.curve, squares=PLAIN.squares)
     except RecordingError:
-        return unobserved("angle_random_walk", answer.angle_random_walk.confidence)
+        return unobserved("angle_random_walk", evidence.settings.confidence)
     return fit.coefficients["angle_random_walk"]
 
 

@@ -23,6 +23,7 @@ from dataclasses import dataclass
 from typing import Final, Literal
 
 import numpy as np
+from scipy.optimize import bisect
 from scipy.special import ndtri
 
 from sagnac.core.arrays import FloatArray
@@ -204,11 +205,6 @@ class LeftOut:
     high: float
     cells: float
 
-    def at(self, duration: float) -> tuple[float, float]:
-        """Lowest and highest frequency that a recording of `duration` s loses, Hz."""
-        beside = self.cells / duration
-        return self.low - beside, self.high + beside
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Shown:
@@ -301,14 +297,14 @@ class Shown:
                 f"an interval of {rounded(100.0 * half_width, 3)} % takes more than a year",
                 remedy="ask for a wider one",
             )
-        low, high = math.log(4.0 / self.highest), math.log(LONGEST)
-        for _ in range(60):
-            middle = 0.5 * (low + high)
-            if self.expected(math.exp(middle)) > half_width:
-                low = middle
-            else:
-                high = middle
-        found = math.exp(high)
+
+        def excess(logarithm: float) -> float:
+            return self.expected(math.exp(logarithm)) - half_width
+
+        shortest = math.log(4.0 / self.highest)
+        found = 4.0 / self.highest
+        if excess(shortest) > 0.0:
+            found = math.exp(bisect(excess, shortest, math.log(LONGEST)))
         enough = half_width >= self.half_width
         return min(found, self.duration) if enough else max(found, self.duration)
 
@@ -339,9 +335,9 @@ class Shown:
 def _variance_of_walk(shown: Shown, duration: float) -> float:
     """Variance of N^2 over N^4 by the information of a record."""
     frequency, weight = _bins(duration, shown.highest, shown.left_out)
-    columns = [STOCHASTIC_NAMES.index(name) for name in shown.terms if name in STOCHASTIC_NAMES]
+    columns = [STOCHASTIC_NAMES.index(name) for name in shown.terms]
     squares = np.array([shown.coefficients.get(name, 0.0) ** 2 for name in STOCHASTIC_NAMES])
-    laws = rate_density_basis(frequency, shown.interval)[:, : len(STOCHASTIC_NAMES)]
+    laws = rate_density_basis(frequency, shown.interval)
     relative = laws / (laws @ squares)[:, np.newaxis]
     if weight.sum() < _LEAST * len(columns):
         return math.inf
@@ -357,7 +353,7 @@ def _variance_of_walk(shown: Shown, duration: float) -> float:
         heeded, wider = _heeded(frequency, shape), _WIDER_FALLING if shown.falls else _WIDER
     inverse = np.linalg.pinv(scaled.T @ (scaled * (heeded * shape)[:, np.newaxis]))
     scatter = scaled.T @ (scaled * (heeded**2 * shape)[:, np.newaxis])
-    walk = columns.index(STOCHASTIC_NAMES.index("angle_random_walk"))
+    walk = shown.terms.index("angle_random_walk")
     return wider * float((inverse @ scatter @ inverse)[walk, walk]) / float(scale[walk]) ** 2
 
 
@@ -382,6 +378,6 @@ def _bins(
     frequency = 0.5 * (edges[1:] + edges[:-1])
     lost = np.zeros(frequency.size)
     for one in left_out:
-        low, high = one.at(duration)
+        low, high = one.low - one.cells / duration, one.high + one.cells / duration
         lost += np.clip(np.minimum(edges[1:], high) - np.maximum(edges[:-1], low), 0.0, None)
     return frequency, 2.0 * duration * np.maximum(np.diff(edges) - lost, 0.0)
