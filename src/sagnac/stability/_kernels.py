@@ -25,13 +25,14 @@ def sum_squared_differences(
 ) -> None:
     """Add to `sums`, for each lag, squared differences of `order` 2 or 3 from begin <= i < end.
 
-    They are ``x[i + 2 lag] - 2 x[i + lag] + x[i]`` and
-    ``x[i + 3 lag] - 3 x[i + 2 lag] + 3 x[i + lag] - x[i]``, each of angles of one stretch;
+    They are ``(x[i + 2 lag] - x[i + lag]) - (x[i + lag] - x[i])`` and
+    ``(x[i + 3 lag] - x[i]) - 3 (x[i + 2 lag] - x[i + lag])``, each of angles of one stretch;
     `stretches` (stretches, 2) are the first angle of each and the first behind it.
 
     Blocks of starts go through all lags while they are in cache, and a fresh sum for each
     block keeps the rounding error from growing with the record.
     """
+    factor = 2.0 * order - 3.0
     for s in range(stretches.shape[0]):
         stop = min(end, stretches[s, 1])
         for start in range(max(begin, stretches[s, 0]), stop, _BLOCK):
@@ -41,19 +42,14 @@ def sum_squared_differences(
                 if count <= 0:
                     continue
                 # Slices counted from zero let the loop run in vector lanes.
-                first = angle[start : start + count]
-                second = angle[start + lag : start + lag + count]
-                third = angle[start + 2 * lag : start + 2 * lag + count]
                 last = angle[start + order * lag : start + order * lag + count]
+                behind = angle[start + (3 - order) * lag : start + (3 - order) * lag + count]
+                inner = angle[start + (order - 1) * lag : start + (order - 1) * lag + count]
+                first = angle[start + (order - 2) * lag : start + (order - 2) * lag + count]
                 partial = 0.0
-                if order == 2:
-                    for k in range(count):
-                        difference = (last[k] - second[k]) - (second[k] - first[k])
-                        partial += difference * difference
-                else:
-                    for k in range(count):
-                        difference = (last[k] - first[k]) - 3.0 * (third[k] - second[k])
-                        partial += difference * difference
+                for k in range(count):
+                    difference = (last[k] - behind[k]) - factor * (inner[k] - first[k])
+                    partial += difference * difference
                 sums[j] += partial
 
 

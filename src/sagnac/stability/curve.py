@@ -21,9 +21,8 @@ The sum of squared second differences over all starts,
 
 takes M terms for one cluster and M^2 / 4 for all. Written out, it is three sums of squares, the
 autocorrelation R(2m), and two sums of x[k] x[k + m] that lack m products at one end of the
-record. R is one transform. The missing products are those (j, i = j + m) below the line i = 2j:
-a triangle, cut into rectangles of halving size, each of them a short correlation. So the whole
-takes O(M log^2 M).
+record. R is one transform. The missing products are those of j < m: a triangle, cut into squares of
+halving size, each of them a short correlation. So the whole takes O(M log^2 M).
 
 The angle of a random walk of the rate is large beside its differences over a small cluster, and
 the expansion would lose them to rounding. V(m) does not change if a straight line is taken from
@@ -63,7 +62,6 @@ from sagnac.stability.noise_type import (
     identified_noise_types,
 )
 from sagnac.stability.sums import (
-    Points,
     accumulated_track,
     overlapping_sums,
     whole_track,
@@ -168,61 +166,38 @@ def _sums_in_rows(rows: FloatArray, longest: int) -> FloatArray:
     squares = np.concatenate([[0.0], np.cumsum((rows**2).sum(axis=0))])
     ends = squares[length] - squares[2 * m] + squares[length - 2 * m]
     middle = squares[length - m] - squares[m]
-    correlation = _correlation(rows, 2 * longest)
+    # Sums of x[k] x[k + lag] over each row.
+    size = fft.next_fast_len(length + 2 * longest, real=True)
+    power = np.abs(fft.rfft(rows, size, axis=1)) ** 2
+    correlation = fft.irfft(power.sum(axis=0), size)
     neighbours = 2.0 * correlation[m] - _triangle(rows, longest) - _triangle(rows[:, ::-1], longest)
     return np.asarray(ends + 4.0 * middle + 2.0 * correlation[2 * m] - 4.0 * neighbours)
 
 
-def _correlation(rows: FloatArray, longest: int) -> FloatArray:
-    """(longest + 1,) sums of x[k] x[k + lag] over each row, added over the rows."""
-    size = fft.next_fast_len(rows.shape[1] + longest, real=True)
-    power = np.abs(fft.rfft(rows, size, axis=1)) ** 2
-    return np.asarray(fft.irfft(power.sum(axis=0), size)[: longest + 1])
-
-
 def _triangle(rows: FloatArray, longest: int) -> FloatArray:
-    """(longest,) sums over j < m of x[j] x[j + m], m from 1 on, added over the rows."""
+    """(longest,) sums over j < m of x[j] x[j + m], m from 1 on, added over the rows.
+
+    Blocks of m and j, [b, b + size) of both, are halved: the upper half of the m takes the whole
+    lower half of the j, and what is left are two blocks of half the size.
+    """
     side = _SMALL * 2 ** max((-(-longest // _SMALL) - 1).bit_length(), 0)
     head = np.zeros((rows.shape[0], 2 * side))
     head[:, : min(2 * longest, rows.shape[1])] = rows[:, : 2 * longest]
-    sums = np.zeros(2 * side + 1)
-    size = side
+    sums, size = np.zeros(side), side
     while size > _SMALL:
-        _add_rectangles(sums, head, size)
-        size //= 2
-    _add_small_triangles(sums, head, size)
-    return sums[1 : longest + 1]
-
-
-def _add_rectangles(sums: FloatArray, head: FloatArray, size: int) -> None:
-    """The products of j in [b, b + size/2) and i in [2b + size, 2b + 2 size), b = 0, size, ..."""
-    half, count = size // 2, head.shape[1] // (2 * size)
-    first = head[:, : count * size].reshape(-1, count, size)[:, :, :half]
-    second = head.reshape(-1, count, 2 * size)[:, :, size:]
-    period = 3 * half
-    spectrum = np.einsum("rcf,rcf->cf", np.conj(fft.rfft(first, period)), fft.rfft(second, period))
-    # Circular lags -(half - 1) .. size - 1 belong to m = b + size + lag.
-    products = np.roll(fft.irfft(spectrum, period), half - 1, axis=1)
-    for parity in (0, 1):
-        # Every second block, so that no two write to one place.
-        block = products[parity::2]
-        start = parity * size + size - half + 1
-        target = sums[start : start + block.shape[0] * 2 * size]
-        # The last block may end before the array does.
-        padded = np.zeros((block.shape[0], 2 * size))
-        padded[:, : period - 1] = block[:, : period - 1]
-        target += padded.ravel()[: target.size]
-
-
-def _add_small_triangles(sums: FloatArray, head: FloatArray, size: int) -> None:
-    """The products of j in [b, b + size) and i in (2j, 2b + 2 size), b = 0, size, ..."""
-    count = head.shape[1] // (2 * size)
-    first = head[:, : count * size].reshape(-1, count, size)
-    second = head.reshape(-1, count, 2 * size)
-    for lag in range(1, 2 * size):
-        width = min(lag, size, 2 * size - lag)
-        products = np.einsum("rca,rca->c", first[:, :, :width], second[:, :, lag : lag + width])
-        sums[lag : lag + count * size : size] += products
+        half, count = size // 2, side // size
+        first = head[:, :side].reshape(-1, count, size)[:, :, :half]
+        second = head.reshape(-1, count, 2 * size)[:, :, half + 1 : half + size]
+        spectra = np.conj(fft.rfft(first, size)), fft.rfft(second, size)
+        products = fft.irfft(np.einsum("rcf,rcf->cf", *spectra), size)
+        sums.reshape(count, size)[:, half:] += products[:, :half]
+        size = half
+    first = head[:, :side].reshape(-1, side // size, size)
+    second = head.reshape(-1, side // size, 2 * size)
+    for m in range(1, size + 1):
+        products = np.einsum("rca,rca->c", first[:, :, :m], second[:, :, m : 2 * m])
+        sums[m - 1 :: size] += products
+    return sums[:longest]
 
 
 # ---- curve -------------------------------------------------------------------------
@@ -453,14 +428,18 @@ def stability_curve(
     angles = track.angle.size
     clusters, of_clusters = cluster_sizes(taus, angles, sample_rate, row)
     points = row.points(track, clusters)
-    tau = points.tau_samples / sample_rate
+    laws = [ESTIMATORS[rule] for rule in points.rules]
+    tau = np.array([law.effective for law in laws]) * points.clusters / sample_rate
     scale = 1.0 if kind == "rate" else sample_rate
     deviation = row.shown(np.sqrt(points.variance) * scale, tau)
     of_noise: tuple[Note, ...] = ()
     exponents = np.full(tau.size, noise_type or 0, dtype=np.int64)
     if noise_type is None:
         exponents, of_noise = identified_noise_types(track, points.clusters, row)
-    edf = _degrees_of_freedom(points, exponents, angles)
+    settings = zip(laws, exponents, points.clusters, points.windows, strict=True)
+    edf = np.array(
+        [law.freedom(int(alpha), int(m), angles, int(some)) for law, alpha, m, some in settings]
+    )
     low, high = chi_squared_limits(deviation, edf, confidence)
     missing = Note(text=f"{track.missing} of {samples.size} samples are missing")
     return StabilityCurve(
@@ -477,16 +456,4 @@ def stability_curve(
         confidence=float(confidence),
         samples=int(samples.size),
         notes=(*((missing,) if track.missing else ()), *of_clusters, *points.notes, *of_noise),
-    )
-
-
-def _degrees_of_freedom(points: Points, exponents: NDArray[np.int64], angles: int) -> FloatArray:
-    """(points,) equivalent degrees of freedom, by the rule and the noise type of each point."""
-    return np.array(
-        [
-            ESTIMATORS[rule].freedom(int(alpha), int(cluster), angles, int(windows))
-            for rule, alpha, cluster, windows in zip(
-                points.rules, exponents, points.clusters, points.windows, strict=True
-            )
-        ]
     )

@@ -83,9 +83,8 @@ class Properties:
     windows
         Outer averages of a whole record, by cluster and number of angles.
     squares
-        Squares in each of these, by cluster.
-    is_strided
-        Whether windows are skipped if taking every one would cost too much.
+        Squares in each of these, by cluster, if there are so many that windows are skipped before
+        taking every one costs too much; else None, for one.
     sums
         Sums of squares, and the windows that they are of.
     divisor, power
@@ -116,12 +115,11 @@ class Properties:
     freedom: FreedomLaw
     divisor: float = 2.0
     power: int = 2
-    squares: Callable[[IntegerArray], IntegerArray] = np.ones_like
+    squares: Callable[[IntegerArray], IntegerArray] | None = None
     order: int = 2
     effective: float = 1.0
     overlapping: bool = True
     whole_record_only: bool = False
-    is_strided: bool = False
     shortest: int = 1
     fewest_angles: int = 0
     step: int = 1
@@ -140,10 +138,11 @@ class Properties:
         """
         if self.is_hybrid:
             return _hybrid_points(self, track, clusters)
-        angles, squares = track.angle.size, self.squares(clusters)
+        angles = track.angle.size
         whole = np.array([self.windows(m, angles) for m in clusters.tolist()], dtype=np.int64)
-        strides = np.ones_like(whole)
-        if self.is_strided:
+        squares = strides = np.ones_like(whole)
+        if self.squares is not None:
+            squares = self.squares(clusters)
             strides = window_stride(whole, squares, clusters)
         sums, windows = self.sums(track, clusters, strides)
         kept = windows > 0
@@ -153,15 +152,14 @@ class Properties:
                 channel="values",
                 remedy="ask for shorter",
             )
-        m = clusters[kept].astype(np.float64)
+        m = clusters[kept]
         notes = _gap_notes(whole, windows) if track.missing else ()
         notes += _stride_notes(self.name, strides, clusters)
         return Points(
-            tau_samples=self.effective * m,
-            variance=sums[kept] / (self.divisor * m**self.power * windows[kept]),
+            variance=sums[kept] / (self.divisor * (1.0 * m) ** self.power * windows[kept]),
             terms=windows[kept] * squares[kept],
             windows=windows[kept],
-            clusters=clusters[kept],
+            clusters=m,
             rules=(self.name,) * m.size,
             notes=(*notes, Note(text=self.remark)) if self.remark else notes,
         )
@@ -212,8 +210,7 @@ def _theo1_sums(
 ) -> tuple[FloatArray, IntegerArray]:
     """Weighed squares of even spans."""
     angle, mirrored = track.angle, empty(track.angle.size)
-    for block in blocks(angle.size):
-        mirrored[angle.size - block.stop : angle.size - block.start] = angle[block][::-1]
+    mirrored[:] = angle[::-1]
     sums = np.empty(spans.size)
     for number, (span, stride) in enumerate(zip(spans.tolist(), strides.tolist(), strict=True)):
         sums[number] = _kernels.sum_theo1_terms(angle, mirrored, span, stride)
@@ -254,24 +251,16 @@ def _total_sums(
     """
     angle, size = track.angle, track.angle.size
     longer = empty(3 * size - 2)
-    for block in blocks(size):
-        ahead, here = longer[size - block.stop : size - block.start], angle[block]
-        ahead[:] = 2.0 * angle[0] - here[::-1]
-        behind = longer[3 * size - 2 - block.stop : 3 * size - 2 - block.start]
-        behind[:] = 2.0 * angle[-1] - here[::-1]
-    for block in blocks(size):
-        longer[size - 1 + block.start : size - 1 + block.stop] = angle[block]
+    np.subtract(2.0 * angle[0], angle[:0:-1], out=longer[: size - 1])
+    longer[size - 1 : 2 * size - 1] = angle
+    np.subtract(2.0 * angle[-1], angle[-2::-1], out=longer[2 * size - 1 :])
+    release()
     whole, sums = whole_track(longer), np.zeros(clusters.size)
     for number, m in enumerate(clusters.tolist()):
         for block in blocks(2 * size - 2 - m, start=size - m):
+            here = clusters[number : number + 1], 2, block.start, block.stop
             _kernels.sum_squared_differences(
-                longer,
-                whole.stretches,
-                clusters[number : number + 1],
-                2,
-                block.start,
-                block.stop,
-                sums[number : number + 1],
+                longer, whole.stretches, *here, sums[number : number + 1]
             )
     return sums, np.full(clusters.size, size - 2)
 
@@ -336,7 +325,6 @@ _THEO1: Final = Properties(
     longest=_longest_span,
     windows=lambda span, angles: angles - span,
     squares=lambda spans: spans // 2,
-    is_strided=True,
     sums=_theo1_sums,
     divisor=THEO1_EFFECTIVE,
     effective=THEO1_EFFECTIVE,
@@ -366,7 +354,6 @@ _ROWS: Final = (
         longest=_MODIFIED.longest,
         windows=_MODIFIED.windows,
         squares=lambda clusters: 6 * clusters,
-        is_strided=True,
         sums=_modified_total_sums,
         power=4,
         freedom=modified_total_freedom,

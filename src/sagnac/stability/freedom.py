@@ -13,7 +13,7 @@ SP1065
 """
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from functools import lru_cache
 from typing import Final
 
@@ -98,35 +98,35 @@ def greenhall_riley_freedom(
 
 def total_freedom(noise_type: int, cluster: int, angles: int, windows: int) -> float:
     """Total variance: SP1065 Table 7, and by counting for angle noise, which it leaves out."""
-    alpha = max(noise_type, -2)
-    if alpha > 0:
+    if noise_type > 0:
         return _total_freedom_of_angle_noise(cluster, angles)
-    slope, offset = _TOTAL[alpha]
-    edf = slope * ((angles - 1) / cluster) - offset
-    if alpha == 0:
-        # The table is for long clusters; Stein's factor for white rate leads up to them.
-        edf *= 4.0 * cluster**2 / (4.0 * cluster**2 + 5.0)
-    return min(max(edf, _SMALLEST_EDF), _largest_freedom(alpha, angles))
+    # The table is for long clusters; Stein's factor for white rate leads up to them.
+    led_up = 4.0 * cluster**2 / (4.0 * cluster**2 + 5.0) if noise_type == 0 else 1.0
+    return _tabled_freedom(_TOTAL, noise_type, cluster, angles, led_up)
 
 
 def modified_total_freedom(noise_type: int, cluster: int, angles: int, windows: int) -> float:
     """Modified total variance: SP1065 Table 8."""
+    return _tabled_freedom(_MODIFIED_TOTAL, noise_type, cluster, angles)
+
+
+def _tabled_freedom(
+    table: Mapping[int, tuple[float, float]],
+    noise_type: int,
+    cluster: int,
+    angles: int,
+    factor: float = 1.0,
+) -> float:
+    """By slope and offset of a noise type, and no more than at one sample.
+
+    There these fits for long clusters run past.
+    """
     alpha = max(noise_type, -2)
-    slope, offset = _MODIFIED_TOTAL[alpha]
-    edf = slope * ((angles - 1) / cluster) - offset
-    return min(max(edf, _SMALLEST_EDF), _largest_freedom(alpha, angles))
-
-
-def theo1_freedom(noise_type: int, span: int, angles: int, windows: int) -> float:
-    """Theo1: SP1065 Table 9, at its effective cluster time."""
-    return max(_theo1_table(max(noise_type, -2), THEO1_EFFECTIVE * span, angles), 1.0)
-
-
-def _largest_freedom(alpha: int, angles: int) -> float:
-    """Degrees of freedom at one sample, which the fits for long clusters run past."""
-    return greenhall_riley_freedom(
+    slope, offset = table[alpha]
+    largest = greenhall_riley_freedom(
         alpha, 1, angles, angles - 2, order=2, overlapping=True, modified=False
     )
+    return min(max(factor * (slope * ((angles - 1) / cluster) - offset), _SMALLEST_EDF), largest)
 
 
 def _total_freedom_of_angle_noise(cluster: int, angles: int) -> float:
@@ -141,6 +141,11 @@ def _total_freedom_of_angle_noise(cluster: int, angles: int) -> float:
         return (6.0 * inner + 20.0 * m) ** 2 / (70.0 * inner + 32.0 * m * m + 340.0 * m)
     one, both = n - m, 2.0 * m - n  # differences that hold one end, and both
     return (20.0 * one + 14.0 * both) ** 2 / (32.0 * one**2 + 64.0 * both**2 + 64.0 * one * both)
+
+
+def theo1_freedom(noise_type: int, span: int, angles: int, windows: int) -> float:
+    """Theo1: SP1065 Table 9, at its effective cluster time."""
+    return max(_theo1_table(max(noise_type, -2), THEO1_EFFECTIVE * span, angles), 1.0)
 
 
 def _theo1_table(alpha: int, tau: float, angles: int) -> float:
@@ -180,6 +185,7 @@ _BINOMIALS: Final = {
 }
 
 
+@lru_cache(maxsize=1024)
 def _lags(stop: int, steps: int) -> tuple[FloatArray, FloatArray]:
     """Lags and weights whose sum is that over j = 1 ... stop - 1.
 

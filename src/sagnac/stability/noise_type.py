@@ -45,8 +45,13 @@ def cluster_sizes(
             f"values: {angles} accumulated angles are too few for {estimator.name}; "
             "record longer or use oadev"
         )
+    if taus is None and estimator.octaves:
+        return 2 ** np.arange(int(largest).bit_length(), dtype=np.int64), ()
     if taus is None:
-        return _default_sizes(smallest, largest, estimator), ()
+        count = 1 + math.ceil(_POINTS_PER_DECADE * math.log10(largest / smallest))
+        grid = np.geomspace(smallest, largest, count) / estimator.step
+        sizes = np.unique(np.rint(grid).astype(np.int64) * estimator.step)
+        return sizes[(sizes >= smallest) & (sizes <= largest)], ()
     wanted = np.atleast_1d(np.asarray(taus, dtype=np.float64))
     if wanted.ndim != 1 or wanted.size == 0:
         raise ValueError(f"taus has shape {wanted.shape}; give one or more cluster times in s")
@@ -68,15 +73,6 @@ def cluster_sizes(
     if sizes.size < wanted.size:
         notes.append(f"{wanted.size - sizes.size} of {wanted.size} taus coincide and are merged")
     return sizes, tuple(Note(text=text) for text in notes)
-
-
-def _default_sizes(smallest: int, largest: int, estimator: Properties) -> NDArray[np.int64]:
-    if estimator.octaves:
-        return 2 ** np.arange(int(largest).bit_length(), dtype=np.int64)
-    count = 1 + math.ceil(_POINTS_PER_DECADE * math.log10(largest / smallest))
-    grid = np.geomspace(smallest, largest, count)
-    sizes = np.unique(np.rint(grid / estimator.step).astype(np.int64) * estimator.step)
-    return np.asarray(sizes[(sizes >= smallest) & (sizes <= largest)])
 
 
 # ---- noise type --------------------------------------------------------------------
@@ -116,7 +112,10 @@ def identified_noise_types(
     """
     longest = int(np.diff(track.stretches).max(initial=1)) - 1
     usable = longest // (_FEWEST_FOR_NOISE - 1)
-    ladder = _ladder(clusters, longest)
+    # Clusters asked for, and octaves from a sure one up.
+    anchor = max(1, min(int(clusters[0]), longest // _SURE_OF_NOISE))
+    octaves = anchor * 2 ** np.arange(int(clusters[-1]).bit_length(), dtype=np.int64)
+    ladder = np.unique(np.concatenate((octaves[octaves <= clusters[-1]], clusters)))
     ladder = ladder[ladder <= usable]
     found: list[int] = []
     for m in map(int, ladder):
@@ -146,13 +145,6 @@ def identified_noise_types(
     notes = (Note(text=text),) if carried else ()
     place = np.maximum(np.searchsorted(ladder, clusters, side="right") - 1, 0)
     return np.array(found, dtype=np.int64)[place], notes
-
-
-def _ladder(clusters: NDArray[np.int64], longest: int) -> NDArray[np.int64]:
-    """Clusters to read the noise at: those asked for, and octaves from a sure one up."""
-    anchor = max(1, min(int(clusters[0]), longest // _SURE_OF_NOISE))
-    octaves = anchor * 2 ** np.arange(int(clusters[-1]).bit_length(), dtype=np.int64)
-    return np.unique(np.concatenate((octaves[octaves <= clusters[-1]], clusters)))
 
 
 def _read_noise(track: Track, cluster: int, order: int) -> tuple[float, float]:

@@ -119,7 +119,10 @@ def accumulated_track(
     if kind == "angle":
         first, last = int(stretches[0, 0]), int(stretches[-1, 1]) - 1
         slope = _exact_slope((samples[last] - samples[first]) / (last - first), samples.size)
-        angle = _without_ramp(samples, slope, float(samples[first]))
+        offset, angle = float(samples[first]), empty(samples.size)
+        for block in blocks(samples.size):
+            ramp = slope * np.arange(block.start, block.stop)
+            angle[block] = (samples[block] - ramp) - offset
         return Track(angle=angle, stretches=stretches, missing=missing)
     if missing:
         usual = sum(float(np.nansum(samples[block])) for block in blocks(samples.size)) / present
@@ -130,13 +133,6 @@ def accumulated_track(
         missing=missing,
         broken=missing > 0,
     )
-
-
-def _without_ramp(samples: FloatArray, slope: float, offset: float) -> FloatArray:
-    rest = empty(samples.size)
-    for block in blocks(samples.size):
-        rest[block] = (samples[block] - slope * np.arange(block.start, block.stop)) - offset
-    return rest
 
 
 def _accumulated(samples: FloatArray, mean: float) -> FloatArray:
@@ -227,8 +223,6 @@ class Points:
 
     Attributes
     ----------
-    tau_samples
-        (points,) cluster times in sample intervals.
     variance
         (points,) per sample interval squared.
     terms
@@ -243,7 +237,6 @@ class Points:
         What was noticed.
     """
 
-    tau_samples: FloatArray
     variance: FloatArray
     terms: IntegerArray
     windows: IntegerArray
@@ -255,7 +248,7 @@ class Points:
         """These and others behind them."""
         joined = {
             name: np.concatenate([getattr(self, name), getattr(other, name)])
-            for name in ("tau_samples", "variance", "terms", "windows", "clusters")
+            for name in ("variance", "terms", "windows", "clusters")
         }
         rules, notes = self.rules + other.rules, self.notes + other.notes
         return Points(**joined, rules=rules, notes=notes)
