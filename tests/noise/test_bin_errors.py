@@ -55,7 +55,7 @@ def test_the_error_beside_chance_is_found_and_is_the_floor_at_most(levels, laws,
     found = []
     for _ in range(60):
         some = drawn(levels, laws, generator, shape=1e6, error=error)
-        found.append(error_of_bins(some, laws, fitted(some)))
+        found.append(error_of_bins(some, fitted(some)))
     assert low <= np.median(found) <= high
     assert max(found) <= FLOOR
 
@@ -65,7 +65,7 @@ def test_chance_alone_leaves_no_error_in_half_of_the_recordings(levels, laws):
     none = 0
     for _ in range(200):
         some = drawn(levels, laws, generator, shape=levels.shape, error=0.0)
-        none += error_of_bins(some, laws, fitted(some)) == 0.0
+        none += error_of_bins(some, fitted(some)) == 0.0
     # Three standard errors of 200 throws of a coin.
     assert abs(none - 100) < 3.0 * np.sqrt(50.0)
 
@@ -79,7 +79,7 @@ def test_the_covariance_is_the_scatter_of_the_fits(levels, laws, error):
         models = fitted(some)
         squares.append(models.squares[0, [WALK, 3]])
         allowed.append(models.covariance[0, WALK, WALK])
-        own.append(with_error_of_bins(some, laws, models, error).covariance[0])
+        own.append(with_error_of_bins(some, models, error).covariance[0])
     scatter = np.cov(np.array(squares).T)
     expected = np.mean(own, axis=0)[np.ix_([WALK, 3], [WALK, 3])]
     # A variance of 1000 draws errs by 4.5 %.
@@ -92,7 +92,7 @@ def test_the_floor_itself_changes_nothing(levels, laws):
     some = replace(some, level=some.level / (1.0 + (some.frequency / 60.0) ** 2))
     models = models_of_one_band(some, ALL, MASK | 1 << FALL)
     assert models.falling.any()
-    same = with_error_of_bins(some, laws, models, FLOOR)
+    same = with_error_of_bins(some, models, FLOOR)
     scale = np.sqrt(np.einsum("mii->mi", models.covariance))
     scale = np.where(scale > 0.0, scale, 1.0)
     relative = (same.covariance - models.covariance) / (scale[:, :, None] * scale[:, None, :])

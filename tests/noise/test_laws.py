@@ -17,9 +17,16 @@ from sagnac.noise.laws import (
     cosine_power_basis,
     increment_spectrum_basis,
     markov_allan_variance,
-    overlapped_allan_covariance,
+    overlapped_allan_covariances,
     sinusoid_allan_variance,
 )
+
+
+def overlapped_allan_covariance(factors, coefficients, **settings):
+    """Covariance of the points with some coefficients, the others at zero."""
+    squares = np.array([coefficients.get(name, 0.0) ** 2 for name in COEFFICIENT_NAMES])
+    pairs = overlapped_allan_covariances(tuple(factors), **settings)
+    return np.einsum("a,b,abij->ij", squares, squares, pairs)
 
 
 def angle_covariances(times, interval):
@@ -239,12 +246,11 @@ def test_covariance_of_a_day_of_samples_is_one():
 
 
 def test_compiled_covariance_is_the_interpreted_one(monkeypatch):
-    nodes, weights = np.polynomial.legendre.leggauss(8)
-    arguments = (np.array([1, 9, 130], dtype=np.int64), 601, nodes, weights)
-    compiled = _kernels.overlapped_covariances(*arguments)
+    factors, settings = (1, 9, 130), {"angles": 601, "interval": 1.0}
+    compiled = overlapped_allan_covariances(factors, **settings)
     for name in dir(_kernels):
         loop = getattr(_kernels, name)
         if hasattr(loop, "py_func"):
             monkeypatch.setattr(_kernels, name, loop.py_func)
-    interpreted = _kernels.overlapped_covariances(*arguments)
+    interpreted = overlapped_allan_covariances.__wrapped__(factors, **settings)
     assert compiled == pytest.approx(interpreted, rel=1e-9, abs=1e-12)

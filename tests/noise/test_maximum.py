@@ -55,7 +55,7 @@ def test_bins_that_stand_out_are_left_out_and_the_rest_departs():
     power[40:44] *= 9.0
     weighed = with_departure(spectrum(power))
     assert weighed.departure == pytest.approx(1.0)
-    assert np.flatnonzero(weighed.spectrum.weight == 0.0).tolist() == [40, 41, 42, 43]
+    assert np.flatnonzero(weighed.weight == 0.0).tolist() == [40, 41, 42, 43]
     assert [note.level for note in weighed.notes] == ["warning"]
     assert with_departure(exact(2.0, 5.0)).departure == 0.0
     rough = exact(2.0, 0.0, bins=400).power * np.where(np.arange(400) % 2, 0.6, 1.4)

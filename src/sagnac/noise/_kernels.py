@@ -8,41 +8,18 @@ import numpy as np
 from sagnac.core.arrays import FloatArray, IntegerArray
 from sagnac.core.kernels import compiled
 
-# Shares of a span between two breaks at which panels of a quadrature begin and end.
-_PANELS = np.array([0.0, 0.02, 0.1, 0.3, 0.7, 0.9, 0.98, 1.0])
-_WHOLE = np.array([0.0, 1.0])
 # Lags between two breaks that are summed one by one.
 _DIRECT = 64
 _STEPS = np.arange(3)
 # Distance of far breaks, in longer clusters.
 _FARTHER = 2.0 ** np.arange(1, 8) - 1.0
-
-
-@compiled()
-def _flicker_difference(t: float, step: float) -> float:
-    """Second difference of ``t^2 ln|t|`` at t, t + step and t + 2 step."""
-    middle = abs(t + step)
-    if middle < 8.0 * step:
-        total = 0.0
-        for k in range(3):
-            place = abs(t + k * step)
-            if place > 0.0:
-                total += (-2.0 if k == 1 else 1.0) * place * place * np.log(place)
-        return float(total)
-    # Taylor's series about the middle, which loses no digits far from zero.
-    ratio = (step / middle) ** 2
-    series = 0.0
-    for k in range(9, 1, -1):
-        series = ratio * (series + 4.0 / (2.0 * k * (2.0 * k - 1.0) * (2.0 * k - 2.0)))
-    return float(step * step * (2.0 * np.log(middle) + 3.0 - series))
-
-
-@compiled()
-def _cubic_difference(t: float, step: float) -> float:
-    """Second difference of ``|t|^3`` at t, t + step and t + 2 step."""
-    if t >= 0.0 or t + 2.0 * step <= 0.0:
-        return float(6.0 * step * step * abs(t + step))
-    return float(abs(t) ** 3 - 2.0 * abs(t + step) ** 3 + abs(t + 2.0 * step) ** 3)
+# Gauss-Legendre quadrature over a span between two breaks: places and weights in it, of one panel,
+# and of panels that are finer towards both breaks.
+_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(8)
+_WHOLE, _OF_WHOLE = 0.5 * (1.0 + _NODES), 0.5 * _WEIGHTS
+_CUTS = np.array([0.0, 0.02, 0.1, 0.3, 0.7, 0.9, 0.98, 1.0])
+_PANELS = (_CUTS[:-1, np.newaxis] + np.diff(_CUTS)[:, np.newaxis] * _WHOLE).ravel()
+_OF_PANELS = (np.diff(_CUTS)[:, np.newaxis] * _OF_WHOLE).ravel()
 
 
 @compiled()
@@ -52,64 +29,72 @@ def second_difference_covariances(lag: float, first: int, second: int, out: Floa
     From the generalized autocovariance of the angle: a delta, -|t|/2, t^2 ln|t|/(2 pi) and
     |t|^3/12 for Q, N, B and K at one and a sample interval of one.
     """
-    for p in range(4):
-        out[p] = 0.0
-    for p in range(3):
-        for q in range(3):
-            weight = (-2.0 if p == 1 else 1.0) * (-2.0 if q == 1 else 1.0)
-            t = abs(lag + p * first - q * second)
-            if t == 0.0:
-                out[0] += weight
-            else:
-                out[1] -= weight * 0.5 * t
-    # The shorter of the two first: the cube of a lag of a day at 500 Hz has no digits left for it.
+    out[:4] = 0.0
+    # Of the differences over the shorter of the two, those over the longer.
     short, long = min(first, second), max(first, second)
-    start = lag if first <= second else lag - 2.0 * second
     for p in range(3):
         weight = -2.0 if p == 1 else 1.0
-        t = start - p * long if first <= second else start + p * long
-        out[2] += weight * _flicker_difference(t, short) / (2.0 * np.pi)
-        out[3] += weight * _cubic_difference(t, short) / 12.0
+        t = lag - p * long if first <= second else lag - 2.0 * second + p * long
+        middle = abs(t + short)
+        if middle < 8.0 * short:
+            for q in range(3):
+                place, of_both = abs(t + q * short), -2.0 * weight if q == 1 else weight
+                if place == 0.0:
+                    out[0] += of_both
+                else:
+                    out[1] -= of_both * 0.5 * place
+                    out[2] += of_both * place * place * np.log(place) / (2.0 * np.pi)
+                    out[3] += of_both * place * place * place / 12.0
+        else:
+            # In closed form, and by Taylor's series about the middle: the cube of a lag of a day at
+            # 500 Hz has no digits left for a difference.
+            ratio, series = (short / middle) ** 2, 0.0
+            for k in range(9, 1, -1):
+                series = ratio * (series + 4.0 / (2.0 * k * (2.0 * k - 1.0) * (2.0 * k - 2.0)))
+            flicker = 2.0 * np.log(middle) + 3.0 - series
+            out[2] += weight * short * short * flicker / (2.0 * np.pi)
+            out[3] += weight * short * short * middle / 2.0
 
 
 @compiled()
 def add_products(
-    pairs: IntegerArray,
-    lags: FloatArray,
-    counts: FloatArray,
-    first: int,
-    second: IntegerArray,
-    covariance: FloatArray,
-    totals: FloatArray,
+    breaks: FloatArray, first: int, second: IntegerArray, angles: int, totals: FloatArray
 ) -> None:
-    """Add products of the terms' covariances at each lag, times its count, to those of its pair.
+    """Add to `totals` products of the terms' covariances over every lag that the record holds.
 
-    A pair is that of `first` and one of `second`; `covariance` (5,) is room to work in.
+    A pair is that of `first` and one of `second` (pairs,), with its `lag_breaks`. Up to 64 lags
+    between breaks stand one by one; for more there are panels of a quadrature.
     """
-    for n in range(lags.size):
-        other = second[pairs[n]]
-        second_difference_covariances(lags[n], first, other, covariance)
+    covariance = np.empty(5)
+    for n in range(second.size):
+        other = second[n]
         covariance[4] = 1.0 * first * first * other * other
-        for a in range(5):
-            for b in range(5):
-                totals[pairs[n], a, b] += counts[n] * covariance[a] * covariance[b]
+        for b in range(breaks.shape[1]):
+            lag = breaks[n, b]
+            span = breaks[n, b + 1] - lag - 1.0 if b + 1 < breaks.shape[1] else 0.0
+            smooth = lag >= 2.0 * other or lag < -2.0 * first
+            inside, weights = (_WHOLE, _OF_WHOLE) if smooth else (_PANELS, _OF_PANELS)
+            single = int(span) + 1 if span <= _DIRECT else 1
+            for k in range(single if span <= _DIRECT else single + inside.size):
+                if k < single:
+                    place, count = lag + k, 1.0
+                else:
+                    place = lag + 0.5 + span * inside[k - single]
+                    count = span * weights[k - single]
+                # How often the record holds it.
+                held = min(angles - 2.0 * first, angles - 2.0 * other + place) - max(0.0, place)
+                second_difference_covariances(place, first, other, covariance)
+                for c in range(5):
+                    for d in range(5):
+                        totals[n, c, d] += count * held * covariance[c] * covariance[d]
 
 
-def counted_lags(
-    first: int, second: IntegerArray, angles: int, nodes: FloatArray, weights: FloatArray
-) -> tuple[IntegerArray, FloatArray, FloatArray]:
-    """Lags of second differences over `first` and each of `second` (pairs,), and their counts.
+def lag_breaks(first: int, second: IntegerArray, angles: int) -> FloatArray:
+    """(pairs, breaks) lags where covariances over `first` and each of `second` (pairs,) break.
 
     The covariance, and how often the record holds a lag, break at whole sums of the two clusters
-    and at the ends of the record. Up to 64 lags between breaks stand one by one; for more there
-    are Gauss-Legendre panels (`nodes` and `weights` on [-1, 1]), finer towards the breaks at both
-    ends. Beyond the clusters' own span all is smooth, and breaks stand ever farther apart, to the
-    last lag that counts.
-
-    Returns
-    -------
-    pairs, lags, counts
-        Sums over the counts are those over every lag that the record holds.
+    and at the ends of the record. Beyond the clusters' own span all is smooth, and breaks stand
+    ever farther apart, to the last lag that counts. Ascending; one may stand more than once.
     """
     first_terms, second_terms = angles - 2 * first, (angles - 2 * second)[:, np.newaxis]
     others, ones = second[:, np.newaxis].astype(np.float64), np.ones((second.size, 1))
@@ -122,48 +107,7 @@ def counted_lags(
     # 1/f dies as 1/lag^2, its square's sum as 1/lag^3: what is farther is left out.
     low = np.maximum(1.0 - second_terms, breaks.min(axis=1, keepdims=True))
     high = np.minimum(first_terms - 1.0, breaks.max(axis=1, keepdims=True))
-    breaks = np.sort(np.clip(breaks, low, high), axis=1)
-    spans = np.diff(breaks, axis=1, append=np.inf * ones) - 1.0
-    pair, place = np.nonzero(spans >= 0.0)
-    lag, span = breaks[pair, place], spans[pair, place]
-    span[np.isinf(span)] = 0.0
-    single = np.where(span <= _DIRECT, span, 0.0).astype(np.int64) + 1
-    begin = np.repeat(np.arange(lag.size), single)
-    steps = np.arange(begin.size) - np.repeat(np.cumsum(single) - single, single)
-    pairs, counts = [np.asarray(pair[begin])], [np.ones(begin.size)]
-    lags = [np.asarray(lag[begin] + steps, dtype=np.float64)]
-    smooth = (lag >= 2.0 * second[pair]) | (lag < -2.0 * first)
-    for cuts, some in ((_PANELS, ~smooth), (_WHOLE, smooth)):
-        half = 0.5 * np.diff(cuts)[:, np.newaxis]
-        inside = (cuts[:-1, np.newaxis] + half * (1.0 + nodes)).ravel()
-        many = np.flatnonzero(some & (span > _DIRECT))
-        pairs.append(np.repeat(pair[many], inside.size))
-        lags.append((lag[many, np.newaxis] + 0.5 + span[many, np.newaxis] * inside).ravel())
-        counts.append((span[many, np.newaxis] * (half * weights).ravel()).ravel())
-    each, every = np.concatenate(pairs), np.concatenate(lags)
-    held = np.minimum(first_terms, second_terms[each, 0] + every) - np.maximum(0.0, every)
-    return each, every, np.concatenate(counts) * held
-
-
-def overlapped_covariances(
-    factors: IntegerArray, angles: int, nodes: FloatArray, weights: FloatArray
-) -> FloatArray:
-    """Covariance of overlapped Allan variances by pairs of terms, for a sample interval of one.
-
-    ``(terms, terms, points, points)`` with the terms Q, N, B, K and the ramp R: contracted twice
-    with the squared coefficients it is the covariance.
-    """
-    out = np.zeros((5, 5, factors.size, factors.size))
-    for i in range(factors.size):
-        first, second = int(factors[i]), factors[i:]
-        totals = np.zeros((second.size, 5, 5))
-        points = counted_lags(first, second, angles, nodes, weights)
-        add_products(*points, first, second, np.empty(5), totals)
-        totals[:, 4, 4] = 0.0  # a ramp does not vary
-        squares = 1.0 * first * first * second * second
-        totals *= (0.5 / (squares * (angles - 2 * first) * (angles - 2 * second)))[:, None, None]
-        out[:, :, i, i:] = out[:, :, i:, i] = np.moveaxis(totals, 0, -1)
-    return out
+    return np.sort(np.clip(breaks, low, high), axis=1)
 
 
 @compiled(error_model="numpy")

@@ -85,6 +85,11 @@ class BandModel:
         """Divisor of the terms by the low-pass at frequencies (points,), Hz."""
         return np.asarray(1.0 + self.fall * frequency ** (2.0 * self.order))
 
+    def over(self, levels: Levels) -> FloatArray:
+        """(bins,) levels over what the model makes of them."""
+        laws = level_laws(levels) @ np.array(self.squares)
+        return np.asarray(levels.level / (laws / self.divisor(levels.frequency)))
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class BandModels:
@@ -202,9 +207,19 @@ def bin_shapes(levels: Levels, error: float) -> FloatArray:
     return np.asarray(1.0 / (1.0 / levels.shape + error**2 + standing**2))
 
 
+def divisor_laws(levels: Levels) -> FloatArray:
+    """(bins, orders) of the divisors, without their one and their factor c."""
+    return np.asarray(levels.frequency[:, np.newaxis] ** (2.0 * np.array(ORDERS)))
+
+
+def gamma_deviance(shape: FloatArray, ratio: FloatArray) -> float:
+    """Deviance of levels from their law, by their shapes and ratios to it, (bins,) both."""
+    return float(2.0 * shape @ (ratio - 1.0 - np.log(ratio)))
+
+
 def _scaled(levels: Levels) -> ScaledLaws:
-    divisors = levels.frequency[:, np.newaxis] ** (2.0 * np.array(ORDERS))
-    laws = np.column_stack([level_laws(levels) / levels.level[:, np.newaxis], divisors])
+    relative = level_laws(levels) / levels.level[:, np.newaxis]
+    laws = np.column_stack([relative, divisor_laws(levels)])
     scale = np.abs(laws).max(axis=0)
     return ScaledLaws(shape=bin_shapes(levels, FLOOR), laws=laws / scale, scale=scale)
 

@@ -270,12 +270,6 @@ def highest_walk(
     return CurveBound(value=float(highest[index]), tau=float(curve.tau[index]))
 
 
-def _limit_of_variance(freedom: FloatArray, chance: float) -> FloatArray:
-    """(points,) factor on a variance that it exceeds with a chance, by its chi-square law."""
-    # Importing scipy.stats for it would take a second.
-    return np.asarray(freedom / (2.0 * gammaincinv(0.5 * freedom, chance)))
-
-
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SlowNoise:
     """Slow noise of a curve that no estimated term has.
@@ -317,26 +311,29 @@ def highest_terms(
     used = curve.tau >= shortest
     if not used.any():
         return {}
-    basis = allan_variance_basis(curve.tau)
+    basis = dict(zip(COEFFICIENT_NAMES, allan_variance_basis(curve.tau).T, strict=True))
     share = (1.0 - confidence) / np.count_nonzero(used)
-    found: dict[CoefficientName, float] = {}
+    highest: dict[CoefficientName, float] = {}
     for name, noise_type in _NOISE_TYPES.items():
         high = curve.deviation**2 * _limit_of_variance(_freedom(curve, noise_type), share)
-        square = float((high / basis[:, COEFFICIENT_NAMES.index(name)])[used].min())
-        found[name] = math.sqrt(square)
-    return found
+        highest[name] = math.sqrt(float((high / basis[name])[used].min()))
+    return highest
 
 
 def _freedom(curve: StabilityCurve, noise_type: int) -> FloatArray:
+    """(points,) degrees of freedom, were the noise of a type."""
     angles = curve.samples + (curve.kind != "angle")
+    clusters = np.rint(curve.tau * curve.sample_rate).astype(np.int64).tolist()
+    name = curve.estimator
     return np.array(
-        [
-            equivalent_degrees_of_freedom(
-                curve.estimator, noise_type, round(tau * curve.sample_rate), angles
-            )
-            for tau in curve.tau
-        ]
+        [equivalent_degrees_of_freedom(name, noise_type, one, angles) for one in clusters]
     )
+
+
+def _limit_of_variance(freedom: FloatArray, chance: float) -> FloatArray:
+    """(points,) factor on a variance that it exceeds with a chance, by its chi-square law."""
+    # Importing scipy.stats for it would take a second.
+    return np.asarray(freedom / (2.0 * gammaincinv(0.5 * freedom, chance)))
 
 
 def within_curve(
@@ -354,19 +351,17 @@ def within_curve(
     highest
         Of `highest_terms`.
     """
-    return {
-        name: _limited(estimate, highest[name]) if name in highest else estimate
-        for name, estimate in estimates.items()
-    }
-
-
-def _limited(estimate: Estimate, highest: float) -> Estimate:
-    # NaN of what is not observable is not above anything.
-    if not estimate.high > highest:
-        return estimate
-    if estimate.status == "upper bound" or estimate.low >= highest:
-        return replace(estimate, value=highest, low=0.0, high=highest, status="upper bound")
-    return replace(estimate, value=min(estimate.value, highest), high=highest)
+    limited = dict(estimates)
+    for name, most in highest.items():
+        # NaN of what is not observable is not above anything.
+        if name not in estimates or not estimates[name].high > most:
+            continue
+        one = estimates[name]
+        if one.status == "upper bound" or one.low >= most:
+            limited[name] = one.bounded(most)
+        else:
+            limited[name] = replace(one, value=min(one.value, most), high=most)
+    return limited
 
 
 def slow_noise(
@@ -389,7 +384,7 @@ def slow_noise(
     squares = np.array([_most(estimates, name) for name in COEFFICIENT_NAMES])
     terms = allan_variance_basis(curve.tau) @ squares
     freedom = _freedom(curve, min(_NOISE_TYPES.values()))
-    behind = _behind_lowest(curve) & (freedom >= _LEAST_FREEDOM)
+    behind = (curve.tau > curve.tau[np.argmin(curve.deviation)]) & (freedom >= _LEAST_FREEDOM)
     if not behind.any() or not squares.any():
         return None
     share = 1.0 - _CHANCE / np.count_nonzero(behind)
@@ -408,7 +403,3 @@ def _most(estimates: Mapping[CoefficientName, Estimate], name: CoefficientName) 
     if found is None or found.status == "not observable":
         return 0.0
     return 0.0 if found.status == "upper bound" and name in SLOW_NAMES else found.high**2
-
-
-def _behind_lowest(curve: StabilityCurve) -> BooleanArray:
-    return np.asarray(curve.tau > curve.tau[int(np.argmin(curve.deviation))])

@@ -6,9 +6,16 @@ from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from sagnac.core.arrays import FloatArray, blocks, elementwise, empty
+from sagnac.core.arrays import (
+    BooleanArray,
+    FloatArray,
+    IntegerArray,
+    blocks,
+    elementwise,
+    empty,
+)
 from sagnac.core.errors import RecordingError
 from sagnac.noise.laws import (
     COEFFICIENT_NAMES,
@@ -52,6 +59,11 @@ class CosineSpectrum:
     def names(self) -> tuple[CoefficientName, ...]:
         """The stochastic ones of the terms."""
         return tuple(name for name in STOCHASTIC_NAMES if name in self.terms)
+
+    def expected(self, index: FloatArray) -> FloatArray:
+        """(bins, terms) expected squares of `names` at one, as in `cosine_power_basis`."""
+        basis = cosine_power_basis(index, self.transform.size, self.interval)
+        return basis[:, [STOCHASTIC_NAMES.index(name) for name in self.names]]
 
 
 def cosine_spectrum(
@@ -111,24 +123,41 @@ def without_slope(increments: FloatArray) -> tuple[float, FloatArray]:
 class SpectrumBins:
     """Ranges of the index k of a cosine transform, without what is masked.
 
-    `edges` are all starts and the last stop; `keep` says which of the ranges between them are
-    used; `starts` and `stops` (bins,) are those.
+    `edges` are all starts and the last stop; `keep` says which of the ranges between them are the
+    bins.
     """
 
-    edges: NDArray[np.int64]
-    keep: NDArray[np.bool_]
-    starts: NDArray[np.int64]
-    stops: NDArray[np.int64]
+    edges: IntegerArray
+    keep: BooleanArray
+
+    @property
+    def starts(self) -> IntegerArray:
+        """(bins,) first index of each."""
+        return self.edges[:-1][self.keep]
 
     @property
     def count(self) -> FloatArray:
         """(bins,) ordinates in each bin."""
-        return np.asarray(self.stops - self.starts, dtype=np.float64)
+        return np.asarray(np.diff(self.edges)[self.keep], dtype=np.float64)
 
     def mean(self, one: FloatArray, other: FloatArray) -> FloatArray:
         """Mean over each bin of products of values at k = 0, 1, …"""
         sums = bin_sums(elementwise(np.multiply, one, other), self.edges)
         return np.asarray(sums[self.keep] / self.count)
+
+    @property
+    def middle(self) -> FloatArray:
+        """(bins,) mean index of each."""
+        return np.asarray(self.starts + 0.5 * (self.count - 1.0))
+
+    def mean_of(self, expected: Callable[[FloatArray], FloatArray]) -> FloatArray:
+        """Mean over each bin of expected squares by index, (bins, terms)."""
+        nodes, weights = np.polynomial.legendre.leggauss(4)
+        # Half a step beyond the first and the last: a sum by the integral over its steps.
+        half = np.where(self.count > 1.0, 0.5 * self.count, 0.0)
+        index = self.middle[:, np.newaxis] + half[:, np.newaxis] * nodes
+        basis = expected(index.ravel()).reshape(*index.shape, -1)
+        return np.asarray(np.einsum("bnt,n->bt", basis, 0.5 * weights))
 
 
 def require_increments(samples: int) -> None:
@@ -168,42 +197,26 @@ def cosine_bins(
         If `masked` or `band` makes no sense.
     """
     resolution = 1.0 / (2.0 * samples * interval)
-    excluded = _excluded_indices(samples, resolution, masked, band)
+    # First and last but one index of what is left out. Two indices are one cell, 1/duration.
+    limits = np.asarray(masked, dtype=np.float64).reshape(-1, 2) / resolution
+    excluded = np.stack([np.floor(limits[:, 0]) - 2, np.ceil(limits[:, 1]) + 3], axis=1)
+    if band is not None:
+        low, top = math.ceil(band[0] / resolution), min(band[1] / resolution, samples)
+        excluded = np.concatenate([excluded, [[0, low], [math.floor(top) + 1, samples]]])
+    excluded = np.clip(excluded, 1, samples).astype(np.int64)
     edges = np.unique(np.concatenate([_spaced_edges(samples, narrowest), excluded.ravel()]))
-    starts, stops = edges[:-1], edges[1:]
-    opened = np.searchsorted(np.sort(excluded[:, 0]), starts, side="right")
-    closed = np.searchsorted(np.sort(excluded[:, 1]), starts, side="right")
-    keep = (opened <= closed) & (stops - starts >= narrowest)
+    opened = np.searchsorted(np.sort(excluded[:, 0]), edges[:-1], side="right")
+    closed = np.searchsorted(np.sort(excluded[:, 1]), edges[:-1], side="right")
+    keep = (opened <= closed) & (np.diff(edges) >= narrowest)
     if np.count_nonzero(keep) < LEAST_BINS:
         raise RecordingError(
             "masked and band leave too few frequencies to fit",
             remedy="mask less or record longer",
         )
-    return SpectrumBins(edges=edges, keep=keep, starts=starts[keep], stops=stops[keep])
+    return SpectrumBins(edges=edges, keep=keep)
 
 
-def _excluded_indices(
-    samples: int,
-    resolution: float,
-    masked: Sequence[tuple[float, float]],
-    band: tuple[float, float] | None,
-) -> NDArray[np.int64]:
-    """(ranges, 2) first and last but one index of what is masked or outside the band."""
-    excluded = [np.zeros((0, 2))]
-    if len(masked):
-        limits = np.asarray(masked, dtype=np.float64).reshape(-1, 2) / resolution
-        # Two indices are one resolution cell, 1/duration.
-        excluded.append(np.stack([np.floor(limits[:, 0]) - 2, np.ceil(limits[:, 1]) + 3], axis=1))
-    if band is not None:
-        low, high = band
-        top = min(high / resolution, samples)
-        excluded.append(
-            np.array([[0.0, math.ceil(low / resolution)], [math.floor(top) + 1.0, samples]])
-        )
-    return np.clip(np.concatenate(excluded), 1, samples).astype(np.int64)
-
-
-def _spaced_edges(samples: int, narrowest: int) -> NDArray[np.int64]:
+def _spaced_edges(samples: int, narrowest: int) -> IntegerArray:
     """Single indices first, then 32 bins to the octave, none narrower than `narrowest`."""
     octaves = math.log2(samples / SINGLE) if samples > SINGLE else 0.0
     steps = max(1, round(_PER_OCTAVE * octaves))
@@ -214,17 +227,6 @@ def _spaced_edges(samples: int, narrowest: int) -> NDArray[np.int64]:
     return np.concatenate([singles, between, wide, [samples]])
 
 
-def bin_means(bins: SpectrumBins, expected: Callable[[FloatArray], FloatArray]) -> FloatArray:
-    """Mean over each bin of expected squares by index, (bins, terms)."""
-    nodes, weights = np.polynomial.legendre.leggauss(4)
-    centre = 0.5 * (bins.starts + bins.stops - 1.0)
-    # Half a step beyond the first and the last: a sum by the integral over its steps.
-    half = np.where(bins.count > 1.0, 0.5 * bins.count, 0.0)
-    index = centre[:, np.newaxis] + half[:, np.newaxis] * nodes
-    basis = expected(index.ravel()).reshape(*index.shape, -1)
-    return np.asarray(np.einsum("bnt,n->bt", basis, 0.5 * weights))
-
-
 def slope_transform(index: FloatArray, samples: int) -> FloatArray:
     """Cosine transform (DCT-II, orthonormal) of 0, 1, 2, …, at k > 0."""
     half = 0.5 * np.pi * index / samples
@@ -232,60 +234,39 @@ def slope_transform(index: FloatArray, samples: int) -> FloatArray:
     return np.asarray(np.where(index % 2 == 1, shape, 0.0))
 
 
-def _less_slope(
-    spectrum: Ordinates,
-    bins: SpectrumBins,
-    samples: int,
-    expected: Callable[[FloatArray], FloatArray],
-) -> Ordinates:
-    """`spectrum` of increments less their slope by least squares, expected as such.
-
-    With d the transform of a unit slope, D its square, the squares have the mean
-    ``A_k (1 - 2 d_k^2/D) + d_k^2 sum(d_j^2 A_j)/D^2`` in place of A_k. The first is left
-    out: nearly all of it is the slope.
-    """
-    index = np.arange(1.0, min(SINGLE, samples), 2.0)
-    shape = slope_transform(index, samples) ** 2
-    shape /= shape.sum()
-    share = np.zeros((spectrum.power.size, 1))
-    low = (bins.count == 1.0) & (bins.starts < SINGLE) & (bins.starts % 2 == 1)
-    share[low, 0] = shape[bins.starts[low] // 2]
-    basis = spectrum.basis * (1.0 - 2.0 * share) + share * (shape @ expected(index))
-    rest = bins.starts > 1
-    return Ordinates(
-        basis=basis[rest],
-        power=spectrum.power[rest],
-        count=spectrum.count[rest],
-        weight=spectrum.weight[rest],
-        frequency=spectrum.frequency[rest],
-    )
-
-
 def ordinates(cosine: CosineSpectrum, bins: SpectrumBins) -> Ordinates:
     """Mean squares of a transform in bins, and what is expected of each of its terms there.
+
+    With d the transform of a unit slope and D its square, the squares of increments less their
+    slope by least squares have the mean ``A_k (1 - 2 d_k^2/D) + d_k^2 sum(d_j^2 A_j)/D^2`` in place
+    of A_k. The first is left out then: nearly all of it is the slope.
 
     Raises
     ------
     RecordingError
         If the values do not vary.
     """
-    samples, columns = cosine.transform.size, [STOCHASTIC_NAMES.index(one) for one in cosine.names]
+    samples, starts = cosine.transform.size, bins.starts
     power = bins.mean(cosine.transform, cosine.transform)
     # A single square may be zero, of angles a few readout steps apart.
     if not np.median(power) > 0.0:
         raise RecordingError(
             "the values do not vary", remedy="a spectrum needs noise, check the channel"
         )
-
-    def expected(index: FloatArray) -> FloatArray:
-        return cosine_power_basis(index, samples, cosine.interval)[:, columns]
-
-    spectrum = Ordinates(
-        basis=bin_means(bins, expected),
-        power=power,
-        count=bins.count,
-        weight=bins.count,
-        frequency=np.asarray(0.25 * (bins.starts + bins.stops - 1.0) / (samples * cosine.interval)),
+    basis, used = bins.mean_of(cosine.expected), np.ones(starts.size, dtype=np.bool_)
+    if "rate_ramp" in cosine.terms:
+        index = np.arange(1.0, min(SINGLE, samples), 2.0)
+        shape = slope_transform(index, samples) ** 2
+        shape /= shape.sum()
+        share = np.zeros((starts.size, 1))
+        low = (bins.count == 1.0) & (starts < SINGLE) & (starts % 2 == 1)
+        share[low, 0] = shape[starts[low] // 2]
+        basis = basis * (1.0 - 2.0 * share) + share * (shape @ cosine.expected(index))
+        used = starts > 1
+    return Ordinates(
+        basis=basis[used],
+        power=power[used],
+        count=bins.count[used],
+        weight=bins.count[used],
+        frequency=(0.5 * bins.middle / (samples * cosine.interval))[used],
     )
-    ramp = "rate_ramp" in cosine.terms
-    return _less_slope(spectrum, bins, samples, expected) if ramp else spectrum

@@ -24,7 +24,7 @@ spectra.
 """
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import Final
@@ -36,7 +36,7 @@ from scipy.special import chdtri, stdtrit
 
 from sagnac.core.arrays import ComplexArray, FloatArray, IntegerArray
 from sagnac.core.errors import RecordingError, counted, require_confidence
-from sagnac.noise.estimates import Estimate, estimated, unobserved
+from sagnac.noise.estimates import Estimate, rooted, unobserved
 from sagnac.noise.laws import STOCHASTIC_NAMES, rate_density_basis
 from sagnac.noise.likelihood import PRESENCE
 from sagnac.recording.channel import angle_increments
@@ -157,7 +157,12 @@ def self_noise(
         raise ValueError(
             f"gyros are {', '.join(names)}; give {_FOR_EACH} or more for each of {motions} motions"
         )
-    rates = _rates(recording, names)
+    turned = [
+        angle_increments(gyro.values, kind=gyro.kind, sample_rate=recording.sample_rate)
+        for gyro in map(recording.gyro, names)
+    ]
+    samples = min(one.size for one in turned)
+    rates = np.array([one[:samples] for one in turned]) * recording.sample_rate
     length = min(rates.shape[1], _SEGMENT)
     frequency = np.arange(length // 2 + 1) * recording.sample_rate / length
     if band is not None and not 0.0 <= band[0] < band[1]:
@@ -174,29 +179,33 @@ def self_noise(
             remedy="record longer",
         )
     bands = list(pairwise(edges))
-    found = [_Apart.of(cross[slice(*band)], motions, segments, confidence) for band in bands]
+    apart = [_apart(cross[slice(*each)], motions, segments, confidence) for each in bands]
+    noise, low, high, sensed, left_out = map(np.array, zip(*apart, strict=True))
     walks: dict[str, Estimate] = {}
     if band is not None:
-        inside = slice(
-            max(int(np.searchsorted(frequency, band[0])), first),
-            min(int(np.searchsorted(frequency, band[1])), last),
-        )
-        if band_degrees(inside.stop - inside.start, segments) < least:
+        ends = np.clip(np.searchsorted(frequency, band), first, last)
+        if band_degrees(int(ends[1] - ends[0]), segments) < least:
             raise RecordingError(
                 f"holds too little between {band[0]:g} and {band[1]:g} Hz",
                 remedy="give a wider band, or record longer",
             )
-        one = _Apart.of(cross[inside], motions, segments, confidence)
-        walks = {name: one.walk(place, confidence) for place, name in enumerate(names)}
+        # N is the root of half of a one-sided density.
+        figures = _apart(cross[slice(*ends)], motions, segments, confidence)[:3]
+        walks = {
+            name: unobserved("angle_random_walk", confidence)
+            if math.isnan(each[0])
+            else rooted("angle_random_walk", confidence, *(0.5 * each).tolist())
+            for name, each in zip(names, np.transpose(figures), strict=True)
+        }
     return SelfNoise(
         gyros=names,
         frequency=np.array([frequency[slice(*each)].mean() for each in bands]),
-        density=np.array([one.noise for one in found]).T,
-        low=np.array([one.low for one in found]).T,
-        high=np.array([one.high for one in found]).T,
-        motion=np.array([one.motion for one in found]),
-        gains=_gains(found) if motions == 1 else np.empty(0),
-        left_out=np.array([one.left_out for one in found]),
+        density=noise.T,
+        low=low.T,
+        high=high.T,
+        motion=np.mean(np.sum(np.abs(sensed) ** 2, axis=2), axis=1),
+        gains=_gains(noise, sensed[:, :, 0]) if motions == 1 else np.empty(0),
+        left_out=left_out,
         angle_random_walk=walks,
         confidence=confidence,
     )
@@ -207,29 +216,22 @@ def band_degrees(ordinates: int, segments: int) -> float:
     return 0.5 * band_degrees_of_freedom(ordinates) * segments if ordinates > 0 else 0.0
 
 
-def _rates(recording: Recording, names: Sequence[str]) -> FloatArray:
-    """(gyros, samples) mean rates, rad/s."""
-    rate = recording.sample_rate
-    each = []
-    for name in names:
-        gyro = recording.gyro(name)
-        turned = angle_increments(gyro.values, kind=gyro.kind, sample_rate=rate)
-        each.append(np.asarray(turned) * rate)
-    samples = min(one.size for one in each)
-    return np.array([one[:samples] for one in each])
-
-
 def _cross_spectra(rates: FloatArray, length: int) -> ComplexArray:
     """(ordinates, gyros, gyros) one-sided, over all tapers and segments, times the sample rate."""
     total = np.zeros((length // 2 + 1, len(rates), len(rates)), dtype=np.complex128)
     segments = rates.shape[1] // length
     for place in range(segments):
         some = rates[:, place * length : (place + 1) * length]
-        some = some - some.mean(axis=1, keepdims=True)
-        for order in range(1, TAPERS + 1):
-            turned = rfft(some * sine_taper(order, length), axis=1).T
-            total += turned[:, :, np.newaxis] * turned[:, np.newaxis, :].conj()
+        for turned in _tapered(some - some.mean(axis=1, keepdims=True)):
+            total += turned.T[:, :, np.newaxis] * turned.T[:, np.newaxis, :].conj()
     return np.asarray(total * (2.0 / (TAPERS * segments)))
+
+
+def _tapered(values: FloatArray) -> Iterator[ComplexArray]:
+    """(gyros, ordinates) transforms of values (gyros, samples) under each sine taper."""
+    length = values.shape[1]
+    for order in range(1, TAPERS + 1):
+        yield rfft(values * sine_taper(order, length), axis=1)
 
 
 def _edges(first: int, last: int, segments: int, least: int) -> IntegerArray:
@@ -245,53 +247,39 @@ def _edges(first: int, last: int, segments: int, least: int) -> IntegerArray:
     return np.array(edges)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class _Apart:
-    """One band: noise of each gyro with its interval, the motion and how each senses it."""
+def _apart(
+    cross: ComplexArray, motions: int, segments: int, confidence: float
+) -> tuple[FloatArray, FloatArray, FloatArray, ComplexArray, int]:
+    """One band, without ordinates at which one gyro has a line.
 
-    noise: FloatArray
-    low: FloatArray
-    high: FloatArray
-    motion: float
-    sensed: ComplexArray
-    left_out: int
-
-    @classmethod
-    def of(cls, cross: ComplexArray, motions: int, segments: int, confidence: float) -> "_Apart":
-        """The noise of one band, without ordinates at which one gyro has a line."""
-        kept = np.ones(len(cross), dtype=np.bool_)
-        for _ in range(2):
-            noise, _, _, beside = _factored(cross[kept].mean(axis=0), motions)
-            # What is not motion, of each ordinate, over what is to be expected of it.
-            whitened = beside / np.sqrt(noise)
-            residual = np.einsum("ij,fjk,ik->f", whitened, cross, whitened.conj()).real
-            freedom = 2.0 * TAPERS * segments * len(beside)
-            kept = residual / len(beside) < chdtri(freedom, _CHANCE) / freedom
-            if kept.all() or band_degrees(int(kept.sum()), segments) < 2 * motions:
-                break
-        mean = cross[kept].mean(axis=0) if kept.any() else cross.mean(axis=0)
-        noise, variance, motion, _ = _factored(mean, motions)
-        degrees = band_degrees(int(kept.sum()) or len(cross), segments)
-        each = 2.0 * degrees / np.where(variance < 2.0 * degrees / _FEWEST, variance, np.nan)
-        noise = np.where(np.isnan(each), np.nan, noise * degrees / (degrees - motions))
-        tail = 0.5 * (1.0 - confidence)
-        return cls(
-            noise=noise,
-            low=noise * each / chdtri(each, tail),
-            high=noise * each / chdtri(each, 1.0 - tail),
-            motion=float(np.mean(np.sum(np.abs(motion) ** 2, axis=1))),
-            sensed=motion,
-            left_out=int(np.count_nonzero(~kept)),
-        )
-
-    def walk(self, place: int, confidence: float) -> Estimate:
-        """N of a gyro whose noise is white over the band, half of a one-sided density."""
-        if math.isnan(self.noise[place]):
-            return unobserved("angle_random_walk", confidence)
-        figures = (
-            math.sqrt(0.5 * float(each[place])) for each in (self.noise, self.low, self.high)
-        )
-        return estimated("angle_random_walk", confidence, *figures)
+    Returns
+    -------
+    noise, low, high
+        (gyros,) noise of each with its interval.
+    sensed
+        (gyros, motions) how each senses each motion.
+    left_out
+        Number of ordinates.
+    """
+    kept = np.ones(len(cross), dtype=np.bool_)
+    for _ in range(2):
+        noise, _, _, beside = _factored(cross[kept].mean(axis=0), motions)
+        # What is not motion, of each ordinate, over what is to be expected of it.
+        whitened = beside / np.sqrt(noise)
+        residual = np.einsum("ij,fjk,ik->f", whitened, cross, whitened.conj()).real
+        freedom = 2.0 * TAPERS * segments * len(beside)
+        kept = residual / len(beside) < chdtri(freedom, _CHANCE) / freedom
+        if kept.all() or band_degrees(int(kept.sum()), segments) < 2 * motions:
+            break
+    left_out = int(np.count_nonzero(~kept))
+    some = cross[kept] if kept.any() else cross
+    noise, variance, sensed, _ = _factored(some.mean(axis=0), motions)
+    degrees = band_degrees(len(some), segments)
+    each = 2.0 * degrees / np.where(variance < 2.0 * degrees / _FEWEST, variance, np.nan)
+    noise = np.where(np.isnan(each), np.nan, noise * degrees / (degrees - motions))
+    tail = 0.5 * (1.0 - confidence)
+    low, high = (noise * each / chdtri(each, chance) for chance in (tail, 1.0 - tail))
+    return noise, low, high, sensed, left_out
 
 
 def _factored(
@@ -329,14 +317,15 @@ def _factored(
     return noise, variance, motion / root[:, np.newaxis], beside.conj().T
 
 
-def _gains(found: Sequence[_Apart]) -> FloatArray:
-    """(gyros,) gains of one motion, of their mean; bands count by how far the motion stands out."""
-    total = np.zeros(found[0].noise.size)
-    for one in found:
-        if np.isnan(one.noise).all():
-            continue
-        sensed = one.sensed[:, 0]
-        total += (sensed * sensed.mean().conjugate()).real / float(np.nanmean(one.noise))
+def _gains(noise: FloatArray, sensed: ComplexArray) -> FloatArray:
+    """(gyros,) gains of one motion, of their mean, by bands, (bands, gyros) both.
+
+    Bands count by how far the motion stands out.
+    """
+    told = ~np.isnan(noise).all(axis=1)
+    noise, sensed = noise[told], sensed[told]
+    along = (sensed * sensed.mean(axis=1, keepdims=True).conj()).real
+    total = (along / np.nanmean(noise, axis=1, keepdims=True)).sum(axis=0)
     mean = float(total.mean())
     return np.asarray(total / mean if mean else np.full(total.size, math.nan))
 
@@ -394,9 +383,8 @@ def band_cells(
         raise ValueError(f"too few frequencies between {band_hz[0]:g} and {band_hz[1]:g} Hz")
     used = slice(1 + int(first), 1 + int(first) + cells * CELL)
     matrices = np.zeros((values.shape[0], values.shape[0], cells))
-    for order in range(1, TAPERS + 1):
-        transform = rfft(values * sine_taper(order, length), axis=1)[:, used]
-        pairs = (transform[:, np.newaxis] * transform.conj()).real
+    for turned in _tapered(values):
+        pairs = (turned[:, np.newaxis, used] * turned[:, used].conj()).real
         matrices += pairs.reshape(*matrices.shape, CELL).sum(axis=3)
     matrices *= 2.0 * sample_rate / (TAPERS * CELL)
     frequency = (1 + first + CELL * (np.arange(cells) + 0.5)) * unit
@@ -544,22 +532,17 @@ def _fitted_terms(
     more.
     """
     first, second = np.triu_indices(spectra.shape[1], 1)
-    smooth = _smooth(spectra, basis, freedom)
-    fisher, score = np.zeros((basis.shape[1],) * 2), np.zeros(basis.shape[1])
-    total = 0.0
-    for row, seen, known, count in zip(basis, spectra, smooth, freedom, strict=True):
-        cross = seen[first, second]
-        covariance = (
-            known[np.ix_(first, first)] * known[np.ix_(second, second)]
-            + known[np.ix_(first, second)] * known[np.ix_(second, first)]
-        ) / count
-        metric = np.linalg.inv(covariance)
-        of_all = metric.sum(axis=0)
-        fisher += np.outer(row, row) * of_all.sum()
-        score += row * (of_all @ cross)
-        total += float(cross @ metric @ cross)
-    inverse = np.asarray(np.linalg.inv(fisher), dtype=np.float64)
+    known, cross = _smooth(spectra, basis, freedom), spectra[:, first, second]
+    # Of each pair with every other.
+    one, other = first[:, np.newaxis], second[:, np.newaxis]
+    covariance = known[:, one, first] * known[:, other, second]
+    covariance += known[:, one, second] * known[:, other, first]
+    metric = np.linalg.inv(covariance / freedom[:, np.newaxis, np.newaxis])
+    weight = metric.sum(axis=1)
+    inverse = np.asarray(np.linalg.inv(basis.T * weight.sum(axis=1) @ basis), dtype=np.float64)
+    score = basis.T @ (weight * cross).sum(axis=1)
     solution = inverse @ score
+    total = float(np.einsum("bp,bpq,bq->", cross, metric, cross))
     return solution, inverse, total - float(score @ solution)
 
 

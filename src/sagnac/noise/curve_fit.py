@@ -1,25 +1,30 @@
 """Q, N, B, K, R from a stability curve by Eq. 3, each with an interval and a status."""
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cache
 from typing import Final, Literal
 
 import numpy as np
 from scipy.linalg import solve_triangular
-from scipy.optimize import nnls
 from scipy.special import ndtri
 
-from sagnac.core.arrays import FloatArray, IntegerArray
+from sagnac.core.arrays import FloatArray
 from sagnac.core.errors import Note, RecordingError, require_confidence, rounded
 from sagnac.noise.estimates import Estimate, Fit, FitName, rooted, unobserved
 from sagnac.noise.laws import (
     COEFFICIENT_NAMES,
     CoefficientName,
     allan_variance_basis,
-    overlapped_allan_covariance,
+    overlapped_allan_covariances,
 )
-from sagnac.noise.likelihood import PRESENCE, crossing, typical_square
+from sagnac.noise.likelihood import (
+    PRESENCE,
+    crossing,
+    non_negative,
+    typical_square,
+)
 from sagnac.noise.readings import SHORT, Squares
 from sagnac.stability.curve import StabilityCurve
 from sagnac.stability.noise_type import ieee_relative_error
@@ -48,16 +53,13 @@ class CurveModel:
     ----------
     names, basis
         Of the terms; (points, terms) their Allan variances with the coefficients at one.
-    factors
-        (points,) cluster times in sample intervals.
     variance
         (points,) Allan variances, (rad/s)^2.
-    shortfall
-        (points,) root of how many times fewer terms a point has than the record would allow.
+    pairs
+        (terms^2, points^2) covariances of the points by pairs of terms with the coefficients at
+        one, for errors alone: they take long.
     edf
         (points,) degrees of freedom; None if the points overlap and their covariance is known.
-    angles, interval
-        Length of the record and its sample interval, s.
     metric
         In which the squares of a fit are least: of the points' covariance, of their size, or none.
     departure
@@ -66,34 +68,26 @@ class CurveModel:
 
     names: tuple[CoefficientName, ...]
     basis: FloatArray
-    factors: IntegerArray
     variance: FloatArray
-    shortfall: FloatArray
+    pairs: Callable[[], FloatArray]
     edf: FloatArray | None
-    angles: int
-    interval: float
     metric: _Metric = "covariance"
     departure: float = 0.0
 
     @property
     def freedom(self) -> int:
         """Points less terms, one at least."""
-        return max(1, self.factors.size - len(self.names))
+        return max(1, self.variance.size - len(self.names))
 
     def covariance(self, squares: FloatArray) -> FloatArray:
         """Covariance of the points if `squares` were true, (points, points)."""
-        sizes = dict(zip(self.names, np.sqrt(squares), strict=True))
-        covariance = overlapped_allan_covariance(
-            tuple(self.factors.tolist()), sizes, angles=self.angles, interval=self.interval
-        )
-        # Points that overlap less, or not at all, have the same correlation and a spread of
-        # their own.
-        mean = self.basis @ squares
-        scale = self.shortfall
+        products = np.outer(squares, squares).ravel() @ self.pairs()
+        covariance, mean = products.reshape(self.variance.size, -1), self.basis @ squares
         if self.edf is not None:
+            # Points that do not overlap have the same correlation and a spread of their own.
             known = np.maximum(np.diag(covariance), 1e-12 * mean**2)
             scale = mean * np.sqrt(2.0 / self.edf / known)
-        covariance *= scale * scale[:, np.newaxis]
+            covariance *= scale * scale[:, np.newaxis]
         # A few hundred-thousandths of each variance are its own, which leaves the matrix invertible
         # whatever rounding and the far lags of 1/f do.
         own = 3e-5 * np.diag(covariance) + (self.departure**2 + 1e-10) * mean**2
@@ -103,16 +97,15 @@ class CurveModel:
     def published(self) -> FloatArray:
         """Non-negative squares by the paper's least squares, plain ones on Eq. 3 as it stands."""
         if self.metric == "plain":
-            return _non_negative(self.basis, self.variance)
+            return non_negative(self.basis, self.variance)
         return self.relative()
 
     def relative(self) -> FloatArray:
         """Non-negative squares by least squares relative to the fitted variance."""
-        squares = np.zeros(self.basis.shape[1])
-        scale = self.variance
+        squares, scale = np.zeros(self.basis.shape[1]), self.variance
         for _ in range(_ROUNDS):
             before = squares
-            squares = _non_negative(self.basis / scale[:, np.newaxis], self.variance / scale)
+            squares = non_negative(self.basis / scale[:, np.newaxis], self.variance / scale)
             if _agree(squares, before, 1e-6):
                 return before
             scale = self.basis @ squares
@@ -134,14 +127,14 @@ class CurveModel:
         columns = np.column_stack([self.basis[:, free], rest])
         if not squares.any():
             scaled = columns / self.variance[:, np.newaxis]
-            squares[free] = _non_negative(scaled[:, :-1], scaled[:, -1])
+            squares[free] = non_negative(scaled[:, :-1], scaled[:, -1])
         for _ in range(_ROUNDS):
             if not squares.any():
                 # Without noise there is no covariance to weigh with, and nothing to weigh.
                 break
             root = positive_root(self.covariance(squares))
             whitened = solve_triangular(root, columns, lower=True, check_finite=False)
-            before, squares[free] = squares[free], _non_negative(whitened[:, :-1], whitened[:, -1])
+            before, squares[free] = squares[free], non_negative(whitened[:, :-1], whitened[:, -1])
             if _agree(squares[free], before, 1e-4):
                 break
         return squares
@@ -153,7 +146,7 @@ class CurveModel:
             root = positive_root(covariance)
         else:
             # The residuals are weighed like this whatever their errors.
-            ones = np.ones(self.factors.size)
+            ones = np.ones(self.variance.size)
             root = np.diag(self.basis @ squares if self.metric == "relative" else ones)
         whitened = solve_triangular(root, self.basis, lower=True)
         scale = 1.0 / np.maximum(np.linalg.norm(whitened, axis=0), 1e-300)
@@ -212,15 +205,6 @@ class CurveModel:
         return nothing.bounded(math.sqrt(high))
 
 
-def _non_negative(matrix: FloatArray, vector: FloatArray) -> FloatArray:
-    """Solution of ``matrix @ squares = vector`` by least squares, none of it below zero."""
-    if matrix.shape[1] == 0:
-        # scipy 1.17 frees memory twice, and the process with it, on a matrix without columns.
-        return np.empty(0)
-    scale = 1.0 / np.linalg.norm(matrix, axis=0)
-    return np.asarray(nnls(matrix * scale, vector)[0] * scale)
-
-
 def _agree(squares: FloatArray, before: FloatArray, relative: float) -> bool:
     return bool((np.abs(squares - before) <= relative * np.abs(before)).all())
 
@@ -232,18 +216,14 @@ def positive_root(covariance: FloatArray) -> FloatArray:
     rules, so that the smallest eigenvalue of their correlation can come out below zero. A share
     of it, the least that makes it positive, is added to the diagonal.
     """
-    scale = np.sqrt(np.diag(covariance))
-    correlation = covariance / np.outer(scale, scale)
-    nugget = 0.0
+    diagonal, nugget = np.diag(np.diag(covariance)), 0.0
     while True:
         try:
-            root = np.linalg.cholesky(correlation + nugget * np.eye(scale.size))
+            return np.asarray(np.linalg.cholesky(covariance + nugget * diagonal))
         except np.linalg.LinAlgError:
             if not nugget < 1e-3:
                 raise
             nugget = max(10.0 * nugget, 1e-13)
-            continue
-        return np.asarray(root * scale[:, np.newaxis])
 
 
 # ---- the fits --------------------------------------------------------------------------
@@ -307,7 +287,7 @@ def weighted_fit(curve: StabilityCurve, *, confidence: float = 0.95) -> Fit:
     """Fit Q, N, B, K, R to the overlapped Allan variance by generalized least squares.
 
     The weights are the full covariance between the points, from the fitted terms
-    themselves (`sagnac.noise.laws.overlapped_allan_covariance`), repeated until they agree.
+    themselves (`sagnac.noise.laws.overlapped_allan_covariances`), repeated until they agree.
     Squared coefficients are kept from falling below zero.
 
     Intervals come from the same fit without that limit, for what one term loses at its
@@ -356,7 +336,7 @@ def _model(curve: StabilityCurve, squares: Squares | None) -> tuple[CurveModel, 
             f"the curve is {curve.estimator}; this fit of Eq. 3 takes {' or '.join(estimators)}"
         )
     angles = curve.samples if curve.kind == "angle" else curve.samples + 1
-    factors = np.round(curve.tau * curve.sample_rate).astype(np.int64)
+    every = np.round(curve.tau * curve.sample_rate).astype(np.int64)
     interval = 1.0 / curve.sample_rate
     kept = (curve.deviation > 0.0) & (curve.terms > 0)
     wanted = _FIRST_TERMS
@@ -364,11 +344,11 @@ def _model(curve: StabilityCurve, squares: Squares | None) -> tuple[CurveModel, 
     if squares is not None:
         metric = "relative" if squares == "relative" else "plain"
         for place in np.flatnonzero(kept):
-            kept[place] = ieee_relative_error(angles - 1, int(factors[place])) <= POINT_ERROR
+            kept[place] = ieee_relative_error(angles - 1, int(every[place])) <= POINT_ERROR
     if squares == "two terms":
-        kept &= factors * interval <= SHORT * (1.0 + 1e-9)
+        kept &= every * interval <= SHORT * (1.0 + 1e-9)
         wanted = _FIRST_TERMS[:2]
-    factors, terms = factors[kept], curve.terms[kept]
+    factors = every[kept]
     if factors.size < 2:
         raise RecordingError(
             f"{factors.size} points of the curve can be fitted and Eq. 3 needs 2 or more",
@@ -379,17 +359,29 @@ def _model(curve: StabilityCurve, squares: Squares | None) -> tuple[CurveModel, 
     if len(names) < len(wanted):
         few = f"{factors.size} points of the curve are enough for {', '.join(names)} only"
         notes = (Note(text=few),)
+    columns = np.array([COEFFICIENT_NAMES.index(name) for name in names])
     overlapped = curve.estimator == "oadev"
-    basis = allan_variance_basis(np.asarray(factors * interval))
+
+    @cache
+    def pairs() -> FloatArray:
+        # Of every point: the fits of a curve share them.
+        of_all = overlapped_allan_covariances(
+            tuple(every.tolist()), angles=angles, interval=interval
+        )
+        places = np.flatnonzero(kept)
+        covariances = of_all[np.ix_(columns, columns, places, places)]
+        if overlapped:
+            # Points that overlap less, of a record with gaps, have the same correlation.
+            shortfall = np.sqrt((angles - 2 * factors) / curve.terms[kept])
+            covariances *= shortfall * shortfall[:, np.newaxis]
+        return np.asarray(covariances.reshape(len(names) ** 2, -1))
+
     return CurveModel(
         names=names,
-        basis=basis[:, [COEFFICIENT_NAMES.index(name) for name in names]],
-        factors=factors,
+        basis=allan_variance_basis(np.asarray(factors * interval))[:, columns],
         variance=curve.deviation[kept] ** 2,
-        shortfall=np.sqrt((angles - 2 * factors) / terms if overlapped else np.ones(terms.size)),
+        pairs=pairs,
         edf=None if overlapped else curve.edf[kept],
-        angles=angles,
-        interval=interval,
         metric=metric,
     ), notes
 
@@ -405,7 +397,12 @@ def _curve_fit(
     chance = model.freedom + 6.0 * math.sqrt(2.0 * model.freedom) + 12.0
     if model.chi_square(weighed) > chance:
         model, weighed = _with_departure(model, relative)
-        notes += (_departure_note(method, model.departure),)
+        # No warning: the intervals allow for it, and any low-pass of a sensor makes one.
+        text = (
+            f"the curve departs from the fitted terms by {rounded(100.0 * model.departure)} % of "
+            f"the variance at a point; the {method} intervals allow for it"
+        )
+        notes += (Note(text=text),)
     squares = weighed if model.metric == "covariance" else model.published()
     found = {
         name: model.estimate(weighed, column, float(squares[column]), confidence)
@@ -432,11 +429,3 @@ def _with_departure(model: CurveModel, squares: FloatArray) -> tuple[CurveModel,
         else:
             high = middle
     return model, squares
-
-
-def _departure_note(method: FitName, departure: float) -> Note:
-    # No warning: the intervals allow for it, and any low-pass of a sensor makes one.
-    return Note(
-        text=f"the curve departs from the fitted terms by {rounded(100.0 * departure)} % of the "
-        f"variance at a point; the {method} intervals allow for it",
-    )

@@ -40,7 +40,21 @@ class Interval:
 
     def __post_init__(self) -> None:
         if not self.low <= self.value <= self.high:
-            raise ValueError(f"value {self.value:g} lies outside {self.low:g} to {self.high:g}")
+            raise ValueError(
+                f"value {self.value:g} lies outside {self.low:g} to {self.high:g}; give low <= "
+                "value <= high"
+            )
+
+    def of(self, name: CoefficientName, confidence: float) -> "Estimate":
+        """The coefficient whose value and interval these are."""
+        return Estimate(
+            value=self.value,
+            low=self.low,
+            high=self.high,
+            confidence=confidence,
+            status="estimated",
+            name=name,
+        )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -70,7 +84,7 @@ class ConvertedEstimate:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, repr=False, eq=False)
-class Estimate:
+class Estimate(Interval):
     """One coefficient in SI.
 
     Attributes
@@ -108,9 +122,6 @@ class Estimate:
     '2.0e-03 (1.9e-03 to 2.2e-03) deg/sqrt(h)'
     """
 
-    value: float
-    low: float
-    high: float
     confidence: float
     status: Status
     name: CoefficientName | None = None
@@ -122,12 +133,11 @@ class Estimate:
         require_confidence(self.confidence)
         if self.name is not None:
             estimate_units(self.name, self.sensor)
-        figures = f"value {self.value!r}, low {self.low!r}, high {self.high!r}"
-        if self.status == "not observable":
-            if not all(math.isnan(figure) for figure in (self.value, self.low, self.high)):
-                raise ValueError(f"{figures}: what is not observable has NaN for all three")
-        elif not self.low <= self.value <= self.high:
-            raise ValueError(f"{figures}: give low <= value <= high")
+        figures = (self.value, self.low, self.high)
+        if self.status != "not observable":
+            Interval.__post_init__(self)
+        elif not all(map(math.isnan, figures)):
+            raise ValueError(f"{figures}: what is not observable has NaN for all three")
 
     def _key(self) -> tuple[object, ...]:
         """Fields that make two estimates equal; NaN, which equals nothing, goes by the status."""
@@ -161,14 +171,11 @@ class Estimate:
             raise ValueError(
                 f"unit {unit!r} is not one of {self.name}; use one of {', '.join(units)}"
             )
-        size = units[unit]
-        return ConvertedEstimate(
-            value=self.value / size,
-            low=self.low / size,
-            high=self.high / size,
-            unit=unit,
-            status=self.status,
-        )
+        return self._converted(unit, units[unit])
+
+    def _converted(self, unit: str, size: float) -> ConvertedEstimate:
+        value, low, high = self.value / size, self.low / size, self.high / size
+        return ConvertedEstimate(value=value, low=low, high=high, unit=unit, status=self.status)
 
     def bounded(self, high: float) -> "Estimate":
         """An upper bound in the place of this."""
@@ -177,9 +184,7 @@ class Estimate:
     def in_field_unit(self) -> ConvertedEstimate:
         """The figures in the field's unit, SI if the coefficient is not known."""
         if self.name is None:
-            return ConvertedEstimate(
-                value=self.value, low=self.low, high=self.high, unit="SI", status=self.status
-            )
+            return self._converted("SI", 1.0)
         return self.to(next(iter(estimate_units(self.name, self.sensor))))
 
     def __format__(self, spec: str) -> str:
@@ -210,22 +215,14 @@ def unobserved(name: CoefficientName, confidence: float) -> Estimate:
     )
 
 
-def estimated(
-    name: CoefficientName, confidence: float, value: float, low: float, high: float
-) -> Estimate:
-    """A coefficient with its interval."""
-    return replace(
-        unobserved(name, confidence), value=value, low=low, high=high, status="estimated"
-    )
-
-
 def rooted(
     name: CoefficientName, confidence: float, value: float, low: float, high: float
 ) -> Estimate:
     """A coefficient by its square and the ends of that; a bound if these begin at zero."""
     if not low > 0.0:
         return unobserved(name, confidence).bounded(math.sqrt(high))
-    return estimated(name, confidence, math.sqrt(value), math.sqrt(low), math.sqrt(high))
+    roots = Interval(value=math.sqrt(value), low=math.sqrt(low), high=math.sqrt(high))
+    return roots.of(name, confidence)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cache
 from typing import Final
 
@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from scipy.optimize import brentq
 from scipy.special import chdtrc
 
-from sagnac.core.arrays import BooleanArray, FloatArray
+from sagnac.core.arrays import FloatArray
 from sagnac.core.errors import Note, require_choice, require_confidence, rounded
 from sagnac.noise.cosine_spectrum import (
     LEAST_BINS,
@@ -23,7 +23,7 @@ from sagnac.noise.cosine_spectrum import (
 from sagnac.noise.curve_fit import paper_fit, weighted_fit
 from sagnac.noise.estimates import Fit, FitBand, FitName, unobserved
 from sagnac.noise.laws import COEFFICIENT_NAMES, CoefficientName
-from sagnac.noise.likelihood import Ordinates, Place
+from sagnac.noise.likelihood import Ordinates
 from sagnac.noise.lowest_ordinates import ramp_estimate
 from sagnac.recording.model import Kind
 from sagnac.stability.curve import StabilityCurve
@@ -94,12 +94,8 @@ def likelihood_fit(
     ValueError
         If an argument makes no sense.
     """
-    return spectrum_fit(
-        cosine_spectrum(values, kind=kind, sample_rate=sample_rate, terms=terms),
-        confidence=confidence,
-        masked=masked,
-        band=band,
-    )
+    cosine = cosine_spectrum(values, kind=kind, sample_rate=sample_rate, terms=terms)
+    return spectrum_fit(cosine, confidence=confidence, masked=masked, band=band)
 
 
 def spectrum_fit(
@@ -128,10 +124,9 @@ def spectrum_fit(
     require_confidence(confidence)
     bins = cosine_bins(cosine.transform.size, cosine.interval, masked, band)
     weighed = with_departure(ordinates(cosine, bins))
-    best = weighed.spectrum.maximum()
     found = {name: unobserved(name, confidence) for name in COEFFICIENT_NAMES}
     for column, name in enumerate(cosine.names):
-        found[name] = weighed.spectrum.estimate(best, column, name, confidence)
+        found[name] = weighed.estimate(weighed.best, column, name, confidence)
     if "rate_ramp" in cosine.terms and cosine.names:
         lowest = bins.starts[bins.count == 1.0]
         found["rate_ramp"] = ramp_estimate(cosine, lowest, confidence)
@@ -147,7 +142,7 @@ def spectrum_fit(
             interval=cosine.interval,
             masked=tuple((float(one[0]), float(one[1])) for one in masked),
         ),
-        squares=dict(zip(cosine.names, best.squares.tolist(), strict=True)),
+        squares=dict(zip(cosine.names, weighed.best.squares.tolist(), strict=True)),
     )
 
 
@@ -206,151 +201,117 @@ def fit_coefficients(
     0.2
     """
     require_choice("method", method, FitName)
-    if isinstance(curve_or_values, StabilityCurve):
-        if method == "likelihood":
+    if not isinstance(curve_or_values, StabilityCurve):
+        if method != "likelihood":
             raise ValueError(
-                "method 'likelihood' fits the spectrum of samples and was given a StabilityCurve; "
-                "give the samples with their kind and sample_rate, or method 'weighted' or 'paper'"
+                f"method {method!r} fits a StabilityCurve and was given samples; "
+                "give stability_curve(...) of them, or method 'likelihood'"
             )
-        if kind is not None or sample_rate is not None:
-            raise ValueError("kind and sample_rate are those of the curve; leave them out")
-        fit = weighted_fit if method == "weighted" else paper_fit
-        return fit(curve_or_values, confidence=confidence)
-    if method != "likelihood":
+        if kind is None or sample_rate is None:
+            missing = "kind" if kind is None else "sample_rate"
+            raise ValueError(f"{missing} is missing; samples take kind and sample_rate")
+        values, rate = curve_or_values, sample_rate
+        return likelihood_fit(values, kind=kind, sample_rate=rate, confidence=confidence)
+    if method == "likelihood":
         raise ValueError(
-            f"method {method!r} fits a StabilityCurve and was given samples; "
-            "give stability_curve(...) of them, or method 'likelihood'"
+            "method 'likelihood' fits the spectrum of samples and was given a StabilityCurve; "
+            "give the samples with their kind and sample_rate, or method 'weighted' or 'paper'"
         )
-    if kind is None or sample_rate is None:
-        missing = "kind" if kind is None else "sample_rate"
-        raise ValueError(f"{missing} is missing; samples take kind and sample_rate")
-    return likelihood_fit(
-        curve_or_values,
-        kind=kind,
-        sample_rate=sample_rate,
-        confidence=confidence,
-    )
+    if kind is not None or sample_rate is not None:
+        raise ValueError("kind and sample_rate are those of the curve; leave them out")
+    fit = weighted_fit if method == "weighted" else paper_fit
+    return fit(curve_or_values, confidence=confidence)
 
 
 # ---- departure from the terms ------------------------------------------------------------
 
-# A bin this many times the terms, that chance (one in ten million) does not put there, is
-# something else. Less is taken for a departure of the terms.
+# A bin this many times the terms that chance does not put there is something else. Less is taken
+# for a departure of the terms.
 _STANDS_OUT: Final = 1.5
+_CHANCE: Final = 1e-7
 # Relative departures between which that of the bins is looked for.
-_LEAST_DEPARTURE: Final = 1e-4
-_MOST_DEPARTURE: Final = 10.0
+_DEPARTURES: Final = (1e-4, 10.0)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Weighed:
-    """A spectrum with weights that allow for what its terms do not describe.
-
-    Attributes
-    ----------
-    spectrum
-        With those weights.
-    departure
-        Common relative departure of the bins, plus one if some are left out; 0 if the terms
-        suffice.
-    notes
-        What was found.
-    """
-
-    spectrum: Ordinates
-    departure: float = 0.0
-    notes: tuple[Note, ...] = ()
-
-
-def with_departure(spectrum: Ordinates) -> Weighed:
+def with_departure(spectrum: Ordinates) -> Ordinates:
     """`spectrum` with weights that allow for what the terms do not describe.
 
     Bins that stand far above the terms (a line left, a resonance) weigh nothing; for the
     rest a common relative departure is estimated if it is significant.
     """
     if np.count_nonzero(spectrum.count >= 8.0) < 3 * LEAST_BINS:
-        return Weighed(spectrum=spectrum)
-    start = spectrum.maximum().squares
-    trial, departure = _departure(spectrum, start)
+        return spectrum
+    weighed = _weighed(spectrum, spectrum.best.squares)
     standing = np.zeros(spectrum.power.size, dtype=np.bool_)
-    while departure > 0.0:
-        more = ~standing & _stand_out(spectrum, trial.maximum())
+    while weighed.departure > 0.0:
+        ratio = spectrum.power / weighed.best.law
+        by_chance = chdtrc(spectrum.count, spectrum.count * ratio)
+        more = (ratio > _STANDS_OUT) & (by_chance < _CHANCE) & ~standing
         if not more.any() or np.count_nonzero(standing | more) > 0.5 * standing.size:
             break
         standing |= more
-        trial, departure = _departure(
-            replace(spectrum, weight=np.where(standing, 0.0, spectrum.weight)), start
-        )
-    notes = []
+        rest = replace(spectrum, weight=np.where(standing, 0.0, spectrum.weight))
+        weighed = _weighed(rest, spectrum.best.squares)
+    texts = []
     if standing.any():
-        notes.append(_standing_note(spectrum, standing))
-    if departure > 0.0:
-        notes.append(_departure_note(trial, departure))
-    return Weighed(spectrum=trial, departure=departure + float(standing.any()), notes=tuple(notes))
-
-
-def _stand_out(spectrum: Ordinates, best: Place) -> BooleanArray:
-    """Bins too far above the terms for chance."""
-    ratio = spectrum.power / best.law
-    chance = chdtrc(spectrum.count, spectrum.count * ratio)
-    return np.asarray((ratio > _STANDS_OUT) & (chance < 1e-7))
-
-
-def _standing_note(spectrum: Ordinates, standing: BooleanArray) -> Note:
-    frequency = spectrum.frequency[standing]
-    return Note(
-        level="warning",
-        text=f"{frequency.size} of {standing.size} bins of the spectrum, from {frequency[0]:.4g} "
-        f"to {frequency[-1]:.4g} Hz, stand far above the fitted terms (a line or a resonance is "
-        "left) and are left out of the likelihood fit",
+        frequency = spectrum.frequency[standing]
+        texts.append(
+            f"{frequency.size} of {standing.size} bins of the spectrum, from {frequency[0]:.4g} "
+            f"to {frequency[-1]:.4g} Hz, stand far above the fitted terms (a line or a resonance "
+            "is left) and are left out of the likelihood fit"
+        )
+    if weighed.departure > 0.0:
+        ratio = spectrum.power / weighed.best.law
+        worst = int(np.argmax(weighed.weight * (ratio - 1.0) ** 2))
+        texts.append(
+            "the spectrum departs from the fitted terms by "
+            f"{rounded(100.0 * weighed.departure)} % of the power in a bin, most at "
+            f"{spectrum.frequency[worst]:.4g} Hz (x {ratio[worst]:.3g}); the likelihood intervals "
+            "allow for it"
+        )
+    if not texts:
+        return weighed
+    return replace(
+        weighed,
+        departure=weighed.departure + float(standing.any()),
+        notes=tuple(Note(level="warning", text=text) for text in texts),
     )
 
 
-def _departure_note(spectrum: Ordinates, departure: float) -> Note:
-    ratio = spectrum.power / spectrum.maximum().law
-    worst = int(np.argmax(spectrum.weight * (ratio - 1.0) ** 2))
-    return Note(
-        level="warning",
-        text=f"the spectrum departs from the fitted terms by {rounded(100.0 * departure)} % of the "
-        f"power in a bin, most at {spectrum.frequency[worst]:.4g} Hz (x {ratio[worst]:.3g}); the "
-        "likelihood intervals allow for it",
-    )
-
-
-def _departure(spectrum: Ordinates, start: FloatArray) -> tuple[Ordinates, float]:
-    """Weights with the relative departure of the bins that explains their scatter, or 0.
+def _weighed(spectrum: Ordinates, start: FloatArray) -> Ordinates:
+    """Weights with the relative departure of the bins that explains their scatter, if any does.
 
     The squares are searched for from `start` on.
     """
     used = (spectrum.count >= 8.0) & (spectrum.weight > 0.0)
-    freedom = max(1, np.count_nonzero(used) - spectrum.basis.shape[1])
+    freedom = max(1, int(np.count_nonzero(used)) - spectrum.terms)
+    trial = spectrum
 
-    def weighted(departure: float) -> tuple[Ordinates, float]:
-        """With these weights, and chi-square over its degrees of freedom."""
-        nonlocal start
-        weight = np.where(
-            spectrum.weight > 0.0, 1.0 / (1.0 / spectrum.count + 0.5 * departure**2), 0.0
-        )
-        trial = replace(spectrum, weight=weight)
+    def misfit(departure: float) -> float:
+        """Chi-square over its degrees of freedom with the weights of a departure."""
+        nonlocal start, trial
+        weight = 1.0 / (1.0 / spectrum.count + 0.5 * departure**2)
+        weight = np.where(spectrum.weight > 0.0, weight, 0.0)
+        trial = replace(spectrum, weight=weight, departure=departure)
         best = trial.maximum(start)
         start = best.squares
         ratio = spectrum.power / best.law - 1.0
-        return trial, 0.5 * float(weight[used] @ ratio[used] ** 2) / freedom
+        return 0.5 * float(weight[used] @ ratio[used] ** 2) / freedom
 
     # Asked twice at the ends, and the way there may lead to another maximum.
     @cache
-    def excess(log_departure: float) -> float:
+    def excess(logarithm: float) -> float:
         # In proportion to 1 / departure^2 far out: almost a line, on which brentq is at home.
-        return math.log(max(weighted(math.exp(log_departure))[1], 1e-9))
+        return math.log(max(misfit(math.exp(logarithm)), 1e-9))
 
-    trial, chi_squared = weighted(0.0)
     chance = 5.0 * math.sqrt(np.sum(2.0 + 12.0 / spectrum.count[used]))
-    if (chi_squared - 1.0) * freedom < chance:
-        return trial, 0.0
-    least, most = math.log(_LEAST_DEPARTURE), math.log(_MOST_DEPARTURE)
-    departure = _MOST_DEPARTURE
+    if (misfit(0.0) - 1.0) * freedom < chance:
+        return trial
+    least, most = map(math.log, _DEPARTURES)
+    departure = _DEPARTURES[1]
     if excess(most) < 0.0:
-        departure = _LEAST_DEPARTURE
+        departure = _DEPARTURES[0]
         if excess(least) > 0.0:
             departure = math.exp(brentq(excess, least, most, xtol=1e-3))
-    return weighted(departure)[0], departure
+    misfit(departure)
+    return trial

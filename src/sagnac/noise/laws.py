@@ -22,7 +22,7 @@ Quantization is white noise of the sampled angle: a uniform step gives Q = step/
 The bias instability here is 1/f at all frequencies, as Eq. 3 of the paper takes it.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from functools import lru_cache
 from typing import Final, Literal
 
@@ -281,27 +281,10 @@ def markov_density(frequency: FloatArray, interval: float, correlation_time: flo
 
 
 @lru_cache(maxsize=8)
-def _pair_covariances(factors: tuple[int, ...], angles: int, interval: float) -> FloatArray:
-    """(pairs of terms, points * points) covariances with the squares of both at one."""
-    nodes, weights = np.polynomial.legendre.leggauss(8)
-    tensor = _kernels.overlapped_covariances(
-        np.array(factors, dtype=np.int64), angles, nodes, weights
-    )
-    # From a sample interval of one: each Allan variance is a covariance over interval^2.
-    unit = interval ** np.array([-2.0, -1.0, 0.0, 1.0, 2.0])
-    tensor *= (unit[:, np.newaxis] * unit)[:, :, np.newaxis, np.newaxis]
-    tensor.setflags(write=False)
-    return tensor.reshape(unit.size**2, -1)
-
-
-def overlapped_allan_covariance(
-    factors: Sequence[int],
-    coefficients: Mapping[CoefficientName, float],
-    *,
-    angles: int,
-    interval: float,
+def overlapped_allan_covariances(
+    factors: tuple[int, ...], *, angles: int, interval: float
 ) -> FloatArray:
-    """Covariance between the points of an overlapped Allan variance, for Gaussian noise.
+    """Covariances between the points of an overlapped Allan variance, for Gaussian noise.
 
     The covariance of two averages of squared second differences is the sum, over all
     pairs of differences in the record, of twice their squared covariance; that one is
@@ -312,8 +295,6 @@ def overlapped_allan_covariance(
     ----------
     factors
         (points,), cluster times in sample intervals; at most ``(angles - 1) // 2``.
-    coefficients
-        SI; a missing name counts as zero.
     angles
         Number of angle samples (increments plus one).
     interval
@@ -322,7 +303,9 @@ def overlapped_allan_covariance(
     Returns
     -------
     FloatArray
-        (points, points), (rad/s)^4.
+        (5, 5, points, points), (rad/s)^4 for pairs of terms, in the order of `COEFFICIENT_NAMES`:
+        contracted twice with the squared coefficients it is the covariance. Kept, for the fits of
+        a curve share it; not to be written to.
 
     Raises
     ------
@@ -334,7 +317,21 @@ def overlapped_allan_covariance(
             f"factors run from {min(factors)} to {max(factors)}; give 1 to {(angles - 1) // 2} for "
             f"{angles} angles"
         )
-    pairs = _pair_covariances(tuple(factors), angles, interval)
-    squares = np.array([coefficients.get(name, 0.0) ** 2 for name in COEFFICIENT_NAMES])
-    products = np.outer(squares, squares).ravel() @ pairs
-    return np.asarray(products.reshape(len(factors), -1))
+    size = np.array(factors, dtype=np.int64)
+    covariances = np.zeros((5, 5, size.size, size.size))
+    for place, first in enumerate(factors):
+        second = size[place:]
+        totals = np.zeros((second.size, 5, 5))
+        breaks = _kernels.lag_breaks(first, second, angles)
+        _kernels.add_products(breaks, first, second, angles, totals)
+        squares = 1.0 * first * first * second * second
+        pairs = squares * (angles - 2 * first) * (angles - 2 * second)
+        totals *= (0.5 / pairs)[:, np.newaxis, np.newaxis]
+        rows = np.moveaxis(totals, 0, -1)
+        covariances[:, :, place, place:] = covariances[:, :, place:, place] = rows
+    covariances[4, 4] = 0.0  # a ramp does not vary
+    # From a sample interval of one: each Allan variance is a covariance over interval^2.
+    unit = interval ** np.array([-2.0, -1.0, 0.0, 1.0, 2.0])
+    covariances *= (unit[:, np.newaxis] * unit)[:, :, np.newaxis, np.newaxis]
+    covariances.flags.writeable = False
+    return covariances

@@ -4,6 +4,7 @@ import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Final
 
 import numpy as np
@@ -11,6 +12,7 @@ from scipy.optimize import brentq, nnls
 from scipy.special import gammaincinv, log_ndtr, ndtri
 
 from sagnac.core.arrays import BooleanArray, FloatArray
+from sagnac.core.errors import Note
 from sagnac.noise.estimates import Estimate, rooted, unobserved
 from sagnac.noise.laws import CoefficientName
 
@@ -88,6 +90,15 @@ def crossing(
 def typical_square(term: FloatArray, total: FloatArray) -> float:
     """Square at which a term would make all that was seen at half of the places."""
     return float(np.median(total / term))
+
+
+def non_negative(matrix: FloatArray, vector: FloatArray) -> FloatArray:
+    """Solution of ``matrix @ squares = vector`` by least squares, none of it below zero."""
+    if matrix.shape[1] == 0:
+        # scipy 1.17 frees memory twice, and the process with it, on a matrix without columns.
+        return np.empty(0)
+    scale = 1.0 / np.maximum(np.linalg.norm(matrix, axis=0), 1e-300)
+    return np.asarray(nnls(matrix * scale, vector)[0] * scale)
 
 
 def likelihood_drop(confidence: float) -> float:
@@ -172,17 +183,17 @@ class Likelihood(ABC):
     def start(self, squares: FloatArray, free: BooleanArray) -> FloatArray:
         """Squares to start from if the free ones of some make no law."""
 
-    @abstractmethod
     def missed(self, column: int, error: float, confidence: float) -> float:
         """Largest square that is not called estimated with a probability of one less `confidence`.
 
         What is there and larger would have been estimated, so that bounds hold of those that are
         given as bounds.
         """
+        return detected(confidence) * error
 
-    @abstractmethod
     def typical(self, column: int, best: Place) -> float:
         """Square at which a term alone would make half of the data, which no bound reaches."""
+        return math.inf
 
     def maximum(self, start: FloatArray | None = None, held: int | None = None) -> Place:
         """The most likely squares.
@@ -269,12 +280,14 @@ class Likelihood(ABC):
         return nothing.bounded(math.sqrt(max(high, self.missed(column, error, confidence))))
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True)
 class Ordinates(Likelihood):
     """Squares of a transform, averaged over bins.
 
     `power` (bins,) is the mean of `count` squares whose mean is ``basis @ squares``;
-    `weight` is the number of degrees of freedom granted to a bin.
+    `weight` is the number of degrees of freedom granted to a bin. `departure` is the common
+    relative departure of the bins from the terms that the weights allow for, plus one if some are
+    left out; 0 if the terms suffice.
     """
 
     basis: FloatArray
@@ -282,11 +295,18 @@ class Ordinates(Likelihood):
     count: FloatArray
     weight: FloatArray
     frequency: FloatArray
+    departure: float = 0.0
+    notes: tuple[Note, ...] = ()
 
     @property
     def terms(self) -> int:
         """Columns of the basis."""
         return int(self.basis.shape[1])
+
+    @cached_property
+    def best(self) -> Place:
+        """The maximum, kept."""
+        return self.maximum()
 
     def at(self, squares: FloatArray) -> Place:
         """The place of some squares, if every mean is positive."""
@@ -322,17 +342,13 @@ class Ordinates(Likelihood):
     def start(self, squares: FloatArray, free: BooleanArray) -> FloatArray:
         """By least squares, none below zero."""
         result, columns = squares.copy(), self.basis[:, free]
-        if not columns.shape[1]:
-            return result
         # Single squares have a chi-square of one degree of freedom: smooth before weighting.
         kernel = np.ones(min(9, self.power.size))
         smooth = np.convolve(self.power * self.count, kernel, "same") / np.convolve(
             self.count, kernel, "same"
         )
         root = np.sqrt(self.weight) / smooth
-        scale = 1.0 / np.maximum(np.linalg.norm(columns * root[:, np.newaxis], axis=0), 1e-300)
-        solution, _ = nnls(columns * root[:, np.newaxis] * scale, self.power * root)
-        result[free] = solution * scale
+        result[free] = non_negative(columns * root[:, np.newaxis], self.power * root)
         return result
 
     def missed(self, column: int, error: float, confidence: float) -> float:

@@ -8,7 +8,7 @@ likelihood; Berger, Liseo and Wolpert, Statist. Sci. 14, 1, 1999).
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Final
+from typing import Final, NamedTuple
 
 import numpy as np
 from scipy.fft import dst
@@ -32,8 +32,7 @@ from sagnac.spectrum.periodogram import bin_sums
 from sagnac.spectrum.transforms import cosine_transform
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class _Integrated:
+class _Integrated(NamedTuple):
     """Gaussian ordinates under every law of their variances, factors of columns integrated out.
 
     Attributes
@@ -51,20 +50,19 @@ class _Integrated:
     factor: FloatArray
     information: FloatArray
 
-    @classmethod
-    def over(cls, values: FloatArray, laws: FloatArray, columns: FloatArray) -> "_Integrated":
-        """Values (ordinates,) under laws (laws, ordinates) with columns (columns, ordinates)."""
-        weighted = columns / laws[:, np.newaxis]
-        normal, right = weighted @ columns.T, weighted @ values
-        factors = np.linalg.solve(normal, right[..., np.newaxis])[..., 0]
-        determinant = np.linalg.slogdet(normal)[1]
-        others = np.linalg.slogdet(normal[:, 1:, 1:])[1]
-        return cls(
-            logarithm=-0.5 * (np.log(laws).sum(axis=1) + determinant),
-            rest=(values**2 / laws).sum(axis=1) - (right * factors).sum(axis=1),
-            factor=np.asarray(factors[:, 0]),
-            information=np.exp(determinant - others),
-        )
+
+def _integrated(values: FloatArray, laws: FloatArray, columns: FloatArray) -> _Integrated:
+    """Values (ordinates,) under laws (laws, ordinates) with columns (columns, ordinates)."""
+    weighted = columns / laws[:, np.newaxis]
+    normal, right = weighted @ columns.T, weighted @ values
+    factors = np.linalg.solve(normal, right[..., np.newaxis])[..., 0]
+    determinant = np.linalg.slogdet(normal)[1]
+    return _Integrated(
+        logarithm=-0.5 * (np.log(laws).sum(axis=1) + determinant),
+        rest=(values**2 / laws).sum(axis=1) - (right * factors).sum(axis=1),
+        factor=np.asarray(factors[:, 0]),
+        information=np.exp(determinant - np.linalg.slogdet(normal[:, 1:, 1:])[1]),
+    )
 
 
 # ---- the rate ramp -----------------------------------------------------------------------
@@ -109,15 +107,11 @@ class _Slopes:
         """Probability of less than a slope."""
         return float(self.weight @ stdtr(self.freedom, (slope - self.centre) / self.scale))
 
-    def quantile(self, probability: float) -> float:
-        """Slope below which the probability lies."""
-        return self._crossing(lambda slope: self.below(slope) - probability, -1.0)
+    def quantile(self, chance: float) -> float:
+        """Slope below which it lies with a probability."""
+        return self.where(lambda slope: self.below(slope) - chance)
 
-    def largest(self, confidence: float) -> float:
-        """Size below which the slope lies, whatever its sign."""
-        return self._crossing(lambda size: self.below(size) - self.below(-size) - confidence, 0.0)
-
-    def _crossing(self, excess: Callable[[float], float], begin: float) -> float:
+    def where(self, excess: Callable[[float], float], begin: float = -1.0) -> float:
         """Zero of an increasing function between `begin` times the farthest slope and that."""
         farthest = float(np.abs(self.centre).max() + _FARTHEST * self.scale.max())
         precision = _PRECISION * float(self.scale.min())
@@ -194,28 +188,32 @@ def ramp_estimate(
     nothing = unobserved("rate_ramp", confidence)
     if index.size < LEAST_BINS or index[0] > 1:
         return nothing
-    found = _slopes(cosine, index, None if beside is None else beside[index])
+    columns = [slope_transform(index.astype(np.float64), cosine.transform.size)]
+    if beside is not None:
+        columns.append(beside[index])
+    slopes = _slopes(cosine, index, np.stack(columns))
     tail, unit = 0.5 - 0.5 * confidence, cosine.interval**-2
-    if found.below(0.0) < min(float(ndtr(-math.sqrt(PRESENCE))), tail):
+    if slopes.below(0.0) < min(float(ndtr(-math.sqrt(PRESENCE))), tail):
         value, low, high = (
-            (found.quantile(probability) * unit) ** 2 for probability in (0.5, tail, 1.0 - tail)
+            (slopes.quantile(chance) * unit) ** 2 for chance in (0.5, tail, 1.0 - tail)
         )
         return rooted("rate_ramp", confidence, value, low, high)
-    return nothing.bounded(found.largest(confidence) * unit)
+    # Whatever its sign.
+    largest = slopes.where(
+        lambda size: slopes.below(size) - slopes.below(-size) - confidence, begin=0.0
+    )
+    return nothing.bounded(largest * unit)
 
 
-def _slopes(cosine: CosineSpectrum, index: IntegerArray, beside: FloatArray | None) -> _Slopes:
+def _slopes(cosine: CosineSpectrum, index: IntegerArray, columns: FloatArray) -> _Slopes:
     """The slope, turned so that it is more probably positive, under every law of the noise.
 
     For noise of the variances ``s v`` the likelihood of a slope is Gaussian, and its integral over
     the slope and, with the weight 1/s, over s is known (Zellner, An Introduction to Bayesian
     Inference in Econometrics, 1971, ch. 3). What is beside the slope is integrated over as well.
     """
-    columns = [slope_transform(index.astype(np.float64), cosine.transform.size)]
-    if beside is not None:
-        columns.append(beside)
     laws, prior = _laws(cosine, index)
-    found = _Integrated.over(cosine.transform[index], laws, np.stack(columns))
+    found = _integrated(cosine.transform[index], laws, columns)
     freedom = index.size - len(columns)
     rest = np.maximum(found.rest, np.finfo(np.float64).tiny)
     logarithm = found.logarithm - 0.5 * freedom * np.log(rest)
@@ -237,10 +235,9 @@ def _laws(cosine: CosineSpectrum, index: IntegerArray) -> tuple[FloatArray, Floa
     The index at which a slow term crosses the least slow one is evenly likely below the first, and
     evenly in its logarithm above.
     """
-    samples, interval = cosine.transform.size, cosine.interval
     terms = [name for name in _FALLS if name in cosine.terms] or ["quantization"]
     places = np.concatenate([[1.0], index.astype(np.float64)])
-    basis = cosine_power_basis(places, samples, interval)
+    basis = cosine_power_basis(places, cosine.transform.size, cosine.interval)
     columns = basis[:, [STOCHASTIC_NAMES.index(name) for name in terms]]
     columns = columns / columns[0]
     laws, prior = columns[1:, :1].T, np.ones(1)
@@ -343,7 +340,7 @@ def highest_walk(
     logarithm = np.empty((walks.size, readings.size))
     for row, walk in enumerate(walks):
         laws = walk * of_walk + readings[:, np.newaxis] * of_reading
-        found = _Integrated.over(rest, laws, columns)
+        found = _integrated(rest, laws, columns)
         logarithm[row] = found.logarithm - 0.5 * found.rest
     density = np.exp(logarithm - logarithm.max()).sum(axis=1) * np.sqrt(walks)
     below = (np.cumsum(density) - 0.5 * density) / density.sum()

@@ -35,9 +35,11 @@ from sagnac.noise.band_models import (
     BandModels,
     band_models,
     bin_shapes,
+    divisor_laws,
+    gamma_deviance,
 )
 from sagnac.noise.bounds import highest_coefficient
-from sagnac.noise.estimates import Estimate, Fit, FitBand, Interval, estimated, unobserved
+from sagnac.noise.estimates import Estimate, Fit, FitBand, Interval, unobserved
 from sagnac.noise.laws import (
     COEFFICIENT_NAMES,
     STOCHASTIC_NAMES,
@@ -48,7 +50,7 @@ from sagnac.noise.laws import (
 from sagnac.spectrum.levels import Levels
 
 
-def error_of_bins(levels: Levels, laws: FloatArray, models: BandModels) -> float:
+def error_of_bins(levels: Levels, models: BandModels) -> float:
     """Relative error of a bin beside chance, as the heaviest model leaves it.
 
     At this error the gamma deviance of that model equals the median of its chi-square law.
@@ -57,8 +59,6 @@ def error_of_bins(levels: Levels, laws: FloatArray, models: BandModels) -> float
     ----------
     levels
         Robust levels.
-    laws
-        (bins, 4) laws of Q, N, B, K as the levels show them.
     models
         Of these levels, the heaviest first.
 
@@ -68,15 +68,11 @@ def error_of_bins(levels: Levels, laws: FloatArray, models: BandModels) -> float
         From 0 to `FLOOR`, which the fits allow for. What goes beyond widens the fits.
     """
     band = slice(int(models.first[0]), int(models.last[0]))
-    law = models.law(0, levels.spectrum.interval)
-    mean = laws @ np.array(law.squares) / law.divisor(levels.frequency)
-    ratio = (levels.level / mean)[band]
-    distance = 2.0 * (ratio - 1.0 - np.log(ratio))
-    freedom = max(1, ratio.size - int(models.sizes[0]))
-    median = float(chdtri(freedom, 0.5))
+    ratio = models.law(0, levels.spectrum.interval).over(levels)[band]
+    median = float(chdtri(max(1, ratio.size - int(models.sizes[0])), 0.5))
 
     def excess(square: float) -> float:
-        return float(bin_shapes(levels, math.sqrt(square))[band] @ distance) - median
+        return gamma_deviance(bin_shapes(levels, math.sqrt(square))[band], ratio) - median
 
     if excess(0.0) <= 0.0:
         return 0.0
@@ -85,26 +81,23 @@ def error_of_bins(levels: Levels, laws: FloatArray, models: BandModels) -> float
     return math.sqrt(brentq(excess, 0.0, FLOOR**2, xtol=1e-16))
 
 
-def with_error_of_bins(
-    levels: Levels, laws: FloatArray, models: BandModels, error: float
-) -> BandModels:
+def with_error_of_bins(levels: Levels, models: BandModels, error: float) -> BandModels:
     """The models with the covariance that a relative error of the bins beside chance makes.
 
     Parameters
     ----------
-    levels, laws
-        Robust levels, and (bins, 4) the laws of Q, N, B, K as they show them.
+    levels
+        Robust levels.
     models
         Of these levels, fitted with the floor.
     error
         Of every bin beside chance.
     """
-    bins = np.arange(levels.level.size)
+    bins, laws, divisors = np.arange(levels.level.size), level_laws(levels), divisor_laws(levels)
     inside = (bins >= models.first[:, np.newaxis]) & (bins < models.last[:, np.newaxis])
-    held = np.stack([models.holding(column) for column in range(FALL + len(ORDERS))], axis=1)
+    held = models.mask[:, np.newaxis] >> np.arange(FALL + len(ORDERS)) & 1 == 1
     # Derivatives of the logarithm of the mean.
     sums = models.squares[:, :FALL] @ laws.T
-    divisors = levels.frequency[:, np.newaxis] ** (2.0 * np.array(ORDERS))
     divisor = 1.0 + models.squares[:, FALL:] @ divisors.T
     slopes = np.concatenate(
         [laws / sums[:, :, np.newaxis], -divisors / divisor[:, :, np.newaxis]], axis=2
@@ -180,13 +173,9 @@ def mixture(models: BandModels, column: int, confidence: float) -> Interval:
     shape = square**2 / np.maximum(variance, 1e-300)
     tail = 0.5 * (1.0 - confidence)
     value = math.exp(float(weight @ np.log(square)))
-    low = mixture_quantile(tail, square, shape, weight)
-    high = mixture_quantile(1.0 - tail, square, shape, weight)
-    return Interval(
-        value=math.sqrt(value),
-        low=math.sqrt(min(low, value)),
-        high=math.sqrt(max(high, value)),
-    )
+    low = min(value, mixture_quantile(tail, square, shape, weight))
+    high = max(value, mixture_quantile(1.0 - tail, square, shape, weight))
+    return Interval(value=math.sqrt(value), low=math.sqrt(low), high=math.sqrt(high))
 
 
 # Bins in which N has to be half of the spectrum or more.
@@ -287,8 +276,8 @@ class Average:
         By name, all five, SI.
     rests_on
         Band, terms, share.
-    names, covariance
-        Terms that are estimated and the covariance of their values, SI.
+    covariance
+        Of the values of `names`, SI.
     models
         All that matter.
     relied
@@ -297,7 +286,6 @@ class Average:
 
     coefficients: Mapping[CoefficientName, Estimate]
     rests_on: ModelChoice
-    names: tuple[CoefficientName, ...]
     covariance: FloatArray
     models: BandModels
     relied: BandModels
@@ -310,16 +298,27 @@ class Average:
         self.covariance.flags.writeable = False
 
     @property
+    def names(self) -> tuple[CoefficientName, ...]:
+        """Those of the coefficients that are estimated."""
+        return estimated_names(self.coefficients)
+
+    @property
     def angle_random_walk(self) -> Estimate:
         """N."""
         return self.coefficients["angle_random_walk"]
 
     def with_coefficients(self, coefficients: Mapping[CoefficientName, Estimate]) -> "Average":
         """The same with other estimates; the covariance is of those that are still estimated."""
-        names = tuple(name for name in self.names if coefficients[name].status == "estimated")
-        kept = [self.names.index(name) for name in names]
+        kept = [self.names.index(name) for name in estimated_names(coefficients)]
         covariance = self.covariance[np.ix_(kept, kept)].copy()
-        return replace(self, coefficients=coefficients, names=names, covariance=covariance)
+        return replace(self, coefficients=coefficients, covariance=covariance)
+
+
+def estimated_names(
+    coefficients: Mapping[CoefficientName, Estimate],
+) -> tuple[CoefficientName, ...]:
+    """Names of the coefficients that are estimated."""
+    return tuple(name for name in COEFFICIENT_NAMES if coefficients[name].status == "estimated")
 
 
 def average(
@@ -354,25 +353,22 @@ def average(
     ruling = (models.ruled >= RULED) & _unrivalled(models, levels.level.size)
     answering = models.kept(ruling).heaviest()
     relied = answering if answering.count else models.heaviest()
-    holding = {column: models.holding(column) for column in range(FALL)}
-    reading = {
-        column: models.kept(holding[column]).heaviest()
-        for column in range(FALL)
-        if column != WALK and _need(models, holding[column]) >= _NEEDED
-    }
-    if answering.count:
-        reading[WALK] = answering
+    reading: dict[int, BandModels] = {}
+    for column in range(FALL):
+        holding = models.holding(column)
+        if column == WALK and answering.count:
+            reading[column] = answering
+        elif column != WALK and _need(models, holding) >= _NEEDED:
+            reading[column] = models.kept(holding).heaviest()
     coefficients = {
         name: _averaged(levels, column, reading.get(column), confidence)
         for column, name in enumerate(STOCHASTIC_NAMES)
     }
     coefficients["rate_ramp"] = ramp or unobserved("rate_ramp", confidence)
-    names = estimated_names(coefficients)
     return Average(
         coefficients=coefficients,
         rests_on=_choice(answering, levels),
-        names=names,
-        covariance=covariance_of(relied, coefficients, names),
+        covariance=covariance_of(relied, coefficients),
         models=models,
         relied=relied,
     )
@@ -385,21 +381,13 @@ def _averaged(
 
     Models have the errors that the levels show.
     """
-    name, laws = STOCHASTIC_NAMES[column], level_laws(levels)
+    name = STOCHASTIC_NAMES[column]
     if models is None:
-        bound = highest_coefficient(levels, laws[:, column], confidence)
+        bound = highest_coefficient(levels, level_laws(levels)[:, column], confidence)
         nothing = unobserved(name, confidence)
         return nothing.bounded(bound) if math.isfinite(bound) else nothing
-    error = error_of_bins(levels, laws, models)
-    found = mixture(with_error_of_bins(levels, laws, models, error), column, confidence)
-    return estimated(name, confidence, found.value, found.low, found.high)
-
-
-def estimated_names(
-    coefficients: Mapping[CoefficientName, Estimate],
-) -> tuple[CoefficientName, ...]:
-    """Names of the coefficients that are estimated."""
-    return tuple(name for name in COEFFICIENT_NAMES if coefficients[name].status == "estimated")
+    spread = with_error_of_bins(levels, models, error_of_bins(levels, models))
+    return mixture(spread, column, confidence).of(name, confidence)
 
 
 def _unrivalled(models: BandModels, bins: int) -> BooleanArray:
@@ -464,18 +452,16 @@ def other_walk(models: BandModels, levels: Levels) -> Elsewhere | None:
 
 
 def covariance_of(
-    models: BandModels,
-    coefficients: Mapping[CoefficientName, Estimate],
-    names: tuple[CoefficientName, ...],
+    models: BandModels, coefficients: Mapping[CoefficientName, Estimate]
 ) -> FloatArray:
     """Covariance of the estimated values: that of the means over models, plus the mean of each.
 
     The variances are those of the intervals, which may be of a likelihood fit or of other models;
     the correlations are of the models.
     """
+    names = estimated_names(coefficients)
     columns = [STOCHASTIC_NAMES.index(name) for name in names if name in STOCHASTIC_NAMES]
-    result = np.zeros((len(names), len(names)))
-    size = len(columns)
+    result, size = np.zeros((len(names), len(names))), len(columns)
     if columns and models.count:
         weight = models.weights
         jacobian = 0.5 / np.array([coefficients[STOCHASTIC_NAMES[c]].value for c in columns])
@@ -563,7 +549,7 @@ def with_whole_band(levels: Levels, average: Average, fit: Fit) -> Average:
         return average
     row = int(np.flatnonzero(complete)[np.argmax(models.logarithm[complete])])
     outdone = float(models.logarithm.max() - models.logarithm[row])
-    ratio = levels.level / (level_laws(levels) @ models.squares[row, :FALL])
+    ratio = models.law(row, levels.spectrum.interval).over(levels)
     freedom = ratio.size - int(models.sizes[row])
 
     def passes(test: _Strictness) -> bool:
@@ -582,7 +568,7 @@ def with_whole_band(levels: Levels, average: Average, fit: Fit) -> Average:
 
 def _of_whole_band(average: Average, fit: Fit, band: FitBand, row: int) -> Average:
     """The fit, with the correlations of the average."""
-    names, models = estimated_names(fit.coefficients), average.models
+    models = average.models
     stochastic = (fit.coefficients[name] for name in STOCHASTIC_NAMES)
     choice = replace(
         average.rests_on,
@@ -601,8 +587,7 @@ def _of_whole_band(average: Average, fit: Fit, band: FitBand, row: int) -> Avera
         average,
         coefficients={name: fit.coefficients[name] for name in COEFFICIENT_NAMES},
         rests_on=choice,
-        names=names,
-        covariance=covariance_of(average.relied, fit.coefficients, names),
+        covariance=covariance_of(average.relied, fit.coefficients),
     )
 
 
@@ -617,22 +602,15 @@ def with_both(average: Average, fit: Fit) -> Average:
         Of which the levels do not say whether it is right.
     """
     ours, fitted = average.angle_random_walk, fit.coefficients["angle_random_walk"]
-    both = replace(
-        ours,
-        value=fitted.value,
-        low=min(ours.low, fitted.low),
-        high=max(ours.high, fitted.high),
-    )
-    covariance = average.covariance.copy()
-    place = average.names.index("angle_random_walk")
-    wider = deviation_of(both) / deviation_of(ours)
-    covariance[place] *= wider
-    covariance[:, place] *= wider
+    low, high = min(ours.low, fitted.low), max(ours.high, fitted.high)
+    both = replace(ours, value=fitted.value, low=low, high=high)
+    wider = np.ones(len(average.names))
+    wider[average.names.index("angle_random_walk")] = deviation_of(both) / deviation_of(ours)
     return replace(
         average,
         coefficients={**average.coefficients, "angle_random_walk": both},
         rests_on=replace(average.rests_on, member="both"),
-        covariance=covariance,
+        covariance=average.covariance * wider * wider[:, np.newaxis],
     )
 
 
@@ -660,7 +638,6 @@ def with_slow_terms(average: Average, fit: Fit) -> Average:
         average,
         coefficients=coefficients,
         rests_on=replace(average.rests_on, slow_terms="low band", low_band_hz=highest),
-        names=names,
         covariance=covariance,
     )
 
@@ -707,8 +684,7 @@ def describes(shape: FloatArray, ratio: FloatArray, freedom: int, chance: float)
     chance
         That levels of the law fail the test.
     """
-    deviance = float(2.0 * shape @ (ratio - 1.0 - np.log(ratio)))
-    within = deviance <= float(chdtri(freedom, chance))
+    within = gamma_deviance(shape, ratio) <= float(chdtri(freedom, chance))
     return within and largest_run(shape, ratio) < -float(ndtri(chance / (4.0 * ratio.size)))
 
 

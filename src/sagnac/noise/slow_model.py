@@ -3,15 +3,17 @@
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from operator import attrgetter
 from typing import Final
 
 import numpy as np
-from scipy.optimize import minimize_scalar, nnls
+from scipy.optimize import minimize_scalar
 from scipy.special import ndtri
 
 from sagnac.core.arrays import FloatArray
 from sagnac.noise.estimates import Estimate, Interval
 from sagnac.noise.laws import CoefficientName, level_laws, markov_density
+from sagnac.noise.likelihood import non_negative
 from sagnac.noise.model_average import ModelChoice, describes
 from sagnac.spectrum.levels import Levels
 
@@ -94,12 +96,12 @@ def slow_model(levels: Levels, *, highest: float, confidence: float = 0.95) -> S
         )[used, 0],
     )
     plain = [seen.fitted(terms) for terms in _TERMS]
-    chosen = min(plain, key=_weighed)
+    chosen = min(plain, key=attrgetter("weighed"))
     if seen.with_rate(_TERMS[-1], levels.frequency[used], plain[-1].deviance - _EARNED):
         rates = [seen.with_rate(terms, levels.frequency[used], math.inf) for terms in _TERMS]
-        best = min((one for one in rates if one is not None), key=_weighed)
+        best = min((one for one in rates if one is not None), key=attrgetter("weighed"))
         two = seen.with_second(best, levels.frequency[used])
-        if two is not None and _weighed(best) - _weighed(two) >= _EARNED:
+        if two is not None and best.weighed - two.weighed >= _EARNED:
             best = two
         freedom = level.size - len(best.terms) - 2 * len(best.times)
         if describes(shape, level / best.mean, freedom, _CHANCE):
@@ -138,22 +140,18 @@ def untold(
     walk = estimates.get("angle_random_walk")
     if levels is None or choice is None or walk is None or walk.status != "estimated":
         return None
-    flicker, further = estimates.get("bias_instability"), estimates.get("rate_random_walk")
-    if any(one is not None and one.status == "estimated" for one in (flicker, further)):
+    slow = estimates.get("bias_instability"), estimates.get("rate_random_walk")
+    if any(one is not None and one.status == "estimated" for one in slow):
         return None
     found = slow_model(levels, highest=choice.band_hz[1], confidence=walk.confidence)
     if found is None:
         return None
-    return replace(
-        found,
-        bias_instability=_within(found.bias_instability, flicker),
-        rate_random_walk=_within(found.rate_random_walk, further),
+    # The curve may allow no more than an upper bound.
+    flicker, further = (
+        value if bound is None or bound.status != "upper bound" else min(value, bound.high)
+        for value, bound in zip((found.bias_instability, found.rate_random_walk), slow, strict=True)
     )
-
-
-def _within(value: float, bound: Estimate | None) -> float:
-    """The value, or the upper bound of it where the curve allows no more."""
-    return value if bound is None or bound.status != "upper bound" else min(value, bound.high)
+    return replace(found, bias_instability=flicker, rate_random_walk=further)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -166,10 +164,10 @@ class _Fit:
     mean: FloatArray
     deviance: float
 
-
-def _weighed(fit: _Fit) -> float:
-    """Minus twice the logarithm of the likelihood, and what each term has to earn."""
-    return fit.deviance + _PRESENT * len(fit.terms)
+    @property
+    def weighed(self) -> float:
+        """Minus twice the logarithm of the likelihood, and what each term has to earn."""
+        return self.deviance + _PRESENT * len(self.terms)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -183,21 +181,20 @@ class _Seen:
 
     def fitted(self, terms: tuple[int, ...], times: tuple[float, ...] = ()) -> _Fit:
         """The most likely squares of some terms and of Markov rates of some times."""
-        laws = np.column_stack([self.laws[:, terms], *map(self.markov, times)])
-        scale = laws.max(axis=0)
-        relative = laws / scale
-        squares, mean, deviance = np.zeros(scale.size), self.level, math.inf
+        laws = self.law(terms, times)
+        squares, mean, deviance = np.zeros(laws.shape[1]), self.level, math.inf
         for _ in range(_ITERATIONS):
-            weight = np.sqrt(self.shape) / mean
-            squares, _ = nnls(relative * weight[:, np.newaxis], self.level * weight)
-            mean = np.maximum(relative @ squares, _LEAST_LAW * self.level)
-            before, deviance = (
-                deviance,
-                float(2.0 * self.shape @ (self.level / mean + np.log(mean))),
-            )
+            before, weight = deviance, np.sqrt(self.shape) / mean
+            squares = non_negative(laws * weight[:, np.newaxis], self.level * weight)
+            mean = np.maximum(laws @ squares, _LEAST_LAW * self.level)
+            deviance = float(2.0 * self.shape @ (self.level / mean + np.log(mean)))
             if abs(before - deviance) < _CONVERGED * abs(deviance):
                 break
-        return _Fit(terms=terms, times=times, squares=squares / scale, mean=mean, deviance=deviance)
+        return _Fit(terms=terms, times=times, squares=squares, mean=mean, deviance=deviance)
+
+    def law(self, terms: tuple[int, ...], times: tuple[float, ...]) -> FloatArray:
+        """(bins, terms and times) laws of some terms and of Markov rates at one."""
+        return np.column_stack([self.laws[:, terms], *map(self.markov, times)])
 
     def with_rate(
         self,
@@ -246,38 +243,33 @@ class _Seen:
                 anew = self.with_rate(terms, frequency, fit.deviance - _SETTLED, fit.times[-1:])
             if fit is not None:
                 found.append(self.fitted(terms, tuple(sorted(fit.times))))
-        return min(found, key=_weighed, default=None)
+        return min(found, key=attrgetter("weighed"), default=None)
 
     def estimates(self, fit: _Fit, confidence: float) -> tuple[MarkovEstimate, ...]:
         """Intervals by the information of the levels on the logarithms of the terms there are."""
-        count = len(fit.times)
-        rates = fit.squares[len(fit.terms) :]
+        count, rates = len(fit.times), fit.squares[len(fit.terms) :]
+        steps = (self.markov(time * _STEP) - self.markov(time / _STEP) for time in fit.times)
         slopes = [
-            square
-            * (self.markov(time * _STEP) - self.markov(time / _STEP))
-            / (2.0 * math.log(_STEP))
-            for square, time in zip(rates, fit.times, strict=True)
+            square * step / (2.0 * math.log(_STEP))
+            for square, step in zip(rates, steps, strict=True)
         ]
-        laws = np.column_stack([self.laws[:, fit.terms], *map(self.markov, fit.times)])
-        there = (laws * fit.squares)[:, fit.squares > 0.0]
+        there = (self.law(fit.terms, fit.times) * fit.squares)[:, fit.squares > 0.0]
         terms = np.column_stack([there, *slopes]) / fit.mean[:, np.newaxis]
         covariance = np.linalg.pinv(terms.T @ (self.shape[:, np.newaxis] * terms))
         deviations = float(ndtri(0.5 + 0.5 * confidence))
 
-        def interval(value: float, variance: float) -> Interval:
-            factor = math.exp(deviations * math.sqrt(variance))
+        def interval(value: float, along: FloatArray) -> Interval:
+            factor = math.exp(deviations * math.sqrt(along @ covariance @ along))
             return Interval(value=value, low=value / factor, high=value * factor)
 
-        found = []
-        for place, (square, time) in enumerate(zip(rates.tolist(), fit.times, strict=True)):
-            # The square of the deviation is q^2 T/2.
-            along = np.zeros(terms.shape[1])
-            along[[place - 2 * count, place - count]] = 0.5
-            size = math.sqrt(0.5 * square * time)
-            found.append(
-                MarkovEstimate(
-                    deviation=interval(size, float(along @ covariance @ along)),
-                    correlation_time=interval(time, float(covariance.diagonal()[place - count])),
-                )
+        # The square of the deviation is q^2 T/2.
+        along = np.eye(terms.shape[1])[terms.shape[1] - 2 * count :]
+        return tuple(
+            MarkovEstimate(
+                deviation=interval(math.sqrt(0.5 * square * time), 0.5 * (one + other)),
+                correlation_time=interval(time, other),
             )
-        return tuple(found)
+            for square, time, one, other in zip(
+                rates.tolist(), fit.times, along[:count], along[count:], strict=True
+            )
+        )

@@ -12,14 +12,13 @@ from numpy.typing import ArrayLike
 from sagnac.core.arrays import BooleanArray, FloatArray, elementwise
 from sagnac.core.errors import Note, RecordingError
 from sagnac.noise.cosine_spectrum import (
-    bin_means,
     cosine_bins,
     require_increments,
     without_slope,
 )
 from sagnac.noise.estimates import Estimate
 from sagnac.noise.laws import STOCHASTIC_NAMES, cosine_power_basis
-from sagnac.noise.likelihood import Likelihood, Place, detected, scoring_move
+from sagnac.noise.likelihood import Likelihood, Place, scoring_move
 from sagnac.recording.channel import angle_increments
 from sagnac.recording.model import Kind
 from sagnac.spectrum.transforms import cosine_length, cosine_transform
@@ -95,16 +94,15 @@ def three_cornered_hat(
         column = gyro * len(STOCHASTIC_NAMES) + STOCHASTIC_NAMES.index("angle_random_walk")
         estimates[name] = spectra.estimate(best, column, "angle_random_walk", confidence)
         if estimates[name].status == "upper bound":
-            notes.append(_bound_note(name, float(best.squares[column])))
+            negative = best.squares[column] < 0.0
+            what = "negative" if negative else "within three standard deviations of zero"
+            text = (
+                f"the squared angle random walk of {name} alone came out {what}: it is much "
+                "quieter than the others, or their noises are not independent; an upper bound is "
+                "given"
+            )
+            notes.append(Note(text=text))
     return Separation(angle_random_walk=estimates, notes=tuple(notes))
-
-
-def _bound_note(gyro: str, square: float) -> Note:
-    what = "negative" if square < 0.0 else "within three standard deviations of zero"
-    return Note(
-        text=f"the squared angle random walk of {gyro} alone came out {what}: it is much quieter "
-        "than the others, or their noises are not independent; an upper bound is given"
-    )
 
 
 # First less second and second less third, in terms of the three gyros.
@@ -170,12 +168,6 @@ class _PairSpectra(Likelihood):
         white[:, STOCHASTIC_NAMES.index("angle_random_walk")] = walks / self.basis[0, 1]
         return np.where(free, white.ravel(), squares)
 
-    def missed(self, column: int, error: float, confidence: float) -> float:
-        return detected(confidence) * error
-
-    def typical(self, column: int, best: Place) -> float:
-        return math.inf
-
 
 def _pair_spectra(
     gyros: Mapping[str, ArrayLike],
@@ -194,7 +186,7 @@ def _pair_spectra(
     low, high = band if band is not None else (0.0, math.inf)
     # One product of two transforms fits a singular matrix, at infinite likelihood.
     bins = cosine_bins(samples, interval, masked, (max(low, lowest), high), narrowest=4)
-    basis = bin_means(bins, lambda index: cosine_power_basis(index, samples, interval))
+    basis = bins.mean_of(lambda index: cosine_power_basis(index, samples, interval))
     one, other = (
         cosine_transform(without_slope(elementwise(np.subtract, first, second)[:samples])[1])
         for first, second in pairwise(channels)
