@@ -26,7 +26,7 @@ from numpy.typing import NDArray
 
 from benchmarks.stability import peak_memory
 from sagnac.core.units import ARCSECOND, DEGREE, HOUR
-from sagnac.lines import joint_fit, passes, search, state
+from sagnac.lines import joint_fit, passes, sampling, search, state
 from sagnac.lines.detection import detection_threshold
 from sagnac.lines.search import remove_lines
 from sagnac.table import motion
@@ -47,13 +47,13 @@ MOST_PAIRS: Final = 60
 # What a search spends its time in: none of these calls another.
 STAGES: Final = {
     "table motion taken out": (motion.TableMotion, "less"),
-    "lines taken out": (state, "lines_removed"),
+    "lines taken out": (state, "removed"),
     "sums at whole orders": (state, "order_sums"),
     "spectrum and noise floor": (state, "spectrum"),
     "joint least squares": (joint_fit, "fit"),
     "candidates in frequency and in order": (search, "new_lines"),
     "table motion and Earth rate": (passes, "follow_table"),
-    "sampling of the table": (state, "sampling"),
+    "sampling of the table": (sampling, "angle_sums"),
     "averages of the table": (state, "kinematics"),
     "angle or time": (passes, "rescaled_components"),
 }

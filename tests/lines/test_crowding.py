@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from benchmarks.gallery import Gyro, shaken
 
-from sagnac.lines.components import no_components
+from sagnac.lines.components import components_of
 from sagnac.lines.detection import (
     Peaks,
     bands_of_peaks,
@@ -25,7 +25,7 @@ def peaks_at(frequencies, height=1.0):
 
 
 def bands_of(frequencies):
-    return crowded_bands(peaks_at(frequencies), no_components(2 * BINS), BINS)
+    return crowded_bands(peaks_at(frequencies), components_of(2 * BINS), BINS)
 
 
 def test_leakage_of_a_high_peak_is_no_peak():

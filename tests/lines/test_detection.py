@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from sagnac.lines.components import Components, turning
+from sagnac.lines.components import components_of
 from sagnac.lines.detection import (
     LOWEST_CYCLES,
     detection_threshold,
@@ -14,6 +14,7 @@ from sagnac.lines.detection import (
     spectrum,
 )
 from sagnac.lines.joint_fit import ComponentFit
+from sagnac.lines.sampling import Sampling
 from sagnac.spectrum.power_laws import floor_scatter
 
 BINS = 501
@@ -22,14 +23,18 @@ SAMPLES = 2 * (BINS - 1) + 1
 
 def components(orders=(), frequencies=(), amplitudes=None):
     size = len(orders) + len(frequencies)
-    return Components(
+    return components_of(
+        SAMPLES,
         orders=np.array(orders, dtype=float),
-        free=np.zeros(len(orders), dtype=bool),
         frequencies=np.array(frequencies, dtype=float),
-        center=0.5 * (SAMPLES - 1),
-        cosine=np.ones(size) if amplitudes is None else np.array(amplitudes, dtype=float),
-        sine=np.zeros(size),
+        phasor=np.array(np.ones(size) if amplitudes is None else amplitudes, dtype=complex),
     )
+
+
+def table_of(step):
+    """How a table that turns evenly was sampled, or one at rest."""
+    table = step * np.arange(SAMPLES) if step else None
+    return Sampling(samples=SAMPLES, table=table, sample_rate=10.0)
 
 
 def fitted(found, variance=1.0):
@@ -37,9 +42,9 @@ def fitted(found, variance=1.0):
     return ComponentFit(components=found, covariance=covariance, collinear=0)
 
 
-def kept(found, threshold=1.0, turns=None):
+def kept(found, threshold=1.0, step=0.0):
     floor = np.full(BINS, 0.01)
-    return significant(fitted(found), turns, floor, threshold)
+    return significant(fitted(found), table_of(step), floor, threshold)
 
 
 def test_the_floor_is_that_of_the_whole_bins():
@@ -85,12 +90,14 @@ def test_a_table_at_rest_sweeps_nothing():
 
 def test_floors_are_those_of_orders_then_of_the_nearest_bins():
     floor = np.linspace(1.0, 3.0, BINS)
-    turns = turning(0.02 * np.arange(SAMPLES), 10.0)
+    turns = table_of(0.02)
     found = components(orders=(1.0, 2.0), frequencies=(0.1, 0.4999))
     levels = floors(found, turns, floor)
     assert levels[:2] == pytest.approx(floor_of_orders(found.orders, turns.speeds, floor))
     assert levels[2:] == pytest.approx([floor[100], floor[500]])
-    assert floors(components(frequencies=(0.1,)), None, floor) == pytest.approx([floor[100]])
+    assert floors(components(frequencies=(0.1,)), table_of(0.0), floor) == pytest.approx(
+        [floor[100]]
+    )
 
 
 def test_significance_is_the_wald_statistic():
@@ -120,9 +127,8 @@ def test_what_stands_lies_where_lines_are_looked_for():
 def test_of_two_in_one_place_the_stronger_stays():
     cell = 1.0 / (SAMPLES - 1)
     found = components(frequencies=(0.2, 0.2 + 0.4 * cell, 0.3, 0.3 + 0.6 * cell))
-    found.cosine[:] = (2.0, 1.0, 1.0, 2.0)
-    assert kept(found).cosine.tolist() == [2.0, 1.0, 2.0]
-    turns = turning(0.02 * np.arange(SAMPLES), 10.0)
-    apart = 0.4 / turns.turns
+    found.phasor[:] = (2.0, 1.0, 1.0, 2.0)
+    assert kept(found).phasor.real.tolist() == [2.0, 1.0, 2.0]
+    apart = 0.4 / table_of(0.02).turns
     found = components(orders=(3.0, 3.0 + apart, 4.0), amplitudes=(1.0, 2.0, 1.0))
-    assert kept(found, turns=turns).orders.tolist() == [3.0 + apart, 4.0]
+    assert kept(found, step=0.02).orders.tolist() == [3.0 + apart, 4.0]

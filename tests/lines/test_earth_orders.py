@@ -4,13 +4,17 @@ import numpy as np
 import pytest
 
 from sagnac.core.units import EARTH_RATE
-from sagnac.lines.components import MOST_ORDERS, turning
 from sagnac.lines.joint_fit import earth_amplitudes
+from sagnac.lines.sampling import MOST_ORDERS, Sampling
 
 SAMPLE_RATE = 10.0
 # Below the samples that are kept at the least, so that all of them count.
 TIME = np.arange(9000) / SAMPLE_RATE
 TURNING = 2.0 * np.pi * TIME / 30.0
+
+
+def amplitudes(table):
+    return earth_amplitudes(Sampling(samples=table.size, table=table, sample_rate=SAMPLE_RATE))
 
 
 def largest(table, order):
@@ -40,7 +44,7 @@ def largest(table, order):
     ids=["rippled", "backward", "reversing"],
 )
 def test_amplitudes_are_those_of_a_fit_of_each_order(table):
-    found = earth_amplitudes(turning(table, SAMPLE_RATE))
+    found = amplitudes(table)
     assert found.shape == (MOST_ORDERS,)
     assert found[0] == 0.0
     expected = [largest(table, order) for order in (2, 3, 4, 7)]
@@ -49,6 +53,6 @@ def test_amplitudes_are_those_of_a_fit_of_each_order(table):
 
 
 def test_a_steady_table_makes_order_one_alone():
-    found = earth_amplitudes(turning(TURNING, SAMPLE_RATE))
-    rippled = earth_amplitudes(turning(TURNING + 0.3 * np.sin(2.0 * TURNING), SAMPLE_RATE))
+    found = amplitudes(TURNING)
+    rippled = amplitudes(TURNING + 0.3 * np.sin(2.0 * TURNING))
     assert found.max() < 0.02 * rippled.max()

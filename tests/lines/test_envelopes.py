@@ -6,7 +6,6 @@ import pytest
 from sagnac.lines.envelopes import (
     Baseband,
     best_description,
-    peak,
     simplest,
     steady_lines,
     sum_of_tones,
@@ -58,7 +57,6 @@ def test_steady_lines_are_refined_to_where_they_are():
     found = steady_lines(base, places + np.array([0.2, -0.15]) * cell)
     assert found.frequencies == pytest.approx(places, abs=1e-3 * cell)
     assert found.amplitudes == pytest.approx(np.array([1.0 + 0.5j, -0.4j]), abs=1e-2)
-    assert peak(base) == pytest.approx([places[0]], abs=0.5 * cell)
 
 
 def test_the_simplest_is_beaten_only_by_more_than_chance():

@@ -8,8 +8,8 @@ import pytest
 from sagnac.core import arrays
 from sagnac.lines import components as model
 from sagnac.lines import joint_fit
-from sagnac.lines.components import Components, joined, no_components
-from sagnac.lines.products import sampling
+from sagnac.lines.components import Components, components_of, joined
+from sagnac.lines.sampling import Sampling
 
 SAMPLES = 20_000
 
@@ -32,7 +32,7 @@ def fit(increments, table, components, *, fresh=False):
     absent = np.full(components.size, fresh)
     without = components.select(~absent)
     left = increments - np.diff(angle_of(without, table, increments.size + 1))
-    sampled = sampling(increments.size + 1, table)
+    sampled = Sampling(samples=increments.size + 1, table=table, sample_rate=100.0)
     return joint_fit.fit(left, sampled, components, absent=absent)
 
 
@@ -44,13 +44,12 @@ def wandering_table(samples=SAMPLES, turns=30.0):
 
 def components(samples=SAMPLES, *, orders=(), free=(), frequencies=(), pairs=()):
     cosine, sine = np.array(pairs, dtype=float).reshape(-1, 2).T
-    return replace(
-        no_components(samples),
+    return components_of(
+        samples,
         orders=np.array(orders, dtype=float),
         free=np.array(free if len(free) else np.zeros(len(orders)), dtype=bool),
         frequencies=np.array(frequencies, dtype=float),
-        cosine=cosine,
-        sine=sine,
+        phasor=cosine + 1j * sine,
     )
 
 
@@ -60,7 +59,7 @@ def angle_of(found: Components, table, samples=SAMPLES):
     phases = [order * table for order in found.orders]
     phases += [2.0 * np.pi * frequency * number for frequency in found.frequencies]
     total = np.zeros(samples)
-    for phase, cosine, sine in zip(phases, found.cosine, found.sine, strict=True):
+    for phase, cosine, sine in zip(phases, found.phasor.real, found.phasor.imag, strict=True):
         total += cosine * np.cos(phase) + sine * np.sin(phase)
     return total
 
@@ -94,7 +93,7 @@ def test_a_step_is_that_of_least_squares_on_increments():
     columns.append((table - middle) * (0.5 * cosine - 0.5 * sine))
     for j, index in enumerate((4, 5, 6)):
         cosine, sine = columns[8 + 2 * j], columns[9 + 2 * j]
-        slope = start.sine[index] * cosine - start.cosine[index] * sine
+        slope = start.phasor[index].imag * cosine - start.phasor[index].real * sine
         columns.append(2 * np.pi * number * slope)
     design = np.diff(np.array(columns), axis=1).T
     scale = np.linalg.norm(design, axis=0)
@@ -114,8 +113,8 @@ def test_a_step_is_that_of_least_squares_on_increments():
     )
     # The step is some hundredths of the amplitudes; its matrix takes the table to turn evenly
     # within blocks, which is good to a part in a million here.
-    assert found.components.cosine == pytest.approx(expected[0::2], rel=1e-6, abs=1e-7)
-    assert found.components.sine == pytest.approx(expected[1::2], rel=1e-6, abs=1e-7)
+    assert found.components.phasor.real == pytest.approx(expected[0::2], rel=1e-6, abs=1e-7)
+    assert found.components.phasor.imag == pytest.approx(expected[1::2], rel=1e-6, abs=1e-7)
     assert found.collinear == 0
     for index in range(start.size):
         rows = [2 * index, 2 * index + 1]
@@ -150,8 +149,7 @@ def test_gauss_newton_converges_to_what_was_put_in():
         now = fit(increments, table, now).components
     assert now.orders == pytest.approx(MIXED.orders, abs=1e-9)
     assert now.frequencies == pytest.approx(MIXED.frequencies, abs=1e-12)
-    assert now.cosine == pytest.approx(MIXED.cosine, abs=1e-7)
-    assert now.sine == pytest.approx(MIXED.sine, abs=1e-7)
+    assert now.phasor == pytest.approx(MIXED.phasor, abs=1e-7)
 
 
 def test_covariance_is_the_scatter_of_the_estimates():
@@ -173,7 +171,8 @@ def test_covariance_is_the_scatter_of_the_estimates():
         for _ in range(3):
             result = fit(clean + noise, table, now)
             now = result.components
-        errors = np.stack([now.cosine - truth.cosine, now.sine - truth.sine])
+        error = now.phasor - truth.phasor
+        errors = np.stack([error.real, error.imag])
         places = np.concatenate([now.orders - truth.orders, now.frequencies - truth.frequencies])
         deviation = sigma * np.sqrt(np.einsum("nii->in", result.covariance))
         ratios.append(
@@ -204,7 +203,7 @@ def test_removed_is_exact_where_blocks_meet(samples):
 
 def test_nothing_to_remove_is_a_copy():
     angle = np.arange(5.0)
-    rest = model.removed(angle, None, no_components(5))
+    rest = model.removed(angle, None, components_of(5))
     assert np.array_equal(rest, angle)
     assert rest is not angle
 
@@ -222,7 +221,7 @@ def test_angle_and_time_that_coincide_are_fitted_as_their_sum():
     angle += 1e-3 * np.random.default_rng(2).standard_normal(SAMPLES)
     found = fit(np.diff(angle), table, both, fresh=True)
     assert found.collinear == 2
-    assert np.abs(found.components.cosine).max() < 1.0
+    assert np.abs(found.components.phasor.real).max() < 1.0
     rest = removed(angle, table, found.components)
     assert np.std(rest) == pytest.approx(1e-3, rel=0.05)
 
@@ -236,12 +235,11 @@ def test_joined_sorts_the_orders_and_select_takes_both_apart():
     assert both.orders.tolist() == [1.0, 2.0, 4.5, 9.0]
     assert both.free.tolist() == [False, False, True, False]
     assert both.frequencies.tolist() == [0.1, 0.02]
-    assert both.cosine.tolist() == [7, 1, 9, 3, 5, 2]
-    assert both.sine.tolist() == [8, 2, 1, 4, 6, 3]
+    assert both.phasor.tolist() == [7 + 8j, 1 + 2j, 9 + 1j, 3 + 4j, 5 + 6j, 2 + 3j]
     assert both.size == 6
-    assert both.amplitude == pytest.approx(np.hypot(both.cosine, both.sine))
+    assert both.amplitude == pytest.approx(np.hypot(both.phasor.real, both.phasor.imag))
     kept = both.select(np.array([False, True, True, False, False, True]))
     assert kept.orders.tolist() == [2.0, 4.5]
     assert kept.free.tolist() == [False, True]
     assert kept.frequencies.tolist() == [0.02]
-    assert kept.cosine.tolist() == [1, 9, 2]
+    assert kept.phasor.real.tolist() == [1, 9, 2]

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from sagnac.lines.components import no_components
+from sagnac.lines.components import components_of
 from sagnac.lines.model import Line, Removal
 from sagnac.lines.naming import _name
 from sagnac.lines.state import Record, State
@@ -32,7 +32,7 @@ def known(turns_a_second):
     return State(
         record=Record(angle=np.zeros(SAMPLES), encoder=table, sample_rate=RATE),
         motion=None,
-        components=no_components(SAMPLES),
+        components=components_of(SAMPLES),
         seen=np.ones(SAMPLES // 2 + 1),
     )
 

@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 
+from sagnac.core import arrays
 from sagnac.lines import _kernels
-from sagnac.lines.detection import Peaks, _level_of_half_bins, _peaks
+from sagnac.lines.detection import Peaks, peaks
 
 
 def test_spread_products_have_the_sums_of_the_samples():
@@ -32,22 +33,37 @@ def naive_level(floor, halves, n):
     return max(0.5 * (floor[whole] + floor[after]), halves[min(whole, halves.size - 1)])
 
 
-@pytest.mark.parametrize(("start", "stop"), [(0, 21), (3, 8), (4, 21), (20, 21)])
-def test_the_floor_at_half_bins_is_that_of_their_neighbours_or_of_the_halves(start, stop):
+@pytest.mark.parametrize("bins", [10, 11])
+def test_the_floor_at_half_bins_is_that_of_their_neighbours_or_of_the_halves(bins):
     generator = np.random.default_rng(1)
-    floor, halves = generator.uniform(1.0, 2.0, 11), generator.uniform(1.0, 2.0, 10)
-    expected = [naive_level(floor, halves, n) for n in range(start, stop)]
-    assert _level_of_half_bins(floor, halves, start, stop).tolist() == expected
+    floor, halves = generator.uniform(1.0, 2.0, 11), generator.uniform(1.0, 2.0, bins)
+    found = [_kernels.level_at(floor, halves, n) for n in range(21)]
+    assert found == [naive_level(floor, halves, n) for n in range(21)]
+    assert _kernels.level_at(floor, np.empty(0), 7) == floor[7]
 
 
 def test_a_peak_is_placed_at_the_top_of_a_parabola():
     power = np.ones(64)
     power[30:33] = 80.0, 100.0, 90.0
-    found = _peaks(power, np.ones(64), 50.0, 8)
+    found = peaks(power, np.ones(64), 50.0, 8)
     # Vertex of the parabola through (30, 80), (31, 100), (32, 90).
     assert found.place == pytest.approx([31.0 + 5.0 / 30.0])
     assert found.height.tolist() == [100.0]
-    assert _peaks(power, np.ones(64), 50.0, 40).place.size == 0
+    assert peaks(power, np.ones(64), 50.0, 40).place.size == 0
+    assert peaks(power, np.ones(64), 50.0, 63).place.size == 0
+
+
+@pytest.mark.parametrize("block", [7, 1000])
+def test_peaks_by_blocks_are_those_of_the_whole(monkeypatch, block):
+    monkeypatch.setattr(arrays, "BLOCK", block)
+    generator = np.random.default_rng(2)
+    power = generator.exponential(size=401)
+    floor, halves = generator.uniform(1.0, 2.0, 201), generator.uniform(1.0, 2.0, 200)
+    ratio = power / [naive_level(floor, halves, n) for n in range(401)]
+    tops = [n for n in range(8, 400) if 0.9 < ratio[n] >= ratio[n - 1] and ratio[n] > ratio[n + 1]]
+    found = peaks(power, floor, 1.0, 8, halves)
+    assert np.rint(found.place).tolist() == tops
+    assert found.height.tolist() == power[tops].tolist()
 
 
 def test_peaks_have_one_height_each():

@@ -6,9 +6,14 @@ import numpy as np
 import pytest
 
 from sagnac.core import arrays
-from sagnac.lines.components import no_components, removed
-from sagnac.lines.products import inner_products, sampling
+from sagnac.lines.components import components_of, removed
+from sagnac.lines.products import inner_products
+from sagnac.lines.sampling import Sampling
 from tests.lines.test_joint_fit import MIXED, SAMPLES, wandering_table
+
+
+def sampling(samples, table):
+    return Sampling(samples=samples, table=table, sample_rate=100.0)
 
 
 def test_inner_products_are_those_of_the_increments(monkeypatch):
@@ -36,13 +41,13 @@ def test_inner_products_are_those_of_the_increments(monkeypatch):
 
 def test_blocks_are_long_where_the_table_turns_evenly():
     even = np.linspace(0.0, 20.0, 5001)
-    blocks = sampling(5001, even)
-    assert blocks.count[:-1].tolist() == [256.0] * (blocks.count.size - 1)
-    assert blocks.count.sum() == 5000
-    assert blocks.step == pytest.approx(np.full(blocks.count.size, 20.0 / 5000))
-    assert blocks.lag @ blocks.count == pytest.approx(0.0, abs=1e-6)
+    blocks = sampling(5001, even).blocks
+    assert blocks.length[:-1].tolist() == [256.0] * (blocks.length.size - 1)
+    assert blocks.length.sum() == 5000
+    assert blocks.step == pytest.approx(np.full(blocks.length.size, 20.0 / 5000))
+    assert blocks.lag @ blocks.length == pytest.approx(0.0, abs=1e-6)
     rough = even + 0.05 * np.random.default_rng(0).standard_normal(even.size)
-    assert sampling(5001, rough).count.max() == 1.0
+    assert sampling(5001, rough).blocks.length.max() == 1.0
 
 
 def test_what_does_not_go_together_is_refused():
@@ -51,8 +56,8 @@ def test_what_does_not_go_together_is_refused():
     with pytest.raises(ValueError, match="table has shape"):
         sampling(4, np.arange(3.0))
     with pytest.raises(ValueError, match="give one of each an angle component"):
-        replace(no_components(5), orders=np.ones(1))
-    with pytest.raises(ValueError, match="3 components have one of each"):
-        replace(no_components(5), frequencies=np.full(3, 0.1))
-    with pytest.raises(ValueError, match="give the table angle"):
+        replace(components_of(5), orders=np.ones(1))
+    with pytest.raises(ValueError, match="3 components have one each"):
+        replace(components_of(5), frequencies=np.full(3, 0.1))
+    with pytest.raises(ValueError, match="give the angle"):
         removed(np.zeros(SAMPLES), None, MIXED)

@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 
-from sagnac.lines.components import MIX_BLOCK, Components, mixed_down, turning
-from sagnac.lines.rescaling import rescaled_components, wander
+from sagnac.lines.components import components_of, mixed_down
+from sagnac.lines.rescaling import rescaled_components
+from sagnac.lines.sampling import MIX_BLOCK, Sampling
 
 SAMPLES = 64 * MIX_BLOCK + 1
 RATE = 2.0 * np.pi / 400.0
@@ -16,8 +17,12 @@ STEADY = RATE * NUMBER
 WANDERING = STEADY + 1.5 * np.sin(2.0 * np.pi * 5.0 * NUMBER / SAMPLES)
 
 
+def sampled(table):
+    return Sampling(samples=table.size, table=table, sample_rate=FREQUENCY)
+
+
 def wandered(table):
-    return wander(turning(table, FREQUENCY))
+    return sampled(table).wander
 
 
 def test_wander_is_the_mean_angle_of_each_block_less_a_straight_line():
@@ -39,33 +44,29 @@ def test_a_table_that_comes_back_has_no_rate_and_a_short_record_tells_none():
 
 def tone(order, amplitude=1.0):
     """A component at the frequency that an order has at the mean rate."""
-    return Components(
+    return components_of(
+        SAMPLES,
         orders=np.array([2.0]),
-        free=np.array([False]),
         frequencies=np.array([order * wandered(WANDERING).rate / (2.0 * np.pi)]),
-        center=0.5 * (SAMPLES - 1),
-        cosine=np.array([1.0, amplitude]),
-        sine=np.zeros(2),
+        phasor=np.array([1.0, amplitude], dtype=complex),
     )
 
 
 def angle_of_tone(found):
     phase = 2.0 * np.pi * found.frequencies[0] * (NUMBER - found.center)
-    return found.cosine[1] * np.cos(phase)
+    return found.phasor[1].real * np.cos(phase)
 
 
 def rescaled(found, signal, table=WANDERING):
     """What becomes of components fitted to a signal in noise, which are taken out of it."""
     noise = NOISE * np.random.default_rng(1).standard_normal(SAMPLES - 1)
     steps = np.diff(signal - angle_of_tone(found)) + noise
-    turns = turning(table, FREQUENCY)
-    levels = np.full(2, NOISE**2)
-    return rescaled_components(found, steps, turns, wander(turns), levels)
+    return rescaled_components(found, steps, sampled(table), np.full(2, NOISE**2))
 
 
 def in_phase(order, found):
     """An order of the table whose mean phasor is that of the component."""
-    return found.cosine[1] * np.cos(order * (WANDERING - WANDERING.mean()))
+    return found.phasor[1].real * np.cos(order * (WANDERING - WANDERING.mean()))
 
 
 @pytest.mark.parametrize(("order", "whole"), [(5.0, True), (5.003, True), (5.4, False)])
@@ -75,7 +76,7 @@ def test_what_follows_the_table_is_moved_to_its_order(order, whole):
     assert moved.frequencies.size == 0
     assert moved.orders == pytest.approx([2.0, 5.0 if whole else order])
     assert moved.free.tolist() == [False, not whole]
-    assert moved.cosine.tolist() == [1.0, 1.0]
+    assert moved.phasor.tolist() == [1.0, 1.0]
 
 
 def test_what_keeps_its_frequency_stays_in_time():
@@ -118,21 +119,12 @@ def test_peaks_of_a_line_that_wanders_by_itself_stay_in_time():
         # An increment of a tone is 2j sin(pi f) times its phasor in the middle of the step.
         sums = ordinates[places] * np.exp(2j * np.pi * frequencies * (center - 0.5))
         phasors = 2.0 * sums / (2j * np.sin(np.pi * frequencies))
-        found = Components(
-            orders=np.empty(0),
-            free=np.empty(0, dtype=bool),
-            frequencies=frequencies,
-            center=center,
-            cosine=phasors.real,
-            sine=-phasors.imag,
-        )
+        found = components_of(SAMPLES, frequencies=frequencies, phasor=phasors.conj())
         waves = np.exp(2j * np.pi * frequencies[:, np.newaxis] * (NUMBER - center))
         left = steps - np.diff((phasors @ waves).real)
         assert np.mean(left**2) < 0.5 * np.mean(steps**2)
         noise = NOISE * random.standard_normal(steps.size)
-        turns = turning(WANDERING, FREQUENCY)
-        moved = rescaled_components(
-            found, left + noise, turns, wander(turns), np.full(12, NOISE**2)
-        )
+        levels = np.full(12, NOISE**2)
+        moved = rescaled_components(found, left + noise, sampled(WANDERING), levels)
         followed += 0 if moved is None else moved.orders.size
     assert followed == 0

@@ -58,7 +58,7 @@ def is_same(c, source, at):
 def naive(c):
     """Verdict on each candidate, from those on all that are higher."""
     verdicts = {}
-    for at in sorted(range(c.size), key=lambda i: -c.height[i]):
+    for at in sorted(range(c.place.size), key=lambda i: -c.height[i]):
         higher = {i: v for i, v in verdicts.items() if v != "claimed"}
         plain = [i for i, v in higher.items() if "hidden" not in v]
         if any(is_same(c, i, at) for i in plain) or any(
@@ -74,7 +74,7 @@ def naive(c):
             verdicts[at] = "hidden, held" if held else "hidden"
         else:
             verdicts[at] = "held" if held else "chosen"
-    return [verdicts[at] for at in range(c.size)]
+    return [verdicts[at] for at in range(c.place.size)]
 
 
 @pytest.mark.parametrize("seed", range(40))

@@ -101,11 +101,10 @@ def test_harmonics_given_as_taken_out_are_said_with_what_is_left_of_them():
         averages,
         kinematic,
         harmonics=np.array([3.0]),
-        cosine=np.array([5e-7]),
-        sine=np.array([4e-7]),
+        phasor=np.array([5e-7 + 4e-7j]),
     )
-    assert found.cosine == pytest.approx([7e-7], rel=1e-3)
-    assert found.sine == pytest.approx([3e-7], rel=1e-3)
+    assert found.phasor.real == pytest.approx([7e-7], rel=1e-3)
+    assert found.phasor.imag == pytest.approx([3e-7], rel=1e-3)
     assert found.share == pytest.approx(SHARE, abs=1e-9)
 
 

@@ -38,7 +38,6 @@ from sagnac.table.estimate import EstimatedTable
 from sagnac.table.kinematics import (
     Kinematics,
     averages_of,
-    block_averages,
     block_gain,
     harmonic_sum,
     kinematics,
@@ -415,12 +414,12 @@ def _without_table(
     They are fitted to the angle that gyros and encoder know together. The share that each gyro has
     is then taken of the readings: what the encoder errs by is left in all gyros alike.
     """
-    averages = np.stack([block_averages(angle, kinematic) for angle in angles])
-    errors = block_averages(readings, kinematic) - kinematic.angle
+    averages = np.stack([averages_of(angle, kinematic.block) for angle in angles])
+    errors = averages_of(readings, kinematic.block) - kinematic.angle
     for number, motion in enumerate(follow_table_together(averages, kinematic)):
         of = motion.kinematics
         gain = block_gain(of, motion.orders)
-        orders = harmonic_sum(of.angle, motion.orders, motion.cosine * gain, motion.sine * gain)
+        orders = harmonic_sum(of.angle, motion.orders, motion.phasor * gain)
         averages[number] -= motion.averages + orders + motion.share * errors
     return averages
 

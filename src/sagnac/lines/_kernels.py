@@ -212,3 +212,34 @@ def best_pair(
             if merit > best and merit > walk / (m + 1) ** 2 + white:
                 best, place = merit, m + 1
     return best, place
+
+
+@compiled()
+def level_at(floor: FloatArray, halves: FloatArray, n: int) -> float:
+    """Floor at half bin n: given there, or else at whole bins and, if higher, at those between."""
+    if halves.size == 0:
+        return float(floor[n])
+    own = 0.5 * (floor[n // 2] + floor[min((n + 1) // 2, floor.size - 1)])
+    return float(max(own, halves[min(n // 2, halves.size - 1)]))
+
+
+@compiled()
+def peaks(
+    power: FloatArray, floor: FloatArray, halves: FloatArray, first: int, stop: int, least: float
+) -> FloatArray:
+    """(2, peaks) tops of parabolas through three ratios of power to floor, and the power there.
+
+    A peak is at a half bin from `first` to before `stop`, and its ratio is above `least`.
+    """
+    count = 0
+    found = np.empty((2, stop - first))
+    before = power[first - 1] / level_at(floor, halves, first - 1)
+    here = power[first] / level_at(floor, halves, first)
+    for n in range(first, stop):
+        after = power[n + 1] / level_at(floor, halves, n + 1)
+        if here > least and here >= before and here > after:
+            found[0, count] = n + 0.5 * (before - after) / (before - 2.0 * here + after)
+            found[1, count] = power[n]
+            count += 1
+        before, here = here, after
+    return found[:, :count].copy()

@@ -5,20 +5,13 @@ many orders; each stands highest on its own scale. So the peaks of both scales a
 the highest first, and each may keep weaker ones waiting, or claim them for its own.
 """
 
-from dataclasses import dataclass, replace
-from typing import Final
+from dataclasses import dataclass
+from typing import Final, NamedTuple
 
 import numpy as np
 
 from sagnac.core.arrays import BooleanArray, FloatArray
-from sagnac.lines.components import (
-    MOST_ORDERS,
-    Components,
-    Turning,
-    joined,
-    mean_square_step,
-    no_components,
-)
+from sagnac.lines.components import Components, components_of, joined
 from sagnac.lines.detection import (
     NO_PEAKS,
     Band,
@@ -27,8 +20,10 @@ from sagnac.lines.detection import (
     inside,
     peaks_in_order,
 )
-from sagnac.lines.joint_fit import sums_at_orders, tone_sums
+from sagnac.lines.joint_fit import sums_at_orders
+from sagnac.lines.sampling import MOST_ORDERS, mean_square_step
 from sagnac.lines.state import State
+from sagnac.spectrum.sums import tone_sums
 
 # ---- strongest ---------------------------------------------------------------------
 
@@ -73,63 +68,8 @@ class Candidates:
     high: FloatArray
     samples: int
 
-    @property
-    def size(self) -> int:
-        """Number of candidates."""
-        return self.place.size
 
-    def beside(self, at: int) -> "Neighbours":
-        """What one of them makes of the others."""
-        alike = self.in_angle == self.in_angle[at]
-        bins = 0.5 * np.abs(self.place - self.place[at])
-        cells = self.samples * np.maximum(self.high - self.low, self.high[at] - self.low[at])
-        # Cycles a sample from what it sweeps to what the others do; below zero if they meet.
-        beyond = np.maximum(self.low - self.high[at], self.low[at] - self.high)
-        overlapping = ~alike & (beyond < 0.0)
-        apart = np.where(alike, bins, self.samples * beyond / np.maximum(cells / _FALL, 1.0))
-        leakage = self.height[at] / (np.pi * np.maximum(apart, 1.0)) ** 2
-        return Neighbours(
-            overlapping=overlapping,
-            main_lobe=alike & (bins < _MAIN_LOBE),
-            leakage=np.where(overlapping, 0.0, leakage),
-            images=overlapping & (self.height * cells < _SMEARED_PEAK * self.height[at]),
-        )
-
-    def overlapped(self, some: BooleanArray) -> BooleanArray:
-        """Which sweep some of the frequencies that `some` on the other scale do."""
-        result = np.zeros(self.size, dtype=bool)
-        for own in (self.in_angle, ~self.in_angle):
-            others = some & ~own
-            begun = np.searchsorted(np.sort(self.low[others]), self.high[own])
-            ended = np.searchsorted(np.sort(self.high[others]), self.low[own], side="right")
-            result[own] = begun > ended
-        return result
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Neighbours:
-    """What one candidate makes of the others, (peaks,) each.
-
-    Attributes
-    ----------
-    overlapping
-        Which sweep some of the same frequencies on the other scale: one may be its image.
-    main_lobe
-        Which are so near on the same scale that they are this one, itself among them.
-    leakage
-        Height of its sidelobes at each: of images there is none.
-    images
-        Which it makes on the other scale: smeared over many cells, low in each of them.
-    """
-
-    overlapping: BooleanArray
-    main_lobe: BooleanArray
-    leakage: FloatArray
-    images: BooleanArray
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Choice:
+class Choice(NamedTuple):
     """Settled part of the candidates.
 
     Attributes
@@ -159,26 +99,39 @@ def strongest(candidates: Candidates) -> Choice:
 
     Those that are not hidden leak, and claim their main lobe, whether they are chosen or wait.
     """
-    claimed, held, chosen, passed = np.zeros((4, candidates.size), dtype=bool)
-    leakage = np.zeros(candidates.size)
+    place, height = candidates.place, candidates.height
+    low, high = candidates.low, candidates.high
+    claimed, held, chosen, passed = np.zeros((4, place.size), dtype=bool)
+    leakage = np.zeros(place.size)
     some_wait = False
-    for at in np.argsort(candidates.height)[::-1].tolist():
+    for at in np.argsort(height)[::-1].tolist():
         if claimed[at]:
             continue
-        if candidates.height[at] >= _ROOM * leakage[at]:
-            beside = candidates.beside(at)
-            held[at] = np.any(beside.overlapping & passed)
+        if height[at] >= _ROOM * leakage[at]:
+            alike = candidates.in_angle == candidates.in_angle[at]
+            bins = 0.5 * np.abs(place - place[at])
+            cells = candidates.samples * np.maximum(high - low, high[at] - low[at])
+            # Cycles a sample from what it sweeps to what the others do; below zero if they meet.
+            beyond = np.maximum(low - high[at], low[at] - high)
+            overlapping = ~alike & (beyond < 0.0)
+            held[at] = np.any(overlapping & passed)
             some_wait |= bool(held[at])
             if not (held[at] or (some_wait and candidates.broken[at])):
                 chosen[at] = True
                 if chosen.sum() == PEAKS_A_ROUND:
                     break
-                claimed |= beside.images
-            leakage += beside.leakage
-            claimed |= beside.main_lobe
+                # It makes images on the other scale: smeared over many cells, low in each of them.
+                claimed |= overlapping & (height * cells < _SMEARED_PEAK * height[at])
+            smeared = candidates.samples * beyond / np.maximum(cells / _FALL, 1.0)
+            apart = np.maximum(np.where(alike, bins, smeared), 1.0)
+            leakage += np.where(overlapping, 0.0, height[at] / (np.pi * apart) ** 2)
+            claimed |= alike & (bins < _MAIN_LOBE)
         held[at] |= some_wait and candidates.broken[at]
         passed[at] = True
-    held |= candidates.overlapped(passed)
+    for own in (candidates.in_angle, ~candidates.in_angle):
+        others = passed & ~own
+        begun = np.searchsorted(np.sort(low[others]), high[own])
+        held[own] |= begun > np.searchsorted(np.sort(high[others]), low[own], side="right")
     # One that waits in plain sight has claimed its own place: it comes up again by itself.
     return Choice(chosen=chosen, waiting=bool(np.any(held & ~claimed & ~chosen)))
 
@@ -195,8 +148,7 @@ _WHOLE: Final = 2.0
 _CELL: Final = 1.5
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class NewOrders:
+class NewOrders(NamedTuple):
     """Whole orders that stand above the floor and are not known yet.
 
     Attributes
@@ -215,8 +167,7 @@ class NewOrders:
     patient: BooleanArray
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class NewLines:
+class NewLines(NamedTuple):
     """Result of one look at the increments.
 
     Attributes
@@ -247,64 +198,60 @@ def new_lines(state: State, tones: Peaks, bands: tuple[Band, ...] = ()) -> NewLi
     bands
         (low, high), cycles a sample: peaks in frequency there are no lines.
     """
-    known, turns = state.components, state.record.turning
-    tones = tones.select(~inside(frequencies_of(state, tones), bands))
-    frequencies = frequencies_of(state, tones)
-    broken = broken_orders(state, frequencies)
-    whole = new_orders(state)
-    choice = strongest(candidates_of(state, tones, whole, broken))
+    known, sampled = state.components, state.record.sampled
+    # A peak lies at a half bin.
+    frequencies = tones.place * (0.5 / (state.look().power.size - 1))
+    outside = ~inside(frequencies, bands)
+    tones, frequencies = tones.select(outside), frequencies[outside]
+    whole, broken = new_orders(state), broken_orders(state, frequencies)
+    broken_places = broken.place * (0.5 / sampled.turns) if broken.place.size else broken.place
+    orders = np.concatenate([whole.lines.orders, broken_places])
+    speed, cell = sampled.speeds / (2.0 * np.pi), _CELL / sampled.samples
+    in_angle = np.repeat([False, True], [frequencies.size, orders.size])
+    candidates = Candidates(
+        place=np.concatenate([tones.place, 2.0 * sampled.turns * whole.lines.orders, broken.place]),
+        in_angle=in_angle,
+        broken=np.arange(in_angle.size) >= frequencies.size + whole.height.size,
+        height=np.concatenate([tones.height, _WHOLE * whole.height, broken.height]),
+        low=np.concatenate([frequencies, float(speed.min()) * orders]) - cell,
+        high=np.concatenate([frequencies, float(speed.max()) * orders]) + cell,
+        samples=sampled.samples,
+    )
+    chosen, waiting = strongest(candidates)
     in_time, at_whole, at_broken = np.split(
-        choice.chosen, [tones.place.size, tones.place.size + whole.lines.size]
+        chosen, [frequencies.size, frequencies.size + whole.height.size]
     )
     found = whole.lines.select(at_whole & ~whole.patient)
     # Known tones beside which others stand are told from new ones.
-    near = np.abs(known.frequencies - frequencies[in_time][:, np.newaxis])
-    near = near * state.record.angle.size < 1.0
+    near = np.abs(known.frequencies - frequencies[in_time][:, np.newaxis]) * sampled.samples < 1.0
     fresh, restless = frequencies[in_time][~near.any(axis=1)], known.frequencies[near.any(axis=0)]
     # A strong tone in the gyros is also in the angle that they lead. Where the table stands, their
     # product looks like orders until the tone is out: these wait while it is found, piece by piece.
     drifts = restless.size > 0 and found.size + fresh.size > 0
-    if turns is not None and not drifts:
-        orders = np.sort(broken.place[at_broken] * (0.5 / turns.turns))
-        found = joined(found, _lines_at_orders(state, turns, orders))
+    if not drifts:
+        found = joined(found, _lines_at_orders(state, np.sort(broken_places[at_broken])))
     found = joined(found, _lines_at_frequencies(state, fresh))
-    return NewLines(lines=found, restless=restless, waiting=choice.waiting and not drifts)
-
-
-def frequencies_of(state: State, peaks: Peaks) -> FloatArray:
-    """(peaks,) cycles a sample, of peaks in frequency."""
-    return peaks.place * (0.5 / (state.look().power.size - 1))
+    return NewLines(lines=found, restless=restless, waiting=waiting and not drifts)
 
 
 def new_orders(state: State) -> NewOrders:
     """Whole orders of table angle that stand above the floor and are not known yet."""
-    known, turns, sums = state.components, state.record.turning, state.order_sums
-    none, samples = no_components(state.record.angle.size), state.record.angle.size
-    highest = 0
-    if turns is not None and turns.fastest > 0.0:
-        highest = min(MOST_ORDERS, int(np.pi / turns.fastest))
-    if turns is None or sums is None or highest < 1:
-        return NewOrders(lines=none, height=np.empty(0), patient=np.empty(0, dtype=bool))
-    sums = sums[1 : highest + 1]
-    orders = np.arange(1.0, highest + 1.0)
-    length = samples * mean_square_step(orders, turns.speeds) / 2.0
+    sampled = state.record.sampled
+    highest = min(MOST_ORDERS, int(np.pi / sampled.fastest)) if sampled.fastest > 0.0 else 0
+    orders, sums = np.arange(1.0, highest + 1.0), state.order_sums[1 : highest + 1]
+    length = sampled.samples * mean_square_step(orders, sampled.speeds) / 2.0
     height = np.abs(sums) ** 2 / (2.0 * length)
-    ratio = height / floor_of_orders(orders, turns.speeds, state.look().floor)
+    ratio = height / floor_of_orders(orders, sampled.speeds, state.look().floor)
     # Orders closer than one cycle over the whole range, or fewer cycles than one from table motion
     # itself, are not told apart.
-    for order in known.orders:
-        ratio[np.abs(orders - order) * turns.turns < 0.99] = 0.0
-    standing = np.flatnonzero((ratio > state.record.threshold) & (orders * turns.turns > 0.99))
+    for order in state.components.orders:
+        ratio[np.abs(orders - order) * sampled.turns < 0.99] = 0.0
+    standing = np.flatnonzero((ratio > state.record.threshold) & (orders * sampled.turns > 0.99))
     patient = np.zeros(standing.size, dtype=bool)
     if state.patience is not None:
         patient = np.abs(sums[standing]) <= length[standing] * state.patience[standing]
-    lines = replace(
-        none,
-        orders=orders[standing],
-        free=np.zeros(standing.size, dtype=bool),
-        cosine=sums.real[standing] / length[standing],
-        sine=sums.imag[standing] / length[standing],
-    )
+    cosine, sine = (part[standing] / length[standing] for part in (sums.real, sums.imag))
+    lines = components_of(sampled.samples, orders=orders[standing], phasor=cosine + 1j * sine)
     return NewOrders(lines=lines, height=height[standing], patient=patient)
 
 
@@ -314,58 +261,32 @@ def broken_orders(state: State, frequencies: FloatArray) -> Peaks:
     `frequencies` are those of the peaks in frequency, cycles a sample: they tell whether it is
     worth while to look beyond order 128.
     """
-    turns = state.record.turning
-    if turns is None:
+    sampled = state.record.sampled
+    if sampled.table is None:
         return NO_PEAKS
-    beyond = frequencies > MOST_ORDERS * np.median(turns.speeds / (2.0 * np.pi))
+    beyond = frequencies > MOST_ORDERS * np.median(sampled.speeds / (2.0 * np.pi))
     peaks = peaks_in_order(
         state.steps,
-        state.record.sampled,
-        turns,
+        sampled,
         state.look().floor,
         state.record.threshold,
         crowded=int(beyond.sum()) > _CROWDED,
     )
-    orders = peaks.place * (0.5 / turns.turns)
-    off = np.abs(orders - np.rint(orders)) * turns.turns > 1.0
+    orders = peaks.place * (0.5 / sampled.turns)
+    off = np.abs(orders - np.rint(orders)) * sampled.turns > 1.0
     off |= orders > MOST_ORDERS + 0.5
-    beside = np.abs(state.components.orders - orders[:, np.newaxis]) * turns.turns < 1.0
+    beside = np.abs(state.components.orders - orders[:, np.newaxis]) * sampled.turns < 1.0
     return peaks.select(off & ~beside.any(axis=1))
 
 
-def candidates_of(state: State, tones: Peaks, whole: NewOrders, broken: Peaks) -> Candidates:
-    """All peaks side by side: in frequency, at whole orders, at broken ones."""
-    places, speed = 2.0 * whole.lines.orders, np.zeros(1)
-    orders = whole.lines.orders
-    turns, samples = state.record.turning, state.record.angle.size
-    if turns is not None:
-        places, speed = turns.turns * places, turns.speeds / (2.0 * np.pi)
-        orders = np.concatenate([orders, broken.place * (0.5 / turns.turns)])
-    frequency = frequencies_of(state, tones)
-    cell = _CELL / samples
-    in_angle = np.repeat([False, True], [frequency.size, orders.size])
-    return Candidates(
-        place=np.concatenate([tones.place, places, broken.place]),
-        in_angle=in_angle,
-        broken=np.arange(in_angle.size) >= frequency.size + whole.height.size,
-        height=np.concatenate([tones.height, _WHOLE * whole.height, broken.height]),
-        low=np.concatenate([frequency, float(speed.min()) * orders]) - cell,
-        high=np.concatenate([frequency, float(speed.max()) * orders]) + cell,
-        samples=samples,
-    )
-
-
-def _lines_at_orders(state: State, turns: Turning, orders: FloatArray) -> Components:
+def _lines_at_orders(state: State, orders: FloatArray) -> Components:
     """Lines at any orders, ascending; whole where it is not told from a whole one."""
-    samples = state.record.angle.size
-    nearest = np.rint(orders)
-    is_whole = np.abs(orders - nearest) * turns.turns < 0.5
+    sampled, nearest = state.record.sampled, np.rint(orders)
+    is_whole = np.abs(orders - nearest) * sampled.turns < 0.5
     orders = np.where(is_whole, nearest, orders)
-    sums = sums_at_orders(state.steps, state.record.sampled, orders)[0]
-    sums *= 2.0 / (samples * mean_square_step(orders, turns.speeds))
-    return replace(
-        no_components(samples), orders=orders, free=~is_whole, cosine=sums.real, sine=sums.imag
-    )
+    sums = sums_at_orders(state.steps, sampled, orders)[0]
+    sums *= 2.0 / (sampled.samples * mean_square_step(orders, sampled.speeds))
+    return components_of(sampled.samples, orders=orders, free=~is_whole, phasor=sums)
 
 
 def _lines_at_frequencies(state: State, frequencies: FloatArray) -> Components:
@@ -373,5 +294,4 @@ def _lines_at_frequencies(state: State, frequencies: FloatArray) -> Components:
     sums = tone_sums(state.steps, frequencies)[0]
     # An increment of a tone is 2j sin(pi f) times its phasor in the middle of the step.
     sums *= 1j / (state.steps.size * np.sin(np.pi * frequencies))
-    none = no_components(state.record.angle.size)
-    return replace(none, frequencies=frequencies, cosine=sums.real, sine=sums.imag)
+    return components_of(state.record.angle.size, frequencies=frequencies, phasor=sums)

@@ -1,24 +1,14 @@
-"""Periodic components as a fit holds them: cosine and sine over a phase.
+"""Periodic components as a fit holds them: a complex amplitude over a phase."""
 
-Range and speeds of a table stand here, computed once because the line search needs them repeatedly.
-"""
-
+from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import Final
 
 import numpy as np
 
-from sagnac.core.arrays import BooleanArray, ComplexArray, FloatArray, every, extent
-from sagnac.spectrum.sums import angle_series, tones
-from sagnac.table.turns import mean_rate
-
-# ---- components --------------------------------------------------------------------
-
-MOST_ORDERS: Final = 128
-"""Highest whole order that counts as the table's own and goes by Fourier sums.
-
-A higher one is a line in time until the table's unsteadiness shows otherwise.
-"""
+from sagnac.core.arrays import BooleanArray, ComplexArray, FloatArray, blocks
+from sagnac.lines.sampling import MIX_BLOCK, MOST_ORDERS
+from sagnac.spectrum.sums import tones
+from sagnac.table.kinematics import harmonic_sum
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -39,8 +29,8 @@ class Components:
         (time components,) cycles per sample.
     center
         Sample number of the phase origin in time.
-    cosine, sine
-        (components,) amplitudes in rad; angle components first.
+    phasor
+        (components,) ``cosine + 1j * sine`` in rad; angle components first.
 
     Raises
     ------
@@ -52,8 +42,7 @@ class Components:
     free: BooleanArray
     frequencies: FloatArray
     center: float
-    cosine: FloatArray
-    sine: FloatArray
+    phasor: ComplexArray
 
     def __post_init__(self) -> None:
         if self.free.shape != self.orders.shape:
@@ -61,10 +50,9 @@ class Components:
                 f"free has shape {self.free.shape} and orders {self.orders.shape}; give one of "
                 "each an angle component"
             )
-        if not self.cosine.shape == self.sine.shape == (self.size,):
+        if self.phasor.shape != (self.size,):
             raise ValueError(
-                f"cosine and sine have shapes {self.cosine.shape} and {self.sine.shape}; "
-                f"{self.size} components have one of each"
+                f"phasor has shape {self.phasor.shape}; {self.size} components have one each"
             )
 
     @property
@@ -75,31 +63,42 @@ class Components:
     @property
     def amplitude(self) -> FloatArray:
         """(components,) rad."""
-        return np.asarray(np.hypot(self.cosine, self.sine))
+        return np.abs(self.phasor)
+
+    @property
+    def multiples(self) -> BooleanArray:
+        """(angle components,) bool: whole orders that go by Fourier sums."""
+        whole = (self.orders == np.rint(self.orders)) & (self.orders <= MOST_ORDERS)
+        return np.asarray(~self.free & whole)
 
     def select(self, keep: BooleanArray) -> "Components":
         """The components where `keep`, (components,) bool, is true."""
-        angle = keep[: self.orders.size]
+        angle, time = np.split(keep, [self.orders.size])
         return replace(
             self,
             orders=self.orders[angle],
             free=self.free[angle],
-            frequencies=self.frequencies[keep[self.orders.size :]],
-            cosine=self.cosine[keep],
-            sine=self.sine[keep],
+            frequencies=self.frequencies[time],
+            phasor=self.phasor[keep],
         )
 
 
-def no_components(samples: int) -> Components:
-    """No components, for a record of `samples` angles."""
-    empty = np.empty(0)
+def components_of(
+    samples: int,
+    *,
+    orders: FloatArray | None = None,
+    free: BooleanArray | None = None,
+    frequencies: FloatArray | None = None,
+    phasor: ComplexArray | None = None,
+) -> Components:
+    """Components for a record of `samples` angles; none of what is not given, no order free."""
+    orders = np.empty(0) if orders is None else orders
     return Components(
-        orders=empty,
-        free=np.empty(0, dtype=bool),
-        frequencies=empty,
+        orders=orders,
+        free=np.zeros(orders.size, dtype=bool) if free is None else free,
+        frequencies=np.empty(0) if frequencies is None else frequencies,
         center=0.5 * (samples - 1),
-        cosine=empty,
-        sine=empty,
+        phasor=np.empty(0, dtype=np.complex128) if phasor is None else phasor,
     )
 
 
@@ -107,18 +106,14 @@ def joined(first: Components, second: Components) -> Components:
     """Both sets as one, orders ascending."""
     orders = np.concatenate([first.orders, second.orders])
     ascending = np.argsort(orders, kind="stable")
-
-    def both(a: FloatArray, b: FloatArray) -> FloatArray:
-        angle = np.concatenate([a[: first.orders.size], b[: second.orders.size]])[ascending]
-        return np.concatenate([angle, a[first.orders.size :], b[second.orders.size :]])
-
+    parts = [np.split(one.phasor, [one.orders.size]) for one in (first, second)]
+    in_angle, in_time = (np.concatenate(both) for both in zip(*parts, strict=True))
     return replace(
         first,
         orders=orders[ascending],
         free=np.concatenate([first.free, second.free])[ascending],
         frequencies=np.concatenate([first.frequencies, second.frequencies]),
-        cosine=both(first.cosine, second.cosine),
-        sine=both(first.sine, second.sine),
+        phasor=np.concatenate([in_angle[ascending], in_time]),
     )
 
 
@@ -144,139 +139,56 @@ def removed(
         If there are orders and no table.
     """
     rest = angle.copy()
-    angles = components.orders.size
-    if angles and table is None:
-        raise ValueError(f"{angles} orders of table angle, and table is None; give the table angle")
-    if angles and table is not None:
-        multiples = phase_multiples(components)
-        if multiples.any():
-            chosen = np.flatnonzero(multiples)
-            orders = components.orders[chosen].astype(np.int64)
-            sums = np.zeros(int(orders[-1]) + 1, dtype=np.complex128)
-            np.add.at(sums, orders, components.cosine[chosen] - 1j * components.sine[chosen])
-            rest -= angle_series(table, sums)
-        for index in np.flatnonzero(~multiples):
-            phase = components.orders[index] * table
-            rest -= components.cosine[index] * np.cos(phase)
-            rest -= components.sine[index] * np.sin(phase)
-    if components.frequencies.size:
-        rest -= tones(
-            start,
-            rest.size,
-            components.center,
-            components.frequencies,
-            cosine=components.cosine[angles:],
-            sine=components.sine[angles:],
-        )
+    orders = components.orders
+    if orders.size and table is None:
+        raise ValueError(f"{orders.size} orders of table angle, and table is None; give the angle")
+    in_angle, in_time = np.split(components.phasor, [orders.size])
+    multiples = components.multiples
+    if table is not None and orders.size:
+        rest -= harmonic_sum(table, orders[multiples], in_angle[multiples])
+        for order, own in zip(orders[~multiples], in_angle[~multiples], strict=True):
+            rest -= own.real * np.cos(order * table)
+            rest -= own.imag * np.sin(order * table)
+    if in_time.size:
+        rest -= tones(start, rest.size, components.center, components.frequencies, in_time)
     return rest
 
 
-def phase_multiples(components: Components) -> BooleanArray:
-    """(angle components,) bool: whole orders that go by Fourier sums."""
-    orders = components.orders
-    return np.asarray(~components.free & (orders == np.rint(orders)) & (orders <= MOST_ORDERS))
-
-
-# ---- turning -----------------------------------------------------------------------
-
-# Samples over which a table speed is taken.
-_SPEED_SPAN: Final = 32
-# Ranks kept at most, and samples at which speeds are measured, about.
-_RANKS: Final = 200
-_SPEEDS: Final = 4000
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Turning:
-    """Range and speeds of a table angle, taken from it once.
-
-    Attributes
-    ----------
-    table
-        (samples,) table angle, rad.
-    sample_rate
-        Hz.
-    low, high
-        Ends of the table's range, rad.
-    mean_rate
-        Mean speed, rad/s, signed by the net direction where there is one.
-    speeds
-        (ranks,) speeds at evenly spaced ranks, ascending, rad a sample.
-    """
-
-    table: FloatArray
-    sample_rate: float
-    low: float
-    high: float
-    mean_rate: float
-    speeds: FloatArray
-
-    @property
-    def turns(self) -> float:
-        """Turns between the lowest and the highest table angle."""
-        return (self.high - self.low) / (2.0 * np.pi)
-
-    @property
-    def fastest(self) -> float:
-        """Highest speed, rad a sample."""
-        return float(self.speeds[-1])
-
-
-def turning(table: FloatArray, sample_rate: float) -> Turning:
-    """`Turning` of a table angle, (samples,) rad, at a sample rate in Hz."""
-    low, high = extent(table)
-    return Turning(
-        table=table,
-        sample_rate=sample_rate,
-        low=low,
-        high=high,
-        mean_rate=mean_rate(table, sample_rate),
-        speeds=speeds(table),
-    )
-
-
-def speeds(table: FloatArray) -> FloatArray:
-    """Speeds of a table angle, rad a sample, at up to 200 evenly spaced ranks, ascending."""
-    apart = max(1, table.size // _SPEEDS)
-    # Short, since a long span would average out a swing of the table.
-    span = min(apart, _SPEED_SPAN)
-    speed = np.sort(np.abs(every(table[span:], apart) - every(table[:-span], apart))) / span
-    return speed[np.linspace(0, speed.size - 1, min(_RANKS, speed.size)).astype(np.int64)]
-
-
-def mean_square_step(orders: FloatArray, speed: FloatArray) -> FloatArray:
-    """(orders,) mean square increment of exp(i k alpha) at the table's speeds, rad a sample."""
-    return np.asarray((4.0 * np.sin(np.outer(orders, speed) / 2.0) ** 2).mean(axis=1))
-
-
-# ---- mixing ------------------------------------------------------------------------
-
-MIX_BLOCK: Final = 50
-"""Samples in each mean of `mixed_down`."""
-
-
 def mixed_down(
-    values: FloatArray, frequencies: FloatArray, center: float, length: int = MIX_BLOCK
+    values: FloatArray,
+    frequencies: FloatArray,
+    center: float,
+    length: int = MIX_BLOCK,
+    taken: Callable[[int, int], FloatArray] | None = None,
 ) -> ComplexArray:
-    """Means over blocks of ``values * exp(-2j pi frequency (n - center))``.
+    """Means over some samples at a time of ``values * exp(-2j pi frequency (n - center))``.
 
     Parameters
     ----------
     values
-        (samples,) in any unit.
+        (samples,) in any unit, in memory or mapped.
     frequencies
         (frequencies,) cycles per sample.
     center
         Sample number at which the phase is zero.
     length
         Samples in each mean.
+    taken
+        Gives a series whose increments are taken away first, for a first sample and a number of
+        samples.
 
     Returns
     -------
     (samples // `length`, frequencies) in the unit of the values.
     """
-    blocks = values.size // length
     waves = np.exp(-2j * np.pi * np.outer(np.arange(length), frequencies)) / length
-    means = values[: blocks * length].reshape(blocks, length) @ waves.view(np.float64)
-    turns = np.outer(np.arange(blocks) * length - center, frequencies)
-    return np.asarray(means.view(np.complex128) * np.exp(-2j * np.pi * (turns % 1.0)))
+    means = []
+    for block in blocks(values.size, multiple=length):
+        rest = values[block]
+        if taken is not None:
+            rest = rest - np.diff(taken(block.start, rest.size + 1))
+        rows = rest.size // length
+        mixed = rest[: rows * length].reshape(rows, length) @ waves.view(np.float64)
+        turns = np.outer(block.start + np.arange(rows) * length - center, frequencies)
+        means.append(mixed.view(np.complex128) * np.exp(-2j * np.pi * (turns % 1.0)))
+    return np.concatenate(means)

@@ -16,9 +16,9 @@ from scipy.optimize import brentq
 
 from sagnac.core.arrays import BooleanArray, FloatArray, blocks
 from sagnac.lines import _kernels
-from sagnac.lines.components import MOST_ORDERS, Components, Turning
+from sagnac.lines.components import Components
 from sagnac.lines.joint_fit import ComponentFit
-from sagnac.lines.products import Sampling
+from sagnac.lines.sampling import MOST_ORDERS, Sampling
 from sagnac.spectrum.periodogram import periodogram
 from sagnac.spectrum.power_laws import floor_scatter, noise_floor
 
@@ -67,19 +67,12 @@ def detection_threshold(bins: int, false_alarm: float) -> float:
     if not false_alarm > 0.0:
         raise ValueError(f"false_alarm is {false_alarm}; give a probability above zero")
     scatter = floor_scatter(bins)
-    return float(
-        brentq(
-            lambda p: (
-                np.log(bins)
-                + 0.5 * np.log(np.pi * p / 3.0)
-                - p
-                + 0.5 * (scatter * p) ** 2
-                - np.log(false_alarm)
-            ),
-            1.0,
-            100.0,
-        )
-    )
+
+    def excess(p: float) -> float:
+        crossings = np.log(bins) + 0.5 * np.log(np.pi * p / 3.0) - p + 0.5 * (scatter * p) ** 2
+        return float(crossings - np.log(false_alarm))
+
+    return float(brentq(excess, 1.0, 100.0))
 
 
 def floor_of_orders(orders: FloatArray, speed: FloatArray, floor: FloatArray) -> FloatArray:
@@ -102,13 +95,11 @@ def floor_of_orders(orders: FloatArray, speed: FloatArray, floor: FloatArray) ->
     return np.asarray((floor[bins] * weight).sum(axis=1) / total)
 
 
-def floors(components: Components, turns: Turning | None, floor: FloatArray) -> FloatArray:
+def floors(components: Components, sampled: Sampling, floor: FloatArray) -> FloatArray:
     """(components,) noise floor at each component's own frequency, rad^2."""
     bins = np.rint(components.frequencies * (2.0 * (floor.size - 1))).astype(np.int64)
-    in_time = floor[np.clip(bins, 0, floor.size - 1)]
-    if turns is None or components.orders.size == 0:
-        return in_time
-    return np.concatenate([floor_of_orders(components.orders, turns.speeds, floor), in_time])
+    in_angle = floor_of_orders(components.orders, sampled.speeds, floor)
+    return np.concatenate([in_angle, floor[np.clip(bins, 0, floor.size - 1)]])
 
 
 def significances(fit: ComponentFit, levels: FloatArray) -> FloatArray:
@@ -121,7 +112,7 @@ def significances(fit: ComponentFit, levels: FloatArray) -> FloatArray:
     levels
         (components,) noise floor of each, rad^2.
     """
-    pair = np.stack([fit.components.cosine, fit.components.sine], axis=1)
+    pair = fit.components.phasor.view(np.float64).reshape(-1, 2)
     block = fit.covariance[:, :2, :2]
     # A pseudo-inverse: if two components coincide, each direction counts once.
     precision = np.linalg.pinv(block, rcond=1e-9, hermitian=True)
@@ -129,43 +120,27 @@ def significances(fit: ComponentFit, levels: FloatArray) -> FloatArray:
 
 
 def significant(
-    fit: ComponentFit, turns: Turning | None, floor: FloatArray, threshold: float
+    fit: ComponentFit, sampled: Sampling, floor: FloatArray, threshold: float
 ) -> Components:
     """The components that stand above the floor with all others fitted beside them.
 
-    If two have moved to one place, the stronger one takes the line: it is one, and their
-    amplitudes mean nothing.
+    Only those count that lie where lines are looked for: below half a cycle, and not too low. If
+    two have moved to one place, to half a cycle, the stronger one takes the line: it is one, and
+    their amplitudes mean nothing.
     """
-    significance = significances(fit, floors(fit.components, turns, floor))
+    components, angles = fit.components, fit.components.orders.size
+    significance = significances(fit, floors(components, sampled, floor))
     keep = significance > 2.0 * threshold
-    keep &= _within_reach(fit.components, floor.size)
-    keep &= ~_doubled(fit.components, significance, 0.0 if turns is None else turns.turns)
-    return fit.components.select(keep)
-
-
-def _within_reach(components: Components, bins: int) -> BooleanArray:
-    """(components,) which lie where lines are looked for: below half a cycle, and not too low."""
-    lowest = LOWEST_CYCLES / (2.0 * (bins - 1))
-    frequencies = components.frequencies
-    reach = np.ones(components.size, dtype=bool)
-    reach[components.orders.size :] = (frequencies >= 0.75 * lowest) & (frequencies < 0.5)
-    return reach
-
-
-def _doubled(components: Components, significance: FloatArray, turns: float) -> BooleanArray:
-    """(components,) which share their place, to half a cycle, with a stronger neighbour."""
-    doubled = np.zeros(components.size, dtype=bool)
-    angles = components.orders.size
-    for places, begin in (
-        (components.orders * turns, 0),
-        (components.frequencies * (2.0 * components.center), angles),
-    ):
-        ascending = np.argsort(places)
-        close = np.flatnonzero(np.diff(places[ascending]) < 0.5)
-        for first, second in zip(ascending[close], ascending[close + 1], strict=True):
-            pair = (begin + int(first), begin + int(second))
-            doubled[min(pair, key=lambda index: float(significance[index]))] = True
-    return doubled
+    cycles = components.frequencies * (2.0 * (floor.size - 1))
+    keep[angles:] &= (cycles >= 0.75 * LOWEST_CYCLES) & (components.frequencies < 0.5)
+    # Orders are apart from tones below zero.
+    in_time = components.frequencies * (2.0 * components.center)
+    places = np.concatenate([-1.0 - components.orders * sampled.turns, in_time])
+    ascending = np.argsort(places)
+    close = np.flatnonzero(np.diff(places[ascending]) < 0.5)
+    pairs = np.stack([ascending[close], ascending[close + 1]])
+    keep[np.where(significance[pairs[0]] <= significance[pairs[1]], *pairs)] = False
+    return components.select(keep)
 
 
 # ---- peaks -------------------------------------------------------------------------
@@ -214,17 +189,10 @@ NO_PEAKS: Final = Peaks(place=np.empty(0), height=np.empty(0))
 
 def peaks_in_frequency(found: Spectrum, threshold: float) -> Peaks:
     """Peaks over frequency whose ratio of power to floor exceeds a threshold."""
-    first = 2 * LOWEST_CYCLES
-    least = _MIDWAY * threshold
-    between = 0.5 * (found.floor[:-1] + found.floor[1:])
-    if not (
-        np.any(found.power[first::2] > least * found.floor[first // 2 :])
-        or np.any(found.power[first + 1 :: 2] > least * between[first // 2 :])
-    ):
-        return NO_PEAKS
     # In red noise the jump from the record's end to its start leaks with one sign into whole bins
     # and with the other into the halves between, whose floor may be twice as high.
-    return _peaks(found.power, found.floor, threshold, first, noise_floor(found.power[1::2]))
+    halves = noise_floor(found.power[1::2])
+    return peaks(found.power, found.floor, threshold, 2 * LOWEST_CYCLES, halves)
 
 
 # A high order stands alone if it holds this part of the power in the whole bins about it. An order
@@ -236,13 +204,7 @@ _OWN: Final = 0.7
 
 
 def peaks_in_order(
-    steps: FloatArray,
-    sampled: Sampling,
-    turns: Turning,
-    floor: FloatArray,
-    threshold: float,
-    *,
-    crowded: bool,
+    steps: FloatArray, sampled: Sampling, floor: FloatArray, threshold: float, *, crowded: bool
 ) -> Peaks:
     """Peaks of the increments' spectrum over table angle.
 
@@ -252,7 +214,7 @@ def peaks_in_order(
     ----------
     steps
         (samples - 1,) increments of what is left of the angle, rad.
-    sampled, turns
+    sampled
         How the table turns.
     floor
         (bins,) noise floor of the increments, rad^2.
@@ -262,31 +224,35 @@ def peaks_in_order(
         Whether peaks crowd beyond the frequencies of order 128. If so, the search goes on to the
         highest order that samples tell.
     """
+    table = sampled.table
+    if table is None or sampled.fastest == 0.0:
+        return NO_PEAKS
     highest = float(MOST_ORDERS)
     if crowded:
-        highest = max(highest, _MOST_ANGLES / (2.0 * _ANGLES_A_CYCLE * max(turns.turns, 1.0)))
+        highest = max(highest, _MOST_ANGLES / (2.0 * _ANGLES_A_CYCLE * max(sampled.turns, 1.0)))
     # None that samples do not tell.
-    highest = min(highest, np.pi / turns.fastest) if turns.fastest > 0.0 else 0.0
+    highest = min(highest, np.pi / sampled.fastest)
     # How far the table strays from a steady rate. The last block may be a short one, and the lags
     # then have a mean.
-    lag = sampled.lag - sampled.lag.mean()
-    rate = float(lag @ (sampled.angle - sampled.angle.mean())) / max(float(lag @ lag), 1e-300)
-    lowest = _SMEARED / max(float(np.std(sampled.angle - rate * lag)), 1e-300)
+    lag = sampled.blocks.lag - sampled.blocks.lag.mean()
+    angle = sampled.blocks.angle
+    rate = float(lag @ (angle - angle.mean())) / max(float(lag @ lag), 1e-300)
+    lowest = _SMEARED / max(float(np.std(angle - rate * lag)), 1e-300)
     if lowest > highest:
         return NO_PEAKS
-    power, spacing = _power_over_angle(steps, turns, highest)
-    coarse = np.geomspace(LOWEST_CYCLES / turns.turns, highest, _FLOOR_POINTS)
-    level = floor_of_orders(coarse, turns.speeds, floor)
+    power, spacing = _power_over_angle(steps, table, sampled, highest)
+    coarse = np.geomspace(LOWEST_CYCLES / sampled.turns, highest, _FLOOR_POINTS)
+    level = floor_of_orders(coarse, sampled.speeds, floor)
     level = np.interp(np.arange(power.size) * spacing, coarse, level)
     first = max(2 * LOWEST_CYCLES, int(lowest / spacing))
-    found = _peaks(power, level, threshold, first)
+    found = peaks(power, level, threshold, first)
     high = found.place * spacing >= _HIGH
     if np.any(high):
         alone = _stands_alone(power - level, found.place)
         # Beside an order that is one, its skirts have to wait for it as they are.
         if not alone[np.argmax(np.where(high, found.height, 0.0))]:
             found = found.select(alone | ~high)
-    return replace(found, place=found.place * (2.0 * turns.turns * spacing))
+    return replace(found, place=found.place * (2.0 * sampled.turns * spacing))
 
 
 def _stands_alone(power: FloatArray, place: FloatArray) -> BooleanArray:
@@ -300,7 +266,7 @@ def _stands_alone(power: FloatArray, place: FloatArray) -> BooleanArray:
 
 
 def _power_over_angle(
-    steps: FloatArray, turns: Turning, highest: float
+    steps: FloatArray, table: FloatArray, sampled: Sampling, highest: float
 ) -> tuple[FloatArray, float]:
     """Power of the increments at even orders up to `highest`, and how far apart these are.
 
@@ -308,59 +274,31 @@ def _power_over_angle(
     of the table, shared out among even angles, are transformed in one. With eight angles to a
     cycle of the highest order, a millionth of the power of what lies beyond it is folded back.
     """
-    table = turns.table
-    scale = _ANGLES_A_CYCLE * highest / (2.0 * np.pi)
-    span_of_table = (turns.high - turns.low) * scale
-    length = scipy.fft.next_fast_len(int(2.0 * span_of_table) + 4, real=True)
+    scale, (low, high) = _ANGLES_A_CYCLE * highest / (2.0 * np.pi), sampled.ends
+    length = scipy.fft.next_fast_len(int(2.0 * (high - low) * scale) + 4, real=True)
     grid = np.zeros(length)
     for block in blocks(steps.size):
-        here = table[block.start : block.stop + 1]
-        _kernels.spread(here, steps[block], turns.low, scale, grid)
+        _kernels.spread(table[block.start : block.stop + 1], steps[block], low, scale, grid)
     sums = scipy.fft.rfft(grid, overwrite_x=True)[: int(length / _ANGLES_A_CYCLE)]
     power = np.square(sums.real) + np.square(sums.imag)
     power /= np.sinc(np.arange(power.size) / length) ** 8
-    power /= table.size * float(np.mean(turns.speeds**2))
+    power /= sampled.samples * float(np.mean(sampled.speeds**2))
     return power, _ANGLES_A_CYCLE * highest / length
 
 
-def _level_of_half_bins(floor: FloatArray, halves: FloatArray, start: int, stop: int) -> FloatArray:
-    """Floor at half bins: the mean of the whole ones beside, or that of the halves if higher.
-
-    Parameters
-    ----------
-    floor
-        (bins,) at the whole bins.
-    halves
-        (bins - 1,) or fewer, at the bins between; half bin n takes that of n // 2.
-    start, stop
-        Which half bins; bin k is half bin 2 k.
-    """
-    first, last = start // 2, (stop - 1) // 2
-    whole = floor[first : last + 2]
-    if whole.size < last - first + 2:
-        whole = np.append(whole, floor[-1])
-    between = halves[first : last + 1]
-    if between.size < last - first + 1:
-        between = np.append(between, np.full(last - first + 1 - between.size, halves[-1]))
-    level = np.empty(2 * between.size)
-    np.maximum(whole[:-1], between, out=level[0::2])
-    np.maximum(0.5 * (whole[:-1] + whole[1:]), between, out=level[1::2])
-    return level[start - 2 * first : stop - 2 * first]
-
-
-def _peaks(
+def peaks(
     power: FloatArray,
     floor: FloatArray,
     threshold: float,
     first: int,
     halves: FloatArray | None = None,
 ) -> Peaks:
-    """Where power over floor peaks above the threshold, from half bin `first` on.
+    """Where power over floor peaks above the threshold, at the top of a parabola.
 
     Parameters
     ----------
     power
-        (half bins,) rad^2.
+        (half bins,) rad^2; bin k is half bin 2 k.
     floor
         (half bins,) rad^2; at the whole bins alone if `halves` are given.
     threshold
@@ -368,22 +306,14 @@ def _peaks(
     first
         Half bin to begin with, one or more.
     halves
-        Floor at the bins between: see `_level_of_half_bins`.
+        Floor at the bins between: a half bin has the mean of the whole ones beside it, or that of
+        the halves if it is higher.
     """
+    halves = np.empty(0) if halves is None else halves
     found = [np.empty((2, 0))]
     for block in blocks(power.size - 1, start=first):
-        start, stop = block.start - 1, block.stop + 1
-        here = power[start:stop]
-        level = (
-            floor[start:stop] if halves is None else _level_of_half_bins(floor, halves, start, stop)
-        )
-        ratio = here / level
-        left, inner, right = ratio[:-2], ratio[1:-1], ratio[2:]
-        top = np.flatnonzero((inner > _MIDWAY * threshold) & (inner >= left) & (inner > right))
-        left, inner, right = left[top], inner[top], right[top]
-        # The top of a parabola through three ordinates.
-        offset = 0.5 * (left - right) / (left - 2.0 * inner + right)
-        found.append(np.stack([block.start + top + offset, here[top + 1]]))
+        ends = block.start, block.stop
+        found.append(_kernels.peaks(power, floor, halves, *ends, _MIDWAY * threshold))
     place, height = np.concatenate(found, axis=1)
     return Peaks(place=place, height=height)
 
@@ -493,12 +423,11 @@ def _crowds(found: FloatArray, crowd: int, spread: float) -> list[Band]:
     bands = []
     for number in np.unique(octave):
         here = found[octave == number]
-        if here.size < crowd:
-            continue
         low, high = np.quantile(here, [0.25, 0.75])
-        if high - low >= spread:
-            bands.append((2.0 ** (number * _WIDTH), 2.0 ** ((number + 1.0) * _WIDTH)))
-    return [(float(low), float(min(high, 0.5))) for low, high in bands]
+        if here.size >= crowd and high - low >= spread:
+            low, high = 2.0 ** (_WIDTH * np.array([number, number + 1.0]))
+            bands.append((float(low), float(min(high, 0.5))))
+    return bands
 
 
 def wandering_bands(drifting: tuple[Band, ...]) -> tuple[Band, ...]:
@@ -522,17 +451,18 @@ def wandering_bands(drifting: tuple[Band, ...]) -> tuple[Band, ...]:
 
 def _side_by_side(drifting: tuple[Band, ...], octaves: float, least: int) -> list[Band]:
     """From the lowest to the highest of runs of lines no farther apart than that."""
-    result, run = [], list[Band]()
-    for line in (*sorted(drifting), (np.inf, np.inf)):
-        if run and line[0] > max(high for _, high in run) * 2.0**octaves:
-            if len(run) >= least:
-                # What wanders is seen but in part.
-                margin = 2.0 ** (0.5 * octaves)
-                highest = max(high for _, high in run)
-                result.append((run[0][0] / margin, min(highest * margin, 0.5)))
-            run = []
-        run.append(line)
-    return result
+    # What wanders is seen but in part.
+    margin = 2.0 ** (0.5 * octaves)
+    runs: list[list[Band]] = []
+    for line in sorted(drifting):
+        if not runs or line[0] > max(high for _, high in runs[-1]) * 2.0**octaves:
+            runs.append([])
+        runs[-1].append(line)
+    return [
+        (run[0][0] / margin, min(max(high for _, high in run) * margin, 0.5))
+        for run in runs
+        if len(run) >= least
+    ]
 
 
 def joined_bands(bands: tuple[Band, ...]) -> tuple[Band, ...]:
@@ -552,12 +482,3 @@ def inside(frequencies: FloatArray, bands: tuple[Band, ...]) -> BooleanArray:
     for low, high in bands:
         within |= (frequencies >= low) & (frequencies <= high)
     return within
-
-
-def without_tones_in(components: Components, bands: tuple[Band, ...]) -> Components:
-    """Lines less the tones in some bands."""
-    if not bands or components.frequencies.size == 0:
-        return components
-    keep = np.ones(components.size, dtype=bool)
-    keep[components.orders.size :] = ~inside(components.frequencies, bands)
-    return components if keep.all() else components.select(keep)

@@ -13,7 +13,7 @@ except for the blocks' ends, at which a `Places.after` goes on with the block's 
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import Any, Final
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 import scipy.linalg
@@ -23,15 +23,13 @@ from scipy.special import chdtri
 from sagnac.core import arrays
 from sagnac.core.arrays import BooleanArray, ComplexArray, FloatArray, IntegerArray
 from sagnac.lines import _kernels
-from sagnac.lines.components import MIX_BLOCK, mixed_down
+from sagnac.lines.components import mixed_down
 
 # ---- baseband --------------------------------------------------------------------
 
 NEAR: Final = 30.0
 """Cycles a record between the lines that drift makes of one: they thin out as they grow weak."""
 
-# Values of a baseband that are enough for any number of blocks that is tried.
-_MOST_VALUES: Final = 2**18
 _STEPS_OF_LINES: Final = 3
 # Frequencies move by no more than this in one step, in cycles a record.
 _LONGEST_STEP: Final = 0.5
@@ -72,8 +70,7 @@ class Baseband:
     samples: int
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class SteadyLines:
+class SteadyLines(NamedTuple):
     """Steady lines fitted to a baseband.
 
     Attributes
@@ -89,11 +86,6 @@ class SteadyLines:
     frequencies: FloatArray
     amplitudes: ComplexArray
     cost: float
-
-
-def mean_length(samples: int) -> int:
-    """Samples in the mean that one value of a baseband of so long a record is."""
-    return MIX_BLOCK * -(-samples // (MIX_BLOCK * _MOST_VALUES))
 
 
 def baseband(
@@ -122,13 +114,7 @@ def baseband(
     taken
         Gives the angle, rad, that is taken away first, for a first sample and a number of samples.
     """
-    mixed, carrier = [], np.array([frequency])
-    for block in arrays.blocks(steps.size, multiple=length):
-        rest = steps[block]
-        if taken is not None:
-            rest = rest - np.diff(taken(block.start, rest.size + 1))
-        mixed.append(mixed_down(rest, carrier, center - block.start, length)[:, 0])
-    means = np.concatenate(mixed)
+    means = mixed_down(steps, np.array([frequency]), center, length, taken)[:, 0]
     return Baseband(
         target=2.0 * means,
         middles=np.arange(means.size, dtype=np.float64) * length + 0.5 * (length - 1),
@@ -138,15 +124,6 @@ def baseband(
         center=center,
         samples=steps.size + 1,
     )
-
-
-def peak(base: Baseband) -> FloatArray:
-    """(1,) frequency, cycles per sample, of the highest peak of the spectrum near the carrier."""
-    padded = 2 * base.target.size
-    power = np.abs(np.fft.fft(base.target, padded))
-    offset = np.fft.fftfreq(padded) / base.length
-    power[np.abs(offset) * base.samples > NEAR] = 0.0
-    return np.array([base.frequency + float(offset[int(np.argmax(power))])])
 
 
 def sum_of_tones(base: Baseband, frequencies: FloatArray, amplitudes: ComplexArray) -> ComplexArray:
@@ -174,11 +151,15 @@ def sum_of_tones(base: Baseband, frequencies: FloatArray, amplitudes: ComplexArr
 def steady_lines(base: Baseband, frequencies: FloatArray) -> SteadyLines:
     """Least squares of steady lines, their frequencies refined by Gauss-Newton steps."""
     found: list[SteadyLines] = []
+    power = float(np.vdot(base.target, base.target).real)
     for _ in range(_STEPS_OF_LINES):
         between, data = _products(base, frequencies)
-        lines = _amplitudes(base, frequencies, between, data)
-        found.append(lines)
-        frequencies = frequencies + _frequency_step(lines.amplitudes, between, data) / base.samples
+        plain, right = between[0], data[0]
+        amplitudes = np.linalg.pinv(plain, rcond=_COLLINEAR, hermitian=True) @ right
+        explained = 2.0 * np.vdot(amplitudes, right) - np.vdot(amplitudes, plain @ amplitudes)
+        cost = (power - float(explained.real)) / base.variance
+        found.append(SteadyLines(frequencies=frequencies, amplitudes=amplitudes, cost=cost))
+        frequencies = frequencies + _frequency_step(amplitudes, between, data) / base.samples
     return min(found, key=lambda one: one.cost)
 
 
@@ -211,18 +192,6 @@ def _products(base: Baseband, frequencies: FloatArray) -> tuple[ComplexArray, Co
         for power in range(2):
             data[power] += across @ (lag**power * base.target[some])
     return between, data
-
-
-def _amplitudes(
-    base: Baseband, frequencies: FloatArray, between: ComplexArray, data: ComplexArray
-) -> SteadyLines:
-    """Amplitudes at these frequencies, from `_products`."""
-    plain, right = between[0], data[0]
-    power = float(np.vdot(base.target, base.target).real)
-    amplitudes = np.linalg.pinv(plain, rcond=_COLLINEAR, hermitian=True) @ right
-    explained = 2.0 * np.vdot(amplitudes, right) - np.vdot(amplitudes, plain @ amplitudes)
-    cost = (power - float(explained.real)) / base.variance
-    return SteadyLines(frequencies=frequencies, amplitudes=amplitudes, cost=cost)
 
 
 def _frequency_step(
@@ -271,8 +240,7 @@ def coefficients_of(blocks: int) -> int:
     return blocks + _REACH - 1
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Places:
+class Places(NamedTuple):
     """Places in the blocks of a record, and the splines there.
 
     Attributes
@@ -401,10 +369,6 @@ class Description:
     significance: float
     parameters: int
 
-    def places(self) -> Places:
-        """Places of the baseband's values in the blocks."""
-        return places(self.base.middles, self.base.samples, self.blocks)
-
     def variance(self, gradient: ComplexArray) -> float:
         """Variance of a number whose change is the real part of gradient* times coefficients'."""
         solved = scipy.linalg.cho_solve_banded((self.factor, False), gradient)
@@ -498,10 +462,11 @@ def simplest(rivals: list[tuple[int, float]]) -> int:
 
 def followed_phase(plain: Description, blocks: int) -> FloatArray:
     """(blocks + 3,) spline through the phase of an envelope, weighted by its power."""
-    at = plain.places()
+    base = plain.base
+    at = places(base.middles, base.samples, plain.blocks)
     envelope = spline_values(at, at.now, plain.coefficients)
     weight = np.abs(envelope)
-    at = places(plain.base.middles, plain.base.samples, blocks)
+    at = places(base.middles, base.samples, blocks)
     band = normal_bands(at, (weight[:, np.newaxis] * at.now).astype(np.complex128))
     band[-1] += _GONE * band[-1].real.max()
     phase = (weight * np.unwrap(np.angle(envelope))).astype(complex)

@@ -109,7 +109,7 @@ def grid_search(
         bound = share_to_bring(
             stop, false_alarm, terms=2, candidates=independent, samples=values.size
         )
-    choose_all(search, bound, most_terms)
+    choose_all(search.best, search.choose, search.fit.mean_square, bound, most_terms)
     return search.fit.result(count, stop, false_alarm, most_terms)
 
 
@@ -200,23 +200,15 @@ class _Fit:
         self.mean_square = [float(rest @ rest) / samples]
         self._sums = scipy.fft.rfft(rest, self.length, workers=THREADS)[1 : count + 1]
         self.places: IntegerArray = np.empty(0, dtype=np.int64)
-        # Coefficients on the constant or the ramp and on the pairs, and what they are made from.
+        # Coefficients on the constant or the ramp and on the pairs, and what these share with data.
         self.coefficients: FloatArray = np.zeros((2, 1))
-        self._gram: FloatArray = np.array([[[1.0]], [[self.ramp_power]]])
         self._data: FloatArray = np.zeros((2, 1))
 
     def add(self, place: int) -> None:
         """Add the pair at a place, and solve for all coefficients together."""
-        here = np.array([place])
-        known = self.places.size + 1
-        gram = np.empty((2, known + 1, known + 1))
-        gram[:, :known, :known] = self._gram
-        gram[:, known, 0] = gram[:, 0, known] = self._with_line(here)[:, 0]
         self.places = np.append(self.places, place)
-        gram[:, known, 1:] = gram[:, 1:, known] = self._with_pairs(here, self.places)[:, 0]
-        self._gram = gram
-        self._data = np.append(self._data, self.from_middle(here), axis=1)
-        solved = np.linalg.solve(gram, self._data[..., np.newaxis])[..., 0]
+        self._data = np.append(self._data, self.from_middle(self.places[-1:]), axis=1)
+        solved = np.linalg.solve(self._gram(self.places), self._data[..., np.newaxis])[..., 0]
         self.coefficients = np.asarray(solved, dtype=np.float64)
         explained = float((self.coefficients * self._data).sum())
         left = max(self.mean_square[0] - explained, 0.0)
@@ -229,12 +221,8 @@ class _Fit:
         New is what the constant or the ramp and `others` do not hold.
         """
         here = np.array([place])
-        gram = np.empty((2, others.size + 1, others.size + 1))
-        gram[:, 0, 0] = 1.0, self.ramp_power
-        gram[:, 0, 1:] = gram[:, 1:, 0] = self._with_line(others)
-        gram[:, 1:, 1:] = self._with_pairs(others, others)
         shared = np.append(self._with_line(here), self._with_pairs(here, others)[:, 0], axis=1)
-        weights = np.linalg.solve(gram, shared[..., np.newaxis])
+        weights = np.linalg.solve(self._gram(others), shared[..., np.newaxis])
         part = self._with_pairs(around, here)[..., 0] - self._with_line(around) * weights[:, 0]
         return np.asarray(part - (self._with_pairs(around, others) @ weights[:, 1:])[..., 0])
 
@@ -280,6 +268,14 @@ class _Fit:
         turn = np.pi / self.cells * (places % (2 * self.cells))
         slope = np.sin(turn) * cosine / sine - self.samples * np.cos(turn)
         return np.asarray(slope / (self.samples * sine * (self.samples - 1)))
+
+    def _gram(self, places: IntegerArray) -> FloatArray:
+        """(2, terms, terms) products of the constant or the ramp and of pairs with each other."""
+        gram = np.empty((2, places.size + 1, places.size + 1))
+        gram[:, 0, 0] = 1.0, self.ramp_power
+        gram[:, 0, 1:] = gram[:, 1:, 0] = self._with_line(places)
+        gram[:, 1:, 1:] = self._with_pairs(places, places)
+        return gram
 
     def _with_line(self, places: IntegerArray) -> FloatArray:
         """(2, places) products of cosines with the constant, and of sines with the ramp."""
@@ -338,17 +334,22 @@ class _Search:
             white = self.times_noise * self._white
         return _kernels.best_pair(self.left, self.power, _DEPENDENT, walk, white)
 
-    @property
-    def mean_square(self) -> list[float]:
-        """Mean square left, at first and after each pair."""
-        return self.fit.mean_square
-
     def choose(self, index: int) -> None:
         """Add the pair at a place, if enough of it is new beside those that are in."""
-        if self._narrow_powers(index):
-            before = np.append(self.fit.coefficients, np.zeros((2, 1)), axis=1)
-            self.fit.add(index)
-            self._update(self.fit.coefficients - before)
+        # It is taken out of the powers of the candidates around it.
+        fit, width = self.fit, _NEAR * self.fit.cells
+        around = np.arange(max(1, index - width), min(self.power.shape[1], index + width) + 1)
+        shared = fit.new_part(around, index, fit.places[np.abs(fit.places - index) <= 2 * width])
+        own = shared[:, index - around[0]]
+        is_new = bool(np.all(own > _DEPENDENT))
+        if is_new:
+            self.power[:, around - 1] -= shared**2 / own[:, np.newaxis]
+        # Chosen or rejected, it is no candidate any more.
+        self.power[:, index - 1] = 0.0
+        if is_new:
+            before = np.append(fit.coefficients, np.zeros((2, 1)), axis=1)
+            fit.add(index)
+            self._update(fit.coefficients - before)
 
     def _noise_level(self, places: slice, power: int) -> float:
         """Mean of what candidates bring times `power` of their place, from its median."""
@@ -356,26 +357,6 @@ class _Search:
         brought = (self.left[:, places][:, free] ** 2 / self.power[:, places][:, free]).sum(axis=0)
         place = np.arange(places.start + 1, places.stop + 1)[free]
         return float(np.median(brought * place**power)) / math.log(2.0) if brought.size else 0.0
-
-    def _narrow_powers(self, place: int) -> bool:
-        """Take a pair about to be chosen out of the powers of the candidates around it.
-
-        Returns
-        -------
-        bool
-            False if too little of the pair is new beside the chosen ones: it is rejected.
-        """
-        width, chosen = _NEAR * self.fit.cells, self.fit.places
-        around = np.arange(max(1, place - width), min(self.power.shape[1], place + width) + 1)
-        others = chosen[np.abs(chosen - place) <= 2 * width]
-        shared = self.fit.new_part(around, place, others)
-        own = shared[:, place - around[0]]
-        is_new = bool(np.all(own > _DEPENDENT))
-        if is_new:
-            self.power[:, around - 1] -= shared**2 / own[:, np.newaxis]
-        # Chosen or rejected, it is no candidate any more.
-        self.power[:, place - 1] = 0.0
-        return is_new
 
     def _update(self, change: FloatArray) -> None:
         """Every product after a change of the coefficients, as far as it is not negligible."""

@@ -25,17 +25,10 @@ from sagnac.core.arrays import (
     blocks,
     every,
 )
-from sagnac.lines.components import (
-    MOST_ORDERS,
-    Components,
-    Turning,
-    mean_square_step,
-    phase_multiples,
-    speeds,
-)
-from sagnac.lines.products import Sampling, inner_products, phase_range, tone_factors
-from sagnac.spectrum.sums import angle_sums
-from sagnac.spectrum.sums import tone_sums as sums_of_tones
+from sagnac.lines.components import Components
+from sagnac.lines.products import inner_products, tone_factors
+from sagnac.lines.sampling import MOST_ORDERS, Sampling, mean_square_step, speeds
+from sagnac.spectrum.sums import angle_sums, tone_sums
 from sagnac.table.kinematics import LARGEST_EARTH_RATE
 from sagnac.table.turns import mean_rate
 
@@ -98,7 +91,7 @@ def fit(
     steps
         (samples - 1,) increments of the angle, rad, with the components already taken out.
     sampled
-        `sampling` of the record.
+        How the record was sampled.
     components
         As they were taken out. Their amplitudes must be near the solution, since the
         derivative in frequency is proportional to them.
@@ -129,7 +122,7 @@ def fit(
     # Every column of the regression is the real part of a factor times the increments of a
     # component's phasor, or of the phasor's derivative in frequency.
     phasor = np.concatenate([np.repeat(np.arange(components.size), 2), components.size + tuned])
-    slope = components.sine[tuned] + 1j * components.cosine[tuned]
+    slope = 1j * components.phasor[tuned].conj()
     factor = np.concatenate([np.tile([1.0, -1.0j], components.size), slope])
     products = inner_products(sampled, components)
     places = np.ix_(phasor, phasor)
@@ -138,13 +131,9 @@ def fit(
     inverse, collinear = _inverse(np.asarray(0.5 * normal.real))
     sums = _data_sums(steps, sampled, components, known_sums)
     solution = inverse @ (factor * sums[phasor]).real
-    kept = np.ones(components.size) if absent is None else 1.0 - absent
-    amplitudes = solution[: 2 * components.size].reshape(-1, 2)
-    started = replace(
-        components,
-        cosine=amplitudes[:, 0] + kept * components.cosine,
-        sine=amplitudes[:, 1] + kept * components.sine,
-    )
+    kept = 1.0 if absent is None else 1.0 - absent
+    amplitudes = solution[: 2 * components.size].view(np.complex128)
+    started = replace(components, phasor=amplitudes + kept * components.phasor)
     moved, covariance = _moved(started, tuned, sampled, solution[2 * components.size :], inverse)
     covariance.flags.writeable = False
     return ComponentFit(components=moved, covariance=covariance, collinear=collinear)
@@ -159,13 +148,13 @@ def _moved(
 ) -> tuple[Components, FloatArray]:
     """The components with the `tuned` frequencies and free orders moved, and `covariance`.
 
-    The derivative in an order is about the middle of the table's range (`phase_range`), and that in
-    a frequency about mid-record, where it is uncorrelated with the phase. The phase origin of an
-    angle component is alpha = 0, so that a move of its order turns its amplitudes, and an error of
-    its order is one of its phase.
+    The derivative in an order is about the middle of the table's range, and that in a frequency
+    about mid-record, where it is uncorrelated with the phase. The phase origin of an angle
+    component is alpha = 0, so that a move of its order turns its amplitudes, and an error of its
+    order is one of its phase.
     """
     size, angles = started.size, started.orders.size
-    middle, width = phase_range(sampled)
+    middle, width = sampled.phase_range
     in_angle = tuned < angles
     unit = np.where(in_angle, 1.0 / width, 1.0 / sampled.samples)
     step = np.clip(solution, -_LONGEST_STEP, _LONGEST_STEP) * unit
@@ -179,21 +168,15 @@ def _moved(
     covariance[tuned] = own
     places = np.concatenate([started.orders, started.frequencies])
     places[tuned] += step
-    phasor = started.cosine + 1j * started.sine
+    phasor = started.phasor.copy()
     for index, move in zip(tuned[in_angle], step[in_angle], strict=True):
         c, s = np.cos(move * middle), np.sin(move * middle)
         phasor[index] *= c + 1j * s
         lever = 1j * middle * phasor[index]
         turn = np.array([[c, -s, lever.real], [s, c, lever.imag], [0.0, 0.0, 1.0]])
         covariance[index] = turn @ covariance[index] @ turn.T
-    moved = replace(
-        started,
-        orders=places[:angles],
-        frequencies=places[angles:],
-        cosine=phasor.real.copy(),
-        sine=phasor.imag.copy(),
-    )
-    return moved, covariance
+    orders, frequencies = np.split(places, [angles])
+    return replace(started, orders=orders, frequencies=frequencies, phasor=phasor), covariance
 
 
 def _inverse(normal: FloatArray) -> tuple[FloatArray, int]:
@@ -230,7 +213,7 @@ def sums_at_orders(steps: FloatArray, sampled: Sampling, orders: FloatArray) -> 
     table = sampled.table
     if table is None or orders.size == 0:
         return sums
-    middle, width = phase_range(sampled)
+    middle, width = sampled.phase_range
     for block in blocks(table.size):
         alpha = table[block]
         weights = _differences(steps, block) * np.stack([np.ones(alpha.size), alpha - middle])
@@ -239,26 +222,11 @@ def sums_at_orders(steps: FloatArray, sampled: Sampling, orders: FloatArray) -> 
     return np.asarray(sums / np.array([[1.0], [width]]))
 
 
-def tone_sums(steps: FloatArray, frequencies: FloatArray) -> ComplexArray:
-    """Sums of `steps` times exp(2j pi f x), and times 2 pi x / samples besides, (2, tones).
-
-    x is the middle of each step, in samples from mid-record.
-    """
-    samples = steps.size + 1
-    return sums_of_tones(steps, frequencies, 0.5 * (steps.size - 1), lag_unit=2.0 * np.pi / samples)
-
-
 def _differences(steps: FloatArray, samples: slice) -> FloatArray:
     """Each step less the next, at the sample between them; outside the record there are none."""
-    result = np.empty(samples.stop - samples.start)
-    start, stop = max(samples.start, 1), min(samples.stop, steps.size)
-    inner = result[start - samples.start : stop - samples.start]
-    np.subtract(steps[start - 1 : stop - 1], steps[start:stop], out=inner)
-    if samples.start == 0:
-        result[0] = -steps[0]
-    if samples.stop > steps.size:
-        result[-1] = steps[-1]
-    return result
+    beyond = int(samples.start == 0), int(samples.stop > steps.size)
+    around = np.pad(steps[max(samples.start - 1, 0) : samples.stop], beyond)
+    return np.asarray(around[:-1] - around[1:])
 
 
 def _data_sums(
@@ -270,7 +238,7 @@ def _data_sums(
     """(2 components,) of the steps and each component's phasor, then its derivative."""
     angles = components.orders.size
     sums = np.zeros(2 * components.size, dtype=np.complex128)
-    table, multiples = sampled.table, phase_multiples(components)
+    table, multiples = sampled.table, components.multiples
     if table is not None and multiples.any():
         orders = components.orders[multiples].astype(np.int64)
         if known_sums is None or orders[-1] >= known_sums.size:
@@ -294,15 +262,24 @@ def _data_sums(
 _FEWEST_ANGLES: Final = 10_000
 
 
-def earth_amplitudes(turns: Turning) -> FloatArray:
+def earth_amplitudes(sampled: Sampling) -> FloatArray | None:
     """(orders,) largest amplitude, rad, that Earth rate on an unsteady table puts into each order.
 
-    0 for order 1, in which Earth rate and the harmonic are one at a steady table (Eq. 16).
+    0 for order 1, in which Earth rate and the harmonic are one at a steady table (Eq. 16): what a
+    steady table would make of it is taken out first, since with ripple in the rate neighbouring
+    orders are not orthogonal to it and would not show beside it. None at rest.
     """
+    if sampled.table is None:
+        return None
     orders = np.arange(1.0, MOST_ORDERS + 1.0)
-    angle, rate = _thinned(turns)
+    # The table turns slowly beside the samples.
+    stride = max(1, int(1.0 / (MOST_ORDERS * sampled.fastest + 1e-9)))
+    stride = min(stride, max(1, sampled.samples // _FEWEST_ANGLES))
+    angle, rate = every(sampled.table, stride), sampled.sample_rate / stride
     length = angle.size * mean_square_step(orders, speeds(angle)) / 2.0
-    steady = _steady_time(angle, rate)
+    net = float(angle[-1] - angle[0]) / (angle.size - 1) * rate
+    # Seconds in which the table turns by 1 rad on its way, if it does not go back and forth.
+    steady = 1.0 / net if abs(net) > 0.5 * abs(mean_rate(angle, rate)) else 0.0
     largest, cosine, sine = np.zeros(MOST_ORDERS), np.cos(angle), np.sin(angle)
     for integrand, whole, sign in ((cosine, sine, 1.0), (sine, cosine, -1.0)):
         steps = integrand[1:] / rate - sign * steady * np.diff(whole)
@@ -310,20 +287,3 @@ def earth_amplitudes(turns: Turning) -> FloatArray:
         largest = np.maximum(largest, np.abs(sums) / np.maximum(length, np.finfo(float).tiny))
     largest[0] = 0.0
     return LARGEST_EARTH_RATE * largest
-
-
-def _thinned(turns: Turning) -> tuple[FloatArray, float]:
-    """Table angles, rad, at a lower rate, Hz: the table turns slowly beside the samples."""
-    stride = max(1, int(1.0 / (MOST_ORDERS * turns.fastest + 1e-9)))
-    stride = min(stride, max(1, turns.table.size // _FEWEST_ANGLES))
-    return every(turns.table, stride), turns.sample_rate / stride
-
-
-def _steady_time(table: FloatArray, rate: float) -> float:
-    """Seconds in which the table turns by 1 rad on its way; 0 if it goes back and forth.
-
-    Order 1 is what a steady table would make of Earth rate. It is taken out first: with ripple in
-    the rate neighbouring orders are not orthogonal to it and would not show beside it.
-    """
-    net = float(table[-1] - table[0]) / (table.size - 1) * rate
-    return 1.0 / net if abs(net) > 0.5 * abs(mean_rate(table, rate)) else 0.0

@@ -1,9 +1,11 @@
 """A periodic component, and what removing all of them leaves."""
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Final, Literal, get_args
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from sagnac.core.arrays import FloatArray
 from sagnac.core.errors import Note, quoted
@@ -96,6 +98,15 @@ class Line:
         if unit not in sizes:
             raise ValueError(f"unit is {quoted(unit)}; use one of {', '.join(sizes)}")
         return self.amplitude / sizes[unit], self.amplitude_error / sizes[unit]
+
+
+def lines_of(scales: Iterable[Scale], channel: str, **columns: ArrayLike) -> list[Line]:
+    """Lines of a channel whose other numbers stand in columns, (lines,) or one for all each."""
+    rows = np.stack(np.broadcast_arrays(*columns.values()), axis=-1).tolist()
+    return [
+        Line(scale=scale, channel=channel, **dict(zip(columns, row, strict=True)))
+        for scale, row in zip(scales, rows, strict=True)
+    ]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

@@ -10,7 +10,7 @@ from sagnac.core.errors import Note, counted, rounded
 from sagnac.core.units import ARCSECOND
 from sagnac.lines.detection import floors, significances
 from sagnac.lines.joint_fit import ComponentFit
-from sagnac.lines.model import Line
+from sagnac.lines.model import Line, Scale, lines_of
 from sagnac.lines.state import State
 from sagnac.lines.wandering import DriftingLine
 from sagnac.noise.laws import sinusoid_allan_variance
@@ -34,13 +34,7 @@ _JITTER: Final = 0.01
 
 def _turn_rate(state: State) -> float:
     """Mean rate of the table, turns a second, 0 at rest."""
-    turns = state.record.turning
-    return 0.0 if turns is None else abs(turns.mean_rate) / (2.0 * np.pi)
-
-
-def _resolution(state: State) -> float:
-    """Width of a bin, Hz."""
-    return state.record.sample_rate / (2.0 * (state.floor.size - 1))
+    return abs(state.record.sampled.mean_rate) / (2.0 * np.pi)
 
 
 def describe_lines(state: State, channel: str) -> tuple[Line, ...]:
@@ -77,47 +71,34 @@ def _of_drifting(line: DriftingLine, sample_rate: float, channel: str) -> Line:
 
 def _of_fit(fit: ComponentFit, state: State, channel: str) -> list[Line]:
     """Steady lines, angle components first."""
-    components = fit.components
-    levels = floors(components, state.record.turning, state.floor)
-    significance = significances(fit, levels)
-    pairs = np.stack([components.cosine, components.sine], axis=1)
-    lines = []
-    for index, (pair, significant) in enumerate(zip(pairs, significance.tolist(), strict=True)):
-        covariance = fit.covariance[index] * levels[index]
-        amplitude = float(np.hypot(*pair))
-        along = pair / amplitude
-        across = np.array([-along[1], along[0]])
-        amplitude_error, phase_error = (
-            float(np.sqrt(max(float(way @ covariance[:2, :2] @ way), 0.0)))
-            for way in (along, across)
-        )
-        phase, phase_error = float(-np.arctan2(pair[1], pair[0])), phase_error / amplitude
-        frequency_error = float(np.sqrt(covariance[2, 2]))
-        in_angle = index < components.orders.size
-        if in_angle:
-            frequency = float(components.orders[index])
-        else:
-            # At the first sample, not at the origin: the frequency's error adds to the phase's.
-            cycles = float(components.frequencies[index - components.orders.size])
-            phase -= 2.0 * np.pi * cycles * components.center
-            turned = 2.0 * np.pi * components.center * frequency_error
-            phase_error = float(np.hypot(phase_error, turned))
-            frequency = cycles * state.record.sample_rate
-            frequency_error *= state.record.sample_rate
-        lines.append(
-            Line(
-                scale="angle" if in_angle else "time",
-                frequency=frequency,
-                frequency_error=frequency_error,
-                amplitude=amplitude,
-                amplitude_error=amplitude_error,
-                phase=float(np.angle(np.exp(1j * phase))),
-                phase_error=phase_error,
-                significance=significant,
-                channel=channel,
-            )
-        )
-    return lines
+    components, angles = fit.components, fit.components.orders.size
+    levels = floors(components, state.record.sampled, state.floor)
+    covariance = fit.covariance * levels[:, np.newaxis, np.newaxis]
+    amplitude = components.amplitude
+    along = components.phasor / amplitude
+    # Errors along the phasor, and across it.
+    ways = np.stack([along, 1j * along]).view(np.float64).reshape(2, -1, 2)
+    variances = np.einsum("wni,nij,wnj->wn", ways, covariance[:, :2, :2], ways)
+    amplitude_error, phase_error = np.sqrt(np.maximum(variances, 0.0))
+    phase, phase_error = -np.angle(components.phasor), phase_error / amplitude
+    frequency_error = np.sqrt(covariance[:, 2, 2])
+    # At the first sample, not at the origin: the frequency's error adds to the phase's.
+    center, rate = 2.0 * np.pi * components.center, state.record.sample_rate
+    phase[angles:] -= center * components.frequencies
+    phase_error[angles:] = np.hypot(phase_error, center * frequency_error)[angles:]
+    frequency_error[angles:] *= rate
+    scales: list[Scale] = ["angle" if at < angles else "time" for at in range(components.size)]
+    return lines_of(
+        scales,
+        channel,
+        frequency=np.concatenate([components.orders, rate * components.frequencies]),
+        frequency_error=frequency_error,
+        amplitude=amplitude,
+        amplitude_error=amplitude_error,
+        phase=np.angle(np.exp(1j * phase)),
+        phase_error=phase_error,
+        significance=significances(fit, levels),
+    )
 
 
 # --- names: every sideband is told here ------------------------------------------------------
@@ -125,50 +106,37 @@ def _of_fit(fit: ComponentFit, state: State, channel: str) -> list[Line]:
 
 def _name(line: Line, stronger: tuple[Line, ...], state: State) -> str:
     """Origin of a line, if its frequency beside a stronger one's tells."""
-    if line.scale == "angle":
-        for other in stronger:
-            if _is_of_encoder(line, other):
-                return f"sideband of order {other.frequency:g} (encoder error)"
-        whole = line.frequency == np.rint(line.frequency)
-        return "" if whole else "non-integer order"
-    if _turn_rate(state) == 0.0:
-        return ""
+    if line.scale == "time":
+        names = (_sideband_in_time(line, other, state) for other in stronger)
+        return next(filter(None, names), "") if _turn_rate(state) else ""
     for other in stronger:
-        name = _sideband_in_time(line, other, state)
-        if name:
-            return name
-    return ""
-
-
-def _is_of_encoder(line: Line, other: Line) -> bool:
-    """Whether the encoder's periodic error makes an order beside another.
-
-    Harmonics are removed in the angle that the encoder reports. Its periodic error, some
-    arcseconds at a low order, leaves sidebands of order * error / 2 beside each of them.
-    """
-    if other.scale != "angle":
-        return False
-    nearest, furthest = _BESIDE
-    apart = abs(line.frequency - other.frequency)
-    reach = other.amplitude * max(other.frequency, 1.0) * _ENCODER_ERROR
-    return nearest < apart < furthest and line.amplitude < reach
+        # Harmonics are removed in the angle that the encoder reports. Its periodic error, some
+        # arcseconds at a low order, leaves sidebands of order * error / 2 beside each of them.
+        apart = abs(line.frequency - other.frequency)
+        reach = other.amplitude * max(other.frequency, 1.0) * _ENCODER_ERROR
+        near = other.scale == "angle" and _BESIDE[0] < apart < _BESIDE[1]
+        if near and line.amplitude < reach:
+            return f"sideband of order {other.frequency:g} (encoder error)"
+    return "" if line.frequency == np.rint(line.frequency) else "non-integer order"
 
 
 def _sideband_in_time(line: Line, other: Line, state: State) -> str:
     """Origin of a line in time beside a stronger line on either scale; empty if there is none."""
     if other.amplitude < _WEAKER * line.amplitude:
         return ""
-    in_time = other.scale == "time"
-    base = other.frequency if in_time else other.frequency * _turn_rate(state)
+    in_time, turn_rate = other.scale == "time", _turn_rate(state)
+    # Width of a bin, Hz.
+    resolution = state.record.sample_rate / (2.0 * (state.floor.size - 1))
+    base = other.frequency if in_time else other.frequency * turn_rate
+    parent = f"{base:.6g} Hz" if in_time else f"order {other.frequency:g}"
     apart = abs(line.frequency - base)
     for multiple, times in ((1, "the table rate"), (2, "twice the table rate")):
-        if abs(apart - multiple * _turn_rate(state)) < _MISSED * _resolution(state):
-            parent = f"{base:.6g} Hz" if in_time else f"order {other.frequency:g}"
+        if abs(apart - multiple * turn_rate) < _MISSED * resolution:
             return f"sideband of {parent} at {times}"
-    if in_time and apart < _DRIFT * _resolution(state):
-        return f"sideband of {base:.6g} Hz (its amplitude or frequency drifts)"
+    if in_time and apart < _DRIFT * resolution:
+        return f"sideband of {parent} (its amplitude or frequency drifts)"
     if not in_time and apart < _JITTER * base:
-        return f"sideband of order {other.frequency:g} (table jitter)"
+        return f"sideband of {parent} (table jitter)"
     return ""
 
 
@@ -200,8 +168,8 @@ def masked_bands(lines: tuple[Line, ...], state: State) -> tuple[tuple[float, fl
     for line in lines:
         if line.scale == "time":
             bands.append((line.frequency - width, line.frequency + width))
-        elif state.record.turning is not None:
-            speed = state.record.turning.speeds * rate / (2.0 * np.pi)
+        else:
+            speed = state.record.sampled.speeds * rate / (2.0 * np.pi)
             low, high = float(speed[0]), float(speed[-1])
             if line.frequency * (high - low) < _SPREAD * width:
                 center = 0.5 * (low + high) * line.frequency
@@ -221,9 +189,7 @@ def noise_taken(lines: tuple[Line, ...], state: State) -> FloatArray:
     for found in state.drifting:
         cells = zip(*taken_bands(found), strict=True)
         bands += [(place * rate, width * rate) for place, width in cells]
-    turn_rate = 0.0
-    if state.record.turning is not None:
-        turn_rate = float(np.median(state.record.turning.speeds)) * rate / (2.0 * np.pi)
+    turn_rate = float(np.median(state.record.sampled.speeds)) * rate / (2.0 * np.pi)
     drifting = {found.frequency * rate for found in state.drifting}
     for line in lines:
         if line.scale == "angle":
@@ -234,8 +200,7 @@ def noise_taken(lines: tuple[Line, ...], state: State) -> FloatArray:
     frequency, bandwidth = np.array(bands).reshape(-1, 2).T
     inside = (frequency > 0.0) & (frequency < 0.5 * rate)
     frequency, bandwidth = frequency[inside], bandwidth[inside]
-    bins = np.rint(frequency / rate * (2.0 * (state.floor.size - 1))).astype(np.int64)
-    return np.stack([frequency, bandwidth, periodogram.density(state.floor[bins], rate)])
+    return np.stack([frequency, bandwidth, periodogram.density_at(frequency, state.floor, rate)])
 
 
 def taken_bands(line: DriftingLine) -> tuple[FloatArray, FloatArray]:

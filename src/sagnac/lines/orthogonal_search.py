@@ -14,7 +14,7 @@ Korenberg, Biol. Cybern. 60 (1989) 267; Korenberg and Paarmann, IEEE Signal Proc
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import Final, Literal, Protocol, get_args
+from typing import Final, Literal, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -244,16 +244,14 @@ def fast_orthogonal_search(
         search = _search_of_sinusoids(spacing * along, ramp, rest, pairs)
     else:
         search = _search_of_columns(np.asarray(candidates, dtype=np.float64), ramp, rest)
+    search.take(np.array([1.0, 0.0]), search.with_one, 1.0, 0.0)
     if ramp_power > 0.0:
         search.take(np.array([0.0, 1.0]), search.with_ramp, ramp_power, 0.0)
+    count = search.data.size
     bound = share_to_bring(
-        stop,
-        false_alarm,
-        terms=search.terms,
-        candidates=search.data.size,
-        samples=values.size,
+        stop, false_alarm, terms=search.terms, candidates=count, samples=values.size
     )
-    choose_all(search, bound, most_terms)
+    choose_all(search.best, search.choose, search.mean_square, bound, most_terms)
     total = search.coefficients()
     slope = (slope + float(total[1])) / half
     return OrthogonalSearch(
@@ -263,7 +261,7 @@ def fast_orthogonal_search(
         coefficients=total[2:].reshape(-1, 2)[:, : search.terms],
         mean_square=np.array(search.mean_square),
         spacing=spacing,
-        candidates=search.data.size,
+        candidates=count,
         stop=stop,
         false_alarm=false_alarm,
         most_terms=most_terms,
@@ -340,33 +338,36 @@ def share_to_bring(
         return 0.0
     if stop == "korenberg":
         return 4.0 * terms / (samples + 1)
-    if terms == 1:
-        return float(chdtri(1, false_alarm / candidates)) / samples
-    return float(2.0 * np.log(candidates / false_alarm) / samples)
+    return float(chdtri(terms, false_alarm / candidates)) / samples
 
 
-class Chooser(Protocol):
-    """A search on its way: it knows its best candidate, and chooses it."""
+def choose_all(
+    best: Callable[[], tuple[float, int]],
+    choose: Callable[[int], None],
+    left: list[float],
+    bound: float,
+    most_terms: int,
+) -> None:
+    """Choose until the best candidate brings too little of what is left.
 
-    @property
-    def mean_square(self) -> list[float]:
-        """Mean square left, at first and after each candidate chosen."""
-
-    def best(self) -> tuple[float, int]:
-        """Greatest drop of the mean square that a candidate would bring, and which."""
-
-    def choose(self, index: int) -> None:
-        """Choose a candidate, or reject it for good if too little of it is new."""
-
-
-def choose_all(search: Chooser, bound: float, most_terms: int) -> None:
-    """Choose until the best candidate brings too little of what is left."""
-    left = search.mean_square
+    Parameters
+    ----------
+    best
+        Gives the greatest drop of the mean square that a candidate would bring, and which.
+    choose
+        Chooses a candidate, or rejects it for good if too little of it is new.
+    left
+        Mean square left, at first and after each candidate chosen.
+    bound
+        Share of what is left that a candidate has to bring.
+    most_terms
+        Candidates chosen at most.
+    """
     while len(left) <= most_terms and left[-1] > NOTHING_LEFT * left[0]:
-        brought, index = search.best()
+        brought, index = best()
         if brought <= bound * left[-1] or brought <= 0.0:
             break
-        search.choose(index)
+        choose(index)
 
 
 @dataclass(slots=True, kw_only=True)
@@ -387,8 +388,8 @@ class _Search:
         what chosen functions hold of them.
     least
         (2, candidates) mean squares below which a term is rejected.
-    with_ramp
-        (candidates,) complex, with the slope's function.
+    with_one, with_ramp
+        (candidates,) complex, with the constant and with the slope's function.
     with_term
         Gives those with one term (0 or 1) of one candidate.
     mean_square
@@ -405,6 +406,7 @@ class _Search:
     own: FloatArray
     cross: FloatArray
     least: FloatArray
+    with_one: ComplexArray
     with_ramp: ComplexArray
     with_term: Callable[[int, int], ComplexArray]
     mean_square: list[float]
@@ -435,10 +437,11 @@ class _Search:
             row[size + term] = 1.0
             products = self.with_term(index, term).copy()
             for other, with_all, power, _ in self.functions:
-                share = _part(with_all[index], term) / power
+                share = with_all.view(np.float64)[2 * index + term] / power
                 row[: other.size] -= share * other
                 products -= share * with_all
-            shared, power = _part(self.data[index], term), float(self.own[term, index])
+            shared = float(self.data.view(np.float64)[2 * index + term])
+            power = float(self.own[term, index])
             left -= shared**2 / power
             self.take(row, products, power, shared)
         # A candidate that brings all that is left brings more by rounding as often as less.
@@ -460,11 +463,6 @@ class _Search:
         return total
 
 
-def _part(product: complex, term: int) -> float:
-    """Product of the first term or of the second."""
-    return float(product.imag if term else product.real)
-
-
 def _search_of_sinusoids(
     argument: FloatArray, ramp: FloatArray, rest: FloatArray, size: int
 ) -> _Search:
@@ -474,11 +472,8 @@ def _search_of_sinusoids(
     def sums(strengths: FloatArray, orders: int) -> ComplexArray:
         return angle_sums(argument, strengths, orders).conj() / argument.size
 
-    sampling, tilted, data = (
-        sums(np.ones(argument.size), 2 * size),
-        sums(ramp, size),
-        sums(rest, size),
-    )
+    sampling = sums(np.ones(argument.size), 2 * size)
+    tilted, data = sums(ramp, size), sums(rest, size)
     double = sampling[2::2][:size]
     # Means of exp(i k argument) from k = -size on: a product of two terms shifts them.
     around = np.concatenate([np.conj(sampling[size:0:-1]), sampling])
@@ -489,18 +484,17 @@ def _search_of_sinusoids(
         return np.asarray(0.5j * (down - up) if term else 0.5 * (down + up))
 
     own = np.stack([0.5 * (1.0 + double.real), 0.5 * (1.0 - double.real)])
-    search = _Search(
+    return _Search(
         terms=2,
         data=data[1:],
         own=own,
         cross=0.5 * double.imag,
         mean_square=[float(rest @ rest) / rest.size],
         least=np.maximum(_DEPENDENT * own, _LEAST_POWER),
+        with_one=sampling[1 : size + 1],
         with_ramp=tilted[1:],
         with_term=with_term,
     )
-    search.take(np.array([1.0, 0.0]), sampling[1 : size + 1], 1.0, 0.0)
-    return search
 
 
 def _search_of_columns(matrix: FloatArray, ramp: FloatArray, rest: FloatArray) -> _Search:
@@ -518,15 +512,14 @@ def _search_of_columns(matrix: FloatArray, ramp: FloatArray, rest: FloatArray) -
     whole = own - np.stack([mean.real**2, mean.imag**2])
     # A pair's weaker term may be its stronger one's rounding.
     least_power = np.maximum(_CONSTANT * own, _LEAST_POWER * whole.max(axis=0))
-    search = _Search(
+    return _Search(
         terms=matrix.shape[2] if matrix.ndim == 3 else 1,
         data=products(rest),
         own=own,
         cross=np.einsum("ij,ij->j", columns[:, :, 0], columns[:, :, 1]) / samples,
         mean_square=[float(rest @ rest) / samples],
         least=np.maximum(_DEPENDENT * whole, least_power),
+        with_one=mean,
         with_ramp=products(ramp),
         with_term=lambda index, term: products(columns[:, index, term]),
     )
-    search.take(np.array([1.0, 0.0]), mean, 1.0, 0.0)
-    return search

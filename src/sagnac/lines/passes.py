@@ -10,19 +10,10 @@ from typing import Final
 
 import numpy as np
 
-from sagnac.core.arrays import BooleanArray, FloatArray, IntegerArray
+from sagnac.core.arrays import BooleanArray, FloatArray
 from sagnac.core.units import EARTH_RATE
-from sagnac.lines import joint_fit
+from sagnac.lines import detection, joint_fit
 from sagnac.lines.components import Components, joined
-from sagnac.lines.detection import (
-    floors,
-    inside,
-    joined_bands,
-    significances,
-    significant,
-    wandering_bands,
-    without_tones_in,
-)
 from sagnac.lines.products import pairs_summed
 from sagnac.lines.rescaling import rescaled_components
 from sagnac.lines.state import State
@@ -49,11 +40,9 @@ def joined_by(state: State, found: Components) -> State:
     """New lines, still in the increments, fitted jointly with the known ones, which are not."""
     if found.size == 0:
         return state
-    flags = joined(
-        replace(state.components, cosine=np.zeros(state.components.size)),
-        replace(found, cosine=np.ones(found.size)),
-    )
-    return _stepped(state, joined(state.components, found), absent=flags.cosine > 0.0)
+    known = replace(state.components, phasor=np.zeros_like(state.components.phasor))
+    flags = joined(known, replace(found, phasor=np.ones_like(found.phasor)))
+    return _stepped(state, joined(state.components, found), absent=flags.phasor != 0.0)
 
 
 def refitted(state: State) -> State:
@@ -71,9 +60,9 @@ def _stepped(state: State, components: Components, absent: BooleanArray | None =
         known_sums=state.order_sums if components.orders.size else None,
     )
     after = fit.components
-    levels = floors(after, state.record.turning, state.floor)
+    levels = detection.floors(after, state.record.sampled, state.floor)
     errors = np.sqrt(np.einsum("nii->ni", fit.covariance) * levels[:, np.newaxis])
-    moved = np.stack([after.cosine - components.cosine, after.sine - components.sine], axis=1)
+    moved = (after.phasor - components.phasor).view(np.float64).reshape(-1, 2)
     settled = absent is None and bool(np.all(np.abs(moved) < _SETTLED * errors[:, :2]))
     passes = state.passes + pairs_summed(state.record.sampled, components)
     return replace(state, components=after, fit=fit, settled=settled, passes=passes)
@@ -86,7 +75,9 @@ def pruned(state: State) -> State:
     """Without the lines that do not stand above the floor."""
     if state.fit is None:
         return state
-    kept = significant(state.fit, state.record.turning, state.floor, state.record.threshold)
+    kept = detection.significant(
+        state.fit, state.record.sampled, state.floor, state.record.threshold
+    )
     return state if kept.size == state.components.size else _with_components(state, kept)
 
 
@@ -119,15 +110,17 @@ def without_vibration(state: State) -> State:
 
     Lines that drift side by side are such a band.
     """
-    wandering = wandering_bands(tuple(line.band for line in state.drifting))
-    state = replace(state, bands=joined_bands((*state.bands, *wandering)))
-    kept = without_tones_in(state.components, state.bands)
-    places = np.array([line.frequency for line in state.drifting])
-    stay = ~inside(places, state.bands)
-    if kept.size == state.components.size and stay.all():
+    wandering = detection.wandering_bands(tuple(line.band for line in state.drifting))
+    state = replace(state, bands=detection.joined_bands((*state.bands, *wandering)))
+    known = state.components
+    keep = np.append(
+        np.ones(known.orders.size, bool), ~detection.inside(known.frequencies, state.bands)
+    )
+    stay = ~detection.inside(np.array([line.frequency for line in state.drifting]), state.bands)
+    if keep.all() and stay.all():
         return state
-    drifting = tuple(line for line, keep in zip(state.drifting, stay, strict=True) if keep)
-    return looked(replace(_with_components(state, kept), drifting=drifting))
+    drifting = tuple(line for line, own in zip(state.drifting, stay, strict=True) if own)
+    return looked(replace(_with_components(state, known.select(keep)), drifting=drifting))
 
 
 def _with_components(state: State, components: Components) -> State:
@@ -152,18 +145,15 @@ def followed(state: State) -> State:
         state.averages + motion.averages,
         motion.kinematics,
         harmonics=known.orders,
-        cosine=known.cosine[:angles],
-        sine=known.sine[:angles],
+        phasor=known.phasor[:angles],
     )
     moved = max(abs(now - was) for now, was in zip(after.earth, motion.earth, strict=True))
     # What harmonics and motion trade with each other, they trade here: nothing of it is left to
     # the fit of the lines, which would meet a residual far above the noise.
-    cosine, sine = known.cosine.copy(), known.sine.copy()
-    place = np.flatnonzero(np.isin(known.orders, after.orders))
-    cosine[place] = after.cosine
-    sine[place] = after.sine
+    phasor = known.phasor.copy()
+    phasor[np.flatnonzero(np.isin(known.orders, after.orders))] = after.phasor
     return replace(
-        _with_components(state, replace(known, cosine=cosine, sine=sine)),
+        _with_components(state, replace(known, phasor=phasor)),
         motion=after,
         earth_settled=state.earth_settled or moved <= _SAME_EARTH * EARTH_RATE,
     )
@@ -172,16 +162,15 @@ def followed(state: State) -> State:
 def rescaled(state: State) -> State:
     """With tones that follow the table moved to the angle scale, and all fitted again.
 
-    A line on its right scale takes from its neighbours, which then stand out no more.
+    The state itself if there are none. A line on its right scale takes from its neighbours, which
+    then stand out no more.
     """
-    turns, strays, components = state.record.turning, state.record.wander, state.components
-    if turns is None or strays is None or components.frequencies.size == 0:
-        return state
-    levels = floors(components, turns, state.floor)
-    moved = state.record.kept.of(
+    components, sampled = state.components, state.record.sampled
+    levels = detection.floors(components, sampled, state.floor)
+    moved = state.record.kept(
         "rescaled",
         state.key,
-        lambda: rescaled_components(components, state.steps, turns, strays, levels),
+        lambda: rescaled_components(components, state.steps, sampled, levels),
     )
     if moved is None:
         return state
@@ -194,12 +183,7 @@ def rescaled(state: State) -> State:
 def rescaled_and_pruned(state: State) -> State:
     """`rescaled`; if that moved any line, without those that no more stand, and looked at anew."""
     after = rescaled(state)
-    return looked(pruned_all(after)) if moved_any(state, after) else state
-
-
-def moved_any(before: State, after: State) -> bool:
-    """Whether `rescaled` moved any line to the angle scale."""
-    return after.components.orders.size > before.components.orders.size
+    return state if after is state else looked(pruned_all(after))
 
 
 # --- lines that drift ------------------------------------------------------------------------
@@ -227,47 +211,26 @@ def _with_one_gathered(state: State, restless: FloatArray) -> State:
     components, fit = state.components, state.fit
     if fit is None or components.size == 0:
         return state
-    angles = components.orders.size
-    levels = floors(components, state.record.turning, state.floor)
-    amplitudes = (components.cosine - 1j * components.sine)[angles:]
-    for group in _suspects(state, significances(fit, levels)[angles:], restless):
-        key = _places(components.frequencies[group], state.record.angle.size)
+    angles, samples = components.orders.size, state.record.angle.size
+    frequencies, amplitudes = components.frequencies, components.phasor[angles:].conj()
+    levels = detection.floors(components, state.record.sampled, state.floor)
+    # Tones that may be one that drifts: clusters, the strongest of each first, and the restless.
+    suspects = clusters(frequencies, detection.significances(fit, levels)[angles:], samples)
+    alone = (np.abs(frequencies[:, np.newaxis] - restless) * samples < 1.0).any(axis=1)
+    for group in (*suspects, *np.flatnonzero(alone)[:, np.newaxis]):
+        # Where they lie, to a quarter of a cycle a record: a refit moves the last digits.
+        key = tuple(np.rint(4.0 * frequencies[group] * samples).astype(int).tolist())
         if key in state.steady:
             continue
+        level = float(levels[angles + group[0]])
         found = fit_drifting(
-            state.steps,
-            float(components.frequencies[group[0]]),
-            float(levels[angles + group[0]]),
-            center=components.center,
-            steady_frequencies=components.frequencies[group],
-            steady_amplitudes=amplitudes[group],
+            state.steps, frequencies[group], amplitudes[group], level, center=components.center
         )
         if found is None:
             state = replace(state, steady=state.steady | {key})
             continue
         keep = np.ones(components.size, dtype=bool)
         keep[angles + group[found.replaced]] = False
-        return replace(
-            _with_components(state, components.select(keep)),
-            drifting=(*state.drifting, found),
-            settled=False,
-        )
+        state = _with_components(state, components.select(keep))
+        return replace(state, drifting=(*state.drifting, found))
     return state
-
-
-def _suspects(
-    state: State, significance: FloatArray, restless: FloatArray
-) -> tuple[IntegerArray, ...]:
-    """Tones that may be one that drifts: clusters, the strongest of each first, and the restless.
-
-    `significance` is that of the tones.
-    """
-    frequencies, samples = state.components.frequencies, state.record.angle.size
-    apart = np.abs(frequencies[:, np.newaxis] - restless) * samples
-    alone = np.flatnonzero((apart < 1.0).any(axis=1))
-    return (*clusters(frequencies, significance, samples), *alone[:, np.newaxis])
-
-
-def _places(frequencies: FloatArray, samples: int) -> tuple[int, ...]:
-    """Where tones lie, to a quarter of a cycle a record: a refit moves the last digits."""
-    return tuple(np.rint(4.0 * frequencies * samples).astype(int).tolist())

@@ -10,7 +10,7 @@ import numpy as np
 from sagnac.core.arrays import FloatArray, IntegerArray
 from sagnac.core.errors import Note
 from sagnac.lines.grid_search import grid_fit, grid_search, grid_sinusoids
-from sagnac.lines.model import Line, Removal, Scale
+from sagnac.lines.model import Line, Removal, Scale, lines_of
 from sagnac.lines.naming import TAKEN_BINS
 from sagnac.lines.orthogonal_search import (
     OrthogonalSearch,
@@ -21,8 +21,7 @@ from sagnac.lines.orthogonal_search import (
 from sagnac.recording.channel import require_rate
 from sagnac.spectrum import periodogram
 from sagnac.spectrum.power_laws import noise_floor
-from sagnac.spectrum.sums import angle_series
-from sagnac.table.kinematics import sine_cosine_integrals
+from sagnac.table.kinematics import harmonic_sum, sine_cosine_integrals
 from sagnac.table.turns import is_turning
 
 SLOWEST_CYCLES: Final = 1.1655612 / math.pi * 51.0
@@ -155,33 +154,59 @@ def remove_lines_as_published(
     left: list[FloatArray] = []
     in_angle: list[Line] = []
     in_time: list[Line] = []
-    chosen: list[IntegerArray] = []
+    chosen: dict[str, IntegerArray] = {}
     for number, (name, angle) in enumerate(angles.items()):
         rest = angle
         if turning is not None:
-            rest, found = _without_orders(angle, turning, search, alone=alone)
-            in_angle += published_lines(found, "angle", 1.0, name)
+            # Step 1; alone, a gyro loses what it senses of the table as well.
+            found = fast_orthogonal_search(
+                turning,
+                angle,
+                spacing=1.0,
+                candidates=search.orders,
+                stop=search.stop,
+                false_alarm=search.false_alarm,
+                most_terms=search.most_orders,
+            )
+            phasor = found.cosine + 1j * found.sine
+            rest = angle - harmonic_sum(turning, found.frequencies, phasor)
+            rest = rest - found.slope * turning if alone else rest
+            in_angle += _lines(found, "angle", 1.0, name)
         report((number + 0.3) / (len(angles) + 1))
-        found = _search_in_time(rest, search)
-        in_time += published_lines(found, "time", sample_rate / (2.0 * np.pi), name)
-        chosen.append(found.chosen)
+        # Step 2.
+        half = (search.cells * rest.size - 1) // 2
+        found = grid_search(
+            rest,
+            cells=search.cells,
+            lowest=min(max(1, math.ceil(search.slowest * search.cells)), half),
+            stop=search.stop,
+            false_alarm=search.false_alarm,
+            most_terms=search.most_lines,
+        )
+        in_time += _lines(found, "time", sample_rate / (2.0 * np.pi), name)
+        chosen[name] = found.chosen
         left.append(rest)
         report((number + 1) / (len(angles) + 1))
     # The same fit of either gyro and then their difference, or the fit of their difference: least
     # squares is linear.
     rest = left[0] if len(left) == 1 else left[0] - left[1]
-    together = list(dict.fromkeys(np.concatenate(chosen).tolist()))
+    together = list(dict.fromkeys(np.concatenate(list(chosen.values())).tolist()))
     fitted = grid_fit(rest, np.array(together, dtype=np.int64), cells=search.cells)
     rest = rest - grid_sinusoids(fitted, rest.size)
     frequency = fitted.frequencies * sample_rate / (2.0 * np.pi)
     width = TAKEN_BINS * sample_rate / rest.size
+    full = [name for name, own in chosen.items() if own.size >= max(search.most_lines, 1)]
+    text = (
+        f"the orthogonal search of {', '.join(full)} ended at its {search.most_lines} terms in "
+        "time, not by its rule: the last of them may be noise"
+    )
     report(1.0)
     return Removal(
         residual=rest,
         lines=(*in_angle, *in_time),
         masked=tuple((float(place - width), float(place + width)) for place in frequency),
         taken=_noise_taken(np.sort(frequency), rest, sample_rate),
-        notes=_filled(chosen, tuple(angles), search),
+        notes=(Note(text=text),) if full else (),
     )
 
 
@@ -229,47 +254,7 @@ def _check(angles: Mapping[str, FloatArray], table: FloatArray | None, sample_ra
     require_rate(sample_rate)
 
 
-def _without_orders(
-    angle: FloatArray, table: FloatArray, search: PublishedSearch, *, alone: bool
-) -> tuple[FloatArray, OrthogonalSearch]:
-    """Step 1: the angle without its harmonics, and without e_x alpha if it is alone."""
-    found = fast_orthogonal_search(
-        table,
-        angle,
-        spacing=1.0,
-        candidates=search.orders,
-        stop=search.stop,
-        false_alarm=search.false_alarm,
-        most_terms=search.most_orders,
-    )
-    rest = angle - _harmonics(table, found)
-    return (rest - found.slope * table if alone else rest), found
-
-
-def _search_in_time(rest: FloatArray, search: PublishedSearch) -> OrthogonalSearch:
-    """Step 2: the frequencies of one gyro, or of the difference."""
-    half = (search.cells * rest.size - 1) // 2
-    lowest = min(max(1, math.ceil(search.slowest * search.cells)), half)
-    return grid_search(
-        rest,
-        cells=search.cells,
-        lowest=lowest,
-        stop=search.stop,
-        false_alarm=search.false_alarm,
-        most_terms=search.most_lines,
-    )
-
-
-def _harmonics(table: FloatArray, found: OrthogonalSearch) -> FloatArray:
-    """(samples,) the chosen orders without constant and slope."""
-    sums = np.zeros(found.candidates + 1, dtype=np.complex128)
-    sums[found.chosen + 1] = found.cosine - 1j * found.sine
-    return angle_series(table, sums)
-
-
-def published_lines(
-    found: OrthogonalSearch, scale: Scale, cycles: float, channel: str
-) -> tuple[Line, ...]:
+def _lines(found: OrthogonalSearch, scale: Scale, cycles: float, channel: str) -> list[Line]:
     """Terms of an orthogonal search as lines; it has no noise model, so no errors either.
 
     Parameters
@@ -284,21 +269,16 @@ def published_lines(
         Name of the gyro.
     """
     drops = -np.diff(found.mean_square) / np.maximum(found.mean_square[1:], np.finfo(float).tiny)
-    return tuple(
-        Line(
-            scale=scale,
-            frequency=float(frequency * cycles),
-            frequency_error=math.nan,
-            amplitude=float(np.hypot(cosine, sine)),
-            amplitude_error=math.nan,
-            phase=float(np.arctan2(-sine, cosine)),
-            phase_error=math.nan,
-            significance=float(drop),
-            channel=channel,
-        )
-        for frequency, cosine, sine, drop in zip(
-            found.frequencies, found.cosine, found.sine, drops, strict=True
-        )
+    return lines_of(
+        [scale] * found.chosen.size,
+        channel,
+        frequency=found.frequencies * cycles,
+        frequency_error=math.nan,
+        amplitude=np.hypot(found.cosine, found.sine),
+        amplitude_error=math.nan,
+        phase=np.arctan2(-found.sine, found.cosine),
+        phase_error=math.nan,
+        significance=drops,
     )
 
 
@@ -316,25 +296,5 @@ def _noise_taken(frequency: FloatArray, residual: FloatArray, sample_rate: float
     gaps = np.minimum(
         np.diff(frequency, prepend=-np.inf, append=np.inf), sample_rate / residual.size
     )
-    bins = np.rint(frequency / sample_rate * (2.0 * (floor.size - 1))).astype(np.int64)
-    density = periodogram.density(floor[bins], sample_rate)
+    density = periodogram.density_at(frequency, floor, sample_rate)
     return np.stack([frequency, 0.5 * (gaps[1:] + gaps[:-1]), density])
-
-
-def _filled(
-    chosen: list[IntegerArray], names: tuple[str, ...], search: PublishedSearch
-) -> tuple[Note, ...]:
-    """A note if a search took all the terms that it was given."""
-    full = [
-        name
-        for name, own in zip(names, chosen, strict=True)
-        if own.size >= max(search.most_lines, 1)
-    ]
-    if not full:
-        return ()
-    return (
-        Note(
-            text=f"the orthogonal search of {', '.join(full)} ended at its {search.most_lines} "
-            "terms in time, not by its rule: the last of them may be noise",
-        ),
-    )

@@ -2,14 +2,14 @@
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Final
 
 import numpy as np
 
-from sagnac.core.arrays import ComplexArray, FloatArray, blocks
-from sagnac.lines.components import MIX_BLOCK, Components, Turning, joined, mixed_down
-from sagnac.table.kinematics import averages_of
+from sagnac.core.arrays import ComplexArray, FloatArray
+from sagnac.lines.components import Components, joined, mixed_down
+from sagnac.lines.sampling import MIX_BLOCK, Sampling, Wander
 
 # Phase error over its deviation, below which a tone and an order look the same.
 _TOLD_APART: Final = 6.0
@@ -26,50 +26,10 @@ _CARRIERS: Final = 8
 # How near tones are put back with one, as a share of its frequency, and of the blocks' rate.
 _NEIGHBOURS: Final = 0.1
 _NEAREST: Final = 0.25
-# A record of fewer blocks than this has not as many bins.
-_FEWEST_BLOCKS: Final = 24
-# The net rate of the table, in its mean speed, below which it goes back and forth.
-_ONE_WAY: Final = 0.5
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Wander:
-    """How the table strays from a steady rate, block by block.
-
-    Attributes
-    ----------
-    rate
-        Mean rate of the table, rad a sample.
-    middles
-        (blocks,) middle of each, in samples from mid-record.
-    phase
-        (blocks,) mean table angle less that of a steady rate, rad.
-    """
-
-    rate: float
-    middles: FloatArray
-    phase: FloatArray
-
-
-def wander(turns: Turning) -> Wander | None:
-    """`Wander` of a table; None if it goes back and forth, or the record is too short to tell.
-
-    Such a table has no rate that a tone could be an order of.
-    """
-    steps = turns.table.size - 1
-    if steps < _FEWEST_BLOCKS * MIX_BLOCK:
-        return None
-    angle = averages_of(turns.table[:steps], MIX_BLOCK)
-    middles = np.arange(float(angle.size)) * MIX_BLOCK + (0.5 * (MIX_BLOCK - 1) - 0.5 * steps)
-    number = middles - float(middles.mean())
-    rate = float(number @ angle) / float(number @ number)
-    if abs(rate) < _ONE_WAY * abs(turns.mean_rate) / turns.sample_rate:
-        return None
-    return Wander(rate=rate, middles=middles, phase=angle - angle.mean() - rate * number)
 
 
 def rescaled_components(
-    components: Components, steps: FloatArray, turns: Turning, strays: Wander, levels: FloatArray
+    components: Components, steps: FloatArray, sampled: Sampling, levels: FloatArray
 ) -> Components | None:
     """The components with those moved to the angle scale that follow the table; None if none does.
 
@@ -83,16 +43,17 @@ def rescaled_components(
         Lines that are out of the increments.
     steps
         (samples - 1,) increments of the angle, rad, without the components.
-    turns, strays
-        How the table turns, and how it strays from a steady rate.
+    sampled
+        How the table turns, and strays from a steady rate.
     levels
         (components,) noise floor at each, rad^2.
     """
-    angles, frequencies = components.orders.size, components.frequencies
+    angles, frequencies, strays = components.orders.size, components.frequencies, sampled.wander
+    if strays is None or frequencies.size == 0:
+        return None
     orders = 2.0 * np.pi * frequencies / abs(strays.rate)
     # Complex amplitudes of the increments: step n leads from sample n to n + 1.
-    phasors = components.cosine[angles:] - 1j * components.sine[angles:]
-    phasors *= np.exp(2j * np.pi * frequencies) - 1.0
+    phasors = components.phasor[angles:].conj() * (np.exp(2j * np.pi * frequencies) - 1.0)
     # Only if its phase is known so well that an order would look different is a tone looked at.
     strength = np.abs(phasors) * np.sqrt(steps.size / (2.0 * levels[angles:]))
     shown = orders * float(np.std(strays.phase)) * strength >= _TOLD_APART
@@ -114,7 +75,7 @@ def rescaled_components(
         return None
     orders = orders[moved[angles:]]
     # Whole where it is not told from whole.
-    whole = np.abs(orders - np.rint(orders)) * turns.turns < 0.5
+    whole = np.abs(orders - np.rint(orders)) * sampled.turns < 0.5
     in_angle = replace(
         components.select(moved),
         orders=np.where(whole, np.rint(orders), orders),
@@ -153,10 +114,5 @@ def _mixed_down(
             carriers.append(frequency)
     for first in range(0, len(carriers), _CARRIERS):
         some = np.array(carriers[first : first + _CARRIERS])
-        means = np.concatenate(
-            [
-                mixed_down(steps[block], some, center - block.start)
-                for block in blocks(steps.size, multiple=MIX_BLOCK)
-            ]
-        )
+        means = mixed_down(steps, some, center)
         yield from zip(some.tolist(), means.T.copy(), strict=True)

@@ -15,35 +15,15 @@ import numpy as np
 from sagnac.core.arrays import FloatArray
 from sagnac.core.errors import Note, counted, rounded
 from sagnac.core.kernels import one_thread
+from sagnac.lines import detection, passes
 from sagnac.lines.candidates import NewLines, new_lines
-from sagnac.lines.components import joined, no_components
-from sagnac.lines.detection import (
-    Band,
-    Peaks,
-    bands_of_peaks,
-    crowded_bands,
-    joined_bands,
-    peaks_in_frequency,
-)
+from sagnac.lines.components import components_of, joined
+from sagnac.lines.detection import Band, Peaks
 from sagnac.lines.model import Removal
 from sagnac.lines.naming import describe_lines, masked_bands, noise_taken
-from sagnac.lines.passes import (
-    followed,
-    gathered,
-    joined_by,
-    looked,
-    moved_any,
-    pruned,
-    pruned_all,
-    refitted,
-    rescaled,
-    rescaled_and_pruned,
-    without_earth_orders,
-    without_vibration,
-)
 from sagnac.lines.products import pairs_summed
 from sagnac.lines.state import Record, State, first_state
-from sagnac.table.kinematics import block_averages, kinematics
+from sagnac.table.kinematics import averages_of, kinematics
 from sagnac.table.motion import follow_table
 from sagnac.table.turns import FEW_TURNS, full_turns, function_of_angle, is_turning
 
@@ -158,7 +138,7 @@ def _without_table(
             "that mean nothing one by one"
         )
         notes = (Note(channel=channel, text=text),)
-    motion = follow_table(block_averages(angle, kinematic), kinematic)
+    motion = follow_table(averages_of(angle, kinematic.block), kinematic)
     return motion.less(angle), notes
 
 
@@ -167,7 +147,7 @@ def _without_table(
 
 def searched(state: State, report: Callable[[float], None]) -> State:
     """The state in which a search ends, with its `end`."""
-    state = looked(state)
+    state = passes.looked(state)
     before: State | None = None
     while state.end is None:
         report(state.rounds / _ROUNDS)
@@ -179,7 +159,7 @@ def searched(state: State, report: Callable[[float], None]) -> State:
         if earlier is not None and state.rounds > _PATIENT_ROUNDS and _same_lines(earlier, state):
             # A line that comes and goes by turns: with it nothing more stands.
             more = before.components.size >= state.components.size
-            state = replace(looked(before) if more else state, end="nothing new stood")
+            state = replace(passes.looked(before) if more else state, end="nothing new stood")
         elif state.rounds == _ROUNDS:
             state = replace(state, end="too many rounds")
     return state
@@ -189,11 +169,11 @@ def next_round(state: State) -> State:
     """One round of finding, fitting and judging; with an `end` if there is nothing more to do."""
     number, before = state.rounds, state
     state = replace(state, rounds=number + 1)
-    tones = peaks_in_frequency(state.look(), state.record.threshold)
+    tones = detection.peaks_in_frequency(state.look(), state.record.threshold)
     crowds = _crowds(state, tones)
     new = new_lines(state, tones, crowds)
     if not _may_be_images(state, new):
-        state = without_vibration(replace(state, bands=crowds))
+        state = passes.without_vibration(replace(state, bands=crowds))
     found_none = new.lines.size == 0 and state.components.size == before.components.size
     if new.lines.size == 0 and state.bands and number >= _PATIENT_ROUNDS:
         return replace(state, end="nothing stands")
@@ -201,23 +181,23 @@ def next_round(state: State) -> State:
         if state.patience is not None:
             return replace(state, earth_settled=True)
         if new.restless.size == 0:
-            after = gathered(state, np.empty(0))
+            after = passes.gathered(state, np.empty(0))
             over = len(after.drifting) == len(state.drifting)
             return replace(after, end="nothing stands" if over else None)
     expected = pairs_summed(state.record.sampled, joined(state.components, new.lines))
     if state.passes + _FITS * expected > _MOST_PASSES:
         return replace(state, end="too many pairs")
-    state = joined_by(state, new.lines)
-    state = pruned(state)
+    state = passes.joined_by(state, new.lines)
+    state = passes.pruned(state)
     # An order that smears looks like a line that drifts: what follows the table moves to its own
     # scale first.
-    state = without_earth_orders(state)
-    state = followed(state)
-    state = refitted(state)
-    state = looked(state)
-    state = rescaled_and_pruned(state)
+    state = passes.without_earth_orders(state)
+    state = passes.followed(state)
+    state = passes.refitted(state)
+    state = passes.looked(state)
+    state = passes.rescaled_and_pruned(state)
     if found_none or (number >= _SURE_ROUNDS and not new.waiting):
-        state = gathered(state, new.restless)
+        state = passes.gathered(state, new.restless)
     if number > 0 and _same_lines(before, state):
         # What was found did not stand once fitted with the rest, and would not next time.
         return replace(state, end="nothing new stood")
@@ -230,10 +210,10 @@ def _crowds(state: State, peaks: Peaks) -> tuple[Band, ...]:
     If the search goes on and on, all that still stands is of such bands.
     """
     bins = state.floor.size
-    crowds = crowded_bands(peaks, state.components, bins)
+    crowds = detection.crowded_bands(peaks, state.components, bins)
     if state.rounds > (_PATIENT_ROUNDS if state.bands else _LAST_ROUNDS):
-        crowds = (*crowds, *bands_of_peaks(peaks, bins))
-    return joined_bands((*state.bands, *crowds))
+        crowds = (*crowds, *detection.bands_of_peaks(peaks, bins))
+    return detection.joined_bands((*state.bands, *crowds))
 
 
 def _may_be_images(state: State, new: NewLines) -> bool:
@@ -241,7 +221,7 @@ def _may_be_images(state: State, new: NewLines) -> bool:
 
     A table that dwells or turns back makes a comb of each, which a band of vibration would hide.
     """
-    if state.record.turning is None:
+    if state.record.sampled.table is None:
         return False
     if state.rounds == 1 or (new.waiting and state.rounds <= _SURE_ROUNDS):
         return True
@@ -250,7 +230,7 @@ def _may_be_images(state: State, new: NewLines) -> bool:
 
 def _same_lines(before: State, after: State) -> bool:
     """Whether two states hold the same lines, to within a bin."""
-    first, second, turning = before.components, after.components, after.record.turning
+    first, second, turns = before.components, after.components, after.record.sampled.turns
     alike = (
         len(before.drifting) == len(after.drifting)
         and first.orders.size == second.orders.size
@@ -258,19 +238,17 @@ def _same_lines(before: State, after: State) -> bool:
     )
     if not alike:
         return False
-    orders = np.abs(first.orders - second.orders) * (0.0 if turning is None else turning.turns)
+    orders = np.abs(first.orders - second.orders) * turns
     tones = np.abs(np.sort(first.frequencies) - np.sort(second.frequencies)) * (2.0 * first.center)
     return bool(np.all(orders < 0.5) and np.all(tones < 1.0))
 
 
 def final_fit(state: State) -> State:
     """All lines on their right scale, the fit settled, and only those that stand."""
-    if state.components.size == 0:
-        return state
-    after = rescaled(state)
-    if not (moved_any(state, after) or state.settled):
-        after = refitted(state)
-    return pruned_all(after)
+    after = passes.rescaled(state)
+    if after is state and not state.settled:
+        after = passes.refitted(state)
+    return passes.pruned_all(after)
 
 
 # --- the answer ------------------------------------------------------------------------------
@@ -281,13 +259,13 @@ def _removal(ended: State, channel: str) -> Removal:
     state = final_fit(ended)
     # The last fit moves lines by less than their errors: the floor is that of the last look, whose
     # power is not asked for any more.
-    state.record.kept.made.pop("spectrum", None)
+    state.record.made.pop("spectrum", None)
     residual = state.residual()
     lines = describe_lines(state, channel)
     rate = state.record.sample_rate
     vibration = tuple((low * rate, high * rate) for low, high in state.bands)
     finished = ended.end in {"nothing stands", "nothing new stood"}
-    bare = replace(state, components=no_components(residual.size), fit=None, drifting=())
+    bare = replace(state, components=components_of(residual.size), fit=None, drifting=())
     return Removal(
         residual=residual,
         lines=lines,

@@ -13,22 +13,14 @@ from typing import Any, Literal, TypeVar
 
 import numpy as np
 
-from sagnac.core.arrays import ComplexArray, FloatArray, blocks, empty
-from sagnac.lines.components import (
-    MOST_ORDERS,
-    Components,
-    Turning,
-    no_components,
-    removed,
-    turning,
-)
+from sagnac.core.arrays import ComplexArray, FloatArray, blocks, elementwise, empty
+from sagnac.lines.components import Components, components_of, removed
 from sagnac.lines.detection import Band, Spectrum, detection_threshold, spectrum
 from sagnac.lines.joint_fit import ComponentFit, earth_amplitudes, order_sums
-from sagnac.lines.products import Sampling, sampling
-from sagnac.lines.rescaling import Wander, wander
+from sagnac.lines.sampling import MOST_ORDERS, Sampling
 from sagnac.lines.wandering import DriftingLine, values
 from sagnac.recording.channel import require_rate
-from sagnac.table.kinematics import averaged, block_averages, kinematics
+from sagnac.table.kinematics import averaged, averages_of, kinematics
 from sagnac.table.motion import TableMotion, follow_table
 from sagnac.table.turns import is_turning
 
@@ -41,25 +33,6 @@ End = Literal[
     "too many pairs",
     "too many rounds",
 ]
-
-
-@dataclass(slots=True, kw_only=True)
-class Kept:
-    """The last thing of each kind that was made, and what it was made from."""
-
-    made: dict[str, tuple[Hashable, Any]] = field(default_factory=dict)
-
-    def of(self, kind: str, source: Hashable, make: Callable[[], _Made]) -> _Made:
-        """Result of `make` for this source, made once for as long as no other is asked for.
-
-        The one before is let go first: two of them may be more than memory should hold.
-        """
-        if kind in self.made and self.made[kind][0] != source:
-            del self.made[kind]
-        if kind not in self.made:
-            self.made[kind] = (source, make())
-        result: _Made = self.made[kind][1]
-        return result
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -76,15 +49,15 @@ class Record:
         Hz.
     false_alarm
         Probability that noise alone yields any line at all.
-    kept
-        What was made of it last.
+    made
+        The last thing of each kind that was made of it, and what it was made from.
     """
 
     angle: FloatArray
     encoder: FloatArray | None
     sample_rate: float
     false_alarm: float = 0.01
-    kept: Kept = field(default_factory=Kept, repr=False)
+    made: dict[str, tuple[Hashable, Any]] = field(default_factory=dict, repr=False)
 
     def __post_init__(self) -> None:
         if self.angle.ndim != 1 or self.angle.size < 2:
@@ -102,24 +75,22 @@ class Record:
         return detection_threshold(self.angle.size // 2, self.false_alarm)
 
     @cached_property
-    def table(self) -> FloatArray | None:
-        """(samples,) angle of a table that turns, rad."""
-        return self.encoder if is_turning(self.encoder) else None
-
-    @cached_property
-    def turning(self) -> Turning | None:
-        """How the table turns; None at rest."""
-        return None if self.table is None else turning(self.table, self.sample_rate)
-
-    @cached_property
-    def wander(self) -> Wander | None:
-        """How the table strays from a steady rate; None if it has none."""
-        return None if self.turning is None else wander(self.turning)
-
-    @cached_property
     def sampled(self) -> Sampling:
-        """When, and at which table angles, the angle was sampled."""
-        return sampling(self.angle.size, self.table)
+        """When, and at which angles of a table that turns, the angle was sampled."""
+        table = self.encoder if is_turning(self.encoder) else None
+        return Sampling(samples=self.angle.size, table=table, sample_rate=self.sample_rate)
+
+    def kept(self, kind: str, source: Hashable, make: Callable[[], _Made]) -> _Made:
+        """Result of `make` for this source, made once for as long as no other is asked for.
+
+        The one before is let go first: two of them may be more than memory should hold.
+        """
+        if kind in self.made and self.made[kind][0] != source:
+            del self.made[kind]
+        if kind not in self.made:
+            self.made[kind] = (source, make())
+        result: _Made = self.made[kind][1]
+        return result
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -206,12 +177,20 @@ class State:
             return angle
         # The harmonics of the motion are left in.
         key = motion.share, motion.drift, motion.earth
-        return self.record.kept.of("angle without motion", key, lambda: motion.less(angle))
+        return self.record.kept("angle without motion", key, lambda: motion.less(angle))
 
     @property
     def steps(self) -> FloatArray:
         """(samples - 1,) increments of the angle without motion and lines, less their mean, rad."""
-        return self.record.kept.of("increments", self.key, lambda: lines_removed(self))
+        return self.record.kept("increments", self.key, self._increments)
+
+    def _increments(self) -> FloatArray:
+        steps = empty(self.record.angle.size - 1)
+        first = last = 0.0
+        for start, rest in self._rest(1):
+            np.subtract(rest[1:], rest[:-1], out=steps[start : start + rest.size - 1])
+            first, last = float(rest[0]) if start == 0 else first, float(rest[-1])
+        return elementwise(np.subtract, steps, (last - first) / steps.size, out=steps)
 
     @property
     def averages(self) -> FloatArray:
@@ -222,18 +201,18 @@ class State:
         return np.concatenate([averaged(rest, block) for _, rest in self._rest(1)])
 
     @property
-    def order_sums(self) -> ComplexArray | None:
-        """(`MOST_ORDERS` + 1,) `joint_fit.order_sums` of the increments; None at rest."""
-        table = self.record.table
+    def order_sums(self) -> ComplexArray:
+        """(`MOST_ORDERS` + 1,) `joint_fit.order_sums` of the increments; zeros at rest."""
+        table = self.record.sampled.table
         if table is None:
-            return None
-        return self.record.kept.of(
+            return np.zeros(MOST_ORDERS + 1, dtype=np.complex128)
+        return self.record.kept(
             "order sums", self.key, lambda: order_sums(self.steps, table, MOST_ORDERS)
         )
 
     def look(self) -> Spectrum:
         """Power of the increments as they are now, and its floor."""
-        return self.record.kept.of("spectrum", self.key, lambda: spectrum(self.steps))
+        return self.record.kept("spectrum", self.key, lambda: spectrum(self.steps))
 
     def residual(self) -> FloatArray:
         """(samples,) the angle without table motion and lines, rad: a new array."""
@@ -247,7 +226,7 @@ class State:
 
         It comes block by block as in table motion, each with so many samples `more` of the next.
         """
-        angle, table = self.without_motion, self.record.table
+        angle, table = self.without_motion, self.record.sampled.table
         length = None if self.motion is None else self.motion.kinematics.length
         for block in blocks(angle.size, length):
             some = slice(block.start, block.stop + more)
@@ -261,7 +240,7 @@ class State:
     def key(self) -> Hashable:
         """Terms taken out of the angle, by value."""
         motion, known = self.motion, self.components
-        arrays = (known.orders, known.free, known.frequencies, known.cosine, known.sine)
+        arrays = (known.orders, known.free, known.frequencies, known.phasor)
         return (
             None if motion is None else (motion.share, motion.drift, motion.earth),
             tuple(array.tobytes() for array in arrays),
@@ -273,26 +252,10 @@ class State:
 
 def first_state(record: Record) -> State:
     """A state that knows table motion alone."""
-    nothing = no_components(record.angle.size)
-    if record.table is None or record.turning is None:
-        return State(record=record, motion=None, components=nothing)
-    kinematic = kinematics(record.table, record.sample_rate)
-    return State(
-        record=record,
-        motion=follow_table(block_averages(record.angle, kinematic), kinematic),
-        components=nothing,
-        earth_reach=earth_amplitudes(record.turning),
-    )
-
-
-def lines_removed(state: State) -> FloatArray:
-    """`State.steps`, made anew."""
-    steps = empty(state.record.angle.size - 1)
-    first = last = 0.0
-    for start, rest in state._rest(1):
-        np.subtract(rest[1:], rest[:-1], out=steps[start : start + rest.size - 1])
-        first, last = float(rest[0]) if start == 0 else first, float(rest[-1])
-    mean = (last - first) / steps.size
-    for block in blocks(steps.size):
-        steps[block] -= mean
-    return steps
+    nothing, table = components_of(record.angle.size), record.sampled.table
+    motion = None
+    if table is not None:
+        kinematic = kinematics(table, record.sample_rate)
+        motion = follow_table(averages_of(record.angle, kinematic.block), kinematic)
+    reach = earth_amplitudes(record.sampled)
+    return State(record=record, motion=motion, components=nothing, earth_reach=reach)

@@ -16,22 +16,23 @@ from sagnac.core.arrays import ComplexArray, FloatArray, IntegerArray
 from sagnac.lines import _kernels
 from sagnac.lines.envelopes import (
     NEAR,
-    Baseband,
     Description,
     baseband,
     best_description,
     coefficients_of,
     knot_values,
     knot_variances,
-    mean_length,
-    peak,
     pieces,
+    places,
     spline_products,
     spline_values,
     steady_lines,
     sum_of_tones,
 )
+from sagnac.lines.sampling import MIX_BLOCK
 
+# Values of a baseband that are enough for any number of blocks that is tried.
+_MOST_VALUES: Final = 2**18
 # Values of the baseband a block: fewer, and the mean over each would round the envelope off.
 _VALUES_A_BLOCK: Final = 16
 # Samples in the finest mean, and the most of such means.
@@ -63,8 +64,6 @@ class DriftingLine:
         Frequency that the envelope is of, cycles per sample.
     center, samples
         Sample number of the phase origin, and the record's length.
-    blocks
-        How many the record is cut into.
     amplitude, amplitude_error
         Root mean square over the record of the peak amplitude, and its standard deviation, rad.
     drift
@@ -79,7 +78,7 @@ class DriftingLine:
     band
         (low, high) cycles per sample within which the noise was taken.
     replaced
-        Which of the steady lines given this line stands for.
+        Which of the steady lines this line stands for.
     envelope, phase
         (4, blocks) polynomials in blocks from the start of each, highest power first: complex a in
         rad, and phi in rad.
@@ -90,7 +89,6 @@ class DriftingLine:
     carrier: float
     center: float
     samples: int
-    blocks: int
     amplitude: float
     amplitude_error: float
     drift: float
@@ -102,6 +100,11 @@ class DriftingLine:
     replaced: IntegerArray
     envelope: ComplexArray
     phase: FloatArray
+
+    @property
+    def blocks(self) -> int:
+        """How many blocks the record is cut into."""
+        return int(self.envelope.shape[1])
 
 
 def clusters(
@@ -131,14 +134,13 @@ def clusters(
 
 def fit_drifting(
     steps: FloatArray,
-    frequency: float,
+    frequencies: FloatArray,
+    amplitudes: ComplexArray,
     floor_level: float,
     *,
     center: float,
-    steady_frequencies: FloatArray | None = None,
-    steady_amplitudes: ComplexArray | None = None,
 ) -> DriftingLine | None:
-    """The line at `frequency` as one that drifts, or None if steady lines describe it as well.
+    """Steady lines as one that drifts, or None if they describe it as well.
 
     Mixed down to zero frequency and averaged, the line is its own envelope, and splines over 1,
     2, 4 ... blocks are fitted to it by least squares. More parameters are taken if chance would
@@ -148,65 +150,57 @@ def fit_drifting(
     Parameters
     ----------
     steps
-        (samples - 1,) increments of the angle, rad; step n leads from sample n to n + 1. The
-        series may be mapped.
-    frequency
-        Cycles per sample, good to a few cycles a record; that of the strongest of a cluster.
+        (samples - 1,) increments of the angle, rad, without the steady lines; step n leads from
+        sample n to n + 1. The series may be mapped.
+    frequencies, amplitudes
+        (lines,) cycles per sample, and complex amplitude in the angle, rad, of
+        ``Re[amplitude exp(2j pi f (n - center))]``: one line or a cluster, the strongest first.
+        They are put back here, and are what the drifting line has to beat.
     floor_level
-        Noise power of the increments about `frequency`, as `spectrum.noise_floor` gives it, rad^2.
+        Noise power of the increments about the first, as `spectrum.noise_floor` gives it, rad^2.
     center
         Sample number of the phase origin.
-    steady_frequencies, steady_amplitudes
-        (lines,) cycles per sample, and complex amplitude in the angle, rad, of
-        ``Re[amplitude exp(2j pi f (n - center))]``: lines about `frequency` that have been taken
-        out of `steps`. They are put back here, and are what the drifting line has to beat. None:
-        one steady line at `frequency`, still in `steps`.
 
     Returns
     -------
     DriftingLine or None
-        It replaces those of the steady lines given that lie in its `band`; the others stay.
+        It replaces those of the steady lines that lie in its `band`; the others stay.
 
     Raises
     ------
     ValueError
-        If `frequency` is not between 0 and 0.5, `floor_level` is not positive, or only one of
-        the two arrays of steady lines is given.
+        If the first frequency is not between 0 and 0.5, or `floor_level` is not positive.
     """
-    if not 0.0 < frequency < 0.5:
-        raise ValueError(f"frequency {frequency!r} is not between 0 and 0.5 cycles per sample")
+    strongest = float(frequencies[0])
+    if not 0.0 < strongest < 0.5:
+        raise ValueError(f"frequency {strongest!r} is not between 0 and 0.5 cycles per sample")
     if not floor_level > 0.0:
         raise ValueError(f"floor_level {floor_level!r} is not a positive power")
-    if (steady_frequencies is None) != (steady_amplitudes is None):
-        raise ValueError("steady_frequencies and steady_amplitudes go together; give both or none")
-    known = np.empty(0) if steady_frequencies is None else steady_frequencies
-    removed = np.empty(0) if steady_amplitudes is None else steady_amplitudes
-    phasors = removed * (np.exp(2j * np.pi * known) - 1.0)
-    most = min(_MOST_BLOCKS, int(min(frequency, 0.5 - frequency) * steps.size / _CYCLES_A_BLOCK))
+    phasors = amplitudes * (np.exp(2j * np.pi * frequencies) - 1.0)
+    most = min(_MOST_BLOCKS, int(min(strongest, 0.5 - strongest) * steps.size / _CYCLES_A_BLOCK))
 
     def fitted(length: int) -> DriftingLine | None:
-        mixed = partial(baseband, steps, floor_level=floor_level, center=center, length=length)
         blocks = min(most, steps.size // (length * _VALUES_A_BLOCK))
         if blocks < 1:
             return None
         # The first carrier may be a side line's; the second is the mean frequency, about which the
         # envelope turns least. The line's mirror image at the negative frequency goes with it.
-        base = mixed(frequency)
-        base = replace(base, target=base.target + sum_of_tones(base, known, phasors))
-        if known.size == 0:
-            alone = steady_lines(base, peak(base))
-            image = sum_of_tones(base, -alone.frequencies, np.conj(alone.amplitudes))
-            base = replace(base, target=base.target - image)
-        best = _best(base, known, blocks)
-        if best is None:
-            return None
-        line = _described(best, known.size)
-        base = mixed(line.frequency, taken=partial(values, line))
-        target = base.target + sum_of_tones(base, known, phasors) + best.shown_by(base)
-        best = _best(replace(base, target=target), known, blocks)
-        return None if best is None else _described(best, known.size)
+        line: DriftingLine | None = None
+        best, carrier = None, strongest
+        for _ in range(2):
+            taken = partial(values, line) if line else None
+            base = baseband(steps, carrier, floor_level, center=center, length=length, taken=taken)
+            target = base.target + sum_of_tones(base, frequencies, phasors)
+            target = target if best is None else target + best.shown_by(base)
+            base = replace(base, target=target)
+            best = best_description(base, steady_lines(base, frequencies), blocks)
+            if best is None:
+                return None
+            line = _described(best)
+            carrier = line.frequency
+        return line
 
-    length = mean_length(steps.size)
+    length = MIX_BLOCK * -(-steps.size // (MIX_BLOCK * _MOST_VALUES))
     finer = max(_FINEST_MEAN, -(-steps.size // _FINE_MEANS))
     line = fitted(length)
     # A line that takes all the blocks that such means allow is looked at more finely. Another is
@@ -224,33 +218,21 @@ def values(line: DriftingLine, start: int, count: int) -> FloatArray:
     return out
 
 
-def _best(base: Baseband, known: FloatArray, blocks: int) -> Description | None:
-    """The best description beside the steady lines known, or else the strongest one."""
-    return best_description(base, steady_lines(base, known if known.size else peak(base)), blocks)
-
-
-def _mean_offset(found: Description) -> tuple[float, float]:
-    """Mean frequency off the carrier weighted by power, and its error, cycles per sample."""
-    at = found.places()
-    carrier = np.exp(1j * spline_values(at, at.now, found.phase))
-    later = np.exp(1j * spline_values(at, at.after, found.phase))
-    rows = at.now * carrier[:, np.newaxis]
-    slopes = at.after * later[:, np.newaxis] - rows
-    envelope = spline_values(at, rows, found.coefficients)
+def _described(found: Description) -> DriftingLine:
+    """The line that a description found."""
+    base, at = found.base, places(found.base.middles, found.base.samples, found.blocks)
+    now, after = (spline_values(at, rows, found.phase) for rows in (at.now, at.after))
+    # Mean frequency off the carrier weighted by power.
+    carrier = np.exp(1j * now)[:, np.newaxis]
+    rows = at.now * carrier
+    slopes = at.after * np.exp(1j * after)[:, np.newaxis] - rows
+    turning = spline_values(at, rows, found.coefficients)
     slope = spline_values(at, slopes, found.coefficients)
-    power = float(np.vdot(envelope, envelope).real)
-    offset = float(np.vdot(envelope, slope).imag) / power
-    gradient = spline_products(at, rows, -1j * slope - 2.0 * offset * envelope)
-    gradient += spline_products(at, slopes, 1j * envelope)
-    error = np.sqrt(found.variance(gradient)) / power
-    return offset / (2.0 * np.pi), float(error) / (2.0 * np.pi)
-
-
-def _described(found: Description, lines: int) -> DriftingLine:
-    """The line that a description found; `lines` steady ones were given."""
-    base, blocks = found.base, found.blocks
-    offset, frequency_error = _mean_offset(found)
-    at = found.places()
+    energy = float(np.vdot(turning, turning).real)
+    offset = float(np.vdot(turning, slope).imag) / energy
+    gradient = spline_products(at, rows, -1j * slope - 2.0 * offset * turning)
+    gradient += spline_products(at, slopes, 1j * turning)
+    frequency_error = float(np.sqrt(found.variance(gradient))) / energy / (2.0 * np.pi)
     envelope = spline_values(at, at.now, found.coefficients)
     size = np.abs(envelope)
     errors = np.asarray(np.sqrt(base.variance * knot_variances(found.factor)))
@@ -259,30 +241,28 @@ def _described(found: Description, lines: int) -> DriftingLine:
     spread = found.variance(2.0 / size.size * spline_products(at, at.now, envelope))
     # An error adds its own power to what it is an error of.
     amplitude = float(np.sqrt(max(power - 2.0 * own, own)))
-    turned = spline_values(at, at.after, found.phase) - spline_values(at, at.now, found.phase)
-    turned = turned[size > _PRESENT * np.sqrt(power)] / (2.0 * np.pi)
-    half = 0.5 * coefficients_of(blocks) / base.samples
+    turned = (after - now)[size > _PRESENT * np.sqrt(power)] / (2.0 * np.pi)
+    half = 0.5 * coefficients_of(found.blocks) / base.samples
     knots = knot_values(found.coefficients) * np.exp(1j * knot_values(found.phase))
     knots.flags.writeable = errors.flags.writeable = False
     return DriftingLine(
-        frequency=base.frequency + offset,
+        frequency=base.frequency + offset / (2.0 * np.pi),
         frequency_error=frequency_error,
         carrier=base.frequency,
         center=base.center,
         samples=base.samples,
-        blocks=blocks,
         amplitude=amplitude,
         amplitude_error=float(np.sqrt(spread)) / (2.0 * amplitude),
         drift=float(np.sqrt(max(float(np.var(size)) - own, 0.0))) / amplitude,
         knots=knots,
         knot_errors=errors,
-        parameters=2 * coefficients_of(blocks),
+        parameters=2 * coefficients_of(found.blocks),
         significance=found.significance,
         band=(
             max(base.frequency + float(turned.min()) - half, 0.0),
             min(base.frequency + float(turned.max()) + half, 0.5),
         ),
-        replaced=np.flatnonzero(~found.kept)[:lines],
+        replaced=np.flatnonzero(~found.kept),
         # These two stay writable: kernels compile anew for arrays that are not.
         envelope=pieces(found.coefficients),
         phase=pieces(found.phase),

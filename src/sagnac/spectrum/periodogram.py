@@ -54,6 +54,12 @@ def density(power: FloatArray, sample_rate: float) -> FloatArray:
     return 2.0 * sample_rate * power
 
 
+def density_at(frequency: FloatArray, floor: FloatArray, sample_rate: float) -> FloatArray:
+    """(frequencies,) `density` of a noise floor, (bins,), in the bins nearest to these, Hz."""
+    bins = np.rint(frequency / sample_rate * (2.0 * (floor.size - 1))).astype(np.int64)
+    return density(floor[bins], sample_rate)
+
+
 def smoothed(power: FloatArray, points: int = 2000) -> tuple[FloatArray, FloatArray]:
     """Periodogram averaged into log-spaced bins, for a figure.
 
@@ -190,6 +196,12 @@ def sine_taper(order: int, samples: int) -> FloatArray:
     return np.asarray(math.sqrt(2.0 / (samples + 1)) * taper)
 
 
+def _taper_power(samples: int, fine: int) -> FloatArray:
+    """Squared transforms of the tapers of some length in steps of 1 / `fine` cycles, summed."""
+    tapers = (sine_taper(order, samples) for order in range(1, TAPERS + 1))
+    return np.asarray(sum(np.abs(rfft(taper, fine * samples)) ** 2 for taper in tapers))
+
+
 @lru_cache(maxsize=1)
 def response() -> tuple[FloatArray, FloatArray]:
     """Mean squared response of the tapers in steps of a quarter cycle a record.
@@ -200,11 +212,7 @@ def response() -> tuple[FloatArray, FloatArray]:
         (offsets,) from -12 to 12 cycles a record, and the response there, a density over offsets
         in cycles a record.
     """
-    samples = 4096
-    power = np.zeros(_FINE * _REACH + 1)
-    for order in range(1, TAPERS + 1):
-        transform = rfft(sine_taper(order, samples), _FINE * samples)[: power.size]
-        power += np.abs(transform) ** 2
+    power = _taper_power(4096, _FINE)[: _FINE * _REACH + 1]
     power /= (2.0 * power.sum() - power[0]) / _FINE
     both = np.concatenate([power[:0:-1], power])
     both.setflags(write=False)
@@ -247,10 +255,8 @@ def band_degrees_of_freedom(ordinates: int) -> float:
 @lru_cache(maxsize=1)
 def _sidelobes() -> FloatArray:
     """Largest mean squared response beyond each whole offset, relative to that at the middle."""
-    samples, fine = 65536, 2
-    power = np.zeros(samples * fine // 2 + 1)
-    for order in range(1, TAPERS + 1):
-        power += np.abs(rfft(sine_taper(order, samples), fine * samples)) ** 2
+    fine = 2
+    power = _taper_power(65536, fine)
     power /= power[: fine * HALF_WIDTH].mean()
     return np.asarray(np.maximum.accumulate(power[::-1])[::-1][::fine])
 

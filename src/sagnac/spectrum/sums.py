@@ -147,14 +147,13 @@ def angle_series(phase: FloatArray, sums: ComplexArray) -> FloatArray:
     return np.ascontiguousarray(values.real)
 
 
-def tone_sums(
-    values: FloatArray, frequencies: FloatArray, center: float, *, lag_unit: float
-) -> ComplexArray:
-    """Sums of ``values * lag**r * exp(2j * pi * f * (n - center))`` for r = 0, 1, exactly.
+def tone_sums(values: FloatArray, frequencies: FloatArray) -> ComplexArray:
+    """Sums of values times exp(2j pi f x), and times 2 pi x / (size + 1) besides, exactly.
 
-    Here n is the sample number and ``lag = (n - center) * lag_unit``. The frequencies are any.
-    Every block is a product of the samples, in rows, with a table of the waves along a row, and
-    the rows are then brought into phase. The products are small: limit the BLAS to one thread.
+    x is the number of the sample from the middle of the series, whose values are steps of one that
+    is longer by one. The frequencies are any. Every block is a product of the samples, in rows,
+    with a table of the waves along a row, and the rows are then brought into phase. The products
+    are small: limit the BLAS to one thread.
 
     Parameters
     ----------
@@ -162,17 +161,13 @@ def tone_sums(
         (samples,) in memory or mapped.
     frequencies
         (frequencies,) cycles per sample.
-    center
-        Sample number of the phase origin, whole or half.
-    lag_unit
-        Unit of the lag, per sample: ``1 / samples`` keeps it near one.
 
     Returns
     -------
     (2, frequencies).
     """
     sums = np.zeros((2, frequencies.size), dtype=np.complex128)
-    width = min(TONE_WIDTH, values.size)
+    width, unit = min(TONE_WIDTH, values.size), _TURN / (values.size + 1)
     for some in blocks(frequencies.size, _TONES_AT_ONCE):
         here = frequencies[some]
         # The waves along a row, then the waves times the place in the row, as real and imaginary
@@ -181,7 +176,7 @@ def tone_sums(
         along = np.hstack([waves, np.arange(width)[:, np.newaxis] * waves]).view(np.float64)
         rows = _waves(here * width, -(-min(BLOCK, values.size) // width))
         for block in blocks(values.size):
-            piece, lag = values[block], block.start - center
+            piece, lag = values[block], block.start - 0.5 * (values.size - 1)
             if piece.size % width:
                 piece = np.append(piece, np.zeros(-piece.size % width))
             products = (piece.reshape(-1, width) @ along).view(np.complex128)
@@ -190,18 +185,12 @@ def tone_sums(
             total = np.einsum("ij,ij->j", plain, rows[: plain.shape[0]])
             tilted = np.einsum("ij,ij->j", ramped, rows[: plain.shape[0]]) + lag * total
             origin = np.exp(2j * np.pi * _turns(here, lag))
-            sums[:, some] += np.stack([total * origin, lag_unit * tilted * origin])
+            sums[:, some] += np.stack([total * origin, unit * tilted * origin])
     return sums
 
 
 def tones(
-    start: int,
-    count: int,
-    center: float,
-    frequencies: FloatArray,
-    *,
-    cosine: FloatArray,
-    sine: FloatArray,
+    start: int, count: int, center: float, frequencies: FloatArray, phasor: ComplexArray
 ) -> FloatArray:
     """Sum of ``cosine * cos(c) + sine * sin(c)``, c = 2 pi f (n - center), over frequencies f.
 
@@ -213,8 +202,8 @@ def tones(
         Sample numbers n = start ... start + count - 1.
     center
         Sample number of the phase origin, whole or half.
-    frequencies, cosine, sine
-        (frequencies,) cycles per sample, and amplitudes in any unit.
+    frequencies, phasor
+        (frequencies,) cycles per sample, and ``cosine + 1j * sine`` in any unit.
 
     Returns
     -------
@@ -228,7 +217,7 @@ def tones(
         # The real part of a product of complex numbers: the first one's conjugate stands beside
         # the second, both as pairs of real ones.
         rows = _waves(here * width, total.shape[0])
-        rows *= (cosine[some] - 1j * sine[some]) * origin
+        rows *= phasor[some].conj() * origin
         np.conjugate(rows, out=rows)
         total += rows.view(np.float64) @ _waves(here, width).view(np.float64).T
     return total.reshape(-1)[:count]

@@ -19,7 +19,7 @@ from typing import Final, Self
 import numpy as np
 from scipy.fft import dst, idst
 
-from sagnac.core.arrays import FloatArray, blocks, elementwise, empty
+from sagnac.core.arrays import FloatArray, blocks, differences, elementwise, empty, mean, square
 from sagnac.core.units import ARCSECOND
 from sagnac.table.kinematics import (
     KINEMATIC_RATE,
@@ -295,13 +295,13 @@ def _phase_drift(shown: FloatArray, known: FloatArray, orders: FloatArray, stret
         # Orders follow one another from 1: a product is a tenth of an exponential.
         turned *= turn
         phasor = turned.sum(axis=1)
-        mean = phasor.mean()
-        phase = np.imag(phasor * np.conj(mean)) / max(abs(mean) ** 2, 1e-300) / order
+        usual = phasor.mean()
+        phase = np.imag(phasor * np.conj(usual)) / max(abs(usual) ** 2, 1e-300) / order
         slope = float(parts @ phase) / float(parts @ parts)
         left = phase - phase.mean() - slope * parts
         variance = float(left @ left) / (stretches - 2) / float(parts @ parts)
-        scatter = float(np.sum(np.abs(phasor - mean) ** 2)) / (stretches - 1)
-        if abs(mean) ** 2 > _CLEAR * scatter and variance > 0.0:
+        scatter = float(np.sum(np.abs(phasor - usual) ** 2)) / (stretches - 1)
+        if abs(usual) ** 2 > _CLEAR * scatter and variance > 0.0:
             values.append(slope)
             weights.append(1.0 / variance)
     if not values:
@@ -350,12 +350,8 @@ def _noise(gyro: FloatArray, encoder: FloatArray, delay: Delay | None, sample_ra
     if delay is not None:
         back = replace(delay, mean=-delay.mean, change=-delay.change)
         gyro = _undelayed(gyro, back, sample_rate)
-    count, total, squares = encoder.size - 1, 0.0, 0.0
-    for block in blocks(count):
-        here = slice(block.start, block.stop + 1)
-        steps = np.diff(encoder[here] - gyro[here])
-        total, squares = total + float(steps.sum()), squares + float(steps @ steps)
-    return math.sqrt(0.5 * max(squares / count - (total / count) ** 2, 0.0))
+    steps = differences(elementwise(np.subtract, encoder, gyro))
+    return math.sqrt(0.5 * max(square(steps) / steps.size - mean(steps) ** 2, 0.0))
 
 
 def _led(led: FloatArray, guide: FloatArray, block: int) -> FloatArray:
@@ -416,10 +412,9 @@ def _undelayed(encoder: FloatArray, delay: Delay, sample_rate: float) -> FloatAr
             -(part + 1.0) * part * (part - 2.0) / 2.0,
             (part + 1.0) * part * (part - 1.0) / 6.0,
         )
-        total = rates @ beyond
+        result[block] = rates @ beyond
         for offset, weight in enumerate(weights, start=-1):
-            total += weight * near[before + offset]
-        result[block] = total
+            result[block] += weight * near[before + offset]
     return result
 
 

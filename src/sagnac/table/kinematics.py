@@ -48,10 +48,8 @@ def bounded_by_earth(
         (coefficients,) the first solution within the bound as the prior is tightened; the plain
         one if Earth rate has no penalty, so that no prior could hold it.
     """
-    solution = solve(penalty)
-    if not np.all(penalty[earth] > 0.0):
-        return solution
-    while np.abs(solution[earth]).max() > LARGEST_EARTH_RATE:
+    solution, held = solve(penalty), bool(np.all(penalty[earth] > 0.0))
+    while held and np.abs(solution[earth]).max() > LARGEST_EARTH_RATE:
         # Encoder error speaks here, not noise, and no amount of it makes the Earth turn faster.
         penalty = _TIGHTER * penalty
         solution = solve(penalty)
@@ -203,19 +201,20 @@ def block_gain(kinematic: Kinematics, orders: FloatArray) -> FloatArray:
     return np.asarray(np.sin(kinematic.block * half) / (kinematic.block * np.sin(half)))
 
 
-def harmonic_sum(
-    angle: FloatArray, orders: FloatArray, cosine: FloatArray, sine: FloatArray
-) -> FloatArray:
-    """Sum over the orders of ``cosine * cos(order * angle) + sine * sin(order * angle)``."""
+def harmonic_sum(angle: FloatArray, orders: FloatArray, phasor: ComplexArray) -> FloatArray:
+    """Sum of ``cosine * cos(order * angle) + sine * sin(order * angle)`` over the orders.
+
+    `phasor` is (orders,) ``cosine + 1j * sine``.
+    """
     whole = are_whole(orders)
     total = np.zeros(angle.size)
     if whole.any():
         places = orders[whole].astype(np.int64)
         sums = np.zeros(int(places.max()) + 1, dtype=np.complex128)
-        np.add.at(sums, places, cosine[whole] - 1j * sine[whole])
+        np.add.at(sums, places, phasor[whole].conj())
         total += angle_series(angle, sums)
-    for order, a, b in zip(orders[~whole], cosine[~whole], sine[~whole], strict=True):
-        total += a * np.cos(order * angle) + b * np.sin(order * angle)
+    for order, own in zip(orders[~whole], phasor[~whole], strict=True):
+        total += own.real * np.cos(order * angle) + own.imag * np.sin(order * angle)
     return total
 
 
@@ -253,8 +252,3 @@ def averages_of(angle: FloatArray, block: int) -> FloatArray:
     return np.concatenate(
         [averaged(angle[some], block) for some in blocks(angle.size, multiple=block)]
     )
-
-
-def block_averages(angle: FloatArray, kinematic: Kinematics) -> FloatArray:
-    """(averages,) of a (samples,) angle over the blocks of the kinematics, in its unit."""
-    return averages_of(angle, kinematic.block)

@@ -14,7 +14,7 @@ import numpy as np
 import scipy.linalg
 import scipy.linalg.lapack
 
-from sagnac.core.arrays import FloatArray, blocks, empty
+from sagnac.core.arrays import ComplexArray, FloatArray, blocks, empty
 from sagnac.table import _kernels
 from sagnac.table.kinematics import (
     LARGEST_EARTH_RATE,
@@ -55,8 +55,9 @@ class TableMotion:
         Coefficients of the integrals of cos and sin of table angle, rad/s.
     kinematics
         Of the table angle.
-    orders, cosine, sine
-        (harmonics,) of table angle that were fitted beside it, and are left in, rad.
+    orders, phasor
+        (harmonics,) of table angle that were fitted beside it and are left in, and
+        ``cosine + 1j * sine`` of each, rad.
     """
 
     share: float
@@ -64,8 +65,7 @@ class TableMotion:
     earth: tuple[float, float]
     kinematics: Kinematics
     orders: FloatArray
-    cosine: FloatArray
-    sine: FloatArray
+    phasor: ComplexArray
 
     def over(self, start: int, stop: int) -> FloatArray:
         """The motion, rad, over samples from a piece's start on (a multiple of its length)."""
@@ -100,28 +100,29 @@ class Design:
     ----------
     kinematic
         Of the table.
+    orders
+        (orders,) whose cosine and sine stand last.
     columns
         (averages,) each: table angle in rad, time in s (zeros without a drift), the integrals of
         cosine and sine in s.
-    orders
-        (orders,) whose cosine and sine follow.
     """
 
     kinematic: Kinematics
-    columns: tuple[FloatArray, ...]
     orders: FloatArray
+    columns: tuple[FloatArray, ...]
+
+    @classmethod
+    def of(cls, kinematic: Kinematics, orders: FloatArray, *, with_drift: bool) -> "Design":
+        """Columns for these `orders`, with a drift or without."""
+        time = kinematic.interval * np.arange(float(kinematic.angle.size))
+        drift = time if with_drift else np.zeros(time.size)
+        columns = kinematic.angle, drift, kinematic.cosine, kinematic.sine
+        return cls(kinematic=kinematic, orders=orders, columns=columns)
 
     @property
     def size(self) -> int:
         """Number of coefficients."""
         return len(self.columns) + 2 * self.orders.size
-
-    @property
-    def deviations(self) -> FloatArray:
-        """(coefficients,) prior standard deviation of each: Earth rate alone has one."""
-        prior = np.full(self.size, np.inf)
-        prior[_EARTH] = LARGEST_EARTH_RATE
-        return prior
 
     def increments(self, start: int, stop: int) -> FloatArray:
         """(coefficients, stop - start) increments of every column."""
@@ -143,25 +144,13 @@ class Design:
         return rows
 
 
-def design(kinematic: Kinematics, orders: FloatArray, *, with_drift: bool) -> Design:
-    """Columns for these `orders`, with a drift or without."""
-    time: FloatArray = kinematic.interval * np.arange(float(kinematic.angle.size))
-    drift = time if with_drift else np.zeros(time.size)
-    columns = kinematic.angle, drift, kinematic.cosine, kinematic.sine
-    return Design(kinematic=kinematic, columns=columns, orders=orders)
-
-
-def kinematic_fits(
-    averages: FloatArray,
-    kinematic: Kinematics,
-    harmonics: FloatArray | None,
-    *,
-    with_drift: bool,
+def follow_table_together(
+    averages: FloatArray, kinematic: Kinematics, harmonics: FloatArray | None = None
 ) -> tuple[TableMotion, ...]:
-    """Fit the kinematics, and beside them those harmonics that the averages can show.
+    """`follow_table` of several gyros on one table.
 
-    The columns of several gyros on one table are made, and made orthogonal, once. Least squares on
-    increments of averages, Earth rate held by its prior.
+    The columns are made, and made orthogonal, once. Least squares on increments of averages, Earth
+    rate held by its prior.
 
     Parameters
     ----------
@@ -171,18 +160,19 @@ def kinematic_fits(
         Of the table.
     harmonics
         Orders present in the angles; None if that is not known: all are allowed for, up to 128.
-    with_drift
-        Whether a drift is fitted.
     """
     orders = np.arange(1.0, _NUISANCE_ORDERS + 1.0) if harmonics is None else harmonics
     orders = orders[orders <= highest_harmonic(kinematic)]
-    columns = design(kinematic, orders, with_drift=with_drift)
     # Harmonics are known only after a search, which takes lines in time out as well. If these are
     # still in, they count as noise: they would otherwise buy any Earth rate that lowers them.
     lines_taken = harmonics is not None and harmonics.size > 0
+    if full_turns(kinematic.table) < FEW_TURNS:
+        # Over part of a turn harmonics can make the table angle itself: share and drift first.
+        orders, lines_taken = np.empty(0), False
+    columns = Design.of(kinematic, orders, with_drift=tells_drift(kinematic))
     targets = np.diff(averages)
     rows = triangle(columns, targets)
-    gain, plain = block_gain(kinematic, orders), len(columns.columns)
+    gain, plain = np.repeat(block_gain(kinematic, orders), 2), len(columns.columns)
     motions = []
     for number, target in enumerate(targets):
         reduced = Triangle.of(rows, columns.size, number)
@@ -191,7 +181,8 @@ def kinematic_fits(
             noise = noise_beside_lines(leftover(columns, target, free))
         else:
             noise = reduced.deviation(free, target.size)
-        penalty = noise / (columns.deviations * reduced.scale)
+        penalty = np.zeros(columns.size)
+        penalty[_EARTH] = noise / (LARGEST_EARTH_RATE * reduced.scale[_EARTH])
         solution = bounded_by_earth(reduced.solution, penalty, _EARTH)
         share, drift, *earth = solution[:plain].tolist()
         motions.append(
@@ -201,8 +192,7 @@ def kinematic_fits(
                 earth=(earth[0], earth[1]),
                 kinematics=kinematic,
                 orders=orders,
-                cosine=solution[plain::2] / gain,
-                sine=solution[plain + 1 :: 2] / gain,
+                phasor=(solution[plain:] / gain).view(np.complex128),
             )
         )
     return tuple(motions)
@@ -297,8 +287,7 @@ def follow_table(
     kinematic: Kinematics,
     *,
     harmonics: FloatArray | None = None,
-    cosine: FloatArray | None = None,
-    sine: FloatArray | None = None,
+    phasor: ComplexArray | None = None,
 ) -> TableMotion:
     """Fit table motion and Earth rate by the integrated kinematics.
 
@@ -317,29 +306,13 @@ def follow_table(
     harmonics
         Orders present in the angle; None if that is not known: all are allowed for. Those
         above `highest_harmonic` are not fitted: take them out before.
-    cosine, sine
-        (harmonics,) rad of each, taken out of the angle already; None if nothing was.
+    phasor
+        (harmonics,) ``cosine + 1j * sine`` of each, rad, taken out of the angle already; None if
+        nothing was.
     """
-    (motion,) = _followed(averages[np.newaxis], kinematic, harmonics)
-    if harmonics is None or cosine is None or sine is None or motion.orders.size == 0:
+    (motion,) = follow_table_together(averages[np.newaxis], kinematic, harmonics)
+    if harmonics is None or phasor is None:
         return motion
     fitted = harmonics <= highest_harmonic(kinematic)
-    return replace(motion, cosine=motion.cosine + cosine[fitted], sine=motion.sine + sine[fitted])
-
-
-def follow_table_together(averages: FloatArray, kinematic: Kinematics) -> tuple[TableMotion, ...]:
-    """`follow_table` of several gyros, (gyros, averages) rad, whose harmonics nobody knows.
-
-    They are fitted in one pass.
-    """
-    return _followed(averages, kinematic, None)
-
-
-def _followed(
-    averages: FloatArray, kinematic: Kinematics, harmonics: FloatArray | None
-) -> tuple[TableMotion, ...]:
-    """`kinematic_fits`, with what this table tells."""
-    if full_turns(kinematic.table) < FEW_TURNS:
-        # Over part of a turn harmonics can make the table angle itself: share and drift first.
-        harmonics = np.empty(0)
-    return kinematic_fits(averages, kinematic, harmonics, with_drift=tells_drift(kinematic))
+    # No order is fitted over less than a few turns.
+    return replace(motion, phasor=motion.phasor + phasor[fitted]) if motion.orders.size else motion

@@ -14,6 +14,7 @@ import numpy as np
 
 from sagnac.core.arrays import (
     BooleanArray,
+    ComplexArray,
     FloatArray,
     IntegerArray,
     blocks,
@@ -226,20 +227,18 @@ class AngleFunction:
 
     Attributes
     ----------
-    orders, cosine, sine
-        (orders,) and their coefficients, rad.
+    orders, phasor
+        (orders,) and ``cosine + 1j * sine`` of each, rad.
     """
 
     orders: FloatArray
-    cosine: FloatArray
-    sine: FloatArray
+    phasor: ComplexArray
 
     def less(self, angle: FloatArray, table: FloatArray) -> FloatArray:
         """(samples,) an angle without the function, rad: a new array."""
         return elementwise(
-            lambda own, at: own - harmonic_sum(at, self.orders, self.cosine, self.sine),
-            angle, table,
-        )  # fmt: skip
+            lambda own, at: own - harmonic_sum(at, self.orders, self.phasor), angle, table
+        )
 
 
 def function_of_angle(angle: FloatArray, kinematic: Kinematics) -> AngleFunction | None:
@@ -286,6 +285,5 @@ def function_of_angle(angle: FloatArray, kinematic: Kinematics) -> AngleFunction
     if best == 0:
         return None
     orders = np.arange(1.0, best + 1.0)
-    gain = block_gain(kinematic, orders)
-    cosine, sine = np.split(fits[best].values[_BEFORE:], 2)
-    return AngleFunction(orders=orders, cosine=cosine / gain, sine=sine / gain)
+    values = fits[best].values[_BEFORE:].reshape(2, -1) / block_gain(kinematic, orders)
+    return AngleFunction(orders=orders, phasor=values[0] + 1j * values[1])

@@ -39,8 +39,11 @@ class Whitened:
 
     Attributes
     ----------
-    normals
-        Of the columns divided by `scale`.
+    of_groups, rights
+        (groups, columns, columns) and (groups, columns) of the normal equations, group of
+        frequencies by group, for the columns divided by `scale`.
+    normal
+        Sum of the first, with the prior's ridge.
     scale
         (columns,).
     readings, walk
@@ -49,7 +52,9 @@ class Whitened:
         -2 log likelihood of what is left, except for a constant.
     """
 
-    normals: "_Normals"
+    of_groups: FloatArray
+    rights: FloatArray
+    normal: FloatArray
     scale: FloatArray
     readings: float
     walk: float
@@ -58,17 +63,27 @@ class Whitened:
     @property
     def values(self) -> FloatArray:
         """(columns,) coefficients."""
-        return self.normals.solution / self.scale
+        return np.asarray(np.linalg.solve(self.normal, self.rights.sum(axis=0)) / self.scale)
 
     @property
     def freedom(self) -> float:
         """Coefficients that the data, not the prior, decide."""
-        return float(np.trace(np.linalg.solve(self.normals.normal, self.normals.of_groups.sum(0))))
+        return float(np.trace(np.linalg.solve(self.normal, self.of_groups.sum(axis=0))))
 
     @property
     def covariance(self) -> FloatArray:
-        """(columns, columns) of the coefficients."""
-        return self.normals.covariance / np.outer(self.scale, self.scale)
+        """(columns, columns), that of leaving out two neighbours at a time with that of the noise.
+
+        A line that no column holds, at an order at which the table's rate has its ripple, looks
+        like a delay as long as that frequency is in (delete-a-group jackknife). It may stand on the
+        edge of two groups; each is left out twice.
+        """
+        pairs, rights = (both[1:] + both[:-1] for both in (self.of_groups, self.rights))
+        left = (self.rights.sum(axis=0) - rights)[..., np.newaxis]
+        apart = np.linalg.solve(self.normal - pairs, left)[..., 0] - self.values * self.scale
+        jackknife = (0.5 - 1.0 / self.rights.shape[0]) * (apart.T @ apart)
+        covariance = jackknife + np.linalg.inv(self.normal)
+        return np.asarray(covariance / np.outer(self.scale, self.scale))
 
 
 def whitened(
@@ -112,11 +127,22 @@ def whitened(
         expected = np.maximum(np.array([readings, walk]) @ laws, 1e-300)
         # Each ordinate but the mean's stands for two.
         weight = 2.0 / (expected * count) / (1.0 + power / expected / _LINE)
-        normals = _Normals.of(ready, wanted, weight, prior * scale)
-        left = wanted - normals.solution @ ready
+        of_groups, rights = _normal_equations(ready, wanted, weight)
+        normal = of_groups.sum(axis=0)
+        # A column that lives in one group alone is undetermined without the ridge.
+        normal += np.diag(1.0 / (prior * scale) ** 2 + _RIDGE * np.diag(normal))
+        left = wanted - np.linalg.solve(normal, rights.sum(axis=0)) @ ready
     over = _squares(left) / count / expected / _LINE
     deviance = 2.0 * float(np.sum(np.log(expected) + _LINE * np.log1p(over)))
-    return Whitened(normals=normals, scale=scale, readings=readings, walk=walk, deviance=deviance)
+    return Whitened(
+        of_groups=of_groups,
+        rights=rights,
+        normal=normal,
+        scale=scale,
+        readings=readings,
+        walk=walk,
+        deviance=deviance,
+    )
 
 
 def _ordinates(rows: FloatArray) -> FloatArray:
@@ -136,63 +162,22 @@ def _squares(ordinates: FloatArray) -> FloatArray:
     return np.asarray(np.square(ordinates).reshape(-1, 2).sum(axis=1))
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class _Normals:
-    """Normal equations of least squares, group of frequencies by group.
+def _normal_equations(
+    columns: FloatArray, target: FloatArray, weight: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """`Whitened.of_groups` and `Whitened.rights` of real coefficients.
 
-    Attributes
-    ----------
-    of_groups, rights
-        (groups, columns, columns) and (groups, columns).
-    normal, right
-        Their sums, the prior's ridge in the first.
+    Complex ordinates have their parts side by side, since no more than the real part of their
+    products counts: (columns, 2 ordinates) and (2 ordinates,), and (ordinates,) of weight.
     """
-
-    of_groups: FloatArray
-    rights: FloatArray
-    normal: FloatArray
-    right: FloatArray
-
-    @classmethod
-    def of(
-        cls, columns: FloatArray, target: FloatArray, weight: FloatArray, prior: FloatArray
-    ) -> "_Normals":
-        """Normal equations of real coefficients under a prior about zero.
-
-        Complex ordinates have their parts side by side, since no more than the real part of their
-        products counts: (columns, 2 ordinates) and (2 ordinates,), and (ordinates,) of weight.
-        """
-        normals, rights = [], []
-        weight = np.repeat(weight, 2)
-        for low, high in pairwise(2 * _edges(target.size // 2, _GROUPS)):
-            own = columns[:, low:high]
-            weighted = own * weight[low:high]
-            normals.append(weighted @ own.T)
-            rights.append(weighted @ target[low:high])
-        of_groups, stacked = np.stack(normals), np.stack(rights)
-        normal = of_groups.sum(axis=0)
-        # A column that lives in one group alone is undetermined without it.
-        normal += np.diag(1.0 / prior**2 + _RIDGE * np.diag(normal))
-        return cls(of_groups=of_groups, rights=stacked, normal=normal, right=stacked.sum(axis=0))
-
-    @property
-    def solution(self) -> FloatArray:
-        """(columns,) coefficients."""
-        return np.asarray(np.linalg.solve(self.normal, self.right))
-
-    @property
-    def covariance(self) -> FloatArray:
-        """(columns, columns), that of leaving out two neighbours at a time with that of the noise.
-
-        A line that no column holds, at an order at which the table's rate has its ripple, looks
-        like a delay as long as that frequency is in (delete-a-group jackknife). It may stand on the
-        edge of two groups; each is left out twice.
-        """
-        pairs, rights = (both[1:] + both[:-1] for both in (self.of_groups, self.rights))
-        without = np.linalg.solve(self.normal - pairs, (self.right - rights)[..., np.newaxis])
-        apart = without[..., 0] - self.solution
-        jackknife = (0.5 - 1.0 / self.rights.shape[0]) * (apart.T @ apart)
-        return np.asarray(jackknife + np.linalg.inv(self.normal))
+    normals, rights = [], []
+    weight = np.repeat(weight, 2)
+    for low, high in pairwise(2 * _edges(target.size // 2, _GROUPS)):
+        own = columns[:, low:high]
+        weighted = own * weight[low:high]
+        normals.append(weighted @ own.T)
+        rights.append(weighted @ target[low:high])
+    return np.stack(normals), np.stack(rights)
 
 
 def _edges(size: int, parts_a_decade: int) -> IntegerArray:
