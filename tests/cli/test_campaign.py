@@ -42,6 +42,7 @@ def test_every_recording_is_a_row_and_a_damaged_one_says_why(done) -> None:
     said, output = done
     assert said.returncode == 1, said.stderr
     assert "C_day1.parquet" in said.stderr
+    assert "1 row without an answer left out\n" in said.stdout
     rows = table(output)
     whole = [row for row in rows if not row["start_s"]]
     assert [(row["unit"], row["day"]) for row in whole] == [

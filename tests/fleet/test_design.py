@@ -12,7 +12,7 @@ def test_contrasts_of_a_balanced_design_are_its_classical_degrees_of_freedom() -
     }
     design = Design.of(np.arange(36.0), labels)
     assert [design.contrasts(name).shape[1] for name in labels] == [2, 2, 3]
-    assert design.residual_contrasts.shape[1] == 36 - 1 - 2 - 2 - 3
+    assert design.contrasts("run").shape[1] == 36 - 1 - 2 - 2 - 3
     for name in labels:
         contrasts = design.contrasts(name)
         assert np.abs(contrasts.sum(axis=0)).max() < 1e-12
@@ -22,7 +22,7 @@ def test_contrasts_of_a_balanced_design_are_its_classical_degrees_of_freedom() -
 
 def test_sum_of_squares_between_batches_is_the_textbook_one() -> None:
     between = DYESTUFF.contrasts("batch").T @ DYESTUFF.values
-    within = DYESTUFF.residual_contrasts.T @ DYESTUFF.values
+    within = DYESTUFF.contrasts("run").T @ DYESTUFF.values
     assert between @ between == pytest.approx(56357.5)
     assert within @ within == pytest.approx(58830.0)
 

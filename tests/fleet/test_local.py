@@ -24,9 +24,9 @@ def test_killed_worker_is_one_row_and_the_next_start_does_it(folder, tmp_path) -
     first = run(tasks, tmp_path, lambda todo, place: runner.completed_here(todo, place, means))
     killed.join()
     (lost,) = first.failed
-    assert lost.result.state == "lost"
-    assert "the worker died" in lost.result.reason
-    kept = {row.result.key: result_path(tmp_path, row.result.key) for row in first.rows}
+    assert lost.state == "lost"
+    assert "the worker died" in lost.reason
+    kept = {row.task.key: result_path(tmp_path, row.task.key) for row in first.rows}
     times = {key: path.stat().st_mtime_ns for key, path in kept.items() if path.exists()}
     assert len(times) == 3
     second = run(tasks, tmp_path, lambda todo, place: runner.completed_here(todo, place, means))
@@ -49,7 +49,7 @@ def test_reports_that_were_moved_away_are_made_again(folder, tmp_path) -> None:
         documents = (json.loads((report / "analysis.json").read_text()) for report in reports)
         return [document["angle_random_walk"] for document in documents]
 
-    reports = [tmp_path / row.result.report for row in start().rows]
+    reports = [tmp_path / row.report for row in start().rows]
     held = answers()
     assert start().computed == 0
     (tmp_path / "reports").rename(tmp_path / "elsewhere")
@@ -80,7 +80,7 @@ def test_worker_killed_between_two_tasks_costs_no_row(folder, tmp_path) -> None:
         for path in sorted(folder.glob("A_*.parquet"))
     ]
     work = runner.completed_here(tasks, tmp_path, runner.Means(workers=1, memory=runner.GIBIBYTE))
-    results = [next(work)[1]]
+    results = [next(work)]
     before = threading.enumerate()
     (idle,) = multiprocessing.active_children()
     assert idle.pid is not None
@@ -90,7 +90,7 @@ def test_worker_killed_between_two_tasks_costs_no_row(folder, tmp_path) -> None:
     for thread in before:
         if type(thread).__name__ == "_ExecutorManagerThread":
             thread.join()
-    results += [result for _, result in work]
+    results += work
     assert [result.state for result in results] == ["done", "done"]
 
 
@@ -98,7 +98,7 @@ def test_memory_is_that_of_the_format(tmp_path) -> None:
     for name in ("a.parquet", "a.csv"):
         (tmp_path / name).write_bytes(bytes(1000))
     by_blocks, whole = (
-        runner.needed_memory(str(tmp_path / name)) for name in ("a.parquet", "a.csv")
+        runner.needed_memory(Task(path=str(tmp_path / name))) for name in ("a.parquet", "a.csv")
     )
     assert by_blocks == GIBIBYTE
     assert whole == by_blocks + 4000.0

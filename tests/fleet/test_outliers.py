@@ -42,15 +42,11 @@ def test_slope_of_days_is_that_of_their_means() -> None:
     day = np.array([cell[1] for cell in CELLS], dtype=float)
     values = 0.1 * day + np.array([0.0, 0.02, -0.02])[np.array([cell[0] for cell in CELLS])]
     values += np.tile([0.001, -0.001, 0.0, 0.0], 9)
-    slope = slope_of_days(
-        Design.of(values, labels), np.array([0.0, 1.0, 2.0]), factor="day", confidence=0.95
-    )
+    slope = slope_of_days(Design.of(values, labels), confidence=0.95)
     assert slope is not None
     assert slope.value == pytest.approx(0.1)
     bent = values + 0.01 * (day == 1.0)
-    slope = slope_of_days(
-        Design.of(bent, labels), np.array([0.0, 1.0, 2.0]), factor="day", confidence=0.95
-    )
+    slope = slope_of_days(Design.of(bent, labels), confidence=0.95)
     assert slope is not None
     # The days stand -1/3, 2/3 and -1/3 of 0.01 off the line; t of one degree is 12.706.
     error = 0.01 * np.sqrt(6.0 / 9.0) / np.sqrt(2.0)

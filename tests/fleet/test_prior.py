@@ -43,10 +43,28 @@ def test_table_2_foretells_what_its_statistics_say(tmp_path):
     ]
     for confidence in (0.95, 0.6827):
         foretold = repeatability(runs, confidence=confidence).next_day["x-z"]
-        prior = prior_of(tmp_path, confidence=confidence)
-        assert prior.noise.angle_random_walk == pytest.approx(foretold.value * DEGREE_PER_ROOT_HOUR)
-        assert "foretold for unit x-z on a new day, at a new rate by 15 runs" in prior.words
-        assert f"{foretold.low:.3g}, {foretold.high:.3g}" in prior.words
+        noise, words = prior_of(tmp_path, confidence=confidence)
+        assert noise.angle_random_walk == pytest.approx(foretold.value * DEGREE_PER_ROOT_HOUR)
+        assert "foretold for unit x-z on a new day, at a new rate by 15 runs" in words
+        assert f"{foretold.low:.3g}, {foretold.high:.3g}" in words
+
+
+def test_a_file_that_failed_is_left_out_and_told_of(tmp_path, capsys):
+    failed = replace(
+        EMPTY, gyros="", state="failed", status="", n_deg_per_sqrt_h=NAN, reason="is no Parquet"
+    )
+    noises = {}
+    for name, table in (("sound", TABLE), ("damaged", [*TABLE, failed])):
+        (tmp_path / name).mkdir()
+        write_tables(table, tmp_path / name)
+        noises[name], words = prior_of(tmp_path / name)
+        assert ("1 row without an answer left out" in words) == (name == "damaged")
+        assert cli.main(["align", str(tmp_path / name)]) == 0
+        assert words in capsys.readouterr().out
+    assert repr(noises["sound"]) == repr(noises["damaged"])
+    write_tables([failed], tmp_path)
+    with pytest.raises(RecordingError, match="holds no recording with an answer"):
+        prior_of(tmp_path)
 
 
 def test_azimuth_of_what_is_foretold_has_its_interval(tmp_path, capsys):

@@ -13,9 +13,9 @@ from sagnac.core.errors import MissingExtra
 from sagnac.core.processes import GIBIBYTE, Means
 from sagnac.fleet import runner
 from sagnac.fleet.page import control_chart, write_overview, write_page
-from sagnac.fleet.runner import Campaign, Row, run
+from sagnac.fleet.runner import Campaign, run
 from sagnac.fleet.table import groups_of, lines_of, read_table, rows_replaced, write_tables
-from sagnac.fleet.tasks import Result, Task, measure
+from sagnac.fleet.tasks import Row, Task, measure
 from sagnac.formats import read, write
 from sagnac.quality.effects import finding
 from sagnac.report.document import analysis_document
@@ -76,8 +76,7 @@ def test_a_library_that_is_missing_is_named_with_its_file_and_tried_again(monkey
 
 
 def test_drift_of_n_is_shown_in_percent_alone(tmp_path) -> None:
-    result = Result(key="", state="done")
-    rows = tuple(Row(task=Task(path=line.file), result=result) for line in TABLE)
+    rows = tuple(Row(task=Task(path="run.csv"), state="done") for _ in TABLE)
     lines = [
         replace(one, low=0.9 * one.n_deg_per_sqrt_h, high=1.1 * one.n_deg_per_sqrt_h)
         for one in TABLE
@@ -103,8 +102,7 @@ def test_a_row_says_why_it_does_not_pass(made, limit, verdict, reason) -> None:
     settings = replace(single.settings, specification=specification_of(limit))
     document = analysis_document(replace(single, settings=settings))
     row = made.each[0]
-    result = replace(row.result, analysis={**document, "lines": 0})
-    (line,) = lines_of([replace(row, result=result)])
+    (line,) = lines_of([replace(row, analysis=document)])
     assert line.verdict == verdict
     assert line.reason.startswith(reason)
     assert bool(line.reason) == bool(reason)
@@ -118,8 +116,7 @@ def test_a_row_without_an_estimate_says_what_spoils_it(made) -> None:
     )
     row = made.each[0]
     for one, why in ((unseen, "is cut off; "), (spoilt, "")):
-        result = replace(row.result, analysis={**analysis_document(one), "lines": 0})
-        (line,) = lines_of([replace(row, result=result)])
+        (line,) = lines_of([replace(row, analysis=analysis_document(one))])
         assert line.reason.startswith(why)
         assert bool(line.reason) == bool(why)
 
@@ -137,10 +134,10 @@ def test_the_picture_of_a_campaign_is_of_what_shows_n(made, tmp_path) -> None:
 def test_data_that_differ_by_little_are_two_measurements(made) -> None:
     """The same file by another method is a row of another group, and a changed curve is new."""
     first = made.each[0]
-    curve = first.result.analysis["curve"]
+    curve = first.analysis["curve"]
     shifted = (np.array(curve["deviation_deg_per_h"]) * (1.0 + 1e-7)).tolist()
-    analysis = {**first.result.analysis, "curve": {**curve, "deviation_deg_per_h": shifted}}
-    near = replace(first, result=replace(first.result, analysis=analysis))
+    analysis = {**first.analysis, "curve": {**curve, "deviation_deg_per_h": shifted}}
+    near = replace(first, analysis=analysis)
     task = replace(first.task, settings=Settings(method="fris"))
     assert [line.same_as for line in lines_of([first, near, replace(first, task=task)])] == [""] * 3
 

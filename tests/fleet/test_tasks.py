@@ -1,11 +1,9 @@
 from dataclasses import replace
 
-import pytest
-
 from sagnac.analysis.settings import Settings
-from sagnac.core.errors import RecordingError
-from sagnac.fleet.tasks import Task, require_same_file, with_digest
+from sagnac.fleet.tasks import Task, measure, with_digest
 from sagnac.formats.statement import Statement
+from tests.fleet.conftest import write_recording
 
 
 def test_key_covers_all_that_the_result_depends_on(tmp_path) -> None:
@@ -34,7 +32,7 @@ def test_key_does_not_depend_on_place_and_labels(tmp_path) -> None:
 
 
 def test_file_that_has_changed_is_refused(tmp_path) -> None:
-    path = tmp_path / "run.csv"
-    path.write_text("x\n1\n")
-    with pytest.raises(RecordingError, match="not the file"):
-        require_same_file(with_digest(Task(path=str(path))), "0" * 64)
+    path = write_recording(tmp_path / "run.parquet", seed=1, seconds=10.0)
+    row = measure(Task(path=str(path), sha256="0" * 64), tmp_path)
+    assert row.state == "failed"
+    assert "not the file that the campaign was planned with" in row.reason

@@ -1,6 +1,5 @@
 """``sagnac export``, ``align`` and ``campaign``: figures used, and many recordings at once."""
 
-import math
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, fields
 from pathlib import Path
@@ -223,8 +222,8 @@ def _source(source: Path, confidence: float) -> "tuple[Path | Triad, str]":
     if (source / "campaign.csv").exists() or source.suffix.lower() == ".csv":
         from sagnac.fleet.table import prior_of
 
-        prior = prior_of(source, confidence=confidence)
-        return (prior.noise, prior.noise, prior.noise), prior.words
+        noise, words = prior_of(source, confidence=confidence)
+        return (noise, noise, noise), words
     return source, ""
 
 
@@ -295,44 +294,52 @@ def campaign(
             told=results.standings(), force=force,
             **{name: value for name, value in stated.items() if value},
         )  # fmt: skip
-    _print_campaign(made, output, settings.confidence)
+    _print_campaign(made, output)
     failed = made.campaign.failed
     for row in failed:
-        results.complain(reason_text(row.task.path, row.result.reason))
+        results.complain(reason_text(row.task.path, row.reason))
     found = yield_of(made.campaign)
     if failed or found is None:
         return results.DATA_ERROR if failed else results.DONE
     return results.status_of(found.decision)
 
 
-def _print_campaign(report: "sagnac.CampaignReport", output: Path, confidence: float) -> None:
+def _print_campaign(report: "sagnac.CampaignReport", output: Path) -> None:
     from sagnac.fleet.page import deviation_words
-    from sagnac.fleet.table import groups_of, scatter_of, specifications_of, yield_of
+    from sagnac.fleet.table import (
+        groups_of,
+        is_whole,
+        left_out,
+        scatter_of,
+        yield_of,
+    )
     from sagnac.report.quantities import number
 
     made, lines = report.campaign, report.lines
     groups = groups_of(lines)
     several = len({method for method, _ in groups}) > 1
     for (method, gyros), group in groups.items():
-        done = [line for line in group if line.state == "done"]
-        scatter = scatter_of(done, confidence)
+        scatter = scatter_of(group)
         by = f" by {method}" if several else ""
-        print(f"{gyros or 'no gyro'}{by}: {len(done)} of {len(group)} recordings analyzed")
-        if scatter.found is None:
+        every = sum((one.method, one.gyros) == (method, gyros) for one in filter(is_whole, lines))
+        print(f"{gyros}{by}: {len(group)} of {every} recordings analyzed")
+        if scatter.answer is None:
             continue
-        mean = scatter.found.mean
+        mean = scatter.answer.mean
         print(f"  mean N  {number(mean.value)} °/√h  [{number(mean.low)}, {number(mean.high)}]")
-        for name, value, interval in deviation_words(scatter.found):
+        for name, value, interval in deviation_words(scatter.answer):
             print(f"  scatter {name}: {value}  [{interval.replace(' … ', ', ')}]")
-        for name, why in scatter.found.hidden.items():
+        for name, why in scatter.answer.hidden.items():
             print(f"  scatter between {name}s is not observable: {why}")
+    if without := left_out(lines):
+        print(without)
     for line in lines:
         if line.same_as:
             print(f"{line.file}: has the data of {line.same_as}, and does not count")
     found = yield_of(made)
     if found is not None:
-        limits = [limit.in_words for one in specifications_of(made) for limit in one.limits]
-        print(f"{', '.join(limits)}: {found.in_words()}; {found.share_in_words()}")
+        limits = ", ".join(limit.in_words for limit in made.limits)
+        print(f"{limits}: {found.in_words()}; {found.share_in_words()}")
     _print_reasons(lines)
     before = f", {made.kept} kept from an earlier start, which was resumed" if made.kept else ""
     print(f"{counted(made.computed, 'row')} analyzed now{before}")
@@ -344,11 +351,9 @@ def _print_campaign(report: "sagnac.CampaignReport", output: Path, confidence: f
 
 def _print_reasons(lines: "Sequence[Line]") -> None:
     """Rows without an estimate, or that do not pass, each with its reason; the table has all."""
-    told = [
-        line
-        for line in lines
-        if line.state == "done" and line.reason and math.isnan(line.start_s) and not line.same_as
-    ]
+    from sagnac.fleet.table import is_whole
+
+    told = [line for line in lines if line.state == "done" and line.reason and is_whole(line)]
     for line in told[:_MOST_REASONS]:
         said = line.verdict or line.status
         print(f"{Path(line.file).name}, gyro {line.gyros}: {said}: {one_line(line.reason)}")

@@ -109,31 +109,18 @@ class Design:
         """(runs, degrees of freedom) orthonormal contrasts of a factor, free of all others.
 
         They span what the factor explains beside the mean and the other factors, the space of
-        Henderson's third sum of squares. Those of ``run`` are free of the mean and all factors.
+        Henderson's third sum of squares. Those of ``run`` are the residual ones, free of the mean
+        and all factors.
         """
-        if name == "run":
-            return self.residual_contrasts
         others = [self.incidence(other) for other in self.factors if other != name]
-        rest = _orthonormal(np.hstack([self._ones, *others]))
+        rest = _orthonormal(np.hstack([np.ones((self.values.size, 1)), *others]))
         own = self.incidence(name)
         left = _orthonormal(own - rest @ (rest.T @ own))
-        if left.shape[1] + rest.shape[1] >= self.values.size and not np.any(self.variances):
+        spanned = left.shape[1] + rest.shape[1]
+        if name != "run" and spanned >= self.values.size and not np.any(self.variances):
             # Nothing is left to tell the factor from the scatter of single runs.
             return left[:, :0]
         return left
-
-    @cached_property
-    def residual_contrasts(self) -> FloatArray:
-        """(runs, degrees of freedom) orthonormal contrasts free of the mean and all factors."""
-        spanned = _orthonormal(
-            np.hstack([self._ones, *(self.incidence(name) for name in self.factors)])
-        )
-        complete = np.linalg.qr(spanned, mode="complete")[0]
-        return np.asarray(complete[:, spanned.shape[1] :])
-
-    @property
-    def _ones(self) -> FloatArray:
-        return np.ones((self.values.size, 1))
 
     @property
     def typical_variance(self) -> float:
@@ -143,8 +130,8 @@ class Design:
     @property
     def spread(self) -> float:
         """Standard deviation of the values, 1 if they are all equal."""
-        found = float(np.std(self.values, ddof=1))
-        return found if found > 0.0 and math.isfinite(found) else 1.0
+        spread = float(np.std(self.values, ddof=1))
+        return spread if spread > 0.0 and math.isfinite(spread) else 1.0
 
 
 def _orthonormal(columns: FloatArray) -> FloatArray:
@@ -213,11 +200,11 @@ def restricted_components(design: Design) -> Components:
     starts = [np.full(count, 1.0 / count), np.append(np.full(factors, 0.02), 0.5)]
     bounds = [(0.0, None)] * factors + [(1e-9, None)]
     stop = {"ftol": 1e-14, "gtol": 1e-9, "maxiter": 500}
-    found = [
+    fits = [
         minimize(loss, start, jac=True, method="L-BFGS-B", bounds=bounds, options=stop)
         for start in starts
     ]
-    best = min(found, key=lambda one: float(one.fun)).x
+    best = min(fits, key=lambda fit: float(fit.fun)).x
     return components_of(np.where(best < _ABSENT, 0.0, best))
 
 
@@ -251,14 +238,23 @@ def draws_of(
         By factor and ``run``: (draws,) variances, zero or more.
     """
     random = np.random.default_rng(seed)
-    run = _run_draws(design, random, count, bounded=False)
-    factors = {
-        name: _factor_draws(design, name, run, random, bounded=name == bounded)
+    squares, known = _residual_squares(design)
+    even = np.ones_like(known)
+
+    def of_runs(*, bounded: bool) -> FloatArray:
+        chosen = random.chisquare(known.size, count)
+        return _variances(chosen, squares, known, even, bounded=bounded)
+
+    run = of_runs(bounded=False)
+    draws = {
+        name: _variances(
+            random.chisquare(design.contrasts(name).shape[1], count),
+            *_factor_squares(design, name, run),
+            bounded=name == bounded,
+        )
         for name in design.seen
     }
-    if bounded == "run":
-        run = _run_draws(design, random, count, bounded=True)
-    return {**factors, "run": run}
+    return {**draws, "run": of_runs(bounded=True) if bounded == "run" else run}
 
 
 def chance_of_less(design: Design) -> float:
@@ -274,76 +270,53 @@ def chance_of_less(design: Design) -> float:
 
 def _residual_squares(design: Design) -> tuple[FloatArray, FloatArray]:
     """(contrasts,) squared residual contrasts, and what the known variances make of each."""
-    contrasts = design.residual_contrasts
+    contrasts = design.contrasts("run")
     known = contrasts.T @ (design.variances[:, np.newaxis] * contrasts)
     sizes, directions = np.linalg.eigh(known)
     squares = (directions.T @ (contrasts.T @ design.values)) ** 2
     return squares, np.maximum(sizes, 0.0)
 
 
-def _run_draws(
-    design: Design, random: np.random.Generator, count: int, *, bounded: bool
-) -> FloatArray:
-    squares, sizes = _residual_squares(design)
-    return _variances(random, count, squares[np.newaxis], sizes[np.newaxis], bounded=bounded)
+def _factor_squares(
+    design: Design, name: str, run: FloatArray
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """(draws, contrasts) squared contrasts of a factor, what runs make of each, and the factor.
 
-
-def _factor_draws(
-    design: Design, name: str, run: FloatArray, random: np.random.Generator, *, bounded: bool
-) -> FloatArray:
+    They are whitened by the known variances and those of `run` (draws,): runs make one.
+    """
     contrasts = design.contrasts(name)
-    freedom = contrasts.shape[1]
-    incidence = contrasts.T @ design.incidence(name)
-    known = contrasts.T @ (design.variances[:, np.newaxis] * contrasts)
-    values = contrasts.T @ design.values
-    metric = known + run[:, np.newaxis, np.newaxis] * np.eye(freedom)
-    metric += 1e-12 * design.spread**2 * np.eye(freedom)
+    identity = np.eye(contrasts.shape[1])
+    metric = contrasts.T @ (design.variances[:, np.newaxis] * contrasts)
+    metric = metric + (run[:, np.newaxis, np.newaxis] + 1e-12 * design.spread**2) * identity
     root = np.linalg.cholesky(metric)
-    white = np.linalg.solve(root, np.broadcast_to(incidence, (run.size, *incidence.shape)))
+    white = np.linalg.solve(root, contrasts.T @ design.incidence(name))
     sizes, directions = np.linalg.eigh(white @ white.transpose(0, 2, 1))
-    whitened = np.linalg.solve(root, np.broadcast_to(values[:, np.newaxis], (run.size, freedom, 1)))
+    whitened = np.linalg.solve(root, (contrasts.T @ design.values)[:, np.newaxis])
     squares = (directions.transpose(0, 2, 1) @ whitened)[..., 0] ** 2
-    return _variances(random, run.size, squares, np.ones_like(sizes), sizes, bounded=bounded)
+    return squares, np.ones_like(sizes), sizes
 
 
 def _variances(
-    random: np.random.Generator,
-    count: int,
-    squares: FloatArray,
-    fixed: FloatArray,
-    slope: FloatArray | None = None,
-    *,
-    bounded: bool,
-) -> FloatArray:
-    """Draws of s, for which the sum of ``squares / (fixed + slope s)`` is chi-square.
-
-    `bounded` lengthens squares that are shorter than in most campaigns with an s of zero.
-    """
-    freedom = squares.shape[-1]
-    slope = np.ones_like(fixed) if slope is None else slope
-    if bounded and np.all(fixed > 0.0):
-        least = float(chdtri(freedom, 1.0 - _POWER))
-        length = np.sum(squares / fixed, axis=-1, keepdims=True)
-        even = np.broadcast_to(fixed / freedom, squares.shape)
-        with np.errstate(divide="ignore", invalid="ignore"):
-            squares = np.where(
-                length > 0.0, squares * np.maximum(1.0, least / length), least * even
-            )
-    return _variance_at(random.chisquare(freedom, count), squares, fixed, slope)
-
-
-def _variance_at(
-    wanted: FloatArray, squares: FloatArray, fixed: FloatArray, slope: FloatArray
+    wanted: FloatArray, squares: FloatArray, fixed: FloatArray, slope: FloatArray, *, bounded: bool
 ) -> FloatArray:
     """Where the sum of ``squares / (fixed + slope s)`` is as wanted; 0 if it is less already.
 
     Parameters
     ----------
     wanted
-        (draws,)
+        (draws,) of the chi-square of that sum.
     squares, fixed, slope
-        (draws or 1, contrasts)
+        (draws, contrasts), or (contrasts,) for all draws.
+    bounded
+        Whether squares are lengthened that are shorter than in most campaigns with an s of zero.
     """
+    if bounded and np.all(fixed > 0.0):
+        freedom = squares.shape[-1]
+        least = float(chdtri(freedom, 1.0 - _POWER))
+        length = np.sum(squares / fixed, axis=-1, keepdims=True)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            longer = squares * np.maximum(1.0, least / length)
+        squares = np.where(length > 0.0, longer, least * fixed / freedom)
     high = np.sum(squares / slope, axis=-1) / wanted
     low = np.zeros_like(high)
     for _ in range(_HALVINGS):

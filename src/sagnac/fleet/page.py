@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from itertools import product
+from itertools import chain, product
 from pathlib import Path
 from typing import Any, Final
 
@@ -16,21 +16,20 @@ from sagnac.core.errors import rounded
 from sagnac.core.units import HOUR
 from sagnac.core.version import __version__
 from sagnac.core.whole_files import write_text
-from sagnac.fleet.runner import Campaign, Row
+from sagnac.fleet.runner import Campaign
 from sagnac.fleet.study import Repeatability
 from sagnac.fleet.table import (
     Line,
-    Scatter,
     groups_of,
+    is_whole,
     scatter_of,
-    specifications_of,
     walk_limits,
     yield_of,
 )
 from sagnac.noise.estimates import Interval
 from sagnac.report.figures import STYLE, PowersOfTen, styled, svg, write_png
 from sagnac.report.frame import BLUE, GREEN, INK, OCHRE, ORANGE, literal
-from sagnac.report.quantities import number, typeset
+from sagnac.report.quantities import figures, number, typeset
 from sagnac.report.sections import rendered
 
 # ---- figures -----------------------------------------------------------------------
@@ -47,28 +46,22 @@ _VERDICT_COLORS: Final = {"": BLUE, "fail": ORANGE, "undecided": OCHRE}
 _TITLE: Final = {"fontsize": 7.0, "loc": "left", "pad": 3.0}
 
 
-def curve_panels(rows: Sequence[Row], lines: Sequence[Line]) -> Figure:
+def curve_panels(panels: Mapping[str, Sequence[Mapping[str, Any]]]) -> Figure:
     """Allan deviation of every recording, a panel for each unit and rate, all others faint.
 
     Parameters
     ----------
-    rows, lines
-        Those of one method and one choice of gyros, that have a curve.
+    panels
+        By title, the curves of recordings of one method and one choice of gyros.
     """
-    panels: dict[str, list[Mapping[str, Any]]] = {}
-    for row, line in zip(rows, lines, strict=True):
-        curve = row.result.analysis.get("curve")
-        if curve is not None:
-            panels.setdefault(panel_title(line), []).append(curve)
     shown = list(panels.items())[:MOST_PANELS]
     deep = math.ceil(len(shown) / _PANELS)
     with mpl.rc_context(STYLE):
-        figure = Figure(figsize=(_PANELS * _PANEL[0], max(deep, 1) * _PANEL[1] + 0.4))
+        figure = Figure(figsize=(_PANELS * _PANEL[0], deep * _PANEL[1] + 0.4))
         grid = figure.subplots(deep, _PANELS, sharex=True, sharey=True, squeeze=False)
         for axes, (title, curves) in zip(grid.flat, shown, strict=False):
-            for others in panels.values():
-                for curve in others:
-                    axes.loglog(*_points(curve), color="#dcdcdc", linewidth=0.5)
+            for curve in chain(*panels.values()):
+                axes.loglog(*_points(curve), color="#dcdcdc", linewidth=0.5)
             for curve in curves:
                 axes.loglog(*_points(curve), color=BLUE, linewidth=0.9)
             axes.set_title(literal(title), **_TITLE)
@@ -82,7 +75,7 @@ def curve_panels(rows: Sequence[Row], lines: Sequence[Line]) -> Figure:
         figure.supxlabel("cluster time τ (s)", fontsize=8.5)
         figure.supylabel("Allan deviation (°/h)", fontsize=8.5)
         figure.subplots_adjust(
-            left=0.1, right=0.99, top=0.985 - 0.06 / max(deep, 1), bottom=0.45 / (deep * 1.5 + 0.4),
+            left=0.1, right=0.99, top=0.985 - 0.06 / deep, bottom=0.45 / (deep * 1.5 + 0.4),
             hspace=0.32, wspace=0.12,
         )  # fmt: skip
     return figure
@@ -156,36 +149,26 @@ def write_overview(
         If the folder cannot be written to.
     """
     path = folder / "campaign.png"
-    groups = groups_of(line for line in lines if not math.isnan(line.n_deg_per_sqrt_h))
-    shown = [line for line in lines if any(line in group for group in groups.values())]
+    shown = [line for line in lines if is_whole(line) and not math.isnan(line.n_deg_per_sqrt_h)]
     if not shown:
         path.unlink(missing_ok=True)
         return ()
     figure = control_chart(shown, None, limits)
     if len(shown) <= _MOST_NAMES:
         (axes,) = figure.axes
-        several = len(groups) > 1
-        names = [_row_name(line, several=several) for line in shown]
+        names = [Path(line.file).stem for line in shown]
+        names = [
+            name if len(name) <= _LONGEST_NAME else f"…{name[1 - _LONGEST_NAME :]}"
+            for name in names
+        ]
+        if len(groups_of(shown)) > 1:
+            names = [f"{name}, {line.gyros}" for name, line in zip(names, shown, strict=True)]
+        names = [literal(name) for name in names]
         axes.set_xticks(range(1, len(shown) + 1), names, rotation=60, ha="right", fontsize=7.0)
         axes.set_xlabel("")
         figure.subplots_adjust(bottom=0.09 + 0.009 * max(map(len, names)))
     write_png(figure, path)
     return (path,)
-
-
-def _row_name(line: Line, *, several: bool) -> str:
-    name = Path(line.file).stem
-    name = name if len(name) <= _LONGEST_NAME else f"…{name[1 - _LONGEST_NAME :]}"
-    return literal(f"{name}, {line.gyros}" if several else name)
-
-
-def time_chart(lines: Sequence[Line]) -> Figure:
-    """N of the spans of one recording against time, with intervals."""
-    middle = np.array([0.5 * (line.start_s + line.stop_s) for line in lines]) / HOUR
-    with styled(2) as (figure, axes):
-        _intervals(axes, middle, lines)
-        _scale(axes, "time from the start (h)")
-    return figure
 
 
 def _intervals(axes: Axes, place: Any, lines: Sequence[Line]) -> None:
@@ -249,31 +232,36 @@ def write_page(campaign: Campaign, lines: Sequence[Line], folder: Path, title: s
     RecordingError
         If the folder cannot be written to.
     """
-    by_key = {
-        (line.key, line.file, line.gyros): row
+    curves = {
+        line: row.analysis["curve"]
         for row, line in zip(campaign.each, lines, strict=True)
+        if "curve" in row.analysis
     }
-    specifications = specifications_of(campaign)
     limits = walk_limits(campaign)
     failed = [line for line in lines if line.state != "done"]
     twice = sum(bool(line.same_as) for line in lines)
     equal = f" {twice} have the data of another and do not count." * bool(twice)
+    rows = [(line, _cells(line)) for line in lines]
     text = rendered(
         "campaign.html",
         title=title,
         counts=f"{len(lines)} rows, {len(lines) - len(failed)} done, {len(failed)} not.{equal}",
         failed=[reason_text(line.file, line.reason) for line in failed],
         groups=[
-            _group(names, found, by_key, limits)
-            for names, found in groups_of(lines).items()
-            if any(line.state == "done" for line in found)
+            _group(f"{method}-{gyros}".replace(",", "-"), own, curves, limits)
+            for (method, gyros), own in groups_of(lines).items()
         ],
         verdict=yield_of(campaign),
-        limits=[typeset(limit.in_words) for one in specifications for limit in one.limits],
+        limits=[typeset(limit.in_words) for limit in campaign.limits],
         spans=_span_figures(lines),
-        **_listed(lines),
+        rows=rows,
+        columns=[name for name in _cells(lines[0]) if any(cells[name][0] for _, cells in rows)]
+        if lines
+        else [],
         answer=_answer,
-        states=[line.state for line in lines],
+        predictions=_predictions,
+        deviation_words=deviation_words,
+        between=_BETWEEN,
         version=__version__,
     )
     path = folder / "index.html"
@@ -287,60 +275,34 @@ def reason_text(file: str, reason: str) -> str:
 
 
 def _group(
-    names: tuple[str, str],
+    name: str,
     lines: Sequence[Line],
-    by_key: dict[tuple[str, str, str], Row],
+    curves: Mapping[Line, Mapping[str, Any]],
     limits: Sequence[float],
 ) -> dict[str, Any]:
-    done = [line for line in lines if line.state == "done"]
-    method, gyros = names
-    name = f"{method}-{gyros}".replace(",", "-")
-    scatter = scatter_of(done, done[0].confidence)
-    rows = [by_key[line.key, line.file, line.gyros] for line in done]
-    many = len({panel_title(line) for line in done}) > MOST_PANELS
-    panels = f"the first {MOST_PANELS} units and rates" if many else "each unit and rate"
-    figures = []
-    if any("curve" in row.result.analysis for row in rows):
-        drawn = svg(curve_panels(rows, done), f"curves-{name}", "Allan deviation by unit")
-        caption = f"Allan deviation per gyro, a panel for {panels}; grey: all others."
-        figures.append((Markup(drawn), caption))
+    """Lines of one method and one choice of gyros: their scatter and figures."""
+    scatter, gyros = scatter_of(lines), lines[0].gyros
+    panels: dict[str, list[Mapping[str, Any]]] = {}
+    for line in lines:
+        if line in curves:
+            panels.setdefault(panel_title(line), []).append(curves[line])
+    many = len(panels) > MOST_PANELS
+    of_each = f"the first {MOST_PANELS} units and rates" if many else "each unit and rate"
+    drawn = []
+    if panels:
+        caption = f"Allan deviation per gyro, a panel for {of_each}; grey: all others."
+        text = svg(curve_panels(panels), f"curves-{name}", "Allan deviation by unit")
+        drawn.append((Markup(text), caption))
     if scatter.lines:
-        chart = control_chart(scatter.lines, scatter.found, limits)
         caption = f"N of each recording{' and its limit' if limits else ''}."
-        figures.append((Markup(svg(chart, f"chart-{name}", "N by recording")), caption))
+        chart = control_chart(scatter.lines, scatter.answer, limits)
+        drawn.append((Markup(svg(chart, f"chart-{name}", "N by recording")), caption))
+    of_gyros = f"Gyros {gyros.replace(',', ' − ')}" if "," in gyros else f"Gyro {gyros}"
     return {
-        "title": f"{_gyros_title(gyros)}, method {method}",
-        "confidence": f"{100.0 * done[0].confidence:g} %",
-        "why": scatter.why,
-        "left_out": scatter.left_out,
-        "figures": figures,
-        "units": _by_unit(done),
-        **_scatter_words(scatter),
-    }
-
-
-def _gyros_title(gyros: str) -> str:
-    return f"Gyros {gyros.replace(',', ' − ')}" if "," in gyros else f"Gyro {gyros}"
-
-
-def _scatter_words(scatter: Scatter) -> dict[str, Any]:
-    found = scatter.found
-    if found is None:
-        return {"mean": None}
-    value, interval = _figures(found.mean)
-    return {
-        "mean": {"value": value, "interval": interval},
-        "runs": found.runs,
-        "deviations": deviation_words(found),
-        "hidden": [(_BETWEEN.get(name, name), why) for name, why in found.hidden.items()],
-        "predictions": _predictions(found),
-        "outliers": [
-            f"{Path(scatter.lines[one.index].file).name}: N is "
-            f"{number(scatter.lines[one.index].n_deg_per_sqrt_h)} °/√h where the others give "
-            f"{number(one.foretold)} °/√h ({abs(one.deviations):.1f} standard deviations); "
-            f"without it the mean is {number(one.mean_without)} °/√h"
-            for one in found.outliers
-        ],
+        "title": f"{of_gyros}, method {lines[0].method}",
+        "lines": lines,
+        "scatter": scatter,
+        "figures": drawn,
     }
 
 
@@ -365,7 +327,7 @@ def _predictions(found: Repeatability) -> list[tuple[str, str, str]]:
     }
     if found.next_unit is not None:
         units = {"Next unit, one recording": found.next_unit, **units}
-    shown = {what: _figures(one) for what, one in units.items()}
+    shown = {what: figures(one) for what, one in units.items()}
     rows = [(what, f"{value} °/√h", f"{ends} °/√h") for what, (value, ends) in shown.items()]
     if found.drift is not None:
         ends = (found.drift.value, found.drift.low, found.drift.high)
@@ -374,95 +336,62 @@ def _predictions(found: Repeatability) -> list[tuple[str, str, str]]:
     return rows
 
 
-def _by_unit(lines: Iterable[Line]) -> dict[str, list[Line]]:
-    """Lines of each unit that was measured on several days or at several rates."""
-    units: dict[str, list[Line]] = {}
-    for line in lines:
-        units.setdefault(line.unit, []).append(line)
-    return {
-        unit: own
-        for unit, own in units.items()
-        if len({line.rate_deg_per_s for line in own}) > 1 or len({line.day for line in own}) > 1
-    }
-
-
 def _span_figures(lines: Iterable[Line]) -> list[tuple[Markup, str]]:
+    """N of the spans of each recording against time, with intervals."""
     recordings: dict[tuple[str, str, str], list[Line]] = {}
     for line in lines:
         if not math.isnan(line.start_s) and line.state == "done":
             recordings.setdefault((line.file, line.method, line.gyros), []).append(line)
-    return [
-        (
-            Markup(svg(time_chart(own), f"spans-{place}", "N against time")),
-            f"{Path(file).name}, gyros {gyros}, {method}: N of each span against time.",
-        )
-        for place, ((file, method, gyros), own) in enumerate(recordings.items())
-    ]
+    drawn = []
+    for place, ((file, method, gyros), own) in enumerate(recordings.items()):
+        middle = np.array([0.5 * (line.start_s + line.stop_s) for line in own]) / HOUR
+        with styled(2) as (figure, axes):
+            _intervals(axes, middle, own)
+            _scale(axes, "time from the start (h)")
+        caption = f"{Path(file).name}, gyros {gyros}, {method}: N of each span against time."
+        drawn.append((Markup(svg(figure, f"spans-{place}", "N against time")), caption))
+    return drawn
 
 
-def _listed(lines: Sequence[Line]) -> dict[str, Any]:
-    """Every row, and the columns in which at least one row has something."""
-    rows = [_cells(line) for line in lines]
-    filled = [name for name in rows[0] if any(row[name]["text"] for row in rows)] if rows else []
-    return {"columns": {name: "numeric" in rows[0][name] for name in filled}, "rows": rows}
-
-
-def _cells(line: Line) -> dict[str, dict[str, Any]]:
+def _cells(line: Line) -> dict[str, tuple[str, str | float, str | None]]:
     """A row of the table by the names of its columns: text, key to sort by, what stands beside."""
     value, interval = _answer(line)
-    file = {"text": Path(line.file).name, "key": line.file}
-    span = "" if math.isnan(line.start_s) else f"{line.start_s / 3600:g}–{line.stop_s / 3600:g}"
-    found = line.state == "done"
+    span = f"{line.start_s / 3600:g}–{line.stop_s / 3600:g}"
+    # Beside a verdict stands why it does not pass; beside N its interval, or whose data these are,
+    # or why it is no estimate. What was not measured stands at the head of the page.
+    done, why = line.state == "done", None
+    if line.verdict:
+        why = line.reason if done else "not measured"
+    elif done and line.reason:
+        interval = f"{interval}: {line.reason}"
+    if line.same_as:
+        interval = f"the data of {Path(line.same_as).name}"
     return {
-        "File": {**file, "link": f"{line.report}/report.html" if line.report else ""},
-        "Unit": _plain(line.unit),
-        "Day": _plain(line.day),
+        "File": (Path(line.file).name, line.file, None),
+        "Unit": (line.unit, line.unit, None),
+        "Day": (line.day, line.day, None),
         "Rate (°/s)": _numeric(line.rate_deg_per_s, f"{line.rate_deg_per_s:g}"),
-        "Gyros": _plain(line.gyros),
-        "Method": _plain(line.method),
+        "Gyros": (line.gyros, line.gyros, None),
+        "Method": (line.method, line.method, None),
         "Span (h)": _numeric(line.start_s, span),
-        "N (°/√h)": {**_numeric(line.n_deg_per_sqrt_h, value), "range": _beside(line, interval)},
-        "Verdict": {**_plain(line.verdict), "range": _why(line) * bool(line.verdict)},
-        "Lines": _numeric(line.lines if found else math.nan, str(line.lines)),
-        "Notes": _numeric(line.notes if found else math.nan, str(line.notes)),
+        "N (°/√h)": (*_numeric(line.n_deg_per_sqrt_h, value)[:2], interval),
+        "Verdict": (line.verdict, line.verdict, why),
+        "Lines": _numeric(line.lines if done else math.nan, str(line.lines)),
+        "Notes": _numeric(line.notes if done else math.nan, str(line.notes)),
         "Length (h)": _numeric(line.duration_s, f"{line.duration_s / 3600.0:.3g}"),
     }
 
 
-def _plain(text: str) -> dict[str, Any]:
-    return {"text": text, "key": text}
-
-
-def _why(line: Line) -> str:
-    """Why it does not pass; that of what was not measured stands at the head of the page."""
-    return line.reason if line.state == "done" else "not measured"
-
-
-def _beside(line: Line, interval: str) -> str:
-    """Text beside N: its interval, or whose data these are, or why it is no estimate."""
-    if line.same_as:
-        return f"the data of {Path(line.same_as).name}"
-    # Beside a verdict it stands there.
-    why = line.reason if line.state == "done" and not line.verdict else ""
-    return f"{interval}: {why}" if why else interval
-
-
-def _numeric(value: float, text: str) -> dict[str, Any]:
-    missing = math.isnan(value)
-    return {"text": "" if missing else text, "key": "" if missing else value, "numeric": True}
+def _numeric(value: float, text: str) -> tuple[str, float, None]:
+    return "" if math.isnan(value) else text, value, None
 
 
 def _answer(line: Line) -> tuple[str, str]:
     if line.status == "estimated":
-        return _figures(Interval(value=line.n_deg_per_sqrt_h, low=line.low, high=line.high))
+        return figures(Interval(value=line.n_deg_per_sqrt_h, low=line.low, high=line.high))
     if line.status == "upper bound":
         return f"< {number(line.high)}", line.status
     return "–", line.status or line.state
-
-
-def _figures(one: Interval) -> tuple[str, str]:
-    width = 0.5 * (one.high - one.low)
-    return number(one.value, width), f"{number(one.low, width)} … {number(one.high, width)}"
 
 
 def _percent(part: float) -> str:

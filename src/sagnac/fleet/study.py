@@ -17,6 +17,7 @@ Intervals of 95 % then hold 93 to 97 times in simulations in which each factor s
 
 import math
 from collections.abc import Collection, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from datetime import date
 from functools import cached_property
@@ -136,24 +137,20 @@ class Outlook:
         design, squares = self.design, self.mean_squares
         run = squares["run"]
         run_share = further + float(weights @ weights)
-        fixed = further * design.typical_variance + float(design.variances @ weights**2)
-        fixed -= run_share * run.known
+        # No less than what is known of the runs themselves.
+        least = further * design.typical_variance + float(design.variances @ weights**2)
+        fixed = least - run_share * run.known
         shares: dict[str, float] = {}
         for name in design.seen:
-            taken = weights @ design.incidence(name)
+            square, taken = squares[name], weights @ design.incidence(name)
             if name in known:
                 taken[design.levels(name).index(known[name])] -= 1.0
-                share = float(taken @ taken)
-            else:
-                share = further + float(taken @ taken)
-            square = squares[name]
+            share = further * (name not in known) + float(taken @ taken)
             shares[name] = share / square.per_variance
             run_share -= shares[name]
             fixed -= shares[name] * (square.known - run.known)
         shares["run"] = run_share
         parts = {name: share * squares[name].value for name, share in shares.items()}
-        # No less than what is known of the runs themselves.
-        least = further * design.typical_variance + float(design.variances @ weights**2)
         variance = max(fixed + sum(parts.values()), least, 1e-24 * design.spread**2)
         new = sum(name not in known for name in design.seen)
         power = _OF_FURTHER_RUN[min(new, 3)] if further else _OF_MEAN
@@ -170,24 +167,20 @@ class Outlook:
     @cached_property
     def mean_squares(self) -> Mapping[str, MeanSquare]:
         """By factor, and of ``run``; none below what the known variances and runs put into it."""
-        squares = {name: _mean_square(self.design, name) for name in (*self.design.seen, "run")}
-        run = squares["run"]
-        beyond = max(run.value - run.known, 0.0)
-        least = {name: one.known + beyond * (name != "run") for name, one in squares.items()}
-        return {
-            name: replace(one, value=max(one.value, least[name])) for name, one in squares.items()
-        }
-
-
-def _mean_square(design: Design, name: str) -> MeanSquare:
-    contrasts = design.contrasts(name)
-    freedom = contrasts.shape[1]
-    return MeanSquare(
-        value=float(np.sum((contrasts.T @ design.values) ** 2)) / freedom,
-        per_variance=float(np.sum((contrasts.T @ design.incidence(name)) ** 2)) / freedom,
-        known=float(design.variances @ np.sum(contrasts**2, axis=1)) / freedom,
-        freedom=freedom,
-    )
+        design, squares, beyond = self.design, {}, 0.0
+        for name in ("run", *design.seen):
+            contrasts = design.contrasts(name)
+            freedom = contrasts.shape[1]
+            value = float(np.sum((contrasts.T @ design.values) ** 2)) / freedom
+            known = float(design.variances @ np.sum(contrasts**2, axis=1)) / freedom
+            squares[name] = MeanSquare(
+                value=max(value, known + beyond),
+                per_variance=float(np.sum((contrasts.T @ design.incidence(name)) ** 2)) / freedom,
+                known=known,
+                freedom=freedom,
+            )
+            beyond = max(squares["run"].value - squares["run"].known, 0.0)
+        return squares
 
 
 # ---- outliers ----------------------------------------------------------------------
@@ -236,7 +229,7 @@ def departures(design: Design, components: Components) -> tuple[Outlier, ...]:
     weighted = metric @ design.values
     weight = np.diag(metric)
     standard = weighted / np.sqrt(weight)
-    freedom = float(design.residual_contrasts.shape[1])
+    freedom = float(design.contrasts("run").shape[1])
     if freedom < 2.0:
         return ()
     # The variances make the squares of all runs sum to one less than their number.
@@ -262,9 +255,7 @@ def _mean_without(design: Design, components: Components, index: int) -> float:
     return float(row @ design.values[kept] / row.sum())
 
 
-def slope_of_days(
-    design: Design, days: FloatArray, *, factor: str, confidence: float
-) -> Interval | None:
+def slope_of_days(design: Design, *, confidence: float) -> Interval | None:
     """Change of the values for each day, from the means of the days.
 
     All runs of a day share its effect, so that the days, not the runs, are what a slope is fitted
@@ -274,31 +265,34 @@ def slope_of_days(
     ----------
     design
         The runs.
-    days
-        (levels,) time of each level of the factor, days, in the order of `Design.levels`.
-    factor
-        Name of the factor that stands for days.
     confidence
         Of the interval.
 
     Returns
     -------
     Interval or None
-        None with fewer than three days, or if the other factors cannot be told from them.
+        None if days have neither dates nor numbers, are fewer than three, or cannot be told from
+        the other factors.
     """
-    times = days - days.mean()
-    if times.size < 3 or not np.any(times) or factor not in design.seen:
+    days = _dates(design.levels("day")) if "day" in design.seen else None
+    if days is None or days.size < 3 or not np.ptp(days):
         return None
-    incidence = design.incidence(factor)
-    others = [design.incidence(name) for name in design.factors if name != factor]
-    columns = np.hstack([incidence, *others]) if others else incidence
-    effects = np.linalg.lstsq(columns, design.values, rcond=None)[0][: times.size]
-    effects = effects - effects.mean()
-    slope = float(times @ effects / (times @ times))
-    left = effects - slope * times
-    error = math.sqrt(float(left @ left) / (times.size - 2) / float(times @ times))
-    reach = float(stdtrit(times.size - 2, 0.5 + 0.5 * confidence)) * error
-    return Interval(value=slope, low=slope - reach, high=slope + reach)
+    others = [design.incidence(name) for name in design.factors if name != "day"]
+    columns = np.hstack([design.incidence("day"), *others])
+    effects = np.linalg.lstsq(columns, design.values, rcond=None)[0][: days.size]
+    (slope, _), covariance = np.polyfit(days, effects, 1, cov=True)
+    error = math.sqrt(covariance[0, 0])
+    reach = float(stdtrit(days.size - 2, 0.5 + 0.5 * confidence)) * error
+    return Interval(value=float(slope), low=float(slope - reach), high=float(slope + reach))
+
+
+def _dates(labels: Sequence[str]) -> FloatArray | None:
+    """Days from the middle of all; None if the labels are neither numbers nor dates."""
+    for of_label in (float, lambda label: float(date.fromisoformat(label).toordinal())):
+        with suppress(ValueError):
+            days = np.array([of_label(label) for label in labels])
+            return np.asarray(days - days.mean()) if np.all(np.isfinite(days)) else None
+    return None
 
 
 # ---- study -------------------------------------------------------------------------
@@ -433,13 +427,14 @@ def repeatability(runs: Sequence[Run], *, confidence: float = 0.95) -> Repeatabi
     used = [name for name in FACTORS if runs and all(name in run.labels for run in runs)]
     labels = {name: tuple(run.labels[name] for run in runs) for name in used}
     labels = {name: found for name, found in labels.items() if len(set(found)) < len(runs)}
-    if len(runs) < 3:
-        raise _too_few(len(runs))
     design = Design.of(
         np.log([run.value for run in runs]), labels, [run.relative_variance for run in runs]
     )
-    if design.residual_contrasts.shape[1] < 1:
-        raise _too_few(len(runs))
+    if len(runs) < 3 or design.contrasts("run").shape[1] < 1:
+        raise RecordingError(
+            f"{len(runs)} runs cannot tell the scatter of runs from that of units, days and rates",
+            remedy="add runs, or repeat some at the same unit, day and rate",
+        )
     components = restricted_components(design)
     outlook = Outlook(design=design, components=components)
     unseen = _unseen(design, components, confidence)
@@ -457,7 +452,7 @@ def repeatability(runs: Sequence[Run], *, confidence: float = 0.95) -> Repeatabi
         hidden={**hidden, **design.hidden, **unseen},
         next_unit=next_run({}) if "unit" in design.seen else None,
         next_day={unit: next_run({"unit": unit}) for unit in units},
-        drift=_drift(design, confidence),
+        drift=slope_of_days(design, confidence=confidence),
         outliers=tuple(
             replace(one, foretold=math.exp(one.foretold), mean_without=math.exp(one.mean_without))
             for one in departures(design, components)
@@ -472,13 +467,6 @@ _TOO_WIDE: Final = (
     "the runs differ by less than their own intervals let expect, which are too wide to show it"
 )
 _ALONE: Final = "no two runs share a {}, so that its scatter is that of runs"
-
-
-def _too_few(count: int) -> RecordingError:
-    return RecordingError(
-        f"{count} runs cannot tell the scatter of runs from that of units, days and rates",
-        remedy="add runs, or repeat some at the same unit, day and rate",
-    )
 
 
 def _unseen(design: Design, components: Components, confidence: float) -> dict[str, str]:
@@ -520,23 +508,3 @@ def _of_logarithm(located: Forecast, confidence: float) -> Interval:
         low=math.exp(located.value - min(reach, 300.0)),
         high=math.exp(min(located.value + reach, 300.0)),
     )
-
-
-def _drift(design: Design, confidence: float) -> Interval | None:
-    days = _dates(design.levels("day")) if "day" in design.factors else None
-    if days is None:
-        return None
-    return slope_of_days(design, days, factor="day", confidence=confidence)
-
-
-def _dates(labels: Sequence[str]) -> FloatArray | None:
-    """Days since the first label; None if the labels are neither dates nor numbers."""
-    try:
-        numbers = [float(label) for label in labels]
-    except ValueError:
-        try:
-            numbers = [float(date.fromisoformat(label).toordinal()) for label in labels]
-        except ValueError:
-            return None
-    found = np.array(numbers)
-    return np.asarray(found - found.min()) if np.all(np.isfinite(found)) else None

@@ -2,8 +2,8 @@
 
 import csv
 import math
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import MISSING, dataclass, fields, replace
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import MISSING, dataclass, field, fields
 from pathlib import Path
 from typing import Any, Final
 
@@ -15,17 +15,84 @@ from scipy.special import betaincinv, ndtri
 from sagnac.core.errors import RecordingError, counted
 from sagnac.core.units import DEGREE_PER_ROOT_HOUR, field_unit
 from sagnac.core.whole_files import replacing, write_text
-from sagnac.fleet.runner import Campaign, Row
+from sagnac.fleet.runner import Campaign
 from sagnac.fleet.study import Repeatability, Run, repeatability
-from sagnac.fleet.tasks import Task, span_of
+from sagnac.fleet.tasks import Row
 from sagnac.navigation.noise import GyroNoise
-from sagnac.noise.estimates import Interval
 from sagnac.noise.laws import SYMBOLS
 from sagnac.report.sections import csv_text
 from sagnac.verdict.judgement import Decision, overall
-from sagnac.verdict.limits import Specification
 
 # ---- table -------------------------------------------------------------------------
+
+
+_WHOLE: Final = (math.nan, math.nan)
+
+
+def _column(of: Callable[[Row], Any]) -> Any:
+    """A column of the table, made of a row."""
+    return field(metadata={"of": of})
+
+
+def _number_at(*keys: str | int) -> Callable[[Row], float]:
+    """A number of an analysis by its keys; NaN if there is none."""
+
+    def number(row: Row) -> float:
+        value: Any = row.analysis
+        try:
+            for key in keys:
+                value = value[key]
+        except KeyError:
+            return math.nan
+        return math.nan if value is None else float(value)
+
+    return number
+
+
+def _estimated(name: str) -> Callable[[Row], float]:
+    """A coefficient; NaN unless it was estimated."""
+
+    def number(row: Row) -> float:
+        status = row.analysis.get("coefficients", {}).get(name, {}).get("status")
+        return _number_at("coefficients", name, "value")(row) if status == "estimated" else math.nan
+
+    return number
+
+
+def _gyros(row: Row) -> Sequence[str]:
+    """Names of the gyros of a recording that could be read."""
+    names: Sequence[str] = row.analysis.get("input", {}).get("gyros", ())
+    return names
+
+
+def _rate(row: Row) -> float:
+    """Table rate in deg/s: the label's, else the measured one to 0.1 deg/s; 0 at rest."""
+    try:
+        return float(row.task.labels.get("rate", ""))
+    except ValueError:
+        rate = row.analysis["input"]["table_rate_deg_per_s"] if row.analysis else math.nan
+        return 0.0 if rate is None else round(abs(float(rate)), 1)
+
+
+def _verdict(row: Row) -> str:
+    """The verdict, empty if nothing was stated to be kept; what was not measured is undecided."""
+    if row.state == "done":
+        return str(row.analysis.get("verdict", {}).get("overall", ""))
+    return "" if row.task.settings.specification is None else "undecided"
+
+
+def _reason(analysis: Mapping[str, Any]) -> str:
+    """The reason why a row has no estimate, and then why it does not pass; empty if none."""
+    answer, reasons = analysis.get("angle_random_walk", {}), []
+    if answer and answer["status"] != "estimated":
+        reasons = [one["text"] for one in analysis.get("findings", ()) if one["level"] == "error"]
+        reasons = reasons or [answer[key] for key in ("source",) if key in answer]
+    reasons += [
+        f"{SYMBOLS[one['coefficient']]}: {one['reason']}"
+        for one in analysis.get("verdict", {}).get("limits", ())
+        if one["verdict"] != "pass"
+    ]
+    return "; ".join(dict.fromkeys(reasons))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -60,34 +127,35 @@ class Line:
         File of an earlier row with the same data, which count once; empty if there is none.
     """
 
-    file: str
-    unit: str
-    day: str
-    rate_deg_per_s: float
-    method: str
-    gyros: str
-    start_s: float
-    stop_s: float
-    state: str
-    status: str
-    n_deg_per_sqrt_h: float
-    low: float
-    high: float
-    confidence: float
-    b_deg_per_h: float
-    k_deg_per_h_per_sqrt_h: float
-    band_low_hz: float
-    band_high_hz: float
-    verdict: str
-    duration_s: float
-    lines: int
-    notes: int
-    reason: str
-    report: str
-    key: str
+    file: str = _column(lambda row: row.task.path)
+    unit: str = _column(lambda row: row.task.labels.get("unit", ""))
+    day: str = _column(lambda row: row.task.labels.get("day", ""))
+    rate_deg_per_s: float = _column(_rate)
+    method: str = _column(lambda row: row.task.settings.method)
+    gyros: str = _column(lambda row: ",".join(_gyros(row) or row.task.settings.gyros))
+    start_s: float = _column(lambda row: (row.task.span or _WHOLE)[0])
+    stop_s: float = _column(lambda row: (row.task.span or _WHOLE)[1])
+    state: str = _column(lambda row: row.state)
+    status: str = _column(lambda row: row.analysis.get("angle_random_walk", {}).get("status", ""))
+    n_deg_per_sqrt_h: float = _column(_number_at("angle_random_walk", "value"))
+    low: float = _column(_number_at("angle_random_walk", "low"))
+    high: float = _column(_number_at("angle_random_walk", "high"))
+    confidence: float = _column(lambda row: row.task.settings.confidence)
+    b_deg_per_h: float = _column(_estimated("bias_instability"))
+    k_deg_per_h_per_sqrt_h: float = _column(_estimated("rate_random_walk"))
+    band_low_hz: float = _column(_number_at("angle_random_walk", "band_hz", 0))
+    band_high_hz: float = _column(_number_at("angle_random_walk", "band_hz", 1))
+    verdict: str = _column(_verdict)
+    duration_s: float = _column(_number_at("input", "duration_s"))
+    lines: int = _column(lambda row: len(row.analysis.get("lines", ())))
+    notes: int = _column(lambda row: len(row.analysis.get("notes", ())))
+    reason: str = _column(lambda row: row.reason or _reason(row.analysis))
+    report: str = _column(lambda row: row.report)
+    key: str = _column(lambda row: row.task.key)
     same_as: str = ""
 
 
+_FIELDS: Final = fields(Line)
 _TYPES: Final[Mapping[object, pa.DataType]] = {
     str: pa.string(),
     float: pa.float64(),
@@ -104,60 +172,24 @@ def lines_of(rows: Iterable[Row]) -> list[Line]:
     first: dict[object, str] = {}
     lines = []
     for row in rows:
-        line, data = line_of(row), _data_of(row)
-        if data is not None and data in first:
-            line = replace(line, same_as=first[data])
-        first.setdefault(data, line.file)
-        lines.append(line)
+        data, columns = _data_of(row), [one for one in _FIELDS if one.metadata]
+        same_as = first.get(data, "") if data is not None else ""
+        first.setdefault(data, row.task.path)
+        values = {column.name: column.metadata["of"](row) for column in columns}
+        lines.append(Line(**values, same_as=same_as))
     return lines
 
 
 def _data_of(row: Row) -> object:
     """Fingerprint that no two measurements share: the curve to nine digits, and how it was made."""
-    curve = row.result.analysis.get("curve", {}).get("deviation_deg_per_h")
-    if row.result.state != "done":
-        return row.result.key, tuple(row.result.analysis.get("input", {}).get("gyros", ()))
+    task, analysis = row.task, row.analysis
+    if row.state != "done":
+        return task.key, tuple(_gyros(row))
+    curve = analysis.get("curve", {}).get("deviation_deg_per_h")
     if not curve:
         return None
-    task = row.task
     points = tuple(f"{value:.8e}" for value in curve)
-    return task.settings.method, task.settings.interval, span_of(task), points
-
-
-def line_of(row: Row) -> Line:
-    """The line of a row."""
-    task, analysis = row.task, row.result.analysis
-    answer = analysis.get("angle_random_walk", {})
-    given = analysis.get("input", {})
-    start, stop = span_of(task) or (math.nan, math.nan)
-    band = answer.get("band_hz", [None, None])
-    return Line(
-        file=task.path,
-        unit=task.labels.get("unit", ""),
-        day=task.labels.get("day", ""),
-        rate_deg_per_s=_rate(task, given.get("table_rate_deg_per_s"), measured=bool(analysis)),
-        method=task.settings.method,
-        gyros=",".join(given.get("gyros", task.settings.gyros)),
-        start_s=start,
-        stop_s=stop,
-        state=row.result.state,
-        status=answer.get("status", ""),
-        n_deg_per_sqrt_h=_number(answer.get("value")),
-        low=_number(answer.get("low")),
-        high=_number(answer.get("high")),
-        confidence=task.settings.confidence,
-        b_deg_per_h=_estimated(analysis, "bias_instability"),
-        k_deg_per_h_per_sqrt_h=_estimated(analysis, "rate_random_walk"),
-        band_low_hz=_number(band[0]),
-        band_high_hz=_number(band[1]),
-        verdict=_verdict_on(row),
-        duration_s=_number(given.get("duration_s")),
-        lines=int(analysis.get("lines", 0)),
-        notes=len(analysis.get("notes", ())),
-        reason=row.result.reason or _reason(analysis),
-        report=row.result.report,
-        key=row.result.key,
-    )
+    return task.settings.method, task.settings.interval, task.span, points
 
 
 def write_tables(lines: Sequence[Line], folder: Path) -> tuple[Path, Path]:
@@ -171,13 +203,15 @@ def write_tables(lines: Sequence[Line], folder: Path) -> tuple[Path, Path]:
     RecordingError
         If the folder cannot be written to.
     """
-    names = [field.name for field in fields(Line)]
-    text = csv_text(names, ([_cell(getattr(one, name)) for name in names] for one in lines))
-    write_text(folder / "campaign.csv", text)
     columns = {
-        field.name: pa.array([_null(getattr(one, field.name)) for one in lines], _TYPES[field.type])
-        for field in fields(Line)
+        column.name: pa.array(
+            [getattr(line, column.name) for line in lines], _TYPES[column.type], from_pandas=True
+        )
+        for column in _FIELDS
     }
+    rows = zip(*(column.to_pylist() for column in columns.values()), strict=True)
+    cells = (["" if value is None else str(value) for value in row] for row in rows)
+    write_text(folder / "campaign.csv", csv_text(list(columns), cells))
     with replacing(folder / "campaign.parquet") as temporary:
         pq.write_table(pa.table(columns), temporary)
     return folder / "campaign.csv", folder / "campaign.parquet"
@@ -212,77 +246,40 @@ def rows_replaced(folder: Path, rows: Iterable[Row]) -> int:
         before = read_table(folder)
     except RecordingError:
         return 0
-    keys = {row.result.key for row in rows}
+    keys = {row.task.key for row in rows}
     return sum(line.key not in keys for line in before)
 
 
 def _line_of_texts(row: Mapping[str, str]) -> Line:
     values: dict[str, Any] = {}
-    for field in fields(Line):
+    for column in _FIELDS:
         # A table of an earlier version has no column for what has a default.
-        text = row[field.name] if field.default is MISSING else row.get(field.name, "")
-        if field.type is str:
-            values[field.name] = text
+        text = row[column.name] if column.default is MISSING else row.get(column.name, "")
+        if column.type is str:
+            values[column.name] = text
         else:
-            values[field.name] = float(text or "nan") if field.type is float else int(text)
+            values[column.name] = float(text or "nan") if column.type is float else int(text)
     return Line(**values)
 
 
+def is_whole(line: Line) -> bool:
+    """Whether a line is of a whole recording whose data no earlier one has."""
+    return math.isnan(line.start_s) and not line.same_as
+
+
 def groups_of(lines: Iterable[Line]) -> dict[tuple[str, str], list[Line]]:
-    """Lines of whole recordings by method and gyros, equal data once: what may be compared."""
+    """What may be compared: answers of whole recordings by method and gyros, equal data once."""
     groups: dict[tuple[str, str], list[Line]] = {}
     for line in lines:
-        if math.isnan(line.start_s) and not line.same_as:
+        if is_whole(line) and line.state == "done":
             groups.setdefault((line.method, line.gyros), []).append(line)
     return groups
 
 
-def _rate(task: Task, table_rate: Any, *, measured: bool) -> float:
-    """Table rate in deg/s: the label's, else the measured one to 0.1 deg/s; 0 at rest."""
-    label = task.labels.get("rate", "")
-    try:
-        return float(label)
-    except ValueError:
-        if not measured:
-            return math.nan
-        return 0.0 if table_rate is None else round(abs(float(table_rate)), 1)
-
-
-def _verdict_on(row: Row) -> str:
-    """Its verdict, empty if nothing was stated to be kept; what was not measured is undecided."""
-    stated = row.task.settings.specification is not None
-    if row.result.state != "done":
-        return "undecided" if stated else ""
-    return str(row.result.analysis.get("verdict", {}).get("overall", ""))
-
-
-def _reason(analysis: Mapping[str, Any]) -> str:
-    """The reason why a row has no estimate, and then why it does not pass; empty if none."""
-    answer, reasons = analysis.get("angle_random_walk", {}), []
-    if answer and answer.get("status") != "estimated":
-        spoilt = [one["text"] for one in analysis.get("findings", ()) if one["level"] == "error"]
-        reasons += spoilt or [answer["source"]] if "source" in answer else spoilt
-    for one in analysis.get("verdict", {}).get("limits", ()):
-        if one["verdict"] != "pass":
-            reasons.append(f"{SYMBOLS[one['coefficient']]}: {one['reason']}")
-    return "; ".join(dict.fromkeys(reasons))
-
-
-def _estimated(analysis: Any, name: str) -> float:
-    found = analysis.get("coefficients", {}).get(name, {})
-    return _number(found.get("value")) if found.get("status") == "estimated" else math.nan
-
-
-def _number(value: Any) -> float:
-    return math.nan if value is None else float(value)
-
-
-def _null(value: Any) -> Any:
-    return None if isinstance(value, float) and math.isnan(value) else value
-
-
-def _cell(value: Any) -> str:
-    return "" if _null(value) is None else str(value)
+def left_out(lines: Iterable[Line]) -> str:
+    """How many whole recordings have no answer and are in no group, in words; empty if none."""
+    count = sum(is_whole(line) and line.state != "done" for line in lines)
+    return f"{counted(count, 'row')} without an answer left out" if count else ""
 
 
 # ---- scatter -----------------------------------------------------------------------
@@ -298,19 +295,19 @@ class Scatter:
         Those that show N, in the order of the runs.
     left_out
         How many of the group do not.
-    found
-        The answer, deg/sqrt(h); None if the lines are too few.
+    answer
+        In deg/sqrt(h); None if the lines are too few.
     why
         Why there is none.
     """
 
     lines: tuple[Line, ...]
     left_out: int
-    found: Repeatability | None
+    answer: Repeatability | None
     why: str = ""
 
 
-def scatter_of(lines: Sequence[Line], confidence: float) -> Scatter:
+def scatter_of(lines: Sequence[Line], confidence: float | None = None) -> Scatter:
     """How N scatters over the units, days and rates of some lines.
 
     Parameters
@@ -318,45 +315,35 @@ def scatter_of(lines: Sequence[Line], confidence: float) -> Scatter:
     lines
         Of one method and one choice of gyros.
     confidence
-        Of the intervals.
+        Of the intervals; that of the lines unless given.
     """
     shown = tuple(line for line in lines if line.status == "estimated")
-    found, why = None, ""
+    runs = [
+        Run(
+            value=line.n_deg_per_sqrt_h,
+            low=line.low,
+            high=line.high,
+            confidence=line.confidence,
+            labels={name: label for name, label in _labels(line).items() if label},
+        )
+        for line in shown
+    ]
+    answer, why = None, ""
     try:
-        found = repeatability([_run_of(line) for line in shown], confidence=confidence)
+        answer = repeatability(runs, confidence=confidence or lines[0].confidence)
     except RecordingError as error:
         why = str(error)
-    return Scatter(lines=shown, left_out=len(lines) - len(shown), found=found, why=why)
+    return Scatter(lines=shown, left_out=len(lines) - len(shown), answer=answer, why=why)
 
 
-def _run_of(line: Line) -> Run:
-    stated = {"unit": line.unit, "day": line.day, "rate": f"{line.rate_deg_per_s:g}"}
-    labels = {name: label for name, label in stated.items() if label}
-    value, confidence = line.n_deg_per_sqrt_h, line.confidence
-    return Run(value=value, low=line.low, high=line.high, confidence=confidence, labels=labels)
+def _labels(line: Line) -> dict[str, str]:
+    return {"unit": line.unit, "day": line.day, "rate": f"{line.rate_deg_per_s:g}"}
 
 
 # ---- prior -------------------------------------------------------------------------
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Prior:
-    """N of a run not yet made.
-
-    Attributes
-    ----------
-    noise
-        N is the median that is foretold, and the root of its variance half of the interval over
-        the normal quantile, both of ln N; B and K were not foretold.
-    words
-        Of what it is foretold, and from what.
-    """
-
-    noise: GyroNoise
-    words: str
-
-
-def prior_of(path: Path, *, confidence: float = 0.95) -> Prior:
+def prior_of(path: Path, *, confidence: float = 0.95) -> tuple[GyroNoise, str]:
     """N of the next unit on a new day or, if the campaign has one unit, of its next day.
 
     Parameters
@@ -366,56 +353,63 @@ def prior_of(path: Path, *, confidence: float = 0.95) -> Prior:
     confidence
         Of the interval that is foretold.
 
+    Returns
+    -------
+    noise
+        N is the median that is foretold, and the root of its variance half of the interval over
+        the normal quantile, both of ln N; B and K were not foretold.
+    words
+        Of what it is foretold, and from what.
+
     Raises
     ------
     RecordingError
         If it is no campaign, has several methods or choices of gyros, or does not show how N
         scatters over days.
     """
-    groups = groups_of(read_table(path))
+    table = read_table(path)
     try:
-        lines = _only_group(groups)
-        scatter = scatter_of(lines, confidence)
-        if scatter.found is None:
-            raise RecordingError(scatter.why)
-        foretold, what = _foretold(scatter.found)
+        return _prior(table, confidence)
     except RecordingError as error:
         raise error.at(str(path)) from None
-    reach = math.log(foretold.high / foretold.low) / (2.0 * float(ndtri(0.5 + 0.5 * confidence)))
-    value = foretold.value * DEGREE_PER_ROOT_HOUR
-    covariance = np.zeros((3, 3))
-    covariance[0, 0] = (value * reach) ** 2
-    return Prior(
-        noise=GyroNoise(
-            angle_random_walk=value,
-            covariance=covariance,
-            unseen=("bias_instability", "rate_random_walk"),
-        ),
-        words=f"N is that foretold for {what} by {scatter.found.runs} runs "
-        f"({lines[0].method}, {lines[0].gyros}): {foretold.value:.3g} "
-        f"[{foretold.low:.3g}, {foretold.high:.3g}] deg/sqrt(h), {100.0 * confidence:g} %",
-    )
 
 
-def _only_group(groups: dict[tuple[str, str], list[Line]]) -> Sequence[Line]:
+def _prior(table: Sequence[Line], confidence: float) -> tuple[GyroNoise, str]:
+    groups = groups_of(table)
     if len(groups) != 1:
-        held = "; ".join(f"{method} of {gyros}" for method, gyros in groups) or "no recording"
+        held = (
+            "; ".join(f"{method} of {gyros}" for method, gyros in groups)
+            or "no recording with an answer"
+        )
         raise RecordingError(
             f"holds {held}", remedy="give a campaign of one method and one choice of gyros"
         )
     (lines,) = groups.values()
-    return lines
-
-
-def _foretold(found: Repeatability) -> tuple[Interval, str]:
-    if found.next_unit is not None:
-        return found.next_unit, "the next unit on a new day, at a new rate"
-    if len(found.next_day) == 1:
-        ((unit, foretold),) = found.next_day.items()
-        return foretold, f"unit {unit} on a new day, at a new rate"
-    raise RecordingError(
-        "does not show how N scatters over days", remedy="measure a unit on three days or more"
+    scatter = scatter_of(lines, confidence)
+    if scatter.answer is None:
+        raise RecordingError(scatter.why)
+    foretold, what = scatter.answer.next_unit, "the next unit on a new day, at a new rate"
+    if foretold is None:
+        if len(scatter.answer.next_day) != 1:
+            raise RecordingError(
+                "does not show how N scatters over days",
+                remedy="measure a unit on three days or more",
+            )
+        ((unit, foretold),) = scatter.answer.next_day.items()
+        what = f"unit {unit} on a new day, at a new rate"
+    reach = math.log(foretold.high / foretold.low) / (2.0 * float(ndtri(0.5 + 0.5 * confidence)))
+    value = foretold.value * DEGREE_PER_ROOT_HOUR
+    noise = GyroNoise(
+        angle_random_walk=value,
+        covariance=np.diag([(value * reach) ** 2, 0.0, 0.0]),
+        unseen=("bias_instability", "rate_random_walk"),
     )
+    words = (
+        f"N is that foretold for {what} by {scatter.answer.runs} runs "
+        f"({lines[0].method}, {lines[0].gyros}): {foretold.value:.3g} "
+        f"[{foretold.low:.3g}, {foretold.high:.3g}] deg/sqrt(h), {100.0 * confidence:g} %"
+    )
+    return noise, "; ".join(filter(None, (words, left_out(table))))
 
 
 # ---- verdicts ----------------------------------------------------------------------
@@ -478,41 +472,32 @@ class Yield:
 
 def yield_of(campaign: Campaign) -> Yield | None:
     """The decisions of a campaign, equal data once; None if nothing was stated to be kept."""
-    found: dict[str, list[Decision]] = {}
+    units: dict[str, list[Decision]] = {}
     unmeasured: set[str] = set()
     for row, line in zip(campaign.rows, lines_of(campaign.rows), strict=True):
-        if not line.verdict or span_of(row.task) is not None or line.same_as:
+        if not line.verdict or row.task.span is not None or line.same_as:
             continue
-        unit = row.task.labels.get("unit") or row.task.path
-        decisions = found.setdefault(unit, [])
-        if row.result.state == "done":
-            decisions.extend(row.result.analysis["verdict"]["gyros"].values())
+        unit = line.unit or line.file
+        decisions = units.setdefault(unit, [])
+        if row.state == "done":
+            decisions.extend(row.analysis["verdict"]["gyros"].values())
         else:
             unmeasured.add(unit)
-    if not found:
+    if not units:
         return None
     without: list[Decision] = ["undecided"]
     return Yield(
-        gyros=tuple(decision for unit in found.values() for decision in unit),
+        gyros=tuple(decision for decisions in units.values() for decision in decisions),
         units=tuple(
             overall([*decisions, *without * (unit in unmeasured)])
-            for unit, decisions in found.items()
+            for unit, decisions in units.items()
         ),
         unmeasured=len(unmeasured),
     )
 
 
-def specifications_of(campaign: Campaign) -> tuple[Specification, ...]:
-    """Statements, each once."""
-    stated = [row.task.settings.specification for row in campaign.rows]
-    return tuple(dict.fromkeys(one for one in stated if one is not None))
-
-
 def walk_limits(campaign: Campaign) -> tuple[float, ...]:
     """Limits of N that were stated, deg/sqrt(h)."""
-    return tuple(
-        limit.value / field_unit("angle_random_walk").size
-        for one in specifications_of(campaign)
-        for limit in one.limits
-        if limit.coefficient == "angle_random_walk"
-    )
+    size = field_unit("angle_random_walk").size
+    limits = [one for one in campaign.limits if one.coefficient == "angle_random_walk"]
+    return tuple(one.value / size for one in limits)

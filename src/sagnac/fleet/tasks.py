@@ -1,7 +1,7 @@
-"""The tasks of a campaign, a recording and its settings each, and the result of one.
+"""The tasks of a campaign, a recording and its settings each, and the row that one gives.
 
 Tasks come from files, folders or a TOML. One runs in any process; a campaign resumes from the files
-of results alone.
+of results and reports alone.
 """
 
 import hashlib
@@ -10,32 +10,34 @@ import math
 import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
+from functools import cached_property
 from importlib import import_module
+from itertools import product
 from pathlib import Path
-from typing import Any, Final, Literal, get_args
+from typing import Any, Final, Literal
 
 from sagnac.analysis.pipeline import analyze
 from sagnac.analysis.settings import Settings
 from sagnac.core.documents import ANY, NUMBER, TEXT, TEXTS, read_toml, table
-from sagnac.core.errors import MissingExtra, RecordingError, quoted
+from sagnac.core.errors import MissingExtra, RecordingError, quoted, require_choice
 from sagnac.core.version import __version__
-from sagnac.core.whole_files import write_text
+from sagnac.core.whole_files import made, write_text
+from sagnac.fleet.study import FACTORS
 from sagnac.formats import read
 from sagnac.formats.registry import FORMATS
 from sagnac.formats.statement import Statement, beside_paths, from_mapping
 from sagnac.report import error_text
 from sagnac.report.document import analysis_document, to_json
-from sagnac.verdict.limits import Specification, specification_of
+from sagnac.verdict.limits import specification_of
 
 # ---- tasks -------------------------------------------------------------------------
 
 SCHEMA: Final = "sagnac.campaign-result/1"
-LABELS: Final = ("unit", "day", "rate")
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True)
 class Task:
-    """One row of a campaign: a recording, a method, and a gyro or a pair.
+    """A recording, a method, and a gyro or a pair.
 
     Attributes
     ----------
@@ -58,18 +60,26 @@ class Task:
     labels: Mapping[str, str] = field(default_factory=dict)
     sha256: str = ""
 
-    @property
+    @cached_property
     def key(self) -> str:
         """Digest of everything that the result depends on: file, statements, settings, version."""
+        beside = next(filter(Path.is_file, beside_paths(Path(self.path))), None)
         what = {
             "schema": SCHEMA,
             "version": __version__,
             "sha256": self.sha256 or self.path,
-            "beside": _beside_digest(Path(self.path)),
+            # The TOML beside a file states what the file does not.
+            "beside": "" if beside is None else hashlib.sha256(beside.read_bytes()).hexdigest(),
             "statement": asdict(self.statement),
             "settings": asdict(self.settings),
         }
         return hashlib.sha256(json.dumps(what, sort_keys=True).encode()).hexdigest()[:32]
+
+    @property
+    def span(self) -> tuple[float, float] | None:
+        """Start and stop of the span that it is of, s; None for a whole recording."""
+        start, stop = self.statement.span or (None, None)
+        return None if start is None or stop is None else (start, stop)
 
 
 def with_digest(task: Task) -> Task:
@@ -82,28 +92,6 @@ def with_digest(task: Task) -> Task:
             return replace(task, sha256=hashlib.file_digest(stream, "sha256").hexdigest())
     except OSError:
         return task
-
-
-def require_same_file(task: Task, sha256: str) -> None:
-    """Refuse a file that is not the one the task was planned for.
-
-    Raises
-    ------
-    RecordingError
-        If it has another digest.
-    """
-    if sha256 != task.sha256:
-        raise RecordingError(
-            "is not the file that the campaign was planned with",
-            path=task.path,
-            remedy="let all workers see the same files, and start the campaign again",
-        )
-
-
-def _beside_digest(path: Path) -> str:
-    """Digest of the TOML beside a file, which states what the file does not; empty without one."""
-    found = next(filter(Path.is_file, beside_paths(path)), None)
-    return "" if found is None else hashlib.sha256(found.read_bytes()).hexdigest()
 
 
 # ---- config ------------------------------------------------------------------------
@@ -125,7 +113,7 @@ _CAMPAIGN: Final = table(
             "items": table(
                 {
                     "file": {**TEXT, "description": "give file, the path of a recording"},
-                    **dict.fromkeys(LABELS, ANY),
+                    **dict.fromkeys(FACTORS, ANY),
                 },
                 needed=("file",),
             ),
@@ -166,20 +154,24 @@ class Choices:
             groups = set(re.compile(self.pattern).groupindex)
         except re.error as error:
             raise ValueError(f"{stated}; give a regular expression ({error})") from None
-        if self.pattern and (not groups or groups - set(LABELS)):
-            among = ", ".join(LABELS)
+        if self.pattern and (not groups or groups - set(FACTORS)):
+            among = ", ".join(FACTORS)
             raise ValueError(f"{stated}; give it groups such as (?P<unit>…), of {among}")
 
-    def labels_of(self, path: Path) -> dict[str, str]:
-        """Unit, day and rate by the path of a file."""
-        found = re.search(self.pattern, path.as_posix()) if self.pattern else None
-        if found is None:
-            return {}
-        return {name: value for name, value in found.groupdict().items() if value}
+    def task(self, path: Path, labels: Mapping[str, str]) -> Task:
+        """The task of a file; labels that are not stated are those of its path."""
+        match = re.search(self.pattern, path.as_posix()) if self.pattern else None
+        in_path = {} if match is None else match.groupdict()
+        return Task(
+            path=str(path.absolute()),
+            settings=self.settings,
+            statement=self.statement,
+            labels={**{name: label for name, label in in_path.items() if label}, **labels},
+        )
 
 
 def tasks_of(sources: Sequence[Path], choices: Choices) -> tuple[Task, ...]:
-    """The rows of a campaign, in the order of its sources.
+    """The tasks of a campaign, in the order of its sources.
 
     Parameters
     ----------
@@ -196,16 +188,7 @@ def tasks_of(sources: Sequence[Path], choices: Choices) -> tuple[Task, ...]:
     if len(sources) == 1 and sources[0].suffix.lower() == ".toml":
         return _of_toml(sources[0], choices)
     files = [file for source in sources for file in _files_of(source)]
-    return tuple(_task(file, choices, {}) for file in dict.fromkeys(files))
-
-
-def _task(path: Path, choices: Choices, labels: Mapping[str, str]) -> Task:
-    return Task(
-        path=str(path.absolute()),
-        settings=choices.settings,
-        statement=choices.statement,
-        labels={**choices.labels_of(path), **labels},
-    )
+    return tuple(choices.task(file, {}) for file in dict.fromkeys(files))
 
 
 def _files_of(source: Path) -> list[Path]:
@@ -221,8 +204,27 @@ def _files_of(source: Path) -> list[Path]:
 
 
 def _of_toml(path: Path, choices: Choices) -> tuple[Task, ...]:
+    """A task for each file, method, and gyro or pair."""
     try:
-        return _planned(read_toml(path, _CAMPAIGN), path.parent, choices)
+        content = read_toml(path, _CAMPAIGN)
+        common = _common(content, path.parent, choices)
+        listed = [{"file": pattern} for pattern in _texts(content, "files")]
+        tasks = [
+            common.task(file, {name: _label(one[name]) for name in FACTORS if name in one})
+            for one in (*listed, *content.get("recording", []))
+            for file in _matching(path.parent, one["file"])
+        ]
+        if not tasks:
+            raise ValueError("names no recording; give files = […] or [[recording]] with a file")
+        own, pairs = common.settings, _texts(content, "gyros")
+        all_settings = [
+            replace(own, method=method, gyros=gyros)
+            for method, gyros in product(
+                _texts(content, "methods") or [own.method],
+                [tuple(map(str.strip, pair.split(","))) for pair in pairs] or [own.gyros],
+            )
+        ]
+        return tuple(replace(task, settings=one) for task in tasks for one in all_settings)
     except OSError as error:
         raise RecordingError(
             f"cannot be read ({error.strerror})", path=str(path), remedy="check the path"
@@ -233,66 +235,34 @@ def _of_toml(path: Path, choices: Choices) -> tuple[Task, ...]:
         raise RecordingError(str(error), path=str(path), remedy=_REMEDY) from None
 
 
-def _planned(content: Mapping[str, Any], folder: Path, choices: Choices) -> tuple[Task, ...]:
-    common = _common(content, folder, choices)
-    listed: list[tuple[Path, dict[str, str]]] = [
-        (file, {}) for pattern in _texts(content, "files") for file in _matching(folder, pattern)
-    ]
-    for entry in content.get("recording", []):
-        labels = {name: _label(entry[name]) for name in LABELS if name in entry}
-        listed += [(file, labels) for file in _matching(folder, entry["file"])]
-    if not listed:
-        raise ValueError("names no recording; give files = […] or [[recording]] with a file")
-    return tuple(
-        _task(file, replace(common, settings=settings), labels)
-        for file, labels in listed
-        for settings in _all_settings(content, common.settings)
-    )
-
-
 def _common(content: Mapping[str, Any], folder: Path, choices: Choices) -> Choices:
-    specification = _specification(content, folder) or choices.settings.specification
-    confidence = choices.settings.confidence
-    if "spec" in content and specification is not None and specification.risk is not None:
-        confidence = 1.0 - specification.risk
-    settings = replace(
-        choices.settings,
-        interval=content.get("interval_s", choices.settings.interval),
-        confidence=content.get("confidence", confidence),
-        specification=specification,
-    )
-    stated = content.get("statement")
+    """The choices with what a TOML states; limits in a TOML are looked for beside it."""
+    own, risk = choices.settings, content.get("risk")
+    specification, confidence = own.specification, own.confidence
+    if "spec" in content:
+        text = content["spec"]
+        if text.strip().endswith(".toml"):
+            text = str(folder / text.strip())
+        try:
+            specification = specification_of(text, risk=risk)
+        except OSError as error:
+            raise ValueError(f"spec {text} cannot be read ({error.strerror})") from None
+        if specification.risk is not None:
+            confidence = 1.0 - specification.risk
+    elif risk is not None:
+        raise ValueError("risk is stated without spec; state the limit that it is of")
     return Choices(
-        settings=settings,
-        statement=choices.statement if stated is None else from_mapping(stated),
+        settings=replace(
+            own,
+            interval=content.get("interval_s", own.interval),
+            confidence=content.get("confidence", confidence),
+            specification=specification,
+        ),
+        statement=from_mapping(content["statement"])
+        if "statement" in content
+        else choices.statement,
         pattern=content.get("pattern", choices.pattern),
     )
-
-
-def _specification(content: Mapping[str, Any], folder: Path) -> Specification | None:
-    """Limits of ``spec`` and ``risk``; a TOML of limits is looked for beside the campaign's."""
-    if "spec" not in content:
-        if "risk" in content:
-            raise ValueError("risk is stated without spec; state the limit that it is of")
-        return None
-    text, risk = content["spec"], content.get("risk")
-    if text.strip().endswith(".toml"):
-        text = str(folder / text.strip())
-    try:
-        return specification_of(text, risk=risk)
-    except OSError as error:
-        raise ValueError(f"spec {text} cannot be read ({error.strerror})") from None
-
-
-def _all_settings(content: Mapping[str, Any], settings: Settings) -> list[Settings]:
-    """One for each method and each gyro or pair."""
-    methods = _texts(content, "methods") or [settings.method]
-    gyros = [tuple(name.strip() for name in text.split(",")) for text in _texts(content, "gyros")]
-    return [
-        replace(settings, method=method, gyros=names)
-        for method in methods
-        for names in gyros or [settings.gyros]
-    ]
 
 
 def _texts(content: Mapping[str, Any], name: str) -> list[Any]:
@@ -310,44 +280,25 @@ def _matching(folder: Path, pattern: str) -> Iterable[Path]:
         return [folder / pattern]
     if Path(pattern).is_absolute():
         raise ValueError(f"{pattern!r} is a pattern; give it relative to this file")
-    found = sorted(folder.glob(pattern))
-    if not found:
+    files = sorted(folder.glob(pattern))
+    if not files:
         raise ValueError(f"{pattern!r} matches no file")
-    return found
+    return files
 
 
-# ---- results -----------------------------------------------------------------------
+# ---- rows --------------------------------------------------------------------------
 
 State = Literal["done", "failed", "lost"]
-_FOLDER: Final = "results"
-# Keys of analysis.json that the table and the page are made of. `verdict` is there if a
-# specification was given.
-_KEPT: Final = (
-    "input",
-    "settings",
-    "channel",
-    "gyros_differenced",
-    "angle_random_walk",
-    "coefficients",
-    "covariance",
-    "parts",
-    "per_gyro",
-    "refused",
-    "curve",
-    "findings",
-    "notes",
-    "verdict",
-)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Result:
-    """Result of one task.
+class Row:
+    """A task, and what it gave.
 
     Attributes
     ----------
-    key
-        Of the task.
+    task
+        What was to do.
     state
         ``done``; ``failed``: the recording cannot be analyzed, which the next start does not try
         again; ``lost``: the worker died or ran out of something, which it does.
@@ -356,76 +307,48 @@ class Result:
     report
         Folder of its report, relative to that of the campaign.
     analysis
-        The keys of its ``analysis.json`` that tables are made of, and ``lines``, their number;
-        ``gyros`` holds the same of each gyro that was taken alone.
+        Its ``analysis.json``; empty unless it is done.
     """
 
-    key: str
+    task: Task
     state: State
     reason: str = ""
     report: str = ""
     analysis: Mapping[str, Any] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        if self.state not in get_args(State):
-            raise ValueError(f"state is {self.state!r}; use one of {', '.join(get_args(State))}")
+        require_choice("state", self.state, State)
         if (self.state == "done") == bool(self.reason):
             raise ValueError(f"state is {self.state!r} with the reason {self.reason!r}")
 
-    @property
-    def duration_s(self) -> float:
-        """Length of the recording, s; 0 if it could not be read."""
-        return float(self.analysis.get("input", {}).get("duration_s", 0.0))
-
-
-def _kept(document: Mapping[str, Any]) -> dict[str, Any]:
-    kept = {name: document[name] for name in _KEPT if name in document}
-    kept["lines"] = len(document["lines"])
-    if "gyros" in document:
-        kept["gyros"] = {name: _kept(one) for name, one in document["gyros"].items()}
-    return kept
-
 
 def result_path(folder: Path, key: str) -> Path:
-    """Where the result of a key lies."""
-    return folder / _FOLDER / f"{key}.json"
+    """Where the result of a key lies: its state, the reason, and where its report is."""
+    return folder / "results" / f"{key}.json"
 
 
-def write_result(folder: Path, result: Result) -> None:
-    """Keep a result; its file appears only when it is whole.
-
-    Raises
-    ------
-    RecordingError
-        If the folder cannot be written to.
-    """
-    path = result_path(folder, result.key)
-    path.parent.mkdir(parents=True, exist_ok=True)
-    content = {"schema": SCHEMA, "version": __version__, **asdict(result)}
-    write_text(path, json.dumps(content, ensure_ascii=False, indent=1))
-
-
-def read_result(folder: Path, key: str) -> Result | None:
-    """A kept result; None if there is none, or its file is not one."""
+def read_row(folder: Path, task: Task) -> Row | None:
+    """The row of a task that a folder holds with its report; None if it has to be made."""
     try:
-        content = json.loads(result_path(folder, key).read_text(encoding="utf-8"))
-        if content.pop("schema") != SCHEMA or content["key"] != key:
+        content = json.loads(result_path(folder, task.key).read_text(encoding="utf-8"))
+        if content["schema"] != SCHEMA or content["key"] != task.key:
             return None
-        content.pop("version")
-        return Result(**content)
+        row = Row(task=task, **{name: content[name] for name in ("state", "reason", "report")})
+        if not row.report:
+            return row
+        report = folder / row.report
+        analysis = json.loads((report / "analysis.json").read_text(encoding="utf-8"))
+        return replace(row, analysis=analysis) if (report / "report.html").is_file() else None
     except (OSError, ValueError, TypeError, KeyError):
         return None
 
 
-# ---- spans -------------------------------------------------------------------------
-
-
-def span_tasks(task: Task, result: Result, span: float) -> tuple[Task, ...]:
+def span_tasks(row: Row, span: float) -> tuple[Task, ...]:
     """Tasks of equal spans of a recording, as many as fit.
 
     Parameters
     ----------
-    task, result
+    row
         Of the whole recording, which says how long it is.
     span
         Length of each, s.
@@ -433,7 +356,7 @@ def span_tasks(task: Task, result: Result, span: float) -> tuple[Task, ...]:
     Returns
     -------
     tuple of Task
-        None if the recording has no result, or is shorter than two spans.
+        None if the recording could not be analyzed, or is shorter than two spans.
 
     Raises
     ------
@@ -442,32 +365,23 @@ def span_tasks(task: Task, result: Result, span: float) -> tuple[Task, ...]:
     """
     if not (math.isfinite(span) and span > 0.0):
         raise ValueError(f"span is {span!r}; give seconds above zero")
-    first = (task.statement.span or (0.0, None))[0] or 0.0
-    count = math.floor(result.duration_s / span * (1.0 + 1e-9))
+    own = row.task.statement
+    first = (own.span or (0.0, None))[0] or 0.0
+    count = math.floor(row.analysis.get("input", {}).get("duration_s", 0.0) / span * (1.0 + 1e-9))
     if count < 2:
         return ()
     spans = [(first + number * span, first + (number + 1) * span) for number in range(count)]
-    return tuple(replace(task, statement=replace(task.statement, span=one)) for one in spans)
-
-
-def span_of(task: Task) -> tuple[float, float] | None:
-    """Start and stop of the span that a task is of, s; None for a whole recording."""
-    limits = task.statement.span
-    if limits is None or limits[0] is None or limits[1] is None:
-        return None
-    return (limits[0], limits[1])
+    return tuple(replace(row.task, statement=replace(own, span=one)) for one in spans)
 
 
 # ---- measure -----------------------------------------------------------------------
 
-_REPORTS: Final = "reports"
 
-
-def measure(task: Task, folder: Path) -> Result:
+def measure(task: Task, folder: Path) -> Row:
     """Analyze a recording, write its report, and then its result.
 
-    Nothing is raised for what is wrong with the recording: that is a result, too. What is wrong
-    with the machine, such as memory or disk that ran out, is a result that is not kept.
+    Nothing is raised for what is wrong with the recording: that is a row, too. What is wrong with
+    the machine, such as memory or disk that ran out, is a row that is not kept.
 
     Parameters
     ----------
@@ -477,9 +391,9 @@ def measure(task: Task, folder: Path) -> Result:
         Of the campaign, as this process sees it.
     """
     try:
-        result = _measured(task, folder)
+        row = _measured(task, folder)
     except RecordingError as error:
-        result = Result(key=task.key, state="failed", reason=error_text(error))
+        row = Row(task=task, state="failed", reason=error_text(error))
     except MissingExtra as error:
         return lost(task, str(error))
     except MemoryError:
@@ -488,24 +402,33 @@ def measure(task: Task, folder: Path) -> Result:
         return lost(task, f"{error.filename or task.path}: {error.strerror or error}")
     except Exception as error:
         return lost(task, f"{task.path}: internal error: {type(error).__name__}: {error}")
-    write_result(folder, result)
-    return result
+    stated = {"state": row.state, "reason": row.reason, "report": row.report}
+    content = {"schema": SCHEMA, "version": __version__, "key": task.key, **stated}
+    path = result_path(folder, task.key)
+    made(path.parent)
+    write_text(path, json.dumps(content, ensure_ascii=False, indent=1))
+    return row
 
 
-def lost(task: Task, reason: str) -> Result:
-    """The result of a task that the next start tries again."""
-    return Result(key=task.key, state="lost", reason=" ".join(reason.split()))
+def lost(task: Task, reason: str) -> Row:
+    """The row of a task that the next start tries again."""
+    return Row(task=task, state="lost", reason=" ".join(reason.split()))
 
 
-def _measured(task: Task, folder: Path) -> Result:
+def _measured(task: Task, folder: Path) -> Row:
     recording = read(task.path, task.statement)
-    if recording.provenance is not None and task.sha256:
-        require_same_file(task, recording.provenance.sha256)
+    origin = recording.provenance
+    if origin is not None and task.sha256 not in ("", origin.sha256):
+        raise RecordingError(
+            "is not the file that the campaign was planned with",
+            path=task.path,
+            remedy="let all workers see the same files, and start the campaign again",
+        )
     analysis = analyze(recording, task.settings)
-    report = Path(_REPORTS) / f"{Path(task.path).stem}-{task.key[:12]}"
-    (folder / report).mkdir(parents=True, exist_ok=True)
     document = analysis_document(analysis)
+    report = Path("reports", f"{Path(task.path).stem}-{task.key[:12]}")
+    made(folder / report)
     # A table of results needs no plots, which are slow to load: only who measures draws.
     import_module("sagnac.report.page").write_page(analysis, folder / report / "report.html")
     write_text(folder / report / "analysis.json", to_json(document) + "\n")
-    return Result(key=task.key, state="done", report=report.as_posix(), analysis=_kept(document))
+    return Row(task=task, state="done", report=report.as_posix(), analysis=document)

@@ -21,7 +21,7 @@ from sagnac.core.units import (
     field_unit,
 )
 from sagnac.lines.model import Line
-from sagnac.noise.estimates import ConvertedEstimate, Estimate, FitName
+from sagnac.noise.estimates import ConvertedEstimate, Estimate, FitName, Interval
 from sagnac.noise.laws import COEFFICIENT_NAMES, CoefficientName
 from sagnac.spectrum.power_laws import running_median
 from sagnac.stability import Estimator
@@ -111,7 +111,9 @@ def _raised(mantissa: str, power: str) -> str:
     return f"{mantissa} × 10{str(int(power)).translate(_SUPERSCRIPTS)}"
 
 
-def figures(estimate: Estimate | ConvertedEstimate, *, plain: bool = False) -> tuple[str, str]:
+def figures(
+    estimate: Estimate | ConvertedEstimate | Interval, *, plain: bool = False
+) -> tuple[str, str]:
     """Value and interval of an estimate, all with the digits that its interval allows.
 
     For a person the interval is written with one power of ten; `plain` figures can be
