@@ -111,6 +111,25 @@ def test_a_filter_that_finds_no_azimuth_says_so_and_one_that_does_says_nothing(c
     assert any(said in note for note in found(capsys, path, "--latitude", "32")["notes"])
 
 
+@pytest.mark.parametrize(("walk", "observable"), [(1.0, True), (30.0, False)])
+def test_an_error_of_more_than_half_a_turn_is_no_heading(walk, observable, capsys, tmp_path):
+    path = document(tmp_path, gyros=("x",))
+    stated = json.loads(path.read_text(encoding="utf-8"))["angle_random_walk"]
+    changed(path, angle_random_walk={**stated, "value": walk, "low": walk, "high": walk})
+    made = found(capsys, path, "--latitude", "32")
+    # N over the root of ten minutes and the north rate.
+    north = 7.292115e-5 * math.cos(32.0 * DEGREE)
+    azimuth = walk * DEGREE / 60.0 / math.sqrt(600.0) / north / DEGREE
+    assert made["gyrocompass"]["azimuth_arcmin"][-1] == pytest.approx(60.0 * azimuth, rel=0.01)
+    assert (azimuth > 180.0) != observable
+    notes = [note for note in made["notes"] if "heading is not observable" in note]
+    assert len(notes) == (not observable)
+    assert main(["align", str(path), "--latitude", "32"]) == 0
+    assert ("by a gyrocompass in that time: its error of" in capsys.readouterr().out) != observable
+    said = str(sagnac.align(path, latitude=0.5))
+    assert ("not observable by a gyrocompass" in said) != observable
+
+
 def test_each_axis_of_a_triad_counts(capsys, tmp_path):
     path = document(tmp_path, gyros=("x",))
     alone = json.loads(path.read_text(encoding="utf-8"))

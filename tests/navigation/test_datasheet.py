@@ -63,9 +63,10 @@ def test_every_number_is_marked_as_stated_and_is_not_inflated():
     [
         ("N=0.15deg/sqrt(h)", "N and B are needed"),
         ("N=0.15deg/sqrt(h),B=3deg/h", "no cluster time"),
-        ("N=0.15,B=3deg/h@100s", "has none of the units"),
-        ("N=0.15deg/sqrt(h),B=3deg/h@0s", "above zero"),
-        ("N=-1deg/sqrt(h),B=3deg/h@100s", "has none of the units"),
+        ("N=0.15,B=3deg/h@100s", "is no number with one of deg/sqrt"),
+        ("N=0.15deg/sqrt(h),B=3deg/h@0s", "0s' is no number above zero"),
+        ("N=0.15deg/sqrt(h),B=3deg/h@9parsec", "is no number with one of s, ms"),
+        ("N=-1deg/sqrt(h),B=3deg/h@100s", "is no number with one of deg/sqrt"),
         ("N=0.15deg/sqrt(h),B=3mg@100s", "one sensor at a time"),
         ("N=0.15deg/sqrt(h),N=1deg/sqrt(h),B=3deg/h@9s", "N stands there twice"),
         ("noise=1deg/sqrt(h)", "is none of N, B, bandwidth, range"),

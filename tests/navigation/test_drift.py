@@ -5,8 +5,10 @@ import pytest
 from scipy import integrate
 
 from sagnac.core.units import DEGREE, DEGREE_PER_HOUR, DEGREE_PER_ROOT_HOUR
-from sagnac.navigation.drift import PARTS, Priors, drift
-from sagnac.navigation.noise import GyroNoise, MarkovNoise
+from sagnac.navigation.drift import PARTS, bias_is_prior, drift
+from sagnac.navigation.error_model import Start
+from sagnac.navigation.models import Markov
+from sagnac.navigation.noise import GyroNoise
 from tests.navigation.strapdown import coloured, unaided
 
 LATITUDE = 45.0 * DEGREE
@@ -14,8 +16,13 @@ MINUTE = np.array([60.0])
 REST = 120.0
 
 
+def exact(**priors):
+    """Nothing is wrong at the start unless it is stated."""
+    return Start(**{"tilt": 0.0, "azimuth": 0.0, **priors})
+
+
 def heading(noise, times=MINUTE, **priors):
-    found = drift((noise,) * 3, latitude=LATITUDE, times=times, priors=Priors(**priors))
+    found = drift((noise,) * 3, latitude=LATITUDE, times=times, priors=exact(**priors))
     return found.heading
 
 
@@ -60,7 +67,7 @@ def test_flicker_is_the_integral_of_its_spectrum(rest):
 @pytest.mark.parametrize(("rest", "constant"), [(12.0, 5.0), (60.0, 30.0), (900.0, 500.0)])
 def test_a_markov_rate_is_the_sum_of_its_covariances(rest, constant):
     noise = GyroNoise(
-        angle_random_walk=1e-30, markov=(MarkovNoise(deviation=1e-5, time=constant, error=0.1),)
+        angle_random_walk=1e-30, markov=(Markov.of_deviation(1e-5, constant, error=0.1),)
     )
     found = heading(noise, rest=rest)
     time, step = 60.0, 0.25
@@ -77,8 +84,8 @@ def test_a_markov_rate_is_the_sum_of_its_covariances(rest, constant):
 
 def test_two_markov_rates_add_up_and_so_do_the_squares_of_their_errors():
     rates = (
-        MarkovNoise(deviation=1e-5, time=5.0, error=0.1),
-        MarkovNoise(deviation=4e-6, time=80.0, error=0.3),
+        Markov.of_deviation(1e-5, 5.0, error=0.1),
+        Markov.of_deviation(4e-6, 80.0, error=0.3),
     )
     alone = [heading(GyroNoise(angle_random_walk=1e-30, markov=(one,))) for one in rates]
     both = heading(GyroNoise(angle_random_walk=1e-30, markov=rates))
@@ -108,7 +115,7 @@ QUIET = GyroNoise(angle_random_walk=1e-30)
 def test_accelerometers_move_the_position_by_what_differs_from_the_rest(force, wanted):
     found = drift(
         (QUIET,) * 3, accelerometers=(force, force), latitude=LATITUDE, times=MINUTE,
-        priors=Priors(rest=REST),
+        priors=exact(rest=REST),
     )  # fmt: skip
     assert part(found.position, "accelerometers") == pytest.approx(wanted, rel=2e-3)
     assert part(found.heading, "accelerometers") < 1e-12 * wanted
@@ -145,9 +152,8 @@ def test_parts_add_up_and_the_misalignment_stays():
 
 def test_a_bias_known_better_than_the_rest_shows_it_is_the_prior():
     noise = GyroNoise(angle_random_walk=1e-5)
-    assert Priors(rest=100.0, bias=2e-6).bias_is_prior(noise) is False
-    better = Priors(rest=100.0, bias=1e-7)
-    assert better.bias_is_prior(noise) is True
+    assert bias_is_prior(noise, Start(rest=100.0, bias=2e-6)) is False
+    assert bias_is_prior(noise, Start(rest=100.0, bias=1e-7)) is True
     found = heading(noise, rest=100.0, bias=1e-7)
     assert part(found, "initial_bias") == pytest.approx((1e-7 * 60.0) ** 2, rel=1e-4, abs=0.0)
 
@@ -185,7 +191,7 @@ def test_what_cannot_be_is_refused():
     noise = GyroNoise(angle_random_walk=1e-6)
     for wrong in ({"tilt": -1.0}, {"azimuth": np.nan}, {"rest": 0.0}, {"bias": -1.0}):
         with pytest.raises(ValueError, match=next(iter(wrong))):
-            Priors(**wrong)
+            Start(**wrong)
     with pytest.raises(ValueError, match="above zero"):
         drift((noise,) * 3, latitude=0.0, times=np.array([0.0]))
     with pytest.raises(ValueError, match="give three"):
@@ -213,7 +219,7 @@ def ratios(noise, *, runs, rest, times, tilt, azimuth, seed, force=None):
     square = {name: (values[:, at] ** 2).mean(axis=0) for name, values in made.items()}
     found = drift(
         (noise,) * 3, latitude=LATITUDE, times=np.asarray(times, dtype=np.float64),
-        priors=Priors(tilt=tilt, azimuth=azimuth, rest=float(rest)),
+        priors=Start(tilt=tilt, azimuth=azimuth, rest=float(rest)),
         accelerometers=() if force is None else (force, force),
     )  # fmt: skip
     return np.array(

@@ -62,8 +62,8 @@ def gtsam_names(text: str) -> list[str]:
 
 @pytest.mark.parametrize("name", HOSTILE)
 def test_a_name_stays_text_in_every_format(name):
-    wanted = Wanted(settings=(hostile(name),), version="9.9")
-    plain = Wanted(settings=(setting("x"),), version="9.9")
+    wanted = Wanted(settings=(hostile(name),))
+    plain = Wanted(settings=(setting("x"),))
     for tool in FORMATS:
         text = exported(tool, wanted)
         text.encode()  # no halves of characters

@@ -62,7 +62,7 @@ def test_slow_noise_that_b_and_k_are_not_told_apart_in_is_taken():
     (rate, second) = noise.markov
     told = (noise.bias_instability, rate.deviation, second.deviation)
     assert told == pytest.approx(np.array([0.01, 0.03, 0.02]) * DEGREE_PER_HOUR, abs=0.0)
-    assert (rate.time, second.time, second.error) == (25.0, 700.0, 0.0)
+    assert (rate.correlation_time, second.correlation_time, second.error) == (25.0, 700.0, 0.0)
     # Half intervals of 95 % of the logarithms of the square and of the time.
     wanted = np.hypot(2.0 * np.log(1.0 / 0.9), np.log(1.25)) / 1.959964
     assert rate.error == pytest.approx(wanted, rel=1e-6)

@@ -12,13 +12,14 @@ import pytest
 import yaml
 
 from sagnac.core.errors import RecordingError
+from sagnac.core.version import __version__
 from sagnac.navigation.definitions import definition_of
 from sagnac.navigation.export import datasheet_setting
 from sagnac.navigation.models import FilterModel, Markov, UpperLimit
-from sagnac.navigation.settings import FilterSetting, sensors_in, setting_of, worst
+from sagnac.navigation.settings import FilterSetting, measured_in, worst
 from sagnac.navigation.tools import FORMATS, Wanted, exported, settings_in
 from sagnac.noise.laws import markov_allan_variance
-from tests.navigation.examples import document, keys
+from tests.navigation.examples import changed, document, keys
 
 TAU = np.array([1.0, 10.0])
 
@@ -49,9 +50,9 @@ FORCES = tuple(
 
 @pytest.mark.parametrize("name", list(FORMATS))
 def test_every_file_says_what_it_is_and_where_that_stands(name):
-    text = exported(name, Wanted(settings=(setting(),), version="9.9"))
+    text = exported(name, Wanted(settings=(setting(),)))
     definition = definition_of(name)
-    for said in (definition.reference, definition.text, "9.9", "run.csv, SHA-256 abc"):
+    for said in (definition.reference, definition.text, __version__, "run.csv, SHA-256 abc"):
         assert said in text
 
 
@@ -410,25 +411,29 @@ def test_what_a_tool_cannot_hold_is_refused():
 
 
 def test_a_triad_has_three_and_each_its_own(tmp_path):
-    sensors = sensors_in(document(tmp_path, gyros=("x", "y", "z")))
+    sensors = measured_in(document(tmp_path, gyros=("x", "y", "z")))
     assert [sensor.name for sensor in sensors] == ["x", "y", "z"]
-    pair = sensors_in(document(tmp_path, name="pair.json"))
+    pair = measured_in(document(tmp_path, name="pair.json"))
     assert [sensor.name for sensor in pair] == ["x-z"]
     assert pair[0].sample_rate == 0.5
-    assert pair[0].angle > 0.0
 
 
 def test_a_setting_lies_above_the_curve_and_above_the_answer(tmp_path):
-    (sensor,) = sensors_in(document(tmp_path))
-    made = setting_of(sensor)
-    sound = sensor.edf >= 10.0
+    path = document(tmp_path)
+    stated = json.loads(path.read_text(encoding="utf-8"))
+    curve, walk = stated["curve"], stated["angle_random_walk"]
+    sound = np.array(curve["edf"]) >= 10.0
+    tau = np.array(curve["tau_s"])[sound]
+    deviation = np.array(curve["deviation_deg_per_h"])[sound] * math.pi / 648_000.0
+    size = math.pi / 180.0 / 60.0  # deg/sqrt(h)
+    (made,) = measured_in(path)
     for model in (made.simple, made.full, made.as_markov(100.0).simple):
-        assert np.all(model.allan_deviation(sensor.tau[sound]) >= sensor.deviation[sound])
-        assert model.white >= sensor.white_high
+        assert np.all(model.allan_deviation(tau) >= deviation)
+        assert model.white >= walk["high"] * size * (1.0 - 1e-12)
     assert made.simple.walk > 0.0
     # N behind a low-pass: the curve shows less than the spectrum does.
-    hidden = dataclasses.replace(sensor, white=1e-6, white_high=1.1e-6)
-    assert setting_of(hidden).simple.white == pytest.approx(1.1e-6)
+    changed(path, angle_random_walk={**walk, "value": 1e-6 / size, "high": 1.1e-6 / size})
+    assert measured_in(path)[0].simple.white == pytest.approx(1.1e-6)
 
 
 @pytest.mark.parametrize(
@@ -444,4 +449,4 @@ def test_what_is_no_analysis_is_named(tmp_path, content, said):
     path = tmp_path / "other.json"
     path.write_text(content)
     with pytest.raises(RecordingError, match=rf"other\.json: {said}"):
-        sensors_in(path)
+        measured_in(path)

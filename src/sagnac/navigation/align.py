@@ -11,17 +11,17 @@ import numpy as np
 from sagnac.core.documents import Documented
 from sagnac.core.errors import is_finite, quoted, require_confidence
 from sagnac.core.units import DEGREE
-from sagnac.navigation.drift import Drift, Priors, drift
+from sagnac.navigation.drift import Drift, drift
 from sagnac.navigation.error_model import (
-    Alignment,
     AzimuthError,
-    PositionError,
+    Course,
     Start,
     aligned,
     azimuth_error,
     position_error,
     rotating_azimuth_error,
 )
+from sagnac.navigation.models import require_numbers
 from sagnac.navigation.noise import GyroNoise, Unit
 
 # Where no latitude is stated: it counts little without aiding over minutes.
@@ -76,7 +76,7 @@ class Prospect:
     compass
         Of a gyrocompass of two positions, against time; the last is at the end.
     filtered
-        Alignment by a Kalman filter.
+        Azimuth in the course of an alignment by a Kalman filter.
     position
         After the alignment.
     rotating
@@ -89,8 +89,8 @@ class Prospect:
     start: Start
     latitude: float
     compass: AzimuthError
-    filtered: Alignment
-    position: PositionError
+    filtered: Course
+    position: Course
     rotating: AzimuthError | None = None
     foretold: str = ""
 
@@ -118,20 +118,22 @@ class Foresight:
     prospect: Prospect | None
 
     def __repr__(self) -> str:
-        found = self.unaided.drift
-        heading, attitude = (
-            one / DEGREE
-            for one in (found.heading.deviation(misaligned=False), found.attitude.deviation())
+        drift = self.unaided.drift
+        columns = (
+            drift.heading.times,
+            drift.heading.deviation(misaligned=False) / DEGREE,
+            drift.attitude.deviation() / DEGREE,
+            drift.position.deviation(),
         )
-        rows = zip(found.heading.times, heading, attitude, found.position.deviation(), strict=True)
         said = [
-            f"after {time:g} s heading drift {turned:.3g} deg, attitude {tilted:.3g} deg, "
-            f"position {moved:.3g} m"
-            for time, turned, tilted, moved in rows
+            f"after {time:g} s heading drift {heading:.3g} deg, attitude {attitude:.3g} deg, "
+            f"position {position:.3g} m"
+            for time, heading, attitude, position in zip(*columns, strict=True)
         ]
         if self.prospect is not None:
             azimuth = self.prospect.compass.deviation[-1] / DEGREE
-            said.append(f"azimuth found to {azimuth:.3g} deg by a gyrocompass")
+            seen = f"found to {azimuth:.3g} deg" if azimuth <= 180.0 else "not observable"
+            said.append(f"azimuth {seen} by a gyrocompass")
         return f"<Foresight, 1 sigma: {'; '.join(said)}>"
 
 
@@ -190,8 +192,6 @@ def align(
     """
     if table_rate is not None and latitude is None:
         raise ValueError("table_rate needs a latitude, since azimuth is found from Earth rate")
-    if bias is not None and not (is_finite(bias) and bias >= 0.0):
-        raise ValueError(f"bias is {quoted(bias)}; give zero or more")
     require_confidence(confidence)
     after = (after,) if isinstance(after, float | int | str) else after
     wrong = [time for time in after if not (is_finite(time) and time > 0.0)]
@@ -200,9 +200,12 @@ def align(
     noises, accelerometers = _unit(source)
     # Which of them lies across the meridian is not known: azimuth is as good as with the loudest.
     loudest = max(noises, key=lambda one: one.angle_random_walk)
-    stated = {"azimuth": azimuth, "tilt": tilt, "drift": bias}
-    start = Start(**{name: value for name, value in stated.items() if value is not None})
-    priors = Priors(tilt=start.tilt, azimuth=start.azimuth, rest=rest, bias=bias)
+    stated = {"azimuth": azimuth, "tilt": tilt}
+    known = {name: value for name, value in stated.items() if value is not None}
+    start = Start(**known, rest=rest, bias=bias)
+    require_numbers(start, known, above_zero=True)
+    moments = np.array(after, dtype=np.float64)
+    lately = np.geomspace(_SHORTEST * moments.max(), moments.max(), _POINTS)
     place = _LATITUDE if latitude is None else latitude
     asked, along = (
         drift(
@@ -210,10 +213,10 @@ def align(
             accelerometers=accelerometers,
             latitude=place,
             times=times,
-            priors=priors,
+            priors=start,
             confidence=confidence,
         )
-        for times in (np.array(after), np.geomspace(_SHORTEST * max(after), max(after), _POINTS))
+        for times in (moments, lately)
     )
     unaided = Unaided(
         drift=asked,
@@ -227,26 +230,25 @@ def align(
     if latitude is None:
         return Foresight(unaided=unaided, prospect=None)
     rotating = None
+    how = {"latitude": latitude, "confidence": confidence}
     if table_rate is not None:
         try:
             rotating = rotating_azimuth_error(
-                loudest, latitude=latitude, times=np.array([rest]), table_rate=table_rate,
-                bias=start.drift, confidence=confidence,
-            )  # fmt: skip
+                loudest, times=np.array([rest]), table_rate=table_rate, bias=bias or 0.0, **how
+            )
         except ValueError as error:
             raise ValueError(f"table rate: {error}") from None
     filtered = aligned(loudest, latitude=latitude, seconds=rest, start=start)
-    times = np.geomspace(rest / 100.0, rest, 101)
     prospect = Prospect(
         noise=loudest,
         start=start,
         latitude=latitude,
-        compass=azimuth_error(loudest, latitude=latitude, times=times, confidence=confidence),
+        compass=azimuth_error(loudest, times=np.geomspace(rest / 100.0, rest, 101), **how),
         filtered=filtered,
         rotating=rotating,
         foretold=foretold,
         position=position_error(
-            loudest, latitude=latitude, covariance=filtered.covariance, seconds=max(after)
+            loudest, latitude=latitude, covariance=filtered.covariance, seconds=moments.max()
         ),
     )
     return Foresight(unaided=unaided, prospect=prospect)

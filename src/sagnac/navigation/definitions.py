@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
 from importlib.resources import files
-from typing import Final, Literal
+from typing import Literal
 
 ToolName = Literal[
     "kalibr", "allan-variance-ros", "openvins", "gtsam", "robot-localization", "ros-imu",
@@ -18,17 +18,6 @@ Axes = Literal["one", "three", "any"]
 
 Bias = Literal["walk", "markov", "none", "any"]
 """Process that the bias of a tool is."""
-
-_UNUSED: Final = {
-    "topic": "it names no topic",
-    "rate": "its noise is continuous, and it takes the time step itself",
-    "accelerometer": "its gain weighs the gyro alone; it has no noise of accelerometers",
-}
-_WITHOUT_MARKOV: Final[Mapping[Bias, str]] = {
-    "walk": "its bias is a random walk",
-    "none": "it has no bias in its noise",
-    "markov": "its bias is one Markov process for each sensor, no more and no less",
-}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -66,16 +55,15 @@ class Definition:
 @cache
 def definitions() -> Mapping[str, Definition]:
     """Definition of each tool of ``tools.toml``; ``json`` holds what ``toml`` does."""
-    stated = tomllib.loads(files("sagnac.navigation").joinpath("tools.toml").read_text("utf-8"))
-    found = {}
-    for name, one in stated.items():
-        bias = one.get("bias", "any")
-        unused = {option: _UNUSED[option] for option in one.get("unused", ())}
-        if bias in _WITHOUT_MARKOV:
-            unused["markov"] = _WITHOUT_MARKOV[bias]
-        given = {"one_time": False, **one, "bias": bias, "unused": unused}
-        found[name] = Definition(**given)
-    return found
+    tools = tomllib.loads(files("sagnac.navigation").joinpath("tools.toml").read_text("utf-8"))
+    reasons, definitions = tools.pop("reasons"), {}
+    for name, stated in tools.items():
+        tool = {"bias": "any", "one_time": False, "unused": (), **stated}
+        tool["unused"] = {option: reasons[option] for option in tool["unused"]}
+        if tool["bias"] != "any":
+            tool["unused"]["markov"] = reasons[tool["bias"]]
+        definitions[name] = Definition(**tool)
+    return definitions
 
 
 def definition_of(format_name: str) -> Definition:

@@ -22,17 +22,17 @@ from scipy.linalg import expm, matmul_toeplitz
 from scipy.special import ndtri, xlogy
 
 from sagnac.core.arrays import FloatArray
-from sagnac.core.errors import quoted
 from sagnac.navigation.error_model import (
     AZIMUTH,
     DRIFTS,
     POSITIONS,
     TILTS,
     VELOCITIES,
+    Start,
     moments_of,
     system_matrix,
 )
-from sagnac.navigation.noise import GyroNoise, require_not_negative
+from sagnac.navigation.noise import NAMES, GyroNoise
 
 PARTS: Final = (
     "angle_random_walk",
@@ -50,47 +50,6 @@ _STATES: Final = DRIFTS.start  # those before the drifts of the gyros
 _CELLS: Final = 240  # of the time, each of constant weight
 _LONGEST_CELL: Final = 120.0  # s, a fortieth of Schuler's period
 _MOST_CELLS: Final = 4000
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Priors:
-    """State of knowledge when the aiding ends.
-
-    Attributes
-    ----------
-    tilt, azimuth
-        Standard deviations of each tilt and of the heading then, rad.
-    rest
-        Time at rest before, over which the biases were taken, s.
-    bias
-        Standard deviation of the bias of each gyro if it is known better than the rest shows it,
-        rad/s; None if it is known from the rest alone.
-
-    Raises
-    ------
-    ValueError
-        If one is negative or not finite, or the rest is not above zero.
-    """
-
-    tilt: float = 0.0
-    azimuth: float = 0.0
-    rest: float = 600.0
-    bias: float | None = None
-
-    def __post_init__(self) -> None:
-        require_not_negative(self, ("tilt", "azimuth", *(() if self.bias is None else ("bias",))))
-        if not (math.isfinite(self.rest) and self.rest > 0.0):
-            raise ValueError(f"rest is {quoted(self.rest)}; give a time above zero")
-
-    def bias_is_prior(self, noise: GyroNoise) -> bool:
-        """Whether the bias of a gyro is known better from before than from the rest."""
-        return self.bias is not None and self.bias < math.sqrt(_rest_variance(noise, self.rest))
-
-    def initial(self, noise: GyroNoise) -> tuple[float, FloatArray]:
-        """Variance of a sensor's bias at the start, SI, and (3,) its rise with squared N, B, K."""
-        if self.bias is not None and self.bias_is_prior(noise):
-            return self.bias**2, np.zeros(3)
-        return _rest_variance(noise, self.rest), np.array([1.0 / self.rest, 0.0, self.rest / 3.0])
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -134,7 +93,7 @@ class Drift:
     heading: Growth
     attitude: Growth
     position: Growth
-    priors: Priors
+    priors: Start
 
 
 def drift(
@@ -143,7 +102,7 @@ def drift(
     accelerometers: Sequence[GyroNoise] = (),
     latitude: float,
     times: FloatArray,
-    priors: Priors | None = None,
+    priors: Start | None = None,
     confidence: float = 0.95,
 ) -> Drift:
     """Errors of a navigator at rest whose aiding ends at time zero.
@@ -160,7 +119,8 @@ def drift(
     times
         (times,), s, above zero.
     priors
-        What is known at time zero.
+        What is known at time zero; the attitude exactly, and the bias from ten minutes at rest,
+        unless given.
     confidence
         Of the interval.
 
@@ -173,39 +133,45 @@ def drift(
     moments = moments_of(times)
     if len(noises) != 3:
         raise ValueError(f"noises are {len(noises)}; give three, about north, east and down")
-    known, sensors = priors or Priors(), (*noises, *accelerometers)
-    constants = tuple(dict.fromkeys(rate.time for one in sensors for rate in one.markov))
-    weights = [_at(time, latitude, known, constants) for time in moments]
-    grown = _growths(sensors, moments, weights, known, confidence)
-    return Drift(heading=grown[0], attitude=grown[1], position=grown[2], priors=known)
+    known = priors or Start(tilt=0.0, azimuth=0.0)
+    sensors = (*noises, *accelerometers)
+    constants = dict.fromkeys(rate.correlation_time for one in sensors for rate in one.markov)
+    weights, misaligned = zip(
+        *(_at(time, latitude, known, list(constants)) for time in moments), strict=True
+    )
+    heading, attitude, position = (
+        _growth(
+            sensors,
+            times=moments,
+            terms=dict(zip((*_TERMS, *constants), np.moveaxis(output, -1, 0), strict=True)),
+            misaligned=np.array(misaligned)[:, place],
+            priors=known,
+            confidence=confidence,
+        )
+        for place, output in enumerate(np.moveaxis(np.array(weights), 1, 0))
+    )
+    return Drift(heading=heading, attitude=attitude, position=position, priors=known)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class _Weights:
-    """Heading, one tilt, and position north and east together, at one time.
+# Heading; the mean square of the two tilts; the sum of the squares north and east.
+_OUTPUTS: Final = np.array([[1, 0, 0, 0, 0], [0, 0.5, 0.5, 0, 0], [0, 0, 0, 1, 1]])
+# Variances of a sensor: N, B and K at one, after the rest, and a bias at one.
+_TERMS: Final = (*NAMES, "bias")
 
-    Sensors are three gyros and two accelerometers.
 
-    Attributes
-    ----------
+def _at(
+    time: float, latitude: float, priors: Start, constants: Sequence[float]
+) -> tuple[FloatArray, FloatArray]:
+    """Variances after a time: of heading, of one tilt, and of position north and east together.
+
+    Returns
+    -------
     terms
-        (3, 5, 3) variance that N, B and K at one make after the rest.
-    markov
-        (3, 5) the same of a Markov rate at one, by its correlation time.
-    total
-        (3, 5) variance that a bias at one makes.
+        (3, 5, terms) what each of `_TERMS`, and of Markov rates at one of some correlation times,
+        makes in three gyros and two accelerometers.
     misaligned
-        (3,) variance that the misalignment makes.
+        (3,) what the misalignment makes.
     """
-
-    terms: FloatArray
-    markov: Mapping[float, FloatArray]
-    total: FloatArray
-    misaligned: FloatArray
-
-
-def _at(time: float, latitude: float, priors: Priors, constants: Sequence[float]) -> _Weights:
-    """The weights after a time, and those of Markov rates of some correlation times."""
     cells = min(max(_CELLS, math.ceil(time / _LONGEST_CELL)), _MOST_CELLS)
     length = time / cells
     system = system_matrix(latitude)[:_STATES, :_STATES]
@@ -225,20 +191,15 @@ def _at(time: float, latitude: float, priors: Priors, constants: Sequence[float]
         each = each @ whole
     total = weights.sum(axis=2) * length
     beside_rest = partial(_beside_rest, weights, total, length, priors.rest)
-    white = length * (weights**2).sum(axis=2)
-    flicker = -beside_rest(_of_logarithm) / math.pi
-    terms = np.stack([white, flicker, _walked(weights, length)], axis=-1)
-
-    def outputs(variance: FloatArray) -> FloatArray:
-        """Heading; the mean square of the two tilts; the sum of the squares north and east."""
-        return np.array([variance[0], 0.5 * (variance[1] + variance[2]), variance[3] + variance[4]])
-
-    return _Weights(
-        terms=outputs(terms),
-        markov={one: outputs(beside_rest(partial(_of_exponential, time=one))) for one in constants},
-        total=outputs(total**2),
-        misaligned=outputs((rows @ grown) ** 2 @ start),
-    )
+    terms = [
+        length * (weights**2).sum(axis=2),
+        -beside_rest(_of_logarithm) / math.pi,
+        _walked(weights, length),
+        total**2,
+        *(beside_rest(partial(_of_exponential, time=one)) for one in constants),
+    ]
+    made = np.tensordot(_OUTPUTS, np.stack(terms, axis=-1), axes=1)
+    return made, _OUTPUTS @ (rows @ grown) ** 2 @ start
 
 
 def _walked(weights: FloatArray, length: float) -> FloatArray:
@@ -284,62 +245,66 @@ def _of_exponential(lag: FloatArray, *, time: float) -> FloatArray:
     return np.asarray(time**2 * (np.expm1(-ratio) + ratio))
 
 
-def _rest_variance(noise: GyroNoise, rest: float) -> float:
-    """Variance of the mean rate of a rest about the bias at its end, no flicker, (rad/s)^2."""
-    return noise.angle_random_walk**2 / rest + noise.rate_random_walk**2 * rest / 3.0
+def _initial(noise: GyroNoise, priors: Start) -> tuple[float, FloatArray]:
+    """Variance of a sensor's bias at the start, SI, and (3,) its rise with squared N, B, K.
+
+    It is that of the mean rate of the rest about the bias at its end, without flicker, or the
+    prior, if that is less.
+    """
+    rise = np.array([1.0 / priors.rest, 0.0, priors.rest / 3.0])
+    variance = float(rise @ noise.values**2)
+    if priors.bias is not None and priors.bias**2 < variance:
+        return priors.bias**2, np.zeros(3)
+    return variance, rise
 
 
-def _growths(
+def bias_is_prior(noise: GyroNoise, priors: Start) -> bool:
+    """Whether the bias of a gyro is known better from before than from the rest."""
+    return not _initial(noise, priors)[1].any()
+
+
+def _growth(
     sensors: Sequence[GyroNoise],
+    *,
     times: FloatArray,
-    weights: Sequence[_Weights],
-    priors: Priors,
+    terms: Mapping[str | float, FloatArray],
+    misaligned: FloatArray,
+    priors: Start,
     confidence: float,
-) -> list[Growth]:
-    """Growth of heading, attitude and position."""
-    terms = np.array([one.terms for one in weights])
-    total = np.array([one.total for one in weights])
-    variances = np.zeros((*total.shape[:2], len(PARTS)))
-    variances[..., -1] = [one.misaligned for one in weights]
-    highest = np.zeros(total.shape[:2])
+) -> Growth:
+    """Growth of one error, by the (times, 5) variances that `terms` make in each sensor."""
+    variances = np.zeros((times.size, len(PARTS)))
+    variances[:, -1] = misaligned
+    highest = np.zeros(times.size)
     # One gyro in the place of three is wrong in all three alike.
     slopes: dict[int, FloatArray] = {}
     errors: dict[tuple[int, float], FloatArray] = {}
     for place, noise in enumerate(sensors):
         # The prior is of gyros.
         known = priors if place < _GYROS else replace(priors, bias=None)
-        own, biased = terms[:, :, place], total[:, :, place]
-        initial, slope = known.initial(noise)
-        markov = np.zeros(highest.shape)
+        own = np.stack([terms[name][:, place] for name in NAMES], axis=-1)
+        biased, (initial, rise) = terms["bias"][:, place], _initial(noise, known)
+        markov = np.zeros(times.size)
         for rate in noise.markov:
-            made = rate.deviation**2 * np.array(
-                [one.markov[rate.time][:, place] for one in weights]
-            )
+            made = rate.deviation**2 * terms[rate.correlation_time][:, place]
             markov += made
-            key = (id(noise), rate.time)
+            key = (id(noise), rate.correlation_time)
             errors[key] = errors.get(key, 0.0) + rate.error * made
-        parts = [*np.moveaxis(own * noise.values**2, -1, 0), markov, biased * initial]
+
+        parts = [*(own * noise.values**2).T, markov, biased * initial]
         if place < _GYROS:
-            variances[..., : len(parts)] += np.stack(parts, axis=-1)
+            variances[:, : len(parts)] += np.stack(parts, axis=-1)
         else:
-            variances[..., len(parts)] += sum(parts)
-        worst = [own @ one.values**2 + biased * known.initial(one)[0] for one in noise.bounded]
+            variances[:, len(parts)] += sum(parts)
+        worst = [own @ one.values**2 + biased * _initial(one, known)[0] for one in noise.bounded]
         highest += np.max(worst, axis=0) + markov
-        rising = 2.0 * (own + biased[..., np.newaxis] * slope) * noise.values
+        rising = 2.0 * (own + biased[:, np.newaxis] * rise) * noise.values
         slopes[id(noise)] = slopes.get(id(noise), 0.0) + rising
     covariances = {id(noise): noise.covariance for noise in sensors}
     squares = sum(
-        np.einsum("...i,ij,...j", slope, covariances[one], slope) for one, slope in slopes.items()
+        np.einsum("ti,ij,tj->t", slope, covariances[one], slope) for one, slope in slopes.items()
     )
     squares = squares + sum(error**2 for error in errors.values())
-    own_variance = np.maximum(variances[..., :-1].sum(axis=-1), 1e-300)
+    own_variance = np.maximum(variances[:, :-1].sum(axis=-1), 1e-300)
     reach = float(ndtri(0.5 + 0.5 * confidence)) * np.sqrt(squares) / own_variance
-    return [
-        Growth(
-            times=times,
-            variances=variances[:, output],
-            reach=reach[:, output],
-            highest=np.sqrt(highest[:, output]),
-        )
-        for output in range(len(weights[0].misaligned))
-    ]
+    return Growth(times=times, variances=variances, reach=reach, highest=np.sqrt(highest))

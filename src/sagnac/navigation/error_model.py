@@ -34,8 +34,8 @@ from scipy.special import ndtri
 from sagnac.core.arrays import FloatArray
 from sagnac.core.errors import quoted
 from sagnac.core.units import DEGREE, EARTH_RATE, STANDARD_GRAVITY
-from sagnac.navigation.models import require_above_zero
-from sagnac.navigation.noise import GyroNoise, require_not_negative
+from sagnac.navigation.models import require_numbers
+from sagnac.navigation.noise import GyroNoise
 from sagnac.noise.laws import allan_variance_basis
 
 # Beyond this Earth rate has next to no north component, and azimuth is not found from it.
@@ -153,49 +153,59 @@ def step_of(noise: GyroNoise, latitude: float, seconds: float) -> Step:
 # ---- initial -----------------------------------------------------------------------
 
 
+_STEP: Final = 1.0  # s, between zero-velocity measurements
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Start:
-    """Standard deviations before the alignment, and what it measures.
+    """Standard deviations before an alignment, or when the aiding ends after one.
 
     Attributes
     ----------
     tilt, azimuth
-        After the coarse alignment, rad.
-    drift
-        What is not known of the bias of a gyro beside its flicker, rad/s.
+        Of each tilt and of the azimuth, rad.
+    bias
+        What is not known of the bias of a gyro beside its flicker, rad/s; None if it is known from
+        the rest alone, which the alignment takes for exactly.
+    rest
+        Time at rest, over which the biases were taken, s.
     velocity_noise
-        Of each zero-velocity measurement, m/s.
-    step_s
-        Time between measurements, s.
+        Of each zero-velocity measurement of the alignment, m/s.
+
+    Raises
+    ------
+    ValueError
+        If one is negative or not finite, or the rest or the velocity noise is not above zero.
     """
 
     tilt: float = 0.5 * DEGREE
     azimuth: float = 2.0 * DEGREE
-    drift: float = 0.0
+    bias: float | None = None
+    rest: float = 600.0
     velocity_noise: float = 1e-4
-    step_s: float = 1.0
 
     def __post_init__(self) -> None:
-        require_above_zero(self, ("tilt", "azimuth", "velocity_noise", "step_s"))
-        require_not_negative(self, ("drift",))
+        require_numbers(self, ("tilt", "azimuth", *(() if self.bias is None else ("bias",))))
+        require_numbers(self, ("rest", "velocity_noise"), above_zero=True)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Alignment:
-    """Covariance against time.
+class Course:
+    """A standard deviation against time.
 
     Attributes
     ----------
     times
         (steps,), s.
-    azimuth
-        (steps,) its standard deviation, rad.
+    deviation
+        (steps,) of azimuth, rad; or the root of the sum of the variances of position north and
+        east, m.
     covariance
-        (10, 10) of `error_model.STATES` at the end, SI.
+        (10, 10) of `STATES` at the end, SI.
     """
 
     times: FloatArray
-    azimuth: FloatArray
+    deviation: FloatArray
     covariance: FloatArray = field(repr=False)
 
 
@@ -208,15 +218,25 @@ def flicker_deviation(noise: GyroNoise) -> float:
     return noise.bias_instability * math.sqrt(2.0 * math.log(2.0) / math.pi)
 
 
-def initial_covariance(noise: GyroNoise, start: Start | None = None) -> FloatArray:
-    """(10, 10) a priori covariance of `error_model.STATES`, SI."""
-    begun = start or Start()
-    variances = np.zeros(len(STATES))
-    variances[TILTS] = begun.tilt**2
-    variances[AZIMUTH] = begun.azimuth**2
-    variances[VELOCITIES] = begun.velocity_noise**2
-    variances[DRIFTS] = begun.drift**2 + flicker_deviation(noise) ** 2
-    return np.diag(variances)
+def drift_deviation(noise: GyroNoise, start: Start) -> float:
+    """Standard deviation of the drift before an alignment, rad/s: of the bias and of a flicker."""
+    return math.hypot(start.bias or 0.0, flicker_deviation(noise))
+
+
+def initial_covariance(noise: GyroNoise, start: Start) -> FloatArray:
+    """(10, 10) a priori covariance of `STATES`, SI.
+
+    Raises
+    ------
+    ValueError
+        If the tilt or the azimuth is known exactly.
+    """
+    require_numbers(start, ("tilt", "azimuth"), above_zero=True)
+    deviations = np.zeros(len(STATES))
+    deviations[TILTS], deviations[AZIMUTH] = start.tilt, start.azimuth
+    deviations[VELOCITIES] = start.velocity_noise
+    deviations[DRIFTS] = drift_deviation(noise, start)
+    return np.diag(deviations**2)
 
 
 def gain_of(covariance: FloatArray, velocity_noise: float) -> FloatArray:
@@ -234,8 +254,8 @@ def updated(covariance: FloatArray, gain: FloatArray, velocity_noise: float) -> 
 
 def aligned(
     noise: GyroNoise, *, latitude: float, seconds: float, start: Start | None = None
-) -> Alignment:
-    """Covariance of an alignment at rest that measures zero velocity.
+) -> Course:
+    """Azimuth in the course of an alignment at rest that measures zero velocity.
 
     Accelerometers are taken as free of bias: a bias tilts the level by itself over gravity, and
     shifts azimuth by that of the east accelerometer times the tangent of latitude.
@@ -256,45 +276,27 @@ def aligned(
     ValueError
         If it is shorter than one step, or the latitude is within a degree of a pole.
     """
-    begun = start or Start()
-    steps = round(seconds / begun.step_s) if math.isfinite(seconds) else 0
+    steps = round(seconds / _STEP) if math.isfinite(seconds) else 0
     if steps < 1:
-        raise ValueError(f"seconds is {quoted(seconds)}; give {begun.step_s:g} or more")
-    step = step_of(noise, latitude, begun.step_s)
-    covariance = initial_covariance(noise, begun)
+        raise ValueError(f"seconds is {quoted(seconds)}; give {_STEP:g} or more")
+    step, start = step_of(noise, latitude, _STEP), start or Start()
+    covariance = initial_covariance(noise, start)
     azimuth = np.empty(steps)
     for number in range(steps):
         covariance = step.of(covariance)
-        gain = gain_of(covariance, begun.velocity_noise)
-        covariance = updated(covariance, gain, begun.velocity_noise)
+        gain = gain_of(covariance, start.velocity_noise)
+        covariance = updated(covariance, gain, start.velocity_noise)
         azimuth[number] = math.sqrt(covariance[AZIMUTH, AZIMUTH])
-    return Alignment(
-        times=begun.step_s * np.arange(1.0, steps + 1.0), azimuth=azimuth, covariance=covariance
-    )
+    times = _STEP * np.arange(1.0, steps + 1.0)
+    return Course(times=times, deviation=azimuth, covariance=covariance)
 
 
-# ---- position ----------------------------------------------------------------------
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class PositionError:
-    """Standard deviation of horizontal position against time.
-
-    Attributes
-    ----------
-    times
-        (steps,) since the end of the alignment, s.
-    deviation
-        (steps,) root of the sum of the variances north and east, m.
-    """
-
-    times: FloatArray
-    deviation: FloatArray
+_POSITIONS: Final = 240  # times at which a position error is given
 
 
 def position_error(
-    noise: GyroNoise, *, latitude: float, covariance: FloatArray, seconds: float, steps: int = 240
-) -> PositionError:
+    noise: GyroNoise, *, latitude: float, covariance: FloatArray, seconds: float
+) -> Course:
     """Position error that gyros and alignment make without any further measurement.
 
     Parameters
@@ -304,26 +306,24 @@ def position_error(
     latitude
         rad.
     covariance
-        (10, 10) at the end of the alignment, as `initial.aligned` gives it. An azimuth error and
+        (10, 10) at the end of the alignment, as `aligned` gives it. An azimuth error and
         the drift that caused it cancel in it: what is left grows much more slowly than either.
     seconds
         How long.
-    steps
-        How many times are given.
 
     Raises
     ------
     ValueError
         If the time is not above zero, or the latitude is within a degree of a pole.
     """
-    if not (seconds > 0.0 and math.isfinite(seconds)):
-        raise ValueError(f"seconds is {quoted(seconds)}; give a time above zero")
-    step = step_of(noise, latitude, seconds / steps)
-    deviation = np.empty(steps)
-    for number in range(steps):
+    (length,) = moments_of(np.array(seconds)) / _POSITIONS
+    step = step_of(noise, latitude, float(length))
+    deviation = np.empty(_POSITIONS)
+    for number in range(_POSITIONS):
         covariance = step.of(covariance)
         deviation[number] = math.sqrt(float(np.trace(covariance[POSITIONS, POSITIONS])))
-    return PositionError(times=seconds / steps * np.arange(1.0, steps + 1.0), deviation=deviation)
+    times = length * np.arange(1.0, _POSITIONS + 1.0)
+    return Course(times=times, deviation=deviation, covariance=covariance)
 
 
 # ---- azimuth -----------------------------------------------------------------------
@@ -477,8 +477,8 @@ def rotating_azimuth_error(
     if not (math.isfinite(table_rate) and table_rate != 0.0):
         raise ValueError(f"table_rate is {table_rate!r}; give the rate of a turning table, rad/s")
     speed = abs(table_rate)
-    moments = np.atleast_1d(np.asarray(times, dtype=np.float64))
-    if not np.all(np.isfinite(moments) & (moments * speed >= 2.0 * math.pi * (1.0 - 1e-9))):
+    moments = moments_of(times)
+    if not np.all(moments * speed >= 2.0 * math.pi * (1.0 - 1e-9)):
         raise ValueError(f"times must be of a turn, {2.0 * math.pi / speed:.4g} s, and longer")
     weights = np.array([1.0, 1.0 / speed, 2.0 / speed**2]) / moments[:, np.newaxis]
     # Half of a bias' square falls on each axis of the plane, and the mean of exp(i W t) is a sinc.

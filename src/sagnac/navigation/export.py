@@ -1,36 +1,49 @@
 """From analyses, and from what data sheets state, to the settings file of a tool."""
 
-import json
 import math
-import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Final, Literal
 
 from sagnac.core.documents import Documented
-from sagnac.core.errors import Note, quoted, require_choice
+from sagnac.core.errors import Note, is_finite, quoted, require_choice, require_confidence
 from sagnac.core.overwriting import of_export, require_free
-from sagnac.core.units import SENSED, SENSORS, TIME_UNITS, Sensor, sizes, split_factor
-from sagnac.core.version import __version__
+from sagnac.core.units import (
+    ACCELERATION_UNITS,
+    RATE_UNITS,
+    SENSED,
+    SENSORS,
+    TIME_UNITS,
+    sensor_of,
+    split_factor,
+)
 from sagnac.core.whole_files import write_text
 from sagnac.navigation.definitions import ToolName, definition_of
 from sagnac.navigation.models import FilterModel, Markov
-from sagnac.navigation.settings import FilterSetting, sensors_in, sensors_of, setting_of
+from sagnac.navigation.settings import FilterSetting, measured_in
 from sagnac.navigation.tools import Wanted, exported, settings_in
 
 # ---- datasheet ---------------------------------------------------------------------
 
 FORM: Final = "such as N=0.004deg/s/sqrt(Hz),B=2deg/h@100s,bandwidth=40Hz,range=450deg/s"
-_KEYS: Final = ("N", "B", "bandwidth", "range")
-_DIGITS: Final = frozenset(".0123456789")
+# Units of each number that a data sheet states: name -> SI size.
+_UNITS: Final[Mapping[str, Mapping[str, float]]] = {
+    "N": {
+        unit: size
+        for kind in SENSORS
+        for unit, size in SENSED[kind].coefficients["angle_random_walk"].items()
+    },
+    "B": RATE_UNITS | ACCELERATION_UNITS,
+    "bandwidth": {"Hz": 1.0, "kHz": 1e3},
+    "range": RATE_UNITS | ACCELERATION_UNITS,
+}
 # Beyond this many times B at its cluster time, N is in another unit: the random walk alone would
 # lie above the lowest Allan deviation there is.
 _ABOVE_LOWEST: Final = 3.0
-_TIME: Final = re.compile(r"\s*([0-9.eE+-]+)\s*([a-z]+)\s*")
 
 
-def datasheet_setting(text: str, *, source: str = "a data sheet") -> FilterSetting:
+def datasheet_setting(text: str) -> FilterSetting:
     """The models of one kind of sensor from the numbers that its data sheet states.
 
     N is taken as it stands, a density per root hertz as a two-sided one (a one-sided density of the
@@ -44,8 +57,6 @@ def datasheet_setting(text: str, *, source: str = "a data sheet") -> FilterSetti
     text
         ``N=…,B=…@TIME`` with their units, which say whether it is a gyro or an accelerometer, and
         ``bandwidth=…Hz`` and ``range=…``, which no model holds and the file repeats.
-    source
-        Who states it.
 
     Raises
     ------
@@ -59,24 +70,30 @@ def datasheet_setting(text: str, *, source: str = "a data sheet") -> FilterSetti
     ('gyro', True, 43.633)
     """
     try:
-        return _stated_models(text, source)
+        return _stated_models(text)
     except ValueError as error:
         raise ValueError(f"data sheet {quoted(text)}: {error}; state it {FORM}") from None
 
 
-def _stated_models(text: str, source: str) -> FilterSetting:
-    parts = _parts(text)
-    if "N" not in parts or "B" not in parts:
+def _stated_models(text: str) -> FilterSetting:
+    parts: dict[str, str] = {}
+    for part in text.split(","):
+        key, _, value = (one.strip() for one in part.partition("="))
+        if key not in _UNITS or not value:
+            raise ValueError(f"{quoted(part.strip())} is none of {', '.join(_UNITS)} with a value")
+        if key in parts:
+            raise ValueError(f"{key} stands there twice")
+        parts[key] = value
+    if not {"N", "B"} <= set(parts):
         raise ValueError("N and B are needed, since a filter takes a noise and a bias")
     level, at, time = parts["B"].partition("@")
-    match = _TIME.fullmatch(time)
-    if not at or match is None or match[2] not in TIME_UNITS:
+    if not at:
         raise ValueError("B has no cluster time at which the Allan deviation is lowest")
-    tau = _above_zero(match[1]) * TIME_UNITS[match[2]]
-    kind, white = _in_si(parts["N"], "angle_random_walk")
-    other, lowest = _in_si(level, "bias_instability")
-    if kind != other:
-        raise ValueError(f"N is of a {kind} and B of a {other}; state one sensor at a time")
+    numbers = {key: _number(part, _UNITS[key]) for key, part in {**parts, "B": level}.items()}
+    tau, white, lowest = _number(time, TIME_UNITS), numbers["N"], numbers["B"]
+    kind = sensor_of(level)
+    if split_factor(parts["N"])[1] not in SENSED[kind].coefficients["angle_random_walk"]:
+        raise ValueError(f"N and B are not both of a {kind}; state one sensor at a time")
     if white > _ABOVE_LOWEST * lowest * math.sqrt(tau):
         times = white / (lowest * math.sqrt(tau))
         raise ValueError(f"N alone makes {times:.3g} times B at that time: a unit is wrong")
@@ -85,57 +102,19 @@ def _stated_models(text: str, source: str) -> FilterSetting:
         kind=kind,
         simple=FilterModel(white=white, walk=lowest * math.sqrt(3.0 / tau)),
         full=FilterModel(white=white, markov=(Markov.of_peak(tau, lowest),)),
-        source=f"{source}: {text} (stated, not measured)",
+        source=f"a data sheet: {text} (stated, not measured)",
         stated={key: parts[key] for key in ("bandwidth", "range") if key in parts},
     )
 
 
-def _parts(text: str) -> dict[str, str]:
-    parts: dict[str, str] = {}
-    for part in text.split(","):
-        key, equals, value = (one.strip() for one in part.partition("="))
-        if not equals or not value or key not in _KEYS:
-            raise ValueError(f"{quoted(part.strip())} is none of {', '.join(_KEYS)} with a value")
-        if key in parts:
-            raise ValueError(f"{key} stands there twice")
-        parts[key] = value
-    if "bandwidth" in parts:
-        _in(parts["bandwidth"], {"Hz": 1.0, "kHz": 1e3})
-    if "range" in parts:
-        _in(parts["range"], sizes("rate") | sizes("acceleration"))
-    return parts
-
-
-def _in_si(stated: str, coefficient: str) -> tuple[Sensor, float]:
-    """The kind of sensor whose unit it is, and the number in SI."""
-    known = {
-        kind: sizes(SENSED[kind].rate)
-        if coefficient == "bias_instability"
-        else dict(SENSED[kind].coefficients[coefficient])
-        for kind in SENSORS
-    }
-    for kind, units in known.items():
-        if split_factor(stated)[1] in units:
-            return kind, _in(stated, units)
-    every = [unit for units in known.values() for unit in units]
-    raise ValueError(f"{quoted(stated)} has none of the units {', '.join(every)}")
-
-
-def _in(stated: str, units: dict[str, float]) -> float:
+def _number(stated: str, units: Mapping[str, float]) -> float:
+    """A number with its unit in SI."""
     factor, unit = split_factor(stated)
-    if unit not in units or stated[:1] not in _DIGITS:
+    if unit not in units or not (stated.strip()[:1].isdigit() or stated.strip()[:1] == "."):
         raise ValueError(f"{quoted(stated)} is no number with one of {', '.join(units)}")
-    return _above_zero(str(factor)) * units[unit]
-
-
-def _above_zero(stated: str) -> float:
-    try:
-        value = float(stated)
-    except ValueError:
-        value = math.nan
-    if not (math.isfinite(value) and value > 0.0):
+    if not (math.isfinite(factor) and factor > 0.0):
         raise ValueError(f"{quoted(stated)} is no number above zero")
-    return value
+    return factor * units[unit]
 
 
 # ---- export ------------------------------------------------------------------------
@@ -289,75 +268,58 @@ def export(
         tool = tool_of(path)
     require_choice("tool", tool, ToolName)
     require_choice("axes", axes or "each", Literal["worst", "each"])
+    require_confidence(confidence)
     require_used(
         tool, {"rate": rate, "markov": markov, "topic": topic, "accelerometer": accelerometer}
     )
-    stated = [] if accelerometer is None else [_stated(accelerometer)]
-    stated += [datasheet_setting(text) for text in datasheet]
-    measured = [
-        setting_of(sensor, confidence=confidence, most_markov=2 if markov is None else markov)
-        for one in _several(source)
-        for sensor in (
-            sensors_in(Path(one))
-            if isinstance(one, str | Path)
-            else sensors_of(json.loads(one.to_json()))
+    sources = source if isinstance(source, Sequence) and not isinstance(source, str) else [source]
+    settings = [
+        setting
+        for one in sources
+        for setting in measured_in(
+            one, confidence=confidence, most_markov=2 if markov is None else markov
         )
     ]
-    settings = _together(measured, stated)
-    takes_each = definition_of(tool).axes != "one" and tool != "openvins"
+    alone = [setting.name for setting in settings if setting.kind == "gyro"]
+    stated = [] if accelerometer is None else [_stated(accelerometer)]
+    for setting in (*stated, *map(datasheet_setting, datasheet)):
+        if setting.kind in [other.kind for other in settings]:
+            raise ValueError(
+                f"{setting.source}: another noise of the {setting.kind}s is there; leave one of "
+                "them out"
+            )
+        settings.append(setting)
+    definition = definition_of(tool)
     wanted = Wanted(
         settings=tuple(one for one in settings if one.kind == "gyro"),
         accelerometers=tuple(one for one in settings if one.kind == "accelerometer"),
-        each=axes == "each" or (axes is None and takes_each),
+        each=axes == "each" or (axes is None and definition.axes != "one" and tool != "openvins"),
         rate=rate,
         topic=topic or "/imu0",
-        version=__version__,
     )
     text = exported(tool, wanted)
     if path is not None:
-        read = [Path(one) for one in _several(source) if isinstance(one, str | Path)]
+        read = [Path(one) for one in sources if isinstance(one, str | Path)]
         require_free(of_export(Path(path), tool), read, force=force)
         write_text(Path(path), text)
+    said = "alone was measured, and stands for all three axes"
+    one_for_all = len(alone) == 1 and definition.axes != "any"
     return Exported(
-        tool=tool, text=text, settings=settings_in(tool, wanted), notes=_for_others(tool, measured)
+        tool=tool,
+        text=text,
+        settings=settings_in(tool, wanted),
+        notes=(Note(channel=alone[0], text=said),) if one_for_all else (),
     )
-
-
-def _for_others(tool: ToolName, measured: list[FilterSetting]) -> tuple[Note, ...]:
-    """Said where the noise of one gyro that was measured is that of all axes of a unit."""
-    gyros = [one.name for one in measured if one.kind == "gyro"]
-    if len(gyros) != 1 or definition_of(tool).axes == "any":
-        return ()
-    return (Note(channel=gyros[0], text="alone was measured, and stands for all three axes"),)
-
-
-def _several(source: Source | Sequence[Source]) -> Sequence[Source]:
-    if isinstance(source, str | Path):
-        return (source,)
-    return source if isinstance(source, Sequence) else (source,)
-
-
-def _together(measured: list[FilterSetting], stated: list[FilterSetting]) -> list[FilterSetting]:
-    """Measured and stated models; a kind of sensor is either."""
-    kinds = [one.kind for one in (*measured, *stated)]
-    for one in stated:
-        if kinds.count(one.kind) > 1:
-            raise ValueError(
-                f"{one.source}: another noise of the {one.kind}s is there; leave one of them out"
-            )
-    if "gyro" not in kinds:
-        raise ValueError("no gyro; give an analysis of one, or its data sheet")
-    return [*measured, *stated]
 
 
 def _stated(accelerometer: tuple[float, float]) -> FilterSetting:
     density, walk = accelerometer
-    try:
-        if not density > 0.0:
-            raise ValueError("no accelerometer is without noise; give a density above zero")
-        model = FilterModel(white=density, walk=walk)
-    except ValueError as error:
-        raise ValueError(f"accelerometer is {quoted(accelerometer)}; {error}") from None
+    if not (is_finite(density) and density > 0.0 and is_finite(walk) and walk >= 0.0):
+        raise ValueError(
+            f"accelerometer is {quoted(accelerometer)}; give a density above zero, since no "
+            "accelerometer is without noise, and a walk of zero or more"
+        )
+    model = FilterModel(white=density, walk=walk)
     return FilterSetting(
         name="accelerometer",
         kind="accelerometer",

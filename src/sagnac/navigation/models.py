@@ -21,26 +21,23 @@ from scipy.optimize import linprog
 from scipy.special import gammaincinv
 
 from sagnac.core.arrays import FloatArray
-from sagnac.core.errors import RecordingError, quoted
-from sagnac.noise.laws import (
-    allan_variance,
-    allan_variance_basis,
-    markov_allan_variance,
-)
+from sagnac.core.errors import RecordingError, is_finite, quoted, require_confidence
+from sagnac.noise.laws import allan_variance_basis, markov_allan_variance
 
 
-def require_above_zero(of: object, names: Iterable[str]) -> None:
-    """Refuse attributes of an object that are no finite numbers above zero.
+def require_numbers(of: object, names: Iterable[str], *, above_zero: bool = False) -> None:
+    """Refuse attributes of an object that are no finite numbers of zero or more, or above zero.
 
     Raises
     ------
     ValueError
-        If one is zero, negative or not finite.
+        If one is negative or not finite, or zero if that is refused.
     """
+    allowed = "above zero" if above_zero else "zero or more"
     for name in names:
         value = getattr(of, name)
-        if not (math.isfinite(value) and value > 0.0):
-            raise ValueError(f"{name} is {quoted(value)}; give a finite number above zero")
+        if not (is_finite(value) and (value > 0.0 or (value == 0.0 and not above_zero))):
+            raise ValueError(f"{name} is {quoted(value)}; give a finite number, {allowed}")
 
 
 # ---- model -------------------------------------------------------------------------
@@ -61,18 +58,22 @@ class Markov:
         q, rad/s/sqrt(s).
     correlation_time
         T, s.
+    error
+        Relative standard error of the variance that it makes; 0 if it is exact.
 
     Raises
     ------
     ValueError
-        If one is not a finite number above zero.
+        If one is not a finite number above zero, or the error is negative.
     """
 
     driving_noise: float
     correlation_time: float
+    error: float = 0.0
 
     def __post_init__(self) -> None:
-        require_above_zero(self, ("driving_noise", "correlation_time"))
+        require_numbers(self, ("driving_noise", "correlation_time"), above_zero=True)
+        require_numbers(self, ("error",))
 
     @property
     def deviation(self) -> float:
@@ -88,6 +89,12 @@ class Markov:
     def peak_deviation(self) -> float:
         """Its Allan deviation there, rad/s."""
         return _PEAK * self.driving_noise * math.sqrt(self.correlation_time)
+
+    @classmethod
+    def of_deviation(cls, deviation: float, time: float, *, error: float = 0.0) -> Self:
+        """The Markov rate of a stationary standard deviation, rad/s, and correlation time, s."""
+        driving = deviation / math.sqrt(0.5 * time)
+        return cls(driving_noise=driving, correlation_time=time, error=error)
 
     @classmethod
     def of_peak(cls, tau: float, deviation: float) -> Self:
@@ -131,10 +138,7 @@ class FilterModel:
     angle: float = 0.0
 
     def __post_init__(self) -> None:
-        for name in ("white", "walk", "angle"):
-            value = getattr(self, name)
-            if not (math.isfinite(value) and value >= 0.0):
-                raise ValueError(f"{name} is {quoted(value)}; give zero or more")
+        require_numbers(self, ("white", "walk", "angle"))
 
     def allan_deviation(self, tau: FloatArray) -> FloatArray:
         """Allan deviation that the model has, rad/s.
@@ -144,19 +148,11 @@ class FilterModel:
         tau
             (points,), s.
         """
-        variance = allan_variance(
-            tau,
-            {
-                "quantization": self.angle,
-                "angle_random_walk": self.white,
-                "rate_random_walk": self.walk,
-            },
-        )
+        figures = np.array([self.angle, self.white, 0.0, self.walk, 0.0])
+        variance = allan_variance_basis(tau) @ figures**2
         for one in self.markov:
-            variance = variance + markov_allan_variance(
-                tau, one.driving_noise, one.correlation_time
-            )
-        return np.sqrt(variance)
+            variance += markov_allan_variance(tau, one.driving_noise, one.correlation_time)
+        return np.asarray(np.sqrt(variance))
 
     def white_per_sample(self, interval: float) -> float:
         """Standard deviation of the white noise of a mean rate over `interval` s, rad/s."""
@@ -232,8 +228,7 @@ def upper_limit(
     RecordingError
         If fewer than two points are left.
     """
-    if not 0.0 < confidence < 1.0:
-        raise ValueError(f"confidence is {confidence}; give a number between 0 and 1")
+    require_confidence(confidence)
     sound = np.isfinite(deviation) & (deviation > 0.0) & (edf >= LEAST_FREEDOM)
     if sound.sum() < 2:
         raise RecordingError(
@@ -286,7 +281,7 @@ def overbound(
     least = (least_white**2, _LEAST_WALK * 3.0 * limit.limit[-1] ** 2 / limit.tau[-1] * walks)
     if most_markov == 0 and not angle:
         white, walk = _white_and_slow(limit, limit.tau / 3.0, least)
-        return FilterModel(white=float(np.sqrt(white)), walk=float(np.sqrt(walk)))
+        return FilterModel(white=white, walk=walk)
     excess, best = _smallest(limit, (), least, angle)
     chosen: tuple[float, ...] = ()
     for _ in range(most_markov):
@@ -316,11 +311,8 @@ def white_and_markov(limit: UpperLimit, time: float, *, least_white: float = 0.0
     """
     slow = markov_allan_variance(limit.tau, 1.0, time)
     floor = _LEAST_WALK * limit.limit[-1] ** 2 / float(slow[-1])
-    white, square = _white_and_slow(limit, slow, (least_white**2, floor))
-    return FilterModel(
-        white=float(np.sqrt(white)),
-        markov=(Markov(driving_noise=float(np.sqrt(square)), correlation_time=time),),
-    )
+    white, driving = _white_and_slow(limit, slow, (least_white**2, floor))
+    return FilterModel(white=white, markov=(Markov(driving_noise=driving, correlation_time=time),))
 
 
 def common_time(limits: Sequence[UpperLimit]) -> float:
@@ -348,11 +340,11 @@ def envelope(limits: Sequence[UpperLimit]) -> UpperLimit:
     tau = np.unique(np.concatenate([limit.tau for limit in limits]))
 
     def highest(curves: Sequence[FloatArray]) -> FloatArray:
-        found = [
+        logarithms = [
             np.interp(np.log(tau), np.log(limit.tau), np.log(curve), left=-np.inf, right=-np.inf)
             for limit, curve in zip(limits, curves, strict=True)
         ]
-        return np.asarray(np.exp(np.max(found, axis=0)))
+        return np.asarray(np.exp(np.max(logarithms, axis=0)))
 
     return UpperLimit(
         tau=tau,
@@ -366,13 +358,13 @@ def _correlation_times(tau: FloatArray) -> tuple[float, ...]:
     """Markov times, s, from the first cluster time to the last, even in the logarithm."""
     decades = float(np.log10(tau[-1] / tau[0]))
     count = max(2, 1 + round(_TIMES_PER_DECADE * decades))
-    return tuple(float(time) for time in np.geomspace(tau[0], tau[-1], count))
+    return tuple(np.geomspace(tau[0], tau[-1], count).tolist())
 
 
 def _white_and_slow(
     limit: UpperLimit, slow: FloatArray, least: tuple[float, float]
 ) -> tuple[float, float]:
-    """Squares of white noise and a slow term, of the least mean logarithm above the limit.
+    """White noise and a slow term, of the least mean logarithm above the limit.
 
     The logarithm of a sum is concave in its terms, so that the best pair is a corner of what the
     limit and the least squares allow: every corner is tried. `slow` (points,) is the Allan variance
@@ -392,8 +384,8 @@ def _white_and_slow(
     corners = np.maximum(corners[allowed], 0.0)
     best = corners[np.argmin(np.log(corners @ laws.T).mean(axis=1))]
     # Above means above.
-    white, square = best * max(1.0, 1.0 / float((laws @ best).min())) / scale
-    return float(white), float(square)
+    white, size = np.sqrt(best * max(1.0, 1.0 / float((laws @ best).min())) / scale)
+    return float(white), float(size)
 
 
 def _smallest(
@@ -411,27 +403,26 @@ def _smallest(
     scale = relative.max(axis=0)
     relative = relative / scale
     lowest = [*least, *([0.0] * (len(columns) - 2))]
-    found = linprog(
+    result = linprog(
         relative.mean(axis=0),
         A_ub=-relative,
         b_ub=-np.ones(tau.size),
         bounds=[(low * size, None) for low, size in zip(lowest, scale, strict=True)],
         method="highs",
     )
-    if found.x is None:
-        raise ArithmeticError(f"no model above the limit was found: {found.message}")
-    solved = np.where(found.x > _NEGLIGIBLE, found.x, 0.0)
+    if result.x is None:
+        raise ArithmeticError(f"no model above the limit was found: {result.message}")
+    solved = np.where(result.x > _NEGLIGIBLE, result.x, 0.0)
     # What the solver takes for zero is none: above means above.
     solved = solved * max(1.0, 1.0 / float((relative @ solved).min()))
-    size = np.sqrt(solved / scale).tolist()
-    first = 3 if angle else 2
+    white, walk, *others = np.sqrt(solved / scale).tolist()
     model = FilterModel(
-        white=size[0],
-        walk=size[1],
-        angle=size[2] if angle else 0.0,
+        white=white,
+        walk=walk,
+        angle=others.pop(0) if angle else 0.0,
         markov=tuple(
             Markov(driving_noise=noise, correlation_time=time)
-            for noise, time in zip(size[first:], times, strict=True)
+            for noise, time in zip(others, times, strict=True)
             if noise > 0.0
         ),
     )

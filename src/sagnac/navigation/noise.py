@@ -1,8 +1,9 @@
 """N, B and K of one gyro or accelerometer, as a filter takes them."""
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from itertools import product
 from pathlib import Path
 from typing import Any, Final
 
@@ -11,8 +12,9 @@ from scipy.special import ndtri
 
 from sagnac.core.arrays import FloatArray
 from sagnac.core.documents import read_analyses
-from sagnac.core.errors import RecordingError, quoted
+from sagnac.core.errors import RecordingError
 from sagnac.core.units import SENSED, Sensor
+from sagnac.navigation.models import Markov, require_numbers
 from sagnac.navigation.settings import as_written
 from sagnac.noise.laws import CoefficientName
 
@@ -21,31 +23,6 @@ NAMES: Final[tuple[CoefficientName, ...]] = (
     "bias_instability",
     "rate_random_walk",
 )
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class MarkovNoise:
-    """A Markov rate.
-
-    Attributes
-    ----------
-    deviation, time
-        Standard deviation, rad/s, and correlation time, s.
-    error
-        Relative standard error of the variance that it makes.
-
-    Raises
-    ------
-    ValueError
-        If one is negative or not finite.
-    """
-
-    deviation: float
-    time: float
-    error: float = 0.0
-
-    def __post_init__(self) -> None:
-        require_not_negative(self, ("deviation", "time", "error"))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -75,13 +52,13 @@ class GyroNoise:
     angle_random_walk: float
     bias_instability: float = 0.0
     rate_random_walk: float = 0.0
-    markov: tuple[MarkovNoise, ...] = ()
+    markov: tuple[Markov, ...] = ()
     covariance: FloatArray = field(default_factory=lambda: np.zeros((3, 3)))
     unseen: tuple[CoefficientName, ...] = ()
     bounds: Mapping[CoefficientName, float] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        require_not_negative(self, NAMES)
+        require_numbers(self, NAMES)
         if self.covariance.shape != (3, 3):
             raise ValueError(f"covariance has shape {self.covariance.shape}; give (3, 3)")
 
@@ -114,14 +91,13 @@ class GyroNoise:
         RecordingError
             If the file is no analysis, or its N is neither estimated nor bounded.
         """
-        documents = read_analyses(path)
-        if len(documents) > 1:
-            raise RecordingError(
-                "holds several analyses",
-                path=str(path),
-                remedy="give the analysis.json that an analysis of one recording wrote",
-            )
         with as_written(path):
+            documents = read_analyses(path)
+            if len(documents) > 1:
+                raise RecordingError(
+                    "holds several analyses",
+                    remedy="give the analysis.json that an analysis of one recording wrote",
+                )
             return cls.unit_from_document(documents[0])
 
     @classmethod
@@ -151,11 +127,10 @@ class GyroNoise:
             for name, one in (document.get("accelerometers") or {}).items()
             if one["velocity_random_walk"]["status"] != "not observable"
         }
-        if not forces:
-            return (x, y, z), ()
-        loudest = max(forces.values(), key=lambda one: one.angle_random_walk)
-        level = ("ax", "ay") if {"ax", "ay"} <= set(forces) else ()
-        return (x, y, z), tuple(forces[name] for name in level) or (loudest, loudest)
+        if {"ax", "ay"} <= set(forces):
+            return (x, y, z), (forces["ax"], forces["ay"])
+        loudest = sorted(forces.values(), key=lambda one: one.angle_random_walk)[-1:]
+        return (x, y, z), (*loudest, *loudest)
 
     @classmethod
     def from_document(cls, document: Mapping[str, Any], sensor: Sensor = "gyro") -> "GyroNoise":
@@ -177,26 +152,27 @@ class GyroNoise:
         bounds: dict[CoefficientName, float] = {}
         for place, name in enumerate(NAMES):
             key, units = sensed.keys[name], sensed.coefficients[name]
-            walks = name == "angle_random_walk"
-            one = document[key] if walks else document["coefficients"].get(key)
-            status = one["status"] if one else "not observable"
+            stated = document if name == "angle_random_walk" else document["coefficients"]
+            one = stated.get(key) or {"status": "not observable"}
             # N that is a bound is taken at it; slow noise that is one, at the most likely.
-            shown = one if status == "estimated" or (walks and status == "upper bound") else None
-            shown = shown or slow.get(key)
-            values[place] = shown["value"] * units[shown["unit"]] if shown else 0.0
-            if status == "estimated":
+            taken = slow.get(key)
+            if one["status"] == "estimated" or (place == 0 and one["status"] == "upper bound"):
+                taken = one
+            if taken:
+                values[place] = taken["value"] * units[taken["unit"]]
+            if one["status"] == "estimated":
                 width = units[one["unit"]] * (one["high"] - (one["low"] or 0.0))
                 errors[place] = width / _width(one["confidence"])
-            else:
-                unseen.append(name)
-            if status == "upper bound":
+                continue
+            unseen.append(name)
+            if one["status"] == "upper bound":
                 bounds[name] = one["high"] * units[one["unit"]]
         if values[0] == 0.0:
             raise RecordingError(
                 "its angle random walk is not observable", remedy="give a longer recording"
             )
         confidence = document[sensed.keys["angle_random_walk"]]["confidence"]
-        stated = document.get("covariance")
+        covariance = document.get("covariance")
         return cls(
             **dict(zip(NAMES, values.tolist(), strict=True)),
             markov=tuple(
@@ -204,7 +180,9 @@ class GyroNoise:
                 for key in ("markov", "second_markov")
                 if slow.get(key)
             ),
-            covariance=_covariance(stated, unseen, sensor) if stated else np.diag(errors**2),
+            covariance=_covariance(covariance, unseen, sensor)
+            if covariance
+            else np.diag(errors**2),
             unseen=tuple(unseen),
             bounds=bounds,
         )
@@ -214,23 +192,7 @@ Unit = tuple[tuple[GyroNoise, GyroNoise, GyroNoise], tuple[GyroNoise, ...]]
 """Gyros about north, east and down, and accelerometers along north and east or none."""
 
 
-def require_not_negative(of: object, names: Iterable[str]) -> None:
-    """Refuse attributes of an object that are no numbers of zero or more.
-
-    Raises
-    ------
-    ValueError
-        If one is negative or not finite.
-    """
-    for name in names:
-        value = getattr(of, name)
-        if not (math.isfinite(value) and value >= 0.0):
-            raise ValueError(f"{name} is {quoted(value)}; give a finite number, zero or more")
-
-
-def _markov(
-    stated: Mapping[str, Any], sizes: Mapping[str, float], confidence: float
-) -> MarkovNoise:
+def _markov(stated: Mapping[str, Any], sizes: Mapping[str, float], confidence: float) -> Markov:
     """A Markov rate that a document states, SI.
 
     The variance that it makes is the product of the squared deviation and the time for all that is
@@ -241,9 +203,9 @@ def _markov(
         math.log(one.get("high", one["value"]) / one.get("low", one["value"])) / _width(confidence)
         for one in (size, time)
     ]
-    return MarkovNoise(
-        deviation=size["value"] * sizes[size["unit"]],
-        time=time["value"],
+    return Markov.of_deviation(
+        size["value"] * sizes[size["unit"]],
+        time["value"],
         error=math.hypot(2.0 * errors[0], errors[1]),
     )
 
@@ -257,7 +219,7 @@ def _covariance(
     stated: Mapping[str, Any], unseen: list[CoefficientName], sensor: Sensor
 ) -> FloatArray:
     """(3, 3) of N, B and K in SI as a document states it."""
-    sensed, found = SENSED[sensor], np.zeros((3, 3))
+    sensed, covariance = SENSED[sensor], np.zeros((3, 3))
     # Places of N, B and K here and there, and the size of the unit that each has there.
     seen = [
         (row, place, sensed.coefficients[name][stated["units"][place]])
@@ -265,7 +227,6 @@ def _covariance(
         for place, title in enumerate(stated["names"])
         if title == sensed.keys[name] and name not in unseen
     ]
-    for row, at, size in seen:
-        for column, to, other in seen:
-            found[row, column] = stated["matrix"][at][to] * (size * other)
-    return found
+    for (row, at, size), (column, to, other) in product(seen, repeat=2):
+        covariance[row, column] = stated["matrix"][at][to] * (size * other)
+    return covariance

@@ -4,6 +4,7 @@ The sensors are those that an ``analysis.json`` states. The full models are plai
 and JSON of schema ``sagnac.filter/1``.
 """
 
+import json
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -13,11 +14,10 @@ from typing import Any, Final, Self
 
 import numpy as np
 
-from sagnac.core.arrays import FloatArray
-from sagnac.core.documents import documents_of, read_analyses
+from sagnac.core.documents import Documented, documents_of, read_analyses
 from sagnac.core.errors import RecordingError
-from sagnac.core.units import SENSED, UNITS, field_unit
-from sagnac.core.units import Sensor as SensorKind
+from sagnac.core.units import SENSED, UNITS, Sensor, field_unit
+from sagnac.core.version import __version__
 from sagnac.navigation.definitions import definition_of
 from sagnac.navigation.models import (
     FilterModel,
@@ -29,171 +29,6 @@ from sagnac.navigation.models import (
     white_and_markov,
 )
 from sagnac.noise.laws import markov_allan_variance
-
-# ---- sensors -----------------------------------------------------------------------
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Sensor:
-    """Measurement of one gyro, or of one accelerometer with m for rad.
-
-    Attributes
-    ----------
-    name
-        ``x``, ``az``, or ``x-z`` for what two gyros make per gyro.
-    kind
-        ``gyro`` or ``accelerometer``.
-    tau, deviation, edf
-        (points,) of the Allan deviation: s, rad/s, degrees of freedom.
-    white, white_high
-        N and its upper limit, rad/sqrt(s); NaN if it was not observable. `white` is NaN for a
-        bound.
-    angle
-        Q, rad, if it was estimated; else 0.
-    sample_rate
-        Of the recording, Hz.
-    source
-        File and hash, for a comment.
-    covariance
-        Of the coefficients, as the document states it; None if it does not.
-    """
-
-    name: str
-    tau: FloatArray
-    deviation: FloatArray
-    edf: FloatArray
-    white: float
-    white_high: float
-    angle: float
-    sample_rate: float
-    source: str
-    covariance: Mapping[str, Any] | None = field(default=None)
-    kind: SensorKind = "gyro"
-
-    def __post_init__(self) -> None:
-        if not self.tau.shape == self.deviation.shape == self.edf.shape:
-            raise ValueError(
-                f"tau, deviation and edf have shapes {self.tau.shape}, {self.deviation.shape} "
-                f"and {self.edf.shape}; give one shape"
-            )
-        for name in ("tau", "deviation", "edf"):
-            values = getattr(self, name)
-            if not values.size or not (np.isfinite(values) & (values > 0.0)).all():
-                raise ValueError(f"{name} is not above zero throughout; give finite numbers")
-
-
-def sensors_in(path: Path) -> tuple[Sensor, ...]:
-    """Every gyro and accelerometer in an ``analysis.json``, or in a folder of such files.
-
-    Parameters
-    ----------
-    path
-        The file, of one analysis or of several; a folder that a command wrote; or a campaign's.
-
-    Raises
-    ------
-    RecordingError
-        If it holds no such document.
-    """
-    return tuple(sensor for file in documents_of(path) for sensor in _sensors_of(file))
-
-
-def _sensors_of(path: Path) -> list[Sensor]:
-    with as_written(path):
-        return [one for document in read_analyses(path) for one in sensors_of(document)]
-
-
-@contextmanager
-def as_written(path: Path) -> Iterator[None]:
-    """Errors in what a document states are those of its file."""
-    try:
-        yield
-    except RecordingError as error:
-        raise error.at(str(path)) from None
-    except ValueError as error:
-        raise RecordingError(
-            str(error), path=str(path), remedy="give the analysis.json as it was written"
-        ) from None
-
-
-def sensors_of(document: Mapping[str, Any]) -> list[Sensor]:
-    """Every gyro and accelerometer of a document of schema ``sagnac.analysis/1``.
-
-    Raises
-    ------
-    ValueError
-        If it states what cannot be.
-    """
-    found = []
-    for stated in document.get("gyros", {}).values() or [document]:
-        whole = _sensor(stated["channel"], "gyro", stated, stated["input"])
-        each = [_own(whole, name, own) for name, own in stated["per_gyro"].items()]
-        found += each or [whole]
-    forces = (document.get("accelerometers") or {}).items()
-    return found + [
-        _sensor(name, "accelerometer", stated, document["input"]) for name, stated in forces
-    ]
-
-
-def _sensor(
-    name: str, kind: SensorKind, stated: Mapping[str, Any], given: Mapping[str, Any]
-) -> Sensor:
-    """What a document states of a sensor; `given` is its recording."""
-    sensed, curve = SENSED[kind], stated["curve"]
-    if "edf" not in curve:
-        raise RecordingError(
-            "states no degrees of freedom of its curve",
-            channel=name,
-            remedy="analyze the recording again",
-        )
-    if kind == "gyro":
-        deviation, unit = curve["deviation_deg_per_h"], "deg/h"
-    else:
-        deviation, unit = curve["deviation"], curve["unit"]
-    white, high = _walk(stated[sensed.keys["angle_random_walk"]], kind)
-    quantization = stated["coefficients"].get(sensed.keys["quantization"], {})
-    angle = 0.0
-    if quantization.get("status") == "estimated":
-        angle = sensed.coefficients["quantization"][quantization["unit"]] * quantization["value"]
-    return Sensor(
-        name=name,
-        kind=kind,
-        tau=np.asarray(curve["tau_s"], dtype=np.float64),
-        deviation=UNITS[unit].size * np.asarray(deviation, dtype=np.float64),
-        edf=np.asarray(curve["edf"], dtype=np.float64),
-        white=white,
-        white_high=high,
-        angle=angle,
-        sample_rate=float(given["sample_rate_hz"]),
-        source=f"{given['path'] or 'a recording in memory'}, SHA-256 {given['sha256'] or 'none'}",
-        covariance=stated.get("covariance"),
-    )
-
-
-def _own(pair: Sensor, name: str, stated: Mapping[str, Any]) -> Sensor:
-    """One gyro of a triad: its own N in the curve that two of them share.
-
-    The square of N is told apart by the three-cornered hat; what lies beside it in the curve is
-    taken to be the same for all.
-    """
-    white, high = _walk(stated, pair.kind)
-    if math.isnan(high) or math.isnan(pair.white):
-        own = pair.deviation
-    else:
-        square = high if math.isnan(white) else white
-        variance = pair.deviation**2 + (square**2 - pair.white**2) / pair.tau
-        own = np.sqrt(np.maximum(variance, square**2 / pair.tau))
-    return replace(pair, name=name, deviation=own, white=white, white_high=high)
-
-
-def _walk(stated: Mapping[str, Any], kind: SensorKind) -> tuple[float, float]:
-    """N and its upper limit, rad/sqrt(s) or m/s/sqrt(s); N is NaN for a bound."""
-    if stated["status"] == "not observable":
-        return math.nan, math.nan
-    size = SENSED[kind].coefficients["angle_random_walk"][stated["unit"]]
-    bound = stated["status"] == "upper bound"
-    return math.nan if bound else size * stated["value"], size * stated["high"]
-
 
 # ---- settings ----------------------------------------------------------------------
 
@@ -228,7 +63,7 @@ class FilterSetting:
     """
 
     name: str
-    kind: SensorKind = "gyro"
+    kind: Sensor = "gyro"
     simple: FilterModel
     full: FilterModel
     source: str
@@ -244,19 +79,16 @@ class FilterSetting:
 
     def as_markov(self, time: float) -> Self:
         """The same with one Markov rate of this correlation time, s, in the place of the walk."""
-        return replace(self, simple=self._with_time(time))
-
-    def _with_time(self, time: float) -> FilterModel:
         if self.limit is not None:
             least = min(self.simple.white, self.full.white)
-            return white_and_markov(self.limit, time, least_white=least)
+            return replace(self, simple=white_and_markov(self.limit, time, least_white=least))
         driving = self.simple.walk
         if self.full.markov:
             (slow,) = self.full.markov
             unit = markov_allan_variance(np.array([slow.peak_tau]), 1.0, time)
             driving = slow.peak_deviation / math.sqrt(float(unit[0]))
         rate = Markov(driving_noise=driving, correlation_time=time)
-        return FilterModel(white=self.simple.white, markov=(rate,))
+        return replace(self, simple=FilterModel(white=self.simple.white, markov=(rate,)))
 
     def in_words(self) -> str:
         """The simple model in one line, in the field's units, ASCII."""
@@ -268,28 +100,74 @@ class FilterSetting:
         for one in model.markov:
             size, time = one.deviation / rate.size, one.correlation_time
             bias = f"Markov bias {size:.4g} {rate.name} over {time:.4g} s"
-        share = model.white / self.estimate
-        seen = "not estimated" if math.isnan(share) else f"{share:.3f} of the estimate"
-        inflation, seen = self.inflation(model), f" ({seen})"
-        rest = ", stated, not measured"
-        if inflation is None:
-            seen = ""
-        else:
-            rest = f", {inflation:.3f} of the Allan deviation (median)"
+        inflation, seen, rest = self.inflation(model), "", ", stated, not measured"
+        if inflation is not None:
+            share = model.white / self.estimate
+            seen = "not estimated" if math.isnan(share) else f"{share:.3f} of the estimate"
+            seen, rest = f" ({seen})", f", {inflation:.3f} of the Allan deviation (median)"
         more = "".join(f", {key} {text}" for key, text in self.stated.items())
         density = f"{model.white / white.size:.4g} {white.name}"
         return f"{self.name}: N {density}{seen}, {bias}{rest}{more}"
 
 
-def setting_of(sensor: Sensor, *, confidence: float = 0.95, most_markov: int = 2) -> FilterSetting:
-    """The models of one sensor, above the upper confidence limit of its curve.
+# ---- measured ----------------------------------------------------------------------
+
+
+def measured_in(
+    source: Documented | str | Path, *, confidence: float = 0.95, most_markov: int = 2
+) -> list[FilterSetting]:
+    """The models of every gyro and accelerometer of an analysis, or of several.
 
     Parameters
     ----------
-    sensor
-        Its curve and its N.
+    source
+        An analysis; the path of an ``analysis.json`` of one or of several; or a folder that a
+        command wrote, a campaign's too.
+    confidence, most_markov
+        See `measured`.
+
+    Raises
+    ------
+    RecordingError
+        If it holds no such document, or a curve is too short.
+    """
+    if not isinstance(source, str | Path):
+        document = json.loads(source.to_json())
+        return measured(document, confidence=confidence, most_markov=most_markov)
+    settings = []
+    for file in documents_of(Path(source)):
+        with as_written(file):
+            for document in read_analyses(file):
+                settings += measured(document, confidence=confidence, most_markov=most_markov)
+    return settings
+
+
+@contextmanager
+def as_written(path: Path) -> Iterator[None]:
+    """Errors in what a document states are those of its file."""
+    try:
+        yield
+    except RecordingError as error:
+        raise error.at(str(path)) from None
+    except ValueError as error:
+        raise RecordingError(
+            str(error), path=str(path), remedy="give the analysis.json as it was written"
+        ) from None
+
+
+def measured(
+    document: Mapping[str, Any], *, confidence: float = 0.95, most_markov: int = 2
+) -> list[FilterSetting]:
+    """The models of every gyro and accelerometer of a document of schema ``sagnac.analysis/1``.
+
+    Each lies above the upper confidence limit of the curve of its sensor.
+
+    Parameters
+    ----------
+    document
+        The analysis.
     confidence
-        That the Allan deviation of the sensor lies below that of the models, at all cluster times
+        That the Allan deviation of a sensor lies below that of its models, at all cluster times
         of twenty degrees of freedom or more together.
     most_markov
         Of the full model.
@@ -297,25 +175,90 @@ def setting_of(sensor: Sensor, *, confidence: float = 0.95, most_markov: int = 2
     Raises
     ------
     RecordingError
-        If the curve is too short.
+        If a curve is too short.
+    ValueError
+        If the document states what cannot be.
     """
-    try:
-        limit = upper_limit(sensor.tau, sensor.deviation, sensor.edf, confidence=confidence)
-    except RecordingError as error:
-        raise RecordingError(error.problem, channel=sensor.name, remedy=error.remedy) from None
-    # What is estimated in the spectrum counts even if a low-pass hides it from the curve.
-    seen = 0.0 if math.isnan(sensor.white) else sensor.white_high
-    return FilterSetting(
-        name=sensor.name,
-        kind=sensor.kind,
-        simple=overbound(limit, most_markov=0, least_white=seen, walks=True),
-        full=overbound(limit, most_markov=most_markov, least_white=seen, angle=sensor.angle > 0.0),
-        source=sensor.source,
-        limit=limit,
-        sample_rate=sensor.sample_rate,
-        estimate=sensor.white,
-        covariance=sensor.covariance,
-    )
+
+    def one(
+        name: str, walk: Mapping[str, Any], whole: Mapping[str, Any], kind: Sensor = "gyro"
+    ) -> FilterSetting:
+        try:
+            limit, white, high = _limit(walk, whole, kind, confidence)
+        except RecordingError as error:
+            raise RecordingError(error.problem, channel=name, remedy=error.remedy) from None
+        sensed, given = SENSED[kind], whole["input"]
+        # What is estimated in the spectrum counts even if a low-pass hides it from the curve.
+        seen = 0.0 if math.isnan(white) else high
+        steps = whole["coefficients"].get(sensed.keys["quantization"], {})
+        angle = steps.get("status") == "estimated" and steps["value"] > 0.0
+        return FilterSetting(
+            name=name,
+            kind=kind,
+            simple=overbound(limit, most_markov=0, least_white=seen, walks=True),
+            full=overbound(limit, most_markov=most_markov, least_white=seen, angle=angle),
+            source=f"{given['path'] or 'a recording in memory'}, "
+            f"SHA-256 {given['sha256'] or 'none'}",
+            limit=limit,
+            sample_rate=float(given["sample_rate_hz"]),
+            estimate=white,
+            covariance=whole.get("covariance"),
+        )
+
+    settings = []
+    for whole in document.get("gyros", {}).values() or [document]:
+        # A triad has one curve, in which each gyro has its own N.
+        each = whole["per_gyro"] or {whole["channel"]: whole["angle_random_walk"]}
+        settings += [one(name, walk, whole) for name, walk in each.items()]
+    for name, force in (document.get("accelerometers") or {}).items():
+        whole = {"input": document["input"], **force}
+        settings.append(one(name, force["velocity_random_walk"], whole, "accelerometer"))
+    return settings
+
+
+def _limit(
+    walk: Mapping[str, Any], whole: Mapping[str, Any], kind: Sensor, confidence: float
+) -> tuple[UpperLimit, float, float]:
+    """Upper limit of the curve of a sensor with its own N, `walk`; that N and its upper limit.
+
+    The square of N of a gyro of a triad is told apart by the three-cornered hat; what lies beside
+    it in the curve of two of them is taken to be the same for all.
+    """
+    curve = whole["curve"]
+    if "edf" not in curve:
+        raise RecordingError(
+            "states no degrees of freedom of its curve", remedy="analyze the recording again"
+        )
+    key, unit = "deviation_deg_per_h", "deg/h"
+    if kind == "accelerometer":
+        key, unit = "deviation", curve["unit"]
+    columns = {name: np.asarray(curve[name], dtype=np.float64) for name in ("tau_s", key, "edf")}
+    for name, values in columns.items():
+        if not values.size or not (np.isfinite(values) & (values > 0.0)).all():
+            raise ValueError(f"{name} is not above zero throughout; give finite numbers")
+    if len({values.shape for values in columns.values()}) > 1:
+        raise ValueError(f"{', '.join(columns)} are not of one length")
+    tau, deviation, edf = columns.values()
+    deviation = UNITS[unit].size * deviation
+    white, high = _walk(walk, kind)
+    shared, _ = _walk(whole[SENSED[kind].keys["angle_random_walk"]], kind)
+    if whole.get("per_gyro") and not math.isnan(high + shared):
+        square = (high if math.isnan(white) else white) ** 2
+        variance = deviation**2 + (square - shared**2) / tau
+        deviation = np.sqrt(np.maximum(variance, square / tau))
+    return upper_limit(tau, deviation, edf, confidence=confidence), white, high
+
+
+def _walk(stated: Mapping[str, Any], kind: Sensor) -> tuple[float, float]:
+    """N and its upper limit, rad/sqrt(s) or m/s/sqrt(s); N is NaN for a bound."""
+    if stated["status"] == "not observable":
+        return math.nan, math.nan
+    size = SENSED[kind].coefficients["angle_random_walk"][stated["unit"]]
+    bound = stated["status"] == "upper bound"
+    return math.nan if bound else size * stated["value"], size * stated["high"]
+
+
+# ---- together ----------------------------------------------------------------------
 
 
 def worst(settings: Sequence[FilterSetting]) -> FilterSetting:
@@ -353,20 +296,17 @@ def by_name(settings: Sequence[FilterSetting]) -> tuple[FilterSetting, ...]:
 
 # ---- plain data --------------------------------------------------------------------
 
-# By kind of sensor: the integral, a sample, and N and K in the field's units, as keys.
-_KEYS: Final[Mapping[SensorKind, tuple[str, str, str, str]]] = {
-    "gyro": ("rad", "rad_per_s", "deg_per_sqrt_h", "deg_per_h_per_sqrt_h"),
-    "accelerometer": ("m_per_s", "m_per_s2", "m_per_s_per_sqrt_h", "mg_per_sqrt_h"),
-}
-_WALK: Final[Mapping[SensorKind, str]] = {"gyro": "rad_per_s2", "accelerometer": "m_per_s3"}
+# By kind of sensor, as keys: a sample, its integral, its derivative, and N and K in the field's.
+_KEYS: Final[Mapping[Sensor, tuple[str, str, str, str, str]]] = {
+    "gyro": ("rad_per_s", "angle_rad", "rad_per_s2", "deg_per_sqrt_h", "deg_per_h_per_sqrt_h"),
+    "accelerometer": (
+        "m_per_s2", "velocity_m_per_s", "m_per_s3", "m_per_s_per_sqrt_h", "mg_per_sqrt_h",
+    ),
+}  # fmt: skip
 
 
 def plain(
-    gyros: Sequence[FilterSetting],
-    accelerometers: Sequence[FilterSetting],
-    *,
-    rate: float,
-    version: str,
+    gyros: Sequence[FilterSetting], accelerometers: Sequence[FilterSetting], rate: float
 ) -> dict[str, Any]:
     """Simple and full models of some sensors, continuous and discrete.
 
@@ -376,53 +316,51 @@ def plain(
         Each sensor of its kind.
     rate
         Of the discrete form, Hz.
-    version
-        Of this package.
     """
     definition, limit = definition_of("toml"), gyros[0].limit
-    bound = {}
-    if limit is not None:
-        bound = {
-            "confidence": limit.confidence,
-            "tau_s": [float(limit.tau[0]), float(limit.tau[-1])],
-        }
-    forces = {one.name: _sensor_data(one, rate) for one in accelerometers}
-    return {
+    data: dict[str, Any] = {
         "schema": "sagnac.filter/1",
-        "version": version,
+        "version": __version__,
         "definition": definition.text,
         "reference": definition.reference,
-        **bound,
-        "update_rate_hz": rate,
-        "sensors": {one.name: _sensor_data(one, rate) for one in gyros},
-        **({"accelerometers": forces} if forces else {}),
     }
+    if limit is not None:
+        data["confidence"] = limit.confidence
+        data["tau_s"] = [float(limit.tau[0]), float(limit.tau[-1])]
+    data["update_rate_hz"] = rate
+    for key, settings in (("sensors", gyros), ("accelerometers", accelerometers)):
+        if settings:
+            data[key] = {one.name: _sensor_data(one, 1.0 / rate) for one in settings}
+    return data
 
 
-def _sensor_data(setting: FilterSetting, rate: float) -> dict[str, Any]:
-    covariance = setting.covariance
-    return {
+def _sensor_data(setting: FilterSetting, step: float) -> dict[str, Any]:
+    data: dict[str, Any] = {
         "source": setting.source,
         "measured": setting.limit is not None,
-        "simple": _model(setting, setting.simple, rate),
-        "full": _model(setting, setting.full, rate),
-        **({} if covariance is None else {"covariance": dict(covariance)}),
-        **({"stated": dict(setting.stated)} if setting.stated else {}),
+        "simple": _model(setting, setting.simple, step),
+        "full": _model(setting, setting.full, step),
     }
+    for key, stated in (("covariance", setting.covariance), ("stated", setting.stated)):
+        if stated:
+            data[key] = dict(stated)
+    return data
 
 
-def _model(setting: FilterSetting, model: FilterModel, rate: float) -> dict[str, Any]:
-    step, inflation, kind = 1.0 / rate, setting.inflation(model), setting.kind
-    integral, sample, white, walk = _KEYS[kind]
-    sizes = [field_unit(name, kind).size for name in ("angle_random_walk", "rate_random_walk")]
+def _model(setting: FilterSetting, model: FilterModel, step: float) -> dict[str, Any]:
+    sample, integral, derivative, white, walk = _KEYS[setting.kind]
+    white_unit, walk_unit = (
+        field_unit(name, setting.kind) for name in ("angle_random_walk", "rate_random_walk")
+    )
+    inflation = setting.inflation(model)
     return {
         **({} if inflation is None else {"inflation": inflation}),
         "continuous": {
             f"white_{sample}_per_sqrt_hz": model.white,
-            f"white_{white}": model.white / sizes[0],
-            f"walk_{_WALK[kind]}_per_sqrt_hz": model.walk,
-            f"walk_{walk}": model.walk / sizes[1],
-            f"{'angle' if kind == 'gyro' else 'velocity'}_{integral}": model.angle,
+            f"white_{white}": model.white / white_unit.size,
+            f"walk_{derivative}_per_sqrt_hz": model.walk,
+            f"walk_{walk}": model.walk / walk_unit.size,
+            integral: model.angle,
             "markov": [
                 {
                     f"driving_noise_{sample}_per_sqrt_s": one.driving_noise,

@@ -4,6 +4,7 @@ import json
 import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any, Final, get_args
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
@@ -14,9 +15,11 @@ from sagnac.core.units import (
     DEGREE_PER_HOUR,
     DEGREE_PER_ROOT_HOUR,
     FORCE_COEFFICIENT_UNITS,
+    SENSORS,
     STANDARD_GRAVITY,
     Sensor,
 )
+from sagnac.core.version import __version__
 from sagnac.navigation.definitions import ToolName, definition_of
 from sagnac.navigation.models import common_time
 from sagnac.navigation.settings import FilterSetting, by_name, plain, worst
@@ -27,10 +30,9 @@ _ROS_NAME: Final = re.compile(r"[A-Za-z~/][A-Za-z0-9_/~]*")
 # Correlation time, s, of a Markov rate for a walk that is stated: over an hour its deviation is
 # within 5 % of that of the walk.
 _AS_A_WALK: Final = 36_000.0
-Three = tuple[FilterSetting, FilterSetting, FilterSetting]
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True)
 class Wanted:
     """Contents of a file.
 
@@ -46,8 +48,6 @@ class Wanted:
         Of the filter or of the samples, Hz; None for that of the recording.
     topic
         ROS topic of the IMU.
-    version
-        Of this package.
     """
 
     settings: tuple[FilterSetting, ...]
@@ -55,25 +55,46 @@ class Wanted:
     each: bool = False
     rate: float | None = None
     topic: str = "/imu0"
-    version: str = ""
 
     def __post_init__(self) -> None:
+        if not self.settings:
+            raise ValueError("no gyro; give an analysis of one, or its data sheet")
         if self.rate is not None and not self.rate > 0.0:
             raise ValueError(f"rate is {quoted(self.rate)}; give Hz above zero")
         if not _ROS_NAME.fullmatch(self.topic):
             raise ValueError(f"topic is {quoted(self.topic)}; give a name of ROS such as /imu0")
 
-    @property
+    @cached_property
+    def worst(self) -> dict[Sensor, FilterSetting]:
+        """One that covers all, of each kind of sensor that there is."""
+        kinds = zip(SENSORS, (self.settings, self.accelerometers), strict=True)
+        return {kind: worst(settings) for kind, settings in kinds if settings}
+
+    @cached_property
     def chosen(self) -> tuple[FilterSetting, ...]:
         """Every gyro, or one that covers them all."""
-        return by_name(self.settings) if self.each else (worst(self.settings),)
+        return by_name(self.settings) if self.each else (self.worst["gyro"],)
 
-    @property
+    @cached_property
     def forces(self) -> tuple[FilterSetting, ...]:
         """Every accelerometer, or one that covers them all; none if there is none."""
         if self.each or not self.accelerometers:
             return by_name(self.accelerometers)
-        return (worst(self.accelerometers),)
+        return (self.worst["accelerometer"],)
+
+    @cached_property
+    def three(self) -> dict[Sensor, tuple[FilterSetting, ...]]:
+        """Of each kind, about x, y and z: each its own if there are three, else one for all."""
+        axes: dict[Sensor, tuple[FilterSetting, ...]] = {}
+        for kind, settings in zip(SENSORS, (self.chosen, self.forces), strict=True):
+            names = ("x", "y", "z") if kind == "gyro" else ("ax", "ay", "az")
+            own = {one.name: one for one in settings}
+            order = names if set(names) == set(own) else tuple(own)
+            if len(own) == 3:
+                axes[kind] = tuple(own[name] for name in order)
+            elif own:
+                axes[kind] = (self.worst[kind],) * 3
+        return axes
 
     @property
     def known_rate(self) -> float | None:
@@ -120,7 +141,7 @@ def exported(format_name: str, wanted: Wanted) -> str:
         )
     if format_name not in ("toml", "json"):
         return _environment().get_template(f"{format_name}.txt").render(_facts(format_name, wanted))
-    data = plain(wanted.chosen, wanted.forces, rate=wanted.update_rate, version=wanted.version)
+    data = plain(wanted.chosen, wanted.forces, wanted.update_rate)
     if format_name == "json":
         return json.dumps(data, allow_nan=False, indent=1) + "\n"
     return f"{_heading(format_name, wanted, in_words=False)}\n{toml_tables(data)}"
@@ -128,12 +149,12 @@ def exported(format_name: str, wanted: Wanted) -> str:
 
 def settings_in(format_name: str, wanted: Wanted) -> tuple[FilterSetting, ...]:
     """The models as the file of a tool has them: of gyros, then of accelerometers it takes."""
-    holds = "accelerometer" not in definition_of(format_name).unused
-    shown = (*wanted.chosen, *(wanted.forces if holds else ()))
-    if definition_of(format_name).bias != "markov":
-        return shown
-    times = _markov_times(wanted, one_time=definition_of(format_name).one_time)
-    return tuple(one.as_markov(times[one.kind]) for one in shown)
+    definition = definition_of(format_name)
+    forces = () if "accelerometer" in definition.unused else wanted.forces
+    if definition.bias != "markov":
+        return (*wanted.chosen, *forces)
+    times = _markov_times(wanted, one_time=definition.one_time)
+    return tuple(one.as_markov(times[one.kind]) for one in (*wanted.chosen, *forces))
 
 
 # ---- templates -----------------------------------------------------------------------
@@ -159,19 +180,19 @@ def _environment() -> Environment:
 
 def _facts(format_name: str, wanted: Wanted) -> dict[str, Any]:
     """Facts that templates write: sensors, their Markov biases, sizes of units in SI."""
-    definition, three = definition_of(format_name), _three(wanted)
+    definition = definition_of(format_name)
     times = _markov_times(wanted, one_time=definition.one_time)
     markov = {
         kind: [one.as_markov(times[kind]).simple for one in axes]
-        for kind, axes in three.items()
+        for kind, axes in wanted.three.items()
         if definition.bias == "markov"
     }
     return {
         "wanted": wanted,
-        "three": three,
+        "three": wanted.three,
         "times": times,
         "markov": markov,
-        "loudest": worst(wanted.accelerometers) if wanted.accelerometers else None,
+        "loudest": wanted.worst.get("accelerometer"),
         "heading": lambda **how: _heading(format_name, wanted, **how),
         "comment": _comment,
         "whites": lambda kind, size: [one.white / size for one in markov[kind]],
@@ -190,7 +211,7 @@ def _heading(name: str, wanted: Wanted, *, in_words: bool = True, mark: str = "#
     shown = settings_in(name, wanted)
     lines = [
         f"{definition.tool}: noise of {', '.join(one.name for one in shown)}, "
-        f"made by sagnac {wanted.version}",
+        f"made by sagnac {__version__}",
         f"Definition: {definition.text}.",
         f"Reference: {definition.reference}.",
     ]
@@ -211,42 +232,21 @@ def _comment(lines: Sequence[str], mark: str = "#") -> str:
     return "\n".join(f"{mark} {one_line(line)}" for line in lines)
 
 
-def _axes(settings: tuple[FilterSetting, ...], names: str, *, each: bool) -> Three:
-    """One for x, y and z: each its own if the sensors are those, else one that covers them all."""
-    named = {one.name: one for one in by_name(settings)}
-    order = names.split(",")
-    if each and len(named) == 3:
-        first, second, third = (
-            [named[name] for name in order] if set(named) == set(order) else named.values()
-        )
-        return first, second, third
-    one = worst(settings)
-    return one, one, one
-
-
-def _three(wanted: Wanted) -> dict[Sensor, Three]:
-    """About x, y and z, of each kind of sensor that there is."""
-    found: dict[Sensor, Three] = {"gyro": _axes(wanted.settings, "x,y,z", each=wanted.each)}
-    if wanted.accelerometers:
-        found["accelerometer"] = _axes(wanted.accelerometers, "ax,ay,az", each=wanted.each)
-    return found
-
-
 def _listed(values: Iterable[float], separator: str = ", ") -> str:
     return f"[{separator.join(f'{value:.6e}' for value in values)}]"
 
 
 def _markov_times(wanted: Wanted, *, one_time: bool) -> dict[Sensor, float]:
-    """The correlation time that serves the sensors of each kind best, s; or one for all of them."""
-    three = _three(wanted)
-    every = tuple(one for axes in three.values() for one in axes)
-    return {kind: _markov_time(every if one_time else axes) for kind, axes in three.items()}
+    """The correlation time that serves the sensors of each kind best, s; or one for all of them.
 
-
-def _markov_time(settings: Sequence[FilterSetting]) -> float:
-    """By the curves that were measured, else the longest that is stated, else that of a walk."""
-    limits = [one.limit for one in settings if one.limit is not None]
-    if limits:
-        return common_time(limits)
-    stated = [rate.correlation_time for one in settings for rate in one.full.markov]
-    return max(stated, default=_AS_A_WALK)
+    It is that of the curves that were measured, else the longest that is stated, else that of a
+    walk.
+    """
+    every = tuple(one for axes in wanted.three.values() for one in axes)
+    times: dict[Sensor, float] = {}
+    for kind, axes in wanted.three.items():
+        sensors = every if one_time else axes
+        limits = [one.limit for one in sensors if one.limit is not None]
+        stated = [rate.correlation_time for one in sensors for rate in one.full.markov]
+        times[kind] = common_time(limits) if limits else max(stated, default=_AS_A_WALK)
+    return times

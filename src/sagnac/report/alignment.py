@@ -12,8 +12,8 @@ from matplotlib.figure import Figure
 from sagnac.core.arrays import FloatArray
 from sagnac.core.units import ARCSECOND, DEGREE, DEGREE_PER_HOUR, HOUR
 from sagnac.navigation.align import Prospect, Unaided
-from sagnac.navigation.drift import PARTS, Growth
-from sagnac.navigation.error_model import AzimuthError, azimuth_error, flicker_deviation
+from sagnac.navigation.drift import PARTS, Growth, bias_is_prior
+from sagnac.navigation.error_model import AzimuthError, azimuth_error, drift_deviation
 from sagnac.navigation.noise import NAMES, GyroNoise
 from sagnac.noise.laws import CoefficientName
 from sagnac.report.figures import styled
@@ -62,7 +62,7 @@ def azimuth_figure(prospect: Prospect) -> Figure:
     """Azimuth error against time, what N, B and K make of it, and the filter's."""
     with styled(3) as (figure, axes):
         _draw_compass(axes, prospect.compass)
-        azimuth = prospect.filtered.azimuth / ARCMINUTE
+        azimuth = prospect.filtered.deviation / ARCMINUTE
         label = "Kalman filter, one position"
         axes.plot(prospect.filtered.times, azimuth, color=ORANGE, label=label)
         _label_axes(axes, prospect.latitude)
@@ -117,11 +117,9 @@ def prospect_document(prospect: Prospect) -> dict[str, Any]:
         },
         "filter": {
             "time_s": filtered.times.tolist(),
-            "azimuth_arcmin": (filtered.azimuth / ARCMINUTE).tolist(),
+            "azimuth_arcmin": (filtered.deviation / ARCMINUTE).tolist(),
             "process_noise_rad2_per_s": prospect.noise.angle_random_walk**2,
-            "drift_deviation_rad_per_s": math.hypot(
-                prospect.start.drift, flicker_deviation(prospect.noise)
-            ),
+            "drift_deviation_rad_per_s": drift_deviation(prospect.noise, prospect.start),
             "drift_process_noise_rad2_per_s3": prospect.noise.rate_random_walk**2,
             "covariance": filtered.covariance.tolist(),
         },
@@ -250,7 +248,7 @@ def drift_notes(unaided: Unaided) -> list[str]:
         unaided=unaided,
         names=NAMES,
         alone=alone,
-        bias_is_prior=priors.bias is not None and any(map(priors.bias_is_prior, unaided.noises)),
+        bias_is_prior=any(bias_is_prior(one, priors) for one in unaided.noises),
         unseen={
             name
             for noise in unaided.noises
