@@ -1,5 +1,6 @@
 import pytest
 
+from sagnac.fleet.table import groups_of, lines_of
 from sagnac.fleet.tasks import Row, Task, span_tasks
 from sagnac.formats.statement import Statement
 
@@ -16,6 +17,17 @@ def test_spans_cover_what_they_fit_into() -> None:
     assert spans[-1].span == (79_300.0, 86_500.0)
     assert {one.statement.kind for one in spans} == {"rate"}
     assert len({one.key for one in spans}) == 12
+
+
+def test_a_recording_without_its_warm_up_is_no_span_of_it() -> None:
+    task = Task(path="run.parquet", statement=Statement(kind="rate", span=(100.0, 900.0)))
+    row = Row(task=task, state="done", analysis={"input": {"gyros": ["x"]}})
+    (line,) = lines_of([row])
+    assert list(groups_of([line])) == [("fos", "x")]
+    (first, _) = span_tasks(whole(task, 800.0), 400.0)
+    (line,) = lines_of([whole(first, 400.0)])
+    assert (line.start_s, line.stop_s) == (100.0, 500.0)
+    assert groups_of([line]) == {}
 
 
 def test_short_or_failed_recordings_have_no_spans() -> None:

@@ -70,7 +70,7 @@ def _rate(row: Row) -> float:
     try:
         return float(row.task.labels.get("rate", ""))
     except ValueError:
-        rate = row.analysis["input"]["table_rate_deg_per_s"] if row.analysis else math.nan
+        rate = row.analysis["input"].get("table_rate_deg_per_s") if row.analysis else math.nan
         return 0.0 if rate is None else round(abs(float(rate)), 1)
 
 

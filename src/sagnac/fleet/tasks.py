@@ -52,6 +52,9 @@ class Task:
         on them.
     sha256
         Of the file; empty if it could not be read.
+    span
+        Start and stop of the span that it is of, s; None for a whole recording, also without its
+        warm-up.
     """
 
     path: str
@@ -59,6 +62,7 @@ class Task:
     statement: Statement = field(default_factory=Statement)
     labels: Mapping[str, str] = field(default_factory=dict)
     sha256: str = ""
+    span: tuple[float, float] | None = None
 
     @cached_property
     def key(self) -> str:
@@ -74,12 +78,6 @@ class Task:
             "settings": asdict(self.settings),
         }
         return hashlib.sha256(json.dumps(what, sort_keys=True).encode()).hexdigest()[:32]
-
-    @property
-    def span(self) -> tuple[float, float] | None:
-        """Start and stop of the span that it is of, s; None for a whole recording."""
-        start, stop = self.statement.span or (None, None)
-        return None if start is None or stop is None else (start, stop)
 
 
 def with_digest(task: Task) -> Task:
@@ -371,7 +369,7 @@ def span_tasks(row: Row, span: float) -> tuple[Task, ...]:
     if count < 2:
         return ()
     spans = [(first + number * span, first + (number + 1) * span) for number in range(count)]
-    return tuple(replace(row.task, statement=replace(own, span=one)) for one in spans)
+    return tuple(replace(row.task, span=one, statement=replace(own, span=one)) for one in spans)
 
 
 # ---- measure -----------------------------------------------------------------------

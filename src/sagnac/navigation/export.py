@@ -93,7 +93,7 @@ def _stated_models(text: str) -> FilterSetting:
     tau, white, lowest = _number(time, TIME_UNITS), numbers["N"], numbers["B"]
     kind = sensor_of(level)
     if split_factor(parts["N"])[1] not in SENSED[kind].coefficients["angle_random_walk"]:
-        raise ValueError(f"N and B are not both of a {kind}; state one sensor at a time")
+        raise ValueError("N and B are of two kinds of sensor; state one sensor at a time")
     if white > _ABOVE_LOWEST * lowest * math.sqrt(tau):
         times = white / (lowest * math.sqrt(tau))
         raise ValueError(f"N alone makes {times:.3g} times B at that time: a unit is wrong")

@@ -102,9 +102,9 @@ class FilterSetting:
             bias = f"Markov bias {size:.4g} {rate.name} over {time:.4g} s"
         inflation, seen, rest = self.inflation(model), "", ", stated, not measured"
         if inflation is not None:
-            share = model.white / self.estimate
-            seen = "not estimated" if math.isnan(share) else f"{share:.3f} of the estimate"
-            seen, rest = f" ({seen})", f", {inflation:.3f} of the Allan deviation (median)"
+            seen, rest = " (not estimated)", f", {inflation:.3f} of the Allan deviation (median)"
+            if self.estimate > 0.0:
+                seen = f" ({model.white / self.estimate:.3f} of the estimate)"
         more = "".join(f", {key} {text}" for key, text in self.stated.items())
         density = f"{model.white / white.size:.4g} {white.name}"
         return f"{self.name}: N {density}{seen}, {bias}{rest}{more}"
@@ -232,13 +232,17 @@ def _limit(
     key, unit = "deviation_deg_per_h", "deg/h"
     if kind == "accelerometer":
         key, unit = "deviation", curve["unit"]
-    columns = {name: np.asarray(curve[name], dtype=np.float64) for name in ("tau_s", key, "edf")}
-    for name, values in columns.items():
+    tau, deviation, edf = (
+        np.asarray(curve[name], dtype=np.float64) for name in ("tau_s", key, "edf")
+    )
+    if not tau.shape == deviation.shape == edf.shape:
+        raise ValueError(
+            f"tau_s, {key} and edf have shapes {tau.shape}, {deviation.shape} and {edf.shape}; "
+            "give one shape"
+        )
+    for name, values in (("tau_s", tau), (key, deviation), ("edf", edf)):
         if not values.size or not (np.isfinite(values) & (values > 0.0)).all():
             raise ValueError(f"{name} is not above zero throughout; give finite numbers")
-    if len({values.shape for values in columns.values()}) > 1:
-        raise ValueError(f"{', '.join(columns)} are not of one length")
-    tau, deviation, edf = columns.values()
     deviation = UNITS[unit].size * deviation
     white, high = _walk(walk, kind)
     shared, _ = _walk(whole[SENSED[kind].keys["angle_random_walk"]], kind)

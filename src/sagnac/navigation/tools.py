@@ -4,7 +4,7 @@ import json
 import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 from typing import Any, Final, get_args
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
@@ -147,6 +147,7 @@ def exported(format_name: str, wanted: Wanted) -> str:
     return f"{_heading(format_name, wanted, in_words=False)}\n{toml_tables(data)}"
 
 
+@lru_cache(maxsize=4)
 def settings_in(format_name: str, wanted: Wanted) -> tuple[FilterSetting, ...]:
     """The models as the file of a tool has them: of gyros, then of accelerometers it takes."""
     definition = definition_of(format_name)
@@ -236,6 +237,7 @@ def _listed(values: Iterable[float], separator: str = ", ") -> str:
     return f"[{separator.join(f'{value:.6e}' for value in values)}]"
 
 
+@lru_cache(maxsize=4)
 def _markov_times(wanted: Wanted, *, one_time: bool) -> dict[Sensor, float]:
     """The correlation time that serves the sensors of each kind best, s; or one for all of them.
 
