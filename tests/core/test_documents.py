@@ -64,7 +64,7 @@ def test_an_edited_document_is_told_where(change, said, tmp_path):
         read_analyses(path)
     assert said in str(caught.value)
     with pytest.raises(RecordingError):
-        GyroNoise.unit_from_json(path)
+        GyroNoise.unit(path)
 
 
 @pytest.mark.parametrize("content", ["", "{", "NaN", "[" * 100_000, '{"schema": NaN}', "\x00"])

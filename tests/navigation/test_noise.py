@@ -34,7 +34,7 @@ def document() -> dict:
 def test_analysis_is_read_in_its_units(tmp_path) -> None:
     path = tmp_path / "analysis.json"
     path.write_text(json.dumps(document()))
-    noise = GyroNoise.unit_from_json(path)[0][0]
+    noise = GyroNoise.unit(path)[0][0]
     assert noise.values == pytest.approx([0.002 * DEGREE_PER_ROOT_HOUR, 0.01 * DEGREE_PER_HOUR, 0])
     assert noise.unseen == ("rate_random_walk",)
     shares = np.array([DEGREE_PER_ROOT_HOUR, DEGREE_PER_HOUR, 1.0])
@@ -95,7 +95,7 @@ def test_accelerometers_are_read_in_their_units():
         }
 
     three = {"ax": force(0.01), "ay": force(0.02), "az": force(0.03)}
-    _, (north, east) = GyroNoise.unit_from_document({**document(), "accelerometers": three})
+    _, (north, east) = GyroNoise.unit({**document(), "accelerometers": three})
     milli = 9.80665e-3
     assert north.values == pytest.approx([0.01 / 60.0, 0.02 * milli, 0.3 * milli / 60.0])
     assert east.angle_random_walk == pytest.approx(0.02 / 60.0)
@@ -104,10 +104,10 @@ def test_accelerometers_are_read_in_their_units():
     assert north.covariance == pytest.approx(wanted, rel=1e-12, abs=0.0)
     # Other names say nothing of north and east: the loudest stands for both.
     others = {"a": three["ax"], "b": three["az"]}
-    _, (north, east) = GyroNoise.unit_from_document({**document(), "accelerometers": others})
+    _, (north, east) = GyroNoise.unit({**document(), "accelerometers": others})
     assert north is east
     assert north.angle_random_walk == pytest.approx(0.03 / 60.0)
-    assert GyroNoise.unit_from_document(document())[1] == ()
+    assert GyroNoise.unit(document())[1] == ()
 
 
 def test_without_a_covariance_the_intervals_count(tmp_path) -> None:
@@ -134,7 +134,7 @@ def test_files_that_are_no_analysis_are_refused(tmp_path) -> None:
         path = tmp_path / "analysis.json"
         path.write_text(text)
         with pytest.raises(RecordingError, match=said) as caught:
-            GyroNoise.unit_from_json(path)[0][0]
+            GyroNoise.unit(path)[0][0]
         assert str(path) in str(caught.value)
     stated = document()
     stated["angle_random_walk"] = {"value": None, "unit": "deg/sqrt(h)", "status": "not observable"}

@@ -1,6 +1,5 @@
 """Navigation with the noise of a unit: heading without aiding, and azimuth found."""
 
-import json
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -197,7 +196,12 @@ def align(
     wrong = [time for time in after if not (is_finite(time) and time > 0.0)]
     if wrong:
         raise ValueError(f"after is {quoted(wrong[0])}; give seconds, above zero")
-    noises, accelerometers = _unit(source)
+    if isinstance(source, tuple) and not all(isinstance(one, GyroNoise) for one in source):
+        raise ValueError(
+            f"source is {quoted(source)}; give one analysis of all gyros, or a GyroNoise each"
+        )
+    unit: Unit = (source, ()) if isinstance(source, tuple) else GyroNoise.unit(source)
+    noises, accelerometers = unit
     # Which of them lies across the meridian is not known: azimuth is as good as with the loudest.
     loudest = max(noises, key=lambda one: one.angle_random_walk)
     stated = {"azimuth": azimuth, "tilt": tilt}
@@ -252,15 +256,3 @@ def align(
         ),
     )
     return Foresight(unaided=unaided, prospect=prospect)
-
-
-def _unit(source: Documented | str | Path | Triad) -> Unit:
-    if isinstance(source, str | Path):
-        return GyroNoise.unit_from_json(Path(source))
-    if isinstance(source, tuple):
-        if not all(isinstance(one, GyroNoise) for one in source):
-            raise ValueError(
-                f"source is {quoted(source)}; give one analysis of all gyros, or a GyroNoise each"
-            )
-        return source, ()
-    return GyroNoise.unit_from_document(json.loads(source.to_json()))

@@ -1,5 +1,6 @@
 """N, B and K of one gyro or accelerometer, as a filter takes them."""
 
+import json
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
@@ -11,7 +12,7 @@ import numpy as np
 from scipy.special import ndtri
 
 from sagnac.core.arrays import FloatArray
-from sagnac.core.documents import read_analyses
+from sagnac.core.documents import Documented, read_analyses
 from sagnac.core.errors import RecordingError
 from sagnac.core.units import SENSED, Sensor
 from sagnac.navigation.models import Markov, require_numbers
@@ -78,31 +79,13 @@ class GyroNoise:
         return tuple(replace(self, **one) for one in raised) or (self,)
 
     @classmethod
-    def unit_from_json(cls, path: Path) -> "Unit":
-        """The noise of the gyros and of the level accelerometers that an ``analysis.json`` holds.
+    def unit(cls, source: Documented | Mapping[str, Any] | str | Path) -> "Unit":
+        """The noise of the gyros and of the level accelerometers of an analysis.
 
-        Returns
-        -------
-        tuple
-            See `unit_from_document`.
-
-        Raises
-        ------
-        RecordingError
-            If the file is no analysis, or its N is neither estimated nor bounded.
-        """
-        with as_written(path):
-            documents = read_analyses(path)
-            if len(documents) > 1:
-                raise RecordingError(
-                    "holds several analyses",
-                    remedy="give the analysis.json that an analysis of one recording wrote",
-                )
-            return cls.unit_from_document(documents[0])
-
-    @classmethod
-    def unit_from_document(cls, document: Mapping[str, Any]) -> "Unit":
-        """The noise of the gyros and of the level accelerometers that a document states.
+        Parameters
+        ----------
+        source
+            An analysis, its document, or the path of its ``analysis.json``.
 
         Returns
         -------
@@ -115,8 +98,18 @@ class GyroNoise:
         Raises
         ------
         RecordingError
-            If N of a gyro is not observable.
+            If a file is no analysis, or N of a gyro is neither estimated nor bounded.
         """
+        if isinstance(source, str | Path):
+            with as_written(Path(source)):
+                documents = read_analyses(Path(source))
+                if len(documents) > 1:
+                    raise RecordingError(
+                        "holds several analyses",
+                        remedy="give the analysis.json that an analysis of one recording wrote",
+                    )
+                return cls.unit(documents[0])
+        document = source if isinstance(source, Mapping) else json.loads(source.to_json())
         alone = document.get("gyros", {})
         if set(alone) == {"x", "y", "z"}:
             x, y, z = (cls.from_document(alone[name]) for name in "xyz")

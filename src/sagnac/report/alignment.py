@@ -1,6 +1,5 @@
 """An alignment, and heading, attitude and position without aiding: text, data and figures."""
 
-import math
 from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any, Final
