@@ -6,6 +6,7 @@ from scipy.signal import lfilter
 
 from sagnac.quality.check import judged
 from sagnac.quality.distribution import shape_of
+from sagnac.quality.profile import whitened
 from tests.quality.pathologies import MEAN, SAMPLES, SIGMA, bent, of_rate, still
 
 WHITE = np.random.default_rng(7).standard_normal(SAMPLES)
@@ -20,7 +21,7 @@ def test_cumulants_of_white_numbers_are_their_own():
         (random.exponential(size=SAMPLES), 2.0, 6.0),
         (random.laplace(size=SAMPLES), 0.0, 3.0),
     ):
-        shape = shape_of(values)
+        shape = shape_of(whitened(values).values)
         assert shape.skewness == pytest.approx(skewness, abs=0.15)
         assert shape.kurtosis == pytest.approx(kurtosis, rel=0.12)
 
@@ -38,11 +39,9 @@ def test_cumulants_of_white_numbers_are_their_own():
     ids=["white", "walk", "differences", "low-pass", "dither", "ramp"],
 )
 def test_no_spectrum_bends_normal_noise(values):
-    shape = shape_of(values)
+    shape = shape_of(whitened(values).values)
     assert abs(shape.skewness) < 0.1
     assert abs(shape.kurtosis) < 0.2
-    assert not shape.is_flat
-    assert not shape.is_heavy
 
 
 def test_a_soft_limit_is_said_before_it_moves_the_walk_by_five_per_cent():

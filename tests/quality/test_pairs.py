@@ -29,7 +29,7 @@ def test_likeness_is_the_mean_cosine_of_the_phase(delay):
     random = np.random.default_rng(2)
     first = random.normal(size=4000)
     second = np.roll(first, delay) + random.normal(size=4000)
-    found = pairs.likeness(pairs.phases_of(first), pairs.phases_of(second))
+    found = pairs.likeness(pairs.phases_of(first), pairs.phases_of(second), 4000)
     assert found.delay == delay
     expected = correlation_at(first, second, delay)
     assert found.correlation == pytest.approx(expected, rel=1e-4)

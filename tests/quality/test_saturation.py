@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from sagnac.quality.readout import clipped_scatter, next_inwards
+from sagnac.quality.readout import clipped_scatter
 from sagnac.recording.model import Recording
 from tests.analysis.test_sound_instruments import on_table
 from tests.quality.recordings import RATE, levels, noise, rate_gyro
@@ -28,14 +28,6 @@ def test_the_scatter_of_a_clipped_normal_number(low, high):
     numbers = np.clip(np.random.default_rng(1).standard_normal(400_000), low, high)
     scatter = clipped_scatter(float(np.mean(numbers == low)), float(np.mean(numbers == high)))
     assert scatter == pytest.approx(float(numbers.std()), rel=0.01)
-
-
-def test_the_value_next_to_an_extreme_one():
-    values = np.array([3.0, -1.0, 5.0, 5.0, 4.5, -2.0])
-    assert next_inwards(values, values == 5.0, "upper") == 4.5
-    assert next_inwards(values, values == -2.0, "lower") == -1.0
-    assert next_inwards(np.ones(4), np.ones(4, dtype=bool), "upper") == -np.inf
-    assert next_inwards(np.ones(4), np.ones(4, dtype=bool), "lower") == np.inf
 
 
 @pytest.mark.parametrize("number", [74, 194])

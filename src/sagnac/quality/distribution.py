@@ -2,42 +2,31 @@
 
 import math
 from dataclasses import dataclass
-from typing import Final
+from typing import Final, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 from scipy.special import ndtr, ndtri, stdtrit
 
 from sagnac.core.arrays import FloatArray, IntegerArray, blocks, elementwise
-from sagnac.core.errors import Level, Note, counted
+from sagnac.core.errors import Level, Note
 from sagnac.core.units import DEGREE
 from sagnac.quality import _kernels
 from sagnac.quality.effects import effect_words, finding
-from sagnac.quality.profile import EDGE, Notes, Profile, remedy_without, some_steps, whitened
+from sagnac.quality.profile import EDGE, Notes, Profile, remedy_without, seen, some_steps, whitened
 from sagnac.recording.channel import Channel, marked_steps, number_of
 from sagnac.recording.model import Recording, second_of
 
 # ---- spikes ------------------------------------------------------------------------
 
-# Chance that noise without spikes shows one.
-_SPIKE_CHANCE: Final = 1e-3
 # More of the samples than this are no spikes, but the noise.
 _MANY: Final = 0.01
-# A heavy tail of the noise goes on below the limit: from 0.6 of the limit up to it lie more than
-# twice as many samples as beyond it. A tail that falls as x^-3 has 3.6 times as many there, one as
-# x^-6 20 times; spikes whose heights are spread evenly have fewer than one.
-_TAIL: Final = 2.0
-_BELOW: Final = 0.6
 # Samples looked at around each for its neighbourhood.
 _AROUND: Final = 2
-# Samples whose median is the level that a spike stands on, and share of it that has to stay.
-_WIDE: Final = 8
-_KEPT: Final = 0.5
-# A limit is this much above that of chance: the scatter of a block is not known better.
+# A limit is this much above that of chance: the scatter of a block is not known better. A heavy
+# tail of the noise goes on below the limit, from this part of it on.
 _MARGIN: Final = 1.15
-_BLOCK: Final = 2**16
-# Samples of a block that tell its scatter, about.
-_TELL: Final = 2**13
+_BELOW: Final = 0.6
 # Fewest samples in which spikes are looked for.
 LEAST_FOR_SPIKES: Final = 16
 
@@ -89,14 +78,16 @@ def find_spikes(increments: ArrayLike, *, sample_rate: float) -> Spikes:
         end of a heavy tail that goes on below them: that is the noise.
     """
     values = np.asarray(increments, dtype=np.float64)
-    # Beyond this many scatters lies one sample in a record by chance.
-    limit = -float(ndtri(0.5 * _SPIKE_CHANCE / values.size))
-    far = [_spikes_in(values, block, limit) for block in blocks(values.size, _BLOCK)]
+    # Noise without spikes shows one in a thousand records.
+    limit = -float(ndtri(0.5 * 1e-3 / values.size))
+    far = [_spikes_in(values, block, limit) for block in blocks(values.size, 2**16)]
     indices, heights, counts, lower = zip(*far, strict=True)
     index, height, beyond = np.concatenate(indices), np.concatenate(heights), sum(counts)
     many = beyond > _MANY * values.size
     by_chance = 2.0 * values.size * float(ndtr(-_BELOW * _MARGIN * limit))
-    tail = not many and index.size > 0 and sum(lower) - by_chance > _TAIL * beyond
+    # A tail that falls as x^-3 has 3.6 times as many from 0.6 of the limit up to it as beyond it,
+    # one as x^-6 20 times; spikes whose heights are spread evenly have fewer than one.
+    tail = not many and index.size > 0 and sum(lower) - by_chance > 2.0 * beyond
     if many or tail:
         index, height = index[:0], height[:0]
     added = math.sqrt(float(height @ height) * sample_rate / values.size)
@@ -111,11 +102,12 @@ def _spikes_in(
     Besides how many lie beyond the limit, whether the angle keeps them or not, and how many lie
     somewhat below it.
     """
-    first, last = max(0, block.start - _AROUND), min(values.size, block.stop + _AROUND)
-    off = np.empty(last - first)
-    _kernels.off_neighbours(np.pad(values[first:last], _AROUND, mode="reflect"), off)
-    off = off[block.start - first : block.stop - first]
-    some = np.sort(off[:: max(1, off.size // _TELL)])
+    before, behind = max(0, _AROUND - block.start), max(0, block.stop + _AROUND - values.size)
+    some = values[max(0, block.start - _AROUND) : block.stop + _AROUND]
+    padded = np.pad(some, (before, behind), mode="reflect")
+    off = np.empty(block.stop - block.start)
+    _kernels.off_neighbours(padded, off)
+    some = np.sort(off[:: max(1, off.size // 2**13)])
     quartiles = _quantile(some, 0.75) - _quantile(some, 0.25)
     # Coarse steps have quartiles of a step or none: the root mean square of the inner part.
     sizes = np.sort(np.abs(some))
@@ -145,9 +137,9 @@ def _stays(values: FloatArray, place: int, height: float) -> bool:
     """
     if not _AROUND <= place < values.size - _AROUND:
         return False
-    typical = np.median(values[max(0, place - _WIDE) : place + _WIDE + 1])
+    typical = np.median(values[max(0, place - 8) : place + 9])
     net = float((values[place - _AROUND : place + _AROUND + 1] - typical).sum())
-    return net / height > _KEPT
+    return net / height > 0.5
 
 
 def without_spikes(increments: ArrayLike, spikes: Spikes) -> FloatArray:
@@ -188,11 +180,8 @@ def spike_notes(recording: Recording, profile: Profile) -> Notes:
     elif found.index.size:
         inside = profile.scale
         effect = math.hypot(1.0, found.added_walk / inside) if inside > 0.0 else None
-        text = (
-            f"{counted(found.index.size, 'sample')} far off their neighbours (spikes), the first "
-            f"at {second_of(recording, int(found.index[0])):.3f} s: an answer goes without them; "
-            f"left in, {effect_words(effect)}"
-        )
+        far = seen(recording, found.index, "sample", "far off their neighbours (spikes)")
+        text = f"{far}: an answer goes without them; left in, {effect_words(effect)}"
     else:
         return jump_notes(recording, profile)
     return (Note(name="spikes", channel=profile.name, text=text, level=level, effect=effect),)
@@ -200,14 +189,8 @@ def spike_notes(recording: Recording, profile: Profile) -> Notes:
 
 # ---- jumps -------------------------------------------------------------------------
 
-# Steps that tell what is usual, and times its 99 % quantile, or 50 sigma of noise, of a jump.
-_LOOKED_AT: Final = 20_000
+# Times the 99 % quantile of steps, or 50 sigma of noise, of a jump.
 _TIMES: Final = 20.0
-# Jumps from which on they may be steps of a readout, how large these may be, and how near to a
-# whole number of steps.
-_OFTEN: Final = 3
-_COARSEST: Final = 0.1 * DEGREE
-_WHOLE: Final = 0.05
 
 
 def jump_notes(recording: Recording, profile: Profile) -> Notes:
@@ -217,108 +200,70 @@ def jump_notes(recording: Recording, profile: Profile) -> Notes:
     steady meets the steps of a readout so.
     """
     values = profile.channel.values
-    steps = some_steps(values, _LOOKED_AT)
+    steps = some_steps(values, 20_000)
     middle = float(np.median(steps))
     limit = _TIMES * float(np.quantile(np.abs(steps - middle), 0.99))
     found = profile.survey
     if limit <= 0.0 or max(found.rise - middle, middle - found.fall) <= limit:
         return ()
-    jumps = marked_steps(values, lambda steps: np.abs(steps - middle) > limit)
-    places = np.flatnonzero(jumps)
+    places = np.flatnonzero(marked_steps(values, lambda steps: np.abs(steps - middle) > limit))
     sizes = np.abs(values[places] - values[places - 1] - middle)
     parts = sizes / sizes.min()
-    whole = np.all(np.abs(parts - np.rint(parts)) < _WHOLE)
-    if places.size >= _OFTEN and sizes.max() < _COARSEST and whole:
+    whole = np.all(np.abs(parts - np.rint(parts)) < 0.05)
+    if places.size >= 3 and sizes.max() < 0.1 * DEGREE and whole:
         return ()
-    text = (
-        f"{counted(places.size, 'jump')} of over {_TIMES:g} times the usual step, the first at "
-        f"{second_of(recording, int(places[0])):.3f} s; "
-        f"{remedy_without(recording, jumps)}"
-    )
+    said = seen(recording, places, "jump", f"of over {_TIMES:g} times the usual step")
+    text = f"{said}; {remedy_without(recording, places)}"
     return (Note(name="steps", level="warning", channel=profile.name, text=text),)
 
 
 # ---- distribution ------------------------------------------------------------------
 
-# Samples looked at, the most and the least.
-_CHANGES_LOOKED_AT: Final = 2**15
-_LEAST_CHANGES: Final = 2**12
-# Steps of the readout shape the distribution if what each sample adds strays over fewer of them: at
-# two the excess kurtosis of counted noise is 0.001, at one 0.01, at half 0.1.
-_FINE_STEPS: Final = 2.0
-# Standard errors, and least size, of an excess kurtosis below zero, and of a skewness or a
-# kurtosis above it, that are said. Noise of N that a soft limit lowers by 5 % has one of -0.4.
-_SIGMAS: Final = 6.0
-_FLAT: Final = 0.2
-_SKEW: Final = 0.3
-_HEAVY: Final = 1.0
 
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Shape:
+class Shape(NamedTuple):
     """Distribution of white numbers; a normal one has zeros.
 
     Attributes
     ----------
     skewness, kurtosis
         Third cumulant and fourth (excess kurtosis), of unit variance.
-    innovation
-        Standard deviation of what each change adds to those before, in their unit.
     samples
         How many numbers.
     """
 
     skewness: float
     kurtosis: float
-    innovation: float
     samples: int
 
-    @property
-    def is_flat(self) -> bool:
-        """Whether large numbers are missing."""
-        return self.kurtosis < -max(_FLAT, _SIGMAS * math.sqrt(24.0 / self.samples))
 
-    @property
-    def is_heavy(self) -> bool:
-        """Whether there are too many of them, or more on one side."""
-        return abs(self.skewness) > _SKEW or self.kurtosis > _HEAVY
-
-
-def shape_of(changes: FloatArray) -> Shape:
-    """Distribution of what samples turned, made white first, with lines cut down to the noise.
+def shape_of(white: FloatArray) -> Shape:
+    """Distribution of (samples,) what samples turned, made white first (`profile.whitened`).
 
     A sine is flat as a soft limit makes noise, and slow noise has few independent samples. So each
-    frequency is divided by the level around it.
-
-    Parameters
-    ----------
-    changes
-        (samples,)
+    frequency is divided by the level around it, and lines are cut down to the noise.
     """
-    found = whitened(changes)
-    white = (found.values - found.values.mean()) / found.values.std()
+    white = (white - white.mean()) / white.std()
     squares = white * white
-    return Shape(
-        skewness=float(squares @ white) / white.size,
-        kurtosis=float(squares @ squares) / white.size - 3.0,
-        innovation=found.innovation,
-        samples=white.size,
-    )
+    kurtosis = float(squares @ squares) / white.size - 3.0
+    return Shape(float(squares @ white) / white.size, kurtosis, white.size)
 
 
 def _shape_in(profile: Profile) -> Shape | None:
     """The distribution of a gyro's noise; None if there are too few samples or coarse steps."""
-    changes = profile.changes[:_CHANGES_LOOKED_AT]
-    if changes.size < _LEAST_CHANGES:
+    changes = profile.changes[: 2**15]
+    if changes.size < 2**12:
         return None
-    shape = shape_of(changes)
-    return None if _FINE_STEPS * profile.step > shape.innovation else shape
+    found = whitened(changes)
+    # Steps of the readout shape the distribution if what each sample adds strays over fewer of
+    # them: at two the excess kurtosis of counted noise is 0.001, at one 0.01, at half 0.1.
+    return None if 2.0 * profile.step > found.innovation else shape_of(found.values)
 
 
 def flat_notes(recording: Recording, profile: Profile) -> Notes:
     """A soft limit, with what it does to N."""
     shape = _shape_in(profile)
-    if shape is None or not shape.is_flat:
+    # Six standard errors, and half of what a soft limit that lowers N by 5 % has.
+    if shape is None or shape.kurtosis >= -max(0.2, 6.0 * math.sqrt(24.0 / shape.samples)):
         return ()
     text = (
         f"large deviations are missing (excess kurtosis {shape.kurtosis:.2g}), as if it came "
@@ -334,7 +279,7 @@ def flat_notes(recording: Recording, profile: Profile) -> Notes:
 def heavy_notes(recording: Recording, profile: Profile) -> Notes:
     """Noise that is full of spikes, on a bench, for motion may make large deviations: a warning."""
     shape = _shape_in(profile) if profile.standing else None
-    if shape is None or not shape.is_heavy:
+    if shape is None or not (abs(shape.skewness) > 0.3 or shape.kurtosis > 1.0):
         return ()
     text = (
         f"its noise is no even noise (skewness {shape.skewness:.2g}, excess kurtosis "
@@ -346,27 +291,8 @@ def heavy_notes(recording: Recording, profile: Profile) -> Notes:
 
 # ---- unsteady ----------------------------------------------------------------------
 
-# Scatters of a block's power by which the loudest exceeds the quiet ones, and least factor.
-_UNSTEADY_SIGMAS: Final = 7.0
-_LEAST_FACTOR: Final = 1.2
-# Variance of the mean of n squares of differences of neighbouring normal numbers, in units of its
-# square and of 1/n: 2 for independent ones, and half as much again since neighbours share one.
-_POWER_VARIANCE: Final = 3.0
-_FEWEST_BLOCKS: Final = 8
-# Chance at which noise that stands still is said to grow or fall, fewest blocks that tell, and
-# least change of N: twice that at which an answer moves by 1 %.
-_CHANCE: Final = 1e-4
-_FEWEST_TO_GROW: Final = 16
-_GROWS: Final = 0.02
-# Noise of all of a record, in that of its quietest part, from which on it has no one N. Up to there
-# the interval of an answer reaches as far as that.
-_SPOILS: Final = 1.5
-# Samples of which the noise between lines is looked at alone, the most.
-_MOST: Final = 2**23
-# Bands with a level each, since a dither wanders by a hundredth of the rate, and times that level
-# that its skirts keep.
-_BANDS: Final = 24
-_KEPT_LINES: Final = 3.0
+# Fewest blocks.
+_FEWEST: Final = 8
 
 
 def unsteady_notes(recording: Recording, profile: Profile) -> Notes:
@@ -374,13 +300,14 @@ def unsteady_notes(recording: Recording, profile: Profile) -> Notes:
 
     On a bench: a table that starts and stops changes noise by right.
     """
-    if not profile.standing or profile.typical.size < _FEWEST_BLOCKS or profile.is_coarse:
+    if not profile.standing or profile.typical.size < _FEWEST or profile.is_coarse:
         return ()
     found = _loud(recording, profile) or _growing(profile)
-    if not found or not 2 * EDGE < profile.changes.size <= _MOST:
+    if not found or not 2 * EDGE < profile.changes.size <= 2**23:
         return found
-    # Lines and resonances come and go by right: the noise between them tells.
-    white = whitened(profile.changes, bands=_BANDS, kept=_KEPT_LINES).values
+    # Lines and resonances come and go by right: the noise between them tells. A dither wanders by a
+    # hundredth of the rate, within one of the bands.
+    white = whitened(profile.changes, bands=24, kept=3.0).values
     channel = profile.channel
     between = Profile(
         channel=Channel(
@@ -397,8 +324,11 @@ def unsteady_notes(recording: Recording, profile: Profile) -> Notes:
 def _loud(recording: Recording, profile: Profile) -> Notes:
     power = profile.typical
     quiet, at = float(np.quantile(power, 0.25)), int(np.argmax(power))
-    chance = 1.0 + _UNSTEADY_SIGMAS * math.sqrt(_POWER_VARIANCE / profile.block)
-    if quiet <= 0.0 or power[at] <= max(chance, _LEAST_FACTOR**2) * quiet:
+    # Seven scatters of a block's power. The mean of n squares of differences of neighbouring normal
+    # numbers has a variance of 3/n: 2/n of independent ones, and half as much again since
+    # neighbours share one.
+    chance = 1.0 + 7.0 * math.sqrt(3.0 / profile.block)
+    if quiet <= 0.0 or power[at] <= max(chance, 1.2**2) * quiet:
         return ()
     text = (
         f"its noise changes: the loudest {profile.block / recording.sample_rate:.3g} s, at "
@@ -411,7 +341,7 @@ def _loud(recording: Recording, profile: Profile) -> Notes:
 def _growing(profile: Profile) -> Notes:
     """Noise that grows or falls from one end to the other."""
     power = profile.spread
-    if power.size < _FEWEST_TO_GROW or not np.all(power > 0.0):
+    if power.size < 2 * _FEWEST or not np.all(power > 0.0):
         return ()
     height = np.log(power)
     along = np.linspace(-0.5, 0.5, power.size)
@@ -420,9 +350,10 @@ def _growing(profile: Profile) -> Notes:
     # Neighbours tell the scatter of a block; noise that wanders slowly is in the rest alone.
     own = max(float(np.mean(np.diff(height) ** 2)) / 2.0, float(np.mean(rest**2)))
     error = math.sqrt(own / float(along @ along))
-    reach = float(stdtrit(power.size - 2, 1.0 - 0.5 * _CHANCE))
+    reach = float(stdtrit(power.size - 2, 1.0 - 0.5 * 1e-4))
     effect = math.sqrt(float(np.exp(np.abs(slope) * (along + 0.5)).mean()))
-    if abs(slope) <= reach * error or effect < 1.0 + _GROWS:
+    # Twice the change at which an answer moves by 1 %.
+    if abs(slope) <= reach * error or effect < 1.02:
         return ()
     text = (
         f"its noise {'grows' if slope > 0.0 else 'falls'} in the course of the record, to "
@@ -434,22 +365,18 @@ def _growing(profile: Profile) -> Notes:
 def _changing(channel: str, text: str, effect: float) -> Notes:
     """Noise of which the mean is `effect` times the quietest: no one N is that of the record."""
     text = f"{text}; the angle random walk of all of it is about {effect:.3g} times the least"
-    level: Level = "error" if effect > _SPOILS else "warning"
+    # The interval of an answer reaches as far as that.
+    level: Level = "error" if effect > 1.5 else "warning"
     known = float(f"{effect:.4g}")
     return (Note(name="unsteady", channel=channel, text=text, effect=known, level=level),)
 
 
 # ---- steps of the rate -------------------------------------------------------------
 
-# Blocks for which a rate stays before and behind a step.
-_STAYS: Final = 3
-# Usual changes, by their upper quartile, that a step exceeds: chance makes five.
-_STEP: Final = 10.0
-
 
 def step_notes(recording: Recording, profile: Profile) -> Notes:
     """A rate that steps from one block to the next, and stays there, on a bench: a warning."""
-    if not profile.standing or profile.level.size <= _FEWEST_BLOCKS:
+    if not profile.standing or profile.level.size <= _FEWEST:
         return ()
     level = profile.level
     changes = np.abs(np.diff(level))
@@ -457,11 +384,12 @@ def step_notes(recording: Recording, profile: Profile) -> Notes:
     usual = max(float(np.quantile(changes, 0.75)), profile.step)
     # The median of one block of a dithered gyro may lie anywhere; that of three does not.
     stays = np.median(np.stack([level[:-2], level[1:-1], level[2:]]), axis=0)
-    steps = np.abs(stays[_STAYS:] - stays[:-_STAYS])
+    steps = np.abs(stays[3:] - stays[:-3])
     at = int(np.argmax(steps))
-    if steps[at] <= _STEP * usual or usual <= 0.0:
+    # Chance makes five.
+    if steps[at] <= 10.0 * usual or usual <= 0.0:
         return ()
-    first = at + 2 + int(np.argmax(changes[at + 1 : at + 1 + _STAYS]))
+    first = at + 2 + int(np.argmax(changes[at + 1 : at + 4]))
     size = f"{steps[at] / usual:.3g}"
     period = f"{profile.block / recording.sample_rate:.3g} s"
     of_what = (

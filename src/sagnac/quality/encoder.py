@@ -16,10 +16,17 @@ from sagnac.core.arrays import (
     values_at,
 )
 from sagnac.core.errors import Level, Note, RecordingError, counted
-from sagnac.core.units import ARCSECOND, DEGREE, UNITS, split_factor
-from sagnac.quality import _kernels
+from sagnac.core.units import ARCSECOND, DEGREE, split_factor
 from sagnac.quality.distribution import LEAST_FOR_SPIKES, find_spikes, jump_notes
-from sagnac.quality.profile import Notes, Profile, remedy_without, scatter_of, some_steps
+from sagnac.quality.profile import (
+    Notes,
+    Profile,
+    other_units,
+    remedy_without,
+    scatter_of,
+    seen,
+    some_steps,
+)
 from sagnac.recording.channel import (
     Channel,
     angle_of,
@@ -42,18 +49,8 @@ def turned(table: Channel | None) -> float:
 
 # ---- lost rows and slips -----------------------------------------------------------
 
-# Steps before and behind a leap that tell the usual one, and how unlike they may be, of it.
+# Steps before and behind a leap that tell the usual one.
 _SIDE: Final = 2
-_UNLIKE: Final = 0.3
-# A leap is longer than the usual step by whole steps to this, and to this part of their number; and
-# a usual step is this many scatters of steps.
-_WHOLE: Final = 0.15
-_OF_NUMBER: Final = 0.01
-_SCATTERS: Final = 8.0
-_LOOKED_AT: Final = 20_000
-# A slip below this is that of a sound encoder; and the encoder itself leaps by as much, to this.
-_SLIPS: Final = 10.0 * ARCSECOND
-_ITSELF: Final = 0.3
 
 
 def without_lost_rows(recording: Recording, gyros: Sequence[Channel]) -> tuple[Recording, Notes]:
@@ -80,14 +77,15 @@ def without_lost_rows(recording: Recording, gyros: Sequence[Channel]) -> tuple[R
     if table is None or not turned(table) or table.values.size < 4 * _SIDE:
         return recording, ()
     places = _leaps(table.values)
-    rows = np.rint(_ratio(table.values, places))
-    kept = np.ones(places.size, dtype=np.bool_)
-    for gyro in gyros:
-        if gyro.kind == "angle" and places.size:
-            usual, _ = _steps_around(gyro.values, places)
-            tells = np.abs(usual) > _SCATTERS * _scatter(gyro.values)
-            alike = np.abs(_ratio(gyro.values, places) - rows) < _WHOLE + _OF_NUMBER * rows
-            kept &= ~tells | alike
+    usual, beyond, uneven = _steps_around(table.values, places)
+    rows = np.rint(_ratio(beyond, usual))
+    kept = (rows >= 1.0) & (uneven < 0.3 * np.abs(usual))
+    for channel in (table, *gyros) if kept.any() else ():
+        if channel.kind == "angle":
+            usual, beyond, _ = _steps_around(channel.values, places)
+            tells = np.abs(usual) > 8.0 * _scatter(channel.values)
+            is_met = np.abs(_ratio(beyond, usual) - rows) < 0.15 + 0.01 * rows
+            kept &= np.where(tells, is_met, channel is not table)
     places, rows = places[kept], rows[kept]
     if not places.size:
         return recording, ()
@@ -96,8 +94,7 @@ def without_lost_rows(recording: Recording, gyros: Sequence[Channel]) -> tuple[R
         if channel.kind != "angle":
             return channel
         # What is left is the step that is usual there: how the rate changed meanwhile is not known.
-        _, beyond = _steps_around(channel.values, places)
-        moved = np.concatenate([[0.0], np.cumsum(beyond)])
+        moved = np.append(0.0, np.cumsum(_steps_around(channel.values, places)[1]))
         values = empty(channel.values.size)
         for block in blocks(values.size):
             passed = np.searchsorted(places, np.arange(block.start, block.stop))
@@ -107,41 +104,43 @@ def without_lost_rows(recording: Recording, gyros: Sequence[Channel]) -> tuple[R
     text = (
         f"{counted(int(rows.sum()), 'row')} of the file lost at "
         f"{counted(places.size, 'place')}, the first at "
-        f"{second_of(recording, int(places[0])):.3f} s, where channels of angle leap by "
-        "whole steps: lines in time break there; "
-        f"{remedy_without(recording, places + 1)}"
+        f"{second_of(recording, int(places[0])):.3f} s, where channels of angle leap by whole "
+        f"steps: lines in time break there; {remedy_without(recording, places + 1)}"
     )
     whole = replace(recording, gyros=tuple(map(closed, recording.gyros)), table=closed(table))
     return whole, (Note(name="lost", level="warning", channel="table", text=text),)
 
 
 def _leaps(values: FloatArray) -> IntegerArray:
-    """Samples before steps that are longer than those around them by whole steps."""
-    limits = _SCATTERS * _scatter(values), _UNLIKE, _WHOLE, _OF_NUMBER
-    is_leap = np.zeros(values.size - 2 * _SIDE - 1, dtype=np.bool_)
-    for block in blocks(is_leap.size):
-        around = values[block.start : block.stop + 2 * _SIDE + 1]
-        _kernels.leaps(around, limits, is_leap[block])
-    return np.flatnonzero(is_leap) + _SIDE
+    """Samples before steps that are longer than those around them by 0.6 of these or more."""
+    steps = values.size - 2 * _SIDE - 1
+    longer = marked(
+        lambda first, here, behind, last: (
+            np.abs(behind - here) > 0.4 * np.abs(here - first + last - behind)
+        ),
+        *(values[n : n + steps] for n in (0, _SIDE, _SIDE + 1, 2 * _SIDE + 1)),
+    )
+    return np.flatnonzero(longer) + _SIDE
 
 
-def _steps_around(values: FloatArray, places: IntegerArray) -> tuple[FloatArray, FloatArray]:
-    """(places,) usual step around places, and by how much the step there is longer."""
+def _steps_around(
+    values: FloatArray, places: IntegerArray
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """(places,) usual step around places, by how much the step there is longer, and how uneven."""
     at = places[:, np.newaxis] + np.array([-_SIDE, 0, 1, 1 + _SIDE])
     first, before, behind, last = values_at(values, at).T
     usual = 0.5 * (before - first + last - behind) / _SIDE
-    return usual, behind - before - usual
+    return usual, behind - before - usual, np.abs(before - first - last + behind) / _SIDE
 
 
-def _ratio(values: FloatArray, places: IntegerArray) -> FloatArray:
-    usual, beyond = _steps_around(values, places)
-    return np.divide(beyond, usual, out=np.zeros_like(beyond), where=usual != 0.0)
+def _ratio(beyond: FloatArray, usual: FloatArray) -> FloatArray:
+    return beyond / np.where(usual == 0.0, np.inf, usual)
 
 
 def _scatter(values: FloatArray) -> float:
     """Scatter of steps about those around them, without what is far off."""
     last = values.size - 2 - _SIDE
-    places = np.linspace(_SIDE, last, min(_LOOKED_AT, last)).astype(np.int64)
+    places = np.linspace(_SIDE, last, min(20_000, last)).astype(np.int64)
     return scatter_of(_steps_around(values, places)[1])
 
 
@@ -167,17 +166,17 @@ def slip_notes(recording: Recording, profile: Profile) -> Notes:
         steps[block] = np.diff(values[part]) - np.diff(angle[part]) / gyro.share
     found = find_spikes(steps, sample_rate=1.0)
     inside = (found.index >= _SIDE) & (found.index < values.size - 1 - _SIDE)
-    far = (np.abs(found.height) > _SLIPS) & inside
+    # Less is that of a sound encoder; and the encoder itself leaps by about as much.
+    far = (np.abs(found.height) > 10.0 * ARCSECOND) & inside
     places, height = found.index[far], found.height[far]
-    _, own = _steps_around(values, places)
-    itself = np.abs(own - height) < _ITSELF * np.abs(height)
+    own = _steps_around(values, places)[1]
+    itself = np.abs(own - height) < 0.3 * np.abs(height)
     places, height = places[itself] + 1, height[itself]
     if not places.size:
         return ()
+    alone = f"that gyro {gyro.name} does not make, by up to {np.abs(height).max() / DEGREE:.3g} deg"
     text = (
-        f"{counted(places.size, 'jump')} that gyro {gyro.name} does not make, by up to "
-        f"{np.abs(height).max() / DEGREE:.3g} deg, the first at "
-        f"{second_of(recording, int(places[0])):.3f} s; a pair of gyros is free of them; "
+        f"{seen(recording, places, 'jump', alone)}; a pair of gyros is free of them; "
         f"{remedy_without(recording, places)}"
     )
     return (Note(name="steps", level="warning", channel="table", text=text),)
@@ -185,22 +184,17 @@ def slip_notes(recording: Recording, profile: Profile) -> Notes:
 
 # ---- encoder mismatch --------------------------------------------------------------
 
-# A gyro senses at most the whole of the table's rate; a tenth is left for its scale factor.
+# A gyro senses at most the whole of the table's rate; a tenth is left for its scale factor. From
+# the second share on it senses the table. Below the third it is mounted across the axis, or a unit
+# is wrong: a degree called a radian leaves 0.017 of the whole.
 LARGEST_SHARE: Final = 1.1
-# An encoder jumps if it moves by this much from one sample to the next, this many times as far as
-# it usually does, and the gyro moves less than half of that within this many samples around: no
-# table leaves its gyros behind, but the two may be sampled some samples apart.
-LEAST_JUMP: Final = 1.0 * DEGREE
-JUMP_RATIO: Final = 10.0
-JUMP_REACH: Final = 2
-LEAST_SHARE: Final = 0.05
-# Below this share a gyro is mounted across the axis, or a unit is wrong: a degree called a radian
-# leaves 0.017 of the whole. From the other on it senses the table.
-LEAST_SENSED: Final = 0.02
 _SENSES: Final = 0.2
-# Units that are taken for one another.
-_UNITS_OF_RATE: Final = ("deg/s", "rad/s", "deg/h")
-_UNITS_OF_ANGLE: Final = ("arcsec", "deg", "rad")
+LEAST_SENSED: Final = 0.02
+# From this share on the gyro tells a jump of the encoder, for it moves by less than half of that
+# within this many samples around: no table leaves its gyros behind, but the two may be sampled some
+# samples apart.
+LEAST_SHARE: Final = 0.05
+_REACH: Final = 2
 # A gyro is said to turn above this rate: more than the bias of any gyro on a rate table, except
 # a MEMS gyro as it comes from the factory.
 TURNING_RATE: Final = 2.0 * DEGREE
@@ -236,7 +230,6 @@ def follow_notes(recording: Recording, profile: Profile) -> Notes:
     share = 0.0 if math.isnan(profile.share) else profile.share
     limit = max(TURNING_RATE, 0.2 * abs(share) * table.usual_rate)
     disagree = np.flatnonzero(np.abs(profile.rates - share * table.rates) > limit)
-    jumps = np.empty(0, dtype=np.int64)
     if disagree.size > max(2.0, 0.01 * profile.rates.size):
         first = disagree[0]
         text = (
@@ -255,8 +248,9 @@ def follow_notes(recording: Recording, profile: Profile) -> Notes:
             "the table's with {table COLUMN:UNIT}"
         )
         return (Note(name="encoder", level="error", channel=name, text=text),)
-    if abs(share) >= LEAST_SHARE:
-        jumps = jumps_of_encoder(table.channel.values)
+    if abs(share) < LEAST_SHARE:
+        return ()
+    jumps = jumps_of_encoder(table.channel.values)
     sizes = table.channel.values[jumps + 1] - table.channel.values[jumps]
     alone = np.abs(turned_around(profile, jumps)) < 0.5 * np.abs(share * sizes)
     if not alone.any():
@@ -271,21 +265,21 @@ def follow_notes(recording: Recording, profile: Profile) -> Notes:
 
 
 def jumps_of_encoder(angle: FloatArray) -> IntegerArray:
-    """Samples before steps of `LEAST_JUMP` that are `JUMP_RATIO` times the usual ones."""
+    """Samples before steps of a degree or more that are ten times the usual ones."""
     steps = np.abs(some_steps(angle, 100_000))
-    limit = max(LEAST_JUMP, JUMP_RATIO * float(np.quantile(steps, 0.99)))
+    limit = max(DEGREE, 10.0 * float(np.quantile(steps, 0.99)))
     return np.flatnonzero(marked_steps(angle, lambda steps: np.abs(steps) > limit)) - 1
 
 
 def turned_around(profile: Profile, steps: IntegerArray) -> FloatArray:
-    """Angle that a gyro turns from `JUMP_REACH` samples before each step to as many behind, rad."""
+    """Angle that a gyro turns from two samples before each step to as many behind, rad."""
     values = profile.channel.values
     # Step n leads from sample n to the next.
-    first = np.maximum(steps - JUMP_REACH, 0)
-    last = np.minimum(steps + 1 + JUMP_REACH, values.size - 1)
+    first = np.maximum(steps - _REACH, 0)
+    last = np.minimum(steps + 1 + _REACH, values.size - 1)
     if profile.channel.kind == "angle":
         return values[last] - values[first]
-    some = first[:, np.newaxis] + np.arange(1, 2 * JUMP_REACH + 2)
+    some = first[:, np.newaxis] + np.arange(1, 2 * _REACH + 2)
     inside = some <= last[:, np.newaxis]
     turned = (values[np.where(inside, some, 0)] * inside).sum(axis=1)
     return np.asarray(turned / (profile.sample_rate if profile.channel.kind == "rate" else 1.0))
@@ -344,15 +338,10 @@ def across_notes(recording: Recording, profile: Profile) -> Notes:
 
 def _likely_unit(profile: Profile) -> str:
     """The unit, kind or unit of time in which a gyro would sense the table; empty if none is."""
-    factor, stated = split_factor(profile.channel.shown_in)
-    said = "" if factor == 1.0 else f"{factor:g}"
-    is_rate = profile.channel.kind == "rate"
     found = [
-        (UNITS[unit].size / UNITS[stated].size, f"{said}{unit}", f"{{unit {said}{unit}}}")
-        for unit in (_UNITS_OF_RATE if is_rate else _UNITS_OF_ANGLE)
-        if unit != stated and stated in UNITS
+        (times, unit, f"{{unit {unit}}}") for unit, times in other_units(profile.channel).items()
     ]
-    if is_rate:
+    if profile.channel.kind == "rate":
         # The table's rate has the unit of time, and that of the gyro has its own.
         found += [
             (times, f"a unit of time a thousand times {which}", "{time COLUMN:UNIT}")
@@ -367,21 +356,10 @@ def _likely_unit(profile: Profile) -> str:
 
 # ---- encoder turn ------------------------------------------------------------------
 
-# Readings start over at one of these, half turns.
-_STARTS_OVER: Final = (0.0, 1.0)
-# Samples before and behind a start that the excess is taken over, and as many steps on either side
-# that tell the rate.
-_REACH: Final = 2
+# Samples before and behind a start over that the excess is taken over, as many steps on either side
+# that tell the rate, and all of these.
 _STEPS: Final = 2 * _REACH + 1
 _OUTER: Final = _REACH + _STEPS + 1
-# Fewest starts, other places that tell the scatter, and its multiple that the median lies off by.
-_FEWEST: Final = 4
-_PLACES: Final = 4001
-_SIGMAS: Final = 8.0
-# An excess below this is that of a sound encoder where its scale closes.
-_CLOSES: Final = 10.0 * ARCSECOND
-# A normal median is this much wider than the mean.
-_MEDIAN: Final = 1.2533
 
 
 def turn_notes(recording: Recording, profile: Profile) -> Notes:
@@ -402,16 +380,19 @@ def turn_notes(recording: Recording, profile: Profile) -> Notes:
     passes = np.flatnonzero(halves[_OUTER:-_OUTER]) + _OUTER
     # Whole turns are passed at even numbers of half turns.
     number = np.floor(np.maximum(angle[passes], angle[passes + 1]) / math.pi)
-    for start in _STARTS_OVER:
+    for start in (0.0, 1.0):
         at = passes[number % 2.0 == start]
-        if at.size < _FEWEST:
+        if at.size < 4:
             continue
-        at = at[:: max(1, at.size // _PLACES)]
-        other = np.linspace(_OUTER, angle.size - 1 - _OUTER, _PLACES).astype(np.int64)
+        at = at[:: max(1, at.size // 4001)]
+        # Other places tell the scatter.
+        other = np.linspace(_OUTER, angle.size - 1 - _OUTER, 4001).astype(np.int64)
         usual = _excess(angle, other)
         scatter = scatter_of(usual - np.median(usual))
         leap = float(np.median(_excess(angle, at)))
-        if abs(leap) < max(_CLOSES, _SIGMAS * _MEDIAN * scatter / math.sqrt(at.size)):
+        # Less is that of a sound encoder where its scale closes, or chance: a normal median is
+        # 1.2533 times as wide as the mean.
+        if abs(leap) < max(10.0 * ARCSECOND, 8.0 * 1.2533 * scatter / math.sqrt(at.size)):
             continue
         factor, unit = split_factor(table.shown_in)
         right = f"{factor * turn / (turn - leap):.8g}{unit}"

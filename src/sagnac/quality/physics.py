@@ -6,9 +6,8 @@ uses; gyros that move while nothing tells how stand on no bench, and one may be 
 
 import math
 from collections.abc import Iterable
-from dataclasses import dataclass
 from itertools import combinations
-from typing import Final
+from typing import Final, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,25 +27,14 @@ from sagnac.core.units import (
 )
 from sagnac.quality.effects import finding
 from sagnac.quality.encoder import LEAST_SHARE, TURNING_RATE
-from sagnac.quality.profile import Notes, Profile, remedy_of
+from sagnac.quality.profile import Notes, Profile, other_units, remedy_of
 from sagnac.recording.channel import Channel, angle_of, first_of, longest_unmarked, number_of
 from sagnac.recording.model import Recording, second_of
 
 # ---- wrong unit --------------------------------------------------------------------
 
-# No gyro turns at 5000 deg/s for long, and none is stable to 1e-6 deg/h from sample to sample.
-FASTEST_RATE: Final = 5000.0 * DEGREE
-SLOWEST_RATE: Final = 1e-6 * DEGREE_PER_HOUR
-# Ten times the random walk of the noisiest gyros on sale.
-STRONGEST_WALK: Final = 60.0 * DEGREE_PER_ROOT_HOUR
-# Gyros are read at 1 Hz and faster. Means over longer times are recorded for a day; at 1 Hz a few
-# days are usual. If a recording is slower than the first number, Hz, and longer than the second, s,
-# its stamps may be ms that were taken as s.
-_SLOW_FOR_LONG: Final = ((1.0, 86_400.0), (2.5, 10.0 * 86_400.0))
-# Factors between units of time; a usual rate lies between these, most often near the last, Hz.
+# Factors between units of time.
 _TIMES_FINER: Final = {1e3: "ms", 1e6: "us", 1e9: "ns"}
-_USUAL: Final = (5.0, 2e4)
-_COMMON: Final = 200.0
 
 
 def _doubt(channel: str, text: str, level: Level = "warning") -> Notes:
@@ -65,17 +53,19 @@ def rate_notes(recording: Recording, profile: Profile) -> Notes:
     scatter = float(np.sqrt(np.mean(np.square(np.diff(rates))))) if rates.size > 1 else typical
     is_bench = profile.standing and profile.channel.sensor == "gyro"
     walk = min(scatter * math.sqrt(0.5 * recording.duration / rates.size), profile.walk)
-    if typical > FASTEST_RATE:
+    # No gyro turns so fast for long, none is stable to 1e-6 deg/h from sample to sample, and none
+    # on sale has a tenth of the last random walk.
+    if typical > 5000.0 * DEGREE:
         text = (
             f"turns at {typical / DEGREE:.3g} deg/s: the unit, kind or rate looks wrong "
             "({unit}, {kind}, {rate})"
         )
-    elif scatter < SLOWEST_RATE:
+    elif scatter < 1e-6 * DEGREE_PER_HOUR:
         text = (
             f"scatters by only {scatter / DEGREE_PER_HOUR:.2g} deg/h from second to second: "
             "the unit or kind looks wrong ({unit}, {kind})"
         )
-    elif is_bench and walk > STRONGEST_WALK:
+    elif is_bench and walk > 60.0 * DEGREE_PER_ROOT_HOUR:
         text = (
             f"scatters like an angle random walk of {walk / DEGREE_PER_ROOT_HOUR:.3g} deg/sqrt(h), "
             "over ten times that of the noisiest: the unit or kind looks wrong ({unit}, {kind})"
@@ -100,39 +90,17 @@ def time_notes(recording: Recording, profile: Profile) -> Notes:
 
 def likely_time_factor(recording: Recording) -> float | None:
     """By how many times a unit of time too large makes the sample rate unusually slow, if any."""
-    rate = recording.sample_rate
-    if not any(rate < slow and recording.duration > long for slow, long in _SLOW_FOR_LONG):
+    rate, days = recording.sample_rate, recording.duration / 86_400.0
+    # Gyros are read at 1 Hz and faster. Means over longer times are recorded for a day; at 1 Hz a
+    # few days are usual.
+    if not ((rate < 1.0 and days > 1.0) or (rate < 2.5 and days > 10.0)):
         return None
-    usual = [one for one in _TIMES_FINER if _USUAL[0] <= rate * one <= _USUAL[1]]
-    return min(usual, key=lambda one: abs(math.log(rate * one / _COMMON)), default=None)
+    # A usual rate is most often near 200 Hz.
+    usual = [one for one in _TIMES_FINER if 5.0 <= rate * one <= 2e4]
+    return min(usual, key=lambda one: abs(math.log(rate * one / 200.0)), default=None)
 
 
 # ---- physics -----------------------------------------------------------------------
-
-# Three accelerometers show gravity this well: it differs by 0.5 % over the Earth, and cheap sensors
-# have biases of a few hundredths of it.
-_GRAVITY: Final = 0.05
-# A mean that is Earth's rate to this in another unit than its own is hardly chance: the biases of
-# one unit in a hundred make it. A ring laser unit at rest is known to show 14.76 deg/h of 15.04.
-_EARTH: Final = 0.025
-# Earth's rate with biases: up to this many times more or less is no sign of another unit.
-_BIASED: Final = 3.0
-# Gravity in numbers called rates, to this.
-_AS_RATES: Final = 0.01
-_TRIAD: Final = 3
-# Blocks of a record whose means tell that it stands still, and their scatter, of the mean.
-_PARTS: Final = 8
-_STEADY: Final = 0.02
-# Units that a rate is taken in by mistake, and those of an angle.
-_RATES: Final = ("deg/s", "rad/s", "deg/h")
-_ANGLES: Final = ("arcsec", "deg", "rad")
-# Earth rate across a table's axis, of Earth's: least and most of it that a table shows. Below lie
-# only the poles of the Earth, and tables whose axis points there.
-_ACROSS: Final = (0.02, 1.2)
-# Share from which on a gyro lies too near the axis to sense what is across it.
-_ALONG: Final = 0.9
-_TURNS: Final = 4.0
-_FITTED: Final = 20_000
 
 
 def gravity_notes(recording: Recording, profile: Profile) -> Notes:
@@ -142,16 +110,16 @@ def gravity_notes(recording: Recording, profile: Profile) -> Notes:
         return ()
     size = _steady_mean(Profile.of(recording, one) for one in forces)
     factor, stated = split_factor(forces[0].shown_in)
-    is_gravity = _is_near(size, STANDARD_GRAVITY, _GRAVITY)
-    if not size > 0.0 or is_gravity or stated not in ACCELERATION_UNITS or factor != 1.0:
+    if not size > 0.0 or stated not in ACCELERATION_UNITS or factor != 1.0:
         return ()
     number = size / ACCELERATION_UNITS[stated]
+    # Gravity differs by 0.5 % over the Earth, and cheap sensors have biases of a few hundredths.
     likely = [
         unit
         for unit, one in ACCELERATION_UNITS.items()
-        if unit != stated and _is_near(number * one, STANDARD_GRAVITY, _GRAVITY)
+        if _is_near(number * one, STANDARD_GRAVITY, 0.05)
     ]
-    if not likely:
+    if not likely or stated in likely:
         return ()
     text = (
         f"their mean is {number:.4g} {stated}, and gravity is "
@@ -182,7 +150,7 @@ def _as_gravity(gyro: Channel, size: float) -> str:
         return ""
     number = size / UNITS[stated].size
     for gravity, unit in ((1.0, "g"), (STANDARD_GRAVITY, "m/s^2")):
-        if _is_near(number, gravity, _AS_RATES):
+        if _is_near(number, gravity, 0.01):
             return (
                 f"their mean is {number:.4g}, which is gravity in {unit}: they look like "
                 "accelerometers; name the gyros ({columns}), and these with {accelerometers}"
@@ -193,29 +161,29 @@ def _as_gravity(gyro: Channel, size: float) -> str:
 def _as_earth_rate(gyros: tuple[Channel, ...], size: float) -> str:
     """Sentence on a mean that is Earth's rate in another unit; empty if it is not."""
     stated = {(gyro.shown_in, gyro.kind) for gyro in gyros}
-    if len(gyros) < _TRIAD or len(stated) > 1 or 1.0 / _BIASED < size / EARTH_RATE < _BIASED:
+    # Biases make up to three times as much or as little: that is no sign of another unit.
+    if len(gyros) < 3 or len(stated) > 1 or 1.0 / 3.0 < size / EARTH_RATE < 3.0:
         return ""
-    factor, name = split_factor(gyros[0].shown_in)
-    for unit in _RATES if gyros[0].kind == "rate" else _ANGLES:
-        other = size / UNITS[name].size * UNITS[unit].size
-        if unit != name and _is_near(other, EARTH_RATE, _EARTH):
-            said = unit if factor == 1.0 else f"{factor:g}{unit}"
+    for unit, times in other_units(gyros[0]).items():
+        # That is hardly chance: the biases of one unit in a hundred make it. A ring laser unit at
+        # rest is known to show 14.76 deg/h of 15.04.
+        if _is_near(size * times, EARTH_RATE, 0.025):
             return (
-                f"their mean rate is {size / DEGREE_PER_HOUR:.4g} deg/h, and in {said} it would be "
-                f"{other / DEGREE_PER_HOUR:.4g} deg/h, that of the Earth (15.04): unless "
-                f"biases make that by chance, the unit is wrong; state {{unit {said}}}"
+                f"their mean rate is {size / DEGREE_PER_HOUR:.4g} deg/h, and in {unit} it would be "
+                f"{size * times / DEGREE_PER_HOUR:.4g} deg/h, that of the Earth (15.04): unless "
+                f"biases make that by chance, the unit is wrong; state {{unit {unit}}}"
             )
     return ""
 
 
 def _steady_mean(profiles: Iterable[Profile]) -> float:
     """Mean rate of channels across one another, in SI; NaN if they do not stand still."""
-    parts = [[float(part.mean()) for part in np.array_split(one.rates, _PARTS)] for one in profiles]
+    parts = [[float(part.mean()) for part in np.array_split(one.rates, 8)] for one in profiles]
     means = np.array(parts)
     if not np.isfinite(means).all():
         return math.nan
     size = float(np.linalg.norm(means.mean(axis=1)))
-    return size if np.linalg.norm(means.std(axis=1)) < _STEADY * size else math.nan
+    return size if np.linalg.norm(means.std(axis=1)) < 0.02 * size else math.nan
 
 
 def _is_near(value: float, wanted: float, within: float) -> bool:
@@ -232,19 +200,21 @@ def earth_on_table_notes(recording: Recording, profile: Profile) -> Notes:
     factor, table, gyro = likely_time_factor(recording), recording.table, profile.channel
     if profile.standing or factor is None or table is None or gyro.kind == "rate":
         return ()
-    step = max(1, recording.samples // _FITTED)
+    step = max(1, recording.samples // 20_000)
     angle = every(table.values, step)
     turned = abs(float(angle[-1] - angle[0]))
-    if turned < _TURNS * 2.0 * math.pi:
+    if turned < 4.0 * 2.0 * math.pi:
         return ()
     columns = np.stack([np.ones_like(angle), angle, np.cos(angle), np.sin(angle)], axis=1)
     values = every(angle_of(gyro, recording.sample_rate), step)
     _, share, cosine, sine = np.linalg.lstsq(columns, values, rcond=None)[0]
-    if not abs(share) < _ALONG:
+    # Nearer to the axis a gyro does not sense what is across it.
+    if not abs(share) < 0.9:
         return ()
     across = math.hypot(cosine, sine) * turned / recording.duration / math.sqrt(1.0 - share**2)
-    least, most = (EARTH_RATE * one for one in _ACROSS)
-    if not (across < least < across * factor < most):
+    # Below lie only the poles of the Earth, and tables whose axis points there.
+    least = 0.02 * EARTH_RATE
+    if not (across < least < across * factor < 1.2 * EARTH_RATE):
         return ()
     text = (
         f"shows {across / DEGREE_PER_HOUR:.3g} deg/h of Earth rate across a table at "
@@ -256,14 +226,6 @@ def earth_on_table_notes(recording: Recording, profile: Profile) -> Notes:
 
 
 # ---- motion ------------------------------------------------------------------------
-
-# Scatters of the mean of a block of noise beyond which it moves.
-_SIGMAS: Final = 10.0
-# A rate that never changes is the bias of the cheapest gyros up to here, and a table beyond.
-_LARGEST_BIAS: Final = 25.0 * DEGREE
-# So is one beyond this many times the walk in a root second: 200 deg/s for 1 deg/sqrt(h). Of MEMS
-# units as they are sold it is 70 at most.
-_BIAS_OVER_WALK: Final = 12_000.0
 
 
 def motion_notes(recording: Recording, profile: Profile) -> Notes:
@@ -279,7 +241,7 @@ def motion_notes(recording: Recording, profile: Profile) -> Notes:
         return ()
     middle = float(np.median(rates))
     level: Level = "error"
-    limit = max(TURNING_RATE, _SIGMAS * profile.walk / math.sqrt(recording.duration / rates.size))
+    limit = max(TURNING_RATE, 10.0 * profile.walk / math.sqrt(recording.duration / rates.size))
     moves = np.abs(rates - middle) > limit
     if moves.any():
         between = longest_unmarked(moves)
@@ -294,8 +256,11 @@ def motion_notes(recording: Recording, profile: Profile) -> Notes:
             f"{{unit}}, or {remedy_of(recording, still)}"
         )
     else:
-        largest = max(TURNING_RATE, _BIAS_OVER_WALK * profile.walk)
-        if abs(middle) < min(_LARGEST_BIAS, largest):
+        # A rate that never changes is a table's beyond this many times the walk in a root second,
+        # 200 deg/s for 1 deg/sqrt(h); of MEMS units as they are sold it is 70 at most. Up to
+        # 25 deg/s it is the bias of the cheapest gyros.
+        largest = max(TURNING_RATE, 12_000.0 * profile.walk)
+        if abs(middle) < min(25.0 * DEGREE, largest):
             return ()
         level = "error" if abs(middle) >= largest else "warning"
         why = "and no encoder is looked at: use sagnac analyze with it ({table})"
@@ -310,31 +275,15 @@ def motion_notes(recording: Recording, profile: Profile) -> Notes:
 
 # ---- pairs -------------------------------------------------------------------------
 
-# Samples by which one gyro may be late, and samples looked at.
-_LATEST: Final = 1024
-_PAIRS_LOOKED_AT: Final = 2**15
-# Correlation from which on one gyro is said to copy another: least, and in units of what chance
-# makes; and how many times that without delay, which two gyros on one table have.
+# Samples looked at, in parts that all have to show a copy: lines that happen to lie together do not
+# last.
+_LOOKED_AT: Final = 2**15
+_PARTS: Final = 4
+# Correlation from which on one gyro is said to copy another.
 _COPIES: Final = 0.05
-_COPY_SIGMAS: Final = 7.0
-_MORE: Final = 2.0
-# Parts of the record that have to show the copy, each this share of the correlation or more: lines
-# that happen to lie together do not last.
-_COPY_PARTS: Final = 4
-_LASTS: Final = 0.5
-# Correlation from which on two gyros may be one, and part of the noise that two differ by.
-_ALL_ALIKE: Final = 0.99
-_DIFFER: Final = 1e-6
-# Ratio of the noise of two gyros from which on their difference is of one of them.
-_UNEQUAL: Final = 30.0
-# Between the units that angles and rates are written in.
-_RATIOS: Final = (180.0 / math.pi, 60.0, 3600.0, 648_000.0 / math.pi)
-# Ratio of two shares of the table that no wrong unit makes.
-_ALIKE: Final = 2.0
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Likeness:
+class Likeness(NamedTuple):
     """How far the noise of one gyro is that of another.
 
     Attributes
@@ -345,54 +294,34 @@ class Likeness:
         The highest, at that delay.
     together
         Without delay.
-    samples
-        How many were compared.
     """
 
     delay: int
     correlation: float
     together: float
-    samples: int
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Phases:
-    """A gyro as it is compared with others.
+def _delays(samples: int) -> tuple[int, int, int]:
+    """Samples of a part, longest delay looked at, and length of transforms padded by it."""
+    size = samples // _PARTS
+    latest = min(1024, size // 2)
+    return size, latest, int(next_fast_len(size + latest, real=True))
 
-    Attributes
-    ----------
-    factors
-        (parts, frequencies) of each part of the record: its Fourier transform under a Hann taper,
-        with every amplitude 1.
-    size
-        Samples of a part.
-    latest
-        Longest delay looked at, samples.
-    length
-        Of the transforms, padded by these delays, so that nothing comes round.
+
+def phases_of(values: FloatArray) -> NDArray[np.complex64]:
+    """(parts, frequencies) transforms of what each sample turned, with every amplitude 1.
+
+    `values` are (samples,). Each part has a Hann taper, and is padded so that nothing comes round.
     """
-
-    factors: NDArray[np.complex64]
-    size: int
-    latest: int
-    length: int
-
-
-def phases_of(values: FloatArray) -> Phases:
-    """The phases of (samples,) what each sample turned."""
-    size = min(values.size, _PAIRS_LOOKED_AT) // _COPY_PARTS
-    latest = min(_LATEST, size // 2)
-    parts = values[: _COPY_PARTS * size].reshape(_COPY_PARTS, size)
-    tapered = (parts - parts.mean(axis=1, keepdims=True)) * np.hanning(size)
-    length = int(next_fast_len(size + latest, real=True))
-    found = rfft(tapered, length)
+    size, _, length = _delays(values.size)
+    parts = values[: _PARTS * size].reshape(_PARTS, size)
+    found = rfft((parts - parts.mean(axis=1, keepdims=True)) * np.hanning(size), length)
     power = np.abs(found)
     unit = np.divide(found, power, out=np.zeros_like(found), where=power > 0.0)
-    factors = unit.astype(np.complex64)
-    return Phases(factors=factors, size=size, latest=latest, length=length)
+    return np.asarray(unit, dtype=np.complex64)
 
 
-def likeness(first: Phases, second: Phases) -> Likeness:
+def likeness(first: NDArray[np.complex64], second: NDArray[np.complex64], samples: int) -> Likeness:
     """How far the changes of two gyros are the same at any delay up to 1024 samples.
 
     Every frequency counts alike, whatever its power: the mean cosine of the phase between the two
@@ -403,24 +332,21 @@ def likeness(first: Phases, second: Phases) -> Likeness:
     Parameters
     ----------
     first, second
-        Of records of one length.
+        Of `phases_of` as many samples.
+    samples
+        How many.
     """
-    cross = np.conj(first.factors) * second.factors
-    delays = np.arange(-first.latest, first.latest + 1)
-    mean = irfft(cross.mean(axis=0), first.length)[delays]
-    best, correlation = first.latest, 0.0
+    _, latest, length = _delays(samples)
+    cross, delays = np.conj(first) * second, np.arange(-latest, latest + 1)
+    mean = irfft(cross.mean(axis=0), length)[delays]
+    best, correlation = latest, 0.0
     # Four transforms more only if there is something to confirm.
     if np.abs(mean).max() >= _COPIES:
-        parts = irfft(cross, first.length)[:, delays]
-        lasts = np.all(parts * np.sign(mean) >= _LASTS * np.abs(mean), axis=0)
+        parts = irfft(cross, length)[:, delays]
+        lasts = np.all(parts * np.sign(mean) >= 0.5 * np.abs(mean), axis=0)
         best = int(np.argmax(np.abs(mean) * lasts))
         correlation = float(mean[best] * lasts[best])
-    return Likeness(
-        delay=best - first.latest,
-        correlation=correlation,
-        together=float(mean[first.latest]),
-        samples=_COPY_PARTS * first.size,
-    )
+    return Likeness(best - latest, correlation, float(mean[latest]))
 
 
 def copy_notes(recording: Recording, profile: Profile) -> Notes:
@@ -429,21 +355,22 @@ def copy_notes(recording: Recording, profile: Profile) -> Notes:
     if len(gyros) < 2:
         return ()
     # Of hundreds of gyros there are tens of thousands of pairs: what one gyro brings is made once.
-    size = min(one.changes.size for one in gyros)
-    phases = {one.name: phases_of(one.changes[:size]) for one in gyros}
+    samples = min(_LOOKED_AT, *(one.changes.size for one in gyros))
+    phases = [phases_of(one.changes[:samples]) for one in gyros]
     return tuple(
         note
-        for first, second in combinations(gyros, 2)
-        for note in _copied(first, second, likeness(phases[first.name], phases[second.name]))
+        for (first, one), (second, other) in combinations(zip(gyros, phases, strict=True), 2)
+        for note in _copied(first, second, likeness(one, other, samples), samples)
     )
 
 
-def _copied(first: Profile, second: Profile, found: Likeness) -> Notes:
+def _copied(first: Profile, second: Profile, found: Likeness, samples: int) -> Notes:
     """A gyro that is another, or comes after it."""
     if found.delay:
         alike = abs(found.correlation)
-        by_chance = _COPY_SIGMAS / math.sqrt(found.samples)
-        if alike < max(_COPIES, by_chance, _MORE * abs(found.together)):
+        # Beyond what chance makes, and what two gyros on one table have without delay.
+        by_chance = 7.0 / math.sqrt(_PARTS * (samples // _PARTS))
+        if alike < max(_COPIES, by_chance, 2.0 * abs(found.together)):
             return ()
         late, early = (second, first) if found.delay > 0 else (first, second)
         text = (
@@ -452,13 +379,12 @@ def _copied(first: Profile, second: Profile, found: Likeness) -> Notes:
             "name another gyro ({gyros})"
         )
         return (finding("copy", late.name, text, effect=math.sqrt(max(1.0 - alike, 0.0))),)
-    if found.together < _ALL_ALIKE:
+    if found.together < 0.99:
         return ()
     # One is the other times a number, to a millionth of the noise.
-    size = min(first.changes.size, second.changes.size, _PAIRS_LOOKED_AT)
-    some, more = np.diff(first.changes[:size]), np.diff(second.changes[:size])
+    some, more = np.diff(first.changes[:samples]), np.diff(second.changes[:samples])
     rest = more - some * float(some @ more) / float(some @ some)
-    if float(rest @ rest) >= _DIFFER**2 * float(more @ more):
+    if float(rest @ rest) >= 1e-12 * float(more @ more):
         return ()
     text = f"is a copy of gyro {first.name}; name another gyro ({{gyros}})"
     effect = 0.0 if found.correlation > 0.0 else None
@@ -474,19 +400,22 @@ def unequal_notes(recording: Recording, profile: Profile) -> Notes:
 def _unequal(first: Profile, second: Profile) -> Notes:
     """A gyro whose noise is far below that of another."""
     quiet, loud = sorted((first, second), key=lambda one: one.scale)
-    if not 0.0 < _UNEQUAL * quiet.scale < loud.scale:
+    # From there on their difference is of one of them.
+    if not 0.0 < 30.0 * quiet.scale < loud.scale:
         return ()
     ratio, effect = loud.scale / quiet.scale, 1.0
     text = f"its noise is {ratio:.4g} times below that of gyro {loud.name}"
     low, high = sorted((abs(quiet.share), abs(loud.share)))
     # Shares of the table's rate that no wrong unit would leave alike.
-    if low > LEAST_SHARE and high < _ALIKE * low:
+    if low > LEAST_SHARE and high < 2.0 * low:
         text += (
             f", though both sense the table alike: {loud.name} or its mount may vibrate; see each "
             "alone ({gyros})"
         )
     else:
-        near = [size for size in _RATIOS if 0.5 < ratio / size < 2.0]
+        # Between the units that angles and rates are written in.
+        sizes = (180.0 / math.pi, 60.0, 3600.0, 648_000.0 / math.pi)
+        near = [size for size in sizes if 0.5 < ratio / size < 2.0]
         hint, effect = f", about a unit's {near[0]:.4g}" if near else "", math.sqrt(0.5)
         text += (
             f"{hint}: a unit may be wrong ({{unit}}), and their difference is of one gyro alone; "

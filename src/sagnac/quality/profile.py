@@ -25,26 +25,27 @@ from sagnac.core.arrays import (
     square,
     values_at,
 )
-from sagnac.core.errors import Note
-from sagnac.core.units import DEGREE
+from sagnac.core.errors import Note, counted
+from sagnac.core.units import DEGREE, UNITS, split_factor
 from sagnac.quality import _kernels
-from sagnac.recording.channel import Channel, by_blocks, longest_unmarked
+from sagnac.recording.channel import Channel, by_blocks, longest_unmarked, number_of
 from sagnac.recording.model import MINIMUM_SAMPLES, Recording, second_of
 
 Notes = tuple[Note, ...]
+
+# What is no chance happens this often, and this many times as often as chance makes it.
+LEAST_OFTEN: Final = 10
+OFTENER: Final = 3
 
 # ---- lattice -----------------------------------------------------------------------
 
 # Samples on one side of which a median is taken.
 _SIDE: Final = 3
-# Classes of sizes: half octaves from this power of two on, far beyond all that is measured in rad
-# or m/s on either side.
-_LOWEST: Final = -120
-_CLASSES: Final = 360
+# Samples looked at together: what is made of them stays in cache.
+_IN_CACHE: Final = 2**15
 # Sizes that rounding makes lie this many classes, a factor of four, below those that a step makes.
-# They are this many at least, and the others more than this share of all: fewer are spikes.
+# The others are more than this share of all: fewer are spikes.
 _APART: Final = 4
-_LEAST_OFTEN: Final = 10
 _LEAST_SHARE: Final = 0.01
 # Largest sizes that are looked at, in steps, and how near to whole steps half of them lie.
 _WITHIN: Final = 6.0
@@ -81,22 +82,23 @@ def count_step(changes: FloatArray, rounding: float = 0.0) -> float:
         In the unit of the changes. If the numbers are not counted, the smallest size there is;
         infinite if there is none.
     """
-    counts, smallest = np.zeros(_CLASSES, dtype=np.int64), np.full(_CLASSES, math.inf)
-    nothing = 0
-    for block in blocks(changes.size - 2 * _SIDE):
+    # Sizes in half octaves, which the exponents of their squares count.
+    counts, smallest, nothing = np.zeros(2048, dtype=np.int64), math.inf, 0
+    for block in blocks(changes.size - 2 * _SIDE, _IN_CACHE):
         sizes = _off(changes, block)
-        nothing += _kernels.count_sizes(sizes, rounding, _LOWEST, counts, smallest)
+        nothing += number_of(sizes <= rounding)
+        sizes = sizes[(sizes > rounding) & (sizes < math.inf)]
+        smallest = min(smallest, float(sizes.min(initial=math.inf)))
+        counts += np.bincount(np.square(sizes).view(np.int64) >> 52, minlength=counts.size)
     filled = np.flatnonzero(counts)
-    if filled.size == 0:
-        return math.inf
     below = nothing + np.cumsum(counts[filled])[:-1]
-    gaps = np.flatnonzero((np.diff(filled) > _APART) & (below >= _LEAST_OFTEN))
+    gaps = np.flatnonzero((np.diff(filled) > _APART) & (below >= LEAST_OFTEN))
     # Decimals are a lattice of their own: the coarsest is the readout's.
     for gap in gaps[::-1].tolist():
-        step = _whole_step(changes, float(smallest[filled[gap + 1]]))
+        step = _whole_step(changes, 2.0 ** (0.5 * (float(filled[gap + 1]) - 1023.0)))
         if step is not None:
             return step
-    return float(smallest[filled[0]])
+    return smallest
 
 
 def _off(changes: FloatArray, block: slice) -> FloatArray:
@@ -106,16 +108,18 @@ def _off(changes: FloatArray, block: slice) -> FloatArray:
     return off
 
 
-def _whole_step(changes: FloatArray, least: float) -> float | None:
-    """The step of sizes from `least` on; None if they are not whole numbers of it."""
+def _whole_step(changes: FloatArray, bound: float) -> float | None:
+    """The step of sizes from `bound` on; None if they are not whole numbers of it."""
     # Sizes, and whether the changes go on the same way before and behind.
     parts = []
     for block in blocks(changes.size - 2 * _SIDE):
         off = _off(changes, block)
         steps = np.diff(changes[block.start + _SIDE - 1 : block.stop + _SIDE + 1])
-        taken = (off >= least) & (off < _WITHIN * least)
+        taken = (off >= bound) & (off < 2.0 * _WITHIN * bound)
         parts.append(np.stack([off[taken], (steps[1:] * steps[:-1] > 0.0)[taken]]))
     sizes, goes_on = np.concatenate(parts, axis=1)
+    least = sizes.min()
+    sizes, goes_on = sizes[sizes < _WITHIN * least], goes_on[sizes < _WITHIN * least]
     if sizes.size < _LEAST_SHARE * changes.size:
         return None
     if np.mean(sizes < 2.5 * least) > _FEW_SIZES and goes_on.mean() > _GOES_ON:
@@ -282,13 +286,19 @@ class Profile:
     @cached_property
     def survey(self) -> Survey:
         """Extremes of the values and of their steps, and how many of either are nothing."""
-        values = self.channel.values
-        each = by_blocks(_kernels.survey, values[:-1], values[1:])
+
+        def ends(before: FloatArray, here: FloatArray) -> tuple[float, ...]:
+            steps = here - before
+            nothing = number_of(here == 0.0), number_of(steps == 0.0)
+            return before.min(), before.max(), steps.min(), steps.max(), *nothing
+
+        values, last = self.channel.values, float(self.channel.values[-1])
+        each = by_blocks(ends, values[:-1], values[1:])
         least, most = each.min(axis=0).tolist(), each.max(axis=0).tolist()
         zeros, repeats = each[:, 4:].sum(axis=0).tolist()
         return Survey(
-            lowest=least[0],
-            highest=most[1],
+            lowest=min(least[0], last),
+            highest=max(most[1], last),
             fall=least[2],
             rise=most[3],
             zeros=int(zeros),
@@ -442,7 +452,40 @@ def some_steps(values: FloatArray, most: int) -> FloatArray:
     return every(values[1:], apart) - every(values[:-1], apart)
 
 
-# ---- soundness ---------------------------------------------------------------------
+# ---- units -------------------------------------------------------------------------
+
+
+def other_units(channel: Channel) -> dict[str, float]:
+    """Units that a gyro's own is taken for by mistake -> size of one, of its own.
+
+    A number before its own unit stands before them, too.
+    """
+    factor, stated = split_factor(channel.shown_in)
+    said = "" if factor == 1.0 else f"{factor:g}"
+    likely = ("deg/s", "rad/s", "deg/h") if channel.kind == "rate" else ("arcsec", "deg", "rad")
+    return {
+        f"{said}{unit}": UNITS[unit].size / UNITS[stated].size for unit in likely if unit != stated
+    }
+
+
+# ---- words -------------------------------------------------------------------------
+
+
+def seen(recording: Recording, marks: BooleanArray | IntegerArray, noun: str, rest: str) -> str:
+    """``12 samples of exactly zero, the first at 3.500 s``.
+
+    Parameters
+    ----------
+    recording
+        It tells when a sample was taken.
+    marks
+        Samples, as booleans (samples,) or by their numbers.
+    noun, rest
+        Of one of them, and what is said of them.
+    """
+    places = np.flatnonzero(marks) if marks.dtype == np.bool_ else marks
+    when = second_of(recording, int(places[0]))
+    return f"{counted(places.size, noun)} {rest}, the first at {when:.3f} s"
 
 
 def remedy_of(recording: Recording, stretch: slice) -> str:

@@ -11,7 +11,6 @@ from scipy.fft import rfft
 from scipy.special import ndtr, ndtri
 
 from sagnac.core.arrays import (
-    BooleanArray,
     FloatArray,
     blocks,
     differences,
@@ -20,10 +19,18 @@ from sagnac.core.arrays import (
     extent,
     square,
 )
-from sagnac.core.errors import Level, Note, counted
+from sagnac.core.errors import Level, Note
 from sagnac.core.units import ARCSECOND, UNITS, split_factor
 from sagnac.quality.effects import finding
-from sagnac.quality.profile import Notes, Profile, count_step, rounding_in
+from sagnac.quality.profile import (
+    LEAST_OFTEN,
+    OFTENER,
+    Notes,
+    Profile,
+    count_step,
+    rounding_in,
+    seen,
+)
 from sagnac.recording.channel import (
     PAIR_SIZE,
     Channel,
@@ -39,26 +46,12 @@ from sagnac.recording.model import Recording, second_of
 
 # ---- readout -----------------------------------------------------------------------
 
-# Steps of angle, in readout steps squared, at which the error of a readout is white noise: a
-# quarter that the angle turns about its mean (the error's correlation is below 1 % from there on),
-# and twice the error's own variance, 1/12. A steady rate alone makes at most a quarter.
-_DITHERED: Final = 0.25 + 2.0 / 12.0
-# Steps of angle over which a rate counts as steady: the variance of this many is about their mean.
-_STEADY: Final = 8
-# Steps of angle fewer than these have no variance to speak of.
-_LEAST_STEPS: Final = 32
-# Share of the stretches of `_STEADY` steps that count, those of least variance: the others hold the
-# reversals of a table, which dither nothing between them.
-_COUNT: Final = 0.99
 # Angles that a readout step has to leave for a fit. If there are fewer, five terms are not told
 # apart: even with white readout noise nine intervals in ten hold N, and what is estimated lies
 # half an error high.
 LEAST_DITHERED: Final = 320
-# A table that covers less than this, rad, stands still.
-_TURNS: Final = math.radians(1.0)
-# Variance of the error of an encoder's steps, of the variance of what a gyro turns from one angle
-# to the next, below which it moves N by less than 2 % however slow it is.
-_MATTERS: Final = 0.02
+# Steps of angle over which a rate counts as steady: the variance of this many is about their mean.
+_STEADY: Final = 8
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -127,8 +120,12 @@ def readout_of(angle: ArrayLike) -> Readout:
     step = count_step(differences(taken), rounding_in(taken))
     if not math.isfinite(step):
         return Readout(step=0.0, every=1)
-    while taken.size > _LEAST_STEPS:
-        if _variance_of_steps(taken) >= _DITHERED * step**2:
+    # Fewer steps have no variance to speak of.
+    while taken.size > 32:
+        # The error is white from a quarter that the angle turns about its mean (its correlation is
+        # below 1 % from there on) and twice its own variance, 1/12. A steady rate alone makes at
+        # most a quarter.
+        if _variance_of_steps(taken) >= (0.25 + 2.0 / 12.0) * step**2:
             return Readout(step=step, every=apart)
         taken, apart = every(taken, 2), 2 * apart
     return Readout(step=step, every=None)
@@ -203,7 +200,8 @@ def _encoder_readout(recording: Recording, gyros: Sequence[str], taken: int) -> 
     if len(gyros) > 1 or recording.table is None:
         return None
     lowest, highest = extent(recording.table.values)
-    if highest - lowest < _TURNS:
+    # A table that covers less stands still.
+    if highest - lowest < math.radians(1.0):
         return None
     gyro = angle_of(recording.gyro(gyros[0]), recording.sample_rate)
     table = recording.table.values
@@ -218,7 +216,8 @@ def _encoder_readout(recording: Recording, gyros: Sequence[str], taken: int) -> 
     beside = elementwise(lambda one, other: one - share * other, sensed, turned, out=sensed)
     changes = differences(beside)
     step = abs(share) * readout.step
-    if not step**2 / 12.0 > _MATTERS * 0.5 * square(changes) / changes.size:
+    # Below a fiftieth of that variance it moves N by less than 2 % however slow it is.
+    if not step**2 / 12.0 > 0.02 * 0.5 * square(changes) / changes.size:
         return None
     return Readout(step=step, every=readout.every)
 
@@ -236,7 +235,8 @@ def _variance_of_steps(values: FloatArray) -> float:
         off = rows - (rows @ mean)[:, np.newaxis]
         squares = np.einsum("ij,ij->i", off, off) / (_STEADY - 1)
         found[block.start // _STEADY : block.stop // _STEADY] = squares
-    kept = max(1, math.ceil(_COUNT * count))
+    # The others hold the reversals of a table, which dither nothing between them.
+    kept = max(1, math.ceil(0.99 * count))
     if kept < count:
         found.partition(kept - 1)
     return float(found[:kept].mean())
@@ -244,27 +244,8 @@ def _variance_of_steps(values: FloatArray) -> float:
 
 # ---- resolution --------------------------------------------------------------------
 
-# Steps of single precision, in scatters of the noise, that are said and that spoil an answer.
-_SEEN: Final = 0.1
-_SPOILS: Final = 0.5
-# Half the mean square of what a rate changes by from sample to sample, in steps squared, from which
-# on the error of its steps is white: its correlation is below 1 % (Widrow and Kollár, Quantization
-# Noise, 2008), and the error's own variance, 1/12, is in it.
-_WHITE: Final = 0.125 + 1.0 / 12.0
-# Change of N that is worth a word.
-_WORTH: Final = 0.02
-# N is looked for in octaves: the highest ends at this part of the sample rate, the lowest at no
-# fewer frequencies than these. No more samples than these are looked at.
-_HIGHEST: Final = 0.05
-_LEAST_FREQUENCIES: Final = 16
+# No more samples than these are looked at.
 _MOST: Final = 2**17
-# Samples that tell whether all values are of single precision.
-_LOOKED_AT: Final = 4096
-# Part of a value that its conversion to SI and back may move it by.
-_ROUNDING: Final = 1e-15
-# Changes of counted samples lie this near to whole steps, in steps, and this share of them does.
-_NEAR: Final = 0.05
-_COUNTED: Final = 0.98
 
 
 def step_shown(channel: Channel) -> float:
@@ -286,7 +267,7 @@ def step_shown(channel: Channel) -> float:
         # Many steps are known better than one.
         step = float(changes @ numbers) / float(numbers @ numbers)
     off = np.abs(changes / step - np.rint(changes / step))
-    return step if float(np.mean(off < _NEAR)) > _COUNTED else 0.0
+    return step if float(np.mean(off < 0.05)) > 0.98 else 0.0
 
 
 def resolution_notes(recording: Recording, profile: Profile) -> Notes:
@@ -295,13 +276,13 @@ def resolution_notes(recording: Recording, profile: Profile) -> Notes:
     step = single_precision_step(gyro)
     # The step follows the size of an angle; where that is largest the noise is compared with it.
     scatter = math.sqrt(2.0) * profile.scale
-    if step > _SEEN * scatter:
+    if step > 0.1 * scatter:
         text = (
             "is stored in single precision (float32): its steps grow to "
             f"{_shown(gyro, step)}, beside a scatter of {_shown(gyro, scatter)} from sample to "
             "sample; store it in double precision"
         )
-        level: Level = "error" if step > _SPOILS * scatter else "warning"
+        level: Level = "error" if step > 0.5 * scatter else "warning"
         return (finding("resolution", gyro.name, text, effect=None, level=level),)
     # Counts of an angle lose nothing from one sample to the next; those of a rate do.
     return _coarse(recording, profile) if gyro.kind == "rate" else ()
@@ -314,13 +295,14 @@ def single_precision_step(gyro: Channel) -> float:
     without the number before it.
     """
     values = gyro.values
-    some = every(values, max(1, values.size // _LOOKED_AT))
+    some = every(values, max(1, values.size // 4096))
     factor, name = split_factor(gyro.shown_in)
     for size in {UNITS[name].size, factor * UNITS[name].size}:
         stored = some / size
         rounded = stored.astype(np.float32).astype(np.float64)
         whole = rounded == np.rint(rounded)
-        alike = np.abs(stored - rounded) <= _ROUNDING * np.abs(rounded)
+        # Conversion to SI and back may move a value by this part of it.
+        alike = np.abs(stored - rounded) <= 1e-15 * np.abs(rounded)
         # Whole numbers below 2^24 are the same in both precisions and tell nothing.
         tells = ~whole | (np.abs(rounded) > 2.0**24)
         if alike.all() and tells.any():
@@ -336,14 +318,16 @@ def _coarse(recording: Recording, profile: Profile) -> Notes:
     if not math.isfinite(step):
         return ()
     effect = None
-    if variance > _WHITE * step**2:
-        # The error of white steps is spread evenly to half the sample rate. A sensor's own low-pass
+    # From an eighth on the error of steps is white: its correlation is below 1 % (Widrow and
+    # Kollár, Quantization Noise, 2008), and its own variance, 1/12, is in it.
+    if variance > (0.125 + 1.0 / 12.0) * step**2:
+        # That of white steps is spread evenly to half the sample rate. A sensor's own low-pass
         # leaves less noise, but no less of it where N is read. If less is read there than the steps
         # of a rate would make, an angle was counted, whose steps do not add up.
         read = _quiet_density(profile.changes, recording.sample_rate)
         added = step * step / 6.0 / recording.sample_rate
         effect = math.sqrt(read / (read - added)) if read > added else 1.0
-        if effect < 1.0 + _WORTH:
+        if effect < 1.02:
             return ()
     text = (
         f"is read out in steps of {_shown(gyro, step)}, beside a scatter of "
@@ -361,9 +345,9 @@ def _quiet_density(rates: FloatArray, sample_rate: float) -> float:
     taper = np.hanning(some.size)
     transform = rfft((some - some.mean()) * taper)
     power = (transform.real**2 + transform.imag**2) * 2.0 / sample_rate / float(taper @ taper)
-    highest = max(int(_HIGHEST * some.size), _LEAST_FREQUENCIES)
-    levels = []
-    while highest >= _LEAST_FREQUENCIES:
+    # The highest octave ends at a twentieth of the sample rate, the lowest at 16 frequencies.
+    highest, levels = max(int(0.05 * some.size), 16), []
+    while highest >= 16:
         levels.append(float(np.median(power[highest // 2 : highest])) / math.log(2.0))
         highest //= 2
     return float(np.median(levels))
@@ -376,18 +360,6 @@ def _shown(gyro: Channel, value: float) -> str:
 
 # ---- saturation --------------------------------------------------------------------
 
-# A limit is taken this often at least, and this many times as often as the next value inwards.
-# Noise takes an extreme value less often than the next one.
-_LEAST_OFTEN: Final = 10
-_OFTENER: Final = 3
-# Few levels say nothing: a quiet gyro may count only 0 and 1.
-_FEW_LEVELS: Final = 8
-# Values this near, in steps of the readout, are one count: a file's own rounding parts them.
-_ONE_COUNT: Final = 0.25
-# A clipped value has others right beside it; one that lies this many standard deviations beyond
-# the next is no limit of the range.
-_APART: Final = 0.5
-
 
 def saturation_notes(recording: Recording, profile: Profile) -> Notes:
     """An extreme value taken far more often than the next one inwards.
@@ -395,41 +367,37 @@ def saturation_notes(recording: Recording, profile: Profile) -> Notes:
     Looked for in what each sample turned, so that an angle made of clipped increments counts.
     """
     changes = profile.changes
-    levels = np.unique(every(changes, max(1, changes.size // 10_000)))
-    if levels.size <= _FEW_LEVELS:
+    # Few levels say nothing: a quiet gyro may count only 0 and 1.
+    if np.unique(every(changes, max(1, changes.size // 10_000))).size <= 8:
         return ()
-    slack = max(profile.rounding, _ONE_COUNT * profile.step)
+    # A quarter of a step apart is one count: a file's own rounding parts them.
+    slack = max(profile.rounding, 0.25 * profile.step)
 
-    def at(level: float) -> BooleanArray:
-        return marked(lambda some: np.abs(some - level) <= slack, changes)
-
-    shares, where = {}, []
-    for side, limit in zip(("lower", "upper"), profile.ends, strict=True):
-        at_limit = at(limit)
+    low, high = profile.ends
+    shares, said = {"upper": 0.0, "lower": 0.0}, []
+    for side, limit, is_there in (
+        ("upper", high, lambda some: some >= high - slack),
+        ("lower", low, lambda some: some <= low + slack),
+    ):
+        at_limit = marked(is_there, changes)
         number = number_of(at_limit)
-        if number < _LEAST_OFTEN:
+        if number < LEAST_OFTEN:
             continue
-        inner = next_inwards(changes, at_limit, side)
-        is_pile = number > _OFTENER * number_of(at(inner))
-        if is_pile and abs(limit - inner) <= _APART * profile.scale:
+        inside = elementwise(np.subtract, changes, limit)
+        np.abs(inside, out=inside)
+        inner = float(inside.min(where=~at_limit, initial=math.inf))
+        # Noise takes an extreme value less often than the next one. A clipped value has others
+        # right beside it; what lies half a standard deviation beyond is no limit of the range.
+        beside = number_of(inside <= inner + slack) - number
+        if inner <= 0.5 * profile.scale and number > OFTENER * beside:
             shares[side] = number / changes.size
-            where.append(
-                f"{number} samples are at its {side} limit, the first at "
-                f"{second_of(recording, first_of(at_limit)):.3f} s"
-            )
-    if not where:
+            when = second_of(recording, first_of(at_limit))
+            said.append(f"{number} samples are at its {side} limit, the first at {when:.3f} s")
+    if not said:
         return ()
-    effect = clipped_scatter(shares.get("lower", 0.0), shares.get("upper", 0.0))
-    # The upper limit comes first.
-    text = f"is saturated: {' and '.join(where[::-1])}; take a stretch without with {{slice}}"
+    effect = clipped_scatter(shares["lower"], shares["upper"])
+    text = f"is saturated: {' and '.join(said)}; take a stretch without with {{slice}}"
     return (finding("clipping", profile.name, text, effect=effect),)
-
-
-def next_inwards(values: FloatArray, at_limit: BooleanArray, side: str) -> float:
-    """The value next to an extreme one; infinite, away from it, if there is none."""
-    if side == "upper":
-        return float(values.max(where=~at_limit, initial=-math.inf))
-    return float(values.min(where=~at_limit, initial=math.inf))
 
 
 def clipped_scatter(below: float, above: float) -> float:
@@ -447,41 +415,19 @@ def clipped_scatter(below: float, above: float) -> float:
     >>> round(clipped_scatter(0.1587, 0.1587), 3)
     0.718
     """
-    low, high = float(ndtri(below)), float(ndtri(1.0 - above))
-    at_low, at_high = _density(low), _density(high)
-    inside = float(ndtr(high) - ndtr(low))
-    ends = [(low, below), (high, above)]
-    mean = at_low - at_high + sum(end * share for end, share in ends if share)
-    edges = (low * at_low if at_low else 0.0) - (high * at_high if at_high else 0.0)
-    square = inside + edges + sum(end * end * share for end, share in ends if share)
-    return math.sqrt(max(square - mean * mean, 0.0))
-
-
-def _density(place: float) -> float:
-    return math.exp(-0.5 * place * place) / math.sqrt(2.0 * math.pi)
+    # No number is forty standard deviations off.
+    low, high = max(float(ndtri(below)), -40.0), min(float(ndtri(1.0 - above)), 40.0)
+    at_low, at_high = (math.exp(-0.5 * one**2) / math.sqrt(2.0 * math.pi) for one in (low, high))
+    inside = float(ndtr(high) - ndtr(low)) + low * at_low - high * at_high
+    mean = at_low - at_high + low * below + high * above
+    return math.sqrt(max(inside + low**2 * below + high**2 * above - mean**2, 0.0))
 
 
 # ---- counts that start over ----------------------------------------------------------
 
 _BINS: Final = 64
-# Share of the range that is empty between the values near its two ends.
-_EMPTY: Final = 0.5
-# Delays, in samples, at which the ends must differ as often as chance makes them, and how nearly:
-# neither a line nor a motion does that.
-_DELAYS: Final = (1, 2, 3)
-_BY_CHANCE: Final = 0.1
-# Share of the samples at either end below which a spike makes it as well.
-_LEAST_END: Final = 0.01
-# Widths of counters, and how near to one the range has to lie.
-_BITS: Final = (8, 12, 16, 18, 20, 24, 32)
-_NEAR_BITS: Final = 0.02
-# An angle falls by this part of all that it covers, which is this many usual steps or more; it
-# covers half of that between two falls, and falls are rare.
+# An angle falls by this part of all that it covers.
 _FALL: Final = 0.8
-_FALL_STEPS: Final = 50.0
-_COVERS: Final = 0.5
-_MOST_FALLS: Final = 0.1
-_STEPS_LOOKED_AT: Final = 20_000
 
 
 def wrap_notes(recording: Recording, profile: Profile) -> Notes:
@@ -501,24 +447,21 @@ def wrap_notes(recording: Recording, profile: Profile) -> Notes:
 def _falls_of_an_angle(recording: Recording, profile: Profile) -> Notes:
     """Steps of an angle, all against its motion, by nearly all that it ever covers."""
     values, found = profile.channel.values, profile.survey
-    covered, usual = found.highest - found.lowest, profile.changes[:_STEPS_LOOKED_AT]
-    if max(found.rise, -found.fall) <= _FALL * covered:
+    covered, usual = found.highest - found.lowest, profile.changes[:20_000]
+    is_fall = max(found.rise, -found.fall) > _FALL * covered
+    if not (is_fall and covered > 50.0 * float(np.median(np.abs(usual)))):
         return ()
-    if covered <= _FALL_STEPS * float(np.median(np.abs(usual))):
-        return ()
-    falls = marked_steps(values, lambda steps: np.abs(steps) > _FALL * covered)
-    number = number_of(falls)
-    if not 0 < number <= _MOST_FALLS * values.size:
-        return ()
-    at = np.flatnonzero(falls)
+    at = np.flatnonzero(marked_steps(values, lambda steps: np.abs(steps) > _FALL * covered))
     steps = values[at] - values[at - 1]
     motion = float(values[-1] - values[0] - steps.sum())
-    if not (np.all(steps * motion < 0.0) and abs(motion) > _COVERS * number * covered):
+    # Falls are rare, and between two of them it covers half of all or more.
+    rare, covers = at.size <= 0.1 * values.size, abs(motion) > 0.5 * at.size * covered
+    if not (at.size and rare and covers and np.all(steps * motion < 0.0)):
         return ()
+    said = seen(recording, at, "fall", "by all of the angle that it covers")
     text = (
-        f"{counted(number, 'fall')} by all of the angle that it covers, the first at "
-        f"{second_of(recording, int(at[0])):.3f} s, as of a counter that starts over; state "
-        "the width of the counter with {counter-bits}, or make the angle continuous"
+        f"{said}, as of a counter that starts over; state the width of the counter with "
+        "{counter-bits}, or make the angle continuous"
     )
     return (finding("wraps", profile.name, text, effect=None),)
 
@@ -532,14 +475,16 @@ def _ends_of_a_range(profile: Profile) -> Notes:
     counts = by_blocks(lambda some: np.histogram(some, edges)[0], values).sum(axis=0)
     filled = np.flatnonzero(counts)
     gaps = np.diff(filled) - 1
-    if gaps.max(initial=0) < _EMPTY * _BINS:
+    # Half of the range is empty.
+    if gaps.max(initial=0) < 0.5 * _BINS:
         return ()
     at = first_of(gaps)
     middle = 0.5 * float(edges[filled[at] + 1] + edges[filled[at + 1]])
     # Width of a counter whose range the values fill, in counts of the unit they came in.
     factor, name = split_factor(profile.channel.shown_in)
     range_in_counts = (highest - lowest) / (factor * UNITS[name].size)
-    near = [bits for bits in _BITS if abs(range_in_counts / 2.0**bits - 1.0) < _NEAR_BITS]
+    widths = (8, 12, 16, 18, 20, 24, 32)
+    near = [bits for bits in widths if abs(range_in_counts / 2.0**bits - 1.0) < 0.02]
     if not near and (_is_one_value(values, middle) or not _is_by_chance(values, middle)):
         return ()
     width = f"a counter of {near[0]} bits has" if near else "a counter has"
@@ -562,13 +507,13 @@ def _is_one_value(values: FloatArray, middle: float) -> bool:
 def _is_by_chance(values: FloatArray, middle: float) -> bool:
     """Whether samples lie at either end independently of those before."""
     high = marked(lambda some: some > middle, values)
-    size = values.size - max(_DELAYS)
+    # Neither a line nor a motion differs after one, two and three samples as chance does.
+    size = values.size - 3
     above = number_of(high[:size]) / size
-    if not _LEAST_END < above < 1.0 - _LEAST_END:
-        return False
     expected = 2.0 * above * (1.0 - above)
-    differ = [number_of(high[:size] != high[delay : delay + size]) / size for delay in _DELAYS]
-    return all(abs(share - expected) < _BY_CHANCE * expected for share in differ)
+    differ = [number_of(high[:size] != high[delay : delay + size]) / size for delay in (1, 2, 3)]
+    # A spike makes a smaller end as well.
+    return 0.01 < above < 0.99 and all(abs(one - expected) < 0.1 * expected for one in differ)
 
 
 def _scatter_of_halves(values: FloatArray, middle: float) -> float | None:

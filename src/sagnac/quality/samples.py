@@ -6,11 +6,29 @@ from typing import Final
 
 import numpy as np
 
-from sagnac.core.arrays import FloatArray, blocks, differences, elementwise, empty, every, mean
+from sagnac.core.arrays import (
+    FloatArray,
+    blocks,
+    differences,
+    elementwise,
+    empty,
+    every,
+    mean,
+)
 from sagnac.core.errors import Note, RecordingError, counted, ranked
 from sagnac.quality import _kernels
 from sagnac.quality.effects import finding
-from sagnac.quality.profile import LOOKED_AT, Notes, Profile, count_step, remedy_of, remedy_without
+from sagnac.quality.profile import (
+    LEAST_OFTEN,
+    LOOKED_AT,
+    OFTENER,
+    Notes,
+    Profile,
+    count_step,
+    remedy_of,
+    remedy_without,
+    seen,
+)
 from sagnac.recording.channel import (
     by_blocks,
     first_of,
@@ -27,9 +45,6 @@ from sagnac.recording.model import Recording, second_of
 
 # ---- missing -----------------------------------------------------------------------
 
-# rad, rad/s or s: nothing is so large, and squares of what is larger end beyond all numbers.
-_LARGEST: Final = 1e30
-
 
 def missing_notes(recording: Recording, profile: Profile) -> Notes:
     """Samples of a channel that are NaN, infinite or beyond 1e30: an error."""
@@ -37,24 +52,19 @@ def missing_notes(recording: Recording, profile: Profile) -> Notes:
 
 
 def _no_numbers(recording: Recording, name: str, values: FloatArray) -> Notes:
-    bad = marked(lambda some: ~((some < _LARGEST) & (some > -_LARGEST)), values)
-    number = number_of(bad)
-    if number == 0:
+    # Nothing is so large, and squares of what is larger end beyond all numbers.
+    bad = marked(lambda some: ~((some < 1e30) & (some > -1e30)), values)
+    if not bad.any():
         return ()
-    not_finite = number_of(is_missing(values)) == number
-    what = "NaN or infinite" if not_finite else f"NaN, infinite or beyond {_LARGEST:g}"
-    # Reading has interpolated what it could of a table.
-    beyond = (
-        f", more than can be interpolated ({MOST_MISSING_IN_A_ROW} in a row, or as long as a gyro "
-        f"tells the turn; {100.0 * LARGEST_SHARE_MISSING:g} % of all)"
-        if name == "table"
-        else ""
-    )
-    text = (
-        f"{counted(number, 'sample')} {what}{beyond}, the first at "
-        f"{second_of(recording, first_of(bad)):.3f} s; "
-        f"{remedy_without(recording, bad)}"
-    )
+    not_finite = number_of(is_missing(values)) == number_of(bad)
+    what = "NaN or infinite" if not_finite else "NaN, infinite or beyond 1e+30"
+    if name == "table":
+        # Reading has interpolated what it could.
+        what += (
+            f", more than can be interpolated ({MOST_MISSING_IN_A_ROW} in a row, or as long as a "
+            f"gyro tells the turn; {100.0 * LARGEST_SHARE_MISSING:g} % of all)"
+        )
+    text = f"{seen(recording, bad, 'sample', what)}; {remedy_without(recording, bad)}"
     return (Note(name="missing", level="error", channel=name, text=text),)
 
 
@@ -144,10 +154,6 @@ def stuck_notes(recording: Recording, profile: Profile) -> Notes:
 
 # ---- stamps ------------------------------------------------------------------------
 
-LATE_STEPS: Final = 1.5
-# Gaps that would hold this many times the samples there are belong to no one recording.
-LARGEST_GAPS: Final = 9
-
 
 def stamp_notes(recording: Recording, profile: Profile, *, omit_gaps: bool = False) -> Notes:
     """Faults of the time stamps of a recording, if there are any; gaps may be none."""
@@ -198,13 +204,13 @@ def uneven_notes(times: FloatArray, nominal: float) -> Notes:
     """
 
     steps = differences(times)
-    late = (steps > LATE_STEPS * nominal) & (steps <= GAP_STEPS * nominal)
+    late = (steps > 1.5 * nominal) & (steps <= GAP_STEPS * nominal)
     repeated = number_of(steps == 0.0)
     texts = [counted(repeated, "repeated stamp")] if repeated else []
     if late.any():
         texts.append(
-            f"{counted(number_of(late), 'interval')} longer than {LATE_STEPS:g} "
-            f"steps of {nominal:.6g} s, the longest {steps.max(where=late, initial=0.0):.6g} s"
+            f"{counted(number_of(late), 'interval')} longer than 1.5 steps of {nominal:.6g} s, "
+            f"the longest {steps.max(where=late, initial=0.0):.6g} s"
         )
     return tuple(Note(channel="time", text=text) for text in texts)
 
@@ -241,7 +247,8 @@ def with_gaps_marked(recording: Recording) -> Recording:
     skipped = np.rint(jumps * rate).astype(np.int64) - 1
     before = np.concatenate([[0], np.cumsum(skipped)])
     missing, gaps = int(before[-1]), counted(int(later.size), "gap")
-    if missing > LARGEST_GAPS * times.size:
+    # Such gaps belong to no one recording.
+    if missing > 9 * times.size:
         raise RecordingError(
             f"its {gaps} would hold {missing} samples and there are {times.size}",
             path=recording.path,
@@ -273,8 +280,7 @@ def _sound_apart_from_gaps(recording: Recording) -> Notes:
         infinite = np.isinf(gyro.values)
         if infinite.any():
             raise RecordingError(
-                f"{counted(number_of(infinite), 'sample')} infinite, the first at "
-                f"{second_of(recording, first_of(infinite)):.3f} s",
+                seen(recording, infinite, "sample", "infinite"),
                 path=recording.path,
                 channel=gyro.name,
                 remedy="mark bad samples as NaN",
@@ -292,41 +298,25 @@ def _sound_apart_from_gaps(recording: Recording) -> Notes:
 
 # ---- repeats -----------------------------------------------------------------------
 
-# Repeats, or zeros, are this many, and this many times as many as their neighbours would be. Noise
-# repeats itself half as often as it makes one of the two smallest changes, if it is read out in
-# steps of a third of its scatter or finer.
-_LEAST_OFTEN: Final = 10
-_OFTENER: Final = 3
-_FINE: Final = 3.0
-# Samples whose values are counted.
-_LOOKED_AT: Final = 20_000
-# Changes below this part of the scatter are rounding.
-_ROUNDING: Final = 1e-9
-# Runs of this many samples are a channel that sticks; shorter ones are samples that are held.
-_STICKS: Final = 8
-# Share of held samples from which on they are how the recorder works: it is faster than the gyro.
-_ALL_HELD: Final = 0.45
-
 
 def repeat_notes(recording: Recording, profile: Profile) -> Notes:
     """Samples that repeat the one before, if no readout step explains them."""
     samples, number = profile.channel.values.size, profile.survey.repeats
-    if number < _LEAST_OFTEN or number <= _OFTENER * _explained(profile):
+    if number < LEAST_OFTEN or number <= OFTENER * _explained(profile):
         return ()
     repeats = marked_steps(profile.channel.values, lambda steps: steps == 0.0)
-    text = (
-        f"{counted(number, 'sample')} repeat the one before, the first at "
-        f"{second_of(recording, first_of(repeats)):.3f} s"
-    )
+    text = seen(recording, repeats, "sample", "repeat the one before")
     firsts, afters = stretches(repeats)
-    in_runs = int((afters - firsts)[afters - firsts >= _STICKS - 1].sum())
+    # Runs of eight samples are a channel that sticks; shorter ones are samples that are held.
+    in_runs = int((afters - firsts)[afters - firsts >= 7].sum())
     held = (number - in_runs) / samples
     if in_runs > held * samples:
         text = f"sticks again and again: {text}; take a stretch without with {{slice}}"
         # That of the noise as far as the runs are long; what they make of slower noise is open.
         effect = math.sqrt(1.0 - in_runs / samples)
         return (finding("repeats", profile.name, text, effect=effect, level="error"),)
-    if number / samples > _ALL_HELD:
+    # Then that is how the recorder works.
+    if number / samples > 0.45:
         text = f"{text}: it is sampled faster than it measures"
         return (Note(name="repeats", channel=profile.name, text=text, level="warning"),)
     # Runs of held samples have lengths L, and slow noise grows by <L^2>/<L>: (1 + p)/(1 - p).
@@ -335,17 +325,21 @@ def repeat_notes(recording: Recording, profile: Profile) -> Notes:
 
 
 def _explained(profile: Profile) -> float:
-    """Repeats that the steps of a readout make, or few values in any order; all if it is coarse."""
+    """Repeats that the steps of a readout make, or few values in any order; all if it is coarse.
+
+    Noise repeats itself half as often as it makes one of the two smallest changes, if it is read
+    out in steps of a third of its scatter or finer.
+    """
     values, step = profile.channel.values, profile.step
-    rounding = _ROUNDING * profile.scale
+    rounding = 1e-9 * profile.scale
     if profile.channel.kind == "angle":
         step = count_step(values, rounding)
-    if step * _FINE > math.sqrt(2.0) * profile.scale or not math.isfinite(step):
+    if step * 3.0 > math.sqrt(2.0) * profile.scale or not math.isfinite(step):
         return math.inf
     smallest = marked_steps(
         values, lambda steps: (np.abs(steps) > rounding) & (np.abs(steps) < 1.5 * step)
     )
-    some = every(values, max(1, values.size // _LOOKED_AT))
+    some = every(values, max(1, values.size // 20_000))
     counts = np.unique(some, return_counts=True)[1].astype(np.float64)
     by_values = values.size * float(counts @ (counts - 1.0)) / (some.size * (some.size - 1.0))
     return max(0.5 * number_of(smallest), by_values)
@@ -353,17 +347,8 @@ def _explained(profile: Profile) -> float:
 
 # ---- twice -------------------------------------------------------------------------
 
-# Samples of a window by which a block is known again, and odd numbers that mix their bits.
-_WINDOW: Final = 8
-_MIXED_BY: Final = 0x9E3779B97F4A7C15
-# One in sixteen windows is kept; there is room for twice as many.
-_ROOM: Final = 8
-# A block is this long at least, and takes this many values: what few steps of a readout make comes
-# about by chance.
+# Samples of a block, at least.
 _LEAST: Final = 64
-_VALUES: Final = 16
-# Distances between two windows alike that are looked at, the most frequent.
-_DISTANCES: Final = 4
 
 
 def twice_notes(recording: Recording, profile: Profile) -> Notes:
@@ -397,12 +382,13 @@ def longest_twice(values: FloatArray) -> tuple[slice, int]:
     longest = (slice(0, 0), 0)
     if values.size < 2 * _LEAST:
         return longest
-    places = np.empty(values.size // _ROOM, dtype=np.int64)
+    # One in sixteen windows of eight samples is kept; there is room for twice as many.
+    places = np.empty(values.size // 8, dtype=np.int64)
     mixed = np.empty(places.size, dtype=np.uint64)
-    bits = np.ascontiguousarray(values).view(np.uint64)
+    bits, factor = np.ascontiguousarray(values).view(np.uint64), np.uint64(0x9E3779B97F4A7C15)
     # Uncompiled, numpy would warn of the products that wrap around.
     with np.errstate(over="ignore"):
-        kept = _kernels.kept_windows(bits, np.uint64(_MIXED_BY), _WINDOW, places, mixed)
+        kept = _kernels.kept_windows(bits, factor, 8, places, mixed)
     places, numbers = places[:kept], mixed[:kept].view(np.int64)
     # Told by a sort of the numbers alone, in most records, which takes a tenth of that of places.
     ascending = np.sort(numbers)
@@ -412,12 +398,14 @@ def longest_twice(values: FloatArray) -> tuple[slice, int]:
     order = np.argsort(numbers, kind="stable")
     apart = places[order[alike + 1]] - places[order[alike]]
     distances, counts = np.unique(apart[apart >= _LEAST], return_counts=True)
-    for distance in distances[np.argsort(-counts, kind="stable")[:_DISTANCES]].tolist():
+    # Those that most windows are apart are looked at.
+    for distance in distances[np.argsort(-counts, kind="stable")[:4]].tolist():
         same = longest_unmarked(marked(np.not_equal, values[:-distance], values[distance:]))
         # A block that reaches into its repetition is a channel that goes round.
         block = slice(same.start, min(same.stop, same.start + distance))
         length = block.stop - block.start
-        if length < _LEAST or np.unique(values[block]).size < _VALUES:
+        # What few steps of a readout make comes about by chance.
+        if length < _LEAST or np.unique(values[block]).size < 16:
             continue
         if length > longest[0].stop - longest[0].start:
             longest = (block, distance)
@@ -425,13 +413,6 @@ def longest_twice(values: FloatArray) -> tuple[slice, int]:
 
 
 # ---- dropouts ----------------------------------------------------------------------
-
-# Steps of the readout that noise strays over if a sample is 0 by chance alone; and standard
-# deviations of the noise by which 0 lies off the rest, however coarse the steps.
-_BY_CHANCE: Final = 20.0
-_AWAY: Final = 4.0
-# An angle falls to zero by this many of its usual steps.
-_FALL: Final = 50.0
 
 
 def dropout_notes(recording: Recording, profile: Profile) -> Notes:
@@ -442,24 +423,20 @@ def dropout_notes(recording: Recording, profile: Profile) -> Notes:
     zeros = values == 0.0
     if profile.channel.kind == "angle":
         usual = every(profile.changes, max(1, profile.changes.size // 100_000))
-        fall = _FALL * float(np.median(np.abs(usual)))
+        fall = 50.0 * float(np.median(np.abs(usual)))
         zeros &= marked_steps(values, lambda steps: np.abs(steps) > fall)
-        number = number_of(zeros) if fall else 0
+        if not (fall and zeros.any()):
+            return ()
     else:
         number = number_of(zeros)
         # A gyro that counts coarsely, and turns little, counts 0 most of the time.
-        fine = profile.scale > _BY_CHANCE * profile.step
-        away = abs(float(np.median(profile.level))) > _AWAY * profile.scale
-        if number < _LEAST_OFTEN or not (fine or away) or number <= _OFTENER * _beside(values):
+        fine = profile.scale > 20.0 * profile.step
+        away = abs(float(np.median(profile.level))) > 4.0 * profile.scale
+        if number < LEAST_OFTEN or not (fine or away) or number <= OFTENER * _beside(values):
             return ()
         effect = _scatter_with_zeros(values, number)
-    if number == 0:
-        return ()
-    text = (
-        f"{counted(number, 'sample')} of exactly zero, the first at "
-        f"{second_of(recording, first_of(zeros)):.3f} s, as if readings were lost "
-        "(dropouts); mark lost samples as NaN"
-    )
+    said = seen(recording, zeros, "sample", "of exactly zero")
+    text = f"{said}, as if readings were lost (dropouts); mark lost samples as NaN"
     return (finding("dropouts", profile.name, text, effect=effect),)
 
 
@@ -486,33 +463,18 @@ def _scatter_with_zeros(values: FloatArray, zeros: int) -> float | None:
 
 # ---- interleaved -------------------------------------------------------------------
 
-# How many sensors may take turns. Of four, a line at a quarter of the sample rate (mains at 200 Hz)
-# looks alike.
-_ORDINALS: Final = {2: "second", 3: "third"}
-# Parts of the samples looked at that all have to show it, and fewest samples.
-_PARTS: Final = 4
-_LEAST_SAMPLES: Final = 4096
-# Standard errors by which the means of the turns differ, and least difference, in scatters of one
-# sensor; ratio of their scatters.
-_TURN_SIGMAS: Final = 8.0
-_LEAST_SHARE: Final = 0.5
-_RATIO: Final = 1.3
-# Scatters beyond which a sample counts as if it were there.
-_FAR: Final = 5.0
-# Median of the size of the difference of two standard normal numbers.
-_MEDIAN_STEP: Final = 0.9539
-
 
 def interleaved_notes(recording: Recording, profile: Profile) -> Notes:
     """Every second sample, or every third, has a mean or a scatter of its own: an error.
 
     One sensor has that only of a line at exactly half its sample rate, or a third.
     """
-    for sensors in _ORDINALS:
+    # Of four, a line at a quarter of the sample rate (mains at 200 Hz) looks alike.
+    for sensors, ordinal in ((2, "second"), (3, "third")):
         if _take_turns(profile, sensors):
             text = (
-                f"every {_ORDINALS[sensors]} sample is of another kind: {sensors} sensors seem to "
-                "stand in this column by turns; write each into a column of its own"
+                f"every {ordinal} sample is of another kind: {sensors} sensors seem to stand in "
+                "this column by turns; write each into a column of its own"
             )
             return (Note(name="interleaved", level="error", channel=profile.name, text=text),)
     return ()
@@ -521,7 +483,7 @@ def interleaved_notes(recording: Recording, profile: Profile) -> Notes:
 def _take_turns(profile: Profile, sensors: int) -> bool:
     """Whether samples `sensors` apart are alike and those between are not, all along."""
     changes = profile.changes[:LOOKED_AT]
-    if changes.size < _LEAST_SAMPLES:
+    if changes.size < 4096:
         return False
     turns = _turns(changes, sensors)
     typical = float(np.median(_scatters(turns)))
@@ -530,9 +492,10 @@ def _take_turns(profile: Profile, sensors: int) -> bool:
     # Motion is taken off by the mean of each round, and single samples far off shift no mean.
     off = turns - turns.mean(axis=2, keepdims=True)
     middle = np.median(off, axis=1)
-    reach = _FAR * typical
+    reach = 5.0 * typical
     means = middle + np.clip(off - middle[:, np.newaxis], -reach, reach).mean(axis=1)
-    least = max(_TURN_SIGMAS * typical / math.sqrt(turns.shape[1]), _LEAST_SHARE * typical)
+    # Half a scatter, and eight standard errors.
+    least = max(8.0 * typical / math.sqrt(turns.shape[1]), 0.5 * typical)
     # The same one in every part, on the same side.
     if (np.all(means > least, axis=0) | np.all(means < -least, axis=0)).any():
         return True
@@ -542,16 +505,17 @@ def _take_turns(profile: Profile, sensors: int) -> bool:
         return False
     scatters = _scatters(_turns(white.values, sensors))
     order = np.argsort(scatters, axis=1)
-    louder = scatters.max(axis=1) > _RATIO * scatters.min(axis=1)
+    louder = scatters.max(axis=1) > 1.3 * scatters.min(axis=1)
     return bool(louder.all() and (order == order[0]).all())
 
 
 def _turns(values: FloatArray, sensors: int) -> FloatArray:
-    """(parts, rounds, sensors)"""
-    length = values.size // _PARTS // sensors
-    return values[: _PARTS * length * sensors].reshape(_PARTS, length, sensors)
+    """(parts, rounds, sensors) of four parts, all of which have to show it."""
+    length = values.size // 4 // sensors
+    return values[: 4 * length * sensors].reshape(4, length, sensors)
 
 
 def _scatters(turns: FloatArray) -> FloatArray:
     """(parts, sensors) by the median of the steps from each sample to the next of its own turn."""
-    return np.asarray(np.median(np.abs(np.diff(turns, axis=1)), axis=1) / _MEDIAN_STEP)
+    # Median of the size of the difference of two standard normal numbers.
+    return np.asarray(np.median(np.abs(np.diff(turns, axis=1)), axis=1) / 0.9539)
