@@ -6,6 +6,7 @@
 import math
 from collections.abc import Callable, Container, Iterable, Sequence
 from dataclasses import replace
+from itertools import groupby, product
 from typing import Final, NamedTuple
 
 from sagnac.core.arrays import FloatArray
@@ -28,6 +29,9 @@ class Detector(NamedTuple):
     find
         Given a recording and the profile of one of its channels, the findings; None if they are
         found elsewhere: on reading, or beside the answer.
+    of_each
+        Whether it is asked of each channel, one after the other with those beside it in the list;
+        else of the recording once.
     unless
         Names of findings that explain what would be seen here; it is not asked if there is one, of
         the same channel if it is of a channel.
@@ -38,14 +42,12 @@ class Detector(NamedTuple):
 
     name: str
     find: Callable[[Recording, Profile], Notes] | None
+    of_each: bool
     unless: tuple[str, ...]
     sees: str
     effect: str
     remedy: str
 
-
-# Detectors that are asked together: of each channel one after the other, or of the recording once.
-Group = tuple[bool, tuple[Detector, ...]]
 
 _STRETCH: Final = "take a stretch without ({slice})"
 _WRONG_UNIT: Final = ("N is wrong by the same factor", "state {unit}, {kind} and {rate}")
@@ -55,125 +57,107 @@ _UNREAD: Final = ("missing", "gaps", "stuck")
 _CAUSES: Final = ("wraps", "interleaved", "motion", "dropouts", "resolution", "clipping", "repeats")
 _SINGLE: Final = (*_CAUSES, "spikes", "steps")
 
-_ON_READING: Final[tuple[Group, ...]] = (
-    (True, (
-        Detector("missing", samples.missing_notes, (), "samples that are no finite numbers",
-                 "nothing is read of that gyro", _STRETCH),
-    )),
-    (False, (
-        Detector("gaps", samples.stamp_notes, (), "time stamps that jump, stand still or run back",
-                 "nothing is read", _STRETCH),
-    )),
-    (True, (
-        Detector("stuck", samples.stuck_notes, (), "a gyro that gives one value for a while",
-                 "nothing is read of that gyro", _STRETCH),
-    )),
-    (False, (
-        Detector("units", physics.gravity_notes, _UNREAD,
-                 "accelerometers that show gravity in another unit than theirs", *_WRONG_UNIT),
-    )),
+_ON_READING: Final[tuple[Detector, ...]] = (
+    Detector("missing", samples.missing_notes, True, (), "samples that are no finite numbers",
+             "nothing is read of that gyro", _STRETCH),
+    Detector("gaps", samples.stamp_notes, False, (),
+             "time stamps that jump, stand still or run back", "nothing is read", _STRETCH),
+    Detector("stuck", samples.stuck_notes, True, (), "a gyro that gives one value for a while",
+             "nothing is read of that gyro", _STRETCH),
+    Detector("units", physics.gravity_notes, False, _UNREAD,
+             "accelerometers that show gravity in another unit than theirs", *_WRONG_UNIT),
 )  # fmt: skip
-_IN_SOUND_DATA: Final[tuple[Group, ...]] = (
-    (False, (
-        Detector("units", physics.time_notes, (), "samples farther apart than gyros are read",
-                 "N is wrong by the root of the factor", "state the unit of {time}, or {rate}"),
-        Detector("units", physics.earth_notes, (),
-                 "means at rest that are Earth's rate in another unit, or gravity", *_WRONG_UNIT),
-    )),
-    (True, (
-        Detector("units", physics.rate_notes, (), "a rate or a scatter that no gyro has",
-                 *_WRONG_UNIT),
-        Detector("wraps", readout.wrap_notes, (),
-                 "a counter that starts over, or signed counts that are read as unsigned",
-                 "N is of the leaps", "state the width of the counter ({counter-bits})"),
-        Detector("interleaved", samples.interleaved_notes, _CAUSES,
-                 "samples of several sensors by turns in one column", "N is of none of them",
-                 "write each into a column of its own"),
-        Detector("motion", physics.motion_notes, _CAUSES,
-                 "turns on what is read as a still bench", "the motion counts as noise",
-                 "state the encoder ({table}), or take a stretch at rest ({slice})"),
-        # Zeros far from the mean look like a readout of one step from there to zero.
-        Detector("dropouts", samples.dropout_notes, _CAUSES,
-                 "samples of exactly zero far from the mean", "raises N",
-                 "mark lost samples as NaN"),
-        Detector("resolution", readout.resolution_notes, _CAUSES,
-                 "steps of the readout beside the scatter from sample to sample",
-                 "N is in part the steps", "read out finer, and store in double precision"),
-        Detector("clipping", readout.saturation_notes, _CAUSES,
-                 "samples at a limit of the range", "lowers N",
-                 "take a wider range, or a stretch without ({slice})"),
-        Detector("repeats", samples.repeat_notes, _CAUSES, "samples that repeat the one before",
-                 "held samples lower the noise between samples", _STRETCH),
-        Detector("repeats", samples.twice_notes, _CAUSES, "stretches that repeat earlier ones",
-                 "an interval counts them twice", _STRETCH),
-        Detector("spikes", distribution.spike_notes, _CAUSES,
-                 "samples far off their neighbours",
-                 "left in, they raise N; an answer goes without them if they are few", _STRETCH),
-        Detector("unsteady", distribution.unsteady_notes, _CAUSES,
-                 "noise that changes or grows in the course of the record",
-                 "N is a mean of several", "take an even stretch ({slice})"),
-        Detector("steps", distribution.step_notes, (*_SINGLE, "unsteady"),
-                 "a rate or an angle that jumps once or a few times", "raises N at long times",
-                 _STRETCH),
-        Detector("clipping", distribution.flat_notes, _SINGLE, "fewer large samples than noise has",
-                 "lowers N", "take a wider range"),
-        Detector("spikes", distribution.heavy_notes, _SINGLE, "noise that is no even noise",
-                 "N holds the spikes or bursts", _STRETCH),
-    )),
-    (False, (
-        Detector("copy", physics.copy_notes, (), "a gyro that repeats another, at once or later",
-                 "the difference of the two hides the noise that they share",
-                 "name another gyro ({gyros})"),
-        Detector("units", physics.unequal_notes, (), "two gyros of which one is far quieter",
-                 "N of their difference is of one of them", "state {unit}, or see each ({gyros})"),
-        Detector("encoder", encoder.turn_notes, (), "an encoder that starts over beside a turn",
-                 "N of a single gyro holds the encoder's error", "state its unit ({table})"),
-        Detector("steps", encoder.slip_notes, ("encoder",), "jumps of the encoder alone",
-                 "N of a single gyro holds the encoder's error", _STRETCH),
-    )),
-    (True, (
-        Detector("encoder", encoder.across_notes, ("wraps",),
-                 "a table encoder that the gyros do not follow",
-                 "N of a single gyro holds the encoder's error",
-                 "state its column and unit ({table})"),
-        Detector("units", physics.earth_on_table_notes, ("wraps",),
-                 "Earth rate on a table that only another unit of time would show", *_WRONG_UNIT),
-    )),
+_IN_SOUND_DATA: Final[tuple[Detector, ...]] = (
+    Detector("units", physics.time_notes, False, (), "samples farther apart than gyros are read",
+             "N is wrong by the root of the factor", "state the unit of {time}, or {rate}"),
+    Detector("units", physics.earth_notes, False, (),
+             "means at rest that are Earth's rate in another unit, or gravity", *_WRONG_UNIT),
+    Detector("units", physics.rate_notes, True, (), "a rate or a scatter that no gyro has",
+             *_WRONG_UNIT),
+    Detector("wraps", readout.wrap_notes, True, (),
+             "a counter that starts over, or signed counts that are read as unsigned",
+             "N is of the leaps", "state the width of the counter ({counter-bits})"),
+    Detector("interleaved", samples.interleaved_notes, True, _CAUSES,
+             "samples of several sensors by turns in one column", "N is of none of them",
+             "write each into a column of its own"),
+    Detector("motion", physics.motion_notes, True, _CAUSES,
+             "turns on what is read as a still bench", "the motion counts as noise",
+             "state the encoder ({table}), or take a stretch at rest ({slice})"),
+    # Zeros far from the mean look like a readout of one step from there to zero.
+    Detector("dropouts", samples.dropout_notes, True, _CAUSES,
+             "samples of exactly zero far from the mean", "raises N",
+             "mark lost samples as NaN"),
+    Detector("resolution", readout.resolution_notes, True, _CAUSES,
+             "steps of the readout beside the scatter from sample to sample",
+             "N is in part the steps", "read out finer, and store in double precision"),
+    Detector("clipping", readout.saturation_notes, True, _CAUSES,
+             "samples at a limit of the range", "lowers N",
+             "take a wider range, or a stretch without ({slice})"),
+    Detector("repeats", samples.repeat_notes, True, _CAUSES, "samples that repeat the one before",
+             "held samples lower the noise between samples", _STRETCH),
+    Detector("repeats", samples.twice_notes, True, _CAUSES, "stretches that repeat earlier ones",
+             "an interval counts them twice", _STRETCH),
+    Detector("spikes", distribution.spike_notes, True, _CAUSES,
+             "samples far off their neighbours",
+             "left in, they raise N; an answer goes without them if they are few", _STRETCH),
+    Detector("unsteady", distribution.unsteady_notes, True, _CAUSES,
+             "noise that changes or grows in the course of the record",
+             "N is a mean of several", "take an even stretch ({slice})"),
+    Detector("steps", distribution.step_notes, True, (*_SINGLE, "unsteady"),
+             "a rate or an angle that jumps once or a few times", "raises N at long times",
+             _STRETCH),
+    Detector("clipping", distribution.flat_notes, True, _SINGLE,
+             "fewer large samples than noise has", "lowers N", "take a wider range"),
+    Detector("spikes", distribution.heavy_notes, True, _SINGLE, "noise that is no even noise",
+             "N holds the spikes or bursts", _STRETCH),
+    Detector("copy", physics.copy_notes, False, (), "a gyro that repeats another, at once or later",
+             "the difference of the two hides the noise that they share",
+             "name another gyro ({gyros})"),
+    Detector("units", physics.unequal_notes, False, (), "two gyros of which one is far quieter",
+             "N of their difference is of one of them", "state {unit}, or see each ({gyros})"),
+    Detector("encoder", encoder.turn_notes, False, (), "an encoder that starts over beside a turn",
+             "N of a single gyro holds the encoder's error", "state its unit ({table})"),
+    Detector("steps", encoder.slip_notes, False, ("encoder",), "jumps of the encoder alone",
+             "N of a single gyro holds the encoder's error", _STRETCH),
+    Detector("encoder", encoder.across_notes, True, ("wraps",),
+             "a table encoder that the gyros do not follow",
+             "N of a single gyro holds the encoder's error",
+             "state its column and unit ({table})"),
+    Detector("units", physics.earth_on_table_notes, True, ("wraps",),
+             "Earth rate on a table that only another unit of time would show", *_WRONG_UNIT),
 )  # fmt: skip
 _ELSEWHERE: Final = (
-    Detector("lost", None, (), "rows that are missing from the file, seen by the table's angle",
+    Detector("lost", None, False, (),
+             "rows that are missing from the file, seen by the table's angle",
              "lines in time break there", _STRETCH),
-    Detector("shared", None, (), "noise that two gyros have in common",
+    Detector("shared", None, False, (), "noise that two gyros have in common",
              "their difference hides it", "see each alone ({gyros})"),
-    Detector("warm-up", None, (), "a rate that settles in the course of the record",
+    Detector("warm-up", None, False, (), "a rate that settles in the course of the record",
              "none: it is taken off for the answer, and stays in the curve",
              "leave it out ({slice}), or fit it beside a column of temperature ({covariates})"),
 )  # fmt: skip
-DETECTORS: Final = (
-    *(one for _, group in (*_ON_READING, *_IN_SOUND_DATA) for one in group),
-    *_ELSEWHERE,
-)
+DETECTORS: Final = (*_ON_READING, *_IN_SOUND_DATA, *_ELSEWHERE)
 """All that is looked for, in the order in which it is."""
 # Names of what is found in recordings that are sound enough to be read.
 FINDINGS: Final = tuple(sorted({one.name for one in DETECTORS} - set(_UNREAD)))
 
 
 def _asked(
-    groups: Iterable[Group], recording: Recording, profiles: Sequence[Profile]
+    detectors: Iterable[Detector], recording: Recording, profiles: Sequence[Profile]
 ) -> list[Note]:
     """Findings of detectors, as far as none explains another."""
     notes: list[Note] = []
-    for of_each, detectors in groups:
-        for profile in profiles if of_each else profiles[:1]:
-            for detector in detectors:
-                explained = any(
-                    note.name in detector.unless
-                    and note.level != "remark"
-                    and (note.channel == profile.name or not of_each)
-                    for note in notes
-                )
-                if detector.find is not None and not explained:
-                    notes += detector.find(recording, profile)
+    for of_each, together in groupby(detectors, lambda one: one.of_each):
+        asked = list(together)
+        for profile, detector in product(profiles if of_each else profiles[:1], asked):
+            explained = any(
+                note.name in detector.unless
+                and note.level != "remark"
+                and (note.channel == profile.name or not of_each)
+                for note in notes
+            )
+            if detector.find is not None and not explained:
+                notes += detector.find(recording, profile)
     return notes
 
 
