@@ -1,10 +1,14 @@
 """Jumps and saturation."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from sagnac.quality.readout import clipped_scatter
 from sagnac.recording.model import Recording
+from sagnac.rig.config import preset
+from sagnac.rig.simulate import simulate
 from tests.analysis.test_sound_instruments import on_table
 from tests.quality.recordings import RATE, levels, noise, rate_gyro
 
@@ -43,3 +47,10 @@ def test_counts_that_are_clipped_are_found_behind_a_files_decimals():
     degrees = np.round(np.cumsum(counts) * 0.0008 / 3600.0, 9)
     found = levels(Recording.from_arrays(x=degrees, kind="angle", unit="deg", sample_rate=RATE))
     assert any("saturated" in line for line in found["error"])
+
+
+def test_a_dither_that_samples_meet_at_few_phases_is_no_limit():
+    config = preset("dithered")
+    still = replace(config.table, rate_deg_per_s=0.0)
+    made = simulate(replace(config, duration_s=200.0, seed=1, table=still)).recording
+    assert not any("saturated" in line for lines in levels(made).values() for line in lines)

@@ -388,7 +388,7 @@ def saturation_notes(recording: Recording, profile: Profile) -> Notes:
         inner = float(inside.min(where=~at_limit, initial=math.inf))
         # Noise takes an extreme value less often than the next one. A clipped value has others
         # right beside it; what lies half a standard deviation beyond is no limit of the range.
-        beside = number_of(inside <= inner + slack) - number
+        beside = number_of((inside >= inner - slack) & (inside <= inner + slack))
         if inner <= 0.5 * profile.scale and number > OFTENER * beside:
             shares[side] = number / changes.size
             when = second_of(recording, first_of(at_limit))
