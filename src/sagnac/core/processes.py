@@ -149,24 +149,25 @@ class _Worker:
     process: int = 0
 
     def submit(self, work: Callable[[Job], Made], job: Job) -> Future[Made]:
-        # A process that died between two jobs costs neither.
-        for _ in range(2):
+        if self.pool is not None:
             try:
-                return self._started().submit(work, job)
-            except BrokenProcessPool as error:
-                broken = error
+                return self.pool.submit(work, job)
+            except BrokenProcessPool:
+                # It died between two jobs, which costs neither.
                 self.renew()
-        failed: Future[Made] = Future()
-        failed.set_exception(broken)
-        return failed
+        try:
+            return self._started().submit(work, job)
+        except BrokenProcessPool as error:
+            failed: Future[Made] = Future()
+            failed.set_exception(error)
+            return failed
 
     def _started(self) -> ProcessPoolExecutor:
-        if self.pool is None:
-            # Spawned, not forked: a fork would copy threads of the libraries in mid-step.
-            self.pool = ProcessPoolExecutor(
-                max_workers=1, mp_context=multiprocessing.get_context("spawn"), initializer=_prepare
-            )
-            self.process = self.pool.submit(os.getpid).result()
+        # Spawned, not forked: a fork would copy threads of the libraries in mid-step.
+        self.pool = ProcessPoolExecutor(
+            max_workers=1, mp_context=multiprocessing.get_context("spawn"), initializer=_prepare
+        )
+        self.process = self.pool.submit(os.getpid).result()
         return self.pool
 
     def renew(self) -> None:
