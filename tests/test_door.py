@@ -158,6 +158,7 @@ def test_choices_of_an_analysis_are_keywords(analyzed):
     assert sagnac.analyze(bench(), settings).angle_random_walk == analyzed.angle_random_walk
     for wrong, said in (
         ("metod", "analyze has no keyword 'metod'; did you mean method?"),
+        ("progres", "analyze has no keyword 'progres'; did you mean progress?"),
         ("zzz", "analyze has no keyword 'zzz'; use one of gyros, method, interval, "),
     ):
         with pytest.raises(TypeError, match=re.escape(said)):
@@ -258,10 +259,11 @@ def test_a_day_in_a_script(tmp_path, analyzed):
     done = sagnac.campaign(tmp_path / "runs", tmp_path / "campaign", workers=1, method="none")
     assert [line.state for line in done.lines] == ["done"] * len(done.lines)
     assert len(done.to_frame()) == len(done.lines) >= 4
-    with pytest.raises(
-        TypeError, match=r"campaign has no keyword 'methods'; did you mean method\?"
-    ):
-        sagnac.campaign(tmp_path, tmp_path / "campaign", methods="none")
+    for wrong, meant in (("methods", "method"), ("patern", "pattern"), ("worker", "workers")):
+        with pytest.raises(
+            TypeError, match=rf"campaign has no keyword '{wrong}'; did you mean {meant}\?"
+        ):
+            sagnac.campaign(tmp_path, tmp_path / "campaign", **{wrong: "none"})
 
 
 def test_a_stretch_and_a_channel_of_a_recording():

@@ -182,7 +182,22 @@ def test_what_a_page_sends_wrong_is_one_clear_line(server, still):
         assert server.call("window", **asked)["error"]
     status, text, _ = server.request("POST", f"/{server.state.token}/call/open", "[1")
     assert (status, list(json.loads(text))) == (200, ["error"])
+    _, text, _ = server.request("POST", f"/{server.state.token}/call/list", "5")
+    assert json.loads(text) == {"error": "a question is a table of its arguments"}
     assert "name of its own" in server.call("start", page="x")["error"]
+
+
+@pytest.mark.parametrize(
+    ("texts", "analysis", "said"),
+    [
+        ({"bogus": "1"}, {}, "'bogus' is nothing to state; use one of gyros, columns, "),
+        ({"rate": 50}, {}, "'rate' is nothing to state"),
+        ({}, {"strict": "no"}, "'strict' is nothing to state; use one of method, interval, "),
+    ],
+)
+def test_what_the_page_does_not_offer_is_refused(server, still, texts, analysis, said):
+    asked = {"path": str(still), "texts": texts, "analysis": analysis}
+    assert said in server.call("repeat", **asked)["error"]
 
 
 # ---- a recording -------------------------------------------------------------------------------

@@ -152,7 +152,7 @@ def test_each_axis_of_a_triad_counts(capsys, tmp_path):
         (["--bias", "-1"], "zero or more"),
         (["--bias", "3deg"], "such as 3deg/h"),
         (["--bias", "deg/h"], "such as 3deg/h"),
-        (["--table-rate", "40"], "--table-rate needs a latitude"),
+        (["--table-rate", "40"], "--table-rate needs --latitude"),
     ],
 )
 def test_wrong_usage_is_one_line(words, said, capsys, tmp_path):

@@ -119,6 +119,33 @@ def test_a_command_is_offered_only_if_it_says_more(tmp_path, capsys):
     assert "the last line, 401, is cut off" in one_line_among(shown.err)
 
 
+@pytest.mark.parametrize(
+    ("stated", "offered"),
+    [
+        (["--kind", "rate", "--time", "t"], "--kind rate --time t:s"),
+        (["--rate", "100", "--kind", "x=rate"], "--kind x=rate,y=rate,z=rate --rate 100"),
+        (["--rate", "100", "--kind", "rate", "--columns", "x=q"], "--columns 'x=x[deg/s],y="),
+    ],
+    ids=["replaced", "joined by name", "columns"],
+)
+def test_what_is_offered_counts_for_what_was_stated(tmp_path, capsys, stated, offered):
+    path = tmp_path / "run.csv"
+    head, *lines = rows("x[deg/s],y[deg/s],z[deg/s]").splitlines()
+    timed = "".join(f"{one},{0.01 * number:.2f}\n" for number, one in enumerate(lines))
+    path.write_text(f"{head},t\n{timed}")
+    assert main(["check", str(path), *stated]) == 1
+    shown = capsys.readouterr().out
+    assert "This reads it:" in shown
+    assert offered in shown
+
+
+def test_a_file_without_a_column_of_numbers_is_told_of(tmp_path, capsys):
+    path = tmp_path / "run.npz"
+    np.savez(path, name=np.array(["a", "b"]))
+    assert main(["check", str(path), "--rate", "100"]) == 1
+    assert "the file has no numeric column" in one_line_among(capsys.readouterr().err)
+
+
 def test_arrays_of_a_mat_file_are_offered_in_their_order(tmp_path, capsys):
     path = tmp_path / "run.mat"
     rng = np.random.default_rng(2)

@@ -33,6 +33,13 @@ def test_one_line_and_its_status(error, status, said, capsys):
         assert shown == f"sagnac: {said}\n"
 
 
+def test_an_interrupt_in_a_compiled_loop_is_one(capsys):
+    error = SystemError("the loop returned a result with an exception set")
+    error.__cause__ = KeyboardInterrupt()
+    assert explain(error) == 130
+    assert capsys.readouterr().err == "sagnac: interrupted\n"
+
+
 def test_a_message_fits_ten_lines_and_moves_no_cursor(capsys):
     assert explain(RecordingError("is odd", path="\x1b[2J" + "x" * 5000, remedy="look at it")) == 1
     said = capsys.readouterr().err

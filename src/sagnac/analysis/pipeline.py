@@ -115,7 +115,7 @@ def analyze(
     0.9
     """
     require_recording(recording)
-    require_keywords("analyze", choices, (field.name for field in fields(Settings)))
+    require_keywords("analyze", choices, (*(one.name for one in fields(Settings)), "progress"))
     settings = replace(settings or Settings(), **choices)
     with one_thread():
         return each_channel(recording, settings, _analysis, progress)

@@ -434,11 +434,12 @@ def _spectrum(pyramid: Pyramid, rate: float) -> dict[str, Any]:
     starts = starts[: max(1, 2 * size // length)]
     parts = np.array([pyramid.samples(start, start + length) for start in starts.tolist()])
     parts = parts[np.isfinite(parts).all(axis=1)]
-    # The two lowest bins hold what the window spreads of the mean.
-    if not parts.size or length < 6:
+    # The two lowest bins hold what the window spreads of the mean; the last stands for one side
+    # alone, so that white noise would end in a step.
+    if not parts.size or length < 8:
         return {"frequency": [], "low": [], "high": []}
     frequency, densities = periodogram(parts, rate, window=np.hanning(length), detrend="constant")
-    frequency, density = frequency[2:], densities.mean(axis=0)[2:]
+    frequency, density = frequency[2:-1], densities.mean(axis=0)[2:-1]
     edges = np.geomspace(frequency[0], frequency[-1], _BINS)
     first = np.unique(np.searchsorted(frequency, edges))
     return {

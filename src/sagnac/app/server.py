@@ -149,6 +149,8 @@ class _Call(_Handler):
         """An answer, or in one line why there is none."""
         try:
             asked = json.loads(self.request.body or b"{}")
+            if not isinstance(asked, dict):
+                raise ValueError("a question is a table of its arguments")
             return _ANSWERS[name](self.state, self.session(), asked)
         except (ValueError, TypeError, KeyError, OSError, MemoryError, ImportError) as error:
             return {"error": stated.line(error)}
@@ -210,7 +212,8 @@ Answer = Callable[[State, Session, dict[str, Any]], dict[str, Any]]
 
 
 def _open(state: State, session: Session, asked: dict[str, Any]) -> dict[str, Any]:
-    found = looks.look(state.room.path(asked["path"]), stated.cleaned(asked["texts"]))
+    texts = stated.cleaned(asked["texts"], stated.READING)
+    found = looks.look(state.room.path(asked["path"]), texts)
     return {"look": session.keep(found), **looks.facts(found)}
 
 
@@ -222,7 +225,8 @@ def _window(state: State, session: Session, asked: dict[str, Any]) -> dict[str, 
 
 def _task(state: State, asked: dict[str, Any]) -> Task:
     """What is to be analyzed; a wrong value is told before a process is started."""
-    reading, analysis = stated.cleaned(asked["texts"]), stated.cleaned(asked["analysis"])
+    reading = stated.cleaned(asked["texts"], stated.READING)
+    analysis = stated.cleaned(asked["analysis"], stated.ANALYSIS)
     sagnac.Statement(**stated.reads(reading, analysis))
     sagnac.Settings(**stated.choices(analysis))
     return Task(path=state.room.path(asked["path"]), reading=reading, analysis=analysis)

@@ -6,17 +6,31 @@ The same texts become a `sagnac.Statement`, a command, lines of Python and a TOM
 import json
 import shlex
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, Final
 
 import sagnac
+
+READING: Final = (
+    "gyros", "columns", "kind", "unit", "scale", "rate", "time", "table", "slice",
+    "counter_bits", "counter_period", "null_pulse", "accelerometers", "layout",
+)  # fmt: skip
+"""Options that say how a file is read."""
+
+ANALYSIS: Final = ("method", "interval", "confidence", "covariates", "accept", "spec")
+"""Options that say how a recording is analyzed."""
 
 Texts = Mapping[str, str]
 
 
-def cleaned(texts: Mapping[str, Any]) -> dict[str, str]:
-    """The texts that are not empty."""
-    stripped = {name: str(text).strip() for name, text in texts.items()}
-    return {name: text for name, text in stripped.items() if text}
+def cleaned(texts: Mapping[str, Any], known: tuple[str, ...]) -> dict[str, str]:
+    """The texts that are not empty, in the order of the options.
+
+    ValueError if there is an option of another name, or a value is no text.
+    """
+    for name, text in texts.items():
+        if name not in known or not isinstance(text, str):
+            raise ValueError(f"{name!r} is nothing to state; use one of {', '.join(known)}")
+    return {name: texts[name].strip() for name in known if texts.get(name, "").strip()}
 
 
 def reads(reading: Texts, analysis: Texts) -> dict[str, Any]:

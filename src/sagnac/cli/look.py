@@ -31,7 +31,7 @@ from sagnac.cli.options import (
 from sagnac.cli.reading import reading
 from sagnac.core import overwriting
 from sagnac.core.errors import rounded
-from sagnac.core.texts import OPTION_OF, text_of
+from sagnac.core.texts import OPTION_OF, by_name, text_of
 from sagnac.core.version import __version__
 from sagnac.report import error_text, findings_data, note_text
 
@@ -98,7 +98,9 @@ def _suggest(file: Path, statement: "sagnac.Statement") -> None:
     if not words:
         said = "This reads it"
         try:
-            sagnac.read(file, replace(statement, **sagnac.keywords(lacking)), verify=False)
+            together = _options_of(statement, lacking)
+            added = sagnac.keywords({name: together[name] for name in lacking})
+            sagnac.read(file, replace(statement, **added), verify=False)
         except sagnac.RecordingError as error:
             said = f"Even with what is missing stated it cannot be read: {error_text(error)}"
     print(f"{said}:\n\n    {command}\n")
@@ -120,22 +122,29 @@ def _command_for(
     file: Path, statement: "sagnac.Statement", besides: Mapping[str, str] | None = None
 ) -> str:
     """The command that would read a file with what is stated, and with other options besides."""
-    # The channels first, then what they are.
-    inputs = dict.fromkeys(("gyros", "accelerometers", "columns"))
-    inputs |= {field.name: None for field in fields(statement)}
-    stated = {OPTION_OF.get(name, name): getattr(statement, name) for name in inputs}
-    options = {name: text_of(value) for name, value in stated.items() if value not in (None, {})}
-    for name, value in (besides or {}).items():
-        before = options.get(name)
-        if name == "unit" and before is not None and "=" not in before:
-            # One unit for all gyros cannot stand beside one for the accelerometers.
-            before = f"gyros={before}"
-        options[name] = value if before is None else f"{before},{value}"
+    options = _options_of(statement, besides or {})
     still = options.get("table", "none") == "none"
     words = ["sagnac", "avar" if still else "analyze", shlex.quote(str(file))]
     for name, value in options.items():
         words += [f"--{name.replace('_', '-')}", shlex.quote(value)]
     return " ".join(words)
+
+
+def _options_of(statement: "sagnac.Statement", besides: Mapping[str, str]) -> dict[str, str]:
+    """Options as they are typed: what is stated, and others, which count for what they name."""
+    # The channels first, then what they are.
+    inputs = dict.fromkeys(("gyros", "accelerometers", "columns"))
+    inputs |= {field.name: None for field in fields(statement)}
+    stated = {OPTION_OF.get(name, name): getattr(statement, name) for name in inputs}
+    options = {name: text_of(value) for name, value in stated.items() if value not in (None, {})}
+    for name, value in besides.items():
+        before = options.get(name, "")
+        if name == "unit" and before and "=" in value and "=" not in before:
+            # One unit for all gyros cannot stand beside one for the accelerometers.
+            before = f"gyros={before}"
+        is_joined = "=" in before and "=" in value
+        options[name] = text_of({**by_name(before), **by_name(value)}) if is_joined else value
+    return options
 
 
 def _check_document(
@@ -183,9 +192,9 @@ def convert(
 
     overwriting.require_free(of_conversion(target), inputs([source], options), force=force)
     with reading(source, options) as read:
-        read.progress("write", 0.0)
-        written = sagnac.write(read.recording, target, force=force)
-    print(text.blocks(text.recording(read.recording), text.notes(read.recording.notes)))
+        recording = read.recording
+    written = sagnac.write(recording, target, force=force)
+    print(text.blocks(text.recording(recording), text.notes(recording.notes)))
     results.print_paths([written])
     return results.DONE
 

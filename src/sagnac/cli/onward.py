@@ -180,6 +180,10 @@ def align(
     as_json
         JSON, nothing else.
     """
+    if start.table_rate is not None and start.latitude is None:
+        raise results.UsageError(
+            "--table-rate needs --latitude, since azimuth is found from Earth rate"
+        )
     results.require_place(output, "alignment", [source], force=force)
     results.ready_to_draw()
     from sagnac.core.whole_files import made, write_text
@@ -331,7 +335,9 @@ def _print_campaign(report: "sagnac.CampaignReport", output: Path) -> None:
             print(f"  scatter {name}: {value}  [{interval.replace(' … ', ', ')}]")
         for name, why in scatter.answer.hidden.items():
             print(f"  scatter between {name}s is not observable: {why}")
-    if without := left_out(lines):
+    if not groups:
+        print(f"0 of {counted(sum(map(is_whole, lines)), 'recording')} analyzed")
+    elif without := left_out(lines):
         print(without)
     for line in lines:
         if line.same_as:

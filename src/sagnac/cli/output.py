@@ -68,6 +68,9 @@ def explain(error: Exception, options: Container[str] = ()) -> int:
         option = f"--{OPTION_OF.get(argument, argument).replace('_', '-')}"
         said = f"{option if option in options else argument}{space}{rest}"
         status = USAGE_ERROR
+    elif isinstance(error.__cause__, KeyboardInterrupt):
+        # An interrupt inside a compiled loop is said to be a failure of that loop.
+        said, status = "interrupted", INTERRUPTED
     elif isinstance(error, MissingExtra):
         said = str(error)
     elif isinstance(error, OSError):

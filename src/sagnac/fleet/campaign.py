@@ -3,6 +3,7 @@
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, fields, replace
 from functools import partial
+from inspect import signature
 from pathlib import Path
 from typing import Any
 
@@ -167,6 +168,7 @@ def _choices(settings: Settings, pattern: str, given: dict[str, Any]) -> Choices
         for kind in (Settings, Statement)
     )
     of_both = (field.name for kind in (Settings, Statement) for field in fields(kind))
-    require_keywords("campaign", given, of_both)
+    known = dict.fromkeys((*signature(campaign).parameters, *of_both))
+    require_keywords("campaign", given, (name for name in known if name != "choices"))
     own = replace(settings, **of_settings)
     return Choices(settings=own, statement=Statement(**of_statement), pattern=pattern)

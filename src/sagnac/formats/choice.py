@@ -169,8 +169,9 @@ def choose_gyros(columns: Sequence[Column], statements: Statements) -> dict[str,
     if statements.gyros:
         return _stated(columns, statements, statements.gyros, "{gyros}")
     usual = {name: column for name in GYRO_NAMES if (column := find(columns, name)) is not None}
-    # If none is there, the error names all three.
-    return usual or _stated(columns, statements, [", ".join(GYRO_NAMES)], "{gyros}")
+    if not usual:
+        _named(columns, ", ".join(GYRO_NAMES), "{columns x=COLUMN} or {gyros COLUMN}")
+    return usual
 
 
 def choose_accelerometers(columns: Sequence[Column], statements: Statements) -> dict[str, Column]:
@@ -428,6 +429,10 @@ def scale_of(name: str, column: Column, statements: Statements, sensor: Sensor =
     usual = next(iter(sizes(quantity)))
     other = f"another of {quantity}" if sensor == "gyro" else "{unit gyros=deg/s,accelerometers=g}"
     remedy = f"state {{unit {of_one}{usual}}} or {other}, or the right {{kind}}"
+    if scale is not None:
+        remedy = "state the right {scale} or {kind}"
+    elif units[0] is None and units[1] is None:
+        remedy = f"state the right {{kind}}, or {{unit {of_one}{usual}}} or {other}"
     known_unit(name, unit, quantity, remedy)
     notes = [
         contradiction(by_file, caller or beside or "", is_typed=caller is not None, channel=name)

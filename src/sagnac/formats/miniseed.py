@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pymseed import MS3Record, MS3TraceList, get_error_messages
 
-from sagnac.core.errors import Note, RecordingError, counted
+from sagnac.core.errors import Note, RecordingError
 from sagnac.formats.source import Column, Source
 from sagnac.formats.statement import Statement
 
@@ -60,7 +60,7 @@ def open_source(path: Path) -> Source:
     notes: list[Note] = []
     if not is_whole:
         columns.append(Column(key=_TIME, name=_TIME, unit="ns"))
-        text = f"records are missing: {counted(len(segments), 'stretch')}es without a gap"
+        text = f"records are missing: {len(segments)} stretches without a gap"
         notes.append(Note(text=text, channel=_TIME))
 
     def load(keys: Sequence[str]) -> dict[str, NDArray[Any]]:

@@ -42,6 +42,8 @@ def open_source(path: Path) -> Source:
             "has no PSINS header, three lines of six numbers after the comments",
             remedy="correct it, or give a CSV with {rate}, {kind} and {unit}",
         )
+    if rows[_HEADER_ROWS:] and len(rows[_HEADER_ROWS]) != len(_ROW):
+        raise ValueError(f"rows of {len(rows[_HEADER_ROWS])} numbers, not {len(_ROW)}")
     header = [[float(number) for number in row] for row in rows[:_HEADER_ROWS]]
     interval_ms, gravity = header[1][4:]
     gyros, forces = header[2][:3], header[2][3:]

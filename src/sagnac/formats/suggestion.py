@@ -173,7 +173,8 @@ def _gyros(source: Source, statements: Statements, missing: dict[str, str]) -> d
             possible = possible if len(possible) == len(GYRO_NAMES) else []
         if not possible:
             others = candidates(source, statements)
-            possible = list(others) if len(others) == 1 or columns[0].key == "1" else []
+            is_plain = bool(columns) and columns[0].key == "1"
+            possible = list(others) if len(others) == 1 or is_plain else []
         gyros = dict(zip(GYRO_NAMES, possible, strict=False))
     stated = {name: column_text(one) for name, one in gyros.items()}
     missing["columns"] = text_of(stated or {"x": COLUMN})

@@ -246,9 +246,8 @@ class Conversion:
 
 
 def _unit_of_channel(name: str, kind: Kind, unit: str, sensor: Sensor) -> Unit:
-    quantity = quantity_of(kind, sensor)
     try:
-        return unit_of(unit, quantity)
+        return unit_of(unit, quantity_of(kind, sensor))
     except ValueError as error:
         raise ValueError(f"channel {name} of kind {kind}: {error}") from None
 

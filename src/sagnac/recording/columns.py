@@ -103,7 +103,7 @@ def stated_for(name: str, stated: _Text | Mapping[str, _Text], argument: str) ->
         return stated
     if name not in stated:
         others = f", only that of {', '.join(stated)}" if stated else ""
-        raise ValueError(f"the {argument} of gyro {name} is not stated{others}")
+        raise ValueError(f"the {argument} of gyro {name} is not stated{others}; state {argument}")
     return stated[name]
 
 
@@ -159,7 +159,7 @@ def gyro_of(
         extent = finite_extent(readings)
         if extent >= period:
             raise RecordingError(
-                f"it spans {extent:.6g}, more than a counter of {period:.9g} holds",
+                f"its readings span {extent:.6g}, more than a counter of {period:.9g} holds",
                 channel=name,
                 remedy=f"state the right {inputs}",
             )
