@@ -75,7 +75,7 @@ def giving(example: str) -> Callable[[Callable[[str], Value]], Callable[[str], V
     return of
 
 
-@giving("START:STOP in s, such as 630:930")
+@giving("START:STOP in s, the start below the stop, such as 630:930")
 def span(text: str) -> Span:
     """``START:STOP`` in s; either may be left out.
 
@@ -85,6 +85,8 @@ def span(text: str) -> Span:
         If it is none.
     """
     start, stop = (float(end) if end.strip() else None for end in text.split(":"))
+    if stop is not None and not (start or 0.0) < stop:
+        raise ValueError
     return start, stop
 
 

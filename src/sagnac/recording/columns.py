@@ -159,7 +159,7 @@ def gyro_of(
         extent = finite_extent(readings)
         if extent >= period:
             raise RecordingError(
-                f"its readings span {extent:.6g}, more than a counter of {period:.9g} holds",
+                f"it spans {extent:.6g}, more than a counter of {period:.9g} holds",
                 channel=name,
                 remedy=f"state the right {inputs}",
             )
