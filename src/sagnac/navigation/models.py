@@ -33,7 +33,7 @@ def require_numbers(of: object, names: Iterable[str], *, above_zero: bool = Fals
     ValueError
         If one is negative or not finite, or zero if that is refused.
     """
-    allowed = "a finite number above zero" if above_zero else "a finite number of zero or more"
+    allowed = "a finite number above zero" if above_zero else "zero or more, and finite"
     for name in names:
         value = getattr(of, name)
         if not (is_finite(value) and (value > 0.0 or (value == 0.0 and not above_zero))):
