@@ -51,6 +51,7 @@ from sagnac.quality.profile import Profile
 from sagnac.quality.samples import longest_whole_stretch, stuck_notes
 from sagnac.recording.channel import angle_of, same_values
 from sagnac.recording.model import Channel, Recording, require_recording
+from sagnac.stability.curve import StabilityCurve
 from sagnac.table.kinematics import averages_of
 from sagnac.table.turns import mean_rate, turns
 
@@ -529,15 +530,7 @@ def _with_gaps(
     """Curves of all of a gyro with missing samples, the rest of its longest whole stretch."""
     for note in stuck_notes(recording, Profile.of(recording, gyro)):
         raise RecordingError.of(note)
-    if settings.covariates or settings.method != "none":
-        choice, cannot = (
-            "method",
-            f"lines cannot be removed across gaps ({{method {settings.method}}})",
-        )
-        if settings.covariates:
-            choice, cannot = "covariates", "temperature cannot be fitted across gaps ({covariates})"
-        remedy = f"leave {{{choice}}} out, or take a whole stretch with {{slice START:STOP}}"
-        raise RecordingError(cannot, channel=gyro.name, remedy=remedy)
+    _require_no_fit_across_gaps(gyro, settings)
     step = max(1, round((settings.interval or 0.0) * recording.sample_rate))
     values, rate = gyro.values[::step], recording.sample_rate / step
     if step > 1 and gyro.kind != "angle":
@@ -558,19 +551,8 @@ def _with_gaps(
             f"{span}; the curves are of the whole recording, without the terms that touch a gap",
         )
     except RecordingError as error:
-        density = Spectrum.empty()
-        analysis = Analysis(
-            recording=recording,
-            settings=settings,
-            channel=gyro.name,
-            table_rate=None,
-            angle_random_walk=unobserved("angle_random_walk", settings.confidence),
-            source="no stretch without a gap is long enough",
-            curve=curve,
-            curve_before=curve,
-            spectrum=density,
-            spectrum_before=density,
-        )
+        analysis = _curve_alone(recording, gyro, settings, curve)
+        density = analysis.spectrum
         made = AtRest(analysis=analysis, without_lines=analysis, as_it_is=analysis)
         why = RecordingError(error.problem, channel=error.channel, remedy=error.remedy)
         text = (
@@ -596,3 +578,41 @@ def _with_gaps(
         notes=tuple(dict.fromkeys(notes)),
     )
     return replace(made, analysis=whole)
+
+
+def _require_no_fit_across_gaps(gyro: Channel, settings: Settings) -> None:
+    """Refuse what is fitted to a whole record.
+
+    Raises
+    ------
+    RecordingError
+        If lines or temperature are to be removed.
+    """
+    if settings.covariates:
+        choice, cannot = "covariates", "temperature cannot be fitted across gaps ({covariates})"
+    elif settings.method != "none":
+        choice = "method"
+        cannot = f"lines cannot be removed across gaps ({{method {settings.method}}})"
+    else:
+        return
+    remedy = f"leave {{{choice}}} out, or take a whole stretch with {{slice START:STOP}}"
+    raise RecordingError(cannot, channel=gyro.name, remedy=remedy)
+
+
+def _curve_alone(
+    recording: Recording, gyro: Channel, settings: Settings, curve: StabilityCurve
+) -> Analysis:
+    """The curve across gaps where no stretch between them gives more."""
+    nothing = Spectrum.empty()
+    return Analysis(
+        recording=recording,
+        settings=settings,
+        channel=gyro.name,
+        table_rate=None,
+        angle_random_walk=unobserved("angle_random_walk", settings.confidence),
+        source="no stretch without a gap is long enough",
+        curve=curve,
+        curve_before=curve,
+        spectrum=nothing,
+        spectrum_before=nothing,
+    )

@@ -384,7 +384,7 @@ class Options(Reading):
 
     @property
     def as_toml(self) -> str:
-        """TOML of the options that were typed, but for what belongs to one run alone."""
+        """TOML of the options that were typed, without those that belong to one run alone."""
         typed = {
             name: getattr(self, name)
             for name in _REPEATED

@@ -1,6 +1,6 @@
 """miniSEED (2 and 3), which ring lasers of geodesy write: one column a source."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, Final
 
@@ -11,6 +11,9 @@ from pymseed import MS3Record, MS3TraceList, get_error_messages
 from sagnac.core.errors import Note, RecordingError
 from sagnac.formats.source import Column, Source
 from sagnac.formats.statement import Statement
+
+Segment = tuple[int, float, int]
+"""Start in ns since 1970, sample rate in Hz and samples of a stretch without a gap."""
 
 _TIME: Final = "time"
 _PREFIX: Final = "FDSN:"
@@ -30,30 +33,14 @@ def open_source(path: Path) -> Source:
     for _ in MS3Record.from_file(path):
         pass
     with MS3TraceList.from_file(path) as traces:
-        found = {
+        listed = {
             one.sourceid.removeprefix(_PREFIX): [
                 (segment.starttime, segment.samprate, segment.samplecnt) for segment in one
             ]
             for one in traces
         }
-    found = {name: segments for name, segments in found.items() if sum(s[2] for s in segments)}
-    rates = {rate for segments in found.values() for _, rate, _ in segments}
-    if len(rates) != 1 or min(rates, default=0.0) <= 0.0:
-        listed = ", ".join(f"{rate:g}" for rate in sorted(rates)) or "none"
-        raise RecordingError(
-            f"its sources are sampled at different rates, {listed} Hz",
-            remedy="give a file of sources sampled together",
-        )
-    (rate,) = rates
-    starts = {name: segments[0][0] for name, segments in found.items()}
-    first, last = min(starts, key=starts.__getitem__), max(starts, key=starts.__getitem__)
-    late = 1e-9 * (starts[last] - starts[first])
-    if late > 0.5 / rate:
-        raise RecordingError(
-            f"begins {late:.6g} s after {first}",
-            channel=last,
-            remedy="cut all sources to the same span before they are put together",
-        )
+    found = {name: some for name, some in listed.items() if sum(count for _, _, count in some)}
+    rate = _common_rate(found)
     segments = next(iter(found.values()))
     is_whole = all(len(segments) == 1 for segments in found.values())
     columns = [Column(key=name, name=name, unit="counts") for name in found]
@@ -66,13 +53,7 @@ def open_source(path: Path) -> Source:
     def load(keys: Sequence[str]) -> dict[str, NDArray[Any]]:
         arrays: dict[str, NDArray[Any]] = {}
         if _TIME in keys:
-            # When samples were taken, ns since 1970.
-            arrays[_TIME] = np.concatenate(
-                [
-                    start + np.rint(np.arange(count) * (1e9 / rate)).astype(np.int64)
-                    for start, rate, count in segments
-                ]
-            )
+            arrays[_TIME] = np.concatenate([_stamps(one) for one in segments])
         with MS3TraceList.from_file(path, unpack_data=True) as traces:
             # It warns of samples that do not add up to the last one that their record states
             # (Steim 1 and 2), and hands them over.
@@ -93,3 +74,38 @@ def open_source(path: Path) -> Source:
         stated=Statement(sample_rate=rate if is_whole else None),
         notes=tuple(notes),
     )
+
+
+def _common_rate(found: Mapping[str, Sequence[Segment]]) -> float:
+    """Sample rate of all sources, Hz.
+
+    Raises
+    ------
+    RecordingError
+        If they differ in it, or do not begin together.
+    """
+    rates = {rate for segments in found.values() for _, rate, _ in segments}
+    if len(rates) != 1 or min(rates) <= 0.0:
+        listed = ", ".join(f"{rate:g}" for rate in sorted(rates)) or "none"
+        raise RecordingError(
+            f"its sources are sampled at different rates, {listed} Hz",
+            remedy="give a file of sources sampled together",
+        )
+    (rate,) = rates
+    starts = {name: segments[0][0] for name, segments in found.items()}
+    first, last = min(starts, key=starts.__getitem__), max(starts, key=starts.__getitem__)
+    late = 1e-9 * (starts[last] - starts[first])
+    if late > 0.5 / rate:
+        raise RecordingError(
+            f"begins {late:.6g} s after {first}",
+            channel=last,
+            remedy="cut all sources to the same span before they are put together",
+        )
+    return rate
+
+
+def _stamps(segment: Segment) -> NDArray[np.int64]:
+    """When the samples of a segment were taken, ns since 1970."""
+    start, rate, count = segment
+    steps = np.rint(np.arange(count) * (1e9 / rate)).astype(np.int64)
+    return np.asarray(start + steps, dtype=np.int64)

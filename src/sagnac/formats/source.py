@@ -199,7 +199,9 @@ class Source:
             return replace(stored, format=self.format)
 
     def stamps(self, key: str, first: int = 0, stop: int | None = None) -> FloatArray:
-        """Samples of one column, less the first of them; none if it does not have so many.
+        """Samples `first` to `stop` of one column, each less the first of them.
+
+        No sample is given if the column ends before `stop`.
 
         Raises
         ------

@@ -158,18 +158,10 @@ def remove_lines_as_published(
     for number, (name, angle) in enumerate(angles.items()):
         rest = angle
         if turning is not None:
-            # Step 1; alone, a gyro loses what it senses of the table as well.
-            found = fast_orthogonal_search(
-                turning,
-                angle,
-                spacing=1.0,
-                candidates=search.orders,
-                stop=search.stop,
-                false_alarm=search.false_alarm,
-                most_terms=search.most_orders,
-            )
+            found = _order_search(angle, turning, search)
             phasor = found.cosine + 1j * found.sine
             rest = angle - harmonic_sum(turning, found.frequencies, phasor)
+            # Alone, a gyro loses what it senses of the table as well.
             rest = rest - found.slope * turning if alone else rest
             in_angle += _lines(found, "angle", 1.0, name)
         report((number + 0.3) / (len(angles) + 1))
@@ -207,6 +199,21 @@ def remove_lines_as_published(
         masked=tuple((float(place - width), float(place + width)) for place in frequency),
         taken=_noise_taken(np.sort(frequency), rest, sample_rate),
         notes=(Note(text=text),) if full else (),
+    )
+
+
+def _order_search(
+    angle: FloatArray, table: FloatArray, search: PublishedSearch
+) -> OrthogonalSearch:
+    """Step 1: the whole orders of table angle that the search chooses."""
+    return fast_orthogonal_search(
+        table,
+        angle,
+        spacing=1.0,
+        candidates=search.orders,
+        stop=search.stop,
+        false_alarm=search.false_alarm,
+        most_terms=search.most_orders,
     )
 
 

@@ -84,7 +84,7 @@ class Wanted:
 
     @cached_property
     def three(self) -> dict[Sensor, tuple[FilterSetting, ...]]:
-        """Of each kind, about x, y and z: each its own if there are three, else one for all."""
+        """Settings about x, y and z by sensor: its own for each if it has three, else the worst."""
         axes: dict[Sensor, tuple[FilterSetting, ...]] = {}
         for kind, settings in zip(SENSORS, (self.chosen, self.forces), strict=True):
             names = ("x", "y", "z") if kind == "gyro" else ("ax", "ay", "az")

@@ -30,7 +30,8 @@ def second_difference_covariances(lag: float, first: int, second: int, out: Floa
     |t|^3/12 for Q, N, B and K at one and a sample interval of one.
     """
     out[:4] = 0.0
-    # Of the differences over the shorter of the two, those over the longer.
+    # The sum over p makes differences over the longer span of those over the shorter (the sum
+    # over q).
     short, long = min(first, second), max(first, second)
     for p in range(3):
         weight = -2.0 if p == 1 else 1.0

@@ -189,14 +189,8 @@ def self_noise(
                 f"holds too little between {band[0]:g} and {band[1]:g} Hz",
                 remedy="give a wider band, or record longer",
             )
-        # N is the root of half of a one-sided density.
-        figures = _apart(cross[slice(*ends)], motions, segments, confidence)[:3]
-        walks = {
-            name: unobserved("angle_random_walk", confidence)
-            if math.isnan(each[0])
-            else rooted("angle_random_walk", confidence, *(0.5 * each).tolist())
-            for name, each in zip(names, np.transpose(figures), strict=True)
-        }
+        in_band = _apart(cross[slice(*ends)], motions, segments, confidence)
+        walks = dict(zip(names, _walks(*in_band[:3], confidence), strict=True))
     return SelfNoise(
         gyros=names,
         frequency=np.array([frequency[slice(*each)].mean() for each in bands]),
@@ -209,6 +203,18 @@ def self_noise(
         angle_random_walk=walks,
         confidence=confidence,
     )
+
+
+def _walks(
+    density: FloatArray, low: FloatArray, high: FloatArray, confidence: float
+) -> list[Estimate]:
+    """N of each gyro: the root of half of its one-sided density."""
+    return [
+        unobserved("angle_random_walk", confidence)
+        if math.isnan(each[0])
+        else rooted("angle_random_walk", confidence, *(0.5 * each).tolist())
+        for each in np.transpose([density, low, high])
+    ]
 
 
 def band_degrees(ordinates: int, segments: int) -> float:
@@ -533,7 +539,7 @@ def _fitted_terms(
     """
     first, second = np.triu_indices(spectra.shape[1], 1)
     known, cross = _smooth(spectra, basis, freedom), spectra[:, first, second]
-    # Of each pair with every other.
+    # The covariance is that of every pair with every other pair.
     one, other = first[:, np.newaxis], second[:, np.newaxis]
     covariance = known[:, one, first] * known[:, other, second]
     covariance += known[:, one, second] * known[:, other, first]

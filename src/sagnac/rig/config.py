@@ -343,7 +343,7 @@ def _check_modes(config: RigConfig) -> None:
         f"dither.detuning_hz {detuning:g} leaves no frequency",
         "keep it above -gyro.dither_frequency_hz",
     )
-    # Of what the table commands each gyro to sense.
+    # Each gyro must sense a rate well above its lock-in all the time.
     rate, dither = config.command.rate, dither_of(gyro)
     slowest = 0.0 if rate.min() < 0.0 < rate.max() else float(np.abs(rate).min())
     sensed = zip(GYRO_NAMES, ring_lasers_of(gyro), np.abs(config.platform.shares), strict=False)
