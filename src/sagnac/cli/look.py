@@ -193,7 +193,9 @@ def convert(
     overwriting.require_free(of_conversion(target), inputs([source], options), force=force)
     with reading(source, options) as read:
         recording = read.recording
-    written = sagnac.write(recording, target, force=force)
+    with results.progress_shown() as progress:
+        progress("write", 0.0)
+        written = sagnac.write(recording, target, force=force)
     print(text.blocks(text.recording(recording), text.notes(recording.notes)))
     results.print_paths([written])
     return results.DONE
