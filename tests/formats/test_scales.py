@@ -95,6 +95,22 @@ def test_units_that_are_missing_or_contradict(stated, header, said):
         scale_of("x", column(header), three(caller={"kind": "angle", **stated}))
 
 
+@pytest.mark.parametrize(
+    ("stated", "header", "first"),
+    [
+        ({}, "x", "state {unit rad}"),
+        ({"unit": "deg/s"}, "x", "state {unit rad}"),
+        ({}, "x[deg/s]", "state the right {kind}, or {unit rad}"),
+        ({"scale": "1deg/s"}, "x", "state the right {scale} or {kind}"),
+    ],
+    ids=["missing", "stated", "by the file", "by the scale"],
+)
+def test_the_remedy_begins_with_what_is_likely_wrong(stated, header, first):
+    with pytest.raises(RecordingError) as error:
+        scale_of("x", column(header), three(caller={"kind": "angle", **stated}))
+    assert error.value.remedy.startswith(first)
+
+
 def chosen(*headers, caller):
     """What is chosen among these columns, the gyro x besides."""
     return choose([column(one) for one in ("x[deg]", *headers)], three(caller=caller))

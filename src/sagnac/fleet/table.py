@@ -86,7 +86,7 @@ def _reason(analysis: Mapping[str, Any]) -> str:
     answer, reasons = analysis.get("angle_random_walk", {}), []
     if answer and answer["status"] != "estimated":
         reasons = [one["text"] for one in analysis.get("findings", ()) if one["level"] == "error"]
-        reasons = reasons or [answer[key] for key in ("source",) if key in answer]
+        reasons = reasons or ([answer["source"]] if "source" in answer else [])
     reasons += [
         f"{SYMBOLS[one['coefficient']]}: {one['reason']}"
         for one in analysis.get("verdict", {}).get("limits", ())

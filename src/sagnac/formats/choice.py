@@ -431,7 +431,8 @@ def scale_of(name: str, column: Column, statements: Statements, sensor: Sensor =
     remedy = f"state {{unit {of_one}{usual}}} or {other}, or the right {{kind}}"
     if scale is not None:
         remedy = "state the right {scale} or {kind}"
-    elif units[0] is None and units[1] is None:
+    elif unit is not None and not any(units[:2]):
+        # The file says it itself: the kind that was stated is the more likely fault.
         remedy = f"state the right {{kind}}, or {{unit {of_one}{usual}}} or {other}"
     known_unit(name, unit, quantity, remedy)
     notes = [
