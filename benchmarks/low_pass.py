@@ -20,7 +20,7 @@ import numpy as np
 from scipy.signal import butter, sosfilt
 
 from benchmarks.recording_lines import PAIR, true_value
-from sagnac.analysis.pipeline import analyze, at_rest
+from sagnac.analysis.pipeline import analyze, still_bench
 from sagnac.analysis.settings import Settings
 from sagnac.core.units import DEGREE_PER_ROOT_HOUR
 from sagnac.formats import read
@@ -101,10 +101,10 @@ def at_rest_with_losses(seed: int, seconds: float) -> Iterator[Row]:
         write_unit(path, seed, seconds)
         recording = read(path, kind="rate")
     for name, walk in WALKS.items():
-        bench = at_rest(recording, Settings(gyros=(name,), interval=None))
+        analysis, _ = still_bench(recording, Settings(gyros=(name,), interval=None))
         yield Row(
             name=f"at rest, {CORNER:g} Hz, {LOST} lost, {name}, seed {seed}",
-            answer=bench.analysis.angle_random_walk,
+            answer=analysis.angle_random_walk,
             # The density is one-sided: N is what is left of it on either side of zero.
             truth=math.radians(walk) / math.sqrt(2.0),
         )

@@ -22,7 +22,7 @@ from scipy.io import loadmat
 from scipy.signal.windows import dpss
 
 from benchmarks.stability import PAGE as STABILITY_PAGE
-from sagnac.analysis.pipeline import at_rest
+from sagnac.analysis.pipeline import still_bench
 from sagnac.analysis.result import Analysis
 from sagnac.analysis.settings import Settings
 from sagnac.core.arrays import FloatArray
@@ -158,7 +158,7 @@ def _of_angle(gyro: str, angle: FloatArray, sample_rate: float) -> Recording:
 def _answer(recording: Recording, gyro: str) -> Analysis:
     # As `sagnac avar` does: every sample.
     settings = Settings(gyros=(gyro,), method="none", interval=None)
-    return at_rest(recording, settings).analysis
+    return still_bench(recording, settings)[0]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -17,7 +17,7 @@ from benchmarks.gallery import (
 )
 
 from sagnac.analysis.json_data import choice_data, covariance_data, parts_data
-from sagnac.analysis.pipeline import analyze, at_rest
+from sagnac.analysis.pipeline import analyze, still_bench
 from sagnac.analysis.result import headline_coefficients
 from sagnac.analysis.settings import Settings
 from sagnac.recording.model import Provenance, Recording
@@ -147,7 +147,7 @@ def test_the_slice_that_leaves_a_warm_up_out_counts_from_the_start_of_the_file()
     assert begin_of(replace(whole, provenance=file)) == begin_of(whole) + 1000
 
 
-def test_two_gyros_that_share_noise_at_rest_are_each_what_they_are_alone():
+def test_two_gyros_that_share_noise_still_bench_are_each_what_they_are_alone():
     pair = common_pair(np.random.default_rng(4), SAMPLES, RATE, gyro=Gyro(), share=0.4)
     recording = recording_of(x=pair[0], z=pair[1])
     found = analyze(recording, Settings(gyros=("x", "z"), method="none"))
@@ -163,7 +163,7 @@ def test_the_still_bench_answers_with_the_lines_out():
     time = np.arange(SAMPLES) / RATE
     line = 1.0 * np.sin(2.0 * np.pi * 7.3 * time)
     recording = recording_of(x=replace(gyro, increments=gyro.increments + line))
-    bench = at_rest(recording, Settings(gyros=("x",), method="none"))
+    bench = still_bench(recording, Settings(gyros=("x",), method="none"))[1]["x"]
     assert [round(line.frequency, 3) for line in bench.analysis.lines] == [7.3]
     assert holds(bench.analysis, UNIT)
     assert bench.analysis.angle_random_walk == bench.without_lines.angle_random_walk
@@ -176,7 +176,7 @@ def test_resonances_are_no_angle_random_walk():
     gyro = resonant(
         np.random.default_rng(6), SAMPLES, RATE, gyro=Gyro(), frequencies=(9.2, 18.9), peak=1e4
     )
-    bench = at_rest(recording_of(x=gyro), Settings(gyros=("x",), method="none"))
+    bench = still_bench(recording_of(x=gyro), Settings(gyros=("x",), method="none"))[1]["x"]
     assert holds(bench.analysis, UNIT)
 
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from sagnac.analysis.pipeline import analyze, at_rest
+from sagnac.analysis.pipeline import analyze, still_bench
 from sagnac.analysis.settings import Settings
 from sagnac.core.errors import RecordingError
 from sagnac.recording.model import Channel, Recording
@@ -25,9 +25,13 @@ def white(missing=()):
     return values
 
 
+def bench_of(recording, settings):
+    return still_bench(recording, settings)[1]["x"]
+
+
 def test_curves_are_of_the_whole_less_what_touches_a_gap():
     values = white([700, 701, 2900])
-    made = at_rest(recording(values), NONE).analysis
+    made = bench_of(recording(values), NONE).analysis
     # Cluster means of ten samples and their successors, all there, straight from the definition.
     cluster = 10
     means = np.array([values[k : k + cluster].mean() for k in range(SAMPLES - cluster + 1)])
@@ -41,7 +45,7 @@ def test_curves_are_of_the_whole_less_what_touches_a_gap():
 
 def test_coefficients_are_of_the_longest_stretch_and_say_so():
     values = white([700, 701, 2900])
-    both = at_rest(recording(values), NONE)
+    both = bench_of(recording(values), NONE)
     made, cleaned = both.analysis, both.without_lines
     alone = analyze(recording(values[702:2900]), NONE)
     assert made.angle_random_walk == alone.angle_random_walk
@@ -53,7 +57,7 @@ def test_coefficients_are_of_the_longest_stretch_and_say_so():
 
 
 def test_the_density_with_gaps_is_of_the_rate():
-    density = at_rest(recording(white([700, 701, 2900])), NONE).analysis.density
+    density = bench_of(recording(white([700, 701, 2900])), NONE).analysis.density
     low = (density.frequency > 1.0) & (density.frequency < RATE / 8.0)
     # White noise of one rad/s has twice its square over the sample rate, at every frequency.
     assert density.density[low].mean() == pytest.approx(2.0 / RATE, rel=0.1)
@@ -67,7 +71,7 @@ def test_an_interval_averages_what_is_there(kind):
         values = np.cumsum(np.nan_to_num(values))
         values[1000] = np.nan
     settings = Settings(gyros=("x",), method="none", interval=step / RATE)
-    made = at_rest(recording(values, kind), settings).analysis
+    made = bench_of(recording(values, kind), settings).analysis
     assert made.curve.samples == SAMPLES // step
     if kind == "angle":
         coarse = values[::step]
@@ -86,7 +90,7 @@ def test_an_interval_averages_what_is_there(kind):
 
 def test_without_gaps_it_is_the_analysis():
     values = white()
-    made = at_rest(recording(values), NONE).analysis
+    made = bench_of(recording(values), NONE).analysis
     assert made.angle_random_walk == analyze(recording(values), NONE).angle_random_walk
     assert np.array_equal(made.family[0].deviation, made.curve.deviation)
 
@@ -94,5 +98,5 @@ def test_without_gaps_it_is_the_analysis():
 def test_a_record_too_short_for_an_estimator_is_one_line():
     short = Settings(gyros=("x",), method="none", interval=None, estimators=("theoh",))
     with pytest.raises(RecordingError, match=r"theoh: values: 80 .* too few") as caught:
-        at_rest(recording(white()[:80]), short)
+        bench_of(recording(white()[:80]), short)
     assert "\n" not in str(caught.value)

@@ -16,6 +16,7 @@ from sagnac.analysis.averaged import Headline
 from sagnac.analysis.corrections import without_dither, without_temperature
 from sagnac.analysis.evidence import (
     Evidence,
+    Points,
     curve_after,
     curve_notes,
     curve_of,
@@ -119,7 +120,7 @@ def analyze(
     require_keywords("analyze", choices, (*(one.name for one in fields(Settings)), "progress"))
     settings = replace(settings or Settings(), **choices)
     with one_thread():
-        return each_channel(recording, settings, _analysis, progress)
+        return _each_channel(recording, settings, _analysis, progress)
 
 
 def answer_of(recording: Recording, settings: Settings | None = None) -> tuple[Headline, Evidence]:
@@ -213,9 +214,7 @@ def _evidence(
         curve, taken = curve_after(points, left, rate, settings)
         nothing_taken = not left.removal.lines and same_values(before.angle, points.angle)
         curve_before = curve if nothing_taken else curve_of(before.angle, before.rate, settings)
-        family = tuple(
-            curve_of(points.angle, points.rate, settings, one) for one in settings.estimators
-        )
+        family = _family(points, curve if nothing_taken else None, settings)
     with stages.stage("coefficients"):
         fine, readout = fine_points(recording, settings, left, points)
         fits = fits_of(curve, fine, readout, left.removal.masked, settings)
@@ -236,6 +235,18 @@ def _evidence(
         readout=readout,
         fits=fits,
         hat=hat,
+    )
+
+
+def _family(
+    points: Points, curve: StabilityCurve | None, settings: Settings
+) -> tuple[StabilityCurve, ...]:
+    """A curve for each estimator asked for; `curve` is the overlapping one if that is known."""
+    return tuple(
+        curve
+        if curve is not None and one == curve.estimator
+        else curve_of(points.angle, points.rate, settings, one)
+        for one in settings.estimators
     )
 
 
@@ -264,6 +275,9 @@ def _composed(evidence: Evidence, headline: Headline) -> Analysis:
     as_it_is = measure(evidence.corrected, settings.gyros)
     before = as_it_is.noise(as_it_is.angle)
     del as_it_is
+    spectrum = spectrum_before = figure_spectrum(differences(residual), left.rate)
+    if evidence.curve_before is not evidence.curve:
+        spectrum_before = figure_spectrum(differences(before), recording.sample_rate)
     of_spectrum: dict[str, Any] = {}
     if headline.spectrum is not None:
         average = headline.spectrum.average
@@ -288,8 +302,8 @@ def _composed(evidence: Evidence, headline: Headline) -> Analysis:
         lines=evidence.lines,
         curve=evidence.curve,
         curve_before=evidence.curve_before,
-        spectrum=figure_spectrum(differences(residual), left.rate),
-        spectrum_before=figure_spectrum(differences(before), recording.sample_rate),
+        spectrum=spectrum,
+        spectrum_before=spectrum_before,
         per_gyro=headline.per_gyro,
         notes=_notes(evidence, headline),
         family=evidence.family,
@@ -332,7 +346,7 @@ def _notes(evidence: Evidence, headline: Headline) -> tuple[Note, ...]:
 # ---- channels one by one -----------------------------------------------------------------
 
 
-def each_channel(
+def _each_channel(
     recording: Recording, settings: Settings, run: Run, progress: Progress | None
 ) -> Analysis:
     """Gyros on one turning table together, at rest each alone; accelerometers one by one.
@@ -456,14 +470,14 @@ class AtRest:
     as_it_is: Analysis
 
 
-def at_rest(
+def still_bench(
     recording: Recording,
     settings: Settings,
     *,
     progress: Progress | None = None,
     lines_in: bool = False,
-) -> AtRest:
-    """Curve and coefficients of one gyro, and what they would be without its lines.
+) -> tuple[Analysis, dict[str, AtRest]]:
+    """All gyros with the accelerometers, and each gyro with its lines in and out.
 
     With missing samples (NaN) the curves are of the whole recording, less the terms that touch
     a gap; coefficients, lines and spectra are of its longest stretch without a gap. If that is too
@@ -474,8 +488,8 @@ def at_rest(
     recording
         Its table is not looked at.
     settings
-        For one gyro. With the method ``none`` the lines are searched for all the same, and the
-        answer is that of `analyze` with its own method.
+        With the method ``none`` the lines are searched for all the same, and the answer is that of
+        `analyze` with its own method.
     progress
         Called with the stage and the fraction of it done.
     lines_in
@@ -486,7 +500,21 @@ def at_rest(
     RecordingError
         If the recording cannot give what `settings` ask for.
     """
-    recording = replace(recording, table=None, null_pulse=None, accelerometers=())
+    benches: dict[str, AtRest] = {}
+
+    def run(one: Recording, chosen: Settings, *, progress: Progress | None = None) -> Analysis:
+        name = chosen.gyros[0]
+        benches[name] = _at_rest(one, chosen, progress, lines_in=lines_in)
+        return benches[name].analysis
+
+    recording = replace(recording, table=None, null_pulse=None)
+    return _each_channel(recording, settings, run, progress), benches
+
+
+def _at_rest(
+    recording: Recording, settings: Settings, progress: Progress | None, *, lines_in: bool
+) -> AtRest:
+    """Curve and coefficients of one gyro, and what they would be without its lines."""
     gyro = recording.gyro(settings.gyros[0])
     if any(np.isnan(gyro.values[block]).any() for block in blocks(gyro.values.size)):
         try:
@@ -501,11 +529,16 @@ def _with_lines_out(
 ) -> AtRest:
     """A gyro without gaps; an answer with its lines out beside curves with them in."""
     with one_thread():
-        analysis, findings = _path(recording, settings, progress)
         if settings.method != "none" or lines_in:
+            analysis, _ = _path(recording, settings, progress)
             return AtRest(analysis=analysis, without_lines=analysis, as_it_is=analysis)
         search = replace(settings, method="fos", estimators=())
-        searched, _ = _path(recording, search, progress, findings)
+        searched, findings = _path(recording, search, progress)
+        if not (searched.lines or searched.masked or recording.pickoffs):
+            # Nothing was taken: it is the recording as it is.
+            analysis = _with_family(searched, recording, settings, progress)
+            return AtRest(analysis=analysis, without_lines=searched, as_it_is=analysis)
+        analysis, _ = _path(recording, settings, progress, findings)
     of_fits = tuple(note for fit in analysis.fits.values() for note in fit.notes)
     notes = (*searched.notes, *curve_notes(analysis.curve, analysis.family), *of_fits)
     # Vibration and lines are no angle random walk: the answer is the one without them.
@@ -517,6 +550,25 @@ def _with_lines_out(
         **{name: getattr(searched, name) for name in of_answer},
     )
     return AtRest(analysis=with_answer, without_lines=searched, as_it_is=analysis)
+
+
+def _with_family(
+    analysis: Analysis, recording: Recording, settings: Settings, progress: Progress | None
+) -> Analysis:
+    """The analysis of a gyro of which nothing was taken, with the other curves and the density."""
+    stages = Stages(progress, recording.path or "recording")
+    with stages.stage("curves"):
+        rate, angle = recording.sample_rate, measure(recording, settings.gyros).angle
+        family = _family(points_at(angle, rate, settings.interval), analysis.curve, settings)
+        density = multitaper_density(differences(angle), rate) if family else None
+    return replace(
+        analysis,
+        settings=settings,
+        family=family,
+        density=density,
+        notes=tuple(dict.fromkeys((*analysis.notes, *curve_notes(analysis.curve, family)))),
+        seconds={**analysis.seconds, **stages.seconds},
+    )
 
 
 def _with_gaps(

@@ -386,8 +386,9 @@ class Analysis:
         )
 
     def with_seconds(self, before: Mapping[str, float]) -> "Analysis":
-        """The same with stages that came before it, such as reading."""
-        return replace(self, seconds={**before, **self.seconds})
+        """The same with stages that came before it and its gyros, such as reading."""
+        gyros = {name: one.with_seconds(before) for name, one in self.gyros.items()}
+        return replace(self, seconds={**before, **self.seconds}, gyros=gyros)
 
 
 def headline_fit(analysis: Analysis) -> Fit | None:

@@ -148,6 +148,8 @@ def avar(
     With -o, each gyro's report goes into a folder of its own beside a page of all of them, and the
     accelerometers' into another.
     """
+    from sagnac.analysis.pipeline import still_bench
+
     settings = settings_of(options, method="none", estimators=bench.estimator or ("oadev",))
     sheet, output = _sheet(options, report), report.output
     alone: sagnac.SelfNoise | None = None
@@ -164,8 +166,10 @@ def avar(
             recording = with_gaps_marked(recording)
         if bench.self_noise is not None:
             alone = _alone(recording, settings, bench.self_noise)
-        still = replace(read, recording=replace(recording, table=None, null_pulse=None))
-        analysis, benches = _benches(still, settings, lines_in=options.method == "none")
+        analysis, benches = still_bench(
+            recording, settings, progress=read.progress, lines_in=options.method == "none"
+        )
+        analysis = analysis.with_seconds(read.seconds)
     if output is not None:
         analysis, paths = _bench_reported(analysis, alone, output, sheet)
     if options.as_json:
@@ -220,27 +224,6 @@ def _alone(
         return sagnac.self_noise(recording, gyros=gyros, band=band, confidence=settings.confidence)
     except ValueError as error:
         raise results.UsageError(f"--self-noise: {error}") from None
-
-
-def _benches(
-    still: ReadFile, settings: "sagnac.Settings", *, lines_in: bool
-) -> "tuple[sagnac.Analysis, dict[str, AtRest]]":
-    """All gyros with the accelerometers, and each gyro with its lines in and out.
-
-    With `lines_in` the answer is of the recording as it is, since that was asked for.
-    """
-    from sagnac.analysis.pipeline import at_rest, each_channel
-
-    benches: dict[str, AtRest] = {}
-
-    def run(
-        recording: "sagnac.Recording", chosen: "sagnac.Settings", *, progress: results.Progress
-    ) -> "sagnac.Analysis":
-        bench = at_rest(recording, chosen, progress=progress, lines_in=lines_in)
-        benches[chosen.gyros[0]] = bench
-        return bench.analysis.with_seconds(still.seconds)
-
-    return each_channel(still.recording, settings, run, still.progress), benches
 
 
 def _bench_reported(
