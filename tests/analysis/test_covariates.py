@@ -186,3 +186,21 @@ def test_b_k_and_r_hold_beside_a_drift_as_without_and_n_is_unchanged():
     assert changed.mean() < 0.005
     # Left in, the drift is taken for a random walk of the rate.
     assert shares["left in"]["K"][0] < 0.85
+
+
+@pytest.mark.parametrize(
+    ("temperature", "seen"),
+    [
+        # Its slope is a constant, as the bias of the gyro is.
+        (20.0 + 1e-3 * TIME, 1),
+        # Of two temperatures the square is the level again.
+        (np.where(TIME < SECONDS / 2.0, 20.0, 25.0), 1),
+        (np.where(np.arange(COUNT) == COUNT // 2, 20.0, 21.0), 0),
+    ],
+)
+def test_terms_that_one_another_make_are_fitted_once(temperature, seen):
+    values = noise(5) + LINEAR * (temperature - temperature.mean())
+    made = thermal_drift(recorded(values).gyro("x"), temperature, RATE)
+    assert (0 if made is None else np.count_nonzero(made.errors)) == seen
+    if made is not None:
+        assert made.coefficients[0] == pytest.approx(LINEAR, abs=4.0 * made.errors[0])

@@ -79,6 +79,8 @@ _MEANS: Final = 300
 _LEAST_SAMPLES: Final = 4 * _MEANS
 # Standard errors that a term has to have.
 _SEEN: Final = 3.5
+# Condition of the columns from which on one of them is made of the others.
+_APART: Final = 1e6
 # Range of the variance of a step of the walk over that of the white noise of a mean.
 _RATIOS: Final = (math.log(1e-6), math.log(1e3))
 
@@ -181,8 +183,14 @@ def thermal_drift(
     from scipy.interpolate import make_interp_spline  # noqa: PLC0415
 
     columns = np.stack([level, level**2, np.gradient(level, width)], axis=1)
+    # Of an even rise the slope is a constant, of two temperatures the square is the level.
+    taken: list[int] = []
+    scaled = columns / np.abs(columns).max(axis=0).clip(min=np.finfo(float).tiny)
+    for place in range(columns.shape[1]):
+        beside = np.column_stack([np.ones(_MEANS), scaled[:, [*taken, place]]])
+        if np.linalg.cond(beside) < _APART:
+            taken.append(place)
     # The least seen of the terms is left out until all are seen.
-    taken = [place for place in range(columns.shape[1]) if np.ptp(columns[:, place]) > 0.0]
     values, errors, walk = _fitted(rates, columns[:, taken])
     while taken and not (ratios := np.abs(values) / errors).min() > _SEEN:
         taken.pop(int(np.argmin(ratios)))
