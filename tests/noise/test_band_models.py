@@ -109,3 +109,13 @@ def test_the_top_of_a_hump_is_no_walk_if_the_spectrum_below_it_is_lower():
     high = models.squares[:, WALK] > 4.0
     assert high.any()
     assert models.weights[high].sum() < 1e-6
+
+
+def test_laws_that_fall_by_thirty_decades_in_the_level_are_fitted_in_every_band():
+    # A law of such a size at the lowest frequency leaves nothing of the highest in a running sum,
+    # and what is fitted there began at infinity.
+    steep = np.diff(np.random.default_rng(3).standard_normal(40_000), n=4)
+    levels = robust_levels(tapered_spectrum(steep, sample_rate=100.0))
+    models = band_models(levels)
+    assert models.count
+    assert np.isfinite(models.squares).all()
