@@ -330,3 +330,10 @@ def test_a_parquet_footer_that_claims_fewer_rows_is_refused(tmp_path):
     at = content.index(number(rows), start)
     path.write_bytes(content[:at] + number(rows - 1) + content[at + len(number(rows)) :])
     refused(path, "rows", statement=Statement())
+
+
+@pytest.mark.parametrize("suffix", ["csv", "mat", "bin"])
+def test_a_file_whose_content_was_not_fetched(suffix, tmp_path):
+    path = tmp_path / f"run.{suffix}"
+    path.write_text("version https://git-lfs.github.com/spec/v1\noid sha256:be4b\nsize 2269406\n")
+    refused(path, "is a pointer of Git LFS", "git lfs pull")

@@ -57,7 +57,7 @@ class Settings:
     strict
         Refuse a recording in which a fault is found, be it one that the answer survives.
     accepted
-        Findings taken knowingly, by name (`sagnac.quality.effects.FINDINGS`): the answer is
+        Findings taken knowingly, by name (`sagnac.quality.check.FINDINGS`): the answer is
         given in spite of them, and a note says so.
     specification
         Limits that the gyros have to keep; None for no verdict.

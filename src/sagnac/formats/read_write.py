@@ -26,6 +26,8 @@ from sagnac.formats.suggestion import accelerometer_inputs, candidates, column_t
 from sagnac.recording.model import Provenance, Recording
 
 _AXES: Final = 3
+# The first bytes of a file that stands for one of Git LFS.
+_POINTER: Final = b"version https://git-lfs"
 
 
 def read(
@@ -344,7 +346,7 @@ def _beginning(path: Path) -> bytes:
         )
     try:
         with path.open("rb") as stream:
-            beginning = stream.read(16)
+            beginning = stream.read(len(_POINTER))
     except OSError as error:
         why = f"cannot be opened ({error.strerror})"
         is_missing = isinstance(error, FileNotFoundError)
@@ -352,6 +354,10 @@ def _beginning(path: Path) -> bytes:
             "no such file" if is_missing else why,
             remedy="check the path" if is_missing else "check the path and its permissions",
         ) from None
+    if beginning == _POINTER:
+        raise RecordingError(
+            "is a pointer of Git LFS: the content was not fetched", remedy="fetch it: git lfs pull"
+        )
     if beginning and not path.stat().st_size:
         raise RecordingError(
             "is made by the system as it is read, and states no size",
