@@ -26,7 +26,7 @@ from scipy.special import ndtr, ndtri
 from sagnac.analysis.averaged import AnswerSpectrum, Headline
 from sagnac.analysis.evidence import Evidence
 from sagnac.analysis.measurement import ALIKE, Measurement, measure
-from sagnac.core.arrays import FloatArray, blocks
+from sagnac.core.arrays import FloatArray, differences, square
 from sagnac.core.errors import Note, rounded
 from sagnac.noise.cross_spectra import CommonWalk, common_walk, differenced_factor
 from sagnac.noise.estimates import Estimate, rooted
@@ -314,11 +314,8 @@ def white_noise(angle: FloatArray) -> float:
     angle
         (samples,) rad.
     """
-    size, square = angle.size - 3, 0.0
-    for block in blocks(size):
-        thirds = np.diff(angle[block.start : block.stop + 3], n=3)
-        square += float(thirds @ thirds)
-    return math.sqrt(square / size / _THIRD)
+    thirds = differences(differences(differences(angle)))
+    return math.sqrt(square(thirds) / thirds.size / _THIRD)
 
 
 # ---- noise that two gyros share ----------------------------------------------------------

@@ -4,13 +4,12 @@ Read from top to bottom: what is asked for (`analyze`, `answer_of`), the path of
 (`_analysis`: evidence, answer, composition), channels one by one, and the still bench.
 """
 
+import math
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, fields, replace
 from functools import partial
 from typing import Any, Final
-
-import numpy as np
 
 from sagnac.analysis.averaged import Headline
 from sagnac.analysis.corrections import without_dither, without_temperature
@@ -41,7 +40,7 @@ from sagnac.analysis.settings import MOST_GYROS, Progress, Settings, Stages
 from sagnac.analysis.spectra import Spectrum, figure_spectrum, multitaper_density, residual_of
 from sagnac.analysis.table_shares import Share, table_shares
 from sagnac.analysis.trust import findings_of, require_strict
-from sagnac.core.arrays import blocks, differences
+from sagnac.core.arrays import differences, extent
 from sagnac.core.errors import Note, RecordingError, require_keywords
 from sagnac.core.kernels import cache_notes, one_thread
 from sagnac.noise.estimates import Estimate, unobserved
@@ -516,7 +515,7 @@ def _at_rest(
 ) -> AtRest:
     """Curve and coefficients of one gyro, and what they would be without its lines."""
     gyro = recording.gyro(settings.gyros[0])
-    if any(np.isnan(gyro.values[block]).any() for block in blocks(gyro.values.size)):
+    if math.isnan(extent(gyro.values)[0]):
         try:
             return _with_gaps(recording, gyro, settings, progress, lines_in=lines_in)
         except RecordingError as error:
