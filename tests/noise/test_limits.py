@@ -12,7 +12,16 @@ from sagnac.noise.likelihood import crossing, detected, likelihood_drop, low_end
 @pytest.mark.parametrize("sign", [1.0, -1.0])
 def test_a_crossing_is_where_the_rise_is_zero(root, sign):
     found = crossing(lambda x: math.sqrt(abs(x)) - math.sqrt(root), 0.0, sign)
-    assert found == pytest.approx(sign * root, rel=2e-3 / math.sqrt(root) + 1e-6)
+    assert found == pytest.approx(sign * root, rel=1e-8)
+
+
+@pytest.mark.parametrize("rounding", [-1e-15, 0.0, 1e-15])
+def test_a_crossing_at_the_first_step_does_not_hang_on_a_rounding_error(rounding):
+    assert crossing(lambda x: x - 1.0 + rounding, 0.0, 1.0) == pytest.approx(1.0, rel=1e-9)
+
+
+def test_a_rise_may_be_infinite():
+    assert crossing(lambda x: -math.inf if x < 3.0 else math.inf, 0.0, 1.0) == pytest.approx(3.0)
 
 
 def test_a_crossing_stops_at_its_limit_or_never():

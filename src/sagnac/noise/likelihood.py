@@ -4,7 +4,7 @@ import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cache, cached_property
 from typing import Final
 
 import numpy as np
@@ -23,8 +23,13 @@ PRESENCE: Final = 9.0
 _PICKED: Final = 2.5
 # Standard deviations beyond which no tail of any confidence reaches.
 _FARTHEST: Final = 60.0
-# Of -2 log likelihood, and of standard deviations at a limit: far below what chance does.
-CONVERGED: Final = 1e-3
+# Of -2 log likelihood: far below what chance does.
+_CONVERGED: Final = 1e-3
+# Steps to the end of an interval, each 1.8 times the one before; the steepest rise that is told
+# from any steeper one; and the part of the last step to which the end is found.
+_STEPS: Final = 26
+_STEEPEST: Final = 1e3
+_NARROW: Final = 1e-9
 
 
 # ---- where an interval ends --------------------------------------------------------------
@@ -35,10 +40,8 @@ def crossing(
 ) -> float:
     """Where `rise`, negative at `inside`, crosses zero towards `step`, not beyond `limit`.
 
-    Steps that grow, then false position that moves by 2 % at least. A root finder of its own:
-    `rise` is itself the outcome of an iteration that stops at `CONVERGED`, so there is nothing to
-    find below that, each call costs a whole fit, and `scipy.optimize.brentq`, which knows a
-    tolerance of the place only, takes twice as many and ends elsewhere within it.
+    Steps that grow put the zero between two places; it is found to 1e-9 of their distance, so that
+    it does not hang on a rounding error at one of them.
 
     Parameters
     ----------
@@ -58,33 +61,23 @@ def crossing(
         if there is none before it; `inside` itself if `rise` is not negative there, as when
         weights that differ between two trial values put it beyond.
     """
-    low, low_value = inside, rise(inside)
-    if low_value >= 0.0:
+
+    # The root finder asks the ends again; an infinite rise would leave it no secant.
+    @cache
+    def finite(place: float) -> float:
+        return min(max(rise(place), -_STEEPEST), _STEEPEST)
+
+    if finite(inside) >= 0.0:
         return inside
-    for _ in range(26):
-        high = inside + step
-        if abs(step) >= abs(limit - inside):
-            high = limit
-        high_value = min(rise(high), 1e3)
-        if high_value >= 0.0:
-            break
+    low = inside
+    for _ in range(_STEPS):
+        high = low + step if abs(step) < abs(limit - low) else limit
+        if finite(high) >= 0.0:
+            return float(brentq(finite, low, high, xtol=_NARROW * abs(high - low)))
         if high == limit:
             return limit
-        low, low_value = high, high_value
-        step *= 1.8
-    else:
-        return math.copysign(math.inf, step)
-    for _ in range(60):
-        if abs(high_value) < CONVERGED:
-            return high
-        share = low_value / (low_value - high_value)
-        middle = low + min(max(share, 0.02), 0.98) * (high - low)
-        value = rise(middle)
-        if value < 0.0:
-            low, low_value = middle, value
-        else:
-            high, high_value = middle, value
-    return 0.5 * (low + high)
+        low, step = high, 1.8 * step
+    return math.copysign(math.inf, step)
 
 
 def typical_square(term: FloatArray, total: FloatArray) -> float:
@@ -212,7 +205,7 @@ class Likelihood(ABC):
             place = self.at(self.start(squares, free))
         while free.any() and math.isfinite(place.deviance):
             before, place = place.deviance, self._lowered(place, free)
-            if before - place.deviance < CONVERGED:
+            if before - place.deviance < _CONVERGED:
                 break
         return place
 
