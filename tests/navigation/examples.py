@@ -3,6 +3,7 @@
 import json
 from pathlib import Path
 
+from sagnac.navigation.tools import SettingsFile
 from sagnac.report.document import analysis_document, to_json
 from tests.handmade import analysis
 
@@ -14,6 +15,11 @@ def document(folder: Path, *, name: str = "analysis.json", **changes) -> Path:
     path = folder / name
     path.write_text(to_json(analysis_document(analysis(**changes))), encoding="utf-8")
     return path
+
+
+def written(tool: str, settings, accelerometers=(), **how) -> str:
+    """The file of a tool."""
+    return SettingsFile(tool=tool, settings=(*settings, *accelerometers), **how).text()
 
 
 def keys(text: str) -> dict[str, str]:

@@ -8,9 +8,8 @@ import pytest
 import yaml
 
 from sagnac.navigation.export import datasheet_setting, export
-from sagnac.navigation.tools import Wanted, exported
 from sagnac.noise.laws import markov_allan_variance
-from tests.navigation.examples import document
+from tests.navigation.examples import document, written
 
 DEGREE = math.pi / 180.0
 FORCE = datasheet_setting("N=80ug/sqrt(Hz),B=0.01mg@100s,range=8g")
@@ -39,23 +38,23 @@ def test_both_models_have_the_lowest_allan_deviation_at_its_time():
 
 def test_every_number_is_marked_as_stated_and_is_not_inflated():
     gyro = datasheet_setting("N=0.15deg/sqrt(h),B=3deg/h@100s,bandwidth=40Hz,range=450deg/s")
-    wanted = Wanted(settings=(gyro,), accelerometers=(FORCE,), rate=200.0)
-    text = exported("kalibr", wanted)
+    wanted = {"settings": (gyro,), "accelerometers": (FORCE,), "rate": 200.0}
+    text = written("kalibr", **wanted)
     read = yaml.safe_load(text)
     assert read["gyroscope_noise_density"] == pytest.approx(0.15 * DEGREE / 60.0, rel=1e-6)
     assert read["accelerometer_noise_density"] == pytest.approx(80e-6 * 9.80665, rel=1e-6)
     assert text.count("; stated, not measured") == 4
     assert "bandwidth 40Hz, range 450deg/s" in text
     assert "lies above the Allan deviation" not in text
-    plain = json.loads(exported("json", wanted))
+    plain = json.loads(written("json", **wanted))
     assert plain["sensors"]["gyro"]["measured"] is False
     assert plain["sensors"]["gyro"]["stated"] == {"bandwidth": "40Hz", "range": "450deg/s"}
-    noise = yaml.safe_load(exported("kf-gins", wanted))["imunoise"]
+    noise = yaml.safe_load(written("kf-gins", **wanted))["imunoise"]
     assert noise["arw"] == pytest.approx([0.15] * 3, rel=1e-6)
     # A Markov bias of stationary deviation s and time T has its highest Allan deviation, 0.617 s.
     assert noise["gbstd"] == pytest.approx([3.0 / 0.6173] * 3, rel=2e-3)
     with pytest.raises(ValueError, match="states the sample rate"):
-        exported("json", Wanted(settings=(gyro,)))
+        written("json", settings=(gyro,))
 
 
 @pytest.mark.parametrize(

@@ -9,7 +9,8 @@ from xml.etree import ElementTree
 import pytest
 import yaml
 
-from sagnac.navigation.tools import FORMATS, Wanted, exported
+from sagnac.navigation.tools import FORMATS
+from tests.navigation.examples import written
 from tests.navigation.test_tools import TRIAD, setting
 
 HOSTILE = (
@@ -62,12 +63,12 @@ def gtsam_names(text: str) -> list[str]:
 
 @pytest.mark.parametrize("name", HOSTILE)
 def test_a_name_stays_text_in_every_format(name):
-    wanted = Wanted(settings=(hostile(name),))
-    plain = Wanted(settings=(setting("x"),))
+    wanted = {"settings": (hostile(name),)}
+    plain = {"settings": (setting("x"),)}
     for tool in FORMATS:
-        text = exported(tool, wanted)
+        text = written(tool, **wanted)
         text.encode()  # no halves of characters
-        lines = len(exported(tool, plain).splitlines())
+        lines = len(written(tool, **plain).splitlines())
         assert len(text.splitlines()) == lines, tool
         if tool == "gtsam":
             assert gtsam_names(text) == [
@@ -101,13 +102,13 @@ def test_a_name_stays_text_in_every_format(name):
             assert set(found) == (KEYS.get(tool) or {"imu0"})
             if tool in ("json", "toml"):
                 assert len(found["sensors"]) == 1
-    assert exported("json", plain) != exported("json", wanted)
+    assert written("json", **plain) != written("json", **wanted)
 
 
 def test_each_gyro_of_hostile_names_keeps_its_own_numbers():
     names = ("a\n[b]", 'a"]', "ä.b")
     settings = tuple(replace(one, name=name) for one, name in zip(TRIAD, names, strict=True))
-    found = tomllib.loads(exported("toml", Wanted(settings=settings, each=True)))["sensors"]
+    found = tomllib.loads(written("toml", settings=settings, each=True))["sensors"]
     white = [one["simple"]["continuous"]["white_rad_per_s_per_sqrt_hz"] for one in found.values()]
     assert white == pytest.approx([one.simple.white for one in settings])
     assert list(found) == ["a\\u000a[b]", 'a"]', "ä.b"]
@@ -116,5 +117,5 @@ def test_each_gyro_of_hostile_names_keeps_its_own_numbers():
 @pytest.mark.parametrize("topic", ["/imu0\nupdate_rate: 1", "a: b", "", "/imu 0", "é", "/x # y"])
 def test_a_topic_is_a_name_of_ros(topic):
     with pytest.raises(ValueError, match=r"topic is .*; give a name of ROS"):
-        Wanted(settings=TRIAD, topic=topic)
-    assert Wanted(settings=TRIAD, topic="/rig_2/imu0").topic == "/rig_2/imu0"
+        written("kalibr", TRIAD, topic=topic)
+    assert "rostopic: /rig_2/imu0\n" in written("kalibr", TRIAD, topic="/rig_2/imu0")

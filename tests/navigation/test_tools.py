@@ -17,9 +17,9 @@ from sagnac.navigation.definitions import definition_of
 from sagnac.navigation.export import datasheet_setting
 from sagnac.navigation.models import FilterModel, Markov, UpperLimit
 from sagnac.navigation.settings import FilterSetting, measured_in, worst
-from sagnac.navigation.tools import FORMATS, Wanted, exported, settings_in
+from sagnac.navigation.tools import FORMATS, SettingsFile
 from sagnac.noise.laws import markov_allan_variance
-from tests.navigation.examples import changed, document, keys
+from tests.navigation.examples import changed, document, keys, written
 
 TAU = np.array([1.0, 10.0])
 
@@ -50,7 +50,7 @@ FORCES = tuple(
 
 @pytest.mark.parametrize("name", list(FORMATS))
 def test_every_file_says_what_it_is_and_where_that_stands(name):
-    text = exported(name, Wanted(settings=(setting(),)))
+    text = written(name, settings=(setting(),))
     definition = definition_of(name)
     for said in (definition.reference, definition.text, __version__, "run.csv, SHA-256 abc"):
         assert said in text
@@ -58,7 +58,7 @@ def test_every_file_says_what_it_is_and_where_that_stands(name):
 
 @pytest.mark.parametrize("name", ["kalibr", "allan-variance-ros"])
 def test_kalibr_by_the_worked_formula_of_its_wiki(name):
-    text = exported(name, Wanted(settings=TRIAD))
+    text = written(name, settings=TRIAD)
     read = keys(text)
     assert float(read["gyroscope_noise_density"]) == pytest.approx(3e-4)  # y is the worst
     assert float(read["gyroscope_random_walk"]) == pytest.approx(2e-6)
@@ -67,7 +67,7 @@ def test_kalibr_by_the_worked_formula_of_its_wiki(name):
     # Kalibr: sigma_gd = sigma_g / sqrt(dt) = 3e-4 * 20, sigma_bgd = sigma_bg sqrt(dt) = 2e-6 / 20.
     assert "6.000000e-03 rad/s white, 1.000000e-07 rad/s per step" in text
     assert "accelerometer_noise_density" not in read
-    both = keys(exported(name, Wanted(settings=TRIAD, accelerometers=FORCES)))
+    both = keys(written(name, settings=TRIAD, accelerometers=FORCES))
     # One noise for all axes covers all: az has the largest N, ay the largest K.
     assert float(both["accelerometer_noise_density"]) == 4e-3
     assert float(both["accelerometer_random_walk"]) == 3e-5
@@ -75,7 +75,7 @@ def test_kalibr_by_the_worked_formula_of_its_wiki(name):
 
 @pytest.mark.parametrize("name", ["kalibr", "allan-variance-ros", "openvins", "robot-localization"])
 def test_a_yaml_parser_reads_numbers(name):
-    text = exported(name, Wanted(settings=TRIAD, accelerometers=FORCES))
+    text = written(name, settings=TRIAD, accelerometers=FORCES)
     # OpenCV's own first line, which YAML 1.1 writes with a space.
     read = yaml.safe_load(text.removeprefix("%YAML:1.0\n"))
     if name == "robot-localization":
@@ -98,7 +98,7 @@ def test_a_yaml_parser_reads_numbers(name):
 
 
 def test_openvins_has_a_block_for_each():
-    text = exported("openvins", Wanted(settings=TRIAD, each=True))
+    text = written("openvins", settings=TRIAD, each=True)
     assert text.startswith("%YAML:1.0\n")
     assert [line for line in text.splitlines() if line.startswith("imu")] == [
         "imu0:", "imu1:", "imu2:",
@@ -121,7 +121,7 @@ def test_gtsam_is_set_by_the_file_itself():
             self.force_walk = matrix
 
     made: dict = {}
-    exec(exported("gtsam", Wanted(settings=TRIAD, accelerometers=FORCES, each=True)), made)
+    exec(written("gtsam", settings=TRIAD, accelerometers=FORCES, each=True), made)
     parameters = Parameters()
     made["set_gyroscope"](parameters)
     made["set_accelerometer"](parameters)
@@ -135,8 +135,8 @@ def test_gtsam_is_set_by_the_file_itself():
 
 @pytest.mark.parametrize("name", ["robot-localization", "ros-imu"])
 def test_a_message_of_ros_is_given_the_variance_of_a_sample(name):
-    wanted = Wanted(settings=TRIAD, accelerometers=FORCES, each=True, rate=100.0)
-    read = yaml.safe_load(exported(name, wanted))["imu"]
+    wanted = {"settings": TRIAD, "accelerometers": FORCES, "each": True, "rate": 100.0}
+    read = yaml.safe_load(written(name, **wanted))["imu"]
     # N^2 times the rate: 1e-8 * 100.
     gyros = [1e-6, 0, 0, 0, 9e-6, 0, 0, 0, 4e-6]
     assert read["angular_velocity_covariance"] == pytest.approx(gyros)
@@ -144,7 +144,7 @@ def test_a_message_of_ros_is_given_the_variance_of_a_sample(name):
     assert read["linear_acceleration_covariance"] == pytest.approx(forces)
     # sensor_msgs/Imu.msg: the first element is -1 if there is no estimate.
     assert read.get("orientation_covariance", [-1])[0] == -1
-    alone = yaml.safe_load(exported(name, Wanted(settings=TRIAD)))["imu"]
+    alone = yaml.safe_load(written(name, settings=TRIAD))["imu"]
     assert "linear_acceleration_covariance" not in alone
 
 
@@ -157,8 +157,8 @@ def walk_as_markov(white, walk, time, tau):
 
 @pytest.mark.parametrize("each", [False, True])
 def test_kf_gins_takes_white_noise_and_one_markov_bias_of_one_time(each):
-    wanted = Wanted(settings=TRIAD, accelerometers=FORCES, each=each)
-    noise = yaml.safe_load(exported("kf-gins", wanted))["imunoise"]
+    wanted = {"settings": TRIAD, "accelerometers": FORCES, "each": each}
+    noise = yaml.safe_load(written("kf-gins", **wanted))["imunoise"]
     assert set(noise) == {"arw", "vrw", "gbstd", "abstd", "corrtime"}
     for axis in range(3):
         gyro = TRIAD[axis] if each else TRIAD[1]
@@ -179,7 +179,7 @@ def test_kf_gins_takes_white_noise_and_one_markov_bias_of_one_time(each):
 
 
 def test_psins_is_called_with_the_units_of_its_own():
-    text = exported("psins", Wanted(settings=TRIAD, accelerometers=FORCES, each=True))
+    text = written("psins", settings=TRIAD, accelerometers=FORCES, each=True)
     rows = [line for line in text.splitlines() if not line.startswith("%")]
     read = dict(re.findall(r"^(\w+) = \[?([^\]=]*?)\]?;$", "\n".join(rows), re.MULTILINE))
     assert rows[-1] == "imuerr = imuerrset(eb, db, web, wdb, sqrtR0G, TauG, sqrtR0A, TauA);"
@@ -202,9 +202,7 @@ def test_a_bias_that_is_stated_of_accelerometers_is_not_forgotten_as_that_of_gyr
     model = FilterModel(white=1e-3, walk=1e-5)
     walk = FilterSetting(name="a", kind="accelerometer", simple=model, full=model, source="stated")
     (of_bias,), (of_walk,) = (
-        settings_in(tool, Wanted(settings=gyros, accelerometers=(one,), rate=200.0))[
-            -1
-        ].simple.markov
+        SettingsFile(tool=tool, settings=(*gyros, one), rate=200.0).held[-1].simple.markov
         for one in (bias, walk)
     )
     # B is the Allan deviation at its cluster time, which is the highest one.
@@ -220,10 +218,10 @@ def test_a_bias_that_is_stated_of_accelerometers_is_not_forgotten_as_that_of_gyr
 
 def with_white(wanted, times):
     """The same with accelerometers whose white noise is this many times as high."""
-    (one,) = wanted.accelerometers
+    (one,) = wanted["accelerometers"]
     louder = dataclasses.replace(one.simple, white=times * one.simple.white)
     force = dataclasses.replace(one, simple=louder, full=louder)
-    return dataclasses.replace(wanted, accelerometers=(force,))
+    return {**wanted, "accelerometers": (force,)}
 
 
 @pytest.mark.parametrize("tool", FORMATS)
@@ -231,17 +229,18 @@ def test_measured_gyros_that_forget_nothing_go_with_accelerometers_that_are_stat
     model = FilterModel(white=1e-3, walk=1e-5)
     stated = FilterSetting(name="a", kind="accelerometer", simple=model, full=model, source="b")
     gyros = tuple(dataclasses.replace(one, full=one.simple) for one in TRIAD)
-    wanted = Wanted(settings=gyros, accelerometers=(stated,), rate=200.0)
-    forces = [one for one in settings_in(tool, wanted) if one.kind == "accelerometer"]
+    wanted = {"settings": gyros, "accelerometers": (stated,), "rate": 200.0}
+    file = SettingsFile(tool=tool, settings=(*gyros, stated), rate=200.0)
+    forces = [one for one in file.held if one.kind == "accelerometer"]
     assert all(one.simple.white == 1e-3 for one in forces)
     # What a tool has no place for changes nothing in its file.
-    louder = exported(tool, with_white(wanted, 2.0))
-    assert (louder != exported(tool, wanted)) == bool(forces)
+    louder = written(tool, **with_white(wanted, 2.0))
+    assert (louder != written(tool, **wanted)) == bool(forces)
 
 
 def test_imu_sensor_by_the_algorithm_of_its_page():
     """Single-sided: sample NoiseDensity sqrt(Fs), step of the walk RandomWalk/sqrt(Fs)."""
-    text = exported("imu-sensor", Wanted(settings=TRIAD, accelerometers=FORCES, each=True))
+    text = written("imu-sensor", settings=TRIAD, accelerometers=FORCES, each=True)
     assert "imu.SampleRate = 400;" in text
     for sensor, group in (("gyro", TRIAD), ("accel", FORCES)):
         (body,) = re.findall(rf"= {sensor}params\((.*?)\);", text, re.DOTALL)
@@ -257,8 +256,8 @@ def test_imu_sensor_by_the_algorithm_of_its_page():
 
 
 def test_gazebo_by_the_recursion_of_its_noise_model():
-    wanted = Wanted(settings=TRIAD, accelerometers=FORCES, each=True, rate=100.0)
-    root = ElementTree.fromstring(exported("gazebo", wanted))
+    wanted = {"settings": TRIAD, "accelerometers": FORCES, "each": True, "rate": 100.0}
+    root = ElementTree.fromstring(written("gazebo", **wanted))
     assert float(root.findtext("update_rate")) == 100.0
     for element, group in (("angular_velocity", TRIAD), ("linear_acceleration", FORCES)):
         for axis, one in zip("xyz", group, strict=True):
@@ -278,7 +277,7 @@ def test_gazebo_by_the_recursion_of_its_noise_model():
 
 
 def test_gnss_ins_sim_by_its_equations():
-    text = exported("gnss-ins-sim", Wanted(settings=TRIAD, accelerometers=FORCES, each=True))
+    text = written("gnss-ins-sim", settings=TRIAD, accelerometers=FORCES, each=True)
     names: dict = {}
     exec(text, names)
     found = names["imu_err"]
@@ -298,7 +297,7 @@ def test_gnss_ins_sim_by_its_equations():
             variance = walk_as_markov(white, stationary, time, TAU)
             assert np.all(variance >= one.limit.limit**2 * (1.0 - 1e-3))
             assert np.all(variance <= one.limit.limit**2 * 1.1)
-    alone = exported("gnss-ins-sim", Wanted(settings=TRIAD))
+    alone = written("gnss-ins-sim", settings=TRIAD)
     assert alone.count("# not measured, set it") == 4
 
 
@@ -311,7 +310,7 @@ SAID = (
 @pytest.mark.parametrize("each", [False, True])
 @pytest.mark.parametrize("name", ["kf-gins", "psins"])
 def test_the_lines_above_a_markov_bias_are_of_the_model_below_them(name, each):
-    text = exported(name, Wanted(settings=TRIAD, accelerometers=FORCES, each=each))
+    text = written(name, settings=TRIAD, accelerometers=FORCES, each=each)
     said = {found[0]: found[1:] for found in re.findall(SAID, text, re.MULTILINE)}
     worst = [f"the worst of {', '.join(one.name for one in group)}" for group in (TRIAD, FORCES)]
     assert list(said) == ([one.name for one in TRIAD + FORCES] if each else worst)
@@ -338,7 +337,7 @@ def test_the_lines_above_a_markov_bias_are_of_the_model_below_them(name, each):
 
 
 def test_the_filter_of_madgwick_by_its_equations():
-    read = yaml.safe_load(exported("imu-tools", Wanted(settings=TRIAD, rate=100.0)))
+    read = yaml.safe_load(written("imu-tools", settings=TRIAD, rate=100.0))
     made = read["imu_filter_madgwick"]["ros__parameters"]
     # beta = sqrt(3/4) of the error of a sample, zeta = sqrt(3/4) of its rate of change.
     assert made["gain"] == pytest.approx(math.sqrt(0.75) * 3e-3)
@@ -346,16 +345,16 @@ def test_the_filter_of_madgwick_by_its_equations():
 
 
 def test_px4_by_hand():
-    text = exported("px4", Wanted(settings=(setting(),)))
+    text = written("px4", settings=(setting(),))
     rows = [line.split("\t") for line in text.splitlines() if not line.startswith("#")]
     assert [row[2] for row in rows] == ["EKF2_GYR_NOISE", "EKF2_GYR_B_NOISE"]
     # At 100 Hz the angle of a step varies by N^2 dt = (dt noise)^2: noise = N * 10.
     assert float(rows[0][3]) == pytest.approx(1e-3)
     assert float(rows[1][3]) == pytest.approx(1e-5)
     assert "outside the range" not in text
-    quiet = exported("px4", Wanted(settings=(setting(white=1e-8),)))
+    quiet = written("px4", settings=(setting(white=1e-8),))
     assert "outside the range of 0.0001 to 0.1" in quiet
-    both = exported("px4", Wanted(settings=(setting(),), accelerometers=FORCES, rate=250.0))
+    both = written("px4", settings=(setting(),), accelerometers=FORCES, rate=250.0)
     rows = [line.split("\t") for line in both.splitlines() if not line.startswith("#")]
     assert [row[2] for row in rows[2:]] == ["EKF2_ACC_NOISE", "EKF2_ACC_B_NOISE"]
     # One update of 4 ms: (dt noise)^2 = N^2 dt.
@@ -364,8 +363,11 @@ def test_px4_by_hand():
 
 
 def test_toml_and_json_say_the_same_in_both_forms():
-    wanted = Wanted(settings=TRIAD, accelerometers=FORCES, each=True, rate=400.0)
-    as_json, as_toml = json.loads(exported("json", wanted)), tomllib.loads(exported("toml", wanted))
+    wanted = {"settings": TRIAD, "accelerometers": FORCES, "each": True, "rate": 400.0}
+    as_json, as_toml = (
+        json.loads(written("json", **wanted)),
+        tomllib.loads(written("toml", **wanted)),
+    )
     assert as_json == as_toml
     full = as_json["sensors"]["x"]["full"]
     (continuous,), (discrete,) = full["continuous"]["markov"], full["discrete"]["markov"]
@@ -379,8 +381,8 @@ def test_toml_and_json_say_the_same_in_both_forms():
 
 
 def test_accelerometers_have_the_full_model_too():
-    wanted = Wanted(settings=TRIAD, accelerometers=FORCES, each=True)
-    read = json.loads(exported("json", wanted))["accelerometers"]["az"]["full"]
+    wanted = {"settings": TRIAD, "accelerometers": FORCES, "each": True}
+    read = json.loads(written("json", **wanted))["accelerometers"]["az"]["full"]
     assert read["continuous"]["white_m_per_s2_per_sqrt_hz"] == 4e-3
     # 1 m/s/sqrt(h) is a sixtieth of 1 m/s^2/sqrt(Hz).
     assert read["continuous"]["white_m_per_s_per_sqrt_h"] == pytest.approx(60.0 * 4e-3)
@@ -405,9 +407,9 @@ def test_the_worst_is_named_by_all_whether_they_were_measured_or_stated():
 
 def test_what_a_tool_cannot_hold_is_refused():
     with pytest.raises(RecordingError, match="one gyro noise for all axes"):
-        exported("kalibr", Wanted(settings=TRIAD, each=True))
+        written("kalibr", settings=TRIAD, each=True)
     with pytest.raises(ValueError, match="rate"):
-        Wanted(settings=TRIAD, rate=0.0)
+        written("px4", TRIAD, rate=0.0)
 
 
 def test_a_triad_has_three_and_each_its_own(tmp_path):

@@ -13,12 +13,6 @@ ToolName = Literal[
 ]  # fmt: skip
 """Whose settings are written."""
 
-Axes = Literal["one", "three", "any"]
-"""How many noises a tool takes: one for all axes, one for each of x, y and z, or any number."""
-
-Bias = Literal["walk", "markov", "none", "any"]
-"""Process that the bias of a tool is."""
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Definition:
@@ -33,7 +27,7 @@ class Definition:
     text
         The definition, one line.
     axes
-        How many noises it takes.
+        How many noises it takes: one for all axes, one for each of x, y and z, or any number.
     bias
         Process that its bias is.
     one_time
@@ -46,8 +40,8 @@ class Definition:
     tool: str
     reference: str
     text: str
-    axes: Axes
-    bias: Bias
+    axes: Literal["one", "three", "any"]
+    bias: Literal["walk", "markov", "none", "any"]
     one_time: bool
     unused: Mapping[str, str]
 

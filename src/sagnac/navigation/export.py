@@ -22,7 +22,7 @@ from sagnac.core.whole_files import write_text
 from sagnac.navigation.definitions import ToolName, definition_of
 from sagnac.navigation.models import FilterModel, Markov
 from sagnac.navigation.settings import FilterSetting, measured_in
-from sagnac.navigation.tools import Wanted, exported, settings_in
+from sagnac.navigation.tools import SettingsFile
 
 # ---- datasheet ---------------------------------------------------------------------
 
@@ -162,49 +162,6 @@ class Exported:
     notes: tuple[Note, ...] = ()
 
 
-def tool_of(path: str | Path) -> ToolName:
-    """The tool that the name of a file tells.
-
-    Raises
-    ------
-    ValueError
-        If it tells none.
-
-    Examples
-    --------
-    >>> tool_of("imu.yaml")
-    'kalibr'
-    """
-    found = _SUFFIXES.get(Path(path).suffix.lower())
-    if found is None:
-        raise ValueError(f"tool is not told by the name {path}; state it")
-    return found
-
-
-def require_used(tool: ToolName, given: Mapping[str, object]) -> None:
-    """Refuse an option that a tool cannot use.
-
-    Parameters
-    ----------
-    tool
-        The tool.
-    given
-        Options by name; those that are None were not given.
-
-    Raises
-    ------
-    ValueError
-        With the reason.
-    """
-    definition = definition_of(tool)
-    for option, value in given.items():
-        if value is not None and option in definition.unused:
-            raise ValueError(
-                f"{option} has no effect on {definition.tool}: {definition.unused[option]}; "
-                "leave it out"
-            )
-
-
 def export(
     source: Source | Sequence[Source] = (),
     path: str | Path | None = None,
@@ -262,23 +219,28 @@ def export(
     >>> "not measured" in made.text
     True
     """
+    tool = tool or _SUFFIXES.get(Path(path or "").suffix.lower())
     if tool is None:
-        if path is None:
-            raise ValueError("tool is not stated, and there is no path whose name tells it")
-        tool = tool_of(path)
+        named = "there is no path" if path is None else f"{path} does not tell it"
+        raise ValueError(
+            f"tool is not stated, and {named}; state it, or name a path that ends in "
+            f"{', '.join(_SUFFIXES)}"
+        )
     require_choice("tool", tool, ToolName)
     require_choice("axes", axes or "each", Literal["worst", "each"])
     require_confidence(confidence)
-    require_used(
-        tool, {"rate": rate, "markov": markov, "topic": topic, "accelerometer": accelerometer}
-    )
+    definition = definition_of(tool)
+    given = {"rate": rate, "markov": markov, "topic": topic, "accelerometer": accelerometer}
+    for option, value in given.items():
+        if value is not None and option in definition.unused:
+            why = definition.unused[option]
+            raise ValueError(f"{option} has no effect on {definition.tool}: {why}; leave it out")
     sources = source if isinstance(source, Sequence) and not isinstance(source, str) else [source]
+    most_markov = 2 if markov is None else markov
     settings = [
         setting
         for one in sources
-        for setting in measured_in(
-            one, confidence=confidence, most_markov=2 if markov is None else markov
-        )
+        for setting in measured_in(one, confidence=confidence, most_markov=most_markov)
     ]
     alone = [setting.name for setting in settings if setting.kind == "gyro"]
     stated = [] if accelerometer is None else [_stated(accelerometer)]
@@ -289,27 +251,22 @@ def export(
                 "them out"
             )
         settings.append(setting)
-    definition = definition_of(tool)
-    wanted = Wanted(
-        settings=tuple(one for one in settings if one.kind == "gyro"),
-        accelerometers=tuple(one for one in settings if one.kind == "accelerometer"),
+    file = SettingsFile(
+        tool=tool,
+        settings=tuple(settings),
         each=axes == "each" or (axes is None and definition.axes != "one" and tool != "openvins"),
         rate=rate,
         topic=topic or "/imu0",
     )
-    text = exported(tool, wanted)
+    text, notes = file.text(), []
     if path is not None:
         read = [Path(one) for one in sources if isinstance(one, str | Path)]
         require_free(of_export(Path(path), tool), read, force=force)
         write_text(Path(path), text)
-    said = "alone was measured, and stands for all three axes"
-    one_for_all = len(alone) == 1 and definition.axes != "any"
-    return Exported(
-        tool=tool,
-        text=text,
-        settings=settings_in(tool, wanted),
-        notes=(Note(channel=alone[0], text=said),) if one_for_all else (),
-    )
+    if len(alone) == 1 and definition.axes != "any":
+        said = "alone was measured, and stands for all three axes"
+        notes.append(Note(channel=alone[0], text=said))
+    return Exported(tool=tool, text=text, settings=file.held, notes=tuple(notes))
 
 
 def _stated(accelerometer: tuple[float, float]) -> FilterSetting:

@@ -80,16 +80,6 @@ class Markov:
         """Standard deviation of the rate once it is stationary, rad/s."""
         return self.driving_noise * math.sqrt(0.5 * self.correlation_time)
 
-    @property
-    def peak_tau(self) -> float:
-        """Cluster time at which its Allan deviation is highest, s."""
-        return _PEAK_TAU * self.correlation_time
-
-    @property
-    def peak_deviation(self) -> float:
-        """Its Allan deviation there, rad/s."""
-        return _PEAK * self.driving_noise * math.sqrt(self.correlation_time)
-
     @classmethod
     def of_deviation(cls, deviation: float, time: float, *, error: float = 0.0) -> Self:
         """The Markov rate of a stationary standard deviation, rad/s, and correlation time, s."""
@@ -101,6 +91,16 @@ class Markov:
         """The Markov rate whose Allan deviation is highest at `tau` s, with `deviation` rad/s."""
         time = tau / _PEAK_TAU
         return cls(driving_noise=deviation / (_PEAK * math.sqrt(time)), correlation_time=time)
+
+    def slowed_to(self, time: float) -> "Markov":
+        """One of another correlation time, s, and the same Allan deviation where this is highest.
+
+        A longer time forgets less.
+        """
+        peak = np.array([_PEAK_TAU * self.correlation_time])
+        highest = _PEAK * self.driving_noise * math.sqrt(self.correlation_time)
+        at_one = float(markov_allan_variance(peak, 1.0, time)[0])
+        return Markov(driving_noise=highest / math.sqrt(at_one), correlation_time=time)
 
     def decay(self, interval: float) -> float:
         """Fraction of the rate that is left after a step of `interval` s."""

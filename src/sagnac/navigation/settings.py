@@ -28,7 +28,6 @@ from sagnac.navigation.models import (
     upper_limit,
     white_and_markov,
 )
-from sagnac.noise.laws import markov_allan_variance
 
 # ---- settings ----------------------------------------------------------------------
 
@@ -79,16 +78,12 @@ class FilterSetting:
 
     def as_markov(self, time: float) -> Self:
         """The same with one Markov rate of this correlation time, s, in the place of the walk."""
-        if self.limit is not None:
-            least = min(self.simple.white, self.full.white)
-            return replace(self, simple=white_and_markov(self.limit, time, least_white=least))
-        driving = self.simple.walk
-        if self.full.markov:
-            (slow,) = self.full.markov
-            unit = markov_allan_variance(np.array([slow.peak_tau]), 1.0, time)
-            driving = slow.peak_deviation / math.sqrt(float(unit[0]))
-        rate = Markov(driving_noise=driving, correlation_time=time)
-        return replace(self, simple=FilterModel(white=self.simple.white, markov=(rate,)))
+        if self.limit is None:
+            walk = Markov(driving_noise=self.simple.walk, correlation_time=time)
+            rates = tuple(one.slowed_to(time) for one in self.full.markov) or (walk,)
+            return replace(self, simple=FilterModel(white=self.simple.white, markov=rates))
+        least = min(self.simple.white, self.full.white)
+        return replace(self, simple=white_and_markov(self.limit, time, least_white=least))
 
     def in_words(self) -> str:
         """The simple model in one line, in the field's units, ASCII."""
@@ -118,27 +113,33 @@ def measured_in(
 ) -> list[FilterSetting]:
     """The models of every gyro and accelerometer of an analysis, or of several.
 
+    Each lies above the upper confidence limit of the curve of its sensor.
+
     Parameters
     ----------
     source
         An analysis; the path of an ``analysis.json`` of one or of several; or a folder that a
         command wrote, a campaign's too.
-    confidence, most_markov
-        See `measured`.
+    confidence
+        That the Allan deviation of a sensor lies below that of its models, at all cluster times
+        of twenty degrees of freedom or more together.
+    most_markov
+        Of the full model.
 
     Raises
     ------
     RecordingError
         If it holds no such document, or a curve is too short.
+    ValueError
+        If an analysis states what cannot be.
     """
     if not isinstance(source, str | Path):
-        document = json.loads(source.to_json())
-        return measured(document, confidence=confidence, most_markov=most_markov)
+        return _measured(json.loads(source.to_json()), confidence, most_markov)
     settings = []
     for file in documents_of(Path(source)):
         with as_written(file):
             for document in read_analyses(file):
-                settings += measured(document, confidence=confidence, most_markov=most_markov)
+                settings += _measured(document, confidence, most_markov)
     return settings
 
 
@@ -155,48 +156,33 @@ def as_written(path: Path) -> Iterator[None]:
         ) from None
 
 
-def measured(
-    document: Mapping[str, Any], *, confidence: float = 0.95, most_markov: int = 2
+def _measured(
+    document: Mapping[str, Any], confidence: float, most_markov: int
 ) -> list[FilterSetting]:
-    """The models of every gyro and accelerometer of a document of schema ``sagnac.analysis/1``.
-
-    Each lies above the upper confidence limit of the curve of its sensor.
-
-    Parameters
-    ----------
-    document
-        The analysis.
-    confidence
-        That the Allan deviation of a sensor lies below that of its models, at all cluster times
-        of twenty degrees of freedom or more together.
-    most_markov
-        Of the full model.
-
-    Raises
-    ------
-    RecordingError
-        If a curve is too short.
-    ValueError
-        If the document states what cannot be.
-    """
-
-    def one(
-        name: str, walk: Mapping[str, Any], whole: Mapping[str, Any], kind: Sensor = "gyro"
-    ) -> FilterSetting:
+    """The models of every sensor of a document of schema ``sagnac.analysis/1``."""
+    sensors: list[tuple[str, Sensor, Mapping[str, Any], Mapping[str, Any]]] = []
+    for whole in document.get("gyros", {}).values() or [document]:
+        # A triad has one curve, in which each gyro has its own N.
+        each = whole["per_gyro"] or {whole["channel"]: whole["angle_random_walk"]}
+        sensors += [(name, "gyro", walk, whole) for name, walk in each.items()]
+    for name, force in (document.get("accelerometers") or {}).items():
+        whole = {"input": document["input"], **force}
+        sensors.append((name, "accelerometer", force["velocity_random_walk"], whole))
+    settings = []
+    for name, kind, walk, whole in sensors:
         try:
             limit, white, high = _limit(walk, whole, kind, confidence)
         except RecordingError as error:
             raise RecordingError(error.problem, channel=name, remedy=error.remedy) from None
-        sensed, given = SENSED[kind], whole["input"]
         # What is estimated in the spectrum counts even if a low-pass hides it from the curve.
-        seen = 0.0 if math.isnan(white) else high
-        steps = whole["coefficients"].get(sensed.keys["quantization"], {})
+        least, given = 0.0 if math.isnan(white) else high, whole["input"]
+        steps = whole["coefficients"].get(SENSED[kind].keys["quantization"], {})
         angle = steps.get("status") == "estimated" and steps["value"] > 0.0
-        return FilterSetting(
+        setting = FilterSetting(
             name=name,
             kind=kind,
-            simple=overbound(limit, most_markov=0, least_white=seen, walks=True),
-            full=overbound(limit, most_markov=most_markov, least_white=seen, angle=angle),
+            simple=overbound(limit, most_markov=0, least_white=least, walks=True),
+            full=overbound(limit, most_markov=most_markov, least_white=least, angle=angle),
             source=f"{given['path'] or 'a recording in memory'}, "
             f"SHA-256 {given['sha256'] or 'none'}",
             limit=limit,
@@ -204,15 +190,7 @@ def measured(
             estimate=white,
             covariance=whole.get("covariance"),
         )
-
-    settings = []
-    for whole in document.get("gyros", {}).values() or [document]:
-        # A triad has one curve, in which each gyro has its own N.
-        each = whole["per_gyro"] or {whole["channel"]: whole["angle_random_walk"]}
-        settings += [one(name, walk, whole) for name, walk in each.items()]
-    for name, force in (document.get("accelerometers") or {}).items():
-        whole = {"input": document["input"], **force}
-        settings.append(one(name, force["velocity_random_walk"], whole, "accelerometer"))
+        settings.append(setting)
     return settings
 
 
@@ -232,15 +210,14 @@ def _limit(
     key, unit = "deviation_deg_per_h", "deg/h"
     if kind == "accelerometer":
         key, unit = "deviation", curve["unit"]
-    tau, deviation, edf = (
-        np.asarray(curve[name], dtype=np.float64) for name in ("tau_s", key, "edf")
-    )
+    columns = {name: np.asarray(curve[name], dtype=np.float64) for name in ("tau_s", key, "edf")}
+    tau, deviation, edf = columns.values()
     if not tau.shape == deviation.shape == edf.shape:
         raise ValueError(
             f"tau_s, {key} and edf have shapes {tau.shape}, {deviation.shape} and {edf.shape}; "
             "give one shape"
         )
-    for name, values in (("tau_s", tau), (key, deviation), ("edf", edf)):
+    for name, values in columns.items():
         if not values.size or not (np.isfinite(values) & (values > 0.0)).all():
             raise ValueError(f"{name} is not above zero throughout; give finite numbers")
     deviation = UNITS[unit].size * deviation
@@ -309,19 +286,17 @@ _KEYS: Final[Mapping[Sensor, tuple[str, str, str, str, str]]] = {
 }  # fmt: skip
 
 
-def plain(
-    gyros: Sequence[FilterSetting], accelerometers: Sequence[FilterSetting], rate: float
-) -> dict[str, Any]:
+def plain(sensors: Mapping[Sensor, Sequence[FilterSetting]], rate: float) -> dict[str, Any]:
     """Simple and full models of some sensors, continuous and discrete.
 
     Parameters
     ----------
-    gyros, accelerometers
-        Each sensor of its kind.
+    sensors
+        Each by its kind; gyros are among them.
     rate
         Of the discrete form, Hz.
     """
-    definition, limit = definition_of("toml"), gyros[0].limit
+    definition, limit = definition_of("toml"), sensors["gyro"][0].limit
     data: dict[str, Any] = {
         "schema": "sagnac.filter/1",
         "version": __version__,
@@ -332,23 +307,21 @@ def plain(
         data["confidence"] = limit.confidence
         data["tau_s"] = [float(limit.tau[0]), float(limit.tau[-1])]
     data["update_rate_hz"] = rate
-    for key, settings in (("sensors", gyros), ("accelerometers", accelerometers)):
-        if settings:
-            data[key] = {one.name: _sensor_data(one, 1.0 / rate) for one in settings}
+    for kind, settings in sensors.items():
+        key = "sensors" if kind == "gyro" else "accelerometers"
+        data[key] = {one.name: _sensor_data(one, 1.0 / rate) for one in settings}
     return data
 
 
 def _sensor_data(setting: FilterSetting, step: float) -> dict[str, Any]:
-    data: dict[str, Any] = {
+    optional = {"covariance": setting.covariance, "stated": setting.stated}
+    return {
         "source": setting.source,
         "measured": setting.limit is not None,
         "simple": _model(setting, setting.simple, step),
         "full": _model(setting, setting.full, step),
+        **{key: dict(stated) for key, stated in optional.items() if stated},
     }
-    for key, stated in (("covariance", setting.covariance), ("stated", setting.stated)):
-        if stated:
-            data[key] = dict(stated)
-    return data
 
 
 def _model(setting: FilterSetting, model: FilterModel, step: float) -> dict[str, Any]:
