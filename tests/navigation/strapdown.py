@@ -17,7 +17,6 @@ from sagnac.navigation.error_model import (
     TILTS,
     VELOCITIES,
     Start,
-    gain_of,
     initial_covariance,
     step_of,
     updated,
@@ -100,15 +99,14 @@ def azimuth_errors(
         velocity += felt[:, :2]
         attitude = turned
         covariance = step.transition @ covariance @ step.transition.T + step.noise
-        gain = gain_of(covariance, start.velocity_noise)
-        covariance = updated(covariance, gain, start.velocity_noise)
+        covariance, gain = updated(covariance, start.velocity_noise)
         seen = velocity + start.velocity_noise * random.standard_normal((runs, 2))
         found = seen @ gain.T
         attitude = rotation(found[:, TILTS]) @ attitude
         velocity -= found[:, VELOCITIES]
         position -= found[:, POSITIONS]
         removed += np.einsum("rji,rj->ri", true, found[:, DRIFTS])
-    assert found.shape == (runs, len(STATES))
+    assert found.shape == (runs, STATES)
     left = true @ np.swapaxes(attitude, 1, 2)
     return np.asarray(0.5 * (left[:, 1, 0] - left[:, 0, 1]))
 

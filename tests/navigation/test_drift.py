@@ -133,7 +133,7 @@ def test_an_interval_and_a_bound_of_accelerometers_are_those_of_their_coefficien
     def position(one):
         return drift(
             (QUIET,) * 3, accelerometers=(one, one), latitude=LATITUDE, times=MINUTE,
-            confidence=0.6827,
+            priors=exact(), confidence=0.6827,
         ).position  # fmt: skip
 
     assert position(force).reach == pytest.approx([0.2], rel=1e-3)
@@ -164,7 +164,9 @@ def test_bounds_are_a_second_line_and_errors_an_interval():
     noise = GyroNoise(
         angle_random_walk=1e-5, covariance=covariance, bounds={"rate_random_walk": 1e-6}
     )
-    found = drift((noise,) * 3, latitude=LATITUDE, times=MINUTE, confidence=0.6827).heading
+    found = drift(
+        (noise,) * 3, latitude=LATITUDE, times=MINUTE, priors=exact(), confidence=0.6827
+    ).heading
     # N is 10 % wrong in all three alike, the variance 20 %.
     assert found.reach == pytest.approx([0.2], rel=1e-3)
     bounded = GyroNoise(angle_random_walk=1e-5, rate_random_walk=1e-6)
@@ -182,7 +184,7 @@ def test_slow_noise_is_counted_once_though_b_and_k_are_both_bounded():
 
 def test_each_axis_has_its_own_gyro():
     loud, quiet = GyroNoise(angle_random_walk=1e-4), GyroNoise(angle_random_walk=1e-6)
-    found = drift((loud, loud, quiet), latitude=LATITUDE, times=MINUTE)
+    found = drift((loud, loud, quiet), latitude=LATITUDE, times=MINUTE, priors=exact())
     assert found.heading.deviation() == pytest.approx(heading(quiet).deviation(), rel=0.05)
     assert found.attitude.deviation() > 50.0 * found.heading.deviation()
 
@@ -193,9 +195,9 @@ def test_what_cannot_be_is_refused():
         with pytest.raises(ValueError, match=next(iter(wrong))):
             Start(**wrong)
     with pytest.raises(ValueError, match="above zero"):
-        drift((noise,) * 3, latitude=0.0, times=np.array([0.0]))
+        drift((noise,) * 3, latitude=0.0, times=np.array([0.0]), priors=exact())
     with pytest.raises(ValueError, match="give three"):
-        drift((noise,), latitude=0.0, times=MINUTE)
+        drift((noise,), latitude=0.0, times=MINUTE, priors=exact())
 
 
 def ratios(noise, *, runs, rest, times, tilt, azimuth, seed, force=None):

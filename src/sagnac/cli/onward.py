@@ -33,7 +33,7 @@ from sagnac.navigation.definitions import ToolName
 
 if TYPE_CHECKING:
     from sagnac.fleet.table import Line
-    from sagnac.navigation.align import Triad
+    from sagnac.navigation.noise import Triad
 
 
 # ---- export ------------------------------------------------------------------------

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 
@@ -21,14 +21,12 @@ from sagnac.navigation.error_model import (
     rotating_azimuth_error,
 )
 from sagnac.navigation.models import require_numbers
-from sagnac.navigation.noise import GyroNoise, Unit
+from sagnac.navigation.noise import GyroNoise, Triad
 
 # Where no latitude is stated: it counts little without aiding over minutes.
 _LATITUDE: Final = 45.0 * DEGREE
 _POINTS: Final = 41  # of a picture
 _SHORTEST: Final = 0.01  # of the longest time in it
-
-Triad = tuple[GyroNoise, GyroNoise, GyroNoise]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -194,65 +192,65 @@ def align(
     require_confidence(confidence)
     after = (after,) if isinstance(after, float | int | str) else after
     wrong = [time for time in after if not (is_finite(time) and time > 0.0)]
-    if wrong:
-        raise ValueError(f"after is {quoted(wrong[0])}; give seconds, above zero")
+    if wrong or not len(after):
+        raise ValueError(f"after is {quoted([*wrong, after][0])}; give seconds, above zero")
     if isinstance(source, tuple) and not all(isinstance(one, GyroNoise) for one in source):
         raise ValueError(
             f"source is {quoted(source)}; give one analysis of all gyros, or a GyroNoise each"
         )
-    unit: Unit = (source, ()) if isinstance(source, tuple) else GyroNoise.unit(source)
-    noises, accelerometers = unit
-    # Which of them lies across the meridian is not known: azimuth is as good as with the loudest.
-    loudest = max(noises, key=lambda one: one.angle_random_walk)
+    noises, forces = (source, ()) if isinstance(source, tuple) else GyroNoise.unit(source)
     stated = {"azimuth": azimuth, "tilt": tilt}
     known = {name: value for name, value in stated.items() if value is not None}
     start = Start(**known, rest=rest, bias=bias)
     require_numbers(start, known, above_zero=True)
     moments = np.array(after, dtype=np.float64)
-    lately = np.geomspace(_SHORTEST * moments.max(), moments.max(), _POINTS)
+    longest = float(moments.max())
     place = _LATITUDE if latitude is None else latitude
-    asked, along = (
-        drift(
-            noises,
-            accelerometers=accelerometers,
-            latitude=place,
-            times=times,
-            priors=start,
-            confidence=confidence,
-        )
-        for times in (moments, lately)
-    )
+    how: dict[str, Any] = {
+        "accelerometers": forces,
+        "latitude": place,
+        "priors": start,
+        "confidence": confidence,
+    }
     unaided = Unaided(
-        drift=asked,
-        along=along,
+        drift=drift(noises, times=moments, **how),
+        along=drift(noises, times=np.geomspace(_SHORTEST * longest, longest, _POINTS), **how),
         noises=noises,
-        accelerometers=accelerometers,
+        accelerometers=forces,
         latitude=place,
         latitude_stated=latitude is not None,
         confidence=confidence,
     )
     if latitude is None:
         return Foresight(unaided=unaided, prospect=None)
-    rotating = None
-    how = {"latitude": latitude, "confidence": confidence}
+    prospect = _prospect(unaided, start, longest, table_rate, foretold)
+    return Foresight(unaided=unaided, prospect=prospect)
+
+
+def _prospect(
+    unaided: Unaided, start: Start, longest: float, table_rate: float | None, foretold: str
+) -> Prospect:
+    """Azimuth found in the rest, and the position after it for the longest time."""
+    # Which of them lies across the meridian is not known: azimuth is as good as with the loudest.
+    loudest = max(unaided.noises, key=lambda one: one.angle_random_walk)
+    latitude, rest = unaided.latitude, start.rest
+    how = {"latitude": latitude, "confidence": unaided.confidence}
+    turning = None
     if table_rate is not None:
+        known = {"table_rate": table_rate, "bias": start.bias or 0.0}
         try:
-            rotating = rotating_azimuth_error(
-                loudest, times=np.array([rest]), table_rate=table_rate, bias=bias or 0.0, **how
-            )
+            turning = rotating_azimuth_error(loudest, times=np.array([rest]), **known, **how)
         except ValueError as error:
             raise ValueError(f"table rate: {error}") from None
     filtered = aligned(loudest, latitude=latitude, seconds=rest, start=start)
-    prospect = Prospect(
+    covariance = filtered.covariance
+    return Prospect(
         noise=loudest,
         start=start,
         latitude=latitude,
         compass=azimuth_error(loudest, times=np.geomspace(rest / 100.0, rest, 101), **how),
         filtered=filtered,
-        rotating=rotating,
+        position=position_error(loudest, covariance=covariance, seconds=longest, latitude=latitude),
+        rotating=turning,
         foretold=foretold,
-        position=position_error(
-            loudest, latitude=latitude, covariance=filtered.covariance, seconds=moments.max()
-        ),
     )
-    return Foresight(unaided=unaided, prospect=prospect)

@@ -19,7 +19,7 @@ from typing import Final
 
 import numpy as np
 from scipy.linalg import expm, matmul_toeplitz
-from scipy.special import ndtri, xlogy
+from scipy.special import xlogy
 
 from sagnac.core.arrays import FloatArray
 from sagnac.navigation.error_model import (
@@ -32,7 +32,7 @@ from sagnac.navigation.error_model import (
     moments_of,
     system_matrix,
 )
-from sagnac.navigation.noise import NAMES, GyroNoise
+from sagnac.navigation.noise import NAMES, GyroNoise, quantile
 
 PARTS: Final = (
     "angle_random_walk",
@@ -102,7 +102,7 @@ def drift(
     accelerometers: Sequence[GyroNoise] = (),
     latitude: float,
     times: FloatArray,
-    priors: Start | None = None,
+    priors: Start,
     confidence: float = 0.95,
 ) -> Drift:
     """Errors of a navigator at rest whose aiding ends at time zero.
@@ -119,8 +119,7 @@ def drift(
     times
         (times,), s, above zero.
     priors
-        What is known at time zero; the attitude exactly, and the bias from ten minutes at rest,
-        unless given.
+        What is known at time zero.
     confidence
         Of the interval.
 
@@ -133,30 +132,27 @@ def drift(
     moments = moments_of(times)
     if len(noises) != 3:
         raise ValueError(f"noises are {len(noises)}; give three, about north, east and down")
-    known = priors or Start(tilt=0.0, azimuth=0.0)
     sensors = (*noises, *accelerometers)
     constants = dict.fromkeys(rate.correlation_time for one in sensors for rate in one.markov)
-    weights, misaligned = zip(
-        *(_at(time, latitude, known, list(constants)) for time in moments), strict=True
-    )
+    terms = {name: place for place, name in enumerate((*NAMES, "bias", *constants))}
+    found = [_at(time, latitude, priors, list(constants)) for time in moments]
     heading, attitude, position = (
         _growth(
             sensors,
             times=moments,
-            terms=dict(zip((*_TERMS, *constants), np.moveaxis(output, -1, 0), strict=True)),
-            misaligned=np.array(misaligned)[:, place],
-            priors=known,
+            weights=np.array([weights[place] for weights, _ in found]),
+            terms=terms,
+            misaligned=np.array([misaligned[place] for _, misaligned in found]),
+            priors=priors,
             confidence=confidence,
         )
-        for place, output in enumerate(np.moveaxis(np.array(weights), 1, 0))
+        for place in range(len(_OUTPUTS))
     )
-    return Drift(heading=heading, attitude=attitude, position=position, priors=known)
+    return Drift(heading=heading, attitude=attitude, position=position, priors=priors)
 
 
 # Heading; the mean square of the two tilts; the sum of the squares north and east.
 _OUTPUTS: Final = np.array([[1, 0, 0, 0, 0], [0, 0.5, 0.5, 0, 0], [0, 0, 0, 1, 1]])
-# Variances of a sensor: N, B and K at one, after the rest, and a bias at one.
-_TERMS: Final = (*NAMES, "bias")
 
 
 def _at(
@@ -167,8 +163,8 @@ def _at(
     Returns
     -------
     terms
-        (3, 5, terms) what each of `_TERMS`, and of Markov rates at one of some correlation times,
-        makes in three gyros and two accelerometers.
+        (3, 5, terms) what N, B and K at one, after the rest, a bias at one, and Markov rates at one
+        of some correlation times make in three gyros and two accelerometers.
     misaligned
         (3,) what the misalignment makes.
     """
@@ -267,44 +263,42 @@ def _growth(
     sensors: Sequence[GyroNoise],
     *,
     times: FloatArray,
-    terms: Mapping[str | float, FloatArray],
+    weights: FloatArray,
+    terms: Mapping[str | float, int],
     misaligned: FloatArray,
     priors: Start,
     confidence: float,
 ) -> Growth:
-    """Growth of one error, by the (times, 5) variances that `terms` make in each sensor."""
+    """Growth of one error, by the (times, 5, terms) variances that terms make in each sensor."""
     variances = np.zeros((times.size, len(PARTS)))
     variances[:, -1] = misaligned
-    highest = np.zeros(times.size)
+    highest, squares = np.zeros(times.size), np.zeros(times.size)
     # One gyro in the place of three is wrong in all three alike.
-    slopes: dict[int, FloatArray] = {}
-    errors: dict[tuple[int, float], FloatArray] = {}
+    places: dict[tuple[GyroNoise, bool], list[int]] = {}
     for place, noise in enumerate(sensors):
+        places.setdefault((noise, place < _GYROS), []).append(place)
+    for (noise, is_gyro), of_noise in places.items():
         # The prior is of gyros.
-        known = priors if place < _GYROS else replace(priors, bias=None)
-        own = np.stack([terms[name][:, place] for name in NAMES], axis=-1)
-        biased, (initial, rise) = terms["bias"][:, place], _initial(noise, known)
+        known = priors if is_gyro else replace(priors, bias=None)
+        each = weights[:, of_noise]
+        own, biased = each[..., : len(NAMES)], each[..., terms["bias"]]
+        initial, rise = _initial(noise, known)
+        worst = [own @ one.values**2 + biased * _initial(one, known)[0] for one in noise.bounded]
+        highest += np.max(worst, axis=0).sum(axis=1)
+        own, biased = own.sum(axis=1), biased.sum(axis=1)
+        rising = 2.0 * (own + biased[:, np.newaxis] * rise) * noise.values
+        squares += np.einsum("ti,ij,tj->t", rising, noise.covariance, rising)
         markov = np.zeros(times.size)
         for rate in noise.markov:
-            made = rate.deviation**2 * terms[rate.correlation_time][:, place]
+            made = rate.deviation**2 * each[..., terms[rate.correlation_time]].sum(axis=1)
             markov += made
-            key = (id(noise), rate.correlation_time)
-            errors[key] = errors.get(key, 0.0) + rate.error * made
-
-        parts = [*(own * noise.values**2).T, markov, biased * initial]
-        if place < _GYROS:
-            variances[:, : len(parts)] += np.stack(parts, axis=-1)
+            squares += (rate.error * made) ** 2
+        highest += markov
+        parts = np.stack([*(own * noise.values**2).T, markov, biased * initial], axis=-1)
+        if is_gyro:
+            variances[:, : parts.shape[1]] += parts
         else:
-            variances[:, len(parts)] += sum(parts)
-        worst = [own @ one.values**2 + biased * _initial(one, known)[0] for one in noise.bounded]
-        highest += np.max(worst, axis=0) + markov
-        rising = 2.0 * (own + biased[:, np.newaxis] * rise) * noise.values
-        slopes[id(noise)] = slopes.get(id(noise), 0.0) + rising
-    covariances = {id(noise): noise.covariance for noise in sensors}
-    squares = sum(
-        np.einsum("ti,ij,tj->t", slope, covariances[one], slope) for one, slope in slopes.items()
-    )
-    squares = squares + sum(error**2 for error in errors.values())
+            variances[:, parts.shape[1]] += parts.sum(axis=1)
     own_variance = np.maximum(variances[:, :-1].sum(axis=-1), 1e-300)
-    reach = float(ndtri(0.5 + 0.5 * confidence)) * np.sqrt(squares) / own_variance
+    reach = quantile(confidence) * np.sqrt(squares) / own_variance
     return Growth(times=times, variances=variances, reach=reach, highest=np.sqrt(highest))

@@ -29,13 +29,12 @@ from typing import Final, NamedTuple
 
 import numpy as np
 from scipy.linalg import expm
-from scipy.special import ndtri
 
 from sagnac.core.arrays import FloatArray
 from sagnac.core.errors import quoted
 from sagnac.core.units import DEGREE, EARTH_RATE, STANDARD_GRAVITY
 from sagnac.navigation.models import require_numbers
-from sagnac.navigation.noise import GyroNoise
+from sagnac.navigation.noise import GyroNoise, quantile
 from sagnac.noise.laws import allan_variance_basis
 
 # Beyond this Earth rate has next to no north component, and azimuth is not found from it.
@@ -60,23 +59,14 @@ def north_rate(latitude: float) -> float:
 
 # ---- error model -------------------------------------------------------------------
 
-STATES: Final = (
-    "tilt_north",
-    "tilt_east",
-    "azimuth",
-    "velocity_north",
-    "velocity_east",
-    "position_north",
-    "position_east",
-    "drift_north",
-    "drift_east",
-    "drift_down",
-)
+# States: tilts north and east and azimuth, velocity and position north and east, and drifts of the
+# gyros about north, east and down.
 TILTS: Final = slice(0, 3)
 AZIMUTH: Final = 2
 VELOCITIES: Final = slice(3, 5)
 POSITIONS: Final = slice(5, 7)
 DRIFTS: Final = slice(7, 10)
+STATES: Final = 10
 EARTH_RADIUS: Final = 6_371_000.0  # m, mean
 
 
@@ -106,7 +96,7 @@ def system_matrix(latitude: float) -> FloatArray:
     """
     north = north_rate(latitude)
     down = -EARTH_RATE * np.sin(latitude)
-    system = np.zeros((len(STATES), len(STATES)))
+    system = np.zeros((STATES, STATES))
     system[TILTS, TILTS] = [[0.0, down, 0.0], [-down, 0.0, north], [0.0, -north, 0.0]]
     system[TILTS, VELOCITIES] = [
         [0.0, 1.0 / EARTH_RADIUS],
@@ -136,24 +126,22 @@ def step_of(noise: GyroNoise, latitude: float, seconds: float) -> Step:
     Raises
     ------
     ValueError
-        If the step is not above zero, or the latitude is within a degree of a pole.
+        If the latitude is within a degree of a pole.
     """
-    if not seconds > 0.0:
-        raise ValueError(f"seconds is {quoted(seconds)}; give a time above zero")
     system = system_matrix(latitude)
-    count = len(STATES)
-    driven = np.zeros(count)
+    driven = np.zeros(STATES)
     driven[TILTS], driven[DRIFTS] = noise.angle_random_walk**2, noise.rate_random_walk**2
-    block = np.block([[-system, np.diag(driven)], [np.zeros((count, count)), system.T]])
+    block = np.block([[-system, np.diag(driven)], [np.zeros((STATES, STATES)), system.T]])
     grown = expm(block * seconds)
-    transition = grown[count:, count:].T
-    return Step(transition=transition, noise=transition @ grown[:count, count:])
+    transition = grown[STATES:, STATES:].T
+    return Step(transition=transition, noise=transition @ grown[:STATES, STATES:])
 
 
 # ---- initial -----------------------------------------------------------------------
 
 
 _STEP: Final = 1.0  # s, between zero-velocity measurements
+_LONGEST: Final = 604_800.0  # s, of an alignment
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -209,18 +197,14 @@ class Course:
     covariance: FloatArray = field(repr=False)
 
 
-def flicker_deviation(noise: GyroNoise) -> float:
-    """Standard deviation of the drift that B leaves for an alignment: the floor of Allan's, rad/s.
+def drift_deviation(noise: GyroNoise, start: Start) -> float:
+    """Standard deviation of the drift before an alignment, rad/s: of the bias and of a flicker.
 
     A flicker has no variance of its own; over some decades of time its mean wanders by the floor
     of the Allan deviation, ``B sqrt(2 ln 2 / pi)``, which a filter takes as a constant.
     """
-    return noise.bias_instability * math.sqrt(2.0 * math.log(2.0) / math.pi)
-
-
-def drift_deviation(noise: GyroNoise, start: Start) -> float:
-    """Standard deviation of the drift before an alignment, rad/s: of the bias and of a flicker."""
-    return math.hypot(start.bias or 0.0, flicker_deviation(noise))
+    flicker = noise.bias_instability * math.sqrt(2.0 * math.log(2.0) / math.pi)
+    return math.hypot(start.bias or 0.0, flicker)
 
 
 def initial_covariance(noise: GyroNoise, start: Start) -> FloatArray:
@@ -232,24 +216,20 @@ def initial_covariance(noise: GyroNoise, start: Start) -> FloatArray:
         If the tilt or the azimuth is known exactly.
     """
     require_numbers(start, ("tilt", "azimuth"), above_zero=True)
-    deviations = np.zeros(len(STATES))
+    deviations = np.zeros(STATES)
     deviations[TILTS], deviations[AZIMUTH] = start.tilt, start.azimuth
     deviations[VELOCITIES] = start.velocity_noise
     deviations[DRIFTS] = drift_deviation(noise, start)
     return np.diag(deviations**2)
 
 
-def gain_of(covariance: FloatArray, velocity_noise: float) -> FloatArray:
-    """(10, 2) Kalman gain of a zero-velocity measurement."""
+def updated(covariance: FloatArray, velocity_noise: float) -> tuple[FloatArray, FloatArray]:
+    """(10, 10) covariance after a zero-velocity measurement, in Joseph's form; (10, 2) its gain."""
     seen = covariance[VELOCITIES, VELOCITIES] + velocity_noise**2 * np.eye(2)
-    return np.asarray(np.linalg.solve(seen, covariance[VELOCITIES, :]).T)
-
-
-def updated(covariance: FloatArray, gain: FloatArray, velocity_noise: float) -> FloatArray:
-    """(10, 10) covariance after a zero-velocity measurement, in Joseph's form."""
-    left = np.eye(len(STATES))
+    gain = np.asarray(np.linalg.solve(seen, covariance[VELOCITIES, :]).T, dtype=np.float64)
+    left = np.eye(STATES)
     left[:, VELOCITIES] -= gain
-    return np.asarray(left @ covariance @ left.T + velocity_noise**2 * (gain @ gain.T))
+    return left @ covariance @ left.T + velocity_noise**2 * (gain @ gain.T), gain
 
 
 def aligned(
@@ -274,20 +254,18 @@ def aligned(
     Raises
     ------
     ValueError
-        If it is shorter than one step, or the latitude is within a degree of a pole.
+        If it is shorter than one step or longer than a week, or the latitude is within a degree of
+        a pole.
     """
-    steps = round(seconds / _STEP) if math.isfinite(seconds) else 0
-    if steps < 1:
-        raise ValueError(f"seconds is {quoted(seconds)}; give {_STEP:g} or more")
+    if not 0.5 * _STEP < seconds <= _LONGEST:
+        raise ValueError(f"seconds is {quoted(seconds)}; give {_STEP:g} to {_LONGEST:g}, a week")
     step, start = step_of(noise, latitude, _STEP), start or Start()
     covariance = initial_covariance(noise, start)
-    azimuth = np.empty(steps)
-    for number in range(steps):
-        covariance = step.of(covariance)
-        gain = gain_of(covariance, start.velocity_noise)
-        covariance = updated(covariance, gain, start.velocity_noise)
+    times = _STEP * np.arange(1.0, round(seconds / _STEP) + 1.0)
+    azimuth = np.empty(times.size)
+    for number in range(times.size):
+        covariance, _ = updated(step.of(covariance), start.velocity_noise)
         azimuth[number] = math.sqrt(covariance[AZIMUTH, AZIMUTH])
-    times = _STEP * np.arange(1.0, steps + 1.0)
     return Course(times=times, deviation=azimuth, covariance=covariance)
 
 
@@ -420,7 +398,7 @@ def _of_weights(
     slope = 2.0 * weights * noise.values / north**2
     scatter = np.sqrt(np.einsum("ti,ij,tj->t", slope, noise.covariance, slope))
     # A variance stays above zero, so the interval is taken for its logarithm.
-    reach = float(ndtri(0.5 + 0.5 * confidence)) * scatter / np.maximum(variance, 1e-300)
+    reach = quantile(confidence) * scatter / np.maximum(variance, 1e-300)
     deviation = np.sqrt(variance)
     return AzimuthError(
         times=moments,

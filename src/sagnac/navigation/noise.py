@@ -26,6 +26,11 @@ NAMES: Final[tuple[CoefficientName, ...]] = (
 )
 
 
+def quantile(confidence: float) -> float:
+    """Half of the width of an interval in standard errors."""
+    return float(ndtri(0.5 + 0.5 * confidence))
+
+
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class GyroNoise:
     """Noise of one gyro, SI; of an accelerometer with m for rad.
@@ -79,7 +84,9 @@ class GyroNoise:
         return tuple(replace(self, **one) for one in raised) or (self,)
 
     @classmethod
-    def unit(cls, source: Documented | Mapping[str, Any] | str | Path) -> "Unit":
+    def unit(
+        cls, source: Documented | Mapping[str, Any] | str | Path
+    ) -> "tuple[Triad, tuple[GyroNoise, ...]]":
         """The noise of the gyros and of the level accelerometers of an analysis.
 
         Parameters
@@ -138,27 +145,24 @@ class GyroNoise:
         RecordingError
             If N is not observable.
         """
-        sensed = SENSED[sensor]
-        slow = document.get("slow_noise") or {}
+        sensed, slow = SENSED[sensor], document.get("slow_noise") or {}
         values, errors = np.zeros(3), np.zeros(3)
         unseen: list[CoefficientName] = []
         bounds: dict[CoefficientName, float] = {}
         for place, name in enumerate(NAMES):
             key, units = sensed.keys[name], sensed.coefficients[name]
-            stated = document if name == "angle_random_walk" else document["coefficients"]
-            one = stated.get(key) or {"status": "not observable"}
+            one = (document if place == 0 else document["coefficients"]).get(key) or {}
+            status = one.get("status")
             # N that is a bound is taken at it; slow noise that is one, at the most likely.
-            taken = slow.get(key)
-            if one["status"] == "estimated" or (place == 0 and one["status"] == "upper bound"):
-                taken = one
-            if taken:
+            is_taken = status == "estimated" or (place == 0 and status == "upper bound")
+            if taken := one if is_taken else slow.get(key):
                 values[place] = taken["value"] * units[taken["unit"]]
-            if one["status"] == "estimated":
+            if status == "estimated":
                 width = units[one["unit"]] * (one["high"] - (one["low"] or 0.0))
-                errors[place] = width / _width(one["confidence"])
+                errors[place] = 0.5 * width / quantile(one["confidence"])
                 continue
             unseen.append(name)
-            if one["status"] == "upper bound":
+            if status == "upper bound":
                 bounds[name] = one["high"] * units[one["unit"]]
         if values[0] == 0.0:
             raise RecordingError(
@@ -181,10 +185,6 @@ class GyroNoise:
         )
 
 
-Unit = tuple[tuple[GyroNoise, GyroNoise, GyroNoise], tuple[GyroNoise, ...]]
-"""Gyros about north, east and down, and accelerometers along north and east or none."""
-
-
 def _markov(stated: Mapping[str, Any], sizes: Mapping[str, float], confidence: float) -> Markov:
     """A Markov rate that a document states, SI.
 
@@ -193,19 +193,14 @@ def _markov(stated: Mapping[str, Any], sizes: Mapping[str, float], confidence: f
     """
     size, time = stated["deviation"], stated["correlation_time_s"]
     errors = [
-        math.log(one.get("high", one["value"]) / one.get("low", one["value"])) / _width(confidence)
+        0.5 * math.log(one.get("high", one["value"]) / one.get("low", one["value"]))
         for one in (size, time)
     ]
     return Markov.of_deviation(
         size["value"] * sizes[size["unit"]],
         time["value"],
-        error=math.hypot(2.0 * errors[0], errors[1]),
+        error=math.hypot(2.0 * errors[0], errors[1]) / quantile(confidence),
     )
-
-
-def _width(confidence: float) -> float:
-    """Width of an interval in standard errors."""
-    return 2.0 * float(ndtri(0.5 + 0.5 * confidence))
 
 
 def _covariance(
@@ -223,3 +218,7 @@ def _covariance(
     for (row, at, size), (column, to, other) in product(seen, repeat=2):
         covariance[row, column] = stated["matrix"][at][to] * (size * other)
     return covariance
+
+
+Triad = tuple[GyroNoise, GyroNoise, GyroNoise]
+"""Gyros about north, east and down."""
