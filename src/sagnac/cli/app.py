@@ -21,12 +21,8 @@ from typing import Final, TextIO
 
 from cyclopts import App, CycloptsError, Parameter, UnusedCliTokensError
 
-from sagnac.cli.look import app as page
-from sagnac.cli.look import check, convert, plan
-from sagnac.cli.measure import analyze, avar, compare, lines
-from sagnac.cli.onward import align, campaign, export
+from sagnac.cli import look, measure, onward, simulated
 from sagnac.cli.output import DONE, INTERRUPTED, USAGE_ERROR, complain, explain
-from sagnac.cli.simulated import demo, reproduce, simulate
 from sagnac.core.errors import visible
 from sagnac.core.version import __version__
 
@@ -45,23 +41,8 @@ app: Final = App(
     help_format="markdown",
     default_parameter=Parameter(negative="", show_default=lambda value: value or None),
 )
-for _command in (
-    demo,
-    analyze,
-    avar,
-    lines,
-    compare,
-    check,
-    simulate,
-    convert,
-    export,
-    plan,
-    campaign,
-    align,
-    reproduce,
-):
+for _command in (*simulated.COMMANDS, *measure.COMMANDS, *look.COMMANDS, *onward.COMMANDS):
     app.command(_command)
-app.command(page, name="app")
 
 
 class Stopped(KeyboardInterrupt):
@@ -119,16 +100,6 @@ class _Visible(io.TextIOBase):
         self._stream.flush()
 
 
-@contextmanager
-def _visible_names(command: object) -> Iterator[None]:
-    """Inside a command of ours, names that come from files and paths move no cursor."""
-    if not getattr(command, "__module__", "").startswith("sagnac."):
-        yield
-        return
-    with redirect_stdout(_Visible(sys.stdout)):
-        yield
-
-
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run one command.
 
@@ -146,7 +117,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     _prepare_process()
     try:
         command, bound, _ = app.parse_args(tokens, exit_on_error=False, print_error=False)
-        with stopped_by_signals(), _visible_names(command):
+        # Names that come from files and paths move no cursor; what the parser shows is its own.
+        is_ours = command.__module__.startswith("sagnac.")
+        with stopped_by_signals(), redirect_stdout(_Visible(sys.stdout) if is_ours else sys.stdout):
             status = command(*bound.args, **bound.kwargs)
         sys.stdout.flush()
     except Stopped as stopped:

@@ -11,23 +11,8 @@ from typing import TYPE_CHECKING, Annotated, Any, Final
 from cyclopts import Parameter
 
 import sagnac
+from sagnac.cli import options as typed
 from sagnac.cli import output as results
-from sagnac.cli.options import (
-    ANALYSIS,
-    NO_OPTIONS,
-    NO_STATEMENT,
-    OUTPUT,
-    Debug,
-    File,
-    Force,
-    Options,
-    Reading,
-    half_widths,
-    inputs,
-    one_argument,
-    settings_of,
-    statement_of,
-)
 from sagnac.cli.reading import reading
 from sagnac.core import overwriting
 from sagnac.core.errors import rounded
@@ -45,12 +30,12 @@ if TYPE_CHECKING:
 CHECK_SCHEMA: Final = "sagnac.check/1"
 
 
-def check(file: File, /, *, options: Options = NO_OPTIONS) -> int:
+def check(file: typed.File, /, *, options: typed.Options = typed.NO_OPTIONS) -> int:
     """Data quality: gaps, jumps, wraps, stuck channels, clipping, units that look wrong.
 
     Exit status 1 if an error was found, or with --strict a warning.
     """
-    statement, settings = statement_of(options), settings_of(options)
+    statement, settings = typed.statement_of(options), typed.settings_of(options)
     recording: sagnac.Recording | None = None
     try:
         with reading(file, options, verify=False) as read:
@@ -133,9 +118,9 @@ def _command_for(
 def _options_of(statement: "sagnac.Statement", besides: Mapping[str, str]) -> dict[str, str]:
     """Options as they are typed: what is stated, and others, which count for what they name."""
     # The channels first, then what they are.
-    inputs = dict.fromkeys(("gyros", "accelerometers", "columns"))
-    inputs |= {field.name: None for field in fields(statement)}
-    stated = {OPTION_OF.get(name, name): getattr(statement, name) for name in inputs}
+    named = dict.fromkeys(("gyros", "accelerometers", "columns"))
+    named |= {field.name: None for field in fields(statement)}
+    stated = {OPTION_OF.get(name, name): getattr(statement, name) for name in named}
     options = {name: text_of(value) for name, value in stated.items() if value not in (None, {})}
     for name, value in besides.items():
         before = options.get(name, "")
@@ -175,8 +160,8 @@ def convert(
     target: Annotated[Path, Parameter(name="OUT")],
     /,
     *,
-    options: Reading = NO_STATEMENT,
-    force: Force = False,
+    options: typed.Reading = typed.NO_STATEMENT,
+    force: typed.Force = False,
 ) -> int:
     """Read a recording and write it so that reading it again needs no option.
 
@@ -190,7 +175,7 @@ def convert(
     from sagnac.formats.statement import of_conversion
     from sagnac.report import text
 
-    overwriting.require_free(of_conversion(target), inputs([source], options), force=force)
+    overwriting.require_free(of_conversion(target), typed.inputs([source], options), force=force)
     with reading(source, options) as read:
         recording = read.recording
     with results.progress_shown() as progress:
@@ -207,12 +192,13 @@ PLAN_SCHEMA: Final = "sagnac.plan/1"
 
 
 def plan(
-    file: File,
+    file: typed.File,
     /,
     *,
-    options: Options = NO_OPTIONS,
+    options: typed.Options = typed.NO_OPTIONS,
     within: Annotated[
-        tuple[float, ...], one_argument(half_widths, "1%,…", group=ANALYSIS, show_default=False)
+        tuple[float, ...],
+        typed.of_analysis(typed.several(typed.half_width), "1%,…", show_default=False),
     ] = (0.1, 0.05, 0.02, 0.01),
 ) -> int:
     """How long to record for an interval of N, or to decide --spec, from a short recording.
@@ -224,7 +210,7 @@ def plan(
     within
         Half width of the interval of N: 10%,5%,2%,1% unless stated.
     """
-    settings = settings_of(options)
+    settings = typed.settings_of(options)
     with reading(file, options) as read:
         analysis = read.analyzed(settings)
     try:
@@ -319,9 +305,9 @@ def app(
     file: Annotated[Path | None, Parameter(name="FILE")] = None,
     /,
     *,
-    port: Annotated[int, Parameter(group=OUTPUT, metavar="N")] = 0,
-    no_browser: Annotated[bool, Parameter(group=OUTPUT)] = False,
-    debug: Debug = False,
+    port: Annotated[int, Parameter(group=typed.OUTPUT, metavar="N")] = 0,
+    no_browser: Annotated[bool, Parameter(group=typed.OUTPUT)] = False,
+    debug: typed.Debug = False,
 ) -> int:
     """A page to work in, for this machine alone: open, understand and analyze a recording.
 
@@ -351,3 +337,6 @@ def app(
 
     serve(file, port=port, opened=opened)
     return results.DONE
+
+
+COMMANDS: Final = (check, convert, plan, app)

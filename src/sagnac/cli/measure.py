@@ -22,7 +22,7 @@ from sagnac.cli.options import (
     SeveralNames,
     band,
     inputs,
-    one_argument,
+    of_analysis,
     settings_of,
 )
 from sagnac.cli.reading import ReadFile, reading
@@ -71,7 +71,9 @@ def analyze(
             print("\n\n" * several, end="")
     done = [analysis for _, analysis in named]
     if several and not options.as_json:
-        results.print_closing(named)
+        from sagnac.report import text
+
+        results.show(text.closing(named), end="\n")
     if options.as_json and done:
         results.print_documents(done, single=not several)
     return status or results.verdict_status(done)
@@ -93,10 +95,10 @@ def _print_analysis(analysis: "sagnac.Analysis", paths: Sequence[Path], *, curve
     for gyro in analysis.each:
         shown = text.full(gyro) if curve else text.brief(gyro)
         print(text.blocks(text.answer(gyro), text.verdict(gyro), *shown), end="\n\n")
-    results.print_beside(analysis)
+    results.show(text.accelerometers(analysis), text.refused(analysis))
     results.print_paths(paths)
     if analysis.gyros:
-        results.print_closing([("", analysis)], end="\n\n")
+        results.show(text.closing([("", analysis)]))
     print(text.seconds(analysis))
 
 
@@ -123,9 +125,7 @@ class BenchOptions:
 
     estimator: SeveralNames = None
     gaps: Annotated[Literal["reject", "omit"], Parameter(group=ANALYSIS)] = "reject"
-    self_noise: Annotated[
-        tuple[float, float] | None, one_argument(band, "LOW:HIGH", group=ANALYSIS)
-    ] = None
+    self_noise: Annotated[tuple[float, float] | None, of_analysis(band, "LOW:HIGH")] = None
 
 
 NO_BENCH: Final = BenchOptions()
@@ -189,9 +189,9 @@ def avar(
         from sagnac.report import text
 
         print(text.self_noise(alone, bench.self_noise), end="\n\n")
-    results.print_beside(analysis)
+    results.show(text.accelerometers(analysis), text.refused(analysis))
     results.print_paths(paths)
-    results.print_closing([("", analysis)])
+    results.show(text.closing([("", analysis)]), end="\n")
     return results.verdict_status([analysis])
 
 
@@ -341,3 +341,6 @@ def lines(file: File, /, *, options: Options = NO_OPTIONS) -> int:
         below = text.refused(analysis), text.notes(analysis.notes)
         print(text.blocks(text.verdict(analysis), *listed, *below))
     return results.verdict_status([analysis])
+
+
+COMMANDS: Final = (analyze, avar, compare, lines)

@@ -8,25 +8,8 @@ from typing import TYPE_CHECKING, Annotated, Final, Literal
 from cyclopts import Group, Parameter
 
 import sagnac
+from sagnac.cli import options as typed
 from sagnac.cli import output as results
-from sagnac.cli.options import (
-    NO_OPTIONS,
-    OUTPUT,
-    Debug,
-    Folder,
-    Force,
-    Json,
-    Options,
-    Workers,
-    angle,
-    degrees,
-    one_argument,
-    settings_of,
-    several_seconds,
-    statement_of,
-    turn_rate,
-    two_numbers,
-)
 from sagnac.core.errors import counted, one_line
 from sagnac.core.texts import seconds
 from sagnac.navigation.definitions import ToolName
@@ -73,7 +56,7 @@ class FilterOptions:
     markov: Literal[0, 1, 2] | None = None
     topic: Annotated[str | None, Parameter(metavar="/imu0")] = None
     accelerometer: Annotated[
-        tuple[float, float] | None, one_argument(two_numbers, "DENSITY,WALK")
+        tuple[float, float] | None, typed.one_argument(typed.two_numbers, "DENSITY,WALK")
     ] = None
     datasheet: Annotated[tuple[str, ...], Parameter(metavar="N=…,B=…@TIME")] = ()
 
@@ -87,8 +70,8 @@ def export(
     *,
     output: Annotated[Path, Parameter(name=["-o", "--output"], metavar="FILE")],
     options: FilterOptions = NO_CHOICE,
-    force: Force = False,
-    debug: Debug = False,
+    force: typed.Force = False,
+    debug: typed.Debug = False,
 ) -> None:
     """Filter settings of an analysis: Kalibr, OpenVINS, GTSAM, PX4 and others.
 
@@ -113,6 +96,8 @@ def export(
 
 
 # ---- align -------------------------------------------------------------------------
+
+_AFTER: Final = (60.0, 600.0, 3600.0)  # s, times without aiding unless stated
 
 
 @Parameter(name="*")
@@ -141,16 +126,14 @@ class StartOptions:
         Of the interval.
     """
 
-    latitude: Annotated[float | None, one_argument(degrees, "DEG")] = None
-    rest: Annotated[float, one_argument(seconds, "10min", name="--time")] = 600.0
-    azimuth: Annotated[float | None, one_argument(angle, "2deg")] = None
-    tilt: Annotated[float | None, one_argument(angle, "0.5deg")] = None
-    bias: Annotated[float | None, one_argument(turn_rate, "3deg/h")] = None
-    table_rate: Annotated[float | None, one_argument(degrees, "DEG/S")] = None
-    after: Annotated[tuple[float, ...], one_argument(several_seconds, "60s,10min")] = (
-        60.0,
-        600.0,
-        3600.0,
+    latitude: Annotated[float | None, typed.one_argument(typed.degrees, "DEG")] = None
+    rest: Annotated[float, typed.one_argument(seconds, "10min", name="--time")] = 600.0
+    azimuth: Annotated[float | None, typed.one_argument(typed.angle, "2deg")] = None
+    tilt: Annotated[float | None, typed.one_argument(typed.angle, "0.5deg")] = None
+    bias: Annotated[float | None, typed.one_argument(typed.turn_rate, "3deg/h")] = None
+    table_rate: Annotated[float | None, typed.one_argument(typed.degrees, "DEG/S")] = None
+    after: Annotated[tuple[float, ...], typed.one_argument(typed.several(seconds), "60s,10min")] = (
+        _AFTER
     )
     confidence: Annotated[float, Parameter(metavar="0.95")] = 0.95
 
@@ -163,10 +146,10 @@ def align(
     /,
     *,
     start: StartOptions = NO_START,
-    output: Folder = None,
-    as_json: Json = False,
-    force: Force = False,
-    debug: Debug = False,
+    output: typed.Folder = None,
+    as_json: typed.Json = False,
+    force: typed.Force = False,
+    debug: typed.Debug = False,
 ) -> int:
     """Heading, attitude and position without aiding, and azimuth found, from N, B and K.
 
@@ -254,8 +237,8 @@ class WorkOptions:
     """
 
     pattern: Annotated[str, Parameter(metavar="REGEX")] = ""
-    span: Annotated[float | None, one_argument(seconds, "2h")] = None
-    workers: Workers = None
+    span: Annotated[float | None, typed.one_argument(seconds, "2h")] = None
+    workers: typed.Workers = None
     scheduler: Annotated[str | None, Parameter(metavar="ADDRESS")] = None
 
 
@@ -266,10 +249,10 @@ def campaign(
     sources: Annotated[list[Path], Parameter(name="SOURCE")],
     /,
     *,
-    options: Options = NO_OPTIONS,
-    output: Annotated[Path, Parameter(name=["-o", "--output"], group=OUTPUT, metavar="DIR")],
+    options: typed.Options = typed.NO_OPTIONS,
+    output: Annotated[Path, Parameter(name=["-o", "--output"], group=typed.OUTPUT, metavar="DIR")],
     work: WorkOptions = HERE,
-    force: Force = False,
+    force: typed.Force = False,
 ) -> int:
     """Many recordings in; one table and one page out, a report for each.
 
@@ -286,7 +269,7 @@ def campaign(
     """
     if options.as_json:
         raise results.UsageError("--json is not for a campaign; its table is campaign.csv")
-    settings, statement = settings_of(options), statement_of(options)
+    settings, statement = typed.settings_of(options), typed.statement_of(options)
     stated = {one.name: getattr(statement, one.name) for one in fields(statement)}
     results.require_place(output, "campaign", force=True)
     from sagnac.fleet.page import reason_text
@@ -365,3 +348,6 @@ def _print_reasons(lines: "Sequence[Line]") -> None:
         print(f"{Path(line.file).name}, gyro {line.gyros}: {said}: {one_line(line.reason)}")
     if len(told) > _MOST_REASONS:
         print(f"… and {len(told) - _MOST_REASONS} more: column reason of campaign.csv")
+
+
+COMMANDS: Final = (export, align, campaign)

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Final, Literal
 
@@ -60,30 +61,23 @@ def two_numbers(text: str) -> tuple[float, float]:
 
 
 @texts.giving("half widths such as 1% or 0.01")
-def half_widths(text: str) -> tuple[float, ...]:
-    """``5%,1%`` or ``0.05,0.01`` as shares.
+def half_width(text: str) -> float:
+    """``5%`` or ``0.05`` as a share.
 
     Raises
     ------
     ValueError
-        If one of them is not between 0 and 1.
+        If it is not between 0 and 1.
     """
-    sizes = [(one.removesuffix("%"), 0.01 if "%" in one else 1.0) for one in texts.names(text)]
-    widths = tuple(size * float(number) for number, size in sizes)
-    if not all(0.0 < width < 1.0 for width in widths):
+    width = float(text.strip().removesuffix("%")) * (0.01 if "%" in text else 1.0)
+    if not 0.0 < width < 1.0:
         raise ValueError
-    return widths
+    return width
 
 
-def several_seconds(text: str) -> tuple[float, ...]:
-    """``60s,10min`` in s.
-
-    Raises
-    ------
-    ValueError
-        If one of them is no time above zero.
-    """
-    return tuple(texts.seconds(part) for part in text.split(","))
+def several(convert: Callable[[str], texts.Value]) -> Callable[[str], tuple[texts.Value, ...]]:
+    """Converts each of some texts with commas between: ``60s,10min``."""
+    return lambda text: tuple(convert(part) for part in text.split(","))
 
 
 @texts.giving("an angle above zero such as 2deg or 30arcmin")
@@ -187,6 +181,8 @@ SeveralNames = Annotated[
 _Names = tuple[str, ...] | None
 _OneOrByName = str | Mapping[str, str] | None
 _ByName = Mapping[str, str] | None
+_of_file = partial(one_argument, group=READING)
+of_analysis = partial(one_argument, group=ANALYSIS)
 _Text = Annotated[str | None, Parameter(group=OUTPUT, metavar="TEXT")]
 
 
@@ -229,25 +225,21 @@ class Reading:
         Most memory that what a file declares may take: 4GiB unless stated.
     """
 
-    gyros: Annotated[_Names, one_argument(texts.names, "x,z", group=READING)] = None
-    kind: Annotated[_OneOrByName, one_argument(texts.one_or_by_name, "KIND", group=READING)] = None
-    unit: Annotated[_OneOrByName, one_argument(texts.one_or_by_name, "UNIT", group=READING)] = None
+    gyros: Annotated[_Names, _of_file(texts.names, "x,z")] = None
+    kind: Annotated[_OneOrByName, _of_file(texts.one_or_by_name, "KIND")] = None
+    unit: Annotated[_OneOrByName, _of_file(texts.one_or_by_name, "UNIT")] = None
     scale: Annotated[str | None, Parameter(group=READING, metavar="0.1arcsec")] = None
     rate: Annotated[float | None, Parameter(group=READING, metavar="HZ")] = None
     time: Annotated[str | None, Parameter(group=READING, metavar="COLUMN[:UNIT]")] = None
     table: Annotated[str | None, Parameter(group=READING, metavar="COLUMN[:UNIT]")] = None
-    columns: Annotated[
-        Mapping[str, str] | None, one_argument(texts.by_name, "x=NAME,z=NAME", group=READING)
-    ] = None
-    slice: Annotated[texts.Span | None, one_argument(texts.span, "START:STOP", group=READING)] = (
-        None
-    )
+    columns: Annotated[_ByName, _of_file(texts.by_name, "x=NAME,z=NAME")] = None
+    slice: Annotated[texts.Span | None, _of_file(texts.span, "START:STOP")] = None
     counter_bits: Annotated[int | None, Parameter(group=READING, metavar="BITS")] = None
     counter_period: Annotated[float | None, Parameter(group=READING, metavar="COUNTS")] = None
     null_pulse: Annotated[str | None, Parameter(group=READING, metavar="COLUMN")] = None
-    accelerometers: Annotated[_Names, one_argument(texts.names, "ax,ay,az", group=READING)] = None
+    accelerometers: Annotated[_Names, _of_file(texts.names, "ax,ay,az")] = None
     layout: Annotated[str | None, Parameter(group=READING, metavar="NAME|TOML")] = None
-    memory: Annotated[int | None, one_argument(memory_size, "4GiB", group=READING)] = None
+    memory: Annotated[int | None, _of_file(memory_size, "4GiB")] = None
     debug: Debug = False
 
 
@@ -359,10 +351,10 @@ class Options(Reading):
         Parameter(group=ANALYSIS),
     ] = None
     step_4: Annotated[str | None, Parameter(group=ANALYSIS, metavar="NAME")] = None
-    interval: Annotated[float | None, one_argument(texts.seconds, "1s", group=ANALYSIS)] = None
+    interval: Annotated[float | None, of_analysis(texts.seconds, "1s")] = None
     confidence: Annotated[float | None, Parameter(group=ANALYSIS, metavar="0.95")] = None
     strict: Annotated[bool, Parameter(group=ANALYSIS)] = False
-    covariates: Annotated[_Names, one_argument(texts.names, "temperature", group=ANALYSIS)] = None
+    covariates: Annotated[_Names, of_analysis(texts.names, "temperature")] = None
     accept: SeveralNames = None
     spec: Annotated[str | None, Parameter(group=ANALYSIS, metavar="VALUE[UNIT]")] = None
     risk: Annotated[float | None, Parameter(group=ANALYSIS, metavar="0.05")] = None

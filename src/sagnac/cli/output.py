@@ -307,22 +307,10 @@ def print_documents(
     print(to_json({**made, **(beside or {})}))
 
 
-def print_beside(analysis: "sagnac.Analysis") -> None:
-    """The accelerometers of an analysis, and the channels that were not analyzed."""
-    from sagnac.report import text
-
-    for shown in (text.accelerometers(analysis), text.refused(analysis)):
-        if shown:
-            print(shown, end="\n\n")
-
-
-def print_closing(named: "Sequence[tuple[str, sagnac.Analysis]]", end: str = "\n") -> None:
-    """A row for each gyro of several, by the names of their files."""
-    from sagnac.report import text
-
-    shown = text.closing(named)
-    if shown:
-        print(shown, end=end)
+def show(*texts: str, end: str = "\n\n") -> None:
+    """Print each text that says something."""
+    for text in filter(None, texts):
+        print(text, end=end)
 
 
 def print_paths(paths: Sequence[Path]) -> None:

@@ -242,3 +242,6 @@ def reproduce(
     print(f"{found.computed} of {len(found.outcomes)} runs made, the others were there")
     results.print_paths(written)
     return results.DONE
+
+
+COMMANDS: Final = (simulate, demo, reproduce)

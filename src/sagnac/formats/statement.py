@@ -6,6 +6,7 @@ people and files write them, counts among them: ``0.1arcsec``, ``counts``.
 
 import math
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import Any, Final, Literal
@@ -146,10 +147,12 @@ class Statement:
             stated = getattr(self, name)
             is_by_name = name in ("kind", "unit") and isinstance(stated, Mapping)
             for value in stated.values() if is_by_name else (stated,):
-                if value is not None and not is_right(value):
+                if value is not None and not _is_kept(is_right, value):
                     raise ValueError(f"{name} is {quoted(value)}; {remedy}")
         if self.counter_bits is not None and self.counter_period is not None:
-            raise ValueError("counter_bits and counter_period are both given; give one of them")
+            raise ValueError(
+                "counter_period is given beside the bits of the counter; give one of them"
+            )
 
     def of_channel(
         self, quantity: Literal["kind", "unit"], name: str, sensor: Sensor = "gyro"
@@ -170,6 +173,13 @@ class Statement:
         if isinstance(stated, Mapping):
             return stated.get(name, stated.get(f"{sensor}s"))
         return stated if sensor == "gyro" else None
+
+
+def _is_kept(is_right: Callable[[Any], bool], value: object) -> bool:
+    """Whether a value keeps its rule; one of another type does not."""
+    with suppress(TypeError, ValueError):
+        return is_right(value)
+    return False
 
 
 def _is_text(value: object) -> bool:
