@@ -146,7 +146,8 @@ def test_each_axis_of_a_triad_counts(capsys, tmp_path):
 @pytest.mark.parametrize(
     ("words", "said"),
     [
-        (["--after", "60s,zero"], "give a time above zero"),
+        (["--after", "60s,zero"], "'zero'; give a time above zero"),
+        (["--latitude", "50", "--time", "1e9s"], "give 1 to 604800, a week"),
         (["--azimuth", "2"], "2deg"),
         (["--tilt", "0deg"], "2deg"),
         (["--bias", "-1"], "zero or more"),

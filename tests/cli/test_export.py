@@ -32,7 +32,9 @@ def test_the_name_of_the_file_tells_the_format(capsys, tmp_path):
         assert said in (tmp_path / name).read_text(encoding="utf-8")
     capsys.readouterr()
     assert main(["export", stated, "-o", str(tmp_path / "a.txt")]) == 2
-    assert "--format" in one_line(capsys)
+    said = one_line(capsys)
+    assert "--format is not stated, and " in said
+    assert "a.txt does not tell it; state it, or name a path that ends in .yaml, " in said
     assert main(["export", stated, "-o", str(tmp_path / "a.yaml"), "--axes", "each"]) == 1
     assert "--axes worst" in one_line(capsys)
     assert not (tmp_path / "a.yaml").exists()

@@ -49,7 +49,11 @@ def test_every_gyro_at_rest_has_a_plan(tmp_path, capsys):
 
 @pytest.mark.parametrize(
     ("more", "words"),
-    [(("--within", "0"), "--within: '0'"), (("--spec", "B=1"), "only an interval")],
+    [
+        (("--within", "0"), "--within: '0'"),
+        (("--within", "1%,200%"), "--within: '200%'; give half widths"),
+        (("--spec", "B=1"), "only an interval"),
+    ],
 )
 def test_what_cannot_be_planned_is_wrong_usage(more, words, bare, capsys):
     assert main(["plan", str(bare), *STATED, *more]) == 2

@@ -8,23 +8,8 @@ from typing import TYPE_CHECKING, Annotated, Any, Final, Literal
 from cyclopts import Parameter
 
 import sagnac
+from sagnac.cli import options as typed
 from sagnac.cli import output as results
-from sagnac.cli.options import (
-    ANALYSIS,
-    NO_OPTIONS,
-    NO_REPORT,
-    File,
-    Files,
-    Folder,
-    Force,
-    Options,
-    ReportOptions,
-    SeveralNames,
-    band,
-    inputs,
-    of_analysis,
-    settings_of,
-)
 from sagnac.cli.reading import ReadFile, reading
 from sagnac.report import error_text
 
@@ -37,17 +22,21 @@ if TYPE_CHECKING:
 
 
 def analyze(
-    files: Files, /, *, options: Options = NO_OPTIONS, report: ReportOptions = NO_REPORT
+    files: typed.Files,
+    /,
+    *,
+    options: typed.Options = typed.NO_OPTIONS,
+    report: typed.ReportOptions = typed.NO_REPORT,
 ) -> int:
     """A recording in; report.html, analysis.json, tables and figures out.
 
     They go into DIR (several files: a folder each in it), by default NAME-report; with
     --json and no DIR nothing is written.
     """
-    settings, sheet = settings_of(options), _sheet(options, report)
+    settings, sheet = typed.settings_of(options), _sheet(options, report)
     folders = results.folders_of(files, report.output, as_json=options.as_json)
     for folder in folders:
-        reads = inputs(files, options, report.heading)
+        reads = typed.inputs(files, options, report.heading)
         results.require_place(folder, "report", reads, force=report.force)
     several, status = len(files) > 1, results.DONE
     named: list[tuple[str, sagnac.Analysis]] = []
@@ -79,7 +68,7 @@ def analyze(
     return status or results.verdict_status(done)
 
 
-def _sheet(options: Options, report: ReportOptions) -> dict[str, Any]:
+def _sheet(options: typed.Options, report: typed.ReportOptions) -> dict[str, Any]:
     """Keywords of `sagnac.write_report` that hold for every report of a run."""
     return {
         "block": report.title_block,
@@ -123,9 +112,11 @@ class BenchOptions:
         their cross spectra; N of each over this band, Hz.
     """
 
-    estimator: SeveralNames = None
-    gaps: Annotated[Literal["reject", "omit"], Parameter(group=ANALYSIS)] = "reject"
-    self_noise: Annotated[tuple[float, float] | None, of_analysis(band, "LOW:HIGH")] = None
+    estimator: typed.SeveralNames = None
+    gaps: Annotated[Literal["reject", "omit"], Parameter(group=typed.ANALYSIS)] = "reject"
+    self_noise: Annotated[tuple[float, float] | None, typed.of_analysis(typed.band, "LOW:HIGH")] = (
+        None
+    )
 
 
 NO_BENCH: Final = BenchOptions()
@@ -134,12 +125,12 @@ _ACCELEROMETERS: Final = "accelerometers"
 
 
 def avar(
-    file: File,
+    file: typed.File,
     /,
     *,
-    options: Options = NO_OPTIONS,
+    options: typed.Options = typed.NO_OPTIONS,
     bench: BenchOptions = NO_BENCH,
-    report: ReportOptions = NO_REPORT,
+    report: typed.ReportOptions = typed.NO_REPORT,
 ) -> int:
     """The still bench: the ARW of each gyro, its curves, and the lines in it.
 
@@ -149,15 +140,16 @@ def avar(
     accelerometers' into another.
     """
     from sagnac.analysis.pipeline import still_bench
+    from sagnac.report import text
 
-    settings = settings_of(options, method="none", estimators=bench.estimator or ("oadev",))
+    settings = typed.settings_of(options, method="none", estimators=bench.estimator or ("oadev",))
     sheet, output = _sheet(options, report), report.output
     alone: sagnac.SelfNoise | None = None
     paths: Sequence[Path] = ()
     with reading(file, options, verify=bench.gaps == "reject") as read:
         recording = read.recording
         if output is not None:
-            reads = inputs([file], options, report.heading)
+            reads = typed.inputs([file], options, report.heading)
             for folder, what in _places(recording, settings, output):
                 results.require_place(folder, what, reads, force=report.force)
         if bench.gaps == "omit":
@@ -186,8 +178,6 @@ def avar(
     for gyro in analysis.each:
         _print_bench(benches[gyro.channel], gyro, curve=curve)
     if alone is not None and bench.self_noise is not None:
-        from sagnac.report import text
-
         print(text.self_noise(alone, bench.self_noise), end="\n\n")
     results.show(text.accelerometers(analysis), text.refused(analysis))
     results.print_paths(paths)
@@ -270,19 +260,19 @@ METHODS: "Final[tuple[Method, ...]]" = ("none", "fris", "fos-korenberg", "fos-pa
 
 
 def compare(
-    file: File,
+    file: typed.File,
     /,
     *,
-    options: Options = NO_OPTIONS,
-    output: Folder = None,
-    force: Force = False,
+    options: typed.Options = typed.NO_OPTIONS,
+    output: typed.Folder = None,
+    force: typed.Force = False,
 ) -> int:
     """No removal, fris, fos-korenberg, fos-paper and fos, side by side; with -o also as a page.
 
     --method picks one to run alone, --gyros one of several gyros at rest, each of which is shown.
     """
-    settings = settings_of(options)
-    results.require_place(output, "comparison", inputs([file], options), force=force)
+    settings = typed.settings_of(options)
+    results.require_place(output, "comparison", typed.inputs([file], options), force=force)
     with reading(file, options) as read:
         methods = (settings.method,) if options.method else METHODS
         analyses, refused = _compared(read, settings, methods)
@@ -327,9 +317,9 @@ def _compared(
 # ---- lines -------------------------------------------------------------------------
 
 
-def lines(file: File, /, *, options: Options = NO_OPTIONS) -> int:
+def lines(file: typed.File, /, *, options: typed.Options = typed.NO_OPTIONS) -> int:
     """The periodic components found, strongest first."""
-    settings = settings_of(options)
+    settings = typed.settings_of(options)
     with reading(file, options) as read:
         analysis = read.analyzed(settings)
     if options.as_json:

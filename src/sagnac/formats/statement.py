@@ -150,9 +150,7 @@ class Statement:
                 if value is not None and not _is_kept(is_right, value):
                     raise ValueError(f"{name} is {quoted(value)}; {remedy}")
         if self.counter_bits is not None and self.counter_period is not None:
-            raise ValueError(
-                "counter_period is given beside the bits of the counter; give one of them"
-            )
+            raise ValueError("counter_bits and a period are both given; give one of them")
 
     def of_channel(
         self, quantity: Literal["kind", "unit"], name: str, sensor: Sensor = "gyro"
