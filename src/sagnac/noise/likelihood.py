@@ -71,7 +71,7 @@ def crossing(
         return inside
     low = inside
     for _ in range(_STEPS):
-        high = low + step if abs(step) < abs(limit - low) else limit
+        high = inside + step if abs(step) < abs(limit - inside) else limit
         if finite(high) >= 0.0:
             return float(brentq(finite, low, high, xtol=_NARROW * abs(high - low)))
         if high == limit:
