@@ -224,49 +224,41 @@ def difference_covariance(
 def _filtered_structure(t: FloatArray, h: float, alpha: int) -> FloatArray:
     """s_x(t) = F^2 (2 s_w(t) - s_w(t - h) - s_w(t + h)), h = 1/F.
 
-    Away from zero the second difference is written out, so that a cluster of a million samples
-    costs no digits. For h = 0 it is the second derivative.
+    s_w is the generalized autocovariance of the continuous angle noise up to a factor: a power of
+    t, times its logarithm for odd alpha. Away from zero the second difference is written out, so
+    that a cluster of a million samples costs no digits. For h = 0 it is the second derivative.
     """
-    t = np.abs(t)
+    t, power = np.abs(t), 3 - alpha
     near = (t < h) | (t == 0.0)
     result = np.zeros_like(t)
-    beyond = _filtered_flicker if alpha % 2 else _filtered_power
-    result[~near] = beyond(t[~near], h, alpha)
+    far = t[~near]
+    result[~near] = _far_flicker(far, h, power) if alpha % 2 else _far_power(far, h, power)
     if h > 0.0:
-        inside = t[near]
-        both = _structure(inside - h, alpha) + _structure(inside + h, alpha)
-        result[near] = (2.0 * _structure(inside, alpha) - both) / (h * h)
-    return result
+        places = np.abs(t[near] + h * np.array([[-1.0], [0.0], [1.0]]))
+        structure = places**power
+        if alpha % 2:
+            structure *= np.log(np.where(places > 0.0, places, 1.0))
+        result[near] = np.array([1.0, -2.0, 1.0]) @ structure / (h * h)
+    return -result if alpha in {1, 0, -3, -4} else result
 
 
-def _structure(t: FloatArray, alpha: int) -> FloatArray:
-    """s_w(t): generalized autocovariance of the continuous angle noise, up to a factor."""
-    t = np.abs(t)
-    power = t ** (3 - alpha)
-    if alpha % 2:
-        power *= np.log(np.where(t > 0.0, t, 1.0))
-    return power if alpha in {1, 0, -3, -4} else -power
+def _far_power(t: FloatArray, h: float | FloatArray, power: int) -> FloatArray:
+    """((t - h)^p - 2 t^p + (t + h)^p) / h^2 of an integer power, t >= h, without cancellation."""
+    return sum(
+        (
+            2.0 * math.comb(power, k) * t ** (power - k) * h ** (k - 2)
+            for k in range(2, power + 1, 2)
+        ),
+        start=np.zeros_like(t),
+    )
 
 
-def _filtered_power(t: FloatArray, h: float, alpha: int) -> FloatArray:
-    """s_x(t) beyond the filter, t >= h, for an even alpha: a polynomial."""
-    if alpha == 2:
-        return np.zeros_like(t)
-    if alpha == 0:
-        return -6.0 * t
-    if alpha == -2:
-        return 20.0 * t**3 + 10.0 * t * h * h
-    return -(42.0 * t**5 + 70.0 * t**3 * h**2 + 14.0 * t * h**4)
-
-
-def _filtered_flicker(t: FloatArray, h: float, alpha: int) -> FloatArray:
-    """s_x(t) beyond the filter, t >= h > 0 or t > 0, for an odd alpha: powers times logarithms."""
+def _far_flicker(t: FloatArray, h: float, power: int) -> FloatArray:
+    """The same of t^p ln t, an even power, t >= h > 0 or t > 0."""
     u = h / t
-    power = 3 - alpha
-    even = {1: 2.0, -1: 12.0 + 2.0 * u**2, -3: 30.0 + 30.0 * u**2 + 2.0 * u**4}[alpha]
     # Its limits stand at both ends.
     v = np.where((u < 1e-4) | (u >= 1.0), 0.5, u)
     odd = ((1.0 + v) ** power * np.log1p(v) + (1.0 - v) ** power * np.log1p(-v)) / v**2
     odd = np.where(u < 1e-4, 2.0 * power - 1.0, np.where(u < 1.0, odd, 2.0**power * math.log(2.0)))
-    value = np.asarray(t ** (power - 2) * (even * np.log(t) + odd))
-    return value if alpha == -1 else -value
+    even = _far_power(np.ones_like(t), u, power)
+    return np.asarray(t ** (power - 2) * (even * np.log(t) + odd))
