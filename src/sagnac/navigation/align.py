@@ -116,16 +116,14 @@ class Foresight:
 
     def __repr__(self) -> str:
         drift = self.unaided.drift
-        columns = (
-            drift.heading.times,
-            drift.heading.deviation(misaligned=False) / DEGREE,
-            drift.attitude.deviation() / DEGREE,
-            drift.position.deviation(),
+        heading, attitude = (
+            one / DEGREE
+            for one in (drift.heading.deviation(misaligned=False), drift.attitude.deviation())
         )
         said = [
-            f"after {time:g} s heading drift {heading:.3g} deg, attitude {attitude:.3g} deg, "
-            f"position {position:.3g} m"
-            for time, heading, attitude, position in zip(*columns, strict=True)
+            f"after {time:g} s heading drift {heading[row]:.3g} deg, attitude "
+            f"{attitude[row]:.3g} deg, position {drift.position.deviation()[row]:.3g} m"
+            for row, time in enumerate(drift.heading.times)
         ]
         if self.prospect is not None:
             azimuth = self.prospect.compass.deviation[-1] / DEGREE

@@ -12,7 +12,7 @@ That of a Markov rate is ``D^2 e^(-|s - u|/T)``; of it, too, its mean over the r
 """
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import Final
@@ -32,7 +32,7 @@ from sagnac.navigation.error_model import (
     moments_of,
     system_matrix,
 )
-from sagnac.navigation.noise import NAMES, GyroNoise, quantile
+from sagnac.navigation.noise import GyroNoise, quantile
 
 PARTS: Final = (
     "angle_random_walk",
@@ -133,22 +133,68 @@ def drift(
     if len(noises) != 3:
         raise ValueError(f"noises are {len(noises)}; give three, about north, east and down")
     sensors = (*noises, *accelerometers)
-    constants = dict.fromkeys(rate.correlation_time for one in sensors for rate in one.markov)
-    terms = {name: place for place, name in enumerate((*NAMES, "bias", *constants))}
-    found = [_at(time, latitude, priors, list(constants)) for time in moments]
+    constants = sorted({rate.correlation_time for one in sensors for rate in one.markov})
+    found = [_at(time, latitude, priors, constants) for time in moments]
+    weights = np.stack([one for one, _ in found], axis=1)
+    variances = np.zeros((len(_OUTPUTS), moments.size, len(PARTS)))
+    variances[..., -1] = np.stack([misaligned for _, misaligned in found], axis=1)
+    highest, squares = np.zeros(variances.shape[:2]), np.zeros(variances.shape[:2])
+    # One gyro in the place of three is wrong in all three alike.
+    places: dict[tuple[GyroNoise, bool], list[int]] = {}
+    for place, noise in enumerate(sensors):
+        places.setdefault((noise, place < _GYROS), []).append(place)
+    for (noise, is_gyro), each in places.items():
+        # The prior is of gyros.
+        known = priors if is_gyro else replace(priors, bias=None)
+        parts, square, at_most = _made_by(noise, known, weights[:, :, each], constants)
+        squares += square
+        highest += at_most
+        count = parts.shape[-1]
+        if is_gyro:
+            variances[..., :count] += parts
+        else:
+            variances[..., count] += parts.sum(axis=-1)
+    own = np.maximum(variances[..., :-1].sum(axis=-1), 1e-300)
+    reach = quantile(confidence) * np.sqrt(squares) / own
     heading, attitude, position = (
-        _growth(
-            sensors,
-            times=moments,
-            weights=np.array([weights[place] for weights, _ in found]),
-            terms=terms,
-            misaligned=np.array([misaligned[place] for _, misaligned in found]),
-            priors=priors,
-            confidence=confidence,
-        )
-        for place in range(len(_OUTPUTS))
+        Growth(times=moments, variances=parts, reach=half, highest=np.sqrt(most))
+        for parts, half, most in zip(variances, reach, highest, strict=True)
     )
     return Drift(heading=heading, attitude=attitude, position=position, priors=priors)
+
+
+def _made_by(
+    noise: GyroNoise, priors: Start, weights: FloatArray, constants: Sequence[float]
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Variances that one noise makes, by (3, times, places, terms) weights of `_at`.
+
+    Returns
+    -------
+    parts
+        (3, times, 5) by N, B, K, Markov rates and the initial bias.
+    squares
+        (3, times) squared standard error of their sum.
+    highest
+        (3, times) their sum with the worst upper bound.
+    """
+    initial, rise = _initial(noise, priors)
+    worst = [
+        weights[..., :3] @ one.values**2 + weights[..., 3] * _initial(one, priors)[0]
+        for one in noise.bounded
+    ]
+    together = weights.sum(axis=2)
+    own, biased, slow = together[..., :3], together[..., 3], together[..., 4:]
+    rising = 2.0 * (own + biased[..., np.newaxis] * rise) * noise.values
+    squares = np.einsum("oti,ij,otj->ot", rising, noise.covariance, rising)
+    markov = np.zeros(squares.shape)
+    for rate in noise.markov:
+        made = rate.deviation**2 * slow[..., constants.index(rate.correlation_time)]
+        markov += made
+        squares += (rate.error * made) ** 2
+    parts = np.concatenate(
+        [own * noise.values**2, np.stack([markov, biased * initial], axis=-1)], axis=-1
+    )
+    return parts, squares, np.max(worst, axis=0).sum(axis=2) + markov
 
 
 # Heading; the mean square of the two tilts; the sum of the squares north and east.
@@ -257,48 +303,3 @@ def _initial(noise: GyroNoise, priors: Start) -> tuple[float, FloatArray]:
 def bias_is_prior(noise: GyroNoise, priors: Start) -> bool:
     """Whether the bias of a gyro is known better from before than from the rest."""
     return not _initial(noise, priors)[1].any()
-
-
-def _growth(
-    sensors: Sequence[GyroNoise],
-    *,
-    times: FloatArray,
-    weights: FloatArray,
-    terms: Mapping[str | float, int],
-    misaligned: FloatArray,
-    priors: Start,
-    confidence: float,
-) -> Growth:
-    """Growth of one error, by the (times, 5, terms) variances that terms make in each sensor."""
-    variances = np.zeros((times.size, len(PARTS)))
-    variances[:, -1] = misaligned
-    highest, squares = np.zeros(times.size), np.zeros(times.size)
-    # One gyro in the place of three is wrong in all three alike.
-    places: dict[tuple[GyroNoise, bool], list[int]] = {}
-    for place, noise in enumerate(sensors):
-        places.setdefault((noise, place < _GYROS), []).append(place)
-    for (noise, is_gyro), of_noise in places.items():
-        # The prior is of gyros.
-        known = priors if is_gyro else replace(priors, bias=None)
-        each = weights[:, of_noise]
-        own, biased = each[..., : len(NAMES)], each[..., terms["bias"]]
-        initial, rise = _initial(noise, known)
-        worst = [own @ one.values**2 + biased * _initial(one, known)[0] for one in noise.bounded]
-        highest += np.max(worst, axis=0).sum(axis=1)
-        own, biased = own.sum(axis=1), biased.sum(axis=1)
-        rising = 2.0 * (own + biased[:, np.newaxis] * rise) * noise.values
-        squares += np.einsum("ti,ij,tj->t", rising, noise.covariance, rising)
-        markov = np.zeros(times.size)
-        for rate in noise.markov:
-            made = rate.deviation**2 * each[..., terms[rate.correlation_time]].sum(axis=1)
-            markov += made
-            squares += (rate.error * made) ** 2
-        highest += markov
-        parts = np.stack([*(own * noise.values**2).T, markov, biased * initial], axis=-1)
-        if is_gyro:
-            variances[:, : parts.shape[1]] += parts
-        else:
-            variances[:, parts.shape[1]] += parts.sum(axis=1)
-    own_variance = np.maximum(variances[:, :-1].sum(axis=-1), 1e-300)
-    reach = quantile(confidence) * np.sqrt(squares) / own_variance
-    return Growth(times=times, variances=variances, reach=reach, highest=np.sqrt(highest))

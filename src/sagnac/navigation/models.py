@@ -338,20 +338,16 @@ def common_time(limits: Sequence[UpperLimit]) -> float:
 def envelope(limits: Sequence[UpperLimit]) -> UpperLimit:
     """The upper limit of several curves together, each counted at the cluster times it spans."""
     tau = np.unique(np.concatenate([limit.tau for limit in limits]))
-
-    def highest(curves: Sequence[FloatArray]) -> FloatArray:
-        logarithms = [
-            np.interp(np.log(tau), np.log(limit.tau), np.log(curve), left=-np.inf, right=-np.inf)
-            for limit, curve in zip(limits, curves, strict=True)
+    logarithms = [
+        [
+            np.interp(np.log(tau), np.log(one.tau), np.log(curve), left=-np.inf, right=-np.inf)
+            for curve in (one.deviation, one.limit)
         ]
-        return np.asarray(np.exp(np.max(logarithms, axis=0)))
-
-    return UpperLimit(
-        tau=tau,
-        deviation=highest([limit.deviation for limit in limits]),
-        limit=highest([limit.limit for limit in limits]),
-        confidence=min(limit.confidence for limit in limits),
-    )
+        for one in limits
+    ]
+    deviation, limit = np.exp(np.max(logarithms, axis=0))
+    confidence = min(one.confidence for one in limits)
+    return UpperLimit(tau=tau, deviation=deviation, limit=limit, confidence=confidence)
 
 
 def _correlation_times(tau: FloatArray) -> tuple[float, ...]:
