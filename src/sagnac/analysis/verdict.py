@@ -1,7 +1,7 @@
 """Whether gyros keep a specification, and how long to record to decide it."""
 
-from collections.abc import Callable, Mapping, Sequence
-from contextlib import suppress
+import math
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Final
 
@@ -319,9 +319,9 @@ def plan(
             refused[name] = error
             continue
         rows = [
-            PlanRow(half_width=width, hours=_hours(shown.duration_for, width)) for width in within
+            PlanRow(half_width=width, hours=_hours(shown.duration_for(width))) for width in within
         ] + [
-            PlanRow(limit=limit, hours=_hours(shown.duration_to_decide, limit.value))
+            PlanRow(limit=limit, hours=_hours(shown.duration_to_decide(limit.value)))
             for limit in limits
         ]
         plans.append(Plan(analysis=one, shown=shown, rows=tuple(rows)))
@@ -330,8 +330,6 @@ def plan(
     return Plans(plans=tuple(plans), refused=refused)
 
 
-def _hours(duration: Callable[[float], float], wanted: float) -> float | None:
+def _hours(duration: float) -> float | None:
     """A forecast duration in hours; None if a year is too short."""
-    with suppress(RecordingError):
-        return duration(wanted) / 3600.0
-    return None
+    return duration / 3600.0 if math.isfinite(duration) else None

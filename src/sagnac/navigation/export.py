@@ -13,9 +13,9 @@ from sagnac.core.units import (
     ACCELERATION_UNITS,
     RATE_UNITS,
     SENSED,
-    SENSORS,
     TIME_UNITS,
     sensor_of,
+    sizes,
     split_factor,
 )
 from sagnac.core.whole_files import write_text
@@ -29,11 +29,7 @@ from sagnac.navigation.tools import SettingsFile
 FORM: Final = "such as N=0.004deg/s/sqrt(Hz),B=2deg/h@100s,bandwidth=40Hz,range=450deg/s"
 # Units of each number that a data sheet states: name -> SI size.
 _UNITS: Final[Mapping[str, Mapping[str, float]]] = {
-    "N": {
-        unit: size
-        for kind in SENSORS
-        for unit, size in SENSED[kind].coefficients["angle_random_walk"].items()
-    },
+    "N": sizes("angle random walk") | sizes("velocity random walk"),
     "B": RATE_UNITS | ACCELERATION_UNITS,
     "bandwidth": {"Hz": 1.0, "kHz": 1e3},
     "range": RATE_UNITS | ACCELERATION_UNITS,

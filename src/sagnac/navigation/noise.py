@@ -109,13 +109,13 @@ class GyroNoise:
         """
         if isinstance(source, str | Path):
             with as_written(Path(source)):
-                documents = read_analyses(Path(source))
-                if len(documents) > 1:
+                document, *others = read_analyses(Path(source))
+                if others:
                     raise RecordingError(
                         "holds several analyses",
                         remedy="give the analysis.json that an analysis of one recording wrote",
                     )
-                return cls.unit(documents[0])
+                return cls.unit(document)
         document = source if isinstance(source, Mapping) else json.loads(source.to_json())
         alone = document.get("gyros", {})
         if set(alone) == {"x", "y", "z"}:

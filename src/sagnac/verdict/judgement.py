@@ -27,7 +27,7 @@ from scipy.optimize import bisect
 from scipy.special import ndtri
 
 from sagnac.core.arrays import FloatArray
-from sagnac.core.errors import RecordingError, quoted, rounded
+from sagnac.core.errors import rounded
 from sagnac.noise.band_models import FLOOR
 from sagnac.noise.estimates import Estimate
 from sagnac.noise.laws import STOCHASTIC_NAMES, CoefficientName, rate_density_basis
@@ -273,63 +273,41 @@ class Shown:
             return width
         return width * max(1.0, self.half_width / (_CHANCE * self._by_information(self.duration)))
 
+    @property
+    def _reach(self) -> float:
+        """Half width in standard errors."""
+        return float(ndtri(0.5 + 0.5 * self.confidence))
+
     def _by_information(self, duration: float) -> float:
-        reach = float(ndtri(0.5 + 0.5 * self.confidence))
-        return 0.5 * reach * math.sqrt(_variance_of_walk(self, duration))
+        return 0.5 * self._reach * math.sqrt(_variance_of_walk(self, duration))
 
     def duration_for(self, half_width: float) -> float:
-        """Duration, s, for a relative half width of the interval.
+        """Duration, s, for a relative half width of the interval; infinite beyond a year.
 
         It is no longer than the short recording if the interval of that is narrow enough, and no
         shorter if it is not, whatever was to be expected of that recording.
-
-        Raises
-        ------
-        RecordingError
-            If a year is too short.
-        ValueError
-            If the width is not above zero.
         """
-        if not half_width > 0.0:
-            raise ValueError(f"half_width is {quoted(half_width)}; give a number above zero")
-        if self.expected(LONGEST) > half_width:
-            raise RecordingError(
-                f"an interval of {rounded(100.0 * half_width, 3)} % takes more than a year",
-                remedy="ask for a wider one",
-            )
 
         def excess(logarithm: float) -> float:
             return self.expected(math.exp(logarithm)) - half_width
 
-        shortest = math.log(4.0 / self.highest)
-        found = 4.0 / self.highest
-        if excess(shortest) > 0.0:
-            found = math.exp(bisect(excess, shortest, math.log(LONGEST)))
-        enough = half_width >= self.half_width
-        return min(found, self.duration) if enough else max(found, self.duration)
+        shortest, longest = math.log(4.0 / self.highest), math.log(LONGEST)
+        if excess(longest) > 0.0:
+            return math.inf
+        found = bisect(excess, shortest, longest) if excess(shortest) > 0.0 else shortest
+        if half_width >= self.half_width:
+            return min(math.exp(found), self.duration)
+        return max(math.exp(found), self.duration)
 
-    def duration_to_decide(self, limit: float, *, power: float = _POWER) -> float:
-        """Duration, s, after which the interval leaves a limit to one side.
+    def duration_to_decide(self, limit: float) -> float:
+        """Duration, s, after which the interval leaves a limit of N, rad/sqrt(s), to one side.
 
-        Parameters
-        ----------
-        limit
-            Of N, rad/sqrt(s).
-        power
-            Probability that it does if N is what the short recording says.
-
-        Raises
-        ------
-        RecordingError
-            If N lies so close to the limit that a year is too short.
+        It does with a probability of nine tenths if N is what the short recording says. The
+        duration is infinite if N lies so close to the limit that a year is too short.
         """
-        distance = abs(math.log(limit / self.value))
-        reach = float(ndtri(0.5 + 0.5 * self.confidence))
+        distance, reach = abs(math.log(limit / self.value)), self._reach
         # The interval's half width is reach standard errors; the value itself scatters by one.
-        half_width = distance * reach / (reach + float(ndtri(power)))
-        if not half_width > 0.0:
-            raise RecordingError("N lies at the limit: no recording decides it")
-        return self.duration_for(half_width)
+        return self.duration_for(distance * reach / (reach + float(ndtri(_POWER))))
 
 
 def _variance_of_walk(shown: Shown, duration: float) -> float:
