@@ -10,16 +10,8 @@ import numpy as np
 from sagnac.core.documents import Documented
 from sagnac.core.errors import is_finite, quoted, require_confidence
 from sagnac.core.units import DEGREE
+from sagnac.navigation import error_model as model
 from sagnac.navigation.drift import Drift, drift
-from sagnac.navigation.error_model import (
-    AzimuthError,
-    Course,
-    Start,
-    aligned,
-    azimuth_error,
-    position_error,
-    rotating_azimuth_error,
-)
 from sagnac.navigation.models import require_numbers
 from sagnac.navigation.noise import GyroNoise, Triad
 
@@ -83,12 +75,12 @@ class Prospect:
     """
 
     noise: GyroNoise
-    start: Start
+    start: model.Start
     latitude: float
-    compass: AzimuthError
-    filtered: Course
-    position: Course
-    rotating: AzimuthError | None = None
+    compass: model.AzimuthError
+    filtered: model.Course
+    position: model.Course
+    rotating: model.AzimuthError | None = None
     foretold: str = ""
 
 
@@ -199,7 +191,7 @@ def align(
     noises, forces = (source, ()) if isinstance(source, tuple) else GyroNoise.unit(source)
     stated = {"azimuth": azimuth, "tilt": tilt}
     known = {name: value for name, value in stated.items() if value is not None}
-    start = Start(**known, rest=rest, bias=bias)
+    start = model.Start(**known, rest=rest, bias=bias)
     require_numbers(start, known, above_zero=True)
     moments = np.array(after, dtype=np.float64)
     longest = float(moments.max())
@@ -226,7 +218,11 @@ def align(
 
 
 def _prospect(
-    unaided: Unaided, start: Start, longest: float, table_rate: float | None, foretold: str
+    unaided: Unaided,
+    start: model.Start,
+    longest: float,
+    table_rate: float | None,
+    foretold: str,
 ) -> Prospect:
     """Azimuth found in the rest, and the position after it for the longest time."""
     # Which of them lies across the meridian is not known: azimuth is as good as with the loudest.
@@ -237,18 +233,20 @@ def _prospect(
     if table_rate is not None:
         known = {"table_rate": table_rate, "bias": start.bias or 0.0}
         try:
-            turning = rotating_azimuth_error(loudest, times=np.array([rest]), **known, **how)
+            turning = model.rotating_azimuth_error(loudest, times=np.array([rest]), **known, **how)
         except ValueError as error:
             raise ValueError(f"table rate: {error}") from None
-    filtered = aligned(loudest, latitude=latitude, seconds=rest, start=start)
+    filtered = model.aligned(loudest, latitude=latitude, seconds=rest, start=start)
     covariance = filtered.covariance
     return Prospect(
         noise=loudest,
         start=start,
         latitude=latitude,
-        compass=azimuth_error(loudest, times=np.geomspace(rest / 100.0, rest, 101), **how),
+        compass=model.azimuth_error(loudest, times=np.geomspace(rest / 100.0, rest, 101), **how),
         filtered=filtered,
-        position=position_error(loudest, covariance=covariance, seconds=longest, latitude=latitude),
+        position=model.position_error(
+            loudest, covariance=covariance, seconds=longest, latitude=latitude
+        ),
         rotating=turning,
         foretold=foretold,
     )

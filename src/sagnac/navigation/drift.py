@@ -22,16 +22,7 @@ from scipy.linalg import expm, matmul_toeplitz
 from scipy.special import xlogy
 
 from sagnac.core.arrays import FloatArray
-from sagnac.navigation.error_model import (
-    AZIMUTH,
-    DRIFTS,
-    POSITIONS,
-    TILTS,
-    VELOCITIES,
-    Start,
-    moments_of,
-    system_matrix,
-)
+from sagnac.navigation import error_model as model
 from sagnac.navigation.noise import GyroNoise, quantile
 
 PARTS: Final = (
@@ -46,7 +37,7 @@ PARTS: Final = (
 """Parts of an error; the first five are of the gyros."""
 
 _GYROS: Final = 3
-_STATES: Final = DRIFTS.start  # those before the drifts of the gyros
+_STATES: Final = model.DRIFTS.start  # those before the drifts of the gyros
 _CELLS: Final = 240  # of the time, each of constant weight
 _LONGEST_CELL: Final = 120.0  # s, a fortieth of Schuler's period
 _MOST_CELLS: Final = 4000
@@ -93,7 +84,7 @@ class Drift:
     heading: Growth
     attitude: Growth
     position: Growth
-    priors: Start
+    priors: model.Start
 
 
 def drift(
@@ -102,7 +93,7 @@ def drift(
     accelerometers: Sequence[GyroNoise] = (),
     latitude: float,
     times: FloatArray,
-    priors: Start,
+    priors: model.Start,
     confidence: float = 0.95,
 ) -> Drift:
     """Errors of a navigator at rest whose aiding ends at time zero.
@@ -129,7 +120,7 @@ def drift(
         If there are not three gyros, a time is not above zero, or the latitude is within a
         degree of a pole.
     """
-    moments = moments_of(times)
+    moments = model.moments_of(times)
     if len(noises) != 3:
         raise ValueError(f"noises are {len(noises)}; give three, about north, east and down")
     sensors = (*noises, *accelerometers)
@@ -164,7 +155,7 @@ def drift(
 
 
 def _made_by(
-    noise: GyroNoise, priors: Start, weights: FloatArray, constants: Sequence[float]
+    noise: GyroNoise, priors: model.Start, weights: FloatArray, constants: Sequence[float]
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Variances that one noise makes, by (3, times, places, terms) weights of `_at`.
 
@@ -202,7 +193,7 @@ _OUTPUTS: Final = np.array([[1, 0, 0, 0, 0], [0, 0.5, 0.5, 0, 0], [0, 0, 0, 1, 1
 
 
 def _at(
-    time: float, latitude: float, priors: Start, constants: Sequence[float]
+    time: float, latitude: float, priors: model.Start, constants: Sequence[float]
 ) -> tuple[FloatArray, FloatArray]:
     """Variances after a time: of heading, of one tilt, and of position north and east together.
 
@@ -216,20 +207,20 @@ def _at(
     """
     cells = min(max(_CELLS, math.ceil(time / _LONGEST_CELL)), _MOST_CELLS)
     length = time / cells
-    system = system_matrix(latitude)[:_STATES, :_STATES]
+    system = model.system_matrix(latitude)[:_STATES, :_STATES]
     half, whole = expm(0.5 * length * system), expm(length * system)
     rows = np.zeros((5, _STATES))
-    rows[0, AZIMUTH] = rows[1, 0] = rows[2, 1] = 1.0
-    rows[3, POSITIONS.start] = rows[4, POSITIONS.start + 1] = 1.0
+    rows[0, model.AZIMUTH] = rows[1, 0] = rows[2, 1] = 1.0
+    rows[3, model.POSITIONS.start] = rows[4, model.POSITIONS.start + 1] = 1.0
     grown = np.linalg.matrix_power(whole, cells)
     start = np.zeros(_STATES)
-    start[TILTS], start[AZIMUTH] = priors.tilt**2, priors.azimuth**2
+    start[model.TILTS], start[model.AZIMUTH] = priors.tilt**2, priors.azimuth**2
     # From the last cell back to the first; a drift of a gyro turns the tilts against it.
     weights = np.empty((5, 5, cells))
     each = rows @ half
     for cell in reversed(range(cells)):
-        weights[:, :_GYROS, cell] = -each[:, TILTS]
-        weights[:, _GYROS:, cell] = each[:, VELOCITIES]
+        weights[:, :_GYROS, cell] = -each[:, model.TILTS]
+        weights[:, _GYROS:, cell] = each[:, model.VELOCITIES]
         each = each @ whole
     total = weights.sum(axis=2) * length
     beside_rest = partial(_beside_rest, weights, total, length, priors.rest)
@@ -287,7 +278,7 @@ def _of_exponential(lag: FloatArray, *, time: float) -> FloatArray:
     return np.asarray(time**2 * (np.expm1(-ratio) + ratio))
 
 
-def _initial(noise: GyroNoise, priors: Start) -> tuple[float, FloatArray]:
+def _initial(noise: GyroNoise, priors: model.Start) -> tuple[float, FloatArray]:
     """Variance of a sensor's bias at the start, SI, and (3,) its rise with squared N, B, K.
 
     It is that of the mean rate of the rest about the bias at its end, without flicker, or the
@@ -300,6 +291,6 @@ def _initial(noise: GyroNoise, priors: Start) -> tuple[float, FloatArray]:
     return variance, rise
 
 
-def bias_is_prior(noise: GyroNoise, priors: Start) -> bool:
+def bias_is_prior(noise: GyroNoise, priors: model.Start) -> bool:
     """Whether the bias of a gyro is known better from before than from the rest."""
     return not _initial(noise, priors)[1].any()

@@ -6,18 +6,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Final, Literal
 
+from sagnac.core import units
 from sagnac.core.documents import Documented
 from sagnac.core.errors import Note, is_finite, quoted, require_choice, require_confidence
 from sagnac.core.overwriting import of_export, require_free
-from sagnac.core.units import (
-    ACCELERATION_UNITS,
-    RATE_UNITS,
-    SENSED,
-    TIME_UNITS,
-    sensor_of,
-    sizes,
-    split_factor,
-)
 from sagnac.core.whole_files import write_text
 from sagnac.navigation.definitions import ToolName, definition_of
 from sagnac.navigation.models import FilterModel, Markov
@@ -29,10 +21,10 @@ from sagnac.navigation.tools import SettingsFile
 FORM: Final = "such as N=0.004deg/s/sqrt(Hz),B=2deg/h@100s,bandwidth=40Hz,range=450deg/s"
 # Units of each number that a data sheet states: name -> SI size.
 _UNITS: Final[Mapping[str, Mapping[str, float]]] = {
-    "N": sizes("angle random walk") | sizes("velocity random walk"),
-    "B": RATE_UNITS | ACCELERATION_UNITS,
+    "N": units.sizes("angle random walk") | units.sizes("velocity random walk"),
+    "B": units.RATE_UNITS | units.ACCELERATION_UNITS,
     "bandwidth": {"Hz": 1.0, "kHz": 1e3},
-    "range": RATE_UNITS | ACCELERATION_UNITS,
+    "range": units.RATE_UNITS | units.ACCELERATION_UNITS,
 }
 # Beyond this many times B at its cluster time, N is in another unit: the random walk alone would
 # lie above the lowest Allan deviation there is.
@@ -86,9 +78,10 @@ def _stated_models(text: str) -> FilterSetting:
     if not at:
         raise ValueError("B has no cluster time at which the Allan deviation is lowest")
     numbers = {key: _number(part, _UNITS[key]) for key, part in {**parts, "B": level}.items()}
-    tau, white, lowest = _number(time, TIME_UNITS), numbers["N"], numbers["B"]
-    kind = sensor_of(level)
-    if split_factor(parts["N"])[1] not in SENSED[kind].coefficients["angle_random_walk"]:
+    tau, white, lowest = _number(time, units.TIME_UNITS), numbers["N"], numbers["B"]
+    kind = units.sensor_of(level)
+    of_kind = units.SENSED[kind].coefficients["angle_random_walk"]
+    if units.split_factor(parts["N"])[1] not in of_kind:
         raise ValueError("N and B are of two kinds of sensor; state one sensor at a time")
     if white > _ABOVE_LOWEST * lowest * math.sqrt(tau):
         times = white / (lowest * math.sqrt(tau))
@@ -103,14 +96,14 @@ def _stated_models(text: str) -> FilterSetting:
     )
 
 
-def _number(stated: str, units: Mapping[str, float]) -> float:
+def _number(stated: str, sizes: Mapping[str, float]) -> float:
     """A number with its unit in SI."""
-    factor, unit = split_factor(stated)
-    if unit not in units or not (stated.strip()[:1].isdigit() or stated.strip()[:1] == "."):
-        raise ValueError(f"{quoted(stated)} is no number with one of {', '.join(units)}")
+    factor, unit = units.split_factor(stated)
+    if unit not in sizes or not (stated.strip()[:1].isdigit() or stated.strip()[:1] == "."):
+        raise ValueError(f"{quoted(stated)} is no number with one of {', '.join(sizes)}")
     if not (math.isfinite(factor) and factor > 0.0):
         raise ValueError(f"{quoted(stated)} is no number above zero")
-    return factor * units[unit]
+    return factor * sizes[unit]
 
 
 # ---- export ------------------------------------------------------------------------

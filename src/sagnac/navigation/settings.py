@@ -18,16 +18,8 @@ from sagnac.core.documents import Documented, documents_of, read_analyses
 from sagnac.core.errors import RecordingError
 from sagnac.core.units import SENSED, UNITS, Sensor, field_unit
 from sagnac.core.version import __version__
+from sagnac.navigation import models
 from sagnac.navigation.definitions import definition_of
-from sagnac.navigation.models import (
-    FilterModel,
-    Markov,
-    UpperLimit,
-    envelope,
-    overbound,
-    upper_limit,
-    white_and_markov,
-)
 
 # ---- settings ----------------------------------------------------------------------
 
@@ -63,27 +55,27 @@ class FilterSetting:
 
     name: str
     kind: Sensor = "gyro"
-    simple: FilterModel
-    full: FilterModel
+    simple: models.FilterModel
+    full: models.FilterModel
     source: str
-    limit: UpperLimit | None = None
+    limit: models.UpperLimit | None = None
     sample_rate: float | None = None
     estimate: float = math.nan
     covariance: Mapping[str, Any] | None = None
     stated: Mapping[str, str] = field(default_factory=dict)
 
-    def inflation(self, model: FilterModel) -> float | None:
+    def inflation(self, model: models.FilterModel) -> float | None:
         """Median over the cluster times of model over measured deviation; None if stated."""
         return None if self.limit is None else self.limit.inflation(model)
 
     def as_markov(self, time: float) -> Self:
         """The same with one Markov rate of this correlation time, s, in the place of the walk."""
         if self.limit is None:
-            walk = Markov(driving_noise=self.simple.walk, correlation_time=time)
+            walk = models.Markov(driving_noise=self.simple.walk, correlation_time=time)
             rates = tuple(one.slowed_to(time) for one in self.full.markov) or (walk,)
-            return replace(self, simple=FilterModel(white=self.simple.white, markov=rates))
+            return replace(self, simple=models.FilterModel(white=self.simple.white, markov=rates))
         least = min(self.simple.white, self.full.white)
-        return replace(self, simple=white_and_markov(self.limit, time, least_white=least))
+        return replace(self, simple=models.white_and_markov(self.limit, time, least_white=least))
 
     def in_words(self) -> str:
         """The simple model in one line, in the field's units, ASCII."""
@@ -181,8 +173,8 @@ def _measured(
         setting = FilterSetting(
             name=name,
             kind=kind,
-            simple=overbound(limit, most_markov=0, least_white=least, walks=True),
-            full=overbound(limit, most_markov=most_markov, least_white=least, angle=angle),
+            simple=models.overbound(limit, most_markov=0, least_white=least, walks=True),
+            full=models.overbound(limit, most_markov=most_markov, least_white=least, angle=angle),
             source=f"{given['path'] or 'a recording in memory'}, "
             f"SHA-256 {given['sha256'] or 'none'}",
             limit=limit,
@@ -196,7 +188,7 @@ def _measured(
 
 def _limit(
     walk: Mapping[str, Any], whole: Mapping[str, Any], kind: Sensor, confidence: float
-) -> tuple[UpperLimit, float, float]:
+) -> tuple[models.UpperLimit, float, float]:
     """Upper limit of the curve of a sensor with its own N, `walk`; that N and its upper limit.
 
     The square of N of a gyro of a triad is told apart by the three-cornered hat; what lies beside
@@ -227,7 +219,7 @@ def _limit(
         square = (high if math.isnan(white) else white) ** 2
         variance = deviation**2 + (square - shared**2) / tau
         deviation = np.sqrt(np.maximum(variance, square / tau))
-    return upper_limit(tau, deviation, edf, confidence=confidence), white, high
+    return models.upper_limit(tau, deviation, edf, confidence=confidence), white, high
 
 
 def _walk(stated: Mapping[str, Any], kind: Sensor) -> tuple[float, float]:
@@ -253,13 +245,13 @@ def worst(settings: Sequence[FilterSetting]) -> FilterSetting:
     limits = [one.limit for one in settings if one.limit is not None]
     if len(settings) == 1 or len(limits) < len(settings):
         return loudest
-    limit = envelope(limits)
+    limit = models.envelope(limits)
     return replace(
         loudest,
-        simple=FilterModel(
+        simple=models.FilterModel(
             white=loudest.simple.white, walk=max(one.simple.walk for one in settings)
         ),
-        full=overbound(
+        full=models.overbound(
             limit,
             most_markov=max(len(one.full.markov) for one in settings),
             least_white=max(one.full.white for one in settings),
@@ -324,7 +316,7 @@ def _sensor_data(setting: FilterSetting, step: float) -> dict[str, Any]:
     }
 
 
-def _model(setting: FilterSetting, model: FilterModel, step: float) -> dict[str, Any]:
+def _model(setting: FilterSetting, model: models.FilterModel, step: float) -> dict[str, Any]:
     sample, integral, derivative, white, walk = _KEYS[setting.kind]
     white_unit, walk_unit = (
         field_unit(name, setting.kind) for name in ("angle_random_walk", "rate_random_walk")

@@ -9,16 +9,9 @@ from typing import Final, get_args
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
+from sagnac.core import units
 from sagnac.core.errors import RecordingError, one_line, quoted
 from sagnac.core.texts import toml_tables
-from sagnac.core.units import (
-    DEGREE_PER_HOUR,
-    DEGREE_PER_ROOT_HOUR,
-    FORCE_COEFFICIENT_UNITS,
-    SENSORS,
-    STANDARD_GRAVITY,
-    Sensor,
-)
 from sagnac.core.version import __version__
 from sagnac.navigation.definitions import Definition, ToolName, definition_of
 from sagnac.navigation.models import common_time
@@ -84,28 +77,28 @@ class SettingsFile:
         return definition_of(self.tool)
 
     @cached_property
-    def _sensors(self) -> dict[Sensor, list[FilterSetting]]:
+    def _sensors(self) -> dict[units.Sensor, list[FilterSetting]]:
         """Settings by the kinds of sensor that there are and the tool takes."""
-        kinds = [kind for kind in SENSORS if kind not in self.definition.unused]
+        kinds = [kind for kind in units.SENSORS if kind not in self.definition.unused]
         found = {kind: [one for one in self.settings if one.kind == kind] for kind in kinds}
         return {kind: settings for kind, settings in found.items() if settings}
 
     @cached_property
-    def worst(self) -> dict[Sensor, FilterSetting]:
+    def worst(self) -> dict[units.Sensor, FilterSetting]:
         """One that covers all, by kind of sensor."""
         return {kind: worst(settings) for kind, settings in self._sensors.items()}
 
     @cached_property
-    def chosen(self) -> dict[Sensor, tuple[FilterSetting, ...]]:
+    def chosen(self) -> dict[units.Sensor, tuple[FilterSetting, ...]]:
         """Every sensor, or one that covers them all, by kind."""
         if self.each:
             return {kind: by_name(settings) for kind, settings in self._sensors.items()}
         return {kind: (one,) for kind, one in self.worst.items()}
 
     @cached_property
-    def _axes(self) -> dict[Sensor, tuple[FilterSetting, ...]]:
+    def _axes(self) -> dict[units.Sensor, tuple[FilterSetting, ...]]:
         """Settings about x, y and z by kind: each its own if there are three, else the worst."""
-        axes: dict[Sensor, tuple[FilterSetting, ...]] = {}
+        axes: dict[units.Sensor, tuple[FilterSetting, ...]] = {}
         for kind, settings in self.chosen.items():
             own = {one.name: one for one in settings}
             order = next((names for names in _AXES if set(names) == set(own)), tuple(own))
@@ -115,14 +108,14 @@ class SettingsFile:
         return axes
 
     @cached_property
-    def times(self) -> dict[Sensor, float]:
+    def times(self) -> dict[units.Sensor, float]:
         """The correlation time that serves the sensors of each kind best, s; or one for all.
 
         It is that of the curves that were measured, else the longest that is stated, else that of a
         walk.
         """
         every = tuple(one for axes in self._axes.values() for one in axes)
-        times: dict[Sensor, float] = {}
+        times: dict[units.Sensor, float] = {}
         for kind, axes in self._axes.items():
             sensors = every if self.definition.one_time else axes
             limits = [one.limit for one in sensors if one.limit is not None]
@@ -142,7 +135,7 @@ class SettingsFile:
         return self._as_held(one for settings in self.chosen.values() for one in settings)
 
     @cached_property
-    def three(self) -> dict[Sensor, tuple[FilterSetting, ...]]:
+    def three(self) -> dict[units.Sensor, tuple[FilterSetting, ...]]:
         """The same about x, y and z, by kind of sensor."""
         return {kind: self._as_held(axes) for kind, axes in self._axes.items()}
 
@@ -229,10 +222,10 @@ def _environment() -> Environment:
         "whites": lambda axes, size: [one.simple.white / size for one in axes],
         "deviations": lambda axes, size: [one.simple.markov[0].deviation / size for one in axes],
         "zip": zip,
-        "deg_per_sqrt_h": DEGREE_PER_ROOT_HOUR,
-        "deg_per_h": DEGREE_PER_HOUR,
-        "m_per_s_per_sqrt_h": FORCE_COEFFICIENT_UNITS["angle_random_walk"]["m/s/sqrt(h)"],
-        "gravity": STANDARD_GRAVITY,
+        "deg_per_sqrt_h": units.DEGREE_PER_ROOT_HOUR,
+        "deg_per_h": units.DEGREE_PER_HOUR,
+        "m_per_s_per_sqrt_h": units.FORCE_COEFFICIENT_UNITS["angle_random_walk"]["m/s/sqrt(h)"],
+        "gravity": units.STANDARD_GRAVITY,
     }
     return environment
 
