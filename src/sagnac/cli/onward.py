@@ -188,9 +188,8 @@ def align(
     if as_json:
         print(to_json(document))
     else:
-        if prospect is not None or words:
-            print(words if prospect is None else shown.prospect_text(prospect))
-        print(shown.drift_text(unaided))
+        found_text = words if prospect is None else shown.prospect_text(prospect)
+        results.show(found_text, shown.drift_text(unaided), end="\n")
     if output is not None:
         folder = made(output)
         paths = [folder / "alignment.json", folder / "drift.png"]
@@ -288,7 +287,7 @@ def campaign(
     found = yield_of(made.campaign)
     if failed or found is None:
         return results.DATA_ERROR if failed else results.DONE
-    return results.status_of(found.decision)
+    return results.STATUS[found.decision]
 
 
 def _print_campaign(report: "sagnac.CampaignReport", output: Path) -> None:

@@ -32,9 +32,9 @@ if TYPE_CHECKING:
 DONE: Final = 0
 DATA_ERROR: Final = 1
 USAGE_ERROR: Final = 2
-FAILED: Final = 3
-UNDECIDED: Final = 4
 INTERRUPTED: Final = 130
+# Of a decision.
+STATUS: "Final[Mapping[Decision, int]]" = {"pass": DONE, "fail": 3, "undecided": 4}
 
 # Characters of a message.
 _LONGEST: Final = 780
@@ -59,15 +59,14 @@ def explain(error: Exception, options: Container[str] = ()) -> int:
     int
         The exit status it means.
     """
-    status = DATA_ERROR
+    is_usage = isinstance(error, WouldOverwrite | UsageError) or type(error) is ValueError
+    status = USAGE_ERROR if is_usage else DATA_ERROR
     if isinstance(error, RecordingError):
         said = error_text(error)
-        status = USAGE_ERROR if isinstance(error, WouldOverwrite) else DATA_ERROR
-    elif isinstance(error, UsageError) or type(error) is ValueError:
+    elif is_usage:
         argument, space, rest = as_typed(str(error)).partition(" ")
         option = f"--{OPTION_OF.get(argument, argument).replace('_', '-')}"
         said = f"{option if option in options else argument}{space}{rest}"
-        status = USAGE_ERROR
     elif isinstance(error.__cause__, KeyboardInterrupt):
         # An interrupt inside a compiled loop is said to be a failure of that loop.
         said, status = "interrupted", INTERRUPTED
@@ -272,12 +271,8 @@ def verdict_status(analyses: "Sequence[sagnac.Analysis]") -> int:
     """Exit status that the verdicts on some analyses mean; 0 without a specification."""
     from sagnac.report.sections import overall_decision
 
-    return status_of(overall_decision(list(analyses)))
-
-
-def status_of(decision: "Decision | None") -> int:
-    """Exit status that a decision means."""
-    return {None: DONE, "pass": DONE, "fail": FAILED, "undecided": UNDECIDED}[decision]
+    decision = overall_decision(list(analyses))
+    return DONE if decision is None else STATUS[decision]
 
 
 def reported(

@@ -2,7 +2,7 @@
 
 import json
 import time
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Final, Literal
 
@@ -182,9 +182,7 @@ def demo(
     from sagnac.report import text
     from sagnac.rig.config import preset
 
-    config = RigOptions(seed=seed).applied_to(preset("paper"))
-    if quick:
-        config = replace(config, duration_s=QUICK_S)
+    config = RigOptions(seed=seed, duration=QUICK_S if quick else None).applied_to(preset("paper"))
     folder = output or Path("demo")
     results.require_place(folder, "report", force=force)
     overwriting.require_free(of_simulation(folder / RECORDING), force=force)
