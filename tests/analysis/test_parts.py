@@ -97,7 +97,7 @@ def test_the_change_is_found_under_a_low_pass_and_beside_bias_instability():
     # Densities written out: 2 N^2 and B^2/(pi f) behind a filter of first order at 3 Hz.
     seen = levels(1.0, 0.0, np.random.default_rng(3))
     frequency = seen.frequency
-    law = BandModel(squares=(0.0, 1.0, 0.3, 0.0), interval=1.0 / RATE, order=1, fall=1.0 / 3.0**2)
+    law = BandModel(squares=(0.0, 1.0, 0.3, 0.0), interval=1.0 / RATE, falls=(1.0 / 3.0**2, 0.0))
     choice = ModelChoice(
         band_hz=(0.03, 4.0),
         terms=("angle_random_walk", "bias_instability"),

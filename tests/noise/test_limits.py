@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from sagnac.noise.likelihood import crossing, detected, likelihood_drop, low_end
+from sagnac.noise.likelihood import crossing, detected, interval_ends, low_end
 
 
 @pytest.mark.parametrize("root", [0.3, 1.0, 5.7, 4000.0])
@@ -34,9 +34,10 @@ def test_a_rise_that_is_not_negative_inside_crosses_there():
     assert crossing(lambda x: 0.5 + x, 2.0, 1.0) == 2.0
 
 
-def test_the_drop_of_a_likelihood_is_the_square_of_standard_deviations():
-    assert likelihood_drop(0.9973) == pytest.approx(9.0, rel=1e-3)
-    assert likelihood_drop(-0.5) == pytest.approx(0.0, abs=1e-9)
+def test_the_ends_of_an_interval_are_standard_deviations():
+    assert interval_ends(0.9973)[0] == pytest.approx(3.0, rel=1e-3)
+    assert interval_ends(0.95)[1] == pytest.approx(1.6449, rel=1e-4)
+    assert interval_ends(0.25)[1] == 0.0
 
 
 def normal_estimates(truth):

@@ -63,14 +63,13 @@ class BandModel:
         Squared Q, N, B and K, SI.
     interval
         Between the angles whose increments were taken, s.
-    order, fall
-        Of the divisor ``1 + fall f^(2 order)``; 0 without a low-pass.
+    falls
+        c of the divisors ``1 + c f^2`` and ``1 + c f^4``; zero without a low-pass.
     """
 
     squares: tuple[float, ...]
     interval: float
-    order: int = 0
-    fall: float = 0.0
+    falls: tuple[float, ...] = (0.0,) * len(ORDERS)
 
     def density(self, frequency: FloatArray) -> FloatArray:
         """One-sided rate density, (rad/s)^2/Hz, at frequencies (points,), Hz, above zero."""
@@ -79,7 +78,7 @@ class BandModel:
 
     def divisor(self, frequency: FloatArray) -> FloatArray:
         """Divisor of the terms by the low-pass at frequencies (points,), Hz."""
-        return np.asarray(1.0 + self.fall * frequency ** (2.0 * self.order))
+        return np.asarray(1.0 + divisor_laws(frequency) @ np.array(self.falls))
 
     def over(self, levels: Levels) -> FloatArray:
         """(bins,) levels over what the model makes of them."""
@@ -163,13 +162,9 @@ class BandModels:
 
     def law(self, row: int, interval: float) -> BandModel:
         """One model as a law of a spectrum of angles that lie an interval (s) apart."""
-        mask = int(self.mask[row])
-        order = next((each for each in ORDERS if mask >> (FALL + each - 1) & 1), 0)
+        squares = self.squares[row].tolist()
         return BandModel(
-            squares=tuple(self.squares[row, :FALL].tolist()),
-            interval=interval,
-            order=order,
-            fall=float(self.squares[row, FALL + order - 1]) if order else 0.0,
+            squares=tuple(squares[:FALL]), interval=interval, falls=tuple(squares[FALL:])
         )
 
     def terms(self, row: int) -> tuple[CoefficientName, ...]:
@@ -203,9 +198,9 @@ def bin_shapes(levels: Levels, error: float) -> FloatArray:
     return np.asarray(1.0 / (1.0 / levels.shape + error**2 + standing**2))
 
 
-def divisor_laws(levels: Levels) -> FloatArray:
-    """(bins, orders) of the divisors, without their one and their factor c."""
-    return np.asarray(levels.frequency[:, np.newaxis] ** (2.0 * np.array(ORDERS)))
+def divisor_laws(frequency: FloatArray) -> FloatArray:
+    """(points, orders) of the divisors, without their one and their factor c."""
+    return np.asarray(frequency[:, np.newaxis] ** (2.0 * np.array(ORDERS)))
 
 
 def gamma_deviance(shape: FloatArray, ratio: FloatArray) -> float:
@@ -215,7 +210,7 @@ def gamma_deviance(shape: FloatArray, ratio: FloatArray) -> float:
 
 def _scaled(levels: Levels) -> ScaledLaws:
     relative = level_laws(levels) / levels.level[:, np.newaxis]
-    laws = np.column_stack([relative, divisor_laws(levels)])
+    laws = np.column_stack([relative, divisor_laws(levels.frequency)])
     scale = np.abs(laws).max(axis=0)
     return ScaledLaws(shape=bin_shapes(levels, FLOOR), laws=laws / scale, scale=scale)
 

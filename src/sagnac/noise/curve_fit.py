@@ -8,7 +8,6 @@ from typing import Final, Literal
 
 import numpy as np
 from scipy.linalg import solve_triangular
-from scipy.special import ndtri
 
 from sagnac.core.arrays import FloatArray
 from sagnac.core.errors import Note, RecordingError, require_confidence, rounded
@@ -22,6 +21,7 @@ from sagnac.noise.laws import (
 from sagnac.noise.likelihood import (
     PRESENCE,
     crossing,
+    interval_ends,
     non_negative,
     typical_square,
 )
@@ -106,7 +106,7 @@ class CurveModel:
         for _ in range(_ROUNDS):
             before = squares
             squares = non_negative(self.basis / scale[:, np.newaxis], self.variance / scale)
-            if _agree(squares, before, 1e-6):
+            if np.allclose(squares, before, rtol=1e-6, atol=0.0):
                 return before
             scale = self.basis @ squares
         return squares
@@ -135,7 +135,7 @@ class CurveModel:
             root = positive_root(self.covariance(squares))
             whitened = solve_triangular(root, columns, lower=True, check_finite=False)
             before, squares[free] = squares[free], non_negative(whitened[:, :-1], whitened[:, -1])
-            if _agree(squares[free], before, 1e-4):
+            if np.allclose(squares[free], before, rtol=1e-4, atol=0.0):
                 break
         return squares
 
@@ -169,8 +169,7 @@ class CurveModel:
         limit is the truth, lies the wanted number of standard deviations from it.
         """
         name = self.names[column]
-        two_sided = float(ndtri(0.5 + 0.5 * confidence))
-        one_sided = float(ndtri(max(confidence, 0.5)))
+        two_sided, one_sided = interval_ends(confidence)
         unlimited, error = self.unlimited(weighed, column)
 
         # Both limits are looked for from one place.
@@ -203,10 +202,6 @@ class CurveModel:
         if not high < typical_square(self.basis[:, column], self.basis @ weighed):
             return nothing
         return nothing.bounded(math.sqrt(high))
-
-
-def _agree(squares: FloatArray, before: FloatArray, relative: float) -> bool:
-    return bool((np.abs(squares - before) <= relative * np.abs(before)).all())
 
 
 def positive_root(covariance: FloatArray) -> FloatArray:

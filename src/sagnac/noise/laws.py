@@ -241,24 +241,6 @@ def cosine_power_basis(index: FloatArray, samples: int, interval: float) -> Floa
     return basis
 
 
-def _markov_increments(cosine: FloatArray, ratio: float) -> FloatArray:
-    """Discrete spectrum of mean rates of a Markov rate at cosines of its angular frequency.
-
-    In squared samples of `ratio` correlation times, twice over, for a variance of one.
-    """
-    decay = np.exp(-ratio)
-    # r - 1 + e^-r without cancellation.
-    excess = (
-        ratio**2 / 2.0 - ratio**3 / 6.0 + ratio**4 / 24.0 - ratio**5 / 120.0
-        if ratio < 0.01
-        else ratio + np.expm1(-ratio)
-    )
-    one_apart = np.expm1(-ratio) ** 2
-    return np.asarray(
-        2.0 * excess + 2.0 * one_apart * (cosine - decay) / (1.0 - 2.0 * decay * cosine + decay**2)
-    )
-
-
 def markov_density(frequency: FloatArray, interval: float, correlation_time: float) -> FloatArray:
     """One-sided rate density of sampled angle increments of a Markov rate of q_c = 1.
 
@@ -274,10 +256,19 @@ def markov_density(frequency: FloatArray, interval: float, correlation_time: flo
     FloatArray
         (bins,), (rad/s)^2/Hz.
     """
+    ratio = interval / correlation_time
+    decay, one_apart = np.exp(-ratio), np.expm1(-ratio) ** 2
+    # r - 1 + e^-r without cancellation.
+    excess = (
+        ratio**2 / 2.0 - ratio**3 / 6.0 + ratio**4 / 24.0 - ratio**5 / 120.0
+        if ratio < 0.01
+        else ratio + np.expm1(-ratio)
+    )
     cosine = np.cos(2.0 * np.pi * np.asarray(frequency, dtype=np.float64) * interval)
-    spectrum = _markov_increments(cosine, interval / correlation_time)
-    # The variance is T_c/2, and a sample interval/T_c correlation times.
-    return np.asarray(correlation_time**3 / interval * spectrum)
+    # Of mean rates in squared samples of `ratio` correlation times, twice over, for a variance of
+    # one: the variance is T_c/2.
+    spectrum = excess + one_apart * (cosine - decay) / (1.0 - 2.0 * decay * cosine + decay**2)
+    return np.asarray(2.0 * correlation_time**3 / interval * spectrum)
 
 
 @lru_cache(maxsize=8)

@@ -9,7 +9,7 @@ from typing import Final
 
 import numpy as np
 from scipy.optimize import brentq, nnls
-from scipy.special import gammaincinv, log_ndtr, ndtri
+from scipy.special import log_ndtr, ndtri
 
 from sagnac.core.arrays import BooleanArray, FloatArray
 from sagnac.core.errors import Note
@@ -94,9 +94,9 @@ def non_negative(matrix: FloatArray, vector: FloatArray) -> FloatArray:
     return np.asarray(nnls(matrix * scale, vector)[0] * scale)
 
 
-def likelihood_drop(confidence: float) -> float:
-    """Drop of twice the log likelihood at the end of an interval."""
-    return float(2.0 * gammaincinv(0.5, max(confidence, 1e-6)))
+def interval_ends(confidence: float) -> tuple[float, float]:
+    """Standard deviations to the ends of an interval, and to a bound of the same confidence."""
+    return float(ndtri(0.5 + 0.5 * confidence)), float(ndtri(max(confidence, 0.5)))
 
 
 def low_end(presence: float, confidence: float) -> float:
@@ -257,16 +257,17 @@ class Likelihood(ABC):
                 end,
             )
 
+        two_sided, one_sided = interval_ends(confidence)
         absent = deviance(0.0)
         presence = math.sqrt(max(absent - best.deviance, 0.0)) if value > 0.0 else 0.0
         down = low_end(presence, confidence) if presence > math.sqrt(PRESENCE) else math.inf
         if math.isfinite(down):
-            high = limit(best.deviance, math.sqrt(likelihood_drop(confidence)))
+            high = limit(best.deviance, two_sided)
             if math.isfinite(high):
                 low = limit(best.deviance, -down, 0.0)
                 return rooted(name, confidence, value, low, high)
         reference = best.deviance if value > 0.0 else absent
-        high = limit(reference, math.sqrt(likelihood_drop(2.0 * confidence - 1.0)))
+        high = limit(reference, one_sided)
         nothing = unobserved(name, confidence)
         if not high < self.typical(column, best):
             return nothing

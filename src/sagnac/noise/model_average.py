@@ -93,7 +93,8 @@ def with_error_of_bins(levels: Levels, models: BandModels, error: float) -> Band
     error
         Of every bin beside chance.
     """
-    bins, laws, divisors = np.arange(levels.level.size), level_laws(levels), divisor_laws(levels)
+    bins, laws = np.arange(levels.level.size), level_laws(levels)
+    divisors = divisor_laws(levels.frequency)
     inside = (bins >= models.first[:, np.newaxis]) & (bins < models.last[:, np.newaxis])
     held = models.mask[:, np.newaxis] >> np.arange(FALL + len(ORDERS)) & 1 == 1
     # Derivatives of the logarithm of the mean.
@@ -289,13 +290,6 @@ class Average:
     covariance: FloatArray
     models: BandModels
     relied: BandModels
-
-    def __post_init__(self) -> None:
-        if set(self.coefficients) != set(COEFFICIENT_NAMES):
-            raise ValueError(f"coefficients has {', '.join(self.coefficients)}; give all five")
-        if self.covariance.shape != (len(self.names), len(self.names)):
-            raise ValueError(f"covariance has shape {self.covariance.shape}, names {self.names}")
-        self.covariance.flags.writeable = False
 
     @property
     def names(self) -> tuple[CoefficientName, ...]:

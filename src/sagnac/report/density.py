@@ -219,7 +219,7 @@ def _rested_on(axes: Axes, analysis: Analysis) -> None:
     bottom, top = axes.get_ylim()
     root = np.sqrt(choice.law.density(frequency)) / DEGREE_PER_HOUR_PER_ROOT_HERTZ
     letters = ", ".join(SYMBOLS[name] for name in choice.terms)
-    behind = " behind a low-pass" if choice.law.order else ""
+    behind = " behind a low-pass" if any(choice.law.falls) else ""
     axes.plot(frequency, root, color=frame.ORANGE, linewidth=1.3, label=f"{letters}{behind}")
     for place, square in enumerate(choice.law.squares):
         if square > 0.0 and len(choice.terms) > 1:
