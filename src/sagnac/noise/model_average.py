@@ -347,18 +347,14 @@ def average(
     ruling = (models.ruled >= RULED) & _unrivalled(models, levels.level.size)
     answering = models.kept(ruling).heaviest()
     relied = answering if answering.count else models.heaviest()
-    reading: dict[int, BandModels] = {}
-    for column in range(FALL):
-        holding = models.holding(column)
-        if column == WALK and answering.count:
-            reading[column] = answering
-        elif column != WALK and _need(models, holding) >= _NEEDED:
-            reading[column] = models.kept(holding).heaviest()
-    coefficients = {
-        name: _averaged(levels, column, reading.get(column), confidence)
-        for column, name in enumerate(STOCHASTIC_NAMES)
+    coefficients: dict[CoefficientName, Estimate] = {
+        "rate_ramp": ramp or unobserved("rate_ramp", confidence)
     }
-    coefficients["rate_ramp"] = ramp or unobserved("rate_ramp", confidence)
+    for column, name in enumerate(STOCHASTIC_NAMES):
+        holding = models.holding(column)
+        needed = _need(models, holding) >= _NEEDED
+        read = answering if column == WALK else models.kept(holding & needed).heaviest()
+        coefficients[name] = _averaged(levels, column, read, confidence)
     return Average(
         coefficients=coefficients,
         rests_on=_choice(answering, levels),
@@ -368,15 +364,13 @@ def average(
     )
 
 
-def _averaged(
-    levels: Levels, column: int, models: BandModels | None, confidence: float
-) -> Estimate:
-    """One coefficient by models that hold it; without any, the largest that the levels allow.
+def _averaged(levels: Levels, column: int, models: BandModels, confidence: float) -> Estimate:
+    """One coefficient by models that hold it; without one, the largest that the levels allow.
 
     Models have the errors that the levels show.
     """
     name = STOCHASTIC_NAMES[column]
-    if models is None:
+    if models.count == 0:
         bound = highest_coefficient(levels, level_laws(levels)[:, column], confidence)
         nothing = unobserved(name, confidence)
         return nothing.bounded(bound) if math.isfinite(bound) else nothing

@@ -42,6 +42,7 @@ Riley and Greenhall
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import partial
 from html import escape
 from typing import Any, Final
 
@@ -291,13 +292,10 @@ class StabilityCurve:
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, StabilityCurve):
             return NotImplemented
-        return all(
-            np.array_equal(one, two, equal_nan=True)
-            if isinstance(one, np.ndarray)
-            else bool(one == two)
-            for one, two in (
-                (getattr(self, name), getattr(other, name)) for name in self.__dataclass_fields__
-            )
+        own, its = ([getattr(one, name) for name in _ARRAYS] for one in (self, other))
+        return all(map(partial(np.array_equal, equal_nan=True), own, its)) and all(
+            getattr(self, name) == getattr(other, name)
+            for name in self.__dataclass_fields__.keys() - _ARRAYS
         )
 
     __hash__ = None  # type: ignore[assignment]  # arrays have none
@@ -431,7 +429,9 @@ def stability_curve(
     laws = [ESTIMATORS[rule] for rule in points.rules]
     tau = np.array([law.effective for law in laws]) * points.clusters / sample_rate
     scale = 1.0 if kind == "rate" else sample_rate
-    deviation = row.shown(np.sqrt(points.variance) * scale, tau)
+    deviation = np.sqrt(points.variance) * scale
+    if row.is_time:
+        deviation *= tau / np.sqrt(3.0)
     of_noise: tuple[Note, ...] = ()
     exponents = np.full(tau.size, noise_type or 0, dtype=np.int64)
     if noise_type is None:

@@ -24,7 +24,6 @@ Total and modified total variance, Theo1 and its bias-removed hybrid: SP1065, se
 5.2.12, 5.2.15 and 5.2.16.
 """
 
-import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import partial
@@ -163,10 +162,6 @@ class Properties:
             rules=(self.name,) * m.size,
             notes=(*notes, Note(text=self.remark)) if self.remark else notes,
         )
-
-    def shown(self, deviation: FloatArray, tau: FloatArray) -> FloatArray:
-        """The deviation as a curve shows it."""
-        return deviation * tau / math.sqrt(3.0) if self.is_time else deviation
 
     @property
     def lowest_exponent(self) -> int:

@@ -99,7 +99,17 @@ def greenhall_riley_freedom(
 def total_freedom(noise_type: int, cluster: int, angles: int, windows: int) -> float:
     """Total variance: SP1065 Table 7, and by counting for angle noise, which it leaves out."""
     if noise_type > 0:
-        return _total_freedom_of_angle_noise(cluster, angles)
+        # White angle noise: (tr Q)^2 / tr Q^2 of the total variance, to leading order. Each
+        # reflected difference holds an end of the record twice, and that one angle, met in every
+        # reflected difference, is what rules long clusters.
+        n, m = float(angles), float(cluster)
+        if 2 * cluster < angles:
+            inner = n - 2.0 * m
+            return (6.0 * inner + 20.0 * m) ** 2 / (70.0 * inner + 32.0 * m * m + 340.0 * m)
+        one, both = n - m, 2.0 * m - n  # differences that hold one end, and both
+        return (20.0 * one + 14.0 * both) ** 2 / (
+            32.0 * one**2 + 64.0 * both**2 + 64.0 * one * both
+        )
     # The table is for long clusters; Stein's factor for white rate leads up to them.
     led_up = 4.0 * cluster**2 / (4.0 * cluster**2 + 5.0) if noise_type == 0 else 1.0
     return _tabled_freedom(_TOTAL, noise_type, cluster, angles, led_up)
@@ -127,20 +137,6 @@ def _tabled_freedom(
         alpha, 1, angles, angles - 2, order=2, overlapping=True, modified=False
     )
     return min(max(factor * (slope * ((angles - 1) / cluster) - offset), _SMALLEST_EDF), largest)
-
-
-def _total_freedom_of_angle_noise(cluster: int, angles: int) -> float:
-    """White angle noise, of which SP1065 gives none: (tr Q)^2 / tr Q^2 of the total variance.
-
-    Counted to leading order: each reflected difference holds an end of the record twice, and
-    that one angle, met in every reflected difference, is what rules long clusters.
-    """
-    n, m = float(angles), float(cluster)
-    if 2 * cluster < angles:
-        inner = n - 2.0 * m
-        return (6.0 * inner + 20.0 * m) ** 2 / (70.0 * inner + 32.0 * m * m + 340.0 * m)
-    one, both = n - m, 2.0 * m - n  # differences that hold one end, and both
-    return (20.0 * one + 14.0 * both) ** 2 / (32.0 * one**2 + 64.0 * both**2 + 64.0 * one * both)
 
 
 def theo1_freedom(noise_type: int, span: int, angles: int, windows: int) -> float:

@@ -18,7 +18,6 @@ from sagnac.core.arrays import (
     blocks,
     empty,
     every,
-    mean,
 )
 from sagnac.core.errors import Note, RecordingError
 from sagnac.recording.channel import first_of, marked, number_of
@@ -101,14 +100,7 @@ def accumulated_track(
         raise ValueError(
             f"values has {samples.size} samples; an Allan variance takes {smallest} or more"
         )
-    # One sum tells a clean record without a second array of its size.
-    with np.errstate(over="ignore", invalid="ignore"):
-        usual = mean(samples)
-    missing, stretches = 0, np.array([[0, samples.size]])
-    if not math.isfinite(usual):
-        missing = _count_gaps(samples, sample_rate, gaps, only_whole)
-    if missing:
-        stretches = np.stack(present_stretches(~marked(np.isnan, samples)), axis=1)
+    missing = _count_gaps(samples, sample_rate, gaps, only_whole)
     present = samples.size - missing
     if present < smallest:
         raise RecordingError(
@@ -116,6 +108,7 @@ def accumulated_track(
             f"an Allan variance takes {smallest} or more",
             channel="values",
         )
+    stretches = np.stack(present_stretches(~marked(np.isnan, samples)), axis=1)
     if kind == "angle":
         first, last = int(stretches[0, 0]), int(stretches[-1, 1]) - 1
         slope = _exact_slope((samples[last] - samples[first]) / (last - first), samples.size)
@@ -124,8 +117,7 @@ def accumulated_track(
             ramp = slope * np.arange(block.start, block.stop)
             angle[block] = (samples[block] - ramp) - offset
         return Track(angle=angle, stretches=stretches, missing=missing)
-    if missing:
-        usual = sum(float(np.nansum(samples[block])) for block in blocks(samples.size)) / present
+    usual = sum(float(np.nansum(samples[block])) for block in blocks(samples.size)) / present
     # Each stretch of rates ends at an angle more, where the next one may begin.
     return Track(
         angle=_accumulated(samples, usual),
