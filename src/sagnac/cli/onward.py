@@ -1,7 +1,7 @@
 """``sagnac export``, ``align`` and ``campaign``: figures used, and many recordings at once."""
 
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass, fields
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Final, Literal
 
@@ -269,7 +269,7 @@ def campaign(
     if options.as_json:
         raise results.UsageError("--json is not for a campaign; its table is campaign.csv")
     settings, statement = typed.settings_of(options), typed.statement_of(options)
-    stated = {one.name: getattr(statement, one.name) for one in fields(statement)}
+    stated = {name: value for name, value in asdict(statement).items() if value}
     results.require_place(output, "campaign", force=True)
     from sagnac.fleet.page import reason_text
     from sagnac.fleet.table import yield_of
@@ -278,7 +278,7 @@ def campaign(
         made = sagnac.campaign(
             sources, output, settings, **asdict(work), memory=options.memory,
             told=results.standings(), force=force,
-            **{name: value for name, value in stated.items() if value},
+            **stated,
         )  # fmt: skip
     _print_campaign(made, output)
     failed = made.campaign.failed
@@ -291,23 +291,19 @@ def campaign(
 
 
 def _print_campaign(report: "sagnac.CampaignReport", output: Path) -> None:
+    from sagnac.fleet import table
     from sagnac.fleet.page import deviation_words
-    from sagnac.fleet.table import (
-        groups_of,
-        is_whole,
-        left_out,
-        scatter_of,
-        yield_of,
-    )
     from sagnac.report.quantities import number
 
     made, lines = report.campaign, report.lines
-    groups = groups_of(lines)
+    groups = table.groups_of(lines)
     several = len({method for method, _ in groups}) > 1
     for (method, gyros), group in groups.items():
-        scatter = scatter_of(group)
+        scatter = table.scatter_of(group)
         by = f" by {method}" if several else ""
-        every = sum((one.method, one.gyros) == (method, gyros) for one in filter(is_whole, lines))
+        every = sum(
+            (one.method, one.gyros) == (method, gyros) for one in filter(table.is_whole, lines)
+        )
         print(f"{gyros}{by}: {len(group)} of {every} recordings analyzed")
         if scatter.answer is None:
             continue
@@ -318,13 +314,13 @@ def _print_campaign(report: "sagnac.CampaignReport", output: Path) -> None:
         for name, why in scatter.answer.hidden.items():
             print(f"  scatter between {name}s is not observable: {why}")
     if not groups:
-        print(f"0 of {counted(sum(map(is_whole, lines)), 'recording')} analyzed")
-    elif without := left_out(lines):
+        print(f"0 of {counted(sum(map(table.is_whole, lines)), 'recording')} analyzed")
+    elif without := table.left_out(lines):
         print(without)
     for line in lines:
         if line.same_as:
             print(f"{line.file}: has the data of {line.same_as}, and does not count")
-    found = yield_of(made)
+    found = table.yield_of(made)
     if found is not None:
         limits = ", ".join(limit.in_words for limit in made.limits)
         print(f"{limits}: {found.in_words()}; {found.share_in_words()}")
@@ -339,9 +335,9 @@ def _print_campaign(report: "sagnac.CampaignReport", output: Path) -> None:
 
 def _print_reasons(lines: "Sequence[Line]") -> None:
     """Rows without an estimate, or that do not pass, each with its reason; the table has all."""
-    from sagnac.fleet.table import is_whole
+    from sagnac.fleet import table
 
-    told = [line for line in lines if line.state == "done" and line.reason and is_whole(line)]
+    told = [line for line in lines if line.state == "done" and line.reason and table.is_whole(line)]
     for line in told[:_MOST_REASONS]:
         said = line.verdict or line.status
         print(f"{Path(line.file).name}, gyro {line.gyros}: {said}: {one_line(line.reason)}")

@@ -209,9 +209,8 @@ def _at(
     length = time / cells
     system = model.system_matrix(latitude)[:_STATES, :_STATES]
     half, whole = expm(0.5 * length * system), expm(length * system)
-    rows = np.zeros((5, _STATES))
-    rows[0, model.AZIMUTH] = rows[1, 0] = rows[2, 1] = 1.0
-    rows[3, model.POSITIONS.start] = rows[4, model.POSITIONS.start + 1] = 1.0
+    north, east = range(_STATES)[model.POSITIONS]
+    rows = np.eye(_STATES)[[model.AZIMUTH, 0, 1, north, east]]
     grown = np.linalg.matrix_power(whole, cells)
     start = np.zeros(_STATES)
     start[model.TILTS], start[model.AZIMUTH] = priors.tilt**2, priors.azimuth**2

@@ -362,10 +362,9 @@ def azimuth_error(
         If the latitude is within a degree of a pole, or a time is not above zero.
     """
     moments = moments_of(times)
-    weights = 0.5 * allan_variance_basis(0.5 * moments)[:, _OF_NAMES]
-    north = north_rate(latitude)
-    floor = math.sqrt(float(weights[0, 1] * noise.bias_instability**2) / north**2)
-    return _of_weights(noise, north, moments, weights, confidence=confidence, floor=floor)
+    weights = 0.5 * allan_variance_basis(0.5 * moments)[:, _OF_NAMES] / north_rate(latitude) ** 2
+    floor = math.sqrt(float(weights[0, 1])) * noise.bias_instability
+    return _of_weights(noise, moments, weights, confidence=confidence, floor=floor)
 
 
 def moments_of(times: FloatArray) -> FloatArray:
@@ -384,7 +383,6 @@ def moments_of(times: FloatArray) -> FloatArray:
 
 def _of_weights(
     noise: GyroNoise,
-    north: float,
     moments: FloatArray,
     weights: FloatArray,
     *,
@@ -393,9 +391,9 @@ def _of_weights(
     floor: float = 0.0,
 ) -> AzimuthError:
     """The error by (times, 3) weights of N, B and K squared, and what bias is `left`, rad^2."""
-    parts = weights * noise.values**2 / north**2
+    parts = weights * noise.values**2
     variance = parts.sum(axis=1) + left
-    slope = 2.0 * weights * noise.values / north**2
+    slope = 2.0 * weights * noise.values
     scatter = np.sqrt(np.einsum("ti,ij,tj->t", slope, noise.covariance, slope))
     # A variance stays above zero, so the interval is taken for its logarithm.
     reach = quantile(confidence) * scatter / np.maximum(variance, 1e-300)
@@ -458,8 +456,8 @@ def rotating_azimuth_error(
     moments = moments_of(times)
     if not np.all(moments * speed >= 2.0 * math.pi * (1.0 - 1e-9)):
         raise ValueError(f"times must be of a turn, {2.0 * math.pi / speed:.4g} s, and longer")
-    weights = np.array([1.0, 1.0 / speed, 2.0 / speed**2]) / moments[:, np.newaxis]
+    weights = np.array([1.0, 1.0 / speed, 2.0 / speed**2]) / (north**2 * moments[:, np.newaxis])
     # Half of a bias' square falls on each axis of the plane, and the mean of exp(i W t) is a sinc.
     turned = speed * moments
     left = 2.0 * (1.0 - np.cos(turned)) / turned**2 * (bias / north) ** 2
-    return _of_weights(noise, north, moments, weights, confidence=confidence, left=left)
+    return _of_weights(noise, moments, weights, confidence=confidence, left=left)
