@@ -296,14 +296,12 @@ def _print_campaign(report: "sagnac.CampaignReport", output: Path) -> None:
     from sagnac.report.quantities import number
 
     made, lines = report.campaign, report.lines
-    groups = table.groups_of(lines)
+    groups, whole = table.groups_of(lines), list(filter(table.is_whole, lines))
     several = len({method for method, _ in groups}) > 1
     for (method, gyros), group in groups.items():
         scatter = table.scatter_of(group)
         by = f" by {method}" if several else ""
-        every = sum(
-            (one.method, one.gyros) == (method, gyros) for one in filter(table.is_whole, lines)
-        )
+        every = sum((one.method, one.gyros) == (method, gyros) for one in whole)
         print(f"{gyros}{by}: {len(group)} of {every} recordings analyzed")
         if scatter.answer is None:
             continue
@@ -314,7 +312,7 @@ def _print_campaign(report: "sagnac.CampaignReport", output: Path) -> None:
         for name, why in scatter.answer.hidden.items():
             print(f"  scatter between {name}s is not observable: {why}")
     if not groups:
-        print(f"0 of {counted(sum(map(table.is_whole, lines)), 'recording')} analyzed")
+        print(f"0 of {counted(len(whole), 'recording')} analyzed")
     elif without := table.left_out(lines):
         print(without)
     for line in lines:
