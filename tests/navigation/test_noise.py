@@ -42,6 +42,11 @@ def test_analysis_is_read_in_its_units(tmp_path) -> None:
     assert noise.covariance == pytest.approx(wanted, rel=1e-12, abs=0.0)
 
 
+def test_a_covariance_of_nothing_is_zero():
+    stated = {**document(), "covariance": {"names": [], "units": [], "matrix": []}}
+    assert not GyroNoise.from_document(stated).covariance.any()
+
+
 def test_slow_noise_that_b_and_k_are_not_told_apart_in_is_taken():
     stated = document()
     bound = {"value": 0.02, "low": 0.0, "high": 0.02, "confidence": 0.95, "unit": "deg/h"}

@@ -4,6 +4,7 @@ import json
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from itertools import product
 from pathlib import Path
 from typing import Any, Final
 
@@ -207,15 +208,15 @@ def _covariance(
 ) -> FloatArray:
     """(3, 3) of N, B and K in SI as a document states it."""
     sensed, covariance = SENSED[sensor], np.zeros((3, 3))
-    names = [name for name in NAMES if sensed.keys[name] in stated["names"] and name not in unseen]
-    rows = [NAMES.index(name) for name in names]
-    places = [stated["names"].index(sensed.keys[name]) for name in names]
-    sizes = [
-        sensed.coefficients[name][stated["units"][place]]
-        for name, place in zip(names, places, strict=True)
+    # Places of N, B and K here and there, and the size of the unit that each has there.
+    seen = [
+        (row, place, sensed.coefficients[name][stated["units"][place]])
+        for row, name in enumerate(NAMES)
+        for place, title in enumerate(stated["names"])
+        if title == sensed.keys[name] and name not in unseen
     ]
-    matrix = np.array(stated["matrix"])[np.ix_(places, places)]
-    covariance[np.ix_(rows, rows)] = matrix * np.outer(sizes, sizes)
+    for (row, at, size), (column, to, other) in product(seen, repeat=2):
+        covariance[row, column] = stated["matrix"][at][to] * (size * other)
     return covariance
 
 
