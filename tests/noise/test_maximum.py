@@ -23,7 +23,7 @@ def exact(*squares, bins=80):
 
 
 def test_an_exact_spectrum_has_its_squares():
-    best = exact(2.0, 5.0).maximum()
+    best = exact(2.0, 5.0).best
     assert best.squares == pytest.approx([2.0, 5.0], rel=1e-3)
     assert exact(2.0, 5.0).fisher(best) == pytest.approx(
         0.5
@@ -36,11 +36,11 @@ def test_a_square_that_is_held_stays():
     best = exact(2.0, 5.0).maximum(start=np.array([0.0, 3.0]), held=1)
     assert best.squares[1] == 3.0
     assert best.squares[0] > 2.0
-    assert best.deviance > exact(2.0, 5.0).maximum().deviance
+    assert best.deviance > exact(2.0, 5.0).best.deviance
 
 
 def test_squares_may_be_negative():
-    assert exact(2.0, -1.0).maximum().squares[1] == pytest.approx(-1.0, rel=1e-2)
+    assert exact(2.0, -1.0).best.squares[1] == pytest.approx(-1.0, rel=1e-2)
 
 
 def test_normal_equations_leave_what_they_cannot_see_at_zero():
@@ -73,7 +73,7 @@ def test_a_departure_too_small_to_weigh_is_the_least():
 
 def test_intervals_are_of_the_profile():
     ordinates = exact(2.0, 5.0)
-    best = ordinates.maximum()
+    best = ordinates.best
     found = ordinates.estimate(best, 0, "angle_random_walk", 0.95)
     assert found.status == "estimated"
     alone, covariance = scaled_covariance(ordinates.fisher(best))
@@ -81,4 +81,4 @@ def test_intervals_are_of_the_profile():
     assert found.low**2 == pytest.approx(2.0 - half, abs=0.2 * half)
     assert found.high**2 == pytest.approx(2.0 + half, abs=0.2 * half)
     flat = exact(2.0, 0.0)
-    assert flat.estimate(flat.maximum(), 1, "bias_instability", 0.95).status == "upper bound"
+    assert flat.estimate(flat.best, 1, "bias_instability", 0.95).status == "upper bound"

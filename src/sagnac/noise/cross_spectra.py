@@ -36,7 +36,7 @@ from scipy.special import chdtri, stdtrit
 
 from sagnac.core.arrays import ComplexArray, FloatArray, IntegerArray
 from sagnac.core.errors import RecordingError, counted, require_confidence
-from sagnac.noise.estimates import Estimate, rooted, unobserved
+from sagnac.noise.estimates import Estimate, rooted
 from sagnac.noise.laws import STOCHASTIC_NAMES, rate_density_basis
 from sagnac.noise.likelihood import PRESENCE
 from sagnac.recording.channel import angle_increments
@@ -190,7 +190,12 @@ def self_noise(
                 remedy="give a wider band, or record longer",
             )
         in_band = _apart(cross[slice(*ends)], motions, segments, confidence)
-        walks = dict(zip(names, _walks(*in_band[:3], confidence), strict=True))
+        # N^2 is half of the one-sided density.
+        squares = 0.5 * np.transpose(in_band[:3])
+        walks = {
+            name: rooted("angle_random_walk", confidence, *each)
+            for name, each in zip(names, squares.tolist(), strict=True)
+        }
     return SelfNoise(
         gyros=names,
         frequency=np.array([frequency[slice(*each)].mean() for each in bands]),
@@ -203,18 +208,6 @@ def self_noise(
         angle_random_walk=walks,
         confidence=confidence,
     )
-
-
-def _walks(
-    density: FloatArray, low: FloatArray, high: FloatArray, confidence: float
-) -> list[Estimate]:
-    """N of each gyro: the root of half of its one-sided density."""
-    return [
-        unobserved("angle_random_walk", confidence)
-        if math.isnan(each[0])
-        else rooted("angle_random_walk", confidence, *(0.5 * each).tolist())
-        for each in np.transpose([density, low, high])
-    ]
 
 
 def band_degrees(ordinates: int, segments: int) -> float:

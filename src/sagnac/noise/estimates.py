@@ -218,7 +218,12 @@ def unobserved(name: CoefficientName, confidence: float) -> Estimate:
 def rooted(
     name: CoefficientName, confidence: float, value: float, low: float, high: float
 ) -> Estimate:
-    """A coefficient by its square and the ends of that; a bound if these begin at zero."""
+    """A coefficient by its square and the ends of that; a bound if these begin at zero.
+
+    It is not observable if the square is NaN.
+    """
+    if math.isnan(value):
+        return unobserved(name, confidence)
     if not low > 0.0:
         return unobserved(name, confidence).bounded(math.sqrt(high))
     roots = Interval(value=math.sqrt(value), low=math.sqrt(low), high=math.sqrt(high))

@@ -155,11 +155,6 @@ class Place:
 class Likelihood(ABC):
     """Data, and a law of them that is linear in squared coefficients, which may be negative."""
 
-    @property
-    @abstractmethod
-    def terms(self) -> int:
-        """Number of squares."""
-
     @abstractmethod
     def at(self, squares: FloatArray) -> Place:
         """The place of some squares; its deviance is infinite if no data follow such a law."""
@@ -188,7 +183,7 @@ class Likelihood(ABC):
         """Square at which a term alone would make half of the data, which no bound reaches."""
         return math.inf
 
-    def maximum(self, start: FloatArray | None = None, held: int | None = None) -> Place:
+    def maximum(self, start: FloatArray, held: int | None = None) -> Place:
         """The most likely squares.
 
         Parameters
@@ -198,11 +193,10 @@ class Likelihood(ABC):
         held
             Column of one that keeps its value there.
         """
-        squares = np.zeros(self.terms) if start is None else start
-        free = np.arange(self.terms) != held
-        place = self.at(squares)
+        free = np.arange(start.size) != held
+        place = self.at(start)
         if not math.isfinite(place.deviance):
-            place = self.at(self.start(squares, free))
+            place = self.at(self.start(start, free))
         while free.any() and math.isfinite(place.deviance):
             before, place = place.deviance, self._lowered(place, free)
             if before - place.deviance < _CONVERGED:
@@ -300,7 +294,7 @@ class Ordinates(Likelihood):
     @cached_property
     def best(self) -> Place:
         """The maximum, kept."""
-        return self.maximum()
+        return self.maximum(np.zeros(self.terms))
 
     def at(self, squares: FloatArray) -> Place:
         """The place of some squares, if every mean is positive."""
@@ -350,7 +344,7 @@ class Ordinates(Likelihood):
 
         Cowan et al., Eur. Phys. J. C 71, 1554, 2011.
         """
-        without = self.maximum(held=column)
+        without = self.maximum(np.zeros(self.terms), column)
         wanted = detected(confidence)
 
         def short(square: float) -> float:
