@@ -18,6 +18,11 @@ def test_files_of_one_name_do_not_share_a_folder():
     assert folders_of([Path("a.csv")], None, as_json=True) == [None]
 
 
+def test_the_folder_one_stands_in_gives_the_report_its_name(tmp_path, monkeypatch):
+    monkeypatch.chdir(made(tmp_path / "unit 7"))
+    assert folders_of([Path(".")], None, as_json=False) == [Path("unit 7-report")]
+
+
 def test_a_folder_below_a_file_is_refused_and_nothing_is_made(tmp_path):
     (tmp_path / "file").write_text("mine")
     for folder in (tmp_path / "file", tmp_path / "file" / "deep"):

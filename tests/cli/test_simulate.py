@@ -50,6 +50,12 @@ def test_what_the_rig_cannot_do_is_wrong_usage(words, said, capsys, tmp_path):
     assert not list(tmp_path.iterdir())
 
 
+@pytest.mark.parametrize("words", [["simulate", "-o", "run.npz"], ["demo"]])
+def test_a_seed_that_is_no_whole_number_is_not_rounded(words, capsys):
+    assert main([*words, "--seed", "1.5"]) == 2
+    assert "--seed: '1.5'; give a whole number" in one_line(capsys)
+
+
 def test_a_demo_with_a_wrong_seed_makes_nothing(capsys, tmp_path):
     assert main(["demo", "--seed=-1", "-o", str(tmp_path / "demo")]) == 2
     assert "--seed: seed is -1; it must lie from 0" in one_line(capsys)

@@ -132,3 +132,8 @@ def test_a_bag_of_ours_is_known_and_replaced(tmp_path, suffix):
         gyros = tuple(replace(one, values=scale * one.values) for one in SIX.gyros)
         path = write(replace(SIX, gyros=gyros), tmp_path / f"unit.{suffix}")
     np.testing.assert_array_equal(read(path).gyros[0].values, 2.0 * SIX.gyros[0].values)
+
+
+def test_the_folder_one_stands_in_is_read(tmp_path, monkeypatch):
+    monkeypatch.chdir(write(SIX, tmp_path / "unit.euroc"))
+    assert read(".").samples == SIX.samples

@@ -337,3 +337,8 @@ def test_a_file_whose_content_was_not_fetched(suffix, tmp_path):
     path = tmp_path / f"run.{suffix}"
     path.write_text("version https://git-lfs.github.com/spec/v1\noid sha256:be4b\nsize 2269406\n")
     refused(path, "is a pointer of Git LFS", "git lfs pull")
+
+
+def test_the_folder_one_stands_in_is_named_as_any_other(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    refused(Path("."), "is a folder without mav0/imu0/data.csv", "metadata.yaml")

@@ -16,7 +16,7 @@ from sagnac.cli import output as results
 from sagnac.cli.reading import reading
 from sagnac.core import overwriting
 from sagnac.core.errors import rounded
-from sagnac.core.texts import OPTION_OF, by_name, text_of
+from sagnac.core.texts import OPTION_OF, by_name, text_of, whole_number
 from sagnac.core.version import __version__
 from sagnac.report import error_text, findings_data, note_text
 
@@ -305,7 +305,7 @@ def app(
     file: Annotated[Path | None, Parameter(name="FILE")] = None,
     /,
     *,
-    port: Annotated[int, Parameter(group=typed.OUTPUT, metavar="N")] = 0,
+    port: Annotated[int, typed.one_argument(whole_number, "N", group=typed.OUTPUT)] = 0,
     no_browser: Annotated[bool, Parameter(group=typed.OUTPUT)] = False,
     debug: typed.Debug = False,
 ) -> int:

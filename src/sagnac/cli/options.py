@@ -166,7 +166,8 @@ Folder = Annotated[
     Path | None, Parameter(name=["-o", "--output"], group=OUTPUT, metavar="DIR", help="Folder.")
 ]
 Workers = Annotated[
-    int | None, Parameter(metavar="N", help="Processes; one for each core unless stated.")
+    int | None,
+    one_argument(texts.whole_number, "N", help="Processes; one for each core unless stated."),
 ]
 Force = Annotated[
     bool,
@@ -234,7 +235,9 @@ class Reading:
     table: Annotated[str | None, Parameter(group=READING, metavar="COLUMN[:UNIT]")] = None
     columns: Annotated[_ByName, _of_file(texts.by_name, "x=NAME,z=NAME")] = None
     slice: Annotated[texts.Span | None, _of_file(texts.span, "START:STOP")] = None
-    counter_bits: Annotated[int | None, Parameter(group=READING, metavar="BITS")] = None
+    counter_bits: Annotated[int | None, one_argument(texts.whole_number, "BITS", group=READING)] = (
+        None
+    )
     counter_period: Annotated[float | None, Parameter(group=READING, metavar="COUNTS")] = None
     null_pulse: Annotated[str | None, Parameter(group=READING, metavar="COLUMN")] = None
     accelerometers: Annotated[_Names, _of_file(texts.names, "ax,ay,az")] = None
@@ -464,11 +467,9 @@ def settings_of(options: Options, **defaults: Any) -> "sagnac.Settings":
 
 def inputs(files: Iterable[Path], options: Reading, *more: Path | None) -> list[Path]:
     """Files that a run reads: recordings, the TOML beside each, and what its options name."""
+    from sagnac.formats.statement import beside_paths
+
     stated = [getattr(options, name, None) for name in ("settings", "spec", "layout")]
     named = [Path(one) for one in (*stated, *more) if one is not None]
-    beside = [
-        place
-        for file in files
-        for place in (file, file.with_name(f"{file.name}.toml"), file.with_suffix(".toml"))
-    ]
+    beside = (place for file in files for place in (file, *beside_paths(file)))
     return [*beside, *named]

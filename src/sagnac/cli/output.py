@@ -209,7 +209,9 @@ def folders_of(files: Sequence[Path], output: Path | None, *, as_json: bool) -> 
         return [output]
     folders: list[Path | None] = []
     for file in files:
-        folder = output / file.stem if output else Path(f"{file.stem}-report")
+        # Of ``.`` the name is that of the folder.
+        name = Path(os.path.abspath(file)).stem
+        folder = output / name if output else Path(f"{name}-report")
         if folder in folders:
             folder = folder.with_name(f"{folder.name}-{len(folders) + 1}")
         folders.append(folder)

@@ -15,6 +15,7 @@ from sagnac.cli.reading import reading
 from sagnac.core import overwriting
 from sagnac.core.errors import one_line
 from sagnac.core.texts import seconds as in_seconds
+from sagnac.core.texts import whole_number
 
 # ---- simulate ----------------------------------------------------------------------
 
@@ -37,7 +38,7 @@ class RigOptions:
     """
 
     kind: Literal["angle", "increment", "rate"] | None = None
-    seed: Annotated[int | None, Parameter(metavar="N")] = None
+    seed: Annotated[int | None, one_argument(whole_number, "N")] = None
     table_rate: Annotated[float | None, Parameter(metavar="DEG/S")] = None
     duration: Annotated[float | None, one_argument(in_seconds, "2h")] = None
 
@@ -163,7 +164,7 @@ def demo(
     *,
     output: Folder = None,
     quick: bool = False,
-    seed: Annotated[int, Parameter(metavar="N")] = 1,
+    seed: Annotated[int, one_argument(whole_number, "N")] = 1,
     force: Force = False,
     debug: Debug = False,
 ) -> int:

@@ -119,13 +119,27 @@ def is_bare(text: str) -> bool:
 
 
 _NUMBER: Final = giving("a number")(float)
+
+
+@giving("a whole number")
+def whole_number(text: str) -> int:
+    """``7`` as a number; ``1.5`` is none.
+
+    Raises
+    ------
+    ValueError
+        If it is none.
+    """
+    return int(text)
+
+
 # What is no text itself.
 _VALUES: Final[Mapping[str, Callable[[str], Any]]] = {
     **dict.fromkeys(("gyros", "accelerometers", "covariates", "accept", "estimator"), names),
     **dict.fromkeys(("kind", "unit"), one_or_by_name),
     **dict.fromkeys(("rate", "counter_period", "confidence"), _NUMBER),
     "columns": by_name,
-    "counter_bits": giving("a whole number")(int),
+    "counter_bits": whole_number,
     "interval": seconds,
     "slice": span,
 }

@@ -362,8 +362,10 @@ class Statements:
 # ---- metadata ----------------------------------------------------------------------
 
 
-def beside_paths(path: Path) -> tuple[Path, Path]:
-    """Where a TOML beside a file may lie: ``run.csv.toml``, else ``run.toml``."""
+def beside_paths(path: Path) -> tuple[Path, ...]:
+    """Where a TOML beside a file may lie: ``run.csv.toml``, else ``run.toml``; of ``.`` nowhere."""
+    if not path.name:
+        return ()
     return path.with_name(path.name + ".toml"), path.with_suffix(".toml")
 
 
