@@ -106,6 +106,14 @@ def test_several_files_get_a_folder_each_and_one_failure_spares_the_rest(
     assert (tmp_path / "run" / "report.html").exists()
 
 
+def test_the_folder_one_works_in_is_refused_as_any_other(capsys, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert main(["analyze", "."]) == 1
+    said = one_line_among(capsys.readouterr().err)
+    assert "is a folder without mav0/imu0/data.csv (EuRoC)" in said
+    assert "give a file" in said
+
+
 def test_the_settings_of_a_report_repeat_the_run(bare, capsys, tmp_path):
     typed = ["--method", "none", "--slice", "4:39", "--confidence", "0.9", "--gyros", "x"]
     first, again = tmp_path / "first", tmp_path / "again"

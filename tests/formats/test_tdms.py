@@ -47,6 +47,25 @@ def test_a_linear_scale_is_applied(tmp_path):
     np.testing.assert_allclose(recording.gyros[0].values, expected, rtol=1e-13)
 
 
+@pytest.mark.parametrize("content", [b"x,y\n1,2\n" * 3000, bytes(28), b"XXXX" + bytes(5000)])
+def test_what_is_no_tdms_is_said_to_be_none(tmp_path, content):
+    (tmp_path / "run.tdms").write_bytes(content)
+    said = refused(
+        tmp_path / "run.tdms", "does not begin as such a file does", "give it the suffix"
+    )
+    assert "submitted" not in said
+
+
+def test_damage_is_not_in_the_words_of_the_library(tmp_path):
+    whole = bytearray(tdms(tmp_path / "run.tdms", axes()).read_bytes())
+    path = tmp_path / "damaged.tdms"
+    # The number of its objects comes right behind the lead-in.
+    path.write_bytes(whole[:28] + b"\xff\xff\xff\x0f" + whole[32:])
+    refused(path, "damaged", "the description of its channels cannot be read", "get the file again")
+    path.write_bytes(whole + b"junk" * 10)
+    refused(path, f"no segment begins at byte {len(whole)}", "get the file again")
+
+
 def test_cut_off(tmp_path):
     whole = tdms(tmp_path / "run.tdms", axes()).read_bytes()
     path = tmp_path / "cut.tdms"

@@ -5,7 +5,7 @@ import re
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any, Final
+from typing import Any, BinaryIO, Final
 
 import numpy as np
 from nptdms import TdmsFile
@@ -13,6 +13,7 @@ from nptdms.log import log_manager
 
 from sagnac.core.arrays import blocks
 from sagnac.core.errors import RecordingError
+from sagnac.formats.registry import TDMS
 from sagnac.formats.source import Column, Pieces, Source, Stored, column
 from sagnac.formats.statement import Statement
 
@@ -36,10 +37,12 @@ def open_source(path: Path) -> Source:
     Raises
     ------
     RecordingError
-        If the file is not TDMS or is cut off.
+        If the file is not TDMS.
+    ValueError
+        If it is damaged or cut off.
     """
     _require_whole(path)
-    with path.open("rb") as stream, TdmsFile.open(stream) as file:
+    with path.open("rb") as stream, _opened(stream) as file:
         if not file.groups():
             raise ValueError("no segment of it is whole")
         found = [
@@ -82,16 +85,46 @@ def open_source(path: Path) -> Source:
     )
 
 
-def _require_whole(path: Path) -> None:
-    """Refuse a file whose last segment is cut off: the library leaves it out and says nothing.
+def _opened(stream: BinaryIO) -> TdmsFile:
+    """The file, open.
 
-    A segment begins with 28 bytes: tag, contents, version, bytes that follow, bytes of metadata.
+    Raises
+    ------
+    ValueError
+        If the library fails over it, by whatever error: its words are about its own reading.
+    """
+    try:
+        return TdmsFile.open(stream)
+    except Exception as error:
+        raise ValueError("the description of its channels cannot be read") from error
+
+
+def _require_whole(path: Path) -> None:
+    """Refuse a file that begins otherwise, or whose last segment is cut off.
+
+    The library leaves such a segment out and says nothing. A segment begins with 28 bytes: tag,
+    contents, version, bytes that follow, bytes of metadata.
+
+    Raises
+    ------
+    RecordingError
+        If the first segment has another tag.
+    ValueError
+        If a later one has, or the last is not all there.
     """
     size, position = path.stat().st_size, 0
     with path.open("rb") as stream:
         while position < size:
             stream.seek(position)
             lead_in = stream.read(_LEAD_IN)
+            if not lead_in.startswith(TDMS.beginning):
+                if position:
+                    raise ValueError(f"no segment begins at byte {position}, where one should")
+                raise RecordingError(
+                    "is not TDMS: it does not begin as such a file does",
+                    remedy="give it the suffix of its own format, or get the file again from its "
+                    "source",
+                )
             is_big = len(lead_in) == _LEAD_IN and lead_in[4] & _HIGHEST_FIRST
             follow = int.from_bytes(lead_in[12:20], "big" if is_big else "little")
             position += _LEAD_IN + follow
