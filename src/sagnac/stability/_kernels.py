@@ -95,52 +95,37 @@ def sum_squared_window_differences(
 def sum_modified_total_terms(angle: FloatArray, lag: int, stride: int) -> float:
     """Sum over windows of 3 lag samples of the mean square of the modified total term.
 
-    Each window loses its half-average slope, is extended on both sides by its mirror image,
-    and gives 6 lag squared second differences of lag-averages. The extension repeats every
-    6 lag samples, so its running sum P from a zero mean is odd about both window ends, the
-    summed second difference is a third difference of P, and it is symmetric about two points
-    half a period apart: half a period is enough.
+    Each window loses its half-average slope, is extended on both sides by its mirror image, and
+    gives 6 lag squared second differences of lag-averages: third differences of the running sum P
+    from a zero mean, which is odd about both ends of the window.
     """
     width = 3 * lag
     half = width // 2
-    reach = width // 2  # j runs over -reach..reach
     slope_span = 0.5 * (width + width % 2)
-    running = np.empty(2 * width + 1)  # P at -reach .. width + reach
+    running = np.empty(3 * width + 1)  # P at -width .. 2 width
+    inside = running[width : 2 * width + 1]
+    second, third, fourth = running[lag:], running[2 * lag :], running[3 * lag :]
     total = 0.0
     for start in range(0, angle.size - width + 1, stride):
         window = angle[start : start + width]
         origin = window[half]
-        first_mean = 0.0
+        rise = mean = summed = squares = 0.0
         for i in range(half):
-            first_mean += window[i] - origin
-        last_mean = 0.0
-        for i in range(width - half, width):
-            last_mean += window[i] - origin
-        slope = (last_mean - first_mean) / (half * slope_span)
-        mean = 0.0
+            rise += window[width - 1 - i] - window[i]
+        slope = rise / (half * slope_span)
         for i in range(width):
-            mean += (window[i] - origin) - slope * i
-        mean /= width
-        inside = running[reach : reach + width + 1]
-        summed = 0.0
+            mean += (window[i] - origin - slope * i) / width
         inside[0] = 0.0
         for i in range(width):
-            summed += (window[i] - origin) - slope * i - mean
+            summed += window[i] - origin - slope * i - mean
             inside[i + 1] = summed
-        for k in range(1, reach + 1):
-            running[reach - k] = -inside[k]
-            running[reach + width + k] = -inside[width - k]
-        squares = 0.0
-        second, third, fourth = running[lag:], running[2 * lag :], running[3 * lag :]
-        for j in range(2 * reach + 1):
+        for k in range(1, width + 1):
+            running[width - k] = -inside[k]
+            running[2 * width + k] = -inside[width - k]
+        for j in range(2 * width):
             difference = (fourth[j] - running[j]) - 3.0 * (third[j] - second[j])
             squares += difference * difference
-        if width % 2 == 0:
-            # The two points of symmetry themselves occur once in the period, the rest twice.
-            for j in (0, 2 * reach):
-                difference = (fourth[j] - running[j]) - 3.0 * (third[j] - second[j])
-                squares -= 0.5 * difference * difference
-        total += squares / width
+        total += squares / (2.0 * width)
     return total
 
 
