@@ -192,10 +192,11 @@ def _analyzed(pipe: Connection, task: Task) -> None:
     def progress(stage: str, fraction: float) -> None:
         pipe.send({"event": "progress", "stage": stage, "fraction": fraction})
 
-    def guarded(work: Callable[[], dict[str, Any]]) -> bool:
+    def guarded(work: Callable[[], dict[str, Any]], *others: type[Exception]) -> bool:
+        told: tuple[type[Exception], ...] = (ValueError, OSError, MemoryError, ImportError, *others)
         try:
             answer = work()
-        except (ValueError, OSError, MemoryError, ImportError) as error:
+        except told as error:
             answer = {"event": "failed", "line": stated.line(error)}
         pipe.send(answer)
         return bool(answer["event"] != "failed")
@@ -215,7 +216,8 @@ def _analyzed(pipe: Connection, task: Task) -> None:
         return
     while True:
         request = pipe.recv()
-        guarded(lambda: _answered(kept[0], task, request))  # noqa: B023  (at once)
+        # What a question lacks, or has of another type, is a fault of the question.
+        guarded(lambda: _answered(kept[0], task, request), LookupError, TypeError)  # noqa: B023  (at once)
 
 
 def _answered(kept: tuple[Any, Any], task: Task, request: dict[str, Any]) -> dict[str, Any]:
