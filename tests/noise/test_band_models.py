@@ -23,9 +23,10 @@ def fitted(level, shape, laws, columns):
     relative[:, columns] = laws
     relative[:, :FALL] /= level[:, None]
     scaled = ScaledLaws(shape=shape, laws=relative, scale=np.ones(FALL + 1))
-    held = np.isin(np.arange(FALL + 1), columns)[np.newaxis]
-    _, squares, covariance = fitted_models(scaled, np.array([[0, level.size]]), held)
-    return squares[0, columns], covariance[0][np.ix_(columns, columns)]
+    _, squares, covariance = fitted_models(
+        scaled, np.array([[0, level.size]]), np.array([columns]), np.array([np.inf])
+    )
+    return squares[0], covariance[0]
 
 
 def test_a_fit_is_the_maximum_of_the_gamma_likelihood():

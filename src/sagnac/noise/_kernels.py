@@ -5,7 +5,7 @@
 
 import numpy as np
 
-from sagnac.core.arrays import BooleanArray, FloatArray, IntegerArray
+from sagnac.core.arrays import FloatArray, IntegerArray
 from sagnac.core.kernels import compiled
 
 # Lags between two breaks that are summed one by one.
@@ -117,7 +117,7 @@ def score_bands(
     laws: FloatArray,
     fall: int,
     bands: IntegerArray,
-    held: BooleanArray,
+    columns: IntegerArray,
     squares: FloatArray,
     begun: bool,
     deviance: FloatArray,
@@ -126,22 +126,23 @@ def score_bands(
 ) -> None:
     """Add gamma deviance of each model, Fisher information, and its product with the next squares.
 
+    The information is filled up to its diagonal.
+
     Levels are one. A model (row) is that of bins ``bands[n, 0]`` to before ``bands[n, 1]`` and of
-    the columns of the laws that it has `held`. Those from `fall` on are no laws but r of the
-    divisor ``1 + c r`` of all others: with ``m = sum / (1 + c r)`` the derivative is
-    ``-r m / (1 + c r)``, and ``y + c dm/dc`` takes the place of the level y. Before a fit has
-    `begun` the levels stand for the means, and c is zero: the residuals are those of
-    ``y (1 + c r) = sum``, which is linear. The deviance is ``2 sum a (y/m - 1 - ln(y/m))``,
-    infinite if a mean is not above zero.
+    `columns` of the laws. Those from `fall` on are no laws but r of the divisor ``1 + c r`` of all
+    others: with ``m = sum / (1 + c r)`` the derivative is ``-r m / (1 + c r)``, and ``y + c dm/dc``
+    takes the place of the level y. Before a fit has `begun` the levels stand for the means, and c
+    is zero: the residuals are those of ``y (1 + c r) = sum``, which is linear. The deviance is
+    ``2 sum a (y/m - 1 - ln(y/m))``, infinite if a mean is not above zero.
     """
-    slope = np.empty(held.shape[1])
-    for n in range(held.shape[0]):
-        columns = np.flatnonzero(held[n])
+    size = columns.shape[1]
+    slope = np.empty(size)
+    for n in range(columns.shape[0]):
         for b in range(bands[n, 0], bands[n, 1]):
             total, divisor = 0.0, 1.0
-            for c in columns:
-                slope[c] = laws[b, c]
-                if c < fall:
+            for c in range(size):
+                slope[c] = laws[b, columns[n, c]]
+                if columns[n, c] < fall:
                     total += squares[n, c] * slope[c]
                 else:
                     divisor += squares[n, c] * slope[c]
@@ -152,9 +153,8 @@ def score_bands(
             deviance[n] += 2.0 * shape[b] * (1.0 / mean - 1.0 + np.log(mean))
             observed = 1.0 - mean * (divisor - 1.0) / divisor
             weight = shape[b] / mean**2
-            for c in columns:
-                slope[c] *= (1.0 if c < fall else -mean) / divisor
+            for c in range(size):
+                slope[c] *= (1.0 if columns[n, c] < fall else -mean) / divisor
                 vector[n, c] += weight * slope[c] * observed
-            for c in columns:
-                for d in columns:
+                for d in range(c + 1):
                     information[n, c, d] += weight * slope[c] * slope[d]

@@ -9,6 +9,7 @@ deviance. A hump of vibration is flat at its top, but the spectrum below it is l
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
+from itertools import groupby
 from typing import Final
 
 import numpy as np
@@ -51,6 +52,9 @@ _DEEPEST: Final = 1.5
 # Steps of a fit, of which the first is least squares on relative residuals, and halvings of one.
 _MOST_STEPS: Final = 21
 _MOST_HALVINGS: Final = 8
+# Steps after which a model is given up if its deviance is this much above that of another.
+_HOPING: Final = 5
+_HOPELESS: Final = 60.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -264,41 +268,68 @@ def models_of_one_band(levels: Levels, band_hz: tuple[float, float], mask: int) 
 
 
 def _models(scaled: ScaledLaws, bands: IntegerArray, masks: Sequence[int]) -> BandModels:
-    """Fits of bands (bands, 2) with choices of terms, the logarithm of the heaviest at zero.
+    """Fits of bands (bands, 2) with choices of terms, the logarithm of the heaviest at zero."""
+    found: list[BandModels] = []
+    lightest = math.inf
+    # The fewest terms first: what weighs nothing beside them is not finished.
+    for size, alike in groupby(sorted(masks, key=_order), key=_order):
+        found.append(_models_of_size(scaled, bands, list(alike), size[1], lightest))
+        lightest = min(lightest, -2.0 * float(found[-1].logarithm.max(initial=-math.inf)))
+    joined = {
+        item.name: np.concatenate([getattr(one, item.name) for one in found])
+        for item in fields(BandModels)
+    }
+    joined["logarithm"] -= joined["logarithm"].max(initial=-math.inf)
+    return BandModels(**joined)
+
+
+def _order(mask: int) -> tuple[bool, int]:
+    """Models without a low-pass come first, and those of few terms."""
+    return mask >= 1 << FALL, mask.bit_count()
+
+
+def _models_of_size(
+    scaled: ScaledLaws, bands: IntegerArray, masks: list[int], size: int, lightest: float
+) -> BandModels:
+    """Fits with choices of one number of terms; logarithms of weights are absolute.
 
     Models with a coefficient at or below zero are those with fewer terms and are left out, and so
     are bands that reach to where a low-pass leaves less than 1/2.5.
     """
-    mask, bands = np.repeat(masks, len(bands)), np.tile(bands, (len(masks), 1))
-    determined = bands[:, 1] - bands[:, 0] > _SIZES[mask]
-    mask, bands = mask[determined], bands[determined]
-    held = mask[:, np.newaxis] >> np.arange(_COLUMNS) & 1 == 1
-    deviance, squares, covariance = fitted_models(scaled, bands, held)
-    depth = (squares * scaled.laws[bands[:, 1] - 1])[:, FALL:].sum(axis=1)
-    stands = np.isfinite(deviance) & ((squares > 0.0) == held).all(axis=1) & (depth <= _DEEPEST)
-    (first, last), mask, deviance, squares = (
-        bands[stands].T,
-        mask[stands],
-        deviance[stands],
-        squares[stands],
-    )
-    lacking = _lacking(scaled, first, squares[:, WALK])
-    left_out = scaled.shape.size - last + first
-    logarithm = -0.5 * (deviance + lacking) - _SIZES[mask] - left_out
+    bins = scaled.shape.size
+    columns = np.array([np.flatnonzero(mask >> np.arange(_COLUMNS) & 1) for mask in masks])
+    bands = bands[bands[:, 1] - bands[:, 0] > size]
+    bands = bands[2.0 * (bins - bands[:, 1] + bands[:, 0]) <= lightest + _HOPELESS]
+    mask, columns = np.repeat(masks, len(bands)), np.repeat(columns, len(bands), axis=0)
+    bands = np.tile(bands, (len(masks), 1))
+    left_out = bins - bands[:, 1] + bands[:, 0]
+    hopeless = np.asarray(lightest + _HOPELESS - 2.0 * left_out, dtype=np.float64)
+    deviance, squares, covariance = fitted_models(scaled, bands, columns, hopeless)
+    depth = squares * np.take_along_axis(scaled.laws[bands[:, 1] - 1], columns, axis=1)
+    shallow = np.where(columns >= FALL, depth, 0.0).sum(axis=1) <= _DEEPEST
+    stands = np.isfinite(deviance) & (squares > 0.0).all(axis=1) & shallow
+    (first, last), columns, mask = bands[stands].T, columns[stands], mask[stands]
+    placed, spread = np.zeros((mask.size, _COLUMNS)), np.zeros((mask.size, _COLUMNS, _COLUMNS))
+    row = np.arange(mask.size)[:, np.newaxis]
+    placed[row, columns] = squares[stands]
+    spread[row[..., np.newaxis], columns[:, :, np.newaxis], columns[:, np.newaxis]] = covariance[
+        stands
+    ]
+    lacking = _lacking(scaled, first, placed[:, WALK])
     return BandModels(
         first=first,
         last=last,
         mask=mask,
-        ruled=_ruled(scaled, first, last, squares),
-        deviance=deviance,
-        squares=squares / scaled.scale,
-        covariance=covariance[stands] / np.outer(scaled.scale, scaled.scale),
-        logarithm=logarithm - logarithm.max(initial=-math.inf),
+        ruled=_ruled(scaled, first, last, placed),
+        deviance=deviance[stands],
+        squares=placed / scaled.scale,
+        covariance=spread / (scaled.scale[:, np.newaxis] * scaled.scale),
+        logarithm=-0.5 * (deviance[stands] + lacking) - size - left_out[stands],
     )
 
 
 def fitted_models(
-    scaled: ScaledLaws, bands: IntegerArray, held: BooleanArray
+    scaled: ScaledLaws, bands: IntegerArray, columns: IntegerArray, hopeless: FloatArray
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Fisher scoring of many models at once, from least squares on relative residuals.
 
@@ -306,28 +337,35 @@ def fitted_models(
     ----------
     scaled
         Laws and shapes.
-    bands, held
-        (models, 2) bins, and (models, columns) which of the laws are fitted.
+    bands, columns
+        (models, 2) and (models, terms).
+    hopeless
+        (models,) deviance above which a model is given up after a few steps: it has no weight, and
+        scoring takes long if a law does not describe its bins.
 
     Returns
     -------
     deviance, squares, covariance
-        (models,), infinite if there is no fit; (models, columns); (models, columns, columns).
+        (models,), infinite if there is no fit; (models, terms); (models, terms, terms).
     """
-    squares = np.zeros(held.shape)
-    _, information, vector = _scored(scaled, bands, held, squares, begun=False)
-    deviance, reached = np.full((2, len(held)), math.inf)
-    covariance, settled = np.zeros_like(information), np.zeros(len(held), dtype=np.bool_)
-    padded = np.append(scaled.laws, np.zeros((1, held.shape[1])), axis=0)
-    typical = np.add.reduceat(padded, bands.ravel())[::2] / np.diff(bands)
-    least = 1e-3 * held / np.where(held, typical, 1.0)
-    running = np.arange(len(held))
+    squares = np.zeros(columns.shape)
+    _, information, vector = _scored(scaled, bands, columns, squares, begun=False)
+    deviance, reached = np.full((2, len(columns)), math.inf)
+    covariance, settled = np.zeros_like(information), np.zeros(len(columns), dtype=np.bool_)
+    # Each band by itself: of a law that falls by sixteen decades, differences of sums are zero.
+    beyond = np.zeros((1, scaled.laws.shape[1]))
+    sums = np.add.reduceat(np.vstack([scaled.laws, beyond]), bands.ravel(), axis=0)[::2]
+    typical = sums / np.diff(bands)
+    least = 1e-3 / np.take_along_axis(typical, columns, axis=1)
+    running = np.arange(len(columns))
     for step in range(_MOST_STEPS + 1):
         inverse, regular = _inverted(information[running])
         ended = settled[running] | (step == _MOST_STEPS)
         reached[running[regular & ended]] = deviance[running[regular & ended]]
         covariance[running] = inverse
         going = regular & ~ended
+        if step == _HOPING:
+            going &= deviance[running] <= hopeless[running]
         running = rows = running[going]
         target = np.einsum("nij,nj->ni", inverse[going], vector[running])
         settled[running] = True
@@ -336,7 +374,7 @@ def fitted_models(
             if step == 0 and halvings:
                 # Least squares with large residuals may fall below zero.
                 trial = np.maximum(target, least[rows])
-            outcome, *others = _scored(scaled, bands[rows], held[rows], trial, begun=True)
+            outcome, *others = _scored(scaled, bands[rows], columns[rows], trial, begun=True)
             lower = (outcome <= deviance[rows] + 1e-9) & np.isfinite(outcome)
             lowered = rows[lower]
             settled[lowered] = deviance[lowered] - outcome[lower] < 1e-3
@@ -348,27 +386,24 @@ def fitted_models(
         running = running[np.isfinite(deviance[running])]
         if not running.size:
             break
-    return reached, squares, covariance * held[:, :, np.newaxis] * held[:, np.newaxis]
+    return reached, squares, covariance
 
 
 def _scored(
     scaled: ScaledLaws,
     bands: IntegerArray,
-    held: BooleanArray,
+    columns: IntegerArray,
     squares: FloatArray,
     *,
     begun: bool,
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Deviance, information and its product with the next squares: see `score_bands`.
-
-    Of columns that a model does not hold the information is one, which leaves them at zero.
-    """
-    information = np.eye(held.shape[1]) * ~held[:, :, np.newaxis]
-    deviance, vector = np.zeros(len(held)), np.zeros(held.shape)
-    score_bands(
-        scaled.shape, scaled.laws, FALL, bands, held, squares, begun, deviance, information, vector
-    )
-    return deviance, information, vector
+    """Deviance, information and its product with the next squares: see `score_bands`."""
+    models, terms = columns.shape
+    result = np.zeros(models), np.zeros((models, terms, terms)), np.zeros((models, terms))
+    score_bands(scaled.shape, scaled.laws, FALL, bands, columns, squares, begun, *result)
+    information = result[1]
+    information += np.tril(information, -1).swapaxes(1, 2)
+    return result
 
 
 def _inverted(matrices: FloatArray) -> tuple[FloatArray, BooleanArray]:
