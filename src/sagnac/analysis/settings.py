@@ -42,10 +42,10 @@ class Settings:
         gives the curve and the answer; with the second, each gyro's own N is told apart.
     method
         How the periodic parts are removed. ``fos``: joint fit of all lines that stand above the
-        noise floor. ``fos-paper``: fast orthogonal search, each gyro first, and the fit of the
-        Allan curve (Steps 1 to 4 of the paper). ``fos-korenberg``: the same on the frequencies of
-        the Fourier transform, with Korenberg's stop and 40 terms. ``fris``: one
-        angle a turn. ``none``: nothing is removed.
+        noise floor. ``fos-paper``: fast orthogonal search, of the difference of a pair, and the fit
+        of the Allan curve (Steps 3, 1, 2 and 4 of the paper). ``fos-korenberg``: the search of each
+        gyro first, on the frequencies of the Fourier transform, with Korenberg's stop and 40 terms.
+        ``fris``: one angle a turn. ``none``: nothing is removed.
     interval
         Seconds between the angles that the curve is made of; None for every sample at rest and
         for 1 s on a turning table (Step 4 of the paper).

@@ -108,33 +108,36 @@ class StartOptions:
     Attributes
     ----------
     latitude
-        -89 to 89; without it, no azimuth is found.
+        -89 to 89; without it no azimuth is found, and drift is that at 45 degrees.
     rest
-        Length of the alignment, at rest; the biases are taken from it.
+        Length of the alignment, at rest: 10min unless stated; the biases are taken from it.
     azimuth
-        Not known of the azimuth at the start, 1 sigma: 2deg.
+        Uncertainty of the azimuth at the start, 1 sigma: 2deg unless stated.
     tilt
-        Not known of each tilt at the start, 1 sigma: 0.5deg.
+        Uncertainty of each tilt at the start, 1 sigma: 0.5deg unless stated.
     bias
         What is not known of a gyro's bias, 1 sigma: unless stated what the rest leaves, and 0 for
         gyrocompass and filter.
     table_rate
         Of a table that turns all the time, for a triad that turns.
     after
-        Heading, attitude and position these times without aiding: 1min,10min,1h.
+        Heading, attitude and position these times without aiding: 1min,10min,1h unless stated.
     confidence
         Of the interval.
     """
 
     latitude: Annotated[float | None, typed.one_argument(typed.degrees, "DEG")] = None
-    rest: Annotated[float, typed.one_argument(seconds, "10min", name="--time")] = 600.0
+    rest: Annotated[
+        float, typed.one_argument(seconds, "10min", name="--time", show_default=False)
+    ] = 600.0
     azimuth: Annotated[float | None, typed.one_argument(typed.angle, "2deg")] = None
     tilt: Annotated[float | None, typed.one_argument(typed.angle, "0.5deg")] = None
     bias: Annotated[float | None, typed.one_argument(typed.turn_rate, "3deg/h")] = None
     table_rate: Annotated[float | None, typed.one_argument(typed.degrees, "DEG/S")] = None
-    after: Annotated[tuple[float, ...], typed.one_argument(typed.several(seconds), "60s,10min")] = (
-        _AFTER
-    )
+    after: Annotated[
+        tuple[float, ...],
+        typed.one_argument(typed.several(seconds), "60s,10min", show_default=False),
+    ] = _AFTER
     confidence: Annotated[float, Parameter(metavar="0.95")] = 0.95
 
 

@@ -215,7 +215,7 @@ class Reading:
     counter_bits
         Width of counters that roll over.
     counter_period
-        Where counters start over that are of no bits.
+        Counts after which a counter starts over, if that is no power of two.
     null_pulse
         Column that is not 0 at the null pulse; none for no null pulse.
     accelerometers
@@ -223,7 +223,8 @@ class Reading:
     layout
         Records of a binary file: a preset (imu7-deg, imu7-rad) or a TOML of its fields.
     memory
-        Most memory that what a file declares may take: 4GiB unless stated.
+        Most memory that the sizes a file declares may ask for: 4GiB unless stated; of a campaign,
+        what all workers may take together: what is free unless stated.
     """
 
     gyros: Annotated[_Names, _of_file(texts.names, "x,z")] = None
@@ -332,14 +333,15 @@ class Options(Reading):
     accept
         Faults to take knowingly, by name, such as clipping; the report says so.
     spec
-        Limit to keep, such as 3e-4deg/sqrt(h) (N) or N=3e-4,B=0.01deg/h, or a TOML; exit status 3
-        if a gyro fails, 4 if it is undecided.
+        Limit to keep, such as 3e-4deg/sqrt(h) (N) or N=3e-4,B=0.01deg/h, or a TOML; a command
+        that gives a verdict exits with 3 if a gyro fails, 4 if it is undecided.
     risk
         Largest probability of passing a gyro that lies at its limit.
     settings
-        Settings of an earlier run (its settings.toml); what is typed goes before.
+        Settings of an earlier run (its settings.toml, if options were typed); what is typed now
+        goes before.
     as_json
-        The analysis on standard output, nothing else there.
+        JSON on standard output, nothing else there.
 
     Raises
     ------

@@ -30,7 +30,7 @@ class RigOptions:
     kind
         Of the samples: that of CONFIG.toml, angle unless stated.
     seed
-        Of every random stream.
+        Seed of all random streams.
     table_rate
         Rate of the table; 0 is at rest.
     duration
@@ -92,7 +92,7 @@ def simulate(
     Parameters
     ----------
     config
-        What differs.
+        Keys that differ from the preset.
     output
         The recording; its suffix says the format: .csv, .parquet, .bag, .mcap, .euroc and others.
     preset
@@ -172,6 +172,8 @@ def demo(
 
     Parameters
     ----------
+    output
+        Folder: demo unless stated.
     quick
         A quarter of an hour only.
     seed
