@@ -286,13 +286,12 @@ def _widest_fit(points: Points, confidence: float, masked: Bands) -> Fit:
     explains what the terms do not; if it never does, the band with the least left over is taken.
     """
     cosine = cosine_spectrum(points.angle, kind="angle", sample_rate=points.rate)
-    best = latest = spectrum_fit(cosine, confidence=confidence, masked=masked)
+    bands: list[tuple[float, float] | None] = [None]
     highest = 0.25 * points.rate
-    while latest.departure != 0.0 and highest * points.angle.size / points.rate > 2 * LEAST_POINTS:
-        latest = spectrum_fit(cosine, confidence=confidence, masked=masked, band=(0.0, highest))
-        best = min(best, latest, key=lambda fit: fit.departure)
+    while highest * points.angle.size / points.rate > 2 * LEAST_POINTS:
+        bands.append((0.0, highest))
         highest *= 0.5
-    return best
+    return spectrum_fit(cosine, confidence=confidence, masked=masked, bands=bands)
 
 
 def hat_of(

@@ -95,7 +95,7 @@ def likelihood_fit(
         If an argument makes no sense.
     """
     cosine = cosine_spectrum(values, kind=kind, sample_rate=sample_rate, terms=terms)
-    return spectrum_fit(cosine, confidence=confidence, masked=masked, band=band)
+    return spectrum_fit(cosine, confidence=confidence, masked=masked, bands=(band,))
 
 
 def spectrum_fit(
@@ -103,16 +103,19 @@ def spectrum_fit(
     *,
     confidence: float = 0.95,
     masked: Sequence[tuple[float, float]] = (),
-    band: tuple[float, float] | None = None,
+    bands: Sequence[tuple[float, float] | None] = (None,),
 ) -> Fit:
-    """`likelihood_fit` of what is transformed already.
+    """`likelihood_fit` of what is transformed already, over the first band that the terms describe.
 
     Parameters
     ----------
     cosine
         Of the values.
-    confidence, masked, band
+    confidence, masked
         As in `likelihood_fit`.
+    bands
+        Each as in `likelihood_fit`, in the order of preference. If the spectrum departs from the
+        terms in every one, that with the least departure is taken.
 
     Raises
     ------
@@ -122,8 +125,14 @@ def spectrum_fit(
         If an argument makes no sense.
     """
     require_confidence(confidence)
-    bins = cosine_bins(cosine.transform.size, cosine.interval, masked, band)
-    weighed = with_departure(ordinates(cosine, bins))
+    trials = []
+    for band in bands:
+        bins = cosine_bins(cosine.transform.size, cosine.interval, masked, band)
+        trials.append((with_departure(ordinates(cosine, bins)), bins, band))
+        if trials[-1][0].departure == 0.0:
+            break
+    # Intervals take longer than all the rest.
+    weighed, bins, band = min(trials, key=lambda trial: trial[0].departure)
     found = {name: unobserved(name, confidence) for name in COEFFICIENT_NAMES}
     for column, name in enumerate(cosine.names):
         found[name] = weighed.estimate(weighed.best, column, name, confidence)
