@@ -23,6 +23,7 @@ from sagnac.core.arrays import (
     FloatArray,
     IntegerArray,
     blocks,
+    elementwise,
     every,
 )
 from sagnac.lines.components import Components
@@ -280,9 +281,14 @@ def earth_amplitudes(sampled: Sampling) -> FloatArray | None:
     net = float(angle[-1] - angle[0]) / (angle.size - 1) * rate
     # Seconds in which the table turns by 1 rad on its way, if it does not go back and forth.
     steady = 1.0 / net if abs(net) > 0.5 * abs(mean_rate(angle, rate)) else 0.0
-    largest, cosine, sine = np.zeros(MOST_ORDERS), np.cos(angle), np.sin(angle)
-    for integrand, whole, sign in ((cosine, sine, 1.0), (sine, cosine, -1.0)):
-        steps = integrand[1:] / rate - sign * steady * np.diff(whole)
+
+    def step(integrand: FloatArray, later: FloatArray, here: FloatArray, of: float) -> FloatArray:
+        return integrand / rate - of * (later - here)
+
+    largest = np.zeros(MOST_ORDERS)
+    cosine, sine = elementwise(np.cos, angle), elementwise(np.sin, angle)
+    for integrand, whole, times in ((cosine, sine, steady), (sine, cosine, -steady)):
+        steps = elementwise(step, integrand[1:], whole[1:], whole[:-1], times)
         sums = order_sums(steps, angle, MOST_ORDERS)[1:]
         largest = np.maximum(largest, np.abs(sums) / np.maximum(length, np.finfo(float).tiny))
     largest[0] = 0.0

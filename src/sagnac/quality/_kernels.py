@@ -53,6 +53,8 @@ def kept_windows(
     """
     number = 0
     for n in range(bits.size - window + 1):
+        if number == places.size:
+            break
         state = (bits[n] ^ (bits[n] >> _LAST_TURN)) * factor + bits[n + 1]
         if ((state ^ (state >> _FIRST_TURN)) * factor) >> np.uint64(60) != np.uint64(0):
             continue
@@ -61,6 +63,4 @@ def kept_windows(
         places[number] = n
         mixed[number] = (state ^ (state >> _LAST_TURN)) * factor
         number += 1
-        if number == places.size:
-            break
     return number

@@ -379,7 +379,9 @@ def turn_notes(recording: Recording, profile: Profile) -> Notes:
     )
     passes = np.flatnonzero(halves[_OUTER:-_OUTER]) + _OUTER
     # Whole turns are passed at even numbers of half turns.
-    number = np.floor(np.maximum(angle[passes], angle[passes + 1]) / math.pi)
+    number = np.floor(
+        values_at(angle, np.stack([passes, passes + 1], axis=1)).max(axis=1) / math.pi
+    )
     for start in (0.0, 1.0):
         at = passes[number % 2.0 == start]
         if at.size < 4:

@@ -347,8 +347,9 @@ def _explained(profile: Profile) -> float:
 
 # ---- twice -------------------------------------------------------------------------
 
-# Samples of a block, at least.
+# Samples of a block, at least, and of the windows that are compared.
 _LEAST: Final = 64
+_WINDOW: Final = 8
 
 
 def twice_notes(recording: Recording, profile: Profile) -> Notes:
@@ -385,10 +386,14 @@ def longest_twice(values: FloatArray) -> tuple[slice, int]:
     # One in sixteen windows of eight samples is kept; there is room for twice as many.
     places = np.empty(values.size // 8, dtype=np.int64)
     mixed = np.empty(places.size, dtype=np.uint64)
-    bits, factor = np.ascontiguousarray(values).view(np.uint64), np.uint64(0x9E3779B97F4A7C15)
-    # Uncompiled, numpy would warn of the products that wrap around.
-    with np.errstate(over="ignore"):
-        kept = _kernels.kept_windows(bits, factor, 8, places, mixed)
+    kept, factor = 0, np.uint64(0x9E3779B97F4A7C15)
+    for block in blocks(values.size - _WINDOW + 1):
+        bits = np.ascontiguousarray(values[block.start : block.stop + _WINDOW - 1]).view(np.uint64)
+        # Uncompiled, numpy would warn of the products that wrap around.
+        with np.errstate(over="ignore"):
+            more = _kernels.kept_windows(bits, factor, _WINDOW, places[kept:], mixed[kept:])
+        places[kept : kept + more] += block.start
+        kept += more
     places, numbers = places[:kept], mixed[:kept].view(np.int64)
     # Told by a sort of the numbers alone, in most records, which takes a tenth of that of places.
     ascending = np.sort(numbers)
