@@ -345,14 +345,16 @@ class Ordinates(Likelihood):
         Cowan et al., Eur. Phys. J. C 71, 1554, 2011.
         """
         without = self.maximum(np.zeros(self.terms), column)
-        wanted = detected(confidence)
+        wanted, start = detected(confidence), without.squares
 
         def short(square: float) -> float:
+            nonlocal start
             mean = without.law + square * self.basis[:, column]
-            expected = replace(self, power=mean)
-            fitted = expected.maximum(without.squares, column).deviance
+            fitted = replace(self, power=mean).maximum(start, column)
+            # The next square is mostly close to this one.
+            start = fitted.squares
             truth = float(self.weight @ (np.log(mean) + 1.0))
-            return math.sqrt(max(fitted - truth, 0.0)) - wanted
+            return math.sqrt(max(fitted.deviance - truth, 0.0)) - wanted
 
         found = crossing(short, 0.0, wanted * error)
         return found if math.isfinite(found) else 0.0
