@@ -271,12 +271,15 @@ def _composed(evidence: Evidence, headline: Headline) -> Analysis:
         # Shares that cannot be read cost nothing else.
         with suppress(RecordingError):
             shares, triad = table_shares(recording, settings.gyros, settings.confidence)
+    spectrum = spectrum_before = figure_spectrum(differences(residual), left.rate)
     as_it_is = measure(evidence.corrected, settings.gyros)
     before = as_it_is.noise(as_it_is.angle)
-    del as_it_is
-    spectrum = spectrum_before = figure_spectrum(differences(residual), left.rate)
+    rest = residual_of(before, left, table)
     if evidence.curve_before is not evidence.curve:
-        spectrum_before = figure_spectrum(differences(before), recording.sample_rate)
+        increments = differences(before)
+        # The spectrum is made with two arrays less in memory.
+        del as_it_is, before
+        spectrum_before = figure_spectrum(increments, recording.sample_rate)
     of_spectrum: dict[str, Any] = {}
     if headline.spectrum is not None:
         average = headline.spectrum.average
@@ -307,7 +310,7 @@ def _composed(evidence: Evidence, headline: Headline) -> Analysis:
         notes=_notes(evidence, headline),
         family=evidence.family,
         density=density,
-        residual=residual_of(before, left, table),
+        residual=rest,
         shares=shares,
         triad=triad,
         masked=evidence.masked,
