@@ -310,22 +310,16 @@ class Ordinates(Likelihood):
         return np.asarray(0.5 * self.basis.T @ (weight[:, np.newaxis] * self.basis))
 
     def move(self, place: Place, free: BooleanArray) -> FloatArray:
-        """Step to the maximum of the parabola that touches the likelihood.
-
-        By Newton's curvature if it is one, which squares of one degree of freedom leave in
-        doubt far from the maximum; else by its expectation (scoring).
-        """
+        """Step of the free squares by the curvature of the likelihood."""
         columns, mean = self.basis[:, free], place.law
         expected = self.weight / mean**2
         gradient = columns.T @ (expected * (mean - self.power))
-        observed = expected * (2.0 * self.power / mean - 1.0)
-        curvature = columns.T @ (observed[:, np.newaxis] * columns)
-        scale = _positive_scale(curvature)
-        if scale is not None:
-            scaled = curvature * scale * scale[:, np.newaxis]
-            return np.asarray(-scale * np.linalg.solve(scaled, scale * gradient))
-        curvature = columns.T @ (expected[:, np.newaxis] * columns)
-        return scoring_move(curvature, gradient, place.squares[free])
+
+        def curvature(weight: FloatArray) -> FloatArray:
+            return np.asarray(columns.T @ (weight[:, np.newaxis] * columns))
+
+        observed = curvature(expected * (2.0 * self.power / mean - 1.0))
+        return parabola_move(observed, lambda: curvature(expected), gradient, place.squares[free])
 
     def start(self, squares: FloatArray, free: BooleanArray) -> FloatArray:
         """By least squares, none below zero."""
@@ -376,6 +370,24 @@ def _positive_scale(matrix: FloatArray) -> FloatArray | None:
     except np.linalg.LinAlgError:
         return None
     return scale
+
+
+def parabola_move(
+    observed: FloatArray,
+    expected: Callable[[], FloatArray],
+    gradient: FloatArray,
+    squares: FloatArray,
+) -> FloatArray:
+    """Step to the maximum of the parabola that touches the likelihood.
+
+    By Newton's curvature, `observed`, if it is one, which squares of one degree of freedom leave in
+    doubt far from the maximum; else by its expectation (scoring).
+    """
+    scale = _positive_scale(observed)
+    if scale is None:
+        return scoring_move(expected(), gradient, squares)
+    scaled = observed * scale * scale[:, np.newaxis]
+    return np.asarray(-scale * np.linalg.solve(scaled, scale * gradient))
 
 
 def scoring_move(fisher: FloatArray, gradient: FloatArray, squares: FloatArray) -> FloatArray:

@@ -3,6 +3,7 @@
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import pairwise
 from typing import Final
 
@@ -18,7 +19,7 @@ from sagnac.noise.cosine_spectrum import (
 )
 from sagnac.noise.estimates import Estimate
 from sagnac.noise.laws import STOCHASTIC_NAMES, cosine_power_basis
-from sagnac.noise.likelihood import Likelihood, Place, scoring_move
+from sagnac.noise.likelihood import Likelihood, Place, parabola_move
 from sagnac.recording.channel import angle_increments
 from sagnac.recording.model import Kind
 from sagnac.spectrum.transforms import cosine_length, cosine_transform
@@ -109,7 +110,7 @@ def three_cornered_hat(
 _DIFFERENCES: Final = np.array([[1.0, -1.0, 0.0], [0.0, 1.0, -1.0]])
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True)
 class _PairSpectra(Likelihood):
     """Spectra and cross spectrum of the two differences, in bins.
 
@@ -145,20 +146,35 @@ class _PairSpectra(Likelihood):
         deviance = float(self.count @ (np.log(determinant) + trace))
         return Place(squares=squares, deviance=deviance, law=inverse)
 
+    @cached_property
+    def _products(self) -> FloatArray:
+        """(terms of one gyro, squared, bins) half the ordinates times two terms."""
+        products = np.einsum("b,bs,bt->stb", 0.5 * self.count, self.basis, self.basis)
+        return np.asarray(products.reshape(-1, self.count.size))
+
+    def _curvature(self, weight: FloatArray) -> FloatArray:
+        """(terms, terms) sum over bins of a weight of two gyros, (bins, 3, 3), times two terms."""
+        terms = self.basis.shape[1]
+        sums = (self._products @ weight.reshape(-1, 9)).reshape(terms, terms, 3, 3)
+        return sums.transpose(2, 0, 3, 1).reshape(self.terms, self.terms)
+
     def fisher(self, place: Place) -> FloatArray:
-        reach = np.einsum("ig,bij,jh->bgh", _DIFFERENCES, place.law, _DIFFERENCES)
-        basis = self.basis
-        fisher = 0.5 * np.einsum("b,bs,bt,bgh->gsht", self.count, basis, basis, reach**2)
-        return np.asarray(fisher.reshape(self.terms, self.terms))
+        return self._curvature((_DIFFERENCES.T @ place.law @ _DIFFERENCES) ** 2)
 
     def move(self, place: Place, free: BooleanArray) -> FloatArray:
-        """By scoring: least squares on the entries of the matrix in the metric of their own law."""
-        fisher, reach = self.fisher(place), place.law @ _DIFFERENCES
+        reach = place.law @ _DIFFERENCES
         matrices = self.moments[:, [0, 1, 1, 2]].reshape(-1, 2, 2)
-        observed = np.einsum("big,bij,bjg->bg", reach, matrices, reach)
-        score = 0.5 * np.einsum("b,bs,bg->gs", self.count, self.basis, observed).ravel()
-        gradient = fisher @ place.squares - score
-        return scoring_move(fisher[np.ix_(free, free)], gradient[free], place.squares[free])
+        # Inverse of the law, and what was seen, between two gyros.
+        law, seen = _DIFFERENCES.T @ reach, reach.transpose(0, 2, 1) @ matrices @ reach
+        own = np.einsum("bgg->bg", law - seen)
+        gradient = 0.5 * np.einsum("b,bs,bg->gs", self.count, self.basis, own).ravel()
+        both = np.ix_(free, free)
+        return parabola_move(
+            self._curvature(law * (2.0 * seen - law))[both],
+            lambda: self._curvature(law**2)[both],
+            gradient[free],
+            place.squares[free],
+        )
 
     def start(self, squares: FloatArray, free: BooleanArray) -> FloatArray:
         """White noise of the three spectra by covariances, averaged over all bins."""
