@@ -275,7 +275,8 @@ def page(
         "`sagnac analyze` with its report, on recordings of the `paper` preset at 500 Hz, Parquet,",
         "gyros and encoder. A transform is `numpy.fft.rfft` of one channel of two hours, measured",
         f"before and after each run: {min(units):.0f} to {max(units):.0f} ms. Two gyros, 2 h:",
-        f"median of {runs} runs; the others: one run (`python -m benchmarks.analysis --write`).",
+        f"median of {runs} runs; the others: one run "
+        "(`python -m benchmarks.analysis --long --write`).",
         "",
         "| recording | processor, s | in transforms | wall, s | memory, MiB |",
         "|---|---|---|---|---|",

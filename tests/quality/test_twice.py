@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from sagnac.core import arrays
 from sagnac.quality.samples import longest_twice
 
 
@@ -17,6 +18,16 @@ def test_the_longer_of_two_is_told():
     values = np.random.default_rng(3).standard_normal(5000)
     doubled = np.concatenate([values, values[100:200], values[1000:1500]])
     assert longest_twice(doubled) == (slice(1000, 1500), 4100)
+
+
+@pytest.mark.parametrize("length", [1, 64, 777, 1000])
+def test_blocks_of_any_length_lose_no_window(monkeypatch, length):
+    """The repetition lies across their borders; zeros fill the room for windows in the first."""
+    monkeypatch.setattr(arrays, "BLOCK", length)
+    values = np.random.default_rng(5).standard_normal(5000)
+    block, distance = longest_twice(np.insert(values, 2500, values[700:1700]))
+    assert (block, block.start + distance) == (slice(700, 1700), 2500)
+    assert longest_twice(np.zeros(4000))[1] == 0
 
 
 @pytest.mark.parametrize(

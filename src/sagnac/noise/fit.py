@@ -131,7 +131,7 @@ def spectrum_fit(
         trials.append((with_departure(ordinates(cosine, bins)), bins, band))
         if trials[-1][0].departure == 0.0:
             break
-    # Intervals take longer than all the rest.
+    # Of one band alone: intervals take longer than all the rest.
     weighed, bins, band = min(trials, key=lambda trial: trial[0].departure)
     found = {name: unobserved(name, confidence) for name in COEFFICIENT_NAMES}
     for column, name in enumerate(cosine.names):

@@ -310,7 +310,7 @@ class Ordinates(Likelihood):
         return np.asarray(0.5 * self.basis.T @ (weight[:, np.newaxis] * self.basis))
 
     def move(self, place: Place, free: BooleanArray) -> FloatArray:
-        """Step of the free squares by the curvature of the likelihood."""
+        """Step of the free squares (`parabola_move`)."""
         columns, mean = self.basis[:, free], place.law
         expected = self.weight / mean**2
         gradient = columns.T @ (expected * (mean - self.power))
@@ -380,8 +380,23 @@ def parabola_move(
 ) -> FloatArray:
     """Step to the maximum of the parabola that touches the likelihood.
 
-    By Newton's curvature, `observed`, if it is one, which squares of one degree of freedom leave in
-    doubt far from the maximum; else by its expectation (scoring).
+    By its own curvature (Newton) where that is positive, which squares of one degree of freedom
+    leave in doubt far from the maximum; else by the expected one (scoring).
+
+    Parameters
+    ----------
+    observed
+        (terms, terms) half the second derivatives of -2 log likelihood.
+    expected
+        Gives their expectation, the Fisher information. Asked for only if it is needed.
+    gradient
+        (terms,) half the first derivatives.
+    squares
+        (terms,) where they are taken.
+
+    Returns
+    -------
+    (terms,) to be added to the squares.
     """
     scale = _positive_scale(observed)
     if scale is None:

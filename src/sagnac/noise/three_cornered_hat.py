@@ -164,7 +164,8 @@ class _PairSpectra(Likelihood):
     def move(self, place: Place, free: BooleanArray) -> FloatArray:
         reach = place.law @ _DIFFERENCES
         matrices = self.moments[:, [0, 1, 1, 2]].reshape(-1, 2, 2)
-        # Inverse of the law, and what was seen, between two gyros.
+        # With the law S and the moments M, D the differences: D' inv(S) D and D' inv(S) M inv(S) D.
+        # A square of gyro g times one of gyro h has the curvature law (2 seen - law) at (g, h).
         law, seen = _DIFFERENCES.T @ reach, reach.transpose(0, 2, 1) @ matrices @ reach
         own = np.einsum("bgg->bg", law - seen)
         gradient = 0.5 * np.einsum("b,bs,bg->gs", self.count, self.basis, own).ravel()
