@@ -38,7 +38,7 @@ def test_two_rounds_are_the_whole_transform(monkeypatch, mapped, dtype, samples)
         result[:, first : first + block.shape[1]] = block.real
         stored.append((first, block.copy()))
 
-    made = factored(values, 60, 57, store, dtype=dtype)
+    made = factored(values.__getitem__, samples, 60, 57, store, dtype=dtype)
     assert made.size == 57
     assert arrays.is_mapped(made) == mapped
     assert [first for first, _ in stored] == [0, 4]

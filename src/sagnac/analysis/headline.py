@@ -192,8 +192,8 @@ def _whole_band(evidence: Evidence, every: AnswerSpectrum) -> Headline | None:
     if points.rate > evidence.fine.rate:
         try:
             fit = likelihood_fit(
-                points.angle,
-                kind="angle",
+                every.increments,
+                kind="increment",
                 sample_rate=points.rate,
                 confidence=evidence.settings.confidence,
                 masked=evidence.masked,

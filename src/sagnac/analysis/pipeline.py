@@ -274,11 +274,12 @@ def _composed(evidence: Evidence, headline: Headline) -> Analysis:
     spectrum = spectrum_before = figure_spectrum(differences(residual), left.rate)
     as_it_is = measure(evidence.corrected, settings.gyros)
     before = as_it_is.noise(as_it_is.angle)
+    # Here and below, an array less in memory.
+    del as_it_is
     rest = residual_of(before, left, table)
     if evidence.curve_before is not evidence.curve:
         increments = differences(before)
-        # The spectrum is made with two arrays less in memory.
-        del as_it_is, before
+        del before
         spectrum_before = figure_spectrum(increments, recording.sample_rate)
     of_spectrum: dict[str, Any] = {}
     if headline.spectrum is not None:

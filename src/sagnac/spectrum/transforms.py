@@ -10,6 +10,7 @@ in cache, and of a long array little is in memory at a time.
 
 import math
 from collections.abc import Callable
+from functools import partial
 from typing import Any, Final
 
 import numpy as np
@@ -28,6 +29,7 @@ _COMBINED: Final = 512
 # Of these, waves that an exponential each is taken of.
 _SHORT: Final = 16
 
+Part = Callable[[slice], FloatArray]
 Store = Callable[[FloatArray, int, ComplexArray], None]
 
 
@@ -50,20 +52,22 @@ def is_balanced(length: int) -> bool:
 
 
 def factored(
-    values: FloatArray,
+    part: Part,
+    samples: int,
     length: int,
     size: int,
     store: Store,
     *,
-    taper: int = 0,
     dtype: type = np.complex128,
 ) -> FloatArray:
     """An array of `size` made of the Fourier sums at k / length, block by block.
 
     Parameters
     ----------
-    values
-        Real, no more than the length; zeros follow up to it.
+    part
+        Gives a block of the real values that are transformed.
+    samples
+        Number of these values, no more than the length; zeros follow up to it.
     length
         N1 N2.
     size
@@ -72,26 +76,20 @@ def factored(
         Called with rows of N2 numbers to write to, the first of some frequencies k of the columns,
         and the sums at k + N2 j, a row for each j. The other frequencies of real values mirror
         these.
-    taper
-        Order of the sine taper that the values are multiplied by, 0 for none.
     dtype
         In which it is done; ``numpy.complex64`` takes half the memory.
     """
     count = columns_of(length)
     width = length // count
     spectra = _rows(count, width // 2 + 1, dtype)
-    columns, filled = spectra.view(spectra.real.dtype), -(-values.size // count)
+    columns, filled = spectra.view(spectra.real.dtype), -(-samples // count)
     # Every N1-th of the values into a row of its own, zeros after the last.
-    for block in blocks(values.size, 4 * block_length(count)):
-        here = values[block]
-        if taper:
-            here = sine_taper(values.size, taper, block.start, block.stop) * here
+    for block in blocks(samples, 4 * block_length(count)):
+        here = part(block)
         if here.size % count:
             here = np.append(here, np.zeros(-here.size % count))
         first = block.start // count
         columns[:, first : first + here.size // count] = here.reshape(-1, count).T
-    # A caller that keeps no values lets them go before the rounds.
-    del values
     for some in blocks(count, max(1, arrays.BLOCK // (2 * width))):
         spectra[some] = scipy.fft.rfft(columns[some, :filled], width)
     result = _rows(-(-size // width), width, np.float64)
@@ -171,10 +169,14 @@ def power_spectrum(
     -------
     (length // 2 + 1,) in the unit of `increments` squared.
     """
+    samples = increments.size
+
+    def part(block: slice) -> FloatArray:
+        here = increments[block]
+        return here * sine_taper(samples, taper, block.start, block.stop) if taper else here
+
     if length < _FACTORED:
-        if taper:
-            increments = sine_taper(increments.size, taper, 0, increments.size) * increments
-        return _squares(scipy.fft.rfft(increments, length, workers=THREADS), scale)
+        return _squares(scipy.fft.rfft(part(slice(0, samples)), length, workers=THREADS), scale)
     half = columns_of(length) // 2
 
     def store(powers: FloatArray, first: int, block: ComplexArray) -> None:
@@ -183,7 +185,7 @@ def power_spectrum(
         _write_mirrored(powers, first, squares[block.shape[0] - half :])
 
     dtype = np.complex64 if single else np.complex128
-    return factored(increments, length, length // 2 + 1, store, taper=taper, dtype=dtype)
+    return factored(part, samples, length, length // 2 + 1, store, dtype=dtype)
 
 
 def sine_taper(samples: int, order: int, start: int, stop: int) -> FloatArray:
@@ -273,24 +275,20 @@ def cosine_transform(values: FloatArray) -> FloatArray:
         # The other half, of real values: what is not real here belongs at samples - k.
         _write_mirrored(cosines, first, -block.imag)
 
-    transform = factored(even_then_odd(values), samples, samples, store)
+    transform = factored(partial(even_then_odd, values), samples, samples, samples, store)
     transform[0] *= math.sqrt(0.5)
     return transform
 
 
-def even_then_odd(values: FloatArray) -> FloatArray:
-    """The even values forwards followed by the odd ones backwards.
+def even_then_odd(values: FloatArray, block: slice) -> FloatArray:
+    """A block of the even values forwards followed by the odd ones backwards.
 
     Examples
     --------
-    >>> import numpy as np
-    >>> even_then_odd(np.arange(7.0))
-    array([0., 2., 4., 6., 5., 3., 1.])
+    >>> even_then_odd(np.arange(7.0), slice(2, 6))
+    array([4., 6., 5., 3.])
     """
-    result = empty(values.size)
-    for block in blocks(values.size, multiple=2):
-        result[block.start // 2 : (block.stop + 1) // 2] = values[block][::2]
-        result[values.size - block.stop // 2 : values.size - block.start // 2] = values[block][
-            1::2
-        ][::-1]
-    return result
+    half, twice = (values.size + 1) // 2, 2 * values.size
+    even = values[2 * block.start : 2 * min(block.stop, half) : 2]
+    odd = values[twice - 2 * block.stop + 1 : twice - 2 * max(block.start, half) : 2]
+    return np.concatenate([even, odd[::-1]])
