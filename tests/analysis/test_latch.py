@@ -58,7 +58,7 @@ def test_the_bound_is_that_of_all_ordinates(white):
     slopes = np.stack([np.ones_like(angle), angle]) / (walk**2 + white**2 * angle)
     error = np.sqrt(np.linalg.inv(slopes @ slopes.T)[0, 0])
     expected = 1.96 * error / (2.0 * walk**2)
-    found = half_interval(walk, white, sample_rate=rate, seconds=seconds)
+    found = half_interval(walk, white, sample_rate=rate, seconds=seconds, confidence=0.95)
     assert found == pytest.approx(expected, rel=0.02)
 
 

@@ -191,7 +191,7 @@ def test_a_delay_that_drifts_is_read_off_the_orders(rate, seconds):
     assert abs(known + value - drift) < 0.1 * drift
     if found is not None:
         # And the table led by it keeps the orders' phases.
-        assert order_drift(table.led(found), pair, RATE, share=0.0) is None
+        assert order_drift(table.with_drift(found), pair, RATE, share=0.0) is None
 
 
 @pytest.mark.parametrize("seed", [1, 2, 3])

@@ -148,7 +148,7 @@ class Headline:
     source
         What it rests on, in words.
     notes
-        Why it is no more than a bound.
+        Why it is no more than a bound, or how it came about.
     spectrum
         The spectrum that was read for it; None if none was.
     by_encoder

@@ -1,6 +1,7 @@
 """The answer beside the encoder of a turning table, and beside noise that two gyros share.
 
-A pair whose weights are unlike holds no table motion, but is not the plain mean of the two.
+Two gyros with unlike shares of the table are weighted so that its motion cancels; what is left is
+not their plain mean.
 
 One gyro: nothing but the encoder tells the motion of the table from its noise, so the encoder's own
 wander counts as the gyro's. A second gyro on the table gives it away: both show the same. And the
@@ -45,26 +46,26 @@ from sagnac.table.kinematics import (
 from sagnac.table.motion import follow_table_together
 from sagnac.table.turns import FEW_TURNS, full_turns, mean_rate
 
-Pair = Callable[[Evidence, str], Estimate]
+WalkOfPair = Callable[[Evidence, str], Estimate]
 """Angle random walk per gyro of the one that is measured and another one, which is named."""
 
 # Standard errors beyond which nothing lies.
 _FAR: Final = 20.0
 
 
-def with_encoder(headline: Headline, evidence: Evidence, pair: Pair) -> Headline:
+def with_encoder(headline: Headline, evidence: Evidence, walk_of_pair: WalkOfPair) -> Headline:
     """The answer with what the encoder may have added to it or hides.
 
     Parameters
     ----------
     headline, evidence
         As the spectrum was read.
-    pair
-        Asked for if the encoder decides what one gyro shows.
+    walk_of_pair
+        Called if the encoder decides what one gyro shows.
     """
     table = evidence.table.estimate
     if table is not None and not evidence.measured.is_pair:
-        headline = _of_one(headline, evidence, table, pair)
+        headline = _of_one(headline, evidence, table, walk_of_pair)
     answer = for_plain_mean(evidence.measured, headline)
     return _with_latch_note(answer, headline.estimate, evidence)
 
@@ -133,7 +134,9 @@ _UNSEEN: Final = 0.3
 _AVERAGES: Final = 2 * LEAST_AVERAGES
 
 
-def _of_one(headline: Headline, evidence: Evidence, table: EstimatedTable, pair: Pair) -> Headline:
+def _of_one(
+    headline: Headline, evidence: Evidence, table: EstimatedTable, walk_of_pair: WalkOfPair
+) -> Headline:
     """The answer of one gyro; another one on the table tells what its encoder adds, if there is."""
     recording, name, own = evidence.corrected, evidence.measured.gyros[0], headline.estimate
     others = (
@@ -142,7 +145,7 @@ def _of_one(headline: Headline, evidence: Evidence, table: EstimatedTable, pair:
         if gyro.name != name and abs(Profile.of(recording, gyro).share) > LEAST_SHARE
     )
     other = next(others, None)
-    two = None if other is None else pair(evidence, other)
+    two = None if other is None else walk_of_pair(evidence, other)
     if other is None or two is None or two.status == "not observable":
         return _by_lowest_frequencies(_without_second_gyro(headline, evidence, table), evidence)
     # All of what the two hold may be the noise of one, whose weight is one within their shares.
@@ -268,6 +271,7 @@ def _bounds(
 ) -> tuple[float, float]:
     """Half intervals that no estimate beats, with the noise of the encoder and without it."""
     measured, rate = evidence.measured, evidence.measured.sample_rate
+    confidence = evidence.settings.confidence
     of_encoder = abs(measured.share(evidence.table.shares)) * white_noise(table) / measured.size
     quantization = spectrum.average.coefficients["quantization"]
     in_all = quantization.value if quantization.status == "estimated" else of_encoder
@@ -275,7 +279,8 @@ def _bounds(
     own = min(math.sqrt(max(in_all**2 - of_encoder**2, 0.0)), of_gyros / measured.size)
     seconds = measured.angle.size / rate
     bound, without = (
-        half_interval(walk, white, sample_rate=rate, seconds=seconds) for white in (in_all, own)
+        half_interval(walk, white, sample_rate=rate, seconds=seconds, confidence=confidence)
+        for white in (in_all, own)
     )
     return bound, without
 
@@ -285,8 +290,10 @@ def _half(answer: Estimate) -> float:
     return 0.5 * (answer.high - answer.low) / answer.value
 
 
-def half_interval(walk: float, white: float, *, sample_rate: float, seconds: float) -> float:
-    """Half interval of 95 %, as a part of N, that no estimate without bias beats.
+def half_interval(
+    walk: float, white: float, *, sample_rate: float, seconds: float, confidence: float
+) -> float:
+    """Half interval, as a part of N, that no estimate without bias beats.
 
     Of all ordinates of the spectrum N^2 + Q^2 (2 r sin(pi f/r))^2 / r, with Q unknown, too.
 
@@ -296,6 +303,8 @@ def half_interval(walk: float, white: float, *, sample_rate: float, seconds: flo
         N, rad/sqrt(s), and Q, rad: white noise of each sample.
     sample_rate, seconds
         r, Hz, and the length of the record.
+    confidence
+        Of the interval.
     """
     edges = np.geomspace(1.0 / seconds, 0.5 * sample_rate, _POINTS)
     frequency, count = np.sqrt(edges[1:] * edges[:-1]), np.diff(edges) * seconds
@@ -303,7 +312,7 @@ def half_interval(walk: float, white: float, *, sample_rate: float, seconds: flo
     slopes = np.stack([np.ones_like(shape), shape]) / (walk**2 + white**2 * shape)
     information = (slopes * count) @ slopes.T
     square = 1.0 / (information[0, 0] - information[0, 1] ** 2 / information[1, 1])
-    return 1.96 * math.sqrt(square) / (2.0 * walk**2)
+    return float(ndtri(0.5 + 0.5 * confidence)) * math.sqrt(square) / (2.0 * walk**2)
 
 
 def white_noise(angle: FloatArray) -> float:

@@ -1,4 +1,4 @@
-"""Why N is what it is: every candidate in one list, the one rule, and what moves the answer then.
+"""Why N is what it is: the candidates, the one rule, and what moves the answer then.
 
 The rule: **the first candidate of the list that the data bear out is the answer.**
 
@@ -7,20 +7,20 @@ The rule: **the first candidate of the list that the data bear out is the answer
 ==  ============================  ==================================================================
 1   Step 4 of the paper           the method is the paper's, and the fit of the curve shows N
 2   whole band, every sample      the levels of the spectrum bear out a likelihood of five terms
-3   whole band, fewer angles      the same by the levels of the angles of the curve's fit; every
-                                  sample is described up to half their rate, allows the value, and
-                                  tells less of it
-4   average over bands and terms  N rules three bins or more
+3   whole band, fewer angles      the same of the angles of the likelihood fit (`Evidence.fine`);
+                                  every sample is described up to half their rate, allows the
+                                  value, and tells less of it
+4   average over bands and terms  N rules three bins or more (`noise.model_average`)
 5   likelihood fit alone          too little is left for levels, and the curve allows the value
 6   lowest point of the curve     a cluster time is left that no low-pass lowers: an upper bound
-7   levels below a roll-off       two bins or more lie there: an upper bound
+7   levels below a roll-off       two bins or more lie there (`noise.bounds`): an upper bound
 ==  ============================  ==================================================================
 
-If the levels neither bear out 2 or 3 nor reject it, it is the answer, and its interval holds that
-of 4, too. The paper's methods know 1 and 6 alone, and a search for lines that did not come to an
-end leaves 6 alone, with the lines in. If nothing is borne out, N is not observable.
+If the levels neither bear out 2 or 3 nor reject it, this candidate is the answer, and its interval
+holds that of 4, too. The paper's methods know 1, 6 and 7 alone, and a search for lines that did not
+come to an end leaves 6 and 7, with the lines in. If nothing is borne out, N is not observable.
 
-The answer then goes through five steps, each a line of `answer`:
+The answer then goes through five steps, in this order in `answer`:
 
 1. its interval holds N over parts of the record if these disagree (`averaged.Parts`);
 2. Q, B, K and R beside it are no more than the curve allows (`noise.bounds`);
@@ -42,7 +42,7 @@ from sagnac.analysis.averaged import (
     roll_off_of,
     spectrum_of,
 )
-from sagnac.analysis.encoder import Pair, with_encoder, with_shared_noise
+from sagnac.analysis.encoder import WalkOfPair, with_encoder, with_shared_noise
 from sagnac.analysis.evidence import Evidence, Points, curve_of, points_at
 from sagnac.analysis.settings import PUBLISHED
 from sagnac.analysis.trust import apply_findings
@@ -62,15 +62,15 @@ _VETO: Final = 1e-4
 _FILTERED: Final = 10.0
 
 
-def answer(evidence: Evidence, pair: Pair, *, brief: bool = False) -> Headline:
+def answer(evidence: Evidence, walk_of_pair: WalkOfPair, *, brief: bool = False) -> Headline:
     """The answer, with the fits that stand beside it.
 
     Parameters
     ----------
     evidence
         All that it is read from.
-    pair
-        Asked for if the encoder decides what one gyro shows.
+    walk_of_pair
+        Called if the encoder decides what one gyro shows.
     brief
         Whether to leave out noise that two gyros share, and notes that touch no figure.
 
@@ -80,7 +80,7 @@ def answer(evidence: Evidence, pair: Pair, *, brief: bool = False) -> Headline:
         If the settings are strict and something is found that they do not accept.
     """
     headline = _within_curve(evidence, _with_parts(first_candidate(evidence)))
-    headline = with_encoder(headline, evidence, pair)
+    headline = with_encoder(headline, evidence, walk_of_pair)
     if not brief:
         headline = with_shared_noise(headline, evidence)
     return apply_findings(headline, evidence, brief=brief)
@@ -149,9 +149,9 @@ def _within_curve(evidence: Evidence, headline: Headline) -> Headline:
 def _spectrum(evidence: Evidence) -> AnswerSpectrum | None:
     """The spectrum of every sample; None if too little is left for levels.
 
-    Angles are taken as often as the readout is dithered, at least as often as those of the fit. The
-    frequencies of an encoder's error that the angles of the fit do not see are left out; if they
-    see one, it is slow, and its steps count.
+    Angles are taken as often as the noise crosses the steps of the readout, at least as often as
+    those of the likelihood fit. The frequencies of an encoder's error that the angles of the fit do
+    not see are left out; if they see one, it is slow, and its steps count.
     """
     left, points, readout = evidence.left, evidence.fine, evidence.readout
     if readout.every is None:
@@ -270,7 +270,7 @@ def _likelihood_alone(evidence: Evidence) -> Headline | None:
         return None
     # A fit that is known not to describe its spectrum yields to the curve much sooner.
     chance = _VETO if fit.departure == 0.0 else 1.0 - evidence.settings.confidence
-    veto = _highest(evidence, None, chance)
+    veto = _highest_walk(evidence, None, chance)
     if veto is None or walk.low <= veto.value:
         return Headline(estimate=walk, source=_likelihood_source(channel, evidence.fine, fit))
     text = (
@@ -282,22 +282,23 @@ def _likelihood_alone(evidence: Evidence) -> Headline | None:
 
 def _curve(evidence: Evidence, every: AnswerSpectrum | None) -> Headline | None:
     """The lowest point of the curve."""
-    bound = _highest(evidence, every, 1.0 - evidence.settings.confidence)
+    bound = _highest_walk(evidence, every, 1.0 - evidence.settings.confidence)
     if bound is None:
         return None
+    channel = _bounded_channel(evidence)
     return Headline(
         estimate=_no_walk(evidence).estimate.bounded(bound.value),
-        source=f"lowest point of the curve of {_bounded(evidence)} against the slope of the ARW",
+        source=f"lowest point of the curve of {channel} against the slope of the ARW",
     )
 
 
 def _levels(evidence: Evidence, every: AnswerSpectrum | None) -> Headline:
     """The levels below a roll-off, which are the last resort."""
-    nothing, bounded = _no_walk(evidence), _bounded(evidence)
+    nothing, channel = _no_walk(evidence), _bounded_channel(evidence)
     estimate = nothing.estimate if every is None else every.average.angle_random_walk
     if estimate.status == "not observable":
-        return replace(nothing, source=f"nothing: no candidate is borne out by {bounded}")
-    return Headline(estimate=estimate, source=f"the spectrum of {bounded} below its roll-off")
+        return replace(nothing, source=f"nothing: no candidate is borne out by {channel}")
+    return Headline(estimate=estimate, source=f"the spectrum of {channel} below its roll-off")
 
 
 # ---- what several candidates ask ---------------------------------------------------------
@@ -317,12 +318,14 @@ def _likelihood_source(channel: str, points: Points, fit: Fit) -> str:
     )
 
 
-def _bounded(evidence: Evidence) -> str:
+def _bounded_channel(evidence: Evidence) -> str:
     """Name of what a bound is of."""
     return evidence.measured.channel + ("" if evidence.left.is_finished else " with its lines in")
 
 
-def _highest(evidence: Evidence, every: AnswerSpectrum | None, chance: float) -> CurveBound | None:
+def _highest_walk(
+    evidence: Evidence, every: AnswerSpectrum | None, chance: float
+) -> CurveBound | None:
     """Largest N that the curve allows except with a probability.
 
     Of a search that did not come to an end, the curve with all lines in: lines only raise a curve,

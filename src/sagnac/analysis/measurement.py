@@ -274,7 +274,7 @@ def with_order_phases(table: TurningTable, measured: Measurement) -> TurningTabl
     drift = order_drift(table.estimate, measured.angle, measured.sample_rate, share=share)
     if drift is None:
         return table
-    led = replace(table, estimate=table.estimate.led(drift))
+    led = replace(table, estimate=table.estimate.with_drift(drift))
     rate = mean_rate(table.estimate.angle, measured.sample_rate)
     # A delay that was fitted has a change of its own, with an error that the orders undo.
     fitted = 0.0 if table.estimate.delay is None else table.estimate.delay.change
@@ -432,7 +432,7 @@ def remainder_of(
         )
         removal = _nothing_removed(measured.angle, *([] if table is None else [left_in]))
     else:
-        # Steps 1 to 3 of the paper, which search each gyro of a pair first.
+        # Steps 1 to 3 of the paper; `search` says whether the difference comes first.
         angles = {measured.channel: measured.angle}
         if measured.is_pair:
             angles = {name: angle_of(recording.gyro(name), rate) for name in measured.gyros}

@@ -116,7 +116,7 @@ def choose(columns: Sequence[Column], statements: Statements) -> Choice:
 
 
 def find(columns: Sequence[Column], name: str) -> Column | None:
-    """The column of that full name, else the only one of that name without its unit, or number.
+    """The column of that full name; else the only one of that name without a unit; else by number.
 
     Raises
     ------

@@ -17,6 +17,7 @@ import numpy as np
 from scipy.special import gammaincinv
 
 from sagnac.core.arrays import BooleanArray, FloatArray
+from sagnac.noise.band_models import FLOOR
 from sagnac.noise.estimates import Estimate
 from sagnac.noise.laws import (
     COEFFICIENT_NAMES,
@@ -36,8 +37,6 @@ _BEND: Final = 0.6
 _SIGNIFICANT: Final = 4.0
 # Slope behind a bend from which on it is a fall.
 _FALLS: Final = -0.3
-# Relative error of a level beside its chance.
-_FLOOR: Final = 0.03
 # Cluster times shorter than this many periods of the roll-off are lowered by more than 2.5 % by a
 # first-order low-pass: its Allan variance is N^2/tau (1 - 3/(2 r)), r = 2 pi f tau.
 PERIODS: Final = 5.0
@@ -93,7 +92,7 @@ def roll_off(levels: Levels) -> RollOff:
         The bin where the fall begins, less what is lowered before it is seen.
     """
     place, height = np.log(levels.frequency), np.log(levels.level)
-    error = np.sqrt(1.0 / levels.shape + _FLOOR**2)
+    error = np.sqrt(1.0 / levels.shape + FLOOR**2)
     for middle in range(2, place.size - 2):
         before = slice(max(0, middle - _SIDE), middle + 1)
         behind = slice(middle, min(place.size, middle + _SIDE + 1))
@@ -149,9 +148,8 @@ def highest_coefficient(levels: Levels, law: FloatArray, confidence: float) -> f
     below = levels.frequency <= roll_off(levels).frequency
     if np.count_nonzero(below) < _LEAST:
         return math.nan
-    shape = levels.shape[below]
-    chance = (1.0 - confidence) / shape.size
-    highest = levels.level[below] * shape / gammaincinv(shape, chance)
+    freedom = 2.0 * levels.shape[below]
+    highest = levels.level[below] * _limit_of_variance(freedom, (1.0 - confidence) / freedom.size)
     return math.sqrt(float((highest / law[below]).min()))
 
 

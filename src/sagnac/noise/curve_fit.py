@@ -9,7 +9,7 @@ from typing import Final, Literal
 import numpy as np
 from scipy.linalg import solve_triangular
 
-from sagnac.core.arrays import FloatArray
+from sagnac.core.arrays import BooleanArray, FloatArray
 from sagnac.core.errors import Note, RecordingError, require_confidence, rounded
 from sagnac.noise.estimates import Estimate, Fit, FitName, rooted, unobserved
 from sagnac.noise.laws import (
@@ -37,9 +37,8 @@ _FIRST_TERMS: Final[tuple[CoefficientName, ...]] = (
     "rate_random_walk",
     "rate_ramp",
 )
-POINT_ERROR: Final = 0.1
-"""Relative error of a point above which the paper neither shows nor fits it."""
-
+# Relative error of a point above which the paper neither shows nor fits it.
+_POINT_ERROR: Final = 0.1
 # Most rounds in which weights follow a solution.
 _ROUNDS: Final = 20
 _Metric = Literal["covariance", "relative", "plain"]
@@ -319,6 +318,14 @@ def weighted_fit(curve: StabilityCurve, *, confidence: float = 0.95) -> Fit:
     return _curve_fit("weighted", model, confidence, notes)
 
 
+def is_in_paper(curve: StabilityCurve) -> BooleanArray:
+    """(points,) whether the paper shows and fits a point: its IEEE error is 10 % or less."""
+    increments = curve.samples - (curve.kind == "angle")
+    clusters = np.rint(curve.tau * curve.sample_rate).astype(np.int64).tolist()
+    errors = np.array([ieee_relative_error(increments, cluster) for cluster in clusters])
+    return np.asarray(errors <= _POINT_ERROR)
+
+
 def _model(curve: StabilityCurve, squares: Squares | None) -> tuple[CurveModel, tuple[Note, ...]]:
     """Points that have a variance, and as many terms as there are points for.
 
@@ -338,8 +345,7 @@ def _model(curve: StabilityCurve, squares: Squares | None) -> tuple[CurveModel, 
     metric: _Metric = "covariance"
     if squares is not None:
         metric = "relative" if squares == "relative" else "plain"
-        for place in np.flatnonzero(kept):
-            kept[place] = ieee_relative_error(angles - 1, int(every[place])) <= POINT_ERROR
+        kept &= is_in_paper(curve)
     if squares == "two terms":
         kept &= every * interval <= SHORT * (1.0 + 1e-9)
         wanted = _FIRST_TERMS[:2]

@@ -110,8 +110,8 @@ def with_error_of_bins(levels: Levels, models: BandModels, error: float) -> Band
     return replace(models, covariance=models.covariance @ found @ models.covariance)
 
 
-# Variance of a model's value over that of its fit, measured on the gallery of troublesome gyros:
-# its band was chosen with the same data.
+# Variance of a model's value over that of its fit, measured on `benchmarks/gallery.py`: its band
+# was chosen with the same data.
 _WIDER: Final = 1.1
 # Shapes from which on the gamma law is normal in its cube root.
 _NORMAL: Final = 3000.0

@@ -21,14 +21,13 @@ import numpy as np
 from sagnac.analysis.evidence import Evidence
 from sagnac.analysis.pipeline import answer_of
 from sagnac.analysis.settings import Settings
-from sagnac.core.arrays import BooleanArray
 from sagnac.core.documents import finite
 from sagnac.core.errors import RecordingError
 from sagnac.core.processes import GIBIBYTE, Means, Standing, completed, nobody
 from sagnac.core.units import DEGREE, DEGREE_PER_ROOT_HOUR
 from sagnac.core.whole_files import replacing
 from sagnac.lines.published import AS_PRINTED, FAIR
-from sagnac.noise.curve_fit import paper_fit
+from sagnac.noise.curve_fit import is_in_paper, paper_fit
 from sagnac.noise.estimates import Estimate, Status, unobserved
 from sagnac.noise.readings import PLAIN, ReadingName
 from sagnac.paper.prediction import (
@@ -49,12 +48,8 @@ from sagnac.report.quantities import curve_columns
 from sagnac.rig.config import RigConfig
 from sagnac.rig.simulate import Simulation, simulate
 from sagnac.stability.curve import StabilityCurve
-from sagnac.stability.noise_type import ieee_relative_error
 
 # ---- outcome -----------------------------------------------------------------------
-
-# Relative error above which the paper shows and fits no point of a curve.
-_PAPER_POINT_ERROR: Final = 0.1
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -118,7 +113,7 @@ def outcome_of(run: Run, simulation: Simulation) -> Outcome:
         lines=len(evidence.lines),
         least_squares=least_squares_of(evidence.curve),
         readings={name: one / DEGREE_PER_ROOT_HOUR for name, one in readings.items()},
-        curve={**curve_columns(evidence.curve), "shown": _shown(evidence.curve).tolist()},
+        curve={**curve_columns(evidence.curve), "shown": is_in_paper(evidence.curve).tolist()},
     )
 
 
@@ -129,13 +124,6 @@ def _step_4(evidence: Evidence) -> Estimate:
     except RecordingError:
         return unobserved("angle_random_walk", evidence.settings.confidence)
     return fit.coefficients["angle_random_walk"]
-
-
-def _shown(curve: StabilityCurve) -> BooleanArray:
-    """(points,) whether the paper shows and fits a point: its error is 10 % or less."""
-    clusters = np.round(curve.tau * curve.sample_rate).astype(int).tolist()
-    errors = [ieee_relative_error(curve.samples - 1, cluster) for cluster in clusters]
-    return np.array(errors) <= _PAPER_POINT_ERROR
 
 
 def _rate_sampled(recording: Recording, name: str, interval: float) -> Recording:
@@ -159,7 +147,7 @@ def least_squares_of(curve: StabilityCurve) -> dict[Form, float]:
     dict
         deg/sqrt(h), signed as `least_squares` says; empty with fewer than five points.
     """
-    kept = _shown(curve)
+    kept = is_in_paper(curve)
     if np.count_nonzero(kept) < FITTED_TERMS:
         return {}
     return {

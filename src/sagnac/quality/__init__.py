@@ -2,5 +2,5 @@
 
 `check` holds the list of detectors and walks it; `profile` is what they are given of a channel,
 `effects` what a finding does to N; `samples`, `distribution`, `readout`, `encoder` and `physics`
-are the detectors, by what they look at. It knows no spectra and no fits.
+are the detectors, by what they look at. It uses neither the room of spectra nor that of fits.
 """

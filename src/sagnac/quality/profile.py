@@ -29,6 +29,7 @@ from sagnac.core.errors import Note, counted
 from sagnac.core.units import DEGREE, UNITS, split_factor
 from sagnac.quality import _kernels
 from sagnac.recording.channel import Channel, by_blocks, longest_unmarked, number_of
+from sagnac.recording.encoder_readings import share_of_turns
 from sagnac.recording.model import MINIMUM_SAMPLES, Recording, second_of
 
 Notes = tuple[Note, ...]
@@ -409,11 +410,7 @@ class Profile:
         """Share of the table's rate that a gyro senses; NaN if nothing turns."""
         if self.table is None:
             return math.nan
-        rates = self.table.rates
-        turning = np.abs(rates) > max(0.2 * self.table.usual_rate, 0.05 * DEGREE)
-        if not turning.any():
-            return math.nan
-        return float(np.median(self.rates[turning] / rates[turning]))
+        return share_of_turns(self.rates, self.table.rates, least=0.05 * DEGREE)
 
     @property
     def usual_rate(self) -> float:

@@ -61,7 +61,7 @@ class Readout:
     Attributes
     ----------
     step
-        rad. For an angle that is dithered from sample to sample, the smallest change there is.
+        rad. If the noise crosses several steps from sample to sample, the smallest change there is.
     every
         The error is white if one in `every` samples is taken, a power of two: 1 if the angle is
         dithered as it is. None if too few samples are left before that.

@@ -634,7 +634,7 @@ def with_lost_readings(
 
 
 def _share(angle: FloatArray, table: FloatArray, sample_rate: float) -> float:
-    """Share of the table's rate that a gyro senses; 0 if nothing turns."""
+    """Share of the table's rate that a gyro senses, by some of its angles; 0 if nothing turns."""
     ahead = max(1, round(_AHEAD * sample_rate))
     if table.size <= ahead:
         return 0.0
@@ -642,10 +642,22 @@ def _share(angle: FloatArray, table: FloatArray, sample_rate: float) -> float:
     by_table = table[places + ahead] - table[places]
     by_gyro = angle[places + ahead] - angle[places]
     known = np.isfinite(by_table)
-    if not known.any():
-        return 0.0
-    turning = known & (np.abs(by_table) > 0.2 * np.quantile(np.abs(by_table[known]), 0.9))
-    return float(np.median(by_gyro[turning] / by_table[turning])) if turning.any() else 0.0
+    return float(np.nan_to_num(share_of_turns(by_gyro[known], by_table[known])))
+
+
+def share_of_turns(gyro: FloatArray, table: FloatArray, least: float = 0.0) -> float:
+    """Share of the table's turns that a gyro senses; NaN if nothing turns.
+
+    Parameters
+    ----------
+    gyro, table
+        (spans,) turn of each in the same spans, or mean rate.
+    least
+        Turn of the table above which it turns.
+    """
+    size = np.abs(table)
+    turning = size > max(0.2 * float(np.quantile(size, 0.9)) if size.size else 0.0, least)
+    return float(np.median(gyro[turning] / table[turning])) if turning.any() else math.nan
 
 
 def _bridged(

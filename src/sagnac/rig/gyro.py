@@ -9,17 +9,15 @@ from dataclasses import dataclass
 from typing import Final, Self
 
 import numpy as np
-from scipy.signal import butter, lfilter, sosfilt, sosfilt_zi
+from scipy.signal import butter, sosfilt, sosfilt_zi
 
 from sagnac.core.arrays import FloatArray
-from sagnac.core.units import ARCSECOND, DEGREE, DEGREE_PER_HOUR, Sensor, field_unit
+from sagnac.core.units import DEGREE_PER_HOUR, Sensor, field_unit
 from sagnac.rig import _kernels
 from sagnac.rig.config import RigConfig
 from sagnac.rig.ring_laser import (
     angle_random_walk,
-    dither_frequency,
     dither_of,
-    left_of,
     mean_rate,
     ring_lasers_of,
 )
@@ -218,63 +216,6 @@ def _mean_of_ends(steps: FloatArray) -> tuple[FloatArray, FloatArray]:
     remainder = 2.0 * (steps - 2.0 * half) / steps**2
     # Without the cancellation that short steps bring.
     return half / steps, np.where(steps < 0.01, steps / 6.0, remainder)
-
-
-# ---- dither that is left -------------------------------------------------------------
-
-
-class DitherMotion:
-    """The dither of one gyro in its stationary state.
-
-    Parameters
-    ----------
-    config
-        Of the rig.
-    axis
-        0, 1 or 2 of the gyro x, y or z.
-    random
-        Its stream.
-    """
-
-    def __init__(self, config: RigConfig, axis: int, random: np.random.Generator) -> None:
-        gyro, dither, sample_rate = config.gyro, config.dither, config.sample_rate_hz
-        frequency = dither_frequency(gyro, dither, axis)
-        self._amplitude = gyro.dither_rate_deg_per_s * DEGREE / (2.0 * math.pi * frequency)
-        self._left = self._amplitude * left_of(gyro, dither, axis)
-        self._cycles = frequency / sample_rate
-        self._phase = float(random.uniform(-np.pi, np.pi))
-        # Of the random part: correlation from one sample to the next, what each of its two
-        # components gains, and the two at the last sample, as parts of the amplitude.
-        self._decay = math.exp(-1.0 / (sample_rate * dither.ring_down_s))
-        self._spread = gyro.dither_amplitude_noise * math.sqrt(1.0 - self._decay**2)
-        self._shaken = gyro.dither_amplitude_noise * random.standard_normal((1, 2))
-        self._noise = dither.pickoff_noise_arcsec * ARCSECOND
-        self._random = random
-
-    def advance(self, first: int, angle: FloatArray) -> FloatArray:
-        """Add what is left at the next samples to the gyro's angle.
-
-        Parameters
-        ----------
-        first
-            Number of the first sample.
-        angle
-            (n,) rad.
-
-        Returns
-        -------
-        FloatArray
-            (n,) what the pick-off shows, arcsec.
-        """
-        drawn = self._random.standard_normal((angle.size, 3))
-        begun = self._decay * self._shaken
-        shaken, _ = lfilter([self._spread], [1.0, -self._decay], drawn[:, :2], axis=0, zi=begun)
-        self._shaken = shaken[-1:]
-        cycles = (first + np.arange(angle.size)) * self._cycles
-        even = np.exp(1j * (2.0 * np.pi * (cycles - np.floor(cycles)) + self._phase))
-        swing = (1.0 + shaken[:, 0] + 1j * shaken[:, 1]) * even
-        angle += (self._left * swing).real
-        return np.asarray((self._amplitude * swing.real + self._noise * drawn[:, 2]) / ARCSECOND)
 
 
 # ---- the whole gyro ------------------------------------------------------------------

@@ -44,6 +44,7 @@ from typing import Final
 
 import numpy as np
 from numpy.typing import ArrayLike
+from scipy.signal import lfilter
 
 from sagnac.core.arrays import FloatArray
 from sagnac.core.units import ARCSECOND, DEGREE, DEGREE_PER_HOUR, DEGREE_PER_ROOT_HOUR
@@ -83,7 +84,7 @@ class RingLaser:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Dither:
-    """Sinusoidal rate dither whose amplitude is drawn anew for each half cycle.
+    """Sinusoidal rate dither whose random amplitude makes turn-arounds independent.
 
     Attributes
     ----------
@@ -218,3 +219,68 @@ def left_of(gyro: GyroConfig, dither: DitherConfig, axis: int) -> complex:
     """Part of the dither that is left in the angle: 1 less the gain, delayed, of the stripping."""
     late = 2.0 * math.pi * dither_frequency(gyro, dither, axis) * dither.delay_s[axis]
     return 1.0 - (1.0 - dither.residue[axis]) * cmath.exp(-1j * late)
+
+
+# ---- dither that is left -------------------------------------------------------------
+
+
+class DitherMotion:
+    """The dither of one gyro in its stationary state.
+
+    Parameters
+    ----------
+    gyro, dither
+        Of the rig.
+    axis
+        0, 1 or 2 of the gyro x, y or z.
+    sample_rate
+        Hz.
+    random
+        Its stream.
+    """
+
+    def __init__(
+        self,
+        gyro: GyroConfig,
+        dither: DitherConfig,
+        axis: int,
+        sample_rate: float,
+        random: np.random.Generator,
+    ) -> None:
+        frequency = dither_frequency(gyro, dither, axis)
+        self._amplitude = gyro.dither_rate_deg_per_s * DEGREE / (2.0 * math.pi * frequency)
+        self._left = self._amplitude * left_of(gyro, dither, axis)
+        self._cycles = frequency / sample_rate
+        self._phase = float(random.uniform(-np.pi, np.pi))
+        # Of the random part: correlation from one sample to the next, what each of its two
+        # components gains, and the two at the last sample, as parts of the amplitude.
+        self._decay = math.exp(-1.0 / (sample_rate * dither.ring_down_s))
+        self._spread = gyro.dither_amplitude_noise * math.sqrt(1.0 - self._decay**2)
+        self._shaken = gyro.dither_amplitude_noise * random.standard_normal((1, 2))
+        self._noise = dither.pickoff_noise_arcsec * ARCSECOND
+        self._random = random
+
+    def advance(self, first: int, angle: FloatArray) -> FloatArray:
+        """Add what is left at the next samples to the gyro's angle.
+
+        Parameters
+        ----------
+        first
+            Number of the first sample.
+        angle
+            (n,) rad.
+
+        Returns
+        -------
+        FloatArray
+            (n,) what the pick-off shows, arcsec.
+        """
+        drawn = self._random.standard_normal((angle.size, 3))
+        begun = self._decay * self._shaken
+        shaken, _ = lfilter([self._spread], [1.0, -self._decay], drawn[:, :2], axis=0, zi=begun)
+        self._shaken = shaken[-1:]
+        cycles = (first + np.arange(angle.size)) * self._cycles
+        even = np.exp(1j * (2.0 * np.pi * (cycles - np.floor(cycles)) + self._phase))
+        swing = (1.0 + shaken[:, 0] + 1j * shaken[:, 1]) * even
+        angle += (self._left * swing).real
+        return np.asarray((self._amplitude * swing.real + self._noise * drawn[:, 2]) / ARCSECOND)

@@ -413,7 +413,7 @@ class GyroConfig(Section):
     dither_rate_deg_per_s
         peak rate of the dither
     dither_amplitude_noise
-        rms of the peak rate from swing to swing, as a part of it
+        rms of the random part of the peak rate, as a part of it; it lasts `dither.ring_down_s`
     low_pass_hz
         corner (-3 dB) of the sensor's own low-pass, 0 for none
     low_pass_order

@@ -30,8 +30,9 @@ from sagnac.recording.encoder_readings import table_of_readings, with_lost_readi
 from sagnac.recording.model import Channel, Recording
 from sagnac.rig.config import RigConfig
 from sagnac.rig.encoder import Encoder, NullPulse, within_turn
-from sagnac.rig.gyro import DitherMotion, Gyro, SensorErrors
+from sagnac.rig.gyro import Gyro, SensorErrors
 from sagnac.rig.own_motion import Disturbances, Nutation, mount_of
+from sagnac.rig.ring_laser import DitherMotion
 from sagnac.rig.sections import SENSOR_NAMES, AccelerometerConfig, GyroConfig
 from sagnac.rig.table import Differences, Motion, Table, fastest_rate, random_streams
 from sagnac.rig.truth import Truth, truth_of
@@ -118,7 +119,10 @@ class Rig:
         ]
         self._dithers: list[DitherMotion] = []
         if config.dither.is_left:
-            self._dithers = [DitherMotion(config, axis, streams.dither[axis]) for axis in axes]
+            self._dithers = [
+                DitherMotion(config.gyro, config.dither, axis, config.sample_rate_hz, random)
+                for axis, random in zip(axes, streams.dither, strict=True)
+            ]
         self._accelerometers: list[Gyro] = []
         if config.accelerometer.mode == "triad":
             self._accelerometers = [

@@ -156,7 +156,7 @@ def _count_gaps(
         remedy = "use gaps='omit' or fill them first"
     elif count and only_whole is not None:
         marks, what = missing, f"missing and {only_whole} needs a whole record"
-        remedy = "gaps='omit' works with oadev, mdev and ohdev"
+        remedy = "gaps='omit' works with adev, oadev, mdev, tdev, hdev, ohdev and haar"
     else:
         return count
     first = first_of(marks)

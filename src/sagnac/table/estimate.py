@@ -150,8 +150,8 @@ class EstimatedTable:
     corner: float = math.inf
     delay: Delay | None = None
 
-    def led(self, drift: Drift) -> Self:
-        """The same table, its angle without a drift."""
+    def with_drift(self, drift: Drift) -> Self:
+        """The same table with a drift added to its angle."""
         last, angle = max(self.angle.size - 1, 1), empty(self.angle.size)
         for block in blocks(angle.size):
             off = drift.value * (np.arange(block.start, block.stop) / last - 0.5)
