@@ -14,9 +14,9 @@ from pathlib import Path
 from typing import Final
 
 from sagnac.analysis.pipeline import analyze
+from sagnac.analysis.planning import shown_by
 from sagnac.analysis.result import Analysis
 from sagnac.analysis.settings import Settings
-from sagnac.analysis.verdict import shown_by
 from sagnac.formats import read
 from sagnac.rig.config import RigConfig, preset
 from sagnac.rig.simulate import write

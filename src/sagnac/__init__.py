@@ -34,10 +34,11 @@ from sagnac.core.version import __version__
 if TYPE_CHECKING:
     from sagnac import plot
     from sagnac.analysis.pipeline import analyze
+    from sagnac.analysis.planning import Plans, plan
     from sagnac.analysis.result import Analysis
     from sagnac.analysis.settings import Settings
     from sagnac.analysis.trial import Trial, trial
-    from sagnac.analysis.verdict import Plans, judge, plan
+    from sagnac.analysis.verdict import judge
     from sagnac.core.errors import MissingExtra, Note, RecordingError
     from sagnac.core.texts import keywords
     from sagnac.fleet.campaign import CampaignReport, campaign
@@ -75,10 +76,11 @@ _HOME: Final = {
     for module, names in {
         "navigation.align": "Foresight align",
         "analysis.pipeline": "analyze",
+        "analysis.planning": "Plans plan",
         "analysis.result": "Analysis",
         "analysis.settings": "Settings",
         "analysis.trial": "Trial trial",
-        "analysis.verdict": "Plans judge plan",
+        "analysis.verdict": "judge",
         "noise.estimates": "Estimate Fit",
         "noise.fit": "fit_coefficients",
         "noise.cross_spectra": "SelfNoise self_noise",

@@ -8,12 +8,12 @@ from scipy.signal import lfilter
 from scipy.special import ndtri
 
 import sagnac
-from sagnac.analysis.verdict import shown_by
+from sagnac.analysis.planning import shown_by
 from sagnac.noise.laws import STOCHASTIC_NAMES
 from sagnac.rig.config import preset
 from sagnac.spectrum.levels import robust_levels
 from sagnac.spectrum.tapered import tapered_spectrum
-from sagnac.verdict.judgement import LeftOut, Shown
+from sagnac.verdict.forecast import LeftOut, Shown
 
 WHITE = Shown(
     value=1.0,

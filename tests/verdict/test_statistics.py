@@ -5,7 +5,7 @@ import pytest
 from scipy.signal import butter, lfilter
 
 import sagnac
-from sagnac.analysis.verdict import shown_by
+from sagnac.analysis.planning import shown_by
 from sagnac.noise.model_average import average
 from sagnac.spectrum.levels import robust_levels
 from sagnac.spectrum.tapered import tapered_spectrum

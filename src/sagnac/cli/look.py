@@ -21,8 +21,8 @@ from sagnac.core.version import __version__
 from sagnac.report import error_text, findings_data, note_text
 
 if TYPE_CHECKING:
-    from sagnac.analysis.verdict import Plan, PlanRow
-    from sagnac.verdict.judgement import Shown
+    from sagnac.analysis.planning import Plan, PlanRow
+    from sagnac.verdict.forecast import Shown
 
 
 # ---- check -------------------------------------------------------------------------

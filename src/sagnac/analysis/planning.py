@@ -1,0 +1,244 @@
+"""How long to record: a forecast from the analysis of a short recording."""
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any, Final
+
+from sagnac.analysis.averaged import reaches
+from sagnac.analysis.pipeline import analyze
+from sagnac.analysis.result import Analysis, headline_coefficients
+from sagnac.core.arrays import pandas_for
+from sagnac.core.errors import RecordingError, is_finite, quoted
+from sagnac.lines.naming import WIDEST_BINS
+from sagnac.noise.laws import STOCHASTIC_NAMES
+from sagnac.recording.model import Recording
+from sagnac.verdict.forecast import LeftOut, Shown
+from sagnac.verdict.limits import Limit, Specification, specification_of
+
+# Cells that a fit leaves out on either side of what is masked.
+_BESIDE: Final = 1.0
+# Times as long as the recording: where the forecast asks what the answer will rest on.
+_LONGER: Final = 10.0
+# Share of the weight from which on fits under the beginning of a low-pass count.
+_FALLS: Final = 0.1
+
+
+def shown_by(analysis: Analysis) -> Shown:
+    """N of an analysis with its interval, and what a longer recording's answer will rest on.
+
+    That is the likelihood of the whole band or the average over bands, whichever is narrower after
+    ten times as long: the likelihood leaves every line out with up to forty cells of 1/duration,
+    and may use fewer angles than there are samples.
+
+    Raises
+    ------
+    RecordingError
+        If the recording does not estimate N.
+    """
+    walk, choice = analysis.angle_random_walk, analysis.average
+    duration = analysis.recording.duration
+    if walk.status != "estimated" or walk.low <= 0.0:
+        raise RecordingError(
+            f"N is {walk.status} after {duration:.4g} s, so that no interval can be forecast",
+            channel=analysis.channel,
+            remedy="record four times as long and ask again",
+        )
+    if choice is None or not choice.terms:
+        problem = "the answer rests on no band of the spectrum"
+        raise RecordingError(problem, channel=analysis.channel, remedy="record longer")
+    fit = analysis.fits.get("likelihood")
+    band = None if fit is None else fit.band
+    average = Shown(
+        value=walk.value,
+        low=walk.low,
+        high=walk.high,
+        confidence=walk.confidence,
+        coefficients={
+            name: found.value
+            for name, found in headline_coefficients(analysis).items()
+            if found.status == "estimated" and name in STOCHASTIC_NAMES
+        },
+        terms=STOCHASTIC_NAMES,
+        falls=choice.falls > _FALLS,
+        duration=duration,
+        highest=choice.band_hz[1],
+        interval=1.0 / analysis.recording.sample_rate,
+        left_out=() if band is None else tuple(_left_out(*one, duration) for one in band.masked),
+    )
+    # The likelihood of the whole band is the answer, stands beside the average, or nothing speaks
+    # against it but that so little of the band is left beside the lines.
+    if fit is None or band is None or not band.is_whole:
+        return average
+    if choice.member == "average" and (fit.departure != 0.0 or not reaches(choice, band.high)):
+        return average
+    whole_band = replace(average, highest=band.high, interval=band.interval, efficient=True)
+    return min((whole_band, average), key=lambda one: one.expected(_LONGER * duration))
+
+
+def _left_out(low: float, high: float, duration: float) -> LeftOut:
+    """Cells that a line or a band of vibration takes; a line takes as many at any duration."""
+    cells = min(0.5 * (high - low) * duration, WIDEST_BINS)
+    beside = cells / duration
+    return LeftOut(
+        low=min(low + beside, 0.5 * (low + high)),
+        high=max(high - beside, 0.5 * (low + high)),
+        cells=cells + _BESIDE,
+    )
+
+
+WIDTHS: Final = (0.1, 0.05, 0.02, 0.01)
+"""Half widths of the interval of N that a plan is for unless others are asked for."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PlanRow:
+    """One width or limit that is wanted, and how long it takes.
+
+    Attributes
+    ----------
+    half_width
+        Of the interval of N, relative; None if a limit is to be decided.
+    limit
+        That N is to be decided against, 90 % sure; None if a width is wanted.
+    hours
+        None if it takes over a year.
+    """
+
+    half_width: float | None = None
+    limit: Limit | None = None
+    hours: float | None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Plan:
+    """A forecast of how long to record one gyro.
+
+    Attributes
+    ----------
+    analysis
+        Of the short recording.
+    shown
+        What it shows of N.
+    rows
+        Widths, then limits.
+    """
+
+    analysis: Analysis
+    shown: Shown
+    rows: tuple[PlanRow, ...]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Plans:
+    """Forecasts of how long to record.
+
+    Attributes
+    ----------
+    plans
+        One for each gyro that was taken alone, or for the pair; one or more.
+    refused
+        Why there is none of a gyro, by name.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> rate = np.random.default_rng(1).standard_normal(6000)
+    >>> short = Recording.from_arrays(x=rate, kind="rate", unit="deg/h", sample_rate=10.0)
+    >>> answer = plan(short, within=0.01)
+    >>> answer.to_frame().half_width.tolist(), dict(answer.refused)
+    ([0.01], {})
+    """
+
+    plans: tuple[Plan, ...]
+    refused: Mapping[str, RecordingError]
+
+    def to_frame(self) -> Any:
+        """A pandas frame with a row for each gyro and each width or limit (rad/sqrt(s)).
+
+        Raises
+        ------
+        MissingExtra
+            If pandas is not installed.
+        """
+        rows = [
+            {
+                "channel": one.analysis.channel,
+                "half_width": row.half_width,
+                "limit_rad_per_sqrt_s": None if row.limit is None else row.limit.value,
+                "hours": row.hours,
+            }
+            for one in self.plans
+            for row in one.rows
+        ]
+        return pandas_for("a plan as a data frame").DataFrame(rows)
+
+
+def plan(
+    source: Analysis | Recording,
+    *,
+    within: float | Sequence[float] = WIDTHS,
+    specification: Specification | str | None = None,
+) -> Plans:
+    """Forecast from a short recording how long to record for an interval of N or to decide a limit.
+
+    Parameters
+    ----------
+    source
+        A short recording, or its analysis.
+    within
+        Half widths of the interval that are wanted, relative.
+    specification
+        Limits of N to decide; those of the analysis unless stated.
+
+    Raises
+    ------
+    RecordingError
+        If no gyro shows N with an interval.
+    ValueError
+        If a width is not between 0 and 1, or a limit is of another coefficient than N.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> rate = np.random.default_rng(1).standard_normal(6000)
+    >>> short = Recording.from_arrays(x=rate, kind="rate", unit="deg/h", sample_rate=10.0)
+    >>> wide, narrow = plan(short, within=[0.02, 0.01]).plans[0].rows
+    >>> 3.0 < narrow.hours / wide.hours < 6.0
+    True
+    """
+    within = (within,) if isinstance(within, float | int | str) else within
+    for width in within:
+        if not (is_finite(width) and 0.0 < width < 1.0):
+            raise ValueError(f"within is {quoted(width)}; give a half width such as 0.01")
+    if isinstance(specification, str):
+        specification = specification_of(specification)
+    analysis = source if isinstance(source, Analysis) else analyze(source)
+    specification = specification or analysis.settings.specification
+    limits = specification.limits if specification else ()
+    for limit in limits:
+        if limit.coefficient != "angle_random_walk":
+            raise ValueError(f"spec {limit.letter}: only an interval of N is forecast")
+    plans: list[Plan] = []
+    refused = dict(analysis.refused)
+    for name, one in (analysis.gyros or {analysis.channel: analysis}).items():
+        try:
+            shown = shown_by(one)
+        except RecordingError as error:
+            refused[name] = error
+            continue
+        rows = [
+            PlanRow(half_width=width, hours=_hours(shown.duration_for(width))) for width in within
+        ] + [
+            PlanRow(limit=limit, hours=_hours(shown.duration_to_decide(limit.value)))
+            for limit in limits
+        ]
+        plans.append(Plan(analysis=one, shown=shown, rows=tuple(rows)))
+    if not plans:
+        raise next(iter(refused.values()))
+    return Plans(plans=tuple(plans), refused=refused)
+
+
+def _hours(duration: float) -> float | None:
+    """A forecast duration in hours; None if a year is too short."""
+    return duration / 3600.0 if math.isfinite(duration) else None
