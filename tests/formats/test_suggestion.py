@@ -49,6 +49,11 @@ SECONDS = np.arange(ROWS) / 50.0
             {"columns": "x=2,y=3,z=4", "kind": "KIND", "unit": "UNIT", "time": "1:s"},
         ),
         (
+            "t,gx,gy,ax,T\ns,deg/s,deg/s,g,hPa",
+            (SECONDS, NOISE, NOISE, NOISE, NOISE),
+            {"columns": "x=gx,y=gy", "kind": "rate"},
+        ),
+        (
             "x[arcsec],alpha",
             (NOISE, NOISE),
             {"kind": "KIND", "table": "alpha:UNIT", "rate": "HZ"},

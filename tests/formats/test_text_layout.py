@@ -59,6 +59,19 @@ def test_a_line_of_units_stands_under_the_header():
     assert keys(found) == ("t", "X", "Y")
 
 
+@pytest.mark.parametrize(
+    ("lines", "units"),
+    [
+        ("t,x,z,T\nUTC,deg/s,deg/s,hPa\n", [None, "deg/s", "deg/s", None]),
+        ("t,x,z,T\n-,deg/s,,hPa\n", [None, None, None, None]),
+        ("IMU,IMU,IMU,IMU\ntime,deg,arcsec,x\n", [None, None, None, None]),
+    ],
+)
+def test_a_line_of_units_may_hold_others_too_if_half_are_known(lines, units):
+    row = "0.1,0.2,0.3,0.5\n"
+    assert [one.unit for one in layout(sample(lines + 20 * row)).columns] == units
+
+
 def test_every_comma_with_three_digits_behind_it_is_in_doubt_and_said():
     text = "x;z\n" + "".join(f"{n},125;{n},250\n" for n in range(1, 30))
     found = layout(sample(text))

@@ -48,7 +48,7 @@ _FORCE: Final = re.compile(r"acc|beschl|force|kraft|^f[_ ]?[xyz]|^a[_ ]?[xyz]", 
 _FORCE_AXIS: Final = (
     r"(?:^|[^a-z]|acc|accel|acceleration|beschleunigung|force|kraft|^[af]){axis}(?:$|[^a-z])"
 )
-_AXIS: Final = r"(?:^|[^a-z]|gyro?|omega|w|kreisel|rate){axis}(?:$|[^a-z])"
+_AXIS: Final = r"(?:^|[^a-z]|gyro?|(?:^|[^a-z])g|omega|w|kreisel|rate){axis}(?:$|[^a-z])"
 _MARKS: Final = set(",=\"'")
 # Samples by which a column that only rises, falls or stays is known to be no gyro.
 _LOOKED_AT: Final = 10_000

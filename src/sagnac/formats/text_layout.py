@@ -313,9 +313,12 @@ def _header(before: Sequence[str], split: _Split) -> tuple[list[str], list[str |
     filled = [i for i, line in enumerate(before) if line.strip(" \t,;|")]
     nothing = [""] * split.count
     units: list[str | None] = [None] * split.count
-    if len(filled) > 1 and len(stated := _units(_names(before[filled[-1]], split))) == split.count:
-        units = stated
-        filled.pop()
+    if len(filled) > 1:
+        above, last = (_names(before[line], split) for line in filled[-2:])
+        is_named = len(above) == len({*above}) == split.count
+        if len(stated := _units(last, is_named=is_named)) == split.count:
+            units = stated
+            filled.pop()
     if not filled:
         return nothing, units, 0
     line = filled[-1]
@@ -365,13 +368,17 @@ def _groups(line: str, split: _Split) -> list[str]:
     return groups if len({*groups}) > 1 else []
 
 
-def _units(fields: Sequence[str]) -> list[str | None]:
-    """The units in a line that holds nothing else; none if it does."""
+def _units(fields: Sequence[str], *, is_named: bool) -> list[str | None]:
+    """The units in a line that holds nothing else, half of them known; none if it does.
+
+    All have to be known unless the line above names every column: "UTC" and "hPa" are no unit here.
+    """
     bare = [text.strip("[]() ") for text in fields]
-    if not any(bare) or not all(not text or is_known(text) for text in bare):
+    known = [text if is_known(text) else None for text in bare]
+    filled = sum(map(bool, bare))
+    if not filled or sum(map(bool, known)) < (0.5 * filled if is_named else filled):
         return []
-    # A column of the name "s" or "as" may be one; two such in a row are units.
-    return [text or None for text in bare]
+    return known
 
 
 # ---- known tables ------------------------------------------------------------------
