@@ -284,8 +284,16 @@ def test_sensors_of_one_bias_that_take_turns_are_told_apart_by_their_noise(tmp_p
         bench(n, seconds=100.0, sample_rate=100.0, walk=walk, bias=0.0).rates["x"]
         for n, walk in ((1, 0.3), (2, 0.6))
     )
-    found = said(tmp_path, {"x": np.stack([quiet, loud], axis=1).ravel()}, **RATE)
-    assert any("2 sensors" in one for one in found)
+    mixed = np.stack([quiet, loud], axis=1).ravel()
+    assert any("2 sensors" in one for one in said(tmp_path, {"x": mixed}, **RATE))
+    # A table that reverses at once, beside mains at a quarter of the sample rate.
+    seconds = np.arange(mixed.size) / 100.0
+    turning = np.where(seconds // 17.0 % 2.0, -20.0, 20.0) + 3e-5 * np.sin(50.0 * np.pi * seconds)
+    table = {"table": np.rad2deg(np.cumsum(np.deg2rad(turning)) / 100.0)}
+    stated = {**RATE, "table": "table:deg", "gyros": ("x",)}
+    for noise, sensors in ((mixed, True), (np.concatenate([quiet, quiet[::-1]]), False)):
+        found = said(tmp_path, {"x": turning + 1e-4 * noise, **table}, **stated)
+        assert any("2 sensors" in one for one in found) == sensors
 
 
 def test_sensors_that_take_turns_on_a_table_are_told_apart(tmp_path):

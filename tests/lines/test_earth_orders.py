@@ -6,6 +6,7 @@ import pytest
 from sagnac.core.units import EARTH_RATE
 from sagnac.lines.joint_fit import earth_amplitudes
 from sagnac.lines.sampling import MOST_ORDERS, Sampling
+from sagnac.lines.search import remove_lines
 
 SAMPLE_RATE = 10.0
 # Below the samples that are kept at the least, so that all of them count.
@@ -56,3 +57,31 @@ def test_a_steady_table_makes_order_one_alone():
     found = amplitudes(TURNING)
     rippled = amplitudes(TURNING + 0.3 * np.sin(2.0 * TURNING))
     assert found.max() < 0.02 * rippled.max()
+
+
+@pytest.mark.parametrize("wander", [1e-5, 3e-2])
+def test_the_error_of_order_1_holds_what_earth_rate_trades_with_it(wander):
+    """The more evenly a table turns, the less tells Earth rate from order 1."""
+    misses, errors = [], []
+    for seed in range(8):
+        random = np.random.default_rng([31, seed])
+        seconds = np.arange(30_000) / SAMPLE_RATE
+        table = 0.7 * (seconds + wander * np.sin(0.11 * seconds + random.uniform(0.0, 6.0)) / 0.11)
+        walk = np.cumsum(1e-8 * random.standard_normal(table.size))
+        start, order = random.uniform(0.0, 6.0), 1e-5 * np.exp(1j * random.uniform(0.0, 6.0))
+        earth = EARTH_RATE * np.exp(1j * random.uniform(0.0, 6.0))
+        sensed = (earth * np.exp(1j * table)).real / SAMPLE_RATE
+        angle = np.cumsum(sensed) - 0.5 * sensed
+        angle += 0.5 * table + (order * np.exp(1j * (table + start))).real + walk
+        encoder = table + 1e-5 * random.standard_normal(table.size)
+        (line,) = (
+            one
+            for one in remove_lines(angle, encoder, SAMPLE_RATE, channel="x").lines
+            if (one.scale, one.frequency) == ("angle", 1.0)
+        )
+        misses.append(abs(line.amplitude * np.exp(1j * line.phase) - order * np.exp(1j * start)))
+        errors.append(line.amplitude_error)
+    off = np.square(np.array(misses) / errors)
+    # Chi-square of two for each of eight: a mean outside has a chance of 2e-4.
+    assert 0.34 < off.mean() < 5.75
+    assert (np.median(errors) > 1e-5) == (wander < 1e-3)

@@ -54,9 +54,11 @@ def check(file: typed.File, /, *, options: typed.Options = typed.NO_OPTIONS) -> 
 
         below = text.findings(findings), text.notes(recording.notes)
         print(text.blocks(text.recording(recording), *below), end="\n\n")
-        print(f"read with: {_command_for(file, statement)}")
+        turns = recording.table is not None
+        print(f"read with: {_command_for(file, statement, turns=turns)}")
         if besides := accelerometers_in(file, statement):
-            print(f"with its accelerometers: {_command_for(file, statement, besides)}")
+            command = _command_for(file, statement, besides, turns=turns)
+            print(f"with its accelerometers: {command}")
     refused = ("error", "warning") if settings.strict else ("error",)
     errors = [finding for finding in findings if finding.level in refused]
     if not errors:
@@ -77,7 +79,11 @@ def _suggest(file: Path, statement: "sagnac.Statement") -> None:
     if "columns" in lacking:
         # They name the gyros, too.
         statement = replace(statement, gyros=None)
-    command = _command_for(file, statement, lacking)
+    from sagnac.core.units import split_header
+    from sagnac.recording.columns import TABLE_NAMES
+
+    turns = any(split_header(name)[0] in TABLE_NAMES for name in sagnac.columns(file))
+    command = _command_for(file, statement, lacking, turns=turns)
     words = re.findall(r"\b(?:KIND|UNIT|HZ|SIZE|COLUMN)\b", command)
     said = "To read it, put in what stands in capitals"
     if not words:
@@ -104,12 +110,16 @@ def _suggest(file: Path, statement: "sagnac.Statement") -> None:
 
 
 def _command_for(
-    file: Path, statement: "sagnac.Statement", besides: Mapping[str, str] | None = None
+    file: Path,
+    statement: "sagnac.Statement",
+    besides: Mapping[str, str] | None = None,
+    *,
+    turns: bool = False,
 ) -> str:
     """The command that would read a file with what is stated, and with other options besides."""
     options = _options_of(statement, besides or {})
-    still = options.get("table", "none") == "none"
-    words = ["sagnac", "avar" if still else "analyze", shlex.quote(str(file))]
+    turns = turns if "table" not in options else options["table"] != "none"
+    words = ["sagnac", "analyze" if turns else "avar", shlex.quote(str(file))]
     for name, value in options.items():
         words += [f"--{name.replace('_', '-')}", shlex.quote(value)]
     return " ".join(words)

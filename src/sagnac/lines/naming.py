@@ -79,6 +79,9 @@ def _of_fit(fit: ComponentFit, state: State, channel: str) -> list[Line]:
     # Errors along the phasor, and across it.
     ways = np.stack([along, 1j * along]).view(np.float64).reshape(2, -1, 2)
     variances = np.einsum("wni,nij,wnj->wn", ways, covariance[:, :2, :2], ways)
+    if state.motion is not None:
+        for at in np.flatnonzero(components.orders == 1.0):
+            variances[:, at] += state.motion.off_by_earth(levels[at]) ** 2
     amplitude_error, phase_error = np.sqrt(np.maximum(variances, 0.0))
     phase, phase_error = -np.angle(components.phasor), phase_error / amplitude
     frequency_error = np.sqrt(covariance[:, 2, 2])

@@ -208,6 +208,8 @@ _KEPT: Final = 0.99
 _KEPT_SQUARE: Final = 0.9247
 # Roots of that power beyond which a sample counts as if it were there.
 _FAR: Final = 3.0
+# Medians beyond which a step between two changes counts as if it were there: 6.7 deviations.
+_FAR_STEP: Final = 10.0
 # Samples of a block that its median is taken of.
 _SAMPLED: Final = 4096
 # Changes at the beginning that short searches look at, the most.
@@ -362,8 +364,12 @@ class Profile:
 
     @cached_property
     def white(self) -> White:
-        """The changes at the beginning made white."""
-        return whitened(self.changes[:LOOKED_AT])
+        """The changes at the beginning made white, without steps of the motion."""
+        changes = self.changes[:LOOKED_AT]
+        steps = np.diff(changes, prepend=changes[:1])
+        # A table that reverses at once would be louder at every frequency than the noise is.
+        reach = _FAR_STEP * float(np.median(np.abs(steps)))
+        return whitened(np.cumsum(np.clip(steps, -reach, reach)) if reach > 0.0 else changes)
 
     @cached_property
     def scale(self) -> float:

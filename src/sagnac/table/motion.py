@@ -7,6 +7,7 @@ The columns are the table angle (the share), time (the drift), the integrals of 
 All are fitted in increments, in which the angle random walk is white.
 """
 
+import math
 from dataclasses import dataclass, replace
 from typing import Final
 
@@ -15,6 +16,7 @@ import scipy.linalg
 import scipy.linalg.lapack
 
 from sagnac.core.arrays import ComplexArray, FloatArray, blocks, empty
+from sagnac.core.units import EARTH_RATE
 from sagnac.table import _kernels
 from sagnac.table.kinematics import (
     LARGEST_EARTH_RATE,
@@ -26,7 +28,7 @@ from sagnac.table.kinematics import (
     highest_harmonic,
     tells_drift,
 )
-from sagnac.table.turns import FEW_TURNS, full_turns
+from sagnac.table.turns import FEW_TURNS, full_turns, mean_rate
 
 # Orders allowed for while nobody knows which there are.
 _NUISANCE_ORDERS: Final = 128
@@ -51,8 +53,11 @@ class TableMotion:
     drift
         Constant rate, rad/s: bias and the Earth's vertical share. 0 at a steady table, whose
         `share` holds it.
-    earth
-        Coefficients of the integrals of cos and sin of table angle, rad/s.
+    earth, earth_error
+        Coefficients of the integrals of cos and sin of table angle, and the larger of their
+        standard errors if the noise of the averages' increments were white, rad/s.
+    noise
+        Standard deviation of these increments, rad.
     kinematics
         Of the table angle.
     orders, phasor
@@ -63,9 +68,28 @@ class TableMotion:
     share: float
     drift: float
     earth: tuple[float, float]
+    earth_error: float
+    noise: float
     kinematics: Kinematics
     orders: FloatArray
     phasor: ComplexArray
+
+    def off_by_earth(self, level: float) -> float:
+        """Standard error, rad, that Earth rate brings into order 1.
+
+        At a steady table the two are one: what is off in one is off in the other. The ridge leaves
+        a part of Earth rate out, all of it where nothing tells it from order 1.
+
+        Parameters
+        ----------
+        level
+            Of the noise at the table rate, as the variance of white increments of samples, rad^2.
+        """
+        of = self.kinematics
+        kept = 1.0 - min(self.earth_error / LARGEST_EARTH_RATE, 1.0) ** 2
+        ratio = level * of.block / self.noise**2 if self.noise > 0.0 else 0.0
+        error = math.hypot(math.sqrt(ratio * kept) * self.earth_error, (1.0 - kept) * EARTH_RATE)
+        return error / abs(mean_rate(of.table, of.sample_rate))
 
     def over(self, start: int, stop: int) -> FloatArray:
         """The motion, rad, over samples from a piece's start on (a multiple of its length)."""
@@ -190,6 +214,8 @@ def follow_table_together(
                 share=share,
                 drift=drift,
                 earth=(earth[0], earth[1]),
+                earth_error=noise * float(reduced.deviations(penalty)[_EARTH].max()),
+                noise=noise,
                 kinematics=kinematic,
                 orders=orders,
                 phasor=(solution[plain:] / gain).view(np.complex128),
@@ -260,6 +286,16 @@ class Triangle:
         return np.asarray(
             scipy.linalg.lstsq(stacked, target, cond=_COLLINEAR)[0] / self.scale, dtype=np.float64
         )
+
+    def deviations(self, penalty: FloatArray) -> FloatArray:
+        """(coefficients,) standard errors of `solution` in those of the target; 0 for no column."""
+        used = np.flatnonzero(self.factor.any(axis=0))
+        stacked = np.vstack([self.factor[:, used], np.diag(penalty)[:, used]])
+        upper = scipy.linalg.qr(stacked, mode="r", check_finite=False)[0][: used.size]
+        errors = np.zeros(self.scale.size)
+        inverse = scipy.linalg.solve_triangular(upper, np.eye(used.size), check_finite=False)
+        errors[used] = np.sqrt(np.einsum("ij,ij->i", inverse, inverse))
+        return errors / self.scale
 
     def deviation(self, solution: FloatArray, count: int) -> float:
         """Root mean square of what a solution leaves of `count` increments, rad."""
