@@ -33,6 +33,14 @@ def test_noise_and_a_still_channel_have_no_jumps():
         assert jumps(gyro) == ()
 
 
+def test_a_line_in_whole_samples_has_no_jumps():
+    """Every eighth of 160,000 steps is one of the small ones of mains at a quarter of the rate."""
+    mains = np.array([0.0, 1.0, 1.001, 0.001])
+    for size in (160_001, 200_001):
+        values = np.tile(mains, size // 4 + 1)[:size] + 1e-4 * noise(1.0)[np.arange(size) % 9000]
+        assert jumps(rate_gyro(values)) == ()
+
+
 def encoder(values: np.ndarray) -> Channel:
     return Channel(name="table", kind="angle", shown_in="deg", values=values)
 

@@ -262,3 +262,34 @@ def test_smoothed_is_a_butterworth_filter_there_and_back(corner):
     sections = butter(2, min(2.0 * corner, 0.99), output="sos")
     expected = sosfiltfilt(sections, values, padtype="odd", padlen=1990)
     assert smoothed(values, corner) == pytest.approx(expected, abs=1e-6)
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3, 4])
+def test_orders_that_no_column_holds_are_no_delay(seed):
+    """Large ones look like a change of the delay, the same however much is taken out."""
+    random = np.random.default_rng(seed)
+    time = np.arange(round(SECONDS * RATE)) / RATE
+    rate = 20.0 * DEGREE * (1.0 + 1e-4 * np.sin(2.0 * np.pi * 0.013 * time))
+    table = np.cumsum(rate) / RATE
+    orders = sum(
+        60.0 * ARCSECOND / order * np.sin(order * table + random.uniform(0.0, 6.0))
+        for order in (1, 2, 3, 5, 7, 12)
+    )
+    gyro = table + 11.0 * ARCSECOND * time + orders
+    gyro += np.cumsum(1e-8 * random.standard_normal(time.size))
+    encoder = table + rate * 1e-5 * random.standard_normal(time.size)
+    assert estimated_table([gyro], encoder, RATE).delay is None
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+@pytest.mark.parametrize(
+    ("motion", "size"), [("reversing", 60.0), ("dwelling", 60.0), ("swinging", 5.0)]
+)
+def test_a_delay_is_found_beside_large_orders(motion, size, seed):
+    orders = tuple((order, size / order) for order in (1.0, 2.0, 3.0, 5.0, 7.0, 12.0))
+    settings = {"motion": motion, "latency": 2e-3, "seed": seed, "orders": orders}
+    delay = estimated(simulate(bench(**settings))).delay
+    assert delay is not None
+    assert abs(delay.mean - 2e-3) < 4.0 * delay.mean_error
+    assert abs(delay.change) < 4.0 * delay.change_error
+    assert delay.mean_error < 1e-4

@@ -30,6 +30,8 @@ _MISSED: Final = 2.0
 _DRIFT: Final = 20.0
 # Share of an order's frequency within which jitter of the table shows.
 _JITTER: Final = 0.01
+# Standard deviation of a phase of which nothing is known, rad.
+_ANY_PHASE: Final = np.pi / np.sqrt(3.0)
 
 
 def _turn_rate(state: State) -> float:
@@ -89,6 +91,7 @@ def _of_fit(fit: ComponentFit, state: State, channel: str) -> list[Line]:
     center, rate = 2.0 * np.pi * components.center, state.record.sample_rate
     phase[angles:] -= center * components.frequencies
     phase_error[angles:] = np.hypot(phase_error, center * frequency_error)[angles:]
+    phase_error = np.minimum(phase_error, _ANY_PHASE)
     frequency_error[angles:] *= rate
     scales: list[Scale] = ["angle" if at < angles else "time" for at in range(components.size)]
     return lines_of(

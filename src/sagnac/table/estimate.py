@@ -19,7 +19,16 @@ from typing import Final, Self
 import numpy as np
 from scipy.fft import dst, idst
 
-from sagnac.core.arrays import FloatArray, blocks, differences, elementwise, empty, mean, square
+from sagnac.core.arrays import (
+    BooleanArray,
+    FloatArray,
+    blocks,
+    differences,
+    elementwise,
+    empty,
+    mean,
+    square,
+)
 from sagnac.core.units import ARCSECOND
 from sagnac.table.kinematics import (
     KINEMATIC_RATE,
@@ -96,10 +105,19 @@ class Delay:
     duration: float
 
     @property
+    def values(self) -> FloatArray:
+        """Mean and change, s."""
+        return np.array([self.mean, self.change])
+
+    @property
+    def errors(self) -> FloatArray:
+        """Their standard errors, s."""
+        return np.array([self.mean_error, self.change_error])
+
+    @property
     def is_seen(self) -> bool:
         """Whether it differs from none by more than chance."""
-        found = (self.mean, self.mean_error), (self.change, self.change_error)
-        return any(abs(value) > max(_SEEN * error, _SHORTEST) for value, error in found)
+        return bool((np.abs(self.values) > np.maximum(_SEEN * self.errors, _SHORTEST)).any())
 
     def at(self, seconds: FloatArray) -> FloatArray:
         """Delay at times, s."""
@@ -194,18 +212,13 @@ def estimated_table(
     interval = block / sample_rate
     fit = _Fit.of(read, sensed, interval)
     readings, delay = encoder, None
-    for _ in range(_STEPS):
-        moved = fit.delay(delay)
-        if moved is None:
+    for free in (np.array([True, True]), np.array([True, False])):
+        taken = _delay_taken_out(encoder, sensed, fit, sample_rate, free)
+        if taken is not None:
+            readings, delay = taken
             break
-        before, delay = delay, moved
-        readings = _undelayed(encoder, delay, sample_rate)
+    if delay is not None:
         fit = _Fit.of(averages_of(readings, block), sensed, interval)
-        if before is not None and abs(moved.mean - before.mean) < _SAME:
-            break
-    if delay is not None and not delay.is_seen:
-        readings, delay = encoder, None
-        fit = _Fit.of(read, sensed, interval)
     gyro = elementwise(lambda *here: shares / strength @ np.stack(here), *gyros)
     noise = _noise(gyro, encoder, delay, sample_rate)
     corner = fit.corner(_own_walk(coarse, shares))
@@ -223,6 +236,41 @@ def estimated_table(
         delay=delay,
         alike=alike,
     )
+
+
+def _delay_taken_out(
+    encoder: FloatArray, sensed: FloatArray, fit: "_Fit", sample_rate: float, free: BooleanArray
+) -> tuple[FloatArray, Delay | None] | None:
+    """The encoder's angle without a delay, and the delay; None if it comes back, and so is none.
+
+    Orders that no column holds can look like a change of the delay, however much is taken out.
+
+    Parameters
+    ----------
+    encoder
+        (samples,) as read, rad.
+    sensed, fit
+        Averages of the gyros, and the fit to those of the encoder.
+    sample_rate
+        Hz.
+    free
+        (2,) whether the delay at mid-record and its change may be other than zero.
+    """
+    readings, delay, first = encoder, None, np.zeros(2)
+    for number in range(_STEPS):
+        moved = fit.delay(delay, free)
+        if moved is None:
+            break
+        found = moved.values - (0.0 if delay is None else delay.values)
+        if (found * np.sign(first) > np.maximum(0.5 * np.abs(first), _SEEN * moved.errors)).any():
+            return None
+        first = first if number else found
+        delay, readings = moved, _undelayed(encoder, moved, sample_rate)
+        if number == _STEPS - 1 or (number and abs(found[0]) < _SAME):
+            break
+        averages = averages_of(readings, round(fit.interval * sample_rate))
+        fit = _Fit.of(averages, sensed, fit.interval)
+    return (encoder, None) if delay is None or not delay.is_seen else (readings, delay)
 
 
 def order_drift(
@@ -469,12 +517,12 @@ class _Fit:
         fitted = plain @ _columns(self.read, self.sensed, self.interval)[0]
         return smoothed(self.read - self.sensed - fitted, corner * self.interval) + fitted
 
-    def delay(self, known: Delay | None) -> Delay | None:
+    def delay(self, known: Delay | None, free: BooleanArray) -> Delay | None:
         """The delay with what is known of it already; None if none is seen."""
         own = slice(_FIRST_DELAY, None)
         error = np.sqrt(np.diag(self.fit.covariance)[own])
         # What the readings lead by is a negative delay.
-        moved = -self.fit.values[own]
+        moved = np.where(free, -self.fit.values[own], 0.0)
         if known is None:
             seen = np.abs(moved) > np.maximum(_SEEN * error, _SHORTEST)
             if not seen.any():
