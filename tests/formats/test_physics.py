@@ -286,14 +286,15 @@ def test_sensors_of_one_bias_that_take_turns_are_told_apart_by_their_noise(tmp_p
     )
     mixed = np.stack([quiet, loud], axis=1).ravel()
     assert any("2 sensors" in one for one in said(tmp_path, {"x": mixed}, **RATE))
-    # A table that reverses at once, beside mains at a quarter of the sample rate.
+    # Tables that reverse at once or end faster, beside mains at a quarter of the sample rate.
     seconds = np.arange(mixed.size) / 100.0
-    turning = np.where(seconds // 17.0 % 2.0, -20.0, 20.0) + 3e-5 * np.sin(50.0 * np.pi * seconds)
-    table = {"table": np.rad2deg(np.cumsum(np.deg2rad(turning)) / 100.0)}
+    mains = 3e-5 * np.sin(50.0 * np.pi * seconds)
     stated = {**RATE, "table": "table:deg", "gyros": ("x",)}
-    for noise, sensors in ((mixed, True), (np.concatenate([quiet, quiet[::-1]]), False)):
-        found = said(tmp_path, {"x": turning + 1e-4 * noise, **table}, **stated)
-        assert any("2 sensors" in one for one in found) == sensors
+    for turning in (np.where(seconds // 17.0 % 2.0, -20.0, 20.0), 5.0 + 0.1 * seconds):
+        table = {"table": np.cumsum(turning) / 100.0}
+        for noise, sensors in ((mixed, True), (np.concatenate([quiet, quiet[::-1]]), False)):
+            found = said(tmp_path, {"x": turning + mains + 1e-4 * noise, **table}, **stated)
+            assert any("2 sensors" in one for one in found) == sensors
 
 
 def test_sensors_that_take_turns_on_a_table_are_told_apart(tmp_path):

@@ -212,6 +212,8 @@ _FAR: Final = 3.0
 _PERIODS: Final = 2 * 3 * 5 * 7 * 11
 # Medians beyond which a step between two changes counts as if it were there: 6.7 deviations.
 _FAR_STEP: Final = 10.0
+# Samples, an odd number, whose mean is the motion at the middle one.
+_SLOW: Final = 255
 # Samples of a block that its median is taken of.
 _SAMPLED: Final = 4096
 # Changes at the beginning that short searches look at, the most.
@@ -366,12 +368,19 @@ class Profile:
 
     @cached_property
     def white(self) -> White:
-        """The changes at the beginning made white, without steps of the motion."""
+        """The changes at the beginning made white, without the motion.
+
+        A table that reverses at once, or ends at another rate than it began with, would be louder
+        at every frequency than the noise is.
+        """
         changes = self.changes[:LOOKED_AT]
         steps = np.diff(changes, prepend=changes[:1])
-        # A table that reverses at once would be louder at every frequency than the noise is.
         reach = _FAR_STEP * float(np.median(np.abs(steps)))
-        return whitened(np.cumsum(np.clip(steps, -reach, reach)) if reach > 0.0 else changes)
+        if reach > 0.0:
+            changes = np.cumsum(np.clip(steps, -reach, reach))
+        sums = np.cumsum(changes)
+        slow = (sums[_SLOW:] - sums[:-_SLOW]) / _SLOW
+        return whitened(changes[_SLOW // 2 + 1 :][: slow.size] - slow)
 
     @cached_property
     def scale(self) -> float:
