@@ -9,7 +9,7 @@ from xml.etree import ElementTree
 import pytest
 import yaml
 
-from sagnac.navigation.tools import FORMATS
+from sagnac.navigation.tools import TOOLS
 from tests.navigation.examples import written
 from tests.navigation.test_tools import TRIAD, setting
 
@@ -65,7 +65,7 @@ def gtsam_names(text: str) -> list[str]:
 def test_a_name_stays_text_in_every_format(name):
     wanted = {"settings": (hostile(name),)}
     plain = {"settings": (setting("x"),)}
-    for tool in FORMATS:
+    for tool in TOOLS:
         text = written(tool, **wanted)
         text.encode()  # no halves of characters
         lines = len(written(tool, **plain).splitlines())

@@ -17,7 +17,7 @@ from sagnac.navigation.definitions import definition_of
 from sagnac.navigation.export import datasheet_setting
 from sagnac.navigation.models import FilterModel, Markov, UpperLimit
 from sagnac.navigation.settings import FilterSetting, measured_in, worst
-from sagnac.navigation.tools import FORMATS, SettingsFile
+from sagnac.navigation.tools import TOOLS, SettingsFile
 from sagnac.noise.laws import markov_allan_variance
 from tests.navigation.examples import changed, document, keys, written
 
@@ -48,7 +48,7 @@ FORCES = tuple(
 )
 
 
-@pytest.mark.parametrize("name", list(FORMATS))
+@pytest.mark.parametrize("name", list(TOOLS))
 def test_every_file_says_what_it_is_and_where_that_stands(name):
     text = written(name, settings=(setting(),))
     definition = definition_of(name)
@@ -224,7 +224,7 @@ def with_white(wanted, times):
     return {**wanted, "accelerometers": (force,)}
 
 
-@pytest.mark.parametrize("tool", FORMATS)
+@pytest.mark.parametrize("tool", TOOLS)
 def test_measured_gyros_that_forget_nothing_go_with_accelerometers_that_are_stated(tool):
     model = FilterModel(white=1e-3, walk=1e-5)
     stated = FilterSetting(name="a", kind="accelerometer", simple=model, full=model, source="b")

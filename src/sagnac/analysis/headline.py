@@ -88,7 +88,7 @@ def answer(evidence: Evidence, walk_of_pair: WalkOfPair, *, brief: bool = False)
 
 def first_candidate(evidence: Evidence) -> Headline:
     """The first candidate that the data bear out, and the fits beside it."""
-    headline, every, candidates = _no_walk(evidence), None, list[Candidate]()
+    headline, finest, candidates = _no_walk(evidence), None, list[Candidate]()
     if evidence.settings.method in PUBLISHED:
         candidates = [partial(_step_4, evidence)]
     elif not evidence.left.is_finished:
@@ -98,12 +98,12 @@ def first_candidate(evidence: Evidence) -> Headline:
             "with all lines in; take a stretch on which the table turns evenly ({slice})"
         )
         headline = _no_walk(evidence, Note(level="warning", text=text))
-    elif (every := _spectrum(evidence)) is None:
+    elif (finest := _spectrum(evidence)) is None:
         candidates = [partial(_likelihood_alone, evidence)]
     else:
         by_spectrum = (_whole_band, _whole_band_of_fewer, _average)
-        candidates = [partial(one, evidence, every) for one in by_spectrum]
-    candidates += [partial(_curve, evidence, every), partial(_levels, evidence, every)]
+        candidates = [partial(one, evidence, finest) for one in by_spectrum]
+    candidates += [partial(_curve, evidence, finest), partial(_levels, evidence, finest)]
     for candidate in candidates:
         read = candidate()
         if read is None:
@@ -184,15 +184,15 @@ def _step_4(evidence: Evidence) -> Headline:
     return Headline(estimate=fitted, source=source)
 
 
-def _whole_band(evidence: Evidence, every: AnswerSpectrum) -> Headline | None:
+def _whole_band(evidence: Evidence, finest: AnswerSpectrum) -> Headline | None:
     """A likelihood of five terms of every sample."""
-    if every.is_changed:
+    if finest.is_changed:
         return None
-    points, fit = every.points, every.likelihood
+    points, fit = finest.points, finest.likelihood
     if points.rate > evidence.fine.rate:
         try:
             fit = likelihood_fit(
-                every.increments,
+                finest.increments,
                 kind="increment",
                 sample_rate=points.rate,
                 confidence=evidence.settings.confidence,
@@ -200,41 +200,41 @@ def _whole_band(evidence: Evidence, every: AnswerSpectrum) -> Headline | None:
             )
         except RecordingError:
             return None
-    average = with_whole_band(every.levels, every.average, fit)
+    average = with_whole_band(finest.levels, finest.average, fit)
     if average.rests_on.member == "average":
         return None
-    return _by_spectrum(evidence, replace(every, average=average, likelihood=fit), points)
+    return _by_spectrum(evidence, replace(finest, average=average, likelihood=fit), points)
 
 
-def _whole_band_of_fewer(evidence: Evidence, every: AnswerSpectrum) -> Headline | None:
+def _whole_band_of_fewer(evidence: Evidence, finest: AnswerSpectrum) -> Headline | None:
     """The same of fewer angles, into whose band folds what lies above half their rate.
 
     If the terms do not describe every sample up to there, they do not describe what folds.
     """
-    if every.is_changed or every.points.rate <= evidence.fine.rate:
+    if finest.is_changed or finest.points.rate <= evidence.fine.rate:
         return None
-    fine, fit = evidence.fine, every.likelihood
-    walk, fitted = every.average.angle_random_walk, fit.coefficients["angle_random_walk"]
+    fine, fit = evidence.fine, finest.likelihood
+    walk, fitted = finest.average.angle_random_walk, fit.coefficients["angle_random_walk"]
     allowed = walk.status == "not observable" or walk.low <= fitted.value <= walk.high
     # Every sample may tell more of N.
     narrower = walk.status != "estimated" or walk.high * fitted.low > fitted.high * walk.low
-    if not (allowed and narrower and reaches(every.average.rests_on, 0.5 * fine.rate)):
+    if not (allowed and narrower and reaches(finest.average.rests_on, 0.5 * fine.rate)):
         return None
     few = spectrum_of(evidence, fine, as_they_are=True)
     if few is None:
         return None
     average = with_whole_band(few.levels, few.average, fit)
-    chosen = replace(few, average=average, roll_off=every.roll_off)
+    chosen = replace(few, average=average, roll_off=finest.roll_off)
     if average.rests_on.member == "both" and walk.status == "estimated":
-        chosen = replace(every, average=with_both(every.average, fit))
+        chosen = replace(finest, average=with_both(finest.average, fit))
     elif average.rests_on.member != "whole band":
         return None
     return _by_spectrum(evidence, chosen, fine)
 
 
-def _average(evidence: Evidence, every: AnswerSpectrum) -> Headline:
+def _average(evidence: Evidence, finest: AnswerSpectrum) -> Headline:
     """The average over bands and terms."""
-    return _by_spectrum(evidence, every, evidence.fine)
+    return _by_spectrum(evidence, finest, evidence.fine)
 
 
 def _by_spectrum(evidence: Evidence, chosen: AnswerSpectrum, fitted: Points) -> Headline:
@@ -280,9 +280,9 @@ def _likelihood_alone(evidence: Evidence) -> Headline | None:
     return _no_walk(evidence, Note(level="warning", text=text))
 
 
-def _curve(evidence: Evidence, every: AnswerSpectrum | None) -> Headline | None:
+def _curve(evidence: Evidence, finest: AnswerSpectrum | None) -> Headline | None:
     """The lowest point of the curve."""
-    bound = _highest_walk(evidence, every, 1.0 - evidence.settings.confidence)
+    bound = _highest_walk(evidence, finest, 1.0 - evidence.settings.confidence)
     if bound is None:
         return None
     channel = _bounded_channel(evidence)
@@ -292,10 +292,10 @@ def _curve(evidence: Evidence, every: AnswerSpectrum | None) -> Headline | None:
     )
 
 
-def _levels(evidence: Evidence, every: AnswerSpectrum | None) -> Headline:
+def _levels(evidence: Evidence, finest: AnswerSpectrum | None) -> Headline:
     """The levels below a roll-off, which are the last resort."""
     nothing, channel = _no_walk(evidence), _bounded_channel(evidence)
-    estimate = nothing.estimate if every is None else every.average.angle_random_walk
+    estimate = nothing.estimate if finest is None else finest.average.angle_random_walk
     if estimate.status == "not observable":
         return replace(nothing, source=f"nothing: no candidate is borne out by {channel}")
     return Headline(estimate=estimate, source=f"the spectrum of {channel} below its roll-off")
@@ -324,7 +324,7 @@ def _bounded_channel(evidence: Evidence) -> str:
 
 
 def _highest_walk(
-    evidence: Evidence, every: AnswerSpectrum | None, chance: float
+    evidence: Evidence, finest: AnswerSpectrum | None, chance: float
 ) -> CurveBound | None:
     """Largest N that the curve allows except with a probability.
 
@@ -333,7 +333,7 @@ def _highest_walk(
     those below ten samples, and those that the spectrum shows, are left out.
     """
     curve, rate = evidence.curve, evidence.measured.sample_rate
-    roll_off = RollOff() if every is None else every.roll_off
+    roll_off = RollOff() if finest is None else finest.roll_off
     unfinished = evidence.left.removal.unfinished
     if unfinished is not None:
         points = points_at(unfinished, rate, evidence.settings.interval)

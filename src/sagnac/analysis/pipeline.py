@@ -1,7 +1,7 @@
 """From a recording to its angle random walk: the one path for a bench and for a table.
 
 Read from top to bottom: what is asked for (`analyze`, `answer_of`), the path of one measurement
-(`_analysis`: evidence, answer, composition), channels one by one, and the still bench.
+(`_path`: evidence, answer, composition), channels one by one, and the still bench.
 """
 
 import math

@@ -126,6 +126,6 @@ def outputs_in(folder: Path, what: str) -> Outputs:
     return Outputs(paths=tuple(paths), mark=folder / mark, kind=kind)
 
 
-def of_export(path: Path, format_name: str) -> Outputs:
+def of_export(path: Path, tool: str) -> Outputs:
     """The settings of a filter."""
-    return Outputs(paths=(path,), mark=path, kind="filter" if format_name == "json" else "settings")
+    return Outputs(paths=(path,), mark=path, kind="filter" if tool == "json" else "settings")

@@ -60,6 +60,6 @@ def definitions() -> Mapping[str, Definition]:
     return definitions
 
 
-def definition_of(format_name: str) -> Definition:
-    """The definition of a format of `sagnac.navigation.tools`."""
-    return definitions()["toml" if format_name == "json" else format_name]
+def definition_of(tool: str) -> Definition:
+    """The definition of a tool of `sagnac.navigation.tools`."""
+    return definitions()["toml" if tool == "json" else tool]

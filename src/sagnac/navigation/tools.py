@@ -17,7 +17,7 @@ from sagnac.navigation.definitions import Definition, ToolName, definition_of
 from sagnac.navigation.models import common_time
 from sagnac.navigation.settings import FilterSetting, by_name, plain, worst
 
-FORMATS: Final[tuple[str, ...]] = get_args(ToolName)
+TOOLS: Final[tuple[str, ...]] = get_args(ToolName)
 # Names that ROS allows.
 _ROS_NAME: Final = re.compile(r"[A-Za-z~/][A-Za-z0-9_/~]*")
 # Correlation time, s, of a Markov rate for a walk that is stated: over an hour its deviation is
@@ -34,7 +34,7 @@ class SettingsFile:
     Attributes
     ----------
     tool
-        One of `FORMATS`.
+        One of `TOOLS`.
     settings
         One for each gyro, and for each accelerometer that is known.
     each
