@@ -5,11 +5,13 @@ reads and writes like any other. Scratch files lie in the folder for temporary f
 A loop over a long array goes by `blocks`, which give the memory of what they went through back.
 """
 
+import math
 import mmap
 import os
 import tempfile
 import weakref
 from collections.abc import Callable, Iterator
+from itertools import count
 from typing import Any, Final
 
 import numpy as np
@@ -30,6 +32,8 @@ IN_MEMORY: Final = 2**23
 BLOCK: Final = 2**18
 # Blocks read or written before their memory is given back.
 _RELEASE_EVERY: Final = 4
+# Product of the primes below eleven.
+_SHORT_PERIODS: Final = 2 * 3 * 5 * 7
 # Places that are read at once.
 _PLACES: Final = 8
 
@@ -242,6 +246,22 @@ def every(values: FloatArray, step: int) -> FloatArray:
     for block in blocks(result.size, -(-BLOCK // step)):
         result[block] = values[block.start * step : block.stop * step : step]
     return result
+
+
+def distance_between(most: int, size: int) -> int:
+    """Distance at which about `most` of `size` samples show all that recurs; 1 if few are more.
+
+    Every eighth would show one phase alone of a line at a quarter of the sample rate: no distance
+    has a divisor from 2 to 10.
+
+    Examples
+    --------
+    >>> distance_between(1000, 8000), distance_between(1000, 3000)
+    (11, 1)
+    """
+    apart = size // most
+    whole = (one for one in count(apart) if math.gcd(one, _SHORT_PERIODS) == 1)
+    return next(whole) if apart > 7 else 1
 
 
 def values_at(values: FloatArray, places: IntegerArray) -> FloatArray:

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.special import ndtr, ndtri, stdtrit
 
-from sagnac.core.arrays import FloatArray, IntegerArray, blocks, elementwise
+from sagnac.core.arrays import FloatArray, IntegerArray, blocks, distance_between, elementwise
 from sagnac.core.errors import Level, Note
 from sagnac.core.units import DEGREE
 from sagnac.quality import _kernels
@@ -107,7 +107,7 @@ def _spikes_in(
     padded = np.pad(some, (before, behind), mode="reflect")
     off = np.empty(block.stop - block.start)
     _kernels.off_neighbours(padded, off)
-    some = np.sort(off[:: max(1, off.size // 2**13)])
+    some = np.sort(off[:: distance_between(2**13, off.size)])
     quartiles = _quantile(some, 0.75) - _quantile(some, 0.25)
     # Coarse steps have quartiles of a step or none: the root mean square of the inner part.
     sizes = np.sort(np.abs(some))

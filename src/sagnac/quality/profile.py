@@ -20,6 +20,7 @@ from sagnac.core.arrays import (
     IntegerArray,
     blocks,
     differences,
+    distance_between,
     every,
     extent,
     square,
@@ -208,8 +209,6 @@ _KEPT: Final = 0.99
 _KEPT_SQUARE: Final = 0.9247
 # Roots of that power beyond which a sample counts as if it were there.
 _FAR: Final = 3.0
-# Product of the primes that the samples in a period of a line may have in common with a distance.
-_PERIODS: Final = 2 * 3 * 5 * 7 * 11
 # Medians beyond which a step between two changes counts as if it were there: 6.7 deviations.
 _FAR_STEP: Final = 10.0
 # Samples, an odd number, whose mean is the motion at the middle one.
@@ -461,13 +460,8 @@ def scatter_of(values: FloatArray) -> float:
 
 
 def some_steps(values: FloatArray, most: int) -> FloatArray:
-    """Steps from a sample to the next at even distances, about `most` of them or more.
-
-    Every eighth would show one phase alone of a line at a quarter of the sample rate, so that a
-    distance has none of the divisors that a period may have.
-    """
-    apart = max(1, (values.size - 1) // most)
-    apart = next(one for one in range(apart, 0, -1) if math.gcd(one, _PERIODS) == 1)
+    """Steps from a sample to the next at even distances, about `most` of them."""
+    apart = distance_between(most, values.size - 1)
     return every(values[1:], apart) - every(values[:-1], apart)
 
 

@@ -14,6 +14,7 @@ from sagnac.core.arrays import (
     FloatArray,
     blocks,
     differences,
+    distance_between,
     elementwise,
     every,
     extent,
@@ -295,7 +296,7 @@ def single_precision_step(gyro: Channel) -> float:
     without the number before it.
     """
     values = gyro.values
-    some = every(values, max(1, values.size // 4096))
+    some = every(values, distance_between(4096, values.size))
     factor, name = split_factor(gyro.shown_in)
     for size in {UNITS[name].size, factor * UNITS[name].size}:
         stored = some / size
@@ -368,7 +369,7 @@ def saturation_notes(recording: Recording, profile: Profile) -> Notes:
     """
     changes = profile.changes
     # Few levels say nothing: a quiet gyro may count only 0 and 1.
-    if np.unique(every(changes, max(1, changes.size // 10_000))).size <= 8:
+    if np.unique(every(changes, distance_between(10_000, changes.size))).size <= 8:
         return ()
     # A quarter of a step apart is one count: a file's own rounding parts them.
     slack = max(profile.rounding, 0.25 * profile.step)

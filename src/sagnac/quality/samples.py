@@ -10,6 +10,7 @@ from sagnac.core.arrays import (
     FloatArray,
     blocks,
     differences,
+    distance_between,
     elementwise,
     empty,
     every,
@@ -339,7 +340,7 @@ def _explained(profile: Profile) -> float:
     smallest = marked_steps(
         values, lambda steps: (np.abs(steps) > rounding) & (np.abs(steps) < 1.5 * step)
     )
-    some = every(values, max(1, values.size // 20_000))
+    some = every(values, distance_between(20_000, values.size))
     counts = np.unique(some, return_counts=True)[1].astype(np.float64)
     by_values = values.size * float(counts @ (counts - 1.0)) / (some.size * (some.size - 1.0))
     return max(0.5 * number_of(smallest), by_values)
@@ -427,7 +428,7 @@ def dropout_notes(recording: Recording, profile: Profile) -> Notes:
         return ()
     zeros = values == 0.0
     if profile.channel.kind == "angle":
-        usual = every(profile.changes, max(1, profile.changes.size // 100_000))
+        usual = every(profile.changes, distance_between(100_000, profile.changes.size))
         fall = 50.0 * float(np.median(np.abs(usual)))
         zeros &= marked_steps(values, lambda steps: np.abs(steps) > fall)
         if not (fall and zeros.any()):

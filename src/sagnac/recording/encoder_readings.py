@@ -24,6 +24,7 @@ from sagnac.core.arrays import (
     FloatArray,
     IntegerArray,
     blocks,
+    distance_between,
     elementwise,
     empty,
     every,
@@ -344,7 +345,7 @@ def _ranges(firsts: IntegerArray, afters: IntegerArray) -> IntegerArray:
 
 def _off_path(values: FloatArray, turn: float) -> IntegerArray:
     """Samples that leave the table's path and are back within `MOST_MISSING_IN_A_ROW` samples."""
-    apart = max(1, values.size // 100_000)
+    apart = distance_between(100_000, values.size)
     usual_steps = np.abs(_folded(every(values[1:], apart) - every(values[:-1], apart), turn))
     usual_steps = usual_steps[np.isfinite(usual_steps)]
     if usual_steps.size == 0:
