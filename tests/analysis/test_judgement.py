@@ -2,10 +2,12 @@
 
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
+import sagnac
 from sagnac.analysis.settings import Settings
-from sagnac.analysis.verdict import verdict_of
+from sagnac.analysis.verdict import EITHER, verdict_of
 from sagnac.core.errors import Note
 from sagnac.verdict.limits import specification_of
 from tests.handmade import N, analysis, estimate
@@ -25,6 +27,13 @@ def test_a_single_gyro_and_a_pair_are_judged_by_the_answer():
     for gyros, name in ((("x",), "x"), (("x", "z"), "x-z")):
         verdict = judged(analysis(gyros=gyros), "3e-5deg/sqrt(h)")
         assert verdict.by_gyro == {name: "pass"}
+
+
+@pytest.mark.parametrize(("limit", "may"), [("3e-5deg/sqrt(h)", True), ("9e-5deg/sqrt(h)", False)])
+def test_a_pair_that_passes_says_if_one_of_its_gyros_may_not(limit, may):
+    verdict = judged(analysis(gyros=("x", "z")), limit)
+    assert (verdict.decision, EITHER in verdict.judgements[0].reason) == ("pass", may)
+    assert EITHER not in judged(analysis(gyros=("x",)), limit).judgements[0].reason
 
 
 def test_each_gyro_of_a_triad_is_judged_by_its_own():
@@ -63,3 +72,26 @@ def test_a_unit_in_doubt_decides_nothing():
         assert verdict.decision == decision
         accepted = replace(doubt, level="remark")
         assert judged(replace(made, notes=(accepted,)), "3e-5deg/sqrt(h)").decision == "pass"
+
+
+@pytest.mark.parametrize(
+    ("header", "stated", "said"),
+    [
+        ("x[deg/s]", {"kind": "rate", "unit": "deg/h"}, "the file says deg/s"),
+        ("x", {"kind": "angle", "unit": "deg"}, "as a rate does"),
+    ],
+)
+def test_what_reading_doubts_decides_nothing_unless_it_is_accepted(tmp_path, header, stated, said):
+    path = tmp_path / "run.csv"
+    noise = 0.01 * np.random.default_rng(3).standard_normal(9000)
+    path.write_text(f"{header}\n" + "".join(f"{value:.6f}\n" for value in noise))
+    recording = sagnac.read(path, sample_rate=100.0, **stated)
+    limit = "90deg/sqrt(h)"
+    found = sagnac.analyze(recording, specification=limit)
+    assert verdict_of(found).decision == "undecided"
+    assert any(note.name == "units" and said in note.text for note in found.findings)
+    with pytest.raises(sagnac.RecordingError, match=said):
+        sagnac.analyze(recording, specification=limit, strict=True)
+    accepted = sagnac.analyze(recording, specification=limit, strict=True, accepted=("units",))
+    assert verdict_of(accepted).decision == "pass"
+    assert [note.level for note in accepted.notes if said in note.text] == ["remark"]

@@ -162,7 +162,7 @@ def test_notes_are_data(tmp_path):
     path = timed(tmp_path / "run.csv", walk())
     notes = read(path, Statement(kind="angle", unit="deg")).notes
     text = "the file says arcsec, taken as deg as stated"
-    assert Note(channel="x", text=text) in notes
+    assert Note(name="units", level="warning", channel="x", text=text) in notes
 
 
 def test_a_recording_is_read_by_the_fields_of_a_statement(tmp_path):

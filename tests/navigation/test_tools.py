@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 import yaml
 
+import sagnac
 from sagnac.core.errors import RecordingError
 from sagnac.core.version import __version__
 from sagnac.navigation.definitions import definition_of
@@ -452,3 +453,17 @@ def test_what_is_no_analysis_is_named(tmp_path, content, said):
     path.write_text(content)
     with pytest.raises(RecordingError, match=rf"other\.json: {said}"):
         measured_in(path)
+
+
+def test_nothing_is_exported_of_a_gyro_whose_data_are_in_error():
+    """Its curve is of the table that it turns with."""
+    rate = 40.0 + 0.01 * np.random.default_rng(6).standard_normal(12_000)
+    gyro = {"x": rate, "kind": "rate", "unit": "deg/s", "sample_rate": 100.0}
+    analysis = sagnac.analyze(sagnac.Recording.from_arrays(**gyro))
+    assert analysis.angle_random_walk.status == "not observable"
+    with pytest.raises(
+        sagnac.RecordingError, match="x: nothing can be exported, .* turns steadily"
+    ):
+        sagnac.export(analysis)
+    still = sagnac.analyze(sagnac.Recording.from_arrays(**{**gyro, "x": rate - 40.0}))
+    assert "gyroscope_noise_density" in sagnac.export(still, tool="kalibr").text

@@ -44,7 +44,7 @@ from sagnac.core.arrays import differences, extent
 from sagnac.core.errors import Note, RecordingError, require_keywords
 from sagnac.core.kernels import cache_notes, one_thread
 from sagnac.noise.estimates import Estimate, unobserved
-from sagnac.quality.check import accept, profiles_of
+from sagnac.quality.check import ACCEPTED, accept, profiles_of
 from sagnac.quality.effects import effect_words
 from sagnac.quality.physics import copy_notes, unequal_notes
 from sagnac.quality.profile import Profile
@@ -321,7 +321,7 @@ def _composed(evidence: Evidence, headline: Headline) -> Analysis:
 
 def _notes(evidence: Evidence, headline: Headline) -> tuple[Note, ...]:
     """All notes, in the order of the stages, each once; errors in the data come first."""
-    said = {note.text for note in headline.findings}
+    said = {note.text.removeprefix(ACCEPTED) for note in headline.findings}
     rounding = []
     interval, rate = evidence.settings.interval, evidence.curve.sample_rate
     if not (

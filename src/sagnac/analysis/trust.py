@@ -240,14 +240,16 @@ def apply_findings(headline: Headline, evidence: Evidence, *, brief: bool = Fals
 
 
 def findings_of(recording: Recording, settings: Settings) -> tuple[Note, ...]:
-    """The judgement of the gyros that are used.
+    """The judgement of the gyros that are used, and what reading doubted of their units.
 
     Raises
     ------
     RecordingError
         If the settings are strict and something is found that they do not accept.
     """
-    found = accept(judged(recording, settings.gyros), settings.accepted)
+    used = (*settings.gyros, "time")
+    doubts = (one for one in recording.notes if one.name == "units" and one.channel in used)
+    found = accept((*doubts, *judged(recording, settings.gyros)), settings.accepted)
     require_strict(found, settings)
     return found
 

@@ -25,7 +25,7 @@ _MOST_LISTED: Final = 400
 TIME_FORMS: Final = ("clock", "iso")
 _TIME_LIKE: Final = re.compile(
     r"(?:^|[^a-z])(?:time|timestamps?|stamps?|utc|zeit|uhrzeit|datetime|epoch)(?:$|[^a-z])"
-    r"|^(?:t|sec|secs|seconds|X_Value)$|^time|time$",
+    r"|^(?:t|sec|secs|seconds|X_Value)$|^time|time$|^t[_ ](?:s|ms|us|ns)$|^(?:milli|micro|nano)s",
     re.IGNORECASE,
 )
 # Role of a column -> the names that it usually has, its own unless listed. No name alone makes a
@@ -450,16 +450,15 @@ def scale_of(name: str, column: Column, statements: Statements, sensor: Sensor =
 def contradiction(by_file: str, taken: str, *, is_typed: bool, channel: str = "") -> Note:
     """The file states something else than is taken.
 
-    A caller knows what is typed; a TOML beside may be of the file that had this name before: a
-    warning.
+    What is typed may be of another file, and so may a TOML beside: a warning.
     """
-    if is_typed:
-        return Note(channel=channel, text=f"the file says {by_file}, taken as {taken} as stated")
-    text = (
-        f"the file says {by_file} and the TOML beside it {taken}, which is taken; remove the TOML "
-        "if it is of another recording"
-    )
-    return Note(channel=channel, text=text, level="warning")
+    text = f"the file says {by_file}, taken as {taken} as stated"
+    if not is_typed:
+        text = (
+            f"the file says {by_file} and the TOML beside it {taken}, which is taken; remove the "
+            "TOML if it is of another recording"
+        )
+    return Note(name="units", channel=channel, text=text, level="warning")
 
 
 def role_unit(role: Literal["table", "time"], column: Column) -> Unit:

@@ -149,7 +149,7 @@ def stamp_unit_notes(column: Column, sample_rate: float) -> tuple[Note, ...]:
     if likely is not None:
         rate = sample_rate * size / TIME_UNITS[likely]
         text += f"; in {likely} they would be those of {rate:.6g} Hz ({{time {key}:{likely}}})"
-    return (Note(level="warning", channel="time", text=text),)
+    return (Note(name="units", level="warning", channel="time", text=text),)
 
 
 def likely_time_unit(step: float) -> str | None:
@@ -202,7 +202,7 @@ def rate_notes(name: str, values: FloatArray) -> tuple[Note, ...]:
         "stays about one value and scatters from sample to sample as a rate does; if it is one, "
         "state {kind rate} with its {unit}"
     )
-    return (Note(level="warning", channel=name, text=text),)
+    return (Note(name="units", level="warning", channel=name, text=text),)
 
 
 def increment_notes(name: str, values: FloatArray, sample_rate: float) -> tuple[Note, ...]:
@@ -227,7 +227,7 @@ def increment_notes(name: str, values: FloatArray, sample_rate: float) -> tuple[
         f"its white noise would be {walk:.3g} deg/sqrt(h), more than that of any gyro; if the "
         "numbers are rates, state {kind rate} with their {unit}"
     )
-    return (Note(level="warning", channel=name, text=text),)
+    return (Note(name="units", level="warning", channel=name, text=text),)
 
 
 def _blocks(values: FloatArray) -> FloatArray:

@@ -162,6 +162,7 @@ def _measured(
         sensors.append((name, "accelerometer", force["velocity_random_walk"], whole))
     settings = []
     for name, kind, walk, whole in sensors:
+        _require_sound(name, walk, whole)
         try:
             limit, white, high = _limit(walk, whole, kind, confidence)
         except RecordingError as error:
@@ -184,6 +185,17 @@ def _measured(
         )
         settings.append(setting)
     return settings
+
+
+def _require_sound(name: str, walk: Mapping[str, Any], whole: Mapping[str, Any]) -> None:
+    """Refuse a sensor whose N an error in the data withholds: its curve is of that error."""
+    errors = [one for one in whole.get("findings", ()) if one["level"] == "error"]
+    if errors and walk["status"] == "not observable":
+        raise RecordingError(
+            f"nothing can be exported, for no angle random walk is given: {errors[0]['text']}",
+            channel=name,
+            remedy="analyze sound data, or leave that gyro out",
+        )
 
 
 def _limit(

@@ -264,6 +264,10 @@ def judged_remainder(
     return unsteady or distribution.heavy_notes(alone, profile)
 
 
+ACCEPTED: Final = "accepted: "
+"""Before the text of a finding that is accepted."""
+
+
 def accept(notes: Iterable[Note], names: Container[str]) -> Notes:
     """Findings, those that the caller takes knowingly turned into remarks that say so.
 
@@ -275,7 +279,7 @@ def accept(notes: Iterable[Note], names: Container[str]) -> Notes:
         Of those that are accepted.
     """
     return tuple(
-        replace(note, level="remark", text=f"accepted: {note.text}")
+        replace(note, level="remark", text=f"{ACCEPTED}{note.text}")
         if note.name in names and note.level != "remark"
         else note
         for note in notes
@@ -314,7 +318,7 @@ def check(recording: Recording, *, accepted: Container[str] = ()) -> Notes:
     found = accept(_findings(recording), accepted)
     said = {note.text for note in found}
     doubts = [note for note in recording.notes if note.level == "warning" and note.text not in said]
-    return ranked((*doubts, *found))
+    return ranked((*accept(doubts, accepted), *found))
 
 
 def _findings(recording: Recording) -> Notes:

@@ -11,7 +11,7 @@ from typing import Final
 from rich.cells import cell_len
 
 from sagnac.analysis.result import Analysis, headline_coefficients, headline_estimates
-from sagnac.analysis.verdict import verdict_of
+from sagnac.analysis.verdict import EITHER, verdict_of
 from sagnac.core.errors import Note, counted, ranked
 from sagnac.core.units import field_unit
 from sagnac.noise.cross_spectra import SelfNoise
@@ -50,7 +50,7 @@ def verdict(analysis: Analysis) -> str:
     reasons = dict.fromkeys(
         f"{sections.gyro_text(one)}: {one.reason}"
         for one in found.judgements
-        if one.decision != "pass"
+        if one.decision != "pass" or EITHER in one.reason
     )
     product = f" for {found.specification.product}" if found.specification.product else ""
     said = f"Verdict{product}: {sections.DECISIONS[found.decision]}"
