@@ -461,9 +461,7 @@ def test_nothing_is_exported_of_a_gyro_whose_data_are_in_error():
     gyro = {"x": rate, "kind": "rate", "unit": "deg/s", "sample_rate": 100.0}
     analysis = sagnac.analyze(sagnac.Recording.from_arrays(**gyro))
     assert analysis.angle_random_walk.status == "not observable"
-    with pytest.raises(
-        sagnac.RecordingError, match="x: nothing can be exported, .* turns steadily"
-    ):
-        sagnac.export(analysis)
+    with pytest.raises(sagnac.RecordingError, match=r"x: nothing can be exported, .* turns"):
+        sagnac.export(analysis, tool="kalibr")
     still = sagnac.analyze(sagnac.Recording.from_arrays(**{**gyro, "x": rate - 40.0}))
     assert "gyroscope_noise_density" in sagnac.export(still, tool="kalibr").text

@@ -216,6 +216,39 @@ def uneven_notes(times: FloatArray, nominal: float) -> Notes:
     return tuple(Note(channel="time", text=text) for text in texts)
 
 
+# Part of a step by which stamps of an even clock are off, and share of them that are on it.
+_OFF_GRID: Final = 0.1
+_ON_GRID: Final = 0.95
+
+
+def lost_row_notes(recording: Recording, profile: Profile) -> Notes:
+    """Rows that even stamps show to be missing, of a gyro whose samples are of their own span.
+
+    Each sample of a rate, or increment, has the noise of a step of the clock, and counts for the
+    mean step. An angle holds what was turned meanwhile.
+    """
+    times, kind = recording.times, profile.channel.kind
+    if times is None or kind == "angle":
+        return ()
+    nominal = median_step(times)
+    if not nominal > 0.0:
+        return ()
+    steps = differences(times) / nominal
+    whole = np.rint(steps)
+    on_grid = (np.abs(steps - whole) < _OFF_GRID) & (whole >= 1.0)
+    lost = float((whole[on_grid] - 1.0).sum())
+    # Stamps that come late and catch up again are of rows that are all there.
+    if not lost or number_of(on_grid) < _ON_GRID * steps.size:
+        return ()
+    more = math.sqrt(1.0 + lost / steps.size)
+    text = (
+        f"{lost:.0f} rows are not there, for its stamps lie {nominal:.6g} s apart or a multiple of "
+        "that; get the file again from its source"
+    )
+    effect = more if kind == "rate" else 1.0 / more
+    return (finding("dropouts", profile.name, text, effect=effect),)
+
+
 def with_gaps_marked(recording: Recording) -> Recording:
     """The sensors at even times, NaN where a sample is missing; table and null pulse left out.
 
