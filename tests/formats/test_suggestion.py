@@ -54,6 +54,23 @@ SECONDS = np.arange(ROWS) / 50.0
             {"columns": "x=gx,y=gy", "kind": "rate"},
         ),
         (
+            "time,cnt_x,cnt_z,angle",
+            (SECONDS, NOISE, NOISE, NOISE),
+            {
+                "columns": "x=cnt_x,z=cnt_z",
+                "kind": "KIND",
+                "unit": "UNIT",
+                "time": "time:s",
+                "table": "angle:UNIT",
+            },
+        ),
+        (
+            "x[deg/s],angle,time[s]",
+            (NOISE, NOISE, SECONDS),
+            {"kind": "rate", "table": "angle:UNIT"},
+        ),
+        ("x[deg/s],y[deg],time[s]", (NOISE, NOISE, SECONDS), {"kind": "x=rate,y=KIND"}),
+        (
             "x[arcsec],alpha",
             (NOISE, NOISE),
             {"kind": "KIND", "table": "alpha:UNIT", "rate": "HZ"},

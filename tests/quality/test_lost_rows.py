@@ -35,7 +35,7 @@ def test_an_interval_holds_n_though_rows_are_lost(kind):
     for note in lost:
         expected = np.sqrt(1.0 / kept.mean())
         effect = expected if kind == "rate" else 1.0 / expected
-        assert note.effect == pytest.approx(effect, abs=2e-4)
+        assert note.effect == pytest.approx(effect, abs=6e-4)  # four digits
         assert note.text.startswith(f"{np.count_nonzero(~kept)} rows")
     found = analyze(recording).angle_random_walk
     assert found.status == "estimated"

@@ -48,7 +48,13 @@ _FORCE: Final = re.compile(r"acc|beschl|force|kraft|^f[_ ]?[xyz]|^a[_ ]?[xyz]", 
 _FORCE_AXIS: Final = (
     r"(?:^|[^a-z]|acc|accel|acceleration|beschleunigung|force|kraft|^[af]){axis}(?:$|[^a-z])"
 )
-_AXIS: Final = r"(?:^|[^a-z]|gyro?|(?:^|[^a-z])g|omega|w|kreisel|rate){axis}(?:$|[^a-z])"
+_AXIS: Final = (
+    r"(?:^|[^a-z]|gyro?|(?:^|[^a-z])g|omega|w|kreisel|rate|cnts?|counts?){axis}(?:$|[^a-z])"
+)
+# An encoder of a table that is not called as one is by itself.
+_TABLE: Final = re.compile(
+    r"^enc|encod|table|^azim|^theta|^angle$|^phi$|drehtisch|^winkel$|rotary|^stage", re.I
+)
 _MARKS: Final = set(",=\"'")
 # Samples by which a column that only rises, falls or stays is known to be no gyro.
 _LOOKED_AT: Final = 10_000
@@ -78,8 +84,15 @@ def suggestion(source: Source, statements: Statements) -> dict[str, str]:
     table = choose_one(source.columns, statements, "table", taken)
     if table is not None and not table.unit:
         missing["table"] = f"{table.name}:{UNIT}"
-    missing.update(_sampling(source, statements, taken))
-    return missing
+    sampling = _sampling(source, statements, taken)
+    # A file that lacks nothing is not asked of its encoder.
+    if table is None and statements.role("table") is None and (missing or sampling):
+        others = (one for one in source.columns if one.key not in taken and _may_be_angle(one))
+        alike = [one for one in others if _TABLE.search(one.name)]
+        if len(alike) == 1:
+            unit = "" if alike[0].unit else f":{UNIT}"
+            missing["table"] = f"{column_text(alike[0])}{unit}"
+    return missing | sampling
 
 
 def accelerometer_inputs(source: Source, statements: Statements) -> dict[str, str]:
@@ -150,6 +163,11 @@ def _may_be_gyro(column: Column) -> bool:
     if unit is None or is_counts(unit) or not is_known(unit):
         return True
     return split_factor(unit)[1] in (*ANGLE_UNITS, *RATE_UNITS)
+
+
+def _may_be_angle(column: Column) -> bool:
+    unit = column.unit
+    return unit is None or is_counts(unit) or split_factor(unit)[1] in ANGLE_UNITS
 
 
 def _is_no_other(column: Column) -> bool:
