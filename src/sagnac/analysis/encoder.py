@@ -459,8 +459,8 @@ def _shared_note(
         )
         text = (
             "its readings wander: each gyro taken against them shows "
-            f"{walk.to('deg/sqrt(h)')} of the encoder's; the answer of the two gyros is free of "
-            "it, one alone would not be"
+            f"{walk.to('deg/sqrt(h)')} that is taken to be the encoder's; the answer of the two "
+            "gyros is free of it, and too low if it is their own and common to both"
         )
         return Note(channel="table", text=text)
     off, ends = 100.0 * (factor - 1.0), sorted(abs(100.0 * (end - 1.0)) for end in (low, high))
