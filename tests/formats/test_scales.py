@@ -69,6 +69,12 @@ def test_the_kind_is_that_of_caller_toml_column_file_in_this_order():
         kind_of(column("x", kind="speed"), three())
 
 
+def test_counts_of_an_encoder_are_asked_for_with_their_size():
+    with pytest.raises(RecordingError, match=r"state \{table enc:0.01deg\}"):
+        role_unit("table", column("enc", unit="counts"))
+    assert role_unit("table", column("enc", unit="0.01deg")).size == pytest.approx(1e-4 * np.pi / 1.8)
+
+
 def test_the_unit_in_words_is_taken_and_a_contradiction_noted():
     scale = scale_of("x", column("x[deg]"), three(caller={"kind": "angle", "unit": "arcsec"}))
     assert scale.unit == "arcsec"

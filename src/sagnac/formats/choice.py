@@ -471,6 +471,9 @@ def role_unit(role: Literal["table", "time"], column: Column) -> Unit:
     """
     quantity: Quantity = "angle" if role == "table" else "time"
     usual = "deg" if role == "table" else "s"
+    if is_counts(column.unit or ""):
+        # What a count is worth stands before its unit.
+        usual = f"0.01{usual}"
     remedy = f"state {{{role} {column.key}:{usual}}}, or leave it out with {{{role} none}}"
     return known_unit(role, "ns" if column.unit in TIME_FORMS else column.unit, quantity, remedy)
 
