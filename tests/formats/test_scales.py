@@ -70,9 +70,10 @@ def test_the_kind_is_that_of_caller_toml_column_file_in_this_order():
 
 
 def test_counts_of_an_encoder_are_asked_for_with_their_size():
-    with pytest.raises(RecordingError, match=r"state \{table enc:0.01deg\}"):
+    with pytest.raises(RecordingError, match=r"table=enc:0\.01deg"):
         role_unit("table", column("enc", unit="counts"))
-    assert role_unit("table", column("enc", unit="0.01deg")).size == pytest.approx(1e-4 * np.pi / 1.8)
+    size = role_unit("table", column("enc", unit="0.01deg")).size
+    assert size == pytest.approx(np.deg2rad(0.01))
 
 
 def test_the_unit_in_words_is_taken_and_a_contradiction_noted():
