@@ -369,9 +369,10 @@ def _groups(line: str, split: _Split) -> list[str]:
 
 
 def _units(fields: Sequence[str], *, is_named: bool) -> list[str | None]:
-    """The units in a line that holds nothing else, half of them known; none if it does.
+    """The known units in a line of units; none if it is no such line.
 
-    All have to be known unless the line above names every column: "UTC" and "hPa" are no unit here.
+    All its fields have to be known, or half of them if the line above names every column: "UTC" and
+    "hPa" are no units here.
     """
     bare = [text.strip("[]() ") for text in fields]
     known = [text if is_known(text) else None for text in bare]

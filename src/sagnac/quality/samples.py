@@ -233,12 +233,17 @@ def lost_row_notes(recording: Recording, profile: Profile) -> Notes:
     nominal = median_step(times)
     if not nominal > 0.0:
         return ()
-    steps = differences(times) / nominal
-    whole = np.rint(steps)
-    on_grid = (np.abs(steps - whole) < _OFF_GRID) & (whole >= 1.0)
-    lost = float((whole[on_grid] - 1.0).sum())
+
+    def counts(some: FloatArray) -> tuple[float, float]:
+        """Steps on the grid of the clock, and the rows that they leap over."""
+        whole = np.rint(some / nominal)
+        on_grid = (np.abs(some / nominal - whole) < _OFF_GRID) & (whole >= 1.0)
+        return float(np.count_nonzero(on_grid)), float((whole[on_grid] - 1.0).sum())
+
+    steps = differences(times)
+    even, lost = by_blocks(counts, steps).sum(axis=0).tolist()
     # Stamps that come late and catch up again are of rows that are all there.
-    if not lost or number_of(on_grid) < _ON_GRID * steps.size:
+    if not lost or even < _ON_GRID * steps.size:
         return ()
     more = math.sqrt(1.0 + lost / steps.size)
     text = (

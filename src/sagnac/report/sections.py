@@ -66,7 +66,7 @@ def cited(text: str) -> dict[str, Any]:
 METHODS: Final[Mapping[Method, str]] = {
     "fos": "fos: difference first, lines judged against the noise floor and refined",
     "fos-paper": "fos-paper: fast orthogonal search and Allan fit as published, grid of 1/(4T)",
-    "fos-korenberg": "fos-korenberg: each gyro before the difference, grid 1/T, Korenberg's stop",
+    "fos-korenberg": "fos-korenberg: each gyro searched first, grid of 1/T, Korenberg's stop",
     "fris": "fris: the angle at each full turn of the table",
     "none": "none: nothing removed",
 }

@@ -252,8 +252,8 @@ class DitherMotion:
         self._left = self._amplitude * left_of(gyro, dither, axis)
         self._cycles = frequency / sample_rate
         self._phase = float(random.uniform(-np.pi, np.pi))
-        # Of the random part: correlation from one sample to the next, what each of its two
-        # components gains, and the two at the last sample, as parts of the amplitude.
+        # The random part has two components, in parts of the amplitude. From sample to sample each
+        # keeps `_decay` of itself and gains noise of `_spread`; `_shaken` holds the last two.
         self._decay = math.exp(-1.0 / (sample_rate * dither.ring_down_s))
         self._spread = gyro.dither_amplitude_noise * math.sqrt(1.0 - self._decay**2)
         self._shaken = gyro.dither_amplitude_noise * random.standard_normal((1, 2))

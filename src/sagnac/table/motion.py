@@ -290,7 +290,8 @@ class Triangle:
     def deviations(self, penalty: FloatArray) -> FloatArray:
         """(coefficients,) standard errors of `solution` in those of the target; 0 for no column."""
         used = np.flatnonzero(self.factor.any(axis=0))
-        stacked = np.vstack([self.factor[:, used], np.diag(penalty)[:, used]])
+        # What the data do not distinguish at all keeps a finite error.
+        stacked = np.vstack([self.factor[:, used], np.diag(penalty + _COLLINEAR)[:, used]])
         upper = scipy.linalg.qr(stacked, mode="r", check_finite=False)[0][: used.size]
         errors = np.zeros(self.scale.size)
         inverse = scipy.linalg.solve_triangular(upper, np.eye(used.size), check_finite=False)
