@@ -64,6 +64,17 @@ def test_a_slice_beyond_the_end_is_blamed_on_the_slice(tmp_path, start):
 
 
 @pytest.mark.parametrize(
+    ("stop", "said"), [(5.0, False), (None, False), (6.0, False), (6.005, False), (100.0, True)]
+)
+def test_a_slice_that_asks_for_more_than_there_is_is_told_so(tmp_path, stop, said):
+    path = timed(tmp_path / "run.csv", walk())
+    for stated in ({}, {"time": "none", "sample_rate": 100.0}):
+        recording = read(path, Statement(kind="angle", span=(1.0, stop), **stated))
+        texts = [note.text for note in recording.notes]
+        assert any("up to 100 s and the file ends at 6 s" in text for text in texts) == said
+
+
+@pytest.mark.parametrize(
     ("span", "first", "stop"),
     [(None, 0, 100), ((None, None), 0, 100), ((1.0, None), 10, 100), ((1.01, 2.0), 11, 20)],
 )

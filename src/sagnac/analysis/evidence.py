@@ -76,6 +76,8 @@ class Evidence:
         By method.
     hat
         Each gyro's own N by three-cornered hat, with a triad.
+    bare
+        Whether it has no more than the answer rests on: no fits of the curve beside it.
     """
 
     recording: Recording
@@ -93,6 +95,7 @@ class Evidence:
     readout: JointReadout
     fits: Mapping[FitName, Fit]
     hat: Separation
+    bare: bool
 
     @property
     def lines(self) -> tuple[Line, ...]:
@@ -235,7 +238,13 @@ def fine_points(
 
 
 def fits_of(
-    curve: StabilityCurve, fine: Points, readout: JointReadout, masked: Bands, settings: Settings
+    curve: StabilityCurve,
+    fine: Points,
+    readout: JointReadout,
+    masked: Bands,
+    settings: Settings,
+    *,
+    bare: bool = False,
 ) -> dict[FitName, Fit]:
     """The three fits; one that is not possible observes nothing, and says so.
 
@@ -249,13 +258,15 @@ def fits_of(
         Bands that the spectrum lacks, Hz.
     settings
         Method, reading of Step 4 and confidence.
+    bare
+        Whether to leave out the fits of the curve that the answer does not rest on.
     """
-    confidence = settings.confidence
+    confidence, by_paper = settings.confidence, settings.method in PUBLISHED
     kept = curve.tau >= readout.time * (1.0 - 1e-9)
     names = ("tau", "deviation", "terms", "edf", "low", "high", "noise_type")
     of_gyro = replace(curve, **{name: getattr(curve, name)[kept] for name in names})
     # Beside another method's answer, relative squares tell of all five terms.
-    squares = settings.step_4.squares if settings.method in PUBLISHED else "relative"
+    squares = settings.step_4.squares if by_paper else "relative"
     nothing = {name: unobserved(name, confidence) for name in COEFFICIENT_NAMES}
 
     def attempted(method: FitName, fit: Callable[[], Fit], level: Level = "remark") -> Fit:
@@ -265,18 +276,21 @@ def fits_of(
             note = Note(text=f"no {method} fit: {error}", level=level)
             return Fit(method=method, coefficients=nothing, notes=(note,))
 
-    likelihood = Fit(method="likelihood", coefficients=nothing)
+    fits: dict[FitName, Fit] = {}
+    if by_paper or not bare:
+        fits["paper"] = attempted(
+            "paper", lambda: paper_fit(of_gyro, squares=squares, confidence=confidence)
+        )
+    if not bare:
+        fits["weighted"] = attempted(
+            "weighted", lambda: weighted_fit(of_gyro, confidence=confidence)
+        )
+    fits["likelihood"] = Fit(method="likelihood", coefficients=nothing)
     if readout.every is not None:
-        likelihood = attempted(
+        fits["likelihood"] = attempted(
             "likelihood", lambda: _widest_fit(fine, confidence, masked), "warning"
         )
-    return {
-        "paper": attempted(
-            "paper", lambda: paper_fit(of_gyro, squares=squares, confidence=confidence)
-        ),
-        "weighted": attempted("weighted", lambda: weighted_fit(of_gyro, confidence=confidence)),
-        "likelihood": likelihood,
-    }
+    return fits
 
 
 def _widest_fit(points: Points, confidence: float, masked: Bands) -> Fit:

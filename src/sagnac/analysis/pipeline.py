@@ -43,6 +43,7 @@ from sagnac.analysis.trust import findings_of, require_strict
 from sagnac.core.arrays import differences, extent
 from sagnac.core.errors import Note, RecordingError, require_keywords
 from sagnac.core.kernels import cache_notes, one_thread
+from sagnac.lines.model import Removal
 from sagnac.noise.estimates import Estimate, unobserved
 from sagnac.quality.check import ACCEPTED, accept, profiles_of
 from sagnac.quality.effects import effect_words
@@ -140,7 +141,7 @@ def answer_of(recording: Recording, settings: Settings | None = None) -> tuple[H
     """
     stages = Stages(None, recording.path or "recording")
     with one_thread():
-        evidence = _evidence(recording, settings or Settings(), stages)
+        evidence = _evidence(recording, settings or Settings(), stages, bare=True)
         with stages.stage("coefficients"):
             return answer(evidence, _of_pair, brief=True), evidence
 
@@ -160,10 +161,15 @@ def _path(
     settings: Settings,
     progress: Progress | None,
     findings: tuple[Note, ...] | None = None,
+    *,
+    bare_of_lines: bool = False,
 ) -> tuple[Analysis, tuple[Note, ...]]:
-    """The analysis, and the judgement of the data, which is made unless it is given."""
+    """The analysis, and the judgement of the data, which is made unless it is given.
+
+    With `bare_of_lines`, and lines taken, it has neither fits of the curve nor spectra.
+    """
     stages = Stages(progress, recording.path or "recording")
-    evidence = _evidence(recording, settings, stages, findings)
+    evidence = _evidence(recording, settings, stages, findings, bare_of_lines=bare_of_lines)
     with stages.stage("coefficients"):
         headline = answer(evidence, _of_pair)
     with stages.stage("spectrum"):
@@ -176,8 +182,14 @@ def _evidence(
     settings: Settings,
     stages: Stages,
     findings: tuple[Note, ...] | None = None,
+    *,
+    bare: bool = False,
+    bare_of_lines: bool = False,
 ) -> Evidence:
-    """The stages from a recording to what its answer is read from."""
+    """The stages from a recording to what its answer is read from.
+
+    Bare, or bare if lines are taken, it has no more than the answer rests on.
+    """
     rate = recording.sample_rate
     with stages.stage("difference"):
         gyros = settings.gyros_of(recording)
@@ -209,6 +221,7 @@ def _evidence(
             remainders.append(remainder_of(pair, table.known, corrected, settings, fraction))
         points = points_at(left.removal.residual, left.rate, None if left.once_a_turn else interval)
         require_length(points, recording)
+        bare |= bare_of_lines and _is_taken(recording, left.removal)
     with stages.stage("stability"):
         curve, taken = curve_after(points, left, rate, settings)
         nothing_taken = not left.removal.lines and same_values(before.angle, points.angle)
@@ -216,7 +229,7 @@ def _evidence(
         family = _family(points, curve if nothing_taken else None, settings)
     with stages.stage("coefficients"):
         fine, readout = fine_points(recording, settings, left, points)
-        fits = fits_of(curve, fine, readout, left.removal.masked, settings)
+        fits = fits_of(curve, fine, readout, left.removal.masked, settings, bare=bare)
         hat = hat_of(settings, remainders, fine, readout, fits["likelihood"])
     return Evidence(
         recording=recording,
@@ -234,7 +247,13 @@ def _evidence(
         readout=readout,
         fits=fits,
         hat=hat,
+        bare=bare,
     )
+
+
+def _is_taken(recording: Recording, removal: Removal | Analysis) -> bool:
+    """Whether anything was taken out of a recording at rest."""
+    return bool(removal.lines or removal.masked or recording.pickoffs)
 
 
 def _family(
@@ -271,16 +290,18 @@ def _composed(evidence: Evidence, headline: Headline) -> Analysis:
         # Shares that cannot be read cost nothing else.
         with suppress(RecordingError):
             shares, triad = table_shares(recording, settings.gyros, settings.confidence)
-    spectrum = spectrum_before = figure_spectrum(differences(residual), left.rate)
-    as_it_is = measure(evidence.corrected, settings.gyros)
-    before = as_it_is.noise(as_it_is.angle)
-    # Here and below, an array less in memory.
-    del as_it_is
-    rest = residual_of(before, left, table)
-    if evidence.curve_before is not evidence.curve:
-        increments = differences(before)
-        del before
-        spectrum_before = figure_spectrum(increments, recording.sample_rate)
+    spectrum, spectrum_before, rest = Spectrum.empty(), Spectrum.empty(), None
+    if not evidence.bare:
+        spectrum = spectrum_before = figure_spectrum(differences(residual), left.rate)
+        as_it_is = measure(evidence.corrected, settings.gyros)
+        before = as_it_is.noise(as_it_is.angle)
+        # Here and below, an array less in memory.
+        del as_it_is
+        rest = residual_of(before, left, table)
+        if evidence.curve_before is not evidence.curve:
+            increments = differences(before)
+            del before
+            spectrum_before = figure_spectrum(increments, recording.sample_rate)
     of_spectrum: dict[str, Any] = {}
     if headline.spectrum is not None:
         average = headline.spectrum.average
@@ -536,8 +557,8 @@ def _with_lines_out(
             analysis, _ = _path(recording, settings, progress)
             return AtRest(analysis=analysis, without_lines=analysis, as_it_is=analysis)
         search = replace(settings, method="fos", estimators=())
-        searched, findings = _path(recording, search, progress)
-        if not (searched.lines or searched.masked or recording.pickoffs):
+        searched, findings = _path(recording, search, progress, bare_of_lines=True)
+        if not _is_taken(recording, searched):
             # Nothing was taken: it is the recording as it is.
             analysis = _with_family(searched, recording, settings, progress)
             return AtRest(analysis=analysis, without_lines=searched, as_it_is=analysis)

@@ -26,6 +26,7 @@ from sagnac.formats.suspicions import (
     counter_notes,
     increment_notes,
     rate_notes,
+    slice_notes,
     stamp_unit_notes,
     table_counter_notes,
     unused_notes,
@@ -93,6 +94,7 @@ def assemble(
     notes += stretch.sampling.notes
     if choice.time is not None:
         notes += stamp_unit_notes(choice.time, stretch.sampling.sample_rate)
+    notes += slice_notes(statements.caller.span, stretch)
     notes += unused_notes(source, choice, statements, stretch)
     if by_caller is None and by_file and by_toml and by_file != by_toml:
         rates = (f"{one:.9g} Hz" for one in (by_file, by_toml))

@@ -16,7 +16,7 @@ from sagnac.formats.choice import Choice, is_like_time
 from sagnac.formats.source import Column, Source
 from sagnac.formats.statement import COUNTER_BITS, Statements
 from sagnac.recording.channel import Kind, finite_extent
-from sagnac.recording.columns import Sampling, Stretch
+from sagnac.recording.columns import Sampling, Span, Stretch
 
 # A step is a roll-over if it covers more than this part of the range, and the usual ones less than
 # that: no gyro turns through most of its range from one sample to the next.
@@ -264,6 +264,15 @@ _COUNTER: Final = re.compile(
 _AGREES: Final = 0.02
 _MOSTLY: Final = 0.9
 _WITHIN: Final = 0.5
+
+
+def slice_notes(span: Span | None, stretch: Stretch) -> list[Note]:
+    """On a slice that asks for more than the file has."""
+    last = stretch.span_s[1]
+    if span is None or span[1] is None or span[1] <= last + 1.0 / stretch.sampling.sample_rate:
+        return []
+    text = f"the slice asks for samples up to {span[1]:.9g} s and the file ends at {last:.9g} s"
+    return [Note(text=text)]
 
 
 def unused_notes(

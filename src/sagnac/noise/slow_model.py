@@ -3,6 +3,7 @@
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from functools import cache
 from operator import attrgetter
 from typing import Final
 
@@ -87,14 +88,14 @@ def slow_model(levels: Levels, *, highest: float, confidence: float = 0.95) -> S
     level, shape, interval = levels.level[used], levels.shape[used], levels.spectrum.interval
     if level.size < _LEAST_BINS:
         return None
-    seen = _Seen(
-        level=level,
-        shape=shape,
-        laws=level_laws(levels)[used],
-        markov=lambda time: levels.law(
-            lambda frequency: markov_density(frequency, interval, time)[:, np.newaxis]
-        )[used, 0],
-    )
+
+    # All sets of terms look at the same times.
+    @cache
+    def markov(time: float) -> FloatArray:
+        law = levels.law(lambda frequency: markov_density(frequency, interval, time)[:, np.newaxis])
+        return np.asarray(law[used, 0])
+
+    seen = _Seen(level=level, shape=shape, laws=level_laws(levels)[used], markov=markov)
     plain = [seen.fitted(terms) for terms in _TERMS]
     chosen = min(plain, key=attrgetter("weighed"))
     if seen.with_rate(_TERMS[-1], levels.frequency[used], plain[-1].deviance - _EARNED):

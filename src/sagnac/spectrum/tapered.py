@@ -296,8 +296,8 @@ def smoothed_law(law: Callable[[FloatArray], FloatArray], spectrum: TaperedSpect
     shift = (ordinates[:, np.newaxis] + offset).ravel()
     weight = np.tile(kernel / kernel.sum(), CELL) / CELL
     highest = 0.5 / spectrum.interval
-    for cell in np.flatnonzero(cells.frequency < _BENDS * unit):
-        place = np.abs(cells.frequency[cell] + shift * unit[cell])
-        place = np.clip(place, 0.5 * unit[cell], highest)
-        result[cell] = weight @ law(place)
+    bent = cells.frequency < _BENDS * unit
+    place = np.abs(cells.frequency[bent, np.newaxis] + np.multiply.outer(unit[bent], shift))
+    place = np.clip(place, 0.5 * unit[bent, np.newaxis], highest)
+    result[bent] = weight @ law(place.ravel()).reshape(*place.shape, result.shape[1])
     return result
