@@ -457,8 +457,8 @@ def report(
             "encoder reports, whose periodic error makes sidebands of them: what is found there, "
             "no larger than these are, is counted apart. What is "
             "none of these, or a second of one line, is false. A line that lies in a band of "
-            "vibration goes with it and counts as missed. Of noise, "
-            f"{FALSE_ALARM * len(own):g} false line is expected in {len(own)} recordings.",
+            "vibration goes with it and counts as missed. Noise alone would give "
+            f"{FALSE_ALARM * len(own):g} false line in {len(own)} recordings.",
             "",
             *lines_table(own, of),
             "",

@@ -1,6 +1,7 @@
 """A rack against limits: exit status, words, page, and a row for every gyro."""
 
 import csv
+import json
 import re
 from dataclasses import replace
 from pathlib import Path
@@ -93,6 +94,13 @@ def test_a_rack_that_keeps_its_limit_ends_with_zero(rack, tmp_path, capsys):
     other = tmp_path / "other"
     assert main(["campaign", *files, "-o", str(other), "--workers", "1"]) == 0
     assert "yield" not in capsys.readouterr().out
+    # The rows that the table has, and nothing else.
+    assert main(["campaign", *files, "-o", str(other), "--workers", "1", "--json"]) == 0
+    document = json.loads(capsys.readouterr().out)
+    assert document["schema"] == "sagnac.campaign/1"
+    for row, line in zip(document["rows"], rows(other), strict=True):
+        texts = {key: "" if value is None else str(value) for key, value in row.items()}
+        assert texts == line
     assert "limit" not in (other / "index.html").read_text()
 
 

@@ -259,8 +259,9 @@ def campaign(
     """Many recordings in; one table and one page out, a report for each.
 
     campaign.csv, campaign.parquet, index.html and campaign.png go into DIR. Started again with the
-    same DIR it does only what is not there yet. The exit status is 1 if a recording could not be
-    analyzed; else, with --spec, 3 if a gyro fails and 4 if one is undecided.
+    same DIR it does only what is not there yet. --json prints the rows of the table. The exit
+    status is 1 if a recording could not be analyzed; else, with --spec, 3 if a gyro fails and 4 if
+    one is undecided.
 
     Parameters
     ----------
@@ -269,13 +270,13 @@ def campaign(
     output
         Folder.
     """
-    if options.as_json:
-        raise results.UsageError("--json is not for a campaign; its table is campaign.csv")
     settings, statement = typed.settings_of(options), typed.statement_of(options)
     stated = {name: value for name, value in asdict(statement).items() if value}
     results.require_place(output, "campaign", force=True)
+    from sagnac.core.documents import finite
     from sagnac.fleet.page import reason_text
     from sagnac.fleet.table import yield_of
+    from sagnac.report.document import to_json
 
     with results.resumable(output.absolute()):
         made = sagnac.campaign(
@@ -283,7 +284,11 @@ def campaign(
             told=results.standings(), force=force,
             **stated,
         )  # fmt: skip
-    _print_campaign(made, output)
+    if options.as_json:
+        rows = [asdict(line) for line in made.lines]
+        print(to_json(finite({"schema": "sagnac.campaign/1", "rows": rows})))
+    else:
+        _print_campaign(made, output)
     failed = made.campaign.failed
     for row in failed:
         results.complain(reason_text(row.task.path, row.reason))

@@ -288,7 +288,7 @@ class ReportOptions:
 
     @property
     def title_block(self) -> "TitleBlock":
-        """Top of the report; what is typed goes before the file.
+        """Top of the report; what is typed overrides the file.
 
         Raises
         ------
@@ -338,8 +338,8 @@ class Options(Reading):
     risk
         Largest probability of passing a gyro that lies at its limit.
     settings
-        Settings of an earlier run (its settings.toml, if options were typed); what is typed now
-        goes before.
+        Settings of an earlier run (its settings.toml, if options were typed); options that are
+        typed now override them.
     as_json
         JSON on standard output, nothing else there.
 

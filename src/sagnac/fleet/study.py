@@ -464,7 +464,7 @@ def repeatability(runs: Sequence[Run], *, confidence: float = 0.95) -> Repeatabi
 
 _ALIKE: Final = "the runs do not differ"
 _TOO_WIDE: Final = (
-    "the runs differ by less than their own intervals let expect, which are too wide to show it"
+    "the runs differ by less than their own intervals explain, which are too wide to show it"
 )
 _ALONE: Final = "no two runs share a {}, so that its scatter is that of runs"
 
