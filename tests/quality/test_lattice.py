@@ -102,3 +102,17 @@ def test_counts_of_an_angle_are_no_soft_saturation(decimals):
             sample_rate=500.0,
         )
         assert "clipping" not in [note.name for note in judged(recording)]
+
+
+@pytest.mark.parametrize("bias", [8.12, 12.5, 13.96])
+@pytest.mark.parametrize("kind", ["rate", "increment"])
+def test_counts_of_an_angle_that_hardly_scatters_are_of_one_sensor(kind, bias):
+    """Their scatter is none, and what rounding makes of it may differ from sample to sample."""
+    rate, samples, count = 100.0, 90_000, 0.1
+    noise = np.random.default_rng(3).standard_normal(samples)
+    # N = 0.003 deg/sqrt(h), in arcseconds.
+    angle = np.cumsum(bias / rate + 0.003 * 60.0 / np.sqrt(rate) * noise)
+    steps = np.diff(count * np.round(angle / count), prepend=0.0)
+    values, unit = (steps * rate, "arcsec/s") if kind == "rate" else (steps, "arcsec")
+    recording = Recording.from_arrays(x=values, kind=kind, unit=unit, sample_rate=rate)
+    assert "interleaved" not in [note.name for note in judged(recording)]

@@ -50,3 +50,29 @@ def test_pulses_have_two_levels(column):
         pulses_of(column)
     with pytest.raises(RecordingError, match="null_pulse: column p takes more than two values"):
         pulses_of(column, column="p")
+
+
+@pytest.mark.parametrize("zone", [None, "UTC", "Europe/Berlin"])
+@pytest.mark.parametrize(
+    "taken",
+    [
+        lambda index: index,
+        lambda index: index.as_unit("ns"),
+        lambda index: index.to_series(),
+        lambda index: np.asarray(index.to_series(), dtype=object),
+        lambda index: list(index.to_pydatetime()),
+    ],
+    ids=["index", "in ns", "column", "objects", "list"],
+)
+def test_dates_are_the_time_whatever_holds_them_and_whatever_their_zone(taken, zone):
+    pandas = pytest.importorskip("pandas")
+    x = np.random.default_rng(1).standard_normal(50)
+    index = pandas.date_range("2026-01-01", periods=x.size, freq="100ms", tz=zone)
+    times = taken(index)
+    recording = Recording.from_arrays(x=x, kind="rate", unit="deg/h", times=times)
+    assert recording.sample_rate == pytest.approx(10.0)
+    frame = pandas.DataFrame({"x": x}, index=index)
+    by_index = Recording.from_frame(frame, kind="rate", unit="deg/h")
+    assert by_index.sample_rate == pytest.approx(10.0)
+    with pytest.raises(ValueError, match="x holds"):
+        Recording.from_arrays(x=times, kind="rate", unit="deg/h", sample_rate=10.0)

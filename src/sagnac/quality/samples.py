@@ -531,7 +531,8 @@ def _take_turns(profile: Profile, sensors: int) -> bool:
         return False
     turns = _turns(changes, sensors)
     typical = float(np.median(_scatters(turns)))
-    if not typical > profile.rounding:
+    # A quarter of a step apart is one count: a file's own rounding parts them.
+    if not typical > max(profile.rounding, 0.25 * profile.step):
         return False
     # Motion is taken off by the mean of each round, and single samples far off shift no mean.
     off = turns - turns.mean(axis=2, keepdims=True)

@@ -9,6 +9,7 @@ import math
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass, fields
+from datetime import date
 from typing import Any, ClassVar, Final, Literal, Self, get_args
 
 import numpy as np
@@ -91,7 +92,7 @@ def numbers(values: ArrayLike, argument: str) -> NDArray[Any]:
     column: NDArray[Any] = np.asarray(values)
     if column.ndim != 1:
         raise ValueError(f"{argument} has shape {column.shape}; give one column, shape (samples,)")
-    if column.dtype.kind == "O":
+    if column.dtype.kind == "O" and not isinstance(next(iter(column), None), date):
         with suppress(TypeError, ValueError):
             return np.asarray(values, dtype=np.float64)
     if column.dtype.kind not in "iuf" and column.size:

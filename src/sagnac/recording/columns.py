@@ -6,10 +6,11 @@ A frame whose columns are taken is one of pandas or xarray, or a dictionary; non
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
+from datetime import UTC, datetime
 from typing import Any, Final, TypeVar
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from sagnac.core.arrays import (
     BooleanArray,
@@ -172,18 +173,35 @@ def gyro_of(
     return Conversion(channel=channel, notes=notes)
 
 
+def with_dates(values: ArrayLike) -> NDArray[Any]:
+    """An array of values; dates of Python or of a frame become those of numpy, in UTC.
+
+    Examples
+    --------
+    >>> with_dates([datetime(2026, 1, 1, tzinfo=UTC)])
+    array(['2026-01-01T00:00:00.000000'], dtype='datetime64[us]')
+    """
+    column = np.asarray(values)
+    if not (column.dtype.kind == "O" and column.size and isinstance(column.flat[0], datetime)):
+        return column
+    if not isinstance(values, list | tuple | np.ndarray):
+        # A frame knows its time zone, and parts of a microsecond.
+        return np.asarray(values, dtype="datetime64[ns]")
+    utc = [one.astimezone(UTC).replace(tzinfo=None) if one.tzinfo else one for one in column]
+    return np.array(utc, dtype="datetime64[us]")
+
+
 def seconds_of(values: ArrayLike, *, unit: str) -> FloatArray:
     """Time stamps in s from the first, shape (samples,).
 
-    Integers, and dates of numpy, which state their own unit, lose nothing by the size of the
-    epoch.
+    Integers, and dates, which state their own unit, lose nothing by the size of the epoch.
 
     Raises
     ------
     ValueError
         If `unit` is not one of time, or the values are no column of numbers or dates.
     """
-    stamps = np.asarray(values)
+    stamps = with_dates(values)
     if stamps.dtype.kind in "mM":
         if stamps.ndim != 1:
             raise ValueError(f"times has shape {stamps.shape}; give one column, shape (samples,)")

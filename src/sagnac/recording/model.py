@@ -30,6 +30,7 @@ from sagnac.recording.columns import (
     sampling,
     seconds_of,
     stated_for,
+    with_dates,
 )
 from sagnac.recording.encoder_readings import table_of_readings, with_lost_readings
 
@@ -364,7 +365,7 @@ class Recording:
         values = {name: frame[header] for name, header in headers.items()}
         units = {name: split_header(header)[1] or "" for name, header in headers.items()}
         times, index = values.pop("time", None), getattr(frame, "index", None)
-        if times is None and sample_rate is None and np.asarray(index).dtype.kind in "mM":
+        if times is None and sample_rate is None and with_dates(index).dtype.kind in "mM":
             times = index
         return cls.from_arrays(
             kind=kind,
