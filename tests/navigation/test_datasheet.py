@@ -7,12 +7,18 @@ import numpy as np
 import pytest
 import yaml
 
+import sagnac
 from sagnac.navigation.export import datasheet_setting, export
+from sagnac.navigation.settings import measured_in
+from sagnac.navigation.tools import SettingsFile
 from sagnac.noise.laws import markov_allan_variance
 from tests.navigation.examples import document, written
 
 DEGREE = math.pi / 180.0
 FORCE = datasheet_setting("N=80ug/sqrt(Hz),B=0.01mg@100s,range=8g")
+
+AXES = ("ax", "ay", "az")
+TILTED = (0.1, 0.2, 0.9747)  # 1 in all
 
 
 @pytest.mark.parametrize(
@@ -27,7 +33,7 @@ def test_units_of_n_are_one_number(white):
 
 def test_both_models_have_the_lowest_allan_deviation_at_its_time():
     lowest, tau = 3.0 * DEGREE / 3600.0, np.array([100.0])
-    stated = datasheet_setting("N=1e-6deg/sqrt(h),B=3deg/h@100s")
+    stated = datasheet_setting("N=0.006deg/sqrt(h),B=3deg/h@100s")
     assert stated.simple.allan_deviation(tau) == pytest.approx([lowest], rel=1e-4)
     (rate,) = stated.full.markov
     tried = np.geomspace(1.0, 1e4, 4001)
@@ -78,11 +84,13 @@ def test_what_is_missing_or_wrong_is_named(text, said):
         datasheet_setting(text)
 
 
-def test_a_random_walk_far_above_the_lowest_deviation_is_a_wrong_unit():
+def test_a_random_walk_far_above_or_below_the_lowest_deviation_is_a_wrong_unit():
     # 9 deg/h/sqrt(Hz) is an Allan deviation of 0.9 deg/h at 100 s.
     assert datasheet_setting("N=9deg/h/sqrt(Hz),B=0.5deg/h@100s").simple.white > 0.0
     with pytest.raises(ValueError, match="N alone makes 18 times B"):
         datasheet_setting("N=9deg/h/sqrt(Hz),B=0.05deg/h@100s")
+    with pytest.raises(ValueError, match=r"N alone makes 0\.00012 times B"):
+        datasheet_setting("N=0.004deg/sqrt(h),B=200deg/h@100s")
 
 
 def test_an_accelerometer_without_noise_is_refused():
@@ -97,4 +105,49 @@ def test_one_gyro_for_three_axes_is_said(tmp_path):
     (note,) = export(one, tool="psins").notes
     assert "stands for all three axes" in str(note)
     assert export(one, tool="toml").notes == ()
-    assert export([one, one, one], tool="psins").notes == ()
+
+
+@pytest.mark.parametrize(
+    ("tool", "axes"), [("gtsam", "the third axis"), ("kalibr", "all three axes")]
+)
+def test_two_gyros_for_three_axes_are_said_and_each_keeps_its_own(tool, axes):
+    rate = np.random.default_rng(7).standard_normal((2, 20_000))
+    still = {"kind": "rate", "unit": "deg/h", "sample_rate": 100.0}
+    unit = sagnac.analyze(sagnac.Recording.from_arrays(x=rate[0], z=10.0 * rate[1], **still))
+    made = export(unit, tool=tool)
+    (note,) = made.notes
+    assert str(note) == f"x, z: were measured, and the worse of them stands for {axes}"
+    assert f"Remark: {note}" in made.text
+    file = SettingsFile(tool="psins", settings=tuple(measured_in(unit)), each=True)
+    x, y, z = (one.simple.white for one in file.three["gyro"])
+    assert x == pytest.approx(0.1 * z, rel=0.1)
+    assert y == pytest.approx(z)
+
+
+def test_a_bound_on_the_random_walk_is_the_noise_and_never_zero():
+    """Under a walk of the rate as strong as this, no N shows."""
+    walk = np.cumsum(np.random.default_rng(9).standard_normal(20_000))
+    still = {"kind": "rate", "unit": "deg/h", "sample_rate": 100.0}
+    unit = sagnac.analyze(sagnac.Recording.from_arrays(x=walk, **still))
+    bound = unit.angle_random_walk
+    assert bound.status == "upper bound"
+    (setting,) = measured_in(unit)
+    assert setting.simple.white >= bound.high
+    assert setting.full.white >= bound.high
+
+
+def test_what_was_found_wrong_goes_with_the_settings(tmp_path):
+    """Accelerometers whose unit is g, and was stated as m/s^2."""
+    noise = np.random.default_rng(8).standard_normal((4, 20_000))
+    forces = {name: mean + 1e-3 * one for name, mean, one in zip(AXES, TILTED, noise, strict=False)}
+    unit = {"x": "deg/h"} | dict.fromkeys(AXES, "m/s^2")
+    still = {"x": noise[3], **forces, "kind": "rate", "unit": unit, "sample_rate": 100.0}
+    sagnac.write(sagnac.Recording.from_arrays(**still), tmp_path / "unit.parquet")
+    analysis = sagnac.analyze(sagnac.read(tmp_path / "unit.parquet"))
+    made = export(analysis, tool="kalibr")
+    (warning,) = [note for note in made.notes if note.level == "warning"]
+    assert "in g it would be gravity" in warning.text
+    assert "Warning: ax, ay, az: " in made.text
+    of_json = json.loads(export(analysis, tool="json").text)
+    assert "gravity" in of_json["accelerometers"]["ax"]["warnings"][0]
+    assert "warnings" not in of_json["sensors"]["x"]

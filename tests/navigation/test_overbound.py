@@ -8,6 +8,7 @@ from sagnac.core.errors import RecordingError
 from sagnac.navigation.models import (
     UpperLimit,
     common_time,
+    envelope,
     overbound,
     upper_limit,
     white_and_markov,
@@ -70,6 +71,24 @@ def test_what_a_tool_wants_is_there():
     assert overbound(limit, most_markov=0, least_white=1.5).white == pytest.approx(1.5)
     noisy = exact(1.0 / TAU + 3.0 * 0.7**2 / TAU**2)
     assert overbound(noisy, angle=True).angle == pytest.approx(0.7, rel=1e-3)
+
+
+@pytest.mark.parametrize("most", [0, 1])
+def test_what_was_measured_with_few_degrees_of_freedom_is_reached(most):
+    """A walk that shows where the curve ends, beyond what its limit tells of."""
+    edf, variance = 1000.0 / TAU, 1.0 / TAU + 1e-5 * TAU / 3.0
+    limit = upper_limit(TAU, np.sqrt(variance), edf)
+    assert limit.beyond[0].tolist() == [64.0, 128.0, 256.0]
+    found = overbound(limit, most_markov=most, walks=True)
+    reached = found.allan_deviation(limit.beyond[0])
+    assert np.all(reached >= np.sqrt(variance[6:9]) * (1.0 - 1e-9))
+    slowed = white_and_markov(limit, 1e4)
+    assert np.all(slowed.allan_deviation(limit.beyond[0]) >= np.sqrt(variance[6:9]) * (1 - 1e-9))
+    # Of two curves it reaches both.
+    louder = upper_limit(TAU, 2.0 * np.sqrt(variance), edf)
+    both = overbound(envelope([limit, louder]), most_markov=most, walks=True)
+    twice = 2.0 * np.sqrt(variance[6:9])
+    assert np.all(both.allan_deviation(limit.beyond[0]) >= twice * (1.0 - 1e-9))
 
 
 def test_too_short_a_curve_is_refused():

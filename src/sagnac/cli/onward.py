@@ -90,8 +90,10 @@ def export(
             "give an analysis.json, or what a data sheet states with --datasheet"
         )
     made = sagnac.export(analyses or (), output, **asdict(options), force=force)
-    for said in (*(setting.in_words() for setting in made.settings), *made.notes):
-        print(one_line(str(said)))
+    for setting in made.settings:
+        print(one_line(setting.in_words()))
+    for note in made.notes:
+        print(one_line(f"{note.level}: {note}"))
     results.print_paths([output])
 
 

@@ -26,9 +26,9 @@ _UNITS: Final[Mapping[str, Mapping[str, float]]] = {
     "bandwidth": {"Hz": 1.0, "kHz": 1e3},
     "range": units.RATE_UNITS | units.ACCELERATION_UNITS,
 }
-# Beyond this many times B at its cluster time, N is in another unit: the random walk alone would
-# lie above the lowest Allan deviation there is.
-_ABOVE_LOWEST: Final = 3.0
+# Times B at its cluster time that N makes alone: with more it would lie above the lowest Allan
+# deviation there is, with less the curve would be lowest long before. A unit is wrong.
+_OF_LOWEST: Final = (0.01, 3.0)
 
 
 def datasheet_setting(text: str) -> FilterSetting:
@@ -49,7 +49,7 @@ def datasheet_setting(text: str) -> FilterSetting:
     Raises
     ------
     ValueError
-        If a number, its unit or its time is missing or wrong, or N alone exceeds B by far.
+        If a number, its unit or its time is missing or wrong, or N makes far more or less than B.
 
     Examples
     --------
@@ -83,8 +83,8 @@ def _stated_models(text: str) -> FilterSetting:
     of_kind = units.SENSED[kind].coefficients["angle_random_walk"]
     if units.split_factor(parts["N"])[1] not in of_kind:
         raise ValueError("N and B are of two kinds of sensor; state one sensor at a time")
-    if white > _ABOVE_LOWEST * lowest * math.sqrt(tau):
-        times = white / (lowest * math.sqrt(tau))
+    times = white / (lowest * math.sqrt(tau))
+    if not _OF_LOWEST[0] <= times <= _OF_LOWEST[1]:
         raise ValueError(f"N alone makes {times:.3g} times B at that time: a unit is wrong")
     return FilterSetting(
         name=kind,
@@ -231,7 +231,6 @@ def export(
         for one in sources
         for setting in measured_in(one, confidence=confidence, most_markov=most_markov)
     ]
-    alone = [setting.name for setting in settings if setting.kind == "gyro"]
     stated = [] if accelerometer is None else [_stated(accelerometer)]
     for setting in (*stated, *map(datasheet_setting, datasheet)):
         if setting.kind in [other.kind for other in settings]:
@@ -247,15 +246,12 @@ def export(
         rate=rate,
         topic=topic or "/imu0",
     )
-    text, notes = file.text(), []
+    text = file.text()
     if path is not None:
         read = [Path(one) for one in sources if isinstance(one, str | Path)]
         require_free(of_export(Path(path), tool), read, force=force)
         write_text(Path(path), text)
-    if len(alone) == 1 and definition.axes != "any":
-        said = "alone was measured, and stands for all three axes"
-        notes.append(Note(channel=alone[0], text=said))
-    return Exported(tool=tool, text=text, settings=file.held, notes=tuple(notes))
+    return Exported(tool=tool, text=text, settings=file.held, notes=file.notes)
 
 
 def _stated(accelerometer: tuple[float, float]) -> FilterSetting:

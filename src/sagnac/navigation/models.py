@@ -13,7 +13,7 @@ are as described here.
 
 import math
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from typing import Final, Self
 
 import numpy as np
@@ -168,12 +168,15 @@ class FilterModel:
 # Fewest degrees of freedom of a point that bounds the model. At ten the limit is 1.6 of the curve,
 # and white noise and a walk above it lie far above the rest.
 LEAST_FREEDOM: Final = 20.0
+# Fewest of a point beyond these, whose value alone the model has to reach.
+_LEAST_BEYOND: Final = 2.0
 # Correlation times tried per decade of cluster time.
 _TIMES_PER_DECADE: Final = 2
 # A further Markov rate has to lower the mean excess of the variance by this share.
 _WORTH: Final = 0.05
-# Share of the variance at the longest cluster time that a walk makes if it has to be there.
-_LEAST_WALK: Final = 0.02
+# Share of the variance at the shortest and the longest cluster time that white noise and a walk
+# make if they have to be there.
+_LEAST_SHARE: Final = 0.02
 # Terms smaller than this share of the variance everywhere are left out.
 _NEGLIGIBLE: Final = 1e-9
 # Laws, scaled to one, whose determinant is less than this do not cross.
@@ -196,12 +199,21 @@ class UpperLimit:
         Upper limit, rad/s.
     confidence
         Probability that the curve lies below, at each of them.
+    beyond
+        (2, points): longer cluster times, s, and what was measured there, rad/s. A model reaches
+        up to that, too, and no higher: it may be several times too large or too small.
     """
 
     tau: FloatArray
     deviation: FloatArray
     limit: FloatArray
     confidence: float
+    beyond: FloatArray = field(default_factory=lambda: np.empty((2, 0)))
+
+    def short_of(self, model: FilterModel) -> tuple[FloatArray, FloatArray]:
+        """Longer cluster times, s, and the variance that a model lacks there."""
+        tau, deviation = self.beyond
+        return tau, np.maximum(deviation**2 - model.allan_deviation(tau) ** 2, 0.0)
 
     def inflation(self, model: FilterModel) -> float:
         """Median over the cluster times of the deviation of a model over the measured one."""
@@ -218,8 +230,8 @@ def upper_limit(
     tau, deviation, edf
         (points,): s, rad/s, and equivalent degrees of freedom of the variance.
     confidence
-        That the curve lies below, at each cluster time. Points of fewer than twenty degrees of
-        freedom say too little and are left out.
+        That the curve lies below, at each cluster time of twenty degrees of freedom or more. Of
+        points of fewer only the value counts.
 
     Raises
     ------
@@ -236,10 +248,16 @@ def upper_limit(
             "few for a filter's model",
             remedy="record longer",
         )
+    far = np.isfinite(deviation) & (edf >= _LEAST_BEYOND) & (tau > tau[sound].max())
+    beyond = np.stack([tau[far], deviation[far]])
     tau, deviation, edf = tau[sound], deviation[sound], edf[sound]
     lower = 2.0 * gammaincinv(0.5 * edf, 1.0 - confidence)
     return UpperLimit(
-        tau=tau, deviation=deviation, limit=deviation * np.sqrt(edf / lower), confidence=confidence
+        tau=tau,
+        deviation=deviation,
+        limit=deviation * np.sqrt(edf / lower),
+        confidence=confidence,
+        beyond=beyond,
     )
 
 
@@ -256,6 +274,7 @@ def overbound(
     With Markov rates the mean excess of the variance is the least. White noise and a walk alone
     have to rise above a flat part on both sides of it; there the mean logarithm of the deviation is
     the least, the inflation itself, so that a large excess at one end does not raise all the rest.
+    The walk is then raised to what was measured beyond the limit.
 
     Parameters
     ----------
@@ -268,8 +287,8 @@ def overbound(
     angle
         Whether it may have white angle noise.
     walks
-        Whether it has to have a random walk, as some tools want: one that makes two per cent of
-        the variance at the longest cluster time, if nothing asks for more.
+        Whether it has to have white noise and a random walk, as some tools want: two per cent of
+        the variance at the shortest and at the longest cluster time, if nothing asks for more.
 
     Raises
     ------
@@ -278,10 +297,14 @@ def overbound(
     """
     if most_markov not in (0, 1, 2):
         raise ValueError(f"most_markov is {quoted(most_markov)}; use 0, 1 or 2")
-    least = (least_white**2, _LEAST_WALK * 3.0 * limit.limit[-1] ** 2 / limit.tau[-1] * walks)
+    ends = _LEAST_SHARE * walks * limit.limit[[0, -1]] ** 2
+    least = (
+        max(least_white**2, float(ends[0] * limit.tau[0])),
+        float(3.0 * ends[1] / limit.tau[-1]),
+    )
     if most_markov == 0 and not angle:
         white, walk = _white_and_slow(limit, limit.tau / 3.0, least)
-        return FilterModel(white=white, walk=walk)
+        return _reaching(FilterModel(white=white, walk=walk), limit)
     excess, best = _smallest(limit, (), least, angle)
     chosen: tuple[float, ...] = ()
     for _ in range(most_markov):
@@ -294,7 +317,14 @@ def overbound(
         if tried[times][0] > (1.0 - _WORTH) * excess:
             break
         chosen, (excess, best) = times, tried[times]
-    return best
+    return _reaching(best, limit)
+
+
+def _reaching(model: FilterModel, limit: UpperLimit) -> FilterModel:
+    """A model with a walk that makes what was measured beyond the limit."""
+    tau, short = limit.short_of(model)
+    more = math.sqrt(float((3.0 * short / tau).max(initial=0.0)))
+    return replace(model, walk=math.hypot(model.walk, more))
 
 
 def white_and_markov(limit: UpperLimit, time: float, *, least_white: float = 0.0) -> FilterModel:
@@ -310,9 +340,13 @@ def white_and_markov(limit: UpperLimit, time: float, *, least_white: float = 0.0
         White noise that it has at least, rad/sqrt(s).
     """
     slow = markov_allan_variance(limit.tau, 1.0, time)
-    floor = _LEAST_WALK * limit.limit[-1] ** 2 / float(slow[-1])
+    floor = _LEAST_SHARE * limit.limit[-1] ** 2 / float(slow[-1])
     white, driving = _white_and_slow(limit, slow, (least_white**2, floor))
-    return FilterModel(white=white, markov=(Markov(driving_noise=driving, correlation_time=time),))
+    rate = Markov(driving_noise=driving, correlation_time=time)
+    tau, short = limit.short_of(FilterModel(white=white, markov=(rate,)))
+    more = float((short / markov_allan_variance(tau, 1.0, time)).max(initial=0.0))
+    rate = replace(rate, driving_noise=math.hypot(driving, math.sqrt(more)))
+    return FilterModel(white=white, markov=(rate,))
 
 
 def common_time(limits: Sequence[UpperLimit]) -> float:
@@ -346,8 +380,13 @@ def envelope(limits: Sequence[UpperLimit]) -> UpperLimit:
         for one in limits
     ]
     deviation, limit = np.exp(np.max(logarithms, axis=0))
-    confidence = min(one.confidence for one in limits)
-    return UpperLimit(tau=tau, deviation=deviation, limit=limit, confidence=confidence)
+    return UpperLimit(
+        tau=tau,
+        deviation=deviation,
+        limit=limit,
+        confidence=min(one.confidence for one in limits),
+        beyond=np.concatenate([one.beyond for one in limits], axis=1),
+    )
 
 
 def _correlation_times(tau: FloatArray) -> tuple[float, ...]:

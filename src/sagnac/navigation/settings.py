@@ -6,6 +6,7 @@ and JSON of schema ``sagnac.filter/1``.
 
 import json
 import math
+import re
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
@@ -49,6 +50,10 @@ class FilterSetting:
         N as estimated, rad/sqrt(s) or m/s/sqrt(s); NaN if it was not.
     covariance
         Of the coefficients, as the document states it; None if it does not.
+    walk_bound
+        Largest K that the recording allows if it shows none, rad/s/sqrt(s); NaN if it shows one.
+    doubts
+        What the analysis found wrong of the recording and did not accept, in words.
     stated
         What a data sheet states beside the noise, in words: name -> text.
     """
@@ -62,6 +67,8 @@ class FilterSetting:
     sample_rate: float | None = None
     estimate: float = math.nan
     covariance: Mapping[str, Any] | None = None
+    walk_bound: float = math.nan
+    doubts: tuple[str, ...] = ()
     stated: Mapping[str, str] = field(default_factory=dict)
 
     def inflation(self, model: models.FilterModel) -> float | None:
@@ -84,6 +91,8 @@ class FilterSetting:
         walk = field_unit("rate_random_walk", self.kind)
         rate = UNITS[SENSED[self.kind].rate_unit]
         bias = f"K {model.walk / walk.size:.4g} {walk.name}"
+        if self.walk_bound > model.walk:
+            bias += f" (not estimated, at most {self.walk_bound / walk.size:.4g})"
         for one in model.markov:
             size, time = one.deviation / rate.size, one.correlation_time
             bias = f"Markov bias {size:.4g} {rate.name} over {time:.4g} s"
@@ -167,10 +176,11 @@ def _measured(
             limit, white, high = _limit(walk, whole, kind, confidence)
         except RecordingError as error:
             raise RecordingError(error.problem, channel=name, remedy=error.remedy) from None
-        # What is estimated in the spectrum counts even if a low-pass hides it from the curve.
-        least, given = 0.0 if math.isnan(white) else high, whole["input"]
+        # What the spectrum shows or allows counts even if a low-pass hides it from the curve.
+        least, given = 0.0 if math.isnan(high) else high, whole["input"]
         steps = whole["coefficients"].get(SENSED[kind].keys["quantization"], {})
         angle = steps.get("status") == "estimated" and steps["value"] > 0.0
+        slow = whole["coefficients"].get(SENSED[kind].keys["rate_random_walk"], {})
         setting = FilterSetting(
             name=name,
             kind=kind,
@@ -182,9 +192,28 @@ def _measured(
             sample_rate=float(given["sample_rate_hz"]),
             estimate=white,
             covariance=whole.get("covariance"),
+            walk_bound=_walk_bound(slow, kind),
+            doubts=_doubts(name, [sensor[0] for sensor in sensors], document, whole),
         )
         settings.append(setting)
     return settings
+
+
+def _walk_bound(slow: Mapping[str, Any], kind: Sensor) -> float:
+    """K that a recording allows if it shows none, rad/s/sqrt(s); NaN if it shows one."""
+    if slow.get("status") != "upper bound":
+        return math.nan
+    return float(slow["high"] * SENSED[kind].coefficients["rate_random_walk"][slow["unit"]])
+
+
+def _doubts(name: str, names: Sequence[str], *documents: Mapping[str, Any]) -> tuple[str, ...]:
+    """Findings on a sensor, or on no sensor alone, that are warnings or errors."""
+    doubts = []
+    for one in (one for document in documents for one in document.get("findings", ())):
+        of = set(re.split(r", |-", one["channel"]))
+        if one["level"] != "remark" and (name in of or not of <= set(names)):
+            doubts.append(f"{one['channel']}: {one['text']}".removeprefix(": "))
+    return tuple(dict.fromkeys(doubts))
 
 
 def _require_sound(name: str, walk: Mapping[str, Any], whole: Mapping[str, Any]) -> None:
@@ -253,7 +282,12 @@ def worst(settings: Sequence[FilterSetting]) -> FilterSetting:
     """
     names = list(dict.fromkeys(one.name for one in settings))
     name = names[0] if len(names) == 1 else f"the worst of {', '.join(names)}"
-    loudest = replace(max(settings, key=lambda one: one.simple.white), name=name)
+    loudest = replace(
+        max(settings, key=lambda one: one.simple.white),
+        name=name,
+        walk_bound=float(np.nanmax([-math.inf, *(one.walk_bound for one in settings)])),
+        doubts=tuple(dict.fromkeys(doubt for one in settings for doubt in one.doubts)),
+    )
     limits = [one.limit for one in settings if one.limit is not None]
     if len(settings) == 1 or len(limits) < len(settings):
         return loudest
@@ -318,13 +352,17 @@ def plain(sensors: Mapping[Sensor, Sequence[FilterSetting]], rate: float) -> dic
 
 
 def _sensor_data(setting: FilterSetting, step: float) -> dict[str, Any]:
-    optional = {"covariance": setting.covariance, "stated": setting.stated}
+    optional = {
+        "covariance": dict(setting.covariance or {}),
+        "stated": dict(setting.stated),
+        "warnings": list(setting.doubts),
+    }
     return {
         "source": setting.source,
         "measured": setting.limit is not None,
         "simple": _model(setting, setting.simple, step),
         "full": _model(setting, setting.full, step),
-        **{key: dict(stated) for key, stated in optional.items() if stated},
+        **{key: stated for key, stated in optional.items() if stated},
     }
 
 

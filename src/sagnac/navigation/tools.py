@@ -10,7 +10,7 @@ from typing import Final, get_args
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from sagnac.core import units
-from sagnac.core.errors import RecordingError, one_line, quoted
+from sagnac.core.errors import Note, RecordingError, one_line, quoted
 from sagnac.core.texts import toml_tables
 from sagnac.core.version import __version__
 from sagnac.navigation.definitions import Definition, ToolName, definition_of
@@ -97,15 +97,28 @@ class SettingsFile:
 
     @cached_property
     def _axes(self) -> dict[units.Sensor, tuple[FilterSetting, ...]]:
-        """Settings about x, y and z by kind: each its own if there are three, else the worst."""
+        """Settings about x, y and z by kind: each its own; the worst stands for one without."""
         axes: dict[units.Sensor, tuple[FilterSetting, ...]] = {}
         for kind, settings in self.chosen.items():
             own = {one.name: one for one in settings}
-            order = next((names for names in _AXES if set(names) == set(own)), tuple(own))
-            axes[kind] = (self.worst[kind],) * 3
-            if len(own) == 3:
-                axes[kind] = tuple(own[name] for name in order)
+            rest = tuple(own) if len(own) == 3 else ("",) * 3
+            order = next((names for names in _AXES if set(names) >= set(own)), rest)
+            axes[kind] = tuple(own.get(name, self.worst[kind]) for name in order)
         return axes
+
+    @property
+    def notes(self) -> tuple[Note, ...]:
+        """On axes that one measured sensor, or the worse of two, stands for; and on doubts."""
+        notes = []
+        for kind, settings in self._sensors.items():
+            names = dict.fromkeys(one.name for one in settings if one.limit is not None)
+            if self.definition.axes != "any" and len(names) in {1, 2}:
+                whose = "the worse of them stands" if len(names) == 2 else "stands"
+                which = "the third axis" if len(names) == 2 and self.each else "all three axes"
+                was = "were measured" if len(names) == 2 else f"alone of the {kind}s was measured"
+                notes.append(Note(channel=", ".join(names), text=f"{was}, and {whose} for {which}"))
+        doubts = dict.fromkeys(doubt for one in self.held for doubt in one.doubts)
+        return (*notes, *(Note(level="warning", text=doubt) for doubt in doubts))
 
     @cached_property
     def times(self) -> dict[units.Sensor, float]:
@@ -178,6 +191,7 @@ class SettingsFile:
         if None in limits:
             lines.append("What is stated was not measured, and is not inflated.")
         lines += dict.fromkeys(f"From {one.source}" for one in self.held)
+        lines += [f"{note.level.capitalize()}: {note}" for note in self.notes]
         if in_words:
             lines += [one.in_words() for one in self.held]
         return _comment(lines, mark)

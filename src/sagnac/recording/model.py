@@ -364,7 +364,7 @@ class Recording:
             raise ValueError("kind is not stated; state angle, increment or rate")
         values = {name: frame[header] for name, header in headers.items()}
         units = {name: split_header(header)[1] or "" for name, header in headers.items()}
-        times, index = values.pop("time", None), getattr(frame, "index", None)
+        times, index = values.pop("time", None), getattr(frame, "index", ())
         if times is None and sample_rate is None and with_dates(index).dtype.kind in "mM":
             times = index
         return cls.from_arrays(
