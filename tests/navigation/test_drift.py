@@ -182,6 +182,22 @@ def test_slow_noise_is_counted_once_though_b_and_k_are_both_bounded():
     assert both < np.hypot(*alone)
 
 
+def test_slow_noise_that_is_only_likely_has_an_interval_that_holds_none_and_its_bound():
+    likely = GyroNoise(
+        angle_random_walk=1e-6,
+        rate_random_walk=1e-8,
+        unseen=("bias_instability", "rate_random_walk"),
+        bounds={"rate_random_walk": 2e-8},
+    )
+    ends = [
+        heading(GyroNoise(angle_random_walk=1e-6, rate_random_walk=walk)) for walk in (0.0, 2e-8)
+    ]
+    for end, known in zip(heading(likely).interval, ends, strict=True):
+        assert end == pytest.approx(known.deviation())
+        # What is known without an error has no width.
+        assert known.interval[0] == pytest.approx(known.interval[1])
+
+
 def test_each_axis_has_its_own_gyro():
     loud, quiet = GyroNoise(angle_random_walk=1e-4), GyroNoise(angle_random_walk=1e-6)
     found = drift((loud, loud, quiet), latitude=LATITUDE, times=MINUTE, priors=exact())

@@ -56,20 +56,32 @@ class Growth:
         and east together.
     reach
         (times,) half of the interval of the logarithm of their sum, from the errors of N, B and K.
-    highest
-        (times,) standard deviation without misalignment, with the upper bound of what was not
-        estimated in the place of zero, the worst of `GyroNoise.bounded`.
+    lowest, highest
+        (times,) standard deviation without misalignment, with what was not estimated at zero, and
+        at its upper bound, the worst of `GyroNoise.bounded`.
     """
 
     times: FloatArray
     variances: FloatArray
     reach: FloatArray
+    lowest: FloatArray
     highest: FloatArray
 
     def deviation(self, *, misaligned: bool = True) -> FloatArray:
         """(times,) standard deviation, with or without the misalignment at the start."""
         count = len(PARTS) if misaligned else len(PARTS) - 1
         return np.asarray(np.sqrt(self.variances[:, :count].sum(axis=1)))
+
+    @property
+    def interval(self) -> tuple[FloatArray, FloatArray]:
+        """(times,) ends of the interval of the standard deviation without misalignment.
+
+        Slow noise that is taken as most likely may be nothing, or up to its upper bound.
+        """
+        middle, factor = self.deviation(misaligned=False), np.exp(0.5 * self.reach)
+        is_likely = self.lowest < middle * (1.0 - 1e-9)
+        upper = np.maximum(middle * factor, np.where(is_likely, self.highest, 0.0))
+        return np.minimum(middle, self.lowest) / factor, upper
 
     @property
     def highest_misaligned(self) -> FloatArray:
@@ -129,7 +141,7 @@ def drift(
     weights = np.stack([one for one, _ in found], axis=1)
     variances = np.zeros((len(_OUTPUTS), moments.size, len(PARTS)))
     variances[..., -1] = np.stack([misaligned for _, misaligned in found], axis=1)
-    highest, squares = np.zeros(variances.shape[:2]), np.zeros(variances.shape[:2])
+    lowest, highest, squares = np.zeros((3, *variances.shape[:2]))
     # One gyro in the place of three is wrong in all three alike.
     places: dict[tuple[GyroNoise, bool], list[int]] = {}
     for place, noise in enumerate(sensors):
@@ -137,9 +149,10 @@ def drift(
     for (noise, is_gyro), each in places.items():
         # The prior is of gyros.
         known = priors if is_gyro else replace(priors, bias=None)
-        parts, square, at_most = _made_by(noise, known, weights[:, :, each], constants)
+        parts, square, ends = _made_by(noise, known, weights[:, :, each], constants)
         squares += square
-        highest += at_most
+        lowest += ends[0]
+        highest += ends[1]
         count = parts.shape[-1]
         if is_gyro:
             variances[..., :count] += parts
@@ -148,15 +161,17 @@ def drift(
     own = np.maximum(variances[..., :-1].sum(axis=-1), 1e-300)
     reach = quantile(confidence) * np.sqrt(squares) / own
     heading, attitude, position = (
-        Growth(times=moments, variances=parts, reach=half, highest=np.sqrt(most))
-        for parts, half, most in zip(variances, reach, highest, strict=True)
+        Growth(
+            times=moments, variances=parts, reach=half, lowest=np.sqrt(least), highest=np.sqrt(most)
+        )
+        for parts, half, least, most in zip(variances, reach, lowest, highest, strict=True)
     )
     return Drift(heading=heading, attitude=attitude, position=position, priors=priors)
 
 
 def _made_by(
     noise: GyroNoise, priors: model.Start, weights: FloatArray, constants: Sequence[float]
-) -> tuple[FloatArray, FloatArray, FloatArray]:
+) -> tuple[FloatArray, FloatArray, tuple[FloatArray, FloatArray]]:
     """Variances that one noise makes, by (3, times, places, terms) weights of `_at`.
 
     Returns
@@ -165,14 +180,15 @@ def _made_by(
         (3, times, 5) by N, B, K, Markov rates and the initial bias.
     squares
         (3, times) squared standard error of their sum.
-    highest
-        (3, times) their sum with the worst upper bound.
+    ends
+        (3, times) their sum without what was not estimated, and with its worst upper bound.
     """
     initial, rise = _initial(noise, priors)
-    worst = [
-        weights[..., :3] @ one.values**2 + weights[..., 3] * _initial(one, priors)[0]
-        for one in noise.bounded
-    ]
+
+    def with_values(one: GyroNoise) -> FloatArray:
+        made = weights[..., :3] @ one.values**2 + weights[..., 3] * _initial(one, priors)[0]
+        return np.asarray(made.sum(axis=2) + markov)
+
     together = weights.sum(axis=2)
     own, biased, slow = together[..., :3], together[..., 3], together[..., 4:]
     rising = 2.0 * (own + biased[..., np.newaxis] * rise) * noise.values
@@ -185,7 +201,8 @@ def _made_by(
     parts = np.concatenate(
         [own * noise.values**2, np.stack([markov, biased * initial], axis=-1)], axis=-1
     )
-    return parts, squares, np.max(worst, axis=0).sum(axis=2) + markov
+    worst = np.max([with_values(one) for one in noise.bounded], axis=0)
+    return parts, squares, (with_values(noise.without_likely), worst)
 
 
 # Heading; the mean square of the two tilts; the sum of the squares north and east.

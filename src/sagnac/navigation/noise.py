@@ -83,6 +83,12 @@ class GyroNoise:
         raised: list[dict[str, Any]] = [{name: bound} for name, bound in self.bounds.items()]
         return tuple(replace(self, **one) for one in raised) or (self,)
 
+    @property
+    def without_likely(self) -> "GyroNoise":
+        """The same without the slow noise that is most likely, and was not estimated."""
+        unseen: dict[str, Any] = dict.fromkeys({*self.unseen} - {NAMES[0]}, 0.0)
+        return replace(self, **unseen)
+
     @classmethod
     def unit(
         cls, source: Documented | Mapping[str, Any] | str | Path

@@ -166,11 +166,12 @@ def drift_document(unaided: Unaided) -> dict[str, Any]:
     """
     found, priors = unaided.drift, unaided.drift.priors
     heading, sigma = found.heading, found.heading.deviation(misaligned=False) / DEGREE
+    low, high = (one / DEGREE for one in heading.interval)
     drifts = {
         "after_s": heading.times,
         "sigma_deg": sigma,
-        "low_deg": sigma * np.exp(-0.5 * heading.reach),
-        "high_deg": sigma * np.exp(0.5 * heading.reach),
+        "low_deg": low,
+        "high_deg": high,
         "heading_deg": heading.deviation() / DEGREE,
         "highest_deg": heading.highest / DEGREE,
     }
@@ -274,12 +275,11 @@ def drift_figure(unaided: Unaided) -> Figure:
     """Heading drift against time with its interval, what makes it, and the pessimistic line."""
     heading = unaided.along.heading
     sigma = heading.deviation(misaligned=False) / DEGREE
-    spread = np.exp(0.5 * heading.reach)
+    low, high = (one / DEGREE for one in heading.interval)
     interval = f"its {100 * unaided.confidence:g} % interval"
     with styled(3) as (figure, axes):
         axes.plot(heading.times, sigma, color=BLUE, label="heading drift")
-        ends = sigma / spread, sigma * spread
-        band(axes, heading.times, *ends, BLUE, alpha=0.18, label=interval)
+        band(axes, heading.times, low, high, BLUE, alpha=0.18, label=interval)
         for place, (name, style) in enumerate(zip(PARTS[:-1], _STYLES, strict=True)):
             part = np.sqrt(heading.variances[:, place]) / DEGREE
             if np.any(part > 0.0):
