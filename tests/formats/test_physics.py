@@ -12,6 +12,7 @@ import pytest
 
 from sagnac.core.errors import RecordingError
 from sagnac.formats import read
+from sagnac.formats.statement import Statement
 from sagnac.quality.check import check, judged
 from tests.instruments import GRAVITY, Floats, bench, turntable
 
@@ -373,3 +374,21 @@ def test_a_counter_that_starts_over_is_the_one_finding_of_its_gyro(tmp_path):
     notes = judged(read(tmp_path / "run.csv", **stated))
     assert {(note.name, note.level) for note in notes} == {("wraps", "error")}
     assert said(tmp_path, columns, **stated, counter_bits=16) == []
+
+
+def test_a_column_of_an_accelerometer_that_is_read_as_a_gyro_is_in_doubt(tmp_path):
+    noise = np.random.default_rng(3).standard_normal((2, 2000))
+    path = tmp_path / "run.csv"
+    lines = (f"{one:.6f},{other:.6f}" for one, other in noise.T)
+    path.write_text("\n".join(["gx,ax", *lines]) + "\n")
+
+    def doubts(**columns):
+        stated = {"kind": "rate", "unit": "deg/s", "sample_rate": 100.0, "time": "none"}
+        recording = read(path, Statement(**stated, columns=columns))
+        return [
+            note for note in recording.notes if "named as that of an accelerometer" in note.text
+        ]
+
+    (doubt,) = doubts(x="ax")
+    assert (doubt.name, doubt.level, doubt.channel) == ("units", "warning", "x")
+    assert not doubts(x="gx")

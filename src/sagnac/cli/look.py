@@ -98,8 +98,12 @@ def _suggest(file: Path, statement: "sagnac.Statement") -> None:
     if "COLUMN" not in words:
         return
     from sagnac.formats import gyros_in
+    from sagnac.recording.columns import ACCELEROMETER_NAMES
 
     found = gyros_in(file, statement)
+    if found and {*found} <= {*ACCELEROMETER_NAMES}:
+        print(f"{', '.join(found)} are named as accelerometers, which need a gyro beside them\n")
+        return
     if found:
         print(f"COLUMN may be any of {', '.join(found)}\n")
     if len(found) > 1:

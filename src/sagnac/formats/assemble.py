@@ -24,6 +24,7 @@ from sagnac.formats.source import Column, Source, Stored
 from sagnac.formats.statement import Statements
 from sagnac.formats.suspicions import (
     counter_notes,
+    force_notes,
     increment_notes,
     rate_notes,
     slice_notes,
@@ -94,6 +95,7 @@ def assemble(
     notes += stretch.sampling.notes
     if choice.time is not None:
         notes += stamp_unit_notes(choice.time, stretch.sampling.sample_rate)
+    notes += force_notes(choice.gyros)
     notes += slice_notes(statements.caller.span, stretch)
     notes += unused_notes(source, choice, statements, stretch)
     if by_caller is None and by_file and by_toml and by_file != by_toml:

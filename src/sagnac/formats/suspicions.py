@@ -2,6 +2,7 @@
 
 import math
 import re
+from collections.abc import Mapping
 from contextlib import suppress
 from itertools import pairwise
 from typing import Final
@@ -16,7 +17,7 @@ from sagnac.formats.choice import Choice, is_like_time
 from sagnac.formats.source import Column, Source
 from sagnac.formats.statement import COUNTER_BITS, Statements
 from sagnac.recording.channel import Kind, finite_extent
-from sagnac.recording.columns import Sampling, Span, Stretch
+from sagnac.recording.columns import ACCELEROMETER_NAMES, Sampling, Span, Stretch
 
 # A step is a roll-over if it covers more than this part of the range, and the usual ones less than
 # that: no gyro turns through most of its range from one sample to the next.
@@ -264,6 +265,19 @@ _COUNTER: Final = re.compile(
 _AGREES: Final = 0.02
 _MOSTLY: Final = 0.9
 _WITHIN: Final = 0.5
+
+
+def force_notes(gyros: Mapping[str, Column]) -> list[Note]:
+    """On gyros whose columns are named as those of accelerometers."""
+    said = (
+        "its column is named as that of an accelerometer, which is analyzed beside a gyro "
+        "({{accelerometers {key}}}), and it is read as a gyro"
+    )
+    return [
+        Note(name="units", level="warning", channel=name, text=said.format(key=column.key))
+        for name, column in gyros.items()
+        if column.name.lower() in ACCELEROMETER_NAMES
+    ]
 
 
 def slice_notes(span: Span | None, stretch: Stretch) -> list[Note]:

@@ -44,6 +44,9 @@ from sagnac.recording.columns import GAP_STEPS, median_step
 from sagnac.recording.encoder_readings import LARGEST_SHARE_MISSING, MOST_MISSING_IN_A_ROW
 from sagnac.recording.model import Recording, second_of
 
+# Share of the scatter of a record below which differences of its samples are rounding.
+_ROUNDING: Final = 1e-9
+
 # ---- missing -----------------------------------------------------------------------
 
 
@@ -370,7 +373,7 @@ def _explained(profile: Profile) -> float:
     out in steps of a third of its scatter or finer.
     """
     values, step = profile.channel.values, profile.step
-    rounding = 1e-9 * profile.scale
+    rounding = _ROUNDING * profile.scale
     if profile.channel.kind == "angle":
         step = count_step(values, rounding)
     if step * 3.0 > math.sqrt(2.0) * profile.scale or not math.isfinite(step):
@@ -531,8 +534,8 @@ def _take_turns(profile: Profile, sensors: int) -> bool:
         return False
     turns = _turns(changes, sensors)
     typical = float(np.median(_scatters(turns)))
-    # A quarter of a step apart is one count: a file's own rounding parts them.
-    if not typical > max(profile.rounding, 0.25 * profile.step):
+    # Counts that hardly scatter differ by what the rounding of their file makes.
+    if not typical > max(profile.rounding, _ROUNDING * profile.scale):
         return False
     # Motion is taken off by the mean of each round, and single samples far off shift no mean.
     off = turns - turns.mean(axis=2, keepdims=True)
