@@ -69,6 +69,26 @@ def test_a_line_is_named_by_a_stronger_one(weak, strong, name):
     assert _name(weak, (strong,), known(0.1)) == name
 
 
+@pytest.mark.parametrize(
+    ("weak", "name"),
+    [
+        (line("time", 23.5, 2e-9), "product of 23 Hz and order 5"),
+        (line("time", 22.5, 2e-9), "product of 23 Hz and order 5"),
+        # Stronger than the two can make it, and where neither their sum nor their difference lies.
+        (line("time", 23.5, 2e-8), ""),
+        (line("time", 23.45, 2e-9), ""),
+        # 10 turns at 0.1 Hz, on either scale.
+        (line("time", 1.2, 1e-7), "product of order 7 and order 5"),
+        (line("angle", 12.0, 1e-7), "product of order 7 and order 5"),
+        (line("angle", 13.0, 1e-7), ""),
+    ],
+)
+def test_a_line_at_the_sum_or_difference_of_two_is_their_product(weak, name):
+    seventh = line("angle", 7.0, 50.0 * ARCSECOND)
+    assert _name(weak, (STRONG_ORDER, seventh, STRONG_TONE), known(0.1)) == name
+    assert _name(weak, (STRONG_TONE,), known(0.1)) == ""
+
+
 def test_at_rest_there_are_no_sidebands_of_the_table():
     assert _name(line("time", 23.1, 1e-8), (STRONG_TONE,), known(0.0)) == ""
 

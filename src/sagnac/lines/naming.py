@@ -30,6 +30,9 @@ _MISSED: Final = 2.0
 _DRIFT: Final = 20.0
 # Share of an order's frequency within which jitter of the table shows.
 _JITTER: Final = 0.01
+# Times the product of their amplitudes, rad, and the order, that two lines make of each other at
+# most: half of it over the share of the rate that the leading gyros sense, each of the other.
+_LED: Final = 2.0
 # Standard deviation of a phase of which nothing is known, rad.
 _ANY_PHASE: Final = np.pi / np.sqrt(3.0)
 
@@ -113,8 +116,10 @@ def _of_fit(fit: ComponentFit, state: State, channel: str) -> list[Line]:
 def _name(line: Line, stronger: tuple[Line, ...], state: State) -> str:
     """Origin of a line, if its frequency beside a stronger one's tells."""
     if line.scale == "time":
+        if not _turn_rate(state):
+            return ""
         names = (_sideband_in_time(line, other, state) for other in stronger)
-        return next(filter(None, names), "") if _turn_rate(state) else ""
+        return next(filter(None, names), _product(line, stronger, state))
     for other in stronger:
         # Harmonics are removed in the angle that the encoder reports. Its periodic error, some
         # arcseconds at a low order, leaves sidebands of order * error / 2 beside each of them.
@@ -122,8 +127,45 @@ def _name(line: Line, stronger: tuple[Line, ...], state: State) -> str:
         reach = other.amplitude * max(other.frequency, 1.0) * _ENCODER_ERROR
         near = other.scale == "angle" and _BESIDE[0] < apart < _BESIDE[1]
         if near and line.amplitude < reach:
-            return f"sideband of order {other.frequency:g} (encoder error)"
-    return "" if line.frequency == np.rint(line.frequency) else "non-integer order"
+            return f"sideband of {_parent(other)} (encoder error)"
+    made = _product(line, stronger, state)
+    return made or ("" if line.frequency == np.rint(line.frequency) else "non-integer order")
+
+
+def _product(line: Line, stronger: tuple[Line, ...], state: State) -> str:
+    """Origin of a line at the sum or the difference of an order and another line; else empty.
+
+    Above the frequency up to which the encoder knows the table's angle better, the gyros lead it,
+    and what is in them is in the phases of all orders.
+    """
+    turn_rate = _turn_rate(state)
+    place = _hertz(line, turn_rate)
+    for order in (one for one in stronger if one.scale == "angle"):
+        moved = order.frequency * turn_rate
+        reach = _LED * order.frequency * order.amplitude
+        for other in stronger:
+            base = _hertz(other, turn_rate)
+            missed = min(abs(place - abs(base + way)) for way in (-moved, moved))
+            of_line = other.scale == "angle" or line.scale == "time"
+            is_there = missed < _MISSED * _resolution(state)
+            if of_line and is_there and line.amplitude < reach * other.amplitude:
+                return f"product of {_parent(other)} and order {order.frequency:g}"
+    return ""
+
+
+def _hertz(line: Line, turn_rate: float) -> float:
+    """Frequency of a line, Hz, at the mean rate of the table, turns a second."""
+    return line.frequency if line.scale == "time" else line.frequency * turn_rate
+
+
+def _parent(line: Line) -> str:
+    """A line as the names of others have it."""
+    return f"{line.frequency:.6g} Hz" if line.scale == "time" else f"order {line.frequency:g}"
+
+
+def _resolution(state: State) -> float:
+    """Width of a bin of the spectrum, Hz."""
+    return state.record.sample_rate / (2.0 * (state.floor.size - 1))
 
 
 def _sideband_in_time(line: Line, other: Line, state: State) -> str:
@@ -131,10 +173,8 @@ def _sideband_in_time(line: Line, other: Line, state: State) -> str:
     if other.amplitude < _WEAKER * line.amplitude:
         return ""
     in_time, turn_rate = other.scale == "time", _turn_rate(state)
-    # Width of a bin, Hz.
-    resolution = state.record.sample_rate / (2.0 * (state.floor.size - 1))
-    base = other.frequency if in_time else other.frequency * turn_rate
-    parent = f"{base:.6g} Hz" if in_time else f"order {other.frequency:g}"
+    resolution = _resolution(state)
+    base, parent = _hertz(other, turn_rate), _parent(other)
     apart = abs(line.frequency - base)
     for multiple, times in ((1, "the table rate"), (2, "twice the table rate")):
         if abs(apart - multiple * turn_rate) < _MISSED * resolution:
