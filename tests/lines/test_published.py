@@ -209,7 +209,7 @@ def test_refusals(change, message):
         ({"cells": 0}, "cells is 0"),
         ({"slowest": -1.0}, "slowest is -1.0"),
         ({"stop": "never"}, "stop is 'never'"),
-        ({"most_lines": -1}, "most_terms -1"),
+        ({"most_lines": -1}, "most_terms is -1"),
     ],
 )
 def test_a_search_that_cannot_be_is_refused(change, message):

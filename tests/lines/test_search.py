@@ -168,8 +168,31 @@ def test_arguments_that_do_not_fit_are_refused():
         remove_lines(np.zeros(10), np.zeros(9), RATE, channel="x")
     with pytest.raises(ValueError, match=r"sample_rate is 0\.0; give samples per second"):
         remove_lines(np.zeros(10), None, 0.0, channel="x")
-    with pytest.raises(ValueError, match=r"angle has shape \(1,\); give two samples or more"):
-        remove_lines(np.zeros(1), None, RATE, channel="x")
+    with pytest.raises(ValueError, match=r"angle has shape \(3,\); give four samples or more"):
+        remove_lines(np.zeros(3), None, RATE, channel="x")
+    with pytest.raises(ValueError, match="angle is 0 throughout"):
+        remove_lines(np.zeros(10), None, RATE, channel="x")
+    with pytest.raises(ValueError, match="false_alarm is 1000000000"):
+        remove_lines(walk(1000, 0), None, RATE, channel="x", false_alarm=1e9)
+
+
+@pytest.mark.parametrize("argument", ["angle", "table"])
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        (lambda whole: np.where(np.arange(whole.size) == 7, np.nan, whole), "missing or infinite"),
+        (lambda whole: np.ma.masked_inside(whole, whole[7], whole[7]), "missing or infinite"),
+        (lambda whole: whole + 0j, "holds complex128 values"),
+        (lambda whole: whole.astype(str), "holds <U32 values"),
+        (lambda whole: whole > 0.0, "holds bool values"),
+    ],
+    ids=["NaN", "masked", "complex", "texts", "booleans"],
+)
+def test_what_is_no_whole_column_of_numbers_is_refused(argument, change, said):
+    whole = {"angle": walk(1000, 0), "table": np.arange(1000.0)}
+    whole[argument] = change(whole[argument])
+    with pytest.raises(ValueError, match=f"{argument} (has values that are )?{said}"):
+        remove_lines(**whole, sample_rate=RATE, channel="x")
 
 
 def many_tones(samples):

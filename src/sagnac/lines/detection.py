@@ -15,6 +15,7 @@ import scipy.fft
 from scipy.optimize import brentq
 
 from sagnac.core.arrays import BooleanArray, FloatArray, blocks
+from sagnac.core.errors import is_finite, quoted
 from sagnac.lines import _kernels
 from sagnac.lines.components import Components
 from sagnac.lines.joint_fit import ComponentFit
@@ -62,10 +63,10 @@ def detection_threshold(bins: int, false_alarm: float) -> float:
     Raises
     ------
     ValueError
-        If `false_alarm` is not above zero.
+        If `false_alarm` is not above zero, or as many as there are bins.
     """
-    if not false_alarm > 0.0:
-        raise ValueError(f"false_alarm is {false_alarm}; give a probability above zero")
+    if not (is_finite(false_alarm) and 0.0 < false_alarm < max(bins, 2) / np.e):
+        raise ValueError(f"false_alarm is {quoted(false_alarm)}; give a probability above zero")
     scatter = floor_scatter(bins)
 
     def excess(p: float) -> float:

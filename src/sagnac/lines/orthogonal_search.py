@@ -11,7 +11,6 @@ Korenberg, Biol. Cybern. 60 (1989) 267; Korenberg and Paarmann, IEEE Signal Proc
 8(3) (1991) 29; Eqs. 17-19 of Yu et al., Sensors 13 (2013) 2750.
 """
 
-import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Final, Literal, get_args
@@ -21,7 +20,8 @@ from numpy.typing import ArrayLike
 from scipy.special import chdtri
 
 from sagnac.core.arrays import ComplexArray, FloatArray, IntegerArray
-from sagnac.core.errors import quoted
+from sagnac.core.errors import is_finite, quoted
+from sagnac.recording.channel import numbers
 from sagnac.spectrum.sums import angle_sums
 
 Stop = Literal["korenberg", "false-alarm", "none"]
@@ -167,7 +167,8 @@ def fast_orthogonal_search(
 
     The candidates are pairs of cosine and sine of ``spacing * k * phase``, k = 1 ...
     `candidates`, or the columns of a matrix. A constant is always in, and so is a slope along the
-    phase. A pair's merit is Q(cos) + Q(sin | cos), each C^2 / D of Korenberg's recursion.
+    phase. A pair's merit is Q(cos) + Q(sin | cos), each C^2 / D of Korenberg's recursion; one of
+    whose terms what is chosen leaves nothing counts by the other.
 
     Parameters
     ----------
@@ -225,8 +226,8 @@ def fast_orthogonal_search(
     >>> found.coefficients.round(2)
     array([[0.5]])
     """
-    values = np.asarray(signal, dtype=np.float64)
-    along = None if phase is None else np.asarray(phase, dtype=np.float64)
+    values = np.asarray(numbers(signal, "signal"), dtype=np.float64)
+    along = None if phase is None else np.asarray(numbers(phase, "phase"), dtype=np.float64)
     _check(along, values, spacing, candidates)
     require_rule(stop, false_alarm, most_terms)
     # The line that is always in; the phase is centred and scaled, so that it costs no precision.
@@ -281,7 +282,10 @@ def _check(
         raise ValueError(
             f"phase has shape {phase.shape} and signal {signal.shape}; give one of each a sample"
         )
-    matrix = None if np.ndim(candidates) == 0 else np.asarray(candidates, dtype=np.float64)
+    matrix = None
+    if np.ndim(candidates) > 0:
+        # What a masked array masks is missing.
+        matrix = np.ma.filled(np.ma.asarray(candidates, dtype=np.float64), np.nan)
     for name, given in (("phase", phase), ("signal", signal), ("candidates", matrix)):
         if given is not None and not np.isfinite(given).all():
             raise ValueError(f"{name} has values that are not finite; leave these samples out")
@@ -297,9 +301,15 @@ def _check(
         return
     if phase is None:
         raise ValueError("phase is None; sinusoids need one (a matrix of candidates does not)")
-    count = int(np.asarray(candidates))
-    if spacing is None or not (spacing > 0.0 and math.isfinite(spacing)) or count < 1:
-        raise ValueError(f"spacing {spacing}, candidates {count}: give positive numbers")
+    _require_count("candidates", np.asarray(candidates).item(), 1)
+    if spacing is None or not (is_finite(spacing) and spacing > 0.0):
+        raise ValueError(f"spacing is {quoted(spacing)}; give a number above zero")
+
+
+def _require_count(name: str, value: object, least: int) -> None:
+    """Refuse what is no whole number, or too small a one."""
+    if not isinstance(value, int | np.integer) or isinstance(value, bool) or value < least:
+        raise ValueError(f"{name} is {quoted(value)}; give a whole number of {least} or more")
 
 
 def require_rule(stop: Stop, false_alarm: float, most_terms: int) -> None:
@@ -314,8 +324,7 @@ def require_rule(stop: Stop, false_alarm: float, most_terms: int) -> None:
         raise ValueError(f"stop is {quoted(stop)}; use one of {', '.join(STOPS)}")
     if not 0.0 < false_alarm < 1.0:
         raise ValueError(f"false_alarm is {false_alarm!r}; give a probability between 0 and 1")
-    if most_terms < 0:
-        raise ValueError(f"most_terms {most_terms}: give 0 or more")
+    _require_count("most_terms", most_terms, 0)
 
 
 def share_to_bring(
@@ -415,15 +424,15 @@ class _Search:
 
     def best(self) -> tuple[float, int]:
         """Greatest drop of the mean square that a candidate would bring, and which."""
-        first, second = self.own
-        usable = first > self.least[0]
-        above, below = self.data.real**2, first
+        (first, second), (c, s) = self.own, (self.data.real, self.data.imag)
+        usable = self.own > self.least
+        merit = np.divide(c**2, first, out=np.zeros(c.size), where=usable[0])
         if self.terms == 2:
+            alone = np.divide(s**2, second, out=np.zeros(c.size), where=usable[1])
             below = first * second - self.cross**2
-            c, s = self.data.real, self.data.imag
             above = second * c**2 + first * s**2 - 2.0 * self.cross * c * s
-            usable &= (second > self.least[1]) & (below > _DEPENDENT * first * second)
-        merit = np.divide(above, below, out=np.zeros(usable.size), where=usable)
+            both = usable.all(axis=0) & (below > _DEPENDENT * first * second)
+            merit = np.divide(above, below, out=np.maximum(merit, alone), where=both)
         merit[self.chosen] = 0.0
         index = int(np.argmax(merit))
         return float(merit[index]), index
@@ -433,6 +442,8 @@ class _Search:
         size, left = 2 + 2 * len(self.chosen), self.mean_square[-1]
         self.chosen.append(index)
         for term in range(self.terms):
+            if not self.own[term, index] > self.least[term, index]:
+                continue
             row = np.zeros(size + 2)
             row[size + term] = 1.0
             products = self.with_term(index, term).copy()

@@ -11,8 +11,9 @@ from dataclasses import replace
 from typing import Final
 
 import numpy as np
+from numpy.typing import ArrayLike
 
-from sagnac.core.arrays import FloatArray
+from sagnac.core.arrays import FloatArray, extent, is_finite
 from sagnac.core.errors import Note, counted, rounded
 from sagnac.core.kernels import one_thread
 from sagnac.lines import detection, passes
@@ -23,6 +24,7 @@ from sagnac.lines.model import Removal
 from sagnac.lines.naming import describe_lines, masked_bands, noise_taken
 from sagnac.lines.products import pairs_summed
 from sagnac.lines.state import Record, State, first_state
+from sagnac.recording.channel import numbers
 from sagnac.table.kinematics import averages_of, kinematics
 from sagnac.table.motion import follow_table
 from sagnac.table.turns import FEW_TURNS, full_turns, function_of_angle, is_turning
@@ -87,8 +89,8 @@ def remove_lines(
     Raises
     ------
     ValueError
-        If `false_alarm` or `sample_rate` is not above zero, there are fewer than two samples, or
-        the table has another number of them.
+        If `false_alarm` is no probability, `sample_rate` is not above zero, a value is missing or
+        infinite, all are the same, there are too few, or the table has another number of them.
 
     Examples
     --------
@@ -104,19 +106,31 @@ def remove_lines(
     >>> round(float(np.std(np.diff(removal.residual)) / np.std(steps)), 2)
     1.0
     """
-    angle = np.asarray(angle, dtype=np.float64)
-    table = None if table is None else np.asarray(table, dtype=np.float64)
+    angle = _whole(angle, "angle")
+    table = None if table is None else _whole(table, "table")
+    record = Record(angle=angle, encoder=table, sample_rate=sample_rate, false_alarm=false_alarm)
+    if not np.any(np.diff(extent(angle))):
+        raise ValueError(f"angle is {angle[0]:g} throughout; give values that vary")
     notes: tuple[Note, ...] = ()
     if table is not None and is_turning(table) and full_turns(table) < FEW_TURNS:
         angle, notes = _without_table(angle, table, sample_rate, channel)
-        table = None
-    record = Record(angle=angle, encoder=table, sample_rate=sample_rate, false_alarm=false_alarm)
+        record = replace(record, angle=angle, encoder=None, made={})
     report = progress or (lambda _: None)
     # Products within a block are too small to share out among threads.
     with one_thread():
         removal = _removal(searched(first_state(record), report), channel)
     report(1.0)
     return replace(removal, notes=(*notes, *removal.notes))
+
+
+def _whole(values: ArrayLike, argument: str) -> FloatArray:
+    """Numbers that are all there."""
+    column = np.asarray(numbers(values, argument), dtype=np.float64)
+    if not is_finite(column):
+        raise ValueError(
+            f"{argument} has values that are missing or infinite; give a whole stretch"
+        )
+    return column
 
 
 def _without_table(

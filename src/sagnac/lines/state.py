@@ -60,8 +60,8 @@ class Record:
     made: dict[str, tuple[Hashable, Any]] = field(default_factory=dict, repr=False)
 
     def __post_init__(self) -> None:
-        if self.angle.ndim != 1 or self.angle.size < 2:
-            raise ValueError(f"angle has shape {self.angle.shape}; give two samples or more")
+        if self.angle.ndim != 1 or self.angle.size < 4:
+            raise ValueError(f"angle has shape {self.angle.shape}; give four samples or more")
         if self.encoder is not None and self.encoder.shape != self.angle.shape:
             raise ValueError(
                 f"table has shape {self.encoder.shape}; give that of the angle, {self.angle.shape}"

@@ -533,9 +533,7 @@ def angle_increments(values: ArrayLike, *, kind: Kind, sample_rate: float) -> Fl
     ValueError
         If an argument makes no sense.
     """
-    samples = np.asarray(values, dtype=np.float64)
-    if samples.ndim != 1:
-        raise ValueError(f"values has shape {samples.shape}; give one channel, shape (samples,)")
+    samples = np.asarray(numbers(values, "values"), dtype=np.float64)
     require_choice("kind", kind, Kind)
     require_rate(sample_rate)
     # One sum tells whole samples without a second array of their size.

@@ -107,7 +107,7 @@ def deviation_at_every_tau(
     RecordingError
         If a value is missing or infinite.
     ValueError
-        If there are too few.
+        If there are too few, or an argument makes no sense.
 
     Examples
     --------
@@ -119,6 +119,8 @@ def deviation_at_every_tau(
     (5000, True)
     """
     samples = np.asarray(numbers(values, "values"), dtype=np.float64)
+    require_choice("kind", kind, Kind)
+    require_rate(sample_rate)
     angle = np.asarray(accumulated_track(samples, kind, sample_rate, "reject").angle)
     cluster = np.arange(1, (angle.size - 1) // 2 + 1)
     variance = _sums_of_all_clusters(angle) / (2.0 * cluster**2 * (angle.size - 2.0 * cluster))
