@@ -98,6 +98,46 @@ def test_a_curve_that_joins_another_leaves_room_for_both():
     assert top > high.curve.deviation.max() / DEGREE_PER_HOUR
 
 
+def test_limits_hold_what_is_on_the_axes_already():
+    low = analysis(gyros=("x",))
+    spectrum = dataclasses.replace(low.spectrum, density=1e-4 * low.spectrum.density)
+    axes = Figure().add_subplot()
+    axes.plot([2000.0, 90_000.0], [1e4, 1e4])
+    plot.stability(low, axes)
+    axes.plot([1.0, 2.0], [1e-4, 1e-4])
+    plot.stability(low, axes)
+    assert axes.get_xlim()[1] > 90_000.0
+    assert axes.get_ylim()[0] < 1e-4
+    assert axes.get_ylim()[1] > 1e4
+    axes = Figure().add_subplot()
+    for one in (low, dataclasses.replace(low, spectrum=spectrum, spectrum_before=spectrum)):
+        plot.spectrum(one, axes)
+    after = [line for line in axes.get_lines() if line.get_label() == "after removal"]
+    assert len({line.get_color() for line in after}) == 2
+    bottom, top = axes.get_ylim()
+    assert all(bottom < line.get_ydata().min() < line.get_ydata().max() < top for line in after)
+
+
+def test_a_second_curve_has_limits_and_a_color_of_its_own():
+    curve = analysis(gyros=("x",)).curve
+    low = {name: 1e-3 * getattr(curve, name) for name in ("deviation", "low", "high")}
+    axes = Figure().add_subplot()
+    for one in (curve, dataclasses.replace(curve, **low)):
+        plot.stability(one, axes)
+    assert len({line.get_color() for line in axes.get_lines()}) == 2
+    bottom, top = axes.get_ylim()
+    assert bottom < low["low"].min()
+    assert top > curve.deviation.max()
+
+
+def test_a_curve_in_another_unit_is_refused():
+    found = analysis(gyros=("x",))
+    for first, second in ((found, found.curve), (found.curve, found)):
+        axes = plot.stability(first, Figure().add_subplot())
+        with pytest.raises(ValueError, match=r"result is in .*°/h.*; give it other axes"):
+            plot.stability(second, axes)
+
+
 def test_lines_stand_at_their_frequency_and_amplitude():
     axes = plot.lines(analysis(), Figure().add_subplot())
     of_angle, of_time = (container[0] for container in axes.containers)

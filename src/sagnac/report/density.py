@@ -85,7 +85,7 @@ def lines(analysis: Analysis, ax: Axes | None = None) -> Axes:
             )  # fmt: skip
     frame.logarithmic(axes, "frequency (Hz)", "amplitude (″)")
     if not placed:
-        axes.set(xlim=(0.1, 10.0), ylim=(0.1, 10.0))
+        frame.without_data(axes)
         axes.text(0.5, 0.5, "no line", transform=axes.transAxes, ha="center")
         return axes
     for at, line in placed[:LABELLED_LINES]:
@@ -138,15 +138,14 @@ def spectrum(analysis: Analysis, ax: Axes | None = None) -> Axes:
             label="before removal",
         )  # fmt: skip
     axes.plot(
-        after.frequency, after.density, color=frame.BLUE, linewidth=0.8, alpha=0.7,
+        after.frequency, after.density, color=frame.next_color(axes), linewidth=0.8, alpha=0.7,
         label=frame.after_removal(analysis),
     )  # fmt: skip
     frame.logarithmic(
         axes, "frequency (Hz)", f"rate noise density, {frame.channel_of(analysis)} (°/h/√Hz)"
     )
     if not after.frequency.size:
-        # Logarithmic axes find no limits of their own without data.
-        axes.set(xlim=(0.1, 10.0), ylim=(0.1, 10.0))
+        frame.without_data(axes)
         axes.text(0.5, 0.5, analysis.source, transform=axes.transAxes, ha="center")
         return axes
     axes.margins(x=0.01)
@@ -216,19 +215,19 @@ def _rested_on(axes: Axes, analysis: Analysis) -> None:
         low, high, color=frame.ORANGE, alpha=0.08, linewidth=0, label=f"band of the {whose}"
     )
     frequency = np.geomspace(low, min(high, 0.5 / choice.law.interval), 200)
-    bottom, top = axes.get_ylim()
     root = np.sqrt(choice.law.density(frequency)) / DEGREE_PER_HOUR_PER_ROOT_HERTZ
     letters = ", ".join(SYMBOLS[name] for name in choice.terms)
     behind = " behind a low-pass" if any(choice.law.falls) else ""
-    axes.plot(frequency, root, color=frame.ORANGE, linewidth=1.3, label=f"{letters}{behind}")
+    label = f"{letters}{behind}"
+    frame.model(axes, frequency, root, color=frame.ORANGE, linewidth=1.3, label=label)
     for place, square in enumerate(choice.law.squares):
         if square > 0.0 and len(choice.terms) > 1:
             alone = tuple(square if one == place else 0.0 for one in range(len(choice.law.squares)))
             term = np.sqrt(replace(choice.law, squares=alone).density(frequency))
             term /= DEGREE_PER_HOUR_PER_ROOT_HERTZ
-            axes.plot(frequency, term, color=frame.ORANGE, linewidth=0.7, linestyle=frame.DOTTED)
-    # A term may lie far below the data within its band.
-    axes.set_ylim(bottom, top)
+            frame.model(
+                axes, frequency, term, color=frame.ORANGE, linewidth=0.7, linestyle=frame.DOTTED
+            )
 
 
 def _mark_lines(axes: Axes, analysis: Analysis) -> None:

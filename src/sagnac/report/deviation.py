@@ -8,7 +8,6 @@ from typing import Final
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.patheffects import withStroke
-from matplotlib.transforms import Bbox
 
 from sagnac.analysis.result import Analysis, headline_coefficients, headline_fit
 from sagnac.analysis.spectra import ByAngle, Residual
@@ -38,9 +37,11 @@ _NAMES: Final = {
     "both": "N of the likelihood",
     "whole band": "likelihood",
 }
-# Label of the axis of deviations before and behind the channel.
+# Label of the axis of deviations before the channel, and the units behind it.
 _OF_CHANNEL: Final = "Allan deviation, "
 _UNIT: Final = " (°/h)"
+_OF_VALUES: Final = " (unit of the values per s)"
+_OF_TIME: Final = " (unit of the values)"
 
 
 def stability(result: Analysis | StabilityCurve, ax: Axes | None = None) -> Axes:
@@ -55,11 +56,16 @@ def stability(result: Analysis | StabilityCurve, ax: Axes | None = None) -> Axes
         removal and the fit, in a colour of its own, with its name.
     ax
         Where to draw; without it the current axis of ``pyplot``. An analysis that joins others
-        there is drawn over them in the same way.
+        there is drawn over them in the same way. Limits hold what is there already.
 
     Returns
     -------
     matplotlib.axes.Axes
+
+    Raises
+    ------
+    ValueError
+        If deviations in another unit are there already.
 
     Examples
     --------
@@ -86,10 +92,9 @@ def stability(result: Analysis | StabilityCurve, ax: Axes | None = None) -> Axes
 
 def _draw_curve(axes: Axes, curve: StabilityCurve) -> None:
     """One curve, in the unit of the values that it was made of."""
-    unit = "unit of the values" if curve.estimator == "tdev" else "unit of the values per s"
-    _points(axes, curve, 1.0, label=curve.estimator)
-    frame.logarithmic(axes, "cluster time τ (s)", f"{curve.estimator} ({unit})")
+    _frame(axes, curve.estimator, _OF_TIME if curve.estimator == "tdev" else _OF_VALUES)
     _limits(axes, curve.tau, curve.deviation, curve.low)
+    _points(axes, curve, 1.0, label=curve.estimator)
 
 
 def _name_first(axes: Axes) -> None:
@@ -102,18 +107,13 @@ def _name_first(axes: Axes) -> None:
 
 def _draw_over(axes: Axes, analysis: Analysis) -> None:
     """The curve after removal and the fit, in the next colour, beside those that are there."""
-    there, before = len(axes.collections), axes.viewLim.frozen()
-    color = frame.COLORS[there % len(frame.COLORS)]
     curve = analysis.curve
-    _points(axes, curve, DEGREE_PER_HOUR, label=frame.channel_of(analysis), color=color)
-    frame.logarithmic(axes, "cluster time τ (s)", f"Allan deviation{_UNIT}")
+    _frame(axes, "Allan deviation", _UNIT)
     _limits(axes, curve.tau, *(one / DEGREE_PER_HOUR for one in (curve.deviation, curve.low)))
-    if there:
-        both = Bbox.union([before, axes.viewLim])
-        axes.set(xlim=both.intervalx, ylim=both.intervaly)
+    color = _points(axes, curve, DEGREE_PER_HOUR, label=frame.channel_of(analysis))
     if (fit := _fit_of(analysis)) is not None:
         tau, total = fit.sum_over(*axes.get_xlim())
-        axes.plot(tau, total, color=color, linewidth=1.0)
+        frame.model(axes, tau, total, color=color, linewidth=1.0)
 
 
 def _draw_curves(axes: Axes, analysis: Analysis) -> None:
@@ -122,38 +122,47 @@ def _draw_curves(axes: Axes, analysis: Analysis) -> None:
     # An analysis that was read again holds the curve after removal alone.
     recorded = getattr(analysis, "curve_before", None)
     before = after if recorded is None else recorded
+    _frame(axes, f"{_OF_CHANNEL}{frame.channel_of(analysis)}", _UNIT)
+    shown = (before.deviation, after.deviation, after.low)
+    _limits(axes, after.tau, *(one / DEGREE_PER_HOUR for one in shown))
     if recorded is not None and frame.removed(analysis):
         axes.plot(
             before.tau, before.deviation / DEGREE_PER_HOUR, color=frame.QUIET, marker="s",
             markersize=2.8, linewidth=0.9, label="before removal",
         )  # fmt: skip
     _points(axes, after, DEGREE_PER_HOUR, label=frame.after_removal(analysis))
-    frame.logarithmic(
-        axes, "cluster time τ (s)", f"{_OF_CHANNEL}{frame.channel_of(analysis)}{_UNIT}"
-    )
-    shown = (before.deviation, after.deviation, after.low)
-    _limits(axes, after.tau, *(one / DEGREE_PER_HOUR for one in shown))
     _fitted(axes, analysis)
 
 
-def _points(
-    axes: Axes, curve: StabilityCurve, unit: float, *, label: str, color: str = frame.BLUE
-) -> None:
-    """The points of a curve and its interval, in `unit`."""
+def _frame(axes: Axes, name: str, unit: str) -> None:
+    """Axes of deviations, which have to be in the unit of those that are there already."""
+    for other in (_UNIT, _OF_VALUES, _OF_TIME):
+        if other != unit and axes.get_ylabel().endswith(other):
+            stated, held = (one.strip(" ()") for one in (unit, other))
+            raise ValueError(f"result is in {stated} and axes are in {held}; give it other axes")
+    frame.logarithmic(axes, "cluster time τ (s)", f"{name}{unit}")
+
+
+def _points(axes: Axes, curve: StabilityCurve, unit: float, *, label: str) -> str:
+    """The points of a curve and its interval, in `unit`; gives their color."""
+    color = frame.next_color(axes)
     deviation, low, high = (one / unit for one in (curve.deviation, curve.low, curve.high))
     axes.plot(curve.tau, deviation, color=color, marker="o", linestyle="none", label=label)
     interval = f"its {100 * curve.confidence:g} % interval"
     frame.band(axes, curve.tau, low, high, color, label=interval)
+    return color
 
 
 def _limits(axes: Axes, tau: FloatArray, *deviations: FloatArray) -> None:
-    """Room for the data, not for what a fit says far below it."""
-    values = np.concatenate(deviations)
-    values = values[np.isfinite(values) & (values > 0.0)]
-    if tau.size:
-        axes.set_xlim(0.75 * tau.min(), 1.35 * tau.max())
-    if values.size:
-        axes.set_ylim(0.6 * values.min(), 1.7 * values.max())
+    """Room for data that are drawn next, and for those that are there already."""
+    there = axes.dataLim
+    across = np.concatenate([tau, [there.minposx, there.x1]])
+    up = np.concatenate([*deviations, [there.minposy, there.y1]])
+    across, up = (one[np.isfinite(one) & (one > 0.0)] for one in (across, up))
+    if across.size:
+        axes.set_xlim(0.75 * across.min(), 1.35 * across.max())
+    if up.size:
+        axes.set_ylim(0.6 * up.min(), 1.7 * up.max())
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -195,11 +204,11 @@ def _fitted(axes: Axes, analysis: Analysis) -> None:
     if fit is None:
         return
     tau, total = fit.sum_over(*axes.get_xlim())
-    axes.plot(tau, total, color=frame.INK, linewidth=1.2, label=f"fit ({fit.name})")
+    frame.model(axes, tau, total, color=frame.INK, linewidth=1.2, label=f"fit ({fit.name})")
     low, high = axes.get_ylim()
     for name, value in fit.values.items():
         part = np.sqrt(allan_variance(tau, {name: value})) / DEGREE_PER_HOUR
-        axes.plot(tau, part, color=frame.INK, linewidth=0.7, linestyle=frame.DOTTED)
+        frame.model(axes, tau, part, color=frame.INK, linewidth=0.7, linestyle=frame.DOTTED)
         inside = np.flatnonzero((part > low) & (part < high))
         # No term lies above the sum, so the side below its line is free of data.
         _below(axes, tau[inside], part[inside], f"{SYMBOLS[name]}, slope {_SLOPES[name]}")

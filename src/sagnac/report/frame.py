@@ -3,6 +3,8 @@
 from typing import Any, Final
 
 from matplotlib.axes import Axes
+from matplotlib.colors import to_hex
+from matplotlib.lines import Line2D
 
 from sagnac.analysis.result import Analysis
 from sagnac.core.arrays import FloatArray
@@ -39,12 +41,29 @@ def band(
     axes.fill_between(at, low, high, color=color, linewidth=0, **{"alpha": 0.2, **more})
 
 
+def next_color(axes: Axes) -> str:
+    """The color of `COLORS` that the fewest lines on the axes have, in their order."""
+    return min(COLORS, key=[to_hex(line.get_color()) for line in axes.lines].count)
+
+
+def model(axes: Axes, at: FloatArray, values: FloatArray, **style: Any) -> None:
+    """A law or a fit, which limits need not hold: it may lie far below the data."""
+    axes.add_artist(Line2D(at, values, **style))
+
+
 def logarithmic(axes: Axes, across: str, up: str) -> None:
-    """Both scales logarithmic, and what they are of."""
+    """Both scales logarithmic, with limits that hold all data, and what they are of."""
     axes.set_xscale("log")
     axes.set_yscale("log")
+    axes.autoscale()
     axes.set_xlabel(across)
     axes.set_ylabel(up)
+
+
+def without_data(axes: Axes) -> None:
+    """Limits of logarithmic axes with nothing on them, which find none of their own."""
+    if not axes.dataLim.width > 0.0:
+        axes.set(xlim=(0.1, 10.0), ylim=(0.1, 10.0))
 
 
 def literal(text: str) -> str:
