@@ -20,7 +20,24 @@ def judged(made, text):
 
 def test_without_a_specification_there_is_no_verdict():
     assert verdict_of(analysis()) is None
-    assert Settings(specification=specification_of("1")).specification is not None
+    limits = specification_of("1")
+    assert Settings(specification=limits).specification == limits
+
+
+def test_settings_parse_and_check_what_they_are_given_at_once():
+    made = Settings(specification="N=1", step_4="relative")
+    assert made.specification == specification_of("N=1")
+    assert made.step_4.squares == "relative"
+    for choice, said in (
+        ({"specification": "abc"}, "spec 'abc' has no number"),
+        ({"published": "x"}, "published is 'x'; give a PublishedSearch"),
+        ({"step_4": 3}, "step_4 is 3; use one of plain, "),
+        ({"step_4": "fast"}, "step_4 is 'fast'; use one of plain, "),
+    ):
+        with pytest.raises(ValueError, match=said):
+            Settings(**choice)
+    with pytest.raises(TypeError, match=r"specification is 0\.3"):
+        Settings(specification=0.3)
 
 
 def test_a_single_gyro_and_a_pair_are_judged_by_the_answer():

@@ -127,6 +127,9 @@ def test_an_accepted_finding_is_a_remark_that_says_so():
     assert note.level == "remark"
     assert note.text.startswith("accepted: is saturated")
     assert accept(found, ("copy",)) == found
+    for wrong in ("clipping", ("clip",)):
+        with pytest.raises(ValueError, match="accepted is"):
+            sagnac.check(PATHOLOGIES["upper half clipped"][1](), accepted=wrong)
 
 
 def test_the_list_of_detectors_names_what_is_found():

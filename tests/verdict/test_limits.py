@@ -4,6 +4,7 @@ from math import pi
 
 import pytest
 
+from sagnac.core.errors import RecordingError
 from sagnac.core.units import field_unit
 from sagnac.verdict.limits import Limit, Specification, specification_of
 
@@ -80,6 +81,16 @@ def test_an_error_of_a_file_names_the_file(tmp_path, content, words):
     with pytest.raises(ValueError, match=words) as caught:
         specification_of(str(path))
     assert str(path) in str(caught.value)
+
+
+def test_a_specification_stands_as_it_is_and_has_its_own_risk(tmp_path):
+    limits = specification_of("1", risk=0.1)
+    assert specification_of(limits) is limits
+    with pytest.raises(ValueError, match=r"risk is 0\.01, and the specification has its own"):
+        specification_of(limits, risk=0.01)
+    path = tmp_path / "limits.toml"
+    with pytest.raises(RecordingError, match=r"limits\.toml: cannot be read .*; check the path"):
+        specification_of(str(path))
 
 
 def test_a_limit_checks_what_it_is_given():

@@ -211,7 +211,7 @@ def plan(
     for width in within:
         if not (is_finite(width) and 0.0 < width < 1.0):
             raise ValueError(f"within is {quoted(width)}; give a half width such as 0.01")
-    if isinstance(specification, str):
+    if specification is not None:
         specification = specification_of(specification)
     analysis = source if isinstance(source, Analysis) else analyze(source)
     specification = specification or analysis.settings.specification

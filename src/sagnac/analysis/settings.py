@@ -7,14 +7,20 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Final, Literal, get_args
 
-from sagnac.core.errors import RecordingError, quoted, require_choice, require_confidence
+from sagnac.core.errors import (
+    RecordingError,
+    choices_of,
+    quoted,
+    require_choice,
+    require_confidence,
+)
 from sagnac.lines.published import FAIR, PublishedSearch
 from sagnac.noise.readings import PLAIN, READINGS, Reading
 from sagnac.quality.check import FINDINGS
 from sagnac.recording.model import Recording
 from sagnac.stability import Estimator
 from sagnac.table.turns import turns
-from sagnac.verdict.limits import Specification
+from sagnac.verdict.limits import Specification, specification_of
 
 Covariate = Literal["temperature"]
 Method = Literal["fos", "fos-paper", "fos-korenberg", "fris", "none"]
@@ -60,7 +66,7 @@ class Settings:
         Findings taken knowingly, by name (`sagnac.quality.check.FINDINGS`): the answer is
         given in spite of them, and a note says so.
     specification
-        Limits that the gyros have to keep; None for no verdict.
+        Limits that the gyros have to keep, or their text (`sagnac.judge`); None for no verdict.
     published
         How ``fos-paper`` searches: grid, orders, terms, rule and order of the steps.
     step_4
@@ -101,20 +107,19 @@ class Settings:
             raise ValueError(f"gyros is {quoted(self.gyros)}; give names, such as ('x', 'z')")
         object.__setattr__(self, "gyros", tuple(self.gyros))
         require_choice("method", self.method, Method)
-        if isinstance(self.step_4, str):
+        if not isinstance(self.step_4, Reading):
             require_choice("step_4", self.step_4, READINGS)
             object.__setattr__(self, "step_4", READINGS[self.step_4])
-        for field, example, choices in (
-            ("accepted", "clipping", FINDINGS),
-            ("covariates", "temperature", Covariate),
-            ("estimators", "oadev", ESTIMATORS),
+        if not isinstance(self.published, PublishedSearch):
+            raise ValueError(f"published is {quoted(self.published)}; give a PublishedSearch")
+        if self.specification is not None:
+            object.__setattr__(self, "specification", specification_of(self.specification))
+        for field, allowed in (
+            ("accepted", FINDINGS),
+            ("covariates", Covariate),
+            ("estimators", ESTIMATORS),
         ):
-            names = getattr(self, field)
-            if isinstance(names, str):
-                raise ValueError(f"{field} is {quoted(names)}; give names, such as ({example!r},)")
-            object.__setattr__(self, field, tuple(names))
-            for name in getattr(self, field):
-                require_choice(field, name, choices)
+            object.__setattr__(self, field, choices_of(field, getattr(self, field), allowed))
         in_order = tuple(name for name in ESTIMATORS if name in self.estimators)
         object.__setattr__(self, "estimators", in_order)
         if self.interval is not None and not (math.isfinite(self.interval) and self.interval > 0.0):

@@ -4,7 +4,6 @@ from dataclasses import replace
 from typing import Final
 
 from sagnac.analysis.result import Analysis, answer_coefficients
-from sagnac.core.errors import quoted
 from sagnac.noise.estimates import Estimate, unobserved
 from sagnac.recording.channel import PAIR_SIZE
 from sagnac.verdict.judgement import Verdict, judged
@@ -46,7 +45,9 @@ def judge(
     Raises
     ------
     ValueError
-        If the text states no limits.
+        If the text states no limits, or a risk is given beside a `Specification`.
+    RecordingError
+        If the TOML file cannot be read.
 
     Examples
     --------
@@ -57,10 +58,7 @@ def judge(
     >>> judge(analyze(still), "1deg/sqrt(h)").decision
     'pass'
     """
-    if isinstance(specification, str):
-        specification = specification_of(specification, risk=risk)
-    if not isinstance(specification, Specification):
-        raise TypeError(f"specification is {quoted(specification)}; give '3e-4deg/sqrt(h)'")
+    specification = specification_of(specification, risk=risk)
     doubt, rows = _doubt(analysis), []
     # One gyro of a pair may have all that the mean square of the two holds.
     mixed = [analysis.channel] if len(analysis.settings.gyros) == 2 else []

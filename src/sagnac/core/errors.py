@@ -299,6 +299,35 @@ def require_choice(name: str, value: object, allowed: Any) -> None:
         raise ValueError(f"{name} is {quoted(value)}; use one of {', '.join(choices)}")
 
 
+def choices_of(name: str, given: Iterable[str], allowed: Any) -> tuple[str, ...]:
+    """Several choices, each one of those allowed.
+
+    Parameters
+    ----------
+    name, allowed
+        See `require_choice`.
+    given
+        The choices; a text alone would be taken for its letters.
+
+    Raises
+    ------
+    ValueError
+        With the argument, the value and the choices.
+
+    Examples
+    --------
+    >>> choices_of("accepted", ["units"], ["clipping", "units"])
+    ('units',)
+    """
+    if isinstance(given, str):
+        example = (get_args(allowed) or tuple(allowed))[0]
+        raise ValueError(f"{name} is {quoted(given)}; give names, such as ({example!r},)")
+    chosen = tuple(given)
+    for one in chosen:
+        require_choice(name, one, allowed)
+    return chosen
+
+
 def require_keywords(function: str, given: Iterable[str], known: Iterable[str]) -> None:
     """Refuse a keyword that a function does not take.
 

@@ -241,10 +241,7 @@ def _common(content: Mapping[str, Any], folder: Path, choices: Choices) -> Choic
         text = content["spec"]
         if text.strip().endswith(".toml"):
             text = str(folder / text.strip())
-        try:
-            specification = specification_of(text, risk=risk)
-        except OSError as error:
-            raise ValueError(f"spec {text} cannot be read ({error.strerror})") from None
+        specification = specification_of(text, risk=risk)
         if specification.risk is not None:
             confidence = 1.0 - specification.risk
     elif risk is not None:

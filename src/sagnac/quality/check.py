@@ -10,7 +10,7 @@ from itertools import groupby, product
 from typing import Final, NamedTuple
 
 from sagnac.core.arrays import FloatArray
-from sagnac.core.errors import Note, ranked
+from sagnac.core.errors import Note, choices_of, ranked
 from sagnac.quality import distribution, encoder, physics, readout, samples
 from sagnac.quality.profile import Notes, Profile
 from sagnac.recording.channel import Channel
@@ -289,7 +289,7 @@ def accept(notes: Iterable[Note], names: Container[str]) -> Notes:
     )
 
 
-def check(recording: Recording, *, accepted: Container[str] = ()) -> Notes:
+def check(recording: Recording, *, accepted: Iterable[str] = ()) -> Notes:
     """Everything that can be said about the quality of the data.
 
     Besides `integrity`, that of the accelerometers, too: what `judged` finds, and an encoder that
@@ -301,12 +301,17 @@ def check(recording: Recording, *, accepted: Container[str] = ()) -> Notes:
     recording
         Still or turning.
     accepted
-        Names of findings that are taken knowingly: see `accept`.
+        Names of findings that are taken knowingly (`FINDINGS`): see `accept`.
 
     Returns
     -------
     tuple of Note
         Errors first, then warnings, then remarks.
+
+    Raises
+    ------
+    ValueError
+        If a name is none of a finding.
 
     Examples
     --------
@@ -318,6 +323,7 @@ def check(recording: Recording, *, accepted: Container[str] = ()) -> Notes:
     ['error']
     """
     require_recording(recording)
+    accepted = choices_of("accepted", accepted, FINDINGS)
     found = accept(_findings(recording), accepted)
     said = {note.text for note in found}
     doubts = [note for note in recording.notes if note.level == "warning" and note.text not in said]

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Final
 
 from sagnac.core.documents import ANY, NUMBER, read_toml, table
-from sagnac.core.errors import quoted, require_choice
+from sagnac.core.errors import RecordingError, quoted, require_choice
 from sagnac.core.units import Unit, field_unit, split_factor, unit_of
 from sagnac.noise.laws import COEFFICIENT_NAMES, SYMBOLS, CoefficientName
 
@@ -117,22 +117,25 @@ class Specification:
             raise ValueError(f"risk is {quoted(self.risk)}; give a number between 0 and 0.5")
 
 
-def specification_of(text: str, *, risk: float | None = None) -> Specification:
+def specification_of(text: str | Specification, *, risk: float | None = None) -> Specification:
     """The specification that a text states.
 
     Parameters
     ----------
     text
         A number with a unit, which is a limit of N; ``N=…,B=…`` for several; or the path of a
-        TOML file, which ends in ``.toml``. A number without a unit is in the field's unit.
+        TOML file, which ends in ``.toml``. A number without a unit is in the field's unit. A
+        specification stands as it is.
     risk
         As in `Specification`; goes before that of a file.
 
     Raises
     ------
     ValueError
-        If the text states none.
-    OSError
+        If the text states none, or a risk is given beside a specification, which has its own.
+    TypeError
+        If it is neither.
+    RecordingError
         If the file cannot be read.
 
     Examples
@@ -142,6 +145,14 @@ def specification_of(text: str, *, risk: float | None = None) -> Specification:
     >>> [str(limit.unit) for limit in specification_of("N=3e-4,B=0.01deg/h").limits]
     ['deg/sqrt(h)', 'deg/h']
     """
+    if isinstance(text, Specification):
+        if risk is not None:
+            raise ValueError(
+                f"risk is {quoted(risk)}, and the specification has its own; state one"
+            )
+        return text
+    if not isinstance(text, str):
+        raise TypeError(f"specification is {quoted(text)}; give '3e-4deg/sqrt(h)'")
     if text.strip().endswith(".toml"):
         return _of_file(Path(text.strip()), risk)
     if not text.strip():
@@ -161,6 +172,10 @@ def _of_file(path: Path, risk: float | None) -> Specification:
             risk=stated.get("risk") if risk is None else risk,
             product=str(stated.get("product", "")),
         )
+    except OSError as error:
+        raise RecordingError(
+            f"cannot be read ({error.strerror})", path=str(path), remedy="check the path"
+        ) from None
     except ValueError as error:
         said = str(error).removeprefix("spec ")
         raise ValueError(f"spec {path}: {said}") from None
