@@ -150,7 +150,7 @@ def bench(samples: int = 20_000) -> sagnac.Recording:
 
 @pytest.fixture(scope="module")
 def analyzed() -> sagnac.Analysis:
-    return sagnac.analyze(bench(), confidence=0.9)
+    return sagnac.analyze(bench(), confidence=0.9, estimators=("mdev", "tdev"))
 
 
 def test_choices_of_an_analysis_are_keywords(analyzed):
@@ -175,7 +175,13 @@ def test_an_analysis_is_read_back_from_its_document(tmp_path, analyzed):
         assert one.angle_random_walk.value == pytest.approx(other.angle_random_walk.value, 1e-12)
         assert one.angle_random_walk.status == other.angle_random_walk.status
         assert {**one.coefficients}.keys() == {**other.coefficients}.keys()
-        np.testing.assert_allclose(one.curve.deviation, other.curve.deviation, rtol=1e-12)
+        assert len(one.family) == len(other.family)
+        for curve, made in zip((one.curve, *one.family), (other.curve, *other.family), strict=True):
+            for name in ("tau", "deviation", "low", "high", "edf", "terms", "noise_type"):
+                read = getattr(curve, name)
+                np.testing.assert_allclose(read, getattr(made, name), rtol=1e-12)
+            assert (curve.estimator, curve.confidence) == (made.estimator, made.confidence)
+        assert one.settings.estimators == other.settings.estimators
         assert [note.name for note in one.findings] == [note.name for note in other.findings]
     force, measured = back.accelerometers["az"], analyzed.accelerometers["az"]
     assert force.sensor == "accelerometer"

@@ -40,6 +40,8 @@ def test_the_schema_is_published_with_its_version():
     [
         (lambda it: it["curve"].update(tau_s=[]), "curve.tau_s must contain at least 1 items"),
         (lambda it: it["curve"].update(edf=[0.0]), "curve.edf"),
+        (lambda it: it["curve"].update(terms=[1.5]), "curve.terms"),
+        (lambda it: it.update(curves=[{}]), "must contain"),
         (lambda it: it["curve"].update(deviation_deg_per_h=["1"]), "must be number"),
         (lambda it: it["input"].update(sample_rate_hz=0), "sample_rate_hz must be bigger than 0"),
         (lambda it: it["angle_random_walk"].update(unit="deg/h"), "angle_random_walk.unit"),

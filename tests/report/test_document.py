@@ -104,6 +104,15 @@ def test_family_of_curves_and_their_spectrum():
     assert {"curves", "spectrum"}.isdisjoint(document.analysis_document(plain))
 
 
+def test_a_document_from_before_terms_were_stated_is_read():
+    older = document.analysis_document(analysis())
+    for name in ("terms", "noise_type"):
+        del older["curve"][name]
+    read = document.read_analysis(document.to_json(older))
+    assert not read.curve.terms.any()
+    assert not read.family
+
+
 def test_what_was_not_observed_is_null():
     made = strict(document.to_json(document.analysis_document(analysis())))
     ramp = made["coefficients"]["rate_ramp"]

@@ -142,7 +142,9 @@ class Analysis:
         Of the spectrum that the average is of; None if there is no average, or it was read.
     stored
         The document that the analysis was read from (`from_json`), else None. Such an analysis has
-        no `recording`, no spectra, no curve from before the removal and no residual.
+        no `recording`, no spectra, no curve from before the removal and no residual; `density`,
+        `shares`, `triad`, `masked` and `levels` stay empty, and its settings are those that the
+        document states: gyros, method, interval, confidence and estimators.
 
     Examples
     --------

@@ -52,6 +52,7 @@ from sagnac.stability.curve import StabilityCurve
 COMPARISON_SCHEMA: Final = "sagnac.comparison/1"
 _ENDS: Final = ("value", "low", "high")
 _DEVIATION: Final = "deviation_deg_per_h"  # of the curve of gyros
+_COUNTS: Final = ("terms", "noise_type")
 
 
 def analysis_document(analysis: Analysis) -> dict[str, Any]:
@@ -232,7 +233,7 @@ def _points(
     return {
         "tau_s": columns["tau"],
         deviation: columns["deviation"],
-        **{name: columns[name] for name in ("low", "high", "edf")},
+        **{name: columns[name] for name in ("low", "high", "edf", *_COUNTS)},
     }
 
 
@@ -262,8 +263,6 @@ def _family(analysis: Analysis) -> dict[str, Any]:
             "unit": curve_unit(curve.estimator).name,
             "confidence": curve.confidence,
             **_points(curve, curve_unit(curve.estimator)),
-            "terms": curve.terms.tolist(),
-            "noise_type": curve.noise_type.tolist(),
             "notes": [note_text(note) for note in curve.notes],
         }
         for curve in analysis.family
@@ -360,6 +359,7 @@ def analysis_from(document: Document, channel: str = "", of: Document | None = N
     channel = channel or document["channel"]
     rate = said.get("table_rate_deg_per_s") if of is None else None
     forces = document.get("accelerometers") or {}
+    family = tuple(_curve(one, sensor, whole) for one in document.get("curves") or ())
     return Analysis.of_fields(
         stored=document,
         settings=Settings(
@@ -367,6 +367,7 @@ def analysis_from(document: Document, channel: str = "", of: Document | None = N
             method=settled["method"],
             interval=settled.get("interval_s"),
             confidence=settled["confidence"],
+            estimators=tuple(curve.estimator for curve in family),
         ),
         channel=channel,
         table_rate=None if rate is None else rate * units.DEGREE,
@@ -386,6 +387,7 @@ def analysis_from(document: Document, channel: str = "", of: Document | None = N
         parts=tuple(map(_part, document.get("parts") or ())),
         lines=tuple(_stored_line(one, channel) for one in document["lines"]),
         curve=_curve(document["curve"], sensor, whole),
+        family=family,
         notes=_notes(document),
         seconds=dict(document.get("seconds", {})),
         gyros={name: analysis_from(one) for name, one in document.get("gyros", {}).items()},
@@ -476,22 +478,23 @@ def _stored_line(stated: Document, channel: str) -> Line:
 
 
 def _curve(stated: Document, sensor: units.Sensor, document: Document) -> StabilityCurve:
-    """The curve, per gyro. A document states neither terms nor noise types: both are 0."""
+    """A curve, per gyro. Terms and noise types are 0 if an older document does not state them."""
     size = units.UNITS[stated.get("unit", units.SENSED[sensor].rate_unit)].size
     tau = _numbers(stated["tau_s"])
+    counts = {name: np.array(stated.get(name, [0] * tau.size), np.int64) for name in _COUNTS}
     return StabilityCurve(
         tau=tau,
-        deviation=_numbers(stated[_DEVIATION if sensor == "gyro" else "deviation"], size),
-        terms=np.zeros(tau.size, dtype=np.int64),
+        deviation=_numbers(stated[_DEVIATION if _DEVIATION in stated else "deviation"], size),
         edf=_numbers(stated.get("edf", [None] * tau.size)),
         low=_numbers(stated["low"], size),
         high=_numbers(stated["high"], size),
-        noise_type=np.zeros(tau.size, dtype=np.int64),
+        **counts,
         estimator=stated.get("estimator", "oadev"),
         kind="angle",
         sample_rate=document["input"]["sample_rate_hz"],
-        confidence=document["settings"]["confidence"],
+        confidence=stated.get("confidence", document["settings"]["confidence"]),
         samples=document["input"]["samples"],
+        notes=tuple(Note(text=text) for text in stated.get("notes", ())),
     )
 
 
