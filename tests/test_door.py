@@ -315,6 +315,56 @@ def test_what_is_no_recording_and_no_specification_is_named(analyzed):
     assert status == analyzed.coefficients["bias_instability"].status
 
 
+NOISE = np.random.default_rng(4).standard_normal(500)
+AT_10_HZ = {"kind": "rate", "sample_rate": 10.0}
+HIDDEN = np.ma.masked_array(NOISE, np.arange(500) == 6)
+
+
+@pytest.mark.parametrize(
+    ("call", "said"),
+    [
+        (lambda still: sagnac.stability_curve(NOISE, **AT_10_HZ, taus="all"), "taus is 'all'"),
+        (
+            lambda still: sagnac.deviation_at_every_tau(NOISE, kind="Rate", sample_rate=1.0),
+            "kind is",
+        ),
+        (
+            lambda still: sagnac.deviation_at_every_tau(NOISE, kind="rate", sample_rate=-1.0),
+            "_rate is",
+        ),
+        (lambda still: sagnac.fit_coefficients(HIDDEN, **AT_10_HZ), "sample 6 is not finite"),
+        (lambda still: sagnac.fit_coefficients(NOISE + 0j, **AT_10_HZ), "holds complex128 values"),
+        (
+            lambda still: sagnac.fast_orthogonal_search(NOISE, HIDDEN, candidates=9, spacing=1.0),
+            "signal",
+        ),
+        (
+            lambda still: sagnac.fast_orthogonal_search(NOISE, NOISE, candidates=2.7, spacing=1.0),
+            "candidates is 2.7",
+        ),
+        (
+            lambda still: sagnac.Recording.from_arrays(x=NOISE, unit=None, **AT_10_HZ),
+            "unit is None",
+        ),
+        (
+            lambda still: sagnac.Channel.from_values(
+                "x", NOISE, kind="rate", unit="deg/h", sensor="gyros"
+            ),
+            "sensor is 'gyros'",
+        ),
+        (lambda still: sagnac.analyze(still, {"method": "none"}), "settings is"),
+        (lambda still: sagnac.analyze(still, interval="1s"), "interval is '1s'"),
+        (lambda still: sagnac.analyze(still, accepted=None), "accepted is None"),
+        (lambda still: sagnac.analyze(still, gyros=None), "gyros is None"),
+        (lambda still: still[5], "5 is no name and no slice"),
+    ],
+)
+def test_what_makes_no_sense_is_named(call, said):
+    still = sagnac.Recording.from_arrays(x=NOISE, unit="deg/h", **AT_10_HZ)
+    with pytest.raises((ValueError, TypeError, sagnac.RecordingError), match=said):
+        call(still)
+
+
 def test_azimuth_is_foretold_with_the_loudest_gyro(analyzed):
     quiet = sagnac.align(analyzed, latitude=0.8).prospect.noise
     loud = replace(quiet, angle_random_walk=9.0 * quiet.angle_random_walk)

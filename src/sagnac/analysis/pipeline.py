@@ -41,7 +41,7 @@ from sagnac.analysis.spectra import Spectrum, figure_spectrum, multitaper_densit
 from sagnac.analysis.table_shares import Share, table_shares
 from sagnac.analysis.trust import findings_of, require_strict
 from sagnac.core.arrays import differences, extent
-from sagnac.core.errors import Note, RecordingError, require_keywords
+from sagnac.core.errors import Note, RecordingError, quoted, require_keywords
 from sagnac.core.kernels import cache_notes, one_thread
 from sagnac.lines.model import Removal
 from sagnac.noise.estimates import Estimate, unobserved
@@ -118,6 +118,10 @@ def analyze(
     """
     require_recording(recording)
     require_keywords("analyze", choices, (*(one.name for one in fields(Settings)), "progress"))
+    if not isinstance(settings, Settings | None):
+        raise TypeError(
+            f"settings is {quoted(settings)}; give Settings(...), or its fields by name"
+        )
     settings = replace(settings or Settings(), **choices)
     with one_thread():
         return _each_channel(recording, settings, _analysis, progress)

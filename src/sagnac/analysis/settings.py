@@ -1,8 +1,7 @@
 """Choices of the caller, and the clock of an analysis that they are told by."""
 
-import math
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Final, Literal, get_args
@@ -10,6 +9,7 @@ from typing import Final, Literal, get_args
 from sagnac.core.errors import (
     RecordingError,
     choices_of,
+    is_finite,
     quoted,
     require_choice,
     require_confidence,
@@ -103,7 +103,8 @@ class Settings:
     covariates: tuple[Covariate, ...] = ()
 
     def __post_init__(self) -> None:
-        if isinstance(self.gyros, str) or not all(isinstance(name, str) for name in self.gyros):
+        names = self.gyros if isinstance(self.gyros, Iterable) else (self.gyros,)
+        if isinstance(names, str) or not all(isinstance(name, str) for name in names):
             raise ValueError(f"gyros is {quoted(self.gyros)}; give names, such as ('x', 'z')")
         object.__setattr__(self, "gyros", tuple(self.gyros))
         require_choice("method", self.method, Method)
@@ -122,7 +123,7 @@ class Settings:
             object.__setattr__(self, field, choices_of(field, getattr(self, field), allowed))
         in_order = tuple(name for name in ESTIMATORS if name in self.estimators)
         object.__setattr__(self, "estimators", in_order)
-        if self.interval is not None and not (math.isfinite(self.interval) and self.interval > 0.0):
+        if self.interval is not None and not (is_finite(self.interval) and self.interval > 0.0):
             raise ValueError(
                 f"interval is {quoted(self.interval)}; give seconds above zero, or None"
             )

@@ -319,7 +319,7 @@ def choices_of(name: str, given: Iterable[str], allowed: Any) -> tuple[str, ...]
     >>> choices_of("accepted", ["units"], ["clipping", "units"])
     ('units',)
     """
-    if isinstance(given, str):
+    if isinstance(given, str) or not isinstance(given, Iterable):
         example = (get_args(allowed) or tuple(allowed))[0]
         raise ValueError(f"{name} is {quoted(given)}; give names, such as ({example!r},)")
     chosen = tuple(given)

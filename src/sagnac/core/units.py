@@ -276,6 +276,8 @@ def split_factor(unit: str) -> tuple[float, str]:
     >>> split_factor("°/s")
     (1.0, 'deg/s')
     """
+    if not isinstance(unit, str):
+        raise ValueError(f"unit is {quoted(unit)}; give a name such as deg/s")
     match = _FACTOR.match(unit)
     if match is None:
         return 1.0, canonical(unit)

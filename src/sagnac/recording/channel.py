@@ -203,6 +203,7 @@ class Channel:
         >>> Channel.from_values("x", [3600.0, 7200.0], kind="increment", unit="arcsec")
         Channel(x: 2 samples, increment, shown in arcsec)
         """
+        require_choice("sensor", sensor, SENSORS)
         size = _unit_of_channel(name, kind, unit, sensor).size
         in_si = elementwise(np.multiply, numbers(values, name), size, out=out)
         return cls(name=name, kind=kind, values=in_si, shown_in=unit, sensor=sensor)

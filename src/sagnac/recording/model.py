@@ -422,6 +422,8 @@ class Recording:
             if which not in by_name:
                 raise KeyError(f"{which}; there are {', '.join(by_name)}")
             return by_name[which]
+        if not isinstance(which, slice):
+            raise TypeError(f"{quoted(which)} is no name and no slice; give 'x', or 0:1000")
         start, stop, step = which.indices(self.samples)
         if step != 1 or not start < stop:
             raise ValueError(f"{which} is no stretch; give the first sample and the one after it")

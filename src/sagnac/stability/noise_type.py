@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.special import gammaincinv
 
 from sagnac.core.arrays import FloatArray
-from sagnac.core.errors import Note
+from sagnac.core.errors import Note, quoted
 from sagnac.stability import Estimator
 from sagnac.stability.estimators import Properties, properties_of
 from sagnac.stability.sums import Track
@@ -52,6 +52,8 @@ def cluster_sizes(
         grid = np.geomspace(smallest, largest, count) / estimator.step
         sizes = np.unique(np.rint(grid).astype(np.int64) * estimator.step)
         return sizes[(sizes >= smallest) & (sizes <= largest)], ()
+    if isinstance(taus, str):
+        raise ValueError(f"taus is {quoted(taus)}; give cluster times in s")
     wanted = np.atleast_1d(np.asarray(taus, dtype=np.float64))
     if wanted.ndim != 1 or wanted.size == 0:
         raise ValueError(f"taus has shape {wanted.shape}; give one or more cluster times in s")
