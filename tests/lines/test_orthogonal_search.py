@@ -193,6 +193,16 @@ def test_terms_of_zero_signal_and_no_terms():
     assert line.frequencies.size == 0
 
 
+def test_a_search_is_compared_by_identity_and_has_a_hash():
+    found, other = (
+        fast_orthogonal_search(np.arange(40.0), np.ones(40), spacing=1.0, candidates=5)
+        for _ in range(2)
+    )
+    assert found == found  # noqa: PLR0124
+    assert found != other
+    assert len({found, other}) == 2
+
+
 def test_a_large_ramp_costs_no_precision():
     generator = np.random.default_rng(5)
     phase = wandering_phase(2000, 12.0, generator)

@@ -36,7 +36,7 @@ NOTHING_LEFT: Final = 1e-13
 """A mean square below this share of the first one is rounding."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class OrthogonalSearch:
     """Choices of a search, in order, the series they make, and its settings.
 
