@@ -25,6 +25,17 @@ from tests.formats.examples import (
 )
 
 
+def test_a_temperature_is_read_back_if_its_column_is_stated(tmp_path):
+    warm = np.linspace(20.0, 25.0, 100)
+    recording = Recording.from_arrays(
+        x=np.arange(100.0) % 7.0, kind="rate", unit="deg/h", sample_rate=10.0, temperature=warm
+    )
+    path = write(recording, tmp_path / "run.parquet")
+    assert read(path).temperature is None
+    back = read(path, columns={"temperature": "temperature"})
+    np.testing.assert_array_equal(back.temperature, warm)
+
+
 @pytest.mark.parametrize("suffix", SUFFIXES)
 @pytest.mark.parametrize("kind", ["angle", "increment", "rate"])
 @pytest.mark.parametrize("times", [False, True])

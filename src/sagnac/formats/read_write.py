@@ -205,10 +205,12 @@ def _opened(
 
 
 def write(recording: Recording, path: Path | str, *, force: bool = False) -> Path:
-    """Write a recording in the format that the suffix names; `read` needs no option for it.
+    """Write a recording in the format that the suffix names.
 
-    Values are in the unit they came in if that is a plain one, else in arcsec, deg/h
-    and, for the table, deg. A CSV gets a TOML beside it for kind and rate.
+    `read` needs no option for it, except for a temperature, which no name makes one: state
+    ``columns={"temperature": "temperature"}``. Values are in the unit they came in if that is a
+    plain one, else in arcsec, deg/h and, for the table, deg. A CSV gets a TOML beside it for kind
+    and rate.
 
     Parameters
     ----------

@@ -383,6 +383,7 @@ class Recording:
 
         Columns state the unit they are in, ``x[deg/s]``: the one that the channel is shown in,
         or the field's if a number stands before that. ``frame.attrs["kind"]`` holds the kinds.
+        Temperature and pick-offs are left out.
 
         Raises
         ------
