@@ -306,6 +306,21 @@ def test_what_is_no_recording_and_no_specification_is_named(analyzed):
         for wrong in (np.ones(100), "run.csv"):
             with pytest.raises(TypeError, match=r"read one with read\(path\)"):
                 call(wrong)
+    still = analyzed.recording
+    for call in (sagnac.self_noise, lambda wrong: sagnac.write(wrong, "run.csv")):
+        with pytest.raises(TypeError, match="recording is <Analysis"):
+            call(analyzed)
+    judge, write = lambda it: sagnac.judge(it, "1"), lambda it: sagnac.write_report(it, "report")
+    for call in (judge, write, sagnac.trial):
+        with pytest.raises(TypeError, match=r"analysis is Recording.* give what analyze\("):
+            call(still)
+    for call in (sagnac.align, lambda wrong: sagnac.export(wrong, tool="kalibr")):
+        with pytest.raises(TypeError, match=r"source is Recording.* or the path of its analysis"):
+            call(still)
+    stored = sagnac.Analysis.from_json(analyzed.to_json())
+    for call in (sagnac.plan, sagnac.trial, write):
+        with pytest.raises(ValueError, match="analysis was read from a file"):
+            call(stored)
     with pytest.raises(TypeError, match=r"specification is 0\.3"):
         sagnac.judge(analyzed, 0.3)
     with pytest.raises(ValueError, match="confidence is 95"):

@@ -1,5 +1,6 @@
 """Numbers that a data sheet states, as a filter takes them."""
 
+import copy
 import json
 import math
 
@@ -82,6 +83,15 @@ def test_every_number_is_marked_as_stated_and_is_not_inflated():
 def test_what_is_missing_or_wrong_is_named(text, said):
     with pytest.raises(ValueError, match=said):
         datasheet_setting(text)
+
+
+def test_what_is_exported_equals_its_copy_and_a_text_alone_is_one_data_sheet():
+    text = "N=0.004deg/s/sqrt(Hz),B=2deg/h@100s"
+    made = export(tool="kalibr", datasheet=text, rate=200.0)
+    assert made == copy.deepcopy(made) == export(tool="kalibr", datasheet=[text], rate=200.0)
+    assert made != export(tool="kalibr", datasheet=text, rate=100.0)
+    with pytest.raises(ValueError, match="markov is 9; use 0, 1 or 2"):
+        export(tool="toml", datasheet=text, markov=9)
 
 
 def test_a_random_walk_far_above_or_below_the_lowest_deviation_is_a_wrong_unit():

@@ -7,7 +7,7 @@ from typing import Any, Final
 
 from sagnac.analysis.averaged import reaches
 from sagnac.analysis.pipeline import analyze
-from sagnac.analysis.result import Analysis, headline_coefficients
+from sagnac.analysis.result import Analysis, headline_coefficients, require_analysis
 from sagnac.core.arrays import pandas_for
 from sagnac.core.errors import RecordingError, is_finite, quoted
 from sagnac.lines.naming import WIDEST_BINS
@@ -196,7 +196,8 @@ def plan(
     RecordingError
         If no gyro shows N with an interval.
     ValueError
-        If a width is not between 0 and 1, or a limit is of another coefficient than N.
+        If a width is not between 0 and 1, a limit is of another coefficient than N, or the
+        analysis was read from a file.
 
     Examples
     --------
@@ -214,6 +215,7 @@ def plan(
     if specification is not None:
         specification = specification_of(specification)
     analysis = source if isinstance(source, Analysis) else analyze(source)
+    require_analysis(analysis, recorded=True)
     specification = specification or analysis.settings.specification
     limits = specification.limits if specification else ()
     for limit in limits:

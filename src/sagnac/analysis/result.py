@@ -12,7 +12,7 @@ from sagnac.analysis.settings import Settings
 from sagnac.analysis.spectra import Residual, Spectrum
 from sagnac.analysis.table_shares import Share, Triad
 from sagnac.core.arrays import FloatArray, pandas_for
-from sagnac.core.errors import Note, RecordingError, extra_module
+from sagnac.core.errors import Note, RecordingError, extra_module, require_type
 from sagnac.core.overwriting import Outputs, require_free
 from sagnac.core.units import DEGREE_PER_HOUR, Sensor
 from sagnac.core.whole_files import write_text
@@ -391,6 +391,24 @@ class Analysis:
         """The same with stages that came before it and its gyros, such as reading."""
         gyros = {name: one.with_seconds(before) for name, one in self.gyros.items()}
         return replace(self, seconds={**before, **self.seconds}, gyros=gyros)
+
+
+def require_analysis(value: Analysis, *, recorded: bool = False) -> None:
+    """Refuse what is no analysis, or one without its recording if that is needed.
+
+    Raises
+    ------
+    TypeError
+        With what makes one.
+    ValueError
+        If it was read from a file.
+    """
+    require_type("analysis", value, Analysis, "give what analyze(recording) returns")
+    if recorded and value.stored is not None:
+        raise ValueError(
+            "analysis was read from a file, which holds neither the recording nor spectra and "
+            "residual; analyze the recording again, and give that"
+        )
 
 
 def headline_fit(analysis: Analysis) -> Fit | None:

@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from sagnac.analysis.result import Analysis
+from sagnac.analysis.result import Analysis, require_analysis
 from sagnac.analysis.spectra import Spectrum
 from sagnac.core.errors import RecordingError
 from sagnac.lines.model import Line
@@ -79,7 +79,8 @@ def trial(
     RecordingError
         If the analysis rests on no levels of a spectrum, or too few are left.
     ValueError
-        If a line is none of the analysis, or a band ends before it begins.
+        If a line is none of the analysis, a band ends before it begins, or the analysis was read
+        from a file.
 
     Examples
     --------
@@ -97,6 +98,7 @@ def trial(
     >>> 0.9 < tried.angle_random_walk.value / tried.before.value < 1.1
     True
     """
+    require_analysis(analysis, recorded=True)
     levels = analysis.levels
     if levels is None:
         raise RecordingError(

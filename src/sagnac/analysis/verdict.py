@@ -3,7 +3,7 @@
 from dataclasses import replace
 from typing import Final
 
-from sagnac.analysis.result import Analysis, answer_coefficients
+from sagnac.analysis.result import Analysis, answer_coefficients, require_analysis
 from sagnac.noise.estimates import Estimate, unobserved
 from sagnac.recording.channel import PAIR_SIZE
 from sagnac.verdict.judgement import Verdict, judged
@@ -58,6 +58,7 @@ def judge(
     >>> judge(analyze(still), "1deg/sqrt(h)").decision
     'pass'
     """
+    require_analysis(analysis)
     specification = specification_of(specification, risk=risk)
     doubt, rows = _doubt(analysis), []
     # One gyro of a pair may have all that the mean square of the two holds.

@@ -7,11 +7,11 @@ from collections.abc import Callable, Iterable, Mapping
 from functools import cache
 from importlib.resources import files
 from pathlib import Path
-from typing import Any, Final, Protocol
+from typing import Any, Final, Protocol, runtime_checkable
 
 import fastjsonschema
 
-from sagnac.core.errors import RecordingError, quoted
+from sagnac.core.errors import RecordingError, quoted, require_type
 
 ANALYSIS: Final = "sagnac.analysis/1"
 ANALYSES: Final = "sagnac.analyses/1"
@@ -105,12 +105,25 @@ def finite(value: Any) -> Any:
     return [finite(item) for item in value] if isinstance(value, list) else value
 
 
+@runtime_checkable
 class Documented(Protocol):
     """Anything with a document of schema ``sagnac.analysis/1``: an analysis."""
 
     def to_json(self) -> str:
         """The document."""
         ...
+
+
+def require_source(value: object) -> None:
+    """Refuse what is neither an analysis nor the path of one.
+
+    Raises
+    ------
+    TypeError
+        With what makes one.
+    """
+    remedy = "give what analyze(recording) returns, or the path of its analysis.json"
+    require_type("source", value, (Documented, str, Path), remedy)
 
 
 def read_analyses(source: Path | str) -> tuple[Mapping[str, Any], ...]:

@@ -277,6 +277,18 @@ def counted(count: int, noun: str) -> str:
     return f"{count} {noun}" if count == 1 else f"{count} {noun}s"
 
 
+def require_type(name: str, value: object, wanted: type | tuple[type, ...], remedy: str) -> None:
+    """Refuse a value of another type.
+
+    Raises
+    ------
+    TypeError
+        With the argument, the value and the remedy.
+    """
+    if not isinstance(value, wanted):
+        raise TypeError(f"{name} is {quoted(value)}; {remedy}")
+
+
 def require_choice(name: str, value: object, allowed: Any) -> None:
     """Refuse a value that is not one of the choices.
 

@@ -23,7 +23,7 @@ from sagnac.formats.statement import (
     one_statement,
 )
 from sagnac.formats.suggestion import accelerometer_inputs, candidates, column_text, suggestion
-from sagnac.recording.model import Provenance, Recording
+from sagnac.recording.model import Provenance, Recording, require_recording
 
 _AXES: Final = 3
 # The first bytes of a file that stands for one of Git LFS.
@@ -247,6 +247,7 @@ def write(recording: Recording, path: Path | str, *, force: bool = False) -> Pat
     >>> path.name, back.samples, back.sample_rate
     ('still.parquet', 1000, 10.0)
     """
+    require_recording(recording)
     path = Path(path)
     out = outgoing(recording)
     known = format_to_write(path, out)

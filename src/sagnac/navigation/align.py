@@ -7,7 +7,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from sagnac.core.documents import Documented
+from sagnac.core.documents import Documented, require_source
 from sagnac.core.errors import is_finite, quoted, require_confidence
 from sagnac.core.units import DEGREE
 from sagnac.navigation import error_model as model
@@ -188,6 +188,8 @@ def align(
         raise ValueError(
             f"source is {quoted(source)}; give one analysis of all gyros, or a GyroNoise each"
         )
+    if not isinstance(source, tuple):
+        require_source(source)
     noises, forces = (source, ()) if isinstance(source, tuple) else GyroNoise.unit(source)
     stated = {"azimuth": azimuth, "tilt": tilt}
     known = {name: value for name, value in stated.items() if value is not None}

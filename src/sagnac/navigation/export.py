@@ -2,12 +2,12 @@
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Final, Literal
 
 from sagnac.core import units
-from sagnac.core.documents import Documented
+from sagnac.core.documents import Documented, require_source
 from sagnac.core.errors import Note, is_finite, quoted, require_choice, require_confidence
 from sagnac.core.overwriting import of_export, require_free
 from sagnac.core.whole_files import write_text
@@ -134,7 +134,7 @@ class Exported:
     text
         Of its file.
     settings
-        The models in it, of gyros and then of accelerometers.
+        The models in it, of gyros and then of accelerometers; not compared, as the text is.
     notes
         What is worth knowing of them.
 
@@ -147,7 +147,7 @@ class Exported:
 
     tool: ToolName
     text: str
-    settings: tuple[FilterSetting, ...]
+    settings: tuple[FilterSetting, ...] = field(compare=False)
     notes: tuple[Note, ...] = ()
 
 
@@ -162,7 +162,7 @@ def export(
     markov: Literal[0, 1, 2] | None = None,
     topic: str | None = None,
     accelerometer: tuple[float, float] | None = None,
-    datasheet: Sequence[str] = (),
+    datasheet: str | Sequence[str] = (),
     force: bool = False,
 ) -> Exported:
     """Filter settings of analyses: a model that lies above the upper limit of each curve.
@@ -189,7 +189,8 @@ def export(
         Noise density, m/s^2/sqrt(Hz), and random walk, m/s^3/sqrt(Hz), of accelerometers that were
         not measured.
     datasheet
-        What data sheets state, a text for gyros and one for accelerometers (`datasheet_setting`).
+        What data sheets state: a text, or one for gyros and one for accelerometers
+        (`datasheet_setting`).
     force
         Replace any other file at `path`, too.
 
@@ -224,7 +225,12 @@ def export(
         if value is not None and option in definition.unused:
             why = definition.unused[option]
             raise ValueError(f"{option} has no effect on {definition.tool}: {why}; leave it out")
+    if markov not in (None, 0, 1, 2):
+        raise ValueError(f"markov is {quoted(markov)}; use 0, 1 or 2")
+    datasheet = [datasheet] if isinstance(datasheet, str) else datasheet
     sources = source if isinstance(source, Sequence) and not isinstance(source, str) else [source]
+    for one in sources:
+        require_source(one)
     most_markov = 2 if markov is None else markov
     settings = [
         setting

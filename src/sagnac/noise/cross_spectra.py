@@ -40,7 +40,7 @@ from sagnac.noise.estimates import Estimate, rooted
 from sagnac.noise.laws import STOCHASTIC_NAMES, rate_density_basis
 from sagnac.noise.likelihood import PRESENCE
 from sagnac.recording.channel import angle_increments
-from sagnac.recording.model import Recording
+from sagnac.recording.model import Recording, require_recording
 from sagnac.spectrum.periodogram import CELL, TAPERS, band_degrees_of_freedom, sine_taper
 from sagnac.spectrum.power_laws import running_median
 
@@ -151,6 +151,7 @@ def self_noise(
     >>> bool(found.low < 1.0 / np.sqrt(10.0) < found.high)
     True
     """
+    require_recording(recording)
     require_confidence(confidence)
     names = tuple(gyros) if gyros is not None else tuple(one.name for one in recording.gyros)
     if motions < 1 or len(set(names)) < _FOR_EACH * motions:

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from sagnac.core.arrays import BooleanArray, FloatArray, pandas_for
-from sagnac.core.errors import Note, RecordingError, quoted
+from sagnac.core.errors import Note, RecordingError, require_type
 from sagnac.core.units import split_header
 from sagnac.recording.channel import (
     PICKOFF,
@@ -519,11 +519,8 @@ def require_recording(value: object) -> None:
     TypeError
         With what makes one.
     """
-    if not isinstance(value, Recording):
-        raise TypeError(
-            f"recording is {quoted(value)}; read one with read(path), or make one with "
-            "Recording.from_arrays(...)"
-        )
+    remedy = "read one with read(path), or make one with Recording.from_arrays(...)"
+    require_type("recording", value, Recording, remedy)
 
 
 def second_of(recording: Recording, index: int) -> float:

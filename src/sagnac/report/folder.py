@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 from urllib.parse import quote
 
-from sagnac.analysis.result import Analysis
+from sagnac.analysis.result import Analysis, require_analysis
 from sagnac.core.overwriting import outputs_in, require_free
 from sagnac.core.whole_files import replacing_folder, write_text
 from sagnac.report import document, figures, page, sections
@@ -90,11 +90,7 @@ def write_report(
     >>> report.paths[0].name
     'report.html'
     """
-    if analysis.stored is not None:
-        raise ValueError(
-            "analysis was read from a file, which holds no spectra and no residual; analyze the "
-            "recording again, and write the report of that"
-        )
+    require_analysis(analysis, recorded=True)
     folder = Path(folder)
     for place in (folder, *(folder / folder_name(name) for name in analysis.gyros)):
         require_free(outputs_in(place, "report"), force=force)
