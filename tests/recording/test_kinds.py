@@ -59,7 +59,7 @@ def test_increments_of_each_kind():
     ("values", "settings", "error", "message"),
     [
         ([1.0, np.nan, 2.0], {}, RecordingError, "sample 1 is not finite"),
-        ([[1.0, 2.0]], {}, ValueError, "give one channel"),
+        ([[1.0, 2.0]], {}, ValueError, "give one column"),
         ([1.0, 2.0], {"kind": "phase"}, ValueError, "use one of angle, increment, rate"),
         ([1.0, 2.0], {"sample_rate": 0.0}, ValueError, "samples per second"),
     ],
