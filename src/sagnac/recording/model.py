@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from sagnac.core.arrays import BooleanArray, FloatArray, pandas_for
-from sagnac.core.errors import Note, RecordingError, require_type
+from sagnac.core.errors import Note, RecordingError, quoted, require_type
 from sagnac.core.units import split_header
 from sagnac.recording.channel import (
     PICKOFF,
