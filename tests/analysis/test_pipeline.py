@@ -72,7 +72,11 @@ def test_the_answer_alone_is_that_of_the_whole_analysis(simulation, answers, met
     alone, evidence = answer_of(simulation.recording, replace(PAIR, method=method))
     whole = answers[method]
     assert repr(alone.estimate) == repr(whole.angle_random_walk)
-    assert repr(alone.fits) == repr(whole.fits)
+    # Of the fits of the curve it has that alone which the answer rests on.
+    assert set(alone.fits) == {"likelihood"} | ({"paper"} if method == "fos-paper" else set())
+    assert {name: repr(fit) for name, fit in alone.fits.items()} == {
+        name: repr(whole.fits[name]) for name in alone.fits
+    }
     assert repr(evidence.lines) == repr(whole.lines)
     for name in ("tau", "deviation", "low", "high"):
         np.testing.assert_array_equal(getattr(evidence.curve, name), getattr(whole.curve, name))
