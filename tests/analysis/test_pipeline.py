@@ -313,7 +313,8 @@ def figures_of(result):
         replace(PAIR, method="none", estimators=("mdev",)),
         replace(PAIR, method="fris"),
         Settings(gyros=("y",), method="none"),
-        Settings(gyros=("x", "y", "z"), method="none"),
+        # Without its lines: bounds of three gyros that the terms do not describe hang on rounding.
+        Settings(gyros=("x", "y", "z")),
         replace(PAIR, method="none", interval=None, estimators=("adev", "ohdev", "totdev")),
     ],
     ids=["lines", "pair", "full turns", "single", "triad", "every sample"],
