@@ -72,7 +72,7 @@ def test_the_answer_alone_is_that_of_the_whole_analysis(simulation, answers, met
     alone, evidence = answer_of(simulation.recording, replace(PAIR, method=method))
     whole = answers[method]
     assert repr(alone.estimate) == repr(whole.angle_random_walk)
-    # Of the fits of the curve it has that alone which the answer rests on.
+    # It leaves out the fits of the curve that no answer rests on.
     assert set(alone.fits) == {"likelihood"} | ({"paper"} if method == "fos-paper" else set())
     assert {name: repr(fit) for name, fit in alone.fits.items()} == {
         name: repr(whole.fits[name]) for name in alone.fits

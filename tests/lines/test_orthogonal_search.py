@@ -198,7 +198,8 @@ def test_a_search_is_compared_by_identity_and_has_a_hash():
         fast_orthogonal_search(np.arange(40.0), np.ones(40), spacing=1.0, candidates=5)
         for _ in range(2)
     )
-    assert found == found  # noqa: PLR0124
+    same = found
+    assert found == same
     assert found != other
     assert len({found, other}) == 2
 

@@ -126,7 +126,7 @@ def test_two_gyros_for_three_axes_are_said_and_each_keeps_its_own(tool, axes):
     unit = sagnac.analyze(sagnac.Recording.from_arrays(x=rate[0], z=10.0 * rate[1], **still))
     made = export(unit, tool=tool)
     (note,) = made.notes
-    assert str(note) == f"x, z: were measured, and the worse of them stands for {axes}"
+    assert str(note) == f"x, z: were measured, and the worse of these gyros stands for {axes}"
     assert f"Remark: {note}" in made.text
     file = SettingsFile(tool="psins", settings=tuple(measured_in(unit)), each=True)
     x, y, z = (one.simple.white for one in file.three["gyro"])

@@ -84,7 +84,7 @@ def test_what_was_measured_with_few_degrees_of_freedom_is_reached(most):
     assert np.all(reached >= np.sqrt(variance[6:9]) * (1.0 - 1e-9))
     slowed = white_and_markov(limit, 1e4)
     assert np.all(slowed.allan_deviation(limit.beyond[0]) >= np.sqrt(variance[6:9]) * (1 - 1e-9))
-    # Of two curves it reaches both.
+    # A model of two curves reaches both.
     louder = upper_limit(TAU, 2.0 * np.sqrt(variance), edf)
     both = overbound(envelope([limit, louder]), most_markov=most, walks=True)
     twice = 2.0 * np.sqrt(variance[6:9])

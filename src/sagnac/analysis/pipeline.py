@@ -41,7 +41,7 @@ from sagnac.analysis.spectra import Spectrum, figure_spectrum, multitaper_densit
 from sagnac.analysis.table_shares import Share, table_shares
 from sagnac.analysis.trust import findings_of, require_strict
 from sagnac.core.arrays import differences, extent
-from sagnac.core.errors import Note, RecordingError, quoted, require_keywords
+from sagnac.core.errors import Note, RecordingError, require_keywords, require_type
 from sagnac.core.kernels import cache_notes, one_thread
 from sagnac.lines.model import Removal
 from sagnac.noise.estimates import Estimate, unobserved
@@ -118,10 +118,8 @@ def analyze(
     """
     require_recording(recording)
     require_keywords("analyze", choices, (*(one.name for one in fields(Settings)), "progress"))
-    if not isinstance(settings, Settings | None):
-        raise TypeError(
-            f"settings is {quoted(settings)}; give Settings(...), or its fields by name"
-        )
+    remedy = "give Settings(...), or its fields by name"
+    require_type("settings", settings, (Settings, type(None)), remedy)
     settings = replace(settings or Settings(), **choices)
     with one_thread():
         return _each_channel(recording, settings, _analysis, progress)
@@ -166,14 +164,14 @@ def _path(
     progress: Progress | None,
     findings: tuple[Note, ...] | None = None,
     *,
-    bare_of_lines: bool = False,
+    bare_if_taken: bool = False,
 ) -> tuple[Analysis, tuple[Note, ...]]:
     """The analysis, and the judgement of the data, which is made unless it is given.
 
-    With `bare_of_lines`, and lines taken, it has neither fits of the curve nor spectra.
+    With `bare_if_taken` it has neither fits of the curve nor spectra if lines are taken out.
     """
     stages = Stages(progress, recording.path or "recording")
-    evidence = _evidence(recording, settings, stages, findings, bare_of_lines=bare_of_lines)
+    evidence = _evidence(recording, settings, stages, findings, bare_if_taken=bare_if_taken)
     with stages.stage("coefficients"):
         headline = answer(evidence, _of_pair)
     with stages.stage("spectrum"):
@@ -188,11 +186,11 @@ def _evidence(
     findings: tuple[Note, ...] | None = None,
     *,
     bare: bool = False,
-    bare_of_lines: bool = False,
+    bare_if_taken: bool = False,
 ) -> Evidence:
     """The stages from a recording to what its answer is read from.
 
-    Bare, or bare if lines are taken, it has no more than the answer rests on.
+    If it is bare, it has no more than the answer rests on.
     """
     rate = recording.sample_rate
     with stages.stage("difference"):
@@ -225,7 +223,7 @@ def _evidence(
             remainders.append(remainder_of(pair, table.known, corrected, settings, fraction))
         points = points_at(left.removal.residual, left.rate, None if left.once_a_turn else interval)
         require_length(points, recording)
-        bare |= bare_of_lines and _is_taken(recording, left.removal)
+        bare |= bare_if_taken and _is_taken(recording, left.removal)
     with stages.stage("stability"):
         curve, taken = curve_after(points, left, rate, settings)
         nothing_taken = not left.removal.lines and same_values(before.angle, points.angle)
@@ -561,7 +559,7 @@ def _with_lines_out(
             analysis, _ = _path(recording, settings, progress)
             return AtRest(analysis=analysis, without_lines=analysis, as_it_is=analysis)
         search = replace(settings, method="fos", estimators=())
-        searched, findings = _path(recording, search, progress, bare_of_lines=True)
+        searched, findings = _path(recording, search, progress, bare_if_taken=True)
         if not _is_taken(recording, searched):
             # Nothing was taken: it is the recording as it is.
             analysis = _with_family(searched, recording, settings, progress)

@@ -277,7 +277,7 @@ def split_factor(unit: str) -> tuple[float, str]:
     (1.0, 'deg/s')
     """
     if not isinstance(unit, str):
-        raise ValueError(f"unit is {quoted(unit)}; give a name such as deg/s")
+        raise ValueError(f"unit is {quoted(unit)}; give the name of a unit")
     match = _FACTOR.match(unit)
     if match is None:
         return 1.0, canonical(unit)

@@ -270,8 +270,8 @@ _WITHIN: Final = 0.5
 def force_notes(gyros: Mapping[str, Column]) -> list[Note]:
     """On gyros whose columns are named as those of accelerometers."""
     said = (
-        "its column is named as that of an accelerometer, which is analyzed beside a gyro "
-        "({{accelerometers {key}}}), and it is read as a gyro"
+        "its column is named as that of an accelerometer, and it is read as a gyro; if it is an "
+        "accelerometer, state {{accelerometers {key}}} beside a gyro"
     )
     return [
         Note(name="units", level="warning", channel=name, text=said.format(key=column.key))

@@ -63,10 +63,12 @@ def detection_threshold(bins: int, false_alarm: float) -> float:
     Raises
     ------
     ValueError
-        If `false_alarm` is not above zero, or as many as there are bins.
+        If `false_alarm` is not above zero, or so large that every bin would hold a line.
     """
     if not (is_finite(false_alarm) and 0.0 < false_alarm < max(bins, 2) / np.e):
-        raise ValueError(f"false_alarm is {quoted(false_alarm)}; give a probability above zero")
+        raise ValueError(
+            f"false_alarm is {quoted(false_alarm)}; give a probability above zero, such as 0.01"
+        )
     scatter = floor_scatter(bins)
 
     def excess(p: float) -> float:

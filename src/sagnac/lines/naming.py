@@ -30,8 +30,8 @@ _MISSED: Final = 2.0
 _DRIFT: Final = 20.0
 # Share of an order's frequency within which jitter of the table shows.
 _JITTER: Final = 0.01
-# Times the product of their amplitudes, rad, and the order, that two lines make of each other at
-# most: half of it over the share of the rate that the leading gyros sense, each of the other.
+# An order and another line make products of at most this times the order and both amplitudes, rad.
+# By theory it is half, over the share of the rate that the gyros sense; two orders make it twice.
 _LED: Final = 2.0
 # Standard deviation of a phase of which nothing is known, rad.
 _ANY_PHASE: Final = np.pi / np.sqrt(3.0)
@@ -135,8 +135,8 @@ def _name(line: Line, stronger: tuple[Line, ...], state: State) -> str:
 def _product(line: Line, stronger: tuple[Line, ...], state: State) -> str:
     """Origin of a line at the sum or the difference of an order and another line; else empty.
 
-    Above the frequency up to which the encoder knows the table's angle better, the gyros lead it,
-    and what is in them is in the phases of all orders.
+    At high frequency the angle of the table is that of the gyros. A line in them is in that angle,
+    too, and so in the phase of every order.
     """
     turn_rate = _turn_rate(state)
     place = _hertz(line, turn_rate)

@@ -167,8 +167,8 @@ def fast_orthogonal_search(
 
     The candidates are pairs of cosine and sine of ``spacing * k * phase``, k = 1 ...
     `candidates`, or the columns of a matrix. A constant is always in, and so is a slope along the
-    phase. A pair's merit is Q(cos) + Q(sin | cos), each C^2 / D of Korenberg's recursion; one of
-    whose terms what is chosen leaves nothing counts by the other.
+    phase. A pair's merit is Q(cos) + Q(sin | cos), each C^2 / D of Korenberg's recursion. If what
+    was chosen explains one term of a pair, or the term is zero, the pair counts by its other term.
 
     Parameters
     ----------

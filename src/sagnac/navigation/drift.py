@@ -184,11 +184,6 @@ def _made_by(
         (3, times) their sum without what was not estimated, and with its worst upper bound.
     """
     initial, rise = _initial(noise, priors)
-
-    def with_values(one: GyroNoise) -> FloatArray:
-        made = weights[..., :3] @ one.values**2 + weights[..., 3] * _initial(one, priors)[0]
-        return np.asarray(made.sum(axis=2) + markov)
-
     together = weights.sum(axis=2)
     own, biased, slow = together[..., :3], together[..., 3], together[..., 4:]
     rising = 2.0 * (own + biased[..., np.newaxis] * rise) * noise.values
@@ -201,6 +196,11 @@ def _made_by(
     parts = np.concatenate(
         [own * noise.values**2, np.stack([markov, biased * initial], axis=-1)], axis=-1
     )
+
+    def with_values(one: GyroNoise) -> FloatArray:
+        made = weights[..., :3] @ one.values**2 + weights[..., 3] * _initial(one, priors)[0]
+        return np.asarray(made.sum(axis=2) + markov)
+
     worst = np.max([with_values(one) for one in noise.bounded], axis=0)
     return parts, squares, (with_values(noise.without_likely), worst)
 

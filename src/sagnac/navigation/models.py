@@ -200,8 +200,8 @@ class UpperLimit:
     confidence
         Probability that the curve lies below, at each of them.
     beyond
-        (2, points): longer cluster times, s, and what was measured there, rad/s. A model reaches
-        up to that, too, and no higher: it may be several times too large or too small.
+        (2, points): longer cluster times, s, and the deviation that was measured there, rad/s. A
+        model has to reach it. It has no limit of its own, since it may be several times too large.
     """
 
     tau: FloatArray
@@ -230,8 +230,8 @@ def upper_limit(
     tau, deviation, edf
         (points,): s, rad/s, and equivalent degrees of freedom of the variance.
     confidence
-        That the curve lies below, at each cluster time of twenty degrees of freedom or more. Of
-        points of fewer only the value counts.
+        That the curve lies below, at each cluster time of twenty degrees of freedom or more.
+        Longer ones count by their value alone (`UpperLimit.beyond`).
 
     Raises
     ------
@@ -321,7 +321,7 @@ def overbound(
 
 
 def _reaching(model: FilterModel, limit: UpperLimit) -> FilterModel:
-    """A model with a walk that makes what was measured beyond the limit."""
+    """A model whose walk is raised until it reaches what was measured beyond the limit."""
     tau, short = limit.short_of(model)
     more = math.sqrt(float((3.0 * short / tau).max(initial=0.0)))
     return replace(model, walk=math.hypot(model.walk, more))

@@ -10,6 +10,7 @@ import re
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
+from itertools import chain
 from pathlib import Path
 from typing import Any, Final, Self
 
@@ -209,7 +210,7 @@ def _walk_bound(slow: Mapping[str, Any], kind: Sensor) -> float:
 def _doubts(name: str, names: Sequence[str], *documents: Mapping[str, Any]) -> tuple[str, ...]:
     """Findings on a sensor, or on no sensor alone, that are warnings or errors."""
     doubts = []
-    for one in (one for document in documents for one in document.get("findings", ())):
+    for one in chain.from_iterable(document.get("findings", ()) for document in documents):
         of = set(re.split(r", |-", one["channel"]))
         if one["level"] != "remark" and (name in of or not of <= set(names)):
             doubts.append(f"{one['channel']}: {one['text']}".removeprefix(": "))

@@ -113,10 +113,11 @@ class SettingsFile:
         for kind, settings in self._sensors.items():
             names = dict.fromkeys(one.name for one in settings if one.limit is not None)
             if self.definition.axes != "any" and len(names) in {1, 2}:
-                whose = "the worse of them stands" if len(names) == 2 else "stands"
-                which = "the third axis" if len(names) == 2 and self.each else "all three axes"
-                was = "were measured" if len(names) == 2 else f"alone of the {kind}s was measured"
-                notes.append(Note(channel=", ".join(names), text=f"{was}, and {whose} for {which}"))
+                text = f"is the only {kind} that was measured, and stands for all three axes"
+                if len(names) == 2:
+                    which = "the third axis" if self.each else "all three axes"
+                    text = f"were measured, and the worse of these {kind}s stands for {which}"
+                notes.append(Note(channel=", ".join(names), text=text))
         doubts = dict.fromkeys(doubt for one in self.held for doubt in one.doubts)
         return (*notes, *(Note(level="warning", text=doubt) for doubt in doubts))
 

@@ -92,6 +92,7 @@ def numbers(values: ArrayLike, argument: str) -> NDArray[Any]:
     column: NDArray[Any] = np.asarray(values)
     if column.ndim != 1:
         raise ValueError(f"{argument} has shape {column.shape}; give one column, shape (samples,)")
+    # Dates of a frame would pass as their nanoseconds.
     if column.dtype.kind == "O" and not isinstance(next(iter(column), None), date):
         with suppress(TypeError, ValueError):
             return np.asarray(values, dtype=np.float64)
