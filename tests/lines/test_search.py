@@ -180,19 +180,41 @@ def test_arguments_that_do_not_fit_are_refused():
 @pytest.mark.parametrize(
     ("change", "said"),
     [
-        (lambda whole: np.where(np.arange(whole.size) == 7, np.nan, whole), "missing or infinite"),
-        (lambda whole: np.ma.masked_inside(whole, whole[7], whole[7]), "missing or infinite"),
-        (lambda whole: whole + 0j, "holds complex128 values"),
-        (lambda whole: whole.astype(str), "holds <U32 values"),
-        (lambda whole: whole > 0.0, "holds bool values"),
+        (lambda whole: np.where(np.arange(whole.size) == 7, np.nan, whole), ": sample 7 is nan"),
+        (lambda whole: np.ma.masked_inside(whole, whole[7], whole[7]), ": sample 7 is nan"),
+        (lambda whole: whole + 0j, " holds complex128 values"),
+        (lambda whole: whole.astype(str), " holds <U32 values"),
+        (lambda whole: whole > 0.0, " holds bool values"),
     ],
     ids=["NaN", "masked", "complex", "texts", "booleans"],
 )
 def test_what_is_no_whole_column_of_numbers_is_refused(argument, change, said):
     whole = {"angle": walk(1000, 0), "table": np.arange(1000.0)}
     whole[argument] = change(whole[argument])
-    with pytest.raises(ValueError, match=f"{argument} (has values that are )?{said}"):
+    with pytest.raises(ValueError, match=f"^{argument}{said}"):
         remove_lines(**whole, sample_rate=RATE, channel="x")
+
+
+@pytest.mark.parametrize(
+    ("angle", "said"),
+    [
+        (1e-3 * np.arange(1000.0), "a straight line, to rounding"),
+        (np.arange(1000), "a straight line, to rounding"),
+        (1e-300 * walk(1000, 0), "give it in rad"),
+        (1e300 * walk(1000, 0), "give it in rad"),
+    ],
+)
+def test_an_angle_without_noise_that_can_be_squared_is_refused(angle, said):
+    with pytest.raises(ValueError, match=f"^angle .*{said}"):
+        remove_lines(angle, None, RATE, channel="x")
+
+
+@pytest.mark.filterwarnings("error")
+def test_less_than_two_averages_beside_a_table_are_refused():
+    table = 1e-3 * np.arange(30.0)
+    with pytest.raises(ValueError, match=r"angle has 6 samples at 100 Hz; .* give 0\.2 s or more"):
+        remove_lines(walk(6, 0), table[:6], 100.0, channel="x")
+    assert remove_lines(walk(30, 0), table, 100.0, channel="x").residual.shape == (30,)
 
 
 def many_tones(samples):

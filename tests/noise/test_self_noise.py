@@ -111,8 +111,14 @@ def test_what_cannot_be_told_apart_is_refused():
         sagnac.self_noise(recording, gyros=["x", "y"])
     with pytest.raises(ValueError, match="give 3 or more for each of 2 motions"):
         sagnac.self_noise(recording, motions=2)
-    with pytest.raises(ValueError, match="band is"):
-        sagnac.self_noise(recording, band=(2.0, 1.0))
+    for band in ((2.0, 1.0), (2.0,), ("1", "2"), 3.0):
+        with pytest.raises(ValueError, match=r"band is .*; give two frequencies in Hz"):
+            sagnac.self_noise(recording, band=band)
+    for motions in (0, "1", 1.5, None, True):
+        with pytest.raises(ValueError, match=r"motions is .*; give a whole number of 1 or more"):
+            sagnac.self_noise(recording, motions=motions)
+    with pytest.raises(TypeError, match="gyros is 3; give names out of x, y, z"):
+        sagnac.self_noise(recording, gyros=3)
     with pytest.raises(RecordingError, match="holds too little between"):
         sagnac.self_noise(recording, band=(1.0, 1.001))
 

@@ -36,12 +36,13 @@ def test_columns_are_taken_by_the_names_stated():
         ({"x[deg/s]": X}, {"kind": None}, "kind is not stated"),
         ({"x[deg/s]": X}, {}, "neither sample_rate nor times"),
         ({"a": X}, {"columns": {"x": "b"}}, r"columns\['x'\] is 'b'; the frame has a"),
+        ({"x": X}, {"columns": ["x"]}, r"columns is \['x'\]; give \{'x': NAME\}"),
         ({"x": X, "x[deg]": X}, {}, r"x, x\[deg\] may each be x; name one with columns"),
         ({"x": X}, {"unit": {"z": "deg"}}, "the unit of gyro x is not stated, only that of z"),
     ],
 )
 def test_frames_that_make_no_recording_are_refused(frame, arguments, words):
-    with pytest.raises(ValueError, match=words) as caught:
+    with pytest.raises((TypeError, ValueError), match=words) as caught:
         Recording.from_frame(frame, **{"kind": "rate", **arguments})
     assert "\n" not in str(caught.value)
 

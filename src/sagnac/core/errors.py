@@ -6,13 +6,14 @@ line as ``--slice 30:90``, a program as ``slice=30:90``.
 """
 
 import math
+import operator
 import re
 import reprlib
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from difflib import get_close_matches
 from importlib import import_module
-from typing import Any, Final, Literal, Self, get_args
+from typing import Any, Final, Literal, Self, SupportsIndex, get_args
 
 Level = Literal["error", "warning", "remark"]
 LEVELS: Final[tuple[Level, ...]] = get_args(Level)
@@ -384,6 +385,19 @@ def is_finite(value: Any) -> bool:
         return math.isfinite(value)
     except TypeError:
         return False
+
+
+def require_count(name: str, value: object, least: int) -> None:
+    """Refuse what is no whole number, or too small a one.
+
+    Raises
+    ------
+    ValueError
+        With the argument, the value and the least that will do.
+    """
+    number = operator.index(value) if isinstance(value, SupportsIndex) else None
+    if number is None or number < least or isinstance(value, bool):
+        raise ValueError(f"{name} is {quoted(value)}; give a whole number of {least} or more")
 
 
 def require_confidence(confidence: float) -> None:

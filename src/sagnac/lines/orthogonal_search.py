@@ -20,8 +20,8 @@ from numpy.typing import ArrayLike
 from scipy.special import chdtri
 
 from sagnac.core.arrays import ComplexArray, FloatArray, IntegerArray
-from sagnac.core.errors import is_finite, quoted
-from sagnac.recording.channel import numbers
+from sagnac.core.errors import is_finite, quoted, require_count
+from sagnac.recording.channel import real_numbers, whole_series
 from sagnac.spectrum.sums import angle_sums
 
 Stop = Literal["korenberg", "false-alarm", "none"]
@@ -226,8 +226,8 @@ def fast_orthogonal_search(
     >>> found.coefficients.round(2)
     array([[0.5]])
     """
-    values = np.asarray(numbers(signal, "signal"), dtype=np.float64)
-    along = None if phase is None else np.asarray(numbers(phase, "phase"), dtype=np.float64)
+    values = whole_series(signal, "signal")
+    along = None if phase is None else whole_series(phase, "phase")
     _check(along, values, spacing, candidates)
     require_rule(stop, false_alarm, most_terms)
     # The line that is always in; the phase is centred and scaled, so that it costs no precision.
@@ -276,20 +276,16 @@ def _check(
     candidates: int | ArrayLike,
 ) -> None:
     """Refuse arrays and frequencies that make no sense."""
-    if signal.ndim != 1 or signal.size == 0:
+    if signal.size == 0:
         raise ValueError(f"signal has shape {signal.shape}; give (samples,)")
     if phase is not None and phase.shape != signal.shape:
         raise ValueError(
             f"phase has shape {phase.shape} and signal {signal.shape}; give one of each a sample"
         )
-    matrix = None
     if np.ndim(candidates) > 0:
-        # What a masked array masks is missing.
-        matrix = np.ma.filled(np.ma.asarray(candidates, dtype=np.float64), np.nan)
-    for name, given in (("phase", phase), ("signal", signal), ("candidates", matrix)):
-        if given is not None and not np.isfinite(given).all():
-            raise ValueError(f"{name} has values that are not finite; leave these samples out")
-    if matrix is not None:
+        matrix = real_numbers(candidates, "candidates")
+        if not np.isfinite(matrix).all():
+            raise ValueError("candidates has values that are not finite; leave these samples out")
         if spacing is not None:
             raise ValueError(f"spacing is {spacing}, and candidates is a matrix; give one of them")
         fits = matrix.ndim == 2 or (matrix.ndim == 3 and matrix.shape[2] in {1, 2})
@@ -301,15 +297,9 @@ def _check(
         return
     if phase is None:
         raise ValueError("phase is None; sinusoids need one (a matrix of candidates does not)")
-    _require_count("candidates", np.asarray(candidates).item(), 1)
+    require_count("candidates", np.asarray(candidates).item(), 1)
     if spacing is None or not (is_finite(spacing) and spacing > 0.0):
         raise ValueError(f"spacing is {quoted(spacing)}; give a number above zero")
-
-
-def _require_count(name: str, value: object, least: int) -> None:
-    """Refuse what is no whole number, or too small a one."""
-    if not isinstance(value, int | np.integer) or isinstance(value, bool) or value < least:
-        raise ValueError(f"{name} is {quoted(value)}; give a whole number of {least} or more")
 
 
 def require_rule(stop: Stop, false_alarm: float, most_terms: int) -> None:
@@ -322,9 +312,9 @@ def require_rule(stop: Stop, false_alarm: float, most_terms: int) -> None:
     """
     if stop not in STOPS:
         raise ValueError(f"stop is {quoted(stop)}; use one of {', '.join(STOPS)}")
-    if not 0.0 < false_alarm < 1.0:
-        raise ValueError(f"false_alarm is {false_alarm!r}; give a probability between 0 and 1")
-    _require_count("most_terms", most_terms, 0)
+    if not (is_finite(false_alarm) and 0.0 < false_alarm < 1.0):
+        raise ValueError(f"false_alarm is {quoted(false_alarm)}; give a number between 0 and 1")
+    require_count("most_terms", most_terms, 0)
 
 
 def share_to_bring(

@@ -11,9 +11,8 @@ from dataclasses import replace
 from typing import Final
 
 import numpy as np
-from numpy.typing import ArrayLike
 
-from sagnac.core.arrays import FloatArray, extent, is_finite
+from sagnac.core.arrays import FloatArray, differences, extent
 from sagnac.core.errors import Note, counted, rounded
 from sagnac.core.kernels import one_thread
 from sagnac.lines import detection, passes
@@ -24,14 +23,18 @@ from sagnac.lines.model import Removal
 from sagnac.lines.naming import describe_lines, masked_bands, noise_taken
 from sagnac.lines.products import pairs_summed
 from sagnac.lines.state import Record, State, first_state
-from sagnac.recording.channel import numbers
-from sagnac.table.kinematics import averages_of, kinematics
+from sagnac.recording.channel import whole_series
+from sagnac.table.kinematics import KINEMATIC_RATE, averages_of, kinematics
 from sagnac.table.motion import follow_table
 from sagnac.table.turns import FEW_TURNS, full_turns, function_of_angle, is_turning
 
 # Part of an amplitude by which it may drift and be called steady.
 _STEADY: Final = 0.005
 _MOST_LINES: Final = 250
+# Steps of an angle that vary by no more than this share of its size vary by rounding, and
+# numbers below this one have squares that floating point does not hold to all their digits.
+_ROUNDING: Final = 8.0 * float(np.finfo(np.float64).eps)
+_SMALLEST: Final = 1e-140
 _ROUNDS: Final = 20
 # Passes over the record that joint fits may take, one for each pair of lines that meet, and joint
 # fits in a round at the least. The time of a search then grows with the record, whatever is in it.
@@ -106,11 +109,15 @@ def remove_lines(
     >>> round(float(np.std(np.diff(removal.residual)) / np.std(steps)), 2)
     1.0
     """
-    angle = _whole(angle, "angle")
-    table = None if table is None else _whole(table, "table")
+    angle = whole_series(angle, "angle")
+    table = None if table is None else whole_series(table, "table")
     record = Record(angle=angle, encoder=table, sample_rate=sample_rate, false_alarm=false_alarm)
-    if not np.any(np.diff(extent(angle))):
-        raise ValueError(f"angle is {angle[0]:g} throughout; give values that vary")
+    _require_noise(angle)
+    if table is not None and 2.0 * sample_rate / KINEMATIC_RATE > angle.size:
+        raise ValueError(
+            f"angle has {angle.size} samples at {sample_rate:g} Hz; beside a table give "
+            f"{2.0 / KINEMATIC_RATE:g} s or more"
+        )
     notes: tuple[Note, ...] = ()
     if table is not None and is_turning(table) and full_turns(table) < FEW_TURNS:
         angle, notes = _without_table(angle, table, sample_rate, channel)
@@ -123,14 +130,16 @@ def remove_lines(
     return replace(removal, notes=(*notes, *removal.notes))
 
 
-def _whole(values: ArrayLike, argument: str) -> FloatArray:
-    """Numbers that are all there."""
-    column = np.asarray(numbers(values, argument), dtype=np.float64)
-    if not is_finite(column):
-        raise ValueError(
-            f"{argument} has values that are missing or infinite; give a whole stretch"
-        )
-    return column
+def _require_noise(angle: FloatArray) -> None:
+    """Refuse an angle that holds no noise, or none that can be squared."""
+    low, high = extent(angle)
+    if low == high:
+        raise ValueError(f"angle is {low + 0.0:g} throughout; give values that vary")
+    noise = float(np.ptp(extent(differences(differences(angle)))))
+    if noise <= _ROUNDING * max(abs(low), abs(high)):
+        raise ValueError("angle is a straight line, to rounding; give one with noise")
+    if not (noise > _SMALLEST and high - low < 1.0 / _SMALLEST):
+        raise ValueError(f"angle runs from {low:g} to {high:g}; give it in rad")
 
 
 def _without_table(

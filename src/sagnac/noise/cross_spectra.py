@@ -27,6 +27,7 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
+from types import NoneType
 from typing import Final
 
 import numpy as np
@@ -35,7 +36,15 @@ from scipy.fft import prev_fast_len, rfft
 from scipy.special import chdtri, stdtrit
 
 from sagnac.core.arrays import ComplexArray, FloatArray, IntegerArray
-from sagnac.core.errors import RecordingError, counted, require_confidence
+from sagnac.core.errors import (
+    RecordingError,
+    counted,
+    is_finite,
+    quoted,
+    require_confidence,
+    require_count,
+    require_type,
+)
 from sagnac.noise.estimates import Estimate, rooted
 from sagnac.noise.laws import STOCHASTIC_NAMES, rate_density_basis
 from sagnac.noise.likelihood import PRESENCE
@@ -153,8 +162,11 @@ def self_noise(
     """
     require_recording(recording)
     require_confidence(confidence)
-    names = tuple(gyros) if gyros is not None else tuple(one.name for one in recording.gyros)
-    if motions < 1 or len(set(names)) < _FOR_EACH * motions:
+    require_count("motions", motions, 1)
+    every = tuple(one.name for one in recording.gyros)
+    require_type("gyros", gyros, (Sequence, NoneType), f"give names out of {', '.join(every)}")
+    names = every if gyros is None else tuple(gyros)
+    if len(set(names)) < _FOR_EACH * motions:
         raise ValueError(
             f"gyros are {', '.join(names)}; give {_FOR_EACH} or more for each of {motions} motions"
         )
@@ -166,8 +178,8 @@ def self_noise(
     rates = np.array([one[:samples] for one in turned]) * recording.sample_rate
     length = min(rates.shape[1], _SEGMENT)
     frequency = np.arange(length // 2 + 1) * recording.sample_rate / length
-    if band is not None and not 0.0 <= band[0] < band[1]:
-        raise ValueError(f"band is {band}; give two frequencies in Hz, the lower first")
+    if band is not None and not _is_band(band):
+        raise ValueError(f"band is {quoted(band)}; give two frequencies in Hz, the lower first")
     segments = rates.shape[1] // length
     cross = _cross_spectra(rates, length) / recording.sample_rate
     first, last = CELL, frequency.size - CELL
@@ -214,6 +226,16 @@ def self_noise(
 def band_degrees(ordinates: int, segments: int) -> float:
     """Complex degrees of freedom of the mean of neighbouring ordinates over some segments."""
     return 0.5 * band_degrees_of_freedom(ordinates) * segments if ordinates > 0 else 0.0
+
+
+def _is_band(band: object) -> bool:
+    """Whether it is two frequencies, the lower first."""
+    return (
+        isinstance(band, Sequence)
+        and len(band) == 2
+        and all(map(is_finite, band))
+        and 0.0 <= band[0] < band[1]
+    )
 
 
 def _cross_spectra(rates: FloatArray, length: int) -> ComplexArray:

@@ -25,6 +25,7 @@ from sagnac.core.arrays import (
     empty,
     mean,
 )
+from sagnac.core.arrays import is_finite as all_finite
 from sagnac.core.errors import Note, RecordingError, is_finite, quoted, require_choice
 from sagnac.core.units import (
     SENSED,
@@ -72,8 +73,8 @@ def field_unit(name: str, kind: Kind, sensor: Sensor = "gyro") -> Unit:
     return UNITS[sensed.rate_unit if kind == "rate" else sensed.integral_unit]
 
 
-def numbers(values: ArrayLike, argument: str) -> NDArray[Any]:
-    """A column of real numbers, shape (samples,), of whatever type they have.
+def real_numbers(values: ArrayLike, argument: str) -> NDArray[Any]:
+    """Real numbers of whatever shape and type they have.
 
     Parameters
     ----------
@@ -85,20 +86,32 @@ def numbers(values: ArrayLike, argument: str) -> NDArray[Any]:
     Raises
     ------
     ValueError
-        If it holds something else, or has more than one dimension.
+        If it holds something else.
     """
-    if isinstance(values, np.ma.MaskedArray):
+    if isinstance(values, np.ma.MaskedArray) and values.dtype.kind in "iufO":
         values = np.ma.filled(values.astype(np.float64), np.nan)
-    column: NDArray[Any] = np.asarray(values)
-    if column.ndim != 1:
-        raise ValueError(f"{argument} has shape {column.shape}; give one column, shape (samples,)")
+    given: NDArray[Any] = np.asarray(values)
     # Dates of a frame would pass as their nanoseconds.
-    if column.dtype.kind == "O" and not isinstance(next(iter(column), None), date):
+    if given.dtype.kind == "O" and not isinstance(next(given.flat, None), date):
         with suppress(TypeError, ValueError):
             return np.asarray(values, dtype=np.float64)
-    if column.dtype.kind not in "iuf" and column.size:
-        raise ValueError(f"{argument} holds {column.dtype} values; give real numbers")
-    return column
+    if given.dtype.kind not in "iuf" and given.size:
+        raise ValueError(f"{argument} holds {given.dtype} values; give real numbers")
+    return given
+
+
+def numbers(values: ArrayLike, argument: str) -> NDArray[Any]:
+    """A column of real numbers, shape (samples,), of whatever type they have.
+
+    Raises
+    ------
+    ValueError
+        As `real_numbers`, or if there is more than one dimension.
+    """
+    given = np.asanyarray(values)
+    if given.ndim != 1:
+        raise ValueError(f"{argument} has shape {given.shape}; give one column, shape (samples,)")
+    return real_numbers(given, argument)
 
 
 def series(values: ArrayLike, argument: str) -> FloatArray:
@@ -110,6 +123,21 @@ def series(values: ArrayLike, argument: str) -> FloatArray:
         If it holds something else, or has more than one dimension.
     """
     return np.array(numbers(values, argument), dtype=np.float64)
+
+
+def whole_series(values: ArrayLike, argument: str) -> FloatArray:
+    """The same as float64, which may be the values themselves, of numbers that are all there.
+
+    Raises
+    ------
+    ValueError
+        As `numbers`, or if a value is missing or infinite; with the first such sample.
+    """
+    column = np.asarray(numbers(values, argument), dtype=np.float64)
+    if not all_finite(column):
+        at = first_of(is_missing(column))
+        raise ValueError(f"{argument}: sample {at} is {column[at]}; give a stretch without gaps")
+    return column
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False, repr=False)

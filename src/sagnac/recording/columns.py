@@ -7,6 +7,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from datetime import UTC, datetime
+from types import NoneType
 from typing import Any, Final, TypeVar
 
 import numpy as np
@@ -21,7 +22,7 @@ from sagnac.core.arrays import (
     every,
     is_finite,
 )
-from sagnac.core.errors import Note, RecordingError, counted, quoted
+from sagnac.core.errors import Note, RecordingError, counted, quoted, require_type
 from sagnac.core.units import sensor_of, split_header, unit_of
 from sagnac.recording.channel import (
     Channel,
@@ -67,6 +68,7 @@ def columns_of(
     ValueError
         If a column is not there, two may be one that is wanted, or there is no gyro.
     """
+    require_type("columns", columns, (Mapping, NoneType), "give {'x': NAME}, NAME in the frame")
     headers = [str(name) for name in (*frame, *getattr(frame, "coords", ()))]
     present, found = ", ".join(headers) or "no column", dict(columns or {})
     for name, header in found.items():

@@ -52,9 +52,10 @@ def cluster_sizes(
         grid = np.geomspace(smallest, largest, count) / estimator.step
         sizes = np.unique(np.rint(grid).astype(np.int64) * estimator.step)
         return sizes[(sizes >= smallest) & (sizes <= largest)], ()
-    if isinstance(taus, str):
+    given = np.atleast_1d(np.asarray(taus))
+    if given.dtype.kind not in "iuf" and given.size:
         raise ValueError(f"taus is {quoted(taus)}; give cluster times in s")
-    wanted = np.atleast_1d(np.asarray(taus, dtype=np.float64))
+    wanted = given.astype(np.float64)
     if wanted.ndim != 1 or wanted.size == 0:
         raise ValueError(f"taus has shape {wanted.shape}; give one or more cluster times in s")
     if not np.isfinite(wanted).all():

@@ -179,8 +179,13 @@ def highest_harmonic(kinematic: Kinematics) -> float:
 
 
 def rate_variation(kinematic: Kinematics) -> float:
-    """Standard deviation of the rate over averages of 1 s, as a share of its root mean square."""
+    """Standard deviation of the rate over averages of 1 s, as a share of its root mean square.
+
+    0 of a record that is too short to show any.
+    """
     rates = np.diff(averaged(kinematic.angle, max(1, round(KINEMATIC_RATE))))
+    if rates.size == 0:
+        return 0.0
     return float(np.std(rates)) / max(float(np.sqrt(np.mean(rates**2))), _LEAST)
 
 
