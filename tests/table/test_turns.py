@@ -1,14 +1,18 @@
 """Turns of the table, and the angle once a turn."""
 
+import tracemalloc
+
 import numpy as np
 import pytest
 
 from sagnac.core import arrays
 from sagnac.core.errors import RecordingError
+from sagnac.table.kinematics import kinematics
 from sagnac.table.turns import (
     full_rotation_samples,
     full_turn_times,
     full_turns,
+    function_of_angle,
     is_turning,
     mean_rate,
 )
@@ -145,3 +149,19 @@ def test_a_pulse_without_an_encoder_says_nothing_of_degrees():
     with pytest.raises(RecordingError, match=r"two full turns, so") as caught:
         full_rotation_samples(np.zeros(10), None, pulse)
     assert caught.value.path == ""
+
+
+def test_two_hours_of_a_slow_table_take_little_memory():
+    rate, count = 50.0, 360_000
+    table = np.deg2rad(0.1) * np.arange(count) / rate
+    walk = np.cumsum(3e-7 * np.random.default_rng(8).standard_normal(count))
+    bump = 1e-3 * np.exp(-0.5 * ((table % TURN - 2.0) / 0.05) ** 2)
+    tracemalloc.start()
+    found = function_of_angle(1.001 * table + walk + bump, kinematics(table, rate))
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    # It was 22 GB: 3600 orders of 72,000 averages.
+    assert peak < 200e6
+    # Over half a minute, in which the noise of low orders hardly moves.
+    left, were = (one[1500:] - one[:-1500] for one in (found.less(bump, table), bump))
+    assert np.std(left) < 0.2 * np.std(were)

@@ -7,7 +7,7 @@ beside table motion and Earth rate.
 """
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final, NamedTuple
 
 import numpy as np
@@ -29,6 +29,7 @@ from sagnac.table.kinematics import (
     KINEMATIC_RATE,
     LARGEST_EARTH_RATE,
     Kinematics,
+    averaged,
     averages_of,
     block_gain,
     harmonic_sum,
@@ -219,6 +220,9 @@ _BEFORE: Final = 3
 # Averages below which nothing is told, and that an order takes.
 _FEWEST: Final = 100
 _AVERAGES_AN_ORDER: Final = 20
+# Averages that are enough if they show every order, and the most: those of some hours.
+_ENOUGH: Final = 10_000
+_MOST: Final = 2**17
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -257,10 +261,18 @@ def function_of_angle(angle: FloatArray, kinematic: Kinematics) -> AngleFunction
         None if nothing goes with the angle.
     """
     highest = math.floor(highest_harmonic(kinematic))
-    shown = averages_of(angle, kinematic.block)
+    # A slow table shows every order that is tried in fewer averages.
+    times = max(1, min(highest // (2 * _ORDERS[-1]), kinematic.angle.size // _ENOUGH))
+    slow = np.stack(
+        [
+            averaged(each, times)[:_MOST]
+            for each in (kinematic.angle, kinematic.cosine, kinematic.sine)
+        ]
+    )
+    kinematic = replace(kinematic, block=times * kinematic.block, angle=slow[0])
+    shown = averages_of(angle, kinematic.block)[:_MOST]
     if shown.size < _FEWEST:
         return None
-    slow = np.stack([kinematic.angle, kinematic.cosine, kinematic.sine])
     free = np.array([np.inf, LARGEST_EARTH_RATE, LARGEST_EARTH_RATE])
     plain = shown - whitened(shown, slow.copy(), free, groups=0).values @ slow
     time = np.arange(shown.size, dtype=np.float64)
@@ -276,7 +288,7 @@ def function_of_angle(angle: FloatArray, kinematic: Kinematics) -> AngleFunction
     most = min(highest, shown.size // _AVERAGES_AN_ORDER)
     counts = dict.fromkeys(min(count, most) for count in (0, *_ORDERS))
     # All are judged beside the noise that the largest leaves: what is left of lines is no noise.
-    largest = fit_of(most, None)
+    largest = fit_of(max(counts), None)
     noises = largest.readings, largest.walk
     fits = {count: fit_of(count, noises) for count in counts}
     best = min(
