@@ -8,8 +8,10 @@ import pytest
 
 from sagnac.analysis.pipeline import analyze
 from sagnac.analysis.settings import Settings
+from sagnac.recording.model import Recording
 from sagnac.rig.config import preset
 from sagnac.rig.simulate import simulate
+from tests.instruments import Readout, turntable
 
 RATE = 100.0
 WALK = math.radians(2.5e-5) / 60.0  # rad/sqrt(s), of each gyro alone
@@ -57,6 +59,28 @@ def test_gyros_that_share_nothing_but_the_table_are_said_to():
     assert not [note for note in notes if note.name == "shared"]
     (note,) = [note for note in notes if "no angle random walk that the two gyros" in note.text]
     assert note.channel == "x-z"
+
+
+@pytest.mark.parametrize("common", [0.0, 1.0])
+def test_an_encoder_that_slips_is_no_walk_that_gyros_share(common):
+    made = turntable(
+        9, seconds=900.0, sample_rate=50.0, walk=0.01, jitter=1e-5, readout=Readout(step=1e-4)
+    )
+    white = np.random.default_rng(9).standard_normal(made.encoder.size)
+    shared = np.cumsum(common * 3600.0 * 0.01 / 60.0 * math.sqrt(1.0 / 50.0) * white)
+    slipped = made.encoder + 0.005 * (np.arange(white.size) > 15_000)
+    recording = Recording.from_arrays(
+        **{name: made.angles[name] + shared for name in "xz"},
+        table=slipped,
+        kind="angle",
+        unit="arcsec",
+        sample_rate=50.0,
+    )
+    analysis = analyze(recording, Settings(gyros=("x", "z")))
+    assert [note for note in analysis.notes if "1 jump that gyro" in note.text]
+    walk = analysis.angle_random_walk.to("deg/sqrt(h)")
+    assert walk.low < 0.01 * math.hypot(1.0, common) < walk.high
+    assert (walk.high < 0.011) == (common == 0.0)
 
 
 @pytest.mark.parametrize("common", [0.0, 1.5])

@@ -33,7 +33,7 @@ from sagnac.noise.cross_spectra import CommonWalk, common_walk, differenced_fact
 from sagnac.noise.estimates import Estimate, rooted
 from sagnac.noise.lowest_ordinates import LEAST_AVERAGES, highest_walk
 from sagnac.quality.encoder import LEAST_SHARE
-from sagnac.quality.profile import Profile
+from sagnac.quality.profile import Profile, scatter_of
 from sagnac.recording.channel import PAIR_SIZE, angle_of
 from sagnac.table.estimate import EstimatedTable
 from sagnac.table.kinematics import (
@@ -340,6 +340,10 @@ _CLEAR: Final = 5.0
 _ODD: Final = 1.5
 # What it leaves at the least, below which nothing is told.
 _TELLING: Final = 0.5
+# Deviations from which on a step that all gyros make against the encoder is one of the encoder, and
+# share of the steps that may be such.
+_SLIP: Final = 8.0
+_SELDOM: Final = 1e-3
 # Part of the rate of averages above which they are bent.
 _PART_OF_RATE: Final = 0.25
 
@@ -399,9 +403,15 @@ def shared_walk(
     kinematic = kinematics(known, recording.sample_rate)
     angles = [angle_of(recording.gyro(name), recording.sample_rate) for name in gyros]
     rate = 1.0 / kinematic.interval
+    steps = np.diff(_without_table(angles, kinematic, readings))
+    # Readings that slip at times, or come back, make no walk.
+    alike = steps.mean(axis=0)
+    slips = np.abs(alike) > _SLIP * scatter_of(alike)
+    if slips.mean() < _SELDOM:
+        steps[:, slips] = 0.0
     try:
         return common_walk(
-            np.diff(_without_table(angles, kinematic, readings)),
+            steps,
             sample_rate=rate,
             band_hz=(band_hz[0], min(band_hz[1], _PART_OF_RATE * rate)),
             masked=evidence.masked,
