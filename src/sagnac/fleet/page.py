@@ -17,15 +17,8 @@ from sagnac.core.units import HOUR
 from sagnac.core.version import __version__
 from sagnac.core.whole_files import write_text
 from sagnac.fleet.runner import Campaign
-from sagnac.fleet.study import Repeatability
-from sagnac.fleet.table import (
-    Line,
-    groups_of,
-    is_whole,
-    scatter_of,
-    walk_limits,
-    yield_of,
-)
+from sagnac.fleet.study import FACTORS, Repeatability
+from sagnac.fleet.table import Line, groups_of, is_whole, scatter_of, walk_limits, yield_of
 from sagnac.noise.estimates import Interval
 from sagnac.report.figures import STYLE, PowersOfTen, styled, svg, write_png
 from sagnac.report.frame import BLUE, GREEN, INK, OCHRE, ORANGE, literal
@@ -205,12 +198,7 @@ def _points(curve: Mapping[str, Any]) -> tuple[list[float], list[float]]:
 
 # ---- page --------------------------------------------------------------------------
 
-_BETWEEN: Final = {
-    "unit": "between units",
-    "day": "between days",
-    "rate": "between rates",
-    "run": "between runs",
-}
+_BETWEEN: Final = {name: f"between {name}s" for name in (*FACTORS, "run")}
 
 
 def write_page(campaign: Campaign, lines: Sequence[Line], folder: Path, title: str) -> Path:

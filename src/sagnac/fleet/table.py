@@ -156,11 +156,7 @@ class Line:
 
 
 _FIELDS: Final = fields(Line)
-_TYPES: Final[Mapping[object, pa.DataType]] = {
-    str: pa.string(),
-    float: pa.float64(),
-    int: pa.int64(),
-}
+_TYPES: Final[dict[Any, Any]] = {str: pa.string(), float: pa.float64(), int: pa.int64()}
 
 
 def lines_of(rows: Iterable[Row]) -> list[Line]:

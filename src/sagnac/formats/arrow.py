@@ -13,16 +13,7 @@ from numpy.typing import NDArray
 from sagnac.core.arrays import blocks
 from sagnac.core.whole_files import replacing
 from sagnac.formats.registry import FEATHER
-from sagnac.formats.source import (
-    MADE,
-    Column,
-    Outgoing,
-    Pieces,
-    Rows,
-    Source,
-    Stored,
-    column,
-)
+from sagnac.formats.source import MADE, Column, Outgoing, Pieces, Rows, Source, Stored, column
 from sagnac.formats.statement import by_attributes
 from sagnac.recording.columns import NULL_PULSE_NAME
 
@@ -230,10 +221,7 @@ def writer(path: Path | str, heading: Outgoing) -> Iterator[Callable[[Rows], Non
             flush()
 
     packing = {"compression": "zstd", "use_dictionary": False, "write_page_checksum": True}
-    with (
-        replacing(Path(path)) as temporary,
-        pq.ParquetWriter(temporary, schema, **packing) as file,
-    ):
+    with replacing(Path(path)) as temporary, pq.ParquetWriter(temporary, schema, **packing) as file:
         yield append
         flush()
 

@@ -11,6 +11,7 @@ import numpy as np
 from sagnac.core.arrays import FloatArray, elementwise
 from sagnac.core.errors import RecordingError
 from sagnac.core.units import sensor_of
+from sagnac.formats import suspicions
 from sagnac.formats.choice import (
     Choice,
     Scale,
@@ -22,16 +23,6 @@ from sagnac.formats.choice import (
 )
 from sagnac.formats.source import Column, Source, Stored
 from sagnac.formats.statement import Statements
-from sagnac.formats.suspicions import (
-    counter_notes,
-    force_notes,
-    increment_notes,
-    rate_notes,
-    slice_notes,
-    stamp_unit_notes,
-    table_counter_notes,
-    unused_notes,
-)
 from sagnac.quality.check import integrity
 from sagnac.recording.channel import Conversion
 from sagnac.recording.columns import GYRO_NAMES, Stretch, gyro_of, pulses_of, stretch_of
@@ -94,10 +85,10 @@ def assemble(
     notes += [note for scale in scales.values() for note in scale.notes]
     notes += stretch.sampling.notes
     if choice.time is not None:
-        notes += stamp_unit_notes(choice.time, stretch.sampling.sample_rate)
-    notes += force_notes(choice.gyros)
-    notes += slice_notes(statements.caller.span, stretch)
-    notes += unused_notes(source, choice, statements, stretch)
+        notes += suspicions.stamp_unit_notes(choice.time, stretch.sampling.sample_rate)
+    notes += suspicions.force_notes(choice.gyros)
+    notes += suspicions.slice_notes(statements.caller.span, stretch)
+    notes += suspicions.unused_notes(source, choice, statements, stretch)
     if by_caller is None and by_file and by_toml and by_file != by_toml:
         rates = (f"{one:.9g} Hz" for one in (by_file, by_toml))
         notes.append(contradiction(*rates, is_typed=False))
@@ -184,7 +175,7 @@ def _recording(
     ]
     if choice.table is not None:
         raw, unit = columns.pop(choice.table.key), choice.table.unit or ""
-        doubts = table_counter_notes(choice.table.name, raw, unit)
+        doubts = suspicions.table_counter_notes(choice.table.name, raw, unit)
         table = table_of_readings(raw, unit, counter_period=period)
         table = replace(table, notes=(*doubts, *table.notes))
     if choice.null_pulse is not None:
@@ -209,15 +200,15 @@ def _sensor(
     if sensor_of(scale.unit) == "accelerometer":
         return gyro_of(name, raw, kind=scale.kind, unit=scale.unit, out=raw)
     # The channel is made in place: what the raw numbers tell has to be asked before.
-    doubts = counter_notes(name, raw, scale.kind) if period is None else ()
+    doubts = suspicions.counter_notes(name, raw, scale.kind) if period is None else ()
     inputs = "{counter-bits} or {counter-period}"
     taken = gyro_of(
         name, raw, kind=scale.kind, unit=scale.unit, period=period, out=raw, inputs=inputs
     )
     if scale.kind == "angle" and not doubts:
-        doubts = rate_notes(name, taken.channel.values)
+        doubts = suspicions.rate_notes(name, taken.channel.values)
     if scale.kind == "increment":
-        doubts += increment_notes(name, taken.channel.values, sample_rate)
+        doubts += suspicions.increment_notes(name, taken.channel.values, sample_rate)
     return replace(taken, notes=(*doubts, *taken.notes))
 
 

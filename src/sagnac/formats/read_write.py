@@ -15,13 +15,7 @@ from sagnac.formats.assemble import assemble
 from sagnac.formats.files import about, damaged
 from sagnac.formats.registry import BINARY, CSV, EUROC_DATA, ROSBAG, Format, formats
 from sagnac.formats.source import Outgoing, Source, outgoing
-from sagnac.formats.statement import (
-    Statement,
-    Statements,
-    beside,
-    of_conversion,
-    one_statement,
-)
+from sagnac.formats.statement import Statement, Statements, beside, of_conversion, one_statement
 from sagnac.formats.suggestion import accelerometer_inputs, candidates, column_text, suggestion
 from sagnac.recording.model import Provenance, Recording, require_recording
 

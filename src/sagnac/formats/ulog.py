@@ -55,11 +55,7 @@ def open_source(path: Path) -> Source:
     """
     # The library leaves a file open that it opened itself and cannot read; what it prints of a
     # damaged one is refused here.
-    with (
-        io.FileIO(path) as raw,
-        _Stream(raw) as stream,
-        redirect_stdout(io.StringIO()),
-    ):
+    with io.FileIO(path) as raw, _Stream(raw) as stream, redirect_stdout(io.StringIO()):
         log = ULog(stream, list(_FIELDS), disable_str_exceptions=True)
     if log.file_corruption:
         raise ValueError("messages are damaged")

@@ -24,14 +24,7 @@ from sagnac.core.arrays import (
 )
 from sagnac.core.errors import Note, RecordingError, counted, quoted, require_type
 from sagnac.core.units import sensor_of, split_header, unit_of
-from sagnac.recording.channel import (
-    Channel,
-    Conversion,
-    Kind,
-    finite_extent,
-    numbers,
-    unwrapped,
-)
+from sagnac.recording.channel import Channel, Conversion, Kind, finite_extent, numbers, unwrapped
 from sagnac.recording.encoder_readings import MOST_MISSING_IN_A_ROW
 
 # ---- frames ------------------------------------------------------------------------

@@ -13,12 +13,7 @@ from sagnac.analysis.result import Analysis, headline_coefficients, headline_fit
 from sagnac.analysis.spectra import ByAngle, Residual
 from sagnac.core.arrays import FloatArray
 from sagnac.core.units import DEGREE_PER_HOUR, DEGREE_PER_ROOT_HOUR
-from sagnac.noise.laws import (
-    COEFFICIENT_NAMES,
-    SYMBOLS,
-    CoefficientName,
-    allan_variance,
-)
+from sagnac.noise.laws import COEFFICIENT_NAMES, SYMBOLS, CoefficientName, allan_variance
 from sagnac.report import frame
 from sagnac.stability.curve import StabilityCurve
 
@@ -32,11 +27,7 @@ _SLOPES: Final[Mapping[CoefficientName, str]] = {
 }
 _ROOM_FOR_LABEL: Final = 75.0  # points
 # Name of the drawn sum, by the member of the average that gives the answer.
-_NAMES: Final = {
-    "average": "average",
-    "both": "N of the likelihood",
-    "whole band": "likelihood",
-}
+_NAMES: Final = {"average": "average", "both": "N of the likelihood", "whole band": "likelihood"}
 # Label of the axis of deviations before the channel, and the units behind it.
 _OF_CHANNEL: Final = "Allan deviation, "
 _UNIT: Final = " (°/h)"

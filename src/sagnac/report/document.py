@@ -29,11 +29,7 @@ from sagnac.core.errors import Note, RecordingError
 from sagnac.core.version import __version__
 from sagnac.lines.model import Line
 from sagnac.noise.cross_spectra import SelfNoise
-from sagnac.noise.estimates import (
-    Estimate,
-    Fit,
-    estimate_units,
-)
+from sagnac.noise.estimates import Estimate, Fit, estimate_units
 from sagnac.noise.laws import COEFFICIENT_NAMES, CoefficientName
 from sagnac.noise.model_average import ModelChoice
 from sagnac.report import error_text, findings_data, note_text

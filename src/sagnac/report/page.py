@@ -25,14 +25,7 @@ from sagnac.report import figures
 from sagnac.report.alignment import compass_figure
 from sagnac.report.document import analysis_document
 from sagnac.report.quantities import FIT_TITLES, subject
-from sagnac.report.sections import (
-    HEADER,
-    TitleBlock,
-    cited,
-    placed_notes,
-    rendered,
-    share_rows,
-)
+from sagnac.report.sections import HEADER, TitleBlock, cited, placed_notes, rendered, share_rows
 from sagnac.report.text import methods_by_gyro
 
 # Figures of a report in words.
@@ -252,9 +245,7 @@ def _azimuth(analysis: Analysis, document: Mapping[str, Any] | None) -> Markup |
     return figures.svg(figure, "azimuth", "Azimuth error of a gyrocompass against time")
 
 
-def _fits(
-    analysis: Analysis,
-) -> list[tuple[str, Mapping[CoefficientName, Estimate], bool]]:
+def _fits(analysis: Analysis) -> list[tuple[str, Mapping[CoefficientName, Estimate], bool]]:
     """Columns of coefficients: title, estimates, and whether the answer rests on it."""
     resting, columns = headline_fit(analysis), []
     if analysis.coefficients and resting is None:

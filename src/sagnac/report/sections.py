@@ -17,13 +17,7 @@ from pathlib import Path
 from typing import Any, Final, Literal, Self
 from urllib.parse import quote
 
-from jinja2 import (
-    Environment,
-    FileSystemBytecodeCache,
-    PackageLoader,
-    StrictUndefined,
-    select_autoescape,
-)
+import jinja2
 
 from sagnac.analysis.result import Analysis, answer_coefficients, headline_fit
 from sagnac.analysis.settings import Method
@@ -382,11 +376,11 @@ def rendered(template: str, **values: Any) -> str:
 
 
 @cache
-def _templates() -> Environment:
-    environment = Environment(
-        loader=PackageLoader("sagnac.report"),
-        autoescape=select_autoescape(),
-        undefined=StrictUndefined,
+def _templates() -> jinja2.Environment:
+    environment = jinja2.Environment(
+        loader=jinja2.PackageLoader("sagnac.report"),
+        autoescape=jinja2.select_autoescape(),
+        undefined=jinja2.StrictUndefined,
         trim_blocks=True,
         lstrip_blocks=True,
         bytecode_cache=_compiled_templates(),
@@ -396,14 +390,14 @@ def _templates() -> Environment:
     return environment
 
 
-def _compiled_templates() -> FileSystemBytecodeCache | None:
+def _compiled_templates() -> jinja2.FileSystemBytecodeCache | None:
     """Compiled templates beside the templates, as Python keeps modules; None if that is refused."""
     folder = Path(__file__).parent / "templates" / "__pycache__"
     try:
         folder.mkdir(exist_ok=True)
     except OSError:
         return None
-    return FileSystemBytecodeCache(str(folder)) if os.access(folder, os.W_OK) else None
+    return jinja2.FileSystemBytecodeCache(str(folder)) if os.access(folder, os.W_OK) else None
 
 
 # ---- pdf ---------------------------------------------------------------------------
