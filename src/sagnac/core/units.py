@@ -6,7 +6,7 @@ Inside the package every angle is in rad, every rate in rad/s and every time in 
 import math
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final, Literal, get_args
 
 from sagnac.core.errors import quoted, require_choice
@@ -336,14 +336,10 @@ def unit_of(text: str, quantity: Quantity) -> Unit:
         raise ValueError(
             f"unit {text!r} is not a unit of {quantity}; use one of {', '.join(known)}"
         )
+    unit, size = UNITS[name], factor * known[name]
     if factor == 1.0:
-        return UNITS[name]
-    return Unit(
-        name=f"{factor:g}{name}",
-        symbol=f"{factor:g} {UNITS[name].symbol}",
-        quantity=quantity,
-        size=factor * known[name],
-    )
+        return unit
+    return replace(unit, name=f"{factor:g}{name}", symbol=f"{factor:g} {unit.symbol}", size=size)
 
 
 def sensor_of(unit: str) -> Sensor:
@@ -354,8 +350,7 @@ def sensor_of(unit: str) -> Sensor:
     >>> sensor_of("m/s^2"), sensor_of("0.5mg"), sensor_of("deg/s")
     ('accelerometer', 'accelerometer', 'gyro')
     """
-    name = split_factor(unit)[1]
-    is_force = name in VELOCITY_UNITS or name in ACCELERATION_UNITS
+    is_force = split_factor(unit)[1] in (*VELOCITY_UNITS, *ACCELERATION_UNITS)
     return "accelerometer" if is_force else "gyro"
 
 

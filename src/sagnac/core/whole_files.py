@@ -102,14 +102,9 @@ def _part_of(path: Path, *, becomes: Path | None = None) -> Iterator[Path]:
     except OSError as error:
         raise _unwritable(path, error) from error
     except RecordingError as error:
-        if becomes is None or Path(error.path).parent != temporary:
-            raise
-        raise RecordingError(
-            error.problem,
-            path=str(becomes / Path(error.path).name),
-            channel=error.channel,
-            remedy=error.remedy,
-        ) from error.__cause__
+        if becomes is not None and Path(error.path).parent == temporary:
+            error.path = str(becomes / Path(error.path).name)
+        raise
     finally:
         with _signals_waiting():
             if temporary is not None:
