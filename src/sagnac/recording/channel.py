@@ -140,8 +140,22 @@ def whole_series(values: ArrayLike, argument: str) -> FloatArray:
     return column
 
 
+class Compared:
+    """Dataclasses whose objects are equal if all fields are: see `same_values`."""
+
+    __slots__ = ()
+    # Equal ones may be changed in place, sample by sample.
+    __hash__: ClassVar[None] = None  # type: ignore[assignment]
+
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, type(self)):
+            return NotImplemented
+        names = [item.name for item in fields(self)]  # type: ignore[arg-type]
+        return all(same_values(getattr(self, name), getattr(other, name)) for name in names)
+
+
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False, repr=False)
-class Channel:
+class Channel(Compared):
     """One measured column, in SI.
 
     `values` are in SI whatever `shown_in` says. Use `from_values` for values in another unit.
@@ -255,14 +269,6 @@ class Channel:
         size = (unit_of(unit, quantity) if unit else self.plain_unit).size
         return elementwise(np.divide, self.values, size)
 
-    def __eq__(self, other: object) -> bool:
-        if not isinstance(other, Channel):
-            return NotImplemented
-        return same_fields(self, other)
-
-    # Equal channels may be changed in place, sample by sample.
-    __hash__: ClassVar[None] = None  # type: ignore[assignment]
-
     def __repr__(self) -> str:
         samples = self.values.size
         return f"Channel({self.name}: {samples} samples, {self.kind}, shown in {self.shown_in})"
@@ -304,12 +310,6 @@ def same_values(one: Any, other: Any) -> bool:
     )
 
 
-def same_fields(one: Any, other: Any) -> bool:
-    """Whether all fields of two objects of a dataclass are equal, see `same_values`."""
-    names = [item.name for item in fields(one)]
-    return all(same_values(getattr(one, name), getattr(other, name)) for name in names)
-
-
 def require_rate(sample_rate: float) -> None:
     """Refuse what is no sample rate.
 
@@ -331,7 +331,7 @@ PICKOFF: Final = "pickoff_"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Pickoff:
+class Pickoff(Compared):
     """The dither of one gyro as its pick-off shows it.
 
     Attributes
@@ -358,14 +358,6 @@ class Pickoff:
     def column(self) -> str:
         """Name of its column in a file."""
         return PICKOFF + self.gyro
-
-    def __eq__(self, other: object) -> bool:
-        if not isinstance(other, Pickoff):
-            return NotImplemented
-        return same_fields(self, other)
-
-    # Equal pick-offs may be changed in place, sample by sample.
-    __hash__: ClassVar[None] = None  # type: ignore[assignment]
 
 
 # ---- marks -------------------------------------------------------------------------
