@@ -243,10 +243,6 @@ def _repeat(state: State, session: Session, asked: dict[str, Any]) -> dict[str, 
     }
 
 
-def _analyze(state: State, session: Session, asked: dict[str, Any]) -> dict[str, Any]:
-    return {"run": session.start(_task(state, asked))}
-
-
 def _ask(state: State, session: Session, asked: dict[str, Any]) -> dict[str, Any]:
     request = dict(asked["request"])
     if request["ask"] == "save":
@@ -275,7 +271,7 @@ _ANSWERS: Final[dict[str, Answer]] = {
     "spectra": lambda state, page, asked: looks.spectra_of(page.looks[asked["look"]]),
     "check": lambda state, page, asked: {"findings": looks.findings(page.looks[asked["look"]])},
     "repeat": _repeat,
-    "analyze": _analyze,
+    "analyze": lambda state, page, asked: {"run": page.start(_task(state, asked))},
     "cancel": lambda state, page, asked: {"cancelled": page.cancel(int(asked["run"]))},
     "ask": _ask,
     "bye": lambda state, page, asked: {"closed": state.sessions.close(asked["left"])},

@@ -224,13 +224,13 @@ def plan(
     within
         Half width of the interval of N: 10%,5%,2%,1% unless stated.
     """
+    from sagnac.formats.files import about
+
     settings = typed.settings_of(options)
     with reading(file, options) as read:
         analysis = read.analyzed(settings)
-    try:
+    with about(file):
         found = sagnac.plan(analysis, within=within)
-    except sagnac.RecordingError as error:
-        raise error.at(str(file)) from None
     refused = {name: error_text(error) for name, error in found.refused.items()}
     if options.as_json:
         print(json.dumps(_plan_document(found.plans, refused), allow_nan=False, indent=1))

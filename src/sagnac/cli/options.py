@@ -382,11 +382,8 @@ class Options(Reading):
     @property
     def as_toml(self) -> str:
         """TOML of the options that were typed, without those that belong to one run alone."""
-        typed = {
-            name: getattr(self, name)
-            for name in _REPEATED
-            if getattr(self, name) != _DEFAULTS[name]
-        }
+        stated = {name: getattr(self, name) for name in _REPEATED}
+        typed = {name: value for name, value in stated.items() if value != _DEFAULTS[name]}
         if "slice" in typed:
             typed["slice"] = texts.text_of(typed["slice"])
         return texts.toml_table(typed)

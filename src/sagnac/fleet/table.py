@@ -18,6 +18,7 @@ from sagnac.core.whole_files import replacing, write_text
 from sagnac.fleet.runner import Campaign
 from sagnac.fleet.study import Repeatability, Run, repeatability
 from sagnac.fleet.tasks import Row
+from sagnac.formats.files import about
 from sagnac.navigation.noise import GyroNoise
 from sagnac.noise.laws import SYMBOLS
 from sagnac.report.sections import csv_text
@@ -364,35 +365,27 @@ def prior_of(path: Path, *, confidence: float = 0.95) -> tuple[GyroNoise, str]:
         scatters over days.
     """
     table = read_table(path)
-    try:
-        return _prior(table, confidence)
-    except RecordingError as error:
-        raise error.at(str(path)) from None
-
-
-def _prior(table: Sequence[Line], confidence: float) -> tuple[GyroNoise, str]:
-    groups = groups_of(table)
-    if len(groups) != 1:
-        held = (
-            "; ".join(f"{method} of {gyros}" for method, gyros in groups)
-            or "no recording with an answer"
-        )
-        raise RecordingError(
-            f"holds {held}", remedy="give a campaign of one method and one choice of gyros"
-        )
-    (lines,) = groups.values()
-    scatter = scatter_of(lines, confidence)
-    if scatter.answer is None:
-        raise RecordingError(scatter.why)
-    foretold, what = scatter.answer.next_unit, "the next unit on a new day, at a new rate"
-    if foretold is None:
-        if len(scatter.answer.next_day) != 1:
+    with about(path):
+        groups = groups_of(table)
+        if len(groups) != 1:
+            held = "; ".join(f"{method} of {gyros}" for method, gyros in groups)
             raise RecordingError(
-                "does not show how N scatters over days",
-                remedy="measure a unit on three days or more",
+                f"holds {held or 'no recording with an answer'}",
+                remedy="give a campaign of one method and one choice of gyros",
             )
-        ((unit, foretold),) = scatter.answer.next_day.items()
-        what = f"unit {unit} on a new day, at a new rate"
+        (lines,) = groups.values()
+        scatter = scatter_of(lines, confidence)
+        if scatter.answer is None:
+            raise RecordingError(scatter.why)
+        foretold, what = scatter.answer.next_unit, "the next unit on a new day, at a new rate"
+        if foretold is None:
+            if len(scatter.answer.next_day) != 1:
+                raise RecordingError(
+                    "does not show how N scatters over days",
+                    remedy="measure a unit on three days or more",
+                )
+            ((unit, foretold),) = scatter.answer.next_day.items()
+            what = f"unit {unit} on a new day, at a new rate"
     reach = math.log(foretold.high / foretold.low) / (2.0 * float(ndtri(0.5 + 0.5 * confidence)))
     value = foretold.value * DEGREE_PER_ROOT_HOUR
     noise = GyroNoise(

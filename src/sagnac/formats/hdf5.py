@@ -73,12 +73,9 @@ def open_source(path: Path) -> Source:
         return _open_classic(path, version)
     require_survivable(path)
     with h5py.File(path, "r") as file:
-        datasets: dict[str, h5py.Dataset] = {}
-        file.visititems(
-            lambda name, item: (
-                datasets.update({name: item}) if isinstance(item, h5py.Dataset) else None
-            )
-        )
+        items: dict[str, Any] = {}
+        file.visititems(items.__setitem__)
+        datasets = {name: one for name, one in items.items() if isinstance(one, h5py.Dataset)}
         short = {name: name.rpartition("/")[2] for name in datasets}
         often = Counter(short.values())
         found: dict[str, tuple[Column, Vector]] = {}

@@ -24,6 +24,7 @@ from sagnac.core.units import (
     Sensor,
     split_factor,
 )
+from sagnac.formats.files import about
 from sagnac.formats.registry import CSV, EUROC, EUROC_SENSOR
 from sagnac.recording.channel import KINDS, PICKOFF
 from sagnac.recording.columns import ACCELEROMETER_NAMES, GYRO_NAMES, TEMPERATURE
@@ -392,10 +393,8 @@ def beside(path: Path) -> tuple[Statement, tuple[Note, ...]]:
         if unknown and candidate.name != path.name + ".toml":
             text = f"{candidate.name} is not about this file ({unknown[0]}): ignored"
             return Statement(), (Note(text=text),)
-        try:
+        with about(candidate):
             return from_mapping(content), ()
-        except RecordingError as error:
-            raise error.at(str(candidate)) from None
     return Statement(), ()
 
 

@@ -211,12 +211,8 @@ def comparison(analyses: Mapping[str, Analysis], refused: Mapping[str, str]) -> 
         if said not in read
     ]
     reasons = "\n".join(f"{method}: {why}" for method, why in refused.items())
-    return blocks(
-        quantities.subject(one),
-        table(header, rows, right=(1, 4, 5, 6)),
-        reasons,
-        "\n".join(noticed),
-    )
+    shown = table(header, rows, right=(1, 4, 5, 6))
+    return blocks(quantities.subject(one), shown, reasons, "\n".join(noticed))
 
 
 def findings(found: Sequence[Note]) -> str:
@@ -310,16 +306,12 @@ def strongest_lines(analysis: Analysis) -> str:
             quantities.line_position(line),
             *quantities.line_amplitude(line),
             line.channel,
-            _short(line.name),
+            line.name if len(line.name) <= 32 else f"{line.name[:31]}…",
         )
         for line in analysis.lines[:_STRONGEST_SHOWN]
     ]
     header = ("periodic", "amplitude ″", "± ″", "channel", "known as")
     return _listed(analysis, table(header, rows, right=(1, 2)), len(rows))
-
-
-def _short(name: str) -> str:
-    return name if len(name) <= 32 else f"{name[:31]}…"
 
 
 def short_notes(analysis: Analysis, others: Sequence[Analysis] = ()) -> str:
