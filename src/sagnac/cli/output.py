@@ -7,7 +7,6 @@ show one line that is written over on a terminal, else a line a minute.
 import importlib
 import os
 import sys
-import textwrap
 import time
 from collections.abc import Callable, Container, Iterable, Iterator, Mapping, Sequence
 from contextlib import chdir, contextmanager
@@ -18,7 +17,7 @@ import sagnac
 from sagnac.core import overwriting
 from sagnac.core.errors import MissingExtra, RecordingError, WouldOverwrite, one_line, visible
 from sagnac.core.texts import OPTION_OF
-from sagnac.report import as_typed, error_text
+from sagnac.report import as_typed, error_text, wrapped
 
 if TYPE_CHECKING:
     from rich.progress import TaskID
@@ -318,11 +317,4 @@ def print_paths(paths: Sequence[Path]) -> None:
     folders = dict.fromkeys(path.parent for path in paths)
     for folder in folders:
         names = [path.name for path in paths if path.parent == folder]
-        line = textwrap.fill(
-            f"wrote {one_line(str(folder))}/: {', '.join(names)}",
-            80,
-            subsequent_indent="  ",
-            break_long_words=False,
-            break_on_hyphens=False,
-        )
-        print(line)
+        print(wrapped(f"wrote {one_line(str(folder))}/: {', '.join(names)}"))

@@ -182,8 +182,7 @@ def documents_of(path: Path) -> tuple[Path, ...]:
     if not path.is_dir():
         return (path,)
     for pattern in ("analysis.json", "*/analysis.json", "reports/*/analysis.json"):
-        found = tuple(sorted(path.glob(pattern)))
-        if found:
+        if found := tuple(sorted(path.glob(pattern))):
             return found
     raise RecordingError(
         "holds no analysis.json",

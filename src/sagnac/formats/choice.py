@@ -170,11 +170,8 @@ def choose_gyros(columns: Sequence[Column], statements: Statements) -> dict[str,
         return _stated(columns, statements, statements.gyros, "{gyros}")
     usual = {name: column for name in GYRO_NAMES if (column := find(columns, name)) is not None}
     if not usual:
-        _named(
-            columns,
-            ", ".join(GYRO_NAMES),
-            "{columns x=COLUMN} or {gyros COLUMN}, as sagnac check suggests",
-        )
+        inputs = "{columns x=COLUMN} or {gyros COLUMN}, as sagnac check suggests"
+        _named(columns, ", ".join(GYRO_NAMES), inputs)
     return usual
 
 

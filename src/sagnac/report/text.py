@@ -17,7 +17,7 @@ from sagnac.core.units import field_unit
 from sagnac.noise.cross_spectra import SelfNoise
 from sagnac.noise.laws import COEFFICIENT_NAMES, SYMBOLS, CoefficientName
 from sagnac.recording.model import Recording
-from sagnac.report import as_typed, error_text, note_text, quantities, sections
+from sagnac.report import as_typed, error_text, note_text, quantities, sections, wrapped
 from sagnac.stability.curve import StabilityCurve
 
 # ---- text --------------------------------------------------------------------------
@@ -276,16 +276,8 @@ def blocks(*parts: str) -> str:
 
 # ---- brief -------------------------------------------------------------------------
 
-COLUMNS: Final = 80
 _STRONGEST_SHOWN: Final = 5
 _MOST_REMARKS: Final = 4
-
-
-def wrapped(text: str, indent: str = "  ") -> str:
-    """A paragraph of 80 columns, its further lines indented."""
-    return textwrap.fill(
-        text, COLUMNS, subsequent_indent=indent, break_long_words=False, break_on_hyphens=False
-    )
 
 
 def main_coefficients(analysis: Analysis) -> str:
