@@ -5,7 +5,7 @@ And products of matrices by one thread.
 
 import warnings
 from collections.abc import Callable
-from contextlib import AbstractContextManager
+from contextlib import AbstractContextManager, suppress
 from functools import cache
 from typing import Any, Final, TypeVar
 
@@ -99,7 +99,5 @@ def _guard(loop: Any) -> None:
 
 
 def _forget(cache: Any) -> None:
-    try:
+    with suppress(OSError):
         cache.flush()
-    except OSError:
-        return

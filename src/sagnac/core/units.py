@@ -226,33 +226,31 @@ SENSED: Final[Mapping[Sensor, Sensed]] = {
     ),
 }
 
-_ALIASES: Final[dict[str, str]] = {
-    **{
-        alias: name
-        for name, aliases in {
-            "arcsec": ('"', "as", "arcseconds"),
-            "deg": ("degree", "degrees"),
-            "rad": ("radian", "radians"),
-            "rev": ("turn",),
-            "deg/s": ("dps", "deg/sec", "deg s^-1", "°/sec", "°/sek", "grad/s"),
-            "mdeg/s": ("mdps",),
-            "rad/s": ("rad/sec", "rad s^-1", "rad*s^-1"),
-            "deg/h": ("deg/hr", "°/hr", "dph"),
-            "m/s^2": ("m s^-2", "m/s2", "m/s**2", "m/s/s", "m*s^-2"),
-            "mg": ("milli-g",),
-            "ug": ("micro-g",),
-            "s": ("sec", "sek", "second", "seconds"),
-            "ms": ("msec", "milliseconds"),
-            "us": ("usec", "microseconds", "μs"),
-            "ns": ("nsec", "nanoseconds"),
-            "min": ("minutes",),
-            "h": ("hr", "hours"),
-            "deg/sqrt(h)": ("deg/√h", "deg/√hr", "deg/sqrt(hr)"),
-            "deg/s/sqrt(Hz)": ("deg/s/√hz", "deg/s/sqrt(hz)", "dps/√hz", "dps/sqrt(hz)"),
-            "deg/h/sqrt(h)": ("deg/h/√h", "deg/h^1.5", "deg/hr/sqrt(hr)"),
-        }.items()
-        for alias in aliases
-    },
+# Name of a unit -> how else it is written, besides its symbol.
+_SPELLINGS: Final = {
+    "arcsec": ('"', "as", "arcseconds"),
+    "deg": ("degree", "degrees"),
+    "rad": ("radian", "radians"),
+    "rev": ("turn",),
+    "deg/s": ("dps", "deg/sec", "deg s^-1", "°/sec", "°/sek", "grad/s"),
+    "mdeg/s": ("mdps",),
+    "rad/s": ("rad/sec", "rad s^-1", "rad*s^-1"),
+    "deg/h": ("deg/hr", "°/hr", "dph"),
+    "m/s^2": ("m s^-2", "m/s2", "m/s**2", "m/s/s", "m*s^-2"),
+    "mg": ("milli-g",),
+    "ug": ("micro-g",),
+    "s": ("sec", "sek", "second", "seconds"),
+    "ms": ("msec", "milliseconds"),
+    "us": ("usec", "microseconds", "μs"),
+    "ns": ("nsec", "nanoseconds"),
+    "min": ("minutes",),
+    "h": ("hr", "hours"),
+    "deg/sqrt(h)": ("deg/√h", "deg/√hr", "deg/sqrt(hr)"),
+    "deg/s/sqrt(Hz)": ("deg/s/√hz", "deg/s/sqrt(hz)", "dps/√hz", "dps/sqrt(hz)"),
+    "deg/h/sqrt(h)": ("deg/h/√h", "deg/h^1.5", "deg/hr/sqrt(hr)"),
+}
+_ALIASES: Final = {
+    **{one: name for name, spellings in _SPELLINGS.items() for one in spellings},
     **{unit.symbol: unit.name for unit in UNITS.values() if unit.symbol != unit.name},
 }
 _FACTOR: Final = re.compile(r"\s*(\d+\.?\d*(?:[eE][-+]?\d+)?|\.\d+(?:[eE][-+]?\d+)?)\s*(\S.*)$")

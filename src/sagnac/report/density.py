@@ -217,8 +217,7 @@ def _rested_on(axes: Axes, analysis: Analysis) -> None:
     frequency = np.geomspace(low, min(high, 0.5 / choice.law.interval), 200)
     root = np.sqrt(choice.law.density(frequency)) / DEGREE_PER_HOUR_PER_ROOT_HERTZ
     letters = ", ".join(SYMBOLS[name] for name in choice.terms)
-    behind = " behind a low-pass" if any(choice.law.falls) else ""
-    label = f"{letters}{behind}"
+    label = letters + " behind a low-pass" * any(choice.law.falls)
     frame.model(axes, frequency, root, color=frame.ORANGE, linewidth=1.3, label=label)
     for place, square in enumerate(choice.law.squares):
         if square > 0.0 and len(choice.terms) > 1:

@@ -101,9 +101,8 @@ def accelerometers(analysis: Analysis) -> str:
 
 def refused(analysis: Analysis) -> str:
     """Why channels were not analyzed, a line each."""
-    return "\n".join(
-        f"{name} was not analyzed: {error_text(why)}" for name, why in analysis.refused.items()
-    )
+    refusals = analysis.refused.items()
+    return "\n".join(f"{name} was not analyzed: {error_text(why)}" for name, why in refusals)
 
 
 def units(analysis: Analysis) -> str:
@@ -217,12 +216,8 @@ def comparison(analyses: Mapping[str, Analysis], refused: Mapping[str, str]) -> 
 
 def findings(found: Sequence[Note]) -> str:
     """Findings of a check of the data."""
-    if not found:
-        return "Nothing was found wrong."
-    return table(
-        ("level", "channel", "finding"),
-        [(item.level, item.channel, as_typed(item.text)) for item in found],
-    )
+    rows = [(one.level, one.channel, as_typed(one.text)) for one in found]
+    return table(("level", "channel", "finding"), rows) if rows else "Nothing was found wrong."
 
 
 def recording(read: Recording) -> str:
