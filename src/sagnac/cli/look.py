@@ -55,7 +55,7 @@ def check(file: typed.File, /, *, options: typed.Options = typed.NO_OPTIONS) -> 
         below = text.findings(findings), text.notes(recording.notes)
         print(text.blocks(text.recording(recording), *below), end="\n\n")
         turns = recording.table is not None
-        print(f"read with: {_command_for(file, statement, turns=turns)}")
+        print(f"read with: {_command_for(file, statement, {}, turns=turns)}")
         if besides := accelerometers_in(file, statement):
             command = _command_for(file, statement, besides, turns=turns)
             print(f"with its accelerometers: {command}")
@@ -114,14 +114,10 @@ def _suggest(file: Path, statement: "sagnac.Statement") -> None:
 
 
 def _command_for(
-    file: Path,
-    statement: "sagnac.Statement",
-    besides: Mapping[str, str] | None = None,
-    *,
-    turns: bool = False,
+    file: Path, statement: "sagnac.Statement", besides: Mapping[str, str], *, turns: bool
 ) -> str:
     """The command that would read a file with what is stated, and with other options besides."""
-    options = _options_of(statement, besides or {})
+    options = _options_of(statement, besides)
     turns = turns if "table" not in options else options["table"] != "none"
     words = ["sagnac", "analyze" if turns else "avar", shlex.quote(str(file))]
     for name, value in options.items():

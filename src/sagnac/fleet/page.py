@@ -27,6 +27,9 @@ from sagnac.report.sections import rendered
 
 # ---- figures -----------------------------------------------------------------------
 
+Curve = Mapping[str, Any]
+"""A curve as an ``analysis.json`` holds it."""
+
 # Panels beyond this are too small to read.
 MOST_PANELS: Final = 48
 _PANELS: Final = 4
@@ -39,7 +42,7 @@ _VERDICT_COLORS: Final = {"": BLUE, "fail": ORANGE, "undecided": OCHRE}
 _TITLE: Final = {"fontsize": 7.0, "loc": "left", "pad": 3.0}
 
 
-def curve_panels(panels: Mapping[str, Sequence[Mapping[str, Any]]]) -> Figure:
+def curve_panels(panels: Mapping[str, Sequence[Curve]]) -> Figure:
     """Allan deviation of every recording, a panel for each unit and rate, all others faint.
 
     Parameters
@@ -192,7 +195,7 @@ def _scale(axes: Axes, across: str) -> None:
         axes.set_yscale("log")
 
 
-def _points(curve: Mapping[str, Any]) -> tuple[list[float], list[float]]:
+def _points(curve: Curve) -> tuple[list[float], list[float]]:
     return curve["tau_s"], curve["deviation_deg_per_h"]
 
 
@@ -263,14 +266,11 @@ def reason_text(file: str, reason: str) -> str:
 
 
 def _group(
-    name: str,
-    lines: Sequence[Line],
-    curves: Mapping[Line, Mapping[str, Any]],
-    limits: Sequence[float],
+    name: str, lines: Sequence[Line], curves: Mapping[Line, Curve], limits: Sequence[float]
 ) -> dict[str, Any]:
     """Lines of one method and one choice of gyros: their scatter and figures."""
     scatter, gyros = scatter_of(lines), lines[0].gyros
-    panels: dict[str, list[Mapping[str, Any]]] = {}
+    panels: dict[str, list[Curve]] = {}
     for line in lines:
         if line in curves:
             panels.setdefault(panel_title(line), []).append(curves[line])

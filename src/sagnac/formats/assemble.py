@@ -151,11 +151,7 @@ def _stretch(time: Column | None, second: float, stored: Stored, statements: Sta
 
 
 def _recording(
-    choice: Choice,
-    scales: Mapping[str, Scale],
-    stored: Stored,
-    stretch: Stretch,
-    period: float | None,
+    choice: Choice, scales: dict[str, Scale], stored: Stored, stretch: Stretch, period: float | None
 ) -> Recording:
     """The samples that are taken, loaded and in SI, with notes on their columns.
 

@@ -1,7 +1,7 @@
 """Which columns of a file are the gyros, the table, the time; of which kind and in which unit."""
 
 import re
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Final, Literal
 
@@ -100,7 +100,7 @@ def choose(columns: Sequence[Column], statements: Statements) -> Choice:
     """
     gyros = choose_gyros(columns, statements)
     accelerometers = choose_accelerometers(columns, statements)
-    taken = frozenset(column.key for column in (*gyros.values(), *accelerometers.values()))
+    taken = [column.key for column in (*gyros.values(), *accelerometers.values())]
     time, notes = choose_time(columns, statements, taken)
     pickoffs = {gyro: choose_one(columns, statements, PICKOFF + gyro) for gyro in gyros}
     return Choice(
@@ -194,10 +194,7 @@ def _stated(
 
 
 def choose_one(
-    columns: Sequence[Column],
-    statements: Statements,
-    role: str,
-    taken: frozenset[str] = frozenset(),
+    columns: Sequence[Column], statements: Statements, role: str, taken: Collection[str] = ()
 ) -> Column | None:
     """The column of a role: the one stated, else the first of a usual name that is not `taken`.
 
@@ -221,7 +218,7 @@ def choose_one(
 
 
 def choose_time(
-    columns: Sequence[Column], statements: Statements, taken: frozenset[str]
+    columns: Sequence[Column], statements: Statements, taken: Collection[str] = ()
 ) -> tuple[Column | None, tuple[Note, ...]]:
     """The time stamps, and notes: the column stated, else the first of a usual name not `taken`.
 
@@ -267,7 +264,7 @@ def choose_time(
 
 
 def _possible(
-    columns: Sequence[Column], statements: Statements, role: str, taken: frozenset[str]
+    columns: Sequence[Column], statements: Statements, role: str, taken: Collection[str]
 ) -> Iterator[Column]:
     """Columns of a role: the one stated as ``COLUMN`` or ``COLUMN:UNIT``, else of usual names.
 

@@ -181,9 +181,8 @@ def _read(dataset: h5py.Dataset, vector: Vector, start: int, stop: int) -> Itera
     axis = int(np.argmax(dataset.shape))
     # A compressed chunk is unpacked as often as it is touched.
     chunk = dataset.chunks[axis] if dataset.chunks else 1
-    place: list[slice | int] = [
-        slice(None) if vector.index is None else vector.index - 1
-    ] * dataset.ndim
+    inside = slice(None) if vector.index is None else vector.index - 1
+    place: list[slice | int] = [inside] * dataset.ndim
     for block in blocks(stop, start=start - start % chunk, multiple=chunk):
         place[axis] = slice(max(block.start, start), block.stop)
         yield dataset[tuple(place)].reshape(-1)

@@ -70,9 +70,8 @@ def azimuth_figure(prospect: Prospect) -> Figure:
 
 def _draw_compass(axes: Axes, compass: AzimuthError) -> None:
     """A gyrocompass with its interval, and dashed what each of N, B and K makes of it."""
-    deviation, low, high = (
-        one / ARCMINUTE for one in (compass.deviation, compass.low, compass.high)
-    )
+    ends = (compass.deviation, compass.low, compass.high)
+    deviation, low, high = (one / ARCMINUTE for one in ends)
     interval = f"its {100 * compass.confidence:g} % interval"
     axes.plot(compass.times, deviation, color=BLUE, label="gyrocompass, two positions")
     band(axes, compass.times, low, high, BLUE, alpha=0.18, label=interval)

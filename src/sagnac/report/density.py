@@ -191,9 +191,8 @@ def self_noise(found: SelfNoise, ax: Axes | None = None) -> Axes:
     for place, (name, color) in enumerate(
         zip(found.gyros, cycle((frame.BLUE, frame.ORANGE, frame.GREEN, frame.INK)), strict=False)
     ):
-        density, low, high = (
-            np.sqrt(one[place]) / unit for one in (found.density, found.low, found.high)
-        )
+        ends = (found.density, found.low, found.high)
+        density, low, high = (np.sqrt(one[place]) / unit for one in ends)
         axes.plot(frequency, density, color=color, label=frame.literal(name))
         frame.band(axes, frequency, low, high, color, alpha=0.15)
     frame.logarithmic(axes, "frequency (Hz)", "rate noise density of each alone (°/h/√Hz)")

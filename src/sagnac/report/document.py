@@ -26,6 +26,7 @@ from sagnac.core import units
 from sagnac.core.arrays import FloatArray
 from sagnac.core.documents import ANALYSES, ANALYSIS, finite, read_analyses
 from sagnac.core.errors import Note, RecordingError
+from sagnac.core.units import Sensor, Unit
 from sagnac.core.version import __version__
 from sagnac.lines.model import Line
 from sagnac.noise.cross_spectra import SelfNoise
@@ -221,9 +222,7 @@ def _of_sensor(analysis: Analysis) -> dict[str, Any]:
     }
 
 
-def _points(
-    curve: StabilityCurve, unit: units.Unit, deviation: str = "deviation"
-) -> dict[str, Any]:
+def _points(curve: StabilityCurve, unit: Unit, deviation: str = "deviation") -> dict[str, Any]:
     """The points of a curve; its deviation goes by that name."""
     columns = curve_columns(curve, unit)
     return {
@@ -275,7 +274,7 @@ def _family(analysis: Analysis) -> dict[str, Any]:
 
 
 def _coefficients(
-    estimates: Mapping[CoefficientName, Estimate], sensor: units.Sensor = "gyro"
+    estimates: Mapping[CoefficientName, Estimate], sensor: Sensor = "gyro"
 ) -> dict[str, Any]:
     keys = units.SENSED[sensor].keys
     return {
@@ -285,9 +284,7 @@ def _coefficients(
     }
 
 
-def _estimate(
-    name: CoefficientName, estimate: Estimate, sensor: units.Sensor = "gyro"
-) -> dict[str, Any]:
+def _estimate(name: CoefficientName, estimate: Estimate, sensor: Sensor = "gyro") -> dict[str, Any]:
     sizes = estimate_units(name, sensor)
     units = {
         unit: {end: getattr(estimate, end) / size for end in _ENDS} for unit, size in sizes.items()
@@ -349,7 +346,7 @@ def analysis_from(document: Document, channel: str = "", of: Document | None = N
     ValueError, KeyError, TypeError
         If it breaks its schema.
     """
-    sensor: units.Sensor = "gyro" if of is None else "accelerometer"
+    sensor: Sensor = "gyro" if of is None else "accelerometer"
     whole, settled = of or document, (of or document)["settings"]
     said, stated = whole["input"], document[units.SENSED[sensor].keys["angle_random_walk"]]
     channel = channel or document["channel"]
@@ -407,9 +404,7 @@ def _ends(stated: Document, size: float) -> dict[str, float]:
     return {end: _number(stated[end], size) for end in _ENDS}
 
 
-def _stored_estimate(
-    name: CoefficientName, stated: Document, sensor: units.Sensor = "gyro"
-) -> Estimate:
+def _stored_estimate(name: CoefficientName, stated: Document, sensor: Sensor = "gyro") -> Estimate:
     return Estimate(
         **_ends(stated, estimate_units(name, sensor)[stated["unit"]]),
         confidence=stated["confidence"],
@@ -420,7 +415,7 @@ def _stored_estimate(
 
 
 def _stored_coefficients(
-    stated: Document, sensor: units.Sensor = "gyro"
+    stated: Document, sensor: Sensor = "gyro"
 ) -> dict[CoefficientName, Estimate]:
     keys = units.SENSED[sensor].keys
     return {
@@ -473,7 +468,7 @@ def _stored_line(stated: Document, channel: str) -> Line:
     )
 
 
-def _curve(stated: Document, sensor: units.Sensor, document: Document) -> StabilityCurve:
+def _curve(stated: Document, sensor: Sensor, document: Document) -> StabilityCurve:
     """A curve, per gyro. Terms and noise types are 0 if an older document does not state them."""
     size = units.UNITS[stated.get("unit", units.SENSED[sensor].rate_unit)].size
     tau = _numbers(stated["tau_s"])

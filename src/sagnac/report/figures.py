@@ -260,9 +260,8 @@ def curves_figure(analyses: Sequence[Analysis]) -> Figure:
     with styled(6) as (figure, axes):
         for analysis, color in zip(analyses, colors, strict=False):
             curve = analysis.curve_before
-            deviation, low, high = (
-                one / unit.size for one in (curve.deviation, curve.low, curve.high)
-            )
+            ends = (curve.deviation, curve.low, curve.high)
+            deviation, low, high = (one / unit.size for one in ends)
             axes.plot(
                 curve.tau, deviation, color=color, marker="o", markersize=3.0, linewidth=0.9,
                 label=frame.literal(analysis.channel),
