@@ -246,14 +246,8 @@ def look(path: Path, texts: stated.Texts) -> Look:
         recording = _as_written(path, texts, lacking, error)
     if not recording.samples:
         raise sagnac.RecordingError("holds no sample", path=str(path), remedy="check the file")
-    return Look(
-        path=path,
-        texts=texts,
-        recording=recording,
-        lacking=lacking,
-        refusal=refusal,
-        shown=_shown(recording, raw=bool(refusal)),
-    )
+    found = Look(path=path, texts=texts, recording=recording, lacking=lacking, refusal=refusal)
+    return replace(found, shown=_shown(recording, raw=bool(refusal)))
 
 
 def _as_written(
@@ -294,12 +288,9 @@ def _shown(recording: sagnac.Recording, *, raw: bool) -> tuple[DrawnChannel, ...
     turns = [one.pyramid for one in in_si if one.of != "accelerometer"]
     fast = any(max(abs(one.mean), one.deviation) * _PER_HOUR > _FAST for one in turns)
     of_rate = ("°/s", math.degrees(1.0)) if fast else ("°/h", _PER_HOUR)
-    bare = ("", 1.0)
-    units = {
-        "gyro": bare if raw else of_rate,
-        "accelerometer": bare if raw else ("m/s²", 1.0),
-        "table": of_rate,
-    }
+    units = {"gyro": of_rate, "accelerometer": ("m/s²", 1.0), "table": of_rate}
+    if raw:
+        units |= dict.fromkeys(("gyro", "accelerometer"), ("", 1.0))
 
     def in_unit(one: DrawnChannel) -> DrawnChannel:
         unit, size = units[one.of]

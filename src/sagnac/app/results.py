@@ -198,10 +198,7 @@ def _line(one: Any, axes: Axes) -> dict[str, Any]:
 def _of_any(one: Any) -> dict[str, Any]:
     """Opacity, and the label if it has one."""
     label = str(one.get_label())
-    return {
-        "alpha": float(one.get_alpha() or 1.0),
-        "label": "" if label.startswith("_") else label,
-    }
+    return {"alpha": float(one.get_alpha() or 1.0), "label": "" if label.startswith("_") else label}
 
 
 def _error_bars(group: Any) -> Iterator[dict[str, Any]]:

@@ -184,12 +184,8 @@ def align(
     unaided, prospect = ahead.unaided, ahead.prospect
     found = {} if prospect is None else shown.prospect_document(prospect)
     notes = [*found.pop("notes", [words] if words else []), *shown.drift_notes(unaided)]
-    document = {
-        "schema": shown.SCHEMA,
-        **found,
-        **shown.drift_document(unaided),
-        "notes": list(dict.fromkeys(notes)),
-    }
+    document = {"schema": shown.SCHEMA, **found, **shown.drift_document(unaided)}
+    document["notes"] = list(dict.fromkeys(notes))
     if as_json:
         print(to_json(document))
     else:

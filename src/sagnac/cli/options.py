@@ -236,9 +236,7 @@ class Reading:
     table: Annotated[str | None, Parameter(group=READING, metavar="COLUMN[:UNIT]")] = None
     columns: Annotated[_ByName, _of_file(texts.by_name, "x=NAME,z=NAME")] = None
     slice: Annotated[texts.Span | None, _of_file(texts.span, "START:STOP")] = None
-    counter_bits: Annotated[int | None, one_argument(texts.whole_number, "BITS", group=READING)] = (
-        None
-    )
+    counter_bits: Annotated[int | None, _of_file(texts.whole_number, "BITS")] = None
     counter_period: Annotated[float | None, Parameter(group=READING, metavar="COUNTS")] = None
     null_pulse: Annotated[str | None, Parameter(group=READING, metavar="COLUMN")] = None
     accelerometers: Annotated[_Names, _of_file(texts.names, "ax,ay,az")] = None

@@ -101,11 +101,9 @@ def simulate(
         A unit with the noise, low-pass and readout that were measured; CONFIG.toml goes over it.
     """
     if preset is not None and (config is not None or like is not None):
-        other, remedy = (
-            ("CONFIG.toml", "write preset in the TOML")
-            if like is None
-            else ("--like", "write what differs in a TOML")
-        )
+        other, remedy = "CONFIG.toml", "write preset in the TOML"
+        if like is not None:
+            other, remedy = "--like", "write what differs in a TOML"
         raise results.UsageError(f"--preset and {other} exclude each other; {remedy}")
     from sagnac.formats.statement import of_simulation
     from sagnac.rig import config as rigs

@@ -22,7 +22,7 @@ from sagnac.fleet.table import Line, groups_of, is_whole, scatter_of, walk_limit
 from sagnac.noise.estimates import Interval
 from sagnac.report.figures import STYLE, PowersOfTen, styled, svg, write_png
 from sagnac.report.frame import BLUE, GREEN, INK, OCHRE, ORANGE, literal
-from sagnac.report.quantities import figures, number, typeset
+from sagnac.report.quantities import ending, figures, number, typeset
 from sagnac.report.sections import rendered
 
 # ---- figures -----------------------------------------------------------------------
@@ -152,11 +152,7 @@ def write_overview(
     figure = control_chart(shown, None, limits)
     if len(shown) <= _MOST_NAMES:
         (axes,) = figure.axes
-        names = [Path(line.file).stem for line in shown]
-        names = [
-            name if len(name) <= _LONGEST_NAME else f"…{name[1 - _LONGEST_NAME :]}"
-            for name in names
-        ]
+        names = [ending(Path(line.file).stem, _LONGEST_NAME) for line in shown]
         if len(groups_of(shown)) > 1:
             names = [f"{name}, {line.gyros}" for name, line in zip(names, shown, strict=True)]
         names = [literal(name) for name in names]
@@ -223,11 +219,8 @@ def write_page(campaign: Campaign, lines: Sequence[Line], folder: Path, title: s
     RecordingError
         If the folder cannot be written to.
     """
-    curves = {
-        line: row.analysis["curve"]
-        for row, line in zip(campaign.each, lines, strict=True)
-        if "curve" in row.analysis
-    }
+    pairs = zip(campaign.each, lines, strict=True)
+    curves = {line: row.analysis["curve"] for row, line in pairs if "curve" in row.analysis}
     limits = walk_limits(campaign)
     failed = [line for line in lines if line.state != "done"]
     twice = sum(bool(line.same_as) for line in lines)
@@ -286,12 +279,8 @@ def _group(
         chart = control_chart(scatter.lines, scatter.answer, limits)
         drawn.append((Markup(svg(chart, f"chart-{name}", "N by recording")), caption))
     of_gyros = f"Gyros {gyros.replace(',', ' − ')}" if "," in gyros else f"Gyro {gyros}"
-    return {
-        "title": f"{of_gyros}, method {lines[0].method}",
-        "lines": lines,
-        "scatter": scatter,
-        "figures": drawn,
-    }
+    title = f"{of_gyros}, method {lines[0].method}"
+    return {"title": title, "lines": lines, "scatter": scatter, "figures": drawn}
 
 
 def deviation_words(found: Repeatability) -> list[tuple[str, str, str]]:

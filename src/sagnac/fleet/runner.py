@@ -346,7 +346,5 @@ def _rows(
             left = read_row(folder, row.task) if row.state == "lost" else None
             rows[row.task.key] = left or row
             tell()
-    return Campaign(
-        rows=tuple(replace(rows[task.key], task=task) for task in tasks),
-        computed=len(rows) - before,
-    )
+    each = tuple(replace(rows[task.key], task=task) for task in tasks)
+    return Campaign(rows=each, computed=len(rows) - before)

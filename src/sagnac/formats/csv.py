@@ -220,10 +220,8 @@ def write(path: Path, out: Outgoing) -> None:
     stated = {"gyros": out.gyros, "accelerometers": out.accelerometers, "kind": out.kinds}
     stated = {key: value for key, value in stated.items() if value}
     with replacing_set(path) as folder:
-        (folder / f"{path.name}.toml").write_text(
-            f"# {MADE}\n{toml_table({**stated, 'sample_rate': out.sample_rate})}",
-            encoding="utf-8",
-        )
+        text = f"# {MADE}\n{toml_table({**stated, 'sample_rate': out.sample_rate})}"
+        (folder / f"{path.name}.toml").write_text(text, encoding="utf-8")
         _write_table(folder / path.name, headers, map(out.rows, blocks(out.samples)), delimiter)
 
 

@@ -108,12 +108,8 @@ def open_source(path: Path) -> Source:
             lengths = {key: max(dataset.shape) for key, dataset in datasets.items()}
         return Stored(lengths=lengths, pieces=pieces)
 
-    return Source(
-        columns=tuple(one for one, _ in found.values()),
-        load=load,
-        stated=by_attributes(stated),
-        unreadable=unreadable,
-    )
+    columns = tuple(one for one, _ in found.values())
+    return Source(columns=columns, load=load, stated=by_attributes(stated), unreadable=unreadable)
 
 
 def _open_classic(path: Path, version: bytes) -> Source:
@@ -141,11 +137,8 @@ def _open_classic(path: Path, version: bytes) -> Source:
             native = {key: one.astype(one.dtype.newbyteorder("=")) for key, one in values.items()}
         return {key: _scaled(one, attributes[key]) for key, one in native.items()}
 
-    return Source(
-        columns=tuple(_column(name, own) for name, own in attributes.items()),
-        load=load,
-        stated=by_attributes(stated),
-    )
+    columns = tuple(_column(name, own) for name, own in attributes.items())
+    return Source(columns=columns, load=load, stated=by_attributes(stated))
 
 
 def _is_numeric(dataset: h5py.Dataset, *, is_netcdf: bool) -> bool:
@@ -162,12 +155,8 @@ def _stated(file: h5py.File, names: Iterable[str]) -> dict[str, Any]:
     """Statements of the attributes of the root, and of the only group with datasets."""
     parents = {name.rpartition("/")[0] for name in names}
     group = [file[parent] for parent in parents if parent and len(parents) == 1]
-    return {
-        key: _plain(value)
-        for holder in (file, *group)
-        for key, value in holder.attrs.items()
-        if key in ATTRIBUTES
-    }
+    held = (item for holder in (file, *group) for item in holder.attrs.items())
+    return {key: _plain(value) for key, value in held if key in ATTRIBUTES}
 
 
 def _column(name: str, attributes: Mapping[str, Any]) -> Column:

@@ -68,12 +68,8 @@ def open_source(path: Path) -> Source:
                         raise ValueError("its samples are text")
         return arrays
 
-    return Source(
-        columns=tuple(columns),
-        load=load,
-        stated=Statement(sample_rate=rate if is_whole else None),
-        notes=tuple(notes),
-    )
+    stated = Statement(sample_rate=rate if is_whole else None)
+    return Source(columns=tuple(columns), load=load, stated=stated, notes=tuple(notes))
 
 
 def _common_rate(found: Mapping[str, Sequence[Segment]]) -> float:

@@ -118,12 +118,8 @@ def _open_archive(path: Path) -> Source:
         with np.load(path, allow_pickle=False) as archive:
             return {key: found[key].of(archive[found[key].array]) for key in keys}
 
-    return Source(
-        columns=tuple(column(key) for key in found),
-        load=load,
-        stated=from_mapping(stated),
-        unreadable=unreadable,
-    )
+    columns = tuple(column(key) for key in found)
+    return Source(columns=columns, load=load, stated=from_mapping(stated), unreadable=unreadable)
 
 
 def _bytes(shape: tuple[int, ...], kind: np.dtype[Any]) -> int:

@@ -326,12 +326,8 @@ class Outgoing:
     def statement(self) -> dict[str, str | float]:
         """All of it in flat text, for formats that carry attributes beside the numbers."""
         units = {name: unit for name, unit in self.units.items() if unit is not None}
-        return {
-            **self.sensors,
-            "kind": text_of(self.kinds),
-            "unit": text_of(units),
-            "sample_rate": self.sample_rate,
-        }
+        stated = {"kind": text_of(self.kinds), "unit": text_of(units)}
+        return {**self.sensors, **stated, "sample_rate": self.sample_rate}
 
     def in_units(self, columns: Mapping[str, NDArray[Any]]) -> Rows:
         """Columns in SI as they are written: in their units, the null pulse as 0 or 1."""

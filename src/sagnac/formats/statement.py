@@ -241,13 +241,8 @@ _RULES: Final[tuple[tuple[str, Callable[[Any], bool], str], ...]] = (
 def of_rates(rates: Sequence[str], forces: Sequence[str], time: str | None) -> Statement:
     """The statement of a file of rates: columns of x, y, z, of ax, ay, az if any, and of times."""
     columns = dict(zip((*GYRO_NAMES, *ACCELEROMETER_NAMES), (*rates, *forces), strict=False))
-    return Statement(
-        kind="rate",
-        columns=columns,
-        gyros=GYRO_NAMES,
-        accelerometers=ACCELEROMETER_NAMES if forces else None,
-        time=time,
-    )
+    own = ACCELEROMETER_NAMES if forces else None
+    return Statement(kind="rate", columns=columns, gyros=GYRO_NAMES, accelerometers=own, time=time)
 
 
 def one_statement(statement: Statement | None, stated: Mapping[str, Any]) -> Statement:

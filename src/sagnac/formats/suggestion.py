@@ -126,12 +126,8 @@ def accelerometer_inputs(source: Source, statements: Statements) -> dict[str, st
     if not found:
         return {}
     renamed = {name: column_text(one) for name, one in found.items() if one.key != name}
-    is_bare = any(one.unit is None for one in found.values())
-    inputs = {
-        "accelerometers": ",".join(found),
-        "columns": text_of(renamed),
-        "unit": f"accelerometers={UNIT}" if is_bare else "",
-    }
+    unit = f"accelerometers={UNIT}" if any(one.unit is None for one in found.values()) else ""
+    inputs = {"accelerometers": ",".join(found), "columns": text_of(renamed), "unit": unit}
     return {name: text for name, text in inputs.items() if text}
 
 

@@ -339,11 +339,8 @@ def sampling(stamps: FloatArray, stated_rate: float | None = None) -> Sampling:
         else f"sampling is not uniform, mean rate {rate:.6g} Hz, stamps up to {worst:.3g} s off an "
         "even spacing"
     )
-    return Sampling(
-        times=None if is_uniform else times,
-        sample_rate=rate,
-        notes=(Note(text=text, channel="time"),),
-    )
+    notes = (Note(text=text, channel="time"),)
+    return Sampling(times=None if is_uniform else times, sample_rate=rate, notes=notes)
 
 
 def _plausible(step: float) -> float:

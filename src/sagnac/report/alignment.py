@@ -198,11 +198,8 @@ def drift_document(unaided: Unaided) -> dict[str, Any]:
 def _by(growth: Growth, row: int, size: float, parts: tuple[str, ...]) -> dict[str, float]:
     values = dict(zip(PARTS, np.sqrt(growth.variances[row]) / size, strict=True))
     there = np.any(growth.variances > 0.0, axis=0)
-    return {
-        name: float(values[name])
-        for name in parts
-        if name not in _OPTIONAL or there[PARTS.index(name)]
-    }
+    named = [name for name in parts if name not in _OPTIONAL or there[PARTS.index(name)]]
+    return {name: float(values[name]) for name in named}
 
 
 def _listed(growth: Growth, unit: str, size: float) -> list[dict[str, Any]]:

@@ -264,10 +264,7 @@ def _drawn_bins(measured: Spectrum) -> Spectrum:
     if frequency.size <= _DRAWN_BINS:
         return Spectrum(frequency=frequency, density=level)
     edges = np.geomspace(frequency[0], frequency[-1] * (1.0 + 1e-12), _DRAWN_BINS // 2 + 1)
-    bins = pairwise(np.unique(np.searchsorted(frequency, edges)).tolist())
-    chosen = [
-        start + place
-        for start, stop in bins
-        for place in sorted({level[start:stop].argmin(), level[start:stop].argmax()})
-    ]
+    bounds = pairwise(np.unique(np.searchsorted(frequency, edges)).tolist())
+    bins = ((start, level[start:stop]) for start, stop in bounds)
+    chosen = [start + at for start, own in bins for at in sorted({own.argmin(), own.argmax()})]
     return Spectrum(frequency=frequency[chosen], density=level[chosen])

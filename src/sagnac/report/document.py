@@ -277,11 +277,8 @@ def _coefficients(
     estimates: Mapping[CoefficientName, Estimate], sensor: Sensor = "gyro"
 ) -> dict[str, Any]:
     keys = units.SENSED[sensor].keys
-    return {
-        keys[name]: _estimate(name, estimates[name], sensor)
-        for name in COEFFICIENT_NAMES
-        if name in estimates
-    }
+    there = [name for name in COEFFICIENT_NAMES if name in estimates]
+    return {keys[name]: _estimate(name, estimates[name], sensor) for name in there}
 
 
 def _estimate(name: CoefficientName, estimate: Estimate, sensor: Sensor = "gyro") -> dict[str, Any]:
@@ -290,13 +287,8 @@ def _estimate(name: CoefficientName, estimate: Estimate, sensor: Sensor = "gyro"
         unit: {end: getattr(estimate, end) / size for end in _ENDS} for unit, size in sizes.items()
     }
     unit = next(iter(units))
-    return {
-        **units[unit],
-        "confidence": estimate.confidence,
-        "unit": unit,
-        "status": estimate.status,
-        "units": units,
-    }
+    stated = {"confidence": estimate.confidence, "unit": unit, "status": estimate.status}
+    return {**units[unit], **stated, "units": units}
 
 
 # ---- stored ------------------------------------------------------------------------
@@ -418,11 +410,8 @@ def _stored_coefficients(
     stated: Document, sensor: Sensor = "gyro"
 ) -> dict[CoefficientName, Estimate]:
     keys = units.SENSED[sensor].keys
-    return {
-        name: _stored_estimate(name, stated[keys[name]], sensor)
-        for name in COEFFICIENT_NAMES
-        if keys[name] in stated
-    }
+    there = [name for name in COEFFICIENT_NAMES if keys[name] in stated]
+    return {name: _stored_estimate(name, stated[keys[name]], sensor) for name in there}
 
 
 def _covariance(stated: Document | None) -> Covariance | None:

@@ -96,6 +96,11 @@ def number(value: float, width: float | None = None, *, plain: bool = False) -> 
     return _raised(mantissa, power)
 
 
+def ending(text: str, most: int) -> str:
+    """A text of no more characters than that: the end of a longer one."""
+    return text if len(text) <= most else f"…{text[1 - most :]}"
+
+
 def typeset(text: str) -> str:
     """A text with its powers of ten raised.
 

@@ -364,18 +364,15 @@ def _warned_of(file: str, analysis: Analysis) -> list[str]:
             if note.level != "remark" and note.channel not in known:
                 known.append(note.channel)
     of_file = f"{file}: " if file else ""
-    return [
-        wrapped(f"warned of above: {of_file}{name} ({', '.join(found)})")
-        for name, found in channels.items()
-        if found
-    ]
+    listed = ((name, ", ".join(found)) for name, found in channels.items() if found)
+    return [wrapped(f"warned of above: {of_file}{name} ({found})") for name, found in listed]
 
 
 def _closing_rows(file: str, analysis: Analysis) -> list[tuple[str, ...]]:
     verdict = verdict_of(analysis)
     decisions = {} if verdict is None else dict(verdict.by_gyro)
     estimates = dict(analysis.per_gyro) or {analysis.channel: analysis.angle_random_walk}
-    named = file if len(file) <= 24 else f"…{file[-23:]}"
+    named = quantities.ending(file, 24)
     rows: list[tuple[str, ...]] = [
         (
             named,
