@@ -105,13 +105,8 @@ class Pyramid:
 
     def times(self, size: float) -> "Pyramid":
         """The same in another unit."""
-        return replace(
-            self,
-            factor=size * self.factor,
-            blocks=size * self.blocks,
-            mean=size * self.mean,
-            deviation=size * self.deviation,
-        )
+        scaled = ("factor", "blocks", "mean", "deviation")
+        return replace(self, **{name: size * getattr(self, name) for name in scaled})
 
     def samples(self, start: int, stop: int) -> FloatArray:
         """The values of some samples, as they are drawn."""

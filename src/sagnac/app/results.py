@@ -88,12 +88,10 @@ def tried(analysis: sagnac.Analysis, request: dict[str, Any], before: Any) -> di
     `before` keeps, by channel, what is the same each time. RecordingError if the analysis rests on
     no levels, or too few are left.
     """
-    found = sagnac.trial(
-        analysis,
-        left_in=[analysis.lines[number] for number in request["off"]],
-        masked=[(float(low), float(high)) for low, high in request["bands"]],
-        before=before.get(request["channel"]),
-    )
+    left_in = [analysis.lines[number] for number in request["off"]]
+    masked = [(float(low), float(high)) for low, high in request["bands"]]
+    kept = before.get(request["channel"])
+    found = sagnac.trial(analysis, left_in=left_in, masked=masked, before=kept)
     before[request["channel"]] = found.before
     again = replace(analysis, curve=found.curve, spectrum=found.spectrum)
     return {
@@ -114,11 +112,10 @@ def curve(found: sagnac.StabilityCurve) -> dict[str, Any]:
 def _estimate(one: sagnac.Estimate) -> dict[str, Any]:
     shown = one.in_field_unit()
     ends = numbers(np.array([shown.value, shown.low, shown.high]))
+    stated = {"unit": shown.unit, "status": one.status, "confidence": one.confidence}
     return {
         "text": format(shown),
-        "unit": shown.unit,
-        "status": one.status,
-        "confidence": one.confidence,
+        **stated,
         **dict(zip(("value", "low", "high"), ends, strict=True)),
     }
 

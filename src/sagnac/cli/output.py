@@ -123,13 +123,8 @@ def progress_shown(prefix: str = "") -> Iterator[Progress]:
     from rich.progress import BarColumn, TextColumn, TimeElapsedColumn
     from rich.progress import Progress as Bars
 
-    bars = Bars(
-        TextColumn("{task.description:<24}"),
-        BarColumn(bar_width=36),
-        TimeElapsedColumn(),
-        console=Console(stderr=True),
-        transient=True,
-    )
+    columns = (TextColumn("{task.description:<24}"), BarColumn(bar_width=36), TimeElapsedColumn())
+    bars = Bars(*columns, console=Console(stderr=True), transient=True)
     tasks: dict[str, TaskID] = {}
 
     def show(stage: str, fraction: float) -> None:

@@ -149,16 +149,9 @@ def campaign(
     lines = tuple(lines_of(made.each))
     replaced = rows_replaced(place, made.rows)
     title = paths[0].stem if len(paths) == 1 else f"{len(tasks)} recordings"
-    return CampaignReport(
-        campaign=made,
-        lines=lines,
-        replaced=replaced,
-        paths=(
-            write_page(made, lines, place, title),
-            *write_tables(lines, place),
-            *write_overview(lines, walk_limits(made), place),
-        ),
-    )
+    page, tables = write_page(made, lines, place, title), write_tables(lines, place)
+    written = (page, *tables, *write_overview(lines, walk_limits(made), place))
+    return CampaignReport(campaign=made, lines=lines, replaced=replaced, paths=written)
 
 
 def _choices(settings: Settings, pattern: str, given: dict[str, Any]) -> Choices:

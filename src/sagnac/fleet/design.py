@@ -242,14 +242,11 @@ def draws_of(
         return _variances(chosen, squares, known, even, bounded=bounded)
 
     run = of_runs(bounded=False)
-    draws = {
-        name: _variances(
-            random.chisquare(design.contrasts(name).shape[1], count),
-            *_factor_squares(design, name, run),
-            bounded=name == bounded,
-        )
-        for name in design.seen
-    }
+    draws = {}
+    for name in design.seen:
+        chosen = random.chisquare(design.contrasts(name).shape[1], count)
+        squares_of = _factor_squares(design, name, run)
+        draws[name] = _variances(chosen, *squares_of, bounded=name == bounded)
     return {**draws, "run": of_runs(bounded=True) if bounded == "run" else run}
 
 

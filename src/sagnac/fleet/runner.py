@@ -329,15 +329,9 @@ def _rows(
     before, total, began = len(rows), len(rows) + len(todo), time.perf_counter()
 
     def tell() -> None:
-        told(
-            Standing(
-                done=len(rows),
-                total=total,
-                failed=sum(row.state != "done" for row in rows.values()),
-                elapsed_s=time.perf_counter() - began,
-                computed=len(rows) - before,
-            )
-        )
+        done, failed = len(rows), sum(row.state != "done" for row in rows.values())
+        spent, computed = time.perf_counter() - began, len(rows) - before
+        told(Standing(done=done, total=total, failed=failed, elapsed_s=spent, computed=computed))
 
     if todo:
         tell()

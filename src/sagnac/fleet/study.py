@@ -173,11 +173,10 @@ class Outlook:
             freedom = contrasts.shape[1]
             value = float(np.sum((contrasts.T @ design.values) ** 2)) / freedom
             known = float(design.variances @ np.sum(contrasts**2, axis=1)) / freedom
+            per_variance = float(np.sum((contrasts.T @ design.incidence(name)) ** 2)) / freedom
+            value = max(value, known + beyond)
             squares[name] = MeanSquare(
-                value=max(value, known + beyond),
-                per_variance=float(np.sum((contrasts.T @ design.incidence(name)) ** 2)) / freedom,
-                known=known,
-                freedom=freedom,
+                value=value, per_variance=per_variance, known=known, freedom=freedom
             )
             beyond = max(squares["run"].value - squares["run"].known, 0.0)
         return squares

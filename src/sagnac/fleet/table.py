@@ -474,15 +474,11 @@ def yield_of(campaign: Campaign) -> Yield | None:
             unmeasured.add(unit)
     if not units:
         return None
-    without: list[Decision] = ["undecided"]
-    return Yield(
-        gyros=tuple(decision for decisions in units.values() for decision in decisions),
-        units=tuple(
-            overall([*decisions, *without * (unit in unmeasured)])
-            for unit, decisions in units.items()
-        ),
-        unmeasured=len(unmeasured),
-    )
+    gyros = tuple(decision for decisions in units.values() for decision in decisions)
+    for unit in unmeasured:
+        units[unit].append("undecided")
+    each = tuple(map(overall, units.values()))
+    return Yield(gyros=gyros, units=each, unmeasured=len(unmeasured))
 
 
 def walk_limits(campaign: Campaign) -> tuple[float, ...]:

@@ -160,12 +160,9 @@ class Choices:
         """The task of a file; labels that are not stated are those of its path."""
         match = re.search(self.pattern, path.as_posix()) if self.pattern else None
         in_path = {} if match is None else match.groupdict()
-        return Task(
-            path=str(path.absolute()),
-            settings=self.settings,
-            statement=self.statement,
-            labels={**{name: label for name, label in in_path.items() if label}, **labels},
-        )
+        all_labels = {**{name: label for name, label in in_path.items() if label}, **labels}
+        own, stated = self.settings, self.statement
+        return Task(path=str(path.absolute()), settings=own, statement=stated, labels=all_labels)
 
 
 def tasks_of(sources: Sequence[Path], choices: Choices) -> tuple[Task, ...]:
@@ -214,14 +211,10 @@ def _of_toml(path: Path, choices: Choices) -> tuple[Task, ...]:
         ]
         if not tasks:
             raise ValueError("names no recording; give files = […] or [[recording]] with a file")
-        own, pairs = common.settings, _texts(content, "gyros")
-        all_settings = [
-            replace(own, method=method, gyros=gyros)
-            for method, gyros in product(
-                _texts(content, "methods") or [own.method],
-                [tuple(map(str.strip, pair.split(","))) for pair in pairs] or [own.gyros],
-            )
-        ]
+        own, methods = common.settings, _texts(content, "methods")
+        pairs = [tuple(map(str.strip, pair.split(","))) for pair in _texts(content, "gyros")]
+        choices_made = product(methods or [own.method], pairs or [own.gyros])
+        all_settings = [replace(own, method=one, gyros=gyros) for one, gyros in choices_made]
         return tuple(replace(task, settings=one) for task in tasks for one in all_settings)
     except OSError as error:
         raise RecordingError(
@@ -246,18 +239,16 @@ def _common(content: Mapping[str, Any], folder: Path, choices: Choices) -> Choic
             confidence = 1.0 - specification.risk
     elif risk is not None:
         raise ValueError("risk is stated without spec; state the limit that it is of")
-    return Choices(
-        settings=replace(
-            own,
-            interval=content.get("interval_s", own.interval),
-            confidence=content.get("confidence", confidence),
-            specification=specification,
-        ),
-        statement=from_mapping(content["statement"])
-        if "statement" in content
-        else choices.statement,
-        pattern=content.get("pattern", choices.pattern),
+    settings = replace(
+        own,
+        interval=content.get("interval_s", own.interval),
+        confidence=content.get("confidence", confidence),
+        specification=specification,
     )
+    stated, pattern = choices.statement, content.get("pattern", choices.pattern)
+    if "statement" in content:
+        stated = from_mapping(content["statement"])
+    return Choices(settings=settings, statement=stated, pattern=pattern)
 
 
 def _texts(content: Mapping[str, Any], name: str) -> list[Any]:

@@ -121,12 +121,12 @@ def open_source(path: Path) -> Source:
             columns.append(column(item.name, unit=unit, kind=metadata.get("kind")))
         else:
             unreadable[item.name] = f"holds {item.type} values"
-    return Source(
-        columns=tuple(columns),
-        load=lambda keys: Stored(lengths=dict.fromkeys(keys, sum(sizes)), pieces=pieces),
-        stated=by_attributes(_text_of(schema.metadata)),
-        unreadable=unreadable,
-    )
+
+    def load(keys: Sequence[str]) -> Stored:
+        return Stored(lengths=dict.fromkeys(keys, sum(sizes)), pieces=pieces)
+
+    stated = by_attributes(_text_of(schema.metadata))
+    return Source(columns=tuple(columns), load=load, stated=stated, unreadable=unreadable)
 
 
 def _feather_batches(path: Path, keys: list[str], wanted: range) -> Iterator[pa.RecordBatch]:

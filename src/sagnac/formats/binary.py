@@ -262,12 +262,11 @@ def open_declared(path: Path, layout: str | Mapping[str, Any]) -> Source:
                 rows = _records(content, starts[block], laid_out.dtype)
             yield {key: np.ascontiguousarray(rows[key]) for key in keys}
 
-    return Source(
-        columns=laid_out.columns,
-        load=lambda keys: Stored(lengths=dict.fromkeys(keys, records), pieces=pieces),
-        stated=laid_out.stated,
-        notes=(Note(text=said, level="warning"),) if said else (),
-    )
+    def load(keys: Sequence[str]) -> Stored:
+        return Stored(lengths=dict.fromkeys(keys, records), pieces=pieces)
+
+    notes = (Note(text=said, level="warning"),) if said else ()
+    return Source(columns=laid_out.columns, load=load, stated=laid_out.stated, notes=notes)
 
 
 def _records(content: Bytes, starts: IntegerArray, dtype: np.dtype[Any]) -> NDArray[Any]:

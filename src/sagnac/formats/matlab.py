@@ -104,13 +104,10 @@ def open_source(path: Path) -> Source:
         values = values_of(path, arrays)
         return {key: found[key].of(values[found[key].array]) for key in keys}
 
-    facts = values_of(path, stated)
-    return Source(
-        columns=tuple(column(key) for key in found),
-        load=load,
-        stated=from_mapping({name: value.reshape(-1)[0].item() for name, value in facts.items()}),
-        unreadable={name: problem for name, problem in problems.items() if problem},
-    )
+    facts = {name: one.reshape(-1)[0].item() for name, one in values_of(path, stated).items()}
+    unreadable = {name: problem for name, problem in problems.items() if problem}
+    columns = tuple(column(key) for key in found)
+    return Source(columns=columns, load=load, stated=from_mapping(facts), unreadable=unreadable)
 
 
 def _elements_of_4(path: Path) -> Iterator[Element]:

@@ -73,14 +73,11 @@ def _open_array(path: Path) -> Source:
         for block in blocks(stop, start=start):
             yield {key: np.array(columns[key][block]) for key in keys}
 
-    return Source(
-        columns=tuple(
-            Column(key=key, name=key, number=number) for number, key in enumerate(columns, start=1)
-        ),
-        load=lambda keys: Stored(
-            lengths={key: columns[key].shape[0] for key in keys}, pieces=pieces
-        ),
-    )
+    def load(keys: Sequence[str]) -> Stored:
+        return Stored(lengths={key: columns[key].shape[0] for key in keys}, pieces=pieces)
+
+    numbered = (Column(key=key, name=key, number=at) for at, key in enumerate(columns, start=1))
+    return Source(columns=tuple(numbered), load=load)
 
 
 def _open_archive(path: Path) -> Source:

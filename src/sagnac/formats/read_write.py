@@ -76,12 +76,11 @@ def read(
     with about(path), ThreadPoolExecutor(max_workers=1) as pool:
         # Hashing needs no lock of the interpreter: it runs while the columns are parsed.
         digest = pool.submit(_sha256, path)
-        return assemble(
-            source,
-            statements,
-            lambda: Provenance(path=str(path), sha256=digest.result(), format=source.format),
-            verify=verify,
-        )
+
+        def origin() -> Provenance:
+            return Provenance(path=str(path), sha256=digest.result(), format=source.format)
+
+        return assemble(source, statements, origin, verify=verify)
 
 
 def columns(path: Path | str) -> tuple[str, ...]:

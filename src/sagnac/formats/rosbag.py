@@ -123,15 +123,9 @@ def open_source(path: Path) -> Source:
         forces = tuple(_FIELDS)[3:] if topics[0].has_forces else ()
         time = _STAMP if topics[0].is_stamped else _RECEIVED
         stated = of_rates(tuple(_FIELDS)[:3], forces, time)
-    return Source(
-        columns=tuple(
-            Column(key=key, name=key, unit=_FIELDS[field][1] if field in _FIELDS else "ns")
-            for key, (_, field) in keys.items()
-        ),
-        stated=stated,
-        load=load,
-        notes=(Note(text=said),),
-    )
+    units = {key: _FIELDS[name][1] if name in _FIELDS else "ns" for key, (_, name) in keys.items()}
+    columns = tuple(Column(key=key, name=key, unit=unit) for key, unit in units.items())
+    return Source(columns=columns, stated=stated, load=load, notes=(Note(text=said),))
 
 
 def _opened(path: Path) -> AnyReader:

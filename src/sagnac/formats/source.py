@@ -367,6 +367,7 @@ def outgoing(recording: Recording) -> Outgoing:
     sensors, table = (*recording.gyros, *recording.accelerometers), recording.table
     for channel in sensors:
         check_name(channel.name)
+    units: dict[str, Unit | None]
     units = {"time": UNITS["s"], **{one.name: one.plain_unit for one in sensors}}
     columns: dict[str, NDArray[Any] | None] = {
         "time": recording.times,
@@ -378,12 +379,9 @@ def outgoing(recording: Recording) -> Outgoing:
     columns |= {one.column: one.values for one in recording.pickoffs}
     columns[TEMPERATURE] = recording.temperature
     held = {name: values for name, values in columns.items() if values is not None}
-    return Outgoing(
-        columns=held,
-        units={name: units.get(name) for name in held},
-        kinds={channel.name: channel.kind for channel in sensors},
-        sample_rate=recording.sample_rate,
-    )
+    units = {name: units.get(name) for name in held}
+    kinds = {channel.name: channel.kind for channel in sensors}
+    return Outgoing(columns=held, units=units, kinds=kinds, sample_rate=recording.sample_rate)
 
 
 def check_name(name: str) -> None:

@@ -302,12 +302,9 @@ def same_values(one: Any, other: Any) -> bool:
     arrays = isinstance(one, np.ndarray) + isinstance(other, np.ndarray)
     if arrays < 2:
         return arrays == 0 and bool(one == other)
-    return one is other or (
-        one.size == other.size
-        and all(
-            np.array_equal(one[block], other[block], equal_nan=True) for block in blocks(one.size)
-        )
-    )
+    pairs = ((one[block], other[block]) for block in blocks(one.size))
+    are_equal = (np.array_equal(*pair, equal_nan=True) for pair in pairs)
+    return one is other or (one.size == other.size and all(are_equal))
 
 
 def require_rate(sample_rate: float) -> None:

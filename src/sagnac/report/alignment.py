@@ -221,14 +221,9 @@ def _rows(columns: Mapping[str, FloatArray]) -> list[dict[str, float]]:
 
 def drift_text(unaided: Unaided) -> str:
     """The priors first, then a line for each time and quantity, and what is left out."""
-    return rendered(
-        "drift.txt",
-        shown=drift_document(unaided),
-        percent=f"{100.0 * unaided.confidence:g}",
-        notes=drift_notes(unaided),
-        symbols=_SYMBOLS,
-        zip=zip,
-    )
+    shown, notes = drift_document(unaided), drift_notes(unaided)
+    more = {"percent": f"{100.0 * unaided.confidence:g}", "symbols": _SYMBOLS, "zip": zip}
+    return rendered("drift.txt", shown=shown, notes=notes, **more)
 
 
 def drift_notes(unaided: Unaided) -> list[str]:

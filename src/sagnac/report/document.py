@@ -163,13 +163,8 @@ def self_noise_data(found: SelfNoise) -> dict[str, Any]:
         }
         for place, (name, estimate) in enumerate(found.angle_random_walk.items())
     }
-    data = {
-        "unit": "(deg/h)^2/Hz",
-        "frequency_hz": found.frequency.tolist(),
-        "motion": (found.motion / size).tolist(),
-        "gyros": gyros,
-    }
-    return {"self_noise": finite(data)}
+    shared = {"frequency_hz": found.frequency.tolist(), "motion": (found.motion / size).tolist()}
+    return {"self_noise": finite({"unit": "(deg/h)^2/Hz", **shared, "gyros": gyros})}
 
 
 def to_json(document: Mapping[str, Any]) -> str:
@@ -262,15 +257,9 @@ def _family(analysis: Analysis) -> dict[str, Any]:
         }
         for curve in analysis.family
     ]
-    return {
-        "curves": curves,
-        "spectrum": {
-            "estimator": "multitaper",
-            "unit": "(deg/h)^2/Hz",
-            "frequency_hz": density.frequency.tolist(),
-            "density": density.density.tolist(),
-        },
-    }
+    points = {"frequency_hz": density.frequency.tolist(), "density": density.density.tolist()}
+    spectrum = {"estimator": "multitaper", "unit": "(deg/h)^2/Hz", **points}
+    return {"curves": curves, "spectrum": spectrum}
 
 
 def _coefficients(
@@ -397,13 +386,9 @@ def _ends(stated: Document, size: float) -> dict[str, float]:
 
 
 def _stored_estimate(name: CoefficientName, stated: Document, sensor: Sensor = "gyro") -> Estimate:
-    return Estimate(
-        **_ends(stated, estimate_units(name, sensor)[stated["unit"]]),
-        confidence=stated["confidence"],
-        status=stated["status"],
-        name=name,
-        sensor=sensor,
-    )
+    ends = _ends(stated, estimate_units(name, sensor)[stated["unit"]])
+    status, confidence = stated["status"], stated["confidence"]
+    return Estimate(**ends, confidence=confidence, status=status, name=name, sensor=sensor)
 
 
 def _stored_coefficients(

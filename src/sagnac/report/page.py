@@ -171,22 +171,13 @@ def comparison_page(analyses: Mapping[str, Analysis], refused: Mapping[str, str]
         Why, of each method that this recording does not allow.
     """
     one, by_gyro = next(iter(analyses.values())), methods_by_gyro(analyses)
-    pictures = (
-        figures.svg(
-            figures.comparison_figure(each),
-            f"comparison-{name}",
-            f"Allan deviation of {name} that each method leaves",
-        )
-        for name, each in by_gyro.items()
-    )
-    return _rendered(
-        "comparison.html",
-        one,
-        title="Methods compared, " + (", ".join(by_gyro) if len(by_gyro) > 1 else subject(one)),
-        by_gyro=by_gyro,
-        refused=refused,
-        figure=Markup("").join(pictures),
-    )
+    figure = Markup("")
+    for name, each in by_gyro.items():
+        said = f"Allan deviation of {name} that each method leaves"
+        figure += figures.svg(figures.comparison_figure(each), f"comparison-{name}", said)
+    what = ", ".join(by_gyro) if len(by_gyro) > 1 else subject(one)
+    facts: dict[str, Any] = {"by_gyro": by_gyro, "refused": refused, "figure": figure}
+    return _rendered("comparison.html", one, title=f"Methods compared, {what}", **facts)
 
 
 def accelerometers_page(analysis: Analysis, folder: Path) -> str:

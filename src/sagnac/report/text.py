@@ -203,12 +203,10 @@ def comparison(analyses: Mapping[str, Analysis], refused: Mapping[str, str]) -> 
     ]
     header = ("method", "N °/√h", "interval", "status", "lines", "peaks left", "s")
     read = [note_text(note) for note in one.recording.notes]
-    noticed = [f"note: {said}" for said in read] + [
-        f"note: {method}: {said}"
-        for method, analysis in analyses.items()
-        for said in map(note_text, analysis.notes)
-        if said not in read
-    ]
+    noticed = [f"note: {said}" for said in read]
+    for method, analysis in analyses.items():
+        own = (said for said in map(note_text, analysis.notes) if said not in read)
+        noticed += [f"note: {method}: {said}" for said in own]
     reasons = "\n".join(f"{method}: {why}" for method, why in refused.items())
     shown = table(header, rows, right=(1, 4, 5, 6))
     return blocks(quantities.subject(one), shown, reasons, "\n".join(noticed))
