@@ -428,11 +428,8 @@ def _spectrum(pyramid: Pyramid, rate: float) -> dict[str, Any]:
     frequency, density = frequency[2:-1], densities.mean(axis=0)[2:-1]
     edges = np.geomspace(frequency[0], frequency[-1], _BINS)
     first = np.unique(np.searchsorted(frequency, edges))
-    return {
-        "frequency": numbers(frequency[first]),
-        "low": numbers(np.sqrt(np.minimum.reduceat(density, first))),
-        "high": numbers(np.sqrt(np.maximum.reduceat(density, first))),
-    }
+    low, high = (one.reduceat(np.sqrt(density), first) for one in (np.minimum, np.maximum))
+    return {"frequency": numbers(frequency[first]), "low": numbers(low), "high": numbers(high)}
 
 
 def _histogram(pyramid: Pyramid) -> dict[str, Any]:

@@ -47,10 +47,8 @@ def verdict(analysis: sagnac.Analysis, specification: str) -> list[dict[str, str
 
     ValueError if the text states no limits.
     """
-    return [
-        {"gyro": one.gyro, "decision": one.decision, "reason": one.reason}
-        for one in sagnac.judge(analysis, specification).judgements
-    ]
+    judged = sagnac.judge(analysis, specification).judgements
+    return [{"gyro": one.gyro, "decision": one.decision, "reason": one.reason} for one in judged]
 
 
 def _channel(analysis: sagnac.Analysis, sensor: str) -> dict[str, Any]:
@@ -111,13 +109,10 @@ def curve(found: sagnac.StabilityCurve) -> dict[str, Any]:
 
 def _estimate(one: sagnac.Estimate) -> dict[str, Any]:
     shown = one.in_field_unit()
-    ends = numbers(np.array([shown.value, shown.low, shown.high]))
+    three = numbers(np.array([shown.value, shown.low, shown.high]))
+    ends = dict(zip(("value", "low", "high"), three, strict=True))
     stated = {"unit": shown.unit, "status": one.status, "confidence": one.confidence}
-    return {
-        "text": format(shown),
-        **stated,
-        **dict(zip(("value", "low", "high"), ends, strict=True)),
-    }
+    return {"text": format(shown), **stated, **ends}
 
 
 def figures(analysis: sagnac.Analysis) -> dict[str, Any]:

@@ -234,10 +234,8 @@ def _may_move(folder: Path, new: Path) -> bool:
 def _move_into(folder: Path, new: Path) -> None:
     """Let the files of a folder take the places of those in another, and its folders theirs."""
     # The document tells whose files these are: it goes last and comes first.
-    files = sorted(
-        (path.relative_to(new) for path in new.rglob("*") if not path.is_dir()),
-        key=lambda path: path.suffix != ".json",
-    )
+    files = [path.relative_to(new) for path in new.rglob("*") if not path.is_dir()]
+    files.sort(key=lambda path: path.suffix != ".json")
     with _signals_waiting():
         for path in reversed(files):
             (folder / path).unlink(missing_ok=True)

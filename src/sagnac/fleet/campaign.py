@@ -139,11 +139,9 @@ def campaign(
     tasks = tasks_of(paths, _choices(settings or Settings(), pattern, choices))
     if scheduler is not None and (workers is not None or memory is not None):
         raise ValueError("workers and memory are of this machine; a cluster has its own")
-    completed: Completed = (
-        partial(completed_here, means=means_of(workers, memory))
-        if scheduler is None
-        else partial(completed_there, scheduler=scheduler)
-    )
+    completed: Completed = partial(completed_here, means=means_of(workers, memory))
+    if scheduler is not None:
+        completed = partial(completed_there, scheduler=scheduler)
     require_free(outputs_in(place, "campaign"), [Path(task.path) for task in tasks], force=force)
     made = run(tasks, place, completed, span=span, told=told)
     lines = tuple(lines_of(made.each))

@@ -88,11 +88,9 @@ def _reason(analysis: Mapping[str, Any]) -> str:
     if answer and answer["status"] != "estimated":
         reasons = [one["text"] for one in analysis.get("findings", ()) if one["level"] == "error"]
         reasons = reasons or ([answer["source"]] if "source" in answer else [])
-    reasons += [
-        f"{SYMBOLS[one['coefficient']]}: {one['reason']}"
-        for one in analysis.get("verdict", {}).get("limits", ())
-        if one["verdict"] != "pass"
-    ]
+    limits = analysis.get("verdict", {}).get("limits", ())
+    missed = [one for one in limits if one["verdict"] != "pass"]
+    reasons += [f"{SYMBOLS[one['coefficient']]}: {one['reason']}" for one in missed]
     return "; ".join(dict.fromkeys(reasons))
 
 

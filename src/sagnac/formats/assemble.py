@@ -62,11 +62,8 @@ def assemble(
     choice = choose(source.columns, statements)
     require_known(choice, source.columns, statements)
     # By the keys of the columns.
-    scales = {
-        one.key: scale_of(name, one, statements, sensor)
-        for sensor, columns in choice.sensors.items()
-        for name, one in columns.items()
-    }
+    sensors = choice.sensors
+    scales = {one.key: scale_of(name, one, statements, sensor) for sensor, name, one in sensors}
     if choice.table is not None:
         role_unit("table", choice.table)
     by_file, by_toml, by_caller = (
@@ -166,8 +163,7 @@ def _recording(
     columns = stored.read(keys, stretch.first, stretch.stop)
     sensors = [
         _sensor(name, columns.pop(one.key), scales[one.key], period, rate)
-        for own in choice.sensors.values()
-        for name, one in own.items()
+        for _, name, one in choice.sensors
     ]
     if choice.table is not None:
         raw, unit = columns.pop(choice.table.key), choice.table.unit or ""

@@ -77,9 +77,11 @@ class Choice:
                 )
 
     @property
-    def sensors(self) -> dict[Sensor, Mapping[str, Column]]:
-        """Gyros and accelerometers: name wanted -> column of each."""
-        return {"gyro": self.gyros, "accelerometer": self.accelerometers}
+    def sensors(self) -> list[tuple[Sensor, str, Column]]:
+        """Gyros and accelerometers: what each is, the name wanted, and its column."""
+        named: dict[Sensor, Mapping[str, Column]]
+        named = {"gyro": self.gyros, "accelerometer": self.accelerometers}
+        return [(sensor, *item) for sensor, own in named.items() for item in own.items()]
 
     @property
     def keys(self) -> tuple[str, ...]:

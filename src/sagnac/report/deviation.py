@@ -174,11 +174,8 @@ def _fit_of(analysis: Analysis) -> _Drawn | None:
     """Basis of the answer; None if it estimated no term."""
     fit, average = headline_fit(analysis), analysis.average
     coefficients = headline_coefficients(analysis) if fit is None else fit.coefficients
-    values = {
-        name: coefficients[name].value
-        for name in COEFFICIENT_NAMES
-        if name in coefficients and coefficients[name].status == "estimated"
-    }
+    there = {name: coefficients[name] for name in COEFFICIENT_NAMES if name in coefficients}
+    values = {name: one.value for name, one in there.items() if one.status == "estimated"}
     name, shortest = _NAMES["average"], 0.0
     if fit is not None:
         name = fit.method

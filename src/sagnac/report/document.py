@@ -220,11 +220,8 @@ def _of_sensor(analysis: Analysis) -> dict[str, Any]:
 def _points(curve: StabilityCurve, unit: Unit, deviation: str = "deviation") -> dict[str, Any]:
     """The points of a curve; its deviation goes by that name."""
     columns = curve_columns(curve, unit)
-    return {
-        "tau_s": columns["tau"],
-        deviation: columns["deviation"],
-        **{name: columns[name] for name in ("low", "high", "edf", *_COUNTS)},
-    }
+    others = {name: columns[name] for name in ("low", "high", "edf", *_COUNTS)}
+    return {"tau_s": columns["tau"], deviation: columns["deviation"], **others}
 
 
 def _input(analysis: Analysis) -> dict[str, Any]:

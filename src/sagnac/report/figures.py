@@ -187,10 +187,8 @@ def report_figures(analysis: Analysis) -> dict[str, Figure]:
     ``stability``, ``spectrum``, ``parts`` (of two parts or more that show N) and ``residual``; one
     that there is nothing for is left out.
     """
-    drawn = {
-        "stability": _drawn(deviation.stability, analysis, 4),
-        "spectrum": _drawn(density.spectrum, analysis, 3),
-    }
+    drawn = {"stability": _drawn(deviation.stability, analysis, 4)}
+    drawn["spectrum"] = _drawn(density.spectrum, analysis, 3)
     if sum(part.shows for part in analysis.parts) > 1:
         drawn["parts"] = _drawn(deviation.parts, analysis, 3)
     if analysis.residual is not None and analysis.residual.time.size > 1:

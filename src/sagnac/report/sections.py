@@ -145,12 +145,10 @@ def force_rows(analyses: Sequence[Analysis]) -> list[tuple[str, str, tuple[str, 
     """
     titles, rows = SENSED["accelerometer"].titles, []
     for name in COEFFICIENT_NAMES:
-        readings = tuple(
-            "not fitted" if found is None else quantities.reading(name, found)
-            for found in (answer_coefficients(one).get(name) for one in analyses)
-        )
+        found = [answer_coefficients(one).get(name) for one in analyses]
+        said = ("not fitted" if one is None else quantities.reading(name, one) for one in found)
         unit = field_unit(name, "accelerometer").symbol
-        rows.append((f"{SYMBOLS[name]} {titles[name]}", unit, readings))
+        rows.append((f"{SYMBOLS[name]} {titles[name]}", unit, tuple(said)))
     return rows
 
 

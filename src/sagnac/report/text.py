@@ -47,11 +47,8 @@ def verdict(analysis: Analysis) -> str:
         (sections.gyro_text(one), one.limit.in_words, sections.found_text(one), one.decision)
         for one in found.judgements
     ]
-    reasons = dict.fromkeys(
-        f"{sections.gyro_text(one)}: {one.reason}"
-        for one in found.judgements
-        if one.decision != "pass" or EITHER in one.reason
-    )
+    told = [one for one in found.judgements if one.decision != "pass" or EITHER in one.reason]
+    reasons = dict.fromkeys(f"{sections.gyro_text(one)}: {one.reason}" for one in told)
     product = f" for {found.specification.product}" if found.specification.product else ""
     said = f"Verdict{product}: {sections.DECISIONS[found.decision]}"
     listed = table(("gyro", "limit", "measured", "verdict"), rows)
@@ -380,11 +377,9 @@ def _closing_rows(file: str, analysis: Analysis) -> list[tuple[str, ...]]:
         )
         for name, estimate in estimates.items()
     ]
-    return rows + [
-        (named, name, "–", "", "not analyzed", decisions.get(name, ""))
-        for name in analysis.settings.gyros
-        if name in analysis.refused
-    ]
+    lacking = [name for name in analysis.settings.gyros if name in analysis.refused]
+    said = ("–", "", "not analyzed")
+    return rows + [(named, name, *said, decisions.get(name, "")) for name in lacking]
 
 
 def brief(analysis: Analysis, others: Sequence[Analysis] = ()) -> tuple[str, ...]:
