@@ -368,10 +368,8 @@ async def _served(room: Room, first: str, port: int, opened: Callable[[str], Non
     try:
         listening = socket.create_server((HOST, port))
     except OSError as error:
-        raise sagnac.RecordingError(
-            f"port {port} cannot be listened on ({error.strerror})",
-            remedy="give another, or none ({port})",
-        ) from None
+        said = f"port {port} cannot be listened on ({error.strerror})"
+        raise sagnac.RecordingError(said, remedy="give another, or none ({port})") from None
     port = listening.getsockname()[1]
     state = State(token=secrets.token_urlsafe(32), port=port, room=room, first=first)
     server = HTTPServer(application(state), max_body_size=_LARGEST_REQUEST)

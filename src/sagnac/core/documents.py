@@ -184,11 +184,8 @@ def documents_of(path: Path) -> tuple[Path, ...]:
     for pattern in ("analysis.json", "*/analysis.json", "reports/*/analysis.json"):
         if found := tuple(sorted(path.glob(pattern))):
             return found
-    raise RecordingError(
-        "holds no analysis.json",
-        path=str(path),
-        remedy="give the folder that an analysis wrote, or that of a campaign",
-    )
+    remedy = "give the folder that an analysis wrote, or that of a campaign"
+    raise RecordingError("holds no analysis.json", path=str(path), remedy=remedy)
 
 
 def check_analysis(document: object) -> None:

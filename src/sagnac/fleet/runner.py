@@ -185,16 +185,12 @@ def _check_workers(client: Any, folder: Path) -> None:
         )
     for address, (version, seen) in workers.items():
         if version != __version__:
-            raise RecordingError(
-                f"worker {address} has sagnac {version}, this is {__version__}",
-                remedy="install the same version everywhere",
-            )
+            said = f"worker {address} has sagnac {version}, this is {__version__}"
+            raise RecordingError(said, remedy="install the same version everywhere")
         if not seen:
-            raise RecordingError(
-                f"worker {address} does not see this folder",
-                path=str(folder),
-                remedy="choose an output that all workers share under one path",
-            )
+            said = f"worker {address} does not see this folder"
+            remedy = "choose an output that all workers share under one path"
+            raise RecordingError(said, path=str(folder), remedy=remedy)
 
 
 def _facts(token: Path) -> tuple[str, bool]:

@@ -367,10 +367,8 @@ def prior_of(path: Path, *, confidence: float = 0.95) -> tuple[GyroNoise, str]:
         groups = groups_of(table)
         if len(groups) != 1:
             held = "; ".join(f"{method} of {gyros}" for method, gyros in groups)
-            raise RecordingError(
-                f"holds {held or 'no recording with an answer'}",
-                remedy="give a campaign of one method and one choice of gyros",
-            )
+            remedy = "give a campaign of one method and one choice of gyros"
+            raise RecordingError(f"holds {held or 'no recording with an answer'}", remedy=remedy)
         (lines,) = groups.values()
         scatter = scatter_of(lines, confidence)
         if scatter.answer is None:
@@ -378,10 +376,8 @@ def prior_of(path: Path, *, confidence: float = 0.95) -> tuple[GyroNoise, str]:
         foretold, what = scatter.answer.next_unit, "the next unit on a new day, at a new rate"
         if foretold is None:
             if len(scatter.answer.next_day) != 1:
-                raise RecordingError(
-                    "does not show how N scatters over days",
-                    remedy="measure a unit on three days or more",
-                )
+                remedy = "measure a unit on three days or more"
+                raise RecordingError("does not show how N scatters over days", remedy=remedy)
             ((unit, foretold),) = scatter.answer.next_day.items()
             what = f"unit {unit} on a new day, at a new rate"
     reach = math.log(foretold.high / foretold.low) / (2.0 * float(ndtri(0.5 + 0.5 * confidence)))

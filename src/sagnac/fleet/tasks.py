@@ -405,11 +405,9 @@ def _measured(task: Task, folder: Path) -> Row:
     recording = read(task.path, task.statement)
     origin = recording.provenance
     if origin is not None and task.sha256 not in ("", origin.sha256):
-        raise RecordingError(
-            "is not the file that the campaign was planned with",
-            path=task.path,
-            remedy="let all workers see the same files, and start the campaign again",
-        )
+        said = "is not the file that the campaign was planned with"
+        remedy = "let all workers see the same files, and start the campaign again"
+        raise RecordingError(said, path=task.path, remedy=remedy)
     analysis = analyze(recording, task.settings)
     document = analysis_document(analysis)
     report = Path("reports", f"{Path(task.path).stem}-{task.key[:12]}")

@@ -70,10 +70,8 @@ def assemble(
         one.sample_rate for one in (statements.file, statements.beside, statements.caller)
     )
     if choice.time is None and statements.first("sample_rate") is None:
-        raise RecordingError(
-            "neither a sample rate nor time stamps are stated",
-            remedy="state {rate HZ} or {time COLUMN:UNIT}",
-        )
+        remedy = "state {rate HZ} or {time COLUMN:UNIT}"
+        raise RecordingError("neither a sample rate nor time stamps are stated", remedy=remedy)
     second = role_unit("time", choice.time).size if choice.time else 1.0
     stored = source.opened(choice.keys)
     check_lengths(stored.lengths)
@@ -107,11 +105,9 @@ def _require_readable(source: Source, statements: Statements) -> None:
     for name in statements.gyros or GYRO_NAMES:
         key = statements.column(name) or name
         if key in source.unreadable:
-            raise RecordingError(
-                f"{source.unreadable[key]}, no real numbers",
-                channel=key,
-                remedy="correct the file, or name the gyros to take with {gyros}",
-            )
+            said = f"{source.unreadable[key]}, no real numbers"
+            remedy = "correct the file, or name the gyros to take with {gyros}"
+            raise RecordingError(said, channel=key, remedy=remedy)
 
 
 def check_lengths(lengths: Mapping[str, int]) -> None:
@@ -125,11 +121,9 @@ def check_lengths(lengths: Mapping[str, int]) -> None:
     (first, samples), *others = lengths.items()
     for key, length in others:
         if length != samples:
-            raise RecordingError(
-                f"has {length} samples but {first} has {samples}",
-                channel=key,
-                remedy="name columns sampled together with {columns}",
-            )
+            said = f"has {length} samples but {first} has {samples}"
+            remedy = "name columns sampled together with {columns}"
+            raise RecordingError(said, channel=key, remedy=remedy)
 
 
 def _stretch(time: Column | None, second: float, stored: Stored, statements: Statements) -> Stretch:

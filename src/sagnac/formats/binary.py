@@ -149,10 +149,8 @@ def declared(layout: str | Mapping[str, Any]) -> BinaryLayout:
     try:
         return _of_table(read_toml(Path(content)) if isinstance(content, str) else content)
     except OSError:
-        raise RecordingError(
-            f"layout {where!r} is not known",
-            remedy=f"use one of {', '.join(PRESETS)}, or a TOML that lists the fields",
-        ) from None
+        remedy = f"use one of {', '.join(PRESETS)}, or a TOML that lists the fields"
+        raise RecordingError(f"layout {where!r} is not known", remedy=remedy) from None
     except ValueError as error:
         raise RecordingError(
             f"the layout of the records: {error}", path=where, remedy="correct it there"
@@ -214,10 +212,8 @@ def open_source(path: Path) -> Source:
     RecordingError
         Always: see `open_declared`.
     """
-    raise RecordingError(
-        "is binary and its layout is not declared",
-        remedy="state {layout NAME}, a preset or a TOML that lists the fields",
-    )
+    remedy = "state {layout NAME}, a preset or a TOML that lists the fields"
+    raise RecordingError("is binary and its layout is not declared", remedy=remedy)
 
 
 def open_declared(path: Path, layout: str | Mapping[str, Any]) -> Source:

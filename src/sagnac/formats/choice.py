@@ -70,11 +70,9 @@ class Choice:
         keys = self.keys
         for key in keys:
             if keys.count(key) > 1:
-                raise RecordingError(
-                    "the column is named for two channels",
-                    channel=key,
-                    remedy="give each its own with {columns}, {table} and {time}",
-                )
+                said = "the column is named for two channels"
+                remedy = "give each its own with {columns}, {table} and {time}"
+                raise RecordingError(said, channel=key, remedy=remedy)
 
     @property
     def sensors(self) -> list[tuple[Sensor, str, Column]]:
@@ -131,11 +129,8 @@ def find(columns: Sequence[Column], name: str) -> Column | None:
     alike = [column for column in columns if column.name == name]
     if len(alike) > 1:
         keys = ", ".join(column.key for column in alike)
-        raise RecordingError(
-            f"more than one column has this name, {keys}",
-            channel=name,
-            remedy="give the full name with {columns}",
-        )
+        said = f"more than one column has this name, {keys}"
+        raise RecordingError(said, channel=name, remedy="give the full name with {columns}")
     if not alike and name.isdecimal():
         alike = [column for column in columns if column.number == int(name)]
     return alike[0] if alike else None
@@ -301,11 +296,8 @@ def _in_unit(column: Column, role: str, unit: str | None) -> Column:
     is_text = column.unit in TIME_FORMS
     if role == "time" and (is_text or unit in TIME_FORMS):
         held = f"times as text, not numbers in {unit}" if is_text else "numbers, not times as text"
-        raise RecordingError(
-            f"column {column.key} holds {held}",
-            channel=role,
-            remedy=f"state {{time {column.key}:{column.unit if is_text else 's'}}}",
-        )
+        remedy = f"state {{time {column.key}:{column.unit if is_text else 's'}}}"
+        raise RecordingError(f"column {column.key} holds {held}", channel=role, remedy=remedy)
     return replace(column, unit=unit)
 
 
@@ -367,11 +359,9 @@ def require_known(choice: Choice, columns: Sequence[Column], statements: Stateme
             stated = getattr(statement, quantity)
             for name in stated if isinstance(stated, Mapping) else ():
                 if name not in known and name not in others:
-                    raise RecordingError(
-                        f"its {quantity} is stated, and there is no such channel",
-                        channel=name,
-                        remedy=f"state {{{quantity}}} of {', '.join(known)}",
-                    )
+                    said = f"its {quantity} is stated, and there is no such channel"
+                    remedy = f"state {{{quantity}}} of {', '.join(known)}"
+                    raise RecordingError(said, channel=name, remedy=remedy)
 
 
 def stated_for(
@@ -420,11 +410,8 @@ def scale_of(name: str, column: Column, statements: Statements, sensor: Sensor =
             remedy="state {unit counts} and {scale}, or {unit} alone",
         )
     if scale is None and sensor == "gyro" and is_counts(unit or ""):
-        raise RecordingError(
-            "it is in counts and their size is not stated",
-            channel=name,
-            remedy="state {scale 0.1arcsec}",
-        )
+        said = "it is in counts and their size is not stated"
+        raise RecordingError(said, channel=name, remedy="state {scale 0.1arcsec}")
     unit, quantity = scale or unit, quantity_of(kind, sensor)
     usual = next(iter(sizes(quantity)))
     other = f"another of {quantity}" if sensor == "gyro" else "{unit gyros=deg/s,accelerometers=g}"

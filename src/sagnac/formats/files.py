@@ -79,10 +79,8 @@ def require_content(declared: int, stored: int, what: str) -> None:
         If it cannot be.
     """
     if declared > _TIGHTEST * max(stored, 1):
-        raise RecordingError(
-            f"{what} declares {declared} bytes, and the file has {stored}: nothing is behind it",
-            remedy=AGAIN,
-        )
+        said = f"{what} declares {declared} bytes, and the file has {stored}: nothing is behind it"
+        raise RecordingError(said, remedy=AGAIN)
 
 
 @contextmanager

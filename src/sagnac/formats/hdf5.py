@@ -115,10 +115,8 @@ def open_source(path: Path) -> Source:
 def _open_classic(path: Path, version: bytes) -> Source:
     """Variables of numbers of a classic file."""
     if version == _DATA_OF_64_BITS:
-        raise RecordingError(
-            "is NetCDF of the kind CDF-5, which is not read",
-            remedy=f"make it NetCDF 4: nccopy -k nc4 {path.name} {path.stem}-4.nc",
-        )
+        remedy = f"make it NetCDF 4: nccopy -k nc4 {path.name} {path.stem}-4.nc"
+        raise RecordingError("is NetCDF of the kind CDF-5, which is not read", remedy=remedy)
     # Another file needs none of that package.
     from scipy.io import netcdf_file  # noqa: PLC0415
 
@@ -252,11 +250,9 @@ def _require_own(dataset: h5py.Dataset, path: Path) -> None:
     """
     name = dataset.name.lstrip("/")
     if dataset.external:
-        raise RecordingError(
-            f"its values lie in another file, {one_line(str(dataset.external[0][0]))}",
-            channel=name,
-            remedy="put them into this file: h5repack -l CONTI",
-        )
+        said = f"its values lie in another file, {one_line(str(dataset.external[0][0]))}"
+        remedy = "put them into this file: h5repack -l CONTI"
+        raise RecordingError(said, channel=name, remedy=remedy)
     for source in dataset.virtual_sources() if dataset.is_virtual else ():
         file = path if source.file_name == "." else path.parent / source.file_name
         problem = one_line(_problem_of_part(file, source.dset_name, path.parent))

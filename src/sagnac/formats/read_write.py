@@ -332,10 +332,8 @@ def _beginning(path: Path) -> bytes:
         If it is no file that is stored whole, or cannot be opened.
     """
     if path.is_dir():
-        raise RecordingError(
-            f"is a folder without {EUROC_DATA} (EuRoC) or metadata.yaml (ROS 2)",
-            remedy="give a file, or a folder of one of these kinds",
-        )
+        said = f"is a folder without {EUROC_DATA} (EuRoC) or metadata.yaml (ROS 2)"
+        raise RecordingError(said, remedy="give a file, or a folder of one of these kinds")
     if path.exists() and not path.is_file():
         raise RecordingError(
             "cannot be opened: it is no regular file", remedy="give a file that is stored whole"
@@ -346,19 +344,15 @@ def _beginning(path: Path) -> bytes:
     except OSError as error:
         why = f"cannot be opened ({error.strerror})"
         is_missing = isinstance(error, FileNotFoundError)
-        raise RecordingError(
-            "no such file" if is_missing else why,
-            remedy="check the path" if is_missing else "check the path and its permissions",
-        ) from None
+        remedy = "check the path" if is_missing else "check the path and its permissions"
+        raise RecordingError("no such file" if is_missing else why, remedy=remedy) from None
     if beginning == _POINTER:
         raise RecordingError(
             "is a pointer of Git LFS: the content was not fetched", remedy="fetch it: git lfs pull"
         )
     if beginning and not path.stat().st_size:
-        raise RecordingError(
-            "is made by the system as it is read, and states no size",
-            remedy="copy it, and give the copy",
-        )
+        said = "is made by the system as it is read, and states no size"
+        raise RecordingError(said, remedy="copy it, and give the copy")
     return beginning
 
 
@@ -395,10 +389,8 @@ def format_of(suffix: str, beginning: bytes) -> Format:
         if known.beginning and beginning.startswith(known.beginning):
             if suffix in (*known.suffixes, *known.also):
                 return known
-            raise RecordingError(
-                f"is {known.name}, not what its suffix claims",
-                remedy=f"rename it to end in {known.suffixes[0]}",
-            )
+            remedy = f"rename it to end in {known.suffixes[0]}"
+            raise RecordingError(f"is {known.name}, not what its suffix claims", remedy=remedy)
     return by_suffix
 
 
@@ -411,10 +403,8 @@ def _module(known: Format, doing: str) -> Any:
         package = (error.name or "").partition(".")[0]
         if known.extra:
             raise MissingExtra(f"{doing} {known.name}", package, known.extra) from error
-        raise RecordingError(
-            f"{doing} {known.name} needs {error.name}, which is not installed",
-            remedy=f"install it: pip install {package}",
-        ) from error
+        said = f"{doing} {known.name} needs {error.name}, which is not installed"
+        raise RecordingError(said, remedy=f"install it: pip install {package}") from error
 
 
 def _sha256(path: Path) -> str:

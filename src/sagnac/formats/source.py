@@ -128,11 +128,9 @@ def _require_exact(key: str, values: NDArray[Any]) -> None:
     with np.errstate(invalid="ignore"):
         back = values.astype(np.float64).astype(values.dtype)
     if (back != values).any():
-        raise RecordingError(
-            "holds integers beyond 2^53, whose last digits would be lost",
-            channel=key,
-            remedy="take a constant off them and store the rest",
-        )
+        said = "holds integers beyond 2^53, whose last digits would be lost"
+        remedy = "take a constant off them and store the rest"
+        raise RecordingError(said, channel=key, remedy=remedy)
 
 
 def _may_be_kept(values: NDArray[Any], column: FloatArray) -> bool:

@@ -148,8 +148,5 @@ def check_scales(name: str, properties: Mapping[str, Any]) -> None:
         return
     for key, kind in properties.items():
         if _SCALE.match(key) and kind not in _KNOWN_SCALES:
-            raise RecordingError(
-                f"its scale is of type {kind!r}, which cannot be applied",
-                channel=name,
-                remedy="write scaled values from LabVIEW",
-            )
+            said = f"its scale is of type {kind!r}, which cannot be applied"
+            raise RecordingError(said, channel=name, remedy="write scaled values from LabVIEW")

@@ -559,10 +559,8 @@ def angle_increments(values: ArrayLike, *, kind: Kind, sample_rate: float) -> Fl
     finite = samples.size == 0 or math.isfinite(mean(samples))
     if not finite and not np.isfinite(samples).all():
         first = int(np.argmin(np.isfinite(samples)))
-        raise RecordingError(
-            f"sample {first} is not finite and there is no room for gaps here",
-            remedy="take a span without gaps ({slice})",
-        )
+        said = f"sample {first} is not finite and there is no room for gaps here"
+        raise RecordingError(said, remedy="take a span without gaps ({slice})")
     if kind == "angle":
         return differences(samples)
     return samples / sample_rate if kind == "rate" else samples

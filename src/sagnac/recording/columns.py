@@ -142,11 +142,9 @@ def gyro_of(
     sensor, notes = sensor_of(unit), tuple[Note, ...]()
     if period is not None and sensor == "gyro":
         if kind != "angle":
-            raise RecordingError(
-                f"a counter that starts over is an angle, not kind {kind}",
-                channel=name,
-                remedy=f"state {{kind angle}}, or leave out {inputs}",
-            )
+            said = f"a counter that starts over is an angle, not kind {kind}"
+            remedy = f"state {{kind angle}}, or leave out {inputs}"
+            raise RecordingError(said, channel=name, remedy=remedy)
         if not 0.0 < period < np.inf:
             raise ValueError(
                 f"period is {period}; give the reading at which the counter starts over"
@@ -154,11 +152,8 @@ def gyro_of(
         readings = np.asarray(numbers(values, name), dtype=np.float64)
         extent = finite_extent(readings)
         if extent >= period:
-            raise RecordingError(
-                f"it spans {extent:.6g}, more than a counter of {period:.9g} holds",
-                channel=name,
-                remedy=f"state the right {inputs}",
-            )
+            said = f"it spans {extent:.6g}, more than a counter of {period:.9g} holds"
+            raise RecordingError(said, channel=name, remedy=f"state the right {inputs}")
         values, wraps = unwrapped(readings, period)
         bits = math.log2(period)
         counter = f"{bits:g} bit counter" if bits.is_integer() else f"counter of {period:.9g}"
@@ -225,11 +220,9 @@ def pulses_of(values: ArrayLike, *, column: str = "") -> tuple[BooleanArray, tup
     levels = numbers(given.astype(np.uint8) if given.dtype.kind == "b" else given, "null_pulse")
     some = every(levels, max(1, levels.size // 100_000))
     if np.unique(some).size > 2 or not is_finite(levels):
-        raise RecordingError(
-            f"{f'column {column} ' if column else ''}takes more than two values",
-            channel="null_pulse",
-            remedy="name a column of 0 and 1 with {null-pulse}",
-        )
+        said = f"{f'column {column} ' if column else ''}takes more than two values"
+        remedy = "name a column of 0 and 1 with {null-pulse}"
+        raise RecordingError(said, channel="null_pulse", remedy=remedy)
     high = levels != 0
     rising = high.copy()
     rising[1:] &= ~high[:-1]
@@ -299,11 +292,8 @@ def sampling(stamps: FloatArray, stated_rate: float | None = None) -> Sampling:
         if rate is None:
             usual = median_step(times, repeats=False)
             if math.isnan(usual):
-                raise RecordingError(
-                    "does not run forwards",
-                    channel="time",
-                    remedy="state {time none} and {rate HZ}",
-                )
+                remedy = "state {time none} and {rate HZ}"
+                raise RecordingError("does not run forwards", channel="time", remedy=remedy)
             rate = 1.0 / _plausible(usual)
         return Sampling(times=times, sample_rate=rate)
     step = _plausible(float(times[-1]) / (times.size - 1))
@@ -324,11 +314,9 @@ def sampling(stamps: FloatArray, stated_rate: float | None = None) -> Sampling:
     near = (round(rate, digits) for digits in range(10))
     rate = next((one for one in near if one > 0.0 and abs(one - rate) <= unsure * rate), rate)
     if stated_rate is not None and abs(rate / stated_rate - 1.0) > RATE_AGREEMENT:
-        raise RecordingError(
-            f"the stamps give {rate:.6g} Hz but {stated_rate:.6g} Hz is stated",
-            channel="time",
-            remedy="leave out {rate}, or ignore the stamps with {time none}",
-        )
+        said = f"the stamps give {rate:.6g} Hz but {stated_rate:.6g} Hz is stated"
+        remedy = "leave out {rate}, or ignore the stamps with {time none}"
+        raise RecordingError(said, channel="time", remedy=remedy)
     if worst <= slack:
         return Sampling(times=None, sample_rate=rate)
     is_uniform = worst <= 0.75 * clock < 0.75 * step
@@ -353,11 +341,9 @@ def _plausible(step: float) -> float:
     """
     if step >= _SHORTEST:
         return step
-    raise RecordingError(
-        f"the stamps are {step:.3g} s apart, faster than any sensor samples",
-        channel="time",
-        remedy="state their unit ({time COLUMN:UNIT}), or {time none} and {rate HZ}",
-    )
+    said = f"the stamps are {step:.3g} s apart, faster than any sensor samples"
+    remedy = "state their unit ({time COLUMN:UNIT}), or {time none} and {rate HZ}"
+    raise RecordingError(said, channel="time", remedy=remedy)
 
 
 def median_step(times: FloatArray, *, repeats: bool = True) -> float:
@@ -441,11 +427,8 @@ def stretch_of(
         contradict the rate, or there is neither.
     """
     if stamps is None and rate is None:
-        raise RecordingError(
-            "one sample or none is too few to tell a rate",
-            channel="time",
-            remedy="give a longer file",
-        )
+        said = "one sample or none is too few to tell a rate"
+        raise RecordingError(said, channel="time", remedy="give a longer file")
 
     def first_after(limit: float, known: int) -> int:
         if stamps is None:

@@ -301,11 +301,8 @@ def read_analysis(path: str | Path) -> Analysis:
         return analysis_from(documents[0])
     except (ValueError, KeyError, TypeError) as error:
         why = f": {error}" if type(error) is ValueError else ""
-        raise RecordingError(
-            f"states what cannot be{why}",
-            path=str(path),
-            remedy="give the analysis.json that an analysis wrote, as it wrote it",
-        ) from None
+        remedy = "give the analysis.json that an analysis wrote, as it wrote it"
+        raise RecordingError(f"states what cannot be{why}", path=str(path), remedy=remedy) from None
 
 
 def analysis_from(document: Document, channel: str = "", of: Document | None = None) -> Analysis:
