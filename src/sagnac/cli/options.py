@@ -170,14 +170,12 @@ Workers = Annotated[
     one_argument(texts.whole_number, "N", help="Processes; one for each core unless stated."),
 ]
 Force = Annotated[
-    bool,
-    Parameter(group=OUTPUT, help="Write over files that are read, or that no such run made."),
+    bool, Parameter(group=OUTPUT, help="Write over files that are read, or that no such run made.")
 ]
 Debug = Annotated[bool, Parameter(group=OUTPUT, help="Traceback on errors.")]
 Json = Annotated[bool, Parameter(group=OUTPUT, name="--json")]
 SeveralNames = Annotated[
-    tuple[str, ...] | None,
-    Parameter(converter=_each, n_tokens=1, group=ANALYSIS, metavar="NAME,…"),
+    tuple[str, ...] | None, Parameter(converter=_each, n_tokens=1, group=ANALYSIS, metavar="NAME,…")
 ]
 _Names = tuple[str, ...] | None
 _OneOrByName = str | Mapping[str, str] | None

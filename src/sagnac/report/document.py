@@ -94,10 +94,7 @@ def analysis_document(analysis: Analysis) -> dict[str, Any]:
             for name, estimate in analysis.per_gyro.items()
         },
         "lines": [line_data(line) for line in analysis.lines],
-        "curve": {
-            "estimator": curve.estimator,
-            **_points(curve, units.UNITS["deg/h"], _DEVIATION),
-        },
+        "curve": {"estimator": curve.estimator, **_points(curve, units.UNITS["deg/h"], _DEVIATION)},
         **_family(analysis),
         "findings": findings_data(analysis.findings),
         **_beside(analysis),
