@@ -240,9 +240,8 @@ def require_place(
     there = next(place for place in (folder, *folder.absolute().parents) if place.exists())
     if not there.is_dir() or not os.access(there, os.W_OK | os.X_OK):
         why = "is no folder" if not there.is_dir() else "may not be written to"
-        raise RecordingError(
-            f"{there} {why}", path=str(folder), remedy="choose another folder (-o)"
-        )
+        remedy = "choose another folder (-o)"
+        raise RecordingError(f"{there} {why}", path=str(folder), remedy=remedy)
     overwriting.require_free(overwriting.outputs_in(folder, what), reads, force=force)
     ready_to_draw()
 

@@ -165,9 +165,8 @@ def read_analyses(source: Path | str) -> tuple[Mapping[str, Any], ...]:
         try:
             check_analysis(one)
         except ValueError as error:
-            raise RecordingError(
-                f"breaks its schema {ANALYSIS}: {error}", path=str(path), remedy=_REMEDY
-            ) from None
+            said = f"breaks its schema {ANALYSIS}: {error}"
+            raise RecordingError(said, path=str(path), remedy=_REMEDY) from None
     return tuple(several)
 
 
@@ -210,13 +209,11 @@ def _json(path: Path, text: str | None) -> Any:
         text = path.read_text(encoding="utf-8") if text is None else text
         return json.loads(text, parse_constant=_refused)
     except OSError as error:
-        raise RecordingError(
-            f"cannot be read ({error.strerror})", path=str(path), remedy="check the path"
-        ) from None
+        said = f"cannot be read ({error.strerror})"
+        raise RecordingError(said, path=str(path), remedy="check the path") from None
     except (ValueError, RecursionError) as error:
-        raise RecordingError(
-            f"is no JSON: {_reason(error)}", path=str(path), remedy=_REMEDY
-        ) from None
+        said = f"is no JSON: {_reason(error)}"
+        raise RecordingError(said, path=str(path), remedy=_REMEDY) from None
 
 
 def _reason(error: Exception) -> str:

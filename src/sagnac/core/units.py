@@ -331,9 +331,8 @@ def unit_of(text: str, quantity: Quantity) -> Unit:
     factor, name = split_factor(text)
     known = sizes(quantity)
     if name not in known or not factor > 0.0:
-        raise ValueError(
-            f"unit {text!r} is not a unit of {quantity}; use one of {', '.join(known)}"
-        )
+        said = f"unit {text!r} is not a unit of {quantity}; use one of {', '.join(known)}"
+        raise ValueError(said)
     unit, size = UNITS[name], factor * known[name]
     if factor == 1.0:
         return unit

@@ -126,9 +126,8 @@ def completed_there(tasks: Sequence[Task], folder: Path, scheduler: str) -> Iter
         for task in waiting.values():
             yield lost(task, f"the scheduler was lost; {_GOES_ON}")
     except OSError as error:
-        raise RecordingError(
-            f"the scheduler at {scheduler} was lost ({_in_short(error)})", remedy=_GOES_ON
-        ) from None
+        said = f"the scheduler at {scheduler} was lost ({_in_short(error)})"
+        raise RecordingError(said, remedy=_GOES_ON) from None
     finally:
         # What it still waits for is given up; one that has lost its scheduler would wait for it.
         client.close(timeout=_TO_CLOSE)
@@ -161,10 +160,9 @@ def _connected(scheduler: str) -> Any:
         return distributed.Client(scheduler, timeout=_PATIENCE)
     except (OSError, ValueError, TypeError, MemoryError) as error:
         # Another program's answer is taken for the length of what follows, which may be anything.
-        raise RecordingError(
-            f"no scheduler answers at {scheduler} ({_in_short(error)})",
-            remedy="start one with dask scheduler, and give the address that it prints",
-        ) from None
+        said = f"no scheduler answers at {scheduler} ({_in_short(error)})"
+        remedy = "start one with dask scheduler, and give the address that it prints"
+        raise RecordingError(said, remedy=remedy) from None
 
 
 def _in_short(error: Exception) -> str:

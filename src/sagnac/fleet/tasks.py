@@ -217,9 +217,8 @@ def _of_toml(path: Path, choices: Choices) -> tuple[Task, ...]:
         all_settings = [replace(own, method=one, gyros=gyros) for one, gyros in choices_made]
         return tuple(replace(task, settings=one) for task in tasks for one in all_settings)
     except OSError as error:
-        raise RecordingError(
-            f"cannot be read ({error.strerror})", path=str(path), remedy="check the path"
-        ) from None
+        said = f"cannot be read ({error.strerror})"
+        raise RecordingError(said, path=str(path), remedy="check the path") from None
     except RecordingError as error:
         raise error.at(str(path)) from None
     except (ValueError, TypeError) as error:

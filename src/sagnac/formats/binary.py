@@ -152,9 +152,8 @@ def declared(layout: str | Mapping[str, Any]) -> BinaryLayout:
         remedy = f"use one of {', '.join(PRESETS)}, or a TOML that lists the fields"
         raise RecordingError(f"layout {where!r} is not known", remedy=remedy) from None
     except ValueError as error:
-        raise RecordingError(
-            f"the layout of the records: {error}", path=where, remedy="correct it there"
-        ) from None
+        said = f"the layout of the records: {error}"
+        raise RecordingError(said, path=where, remedy="correct it there") from None
 
 
 def _of_table(content: Mapping[str, Any]) -> BinaryLayout:
@@ -236,9 +235,8 @@ def open_declared(path: Path, layout: str | Mapping[str, Any]) -> Source:
     content: Bytes = np.memmap(path, dtype=np.uint8, mode="r")[laid_out.header_bytes :]
     records, rest = divmod(content.size, length)
     if records == 0:
-        raise RecordingError(
-            f"is shorter than one record of {length} bytes", remedy="state the right {layout}"
-        )
+        remedy = "state the right {layout}"
+        raise RecordingError(f"is shorter than one record of {length} bytes", remedy=remedy)
     starts: IntegerArray | None = None
     said = f"{counted(rest, 'byte')} behind the last record: it may be cut off" if rest else ""
     if laid_out.sync or laid_out.checksum:

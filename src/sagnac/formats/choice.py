@@ -150,9 +150,8 @@ def _named(columns: Sequence[Column], name: str, inputs: str) -> Column:
     present = ", ".join(column.key for column in columns) or "no numeric column"
     if len(present) > _MOST_LISTED:
         present = present[:_MOST_LISTED] + " ..."
-    raise RecordingError(
-        f"no such column; the file has {present}", channel=name, remedy=f"name one with {inputs}"
-    )
+    remedy = f"name one with {inputs}"
+    raise RecordingError(f"no such column; the file has {present}", channel=name, remedy=remedy)
 
 
 def choose_gyros(columns: Sequence[Column], statements: Statements) -> dict[str, Column]:
@@ -474,6 +473,5 @@ def known_unit(channel: str, unit: str | None, quantity: Quantity, remedy: str) 
     try:
         return unit_of(unit, quantity)
     except ValueError:
-        raise RecordingError(
-            f"unit {unit!r} is not one of {quantity}", channel=channel, remedy=remedy
-        ) from None
+        said = f"unit {unit!r} is not one of {quantity}"
+        raise RecordingError(said, channel=channel, remedy=remedy) from None

@@ -92,9 +92,8 @@ def check_last(name: str, values: NDArray[Any]) -> None:
     """
     steps = np.abs(np.diff(values[-1000:]))
     if steps.size > 1 and steps[-1] > 2.0 * steps[:-1].max():
-        raise RecordingError(
-            "the last line is cut off", channel=name, remedy=f"remove it, or {AGAIN}"
-        )
+        remedy = f"remove it, or {AGAIN}"
+        raise RecordingError("the last line is cut off", channel=name, remedy=remedy)
 
 
 # ---- numbers -----------------------------------------------------------------------

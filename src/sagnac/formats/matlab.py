@@ -265,9 +265,8 @@ def _element(variable: _Variable, at: int, stop: int, name: str = "") -> Element
             raise ValueError(f"{name} holds {kind} of type {data.kind}")
         size = data.length if kind == "char" else numbers * int(_NUMBERS[data.kind][1])
         if data.start + data.length > stop or data.length != size:
-            raise ValueError(
-                f"{name} has {numbers} numbers in {data.length} bytes of type {data.kind}"
-            )
+            said = f"{name} has {numbers} numbers in {data.length} bytes of type {data.kind}"
+            raise ValueError(said)
     is_complex = bool(word >> 8 & _COMPLEX)
     return Element(
         name=name, shape=shape, kind=kind, is_complex=is_complex, begin=variable.begin, data=data

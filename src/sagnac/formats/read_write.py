@@ -272,9 +272,8 @@ def format_to_write(path: Path, heading: Outgoing) -> Format:
     known = next((one for one in formats() if one.writes and suffix in one.suffixes), None)
     if known is None:
         suffixes = ", ".join(own for one in formats() if one.writes for own in one.suffixes)
-        raise RecordingError(
-            "no format to write has this suffix", path=str(path), remedy=f"use one of {suffixes}"
-        )
+        remedy = f"use one of {suffixes}"
+        raise RecordingError("no format to write has this suffix", path=str(path), remedy=remedy)
     if known is not CSV and beside(path)[0] != Statement():
         raise RecordingError(
             "a TOML beside it states how a file of this name is to be read, and would be believed",
@@ -380,9 +379,8 @@ def format_of(suffix: str, beginning: bytes) -> Format:
     by_suffix = next((one for one in formats() if suffix in one.suffixes), None)
     if by_suffix is None:
         suffixes = ", ".join(dict.fromkeys(own for one in formats() for own in one.suffixes))
-        raise RecordingError(
-            "no format has this suffix", remedy=f"convert the file to one of {suffixes}"
-        )
+        said = "no format has this suffix"
+        raise RecordingError(said, remedy=f"convert the file to one of {suffixes}")
     if not beginning:
         raise RecordingError("is empty", remedy="get the file again from its source")
     for known in chain([by_suffix], formats()):

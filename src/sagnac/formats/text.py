@@ -219,9 +219,8 @@ def encoding_of(head: bytes) -> str:
             zeros = head[first::2].count(0)
             if len(head) >= 4 and zeros > 0.9 * half and not head[1 - first :: 2].count(0):
                 return name
-        raise RecordingError(
-            "holds binary data, not text", remedy="give it the suffix of its own format"
-        )
+        remedy = "give it the suffix of its own format"
+        raise RecordingError("holds binary data, not text", remedy=remedy)
     try:
         codecs.getincrementaldecoder("utf-8")().decode(head)
     except UnicodeDecodeError:

@@ -70,9 +70,8 @@ def open_source(path: Path) -> Source:
                 arrays[key] = one.data[name]
                 columns.append(Column(key=key, name=key, unit=unit))
     if not any(one.unit == "rad/s" for one in columns):
-        raise RecordingError(
-            f"logs none of {', '.join(_FIELDS)}", remedy="log sensor_gyro at full rate"
-        )
+        remedy = "log sensor_gyro at full rate"
+        raise RecordingError(f"logs none of {', '.join(_FIELDS)}", remedy=remedy)
     texts = []
     if log.dropouts:
         lost, times = sum(one.duration for one in log.dropouts), len(log.dropouts)

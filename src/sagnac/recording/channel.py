@@ -316,9 +316,8 @@ def require_rate(sample_rate: float) -> None:
         If it is not a finite number above zero.
     """
     if not (is_finite(sample_rate) and sample_rate > 0.0):
-        raise ValueError(
-            f"sample_rate is {quoted(sample_rate)}; give samples per second, above zero"
-        )
+        said = f"sample_rate is {quoted(sample_rate)}; give samples per second, above zero"
+        raise ValueError(said)
 
 
 # ---- pickoff -----------------------------------------------------------------------

@@ -81,9 +81,8 @@ def columns_of(
         if alike and (is_gyro or is_named or split_header(alike[0])[1] is not None):
             found[name] = alike[0]
     if not set(found) - {"table", "time", NULL_PULSE_NAME}:
-        raise ValueError(
-            f"the frame has no gyro; it has {present}: name one with columns={{'x': NAME}}"
-        )
+        said = f"the frame has no gyro; it has {present}: name one with columns={{'x': NAME}}"
+        raise ValueError(said)
     return found
 
 
@@ -439,9 +438,8 @@ def stretch_of(
     first = first_after(start, 0) if start else 0
     last = samples if stop is None else first_after(stop, first)
     if span is not None and last - first < 2:
-        raise RecordingError(
-            "fewer than two samples lie in the slice", remedy="widen {slice START:STOP}"
-        )
+        remedy = "widen {slice START:STOP}"
+        raise RecordingError("fewer than two samples lie in the slice", remedy=remedy)
     if stamps is None:
         even = Sampling(times=None, sample_rate=rate or 0.0)
         return Stretch(first=first, stop=last, start=first / even.sample_rate, sampling=even)

@@ -291,9 +291,8 @@ def read_analysis(path: str | Path) -> Analysis:
     documents = read_analyses(path if is_text else Path(path))
     path = "text" if is_text else path
     if len(documents) > 1:
-        raise RecordingError(
-            f"holds {len(documents)} analyses", path=str(path), remedy="give the document of one"
-        )
+        said = f"holds {len(documents)} analyses"
+        raise RecordingError(said, path=str(path), remedy="give the document of one")
     try:
         return analysis_from(documents[0])
     except (ValueError, KeyError, TypeError) as error:
