@@ -173,13 +173,9 @@ def _topic(bag: AnyReader, name: str) -> _Topic | None:
     seconds = int(stamp.sec) * 10**9 + int(stamp.nanosec)
     if not np.array_equal(ours, expected, equal_nan=True) or first[_STAMP][0] != seconds:
         raise ValueError(f"messages of {name} are not those of sensor_msgs/Imu")
-    return _Topic(
-        name=name,
-        messages=sum(one.msgcount for one in connections),
-        order=order,
-        is_stamped=seconds != 0,
-        has_forces=bool(doubles[_ACCELERATION_SPREAD_AT] != _NOT_MEASURED),
-    )
+    count, is_stamped = sum(one.msgcount for one in connections), seconds != 0
+    forces = bool(doubles[_ACCELERATION_SPREAD_AT] != _NOT_MEASURED)
+    return _Topic(name=name, messages=count, order=order, is_stamped=is_stamped, has_forces=forces)
 
 
 def _numbers(topic: str, order: str, raw: Sequence[bytes]) -> dict[str, NDArray[Any]]:

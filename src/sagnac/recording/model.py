@@ -299,6 +299,8 @@ class Recording(Compared):
         if table is not None:
             table = with_lost_readings(table, turning, sampling.sample_rate)
         pulses, of_pulses = null_pulse or (None, ())
+        dithers = (Pickoff(gyro=name, values=one) for name, one in (pickoffs or {}).items())
+        of_columns = (note for one in (*sensors, *([table] if table else [])) for note in one.notes)
         return cls(
             gyros=turning or forces,
             accelerometers=forces if turning else (),
@@ -306,16 +308,9 @@ class Recording(Compared):
             times=sampling.times,
             table=table.channel if table else None,
             null_pulse=pulses,
-            pickoffs=tuple(
-                Pickoff(gyro=name, values=values) for name, values in (pickoffs or {}).items()
-            ),
+            pickoffs=tuple(dithers),
             temperature=temperature,
-            notes=(
-                *sampling.notes,
-                *(note for one in sensors for note in one.notes),
-                *(table.notes if table else ()),
-                *of_pulses,
-            ),
+            notes=(*sampling.notes, *of_columns, *of_pulses),
         )
 
     @classmethod

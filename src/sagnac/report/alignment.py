@@ -234,18 +234,14 @@ def drift_notes(unaided: Unaided) -> list[str]:
         growth: Growth = getattr(found, name)
         share = np.sqrt(growth.variances[:, -1]) / np.maximum(growth.deviation(), 1e-300)
         alone[name] = growth.times[share > _SHARE].tolist()
+    unseen = {name for one in unaided.noises for name in one.unseen if name not in one.bounds}
     return rendered(
         "drift_notes.txt",
         unaided=unaided,
         names=NAMES,
         alone=alone,
         bias_is_prior=any(bias_is_prior(one, priors) for one in unaided.noises),
-        unseen={
-            name
-            for noise in unaided.noises
-            for name in noise.unseen
-            if name != "angle_random_walk" and name not in noise.bounds
-        },
+        unseen=unseen - {"angle_random_walk"},
         bounded={name: _bounded_axes(unaided, name) for name in NAMES},
     ).splitlines()
 

@@ -279,13 +279,11 @@ def stability_table(analysis: Analysis) -> str:
     """CSV of the curve, per gyro, after and before removal; units stand in the header."""
     units = {"tau": "[s]", **dict.fromkeys(("deviation", "low", "high"), "[deg/h]")}
     curves = {"": analysis.curve, "before_": analysis.curve_before}
-    return columns_text(
-        {
-            f"{prefix}{name}{units.get(name, '')}": values
-            for prefix, curve in curves.items()
-            for name, values in quantities.curve_columns(curve, UNITS["deg/h"]).items()
-        }
-    )
+    columns = {}
+    for prefix, curve in curves.items():
+        for name, values in quantities.curve_columns(curve, UNITS["deg/h"]).items():
+            columns[f"{prefix}{name}{units.get(name, '')}"] = values
+    return columns_text(columns)
 
 
 def family_table(analysis: Analysis) -> str:
