@@ -160,9 +160,12 @@ class Choices:
         """The task of a file; labels that are not stated are those of its path."""
         match = re.search(self.pattern, path.as_posix()) if self.pattern else None
         in_path = {} if match is None else match.groupdict()
-        all_labels = {**{name: label for name, label in in_path.items() if label}, **labels}
-        own, stated = self.settings, self.statement
-        return Task(path=str(path.absolute()), settings=own, statement=stated, labels=all_labels)
+        return Task(
+            path=str(path.absolute()),
+            settings=self.settings,
+            statement=self.statement,
+            labels={**{name: label for name, label in in_path.items() if label}, **labels},
+        )
 
 
 def tasks_of(sources: Sequence[Path], choices: Choices) -> tuple[Task, ...]:
