@@ -80,9 +80,9 @@ def _suggest(file: Path, statement: "sagnac.Statement") -> None:
         # They name the gyros, too.
         statement = replace(statement, gyros=None)
     from sagnac.core.units import split_header
-    from sagnac.recording.columns import TABLE_NAMES
+    from sagnac.recording.columns import USUAL_NAMES
 
-    turns = any(split_header(name)[0] in TABLE_NAMES for name in sagnac.columns(file))
+    turns = any(split_header(name)[0] in USUAL_NAMES["table"] for name in sagnac.columns(file))
     command = _command_for(file, statement, lacking, turns=turns)
     words = re.findall(r"\b(?:KIND|UNIT|HZ|SIZE|COLUMN)\b", command)
     said = "To read it, put in what stands in capitals"

@@ -10,13 +10,7 @@ from sagnac.core.units import TIME_UNITS, Quantity, Sensor, Unit, canonical, siz
 from sagnac.formats.source import Column
 from sagnac.formats.statement import Statements, is_counts
 from sagnac.recording.channel import KINDS, PICKOFF, Kind, quantity_of
-from sagnac.recording.columns import (
-    GYRO_NAMES,
-    NULL_PULSE_NAME,
-    TABLE_NAMES,
-    TEMPERATURE,
-    TIME_NAMES,
-)
+from sagnac.recording.columns import GYRO_NAMES, NULL_PULSE_NAME, TEMPERATURE, USUAL_NAMES
 
 # Characters of a list of columns that an error shows.
 _MOST_LISTED: Final = 400
@@ -30,7 +24,7 @@ _TIME_LIKE: Final = re.compile(
 )
 # Role of a column -> the names that it usually has, its own unless listed. No name alone makes a
 # column the temperature of the unit.
-_USUAL_NAMES: Final = {"table": TABLE_NAMES, "time": TIME_NAMES, TEMPERATURE: ()}
+_USUAL_NAMES: Final = {**USUAL_NAMES, TEMPERATURE: ()}
 # Roles with an input of their own, by which a column of it is stated.
 _INPUTS: Final = {
     "table": "{table COLUMN:UNIT}",

@@ -27,17 +27,7 @@ from sagnac.core.arrays import (
 )
 from sagnac.core.arrays import is_finite as all_finite
 from sagnac.core.errors import Note, RecordingError, is_finite, quoted, require_choice
-from sagnac.core.units import (
-    SENSED,
-    SENSORS,
-    UNITS,
-    Quantity,
-    Sensor,
-    Unit,
-    sizes,
-    split_factor,
-    unit_of,
-)
+from sagnac.core.units import SENSED, UNITS, Quantity, Sensor, Unit, sizes, split_factor, unit_of
 
 # ---- channel -----------------------------------------------------------------------
 
@@ -199,7 +189,7 @@ class Channel(Compared):
     def __post_init__(self) -> None:
         if not isinstance(self.name, str) or not self.name:
             raise ValueError(f"name is {quoted(self.name)}; give the channel a name, x for one")
-        require_choice("sensor", self.sensor, SENSORS)
+        require_choice("sensor", self.sensor, Sensor)
         if not self.shown_in:
             known = sizes(quantity_of(self.kind, self.sensor))
             in_si = next(name for name, size in known.items() if size == 1.0)
@@ -246,7 +236,7 @@ class Channel(Compared):
         >>> Channel.from_values("x", [3600.0, 7200.0], kind="increment", unit="arcsec")
         Channel(x: 2 samples, increment, shown in arcsec)
         """
-        require_choice("sensor", sensor, SENSORS)
+        require_choice("sensor", sensor, Sensor)
         size = _unit_of_channel(name, kind, unit, sensor).size
         in_si = elementwise(np.multiply, numbers(values, name), size, out=out)
         return cls(name=name, kind=kind, values=in_si, shown_in=unit, sensor=sensor)

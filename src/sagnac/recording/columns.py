@@ -32,8 +32,7 @@ from sagnac.recording.encoder_readings import MOST_MISSING_IN_A_ROW
 # What columns are called if nobody says otherwise.
 GYRO_NAMES: Final = ("x", "y", "z")
 ACCELEROMETER_NAMES: Final = ("ax", "ay", "az")
-TABLE_NAMES: Final = ("table", "alpha", "encoder")
-TIME_NAMES: Final = ("time", "t")
+USUAL_NAMES: Final = {"table": ("table", "alpha", "encoder"), "time": ("time", "t")}
 NULL_PULSE_NAME: Final = "null_pulse"
 TEMPERATURE: Final = "temperature"
 
@@ -69,7 +68,7 @@ def columns_of(
             raise ValueError(f"columns[{name!r}] is {quoted(header)}; the frame has {present}")
     wanted: dict[str, tuple[str, ...]]
     wanted = {name: (name,) for name in (*GYRO_NAMES, *ACCELEROMETER_NAMES, NULL_PULSE_NAME)}
-    wanted |= {"table": TABLE_NAMES, "time": TIME_NAMES}
+    wanted |= USUAL_NAMES
     for name, names in wanted.items() if columns is None else ():
         alike = [header for header in headers if split_header(header)[0] in names]
         if len(alike) > 1:

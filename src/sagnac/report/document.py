@@ -33,15 +33,8 @@ from sagnac.noise.cross_spectra import SelfNoise
 from sagnac.noise.estimates import Estimate, Fit, estimate_units
 from sagnac.noise.laws import COEFFICIENT_NAMES, CoefficientName
 from sagnac.noise.model_average import ModelChoice
-from sagnac.report import error_text, findings_data, note_text
+from sagnac.report import error_text, findings_data, note_text, sections
 from sagnac.report.quantities import curve_columns, curve_unit, shown_density
-from sagnac.report.sections import (
-    LINE_FIGURES,
-    LINE_PLACES,
-    line_data,
-    overall_decision,
-    verdict_data,
-)
 from sagnac.stability.curve import StabilityCurve
 
 # ---- document ----------------------------------------------------------------------
@@ -84,7 +77,7 @@ def analysis_document(analysis: Analysis) -> dict[str, Any]:
         },
         "coefficients": _coefficients(headline_coefficients(analysis)),
         **_of_sensor(analysis),
-        **({} if verdict is None else {"verdict": verdict_data(verdict)}),
+        **({} if verdict is None else {"verdict": sections.verdict_data(verdict)}),
         "parts": json_data.parts_data(analysis),
         "shares": json_data.shares_data(analysis),
         "triad": json_data.triad_data(analysis),
@@ -93,7 +86,7 @@ def analysis_document(analysis: Analysis) -> dict[str, Any]:
             name: _estimate("angle_random_walk", estimate)
             for name, estimate in analysis.per_gyro.items()
         },
-        "lines": [line_data(line) for line in analysis.lines],
+        "lines": [sections.line_data(line) for line in analysis.lines],
         "curve": {"estimator": curve.estimator, **_points(curve, units.UNITS["deg/h"], _DEVIATION)},
         **_family(analysis),
         "findings": findings_data(analysis.findings),
@@ -116,7 +109,7 @@ def many_document(analyses: Iterable[Analysis], unit: Analysis | None = None) ->
         Of which they are the gyros: its accelerometers, and what was refused, stand beside them.
     """
     analyses = list(analyses)
-    decision = overall_decision(analyses)
+    decision = sections.overall_decision(analyses)
     return {
         "schema": ANALYSES,
         "version": __version__,
@@ -417,8 +410,8 @@ def _stored_line(stated: Document, channel: str) -> Line:
         return _number(stated.get(key), size)
 
     scale, of_force = stated.get("scale", "time"), "velocity_amplitude_m_per_s"
-    kind, unit = LINE_PLACES[scale]
-    figures = {field: read(key, size) for key, (field, size) in LINE_FIGURES.items()}
+    kind, unit = sections.LINE_PLACES[scale]
+    figures = {field: read(key, size) for key, (field, size) in sections.LINE_FIGURES.items()}
     if of_force in stated:
         figures["amplitude"] = read(of_force)
     return Line(
