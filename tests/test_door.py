@@ -332,6 +332,7 @@ def test_what_is_no_recording_and_no_specification_is_named(analyzed):
 
 NOISE = np.random.default_rng(4).standard_normal(500)
 AT_10_HZ = {"kind": "rate", "sample_rate": 10.0}
+BY_FIGURES = {"tool": "kalibr", "datasheet": "N=0.15deg/sqrt(h),B=3deg/h@100s", "rate": 100.0}
 HIDDEN = np.ma.masked_array(NOISE, np.arange(500) == 6)
 
 
@@ -372,6 +373,25 @@ HIDDEN = np.ma.masked_array(NOISE, np.arange(500) == 6)
         (lambda still: sagnac.analyze(still, accepted=None), "accepted is None"),
         (lambda still: sagnac.analyze(still, gyros=None), "gyros is None"),
         (lambda still: still[5], "5 is no name and no slice"),
+        (
+            lambda still: sagnac.Recording.from_arrays(
+                x=NOISE, unit="deg", kind="angle", sample_rate=1.0, period="360"
+            ),
+            "period is '360'",
+        ),
+        (
+            lambda still: sagnac.Recording.from_arrays(
+                x=NOISE, unit="deg/h", **AT_10_HZ, pickoffs=["x"]
+            ),
+            "pickoffs is",
+        ),
+        *(
+            (
+                lambda still, wrong=wrong: sagnac.export(**{**BY_FIGURES, **wrong}),
+                f"{next(iter(wrong))} is",
+            )
+            for wrong in ({"rate": "100"}, {"topic": 3}, {"accelerometer": 3}, {"datasheet": 3})
+        ),
     ],
 )
 def test_what_makes_no_sense_is_named(call, said):

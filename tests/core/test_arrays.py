@@ -91,10 +91,10 @@ def test_values_by_blocks_are_those_of_the_whole(mapped, monkeypatch, size):
     assert np.array_equal(arrays.differences(long), np.diff(long))
     for step in (1, 3, 50, 699, 700, 701, 20_000):
         assert np.array_equal(arrays.every(long, step), long[::step])
-    assert arrays.is_finite(long)
+    assert arrays.all_finite(long)
     long[-1] = np.nan
     assert np.isnan(arrays.extent(long)).all()
-    assert not arrays.is_finite(long)
+    assert not arrays.all_finite(long)
 
 
 def test_an_operation_is_on_a_number_or_one_by_one_and_in_place_if_asked(mapped, monkeypatch):

@@ -75,6 +75,27 @@ def test_the_longest_stretch_holds_no_missing_sample(missing, first, last):
     assert start == pytest.approx(first / RATE if last else 0.0)
 
 
+@pytest.mark.parametrize(
+    ("times", "said"),
+    [
+        # Packets of ten that arrive within a millisecond of each other.
+        (
+            np.floor(np.arange(SAMPLES) / 10) * 10 / RATE + 1e-4 * (np.arange(SAMPLES) % 10),
+            "bursts",
+        ),
+        # Of each thirty samples, ten were lost.
+        ((np.arange(SAMPLES) + np.arange(SAMPLES) // 20 * 10) / RATE, "gaps"),
+    ],
+)
+def test_packets_are_told_from_losses(times, said):
+    gyro = rate_gyro(noise(0.05))
+    rate = (SAMPLES - 1) / float(times[-1])
+    (found,) = integrity(Recording(gyros=(gyro,), sample_rate=rate, times=times))
+    assert found.level == "error"
+    assert ("comes in bursts" in found.text) == (said == "bursts")
+    assert (f"{{time none}} and {{rate {rate:.6g}}}" in found.text) == (said == "bursts")
+
+
 def test_late_and_repeated_stamps_are_told_from_gaps():
     steps = np.array([1.0, 0.0, 2.0, 1.0, 4.0, 1.0, 9.0, 0.0])
     notes = uneven_notes(np.concatenate([[0.0], np.cumsum(steps)]), 1.0)

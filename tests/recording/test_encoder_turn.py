@@ -59,6 +59,27 @@ def test_an_encoder_that_starts_over_in_the_middle_is_seen_there():
     assert "short of" in text
 
 
+@pytest.mark.parametrize("scale", [1.0, 0.9999])
+@pytest.mark.parametrize("phase", [0.0, 0.3, 2.0])
+def test_a_ripple_of_the_motor_is_no_leap(scale, phase):
+    seconds = np.arange(60_000) / 200.0
+    # A motor of 24 poles at 100 deg/s moves the table itself by 10 arcsec.
+    angle = np.deg2rad(100.0 * seconds)
+    angle += 5e-5 * np.sin(24.0 * angle + phase) + 1.5e-5 * np.sin(48.0 * angle)
+    white = np.random.default_rng(3).standard_normal((2, angle.size))
+    gyros = dict(zip("xz", angle + np.cumsum(1e-7 * white, axis=1), strict=True))
+    found = leaps(
+        Recording.from_arrays(
+            **gyros,
+            table=scale * np.mod(np.rad2deg(angle), 360.0),
+            kind="angle",
+            unit="rad",
+            sample_rate=200.0,
+        )
+    )
+    assert len(found) == (scale != 1.0)
+
+
 def test_one_gyro_beside_such_an_encoder_has_a_bound_and_a_pair_its_noise():
     bad, sound = (recorded(scale, table_rate=40.0) for scale in (0.9999, 1.0))
     alone = [

@@ -176,12 +176,12 @@ def square(values: FloatArray) -> float:
     return sum(float(values[block] @ values[block]) for block in blocks(values.size))
 
 
-def is_finite(values: FloatArray) -> bool:
+def all_finite(values: FloatArray) -> bool:
     """Whether every value is a number, none of them infinite.
 
     Examples
     --------
-    >>> is_finite(np.array([1.0, np.nan]))
+    >>> all_finite(np.array([1.0, np.nan]))
     False
     """
     return all(np.isfinite(values[block]).all() for block in blocks(values.size))

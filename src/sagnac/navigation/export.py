@@ -8,7 +8,14 @@ from typing import Final, Literal
 
 from sagnac.core import units
 from sagnac.core.documents import Documented, require_source
-from sagnac.core.errors import Note, is_finite, quoted, require_choice, require_confidence
+from sagnac.core.errors import (
+    Note,
+    is_finite,
+    quoted,
+    require_choice,
+    require_confidence,
+    require_type,
+)
 from sagnac.core.overwriting import of_export, require_free
 from sagnac.core.whole_files import write_text
 from sagnac.navigation.definitions import ToolName, definition_of
@@ -227,6 +234,7 @@ def export(
             raise ValueError(f"{option} has no effect on {definition.tool}: {why}; leave it out")
     if markov not in (None, 0, 1, 2):
         raise ValueError(f"markov is {quoted(markov)}; use 0, 1 or 2")
+    require_type("datasheet", datasheet, Sequence, f"give text {FORM}")
     datasheet = [datasheet] if isinstance(datasheet, str) else datasheet
     sources = source if isinstance(source, Sequence) and not isinstance(source, str) else [source]
     for one in sources:
@@ -261,7 +269,10 @@ def export(
 
 
 def _stated(accelerometer: tuple[float, float]) -> FilterSetting:
-    density, walk = accelerometer
+    try:
+        density, walk = accelerometer
+    except (TypeError, ValueError):
+        density = walk = math.nan
     if not (is_finite(density) and density > 0.0 and is_finite(walk) and walk >= 0.0):
         raise ValueError(
             f"accelerometer is {quoted(accelerometer)}; give a density above zero, since no "

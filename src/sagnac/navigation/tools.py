@@ -10,7 +10,7 @@ from typing import Final, get_args
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from sagnac.core import units
-from sagnac.core.errors import Note, RecordingError, one_line, quoted
+from sagnac.core.errors import Note, RecordingError, is_finite, one_line, quoted
 from sagnac.core.texts import toml_tables
 from sagnac.core.version import __version__
 from sagnac.navigation.definitions import Definition, ToolName, definition_of
@@ -61,9 +61,9 @@ class SettingsFile:
     def __post_init__(self) -> None:
         if "gyro" not in self._sensors:
             raise ValueError("no gyro; give an analysis of one, or its data sheet")
-        if self.rate is not None and not self.rate > 0.0:
+        if self.rate is not None and not (is_finite(self.rate) and self.rate > 0.0):
             raise ValueError(f"rate is {quoted(self.rate)}; give Hz above zero")
-        if not _ROS_NAME.fullmatch(self.topic):
+        if not (isinstance(self.topic, str) and _ROS_NAME.fullmatch(self.topic)):
             raise ValueError(f"topic is {quoted(self.topic)}; give a name of ROS such as /imu0")
         if self.definition.axes == "one" and len(self.chosen["gyro"]) > 1:
             raise RecordingError(

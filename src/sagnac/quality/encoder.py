@@ -360,6 +360,8 @@ def _likely_unit(profile: Profile) -> str:
 # that tell the rate, and all of these.
 _STEPS: Final = 2 * _REACH + 1
 _OUTER: Final = _REACH + _STEPS + 1
+# Deviations of a ripple that no peak of it exceeds: one of a single order is 1.4 times as high.
+_RIPPLES: Final = 4.0
 
 
 def turn_notes(recording: Recording, profile: Profile) -> Notes:
@@ -391,10 +393,15 @@ def turn_notes(recording: Recording, profile: Profile) -> Notes:
         other = np.linspace(_OUTER, angle.size - 1 - _OUTER, 4001).astype(np.int64)
         usual = _excess(angle, other)
         scatter = scatter_of(usual - np.median(usual))
-        leap = float(np.median(_excess(angle, at)))
+        leaps = _excess(angle, at)
+        leap = float(np.median(leaps))
+        # What is the same in every turn, a ripple of the motor, scatters elsewhere and not here.
+        here = scatter_of(leaps - leap) ** 2 * (1.0 + 4.0 / math.sqrt(at.size))
+        ripple = math.sqrt(max(scatter**2 - here, 0.0))
         # Less is that of a sound encoder where its scale closes, or chance: a normal median is
         # 1.2533 times as wide as the mean.
-        if abs(leap) < max(10.0 * ARCSECOND, 8.0 * 1.2533 * scatter / math.sqrt(at.size)):
+        chance = 8.0 * 1.2533 * scatter / math.sqrt(at.size)
+        if abs(leap) < max(10.0 * ARCSECOND, chance, _RIPPLES * ripple):
             continue
         factor, unit = split_factor(table.shown_in)
         right = f"{factor * turn / (turn - leap):.8g}{unit}"

@@ -159,6 +159,11 @@ def stuck_notes(recording: Recording, profile: Profile) -> Notes:
 # ---- stamps ------------------------------------------------------------------------
 
 
+# Share of the stamps that follow a gap from which on they may come in bursts, of packets of two
+# hundred samples. Then most of the time lies in the gaps, unlike where packets were lost.
+_BURSTS: Final = 0.005
+
+
 def stamp_notes(recording: Recording, profile: Profile, *, omit_gaps: bool = False) -> Notes:
     """Faults of the time stamps of a recording, if there are any; gaps may be none."""
     times = recording.times
@@ -170,6 +175,7 @@ def stamp_notes(recording: Recording, profile: Profile, *, omit_gaps: bool = Fal
     nominal, problem = median_step(times), ""
     steps = differences(times)
     backwards, gaps = steps < 0.0, steps > GAP_STEPS * nominal
+    by_rate = f"state {{time none}} and {{rate {recording.sample_rate:.6g}}}"
     if backwards.any():
         first = first_of(backwards)
         problem = (
@@ -180,8 +186,17 @@ def stamp_notes(recording: Recording, profile: Profile, *, omit_gaps: bool = Fal
     elif nominal <= 0.0:
         problem = (
             "most stamps repeat the one before: the clock is too coarse for times, and their mean "
-            f"rate is {recording.sample_rate:.6g} Hz; state {{time none}} and "
-            f"{{rate {recording.sample_rate:.6g}}}"
+            f"rate is {recording.sample_rate:.6g} Hz; {by_rate}"
+        )
+    elif (
+        number_of(gaps) > _BURSTS * steps.size
+        and recording.sample_rate * nominal < 0.5
+        and not omit_gaps
+    ):
+        problem = (
+            f"comes in bursts: most stamps lie {nominal:.6g} s after the one before, and "
+            f"{number_of(gaps)} more than {GAP_STEPS:g} times as far. Those are times of arrival; "
+            f"if the samples were taken evenly, {by_rate}"
         )
     elif gaps.any() and not omit_gaps:
         first = first_of(gaps)

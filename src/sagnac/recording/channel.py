@@ -19,13 +19,13 @@ from sagnac.core.arrays import (
     BooleanArray,
     FloatArray,
     IntegerArray,
+    all_finite,
     blocks,
     differences,
     elementwise,
     empty,
     mean,
 )
-from sagnac.core.arrays import is_finite as all_finite
 from sagnac.core.errors import Note, RecordingError, is_finite, quoted, require_choice
 from sagnac.core.units import SENSED, UNITS, Quantity, Sensor, Unit, sizes, split_factor, unit_of
 

@@ -16,13 +16,13 @@ from numpy.typing import ArrayLike, NDArray
 from sagnac.core.arrays import (
     BooleanArray,
     FloatArray,
+    all_finite,
     blocks,
     differences,
     elementwise,
     every,
-    is_finite,
 )
-from sagnac.core.errors import Note, RecordingError, counted, quoted, require_type
+from sagnac.core.errors import Note, RecordingError, counted, is_finite, quoted, require_type
 from sagnac.core.units import sensor_of, split_header, unit_of
 from sagnac.recording.channel import Channel, Conversion, Kind, finite_extent, numbers, unwrapped
 from sagnac.recording.encoder_readings import MOST_MISSING_IN_A_ROW
@@ -143,9 +143,9 @@ def gyro_of(
             said = f"a counter that starts over is an angle, not kind {kind}"
             remedy = f"state {{kind angle}}, or leave out {inputs}"
             raise RecordingError(said, channel=name, remedy=remedy)
-        if not 0.0 < period < np.inf:
+        if not (is_finite(period) and period > 0.0):
             raise ValueError(
-                f"period is {period}; give the reading at which the counter starts over"
+                f"period is {quoted(period)}; give the reading at which the counter starts over"
             )
         readings = np.asarray(numbers(values, name), dtype=np.float64)
         extent = finite_extent(readings)
@@ -217,7 +217,7 @@ def pulses_of(values: ArrayLike, *, column: str = "") -> tuple[BooleanArray, tup
     given = np.asarray(values)
     levels = numbers(given.astype(np.uint8) if given.dtype.kind == "b" else given, "null_pulse")
     some = every(levels, max(1, levels.size // 100_000))
-    if np.unique(some).size > 2 or not is_finite(levels):
+    if np.unique(some).size > 2 or not all_finite(levels):
         said = f"{f'column {column} ' if column else ''}takes more than two values"
         remedy = "name a column of 0 and 1 with {null-pulse}"
         raise RecordingError(said, channel="null_pulse", remedy=remedy)
@@ -285,7 +285,7 @@ def sampling(stamps: FloatArray, stated_rate: float | None = None) -> Sampling:
         samples as fast.
     """
     times = elementwise(np.subtract, stamps, stamps[0])
-    if times.size < 2 or not is_finite(times) or times[-1] <= 0.0:
+    if times.size < 2 or not all_finite(times) or times[-1] <= 0.0:
         rate = stated_rate
         if rate is None:
             usual = median_step(times, repeats=False)

@@ -242,6 +242,8 @@ class Recording(Compared):
         """
         if not gyros:
             raise ValueError("no gyro is given; give one or more by name, x=values for one")
+        dithers = {} if pickoffs is None else pickoffs
+        require_type("pickoffs", dithers, Mapping, "give {'x': readings of its pick-off}")
         taken = [
             gyro_of(
                 name,
@@ -257,7 +259,7 @@ class Recording(Compared):
             _sampled(sample_rate, times, time_unit, taken[0].channel.values.size),
             table=None if table is None else table_of_readings(series(table, "table"), table_unit),
             null_pulse=None if null_pulse is None else pulses_of(null_pulse),
-            pickoffs={name: series(one, PICKOFF + name) for name, one in (pickoffs or {}).items()},
+            pickoffs={name: series(one, PICKOFF + name) for name, one in dithers.items()},
             temperature=None if temperature is None else series(temperature, "temperature"),
         )
 

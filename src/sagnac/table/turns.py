@@ -262,7 +262,7 @@ def function_of_angle(angle: FloatArray, kinematic: Kinematics) -> AngleFunction
         return None
     slow = np.stack([kinematic.angle, kinematic.cosine, kinematic.sine])
     free = np.array([np.inf, LARGEST_EARTH_RATE, LARGEST_EARTH_RATE])
-    plain = shown - whitened(shown, slow.copy(), free).values @ slow
+    plain = shown - whitened(shown, slow.copy(), free, groups=0).values @ slow
     time = np.arange(shown.size, dtype=np.float64)
     line = np.polynomial.Polynomial.fit(time, plain, 1)(time)
     size = max(_USUAL, float(np.std(plain - line)))
@@ -270,7 +270,8 @@ def function_of_angle(angle: FloatArray, kinematic: Kinematics) -> AngleFunction
     def fit_of(count: int, noises: tuple[float, float] | None) -> Whitened:
         phases = np.arange(1.0, count + 1.0)[:, np.newaxis] * kinematic.angle
         columns = np.concatenate([slow, np.cos(phases), np.sin(phases)])
-        return whitened(shown, columns, np.concatenate([free, np.full(2 * count, size)]), noises)
+        prior = np.concatenate([free, np.full(2 * count, size)])
+        return whitened(shown, columns, prior, noises, groups=0)
 
     most = min(highest, shown.size // _AVERAGES_AN_ORDER)
     counts = dict.fromkeys(min(count, most) for count in (0, *_ORDERS))

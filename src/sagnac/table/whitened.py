@@ -91,6 +91,8 @@ def whitened(
     columns: FloatArray,
     prior: FloatArray | float,
     noises: tuple[float, float] | None = None,
+    *,
+    groups: int = _GROUPS,
 ) -> Whitened:
     """Coefficients of columns in a target, both taken as increments about their mean.
 
@@ -107,6 +109,8 @@ def whitened(
     noises
         `Whitened.readings` and `Whitened.walk` if they are known: fits that are compared need the
         same.
+    groups
+        A decade of frequency, for `Whitened.covariance`; 0 without it.
     """
     count = target.size - 1
     # By what varies: beside its mean step the angle of a steady table hardly does. Two columns at
@@ -127,7 +131,7 @@ def whitened(
         expected = np.maximum(np.array([readings, walk]) @ laws, 1e-300)
         # Each ordinate but the mean's stands for two.
         weight = 2.0 / (expected * count) / (1.0 + power / expected / _LINE)
-        of_groups, rights = _normal_equations(ready, wanted, weight)
+        of_groups, rights = _normal_equations(ready, wanted, weight, groups)
         normal = of_groups.sum(axis=0)
         # A column that lives in one group alone is undetermined without the ridge.
         normal += np.diag(1.0 / (prior * scale) ** 2 + _RIDGE * np.diag(normal))
@@ -163,7 +167,7 @@ def _squares(ordinates: FloatArray) -> FloatArray:
 
 
 def _normal_equations(
-    columns: FloatArray, target: FloatArray, weight: FloatArray
+    columns: FloatArray, target: FloatArray, weight: FloatArray, groups: int
 ) -> tuple[FloatArray, FloatArray]:
     """`Whitened.of_groups` and `Whitened.rights` of real coefficients.
 
@@ -171,12 +175,11 @@ def _normal_equations(
     products counts: (columns, 2 ordinates) and (2 ordinates,), and (ordinates,) of weight.
     """
     normals, rights = [], []
-    weight = np.repeat(weight, 2)
-    for low, high in pairwise(2 * _edges(target.size // 2, _GROUPS)):
-        own = columns[:, low:high]
-        weighted = own * weight[low:high]
-        normals.append(weighted @ own.T)
-        rights.append(weighted @ target[low:high])
+    root = np.sqrt(np.repeat(weight, 2))
+    for low, high in pairwise(2 * _edges(target.size // 2, groups)):
+        own = columns[:, low:high] * root[low:high]
+        normals.append(own @ own.T)
+        rights.append(own @ (target[low:high] * root[low:high]))
     return np.stack(normals), np.stack(rights)
 
 
