@@ -105,13 +105,8 @@ class Pyramid:
 
     def times(self, size: float) -> "Pyramid":
         """The same in another unit."""
-        return replace(
-            self,
-            factor=size * self.factor,
-            blocks=size * self.blocks,
-            mean=size * self.mean,
-            deviation=size * self.deviation,
-        )
+        scaled = ("factor", "blocks", "mean", "deviation")
+        return replace(self, **{name: size * getattr(self, name) for name in scaled})
 
     def samples(self, start: int, stop: int) -> FloatArray:
         """The values of some samples, as they are drawn."""
@@ -246,14 +241,8 @@ def look(path: Path, texts: stated.Texts) -> Look:
         recording = _as_written(path, texts, lacking, error)
     if not recording.samples:
         raise sagnac.RecordingError("holds no sample", path=str(path), remedy="check the file")
-    return Look(
-        path=path,
-        texts=texts,
-        recording=recording,
-        lacking=lacking,
-        refusal=refusal,
-        shown=_shown(recording, raw=bool(refusal)),
-    )
+    found = Look(path=path, texts=texts, recording=recording, lacking=lacking, refusal=refusal)
+    return replace(found, shown=_shown(recording, raw=bool(refusal)))
 
 
 def _as_written(
@@ -294,12 +283,9 @@ def _shown(recording: sagnac.Recording, *, raw: bool) -> tuple[DrawnChannel, ...
     turns = [one.pyramid for one in in_si if one.of != "accelerometer"]
     fast = any(max(abs(one.mean), one.deviation) * _PER_HOUR > _FAST for one in turns)
     of_rate = ("°/s", math.degrees(1.0)) if fast else ("°/h", _PER_HOUR)
-    bare = ("", 1.0)
-    units = {
-        "gyro": bare if raw else of_rate,
-        "accelerometer": bare if raw else ("m/s²", 1.0),
-        "table": of_rate,
-    }
+    units = {"gyro": of_rate, "accelerometer": ("m/s²", 1.0), "table": of_rate}
+    if raw:
+        units |= dict.fromkeys(("gyro", "accelerometer"), ("", 1.0))
 
     def in_unit(one: DrawnChannel) -> DrawnChannel:
         unit, size = units[one.of]
@@ -442,11 +428,8 @@ def _spectrum(pyramid: Pyramid, rate: float) -> dict[str, Any]:
     frequency, density = frequency[2:-1], densities.mean(axis=0)[2:-1]
     edges = np.geomspace(frequency[0], frequency[-1], _BINS)
     first = np.unique(np.searchsorted(frequency, edges))
-    return {
-        "frequency": numbers(frequency[first]),
-        "low": numbers(np.sqrt(np.minimum.reduceat(density, first))),
-        "high": numbers(np.sqrt(np.maximum.reduceat(density, first))),
-    }
+    low, high = (one.reduceat(np.sqrt(density), first) for one in (np.minimum, np.maximum))
+    return {"frequency": numbers(frequency[first]), "low": numbers(low), "high": numbers(high)}
 
 
 def _histogram(pyramid: Pyramid) -> dict[str, Any]:

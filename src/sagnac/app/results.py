@@ -47,10 +47,8 @@ def verdict(analysis: sagnac.Analysis, specification: str) -> list[dict[str, str
 
     ValueError if the text states no limits.
     """
-    return [
-        {"gyro": one.gyro, "decision": one.decision, "reason": one.reason}
-        for one in sagnac.judge(analysis, specification).judgements
-    ]
+    judged = sagnac.judge(analysis, specification).judgements
+    return [{"gyro": one.gyro, "decision": one.decision, "reason": one.reason} for one in judged]
 
 
 def _channel(analysis: sagnac.Analysis, sensor: str) -> dict[str, Any]:
@@ -88,12 +86,10 @@ def tried(analysis: sagnac.Analysis, request: dict[str, Any], before: Any) -> di
     `before` keeps, by channel, what is the same each time. RecordingError if the analysis rests on
     no levels, or too few are left.
     """
-    found = sagnac.trial(
-        analysis,
-        left_in=[analysis.lines[number] for number in request["off"]],
-        masked=[(float(low), float(high)) for low, high in request["bands"]],
-        before=before.get(request["channel"]),
-    )
+    left_in = [analysis.lines[number] for number in request["off"]]
+    masked = [(float(low), float(high)) for low, high in request["bands"]]
+    kept = before.get(request["channel"])
+    found = sagnac.trial(analysis, left_in=left_in, masked=masked, before=kept)
     before[request["channel"]] = found.before
     again = replace(analysis, curve=found.curve, spectrum=found.spectrum)
     return {
@@ -113,14 +109,10 @@ def curve(found: sagnac.StabilityCurve) -> dict[str, Any]:
 
 def _estimate(one: sagnac.Estimate) -> dict[str, Any]:
     shown = one.in_field_unit()
-    ends = numbers(np.array([shown.value, shown.low, shown.high]))
-    return {
-        "text": format(shown),
-        "unit": shown.unit,
-        "status": one.status,
-        "confidence": one.confidence,
-        **dict(zip(("value", "low", "high"), ends, strict=True)),
-    }
+    three = numbers(np.array([shown.value, shown.low, shown.high]))
+    ends = dict(zip(("value", "low", "high"), three, strict=True))
+    stated = {"unit": shown.unit, "status": one.status, "confidence": one.confidence}
+    return {"text": format(shown), **stated, **ends}
 
 
 def figures(analysis: sagnac.Analysis) -> dict[str, Any]:
@@ -198,10 +190,7 @@ def _line(one: Any, axes: Axes) -> dict[str, Any]:
 def _of_any(one: Any) -> dict[str, Any]:
     """Opacity, and the label if it has one."""
     label = str(one.get_label())
-    return {
-        "alpha": float(one.get_alpha() or 1.0),
-        "label": "" if label.startswith("_") else label,
-    }
+    return {"alpha": float(one.get_alpha() or 1.0), "label": "" if label.startswith("_") else label}
 
 
 def _error_bars(group: Any) -> Iterator[dict[str, Any]]:

@@ -243,10 +243,6 @@ def _repeat(state: State, session: Session, asked: dict[str, Any]) -> dict[str, 
     }
 
 
-def _analyze(state: State, session: Session, asked: dict[str, Any]) -> dict[str, Any]:
-    return {"run": session.start(_task(state, asked))}
-
-
 def _ask(state: State, session: Session, asked: dict[str, Any]) -> dict[str, Any]:
     request = dict(asked["request"])
     if request["ask"] == "save":
@@ -275,7 +271,7 @@ _ANSWERS: Final[dict[str, Answer]] = {
     "spectra": lambda state, page, asked: looks.spectra_of(page.looks[asked["look"]]),
     "check": lambda state, page, asked: {"findings": looks.findings(page.looks[asked["look"]])},
     "repeat": _repeat,
-    "analyze": _analyze,
+    "analyze": lambda state, page, asked: {"run": page.start(_task(state, asked))},
     "cancel": lambda state, page, asked: {"cancelled": page.cancel(int(asked["run"]))},
     "ask": _ask,
     "bye": lambda state, page, asked: {"closed": state.sessions.close(asked["left"])},
@@ -372,10 +368,8 @@ async def _served(room: Room, first: str, port: int, opened: Callable[[str], Non
     try:
         listening = socket.create_server((HOST, port))
     except OSError as error:
-        raise sagnac.RecordingError(
-            f"port {port} cannot be listened on ({error.strerror})",
-            remedy="give another, or none ({port})",
-        ) from None
+        said = f"port {port} cannot be listened on ({error.strerror})"
+        raise sagnac.RecordingError(said, remedy="give another, or none ({port})") from None
     port = listening.getsockname()[1]
     state = State(token=secrets.token_urlsafe(32), port=port, room=room, first=first)
     server = HTTPServer(application(state), max_body_size=_LARGEST_REQUEST)

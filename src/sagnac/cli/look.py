@@ -55,7 +55,7 @@ def check(file: typed.File, /, *, options: typed.Options = typed.NO_OPTIONS) -> 
         below = text.findings(findings), text.notes(recording.notes)
         print(text.blocks(text.recording(recording), *below), end="\n\n")
         turns = recording.table is not None
-        print(f"read with: {_command_for(file, statement, turns=turns)}")
+        print(f"read with: {_command_for(file, statement, {}, turns=turns)}")
         if besides := accelerometers_in(file, statement):
             command = _command_for(file, statement, besides, turns=turns)
             print(f"with its accelerometers: {command}")
@@ -80,9 +80,9 @@ def _suggest(file: Path, statement: "sagnac.Statement") -> None:
         # They name the gyros, too.
         statement = replace(statement, gyros=None)
     from sagnac.core.units import split_header
-    from sagnac.recording.columns import TABLE_NAMES
+    from sagnac.recording.columns import USUAL_NAMES
 
-    turns = any(split_header(name)[0] in TABLE_NAMES for name in sagnac.columns(file))
+    turns = any(split_header(name)[0] in USUAL_NAMES["table"] for name in sagnac.columns(file))
     command = _command_for(file, statement, lacking, turns=turns)
     words = re.findall(r"\b(?:KIND|UNIT|HZ|SIZE|COLUMN)\b", command)
     said = "To read it, put in what stands in capitals"
@@ -114,14 +114,10 @@ def _suggest(file: Path, statement: "sagnac.Statement") -> None:
 
 
 def _command_for(
-    file: Path,
-    statement: "sagnac.Statement",
-    besides: Mapping[str, str] | None = None,
-    *,
-    turns: bool = False,
+    file: Path, statement: "sagnac.Statement", besides: Mapping[str, str], *, turns: bool
 ) -> str:
     """The command that would read a file with what is stated, and with other options besides."""
-    options = _options_of(statement, besides or {})
+    options = _options_of(statement, besides)
     turns = turns if "table" not in options else options["table"] != "none"
     words = ["sagnac", "analyze" if turns else "avar", shlex.quote(str(file))]
     for name, value in options.items():
@@ -224,13 +220,13 @@ def plan(
     within
         Half width of the interval of N: 10%,5%,2%,1% unless stated.
     """
+    from sagnac.formats.files import about
+
     settings = typed.settings_of(options)
     with reading(file, options) as read:
         analysis = read.analyzed(settings)
-    try:
+    with about(file):
         found = sagnac.plan(analysis, within=within)
-    except sagnac.RecordingError as error:
-        raise error.at(str(file)) from None
     refused = {name: error_text(error) for name, error in found.refused.items()}
     if options.as_json:
         print(json.dumps(_plan_document(found.plans, refused), allow_nan=False, indent=1))

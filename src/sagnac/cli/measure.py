@@ -167,12 +167,9 @@ def avar(
     if options.as_json:
         from sagnac.report.document import self_noise_data
 
-        results.print_documents(
-            analysis.each,
-            single=not analysis.gyros,
-            unit=analysis,
-            beside={} if alone is None else self_noise_data(alone),
-        )
+        beside = {} if alone is None else self_noise_data(alone)
+        single = not analysis.gyros
+        results.print_documents(analysis.each, single=single, unit=analysis, beside=beside)
         return results.verdict_status([analysis])
     curve = report.curve or bench.estimator is not None
     for gyro in analysis.each:

@@ -86,9 +86,8 @@ def export(
         File to write.
     """
     if not (analyses or options.accelerometer or options.datasheet):
-        raise results.UsageError(
-            "give an analysis.json, or what a data sheet states with --datasheet"
-        )
+        said = "give an analysis.json, or what a data sheet states with --datasheet"
+        raise results.UsageError(said)
     made = sagnac.export(analyses or (), output, **asdict(options), force=force)
     for setting in made.settings:
         print(one_line(setting.in_words()))
@@ -169,9 +168,8 @@ def align(
         JSON, nothing else.
     """
     if start.table_rate is not None and start.latitude is None:
-        raise results.UsageError(
-            "--table-rate needs --latitude, since azimuth is found from Earth rate"
-        )
+        said = "--table-rate needs --latitude, since azimuth is found from Earth rate"
+        raise results.UsageError(said)
     results.require_place(output, "alignment", [source], force=force)
     results.ready_to_draw()
     from sagnac.core.whole_files import made, write_text
@@ -184,12 +182,8 @@ def align(
     unaided, prospect = ahead.unaided, ahead.prospect
     found = {} if prospect is None else shown.prospect_document(prospect)
     notes = [*found.pop("notes", [words] if words else []), *shown.drift_notes(unaided)]
-    document = {
-        "schema": shown.SCHEMA,
-        **found,
-        **shown.drift_document(unaided),
-        "notes": list(dict.fromkeys(notes)),
-    }
+    document = {"schema": shown.SCHEMA, **found, **shown.drift_document(unaided)}
+    document["notes"] = list(dict.fromkeys(notes))
     if as_json:
         print(to_json(document))
     else:

@@ -170,14 +170,12 @@ Workers = Annotated[
     one_argument(texts.whole_number, "N", help="Processes; one for each core unless stated."),
 ]
 Force = Annotated[
-    bool,
-    Parameter(group=OUTPUT, help="Write over files that are read, or that no such run made."),
+    bool, Parameter(group=OUTPUT, help="Write over files that are read, or that no such run made.")
 ]
 Debug = Annotated[bool, Parameter(group=OUTPUT, help="Traceback on errors.")]
 Json = Annotated[bool, Parameter(group=OUTPUT, name="--json")]
 SeveralNames = Annotated[
-    tuple[str, ...] | None,
-    Parameter(converter=_each, n_tokens=1, group=ANALYSIS, metavar="NAME,…"),
+    tuple[str, ...] | None, Parameter(converter=_each, n_tokens=1, group=ANALYSIS, metavar="NAME,…")
 ]
 _Names = tuple[str, ...] | None
 _OneOrByName = str | Mapping[str, str] | None
@@ -236,9 +234,7 @@ class Reading:
     table: Annotated[str | None, Parameter(group=READING, metavar="COLUMN[:UNIT]")] = None
     columns: Annotated[_ByName, _of_file(texts.by_name, "x=NAME,z=NAME")] = None
     slice: Annotated[texts.Span | None, _of_file(texts.span, "START:STOP")] = None
-    counter_bits: Annotated[int | None, one_argument(texts.whole_number, "BITS", group=READING)] = (
-        None
-    )
+    counter_bits: Annotated[int | None, _of_file(texts.whole_number, "BITS")] = None
     counter_period: Annotated[float | None, Parameter(group=READING, metavar="COUNTS")] = None
     null_pulse: Annotated[str | None, Parameter(group=READING, metavar="COLUMN")] = None
     accelerometers: Annotated[_Names, _of_file(texts.names, "ax,ay,az")] = None
@@ -382,11 +378,8 @@ class Options(Reading):
     @property
     def as_toml(self) -> str:
         """TOML of the options that were typed, without those that belong to one run alone."""
-        typed = {
-            name: getattr(self, name)
-            for name in _REPEATED
-            if getattr(self, name) != _DEFAULTS[name]
-        }
+        stated = {name: getattr(self, name) for name in _REPEATED}
+        typed = {name: value for name, value in stated.items() if value != _DEFAULTS[name]}
         if "slice" in typed:
             typed["slice"] = texts.text_of(typed["slice"])
         return texts.toml_table(typed)

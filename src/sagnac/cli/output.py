@@ -7,7 +7,6 @@ show one line that is written over on a terminal, else a line a minute.
 import importlib
 import os
 import sys
-import textwrap
 import time
 from collections.abc import Callable, Container, Iterable, Iterator, Mapping, Sequence
 from contextlib import chdir, contextmanager
@@ -18,7 +17,7 @@ import sagnac
 from sagnac.core import overwriting
 from sagnac.core.errors import MissingExtra, RecordingError, WouldOverwrite, one_line, visible
 from sagnac.core.texts import OPTION_OF
-from sagnac.report import as_typed, error_text
+from sagnac.report import as_typed, error_text, wrapped
 
 if TYPE_CHECKING:
     from rich.progress import TaskID
@@ -124,13 +123,8 @@ def progress_shown(prefix: str = "") -> Iterator[Progress]:
     from rich.progress import BarColumn, TextColumn, TimeElapsedColumn
     from rich.progress import Progress as Bars
 
-    bars = Bars(
-        TextColumn("{task.description:<24}"),
-        BarColumn(bar_width=36),
-        TimeElapsedColumn(),
-        console=Console(stderr=True),
-        transient=True,
-    )
+    columns = (TextColumn("{task.description:<24}"), BarColumn(bar_width=36), TimeElapsedColumn())
+    bars = Bars(*columns, console=Console(stderr=True), transient=True)
     tasks: dict[str, TaskID] = {}
 
     def show(stage: str, fraction: float) -> None:
@@ -246,9 +240,8 @@ def require_place(
     there = next(place for place in (folder, *folder.absolute().parents) if place.exists())
     if not there.is_dir() or not os.access(there, os.W_OK | os.X_OK):
         why = "is no folder" if not there.is_dir() else "may not be written to"
-        raise RecordingError(
-            f"{there} {why}", path=str(folder), remedy="choose another folder (-o)"
-        )
+        remedy = "choose another folder (-o)"
+        raise RecordingError(f"{there} {why}", path=str(folder), remedy=remedy)
     overwriting.require_free(overwriting.outputs_in(folder, what), reads, force=force)
     ready_to_draw()
 
@@ -318,11 +311,4 @@ def print_paths(paths: Sequence[Path]) -> None:
     folders = dict.fromkeys(path.parent for path in paths)
     for folder in folders:
         names = [path.name for path in paths if path.parent == folder]
-        line = textwrap.fill(
-            f"wrote {one_line(str(folder))}/: {', '.join(names)}",
-            80,
-            subsequent_indent="  ",
-            break_long_words=False,
-            break_on_hyphens=False,
-        )
-        print(line)
+        print(wrapped(f"wrote {one_line(str(folder))}/: {', '.join(names)}"))

@@ -77,11 +77,9 @@ def reading(
             raise error.at(str(file)) from error
         except (ValueError, ArithmeticError) as error:
             # numpy's LinAlgError is a ValueError.
-            raise sagnac.RecordingError(
-                f"the analysis fails ({error}) on {_numbers(recording)}",
-                path=str(file),
-                remedy="look at the data with sagnac check",
-            ) from error
+            said = f"the analysis fails ({error}) on {_numbers(recording)}"
+            remedy = "look at the data with sagnac check"
+            raise sagnac.RecordingError(said, path=str(file), remedy=remedy) from error
 
 
 def _numbers(recording: "sagnac.Recording") -> str:

@@ -53,9 +53,8 @@ class RigOptions:
         from sagnac.rig.sections import ConfigurationError, overlaid
 
         if self.table_rate is not None and config.table.profile:
-            raise results.UsageError(
-                "--table-rate has no effect on a table.profile; remove one of them"
-            )
+            said = "--table-rate has no effect on a table.profile; remove one of them"
+            raise results.UsageError(said)
         stated = {
             "--kind": ("kind", self.kind),
             "--seed": ("seed", self.seed),
@@ -101,11 +100,9 @@ def simulate(
         A unit with the noise, low-pass and readout that were measured; CONFIG.toml goes over it.
     """
     if preset is not None and (config is not None or like is not None):
-        other, remedy = (
-            ("CONFIG.toml", "write preset in the TOML")
-            if like is None
-            else ("--like", "write what differs in a TOML")
-        )
+        other, remedy = "CONFIG.toml", "write preset in the TOML"
+        if like is not None:
+            other, remedy = "--like", "write what differs in a TOML"
         raise results.UsageError(f"--preset and {other} exclude each other; {remedy}")
     from sagnac.formats.statement import of_simulation
     from sagnac.rig import config as rigs
@@ -144,9 +141,8 @@ def _like(path: Path) -> "tuple[sagnac.RigConfig, tuple[str, ...]]":
 
     document, *others = read_analyses(path)
     if others:
-        raise sagnac.RecordingError(
-            "holds several analyses", path=str(path), remedy="give that of one recording"
-        )
+        remedy = "give that of one recording"
+        raise sagnac.RecordingError("holds several analyses", path=str(path), remedy=remedy)
     try:
         base = sagnac.RigConfig.from_analysis(document)
     except ConfigurationError as error:

@@ -165,9 +165,8 @@ def read_analyses(source: Path | str) -> tuple[Mapping[str, Any], ...]:
         try:
             check_analysis(one)
         except ValueError as error:
-            raise RecordingError(
-                f"breaks its schema {ANALYSIS}: {error}", path=str(path), remedy=_REMEDY
-            ) from None
+            said = f"breaks its schema {ANALYSIS}: {error}"
+            raise RecordingError(said, path=str(path), remedy=_REMEDY) from None
     return tuple(several)
 
 
@@ -182,14 +181,10 @@ def documents_of(path: Path) -> tuple[Path, ...]:
     if not path.is_dir():
         return (path,)
     for pattern in ("analysis.json", "*/analysis.json", "reports/*/analysis.json"):
-        found = tuple(sorted(path.glob(pattern)))
-        if found:
+        if found := tuple(sorted(path.glob(pattern))):
             return found
-    raise RecordingError(
-        "holds no analysis.json",
-        path=str(path),
-        remedy="give the folder that an analysis wrote, or that of a campaign",
-    )
+    remedy = "give the folder that an analysis wrote, or that of a campaign"
+    raise RecordingError("holds no analysis.json", path=str(path), remedy=remedy)
 
 
 def check_analysis(document: object) -> None:
@@ -214,13 +209,11 @@ def _json(path: Path, text: str | None) -> Any:
         text = path.read_text(encoding="utf-8") if text is None else text
         return json.loads(text, parse_constant=_refused)
     except OSError as error:
-        raise RecordingError(
-            f"cannot be read ({error.strerror})", path=str(path), remedy="check the path"
-        ) from None
+        said = f"cannot be read ({error.strerror})"
+        raise RecordingError(said, path=str(path), remedy="check the path") from None
     except (ValueError, RecursionError) as error:
-        raise RecordingError(
-            f"is no JSON: {_reason(error)}", path=str(path), remedy=_REMEDY
-        ) from None
+        said = f"is no JSON: {_reason(error)}"
+        raise RecordingError(said, path=str(path), remedy=_REMEDY) from None
 
 
 def _reason(error: Exception) -> str:

@@ -116,7 +116,7 @@ class RecordingError(ValueError):
     channel
         Gyro name, ``table``, ``time``, or empty where it is about the whole.
     remedy
-        What to do, one line, or empty.
+        What to do, one line; unless stated the usual one of the class, if it has any.
 
     Examples
     --------
@@ -127,11 +127,14 @@ class RecordingError(ValueError):
     run.csv: time: has 3 gaps; use slice
     """
 
+    usual_remedy = ""
+
     def __init__(
         self, problem: str, *, path: str = "", channel: str = "", remedy: str = ""
     ) -> None:
         super().__init__(problem)
-        self.problem, self.path, self.channel, self.remedy = problem, path, channel, remedy
+        self.problem, self.path, self.channel = problem, path, channel
+        self.remedy = remedy or self.usual_remedy
 
     @classmethod
     def of(cls, note: Note, path: str = "") -> Self:
@@ -156,15 +159,7 @@ class RecordingError(ValueError):
 class WouldOverwrite(RecordingError):
     """A file is there that would be lost: why it is not written over."""
 
-    def __init__(
-        self,
-        problem: str,
-        *,
-        path: str = "",
-        channel: str = "",
-        remedy: str = "choose another output, or state {force} to write over it",
-    ) -> None:
-        super().__init__(problem, path=path, channel=channel, remedy=remedy)
+    usual_remedy = "choose another output, or state {force} to write over it"
 
 
 class MissingExtra(ImportError):

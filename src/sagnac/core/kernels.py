@@ -5,7 +5,7 @@ And products of matrices by one thread.
 
 import warnings
 from collections.abc import Callable
-from contextlib import AbstractContextManager
+from contextlib import AbstractContextManager, suppress
 from functools import cache
 from typing import Any, Final, TypeVar
 
@@ -37,15 +37,13 @@ def compiled(**options: Any) -> Callable[[_Function], _Function]:
         loop: _Function
         try:
             loop = numba.njit(cache=True, nogil=True, **options)(function)
+            # NUMBA_DISABLE_JIT: it stays an interpreted loop, with nothing to cache.
+            if loop is not function:
+                _guard(loop)
         except RuntimeError:
             # There is no folder to cache in.
             _NOT_KEPT.add(function.__qualname__)
             loop = numba.njit(cache=False, nogil=True, **options)(function)
-            return loop
-        if loop is function:
-            # NUMBA_DISABLE_JIT: it stays an interpreted loop, with nothing to cache.
-            return loop
-        _guard(loop)
         return loop
 
     return decorate
@@ -101,7 +99,5 @@ def _guard(loop: Any) -> None:
 
 
 def _forget(cache: Any) -> None:
-    try:
+    with suppress(OSError):
         cache.flush()
-    except OSError:
-        return

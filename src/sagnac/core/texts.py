@@ -121,17 +121,8 @@ def is_bare(text: str) -> bool:
 _NUMBER: Final = giving("a number")(float)
 
 
-@giving("a whole number")
-def whole_number(text: str) -> int:
-    """``7`` as a number; ``1.5`` is none.
-
-    Raises
-    ------
-    ValueError
-        If it is none.
-    """
-    return int(text)
-
+whole_number: Final = giving("a whole number")(int)
+"""``7`` as a number; ``1.5`` is none."""
 
 # What is no text itself.
 _VALUES: Final[Mapping[str, Callable[[str], Any]]] = {

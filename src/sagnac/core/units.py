@@ -6,7 +6,7 @@ Inside the package every angle is in rad, every rate in rad/s and every time in 
 import math
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final, Literal, get_args
 
 from sagnac.core.errors import quoted, require_choice
@@ -226,33 +226,31 @@ SENSED: Final[Mapping[Sensor, Sensed]] = {
     ),
 }
 
-_ALIASES: Final[dict[str, str]] = {
-    **{
-        alias: name
-        for name, aliases in {
-            "arcsec": ('"', "as", "arcseconds"),
-            "deg": ("degree", "degrees"),
-            "rad": ("radian", "radians"),
-            "rev": ("turn",),
-            "deg/s": ("dps", "deg/sec", "deg s^-1", "°/sec", "°/sek", "grad/s"),
-            "mdeg/s": ("mdps",),
-            "rad/s": ("rad/sec", "rad s^-1", "rad*s^-1"),
-            "deg/h": ("deg/hr", "°/hr", "dph"),
-            "m/s^2": ("m s^-2", "m/s2", "m/s**2", "m/s/s", "m*s^-2"),
-            "mg": ("milli-g",),
-            "ug": ("micro-g",),
-            "s": ("sec", "sek", "second", "seconds"),
-            "ms": ("msec", "milliseconds"),
-            "us": ("usec", "microseconds", "μs"),
-            "ns": ("nsec", "nanoseconds"),
-            "min": ("minutes",),
-            "h": ("hr", "hours"),
-            "deg/sqrt(h)": ("deg/√h", "deg/√hr", "deg/sqrt(hr)"),
-            "deg/s/sqrt(Hz)": ("deg/s/√hz", "deg/s/sqrt(hz)", "dps/√hz", "dps/sqrt(hz)"),
-            "deg/h/sqrt(h)": ("deg/h/√h", "deg/h^1.5", "deg/hr/sqrt(hr)"),
-        }.items()
-        for alias in aliases
-    },
+# Name of a unit -> how else it is written, besides its symbol.
+_SPELLINGS: Final = {
+    "arcsec": ('"', "as", "arcseconds"),
+    "deg": ("degree", "degrees"),
+    "rad": ("radian", "radians"),
+    "rev": ("turn",),
+    "deg/s": ("dps", "deg/sec", "deg s^-1", "°/sec", "°/sek", "grad/s"),
+    "mdeg/s": ("mdps",),
+    "rad/s": ("rad/sec", "rad s^-1", "rad*s^-1"),
+    "deg/h": ("deg/hr", "°/hr", "dph"),
+    "m/s^2": ("m s^-2", "m/s2", "m/s**2", "m/s/s", "m*s^-2"),
+    "mg": ("milli-g",),
+    "ug": ("micro-g",),
+    "s": ("sec", "sek", "second", "seconds"),
+    "ms": ("msec", "milliseconds"),
+    "us": ("usec", "microseconds", "μs"),
+    "ns": ("nsec", "nanoseconds"),
+    "min": ("minutes",),
+    "h": ("hr", "hours"),
+    "deg/sqrt(h)": ("deg/√h", "deg/√hr", "deg/sqrt(hr)"),
+    "deg/s/sqrt(Hz)": ("deg/s/√hz", "deg/s/sqrt(hz)", "dps/√hz", "dps/sqrt(hz)"),
+    "deg/h/sqrt(h)": ("deg/h/√h", "deg/h^1.5", "deg/hr/sqrt(hr)"),
+}
+_ALIASES: Final = {
+    **{one: name for name, spellings in _SPELLINGS.items() for one in spellings},
     **{unit.symbol: unit.name for unit in UNITS.values() if unit.symbol != unit.name},
 }
 _FACTOR: Final = re.compile(r"\s*(\d+\.?\d*(?:[eE][-+]?\d+)?|\.\d+(?:[eE][-+]?\d+)?)\s*(\S.*)$")
@@ -333,17 +331,12 @@ def unit_of(text: str, quantity: Quantity) -> Unit:
     factor, name = split_factor(text)
     known = sizes(quantity)
     if name not in known or not factor > 0.0:
-        raise ValueError(
-            f"unit {text!r} is not a unit of {quantity}; use one of {', '.join(known)}"
-        )
+        said = f"unit {text!r} is not a unit of {quantity}; use one of {', '.join(known)}"
+        raise ValueError(said)
+    unit, size = UNITS[name], factor * known[name]
     if factor == 1.0:
-        return UNITS[name]
-    return Unit(
-        name=f"{factor:g}{name}",
-        symbol=f"{factor:g} {UNITS[name].symbol}",
-        quantity=quantity,
-        size=factor * known[name],
-    )
+        return unit
+    return replace(unit, name=f"{factor:g}{name}", symbol=f"{factor:g} {unit.symbol}", size=size)
 
 
 def sensor_of(unit: str) -> Sensor:
@@ -354,8 +347,7 @@ def sensor_of(unit: str) -> Sensor:
     >>> sensor_of("m/s^2"), sensor_of("0.5mg"), sensor_of("deg/s")
     ('accelerometer', 'accelerometer', 'gyro')
     """
-    name = split_factor(unit)[1]
-    is_force = name in VELOCITY_UNITS or name in ACCELERATION_UNITS
+    is_force = split_factor(unit)[1] in (*VELOCITY_UNITS, *ACCELERATION_UNITS)
     return "accelerometer" if is_force else "gyro"
 
 

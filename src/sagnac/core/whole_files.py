@@ -102,14 +102,9 @@ def _part_of(path: Path, *, becomes: Path | None = None) -> Iterator[Path]:
     except OSError as error:
         raise _unwritable(path, error) from error
     except RecordingError as error:
-        if becomes is None or Path(error.path).parent != temporary:
-            raise
-        raise RecordingError(
-            error.problem,
-            path=str(becomes / Path(error.path).name),
-            channel=error.channel,
-            remedy=error.remedy,
-        ) from error.__cause__
+        if becomes is not None and Path(error.path).parent == temporary:
+            error.path = str(becomes / Path(error.path).name)
+        raise
     finally:
         with _signals_waiting():
             if temporary is not None:
@@ -239,10 +234,8 @@ def _may_move(folder: Path, new: Path) -> bool:
 def _move_into(folder: Path, new: Path) -> None:
     """Let the files of a folder take the places of those in another, and its folders theirs."""
     # The document tells whose files these are: it goes last and comes first.
-    files = sorted(
-        (path.relative_to(new) for path in new.rglob("*") if not path.is_dir()),
-        key=lambda path: path.suffix != ".json",
-    )
+    files = [path.relative_to(new) for path in new.rglob("*") if not path.is_dir()]
+    files.sort(key=lambda path: path.suffix != ".json")
     with _signals_waiting():
         for path in reversed(files):
             (folder / path).unlink(missing_ok=True)
@@ -263,10 +256,8 @@ def remove_leftovers(path: Path) -> None:
 def _is_alive(process: int) -> bool:
     try:
         os.kill(process, 0)
-    except ProcessLookupError:
-        return False
-    except (OSError, OverflowError):
-        return True
+    except (OSError, OverflowError) as error:
+        return not isinstance(error, ProcessLookupError)
     return True
 
 

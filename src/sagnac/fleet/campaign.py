@@ -139,26 +139,17 @@ def campaign(
     tasks = tasks_of(paths, _choices(settings or Settings(), pattern, choices))
     if scheduler is not None and (workers is not None or memory is not None):
         raise ValueError("workers and memory are of this machine; a cluster has its own")
-    completed: Completed = (
-        partial(completed_here, means=means_of(workers, memory))
-        if scheduler is None
-        else partial(completed_there, scheduler=scheduler)
-    )
+    completed: Completed = partial(completed_here, means=means_of(workers, memory))
+    if scheduler is not None:
+        completed = partial(completed_there, scheduler=scheduler)
     require_free(outputs_in(place, "campaign"), [Path(task.path) for task in tasks], force=force)
     made = run(tasks, place, completed, span=span, told=told)
     lines = tuple(lines_of(made.each))
     replaced = rows_replaced(place, made.rows)
     title = paths[0].stem if len(paths) == 1 else f"{len(tasks)} recordings"
-    return CampaignReport(
-        campaign=made,
-        lines=lines,
-        replaced=replaced,
-        paths=(
-            write_page(made, lines, place, title),
-            *write_tables(lines, place),
-            *write_overview(lines, walk_limits(made), place),
-        ),
-    )
+    page, tables = write_page(made, lines, place, title), write_tables(lines, place)
+    written = (page, *tables, *write_overview(lines, walk_limits(made), place))
+    return CampaignReport(campaign=made, lines=lines, replaced=replaced, paths=written)
 
 
 def _choices(settings: Settings, pattern: str, given: dict[str, Any]) -> Choices:

@@ -19,7 +19,7 @@ the shortest 16 of 100 campaigns without any scatter. So it claims no more than 
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Final
 
 import numpy as np
@@ -33,6 +33,8 @@ from sagnac.core.arrays import FloatArray
 
 # Share of a squared length that rounding leaves of a direction that others already span.
 _NOTHING: Final = 1e-10
+# Name of a factor -> the label of each run.
+Factors = Mapping[str, tuple[str, ...]]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -52,15 +54,12 @@ class Design:
     """
 
     values: FloatArray
-    factors: Mapping[str, tuple[str, ...]]
+    factors: Factors
     variances: FloatArray
 
     @classmethod
     def of(
-        cls,
-        values: ArrayLike,
-        factors: Mapping[str, tuple[str, ...]],
-        variances: ArrayLike | None = None,
+        cls, values: ArrayLike, factors: Factors, variances: ArrayLike | None = None
     ) -> "Design":
         """A design of anything that numpy takes for numbers; see the class."""
         numbers = np.asarray(values, dtype=np.float64)
@@ -200,11 +199,8 @@ def restricted_components(design: Design) -> Components:
     starts = [np.full(count, 1.0 / count), np.append(np.full(factors, 0.02), 0.5)]
     bounds = [(0.0, None)] * factors + [(1e-9, None)]
     stop = {"ftol": 1e-14, "gtol": 1e-9, "maxiter": 500}
-    fits = [
-        minimize(loss, start, jac=True, method="L-BFGS-B", bounds=bounds, options=stop)
-        for start in starts
-    ]
-    best = min(fits, key=lambda fit: float(fit.fun)).x
+    fit = partial(minimize, loss, jac=True, method="L-BFGS-B", bounds=bounds, options=stop)
+    best = min(map(fit, starts), key=lambda found: float(found.fun)).x
     return components_of(np.where(best < _ABSENT, 0.0, best))
 
 
@@ -246,14 +242,11 @@ def draws_of(
         return _variances(chosen, squares, known, even, bounded=bounded)
 
     run = of_runs(bounded=False)
-    draws = {
-        name: _variances(
-            random.chisquare(design.contrasts(name).shape[1], count),
-            *_factor_squares(design, name, run),
-            bounded=name == bounded,
-        )
-        for name in design.seen
-    }
+    draws = {}
+    for name in design.seen:
+        chosen = random.chisquare(design.contrasts(name).shape[1], count)
+        squares_of = _factor_squares(design, name, run)
+        draws[name] = _variances(chosen, *squares_of, bounded=name == bounded)
     return {**draws, "run": of_runs(bounded=True) if bounded == "run" else run}
 
 

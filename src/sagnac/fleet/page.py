@@ -17,22 +17,18 @@ from sagnac.core.units import HOUR
 from sagnac.core.version import __version__
 from sagnac.core.whole_files import write_text
 from sagnac.fleet.runner import Campaign
-from sagnac.fleet.study import Repeatability
-from sagnac.fleet.table import (
-    Line,
-    groups_of,
-    is_whole,
-    scatter_of,
-    walk_limits,
-    yield_of,
-)
+from sagnac.fleet.study import FACTORS, Repeatability
+from sagnac.fleet.table import Line, groups_of, is_whole, scatter_of, walk_limits, yield_of
 from sagnac.noise.estimates import Interval
 from sagnac.report.figures import STYLE, PowersOfTen, styled, svg, write_png
 from sagnac.report.frame import BLUE, GREEN, INK, OCHRE, ORANGE, literal
-from sagnac.report.quantities import figures, number, typeset
+from sagnac.report.quantities import ending, figures, number, typeset
 from sagnac.report.sections import rendered
 
 # ---- figures -----------------------------------------------------------------------
+
+Curve = Mapping[str, Any]
+"""A curve as an ``analysis.json`` holds it."""
 
 # Panels beyond this are too small to read.
 MOST_PANELS: Final = 48
@@ -46,7 +42,7 @@ _VERDICT_COLORS: Final = {"": BLUE, "fail": ORANGE, "undecided": OCHRE}
 _TITLE: Final = {"fontsize": 7.0, "loc": "left", "pad": 3.0}
 
 
-def curve_panels(panels: Mapping[str, Sequence[Mapping[str, Any]]]) -> Figure:
+def curve_panels(panels: Mapping[str, Sequence[Curve]]) -> Figure:
     """Allan deviation of every recording, a panel for each unit and rate, all others faint.
 
     Parameters
@@ -156,11 +152,7 @@ def write_overview(
     figure = control_chart(shown, None, limits)
     if len(shown) <= _MOST_NAMES:
         (axes,) = figure.axes
-        names = [Path(line.file).stem for line in shown]
-        names = [
-            name if len(name) <= _LONGEST_NAME else f"…{name[1 - _LONGEST_NAME :]}"
-            for name in names
-        ]
+        names = [ending(Path(line.file).stem, _LONGEST_NAME) for line in shown]
         if len(groups_of(shown)) > 1:
             names = [f"{name}, {line.gyros}" for name, line in zip(names, shown, strict=True)]
         names = [literal(name) for name in names]
@@ -199,18 +191,13 @@ def _scale(axes: Axes, across: str) -> None:
         axes.set_yscale("log")
 
 
-def _points(curve: Mapping[str, Any]) -> tuple[list[float], list[float]]:
+def _points(curve: Curve) -> tuple[list[float], list[float]]:
     return curve["tau_s"], curve["deviation_deg_per_h"]
 
 
 # ---- page --------------------------------------------------------------------------
 
-_BETWEEN: Final = {
-    "unit": "between units",
-    "day": "between days",
-    "rate": "between rates",
-    "run": "between runs",
-}
+_BETWEEN: Final = {name: f"between {name}s" for name in (*FACTORS, "run")}
 
 
 def write_page(campaign: Campaign, lines: Sequence[Line], folder: Path, title: str) -> Path:
@@ -232,11 +219,8 @@ def write_page(campaign: Campaign, lines: Sequence[Line], folder: Path, title: s
     RecordingError
         If the folder cannot be written to.
     """
-    curves = {
-        line: row.analysis["curve"]
-        for row, line in zip(campaign.each, lines, strict=True)
-        if "curve" in row.analysis
-    }
+    pairs = zip(campaign.each, lines, strict=True)
+    curves = {line: row.analysis["curve"] for row, line in pairs if "curve" in row.analysis}
     limits = walk_limits(campaign)
     failed = [line for line in lines if line.state != "done"]
     twice = sum(bool(line.same_as) for line in lines)
@@ -275,14 +259,11 @@ def reason_text(file: str, reason: str) -> str:
 
 
 def _group(
-    name: str,
-    lines: Sequence[Line],
-    curves: Mapping[Line, Mapping[str, Any]],
-    limits: Sequence[float],
+    name: str, lines: Sequence[Line], curves: Mapping[Line, Curve], limits: Sequence[float]
 ) -> dict[str, Any]:
     """Lines of one method and one choice of gyros: their scatter and figures."""
     scatter, gyros = scatter_of(lines), lines[0].gyros
-    panels: dict[str, list[Mapping[str, Any]]] = {}
+    panels: dict[str, list[Curve]] = {}
     for line in lines:
         if line in curves:
             panels.setdefault(panel_title(line), []).append(curves[line])
@@ -298,12 +279,8 @@ def _group(
         chart = control_chart(scatter.lines, scatter.answer, limits)
         drawn.append((Markup(svg(chart, f"chart-{name}", "N by recording")), caption))
     of_gyros = f"Gyros {gyros.replace(',', ' − ')}" if "," in gyros else f"Gyro {gyros}"
-    return {
-        "title": f"{of_gyros}, method {lines[0].method}",
-        "lines": lines,
-        "scatter": scatter,
-        "figures": drawn,
-    }
+    title = f"{of_gyros}, method {lines[0].method}"
+    return {"title": title, "lines": lines, "scatter": scatter, "figures": drawn}
 
 
 def deviation_words(found: Repeatability) -> list[tuple[str, str, str]]:

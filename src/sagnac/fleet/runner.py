@@ -126,9 +126,8 @@ def completed_there(tasks: Sequence[Task], folder: Path, scheduler: str) -> Iter
         for task in waiting.values():
             yield lost(task, f"the scheduler was lost; {_GOES_ON}")
     except OSError as error:
-        raise RecordingError(
-            f"the scheduler at {scheduler} was lost ({_in_short(error)})", remedy=_GOES_ON
-        ) from None
+        said = f"the scheduler at {scheduler} was lost ({_in_short(error)})"
+        raise RecordingError(said, remedy=_GOES_ON) from None
     finally:
         # What it still waits for is given up; one that has lost its scheduler would wait for it.
         client.close(timeout=_TO_CLOSE)
@@ -161,10 +160,9 @@ def _connected(scheduler: str) -> Any:
         return distributed.Client(scheduler, timeout=_PATIENCE)
     except (OSError, ValueError, TypeError, MemoryError) as error:
         # Another program's answer is taken for the length of what follows, which may be anything.
-        raise RecordingError(
-            f"no scheduler answers at {scheduler} ({_in_short(error)})",
-            remedy="start one with dask scheduler, and give the address that it prints",
-        ) from None
+        said = f"no scheduler answers at {scheduler} ({_in_short(error)})"
+        remedy = "start one with dask scheduler, and give the address that it prints"
+        raise RecordingError(said, remedy=remedy) from None
 
 
 def _in_short(error: Exception) -> str:
@@ -185,16 +183,12 @@ def _check_workers(client: Any, folder: Path) -> None:
         )
     for address, (version, seen) in workers.items():
         if version != __version__:
-            raise RecordingError(
-                f"worker {address} has sagnac {version}, this is {__version__}",
-                remedy="install the same version everywhere",
-            )
+            said = f"worker {address} has sagnac {version}, this is {__version__}"
+            raise RecordingError(said, remedy="install the same version everywhere")
         if not seen:
-            raise RecordingError(
-                f"worker {address} does not see this folder",
-                path=str(folder),
-                remedy="choose an output that all workers share under one path",
-            )
+            said = f"worker {address} does not see this folder"
+            remedy = "choose an output that all workers share under one path"
+            raise RecordingError(said, path=str(folder), remedy=remedy)
 
 
 def _facts(token: Path) -> tuple[str, bool]:
@@ -329,15 +323,9 @@ def _rows(
     before, total, began = len(rows), len(rows) + len(todo), time.perf_counter()
 
     def tell() -> None:
-        told(
-            Standing(
-                done=len(rows),
-                total=total,
-                failed=sum(row.state != "done" for row in rows.values()),
-                elapsed_s=time.perf_counter() - began,
-                computed=len(rows) - before,
-            )
-        )
+        done, failed = len(rows), sum(row.state != "done" for row in rows.values())
+        spent, computed = time.perf_counter() - began, len(rows) - before
+        told(Standing(done=done, total=total, failed=failed, elapsed_s=spent, computed=computed))
 
     if todo:
         tell()
@@ -346,7 +334,5 @@ def _rows(
             left = read_row(folder, row.task) if row.state == "lost" else None
             rows[row.task.key] = left or row
             tell()
-    return Campaign(
-        rows=tuple(replace(rows[task.key], task=task) for task in tasks),
-        computed=len(rows) - before,
-    )
+    each = tuple(replace(rows[task.key], task=task) for task in tasks)
+    return Campaign(rows=each, computed=len(rows) - before)

@@ -158,11 +158,9 @@ class Outlook:
             abs(part / variance) ** power / squares[name].freedom for name, part in parts.items()
         )
         lowest = min(square.freedom for square in squares.values())
-        return Forecast(
-            value=float(weights @ design.values),
-            error=math.sqrt(variance),
-            freedom=min(max(1.0 / scatter if scatter > 0.0 else math.inf, float(lowest)), 1e6),
-        )
+        freedom = min(max(1.0 / scatter if scatter > 0.0 else math.inf, float(lowest)), 1e6)
+        value = float(weights @ design.values)
+        return Forecast(value=value, error=math.sqrt(variance), freedom=freedom)
 
     @cached_property
     def mean_squares(self) -> Mapping[str, MeanSquare]:
@@ -173,11 +171,10 @@ class Outlook:
             freedom = contrasts.shape[1]
             value = float(np.sum((contrasts.T @ design.values) ** 2)) / freedom
             known = float(design.variances @ np.sum(contrasts**2, axis=1)) / freedom
+            per_variance = float(np.sum((contrasts.T @ design.incidence(name)) ** 2)) / freedom
+            value = max(value, known + beyond)
             squares[name] = MeanSquare(
-                value=max(value, known + beyond),
-                per_variance=float(np.sum((contrasts.T @ design.incidence(name)) ** 2)) / freedom,
-                known=known,
-                freedom=freedom,
+                value=value, per_variance=per_variance, known=known, freedom=freedom
             )
             beyond = max(squares["run"].value - squares["run"].known, 0.0)
         return squares
@@ -503,8 +500,5 @@ def _deviations(
 def _of_logarithm(located: Forecast, confidence: float) -> Interval:
     reach = located.reach(confidence)
     # Three runs may leave an interval of hundreds of e-folds; exp must not overflow on it.
-    return Interval(
-        value=math.exp(located.value),
-        low=math.exp(located.value - min(reach, 300.0)),
-        high=math.exp(min(located.value + reach, 300.0)),
-    )
+    low, high = located.value - min(reach, 300.0), min(located.value + reach, 300.0)
+    return Interval(value=math.exp(located.value), low=math.exp(low), high=math.exp(high))

@@ -18,6 +18,7 @@ from sagnac.core.whole_files import replacing, write_text
 from sagnac.fleet.runner import Campaign
 from sagnac.fleet.study import Repeatability, Run, repeatability
 from sagnac.fleet.tasks import Row
+from sagnac.formats.files import about
 from sagnac.navigation.noise import GyroNoise
 from sagnac.noise.laws import SYMBOLS
 from sagnac.report.sections import csv_text
@@ -87,11 +88,9 @@ def _reason(analysis: Mapping[str, Any]) -> str:
     if answer and answer["status"] != "estimated":
         reasons = [one["text"] for one in analysis.get("findings", ()) if one["level"] == "error"]
         reasons = reasons or ([answer["source"]] if "source" in answer else [])
-    reasons += [
-        f"{SYMBOLS[one['coefficient']]}: {one['reason']}"
-        for one in analysis.get("verdict", {}).get("limits", ())
-        if one["verdict"] != "pass"
-    ]
+    limits = analysis.get("verdict", {}).get("limits", ())
+    missed = [one for one in limits if one["verdict"] != "pass"]
+    reasons += [f"{SYMBOLS[one['coefficient']]}: {one['reason']}" for one in missed]
     return "; ".join(dict.fromkeys(reasons))
 
 
@@ -156,11 +155,7 @@ class Line:
 
 
 _FIELDS: Final = fields(Line)
-_TYPES: Final[Mapping[object, pa.DataType]] = {
-    str: pa.string(),
-    float: pa.float64(),
-    int: pa.int64(),
-}
+_TYPES: Final[dict[Any, Any]] = {str: pa.string(), float: pa.float64(), int: pa.int64()}
 
 
 def lines_of(rows: Iterable[Row]) -> list[Line]:
@@ -368,35 +363,23 @@ def prior_of(path: Path, *, confidence: float = 0.95) -> tuple[GyroNoise, str]:
         scatters over days.
     """
     table = read_table(path)
-    try:
-        return _prior(table, confidence)
-    except RecordingError as error:
-        raise error.at(str(path)) from None
-
-
-def _prior(table: Sequence[Line], confidence: float) -> tuple[GyroNoise, str]:
-    groups = groups_of(table)
-    if len(groups) != 1:
-        held = (
-            "; ".join(f"{method} of {gyros}" for method, gyros in groups)
-            or "no recording with an answer"
-        )
-        raise RecordingError(
-            f"holds {held}", remedy="give a campaign of one method and one choice of gyros"
-        )
-    (lines,) = groups.values()
-    scatter = scatter_of(lines, confidence)
-    if scatter.answer is None:
-        raise RecordingError(scatter.why)
-    foretold, what = scatter.answer.next_unit, "the next unit on a new day, at a new rate"
-    if foretold is None:
-        if len(scatter.answer.next_day) != 1:
-            raise RecordingError(
-                "does not show how N scatters over days",
-                remedy="measure a unit on three days or more",
-            )
-        ((unit, foretold),) = scatter.answer.next_day.items()
-        what = f"unit {unit} on a new day, at a new rate"
+    with about(path):
+        groups = groups_of(table)
+        if len(groups) != 1:
+            held = "; ".join(f"{method} of {gyros}" for method, gyros in groups)
+            remedy = "give a campaign of one method and one choice of gyros"
+            raise RecordingError(f"holds {held or 'no recording with an answer'}", remedy=remedy)
+        (lines,) = groups.values()
+        scatter = scatter_of(lines, confidence)
+        if scatter.answer is None:
+            raise RecordingError(scatter.why)
+        foretold, what = scatter.answer.next_unit, "the next unit on a new day, at a new rate"
+        if foretold is None:
+            if len(scatter.answer.next_day) != 1:
+                remedy = "measure a unit on three days or more"
+                raise RecordingError("does not show how N scatters over days", remedy=remedy)
+            ((unit, foretold),) = scatter.answer.next_day.items()
+            what = f"unit {unit} on a new day, at a new rate"
     reach = math.log(foretold.high / foretold.low) / (2.0 * float(ndtri(0.5 + 0.5 * confidence)))
     value = foretold.value * DEGREE_PER_ROOT_HOUR
     noise = GyroNoise(
@@ -485,15 +468,11 @@ def yield_of(campaign: Campaign) -> Yield | None:
             unmeasured.add(unit)
     if not units:
         return None
-    without: list[Decision] = ["undecided"]
-    return Yield(
-        gyros=tuple(decision for decisions in units.values() for decision in decisions),
-        units=tuple(
-            overall([*decisions, *without * (unit in unmeasured)])
-            for unit, decisions in units.items()
-        ),
-        unmeasured=len(unmeasured),
-    )
+    gyros = tuple(decision for decisions in units.values() for decision in decisions)
+    for unit in unmeasured:
+        units[unit].append("undecided")
+    each = tuple(map(overall, units.values()))
+    return Yield(gyros=gyros, units=each, unmeasured=len(unmeasured))
 
 
 def walk_limits(campaign: Campaign) -> tuple[float, ...]:

@@ -214,19 +214,14 @@ def _of_toml(path: Path, choices: Choices) -> tuple[Task, ...]:
         ]
         if not tasks:
             raise ValueError("names no recording; give files = […] or [[recording]] with a file")
-        own, pairs = common.settings, _texts(content, "gyros")
-        all_settings = [
-            replace(own, method=method, gyros=gyros)
-            for method, gyros in product(
-                _texts(content, "methods") or [own.method],
-                [tuple(map(str.strip, pair.split(","))) for pair in pairs] or [own.gyros],
-            )
-        ]
+        own, methods = common.settings, _texts(content, "methods")
+        pairs = [tuple(map(str.strip, pair.split(","))) for pair in _texts(content, "gyros")]
+        choices_made = product(methods or [own.method], pairs or [own.gyros])
+        all_settings = [replace(own, method=one, gyros=gyros) for one, gyros in choices_made]
         return tuple(replace(task, settings=one) for task in tasks for one in all_settings)
     except OSError as error:
-        raise RecordingError(
-            f"cannot be read ({error.strerror})", path=str(path), remedy="check the path"
-        ) from None
+        said = f"cannot be read ({error.strerror})"
+        raise RecordingError(said, path=str(path), remedy="check the path") from None
     except RecordingError as error:
         raise error.at(str(path)) from None
     except (ValueError, TypeError) as error:
@@ -246,18 +241,16 @@ def _common(content: Mapping[str, Any], folder: Path, choices: Choices) -> Choic
             confidence = 1.0 - specification.risk
     elif risk is not None:
         raise ValueError("risk is stated without spec; state the limit that it is of")
-    return Choices(
-        settings=replace(
-            own,
-            interval=content.get("interval_s", own.interval),
-            confidence=content.get("confidence", confidence),
-            specification=specification,
-        ),
-        statement=from_mapping(content["statement"])
-        if "statement" in content
-        else choices.statement,
-        pattern=content.get("pattern", choices.pattern),
+    settings = replace(
+        own,
+        interval=content.get("interval_s", own.interval),
+        confidence=content.get("confidence", confidence),
+        specification=specification,
     )
+    stated, pattern = choices.statement, content.get("pattern", choices.pattern)
+    if "statement" in content:
+        stated = from_mapping(content["statement"])
+    return Choices(settings=settings, statement=stated, pattern=pattern)
 
 
 def _texts(content: Mapping[str, Any], name: str) -> list[Any]:
@@ -414,11 +407,9 @@ def _measured(task: Task, folder: Path) -> Row:
     recording = read(task.path, task.statement)
     origin = recording.provenance
     if origin is not None and task.sha256 not in ("", origin.sha256):
-        raise RecordingError(
-            "is not the file that the campaign was planned with",
-            path=task.path,
-            remedy="let all workers see the same files, and start the campaign again",
-        )
+        said = "is not the file that the campaign was planned with"
+        remedy = "let all workers see the same files, and start the campaign again"
+        raise RecordingError(said, path=task.path, remedy=remedy)
     analysis = analyze(recording, task.settings)
     document = analysis_document(analysis)
     report = Path("reports", f"{Path(task.path).stem}-{task.key[:12]}")

@@ -13,16 +13,7 @@ from numpy.typing import NDArray
 from sagnac.core.arrays import blocks
 from sagnac.core.whole_files import replacing
 from sagnac.formats.registry import FEATHER
-from sagnac.formats.source import (
-    MADE,
-    Column,
-    Outgoing,
-    Pieces,
-    Rows,
-    Source,
-    Stored,
-    column,
-)
+from sagnac.formats.source import MADE, Column, Outgoing, Pieces, Rows, Source, Stored, column
 from sagnac.formats.statement import by_attributes
 from sagnac.recording.columns import NULL_PULSE_NAME
 
@@ -130,12 +121,12 @@ def open_source(path: Path) -> Source:
             columns.append(column(item.name, unit=unit, kind=metadata.get("kind")))
         else:
             unreadable[item.name] = f"holds {item.type} values"
-    return Source(
-        columns=tuple(columns),
-        load=lambda keys: Stored(lengths=dict.fromkeys(keys, sum(sizes)), pieces=pieces),
-        stated=by_attributes(_text_of(schema.metadata)),
-        unreadable=unreadable,
-    )
+
+    def load(keys: Sequence[str]) -> Stored:
+        return Stored(lengths=dict.fromkeys(keys, sum(sizes)), pieces=pieces)
+
+    stated = by_attributes(_text_of(schema.metadata))
+    return Source(columns=tuple(columns), load=load, stated=stated, unreadable=unreadable)
 
 
 def _feather_batches(path: Path, keys: list[str], wanted: range) -> Iterator[pa.RecordBatch]:
@@ -230,10 +221,7 @@ def writer(path: Path | str, heading: Outgoing) -> Iterator[Callable[[Rows], Non
             flush()
 
     packing = {"compression": "zstd", "use_dictionary": False, "write_page_checksum": True}
-    with (
-        replacing(Path(path)) as temporary,
-        pq.ParquetWriter(temporary, schema, **packing) as file,
-    ):
+    with replacing(Path(path)) as temporary, pq.ParquetWriter(temporary, schema, **packing) as file:
         yield append
         flush()
 

@@ -11,6 +11,7 @@ import numpy as np
 from sagnac.core.arrays import FloatArray, elementwise
 from sagnac.core.errors import RecordingError
 from sagnac.core.units import sensor_of
+from sagnac.formats import suspicions
 from sagnac.formats.choice import (
     Choice,
     Scale,
@@ -22,16 +23,6 @@ from sagnac.formats.choice import (
 )
 from sagnac.formats.source import Column, Source, Stored
 from sagnac.formats.statement import Statements
-from sagnac.formats.suspicions import (
-    counter_notes,
-    force_notes,
-    increment_notes,
-    rate_notes,
-    slice_notes,
-    stamp_unit_notes,
-    table_counter_notes,
-    unused_notes,
-)
 from sagnac.quality.check import integrity
 from sagnac.recording.channel import Conversion
 from sagnac.recording.columns import GYRO_NAMES, Stretch, gyro_of, pulses_of, stretch_of
@@ -71,21 +62,16 @@ def assemble(
     choice = choose(source.columns, statements)
     require_known(choice, source.columns, statements)
     # By the keys of the columns.
-    scales = {
-        one.key: scale_of(name, one, statements, sensor)
-        for sensor, columns in choice.sensors.items()
-        for name, one in columns.items()
-    }
+    sensors = choice.sensors
+    scales = {one.key: scale_of(name, one, statements, sensor) for sensor, name, one in sensors}
     if choice.table is not None:
         role_unit("table", choice.table)
     by_file, by_toml, by_caller = (
         one.sample_rate for one in (statements.file, statements.beside, statements.caller)
     )
     if choice.time is None and statements.first("sample_rate") is None:
-        raise RecordingError(
-            "neither a sample rate nor time stamps are stated",
-            remedy="state {rate HZ} or {time COLUMN:UNIT}",
-        )
+        remedy = "state {rate HZ} or {time COLUMN:UNIT}"
+        raise RecordingError("neither a sample rate nor time stamps are stated", remedy=remedy)
     second = role_unit("time", choice.time).size if choice.time else 1.0
     stored = source.opened(choice.keys)
     check_lengths(stored.lengths)
@@ -94,10 +80,10 @@ def assemble(
     notes += [note for scale in scales.values() for note in scale.notes]
     notes += stretch.sampling.notes
     if choice.time is not None:
-        notes += stamp_unit_notes(choice.time, stretch.sampling.sample_rate)
-    notes += force_notes(choice.gyros)
-    notes += slice_notes(statements.caller.span, stretch)
-    notes += unused_notes(source, choice, statements, stretch)
+        notes += suspicions.stamp_unit_notes(choice.time, stretch.sampling.sample_rate)
+    notes += suspicions.force_notes(choice.gyros)
+    notes += suspicions.slice_notes(statements.caller.span, stretch)
+    notes += suspicions.unused_notes(source, choice, statements, stretch)
     if by_caller is None and by_file and by_toml and by_file != by_toml:
         rates = (f"{one:.9g} Hz" for one in (by_file, by_toml))
         notes.append(contradiction(*rates, is_typed=False))
@@ -119,11 +105,9 @@ def _require_readable(source: Source, statements: Statements) -> None:
     for name in statements.gyros or GYRO_NAMES:
         key = statements.column(name) or name
         if key in source.unreadable:
-            raise RecordingError(
-                f"{source.unreadable[key]}, no real numbers",
-                channel=key,
-                remedy="correct the file, or name the gyros to take with {gyros}",
-            )
+            said = f"{source.unreadable[key]}, no real numbers"
+            remedy = "correct the file, or name the gyros to take with {gyros}"
+            raise RecordingError(said, channel=key, remedy=remedy)
 
 
 def check_lengths(lengths: Mapping[str, int]) -> None:
@@ -137,11 +121,9 @@ def check_lengths(lengths: Mapping[str, int]) -> None:
     (first, samples), *others = lengths.items()
     for key, length in others:
         if length != samples:
-            raise RecordingError(
-                f"has {length} samples but {first} has {samples}",
-                channel=key,
-                remedy="name columns sampled together with {columns}",
-            )
+            said = f"has {length} samples but {first} has {samples}"
+            remedy = "name columns sampled together with {columns}"
+            raise RecordingError(said, channel=key, remedy=remedy)
 
 
 def _stretch(time: Column | None, second: float, stored: Stored, statements: Statements) -> Stretch:
@@ -160,11 +142,7 @@ def _stretch(time: Column | None, second: float, stored: Stored, statements: Sta
 
 
 def _recording(
-    choice: Choice,
-    scales: Mapping[str, Scale],
-    stored: Stored,
-    stretch: Stretch,
-    period: float | None,
+    choice: Choice, scales: dict[str, Scale], stored: Stored, stretch: Stretch, period: float | None
 ) -> Recording:
     """The samples that are taken, loaded and in SI, with notes on their columns.
 
@@ -179,12 +157,11 @@ def _recording(
     columns = stored.read(keys, stretch.first, stretch.stop)
     sensors = [
         _sensor(name, columns.pop(one.key), scales[one.key], period, rate)
-        for own in choice.sensors.values()
-        for name, one in own.items()
+        for _, name, one in choice.sensors
     ]
     if choice.table is not None:
         raw, unit = columns.pop(choice.table.key), choice.table.unit or ""
-        doubts = table_counter_notes(choice.table.name, raw, unit)
+        doubts = suspicions.table_counter_notes(choice.table.name, raw, unit)
         table = table_of_readings(raw, unit, counter_period=period)
         table = replace(table, notes=(*doubts, *table.notes))
     if choice.null_pulse is not None:
@@ -209,15 +186,15 @@ def _sensor(
     if sensor_of(scale.unit) == "accelerometer":
         return gyro_of(name, raw, kind=scale.kind, unit=scale.unit, out=raw)
     # The channel is made in place: what the raw numbers tell has to be asked before.
-    doubts = counter_notes(name, raw, scale.kind) if period is None else ()
+    doubts = suspicions.counter_notes(name, raw, scale.kind) if period is None else ()
     inputs = "{counter-bits} or {counter-period}"
     taken = gyro_of(
         name, raw, kind=scale.kind, unit=scale.unit, period=period, out=raw, inputs=inputs
     )
     if scale.kind == "angle" and not doubts:
-        doubts = rate_notes(name, taken.channel.values)
+        doubts = suspicions.rate_notes(name, taken.channel.values)
     if scale.kind == "increment":
-        doubts += increment_notes(name, taken.channel.values, sample_rate)
+        doubts += suspicions.increment_notes(name, taken.channel.values, sample_rate)
     return replace(taken, notes=(*doubts, *taken.notes))
 
 

@@ -149,14 +149,11 @@ def declared(layout: str | Mapping[str, Any]) -> BinaryLayout:
     try:
         return _of_table(read_toml(Path(content)) if isinstance(content, str) else content)
     except OSError:
-        raise RecordingError(
-            f"layout {where!r} is not known",
-            remedy=f"use one of {', '.join(PRESETS)}, or a TOML that lists the fields",
-        ) from None
+        remedy = f"use one of {', '.join(PRESETS)}, or a TOML that lists the fields"
+        raise RecordingError(f"layout {where!r} is not known", remedy=remedy) from None
     except ValueError as error:
-        raise RecordingError(
-            f"the layout of the records: {error}", path=where, remedy="correct it there"
-        ) from None
+        said = f"the layout of the records: {error}"
+        raise RecordingError(said, path=where, remedy="correct it there") from None
 
 
 def _of_table(content: Mapping[str, Any]) -> BinaryLayout:
@@ -214,10 +211,8 @@ def open_source(path: Path) -> Source:
     RecordingError
         Always: see `open_declared`.
     """
-    raise RecordingError(
-        "is binary and its layout is not declared",
-        remedy="state {layout NAME}, a preset or a TOML that lists the fields",
-    )
+    remedy = "state {layout NAME}, a preset or a TOML that lists the fields"
+    raise RecordingError("is binary and its layout is not declared", remedy=remedy)
 
 
 def open_declared(path: Path, layout: str | Mapping[str, Any]) -> Source:
@@ -240,9 +235,8 @@ def open_declared(path: Path, layout: str | Mapping[str, Any]) -> Source:
     content: Bytes = np.memmap(path, dtype=np.uint8, mode="r")[laid_out.header_bytes :]
     records, rest = divmod(content.size, length)
     if records == 0:
-        raise RecordingError(
-            f"is shorter than one record of {length} bytes", remedy="state the right {layout}"
-        )
+        remedy = "state the right {layout}"
+        raise RecordingError(f"is shorter than one record of {length} bytes", remedy=remedy)
     starts: IntegerArray | None = None
     said = f"{counted(rest, 'byte')} behind the last record: it may be cut off" if rest else ""
     if laid_out.sync or laid_out.checksum:
@@ -262,12 +256,11 @@ def open_declared(path: Path, layout: str | Mapping[str, Any]) -> Source:
                 rows = _records(content, starts[block], laid_out.dtype)
             yield {key: np.ascontiguousarray(rows[key]) for key in keys}
 
-    return Source(
-        columns=laid_out.columns,
-        load=lambda keys: Stored(lengths=dict.fromkeys(keys, records), pieces=pieces),
-        stated=laid_out.stated,
-        notes=(Note(text=said, level="warning"),) if said else (),
-    )
+    def load(keys: Sequence[str]) -> Stored:
+        return Stored(lengths=dict.fromkeys(keys, records), pieces=pieces)
+
+    notes = (Note(text=said, level="warning"),) if said else ()
+    return Source(columns=laid_out.columns, load=load, stated=laid_out.stated, notes=notes)
 
 
 def _records(content: Bytes, starts: IntegerArray, dtype: np.dtype[Any]) -> NDArray[Any]:

@@ -1,7 +1,7 @@
 """Which columns of a file are the gyros, the table, the time; of which kind and in which unit."""
 
 import re
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Final, Literal
 
@@ -10,13 +10,7 @@ from sagnac.core.units import TIME_UNITS, Quantity, Sensor, Unit, canonical, siz
 from sagnac.formats.source import Column
 from sagnac.formats.statement import Statements, is_counts
 from sagnac.recording.channel import KINDS, PICKOFF, Kind, quantity_of
-from sagnac.recording.columns import (
-    GYRO_NAMES,
-    NULL_PULSE_NAME,
-    TABLE_NAMES,
-    TEMPERATURE,
-    TIME_NAMES,
-)
+from sagnac.recording.columns import GYRO_NAMES, NULL_PULSE_NAME, TEMPERATURE, USUAL_NAMES
 
 # Characters of a list of columns that an error shows.
 _MOST_LISTED: Final = 400
@@ -30,7 +24,7 @@ _TIME_LIKE: Final = re.compile(
 )
 # Role of a column -> the names that it usually has, its own unless listed. No name alone makes a
 # column the temperature of the unit.
-_USUAL_NAMES: Final = {"table": TABLE_NAMES, "time": TIME_NAMES, TEMPERATURE: ()}
+_USUAL_NAMES: Final = {**USUAL_NAMES, TEMPERATURE: ()}
 # Roles with an input of their own, by which a column of it is stated.
 _INPUTS: Final = {
     "table": "{table COLUMN:UNIT}",
@@ -70,16 +64,16 @@ class Choice:
         keys = self.keys
         for key in keys:
             if keys.count(key) > 1:
-                raise RecordingError(
-                    "the column is named for two channels",
-                    channel=key,
-                    remedy="give each its own with {columns}, {table} and {time}",
-                )
+                said = "the column is named for two channels"
+                remedy = "give each its own with {columns}, {table} and {time}"
+                raise RecordingError(said, channel=key, remedy=remedy)
 
     @property
-    def sensors(self) -> dict[Sensor, Mapping[str, Column]]:
-        """Gyros and accelerometers: name wanted -> column of each."""
-        return {"gyro": self.gyros, "accelerometer": self.accelerometers}
+    def sensors(self) -> list[tuple[Sensor, str, Column]]:
+        """Gyros and accelerometers: what each is, the name wanted, and its column."""
+        named: dict[Sensor, Mapping[str, Column]]
+        named = {"gyro": self.gyros, "accelerometer": self.accelerometers}
+        return [(sensor, *item) for sensor, own in named.items() for item in own.items()]
 
     @property
     def keys(self) -> tuple[str, ...]:
@@ -100,7 +94,7 @@ def choose(columns: Sequence[Column], statements: Statements) -> Choice:
     """
     gyros = choose_gyros(columns, statements)
     accelerometers = choose_accelerometers(columns, statements)
-    taken = frozenset(column.key for column in (*gyros.values(), *accelerometers.values()))
+    taken = [column.key for column in (*gyros.values(), *accelerometers.values())]
     time, notes = choose_time(columns, statements, taken)
     pickoffs = {gyro: choose_one(columns, statements, PICKOFF + gyro) for gyro in gyros}
     return Choice(
@@ -129,11 +123,8 @@ def find(columns: Sequence[Column], name: str) -> Column | None:
     alike = [column for column in columns if column.name == name]
     if len(alike) > 1:
         keys = ", ".join(column.key for column in alike)
-        raise RecordingError(
-            f"more than one column has this name, {keys}",
-            channel=name,
-            remedy="give the full name with {columns}",
-        )
+        said = f"more than one column has this name, {keys}"
+        raise RecordingError(said, channel=name, remedy="give the full name with {columns}")
     if not alike and name.isdecimal():
         alike = [column for column in columns if column.number == int(name)]
     return alike[0] if alike else None
@@ -153,9 +144,8 @@ def _named(columns: Sequence[Column], name: str, inputs: str) -> Column:
     present = ", ".join(column.key for column in columns) or "no numeric column"
     if len(present) > _MOST_LISTED:
         present = present[:_MOST_LISTED] + " ..."
-    raise RecordingError(
-        f"no such column; the file has {present}", channel=name, remedy=f"name one with {inputs}"
-    )
+    remedy = f"name one with {inputs}"
+    raise RecordingError(f"no such column; the file has {present}", channel=name, remedy=remedy)
 
 
 def choose_gyros(columns: Sequence[Column], statements: Statements) -> dict[str, Column]:
@@ -170,11 +160,8 @@ def choose_gyros(columns: Sequence[Column], statements: Statements) -> dict[str,
         return _stated(columns, statements, statements.gyros, "{gyros}")
     usual = {name: column for name in GYRO_NAMES if (column := find(columns, name)) is not None}
     if not usual:
-        _named(
-            columns,
-            ", ".join(GYRO_NAMES),
-            "{columns x=COLUMN} or {gyros COLUMN}, as sagnac check suggests",
-        )
+        inputs = "{columns x=COLUMN} or {gyros COLUMN}, as sagnac check suggests"
+        _named(columns, ", ".join(GYRO_NAMES), inputs)
     return usual
 
 
@@ -197,10 +184,7 @@ def _stated(
 
 
 def choose_one(
-    columns: Sequence[Column],
-    statements: Statements,
-    role: str,
-    taken: frozenset[str] = frozenset(),
+    columns: Sequence[Column], statements: Statements, role: str, taken: Collection[str] = ()
 ) -> Column | None:
     """The column of a role: the one stated, else the first of a usual name that is not `taken`.
 
@@ -224,7 +208,7 @@ def choose_one(
 
 
 def choose_time(
-    columns: Sequence[Column], statements: Statements, taken: frozenset[str]
+    columns: Sequence[Column], statements: Statements, taken: Collection[str] = ()
 ) -> tuple[Column | None, tuple[Note, ...]]:
     """The time stamps, and notes: the column stated, else the first of a usual name not `taken`.
 
@@ -270,7 +254,7 @@ def choose_time(
 
 
 def _possible(
-    columns: Sequence[Column], statements: Statements, role: str, taken: frozenset[str]
+    columns: Sequence[Column], statements: Statements, role: str, taken: Collection[str]
 ) -> Iterator[Column]:
     """Columns of a role: the one stated as ``COLUMN`` or ``COLUMN:UNIT``, else of usual names.
 
@@ -305,11 +289,8 @@ def _in_unit(column: Column, role: str, unit: str | None) -> Column:
     is_text = column.unit in TIME_FORMS
     if role == "time" and (is_text or unit in TIME_FORMS):
         held = f"times as text, not numbers in {unit}" if is_text else "numbers, not times as text"
-        raise RecordingError(
-            f"column {column.key} holds {held}",
-            channel=role,
-            remedy=f"state {{time {column.key}:{column.unit if is_text else 's'}}}",
-        )
+        remedy = f"state {{time {column.key}:{column.unit if is_text else 's'}}}"
+        raise RecordingError(f"column {column.key} holds {held}", channel=role, remedy=remedy)
     return replace(column, unit=unit)
 
 
@@ -371,11 +352,9 @@ def require_known(choice: Choice, columns: Sequence[Column], statements: Stateme
             stated = getattr(statement, quantity)
             for name in stated if isinstance(stated, Mapping) else ():
                 if name not in known and name not in others:
-                    raise RecordingError(
-                        f"its {quantity} is stated, and there is no such channel",
-                        channel=name,
-                        remedy=f"state {{{quantity}}} of {', '.join(known)}",
-                    )
+                    said = f"its {quantity} is stated, and there is no such channel"
+                    remedy = f"state {{{quantity}}} of {', '.join(known)}"
+                    raise RecordingError(said, channel=name, remedy=remedy)
 
 
 def stated_for(
@@ -424,11 +403,8 @@ def scale_of(name: str, column: Column, statements: Statements, sensor: Sensor =
             remedy="state {unit counts} and {scale}, or {unit} alone",
         )
     if scale is None and sensor == "gyro" and is_counts(unit or ""):
-        raise RecordingError(
-            "it is in counts and their size is not stated",
-            channel=name,
-            remedy="state {scale 0.1arcsec}",
-        )
+        said = "it is in counts and their size is not stated"
+        raise RecordingError(said, channel=name, remedy="state {scale 0.1arcsec}")
     unit, quantity = scale or unit, quantity_of(kind, sensor)
     usual = next(iter(sizes(quantity)))
     other = f"another of {quantity}" if sensor == "gyro" else "{unit gyros=deg/s,accelerometers=g}"
@@ -491,6 +467,5 @@ def known_unit(channel: str, unit: str | None, quantity: Quantity, remedy: str) 
     try:
         return unit_of(unit, quantity)
     except ValueError:
-        raise RecordingError(
-            f"unit {unit!r} is not one of {quantity}", channel=channel, remedy=remedy
-        ) from None
+        said = f"unit {unit!r} is not one of {quantity}"
+        raise RecordingError(said, channel=channel, remedy=remedy) from None

@@ -92,9 +92,8 @@ def check_last(name: str, values: NDArray[Any]) -> None:
     """
     steps = np.abs(np.diff(values[-1000:]))
     if steps.size > 1 and steps[-1] > 2.0 * steps[:-1].max():
-        raise RecordingError(
-            "the last line is cut off", channel=name, remedy=f"remove it, or {AGAIN}"
-        )
+        remedy = f"remove it, or {AGAIN}"
+        raise RecordingError("the last line is cut off", channel=name, remedy=remedy)
 
 
 # ---- numbers -----------------------------------------------------------------------
@@ -220,10 +219,8 @@ def write(path: Path, out: Outgoing) -> None:
     stated = {"gyros": out.gyros, "accelerometers": out.accelerometers, "kind": out.kinds}
     stated = {key: value for key, value in stated.items() if value}
     with replacing_set(path) as folder:
-        (folder / f"{path.name}.toml").write_text(
-            f"# {MADE}\n{toml_table({**stated, 'sample_rate': out.sample_rate})}",
-            encoding="utf-8",
-        )
+        text = f"# {MADE}\n{toml_table({**stated, 'sample_rate': out.sample_rate})}"
+        (folder / f"{path.name}.toml").write_text(text, encoding="utf-8")
         _write_table(folder / path.name, headers, map(out.rows, blocks(out.samples)), delimiter)
 
 

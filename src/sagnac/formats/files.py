@@ -79,10 +79,8 @@ def require_content(declared: int, stored: int, what: str) -> None:
         If it cannot be.
     """
     if declared > _TIGHTEST * max(stored, 1):
-        raise RecordingError(
-            f"{what} declares {declared} bytes, and the file has {stored}: nothing is behind it",
-            remedy=AGAIN,
-        )
+        said = f"{what} declares {declared} bytes, and the file has {stored}: nothing is behind it"
+        raise RecordingError(said, remedy=AGAIN)
 
 
 @contextmanager
@@ -104,9 +102,8 @@ def damaged(format_name: str) -> Iterator[None]:
     except Exception as error:
         # NumPy ends its message with advice on its own arguments.
         why = " ".join(str(error).split()).split("; use `")[0][:160] or type(error).__name__
-        raise RecordingError(
-            f"is not {format_name}, or is damaged or cut off ({why})", remedy=AGAIN
-        ) from error
+        said = f"is not {format_name}, or is damaged or cut off ({why})"
+        raise RecordingError(said, remedy=AGAIN) from error
 
 
 @contextmanager

@@ -73,12 +73,9 @@ def open_source(path: Path) -> Source:
         return _open_classic(path, version)
     require_survivable(path)
     with h5py.File(path, "r") as file:
-        datasets: dict[str, h5py.Dataset] = {}
-        file.visititems(
-            lambda name, item: (
-                datasets.update({name: item}) if isinstance(item, h5py.Dataset) else None
-            )
-        )
+        items: dict[str, Any] = {}
+        file.visititems(items.__setitem__)
+        datasets = {name: one for name, one in items.items() if isinstance(one, h5py.Dataset)}
         short = {name: name.rpartition("/")[2] for name in datasets}
         often = Counter(short.values())
         found: dict[str, tuple[Column, Vector]] = {}
@@ -111,21 +108,15 @@ def open_source(path: Path) -> Source:
             lengths = {key: max(dataset.shape) for key, dataset in datasets.items()}
         return Stored(lengths=lengths, pieces=pieces)
 
-    return Source(
-        columns=tuple(one for one, _ in found.values()),
-        load=load,
-        stated=by_attributes(stated),
-        unreadable=unreadable,
-    )
+    columns = tuple(one for one, _ in found.values())
+    return Source(columns=columns, load=load, stated=by_attributes(stated), unreadable=unreadable)
 
 
 def _open_classic(path: Path, version: bytes) -> Source:
     """Variables of numbers of a classic file."""
     if version == _DATA_OF_64_BITS:
-        raise RecordingError(
-            "is NetCDF of the kind CDF-5, which is not read",
-            remedy=f"make it NetCDF 4: nccopy -k nc4 {path.name} {path.stem}-4.nc",
-        )
+        remedy = f"make it NetCDF 4: nccopy -k nc4 {path.name} {path.stem}-4.nc"
+        raise RecordingError("is NetCDF of the kind CDF-5, which is not read", remedy=remedy)
     # Another file needs none of that package.
     from scipy.io import netcdf_file  # noqa: PLC0415
 
@@ -144,11 +135,8 @@ def _open_classic(path: Path, version: bytes) -> Source:
             native = {key: one.astype(one.dtype.newbyteorder("=")) for key, one in values.items()}
         return {key: _scaled(one, attributes[key]) for key, one in native.items()}
 
-    return Source(
-        columns=tuple(_column(name, own) for name, own in attributes.items()),
-        load=load,
-        stated=by_attributes(stated),
-    )
+    columns = tuple(_column(name, own) for name, own in attributes.items())
+    return Source(columns=columns, load=load, stated=by_attributes(stated))
 
 
 def _is_numeric(dataset: h5py.Dataset, *, is_netcdf: bool) -> bool:
@@ -165,12 +153,8 @@ def _stated(file: h5py.File, names: Iterable[str]) -> dict[str, Any]:
     """Statements of the attributes of the root, and of the only group with datasets."""
     parents = {name.rpartition("/")[0] for name in names}
     group = [file[parent] for parent in parents if parent and len(parents) == 1]
-    return {
-        key: _plain(value)
-        for holder in (file, *group)
-        for key, value in holder.attrs.items()
-        if key in ATTRIBUTES
-    }
+    held = (item for holder in (file, *group) for item in holder.attrs.items())
+    return {key: _plain(value) for key, value in held if key in ATTRIBUTES}
 
 
 def _column(name: str, attributes: Mapping[str, Any]) -> Column:
@@ -184,9 +168,8 @@ def _read(dataset: h5py.Dataset, vector: Vector, start: int, stop: int) -> Itera
     axis = int(np.argmax(dataset.shape))
     # A compressed chunk is unpacked as often as it is touched.
     chunk = dataset.chunks[axis] if dataset.chunks else 1
-    place: list[slice | int] = [
-        slice(None) if vector.index is None else vector.index - 1
-    ] * dataset.ndim
+    inside = slice(None) if vector.index is None else vector.index - 1
+    place: list[slice | int] = [inside] * dataset.ndim
     for block in blocks(stop, start=start - start % chunk, multiple=chunk):
         place[axis] = slice(max(block.start, start), block.stop)
         yield dataset[tuple(place)].reshape(-1)
@@ -267,11 +250,9 @@ def _require_own(dataset: h5py.Dataset, path: Path) -> None:
     """
     name = dataset.name.lstrip("/")
     if dataset.external:
-        raise RecordingError(
-            f"its values lie in another file, {one_line(str(dataset.external[0][0]))}",
-            channel=name,
-            remedy="put them into this file: h5repack -l CONTI",
-        )
+        said = f"its values lie in another file, {one_line(str(dataset.external[0][0]))}"
+        remedy = "put them into this file: h5repack -l CONTI"
+        raise RecordingError(said, channel=name, remedy=remedy)
     for source in dataset.virtual_sources() if dataset.is_virtual else ():
         file = path if source.file_name == "." else path.parent / source.file_name
         problem = one_line(_problem_of_part(file, source.dset_name, path.parent))

@@ -104,13 +104,10 @@ def open_source(path: Path) -> Source:
         values = values_of(path, arrays)
         return {key: found[key].of(values[found[key].array]) for key in keys}
 
-    facts = values_of(path, stated)
-    return Source(
-        columns=tuple(column(key) for key in found),
-        load=load,
-        stated=from_mapping({name: value.reshape(-1)[0].item() for name, value in facts.items()}),
-        unreadable={name: problem for name, problem in problems.items() if problem},
-    )
+    facts = {name: one.reshape(-1)[0].item() for name, one in values_of(path, stated).items()}
+    unreadable = {name: problem for name, problem in problems.items() if problem}
+    columns = tuple(column(key) for key in found)
+    return Source(columns=columns, load=load, stated=from_mapping(facts), unreadable=unreadable)
 
 
 def _elements_of_4(path: Path) -> Iterator[Element]:
@@ -268,9 +265,8 @@ def _element(variable: _Variable, at: int, stop: int, name: str = "") -> Element
             raise ValueError(f"{name} holds {kind} of type {data.kind}")
         size = data.length if kind == "char" else numbers * int(_NUMBERS[data.kind][1])
         if data.start + data.length > stop or data.length != size:
-            raise ValueError(
-                f"{name} has {numbers} numbers in {data.length} bytes of type {data.kind}"
-            )
+            said = f"{name} has {numbers} numbers in {data.length} bytes of type {data.kind}"
+            raise ValueError(said)
     is_complex = bool(word >> 8 & _COMPLEX)
     return Element(
         name=name, shape=shape, kind=kind, is_complex=is_complex, begin=variable.begin, data=data

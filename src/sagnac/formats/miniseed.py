@@ -68,12 +68,8 @@ def open_source(path: Path) -> Source:
                         raise ValueError("its samples are text")
         return arrays
 
-    return Source(
-        columns=tuple(columns),
-        load=load,
-        stated=Statement(sample_rate=rate if is_whole else None),
-        notes=tuple(notes),
-    )
+    stated = Statement(sample_rate=rate if is_whole else None)
+    return Source(columns=tuple(columns), load=load, stated=stated, notes=tuple(notes))
 
 
 def _common_rate(found: Mapping[str, Sequence[Segment]]) -> float:
@@ -87,20 +83,15 @@ def _common_rate(found: Mapping[str, Sequence[Segment]]) -> float:
     rates = {rate for segments in found.values() for _, rate, _ in segments}
     if len(rates) != 1 or min(rates) <= 0.0:
         listed = ", ".join(f"{rate:g}" for rate in sorted(rates)) or "none"
-        raise RecordingError(
-            f"its sources are sampled at different rates, {listed} Hz",
-            remedy="give a file of sources sampled together",
-        )
+        said = f"its sources are sampled at different rates, {listed} Hz"
+        raise RecordingError(said, remedy="give a file of sources sampled together")
     (rate,) = rates
     starts = {name: segments[0][0] for name, segments in found.items()}
     first, last = min(starts, key=starts.__getitem__), max(starts, key=starts.__getitem__)
     late = 1e-9 * (starts[last] - starts[first])
     if late > 0.5 / rate:
-        raise RecordingError(
-            f"begins {late:.6g} s after {first}",
-            channel=last,
-            remedy="cut all sources to the same span before they are put together",
-        )
+        remedy = "cut all sources to the same span before they are put together"
+        raise RecordingError(f"begins {late:.6g} s after {first}", channel=last, remedy=remedy)
     return rate
 
 

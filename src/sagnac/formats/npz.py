@@ -64,23 +64,19 @@ def _open_array(path: Path) -> Source:
         columns = {str(number): row for number, row in enumerate(rows[: _MOST_COLUMNS + 1], 1)}
     columns = {name: one for name, one in columns.items() if one.dtype.kind in "biuf"}
     if not 0 < len(columns) <= _MOST_COLUMNS:
-        raise RecordingError(
-            f"holds {array.dtype} of shape {array.shape}, no table of real numbers",
-            remedy="store an array of shape (samples,) or (samples, channels)",
-        )
+        said = f"holds {array.dtype} of shape {array.shape}, no table of real numbers"
+        remedy = "store an array of shape (samples,) or (samples, channels)"
+        raise RecordingError(said, remedy=remedy)
 
     def pieces(keys: Sequence[str], start: int, stop: int) -> Pieces:
         for block in blocks(stop, start=start):
             yield {key: np.array(columns[key][block]) for key in keys}
 
-    return Source(
-        columns=tuple(
-            Column(key=key, name=key, number=number) for number, key in enumerate(columns, start=1)
-        ),
-        load=lambda keys: Stored(
-            lengths={key: columns[key].shape[0] for key in keys}, pieces=pieces
-        ),
-    )
+    def load(keys: Sequence[str]) -> Stored:
+        return Stored(lengths={key: columns[key].shape[0] for key in keys}, pieces=pieces)
+
+    numbered = (Column(key=key, name=key, number=at) for at, key in enumerate(columns, start=1))
+    return Source(columns=tuple(numbered), load=load)
 
 
 def _open_archive(path: Path) -> Source:
@@ -118,12 +114,8 @@ def _open_archive(path: Path) -> Source:
         with np.load(path, allow_pickle=False) as archive:
             return {key: found[key].of(archive[found[key].array]) for key in keys}
 
-    return Source(
-        columns=tuple(column(key) for key in found),
-        load=load,
-        stated=from_mapping(stated),
-        unreadable=unreadable,
-    )
+    columns = tuple(column(key) for key in found)
+    return Source(columns=columns, load=load, stated=from_mapping(stated), unreadable=unreadable)
 
 
 def _bytes(shape: tuple[int, ...], kind: np.dtype[Any]) -> int:

@@ -38,10 +38,9 @@ def open_source(path: Path) -> Source:
     # Without the comments that open a log, the first rows of its data would pass for a header.
     is_commented = bool(plain) and any(map(str.strip, text.head[: plain[0]]))
     if not is_commented or [len(row) for row in rows[:_HEADER_ROWS]] != [len(_ROW)] * _HEADER_ROWS:
-        raise RecordingError(
-            "has no PSINS header, three lines of six numbers after the comments",
-            remedy="correct it, or give a CSV with {rate}, {kind} and {unit}",
-        )
+        said = "has no PSINS header, three lines of six numbers after the comments"
+        remedy = "correct it, or give a CSV with {rate}, {kind} and {unit}"
+        raise RecordingError(said, remedy=remedy)
     if rows[_HEADER_ROWS:] and len(rows[_HEADER_ROWS]) != len(_ROW):
         raise ValueError(f"rows of {len(rows[_HEADER_ROWS])} numbers, not {len(_ROW)}")
     header = [[float(number) for number in row] for row in rows[:_HEADER_ROWS]]

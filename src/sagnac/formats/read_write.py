@@ -15,13 +15,7 @@ from sagnac.formats.assemble import assemble
 from sagnac.formats.files import about, damaged
 from sagnac.formats.registry import BINARY, CSV, EUROC_DATA, ROSBAG, Format, formats
 from sagnac.formats.source import Outgoing, Source, outgoing
-from sagnac.formats.statement import (
-    Statement,
-    Statements,
-    beside,
-    of_conversion,
-    one_statement,
-)
+from sagnac.formats.statement import Statement, Statements, beside, of_conversion, one_statement
 from sagnac.formats.suggestion import accelerometer_inputs, candidates, column_text, suggestion
 from sagnac.recording.model import Provenance, Recording, require_recording
 
@@ -82,12 +76,11 @@ def read(
     with about(path), ThreadPoolExecutor(max_workers=1) as pool:
         # Hashing needs no lock of the interpreter: it runs while the columns are parsed.
         digest = pool.submit(_sha256, path)
-        return assemble(
-            source,
-            statements,
-            lambda: Provenance(path=str(path), sha256=digest.result(), format=source.format),
-            verify=verify,
-        )
+
+        def origin() -> Provenance:
+            return Provenance(path=str(path), sha256=digest.result(), format=source.format)
+
+        return assemble(source, statements, origin, verify=verify)
 
 
 def columns(path: Path | str) -> tuple[str, ...]:
@@ -279,9 +272,8 @@ def format_to_write(path: Path, heading: Outgoing) -> Format:
     known = next((one for one in formats() if one.writes and suffix in one.suffixes), None)
     if known is None:
         suffixes = ", ".join(own for one in formats() if one.writes for own in one.suffixes)
-        raise RecordingError(
-            "no format to write has this suffix", path=str(path), remedy=f"use one of {suffixes}"
-        )
+        remedy = f"use one of {suffixes}"
+        raise RecordingError("no format to write has this suffix", path=str(path), remedy=remedy)
     if known is not CSV and beside(path)[0] != Statement():
         raise RecordingError(
             "a TOML beside it states how a file of this name is to be read, and would be believed",
@@ -339,10 +331,8 @@ def _beginning(path: Path) -> bytes:
         If it is no file that is stored whole, or cannot be opened.
     """
     if path.is_dir():
-        raise RecordingError(
-            f"is a folder without {EUROC_DATA} (EuRoC) or metadata.yaml (ROS 2)",
-            remedy="give a file, or a folder of one of these kinds",
-        )
+        said = f"is a folder without {EUROC_DATA} (EuRoC) or metadata.yaml (ROS 2)"
+        raise RecordingError(said, remedy="give a file, or a folder of one of these kinds")
     if path.exists() and not path.is_file():
         raise RecordingError(
             "cannot be opened: it is no regular file", remedy="give a file that is stored whole"
@@ -353,19 +343,15 @@ def _beginning(path: Path) -> bytes:
     except OSError as error:
         why = f"cannot be opened ({error.strerror})"
         is_missing = isinstance(error, FileNotFoundError)
-        raise RecordingError(
-            "no such file" if is_missing else why,
-            remedy="check the path" if is_missing else "check the path and its permissions",
-        ) from None
+        remedy = "check the path" if is_missing else "check the path and its permissions"
+        raise RecordingError("no such file" if is_missing else why, remedy=remedy) from None
     if beginning == _POINTER:
         raise RecordingError(
             "is a pointer of Git LFS: the content was not fetched", remedy="fetch it: git lfs pull"
         )
     if beginning and not path.stat().st_size:
-        raise RecordingError(
-            "is made by the system as it is read, and states no size",
-            remedy="copy it, and give the copy",
-        )
+        said = "is made by the system as it is read, and states no size"
+        raise RecordingError(said, remedy="copy it, and give the copy")
     return beginning
 
 
@@ -393,19 +379,16 @@ def format_of(suffix: str, beginning: bytes) -> Format:
     by_suffix = next((one for one in formats() if suffix in one.suffixes), None)
     if by_suffix is None:
         suffixes = ", ".join(dict.fromkeys(own for one in formats() for own in one.suffixes))
-        raise RecordingError(
-            "no format has this suffix", remedy=f"convert the file to one of {suffixes}"
-        )
+        said = "no format has this suffix"
+        raise RecordingError(said, remedy=f"convert the file to one of {suffixes}")
     if not beginning:
         raise RecordingError("is empty", remedy="get the file again from its source")
     for known in chain([by_suffix], formats()):
         if known.beginning and beginning.startswith(known.beginning):
             if suffix in (*known.suffixes, *known.also):
                 return known
-            raise RecordingError(
-                f"is {known.name}, not what its suffix claims",
-                remedy=f"rename it to end in {known.suffixes[0]}",
-            )
+            remedy = f"rename it to end in {known.suffixes[0]}"
+            raise RecordingError(f"is {known.name}, not what its suffix claims", remedy=remedy)
     return by_suffix
 
 
@@ -418,10 +401,8 @@ def _module(known: Format, doing: str) -> Any:
         package = (error.name or "").partition(".")[0]
         if known.extra:
             raise MissingExtra(f"{doing} {known.name}", package, known.extra) from error
-        raise RecordingError(
-            f"{doing} {known.name} needs {error.name}, which is not installed",
-            remedy=f"install it: pip install {package}",
-        ) from error
+        said = f"{doing} {known.name} needs {error.name}, which is not installed"
+        raise RecordingError(said, remedy=f"install it: pip install {package}") from error
 
 
 def _sha256(path: Path) -> str:

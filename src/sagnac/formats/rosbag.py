@@ -123,15 +123,9 @@ def open_source(path: Path) -> Source:
         forces = tuple(_FIELDS)[3:] if topics[0].has_forces else ()
         time = _STAMP if topics[0].is_stamped else _RECEIVED
         stated = of_rates(tuple(_FIELDS)[:3], forces, time)
-    return Source(
-        columns=tuple(
-            Column(key=key, name=key, unit=_FIELDS[field][1] if field in _FIELDS else "ns")
-            for key, (_, field) in keys.items()
-        ),
-        stated=stated,
-        load=load,
-        notes=(Note(text=said),),
-    )
+    units = {key: _FIELDS[name][1] if name in _FIELDS else "ns" for key, (_, name) in keys.items()}
+    columns = tuple(Column(key=key, name=key, unit=unit) for key, unit in units.items())
+    return Source(columns=columns, stated=stated, load=load, notes=(Note(text=said),))
 
 
 def _opened(path: Path) -> AnyReader:
@@ -179,13 +173,9 @@ def _topic(bag: AnyReader, name: str) -> _Topic | None:
     seconds = int(stamp.sec) * 10**9 + int(stamp.nanosec)
     if not np.array_equal(ours, expected, equal_nan=True) or first[_STAMP][0] != seconds:
         raise ValueError(f"messages of {name} are not those of sensor_msgs/Imu")
-    return _Topic(
-        name=name,
-        messages=sum(one.msgcount for one in connections),
-        order=order,
-        is_stamped=seconds != 0,
-        has_forces=bool(doubles[_ACCELERATION_SPREAD_AT] != _NOT_MEASURED),
-    )
+    count, is_stamped = sum(one.msgcount for one in connections), seconds != 0
+    forces = bool(doubles[_ACCELERATION_SPREAD_AT] != _NOT_MEASURED)
+    return _Topic(name=name, messages=count, order=order, is_stamped=is_stamped, has_forces=forces)
 
 
 def _numbers(topic: str, order: str, raw: Sequence[bytes]) -> dict[str, NDArray[Any]]:

@@ -128,11 +128,9 @@ def _require_exact(key: str, values: NDArray[Any]) -> None:
     with np.errstate(invalid="ignore"):
         back = values.astype(np.float64).astype(values.dtype)
     if (back != values).any():
-        raise RecordingError(
-            "holds integers beyond 2^53, whose last digits would be lost",
-            channel=key,
-            remedy="take a constant off them and store the rest",
-        )
+        said = "holds integers beyond 2^53, whose last digits would be lost"
+        remedy = "take a constant off them and store the rest"
+        raise RecordingError(said, channel=key, remedy=remedy)
 
 
 def _may_be_kept(values: NDArray[Any], column: FloatArray) -> bool:
@@ -326,12 +324,8 @@ class Outgoing:
     def statement(self) -> dict[str, str | float]:
         """All of it in flat text, for formats that carry attributes beside the numbers."""
         units = {name: unit for name, unit in self.units.items() if unit is not None}
-        return {
-            **self.sensors,
-            "kind": text_of(self.kinds),
-            "unit": text_of(units),
-            "sample_rate": self.sample_rate,
-        }
+        stated = {"kind": text_of(self.kinds), "unit": text_of(units)}
+        return {**self.sensors, **stated, "sample_rate": self.sample_rate}
 
     def in_units(self, columns: Mapping[str, NDArray[Any]]) -> Rows:
         """Columns in SI as they are written: in their units, the null pulse as 0 or 1."""
@@ -371,6 +365,7 @@ def outgoing(recording: Recording) -> Outgoing:
     sensors, table = (*recording.gyros, *recording.accelerometers), recording.table
     for channel in sensors:
         check_name(channel.name)
+    units: dict[str, Unit | None]
     units = {"time": UNITS["s"], **{one.name: one.plain_unit for one in sensors}}
     columns: dict[str, NDArray[Any] | None] = {
         "time": recording.times,
@@ -382,12 +377,9 @@ def outgoing(recording: Recording) -> Outgoing:
     columns |= {one.column: one.values for one in recording.pickoffs}
     columns[TEMPERATURE] = recording.temperature
     held = {name: values for name, values in columns.items() if values is not None}
-    return Outgoing(
-        columns=held,
-        units={name: units.get(name) for name in held},
-        kinds={channel.name: channel.kind for channel in sensors},
-        sample_rate=recording.sample_rate,
-    )
+    units = {name: units.get(name) for name in held}
+    kinds = {channel.name: channel.kind for channel in sensors}
+    return Outgoing(columns=held, units=units, kinds=kinds, sample_rate=recording.sample_rate)
 
 
 def check_name(name: str) -> None:

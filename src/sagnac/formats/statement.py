@@ -24,6 +24,7 @@ from sagnac.core.units import (
     Sensor,
     split_factor,
 )
+from sagnac.formats.files import about
 from sagnac.formats.registry import CSV, EUROC, EUROC_SENSOR
 from sagnac.recording.channel import KINDS, PICKOFF
 from sagnac.recording.columns import ACCELEROMETER_NAMES, GYRO_NAMES, TEMPERATURE
@@ -240,13 +241,8 @@ _RULES: Final[tuple[tuple[str, Callable[[Any], bool], str], ...]] = (
 def of_rates(rates: Sequence[str], forces: Sequence[str], time: str | None) -> Statement:
     """The statement of a file of rates: columns of x, y, z, of ax, ay, az if any, and of times."""
     columns = dict(zip((*GYRO_NAMES, *ACCELEROMETER_NAMES), (*rates, *forces), strict=False))
-    return Statement(
-        kind="rate",
-        columns=columns,
-        gyros=GYRO_NAMES,
-        accelerometers=ACCELEROMETER_NAMES if forces else None,
-        time=time,
-    )
+    own = ACCELEROMETER_NAMES if forces else None
+    return Statement(kind="rate", columns=columns, gyros=GYRO_NAMES, accelerometers=own, time=time)
 
 
 def one_statement(statement: Statement | None, stated: Mapping[str, Any]) -> Statement:
@@ -272,9 +268,8 @@ def one_statement(statement: Statement | None, stated: Mapping[str, Any]) -> Sta
     'rate'
     """
     if statement is not None and stated:
-        raise ValueError(
-            f"{', '.join(stated)} and a statement are given; state everything in one of the two"
-        )
+        said = f"{', '.join(stated)} and a statement are given; state everything in one of the two"
+        raise ValueError(said)
     known = [item.name for item in fields(Statement)]
     if unknown := [name for name in stated if name not in known]:
         raise TypeError(f"{unknown[0]!r} is nothing to state; use one of {', '.join(known)}")
@@ -392,10 +387,8 @@ def beside(path: Path) -> tuple[Statement, tuple[Note, ...]]:
         if unknown and candidate.name != path.name + ".toml":
             text = f"{candidate.name} is not about this file ({unknown[0]}): ignored"
             return Statement(), (Note(text=text),)
-        try:
+        with about(candidate):
             return from_mapping(content), ()
-        except RecordingError as error:
-            raise error.at(str(candidate)) from None
     return Statement(), ()
 
 

@@ -1,7 +1,7 @@
 """Statements that a file needs to be read, guessed from names, units and numbers."""
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from typing import Final
 
 import numpy as np
@@ -80,7 +80,7 @@ def suggestion(source: Source, statements: Statements) -> dict[str, str]:
     gyros = _gyros(source, statements, missing)
     _kind_and_unit(gyros, statements, missing)
     _unit_of_forces(source.columns, statements, missing)
-    taken = frozenset(column.key for column in gyros.values())
+    taken = [column.key for column in gyros.values()]
     table = choose_one(source.columns, statements, "table", taken)
     if table is not None and not table.unit:
         missing["table"] = f"{table.name}:{UNIT}"
@@ -126,12 +126,8 @@ def accelerometer_inputs(source: Source, statements: Statements) -> dict[str, st
     if not found:
         return {}
     renamed = {name: column_text(one) for name, one in found.items() if one.key != name}
-    is_bare = any(one.unit is None for one in found.values())
-    inputs = {
-        "accelerometers": ",".join(found),
-        "columns": text_of(renamed),
-        "unit": f"accelerometers={UNIT}" if is_bare else "",
-    }
+    unit = f"accelerometers={UNIT}" if any(one.unit is None for one in found.values()) else ""
+    inputs = {"accelerometers": ",".join(found), "columns": text_of(renamed), "unit": unit}
     return {name: text for name, text in inputs.items() if text}
 
 
@@ -210,7 +206,7 @@ def candidates(source: Source, statements: Statements) -> tuple[Column, ...]:
         As for `suggestion`.
     """
     table = choose_one(source.columns, statements, "table")
-    time, _ = choose_time(source.columns, statements, frozenset())
+    time, _ = choose_time(source.columns, statements)
     taken = {one.key for one in (table, time) if one is not None}
     left = [one for one in source.columns if one.key not in taken and _is_no_other(one)]
     if not left:
@@ -266,7 +262,7 @@ def _unit_of_forces(
     missing["unit"] = ",".join(filter(None, (of_gyros, f"accelerometers={UNIT}")))
 
 
-def _sampling(source: Source, statements: Statements, taken: frozenset[str]) -> dict[str, str]:
+def _sampling(source: Source, statements: Statements, taken: Collection[str]) -> dict[str, str]:
     """The time or the rate, if neither is stated."""
     columns = source.columns
     chosen, _ = choose_time(columns, statements, taken)

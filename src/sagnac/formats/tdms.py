@@ -78,11 +78,8 @@ def open_source(path: Path) -> Source:
 
     steps = {own["wf_increment"] for _, _, own, *_ in found if own.get("wf_increment")}
     rate = round(1.0 / steps.pop(), 9) if len(steps) == 1 else None
-    return Source(
-        columns=tuple(columns),
-        load=load,
-        stated=Statement(sample_rate=rate if rate and rate > 0.0 else None),
-    )
+    stated = Statement(sample_rate=rate if rate and rate > 0.0 else None)
+    return Source(columns=tuple(columns), load=load, stated=stated)
 
 
 def _opened(stream: BinaryIO) -> TdmsFile:
@@ -151,8 +148,5 @@ def check_scales(name: str, properties: Mapping[str, Any]) -> None:
         return
     for key, kind in properties.items():
         if _SCALE.match(key) and kind not in _KNOWN_SCALES:
-            raise RecordingError(
-                f"its scale is of type {kind!r}, which cannot be applied",
-                channel=name,
-                remedy="write scaled values from LabVIEW",
-            )
+            said = f"its scale is of type {kind!r}, which cannot be applied"
+            raise RecordingError(said, channel=name, remedy="write scaled values from LabVIEW")

@@ -219,9 +219,8 @@ def encoding_of(head: bytes) -> str:
             zeros = head[first::2].count(0)
             if len(head) >= 4 and zeros > 0.9 * half and not head[1 - first :: 2].count(0):
                 return name
-        raise RecordingError(
-            "holds binary data, not text", remedy="give it the suffix of its own format"
-        )
+        remedy = "give it the suffix of its own format"
+        raise RecordingError("holds binary data, not text", remedy=remedy)
     try:
         codecs.getincrementaldecoder("utf-8")().decode(head)
     except UnicodeDecodeError:
@@ -307,10 +306,8 @@ def text_file(path: Path) -> TextFile:
             # The last one may be cut.
             head.pop()
             if not head:
-                raise RecordingError(
-                    f"has no line end in its first {_HEAD_BYTES // 1024} KiB",
-                    remedy="give a table with a line for each sample",
-                )
+                said = f"has no line end in its first {_HEAD_BYTES // 1024} KiB"
+                raise RecordingError(said, remedy="give a table with a line for each sample")
             for place in (size // 2, size - _PART_BYTES) if size > 4 * _HEAD_BYTES else ():
                 stream.seek(place - place % 2)
                 later += _lines(stream.read(_PART_BYTES), encoding)[1:-1]

@@ -408,9 +408,11 @@ PRESETS: Final = (
 )
 
 
-def _stated(
-    names: Sequence[str], preamble: Sequence[str], delimiter: str
-) -> tuple[Statement, Mapping[str, str]]:
+# A statement, and units by the names of columns.
+_Stated = tuple[Statement, Mapping[str, str]]
+
+
+def _stated(names: Sequence[str], preamble: Sequence[str], delimiter: str) -> _Stated:
     """Statements of a known program by header and preamble, and units by the names of columns."""
     for time, unit, rate, force, axes in PRESETS:
         rates, forces = ([one.format(axis) for axis in axes] for one in (rate, force))
@@ -422,9 +424,7 @@ def _stated(
     return Statement(), {}
 
 
-def _by_labview(
-    names: Sequence[str], preamble: Sequence[str], delimiter: str
-) -> tuple[Statement, Mapping[str, str]]:
+def _by_labview(names: Sequence[str], preamble: Sequence[str], delimiter: str) -> _Stated:
     """Units of the channels, and the rate where no column holds the times."""
     values: dict[str, list[str]] = {}
     for line in preamble:

@@ -55,11 +55,7 @@ def open_source(path: Path) -> Source:
     """
     # The library leaves a file open that it opened itself and cannot read; what it prints of a
     # damaged one is refused here.
-    with (
-        io.FileIO(path) as raw,
-        _Stream(raw) as stream,
-        redirect_stdout(io.StringIO()),
-    ):
+    with io.FileIO(path) as raw, _Stream(raw) as stream, redirect_stdout(io.StringIO()):
         log = ULog(stream, list(_FIELDS), disable_str_exceptions=True)
     if log.file_corruption:
         raise ValueError("messages are damaged")
@@ -74,9 +70,8 @@ def open_source(path: Path) -> Source:
                 arrays[key] = one.data[name]
                 columns.append(Column(key=key, name=key, unit=unit))
     if not any(one.unit == "rad/s" for one in columns):
-        raise RecordingError(
-            f"logs none of {', '.join(_FIELDS)}", remedy="log sensor_gyro at full rate"
-        )
+        remedy = "log sensor_gyro at full rate"
+        raise RecordingError(f"logs none of {', '.join(_FIELDS)}", remedy=remedy)
     texts = []
     if log.dropouts:
         lost, times = sum(one.duration for one in log.dropouts), len(log.dropouts)

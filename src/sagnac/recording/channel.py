@@ -27,17 +27,7 @@ from sagnac.core.arrays import (
     mean,
 )
 from sagnac.core.errors import Note, RecordingError, is_finite, quoted, require_choice
-from sagnac.core.units import (
-    SENSED,
-    SENSORS,
-    UNITS,
-    Quantity,
-    Sensor,
-    Unit,
-    sizes,
-    split_factor,
-    unit_of,
-)
+from sagnac.core.units import SENSED, UNITS, Quantity, Sensor, Unit, sizes, split_factor, unit_of
 
 # ---- channel -----------------------------------------------------------------------
 
@@ -140,8 +130,22 @@ def whole_series(values: ArrayLike, argument: str) -> FloatArray:
     return column
 
 
+class Compared:
+    """Dataclasses whose objects are equal if all fields are: see `same_values`."""
+
+    __slots__ = ()
+    # Equal ones may be changed in place, sample by sample.
+    __hash__: ClassVar[None] = None  # type: ignore[assignment]
+
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, type(self)):
+            return NotImplemented
+        names = [item.name for item in fields(self)]  # type: ignore[arg-type]
+        return all(same_values(getattr(self, name), getattr(other, name)) for name in names)
+
+
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False, repr=False)
-class Channel:
+class Channel(Compared):
     """One measured column, in SI.
 
     `values` are in SI whatever `shown_in` says. Use `from_values` for values in another unit.
@@ -185,7 +189,7 @@ class Channel:
     def __post_init__(self) -> None:
         if not isinstance(self.name, str) or not self.name:
             raise ValueError(f"name is {quoted(self.name)}; give the channel a name, x for one")
-        require_choice("sensor", self.sensor, SENSORS)
+        require_choice("sensor", self.sensor, Sensor)
         if not self.shown_in:
             known = sizes(quantity_of(self.kind, self.sensor))
             in_si = next(name for name, size in known.items() if size == 1.0)
@@ -232,7 +236,7 @@ class Channel:
         >>> Channel.from_values("x", [3600.0, 7200.0], kind="increment", unit="arcsec")
         Channel(x: 2 samples, increment, shown in arcsec)
         """
-        require_choice("sensor", sensor, SENSORS)
+        require_choice("sensor", sensor, Sensor)
         size = _unit_of_channel(name, kind, unit, sensor).size
         in_si = elementwise(np.multiply, numbers(values, name), size, out=out)
         return cls(name=name, kind=kind, values=in_si, shown_in=unit, sensor=sensor)
@@ -254,14 +258,6 @@ class Channel:
         quantity = quantity_of(self.kind, self.sensor)
         size = (unit_of(unit, quantity) if unit else self.plain_unit).size
         return elementwise(np.divide, self.values, size)
-
-    def __eq__(self, other: object) -> bool:
-        if not isinstance(other, Channel):
-            return NotImplemented
-        return same_fields(self, other)
-
-    # Equal channels may be changed in place, sample by sample.
-    __hash__: ClassVar[None] = None  # type: ignore[assignment]
 
     def __repr__(self) -> str:
         samples = self.values.size
@@ -296,18 +292,9 @@ def same_values(one: Any, other: Any) -> bool:
     arrays = isinstance(one, np.ndarray) + isinstance(other, np.ndarray)
     if arrays < 2:
         return arrays == 0 and bool(one == other)
-    return one is other or (
-        one.size == other.size
-        and all(
-            np.array_equal(one[block], other[block], equal_nan=True) for block in blocks(one.size)
-        )
-    )
-
-
-def same_fields(one: Any, other: Any) -> bool:
-    """Whether all fields of two objects of a dataclass are equal, see `same_values`."""
-    names = [item.name for item in fields(one)]
-    return all(same_values(getattr(one, name), getattr(other, name)) for name in names)
+    pairs = ((one[block], other[block]) for block in blocks(one.size))
+    are_equal = (np.array_equal(*pair, equal_nan=True) for pair in pairs)
+    return one is other or (one.size == other.size and all(are_equal))
 
 
 def require_rate(sample_rate: float) -> None:
@@ -319,9 +306,8 @@ def require_rate(sample_rate: float) -> None:
         If it is not a finite number above zero.
     """
     if not (is_finite(sample_rate) and sample_rate > 0.0):
-        raise ValueError(
-            f"sample_rate is {quoted(sample_rate)}; give samples per second, above zero"
-        )
+        said = f"sample_rate is {quoted(sample_rate)}; give samples per second, above zero"
+        raise ValueError(said)
 
 
 # ---- pickoff -----------------------------------------------------------------------
@@ -331,7 +317,7 @@ PICKOFF: Final = "pickoff_"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Pickoff:
+class Pickoff(Compared):
     """The dither of one gyro as its pick-off shows it.
 
     Attributes
@@ -358,14 +344,6 @@ class Pickoff:
     def column(self) -> str:
         """Name of its column in a file."""
         return PICKOFF + self.gyro
-
-    def __eq__(self, other: object) -> bool:
-        if not isinstance(other, Pickoff):
-            return NotImplemented
-        return same_fields(self, other)
-
-    # Equal pick-offs may be changed in place, sample by sample.
-    __hash__: ClassVar[None] = None  # type: ignore[assignment]
 
 
 # ---- marks -------------------------------------------------------------------------
@@ -570,10 +548,8 @@ def angle_increments(values: ArrayLike, *, kind: Kind, sample_rate: float) -> Fl
     finite = samples.size == 0 or math.isfinite(mean(samples))
     if not finite and not np.isfinite(samples).all():
         first = int(np.argmin(np.isfinite(samples)))
-        raise RecordingError(
-            f"sample {first} is not finite and there is no room for gaps here",
-            remedy="take a span without gaps ({slice})",
-        )
+        said = f"sample {first} is not finite and there is no room for gaps here"
+        raise RecordingError(said, remedy="take a span without gaps ({slice})")
     if kind == "angle":
         return differences(samples)
     return samples / sample_rate if kind == "rate" else samples

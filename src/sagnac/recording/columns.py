@@ -24,14 +24,7 @@ from sagnac.core.arrays import (
 )
 from sagnac.core.errors import Note, RecordingError, counted, is_finite, quoted, require_type
 from sagnac.core.units import sensor_of, split_header, unit_of
-from sagnac.recording.channel import (
-    Channel,
-    Conversion,
-    Kind,
-    finite_extent,
-    numbers,
-    unwrapped,
-)
+from sagnac.recording.channel import Channel, Conversion, Kind, finite_extent, numbers, unwrapped
 from sagnac.recording.encoder_readings import MOST_MISSING_IN_A_ROW
 
 # ---- frames ------------------------------------------------------------------------
@@ -39,8 +32,7 @@ from sagnac.recording.encoder_readings import MOST_MISSING_IN_A_ROW
 # What columns are called if nobody says otherwise.
 GYRO_NAMES: Final = ("x", "y", "z")
 ACCELEROMETER_NAMES: Final = ("ax", "ay", "az")
-TABLE_NAMES: Final = ("table", "alpha", "encoder")
-TIME_NAMES: Final = ("time", "t")
+USUAL_NAMES: Final = {"table": ("table", "alpha", "encoder"), "time": ("time", "t")}
 NULL_PULSE_NAME: Final = "null_pulse"
 TEMPERATURE: Final = "temperature"
 
@@ -76,7 +68,7 @@ def columns_of(
             raise ValueError(f"columns[{name!r}] is {quoted(header)}; the frame has {present}")
     wanted: dict[str, tuple[str, ...]]
     wanted = {name: (name,) for name in (*GYRO_NAMES, *ACCELEROMETER_NAMES, NULL_PULSE_NAME)}
-    wanted |= {"table": TABLE_NAMES, "time": TIME_NAMES}
+    wanted |= USUAL_NAMES
     for name, names in wanted.items() if columns is None else ():
         alike = [header for header in headers if split_header(header)[0] in names]
         if len(alike) > 1:
@@ -88,9 +80,8 @@ def columns_of(
         if alike and (is_gyro or is_named or split_header(alike[0])[1] is not None):
             found[name] = alike[0]
     if not set(found) - {"table", "time", NULL_PULSE_NAME}:
-        raise ValueError(
-            f"the frame has no gyro; it has {present}: name one with columns={{'x': NAME}}"
-        )
+        said = f"the frame has no gyro; it has {present}: name one with columns={{'x': NAME}}"
+        raise ValueError(said)
     return found
 
 
@@ -149,11 +140,9 @@ def gyro_of(
     sensor, notes = sensor_of(unit), tuple[Note, ...]()
     if period is not None and sensor == "gyro":
         if kind != "angle":
-            raise RecordingError(
-                f"a counter that starts over is an angle, not kind {kind}",
-                channel=name,
-                remedy=f"state {{kind angle}}, or leave out {inputs}",
-            )
+            said = f"a counter that starts over is an angle, not kind {kind}"
+            remedy = f"state {{kind angle}}, or leave out {inputs}"
+            raise RecordingError(said, channel=name, remedy=remedy)
         if not (is_finite(period) and period > 0.0):
             raise ValueError(
                 f"period is {quoted(period)}; give the reading at which the counter starts over"
@@ -161,11 +150,8 @@ def gyro_of(
         readings = np.asarray(numbers(values, name), dtype=np.float64)
         extent = finite_extent(readings)
         if extent >= period:
-            raise RecordingError(
-                f"it spans {extent:.6g}, more than a counter of {period:.9g} holds",
-                channel=name,
-                remedy=f"state the right {inputs}",
-            )
+            said = f"it spans {extent:.6g}, more than a counter of {period:.9g} holds"
+            raise RecordingError(said, channel=name, remedy=f"state the right {inputs}")
         values, wraps = unwrapped(readings, period)
         bits = math.log2(period)
         counter = f"{bits:g} bit counter" if bits.is_integer() else f"counter of {period:.9g}"
@@ -232,11 +218,9 @@ def pulses_of(values: ArrayLike, *, column: str = "") -> tuple[BooleanArray, tup
     levels = numbers(given.astype(np.uint8) if given.dtype.kind == "b" else given, "null_pulse")
     some = every(levels, max(1, levels.size // 100_000))
     if np.unique(some).size > 2 or not all_finite(levels):
-        raise RecordingError(
-            f"{f'column {column} ' if column else ''}takes more than two values",
-            channel="null_pulse",
-            remedy="name a column of 0 and 1 with {null-pulse}",
-        )
+        said = f"{f'column {column} ' if column else ''}takes more than two values"
+        remedy = "name a column of 0 and 1 with {null-pulse}"
+        raise RecordingError(said, channel="null_pulse", remedy=remedy)
     high = levels != 0
     rising = high.copy()
     rising[1:] &= ~high[:-1]
@@ -306,11 +290,8 @@ def sampling(stamps: FloatArray, stated_rate: float | None = None) -> Sampling:
         if rate is None:
             usual = median_step(times, repeats=False)
             if math.isnan(usual):
-                raise RecordingError(
-                    "does not run forwards",
-                    channel="time",
-                    remedy="state {time none} and {rate HZ}",
-                )
+                remedy = "state {time none} and {rate HZ}"
+                raise RecordingError("does not run forwards", channel="time", remedy=remedy)
             rate = 1.0 / _plausible(usual)
         return Sampling(times=times, sample_rate=rate)
     step = _plausible(float(times[-1]) / (times.size - 1))
@@ -331,11 +312,9 @@ def sampling(stamps: FloatArray, stated_rate: float | None = None) -> Sampling:
     near = (round(rate, digits) for digits in range(10))
     rate = next((one for one in near if one > 0.0 and abs(one - rate) <= unsure * rate), rate)
     if stated_rate is not None and abs(rate / stated_rate - 1.0) > RATE_AGREEMENT:
-        raise RecordingError(
-            f"the stamps give {rate:.6g} Hz but {stated_rate:.6g} Hz is stated",
-            channel="time",
-            remedy="leave out {rate}, or ignore the stamps with {time none}",
-        )
+        said = f"the stamps give {rate:.6g} Hz but {stated_rate:.6g} Hz is stated"
+        remedy = "leave out {rate}, or ignore the stamps with {time none}"
+        raise RecordingError(said, channel="time", remedy=remedy)
     if worst <= slack:
         return Sampling(times=None, sample_rate=rate)
     is_uniform = worst <= 0.75 * clock < 0.75 * step
@@ -346,11 +325,8 @@ def sampling(stamps: FloatArray, stated_rate: float | None = None) -> Sampling:
         else f"sampling is not uniform, mean rate {rate:.6g} Hz, stamps up to {worst:.3g} s off an "
         "even spacing"
     )
-    return Sampling(
-        times=None if is_uniform else times,
-        sample_rate=rate,
-        notes=(Note(text=text, channel="time"),),
-    )
+    notes = (Note(text=text, channel="time"),)
+    return Sampling(times=None if is_uniform else times, sample_rate=rate, notes=notes)
 
 
 def _plausible(step: float) -> float:
@@ -363,11 +339,9 @@ def _plausible(step: float) -> float:
     """
     if step >= _SHORTEST:
         return step
-    raise RecordingError(
-        f"the stamps are {step:.3g} s apart, faster than any sensor samples",
-        channel="time",
-        remedy="state their unit ({time COLUMN:UNIT}), or {time none} and {rate HZ}",
-    )
+    said = f"the stamps are {step:.3g} s apart, faster than any sensor samples"
+    remedy = "state their unit ({time COLUMN:UNIT}), or {time none} and {rate HZ}"
+    raise RecordingError(said, channel="time", remedy=remedy)
 
 
 def median_step(times: FloatArray, *, repeats: bool = True) -> float:
@@ -451,11 +425,8 @@ def stretch_of(
         contradict the rate, or there is neither.
     """
     if stamps is None and rate is None:
-        raise RecordingError(
-            "one sample or none is too few to tell a rate",
-            channel="time",
-            remedy="give a longer file",
-        )
+        said = "one sample or none is too few to tell a rate"
+        raise RecordingError(said, channel="time", remedy="give a longer file")
 
     def first_after(limit: float, known: int) -> int:
         if stamps is None:
@@ -466,9 +437,8 @@ def stretch_of(
     first = first_after(start, 0) if start else 0
     last = samples if stop is None else first_after(stop, first)
     if span is not None and last - first < 2:
-        raise RecordingError(
-            "fewer than two samples lie in the slice", remedy="widen {slice START:STOP}"
-        )
+        remedy = "widen {slice START:STOP}"
+        raise RecordingError("fewer than two samples lie in the slice", remedy=remedy)
     if stamps is None:
         even = Sampling(times=None, sample_rate=rate or 0.0)
         return Stretch(first=first, stop=last, start=first / even.sample_rate, sampling=even)

@@ -613,11 +613,8 @@ def with_lost_readings(
     lost = number_of(marks)
     if marks[0] or marks[-1] or not 0 < lost <= LARGEST_SHARE_MISSING * values.size:
         return table
-    shares = [
-        (_share(angle_of(gyro, sample_rate), values, sample_rate), gyro)
-        for gyro in gyros
-        if math.isfinite(mean(gyro.values))
-    ]
+    whole = [gyro for gyro in gyros if math.isfinite(mean(gyro.values))]
+    shares = [(_share(angle_of(one, sample_rate), values, sample_rate), one) for one in whole]
     share, gyro = max(shares, key=lambda one: abs(one[0]), default=(0.0, None))
     if gyro is None or not abs(share) > _LEAST_SHARE:
         return table

@@ -3,7 +3,7 @@
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any, ClassVar, Final, Self, overload
+from typing import Any, Final, Self, overload
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -14,11 +14,11 @@ from sagnac.core.units import split_header
 from sagnac.recording.channel import (
     PICKOFF,
     Channel,
+    Compared,
     Conversion,
     Kind,
     Pickoff,
     require_rate,
-    same_fields,
     series,
 )
 from sagnac.recording.columns import (
@@ -68,7 +68,7 @@ class Provenance:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False, repr=False)
-class Recording:
+class Recording(Compared):
     """Gyros and table encoder sampled together, in SI.
 
     `from_arrays` makes one from arrays in the units of the field, `from_frame` from a frame.
@@ -301,6 +301,8 @@ class Recording:
         if table is not None:
             table = with_lost_readings(table, turning, sampling.sample_rate)
         pulses, of_pulses = null_pulse or (None, ())
+        dithers = (Pickoff(gyro=name, values=one) for name, one in (pickoffs or {}).items())
+        of_columns = (note for one in (*sensors, *([table] if table else [])) for note in one.notes)
         return cls(
             gyros=turning or forces,
             accelerometers=forces if turning else (),
@@ -308,16 +310,9 @@ class Recording:
             times=sampling.times,
             table=table.channel if table else None,
             null_pulse=pulses,
-            pickoffs=tuple(
-                Pickoff(gyro=name, values=values) for name, values in (pickoffs or {}).items()
-            ),
+            pickoffs=tuple(dithers),
             temperature=temperature,
-            notes=(
-                *sampling.notes,
-                *(note for one in sensors for note in one.notes),
-                *(table.notes if table else ()),
-                *of_pulses,
-            ),
+            notes=(*sampling.notes, *of_columns, *of_pulses),
         )
 
     @classmethod
@@ -497,14 +492,6 @@ class Recording:
         return replace(
             self, gyros=(channel,), accelerometers=(), pickoffs=(), table=None, null_pulse=None
         )
-
-    def __eq__(self, other: object) -> bool:
-        if not isinstance(other, Recording):
-            return NotImplemented
-        return same_fields(self, other)
-
-    # Equal recordings may be changed in place, sample by sample.
-    __hash__: ClassVar[None] = None  # type: ignore[assignment]
 
     def __repr__(self) -> str:
         parts = [f"{one.name} ({one.kind}, {one.shown_in})" for one in self._channels]

@@ -3,6 +3,7 @@
 Notes and errors name an input of the package as an option of the command line.
 """
 
+import textwrap
 from collections.abc import Iterable
 from dataclasses import asdict
 
@@ -41,6 +42,13 @@ def note_text(note: Note) -> str:
 def findings_data(findings: Iterable[Note]) -> list[dict[str, str | float | None]]:
     """Findings as plain data: name, channel, level, text, and effect as a factor on N or None."""
     return [{**asdict(note), "text": as_typed(note.text)} for note in findings]
+
+
+def wrapped(text: str) -> str:
+    """A paragraph of 80 columns, its further lines indented."""
+    return textwrap.fill(
+        text, 80, subsequent_indent="  ", break_long_words=False, break_on_hyphens=False
+    )
 
 
 def error_text(error: RecordingError) -> str:

@@ -70,9 +70,8 @@ def azimuth_figure(prospect: Prospect) -> Figure:
 
 def _draw_compass(axes: Axes, compass: AzimuthError) -> None:
     """A gyrocompass with its interval, and dashed what each of N, B and K makes of it."""
-    deviation, low, high = (
-        one / ARCMINUTE for one in (compass.deviation, compass.low, compass.high)
-    )
+    ends = (compass.deviation, compass.low, compass.high)
+    deviation, low, high = (one / ARCMINUTE for one in ends)
     interval = f"its {100 * compass.confidence:g} % interval"
     axes.plot(compass.times, deviation, color=BLUE, label="gyrocompass, two positions")
     band(axes, compass.times, low, high, BLUE, alpha=0.18, label=interval)
@@ -199,11 +198,8 @@ def drift_document(unaided: Unaided) -> dict[str, Any]:
 def _by(growth: Growth, row: int, size: float, parts: tuple[str, ...]) -> dict[str, float]:
     values = dict(zip(PARTS, np.sqrt(growth.variances[row]) / size, strict=True))
     there = np.any(growth.variances > 0.0, axis=0)
-    return {
-        name: float(values[name])
-        for name in parts
-        if name not in _OPTIONAL or there[PARTS.index(name)]
-    }
+    named = [name for name in parts if name not in _OPTIONAL or there[PARTS.index(name)]]
+    return {name: float(values[name]) for name in named}
 
 
 def _listed(growth: Growth, unit: str, size: float) -> list[dict[str, Any]]:
@@ -225,14 +221,9 @@ def _rows(columns: Mapping[str, FloatArray]) -> list[dict[str, float]]:
 
 def drift_text(unaided: Unaided) -> str:
     """The priors first, then a line for each time and quantity, and what is left out."""
-    return rendered(
-        "drift.txt",
-        shown=drift_document(unaided),
-        percent=f"{100.0 * unaided.confidence:g}",
-        notes=drift_notes(unaided),
-        symbols=_SYMBOLS,
-        zip=zip,
-    )
+    shown, notes = drift_document(unaided), drift_notes(unaided)
+    more = {"percent": f"{100.0 * unaided.confidence:g}", "symbols": _SYMBOLS, "zip": zip}
+    return rendered("drift.txt", shown=shown, notes=notes, **more)
 
 
 def drift_notes(unaided: Unaided) -> list[str]:
@@ -243,18 +234,14 @@ def drift_notes(unaided: Unaided) -> list[str]:
         growth: Growth = getattr(found, name)
         share = np.sqrt(growth.variances[:, -1]) / np.maximum(growth.deviation(), 1e-300)
         alone[name] = growth.times[share > _SHARE].tolist()
+    unseen = {name for one in unaided.noises for name in one.unseen if name not in one.bounds}
     return rendered(
         "drift_notes.txt",
         unaided=unaided,
         names=NAMES,
         alone=alone,
         bias_is_prior=any(bias_is_prior(one, priors) for one in unaided.noises),
-        unseen={
-            name
-            for noise in unaided.noises
-            for name in noise.unseen
-            if name != "angle_random_walk" and name not in noise.bounds
-        },
+        unseen=unseen - {"angle_random_walk"},
         bounded={name: _bounded_axes(unaided, name) for name in NAMES},
     ).splitlines()
 

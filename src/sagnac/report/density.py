@@ -191,9 +191,8 @@ def self_noise(found: SelfNoise, ax: Axes | None = None) -> Axes:
     for place, (name, color) in enumerate(
         zip(found.gyros, cycle((frame.BLUE, frame.ORANGE, frame.GREEN, frame.INK)), strict=False)
     ):
-        density, low, high = (
-            np.sqrt(one[place]) / unit for one in (found.density, found.low, found.high)
-        )
+        ends = (found.density, found.low, found.high)
+        density, low, high = (np.sqrt(one[place]) / unit for one in ends)
         axes.plot(frequency, density, color=color, label=frame.literal(name))
         frame.band(axes, frequency, low, high, color, alpha=0.15)
     frame.logarithmic(axes, "frequency (Hz)", "rate noise density of each alone (°/h/√Hz)")
@@ -217,8 +216,7 @@ def _rested_on(axes: Axes, analysis: Analysis) -> None:
     frequency = np.geomspace(low, min(high, 0.5 / choice.law.interval), 200)
     root = np.sqrt(choice.law.density(frequency)) / DEGREE_PER_HOUR_PER_ROOT_HERTZ
     letters = ", ".join(SYMBOLS[name] for name in choice.terms)
-    behind = " behind a low-pass" if any(choice.law.falls) else ""
-    label = f"{letters}{behind}"
+    label = letters + " behind a low-pass" * any(choice.law.falls)
     frame.model(axes, frequency, root, color=frame.ORANGE, linewidth=1.3, label=label)
     for place, square in enumerate(choice.law.squares):
         if square > 0.0 and len(choice.terms) > 1:
@@ -266,10 +264,7 @@ def _drawn_bins(measured: Spectrum) -> Spectrum:
     if frequency.size <= _DRAWN_BINS:
         return Spectrum(frequency=frequency, density=level)
     edges = np.geomspace(frequency[0], frequency[-1] * (1.0 + 1e-12), _DRAWN_BINS // 2 + 1)
-    bins = pairwise(np.unique(np.searchsorted(frequency, edges)).tolist())
-    chosen = [
-        start + place
-        for start, stop in bins
-        for place in sorted({level[start:stop].argmin(), level[start:stop].argmax()})
-    ]
+    bounds = pairwise(np.unique(np.searchsorted(frequency, edges)).tolist())
+    bins = ((start, level[start:stop]) for start, stop in bounds)
+    chosen = [start + at for start, own in bins for at in sorted({own.argmin(), own.argmax()})]
     return Spectrum(frequency=frequency[chosen], density=level[chosen])

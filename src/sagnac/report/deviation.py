@@ -13,12 +13,7 @@ from sagnac.analysis.result import Analysis, headline_coefficients, headline_fit
 from sagnac.analysis.spectra import ByAngle, Residual
 from sagnac.core.arrays import FloatArray
 from sagnac.core.units import DEGREE_PER_HOUR, DEGREE_PER_ROOT_HOUR
-from sagnac.noise.laws import (
-    COEFFICIENT_NAMES,
-    SYMBOLS,
-    CoefficientName,
-    allan_variance,
-)
+from sagnac.noise.laws import COEFFICIENT_NAMES, SYMBOLS, CoefficientName, allan_variance
 from sagnac.report import frame
 from sagnac.stability.curve import StabilityCurve
 
@@ -32,11 +27,7 @@ _SLOPES: Final[Mapping[CoefficientName, str]] = {
 }
 _ROOM_FOR_LABEL: Final = 75.0  # points
 # Name of the drawn sum, by the member of the average that gives the answer.
-_NAMES: Final = {
-    "average": "average",
-    "both": "N of the likelihood",
-    "whole band": "likelihood",
-}
+_NAMES: Final = {"average": "average", "both": "N of the likelihood", "whole band": "likelihood"}
 # Label of the axis of deviations before the channel, and the units behind it.
 _OF_CHANNEL: Final = "Allan deviation, "
 _UNIT: Final = " (°/h)"
@@ -183,11 +174,8 @@ def _fit_of(analysis: Analysis) -> _Drawn | None:
     """Basis of the answer; None if it estimated no term."""
     fit, average = headline_fit(analysis), analysis.average
     coefficients = headline_coefficients(analysis) if fit is None else fit.coefficients
-    values = {
-        name: coefficients[name].value
-        for name in COEFFICIENT_NAMES
-        if name in coefficients and coefficients[name].status == "estimated"
-    }
+    there = {name: coefficients[name] for name in COEFFICIENT_NAMES if name in coefficients}
+    values = {name: one.value for name, one in there.items() if one.status == "estimated"}
     name, shortest = _NAMES["average"], 0.0
     if fit is not None:
         name = fit.method

@@ -26,25 +26,15 @@ from sagnac.core import units
 from sagnac.core.arrays import FloatArray
 from sagnac.core.documents import ANALYSES, ANALYSIS, finite, read_analyses
 from sagnac.core.errors import Note, RecordingError
+from sagnac.core.units import Sensor, Unit
 from sagnac.core.version import __version__
 from sagnac.lines.model import Line
 from sagnac.noise.cross_spectra import SelfNoise
-from sagnac.noise.estimates import (
-    Estimate,
-    Fit,
-    estimate_units,
-)
+from sagnac.noise.estimates import Estimate, Fit, estimate_units
 from sagnac.noise.laws import COEFFICIENT_NAMES, CoefficientName
 from sagnac.noise.model_average import ModelChoice
-from sagnac.report import error_text, findings_data, note_text
+from sagnac.report import error_text, findings_data, note_text, sections
 from sagnac.report.quantities import curve_columns, curve_unit, shown_density
-from sagnac.report.sections import (
-    LINE_FIGURES,
-    LINE_PLACES,
-    line_data,
-    overall_decision,
-    verdict_data,
-)
 from sagnac.stability.curve import StabilityCurve
 
 # ---- document ----------------------------------------------------------------------
@@ -87,7 +77,7 @@ def analysis_document(analysis: Analysis) -> dict[str, Any]:
         },
         "coefficients": _coefficients(headline_coefficients(analysis)),
         **_of_sensor(analysis),
-        **({} if verdict is None else {"verdict": verdict_data(verdict)}),
+        **({} if verdict is None else {"verdict": sections.verdict_data(verdict)}),
         "parts": json_data.parts_data(analysis),
         "shares": json_data.shares_data(analysis),
         "triad": json_data.triad_data(analysis),
@@ -96,11 +86,8 @@ def analysis_document(analysis: Analysis) -> dict[str, Any]:
             name: _estimate("angle_random_walk", estimate)
             for name, estimate in analysis.per_gyro.items()
         },
-        "lines": [line_data(line) for line in analysis.lines],
-        "curve": {
-            "estimator": curve.estimator,
-            **_points(curve, units.UNITS["deg/h"], _DEVIATION),
-        },
+        "lines": [sections.line_data(line) for line in analysis.lines],
+        "curve": {"estimator": curve.estimator, **_points(curve, units.UNITS["deg/h"], _DEVIATION)},
         **_family(analysis),
         "findings": findings_data(analysis.findings),
         **_beside(analysis),
@@ -122,7 +109,7 @@ def many_document(analyses: Iterable[Analysis], unit: Analysis | None = None) ->
         Of which they are the gyros: its accelerometers, and what was refused, stand beside them.
     """
     analyses = list(analyses)
-    decision = overall_decision(analyses)
+    decision = sections.overall_decision(analyses)
     return {
         "schema": ANALYSES,
         "version": __version__,
@@ -166,13 +153,8 @@ def self_noise_data(found: SelfNoise) -> dict[str, Any]:
         }
         for place, (name, estimate) in enumerate(found.angle_random_walk.items())
     }
-    data = {
-        "unit": "(deg/h)^2/Hz",
-        "frequency_hz": found.frequency.tolist(),
-        "motion": (found.motion / size).tolist(),
-        "gyros": gyros,
-    }
-    return {"self_noise": finite(data)}
+    shared = {"frequency_hz": found.frequency.tolist(), "motion": (found.motion / size).tolist()}
+    return {"self_noise": finite({"unit": "(deg/h)^2/Hz", **shared, "gyros": gyros})}
 
 
 def to_json(document: Mapping[str, Any]) -> str:
@@ -225,16 +207,11 @@ def _of_sensor(analysis: Analysis) -> dict[str, Any]:
     }
 
 
-def _points(
-    curve: StabilityCurve, unit: units.Unit, deviation: str = "deviation"
-) -> dict[str, Any]:
+def _points(curve: StabilityCurve, unit: Unit, deviation: str = "deviation") -> dict[str, Any]:
     """The points of a curve; its deviation goes by that name."""
     columns = curve_columns(curve, unit)
-    return {
-        "tau_s": columns["tau"],
-        deviation: columns["deviation"],
-        **{name: columns[name] for name in ("low", "high", "edf", *_COUNTS)},
-    }
+    others = {name: columns[name] for name in ("low", "high", "edf", *_COUNTS)}
+    return {"tau_s": columns["tau"], deviation: columns["deviation"], **others}
 
 
 def _input(analysis: Analysis) -> dict[str, Any]:
@@ -267,43 +244,27 @@ def _family(analysis: Analysis) -> dict[str, Any]:
         }
         for curve in analysis.family
     ]
-    return {
-        "curves": curves,
-        "spectrum": {
-            "estimator": "multitaper",
-            "unit": "(deg/h)^2/Hz",
-            "frequency_hz": density.frequency.tolist(),
-            "density": density.density.tolist(),
-        },
-    }
+    points = {"frequency_hz": density.frequency.tolist(), "density": density.density.tolist()}
+    spectrum = {"estimator": "multitaper", "unit": "(deg/h)^2/Hz", **points}
+    return {"curves": curves, "spectrum": spectrum}
 
 
 def _coefficients(
-    estimates: Mapping[CoefficientName, Estimate], sensor: units.Sensor = "gyro"
+    estimates: Mapping[CoefficientName, Estimate], sensor: Sensor = "gyro"
 ) -> dict[str, Any]:
     keys = units.SENSED[sensor].keys
-    return {
-        keys[name]: _estimate(name, estimates[name], sensor)
-        for name in COEFFICIENT_NAMES
-        if name in estimates
-    }
+    there = [name for name in COEFFICIENT_NAMES if name in estimates]
+    return {keys[name]: _estimate(name, estimates[name], sensor) for name in there}
 
 
-def _estimate(
-    name: CoefficientName, estimate: Estimate, sensor: units.Sensor = "gyro"
-) -> dict[str, Any]:
+def _estimate(name: CoefficientName, estimate: Estimate, sensor: Sensor = "gyro") -> dict[str, Any]:
     sizes = estimate_units(name, sensor)
     units = {
         unit: {end: getattr(estimate, end) / size for end in _ENDS} for unit, size in sizes.items()
     }
     unit = next(iter(units))
-    return {
-        **units[unit],
-        "confidence": estimate.confidence,
-        "unit": unit,
-        "status": estimate.status,
-        "units": units,
-    }
+    stated = {"confidence": estimate.confidence, "unit": unit, "status": estimate.status}
+    return {**units[unit], **stated, "units": units}
 
 
 # ---- stored ------------------------------------------------------------------------
@@ -323,18 +284,14 @@ def read_analysis(path: str | Path) -> Analysis:
     documents = read_analyses(path if is_text else Path(path))
     path = "text" if is_text else path
     if len(documents) > 1:
-        raise RecordingError(
-            f"holds {len(documents)} analyses", path=str(path), remedy="give the document of one"
-        )
+        said = f"holds {len(documents)} analyses"
+        raise RecordingError(said, path=str(path), remedy="give the document of one")
     try:
         return analysis_from(documents[0])
     except (ValueError, KeyError, TypeError) as error:
         why = f": {error}" if type(error) is ValueError else ""
-        raise RecordingError(
-            f"states what cannot be{why}",
-            path=str(path),
-            remedy="give the analysis.json that an analysis wrote, as it wrote it",
-        ) from None
+        remedy = "give the analysis.json that an analysis wrote, as it wrote it"
+        raise RecordingError(f"states what cannot be{why}", path=str(path), remedy=remedy) from None
 
 
 def analysis_from(document: Document, channel: str = "", of: Document | None = None) -> Analysis:
@@ -353,7 +310,7 @@ def analysis_from(document: Document, channel: str = "", of: Document | None = N
     ValueError, KeyError, TypeError
         If it breaks its schema.
     """
-    sensor: units.Sensor = "gyro" if of is None else "accelerometer"
+    sensor: Sensor = "gyro" if of is None else "accelerometer"
     whole, settled = of or document, (of or document)["settings"]
     said, stated = whole["input"], document[units.SENSED[sensor].keys["angle_random_walk"]]
     channel = channel or document["channel"]
@@ -411,27 +368,18 @@ def _ends(stated: Document, size: float) -> dict[str, float]:
     return {end: _number(stated[end], size) for end in _ENDS}
 
 
-def _stored_estimate(
-    name: CoefficientName, stated: Document, sensor: units.Sensor = "gyro"
-) -> Estimate:
-    return Estimate(
-        **_ends(stated, estimate_units(name, sensor)[stated["unit"]]),
-        confidence=stated["confidence"],
-        status=stated["status"],
-        name=name,
-        sensor=sensor,
-    )
+def _stored_estimate(name: CoefficientName, stated: Document, sensor: Sensor = "gyro") -> Estimate:
+    ends = _ends(stated, estimate_units(name, sensor)[stated["unit"]])
+    status, confidence = stated["status"], stated["confidence"]
+    return Estimate(**ends, confidence=confidence, status=status, name=name, sensor=sensor)
 
 
 def _stored_coefficients(
-    stated: Document, sensor: units.Sensor = "gyro"
+    stated: Document, sensor: Sensor = "gyro"
 ) -> dict[CoefficientName, Estimate]:
     keys = units.SENSED[sensor].keys
-    return {
-        name: _stored_estimate(name, stated[keys[name]], sensor)
-        for name in COEFFICIENT_NAMES
-        if keys[name] in stated
-    }
+    there = [name for name in COEFFICIENT_NAMES if keys[name] in stated]
+    return {name: _stored_estimate(name, stated[keys[name]], sensor) for name in there}
 
 
 def _covariance(stated: Document | None) -> Covariance | None:
@@ -462,8 +410,8 @@ def _stored_line(stated: Document, channel: str) -> Line:
         return _number(stated.get(key), size)
 
     scale, of_force = stated.get("scale", "time"), "velocity_amplitude_m_per_s"
-    kind, unit = LINE_PLACES[scale]
-    figures = {field: read(key, size) for key, (field, size) in LINE_FIGURES.items()}
+    kind, unit = sections.LINE_PLACES[scale]
+    figures = {field: read(key, size) for key, (field, size) in sections.LINE_FIGURES.items()}
     if of_force in stated:
         figures["amplitude"] = read(of_force)
     return Line(
@@ -477,7 +425,7 @@ def _stored_line(stated: Document, channel: str) -> Line:
     )
 
 
-def _curve(stated: Document, sensor: units.Sensor, document: Document) -> StabilityCurve:
+def _curve(stated: Document, sensor: Sensor, document: Document) -> StabilityCurve:
     """A curve, per gyro. Terms and noise types are 0 if an older document does not state them."""
     size = units.UNITS[stated.get("unit", units.SENSED[sensor].rate_unit)].size
     tau = _numbers(stated["tau_s"])

@@ -26,6 +26,7 @@ from matplotlib.transforms import Affine2D, Bbox
 from numpy.typing import ArrayLike
 
 from sagnac.analysis.result import Analysis
+from sagnac.analysis.spectra import ByAngle
 from sagnac.core.arrays import FloatArray
 from sagnac.core.units import DEGREE, DEGREE_PER_HOUR, SENSED, UNITS
 from sagnac.core.whole_files import write_bytes
@@ -186,16 +187,12 @@ def report_figures(analysis: Analysis) -> dict[str, Figure]:
     ``stability``, ``spectrum``, ``parts`` (of two parts or more that show N) and ``residual``; one
     that there is nothing for is left out.
     """
-    drawn = {
-        "stability": _drawn(deviation.stability, analysis, 4),
-        "spectrum": _drawn(density.spectrum, analysis, 3),
-    }
+    drawn = {"stability": _drawn(deviation.stability, analysis, 4)}
+    drawn["spectrum"] = _drawn(density.spectrum, analysis, 3)
     if sum(part.shows for part in analysis.parts) > 1:
         drawn["parts"] = _drawn(deviation.parts, analysis, 3)
     if analysis.residual is not None and analysis.residual.time.size > 1:
-        drawn["residual"] = _residual_figure(
-            analysis, turning=analysis.residual.by_angle is not None
-        )
+        drawn["residual"] = _residual_figure(analysis, analysis.residual.by_angle)
     return drawn
 
 
@@ -213,11 +210,11 @@ def _drawn(draw: Callable[..., Axes], result: Analysis | SelfNoise, columns: int
     return figure
 
 
-def _residual_figure(analysis: Analysis, *, turning: bool) -> Figure:
+def _residual_figure(analysis: Analysis, by_angle: ByAngle | None) -> Figure:
     """The residual against time; on a table also against its angle, and by orders."""
     draws = (deviation.residual, deviation.residual_by_angle, deviation.orders)
     with styled() as (figure, axes):
-        if turning:
+        if by_angle is not None:
             figure.clear()
             figure.set_size_inches(figure.get_figwidth(), 6.4)
             for draw, one in zip(draws, figure.subplots(3, 1), strict=True):
@@ -261,9 +258,8 @@ def curves_figure(analyses: Sequence[Analysis]) -> Figure:
     with styled(6) as (figure, axes):
         for analysis, color in zip(analyses, colors, strict=False):
             curve = analysis.curve_before
-            deviation, low, high = (
-                one / unit.size for one in (curve.deviation, curve.low, curve.high)
-            )
+            ends = (curve.deviation, curve.low, curve.high)
+            deviation, low, high = (one / unit.size for one in ends)
             axes.plot(
                 curve.tau, deviation, color=color, marker="o", markersize=3.0, linewidth=0.9,
                 label=frame.literal(analysis.channel),

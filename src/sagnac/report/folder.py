@@ -96,10 +96,9 @@ def write_report(
         require_free(outputs_in(place, "report"), force=force)
     stated = document.analysis_document(analysis)
     # All of it or nothing: new figures beside an old document would be believed.
+    how = {"block": block, "settings": settings, "pdf": pdf, "with_forces": with_forces}
     with replacing_folder(folder) as new:
-        written = _write(
-            analysis, new, stated, block=block, settings=settings, pdf=pdf, with_forces=with_forces
-        )
+        written = _write(analysis, new, stated, **how)
     return replace(written, paths=tuple(folder / path for path in written.paths))
 
 
@@ -125,24 +124,15 @@ def write_comparison(
     return [folder / f"comparison.{suffix}" for suffix in ("html", "json", "png")]
 
 
-def _write(
-    analysis: Analysis,
-    folder: Path,
-    stated: dict[str, Any],
-    *,
-    block: TitleBlock | None,
-    settings: str,
-    pdf: bool,
-    with_forces: bool,
-) -> Report:
+def _write(analysis: Analysis, folder: Path, stated: dict[str, Any], **how: Any) -> Report:
     """The report of one analysis, or of several gyros with each one's own in a folder beside.
 
     Its paths are relative to the folder; its document, as it is `stated`, gets the time it took.
-    For the others see `write_report`.
+    `how` holds block, settings, pdf and with_forces: see `write_report`.
     """
     began = time.perf_counter()
-    shown = analysis if with_forces else replace(analysis, accelerometers={})
-    top: dict[str, Any] = {"block": block, "settings": settings, "folder": folder}
+    shown = analysis if how["with_forces"] else replace(analysis, accelerometers={})
+    top = {"block": how["block"], "settings": how["settings"], "folder": folder}
     places = {name: folder_name(name) for name in analysis.gyros}
     texts: dict[str, str] = {}
     if places:
@@ -153,21 +143,18 @@ def _write(
         html = page.page(shown, drawn=drawn, document=stated, **top)
         pictures = [name for name in page.FILES if name in drawn]
         texts = sections.tables(analysis)
-    if settings:
-        texts["settings.toml"] = settings
+    if how["settings"]:
+        texts["settings.toml"] = how["settings"]
     for name, text in texts.items():
         write_text(folder / name, text)
-    printed = _write_page(folder, html, pdf=pdf)
+    printed = _write_page(folder, html, pdf=how["pdf"])
     pngs = (f"{name}.png" for name in pictures)
     paths = list(map(Path, (*printed, "analysis.json", *texts, *pngs)))
     each = {}
     for name, one in analysis.gyros.items():
         place = folder / places[name]
         place.mkdir()
-        own = _write(
-            one, place, stated["gyros"][name],
-            block=block, settings=settings, pdf=pdf, with_forces=with_forces,
-        )  # fmt: skip
+        own = _write(one, place, stated["gyros"][name], **how)
         each[name] = own.analysis
         paths += [Path(places[name]) / path for path in own.paths]
     stated["seconds"]["report"] = time.perf_counter() - began

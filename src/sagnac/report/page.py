@@ -25,14 +25,7 @@ from sagnac.report import figures
 from sagnac.report.alignment import compass_figure
 from sagnac.report.document import analysis_document
 from sagnac.report.quantities import FIT_TITLES, subject
-from sagnac.report.sections import (
-    HEADER,
-    TitleBlock,
-    cited,
-    placed_notes,
-    rendered,
-    share_rows,
-)
+from sagnac.report.sections import HEADER, TitleBlock, cited, placed_notes, rendered, share_rows
 from sagnac.report.text import methods_by_gyro
 
 # Figures of a report in words.
@@ -178,22 +171,13 @@ def comparison_page(analyses: Mapping[str, Analysis], refused: Mapping[str, str]
         Why, of each method that this recording does not allow.
     """
     one, by_gyro = next(iter(analyses.values())), methods_by_gyro(analyses)
-    pictures = (
-        figures.svg(
-            figures.comparison_figure(each),
-            f"comparison-{name}",
-            f"Allan deviation of {name} that each method leaves",
-        )
-        for name, each in by_gyro.items()
-    )
-    return _rendered(
-        "comparison.html",
-        one,
-        title="Methods compared, " + (", ".join(by_gyro) if len(by_gyro) > 1 else subject(one)),
-        by_gyro=by_gyro,
-        refused=refused,
-        figure=Markup("").join(pictures),
-    )
+    figure = Markup("")
+    for name, each in by_gyro.items():
+        said = f"Allan deviation of {name} that each method leaves"
+        figure += figures.svg(figures.comparison_figure(each), f"comparison-{name}", said)
+    what = ", ".join(by_gyro) if len(by_gyro) > 1 else subject(one)
+    facts: dict[str, Any] = {"by_gyro": by_gyro, "refused": refused, "figure": figure}
+    return _rendered("comparison.html", one, title=f"Methods compared, {what}", **facts)
 
 
 def accelerometers_page(analysis: Analysis, folder: Path) -> str:
@@ -252,9 +236,7 @@ def _azimuth(analysis: Analysis, document: Mapping[str, Any] | None) -> Markup |
     return figures.svg(figure, "azimuth", "Azimuth error of a gyrocompass against time")
 
 
-def _fits(
-    analysis: Analysis,
-) -> list[tuple[str, Mapping[CoefficientName, Estimate], bool]]:
+def _fits(analysis: Analysis) -> list[tuple[str, Mapping[CoefficientName, Estimate], bool]]:
     """Columns of coefficients: title, estimates, and whether the answer rests on it."""
     resting, columns = headline_fit(analysis), []
     if analysis.coefficients and resting is None:

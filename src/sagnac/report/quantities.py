@@ -11,15 +11,7 @@ from scipy.special import gammainccinv, gammaincinv
 
 from sagnac.analysis.result import Analysis
 from sagnac.analysis.spectra import Spectrum
-from sagnac.core.units import (
-    ARCSECOND,
-    COEFFICIENT_UNITS,
-    DEGREE_PER_HOUR,
-    SENSED,
-    UNITS,
-    Unit,
-    field_unit,
-)
+from sagnac.core.units import ARCSECOND, DEGREE_PER_HOUR, SENSED, UNITS, Unit, field_unit
 from sagnac.lines.model import Line
 from sagnac.noise.estimates import ConvertedEstimate, Estimate, FitName, Interval
 from sagnac.noise.laws import COEFFICIENT_NAMES, CoefficientName
@@ -96,6 +88,11 @@ def number(value: float, width: float | None = None, *, plain: bool = False) -> 
     return _raised(mantissa, power)
 
 
+def ending(text: str, most: int) -> str:
+    """A text of no more characters than that: the end of a longer one."""
+    return text if len(text) <= most else f"…{text[1 - most :]}"
+
+
 def typeset(text: str) -> str:
     """A text with its powers of ten raised.
 
@@ -145,7 +142,7 @@ def reading_cells(
 
 def unit_cells(name: CoefficientName, estimate: Estimate) -> list[tuple[str, str, str]]:
     """Value, interval and unit of an estimate in SI, in each unit that it is written in."""
-    shown = [replace(estimate, name=name).to(unit) for unit in COEFFICIENT_UNITS[name]]
+    shown = [replace(estimate, name=name).to(unit) for unit in SENSED["gyro"].coefficients[name]]
     if estimate.status == "upper bound":
         return [(f"< {number(one.high, plain=True)}", "", one.unit) for one in shown]
     return [(*figures(one, plain=True), one.unit) for one in shown]

@@ -17,13 +17,7 @@ from pathlib import Path
 from typing import Any, Final, Literal, Self
 from urllib.parse import quote
 
-from jinja2 import (
-    Environment,
-    FileSystemBytecodeCache,
-    PackageLoader,
-    StrictUndefined,
-    select_autoescape,
-)
+import jinja2
 
 from sagnac.analysis.result import Analysis, answer_coefficients, headline_fit
 from sagnac.analysis.settings import Method
@@ -151,12 +145,10 @@ def force_rows(analyses: Sequence[Analysis]) -> list[tuple[str, str, tuple[str, 
     """
     titles, rows = SENSED["accelerometer"].titles, []
     for name in COEFFICIENT_NAMES:
-        readings = tuple(
-            "not fitted" if found is None else quantities.reading(name, found)
-            for found in (answer_coefficients(one).get(name) for one in analyses)
-        )
+        found = [answer_coefficients(one).get(name) for one in analyses]
+        said = ("not fitted" if one is None else quantities.reading(name, one) for one in found)
         unit = field_unit(name, "accelerometer").symbol
-        rows.append((f"{SYMBOLS[name]} {titles[name]}", unit, readings))
+        rows.append((f"{SYMBOLS[name]} {titles[name]}", unit, tuple(said)))
     return rows
 
 
@@ -287,13 +279,11 @@ def stability_table(analysis: Analysis) -> str:
     """CSV of the curve, per gyro, after and before removal; units stand in the header."""
     units = {"tau": "[s]", **dict.fromkeys(("deviation", "low", "high"), "[deg/h]")}
     curves = {"": analysis.curve, "before_": analysis.curve_before}
-    return columns_text(
-        {
-            f"{prefix}{name}{units.get(name, '')}": values
-            for prefix, curve in curves.items()
-            for name, values in quantities.curve_columns(curve, UNITS["deg/h"]).items()
-        }
-    )
+    columns = {}
+    for prefix, curve in curves.items():
+        for name, values in quantities.curve_columns(curve, UNITS["deg/h"]).items():
+            columns[f"{prefix}{name}{units.get(name, '')}"] = values
+    return columns_text(columns)
 
 
 def family_table(analysis: Analysis) -> str:
@@ -382,11 +372,11 @@ def rendered(template: str, **values: Any) -> str:
 
 
 @cache
-def _templates() -> Environment:
-    environment = Environment(
-        loader=PackageLoader("sagnac.report"),
-        autoescape=select_autoescape(),
-        undefined=StrictUndefined,
+def _templates() -> jinja2.Environment:
+    environment = jinja2.Environment(
+        loader=jinja2.PackageLoader("sagnac.report"),
+        autoescape=jinja2.select_autoescape(),
+        undefined=jinja2.StrictUndefined,
         trim_blocks=True,
         lstrip_blocks=True,
         bytecode_cache=_compiled_templates(),
@@ -396,14 +386,14 @@ def _templates() -> Environment:
     return environment
 
 
-def _compiled_templates() -> FileSystemBytecodeCache | None:
+def _compiled_templates() -> jinja2.FileSystemBytecodeCache | None:
     """Compiled templates beside the templates, as Python keeps modules; None if that is refused."""
     folder = Path(__file__).parent / "templates" / "__pycache__"
     try:
         folder.mkdir(exist_ok=True)
     except OSError:
         return None
-    return FileSystemBytecodeCache(str(folder)) if os.access(folder, os.W_OK) else None
+    return jinja2.FileSystemBytecodeCache(str(folder)) if os.access(folder, os.W_OK) else None
 
 
 # ---- pdf ---------------------------------------------------------------------------

@@ -17,7 +17,7 @@ from sagnac.core.units import field_unit
 from sagnac.noise.cross_spectra import SelfNoise
 from sagnac.noise.laws import COEFFICIENT_NAMES, SYMBOLS, CoefficientName
 from sagnac.recording.model import Recording
-from sagnac.report import as_typed, error_text, note_text, quantities, sections
+from sagnac.report import as_typed, error_text, note_text, quantities, sections, wrapped
 from sagnac.stability.curve import StabilityCurve
 
 # ---- text --------------------------------------------------------------------------
@@ -47,11 +47,8 @@ def verdict(analysis: Analysis) -> str:
         (sections.gyro_text(one), one.limit.in_words, sections.found_text(one), one.decision)
         for one in found.judgements
     ]
-    reasons = dict.fromkeys(
-        f"{sections.gyro_text(one)}: {one.reason}"
-        for one in found.judgements
-        if one.decision != "pass" or EITHER in one.reason
-    )
+    told = [one for one in found.judgements if one.decision != "pass" or EITHER in one.reason]
+    reasons = dict.fromkeys(f"{sections.gyro_text(one)}: {one.reason}" for one in told)
     product = f" for {found.specification.product}" if found.specification.product else ""
     said = f"Verdict{product}: {sections.DECISIONS[found.decision]}"
     listed = table(("gyro", "limit", "measured", "verdict"), rows)
@@ -101,9 +98,8 @@ def accelerometers(analysis: Analysis) -> str:
 
 def refused(analysis: Analysis) -> str:
     """Why channels were not analyzed, a line each."""
-    return "\n".join(
-        f"{name} was not analyzed: {error_text(why)}" for name, why in analysis.refused.items()
-    )
+    refusals = analysis.refused.items()
+    return "\n".join(f"{name} was not analyzed: {error_text(why)}" for name, why in refusals)
 
 
 def units(analysis: Analysis) -> str:
@@ -204,29 +200,19 @@ def comparison(analyses: Mapping[str, Analysis], refused: Mapping[str, str]) -> 
     ]
     header = ("method", "N °/√h", "interval", "status", "lines", "peaks left", "s")
     read = [note_text(note) for note in one.recording.notes]
-    noticed = [f"note: {said}" for said in read] + [
-        f"note: {method}: {said}"
-        for method, analysis in analyses.items()
-        for said in map(note_text, analysis.notes)
-        if said not in read
-    ]
+    noticed = [f"note: {said}" for said in read]
+    for method, analysis in analyses.items():
+        own = (said for said in map(note_text, analysis.notes) if said not in read)
+        noticed += [f"note: {method}: {said}" for said in own]
     reasons = "\n".join(f"{method}: {why}" for method, why in refused.items())
-    return blocks(
-        quantities.subject(one),
-        table(header, rows, right=(1, 4, 5, 6)),
-        reasons,
-        "\n".join(noticed),
-    )
+    shown = table(header, rows, right=(1, 4, 5, 6))
+    return blocks(quantities.subject(one), shown, reasons, "\n".join(noticed))
 
 
 def findings(found: Sequence[Note]) -> str:
     """Findings of a check of the data."""
-    if not found:
-        return "Nothing was found wrong."
-    return table(
-        ("level", "channel", "finding"),
-        [(item.level, item.channel, as_typed(item.text)) for item in found],
-    )
+    rows = [(one.level, one.channel, as_typed(one.text)) for one in found]
+    return table(("level", "channel", "finding"), rows) if rows else "Nothing was found wrong."
 
 
 def recording(read: Recording) -> str:
@@ -280,16 +266,8 @@ def blocks(*parts: str) -> str:
 
 # ---- brief -------------------------------------------------------------------------
 
-COLUMNS: Final = 80
 _STRONGEST_SHOWN: Final = 5
 _MOST_REMARKS: Final = 4
-
-
-def wrapped(text: str, indent: str = "  ") -> str:
-    """A paragraph of 80 columns, its further lines indented."""
-    return textwrap.fill(
-        text, COLUMNS, subsequent_indent=indent, break_long_words=False, break_on_hyphens=False
-    )
 
 
 def main_coefficients(analysis: Analysis) -> str:
@@ -310,16 +288,12 @@ def strongest_lines(analysis: Analysis) -> str:
             quantities.line_position(line),
             *quantities.line_amplitude(line),
             line.channel,
-            _short(line.name),
+            line.name if len(line.name) <= 32 else f"{line.name[:31]}…",
         )
         for line in analysis.lines[:_STRONGEST_SHOWN]
     ]
     header = ("periodic", "amplitude ″", "± ″", "channel", "known as")
     return _listed(analysis, table(header, rows, right=(1, 2)), len(rows))
-
-
-def _short(name: str) -> str:
-    return name if len(name) <= 32 else f"{name[:31]}…"
 
 
 def short_notes(analysis: Analysis, others: Sequence[Analysis] = ()) -> str:
@@ -385,18 +359,15 @@ def _warned_of(file: str, analysis: Analysis) -> list[str]:
             if note.level != "remark" and note.channel not in known:
                 known.append(note.channel)
     of_file = f"{file}: " if file else ""
-    return [
-        wrapped(f"warned of above: {of_file}{name} ({', '.join(found)})")
-        for name, found in channels.items()
-        if found
-    ]
+    listed = ((name, ", ".join(found)) for name, found in channels.items() if found)
+    return [wrapped(f"warned of above: {of_file}{name} ({found})") for name, found in listed]
 
 
 def _closing_rows(file: str, analysis: Analysis) -> list[tuple[str, ...]]:
     verdict = verdict_of(analysis)
     decisions = {} if verdict is None else dict(verdict.by_gyro)
     estimates = dict(analysis.per_gyro) or {analysis.channel: analysis.angle_random_walk}
-    named = file if len(file) <= 24 else f"…{file[-23:]}"
+    named = quantities.ending(file, 24)
     rows: list[tuple[str, ...]] = [
         (
             named,
@@ -406,11 +377,9 @@ def _closing_rows(file: str, analysis: Analysis) -> list[tuple[str, ...]]:
         )
         for name, estimate in estimates.items()
     ]
-    return rows + [
-        (named, name, "–", "", "not analyzed", decisions.get(name, ""))
-        for name in analysis.settings.gyros
-        if name in analysis.refused
-    ]
+    lacking = [name for name in analysis.settings.gyros if name in analysis.refused]
+    said = ("–", "", "not analyzed")
+    return rows + [(named, name, *said, decisions.get(name, "")) for name in lacking]
 
 
 def brief(analysis: Analysis, others: Sequence[Analysis] = ()) -> tuple[str, ...]:

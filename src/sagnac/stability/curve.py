@@ -42,7 +42,6 @@ Riley and Greenhall
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import partial
 from html import escape
 from typing import Any, Final
 
@@ -53,7 +52,7 @@ from scipy import fft
 
 from sagnac.core.arrays import FloatArray, pandas_for
 from sagnac.core.errors import Note, require_choice, require_confidence
-from sagnac.recording.channel import Kind, numbers, require_rate
+from sagnac.recording.channel import Compared, Kind, numbers, require_rate
 from sagnac.stability import Estimator, Gaps
 from sagnac.stability.estimators import ESTIMATORS, properties_of
 from sagnac.stability.noise_type import (
@@ -219,7 +218,7 @@ _ARRAYS: Final[Mapping[str, type]] = {
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, repr=False, eq=False)
-class StabilityCurve:
+class StabilityCurve(Compared):
     """Deviation against cluster time, with its interval and its settings.
 
     Attributes
@@ -290,17 +289,6 @@ class StabilityCurve:
         require_choice("kind", self.kind, Kind)
         require_rate(self.sample_rate)
         require_confidence(self.confidence)
-
-    def __eq__(self, other: object) -> bool:
-        if not isinstance(other, StabilityCurve):
-            return NotImplemented
-        own, its = ([getattr(one, name) for name in _ARRAYS] for one in (self, other))
-        return all(map(partial(np.array_equal, equal_nan=True), own, its)) and all(
-            getattr(self, name) == getattr(other, name)
-            for name in self.__dataclass_fields__.keys() - _ARRAYS
-        )
-
-    __hash__ = None  # type: ignore[assignment]  # arrays have none
 
     def __repr__(self) -> str:
         taus = f", tau {self.tau[0]:.4g} s to {self.tau[-1]:.4g} s" if self.tau.size else ""
