@@ -7,6 +7,7 @@ from scipy import stats
 import sagnac
 from sagnac.analysis.result import Analysis
 from tests.analysis.recorded import recorded
+from tests.instruments import Readout, turntable
 from tests.second_rig import DEGREE, DEGREE_PER_ROOT_HOUR, Bench, simulate
 
 RING_LASER, MEMS = 2.5e-5, 0.1  # deg/sqrt(h)
@@ -251,3 +252,26 @@ def test_a_companion_that_is_not_sound_does_not_cost_the_other():
     recording = recorded(made, ("x", "z"))
     answer = sagnac.analyze(recording, sagnac.Settings(gyros=("x",))).angle_random_walk
     assert answer.status == "estimated"
+
+
+def test_readout_noise_of_one_gyro_beside_an_encoder_is_no_more_than_a_bound():
+    made = turntable(
+        8, seconds=600.0, sample_rate=50.0, walk=1e-3, jitter=1e-3, readout=Readout(step=1e-3)
+    )
+    # 2 arcsec of the encoder, which one gyro has as its own, and two have not.
+    late = made.encoder + np.random.default_rng(8).normal(0.0, 2.0 / 3600.0, made.encoder.size)
+    recording = sagnac.Recording.from_arrays(
+        x=made.angles["x"],
+        z=made.angles["z"],
+        table=late,
+        kind="angle",
+        unit="arcsec",
+        sample_rate=50.0,
+    )
+    alone, pair = (
+        sagnac.analyze(recording, gyros=gyros).coefficients["quantization"]
+        for gyros in (("x",), ("x", "z"))
+    )
+    assert alone.status == "upper bound"
+    assert alone.to("arcsec").high > 0.5
+    assert pair.to("arcsec").high < 0.01

@@ -8,7 +8,10 @@ import pytest
 from sagnac.analysis.averaged import Headline
 from sagnac.analysis.encoder import for_plain_mean
 from sagnac.analysis.measurement import Measurement
+from sagnac.analysis.pipeline import analyze
 from sagnac.noise.estimates import Estimate
+from sagnac.recording.model import Recording
+from tests.instruments import Readout, turntable
 
 SIGMA = 1.3e-3  # standard error of ln N, as of two hours at 500 Hz
 DRAWS = 1500
@@ -74,3 +77,36 @@ def test_a_bound_is_that_of_the_gyro_that_counts_least():
     least = min(map(abs, pair(1.02).weights))
     assert found.low == 0.0
     assert found.value == found.high == pytest.approx(1.0 / least)
+
+
+@pytest.mark.parametrize("status", ["estimated", "upper bound"])
+def test_a_pair_that_is_all_but_one_gyro_shows_that_one_and_no_mean(status):
+    answer = read(1e-6, 0.95)
+    if status == "upper bound":
+        answer = replace(answer, estimate=answer.estimate.bounded(1e-6))
+    found = for_plain_mean(pair(300.0), answer)
+    assert found.estimate.status == "not observable"
+    (note,) = found.notes
+    assert note.level == "warning"
+    assert "it shows z alone, whose angle random walk reads" in note.text
+
+
+def test_readout_noise_of_an_unlike_pair_is_held_by_its_interval():
+    # x hardly counts, and has all the noise of readout.
+    made = turntable(
+        3,
+        seconds=600.0,
+        sample_rate=50.0,
+        walk=1e-3,
+        jitter=1e-3,
+        shares={"x": 0.9, "z": 0.3},
+        readout=Readout(step=1e-3),
+    )
+    rng = np.random.default_rng(3)
+    angles = {name: made.angles[name] for name in "xz"}
+    angles["x"] = angles["x"] + 0.5 * rng.standard_normal(made.encoder.size)
+    recording = Recording.from_arrays(
+        **angles, table=made.encoder, kind="angle", unit="arcsec", sample_rate=50.0
+    )
+    found = analyze(recording, gyros=("x", "z")).coefficients["quantization"].to("arcsec")
+    assert found.low < 0.5 / np.sqrt(2.0) < found.high

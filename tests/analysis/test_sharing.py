@@ -61,21 +61,64 @@ def test_gyros_that_share_nothing_but_the_table_are_said_to():
     assert note.channel == "x-z"
 
 
+def beside_white(made, *, ways=(1.0, 1.0), common=0.0):
+    """Two gyros that turn one way or the other, with a walk of `common` times 0.01 in both."""
+    white = np.random.default_rng(9).standard_normal(made.encoder.size)
+    shared = np.cumsum(common * 3600.0 * 0.01 / 60.0 * math.sqrt(1.0 / 50.0) * white)
+    angles = {name: way * made.angles[name] + shared for name, way in zip("xz", ways, strict=True)}
+    return Recording.from_arrays(
+        **angles, table=made.encoder, kind="angle", unit="arcsec", sample_rate=50.0
+    )
+
+
+@pytest.mark.parametrize("common", [0.0, 0.6])
+def test_what_gyros_in_opposite_senses_share_is_there_twice(common):
+    made = turntable(
+        4, seconds=900.0, sample_rate=50.0, walk=0.01, jitter=1e-5, readout=Readout(step=1e-4)
+    )
+    recording = beside_white(made, ways=(1.0, -1.0), common=common)
+    analysis = analyze(recording, Settings(gyros=("x", "z")))
+    walk = analysis.angle_random_walk.to("deg/sqrt(h)")
+    assert walk.value == pytest.approx(0.01 * math.hypot(1.0, math.sqrt(2.0) * common), rel=0.03)
+    assert walk.low < 0.01 * math.hypot(1.0, common) < walk.high
+    texts = [note.text for note in analysis.notes if "against the gyros themselves" in note.text]
+    assert len(texts) == 1
+    assert " % high" in texts[0] or "%) high" in texts[0]
+
+
+def test_a_table_that_stands_on_steps_of_its_encoder_is_no_shared_walk():
+    made = turntable(
+        6,
+        seconds=1200.0,
+        sample_rate=200.0,
+        table_rate=30.0,
+        walk=1e-3,
+        motion="dwelling",
+        readout=Readout(step=1e-3),
+    )
+    seconds = np.arange(made.encoder.size) / 200.0
+    late = np.interp(seconds - 3e-4, seconds, np.unwrap(made.encoder, period=360.0))
+    recording = Recording.from_arrays(
+        x=made.angles["x"],
+        z=made.angles["z"],
+        table=np.round(late / 1e-4) * 1e-4,
+        kind="angle",
+        unit="arcsec",
+        sample_rate=200.0,
+    )
+    analysis = analyze(recording, Settings(gyros=("x", "z")))
+    assert not [note for note in analysis.notes if note.name == "shared"]
+    walk = analysis.angle_random_walk.to("deg/sqrt(h)")
+    assert walk.low < 1e-3 < walk.high < 1.08e-3
+
+
 @pytest.mark.parametrize("common", [0.0, 1.0])
 def test_an_encoder_that_slips_is_no_walk_that_gyros_share(common):
     made = turntable(
         9, seconds=900.0, sample_rate=50.0, walk=0.01, jitter=1e-5, readout=Readout(step=1e-4)
     )
-    white = np.random.default_rng(9).standard_normal(made.encoder.size)
-    shared = np.cumsum(common * 3600.0 * 0.01 / 60.0 * math.sqrt(1.0 / 50.0) * white)
-    slipped = made.encoder + 0.005 * (np.arange(white.size) > 15_000)
-    recording = Recording.from_arrays(
-        **{name: made.angles[name] + shared for name in "xz"},
-        table=slipped,
-        kind="angle",
-        unit="arcsec",
-        sample_rate=50.0,
-    )
+    slipped = made.encoder + 0.005 * (np.arange(made.encoder.size) > 15_000)
+    recording = beside_white(replace(made, encoder=slipped), common=common)
     analysis = analyze(recording, Settings(gyros=("x", "z")))
     assert [note for note in analysis.notes if "1 jump that gyro" in note.text]
     walk = analysis.angle_random_walk.to("deg/sqrt(h)")

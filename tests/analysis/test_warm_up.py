@@ -5,6 +5,9 @@ import pytest
 from benchmarks.gallery import Gyro, warming
 
 from sagnac.analysis.corrections import find_warm_up, without_warm_up
+from sagnac.analysis.pipeline import analyze
+from sagnac.recording.model import Recording
+from tests.instruments import Readout, turntable
 
 RATE = 100.0
 
@@ -22,3 +25,20 @@ def test_warm_up_is_found_and_a_walk_is_none():
         walk = np.cumsum(rng.standard_normal(8000)) / RATE
         misses += find_warm_up(walk, sample_rate=RATE) is not None
     assert misses <= 1
+
+
+def test_what_a_pair_drifts_apart_is_said_in_full():
+    made = turntable(5, seconds=900.0, sample_rate=50.0, walk=1e-3, readout=Readout(step=1e-3))
+    seconds = np.arange(made.encoder.size) / 50.0
+    x = made.angles["x"] - 20.0 * 60.0 * np.exp(-seconds / 60.0)
+    recording = Recording.from_arrays(
+        x=x,
+        z=made.angles["z"],
+        table=made.encoder,
+        kind="angle",
+        unit="arcsec",
+        sample_rate=50.0,
+    )
+    analysis = analyze(recording, gyros=("x", "z"))
+    (text,) = [note.text for note in analysis.notes if "the rate settles by" in note.text]
+    assert float(text.split("settles by ")[1].split()[0]) == pytest.approx(20.0, rel=0.1)

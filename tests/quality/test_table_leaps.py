@@ -5,7 +5,7 @@ import pytest
 
 from sagnac.quality.check import judged
 from sagnac.recording.model import Recording
-from tests.instruments import Readout, turntable
+from tests.instruments import Readout, behind_low_pass, turntable
 
 RATE = 100.0
 
@@ -70,6 +70,22 @@ def test_slips_of_the_encoder_are_told_by_the_gyros(size, kind):
     assert "1 jump that gyro y does not make" in note.text
     assert float(note.text.split("by up to ")[1].split()[0]) == pytest.approx(abs(size), abs=1e-3)
     assert found(held, kind) == []
+
+
+@pytest.mark.parametrize("turns", [100.0, 37.3])
+def test_counts_of_a_coarse_encoder_are_no_slips(turns):
+    # Half a degree a sample on rough bearings, and readings of a tenth: at times a count more.
+    rough = behind_low_pass(np.random.default_rng(2).standard_normal(60_000), 200.0, 20.0)
+    rates = turns + 0.2 * rough / rough.std()
+    angle = np.cumsum(rates) / 200.0
+    recording = Recording.from_arrays(
+        z=rates,
+        table=np.mod(np.round(angle, 1), 360.0),
+        kind="rate",
+        unit="deg/s",
+        sample_rate=200.0,
+    )
+    assert [note for note in judged(recording) if "jump" in note.text] == []
 
 
 def test_a_glitch_of_a_gyro_is_no_slip_of_the_encoder():

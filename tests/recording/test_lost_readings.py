@@ -99,3 +99,10 @@ def test_a_pair_holds_its_noise_beside_an_encoder_of_which_every_thirtieth_readi
     walk = analyze(made, interval=0.1).angle_random_walk.to("deg/sqrt(h)")
     assert walk.status == "estimated"
     assert walk.low < MADE.walk < walk.high
+
+
+def test_readings_that_are_missing_at_an_end_are_said_to_be():
+    encoder = MADE.encoder.copy()
+    encoder[[0, -1]] = np.nan
+    (text,) = [note.text for note in integrity(recorded(encoder, "angle")) if "NaN" in note.text]
+    assert "2 samples NaN or infinite, at an end of the record" in text

@@ -168,6 +168,25 @@ class Headline:
     fits: Mapping[FitName, Fit] = field(default_factory=dict)
     per_gyro: Mapping[str, Estimate] = field(default_factory=dict)
 
+    def with_others(self, changed: Callable[[Estimate], Estimate]) -> "Headline":
+        """The same with what stands beside N changed: of the average, and of fits of ours."""
+        fits = {
+            name: fit
+            if name == "paper"
+            else replace(
+                fit, coefficients={key: changed(one) for key, one in fit.coefficients.items()}
+            )
+            for name, fit in self.fits.items()
+        }
+        spectrum = self.spectrum
+        if spectrum is not None:
+            average = spectrum.average
+            own = average.angle_random_walk
+            others = {key: changed(one) for key, one in average.coefficients.items()}
+            average = average.with_coefficients({**others, "angle_random_walk": own})
+            spectrum = replace(spectrum, average=average)
+        return replace(self, fits=fits, spectrum=spectrum)
+
 
 def levels_of(increments: FloatArray, rate: float, masked: Bands) -> Levels | None:
     """Robust levels of increments (rad) at a rate (Hz); None if there is nothing to level."""

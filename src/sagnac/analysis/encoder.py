@@ -37,6 +37,7 @@ from sagnac.quality.profile import Profile, scatter_of
 from sagnac.recording.channel import PAIR_SIZE, angle_of
 from sagnac.table.estimate import EstimatedTable
 from sagnac.table.kinematics import (
+    KINEMATIC_RATE,
     Kinematics,
     averages_of,
     block_gain,
@@ -49,6 +50,8 @@ from sagnac.table.turns import FEW_TURNS, full_turns, mean_rate
 WalkOfPair = Callable[[Evidence, str], Estimate]
 """Angle random walk per gyro of the one that is measured and another one, which is named."""
 
+# Times that one gyro counts as much as the other from which on the two are that one.
+_ONE_ALONE: Final = 10.0
 # Standard errors beyond which nothing lies.
 _FAR: Final = 20.0
 
@@ -63,10 +66,20 @@ def with_encoder(headline: Headline, evidence: Evidence, walk_of_pair: WalkOfPai
     walk_of_pair
         Called if the encoder decides what one gyro shows.
     """
-    table = evidence.table.estimate
-    if table is not None and not evidence.measured.is_pair:
+    table, measured = evidence.table.estimate, evidence.measured
+    if table is not None and not measured.is_pair:
         headline = _of_one(headline, evidence, table, walk_of_pair)
-    answer = for_plain_mean(evidence.measured, headline)
+        # The readings of the encoder, taken off, have left theirs.
+        headline = headline.with_others(
+            lambda one: (
+                one.bounded(one.high)
+                if one.name == "quantization" and one.status == "estimated"
+                else one
+            )
+        )
+    answer = for_plain_mean(measured, headline).with_others(
+        lambda one: of_plain_mean(one, measured.weights)
+    )
     return _with_latch_note(answer, headline.estimate, evidence)
 
 
@@ -92,19 +105,43 @@ def for_plain_mean(measured: Measurement, read: Headline) -> Headline:
         return read
     if not (ALIKE[0] < least and most < ALIKE[1]):
         first, second = measured.gyros
+        # Of a pair that is all but one gyro, what is read is the noise of that one.
+        alone = most > _ONE_ALONE * least
+        shown = first if abs(measured.weights[0]) == most else second
+        what = (
+            f"it shows {shown} alone, whose angle random walk reads "
+            f"{estimate.in_field_unit()}, and not their mean"
+            if alone
+            else "the interval holds their plain mean whichever of the two has the noise"
+        )
         note = Note(
             channel=measured.channel,
+            level="warning" if alone else "remark",
             text=f"{first} counts {abs(measured.weights[0]):.2f} times and {second} "
-            f"{abs(measured.weights[1]):.2f} times, so that the two take the table out; the "
-            "interval holds their plain mean whichever of the two has the noise",
+            f"{abs(measured.weights[1]):.2f} times, so that the two take the table out; {what}",
         )
         notes = (*notes, note)
+    return replace(read, estimate=of_plain_mean(estimate, measured.weights), notes=notes)
+
+
+def of_plain_mean(estimate: Estimate, weights: tuple[float, float]) -> Estimate:
+    """A coefficient of a pair of which each gyro has a weight, for the plain mean of the two.
+
+    It is not observable if the pair is all but one gyro.
+    """
+    least, most = sorted(map(abs, weights))
+    if least == most or estimate.status == "not observable":
+        return estimate
+    if most > _ONE_ALONE * least:
+        return replace(
+            estimate, value=math.nan, low=math.nan, high=math.nan, status="not observable"
+        )
     if estimate.status != "estimated":
-        return replace(read, estimate=estimate.bounded(estimate.high / least), notes=notes)
+        return estimate.bounded(estimate.high / least)
     part = _part_of_errors(estimate, math.log(most / least))
     low = estimate.value / most * (estimate.low / estimate.value) ** part
     high = estimate.value / least * (estimate.high / estimate.value) ** part
-    return replace(read, estimate=replace(estimate, low=low, high=high), notes=notes)
+    return replace(estimate, low=low, high=high)
 
 
 def _part_of_errors(estimate: Estimate, apart: float) -> float:
@@ -340,6 +377,9 @@ _CLEAR: Final = 5.0
 _ODD: Final = 1.5
 # What it leaves at the least, below which nothing is told.
 _TELLING: Final = 0.5
+# Part of the usual rate below which a table stands, and part of the time for which it may.
+_AT_REST: Final = 0.01
+_STANDS: Final = 0.05
 # Deviations from which on a step that all gyros make against the encoder is one of the encoder, and
 # share of the steps that may be such.
 _SLIP: Final = 8.0
@@ -362,19 +402,29 @@ def with_shared_noise(headline: Headline, evidence: Evidence) -> Headline:
     if walk.status != "estimated":
         return headline
     shared = shared_walk(evidence, measured.gyros, spectrum.average.rests_on.band_hz)
-    if shared is None:
+    if shared is None or _stands_at_times(evidence.table.angle, measured.sample_rate):
         return headline
-    least, factor, most = (
-        differenced_factor(square, walk.value)
-        for square in (shared.high, shared.square, shared.low)
+    # Of gyros that are mounted in opposite senses what they share is there twice.
+    left_out = 1.0 - 0.5 * sum(measured.weights) ** 2
+    # Where none is seen, it may be what would not be: as far from zero as the interval reaches.
+    reach = max(shared.high, shared.high - shared.square)
+    least, factor, most = sorted(
+        differenced_factor(left_out * square, walk.value)
+        for square in (reach, shared.square, shared.low)
     )
-    note = _shared_note(measured.channel, shared, (least, factor, most))
+    note = _shared_note(measured.channel, shared, (least, factor, most), lost=left_out > 0.0)
     if note is None:
         return headline
     if note.name == "shared" and note.level == "warning" and read.status == "estimated":
         low, high = min(read.low, read.low / most), max(read.high, read.high / least)
         headline = replace(headline, estimate=replace(read, low=low, high=high))
     return replace(headline, findings=(*headline.findings, note))
+
+
+def _stands_at_times(angle: FloatArray, sample_rate: float) -> bool:
+    """Whether a table stands now and then, on one step of its encoder, which looks like a walk."""
+    moved = np.abs(np.diff(averages_of(angle, max(1, round(sample_rate / KINEMATIC_RATE)))))
+    return float(np.mean(moved < _AT_REST * np.median(moved[moved > 0.0]))) > _STANDS
 
 
 def shared_walk(
@@ -441,11 +491,12 @@ def _without_table(
 
 
 def _shared_note(
-    channel: str, shared: CommonWalk, factors: tuple[float, float, float]
+    channel: str, shared: CommonWalk, factors: tuple[float, float, float], *, lost: bool
 ) -> Note | None:
     """The note on noise that two gyros share; None if it is an unsure wander of the encoder.
 
-    `factors` are the smallest, the likeliest and the largest at which the difference reads N.
+    `factors` are the smallest, the likeliest and the largest at which the difference reads N;
+    `lost` is whether what they share is lost in it, rather than there twice.
     """
     low, factor, high = factors
     if not shared.is_present or factor > _ODD:
@@ -455,10 +506,11 @@ def _shared_note(
                 "of the encoder"
             )
         else:
+            most, which = (1.0 - low, "low") if lost else (high - 1.0, "high")
             text = (
                 "no angle random walk that the two gyros share is seen beside the table's motion: "
-                f"the difference reads at most {rounded(100.0 * max(0.0, 1.0 - low))} % low "
-                "against the gyros themselves"
+                f"the difference reads at most {rounded(100.0 * most)} % {which} against the gyros "
+                "themselves"
             )
         return Note(channel=channel, text=text)
     if factor < _ENCODER:
@@ -475,12 +527,15 @@ def _shared_note(
         return Note(channel="table", text=text)
     off, ends = 100.0 * (factor - 1.0), sorted(abs(100.0 * (end - 1.0)) for end in (low, high))
     matters = abs(factor - 1.0) >= _MATTERS
+    shows = (
+        "does not show" if off < 0.0 else "shows twice, for they lean on each other or turn apart"
+    )
     return Note(
         name="shared",
         effect=factor,
         channel=channel,
         level="warning" if matters else "remark",
-        text="the two gyros share an angle random walk that their difference does not show: per "
+        text=f"the two gyros share an angle random walk that their difference {shows}: per "
         f"gyro it reads {rounded(abs(off))} % ({rounded(ends[0])} to {rounded(ends[1])} %) "
         f"{'low' if off < 0.0 else 'high'} against the gyros themselves, unless the encoder "
         f"wanders that much{'; the interval allows for it' if matters else ''}",

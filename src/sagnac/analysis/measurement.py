@@ -283,7 +283,7 @@ def with_order_phases(table: TurningTable, measured: Measurement) -> TurningTabl
         return led
     note = Note(
         channel="table",
-        text=f"its angle runs off by {change * rate / ARCSECOND:+.4g} arcsec (± "
+        text=f"its angle runs off by {-change * rate / ARCSECOND:+.4g} arcsec (± "
         f"{rounded(drift.error / ARCSECOND, 1)} arcsec) over the record against what repeats with "
         f"it, as if its delay changed by {1e3 * change:.3g} ms; the angle is brought to that",
     )

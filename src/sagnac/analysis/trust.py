@@ -19,6 +19,7 @@ from sagnac.noise.laws import CoefficientName
 from sagnac.noise.slow_model import MarkovEstimate, untold
 from sagnac.quality.check import accept, judged, judged_remainder
 from sagnac.quality.effects import DIVIDED, doubt_of
+from sagnac.recording.channel import PAIR_SIZE
 from sagnac.recording.model import Recording, second_of
 
 # Share of N from which on what spikes would add is worth a warning.
@@ -33,7 +34,7 @@ def _spectrum_notes(evidence: Evidence, headline: Headline) -> tuple[Note, ...]:
         return ()
     sensor = evidence.recording.gyros[0].sensor
     notes = (
-        *_off_notes(spectrum, evidence.recording),
+        *_off_notes(spectrum, evidence),
         *_shape_notes(spectrum, sensor),
         *_parts_notes(spectrum.parts, sensor),
     )
@@ -57,8 +58,9 @@ def _walk(sensor: Sensor, *values: float) -> str:
     return f"{' to '.join(f'{value / unit.size:.3g}' for value in values)} {unit.symbol}"
 
 
-def _off_notes(spectrum: AnswerSpectrum, recording: Recording) -> Iterator[Note]:
+def _off_notes(spectrum: AnswerSpectrum, evidence: Evidence) -> Iterator[Note]:
     """On spikes that were replaced, and a warm-up that was taken off."""
+    recording = evidence.recording
     sensor = recording.gyros[0].sensor
     walk, spikes, warm_up = spectrum.average.angle_random_walk, spectrum.spikes, spectrum.warm_up
     if spikes is not None:
@@ -78,9 +80,11 @@ def _off_notes(spectrum: AnswerSpectrum, recording: Recording) -> Iterator[Note]
         until = second_of(recording, 0) + warm_up.until_s
         left_out = "a recording begun later" if is_short else f"{{slice {until:.0f}:}}"
         unit = UNITS[SENSED[sensor].rate_unit]
+        # Of two gyros the noise is that of one; what they drift apart is not.
+        settles = warm_up.rate * (PAIR_SIZE if evidence.measured.is_pair else 1.0)
         yield Note(
             name="warm-up",
-            text=f"the rate settles by {warm_up.rate / unit.size:.3g} {unit} with a time "
+            text=f"the rate settles by {settles / unit.size:.3g} {unit} with a time "
             f"constant of {warm_up.time:.3g} s (warm-up): it was taken off for the answer, and "
             f"stays in the curve; {left_out} leaves it out, {{covariates temperature}} "
             "fits it if there is a column of temperature",

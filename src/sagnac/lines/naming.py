@@ -146,7 +146,8 @@ def _product(line: Line, stronger: tuple[Line, ...], state: State) -> str:
         for other in stronger:
             base = _hertz(other, turn_rate)
             missed = min(abs(place - abs(base + way)) for way in (-moved, moved))
-            of_line = other.scale == "angle" or line.scale == "time"
+            # An order twice as high is the table's own as likely.
+            of_line = other is not order and (other.scale == "angle" or line.scale == "time")
             is_there = missed < _MISSED * _resolution(state)
             if of_line and is_there and line.amplitude < reach * other.amplitude:
                 return f"product of {_parent(other)} and order {order.frequency:g}"

@@ -166,8 +166,9 @@ def slip_notes(recording: Recording, profile: Profile) -> Notes:
         steps[block] = np.diff(values[part]) - np.diff(angle[part]) / gyro.share
     found = find_spikes(steps, sample_rate=1.0)
     inside = (found.index >= _SIDE) & (found.index < values.size - 1 - _SIDE)
-    # Less is that of a sound encoder; and the encoder itself leaps by about as much.
-    far = (np.abs(found.height) > 10.0 * ARCSECOND) & inside
+    # Less is that of a sound encoder, or the count that a coarse one is off by at times; and the
+    # encoder itself leaps by about as much.
+    far = (np.abs(found.height) > max(10.0 * ARCSECOND, 1.5 * table.step)) & inside
     places, height = found.index[far], found.height[far]
     own = _steps_around(values, places)[1]
     itself = np.abs(own - height) < 0.3 * np.abs(height)

@@ -62,7 +62,9 @@ def _no_numbers(recording: Recording, name: str, values: FloatArray) -> Notes:
         return ()
     not_finite = number_of(is_missing(values)) == number_of(bad)
     what = "NaN or infinite" if not_finite else "NaN, infinite or beyond 1e+30"
-    if name == "table":
+    if name == "table" and (bad[0] or bad[-1]):
+        what += ", at an end of the record, where nothing lies beyond to interpolate to"
+    elif name == "table":
         # Reading has interpolated what it could.
         what += (
             f", more than can be interpolated ({MOST_MISSING_IN_A_ROW} in a row, or as long as a "
