@@ -12,6 +12,7 @@ import pytest
 from matplotlib.figure import Figure
 
 import sagnac
+from sagnac.verdict.limits import specification_of
 
 NAMES = {
     "Analysis",
@@ -333,6 +334,7 @@ def test_what_is_no_recording_and_no_specification_is_named(analyzed):
 NOISE = np.random.default_rng(4).standard_normal(500)
 AT_10_HZ = {"kind": "rate", "sample_rate": 10.0}
 BY_FIGURES = {"tool": "kalibr", "datasheet": "N=0.15deg/sqrt(h),B=3deg/h@100s", "rate": 100.0}
+LIMITS = specification_of("N=1deg/sqrt(h)").limits
 HIDDEN = np.ma.masked_array(NOISE, np.arange(500) == 6)
 
 
@@ -384,6 +386,18 @@ HIDDEN = np.ma.masked_array(NOISE, np.arange(500) == 6)
                 x=NOISE, unit="deg/h", **AT_10_HZ, pickoffs=["x"]
             ),
             "pickoffs is",
+        ),
+        (lambda still: sagnac.plan(still, within=None), "within is None"),
+        (lambda still: sagnac.campaign(3, "made"), "sources is 3"),
+        (lambda still: sagnac.campaign("rack", "made", span="1min"), "span is '1min'"),
+        (lambda still: sagnac.analyze(still, specification=("N=1",)), "specification is"),
+        (lambda still: sagnac.Specification(limits=LIMITS, risk="1%"), "risk is '1%'"),
+        *(
+            (
+                lambda still, wrong=wrong: sagnac.trial(sagnac.analyze(still), **wrong),
+                f"{next(iter(wrong))} (is|has)",
+            )
+            for wrong in ({"masked": [3.0]}, {"masked": None}, {"left_in": 3})
         ),
         *(
             (

@@ -110,7 +110,7 @@ def test_a_value_is_shown_in_one_short_line(value):
         (lambda: plan(still(), within=["0.01"]), "within is '0.01'; give a half width"),
         (lambda: align((NOISE,) * 3, after=["60s"]), "after is '60s'; give seconds"),
         (lambda: align((NOISE,) * 3, after="60s"), "after is '60s'; give seconds"),
-        (lambda: align((NOISE,) * 3, after=[]), "after is []; give seconds, above zero"),
+        (lambda: align((NOISE,) * 3, after=[]), "after is (); give seconds, above zero"),
         (lambda: align((NOISE,) * 3, latitude=0.5, rest=1e9), "seconds is 1000000000.0; give 1 to"),
         (lambda: align((NOISE,) * 3, bias="1deg/h"), "bias is '1deg/h'; give zero"),
         (lambda: align((NOISE,) * 3, confidence="95%"), "confidence is '95%'; give a number"),

@@ -201,7 +201,7 @@ def test_command_reproduces_and_says_what_it_wrote(made, capsys, monkeypatch):
     folder, _, _ = made
     monkeypatch.setattr("sagnac.paper.prediction.QUICK", SMALL)
     assert cli.main(["reproduce", "-o", str(folder), "--quick", "--workers", "0"]) == 2
-    assert "--workers is 0; give one or more" in capsys.readouterr().err
+    assert "--workers is 0; give a whole number of 1 or more" in capsys.readouterr().err
     assert cli.main(["reproduce", "-o", str(folder), "--quick"]) == 0
     shown = capsys.readouterr().out
     assert "0 of " in shown

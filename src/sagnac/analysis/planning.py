@@ -9,7 +9,7 @@ from sagnac.analysis.averaged import reaches
 from sagnac.analysis.pipeline import analyze
 from sagnac.analysis.result import Analysis, headline_coefficients, require_analysis
 from sagnac.core.arrays import pandas_for
-from sagnac.core.errors import RecordingError, is_finite, quoted
+from sagnac.core.errors import RecordingError, as_several, is_finite, quoted
 from sagnac.lines.naming import WIDEST_BINS
 from sagnac.noise.laws import STOCHASTIC_NAMES
 from sagnac.recording.model import Recording
@@ -208,7 +208,7 @@ def plan(
     >>> 3.0 < narrow.hours / wide.hours < 6.0
     True
     """
-    within = (within,) if isinstance(within, float | int | str) else within
+    within = as_several(within)
     for width in within:
         if not (is_finite(width) and 0.0 < width < 1.0):
             raise ValueError(f"within is {quoted(width)}; give a half width such as 0.01")

@@ -12,7 +12,7 @@ import numpy as np
 
 from sagnac.analysis.result import Analysis, require_analysis
 from sagnac.analysis.spectra import Spectrum
-from sagnac.core.errors import RecordingError
+from sagnac.core.errors import RecordingError, as_several, is_band, quoted
 from sagnac.lines.model import Line
 from sagnac.noise.estimates import Estimate
 from sagnac.noise.model_average import average
@@ -107,10 +107,11 @@ def trial(
             remedy="analyze by {method fos} or {method none}",
         )
     own = [line for line in analysis.lines if line.channel == analysis.channel]
+    left_in, masked = as_several(left_in), as_several(masked)
     if not all(any(line is one for one in own) for line in left_in):
         raise ValueError(f"left_in has a line that is none of {analysis.channel}")
-    if not all(low < high for low, high in masked):
-        raise ValueError(f"masked is {tuple(masked)}; give (low, high), Hz")
+    if not all(map(is_band, masked)):
+        raise ValueError(f"masked is {quoted(masked)}; give bands (low, high), Hz")
     # Amplitudes in what the spectra are of: per gyro, rad.
     size = PAIR_SIZE if analysis.is_pair else 1.0
     put_back = [(_hertz(analysis, line), line.amplitude / size) for line in left_in]

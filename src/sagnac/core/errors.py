@@ -382,6 +382,17 @@ def is_finite(value: Any) -> bool:
         return False
 
 
+def as_several(value: Any) -> tuple[Any, ...]:
+    """The values of a list, or of what goes through one by one; else the one value, or text.
+
+    Examples
+    --------
+    >>> as_several([1.0, 2.0]), as_several(1.0), as_several("1"), as_several(None)
+    ((1.0, 2.0), (1.0,), ('1',), (None,))
+    """
+    return tuple(value) if isinstance(value, Iterable) and not isinstance(value, str) else (value,)
+
+
 def require_count(name: str, value: object, least: int) -> None:
     """Refuse what is no whole number, or too small a one.
 
@@ -393,6 +404,13 @@ def require_count(name: str, value: object, least: int) -> None:
     number = operator.index(value) if isinstance(value, SupportsIndex) else None
     if number is None or number < least or isinstance(value, bool):
         raise ValueError(f"{name} is {quoted(value)}; give a whole number of {least} or more")
+
+
+def is_band(value: Any) -> bool:
+    """Whether a value is two frequencies, Hz, the lower first; the other may be infinite."""
+    edges = as_several(value)
+    numbers = len(edges) == 2 and all(is_finite(edge) or edge == math.inf for edge in edges)
+    return numbers and 0.0 <= edges[0] < edges[1]
 
 
 def require_confidence(confidence: float) -> None:

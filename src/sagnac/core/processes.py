@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Final, TypeVar
 
-from sagnac.core.errors import quoted
+from sagnac.core.errors import is_finite, quoted, require_count
 
 Job = TypeVar("Job")
 Made = TypeVar("Made")
@@ -43,9 +43,8 @@ class Means:
     memory: float
 
     def __post_init__(self) -> None:
-        if self.workers < 1:
-            raise ValueError(f"workers is {self.workers}; give one or more")
-        if not self.memory > 0.0:
+        require_count("workers", self.workers, 1)
+        if not (is_finite(self.memory) and self.memory > 0.0):
             raise ValueError(f"memory is {quoted(self.memory)}; give bytes above zero")
 
 

@@ -9,7 +9,7 @@ from typing import Any
 
 from sagnac.analysis.settings import Settings
 from sagnac.core.arrays import pandas_for
-from sagnac.core.errors import require_keywords
+from sagnac.core.errors import as_several, is_finite, quoted, require_keywords
 from sagnac.core.overwriting import outputs_in, require_free
 from sagnac.core.processes import Standing, means_of
 from sagnac.fleet.page import write_overview, write_page
@@ -134,7 +134,11 @@ def campaign(
     >>> [(Path(line.file).name, line.state, line.gyros) for line in report.lines]
     [('A.npz', 'done', 'x')]
     """
-    listed = [sources] if isinstance(sources, str | Path) else sources
+    listed = as_several(sources)
+    if not all(isinstance(source, str | Path) for source in listed):
+        raise TypeError(f"sources is {quoted(sources)}; give paths of recordings, or of a folder")
+    if span is not None and not (is_finite(span) and span > 0.0):
+        raise ValueError(f"span is {quoted(span)}; give seconds above zero")
     paths, place = [Path(source) for source in listed], Path(folder).absolute()
     tasks = tasks_of(paths, _choices(settings or Settings(), pattern, choices))
     if scheduler is not None and (workers is not None or memory is not None):

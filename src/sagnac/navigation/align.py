@@ -8,7 +8,7 @@ from typing import Any, Final
 import numpy as np
 
 from sagnac.core.documents import Documented, require_source
-from sagnac.core.errors import is_finite, quoted, require_confidence
+from sagnac.core.errors import as_several, is_finite, quoted, require_confidence
 from sagnac.core.units import DEGREE
 from sagnac.navigation import error_model as model
 from sagnac.navigation.drift import Drift, drift
@@ -180,9 +180,9 @@ def align(
     if table_rate is not None and latitude is None:
         raise ValueError("table_rate needs a latitude, since azimuth is found from Earth rate")
     require_confidence(confidence)
-    after = (after,) if isinstance(after, float | int | str) else after
+    after = as_several(after)
     wrong = [time for time in after if not (is_finite(time) and time > 0.0)]
-    if wrong or not len(after):
+    if wrong or not after:
         raise ValueError(f"after is {quoted([*wrong, after][0])}; give seconds, above zero")
     if isinstance(source, tuple) and not all(isinstance(one, GyroNoise) for one in source):
         raise ValueError(

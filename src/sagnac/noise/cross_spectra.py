@@ -39,7 +39,7 @@ from sagnac.core.arrays import ComplexArray, FloatArray, IntegerArray
 from sagnac.core.errors import (
     RecordingError,
     counted,
-    is_finite,
+    is_band,
     quoted,
     require_confidence,
     require_count,
@@ -178,7 +178,7 @@ def self_noise(
     rates = np.array([one[:samples] for one in turned]) * recording.sample_rate
     length = min(rates.shape[1], _SEGMENT)
     frequency = np.arange(length // 2 + 1) * recording.sample_rate / length
-    if band is not None and not _is_band(band):
+    if band is not None and not is_band(band):
         raise ValueError(f"band is {quoted(band)}; give two frequencies in Hz, the lower first")
     segments = rates.shape[1] // length
     cross = _cross_spectra(rates, length) / recording.sample_rate
@@ -226,16 +226,6 @@ def self_noise(
 def band_degrees(ordinates: int, segments: int) -> float:
     """Complex degrees of freedom of the mean of neighbouring ordinates over some segments."""
     return 0.5 * band_degrees_of_freedom(ordinates) * segments if ordinates > 0 else 0.0
-
-
-def _is_band(band: object) -> bool:
-    """Whether it is two frequencies, the lower first."""
-    return (
-        isinstance(band, Sequence)
-        and len(band) == 2
-        and all(map(is_finite, band))
-        and 0.0 <= band[0] < band[1]
-    )
 
 
 def _cross_spectra(rates: FloatArray, length: int) -> ComplexArray:

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Final
 
 from sagnac.core.documents import ANY, NUMBER, read_toml, table
-from sagnac.core.errors import RecordingError, quoted, require_choice
+from sagnac.core.errors import RecordingError, is_finite, quoted, require_choice
 from sagnac.core.units import Unit, field_unit, split_factor, unit_of
 from sagnac.noise.laws import COEFFICIENT_NAMES, SYMBOLS, CoefficientName
 
@@ -113,7 +113,7 @@ class Specification:
         names = [limit.coefficient for limit in self.limits]
         if not names or len(set(names)) != len(names):
             raise ValueError("spec needs one limit or more, one for each coefficient at most")
-        if self.risk is not None and not 0.0 < self.risk < 0.5:
+        if self.risk is not None and not (is_finite(self.risk) and 0.0 < self.risk < 0.5):
             raise ValueError(f"risk is {quoted(self.risk)}; give a number between 0 and 0.5")
 
 
