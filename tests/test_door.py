@@ -389,6 +389,31 @@ HIDDEN = np.ma.masked_array(NOISE, np.arange(500) == 6)
         ),
         (lambda still: sagnac.plan(still, within=None), "within is None"),
         (lambda still: sagnac.campaign(3, "made"), "sources is 3"),
+        (lambda still: sagnac.campaign([], "made"), r"sources is \[\]"),
+        (
+            lambda still: sagnac.analyze(
+                sagnac.Recording.from_arrays(
+                    x=NOISE, unit="deg/h", **AT_10_HZ, times=np.zeros(NOISE.size)
+                )
+            ),
+            "time: most stamps repeat",
+        ),
+        (
+            lambda still: sagnac.analyze(
+                sagnac.Recording.from_arrays(
+                    x=NOISE, unit="deg/h", **AT_10_HZ, times=np.arange(NOISE.size)[::-1]
+                )
+            ),
+            "time: runs backwards 499 times",
+        ),
+        (
+            lambda still: sagnac.Recording.from_arrays(
+                x=NOISE, unit="deg/h", kind="rate", sample_rate=1e300
+            ),
+            r"sample_rate is 1e\+300; give samples per second",
+        ),
+        (lambda still: sagnac.export(**{**BY_FIGURES, "rate": 1e300}), "rate is"),
+        (lambda still: sagnac.keywords({"columns": "x=y,x=z"}), "names x twice"),
         (lambda still: sagnac.campaign("rack", "made", span="1min"), "span is '1min'"),
         (lambda still: sagnac.analyze(still, specification=("N=1",)), "specification is"),
         (lambda still: sagnac.Specification(limits=LIMITS, risk="1%"), "risk is '1%'"),

@@ -1,5 +1,6 @@
 """Commands that a signal ends at any instant leave the old result whole, or the new one."""
 
+import contextlib
 import ctypes
 import os
 import random
@@ -14,6 +15,7 @@ import pytest
 import sagnac
 from sagnac.cli import main
 from sagnac.cli.app import Stopped, stopped_by_signals
+from sagnac.cli.output import prefixed
 
 ROOT = Path(sagnac.__file__).parent.parent
 # Parts of a whole run at which a signal comes, drawn for each command and signal.
@@ -140,3 +142,29 @@ def test_a_signal_in_the_callback_of_a_library_ends_the_run_as_well(number, caps
         called_back()
         time.sleep(10.0)
     assert capsys.readouterr().err == ""
+
+
+def test_a_stop_that_a_library_swallows_ends_the_command_at_its_next_stage():
+    told = []
+
+    def swallowed(number):
+        with contextlib.suppress(KeyboardInterrupt):
+            os.kill(os.getpid(), number)
+
+    def command(number, stages):
+        with stopped_by_signals():
+            show = prefixed(lambda stage, fraction: told.append(stage), "")
+            show("read", 0.0)
+            swallowed(number)
+            for stage in stages:
+                show(stage, 0.0)
+
+    for number, kind in ((signal.SIGTERM, Stopped), (signal.SIGINT, KeyboardInterrupt)):
+        for stages in (("lines", "spectrum"), ()):
+            with pytest.raises(kind):
+                command(number, stages)
+    assert told == ["read"] * 4
+    # Nothing is left of it for the next one.
+    with stopped_by_signals():
+        prefixed(lambda stage, fraction: told.append(stage), "")("check", 0.0)
+    assert told[-1] == "check"

@@ -54,6 +54,15 @@ def test_a_closed_stream_is_nothing_to_stumble_over(stream, bare):
     assert "internal error" not in done.stdout + done.stderr
 
 
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="no full device here")
+@pytest.mark.parametrize("asked", ["--help", "--version"])
+def test_output_that_has_no_room_is_one_line(asked):
+    with Path("/dev/full").open("w") as full:
+        done = command(asked, capture_output=False, stdout=full, stderr=subprocess.PIPE)
+    assert done.returncode == 1
+    assert "No space left" in one_line_among(done.stderr)
+
+
 def test_a_channel_named_like_a_path_stays_in_its_folder(tmp_path):
     name = "../../pwn"
     assert "/" not in folder_name(name)

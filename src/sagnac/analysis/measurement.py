@@ -25,7 +25,7 @@ from sagnac.lines.published import LITERAL, remove_lines_as_published
 from sagnac.lines.search import remove_lines
 from sagnac.quality.encoder import require_encoder_follows
 from sagnac.quality.profile import Profile
-from sagnac.quality.samples import missing_notes, stuck_notes
+from sagnac.quality.samples import missing_notes, stamp_notes, stuck_notes
 from sagnac.recording.channel import PAIR_SIZE, angle_of
 from sagnac.recording.model import Recording
 from sagnac.table.estimate import EstimatedTable, estimated_table, order_drift
@@ -120,7 +120,7 @@ def measure(recording: Recording, gyros: tuple[str, ...]) -> Measurement:
 
 
 def require_sound(recording: Recording, gyros: tuple[str, ...]) -> None:
-    """Refuse a gyro with missing samples, or one that is stuck.
+    """Refuse a gyro with missing samples, or one that is stuck, and stamps that are no times.
 
     Raises
     ------
@@ -129,7 +129,8 @@ def require_sound(recording: Recording, gyros: tuple[str, ...]) -> None:
     """
     for gyro in map(recording.gyro, gyros):
         profile = Profile.of(recording, gyro)
-        for note in (*missing_notes(recording, profile), *stuck_notes(recording, profile)):
+        stamps = (one for one in stamp_notes(recording, profile) if one.level == "error")
+        for note in (*stamps, *missing_notes(recording, profile), *stuck_notes(recording, profile)):
             raise RecordingError.of(note)
 
 

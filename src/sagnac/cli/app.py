@@ -22,7 +22,16 @@ from typing import Final, TextIO
 from cyclopts import App, CycloptsError, Parameter, UnusedCliTokensError
 
 from sagnac.cli import look, measure, onward, simulated
-from sagnac.cli.output import DONE, INTERRUPTED, USAGE_ERROR, complain, explain
+from sagnac.cli.output import (
+    DONE,
+    INTERRUPTED,
+    USAGE_ERROR,
+    complain,
+    explain,
+    forget_stops,
+    go_on,
+    stop_by,
+)
 from sagnac.core.errors import visible
 from sagnac.core.version import __version__
 
@@ -54,20 +63,23 @@ class Stopped(KeyboardInterrupt):
 
 
 def _stop(number: int, _frame: object) -> None:
-    raise Stopped(number)
+    stop_by(KeyboardInterrupt() if number == signal.SIGINT else Stopped(number))
 
 
 @contextmanager
 def stopped_by_signals() -> Iterator[None]:
     """Inside, a signal to end is an exception: as after an interrupt, what is half written goes."""
-    known = [getattr(signal, name) for name in ("SIGTERM", "SIGHUP") if hasattr(signal, name)]
+    names = ("SIGINT", "SIGTERM", "SIGHUP")
+    known = [getattr(signal, name) for name in names if hasattr(signal, name)]
     if threading.current_thread() is not threading.main_thread():
         # Only the main thread may ask for signals.
         known = []
     before = {number: signal.signal(number, _stop) for number in known}
     shown, sys.unraisablehook = sys.unraisablehook, _ask_again
+    forget_stops()
     try:
         yield
+        go_on()
     finally:
         sys.unraisablehook = shown
         for number, handler in before.items():
@@ -140,7 +152,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except Exception as error:
         if "--debug" in tokens:
             raise
-        return explain(error, options_of(tokens[0]))
+        # Of no other error are options named, and there may be no command: --help > /dev/full.
+        return explain(error, options_of(tokens[0]) if type(error) is ValueError else ())
     return status if isinstance(status, int) else DONE
 
 

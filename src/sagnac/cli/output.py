@@ -107,6 +107,27 @@ BETWEEN_LINES_S: Final = 60.0
 _CLEAR: Final = "\x1b[K"
 
 
+# What signals have raised since the command began.
+_asked: Final[list[KeyboardInterrupt]] = []
+
+
+def stop_by(asked: KeyboardInterrupt) -> None:
+    """Raise what a signal asks for, and keep it: some libraries swallow what is raised in them."""
+    _asked.append(asked)
+    raise asked
+
+
+def go_on() -> None:
+    """Raise what a signal has asked for, if that was swallowed."""
+    if _asked:
+        raise _asked[0]
+
+
+def forget_stops() -> None:
+    """Begin a command that nobody has asked to stop."""
+    _asked.clear()
+
+
 @contextmanager
 def progress_shown(prefix: str = "") -> Iterator[Progress]:
     """A function to be called with a stage and the fraction of it done.
@@ -154,11 +175,14 @@ def stage_lines(stream: TextIO) -> Progress:
 
 
 def prefixed(progress: Progress, prefix: str) -> Progress:
-    """The same with `prefix` before each stage."""
-    if not prefix:
-        return progress
-    before = one_line(prefix)
-    return lambda stage, fraction: progress(f"{before}: {stage}", fraction)
+    """The same with `prefix` before each stage, unless a signal asks to stop."""
+    before = f"{one_line(prefix)}: " if prefix else ""
+
+    def show(stage: str, fraction: float) -> None:
+        go_on()
+        progress(before + stage, fraction)
+
+    return show
 
 
 def standings() -> "Callable[[Standing], None]":

@@ -51,6 +51,10 @@ def by_name(text: str) -> dict[str, str]:
     pairs = [item.partition("=") for item in text.split(",")]
     if any(not name.strip() or not value.strip() for name, _, value in pairs):
         raise ValueError(f"{text!r}; give NAME=VALUE with commas between, such as x=A,z=B")
+    names = [name.strip() for name, _, _ in pairs]
+    twice = next((name for name in names if names.count(name) > 1), None)
+    if twice is not None:
+        raise ValueError(f"{text!r} names {twice} twice; give it once")
     return {name.strip(): value.strip() for name, _, value in pairs}
 
 

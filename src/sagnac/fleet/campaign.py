@@ -135,7 +135,7 @@ def campaign(
     [('A.npz', 'done', 'x')]
     """
     listed = as_several(sources)
-    if not all(isinstance(source, str | Path) for source in listed):
+    if not listed or not all(isinstance(source, str | Path) for source in listed):
         raise TypeError(f"sources is {quoted(sources)}; give paths of recordings, or of a folder")
     if span is not None and not (is_finite(span) and span > 0.0):
         raise ValueError(f"span is {quoted(span)}; give seconds above zero")

@@ -18,6 +18,8 @@ from sagnac.navigation.models import common_time
 from sagnac.navigation.settings import FilterSetting, by_name, plain, worst
 
 TOOLS: Final[tuple[str, ...]] = get_args(ToolName)
+# Hz that no filter reaches.
+_FASTEST: Final = 1e9
 # Names that ROS allows.
 _ROS_NAME: Final = re.compile(r"[A-Za-z~/][A-Za-z0-9_/~]*")
 # Correlation time, s, of a Markov rate for a walk that is stated: over an hour its deviation is
@@ -61,7 +63,7 @@ class SettingsFile:
     def __post_init__(self) -> None:
         if "gyro" not in self._sensors:
             raise ValueError("no gyro; give an analysis of one, or its data sheet")
-        if self.rate is not None and not (is_finite(self.rate) and self.rate > 0.0):
+        if self.rate is not None and not (is_finite(self.rate) and 0.0 < self.rate < _FASTEST):
             raise ValueError(f"rate is {quoted(self.rate)}; give Hz above zero")
         if not (isinstance(self.topic, str) and _ROS_NAME.fullmatch(self.topic)):
             raise ValueError(f"topic is {quoted(self.topic)}; give a name of ROS such as /imu0")

@@ -297,17 +297,24 @@ def same_values(one: Any, other: Any) -> bool:
     return one is other or (one.size == other.size and all(are_equal))
 
 
+# Hz: squares of times between samples, over any record, stay numbers.
+_SLOWEST: Final = 1e-12
+_FASTEST: Final = 1e12
+
+
 def require_rate(sample_rate: float) -> None:
     """Refuse what is no sample rate.
 
     Raises
     ------
     ValueError
-        If it is not a finite number above zero.
+        If it is not a finite number above zero, or one that no instrument has.
     """
+    said = f"sample_rate is {quoted(sample_rate)}; give samples per second, "
     if not (is_finite(sample_rate) and sample_rate > 0.0):
-        said = f"sample_rate is {quoted(sample_rate)}; give samples per second, above zero"
-        raise ValueError(said)
+        raise ValueError(f"{said}above zero")
+    if not _SLOWEST <= sample_rate <= _FASTEST:
+        raise ValueError(f"{said}{_SLOWEST:g} to {_FASTEST:g}")
 
 
 # ---- pickoff -----------------------------------------------------------------------
