@@ -69,6 +69,8 @@ GAPPED = np.where(np.arange(100) == 42, np.nan, np.arange(100) % 7)
         ({"taus": np.array(["2024-05-01"], dtype="datetime64[s]")}, "give cluster times in s"),
         ({"values": np.ones((3, 3))}, "give one column"),
         ({"values": np.ma.masked_equal([1.0, 1e3, 2.0], 1e3)}, r"sample 1 \(0.5 s\) is missing"),
+        ({"values": np.arange(9.0) * 1e300}, r"values reach 8e\+300; give them in the unit"),
+        ({"values": np.arange(9.0) * 1e-200}, "values reach 8e-200; give them in the unit"),
         ({"values": [1.0]}, "has 1 samples; an Allan variance takes 2 or more"),
         ({"values": np.arange(5.0), "estimator": "theo1"}, "too few for theo1"),
         ({"values": np.arange(50.0), "estimator": "theoh"}, "too few for theoh"),

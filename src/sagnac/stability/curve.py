@@ -40,6 +40,7 @@ Riley and Greenhall
     Power law noise identification using the lag 1 autocorrelation, EFTF 2004.
 """
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from html import escape
@@ -50,7 +51,7 @@ from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import ArrayLike, NDArray
 from scipy import fft
 
-from sagnac.core.arrays import FloatArray, pandas_for
+from sagnac.core.arrays import FloatArray, blocks, pandas_for
 from sagnac.core.errors import Note, require_choice, require_confidence
 from sagnac.recording.channel import Compared, Kind, numbers, require_rate
 from sagnac.stability import Estimator, Gaps
@@ -81,6 +82,23 @@ _STARTS: Final = 6
 _SMALL: Final = 32
 # Angles transformed at a time.
 _AT_ONCE: Final = 2**20
+
+
+# Sizes beyond which squares of sums of samples are no numbers, or zero.
+_LARGEST: Final = 1e100
+_SMALLEST: Final = 1e-140
+
+
+def _samples(values: ArrayLike) -> FloatArray:
+    """Values as float64 whose squares are numbers; what is missing or infinite is told later."""
+    samples = np.asarray(numbers(values, "values"), dtype=np.float64)
+    sizes = [
+        float(np.nanmax(np.abs(samples[block]), initial=0.0)) for block in blocks(samples.size)
+    ]
+    largest = max(sizes, default=0.0)
+    if 0.0 < largest < _SMALLEST or _LARGEST < largest < math.inf:
+        raise ValueError(f"values reach {largest:.3g}; give them in the unit that is stated")
+    return samples
 
 
 def deviation_at_every_tau(
@@ -117,7 +135,7 @@ def deviation_at_every_tau(
     >>> tau.size, bool(abs(deviation[0] - 1.0) < 0.05)
     (5000, True)
     """
-    samples = np.asarray(numbers(values, "values"), dtype=np.float64)
+    samples = _samples(values)
     require_choice("kind", kind, Kind)
     require_rate(sample_rate)
     angle = np.asarray(accumulated_track(samples, kind, sample_rate, "reject").angle)
@@ -410,7 +428,7 @@ def stability_curve(
     require_confidence(confidence)
     if noise_type is not None:
         check_noise_type(noise_type, row)
-    samples = np.asarray(numbers(values, "values"), dtype=np.float64)
+    samples = _samples(values)
     only_whole = estimator if row.whole_record_only else None
     track = accumulated_track(samples, kind, sample_rate, gaps, only_whole=only_whole)
     angles = track.angle.size
