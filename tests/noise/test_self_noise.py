@@ -111,7 +111,7 @@ def test_what_cannot_be_told_apart_is_refused():
         sagnac.self_noise(recording, gyros=["x", "y"])
     with pytest.raises(ValueError, match="give 3 or more for each of 2 motions"):
         sagnac.self_noise(recording, motions=2)
-    for band in ((2.0, 1.0), (2.0,), ("1", "2"), 3.0):
+    for band in ((2.0, 1.0), (2.0,), ("1", "2"), 3.0, (0.1, 500.0)):
         with pytest.raises(ValueError, match=r"band is .*; give two frequencies in Hz"):
             sagnac.self_noise(recording, band=band)
     for motions in (0, "1", 1.5, None, True):

@@ -48,7 +48,9 @@ def write_text(path: Path, text: str) -> None:
     RecordingError
         If the folder cannot be written to.
     """
-    write_bytes(path, text.encode())
+    # A name that the system's encoding did not read is its bytes, of UTF-8 in most cases.
+    as_bytes = text.encode(errors="surrogateescape")
+    write_bytes(path, as_bytes.decode(errors="replace").encode())
 
 
 def write_bytes(path: Path, content: bytes) -> None:

@@ -178,8 +178,11 @@ def self_noise(
     rates = np.array([one[:samples] for one in turned]) * recording.sample_rate
     length = min(rates.shape[1], _SEGMENT)
     frequency = np.arange(length // 2 + 1) * recording.sample_rate / length
-    if band is not None and not is_band(band):
-        raise ValueError(f"band is {quoted(band)}; give two frequencies in Hz, the lower first")
+    half = 0.5 * recording.sample_rate
+    if band is not None and not (is_band(band) and band[1] <= half * (1.0 + 1e-9)):
+        raise ValueError(
+            f"band is {quoted(band)}; give two frequencies in Hz, the lower first, up to {half:g}"
+        )
     segments = rates.shape[1] // length
     cross = _cross_spectra(rates, length) / recording.sample_rate
     first, last = CELL, frequency.size - CELL
