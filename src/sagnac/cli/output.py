@@ -75,7 +75,7 @@ def explain(error: Exception, options: Container[str] = ()) -> int:
         where = f"{error.filename}: " if error.filename else ""
         said = f"{where}{error.strerror or error}; check the path and its rights"
     elif isinstance(error, MemoryError):
-        said = "out of memory; take a part of the recording (--slice START:STOP), or make a shorter one"
+        said = "out of memory; take a part of it (--slice START:STOP), or simulate a shorter one"
     else:
         said = (
             f"internal error: {type(error).__name__}: {error}; "
