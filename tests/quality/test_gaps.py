@@ -83,7 +83,7 @@ def test_the_longest_stretch_holds_no_missing_sample(missing, first, last):
             np.floor(np.arange(SAMPLES) / 10) * 10 / RATE + 1e-4 * (np.arange(SAMPLES) % 10),
             "bursts",
         ),
-        # Of each thirty samples, ten were lost.
+        # After every twenty samples the next ten were lost.
         ((np.arange(SAMPLES) + np.arange(SAMPLES) // 20 * 10) / RATE, "gaps"),
     ],
 )

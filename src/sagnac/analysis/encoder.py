@@ -50,7 +50,7 @@ from sagnac.table.turns import FEW_TURNS, full_turns, mean_rate
 WalkOfPair = Callable[[Evidence, str], Estimate]
 """Angle random walk per gyro of the one that is measured and another one, which is named."""
 
-# Times that one gyro counts as much as the other from which on the two are that one.
+# From this ratio of the weights on, the pair shows only the gyro of the larger weight.
 _ONE_ALONE: Final = 10.0
 # Standard errors beyond which nothing lies.
 _FAR: Final = 20.0
@@ -69,7 +69,7 @@ def with_encoder(headline: Headline, evidence: Evidence, walk_of_pair: WalkOfPai
     table, measured = evidence.table.estimate, evidence.measured
     if table is not None and not measured.is_pair:
         headline = _of_one(headline, evidence, table, walk_of_pair)
-        # The readings of the encoder, taken off, have left theirs.
+        # The encoder's readings were subtracted, so that Q holds their noise, too.
         headline = headline.with_others(
             lambda one: (
                 one.bounded(one.high)
@@ -105,7 +105,7 @@ def for_plain_mean(measured: Measurement, read: Headline) -> Headline:
         return read
     if not (ALIKE[0] < least and most < ALIKE[1]):
         first, second = measured.gyros
-        # Of a pair that is all but one gyro, what is read is the noise of that one.
+        # If one weight is far larger, N is that of its gyro alone.
         alone = most > _ONE_ALONE * least
         shown = first if abs(measured.weights[0]) == most else second
         what = (
@@ -404,9 +404,9 @@ def with_shared_noise(headline: Headline, evidence: Evidence) -> Headline:
     shared = shared_walk(evidence, measured.gyros, spectrum.average.rests_on.band_hz)
     if shared is None or _stands_at_times(evidence.table.angle, measured.sample_rate):
         return headline
-    # Of gyros that are mounted in opposite senses what they share is there twice.
+    # Two gyros mounted in opposite senses are added, and the sum holds twice what they share.
     left_out = 1.0 - 0.5 * sum(measured.weights) ** 2
-    # Where none is seen, it may be what would not be: as far from zero as the interval reaches.
+    # If none is seen, a walk as large as half the interval could still be there.
     reach = max(shared.high, shared.high - shared.square)
     least, factor, most = sorted(
         differenced_factor(left_out * square, walk.value)
@@ -422,7 +422,7 @@ def with_shared_noise(headline: Headline, evidence: Evidence) -> Headline:
 
 
 def _stands_at_times(angle: FloatArray, sample_rate: float) -> bool:
-    """Whether a table stands now and then, on one step of its encoder, which looks like a walk."""
+    """Whether a table stands now and then. Its encoder then holds one step, as a walk would."""
     moved = np.abs(np.diff(averages_of(angle, max(1, round(sample_rate / KINEMATIC_RATE)))))
     return float(np.mean(moved < _AT_REST * np.median(moved[moved > 0.0]))) > _STANDS
 
@@ -528,7 +528,9 @@ def _shared_note(
     off, ends = 100.0 * (factor - 1.0), sorted(abs(100.0 * (end - 1.0)) for end in (low, high))
     matters = abs(factor - 1.0) >= _MATTERS
     shows = (
-        "does not show" if off < 0.0 else "shows twice, for they lean on each other or turn apart"
+        "does not show"
+        if off < 0.0
+        else "counts twice, since the two are mounted, or move, in opposite senses"
     )
     return Note(
         name="shared",

@@ -127,10 +127,12 @@ def require_sound(recording: Recording, gyros: tuple[str, ...]) -> None:
     RecordingError
         For the first of them.
     """
-    for gyro in map(recording.gyro, gyros):
-        profile = Profile.of(recording, gyro)
-        stamps = (one for one in stamp_notes(recording, profile) if one.level == "error")
-        for note in (*stamps, *missing_notes(recording, profile), *stuck_notes(recording, profile)):
+    profiles = [Profile.of(recording, recording.gyro(name)) for name in gyros]
+    for note in stamp_notes(recording, profiles[0]):
+        if note.level == "error":
+            raise RecordingError.of(note)
+    for profile in profiles:
+        for note in (*missing_notes(recording, profile), *stuck_notes(recording, profile)):
             raise RecordingError.of(note)
 
 

@@ -80,7 +80,7 @@ def _off_notes(spectrum: AnswerSpectrum, evidence: Evidence) -> Iterator[Note]:
         until = second_of(recording, 0) + warm_up.until_s
         left_out = "a recording begun later" if is_short else f"{{slice {until:.0f}:}}"
         unit = UNITS[SENSED[sensor].rate_unit]
-        # Of two gyros the noise is that of one; what they drift apart is not.
+        # Noise of a pair is given per gyro, but the drift of one against the other in full.
         settles = warm_up.rate * (PAIR_SIZE if evidence.measured.is_pair else 1.0)
         yield Note(
             name="warm-up",

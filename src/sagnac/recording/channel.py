@@ -137,10 +137,10 @@ class Compared:
     # Equal ones may be changed in place, sample by sample.
     __hash__: ClassVar[None] = None  # type: ignore[assignment]
 
-    def __eq__(self, other: object) -> bool:
+    def __eq__(self: Any, other: object) -> bool:
         if not isinstance(other, type(self)):
             return NotImplemented
-        names = [item.name for item in fields(self)]  # type: ignore[arg-type]
+        names = [item.name for item in fields(self)]
         return all(same_values(getattr(self, name), getattr(other, name)) for name in names)
 
 
