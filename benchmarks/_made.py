@@ -164,6 +164,17 @@ MADE: Final = (
         may_be_older=True,
     ),
     Made(
+        page="benchmarks_gpu.md",
+        sources=(
+            "benchmarks/gpu.py",
+            "src/sagnac/lines/*.py",
+            "src/sagnac/spectrum/*.py",
+            "src/sagnac/table/*.py",
+        ),
+        command="python -m benchmarks.gpu --write",
+        may_be_older=True,
+    ),
+    Made(
         page="app_steps.md",
         sources=("benchmarks/app_steps.py", "src/sagnac/app/*.py", "src/sagnac/app/static/*"),
         command="python -m benchmarks.app_steps --write",
