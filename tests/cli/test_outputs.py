@@ -198,3 +198,11 @@ def test_what_the_commands_print_keeps_the_schema(words, still, capsys):
     found = json.loads(capsys.readouterr().out)
     for one in found.get("analyses", [found]):
         check_analysis(one)
+
+
+@pytest.mark.parametrize("words", [["avar"], ["analyze", "--json"]], ids=["avar", "analyze --json"])
+def test_what_is_stated_of_a_report_needs_one(words, still, capsys):
+    command = [words[0], str(still), *words[1:]]
+    for stated in (["--pdf"], ["--serial", "7"], ["--heading", "top.toml"]):
+        assert main([*command, *stated]) == 2
+        assert f"{stated[0]} is of a report; name its folder with -o" in one_line(capsys)

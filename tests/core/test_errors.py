@@ -8,6 +8,7 @@ import pandas as pd
 import pytest
 import xarray as xr
 
+import sagnac
 from sagnac import Recording, align, analyze, plan
 from sagnac.analysis.settings import Settings
 from sagnac.core.errors import (
@@ -28,6 +29,9 @@ NOISE = GyroNoise(angle_random_walk=1e-6, bias_instability=0.0, rate_random_walk
 
 def still(x=tuple(range(100)), sample_rate=10.0):
     return Recording.from_arrays(x=x, kind="rate", unit="deg/h", sample_rate=sample_rate)
+
+
+NOISY = still(np.random.default_rng(1).standard_normal(6000))
 
 
 def option(name, value):
@@ -114,6 +118,10 @@ def test_a_value_is_shown_in_one_short_line(value):
         (lambda: align((NOISE,) * 3, latitude=0.5, rest=1e9), "seconds is 1000000000.0; give 1 to"),
         (lambda: align((NOISE,) * 3, bias="1deg/h"), "bias is '1deg/h'; give zero"),
         (lambda: align((NOISE,) * 3, confidence="95%"), "confidence is '95%'; give a number"),
+        (lambda: align((NOISE,) * 3, after=[1e300]), "after is 1e+300; give seconds, above zero, "),
+        (lambda: analyze(still(), confidence=1.0 - 1e-16), "at most that far from 1"),
+        (lambda: analyze(still(), confidence=1e-300), "confidence is 1e-300; give 1e-09 or more"),
+        (lambda: still(sample_rate=True), "sample_rate is True; give samples per second"),
         (lambda: align((1.0, 1.0, 1.0)), "give one analysis of all gyros"),
         (lambda: still(sample_rate="200"), "sample_rate is '200'; give samples per second"),
         (lambda: analyze(still(), confidence="0.9"), "confidence is '0.9'; give a number"),
@@ -121,6 +129,18 @@ def test_a_value_is_shown_in_one_short_line(value):
 )
 def test_what_is_no_number_is_named(call, said):
     with pytest.raises(ValueError, match=re.escape(said)):
+        call()
+
+
+@pytest.mark.parametrize(
+    ("call", "said"),
+    [
+        (lambda: sagnac.keywords(None), "texts is None; give option -> text"),
+        (lambda: sagnac.write_report(analyze(NOISY), "new", block="unit 7"), "block is 'unit 7'"),
+    ],
+)
+def test_what_is_of_another_type_is_named(call, said):
+    with pytest.raises(TypeError, match=re.escape(said)):
         call()
 
 

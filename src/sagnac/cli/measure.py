@@ -33,8 +33,9 @@ def analyze(
     They go into DIR (several files: a folder each in it), by default NAME-report; with
     --json and no DIR nothing is written.
     """
-    settings, sheet = typed.settings_of(options), _sheet(options, report)
+    settings = typed.settings_of(options)
     folders = results.folders_of(files, report.output, as_json=options.as_json)
+    sheet = _sheet(options, report, written=None not in folders)
     for folder in folders:
         reads = typed.inputs(files, options, report.heading)
         results.require_place(folder, "report", reads, force=report.force)
@@ -68,8 +69,18 @@ def analyze(
     return status or results.verdict_status(done)
 
 
-def _sheet(options: typed.Options, report: typed.ReportOptions) -> dict[str, Any]:
-    """Keywords of `sagnac.write_report` that hold for every report of a run."""
+def _sheet(
+    options: typed.Options, report: typed.ReportOptions, *, written: bool
+) -> dict[str, Any]:
+    """Keywords of `sagnac.write_report` that hold for every report of a run.
+
+    Raises
+    ------
+    UsageError
+        If something is stated of a report and none is written.
+    """
+    if report.stated and not written:
+        raise results.UsageError(f"--{report.stated[0]} is of a report; name its folder with -o")
     return {
         "block": report.title_block,
         "settings": options.as_toml,
@@ -143,7 +154,8 @@ def avar(
     from sagnac.report import text
 
     settings = typed.settings_of(options, method="none", estimators=bench.estimator or ("oadev",))
-    sheet, output = _sheet(options, report), report.output
+    output = report.output
+    sheet = _sheet(options, report, written=output is not None)
     alone: sagnac.SelfNoise | None = None
     paths: Sequence[Path] = ()
     with reading(file, options, verify=bench.gaps == "reject") as read:

@@ -283,6 +283,13 @@ class ReportOptions:
     force: Force = False
 
     @property
+    def stated(self) -> list[str]:
+        """Names of the options given that say what stands in a report."""
+        of_terminal = ("curve", "output", "force")
+        names = [one.name for one in fields(self) if one.name not in of_terminal]
+        return [name for name in names if getattr(self, name)]
+
+    @property
     def title_block(self) -> "TitleBlock":
         """Top of the report; what is typed overrides the file.
 

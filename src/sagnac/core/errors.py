@@ -20,6 +20,7 @@ LEVELS: Final[tuple[Level, ...]] = get_args(Level)
 
 # Characters of a value in a message.
 _LONGEST_SHOWN: Final = 120
+_SMALLEST_RISK: Final = 1e-9  # of an interval, and its confidence at least
 _SHOWN: Final = reprlib.Repr()
 _SHOWN.maxstring = _SHOWN.maxother = _LONGEST_SHOWN
 # Marks that move the cursor of a terminal, colour it, end a line or turn the direction of reading,
@@ -369,15 +370,15 @@ def require_keywords(function: str, given: Iterable[str], known: Iterable[str]) 
 
 
 def is_finite(value: Any) -> bool:
-    """Whether a value is one finite number; text, None and lists of numbers are not.
+    """Whether a value is one finite number; text, None, True and lists of numbers are not.
 
     Examples
     --------
-    >>> is_finite(2), is_finite("2"), is_finite(float("nan"))
-    (True, False, False)
+    >>> is_finite(2), is_finite("2"), is_finite(float("nan")), is_finite(True)
+    (True, False, False, False)
     """
     try:
-        return math.isfinite(value)
+        return math.isfinite(value) and not isinstance(value, bool)
     except TypeError:
         return False
 
@@ -419,7 +420,12 @@ def require_confidence(confidence: float) -> None:
     Raises
     ------
     ValueError
-        If it is not between 0 and 1.
+        If it is not between 0 and 1, or so near to either that its interval is none.
     """
     if not (is_finite(confidence) and 0.0 < confidence < 1.0):
         raise ValueError(f"confidence is {quoted(confidence)}; give a number between 0 and 1")
+    if not _SMALLEST_RISK <= confidence <= 1.0 - _SMALLEST_RISK:
+        raise ValueError(
+            f"confidence is {confidence!r}; give {_SMALLEST_RISK:g} or more, and at most that far "
+            "from 1"
+        )

@@ -10,7 +10,7 @@ from collections.abc import Callable, Mapping
 from functools import wraps
 from typing import Any, Final, TypeVar
 
-from sagnac.core.errors import one_line
+from sagnac.core.errors import one_line, require_type
 from sagnac.core.units import unit_of
 
 Value = TypeVar("Value")
@@ -163,6 +163,7 @@ def keywords(texts: Mapping[str, str]) -> dict[str, Any]:
     >>> keywords({"columns": "x=gyro_x,z=gyro_z", "rate": "100", "slice": "630:930"})
     {'columns': {'x': 'gyro_x', 'z': 'gyro_z'}, 'sample_rate': 100.0, 'span': (630.0, 930.0)}
     """
+    require_type("texts", texts, Mapping, "give option -> text, as missing(path) does")
     inputs = {option: name for name, option in OPTION_OF.items()}
     plain = {option.replace("-", "_"): text for option, text in texts.items()}
     return {inputs.get(option, option): value_of(option, text) for option, text in plain.items()}

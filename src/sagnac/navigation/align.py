@@ -17,6 +17,7 @@ from sagnac.navigation.noise import GyroNoise, Triad
 
 # Where no latitude is stated: it counts little without aiding over minutes.
 _LATITUDE: Final = 45.0 * DEGREE
+_LONGEST: Final = 1e10  # s unaided; no square of it overflows
 _POINTS: Final = 41  # of a picture
 _SHORTEST: Final = 0.01  # of the longest time in it
 
@@ -181,9 +182,10 @@ def align(
         raise ValueError("table_rate needs a latitude, since azimuth is found from Earth rate")
     require_confidence(confidence)
     after = as_several(after)
-    wrong = [time for time in after if not (is_finite(time) and time > 0.0)]
+    wrong = [time for time in after if not (is_finite(time) and 0.0 < time <= _LONGEST)]
     if wrong or not after:
-        raise ValueError(f"after is {quoted([*wrong, after][0])}; give seconds, above zero")
+        said = f"give seconds, above zero, {_LONGEST:g} at most"
+        raise ValueError(f"after is {quoted([*wrong, after][0])}; {said}")
     if isinstance(source, tuple) and not all(isinstance(one, GyroNoise) for one in source):
         raise ValueError(
             f"source is {quoted(source)}; give one analysis of all gyros, or a GyroNoise each"

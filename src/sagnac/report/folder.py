@@ -8,6 +8,7 @@ from typing import Any
 from urllib.parse import quote
 
 from sagnac.analysis.result import Analysis, require_analysis
+from sagnac.core.errors import require_type
 from sagnac.core.overwriting import outputs_in, require_free
 from sagnac.core.whole_files import replacing_folder, write_text
 from sagnac.report import document, figures, page, sections
@@ -91,6 +92,8 @@ def write_report(
     'report.html'
     """
     require_analysis(analysis, recorded=True)
+    if block is not None:
+        require_type("block", block, TitleBlock, "give a sagnac.report.sections.TitleBlock")
     folder = Path(folder)
     for place in (folder, *(folder / folder_name(name) for name in analysis.gyros)):
         require_free(outputs_in(place, "report"), force=force)
