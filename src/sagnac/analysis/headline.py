@@ -20,19 +20,23 @@ If the levels neither bear out 2 or 3 nor reject it, this candidate is the answe
 holds that of 4, too. The paper's methods know 1, 6 and 7 alone, and a search for lines that did not
 come to an end leaves 6 and 7, with the lines in. If nothing is borne out, N is not observable.
 
-The answer then goes through five steps, in this order in `answer`:
+The answer then goes through six steps, in this order in `answer`:
 
-1. its interval holds N over parts of the record if these disagree (`averaged.Parts`);
-2. Q, B, K and R beside it are no more than the curve allows (`noise.bounds`);
-3. it holds what the encoder of a table adds or hides (`encoder.with_encoder`);
-4. it holds what two gyros share (`encoder.with_shared_noise`);
-5. findings of the data divide it or withhold it (`trust.apply_findings`).
+1. its interval is wider if large deviations are more frequent than in normal noise (`_with_tails`);
+2. it holds N over parts of the record if these disagree (`averaged.Parts`);
+3. Q, B, K and R beside it are no more than the curve allows (`noise.bounds`);
+4. it holds what the encoder of a table adds or hides (`encoder.with_encoder`);
+5. it holds what two gyros share (`encoder.with_shared_noise`);
+6. findings of the data divide it or withhold it (`trust.apply_findings`).
 """
 
+import math
 from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 from typing import Final
+
+from scipy.special import ndtri
 
 from sagnac.analysis.averaged import (
     AnswerSpectrum,
@@ -51,6 +55,8 @@ from sagnac.noise.bounds import CurveBound, RollOff, highest_terms, highest_walk
 from sagnac.noise.estimates import Fit, unobserved
 from sagnac.noise.fit import likelihood_fit
 from sagnac.noise.model_average import with_both, with_whole_band
+from sagnac.quality.distribution import shape_of
+from sagnac.quality.profile import whitened
 from sagnac.quality.readout import joint_readout
 
 Candidate = Callable[[], Headline | None]
@@ -58,6 +64,9 @@ Candidate = Callable[[], Headline | None]
 
 # Chance at which the curve, against a sound likelihood fit, calls it impossible.
 _VETO: Final = 1e-4
+# Samples that the distribution of the noise is read from, and standard errors that are no chance.
+_FOR_SHAPE: Final = 2**18
+_SURE: Final = 6.0
 # Samples over which a gyro's low-pass filter may still lower the curve.
 _FILTERED: Final = 10.0
 
@@ -79,7 +88,8 @@ def answer(evidence: Evidence, walk_of_pair: WalkOfPair, *, brief: bool = False)
     RecordingError
         If the settings are strict and something is found that they do not accept.
     """
-    headline = _within_curve(evidence, _with_parts(first_candidate(evidence)))
+    headline = _with_parts(_with_tails(first_candidate(evidence)))
+    headline = _within_curve(evidence, headline)
     headline = with_encoder(headline, evidence, walk_of_pair)
     if not brief:
         headline = with_shared_noise(headline, evidence)
@@ -116,6 +126,31 @@ def first_candidate(evidence: Evidence) -> Headline:
     if headline.spectrum is not None:
         fits["likelihood"] = headline.spectrum.likelihood
     return replace(headline, fits=fits)
+
+
+def _with_tails(headline: Headline) -> Headline:
+    """The answer with an interval that knows the fourth cumulant of the noise.
+
+    Intervals of spectra are those of normal noise. In any other, each ordinate scatters the same,
+    and all of them move together besides: the variance of the logarithm of N is larger by a quarter
+    of the excess kurtosis over the samples (Brockwell and Davis 1991, *Time Series: Theory and
+    Methods*, proposition 10.3.2).
+    """
+    estimate, spectrum = headline.estimate, headline.spectrum
+    if spectrum is None or estimate.status != "estimated" or not estimate.low > 0.0:
+        return headline
+    some = spectrum.increments[:_FOR_SHAPE]
+    if some.size < _FOR_SHAPE // 64:
+        return headline
+    kurtosis = shape_of(whitened(some).values).kurtosis
+    if kurtosis < _SURE * math.sqrt(24.0 / some.size):
+        return headline
+    reach = float(ndtri(0.5 + 0.5 * estimate.confidence))
+    more = 0.5 * reach * math.sqrt(kurtosis / spectrum.increments.size)
+    down = math.hypot(math.log(estimate.value / estimate.low), more)
+    up = math.hypot(math.log(estimate.high / estimate.value), more)
+    low, high = estimate.value * math.exp(-down), estimate.value * math.exp(up)
+    return replace(headline, estimate=replace(estimate, low=low, high=high))
 
 
 def _with_parts(headline: Headline) -> Headline:

@@ -69,9 +69,7 @@ def analyze(
     return status or results.verdict_status(done)
 
 
-def _sheet(
-    options: typed.Options, report: typed.ReportOptions, *, written: bool
-) -> dict[str, Any]:
+def _sheet(options: typed.Options, report: typed.ReportOptions, *, written: bool) -> dict[str, Any]:
     """Keywords of `sagnac.write_report` that hold for every report of a run.
 
     Raises
