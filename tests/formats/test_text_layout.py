@@ -120,3 +120,11 @@ def test_encodings(tmp_path, codec, found):
 def test_fields():
     assert fields_of(' 1  "2"\t3 ', " ") == ["1", "2", "3"]
     assert fields_of('"1,5", "a ""b""",', ",") == ["1,5", 'a "b"', ""]
+
+
+@pytest.mark.parametrize(("values", "second"), [("True\nFalse\n", "True"), ("on\noff\n", "on")])
+def test_a_table_of_words_alone_is_refused_by_its_second_line(tmp_path, values, second):
+    path = tmp_path / "run.csv"
+    path.write_text("x\n" + values * 100)
+    with pytest.raises(RecordingError, match=f"has no line of numbers; line 2 is '{second}'"):
+        layout(text_file(path))

@@ -126,7 +126,7 @@ def layout(text: TextFile) -> Layout:
     Raises
     ------
     RecordingError
-        If it has no lines.
+        If it has no lines, or several and none of numbers.
     """
     head, is_tabbed = text.head, text.path.suffix.lower() == ".tsv"
     plain = [number for number, line in enumerate(head) if is_plain(line)]
@@ -140,6 +140,10 @@ def layout(text: TextFile) -> Layout:
     )
     start = next(starts, None)
     units: list[str | None]
+    if start is None and len(plain) > 1:
+        second = head[plain[1]].strip()[:_LONGEST_SHOWN]
+        said = f"has no line of numbers; line {plain[1] + 1} is {second!r}"
+        raise RecordingError(said, remedy="give a file whose columns hold numbers")
     if start is None:
         # A header and no table under it.
         start, header = len(head), head[plain[0]]
