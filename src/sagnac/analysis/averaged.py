@@ -40,14 +40,6 @@ from sagnac.spectrum.levels import Levels, robust_levels
 from sagnac.spectrum.periodogram import bin_sums
 from sagnac.spectrum.tapered import LEAST_SAMPLES, tapered_spectrum
 
-# Fewest bins that say anything of a band.
-_LEAST_BINS: Final = 4
-# Part of the band of fewer angles up to which the terms have to describe every sample: a bin less.
-_REACHED: Final = 0.79
-# Angles a second of which slow terms are read, and how many make a spectrum of a short record.
-_SLOW_RATE: Final = 10.0
-_SLOW_ANGLES: Final = 2048.0
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Parts:
@@ -197,7 +189,8 @@ def levels_of(increments: FloatArray, rate: float, masked: Bands) -> Levels | No
     except ValueError:
         # Masked bands that leave no cell.
         return None
-    return levels if levels.level.size >= _LEAST_BINS else None
+    # Fewer bins say nothing of a band.
+    return levels if levels.level.size >= 4 else None
 
 
 def roll_off_of(points: Points) -> RollOff:
@@ -272,7 +265,8 @@ def _with_slow_terms(basis: AnswerSpectrum, evidence: Evidence) -> Average:
     out, that hardly anything above the band of the average folds into it.
     """
     choice, increments, rate = basis.average.rests_on, basis.increments, basis.points.rate
-    wanted = max(_SLOW_RATE, _SLOW_ANGLES * rate / increments.size)
+    # Angles a second for slow terms; a short record needs more for a spectrum.
+    wanted = max(10.0, 2048.0 * rate / increments.size)
     step = math.ceil(rate / min(wanted, 0.5 * choice.band_hz[1]))
     # Fitted where it is not seen, Q would take from N what a low-pass takes.
     quantization = tuple(name for name in choice.terms if name == "quantization")
@@ -295,7 +289,8 @@ def _with_slow_terms(basis: AnswerSpectrum, evidence: Evidence) -> Average:
 
 def reaches(choice: ModelChoice, highest: float) -> bool:
     """Whether what an average rests on describes every sample up to a frequency, Hz."""
-    return choice.band_hz[1] >= _REACHED * highest
+    # A bin less than the whole band of fewer angles is enough.
+    return choice.band_hz[1] >= 0.79 * highest
 
 
 def _parts(basis: AnswerSpectrum, evidence: Evidence) -> Parts:
@@ -328,8 +323,6 @@ def _parts(basis: AnswerSpectrum, evidence: Evidence) -> Parts:
 
 # Chance at which each test says of parts that agree that they do not.
 _CHANCE: Final = 0.01
-# Parts that a record is cut into, or the fewer ones if these do not show N.
-_COUNTS: Final = (4, 2)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -446,7 +439,8 @@ def over_parts(
         chance made it high. If there is none, of the first of which two show it.
     """
     tried: list[Parts] = []
-    for count in _COUNTS:
+    # Quarters, or halves if quarters do not show N.
+    for count in (4, 2):
         edges = [number * increments.size // count for number in range(count + 1)]
         readings = [read(increments[start:stop]) for start, stop in pairwise(edges)]
         parts = tuple(

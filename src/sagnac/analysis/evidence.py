@@ -25,9 +25,6 @@ from sagnac.stability.curve import StabilityCurve, stability_curve
 
 # A curve of fewer points than this has no cluster time whose deviation means anything.
 LEAST_POINTS = 32
-# The likelihood fit takes the angle this many times as often as the curve: ten times the bins,
-# and still far below the frequencies where readout and bearing noise rule.
-_FINER = 10
 
 Bands = tuple[tuple[float, float], ...]
 
@@ -230,7 +227,9 @@ def fine_points(
         # An angle between samples has no step.
         return points, JointReadout()
     if settings.interval is not None:
-        interval = settings.interval / _FINER
+        # Ten times the bins of the curve, and still far below the frequencies where readout and
+        # bearing noise rule.
+        interval = settings.interval / 10
         points = points_at(left.removal.residual, recording.sample_rate, interval)
     readout = joint_readout(recording, settings.gyros, points.rate)
     dithered = None if readout.every is None else readout.time

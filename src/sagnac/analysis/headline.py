@@ -32,7 +32,6 @@ The answer then goes through five steps, in this order in `answer`:
 from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
-from typing import Final
 
 from sagnac.analysis.averaged import (
     AnswerSpectrum,
@@ -55,11 +54,6 @@ from sagnac.quality.readout import joint_readout
 
 Candidate = Callable[[], Headline | None]
 """Reads N from the evidence: the answer, no N and why, or nothing."""
-
-# Chance at which the curve, against a sound likelihood fit, calls it impossible.
-_VETO: Final = 1e-4
-# Samples over which a gyro's low-pass filter may still lower the curve.
-_FILTERED: Final = 10.0
 
 
 def answer(evidence: Evidence, walk_of_pair: WalkOfPair, *, brief: bool = False) -> Headline:
@@ -269,7 +263,7 @@ def _likelihood_alone(evidence: Evidence) -> Headline | None:
     if walk.status == "not observable":
         return None
     # A fit that is known not to describe its spectrum yields to the curve much sooner.
-    chance = _VETO if fit.departure == 0.0 else 1.0 - evidence.settings.confidence
+    chance = 1e-4 if fit.departure == 0.0 else 1.0 - evidence.settings.confidence
     veto = _highest_walk(evidence, None, chance)
     if veto is None or walk.low <= veto.value:
         return Headline(estimate=walk, source=_likelihood_source(channel, evidence.fine, fit))
@@ -339,5 +333,6 @@ def _highest_walk(
         points = points_at(unfinished, rate, evidence.settings.interval)
         curve = curve_of(points.angle, points.rate, evidence.settings)
         roll_off = roll_off_of(Points(angle=unfinished, rate=rate))
-    used = (curve.tau * rate >= _FILTERED) & (curve.tau >= roll_off.cluster_time())
+    # A gyro's low-pass filter may still lower the curve over ten samples.
+    used = (curve.tau * rate >= 10.0) & (curve.tau >= roll_off.cluster_time())
     return highest_walk(curve, evidence.readout, chance=chance, used=used)

@@ -32,22 +32,15 @@ from sagnac.table.estimate import EstimatedTable, estimated_table, order_drift
 from sagnac.table.kinematics import KINEMATIC_RATE, averages_of
 from sagnac.table.turns import SHORTEST, full_rotation_samples, is_turning, mean_rate
 
-# A departure from a straight line by fewer units of the last place is rounding.
-_ROUNDING: Final = 64.0
-
 ALIKE: Final = (0.9, 1.1)
 """Weights of a pair that take the table out of it, between which they stand for its difference."""
 
-# Motion that two gyros do not share, in that of both, from which on no weights take it out.
-_TOGETHER: Final = 0.1
 # Part of the pair's increments by which the encoder has to raise them for weights far from one.
 _QUIETER: Final = 0.9
 # Change of a delay that is worth a note, s. What interpolation does between slow readings is less.
 _CHANGES: Final = 1e-4
 # Standard errors of it from which on it is no chance.
 _SURE: Final = 5.0
-# Noise of the encoder that is worth a note: beside the gyros in all, and at least.
-_NOISY: Final = 1.0 * ARCSECOND
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -146,7 +139,8 @@ def require_noise(measured: Measurement) -> None:
     """
     angle = measured.angle
     slope = (angle[-1] - angle[0]) / max(angle.size - 1, 1)
-    rounding = _ROUNDING * float(np.spacing(max(map(abs, extent(angle)))))
+    # A departure by fewer units of the last place is rounding.
+    rounding = 64.0 * float(np.spacing(max(map(abs, extent(angle)))))
     for block in blocks(angle.size):
         line = angle[0] + slope * np.arange(block.start, block.stop)
         if np.abs(angle[block] - line).max() > rounding:
@@ -246,7 +240,8 @@ def _encoder_notes(estimate: EstimatedTable, sample_rate: float) -> tuple[Note, 
                 f"{1e3 * delay.change_error:.1g} ms) over the record"
             )
         texts.append(f"{text}; they are shifted by that")
-    if estimate.smoothed and estimate.noise > _NOISY:
+    # Less is not worth a note.
+    if estimate.smoothed and estimate.noise > ARCSECOND:
         # The root mean square rate: the table may turn back or stand.
         block = max(1, round(sample_rate / KINEMATIC_RATE))
         turned = np.diff(averages_of(estimate.angle, block))
@@ -344,7 +339,8 @@ def _takes_table_out(
     alone: Measurement, measured: Measurement, table: TurningTable, estimate: EstimatedTable
 ) -> bool:
     """Whether two gyros weighted so `alone` tell more than their difference and the encoder."""
-    if not 0.0 < estimate.alike < _TOGETHER:
+    # From a tenth of motion that two gyros do not share, no weights take it out.
+    if not 0.0 < estimate.alike < 0.1:
         return False
     if all(ALIKE[0] < abs(weight) < ALIKE[1] for weight in alone.weights):
         return True

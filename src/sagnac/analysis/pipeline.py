@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, fields, replace
 from functools import partial
-from typing import Any, Final
+from typing import Any
 
 from sagnac.analysis.averaged import Headline
 from sagnac.analysis.corrections import without_dither, without_temperature
@@ -55,11 +55,6 @@ from sagnac.recording.model import Channel, Recording, require_recording
 from sagnac.stability.curve import StabilityCurve
 from sagnac.table.kinematics import averages_of
 from sagnac.table.turns import mean_rate, turns
-
-# An interval that is rounded to whole samples by less than this share of it is not worth a note.
-_ROUNDED: Final = 0.01
-# Between the angles of the curve on a turning table unless stated, s: Step 4 of the paper.
-_ON_TABLE: Final = 1.0
 
 Run = Callable[..., Analysis]
 """A function that analyzes a recording by settings, with a keyword `progress`."""
@@ -195,7 +190,8 @@ def _evidence(
     rate = recording.sample_rate
     with stages.stage("difference"):
         gyros = settings.gyros_of(recording)
-        interval = settings.interval or (_ON_TABLE if turns(recording) else None)
+        # On a turning table every second, as in Step 4 of the paper.
+        interval = settings.interval or (1.0 if turns(recording) else None)
         settings = replace(settings, gyros=gyros, interval=interval)
         require_sound(recording, gyros)
         corrected = without_temperature(recording, gyros) if settings.covariates else recording
@@ -347,9 +343,8 @@ def _notes(evidence: Evidence, headline: Headline) -> tuple[Note, ...]:
     said = {note.text.removeprefix(ACCEPTED) for note in headline.findings}
     rounding = []
     interval, rate = evidence.settings.interval, evidence.curve.sample_rate
-    if not (
-        interval is None or evidence.left.once_a_turn or abs(interval * rate - 1.0) <= _ROUNDED
-    ):
+    # Rounding by a hundredth is not worth a note.
+    if not (interval is None or evidence.left.once_a_turn or abs(interval * rate - 1.0) <= 0.01):
         text = f"interval {interval:g} s is no whole number of samples: {1.0 / rate:.4g} s taken"
         rounding.append(Note(text=text))
     notes = (

@@ -16,13 +16,6 @@ from sagnac.recording.model import Recording
 from sagnac.verdict.forecast import LeftOut, Shown
 from sagnac.verdict.limits import Limit, Specification, specification_of
 
-# Cells that a fit leaves out on either side of what is masked.
-_BESIDE: Final = 1.0
-# Times as long as the recording: where the forecast asks what the answer will rest on.
-_LONGER: Final = 10.0
-# Share of the weight from which on fits under the beginning of a low-pass count.
-_FALLS: Final = 0.1
-
 
 def shown_by(analysis: Analysis) -> Shown:
     """N of an analysis with its interval, and what a longer recording's answer will rest on.
@@ -60,7 +53,7 @@ def shown_by(analysis: Analysis) -> Shown:
             if found.status == "estimated" and name in STOCHASTIC_NAMES
         },
         terms=STOCHASTIC_NAMES,
-        falls=choice.falls > _FALLS,
+        falls=choice.falls > 0.1,
         duration=duration,
         highest=choice.band_hz[1],
         interval=1.0 / analysis.recording.sample_rate,
@@ -73,17 +66,19 @@ def shown_by(analysis: Analysis) -> Shown:
     if choice.member == "average" and (fit.departure != 0.0 or not reaches(choice, band.high)):
         return average
     whole_band = replace(average, highest=band.high, interval=band.interval, efficient=True)
-    return min((whole_band, average), key=lambda one: one.expected(_LONGER * duration))
+    # What the answer of a recording ten times as long will rest on.
+    return min((whole_band, average), key=lambda one: one.expected(10.0 * duration))
 
 
 def _left_out(low: float, high: float, duration: float) -> LeftOut:
     """Cells that a line or a band of vibration takes; a line takes as many at any duration."""
     cells = min(0.5 * (high - low) * duration, WIDEST_BINS)
     beside = cells / duration
+    # A fit leaves out one more cell on either side of what is masked.
     return LeftOut(
         low=min(low + beside, 0.5 * (low + high)),
         high=max(high - beside, 0.5 * (low + high)),
-        cells=cells + _BESIDE,
+        cells=cells + 1.0,
     )
 
 

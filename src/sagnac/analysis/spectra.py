@@ -58,8 +58,6 @@ _PARTS: Final = 240
 # Parts of a turn; half of them are orders.
 # A power of two, so that a mask folds an angle into one turn.
 _SECTORS: Final = 256
-# Turns from which on a mean over turns is one.
-_LEAST_TURNS: Final = 3.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -128,7 +126,8 @@ def residual_of(before: FloatArray, left: Remainder, table: FloatArray | None) -
 
 
 def _by_angle(before: FloatArray, left: Remainder, table: FloatArray) -> ByAngle | None:
-    if abs(float(table[-1] - table[0])) < 2.0 * np.pi * _LEAST_TURNS:
+    # A mean over fewer than three turns is none.
+    if abs(float(table[-1] - table[0])) < 6.0 * np.pi:
         return None
     # Count and both increments of each sector.
     sums = np.zeros((3, _SECTORS))

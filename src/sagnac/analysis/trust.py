@@ -3,7 +3,6 @@
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Final
 
 import numpy as np
 
@@ -21,9 +20,6 @@ from sagnac.quality.check import accept, judged, judged_remainder
 from sagnac.quality.effects import DIVIDED, doubt_of
 from sagnac.recording.channel import PAIR_SIZE
 from sagnac.recording.model import Recording, second_of
-
-# Share of N from which on what spikes would add is worth a warning.
-_ADDS: Final = 0.05
 
 
 def _spectrum_notes(evidence: Evidence, headline: Headline) -> tuple[Note, ...]:
@@ -68,7 +64,7 @@ def _off_notes(spectrum: AnswerSpectrum, evidence: Evidence) -> Iterator[Note]:
         yield Note(
             name="spikes",
             effect=math.hypot(1.0, added / walk.value) if seen else None,
-            level="warning" if seen and added > _ADDS * walk.value else "remark",
+            level="warning" if seen and added > 0.05 * walk.value else "remark",
             text=f"{counted(int(spikes.index.size), 'sample')} far off their neighbours (spikes) "
             "were replaced by them for the answer; left in, they would add "
             f"{_walk(sensor, added)} to it in square",

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Final
+from typing import Any
 
 import numpy as np
 
@@ -14,11 +14,6 @@ from sagnac.navigation import error_model as model
 from sagnac.navigation.drift import Drift, drift
 from sagnac.navigation.models import require_numbers
 from sagnac.navigation.noise import GyroNoise, Triad
-
-# Where no latitude is stated: it counts little without aiding over minutes.
-_LATITUDE: Final = 45.0 * DEGREE
-_POINTS: Final = 41  # of a picture
-_SHORTEST: Final = 0.01  # of the longest time in it
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -197,7 +192,8 @@ def align(
     require_numbers(start, known, above_zero=True)
     moments = np.array(after, dtype=np.float64)
     longest = float(moments.max())
-    place = _LATITUDE if latitude is None else latitude
+    # A latitude counts little without aiding over minutes.
+    place = 45.0 * DEGREE if latitude is None else latitude
     how: dict[str, Any] = {
         "accelerometers": forces,
         "latitude": place,
@@ -206,7 +202,7 @@ def align(
     }
     unaided = Unaided(
         drift=drift(noises, times=moments, **how),
-        along=drift(noises, times=np.geomspace(_SHORTEST * longest, longest, _POINTS), **how),
+        along=drift(noises, times=np.geomspace(0.01 * longest, longest, 41), **how),
         noises=noises,
         accelerometers=forces,
         latitude=place,

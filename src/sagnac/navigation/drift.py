@@ -38,9 +38,6 @@ PARTS: Final = (
 
 _GYROS: Final = 3
 _STATES: Final = model.DRIFTS.start  # those before the drifts of the gyros
-_CELLS: Final = 240  # of the time, each of constant weight
-_LONGEST_CELL: Final = 120.0  # s, a fortieth of Schuler's period
-_MOST_CELLS: Final = 4000
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -222,7 +219,8 @@ def _at(
     misaligned
         (3,) what the misalignment makes.
     """
-    cells = min(max(_CELLS, math.ceil(time / _LONGEST_CELL)), _MOST_CELLS)
+    # Each cell has constant weight; 120 s are a fortieth of Schuler's period.
+    cells = min(max(240, math.ceil(time / 120.0)), 4000)
     length = time / cells
     system = model.system_matrix(latitude)[:_STATES, :_STATES]
     half, whole = expm(0.5 * length * system), expm(length * system)

@@ -306,8 +306,6 @@ def position_error(
 
 # ---- azimuth -----------------------------------------------------------------------
 
-_OF_NAMES: Final = [1, 2, 3]  # N, B and K among the five of Eq. 3
-
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class AzimuthError:
@@ -362,7 +360,8 @@ def azimuth_error(
         If the latitude is within a degree of a pole, or a time is not above zero.
     """
     moments = moments_of(times)
-    weights = 0.5 * allan_variance_basis(0.5 * moments)[:, _OF_NAMES] / north_rate(latitude) ** 2
+    # N, B and K are 1 to 3 of the five of Eq. 3.
+    weights = 0.5 * allan_variance_basis(0.5 * moments)[:, [1, 2, 3]] / north_rate(latitude) ** 2
     floor = math.sqrt(float(weights[0, 1])) * noise.bias_instability
     return _of_weights(noise, moments, weights, confidence=confidence, floor=floor)
 

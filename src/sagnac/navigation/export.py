@@ -33,9 +33,6 @@ _UNITS: Final[Mapping[str, Mapping[str, float]]] = {
     "bandwidth": {"Hz": 1.0, "kHz": 1e3},
     "range": units.RATE_UNITS | units.ACCELERATION_UNITS,
 }
-# Times B at its cluster time that N makes alone: with more it would lie above the lowest Allan
-# deviation there is, with less the curve would be lowest long before. A unit is wrong.
-_OF_LOWEST: Final = (0.01, 3.0)
 
 
 def datasheet_setting(text: str) -> FilterSetting:
@@ -91,7 +88,9 @@ def _stated_models(text: str) -> FilterSetting:
     if units.split_factor(parts["N"])[1] not in of_kind:
         raise ValueError("N and B are of two kinds of sensor; state one sensor at a time")
     times = white / (lowest * math.sqrt(tau))
-    if not _OF_LOWEST[0] <= times <= _OF_LOWEST[1]:
+    # With more it would lie above the lowest Allan deviation there is, with less the curve would be
+    # lowest long before.
+    if not 0.01 <= times <= 3.0:
         raise ValueError(f"N alone makes {times:.3g} times B at that time: a unit is wrong")
     return FilterSetting(
         name=kind,

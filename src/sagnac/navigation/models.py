@@ -168,21 +168,11 @@ class FilterModel:
 # Fewest degrees of freedom of a point that bounds the model. At ten the limit is 1.6 of the curve,
 # and white noise and a walk above it lie far above the rest.
 LEAST_FREEDOM: Final = 20.0
-# Fewest of a point beyond these, whose value alone the model has to reach.
-_LEAST_BEYOND: Final = 2.0
 # Correlation times tried per decade of cluster time.
 _TIMES_PER_DECADE: Final = 2
-# A further Markov rate has to lower the mean excess of the variance by this share.
-_WORTH: Final = 0.05
 # Share of the variance at the shortest and the longest cluster time that white noise and a walk
 # make if they have to be there.
 _LEAST_SHARE: Final = 0.02
-# Terms smaller than this share of the variance everywhere are left out.
-_NEGLIGIBLE: Final = 1e-9
-# Laws, scaled to one, whose determinant is less than this do not cross.
-_PARALLEL: Final = 1e-12
-# Part of the limit by which a corner may lie below it before it is scaled up.
-_ROUNDING: Final = 1e-9
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -248,7 +238,8 @@ def upper_limit(
             "few for a filter's model",
             remedy="record longer",
         )
-    far = np.isfinite(deviation) & (edf >= _LEAST_BEYOND) & (tau > tau[sound].max())
+    # The value alone of a point that bounds nothing has to be reached, too.
+    far = np.isfinite(deviation) & (edf >= 2.0) & (tau > tau[sound].max())
     beyond = np.stack([tau[far], deviation[far]])
     tau, deviation, edf = tau[sound], deviation[sound], edf[sound]
     lower = 2.0 * gammaincinv(0.5 * edf, 1.0 - confidence)
@@ -314,7 +305,8 @@ def overbound(
             if time not in chosen
         }
         times = min(tried, key=lambda each: tried[each][0])
-        if tried[times][0] > (1.0 - _WORTH) * excess:
+        # A further Markov rate has to lower the mean excess by 5 %.
+        if tried[times][0] > 0.95 * excess:
             break
         chosen, (excess, best) = times, tried[times]
     return _reaching(best, limit)
@@ -412,10 +404,12 @@ def _white_and_slow(
     floors = np.concatenate([np.ones(limit.tau.size), np.array(least) * scale])
     first, second = np.triu_indices(floors.size, 1)
     pairs = np.stack([bounds[first], bounds[second]], axis=1)
-    crossing = np.abs(np.linalg.det(pairs)) > _PARALLEL
+    # Laws, scaled to one, of a smaller determinant do not cross.
+    crossing = np.abs(np.linalg.det(pairs)) > 1e-12
     wanted = np.stack([floors[first], floors[second]], axis=1)[crossing]
     corners = np.linalg.solve(pairs[crossing], wanted[..., np.newaxis])[..., 0]
-    allowed = np.all(corners @ bounds.T >= floors - _ROUNDING, axis=1)
+    # A corner may lie below the limit by rounding before it is scaled up.
+    allowed = np.all(corners @ bounds.T >= floors - 1e-9, axis=1)
     corners = np.maximum(corners[allowed], 0.0)
     best = corners[np.argmin(np.log(corners @ laws.T).mean(axis=1))]
     # Above means above.
@@ -447,7 +441,8 @@ def _smallest(
     )
     if result.x is None:
         raise ArithmeticError(f"no model above the limit was found: {result.message}")
-    solved = np.where(result.x > _NEGLIGIBLE, result.x, 0.0)
+    # Smaller terms are left out.
+    solved = np.where(result.x > 1e-9, result.x, 0.0)
     # What the solver takes for zero is none: above means above.
     solved = solved * max(1.0, 1.0 / float((relative @ solved).min()))
     white, walk, *others = np.sqrt(solved / scale).tolist()

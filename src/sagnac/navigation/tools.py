@@ -18,15 +18,11 @@ from sagnac.navigation.models import common_time
 from sagnac.navigation.settings import FilterSetting, by_name, plain, worst
 
 TOOLS: Final[tuple[str, ...]] = get_args(ToolName)
-# Hz that no filter reaches.
-_FASTEST: Final = 1e9
 # Names that ROS allows.
 _ROS_NAME: Final = re.compile(r"[A-Za-z~/][A-Za-z0-9_/~]*")
 # Correlation time, s, of a Markov rate for a walk that is stated: over an hour its deviation is
 # within 5 % of that of the walk.
 _AS_A_WALK: Final = 36_000.0
-# About x, y and z.
-_AXES: Final = (("x", "y", "z"), ("ax", "ay", "az"))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -63,7 +59,8 @@ class SettingsFile:
     def __post_init__(self) -> None:
         if "gyro" not in self._sensors:
             raise ValueError("no gyro; give an analysis of one, or its data sheet")
-        if self.rate is not None and not (is_finite(self.rate) and 0.0 < self.rate < _FASTEST):
+        # No filter reaches 1 GHz.
+        if self.rate is not None and not (is_finite(self.rate) and 0.0 < self.rate < 1e9):
             raise ValueError(f"rate is {quoted(self.rate)}; give Hz above zero")
         if not (isinstance(self.topic, str) and _ROS_NAME.fullmatch(self.topic)):
             raise ValueError(f"topic is {quoted(self.topic)}; give a name of ROS such as /imu0")
@@ -104,7 +101,8 @@ class SettingsFile:
         for kind, settings in self.chosen.items():
             own = {one.name: one for one in settings}
             rest = tuple(own) if len(own) == 3 else ("",) * 3
-            order = next((names for names in _AXES if set(names) >= set(own)), rest)
+            named = ("x", "y", "z") if kind == "gyro" else ("ax", "ay", "az")
+            order = named if set(own) <= set(named) else rest
             axes[kind] = tuple(own.get(name, self.worst[kind]) for name in order)
         return axes
 

@@ -35,16 +35,14 @@ from sagnac.recording.channel import (
 )
 from sagnac.recording.model import Recording, second_of
 
-# A table that covers less than this, rad, is at rest: no encoder reads finer for hours.
-_AT_REST: Final = math.radians(1.0)
-
 
 def turned(table: Channel | None) -> float:
     """Angle between the ends of what an encoder covers, rad; 0 if it stands still."""
     if table is None:
         return 0.0
     lowest, highest = extent(table.values)
-    return highest - lowest if highest - lowest > _AT_REST else 0.0
+    # A table that covers less is at rest: no encoder reads finer for hours.
+    return highest - lowest if highest - lowest > math.radians(1.0) else 0.0
 
 
 # ---- lost rows and slips -----------------------------------------------------------
@@ -361,8 +359,6 @@ def _likely_unit(profile: Profile) -> str:
 # that tell the rate, and all of these.
 _STEPS: Final = 2 * _REACH + 1
 _OUTER: Final = _REACH + _STEPS + 1
-# Deviations of a ripple that no peak of it exceeds: one of a single order is 1.4 times as high.
-_RIPPLES: Final = 4.0
 
 
 def turn_notes(recording: Recording, profile: Profile) -> Notes:
@@ -402,7 +398,8 @@ def turn_notes(recording: Recording, profile: Profile) -> Notes:
         # Less is that of a sound encoder where its scale closes, or chance: a normal median is
         # 1.2533 times as wide as the mean.
         chance = 8.0 * 1.2533 * scatter / math.sqrt(at.size)
-        if abs(leap) < max(10.0 * ARCSECOND, chance, _RIPPLES * ripple):
+        # No peak of a ripple exceeds four deviations: one of a single order is 1.4 times as high.
+        if abs(leap) < max(10.0 * ARCSECOND, chance, 4.0 * ripple):
             continue
         factor, unit = split_factor(table.shown_in)
         right = f"{factor * turn / (turn - leap):.8g}{unit}"

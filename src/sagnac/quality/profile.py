@@ -43,20 +43,10 @@ OFTENER: Final = 3
 
 # Samples on one side of which a median is taken.
 _SIDE: Final = 3
-# Samples looked at together: what is made of them stays in cache.
-_IN_CACHE: Final = 2**15
 # Sizes that rounding makes lie this many classes, a factor of four, below those that a step makes.
-# The others are more than this share of all: fewer are spikes.
 _APART: Final = 4
-_LEAST_SHARE: Final = 0.01
-# Largest sizes that are looked at, in steps, and how near to whole steps half of them lie.
+# Largest sizes that are looked at, in steps.
 _WITHIN: Final = 6.0
-_NEAR: Final = 0.12
-# A motion that speeds up or slows down evenly makes sizes as well: what it changes by in one sample
-# and, behind its first samples, in two; and the changes go on growing or falling. Steps of a
-# readout come and go, or are of more sizes. Shares of the samples.
-_GOES_ON: Final = 0.6
-_FEW_SIZES: Final = 0.95
 # Changes below this many last places of the largest value are rounding: an angle of many turns is
 # rounded where its changes would not be.
 _LAST_PLACES: Final = 8.0
@@ -86,7 +76,8 @@ def count_step(changes: FloatArray, rounding: float = 0.0) -> float:
     """
     # Sizes in half octaves, which the exponents of their squares count.
     counts, smallest, nothing = np.zeros(2048, dtype=np.int64), math.inf, 0
-    for block in blocks(changes.size - 2 * _SIDE, _IN_CACHE):
+    # What is made of so few samples together stays in cache.
+    for block in blocks(changes.size - 2 * _SIDE, 2**15):
         sizes = _off(changes, block)
         nothing += number_of(sizes <= rounding)
         sizes = sizes[(sizes > rounding) & (sizes < math.inf)]
@@ -122,13 +113,18 @@ def _whole_step(changes: FloatArray, bound: float) -> float | None:
     sizes, goes_on = np.concatenate(parts, axis=1)
     least = sizes.min()
     sizes, goes_on = sizes[sizes < _WITHIN * least], goes_on[sizes < _WITHIN * least]
-    if sizes.size < _LEAST_SHARE * changes.size:
+    # Fewer sizes are spikes.
+    if sizes.size < 0.01 * changes.size:
         return None
-    if np.mean(sizes < 2.5 * least) > _FEW_SIZES and goes_on.mean() > _GOES_ON:
+    # A motion that speeds up or slows down evenly makes sizes as well: what it changes by in one
+    # sample and, behind its first samples, in two; and the changes go on growing or falling. Steps
+    # of a readout come and go, or are of more sizes.
+    if np.mean(sizes < 2.5 * least) > 0.95 and goes_on.mean() > 0.6:
         return None
     step = float(np.median(sizes[sizes < 1.5 * least]))
     off = np.abs(sizes / step - np.rint(sizes / step))
-    return step if float(np.median(off)) < _NEAR else None
+    # Half of them have to lie near whole steps.
+    return step if float(np.median(off)) < 0.12 else None
 
 
 def rounding_in(values: FloatArray) -> float:
@@ -200,25 +196,10 @@ def whitened(changes: FloatArray, *, bands: int | None = None, kept: float = _KE
 
 # ---- profile -----------------------------------------------------------------------
 
-# Blocks that a record is cut into, and fewest samples of one.
-_BLOCKS: Final = 64
-_LEAST: Final = 64
-# Share of the squares that counts for the typical power, the smallest; and the mean square of a
-# standard normal number among that share of the smallest.
-_KEPT: Final = 0.99
-_KEPT_SQUARE: Final = 0.9247
-# Roots of that power beyond which a sample counts as if it were there.
-_FAR: Final = 3.0
-# Medians beyond which a step between two changes counts as if it were there: 6.7 deviations.
-_FAR_STEP: Final = 10.0
 # Samples, an odd number, whose mean is the motion at the middle one.
 _SLOW: Final = 255
-# Samples of a block that its median is taken of.
-_SAMPLED: Final = 4096
 # Changes at the beginning that short searches look at, the most.
 LOOKED_AT: Final = 2**17
-# Fewest and most means of the rate that a record is cut into, of a second each between.
-_RATES: Final = (20, 4096)
 
 
 class Survey(NamedTuple):
@@ -333,7 +314,8 @@ class Profile:
     @property
     def block(self) -> int:
         """Samples in a block; fewer than a block are one."""
-        return min(max(_LEAST, self.changes.size // _BLOCKS), self.changes.size)
+        # A record is cut into 64 blocks of as many samples or more.
+        return min(max(64, self.changes.size // 64), self.changes.size)
 
     def _rows(self) -> Iterator[FloatArray]:
         """The changes of each block, (samples,)."""
@@ -343,7 +325,7 @@ class Profile:
     @cached_property
     def level(self) -> FloatArray:
         """(blocks,) median of the changes."""
-        apart = max(1, self.block // _SAMPLED)
+        apart = max(1, self.block // 4096)
         return np.array([np.median(row[::apart]) for row in self._rows()])
 
     @cached_property
@@ -359,7 +341,8 @@ class Profile:
     @cached_property
     def spread(self) -> FloatArray:
         """(blocks,) mean square of the changes about their median, those far off cut down."""
-        farthest = _FAR * np.sqrt(2.0 * self.typical)
+        # Beyond three roots of that power a sample counts as if it were there.
+        farthest = 3.0 * np.sqrt(2.0 * self.typical)
         each = zip(self._rows(), self.level, farthest, strict=True)
         return np.array(
             [square(np.clip(row - level, -far, far)) / row.size for row, level, far in each]
@@ -374,7 +357,8 @@ class Profile:
         """
         changes = self.changes[:LOOKED_AT]
         steps = np.diff(changes, prepend=changes[:1])
-        reach = _FAR_STEP * float(np.median(np.abs(steps)))
+        # Beyond ten medians, 6.7 deviations, a step counts as if it were there.
+        reach = 10.0 * float(np.median(np.abs(steps)))
         if reach > 0.0:
             changes = np.cumsum(np.clip(steps, -reach, reach))
         sums = np.cumsum(changes)
@@ -401,8 +385,8 @@ class Profile:
     def edges(self) -> IntegerArray:
         """(rates + 1,) samples between which the rates are."""
         samples = self.channel.values.size
-        fewest, most = _RATES
-        number = max(min(samples // max(1, round(self.sample_rate)), most), fewest)
+        # Means over a second, or longer in a record of which there would be more than 4096.
+        number = max(min(samples // max(1, round(self.sample_rate)), 4096), 20)
         return np.linspace(0, samples - 1, min(number, samples - 1) + 1).astype(np.int64)
 
     @cached_property
@@ -442,21 +426,19 @@ def changes_of(channel: Channel) -> FloatArray:
 def _typical_power(row: FloatArray) -> float:
     """Variance of white noise by the steps between samples, without the largest hundredth."""
     size = np.abs(np.diff(row))
-    kept = max(1, int(_KEPT * size.size))
+    kept = max(1, int(0.99 * size.size))
     if kept < size.size:
         size.partition(kept)
-    return 0.5 * square(size[:kept]) / kept / _KEPT_SQUARE
+    # The mean square of a standard normal number among the smallest 99 %.
+    return 0.5 * square(size[:kept]) / kept / 0.9247
 
 
 # ---- robust ------------------------------------------------------------------------
 
-# Standard deviation of a normal number, of the median of its size.
-_DEVIATION: Final = 1.4826
-
 
 def scatter_of(values: FloatArray) -> float:
     """Standard deviation of normal numbers about zero, by the median of their size."""
-    return _DEVIATION * float(np.median(np.abs(values)))
+    return 1.4826 * float(np.median(np.abs(values)))
 
 
 def some_steps(values: FloatArray, most: int) -> FloatArray:

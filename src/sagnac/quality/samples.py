@@ -236,11 +236,6 @@ def uneven_notes(times: FloatArray, nominal: float) -> Notes:
     return tuple(Note(channel="time", text=text) for text in texts)
 
 
-# Part of a step by which stamps of an even clock are off, and share of them that are on it.
-_OFF_GRID: Final = 0.1
-_ON_GRID: Final = 0.95
-
-
 def lost_row_notes(recording: Recording, profile: Profile) -> Notes:
     """Rows that even stamps show to be missing, of a gyro whose samples are of their own span.
 
@@ -257,13 +252,14 @@ def lost_row_notes(recording: Recording, profile: Profile) -> Notes:
     def counts(some: FloatArray) -> tuple[float, float]:
         """Steps on the grid of the clock, and the rows that they leap over."""
         whole = np.rint(some / nominal)
-        on_grid = (np.abs(some / nominal - whole) < _OFF_GRID) & (whole >= 1.0)
+        on_grid = (np.abs(some / nominal - whole) < 0.1) & (whole >= 1.0)
         return float(np.count_nonzero(on_grid)), float((whole[on_grid] - 1.0).sum())
 
     steps = differences(times)
     even, lost = by_blocks(counts, steps).sum(axis=0).tolist()
     # Stamps that come late and catch up again are of rows that are all there.
-    if not lost or even < _ON_GRID * steps.size:
+    # Stamps of an even clock are nearly all on its grid.
+    if not lost or even < 0.95 * steps.size:
         return ()
     more = math.sqrt(1.0 + lost / steps.size)
     text = (

@@ -103,11 +103,6 @@ class SensorErrors:
 # ---- slow errors -------------------------------------------------------------------
 
 _MARKOV_RATIO: Final = 3.0  # between neighbouring correlation times
-_LONGEST_CORRELATION: Final = 10.0  # of the duration
-_SHORTEST_CORRELATION: Final = 1.0 / 9.0  # of a sample; what is shorter is white there
-_HELD_STEP: Final = 0.02  # s, for which slow errors are held where nobody sees it
-# Part of the white noise below which slow errors lie at half the rate of held values.
-_UNSEEN: Final = 3e-3
 
 
 class SlowDrift:
@@ -146,16 +141,18 @@ class SlowDrift:
         duration: float,
         random: np.random.Generator,
     ) -> None:
-        hold = max(1, round(_HELD_STEP * sample_rate))
+        # Slow errors are held for 0.02 s if nobody sees it.
+        hold = max(1, round(0.02 * sample_rate))
         step = hold * (1.0 / sample_rate)
-        unseen = _slow_density(errors, 0.5 / step) <= _UNSEEN * errors.random_walk**2
+        unseen = _slow_density(errors, 0.5 / step) <= 3e-3 * errors.random_walk**2
         shortest = step
         if not unseen:
             hold, step = 1, 1.0 / sample_rate
-            shortest = _SHORTEST_CORRELATION * step
+            # What is shorter than a ninth of a sample is white there.
+            shortest = 1.0 / 9.0 * step
         count = 0
         if errors.instability > 0.0:
-            longest = max(_LONGEST_CORRELATION * duration, 10.0 * step)
+            longest = 10.0 * max(duration, step)
             count = 1 + math.ceil(math.log(longest / shortest) / math.log(_MARKOV_RATIO))
         flicker = errors.instability * math.sqrt(math.log(_MARKOV_RATIO) / math.pi)
         own = np.array(errors.markov).reshape(-1, 2)

@@ -12,7 +12,6 @@ from sagnac.rig.sections import SENSOR_KEYS, SENSOR_NAMES
 _MEASURED: Final = ("angle_noise", "random_walk", "instability", "rate_walk", "ramp")
 _SHOWN: Final = ("step", "range")
 _MARKOV: Final = ("markov", "second_markov")
-_MARKOV_TIME_S: Final = 100.0  # of a Markov rate that is not there
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -80,7 +79,8 @@ class MeasuredSensor:
         }
         keys = {"low_pass_hz": self.low_pass[0] if self.low_pass else 0.0}
         for place, which in enumerate(_MARKOV):
-            rates = self.markov[place : place + 1] or ((0.0, _MARKOV_TIME_S),)
+            # A Markov rate that is not there has any correlation time.
+            rates = self.markov[place : place + 1] or ((0.0, 100.0),)
             errors[f"{which}_deviation"], keys[f"{which}_time_s"] = rates[0]
         rate_unit = SENSED[kind].rate_unit
         unit = self.readout.get("unit", rate_unit)

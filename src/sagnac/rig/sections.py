@@ -143,8 +143,6 @@ def require(true: bool, problem: str, remedy: str) -> None:
 # ---- sections ----------------------------------------------------------------------
 
 GyroMode = Literal["ideal", "still", "dithered", "rate-biased"]
-JitterSpectrum = Literal["position", "rate"]
-AfterDwell = Literal["back", "onward"]
 Accelerometers = Literal["none", "triad"]
 SENSOR_NAMES: Final[Mapping[Sensor, tuple[str, ...]]] = {
     "gyro": GYRO_NAMES,
@@ -219,13 +217,13 @@ class TableConfig(Section):
     start_deg: Annotated[float, Number(-360.0, 360.0)] = 0.0
     reversal_interval_s: Annotated[float, Number(0.0, 1e6)] = 0.0
     dwell_s: Annotated[float, Number(0.0, 1e6)] = 0.0
-    after_dwell: AfterDwell = "back"
+    after_dwell: Literal["back", "onward"] = "back"
     acceleration_deg_per_s2: Annotated[float, Number(0.1, 1e4)] = 100.0
     profile: Annotated[Pairs, Number(0.0, 1e7, "time s"), Number(-400.0, 400.0, "rate deg/s")] = ()
     jitter_rms_deg_per_s: Annotated[float, Number(0.0, 10.0)] = 0.0
     jitter_bandwidth_hz: Annotated[float, Number(0.01, 1000.0)] = 8.0
     jitter_damping: Annotated[float, Number(0.01, 10.0)] = 0.5
-    jitter_spectrum: JitterSpectrum = "position"
+    jitter_spectrum: Literal["position", "rate"] = "position"
     wander_fraction: Annotated[float, Number(0.0, 0.2)] = 0.0
     wander_time_s: Annotated[float, Number(1.0, 1e6)] = 300.0
     hunting_rms_deg_per_s: Annotated[float, Number(0.0, 10.0)] = 0.0

@@ -291,7 +291,6 @@ def movers_of(config: TableConfig, step: float, streams: RandomStreams) -> tuple
 # Between nodes the integrand cos(alpha) is taken by Simpson's rule, whose error is
 # turn^4/2880 of the Earth-rate harmonic (15 arcsec): below 1e-6 arcsec at this turn.
 _LARGEST_TURN_PER_STEP = 0.02  # rad
-_LARGEST_JITTER_STEP = 0.5  # step times natural frequency of the servo
 _TOGETHER: Final = 256  # samples of a line that begin at a phase of their own
 
 
@@ -437,5 +436,6 @@ def substeps_of(config: TableConfig, command: TableCommand, interval: float) -> 
     ):
         if config.turning and rms > 0.0:
             natural = 2.0 * math.pi * frequency
-            needed.append(math.ceil(natural * interval / _LARGEST_JITTER_STEP))
+            # A step is half of the servo's natural period over 2 pi at the most.
+            needed.append(math.ceil(natural * interval / 0.5))
     return max(needed)

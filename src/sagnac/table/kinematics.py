@@ -65,8 +65,6 @@ Readout quantization and encoder noise rule 500 Hz increments; they average out,
 does not.
 """
 
-# Rate variation above which drift and share are told apart by it.
-_WANDERING: Final = 1e-3
 # In place of a zero that something is divided by.
 _LEAST: Final = 1e-300
 
@@ -196,7 +194,7 @@ def tells_drift(kinematic: Kinematics) -> bool:
     share too small by as much as jitter then stays in the residual. The share taken from the
     mean rate instead holds the drift as well: 0.01 deg/h at 40 deg/s is 1e-7.
     """
-    return rate_variation(kinematic) > _WANDERING
+    return rate_variation(kinematic) > 1e-3
 
 
 def block_gain(kinematic: Kinematics, orders: FloatArray) -> FloatArray:

@@ -30,8 +30,6 @@ from sagnac.table.kinematics import (
 )
 from sagnac.table.turns import FEW_TURNS, full_turns, mean_rate
 
-# Orders allowed for while nobody knows which there are.
-_NUISANCE_ORDERS: Final = 128
 # Averages whose columns are held at a time.
 _AT_ONCE: Final = 8192
 # Columns that LAPACK works on at once, at the most.
@@ -185,7 +183,8 @@ def follow_table_together(
     harmonics
         Orders present in the angles; None if that is not known: all are allowed for, up to 128.
     """
-    orders = np.arange(1.0, _NUISANCE_ORDERS + 1.0) if harmonics is None else harmonics
+    # Orders allowed for while nobody knows which there are.
+    orders = np.arange(1.0, 129.0) if harmonics is None else harmonics
     orders = orders[orders <= highest_harmonic(kinematic)]
     # Harmonics are known only after a search, which takes lines in time out as well. If these are
     # still in, they count as noise: they would otherwise buy any Earth rate that lowers them.

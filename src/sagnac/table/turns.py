@@ -45,11 +45,7 @@ FEW_TURNS: Final = 4.0
 SHORTEST: Final = 10.0
 """Seconds of a turning table below which its averages of 1 s do not say how steadily it turns."""
 
-# The table is at rest below this motion over the whole record.
-_AT_REST: Final = np.radians(0.1)
 _TURN: Final = 2.0 * np.pi
-# Two full turns are three passes.
-_FEWEST_PASSES: Final = 3
 
 
 class FullTurnSamples(NamedTuple):
@@ -72,7 +68,7 @@ def is_turning(table: FloatArray | None) -> bool:
     if table is None:
         return False
     lowest, highest = extent(table)
-    return bool(highest - lowest > _AT_REST)
+    return bool(highest - lowest > np.radians(0.1))
 
 
 def turns(recording: Recording) -> bool:
@@ -186,7 +182,8 @@ def full_rotation_samples(
         times = pulses.astype(np.float64) - 0.5
     else:
         times = full_turn_times(table, null_angle=_null_angle(table, pulses))
-    if times.size < _FEWEST_PASSES:
+    # Two full turns are three passes.
+    if times.size < 3:
         covered = "" if table is None else f" (it covers {360.0 * full_turns(table):.1f} deg)"
         raise RecordingError(
             f"the table never completes two full turns{covered}, so full rotation interval "
@@ -213,15 +210,7 @@ def _null_angle(table: FloatArray, pulses: IntegerArray) -> float:
 
 # Numbers of orders that are tried.
 _ORDERS: Final = (4, 8, 16, 32, 64, 128)
-# Standard deviation of an order's prior, at the least.
-_USUAL: Final = 30.0 * ARCSECOND
-# Columns before the orders: table angle, Earth rate.
-_BEFORE: Final = 3
-# Averages below which nothing is told, and that an order takes.
-_FEWEST: Final = 100
-_AVERAGES_AN_ORDER: Final = 20
-# Averages that are enough if they show every order, and the most: those of some hours.
-_ENOUGH: Final = 10_000
+# The most averages, those of some hours.
 _MOST: Final = 2**17
 
 
@@ -262,7 +251,7 @@ def function_of_angle(angle: FloatArray, kinematic: Kinematics) -> AngleFunction
     """
     highest = math.floor(highest_harmonic(kinematic))
     # A slow table shows every order that is tried in fewer averages.
-    times = max(1, min(highest // (2 * _ORDERS[-1]), kinematic.angle.size // _ENOUGH))
+    times = max(1, min(highest // (2 * _ORDERS[-1]), kinematic.angle.size // 10_000))
     slow = np.stack(
         [
             averaged(each, times)[:_MOST]
@@ -271,13 +260,15 @@ def function_of_angle(angle: FloatArray, kinematic: Kinematics) -> AngleFunction
     )
     kinematic = replace(kinematic, block=times * kinematic.block, angle=slow[0])
     shown = averages_of(angle, kinematic.block)[:_MOST]
-    if shown.size < _FEWEST:
+    # Fewer averages tell nothing.
+    if shown.size < 100:
         return None
     free = np.array([np.inf, LARGEST_EARTH_RATE, LARGEST_EARTH_RATE])
     plain = shown - whitened(shown, slow.copy(), free, groups=0).values @ slow
     time = np.arange(shown.size, dtype=np.float64)
     line = np.polynomial.Polynomial.fit(time, plain, 1)(time)
-    size = max(_USUAL, float(np.std(plain - line)))
+    # The standard deviation of an order's prior.
+    size = max(30.0 * ARCSECOND, float(np.std(plain - line)))
 
     def fit_of(count: int, noises: tuple[float, float] | None) -> Whitened:
         phases = np.arange(1.0, count + 1.0)[:, np.newaxis] * kinematic.angle
@@ -285,7 +276,7 @@ def function_of_angle(angle: FloatArray, kinematic: Kinematics) -> AngleFunction
         prior = np.concatenate([free, np.full(2 * count, size)])
         return whitened(shown, columns, prior, noises, groups=0)
 
-    most = min(highest, shown.size // _AVERAGES_AN_ORDER)
+    most = min(highest, shown.size // 20)
     counts = dict.fromkeys(min(count, most) for count in (0, *_ORDERS))
     # All are judged beside the noise that the largest leaves: what is left of lines is no noise.
     largest = fit_of(max(counts), None)
@@ -298,5 +289,6 @@ def function_of_angle(angle: FloatArray, kinematic: Kinematics) -> AngleFunction
     if best == 0:
         return None
     orders = np.arange(1.0, best + 1.0)
-    values = fits[best].values[_BEFORE:].reshape(2, -1) / block_gain(kinematic, orders)
+    # The first three are of table angle and Earth rate.
+    values = fits[best].values[3:].reshape(2, -1) / block_gain(kinematic, orders)
     return AngleFunction(orders=orders, phasor=values[0] + 1j * values[1])

@@ -27,8 +27,6 @@ _BINS: Final = 8
 # Ordinates from which on a bin counts no more, and steps of scoring.
 _ENOUGH: Final = 30.0
 _STEPS: Final = 12
-# Ridge, in parts of the normal equations' own diagonal.
-_RIDGE: Final = 1e-9
 # Groups a decade that are left out in turn.
 _GROUPS: Final = 16
 
@@ -134,7 +132,7 @@ def whitened(
         of_groups, rights = _normal_equations(ready, wanted, weight, groups)
         normal = of_groups.sum(axis=0)
         # A column that lives in one group alone is undetermined without the ridge.
-        normal += np.diag(1.0 / (prior * scale) ** 2 + _RIDGE * np.diag(normal))
+        normal += np.diag(1.0 / (prior * scale) ** 2 + 1e-9 * np.diag(normal))
         left = wanted - np.linalg.solve(normal, rights.sum(axis=0)) @ ready
     over = _squares(left) / count / expected / _LINE
     deviance = 2.0 * float(np.sum(np.log(expected) + _LINE * np.log1p(over)))
