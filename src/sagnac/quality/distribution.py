@@ -107,12 +107,11 @@ def _spikes_in(
     padded = np.pad(some, (before, behind), mode="reflect")
     off = np.empty(block.stop - block.start)
     _kernels.off_neighbours(padded, off)
-    some = np.sort(off[:: distance_between(2**13, off.size)])
-    quartiles = _quantile(some, 0.75) - _quantile(some, 0.25)
+    some = off[:: distance_between(2**13, off.size)]
+    low, high = np.quantile(some, (0.25, 0.75))
     # Coarse steps have quartiles of a step or none: the root mean square of the inner part.
-    sizes = np.sort(np.abs(some))
-    inner = sizes[sizes <= _quantile(sizes, 0.95)]
-    scale = max(quartiles / 1.349, 1.3 * math.sqrt(float(inner @ inner) / inner.size))
+    inner = some[np.abs(some) <= np.quantile(np.abs(some), 0.95)]
+    scale = max((high - low) / 1.349, 1.3 * math.sqrt(float(inner @ inner) / inner.size))
     # A gyro that stands still in a block shows no scatter: nothing lies off there.
     size, reach = np.abs(off), _MARGIN * limit * scale if scale > 0.0 else math.inf
     found = np.flatnonzero(size > reach)
@@ -120,13 +119,6 @@ def _spikes_in(
     stays = [one for one in found.tolist() if _stays(values, block.start + one, float(off[one]))]
     index = np.array(stays, dtype=np.int64)
     return index + block.start, off[index], found.size, below
-
-
-def _quantile(ascending: FloatArray, share: float) -> float:
-    """As ``numpy.quantile``, of values that are sorted once for all quantiles."""
-    place = share * (ascending.size - 1)
-    below = ascending[int(place)]
-    return float(below + (place % 1.0) * (ascending[math.ceil(place)] - below))
 
 
 def _stays(values: FloatArray, place: int, height: float) -> bool:

@@ -17,7 +17,6 @@ from sagnac.core.arrays import (
     mean,
 )
 from sagnac.core.errors import Note, RecordingError, counted, ranked
-from sagnac.quality import _kernels
 from sagnac.quality.effects import finding
 from sagnac.quality.profile import (
     LEAST_OFTEN,
@@ -438,18 +437,19 @@ def longest_twice(values: FloatArray) -> tuple[slice, int]:
     longest = (slice(0, 0), 0)
     if values.size < 2 * _LEAST:
         return longest
-    # One in sixteen windows of eight samples is kept; there is room for twice as many.
-    places = np.empty(values.size // 8, dtype=np.int64)
-    mixed = np.empty(places.size, dtype=np.uint64)
-    kept, factor = 0, np.uint64(0x9E3779B97F4A7C15)
-    for block in blocks(values.size - _WINDOW + 1):
+    kept, factor = [], np.uint64(0x9E3779B97F4A7C15)
+    for block in blocks(values.size - _WINDOW + 1, 2**16):
         bits = np.ascontiguousarray(values[block.start : block.stop + _WINDOW - 1]).view(np.uint64)
-        # Uncompiled, numpy would warn of the products that wrap around.
-        with np.errstate(over="ignore"):
-            more = _kernels.kept_windows(bits, factor, _WINDOW, places[kept:], mixed[kept:])
-        places[kept : kept + more] += block.start
-        kept += more
-    places, numbers = places[:kept], mixed[:kept].view(np.int64)
+        first, second = bits[: 1 - _WINDOW], bits[1 : 2 - _WINDOW]
+        # Products wrap around, which mixes the bits. Windows whose first two values mix to four
+        # leading zeros are kept, one in sixteen.
+        state = (first ^ (first >> 32)) * factor + second
+        place = np.flatnonzero((state ^ (state >> 29)) * factor < 2**60)
+        state = state[place]
+        for later in range(2, _WINDOW):
+            state = (state ^ (state >> 29)) * factor + bits[place + later]
+        kept.append((place + block.start, ((state ^ (state >> 32)) * factor).view(np.int64)))
+    places, numbers = map(np.concatenate, zip(*kept, strict=True))
     # Told by a sort of the numbers alone, in most records, which takes a tenth of that of places.
     ascending = np.sort(numbers)
     alike = np.flatnonzero(ascending[1:] == ascending[:-1])

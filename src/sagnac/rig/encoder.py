@@ -11,7 +11,7 @@ from sagnac.core.units import ARCSECOND
 from sagnac.rig import _kernels
 from sagnac.rig.config import RigConfig
 from sagnac.rig.sections import EncoderConfig
-from sagnac.rig.table import LineSet, RandomStreams, Sums, drawn_orders
+from sagnac.rig.table import RandomStreams, Sums, drawn_lines
 
 _TURN: Final = 2.0 * math.pi
 
@@ -42,9 +42,7 @@ class Encoder:
         own, interval, duration = config.encoder, 1.0 / config.sample_rate_hz, config.duration_s
         self._config, self._interval, self._duration = own, interval, duration
         self._latch, self._lost, self._delay = streams.latch, streams.lost, streams.delay
-        error = drawn_orders(own.periodic_error, streams.phases)
-        phasor = error.size * ARCSECOND * np.exp(1j * error.phase)
-        self._graduation = LineSet(position=error.order, phasor=phasor[np.newaxis])
+        self._graduation = drawn_lines(own.periodic_error, streams.phases)
         # The walk of the delay, and the largest delay that a recording keeps below.
         self._walk_step, self._walk = own.delay_walk(interval), Sums()
         ends = own.delay_at([0.0, duration], duration)

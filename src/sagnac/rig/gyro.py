@@ -22,7 +22,7 @@ from sagnac.rig.ring_laser import (
     ring_lasers_of,
 )
 from sagnac.rig.sections import SENSOR_KEYS, AccelerometerConfig, GyroConfig
-from sagnac.rig.table import Differences, Motion, Oscillator, SensorStreams, Sums
+from sagnac.rig.table import Differences, Motion, Oscillator, Sums
 
 # ---- sensor errors -----------------------------------------------------------------
 
@@ -243,19 +243,20 @@ class Gyro:
         config: RigConfig,
         own: GyroConfig | AccelerometerConfig,
         axis: int,
-        streams: SensorStreams,
+        streams: tuple[np.random.Generator, ...],
         *,
         origin: float = 0.0,
         mount: Oscillator | None = None,
     ) -> None:
         self._direction, self._origin = config.platform.matrix[axis], origin
-        self._interval, self._random = 1.0 / config.sample_rate_hz, streams
+        self._interval = 1.0 / config.sample_rate_hz
+        self._white, slow, self._readout = streams
         self._errors = errors = SensorErrors.of(own, axis)
         self._slow = SlowDrift(
             errors,
             sample_rate=config.sample_rate_hz,
             duration=config.duration_s,
-            random=streams.slow,
+            random=slow,
         )
         lasers = ring_lasers_of(own) if isinstance(own, GyroConfig) else ()
         self._laser = lasers[axis] if lasers else None
@@ -282,7 +283,7 @@ class Gyro:
         """
         errors, interval, count = self._errors, self._interval, motion.angle.size
         if errors.angle_noise > 0.0:
-            angles += errors.angle_noise * self._random.readout.standard_normal(count)
+            angles += errors.angle_noise * self._readout.standard_normal(count)
         own = self._direction[2] * (motion.angle - self._origin)
         true = self._direction @ motion.turned + own
         if self._mount is not None:
@@ -296,7 +297,7 @@ class Gyro:
             sensed = turned / interval
             drift += mean_rate(self._laser, sensed, self._dither) - sensed
             strength = angle_random_walk(self._laser, sensed, self._dither)
-        noise = strength * math.sqrt(interval) * self._random.white.standard_normal(count)
+        noise = strength * math.sqrt(interval) * self._white.standard_normal(count)
         noise += drift * interval
         if self._low_pass is None:
             angles += true + self._walk.of(noise)

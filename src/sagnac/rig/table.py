@@ -6,7 +6,7 @@ draws has a random stream of its own.
 """
 
 import math
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from itertools import islice
 from typing import Any, Final
 
@@ -19,10 +19,9 @@ from sagnac.core.units import ARCSECOND, DEGREE, Sensor
 from sagnac.rig import _kernels
 from sagnac.rig.config import RigConfig, TableCommand
 from sagnac.rig.sections import Pairs, TableConfig
+from sagnac.table.kinematics import harmonic_sum
 
 # ---- streams -----------------------------------------------------------------------
-
-_STREAMS = 35
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -58,26 +57,17 @@ class RandomStreams:
     force_slow: tuple[np.random.Generator, ...]
     force_readout: tuple[np.random.Generator, ...]
 
-    def of_sensor(self, sensor: Sensor, axis: int) -> "SensorStreams":
-        """Those of a gyro x, y or z, or of an accelerometer ax, ay or az."""
+    def of_sensor(self, sensor: Sensor, axis: int) -> tuple[np.random.Generator, ...]:
+        """Those of one gyro or accelerometer: of its random walk, slow errors and readout."""
         streams = (self.white, self.slow, self.readout)
         if sensor == "accelerometer":
             streams = (self.force_white, self.force_slow, self.force_readout)
-        return SensorStreams(*(each[axis] for each in streams))
-
-
-@dataclass(frozen=True, slots=True)
-class SensorStreams:
-    """Random streams of one sensor: of its random walk, its slow errors and its readout."""
-
-    white: np.random.Generator
-    slow: np.random.Generator
-    readout: np.random.Generator
+        return tuple(each[axis] for each in streams)
 
 
 def random_streams(seed: int) -> RandomStreams:
     """The streams of one seed; what one of them gives does not depend on the others."""
-    generators = map(np.random.default_rng, np.random.SeedSequence(seed).spawn(_STREAMS))
+    generators = map(np.random.default_rng, np.random.SeedSequence(seed).spawn(35))
     drawn: dict[str, Any] = {
         field.name: next(generators)
         if field.type is np.random.Generator
@@ -294,14 +284,6 @@ _LARGEST_TURN_PER_STEP = 0.02  # rad
 _TOGETHER: Final = 256  # samples of a line that begin at a phase of their own
 
 
-def drawn_orders(pairs: Pairs, random: np.random.Generator, unit: float = 1.0) -> _kernels.Orders:
-    """Terms at ascending orders, their sizes times `unit`, at phases that are drawn."""
-    ordered = sorted(pairs)
-    order = np.array([order for order, _ in ordered], dtype=np.float64)
-    size = np.array([size for _, size in ordered], dtype=np.float64) * unit
-    return _kernels.Orders(order, size, random.uniform(-np.pi, np.pi, order.size))
-
-
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LineSet:
     """Periodic terms of one scale, each in several channels.
@@ -319,14 +301,7 @@ class LineSet:
 
     def at(self, angle: FloatArray) -> FloatArray:
         """(channels, n) their sum at angles, (n,) rad."""
-        turn = np.cos(angle) + 1j * np.sin(angle)
-        power, to_power, waves = 0, np.ones_like(turn), []
-        for order in self.position.tolist():
-            # Products are ten times as fast as exponentials.
-            while power < order and order.is_integer():
-                power, to_power = power + 1, to_power * turn
-            waves.append(to_power if order.is_integer() else np.exp(1j * order * angle))
-        return self._sum(waves, angle.size)
+        return np.array([harmonic_sum(angle, self.position, own.conj()) for own in self.phasor])
 
     def at_samples(self, first: int, count: int, interval: float) -> FloatArray:
         """(channels, count) their sum from sample `first` on; samples are `interval` s apart."""
@@ -336,10 +311,14 @@ class LineSet:
             within = np.exp(2j * np.pi * cycles * np.arange(_TOGETHER))
             wave = np.outer(np.exp(2j * np.pi * (begun - np.floor(begun))), within)
             waves.append(wave.ravel()[:count])
-        return self._sum(waves, count)
-
-    def _sum(self, waves: list[ComplexArray], count: int) -> FloatArray:
         return np.asarray((self.phasor @ np.reshape(waves, (-1, count))).real)
+
+
+def drawn_lines(pairs: Pairs, random: np.random.Generator, unit: float = ARCSECOND) -> LineSet:
+    """Terms of one channel by order and size in a `unit`, at phases that are drawn."""
+    order, size = np.reshape(sorted(pairs), (-1, 2)).T
+    phase = random.uniform(-np.pi, np.pi, order.size)
+    return LineSet(position=order, phasor=(size * unit * np.exp(1j * phase))[np.newaxis])
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -381,17 +360,38 @@ class Table:
         self._substeps = substeps_of(config.table, self._command, self.interval)
         self._movers = movers_of(config.table, self.interval / self._substeps, streams)
         # Phases of the ripple are drawn before those of the wobble.
-        self._ripple = drawn_orders(config.table.ripple, streams.phases)
-        self._wobble = drawn_orders(config.table.wobble, streams.phases, ARCSECOND)
+        ripple = drawn_lines(config.table.ripple, streams.phases, 1.0)
+        self._ripple = replace(ripple, phasor=-1j * ripple.phasor / ripple.position)
+        wobble = drawn_lines(config.table.wobble, streams.phases)
+        # Tilts of the shaft about x and y, real and imaginary part of one phasor.
+        tilts, order = wobble.phasor * np.array([[1.0], [-1j]]), wobble.position
+        self._wobble = replace(wobble, phasor=tilts)
+        # What the tilting itself turns, in closed form: the integral of i m a exp(i((m - 1) alpha +
+        # p)) over alpha, which order 1 lets grow with alpha.
+        once = order == 1.0
+        self._growing = (1j * tilts[:, once]).real.sum(axis=1, keepdims=True)
+        phasor = (tilts * order)[:, ~once] / (order - 1.0)[~once]
+        self._tilting = LineSet(position=order[~once] - 1.0, phasor=phasor)
         start: FloatArray = np.array([-self.interval])
         drive = float(self._command.angle_at(start)[0])
         rate = float(self._command.rate_at(start)[0])
         self.moving = rate != 0.0
         for mover in self._movers:
             drive, rate = mover.begin(drive, rate)
-        self.origin = float(_kernels.table_angle(drive, self._ripple))
-        sensed = _kernels.earth_in_table(self.origin, self._earth, self._wobble)
-        self._state = _kernels.MotionState(drive, rate, sensed, (0.0, 0.0, 0.0))
+        self._drive, self._rate, self._turned = np.array([drive]), np.array([rate]), Sums()
+        self.origin = float(self._angle(self._drive)[0])
+
+    def _angle(self, drive: FloatArray) -> FloatArray:
+        """(n,) table angle at angles of the drive, with the ripple, rad."""
+        return np.asarray(drive + self._ripple.at(drive)[0])
+
+    def _earth_along(self, angle: FloatArray) -> FloatArray:
+        """(3, n) Earth rate along b at table angles, at which the wobble tilts the shaft."""
+        (tilt_x, tilt_y), (x, y, z) = self._wobble.at(angle), self._earth
+        first, second = x - tilt_y * z, y + tilt_x * z
+        cosine, sine = np.cos(angle), np.sin(angle)
+        third = z - tilt_x * y + tilt_y * x
+        return np.array([cosine * first + sine * second, cosine * second - sine * first, third])
 
     def before(self, time: FloatArray) -> FloatArray:
         """Angle before the recording, rad: as commanded, up to where the table is made.
@@ -402,7 +402,11 @@ class Table:
         return np.asarray(self.origin + self._command.angle_at(time) - made)
 
     def advance(self, first: int, count: int) -> Motion:
-        """The motion over the next `count` samples, the first of which has number `first`."""
+        """The motion over the next `count` samples, the first of which has number `first`.
+
+        Between nodes the drive is the cubic through both ends' angles and rates, and the integral
+        of the rate along b is Simpson's.
+        """
         step = self.interval / self._substeps
         nodes = count * self._substeps
         begin = first * self._substeps + 1
@@ -412,13 +416,16 @@ class Table:
         rate = commanded.copy()
         for mover in self._movers:
             mover.advance(commanded, drive, rate)
-        angle, turned = np.empty(count), np.empty((3, count))
-        self._state = _kernels.motion(
-            drive, rate, step, self._substeps, self._ripple, self._earth, self._wobble,
-            self._state, angle, turned,
-        )  # fmt: skip
-        moving = commanded[self._substeps - 1 :: self._substeps] != 0.0
-        return Motion(angle=angle, turned=turned, moving=moving)
+        drives, rates = np.append(self._drive, drive), np.append(self._rate, rate)
+        self._drive, self._rate = drives[-1:], rates[-1:]
+        middles = 0.5 * (drives[:-1] + drives[1:]) + 0.125 * step * (rates[:-1] - rates[1:])
+        ends = self._angle(drives)
+        earth, between = self._earth_along(ends), self._earth_along(self._angle(middles))
+        turned = self._turned.of(step / 6.0 * (earth[:, :-1] + 4.0 * between + earth[:, 1:]))
+        samples = slice(self._substeps - 1, None, self._substeps)
+        angle, turned = ends[1:][samples], turned[:, samples].copy()
+        turned[:2] += self._tilting.at(angle) + self._growing * angle
+        return Motion(angle=angle, turned=turned, moving=commanded[samples] != 0.0)
 
 
 def fastest_rate(config: TableConfig, command: TableCommand) -> float:

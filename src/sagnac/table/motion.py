@@ -17,7 +17,6 @@ import scipy.linalg.lapack
 
 from sagnac.core.arrays import ComplexArray, FloatArray, blocks, empty
 from sagnac.core.units import EARTH_RATE
-from sagnac.table import _kernels
 from sagnac.table.kinematics import (
     LARGEST_EARTH_RATE,
     Kinematics,
@@ -26,6 +25,7 @@ from sagnac.table.kinematics import (
     bounded_by_earth,
     harmonics_of,
     highest_harmonic,
+    sine_cosine_integrals,
     tells_drift,
 )
 from sagnac.table.turns import FEW_TURNS, full_turns, mean_rate
@@ -34,7 +34,8 @@ from sagnac.table.turns import FEW_TURNS, full_turns, mean_rate
 _AT_ONCE: Final = 8192
 # Columns that LAPACK works on at once, at the most.
 _PANEL: Final = 64
-# Columns of Earth rate among those of a `Design`.
+# Columns of a `Design` before its orders, and those of Earth rate among them.
+_PLAIN: Final = 4
 _EARTH: Final = slice(2, 4)
 # Singular values below this share of the largest are directions that the data do not distinguish.
 _COLLINEAR: Final = 1e-11
@@ -91,12 +92,13 @@ class TableMotion:
 
     def over(self, start: int, stop: int) -> FloatArray:
         """The motion, rad, over samples from a piece's start on (a multiple of its length)."""
-        of, motion = self.kinematics, np.empty(stop - start)
-        dt, begin = 1.0 / of.sample_rate, float(of.starts[start // of.length] @ self.earth)
-        _kernels.table_motion(of.table[start:stop], self.share, dt, self.earth, begin, motion)
+        of, dt = self.kinematics, 1.0 / self.kinematics.sample_rate
+        cosine, sine = sine_cosine_integrals(of.table[start:stop], dt)
+        motion = self.share * of.table[start:stop] + of.starts[start // of.length] @ self.earth
+        motion += self.earth[0] * cosine + self.earth[1] * sine
         if self.drift:
             motion += self.drift * dt * np.arange(start, stop)
-        return motion
+        return np.asarray(motion)
 
     def less(self, angle: FloatArray) -> FloatArray:
         """(samples,) an angle without the motion, rad: a new array."""
@@ -123,46 +125,34 @@ class Design:
     kinematic
         Of the table.
     orders
-        (orders,) whose cosine and sine stand last.
-    columns
-        (averages,) each: table angle in rad, time in s (zeros without a drift), the integrals of
-        cosine and sine in s.
+        (orders,) whose cosine and sine stand last, after the `_PLAIN` columns: table angle in rad,
+        time in s, the integrals of cosine and sine in s.
+    with_drift
+        Whether time counts; else its column is of zeros.
     """
 
     kinematic: Kinematics
     orders: FloatArray
-    columns: tuple[FloatArray, ...]
-
-    @classmethod
-    def of(cls, kinematic: Kinematics, orders: FloatArray, *, with_drift: bool) -> "Design":
-        """Columns for these `orders`, with a drift or without."""
-        time = kinematic.interval * np.arange(float(kinematic.angle.size))
-        drift = time if with_drift else np.zeros(time.size)
-        columns = kinematic.angle, drift, kinematic.cosine, kinematic.sine
-        return cls(kinematic=kinematic, orders=orders, columns=columns)
+    with_drift: bool
 
     @property
     def size(self) -> int:
         """Number of coefficients."""
-        return len(self.columns) + 2 * self.orders.size
+        return _PLAIN + 2 * self.orders.size
 
     def increments(self, start: int, stop: int) -> FloatArray:
         """(coefficients, stop - start) increments of every column."""
-        here = slice(start, stop + 1)
-        rows = np.empty((self.size, stop - start))
-        for out, column in zip(rows, self.columns, strict=False):
-            np.subtract(column[here][1:], column[here][:-1], out=out)
-        cosines, sines = rows[len(self.columns) :: 2], rows[len(self.columns) + 1 :: 2]
-        angle, whole = self.kinematic.angle[here], are_whole(self.orders)
-        if whole.any():
-            waves = harmonics_of(angle, int(self.orders[whole].max()))
-            for row in np.flatnonzero(whole):
-                wave = waves[int(self.orders[row])]
-                np.subtract(wave.real[1:], wave.real[:-1], out=cosines[row])
-                np.subtract(wave.imag[1:], wave.imag[:-1], out=sines[row])
-        for row in np.flatnonzero(~whole):
-            cosines[row] = np.diff(np.cos(self.orders[row] * angle))
-            sines[row] = np.diff(np.sin(self.orders[row] * angle))
+        of, here = self.kinematic, slice(start, stop + 1)
+        rows, whole = np.empty((self.size, stop - start)), are_whole(self.orders)
+        rows[1] = of.interval * self.with_drift
+        for row, column in ((0, of.angle), (2, of.cosine), (3, of.sine)):
+            rows[row] = np.diff(column[here])
+        waves = harmonics_of(of.angle[here], int(self.orders[whole].max(initial=0.0)))
+        for row, order in enumerate(self.orders):
+            wave = waves[int(order)] if whole[row] else np.exp(1j * order * of.angle[here])
+            cosine, sine = rows[_PLAIN + 2 * row :][:2]
+            np.subtract(wave.real[1:], wave.real[:-1], out=cosine)
+            np.subtract(wave.imag[1:], wave.imag[:-1], out=sine)
         return rows
 
 
@@ -192,10 +182,10 @@ def follow_table_together(
     if full_turns(kinematic.table) < FEW_TURNS:
         # Over part of a turn harmonics can make the table angle itself: share and drift first.
         orders, lines_taken = np.empty(0), False
-    columns = Design.of(kinematic, orders, with_drift=tells_drift(kinematic))
+    columns = Design(kinematic=kinematic, orders=orders, with_drift=tells_drift(kinematic))
     targets = np.diff(averages)
     rows = triangle(columns, targets)
-    gain, plain = np.repeat(block_gain(kinematic, orders), 2), len(columns.columns)
+    gain = np.repeat(block_gain(kinematic, orders), 2)
     motions = []
     for number, target in enumerate(targets):
         reduced = Triangle.of(rows, columns.size, number)
@@ -207,7 +197,7 @@ def follow_table_together(
         penalty = np.zeros(columns.size)
         penalty[_EARTH] = noise / (LARGEST_EARTH_RATE * reduced.scale[_EARTH])
         solution = bounded_by_earth(reduced.solution, penalty, _EARTH)
-        share, drift, *earth = solution[:plain].tolist()
+        share, drift, *earth = solution[:_PLAIN].tolist()
         motions.append(
             TableMotion(
                 share=share,
@@ -217,7 +207,7 @@ def follow_table_together(
                 noise=noise,
                 kinematics=kinematic,
                 orders=orders,
-                phasor=(solution[plain:] / gain).view(np.complex128),
+                phasor=(solution[_PLAIN:] / gain).view(np.complex128),
             )
         )
     return tuple(motions)
