@@ -396,6 +396,5 @@ def without_warm_up(increments: FloatArray, warm_up: WarmUp, *, sample_rate: flo
     """
     step = warm_up.rate / sample_rate
     return _less(
-        increments,
-        lambda number: step * np.exp(-(number + 0.5) / (sample_rate * warm_up.time)),
+        increments, lambda number: step * np.exp(-(number + 0.5) / (sample_rate * warm_up.time))
     )

@@ -11,6 +11,7 @@ from dataclasses import dataclass, fields, replace
 from functools import partial
 from typing import Any
 
+from sagnac.analysis import measurement
 from sagnac.analysis.averaged import Headline
 from sagnac.analysis.corrections import without_dither, without_temperature
 from sagnac.analysis.evidence import (
@@ -26,15 +27,6 @@ from sagnac.analysis.evidence import (
     require_length,
 )
 from sagnac.analysis.headline import answer
-from sagnac.analysis.measurement import (
-    measure,
-    remainder_of,
-    require_noise,
-    require_sound,
-    turning_table,
-    with_order_phases,
-    without_encoder_errors,
-)
 from sagnac.analysis.result import Analysis, Covariance
 from sagnac.analysis.settings import MOST_GYROS, Progress, Settings, Stages
 from sagnac.analysis.spectra import Spectrum, figure_spectrum, multitaper_density, residual_of
@@ -193,30 +185,34 @@ def _evidence(
         # On a turning table every second, as in Step 4 of the paper.
         interval = settings.interval or (1.0 if turns(recording) else None)
         settings = replace(settings, gyros=gyros, interval=interval)
-        require_sound(recording, gyros)
+        measurement.require_sound(recording, gyros)
         corrected = without_temperature(recording, gyros) if settings.covariates else recording
         corrected = without_dither(corrected, gyros, settings.method)
-        as_it_is = measure(corrected, gyros)
+        as_it_is = measurement.measure(corrected, gyros)
         before = points_at(as_it_is.angle, rate, interval)
         before = replace(before, angle=as_it_is.noise(before.angle))
         if settings.method != "fris":
             # Known before the search, which takes what time there is.
             require_length(before, recording)
-        table = turning_table(corrected, gyros, settings.method)
-        measured = without_encoder_errors(as_it_is, corrected, table)
-        table = with_order_phases(table, measured)
+        table = measurement.turning_table(corrected, gyros, settings.method)
+        measured = measurement.without_encoder_errors(as_it_is, corrected, table)
+        table = measurement.with_order_phases(table, measured)
     with stages.stage("check"):
         if findings is None:
             findings = findings_of(recording, settings)
-        require_noise(as_it_is)
+        measurement.require_noise(as_it_is)
         # Lines are sought with an array less in memory.
         del as_it_is
     with stages.stage("lines") as fraction:
-        left = remainder_of(measured, table.known, corrected, settings, fraction)
+        left = measurement.remainder_of(measured, table.known, corrected, settings, fraction)
         remainders = [left]
         if len(gyros) == MOST_GYROS:
-            pair = without_encoder_errors(measure(corrected, gyros[:2]), corrected, table)
-            remainders.append(remainder_of(pair, table.known, corrected, settings, fraction))
+            pair = measurement.without_encoder_errors(
+                measurement.measure(corrected, gyros[:2]), corrected, table
+            )
+            remainders.append(
+                measurement.remainder_of(pair, table.known, corrected, settings, fraction)
+            )
         points = points_at(left.removal.residual, left.rate, None if left.once_a_turn else interval)
         require_length(points, recording)
         bare |= bare_if_taken and _is_taken(recording, left.removal)
@@ -291,7 +287,7 @@ def _composed(evidence: Evidence, headline: Headline) -> Analysis:
     spectrum, spectrum_before, rest = Spectrum.empty(), Spectrum.empty(), None
     if not evidence.bare:
         spectrum = spectrum_before = figure_spectrum(differences(residual), left.rate)
-        as_it_is = measure(evidence.corrected, settings.gyros)
+        as_it_is = measurement.measure(evidence.corrected, settings.gyros)
         before = as_it_is.noise(as_it_is.angle)
         # Here and below, an array less in memory.
         del as_it_is
@@ -579,7 +575,7 @@ def _with_family(
     """The analysis of a gyro of which nothing was taken, with the other curves and the density."""
     stages = Stages(progress, recording.path or "recording")
     with stages.stage("curves"):
-        rate, angle = recording.sample_rate, measure(recording, settings.gyros).angle
+        rate, angle = recording.sample_rate, measurement.measure(recording, settings.gyros).angle
         family = _family(points_at(angle, rate, settings.interval), analysis.curve, settings)
         density = multitaper_density(differences(angle), rate) if family else None
     return replace(

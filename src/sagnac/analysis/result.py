@@ -73,7 +73,7 @@ class Covariance:
     matrix: FloatArray
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+@dataclass(frozen=True, kw_only=True, eq=False)
 class Analysis:
     """Everything one recording gave; what the report, the JSON and the tables are made of.
 
@@ -194,31 +194,21 @@ class Analysis:
 
     def __getattr__(self, name: str) -> Any:
         # Asked only for what is not set.
-        if name in type(self).__slots__:
+        if name in type(self).__dataclass_fields__:
             raise AttributeError(
                 f"{name} is not in analysis.json; analyze the recording again to have it"
             )
         raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}")
-
-    def __getstate__(self) -> dict[str, Any]:
-        return {
-            one.name: getattr(self, one.name) for one in fields(self) if hasattr(self, one.name)
-        }
-
-    def __setstate__(self, state: Mapping[str, Any]) -> None:
-        for name, value in state.items():
-            object.__setattr__(self, name, value)
 
     @classmethod
     def of_fields(cls, **given: Any) -> Self:
         """One that has the fields given, and the defaults of others; the rest stays unset."""
         made = object.__new__(cls)
         for one in fields(cls):
-            if one.default is not MISSING:
-                given.setdefault(one.name, one.default)
-            elif one.default_factory is not MISSING:
+            # Defaults that are made for each stand in no class.
+            if one.default_factory is not MISSING:
                 given.setdefault(one.name, one.default_factory())
-        made.__setstate__(given)
+        made.__dict__.update(given)
         return made
 
     @classmethod

@@ -216,11 +216,7 @@ def align(
 
 
 def _prospect(
-    unaided: Unaided,
-    start: model.Start,
-    longest: float,
-    table_rate: float | None,
-    foretold: str,
+    unaided: Unaided, start: model.Start, longest: float, table_rate: float | None, foretold: str
 ) -> Prospect:
     """Azimuth found in the rest, and the position after it for the longest time."""
     # Which of them lies across the meridian is not known: azimuth is as good as with the loudest.

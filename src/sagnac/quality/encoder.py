@@ -7,14 +7,7 @@ from typing import Final
 
 import numpy as np
 
-from sagnac.core.arrays import (
-    FloatArray,
-    IntegerArray,
-    blocks,
-    empty,
-    extent,
-    values_at,
-)
+from sagnac.core.arrays import FloatArray, IntegerArray, blocks, empty, extent, values_at
 from sagnac.core.errors import Level, Note, RecordingError, counted
 from sagnac.core.units import ARCSECOND, DEGREE, split_factor
 from sagnac.quality.distribution import LEAST_FOR_SPIKES, find_spikes, jump_notes
@@ -27,12 +20,7 @@ from sagnac.quality.profile import (
     seen,
     some_steps,
 )
-from sagnac.recording.channel import (
-    Channel,
-    angle_of,
-    marked,
-    marked_steps,
-)
+from sagnac.recording.channel import Channel, angle_of, marked, marked_steps
 from sagnac.recording.model import Recording, second_of
 
 

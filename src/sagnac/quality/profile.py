@@ -283,14 +283,8 @@ class Profile:
         each = by_blocks(ends, values[:-1], values[1:])
         least, most = each.min(axis=0).tolist(), each.max(axis=0).tolist()
         zeros, repeats = each[:, 4:].sum(axis=0).tolist()
-        return Survey(
-            lowest=min(least[0], last),
-            highest=max(most[1], last),
-            fall=least[2],
-            rise=most[3],
-            zeros=int(zeros),
-            repeats=int(repeats),
-        )
+        lowest, highest = min(least[0], last), max(most[1], last)
+        return Survey(lowest, highest, least[2], most[3], int(zeros), int(repeats))
 
     @property
     def ends(self) -> tuple[float, float]:

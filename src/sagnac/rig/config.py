@@ -18,25 +18,10 @@ from sagnac.core.errors import RecordingError, quoted
 from sagnac.core.units import DEGREE
 from sagnac.recording.channel import Kind
 from sagnac.recording.columns import GYRO_NAMES
+from sagnac.rig import sections
 from sagnac.rig.measured import Measured
 from sagnac.rig.ring_laser import angle_random_walk, dither_of, ring_lasers_of
-from sagnac.rig.sections import (
-    LONGEST_DELAY_S,
-    AccelerometerConfig,
-    ConfigurationError,
-    DisturbancesConfig,
-    DitherConfig,
-    EncoderConfig,
-    GyroConfig,
-    MotionConfig,
-    Number,
-    Pairs,
-    PlatformConfig,
-    TableConfig,
-    check,
-    overlaid,
-    require,
-)
+from sagnac.rig.sections import ConfigurationError, require
 
 # ---- what is commanded -------------------------------------------------------------------
 
@@ -68,7 +53,7 @@ class TableCommand:
         return np.asarray(self.angle[index] + 0.5 * (self.rate[index] + rate) * since)
 
 
-def table_command(config: TableConfig, duration: float) -> TableCommand:
+def table_command(config: sections.TableConfig, duration: float) -> TableCommand:
     """The motion that the configuration commands in `duration` seconds."""
     knots = config.profile or _reversals(config, duration)
     time = np.array([time for time, _ in knots], dtype=np.float64)
@@ -80,7 +65,7 @@ def table_command(config: TableConfig, duration: float) -> TableCommand:
     return replace(command, angle=angle + start)
 
 
-def _reversals(config: TableConfig, duration: float) -> Pairs:
+def _reversals(config: sections.TableConfig, duration: float) -> sections.Pairs:
     rate = config.rate_deg_per_s
     knots = [(0.0, rate)]
     interval = config.reversal_interval_s
@@ -132,7 +117,8 @@ class RigConfig:
     Examples
     --------
     >>> from dataclasses import replace
-    >>> from sagnac.rig.config import GyroConfig, RigConfig, TableConfig, preset
+    >>> from sagnac.rig.config import RigConfig, preset
+    >>> from sagnac.rig.sections import GyroConfig, TableConfig
     >>> RigConfig(duration_s=60.0, table=TableConfig(rate_deg_per_s=20.0))
     RigConfig(60 s at 500 Hz, table at 20 deg/s, gyros ideal, seed 1)
     >>> replace(preset("paper"), seed=7).samples
@@ -140,24 +126,24 @@ class RigConfig:
     >>> GyroConfig(warm_up_k=200.0)
     Traceback (most recent call last):
     ...
-    sagnac.rig.sections.ConfigurationError: gyro.warm_up_k is 200.0; it must lie from -100 to 100
+    sagnac.rig.ConfigurationError: gyro.warm_up_k is 200.0; it must lie from -100 to 100
     """
 
-    duration_s: Annotated[float, Number(0.01, 1e7)] = 7200.0
-    sample_rate_hz: Annotated[float, Number(0.1, 1e5)] = 500.0
-    seed: Annotated[int, Number(0, 2**32 - 1)] = 1
+    duration_s: Annotated[float, sections.Number(0.01, 1e7)] = 7200.0
+    sample_rate_hz: Annotated[float, sections.Number(0.1, 1e5)] = 500.0
+    seed: Annotated[int, sections.Number(0, 2**32 - 1)] = 1
     kind: Kind = "angle"
-    table: TableConfig = TableConfig()
-    encoder: EncoderConfig = EncoderConfig()
-    motion: MotionConfig = MotionConfig()
-    platform: PlatformConfig = PlatformConfig()
-    gyro: GyroConfig = GyroConfig()
-    accelerometer: AccelerometerConfig = AccelerometerConfig()
-    dither: DitherConfig = DitherConfig()
-    disturbances: DisturbancesConfig = DisturbancesConfig()
+    table: sections.TableConfig = sections.TableConfig()
+    encoder: sections.EncoderConfig = sections.EncoderConfig()
+    motion: sections.MotionConfig = sections.MotionConfig()
+    platform: sections.PlatformConfig = sections.PlatformConfig()
+    gyro: sections.GyroConfig = sections.GyroConfig()
+    accelerometer: sections.AccelerometerConfig = sections.AccelerometerConfig()
+    dither: sections.DitherConfig = sections.DitherConfig()
+    disturbances: sections.DisturbancesConfig = sections.DisturbancesConfig()
 
     def __post_init__(self) -> None:
-        check(self)
+        sections.check(self)
         _check_sampling(self)
         _check_table(self.table)
         _check_delay(self.encoder, self.duration_s)
@@ -259,7 +245,7 @@ class RigConfig:
                 "remove preset",
             )
         begun = base or (RigConfig() if name is None else preset(name))
-        changed: Self = overlaid(begun, values)
+        changed: Self = sections.overlaid(begun, values)
         return changed
 
 
@@ -293,7 +279,7 @@ def _check_sampling(config: RigConfig) -> None:
     require(config.samples >= 1, problem, "make it longer")
 
 
-def _check_table(table: TableConfig) -> None:
+def _check_table(table: sections.TableConfig) -> None:
     times = [time for time, _ in table.profile]
     rising = all(earlier < later for earlier, later in pairwise(times))
     require(rising, f"table.profile: times {times} do not increase", "sort them")
@@ -314,14 +300,14 @@ def _check_table(table: TableConfig) -> None:
     require(ripple < 1.0, problem, "keep them below 1 so that the table keeps its direction")
 
 
-def _check_delay(encoder: EncoderConfig, duration: float) -> None:
+def _check_delay(encoder: sections.EncoderConfig, duration: float) -> None:
     end = float(encoder.delay_at(duration, duration))
     # The difference of drift and clock may leave a rounding below zero.
     require(
-        -1e-12 <= end <= LONGEST_DELAY_S,
+        -1e-12 <= end <= sections.LONGEST_DELAY_S,
         f"encoder.latency_s, latency_drift_s and clock_ppm put readings {end:g} s late after "
         f"{duration:g} s",
-        f"keep it from 0 to {LONGEST_DELAY_S:g} s; a clock that runs slow needs a latency "
+        f"keep it from 0 to {sections.LONGEST_DELAY_S:g} s; a clock that runs slow needs a latency "
         "to begin with",
     )
 

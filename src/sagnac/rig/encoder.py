@@ -11,7 +11,7 @@ from sagnac.core.units import ARCSECOND
 from sagnac.rig import _kernels
 from sagnac.rig.config import RigConfig
 from sagnac.rig.sections import EncoderConfig
-from sagnac.rig.table import RandomStreams, Sums, drawn_lines
+from sagnac.rig.table import LineSet, RandomStreams, Sums, drawn_orders
 
 _TURN: Final = 2.0 * math.pi
 
@@ -34,15 +34,14 @@ class Encoder:
     """
 
     def __init__(
-        self,
-        config: RigConfig,
-        past: Callable[[FloatArray], FloatArray],
-        streams: RandomStreams,
+        self, config: RigConfig, past: Callable[[FloatArray], FloatArray], streams: RandomStreams
     ) -> None:
         own, interval, duration = config.encoder, 1.0 / config.sample_rate_hz, config.duration_s
         self._config, self._interval, self._duration = own, interval, duration
         self._latch, self._lost, self._delay = streams.latch, streams.lost, streams.delay
-        self._graduation = drawn_lines(own.periodic_error, streams.phases)
+        order, size, phase = drawn_orders(own.periodic_error, streams.phases, ARCSECOND).T
+        phasor = (size * np.exp(1j * phase))[np.newaxis]
+        self._graduation = LineSet(position=order, phasor=phasor)
         # The walk of the delay, and the largest delay that a recording keeps below.
         self._walk_step, self._walk = own.delay_walk(interval), Sums()
         ends = own.delay_at([0.0, duration], duration)

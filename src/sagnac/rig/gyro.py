@@ -15,12 +15,7 @@ from sagnac.core.arrays import FloatArray
 from sagnac.core.units import DEGREE_PER_HOUR, Sensor, field_unit
 from sagnac.rig import _kernels
 from sagnac.rig.config import RigConfig
-from sagnac.rig.ring_laser import (
-    angle_random_walk,
-    dither_of,
-    mean_rate,
-    ring_lasers_of,
-)
+from sagnac.rig.ring_laser import angle_random_walk, dither_of, mean_rate, ring_lasers_of
 from sagnac.rig.sections import SENSOR_KEYS, AccelerometerConfig, GyroConfig
 from sagnac.rig.table import Differences, Motion, Oscillator, Sums
 
@@ -253,10 +248,7 @@ class Gyro:
         self._white, slow, self._readout = streams
         self._errors = errors = SensorErrors.of(own, axis)
         self._slow = SlowDrift(
-            errors,
-            sample_rate=config.sample_rate_hz,
-            duration=config.duration_s,
-            random=slow,
+            errors, sample_rate=config.sample_rate_hz, duration=config.duration_s, random=slow
         )
         lasers = ring_lasers_of(own) if isinstance(own, GyroConfig) else ()
         self._laser = lasers[axis] if lasers else None

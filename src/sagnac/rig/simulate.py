@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 
 from sagnac import formats
 from sagnac.core.arrays import BooleanArray, FloatArray
-from sagnac.core.errors import quoted
-from sagnac.core.units import DEGREE_PER_ROOT_HOUR, STANDARD_GRAVITY, Sensor
+from sagnac.core.errors import require_type
+from sagnac.core.units import DEGREE_PER_ROOT_HOUR, SENSORS, STANDARD_GRAVITY, Sensor
 from sagnac.core.whole_files import replacing_set
 from sagnac.formats import arrow
 from sagnac.formats.csv import write_euroc
@@ -33,8 +33,8 @@ from sagnac.rig.encoder import Encoder, NullPulse, within_turn
 from sagnac.rig.gyro import Gyro, SensorErrors
 from sagnac.rig.own_motion import Disturbances, Nutation, mount_of
 from sagnac.rig.ring_laser import DitherMotion
-from sagnac.rig.sections import SENSOR_NAMES, AccelerometerConfig, GyroConfig
-from sagnac.rig.table import Differences, Motion, Table, fastest_rate, random_streams
+from sagnac.rig.sections import SENSOR_NAMES
+from sagnac.rig.table import Differences, Motion, RandomStreams, Table, fastest_rate
 from sagnac.rig.truth import Truth, truth_of
 
 BLOCK_SAMPLES: Final = 65_536
@@ -96,7 +96,7 @@ class Rig:
     """Everything that moves or adds, with its state and stream; made one sample before."""
 
     def __init__(self, config: RigConfig) -> None:
-        streams, axes = random_streams(config.seed), range(len(GYRO_NAMES))
+        streams, axes = RandomStreams(config.seed), range(len(GYRO_NAMES))
         self._table = table = Table(config, streams)
         self._encoder = self._null_pulse = self._nutation = None
         if config.turning:
@@ -337,12 +337,8 @@ def write(
 def _densities(config: RigConfig) -> dict[Sensor, tuple[float, float]]:
     """Largest white noise of a rate, that of its steps with it, and largest K, SI."""
     densities: dict[Sensor, tuple[float, float]] = {}
-    sections: dict[Sensor, GyroConfig | AccelerometerConfig] = {
-        "gyro": config.gyro,
-        "accelerometer": config.accelerometer,
-    }
-    for sensor, section in sections.items():
-        own = [SensorErrors.of(section, axis) for axis in range(len(GYRO_NAMES))]
+    for sensor in SENSORS:
+        own = [SensorErrors.of(getattr(config, sensor), axis) for axis in range(len(GYRO_NAMES))]
         walks = [one.random_walk for one in own]
         if sensor == "gyro":
             # Lock-in makes more of the random walk that a ring laser begins with.
@@ -354,8 +350,5 @@ def _densities(config: RigConfig) -> dict[Sensor, tuple[float, float]]:
 
 
 def _require_config(config: object) -> None:
-    if not isinstance(config, RigConfig):
-        raise TypeError(
-            f"config is {quoted(config)}; give a RigConfig, for one RigConfig() or "
-            "sagnac.rig.config.preset('paper')"
-        )
+    remedy = "give a RigConfig, for one RigConfig() or sagnac.rig.config.preset('paper')"
+    require_type("config", config, RigConfig, remedy)

@@ -6,9 +6,9 @@ draws has a random stream of its own.
 """
 
 import math
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass
 from itertools import islice
-from typing import Any, Final
+from typing import Final
 
 import numpy as np
 import scipy.linalg
@@ -19,43 +19,35 @@ from sagnac.core.units import ARCSECOND, DEGREE, Sensor
 from sagnac.rig import _kernels
 from sagnac.rig.config import RigConfig, TableCommand
 from sagnac.rig.sections import Pairs, TableConfig
-from sagnac.table.kinematics import harmonic_sum
 
 # ---- streams -----------------------------------------------------------------------
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
 class RandomStreams:
     """Independent random streams of one seed, one for each thing that draws.
 
-    `white` and `slow` hold one for each gyro. The others belong to the table's jitter and
-    wander, the null passages, the encoder's latch, the phases of table and encoder, and the
-    disturbances. `dither` and `mount` hold one for each gyro, too. Then come the table's hunting
-    and nutation, and of the encoder the walk of its delay, the readings lost and the null pulses
-    that are missing. `readout` holds one for each gyro, for the noise of its sampled angle, and the
-    three of `force_…` one for each accelerometer. The fields stand in the order in which they
-    are spawned: new ones are appended, so that a seed keeps its numbers.
+    What one of them gives does not depend on the others. `white` and `slow` hold one for each gyro.
+    The others belong to the table's jitter and wander, the null passages, the encoder's latch, the
+    phases of table and encoder, and the disturbances. `dither` and `mount` hold one for each gyro,
+    too. Then come the table's hunting and nutation, and of the encoder the walk of its delay, the
+    readings lost and the null pulses that are missing. `readout` holds one for each gyro, for the
+    noise of its sampled angle, and the three of `force_…` one for each accelerometer.
     """
 
-    jitter: np.random.Generator
-    wander: np.random.Generator
-    null: np.random.Generator
-    phases: np.random.Generator
-    disturbances: np.random.Generator
-    white: tuple[np.random.Generator, ...]
-    slow: tuple[np.random.Generator, ...]
-    latch: np.random.Generator
-    dither: tuple[np.random.Generator, ...]
-    mount: tuple[np.random.Generator, ...]
-    hunting: np.random.Generator
-    nutation: np.random.Generator
-    delay: np.random.Generator
-    lost: np.random.Generator
-    missing: np.random.Generator
-    readout: tuple[np.random.Generator, ...]
-    force_white: tuple[np.random.Generator, ...]
-    force_slow: tuple[np.random.Generator, ...]
-    force_readout: tuple[np.random.Generator, ...]
+    def __init__(self, seed: int) -> None:
+        spawned = map(np.random.default_rng, np.random.SeedSequence(seed).spawn(35))
+
+        def three() -> tuple[np.random.Generator, ...]:
+            return tuple(islice(spawned, 3))
+
+        # In the order in which they are spawned: new ones come last, so that a seed keeps its
+        # numbers.
+        self.jitter, self.wander, self.null, self.phases = islice(spawned, 4)
+        self.disturbances, self.white, self.slow = next(spawned), three(), three()
+        self.latch, self.dither, self.mount = next(spawned), three(), three()
+        self.hunting, self.nutation, self.delay, self.lost, self.missing = islice(spawned, 5)
+        self.readout = three()
+        self.force_white, self.force_slow, self.force_readout = three(), three(), three()
 
     def of_sensor(self, sensor: Sensor, axis: int) -> tuple[np.random.Generator, ...]:
         """Those of one gyro or accelerometer: of its random walk, slow errors and readout."""
@@ -63,18 +55,6 @@ class RandomStreams:
         if sensor == "accelerometer":
             streams = (self.force_white, self.force_slow, self.force_readout)
         return tuple(each[axis] for each in streams)
-
-
-def random_streams(seed: int) -> RandomStreams:
-    """The streams of one seed; what one of them gives does not depend on the others."""
-    generators = map(np.random.default_rng, np.random.SeedSequence(seed).spawn(35))
-    drawn: dict[str, Any] = {
-        field.name: next(generators)
-        if field.type is np.random.Generator
-        else tuple(islice(generators, 3))
-        for field in fields(RandomStreams)
-    }
-    return RandomStreams(**drawn)
 
 
 # ---- series that come in blocks ----------------------------------------------------------
@@ -301,7 +281,14 @@ class LineSet:
 
     def at(self, angle: FloatArray) -> FloatArray:
         """(channels, n) their sum at angles, (n,) rad."""
-        return np.array([harmonic_sum(angle, self.position, own.conj()) for own in self.phasor])
+        turn = np.cos(angle) + 1j * np.sin(angle)
+        power, to_power, waves = 0, np.ones_like(turn), []
+        for order in self.position.tolist():
+            # Products are ten times as fast as exponentials.
+            while power < order and order.is_integer():
+                power, to_power = power + 1, to_power * turn
+            waves.append(to_power if order.is_integer() else np.exp(1j * order * angle))
+        return self._sum(waves, angle.size)
 
     def at_samples(self, first: int, count: int, interval: float) -> FloatArray:
         """(channels, count) their sum from sample `first` on; samples are `interval` s apart."""
@@ -311,14 +298,16 @@ class LineSet:
             within = np.exp(2j * np.pi * cycles * np.arange(_TOGETHER))
             wave = np.outer(np.exp(2j * np.pi * (begun - np.floor(begun))), within)
             waves.append(wave.ravel()[:count])
+        return self._sum(waves, count)
+
+    def _sum(self, waves: list[ComplexArray], count: int) -> FloatArray:
         return np.asarray((self.phasor @ np.reshape(waves, (-1, count))).real)
 
 
-def drawn_lines(pairs: Pairs, random: np.random.Generator, unit: float = ARCSECOND) -> LineSet:
-    """Terms of one channel by order and size in a `unit`, at phases that are drawn."""
+def drawn_orders(pairs: Pairs, random: np.random.Generator, unit: float) -> FloatArray:
+    """(terms, 3) ascending orders, their sizes times `unit`, and phases that are drawn, rad."""
     order, size = np.reshape(sorted(pairs), (-1, 2)).T
-    phase = random.uniform(-np.pi, np.pi, order.size)
-    return LineSet(position=order, phasor=(size * unit * np.exp(1j * phase))[np.newaxis])
+    return np.column_stack([order, size * unit, random.uniform(-np.pi, np.pi, order.size)])
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -360,18 +349,8 @@ class Table:
         self._substeps = substeps_of(config.table, self._command, self.interval)
         self._movers = movers_of(config.table, self.interval / self._substeps, streams)
         # Phases of the ripple are drawn before those of the wobble.
-        ripple = drawn_lines(config.table.ripple, streams.phases, 1.0)
-        self._ripple = replace(ripple, phasor=-1j * ripple.phasor / ripple.position)
-        wobble = drawn_lines(config.table.wobble, streams.phases)
-        # Tilts of the shaft about x and y, real and imaginary part of one phasor.
-        tilts, order = wobble.phasor * np.array([[1.0], [-1j]]), wobble.position
-        self._wobble = replace(wobble, phasor=tilts)
-        # What the tilting itself turns, in closed form: the integral of i m a exp(i((m - 1) alpha +
-        # p)) over alpha, which order 1 lets grow with alpha.
-        once = order == 1.0
-        self._growing = (1j * tilts[:, once]).real.sum(axis=1, keepdims=True)
-        phasor = (tilts * order)[:, ~once] / (order - 1.0)[~once]
-        self._tilting = LineSet(position=order[~once] - 1.0, phasor=phasor)
+        self._ripple = drawn_orders(config.table.ripple, streams.phases, 1.0)
+        self._wobble = drawn_orders(config.table.wobble, streams.phases, ARCSECOND)
         start: FloatArray = np.array([-self.interval])
         drive = float(self._command.angle_at(start)[0])
         rate = float(self._command.rate_at(start)[0])
@@ -383,11 +362,16 @@ class Table:
 
     def _angle(self, drive: FloatArray) -> FloatArray:
         """(n,) table angle at angles of the drive, with the ripple, rad."""
-        return np.asarray(drive + self._ripple.at(drive)[0])
+        each = (size / order * np.sin(order * drive + p) for order, size, p in self._ripple)
+        return sum(each, start=drive)
 
     def _earth_along(self, angle: FloatArray) -> FloatArray:
         """(3, n) Earth rate along b at table angles, at which the wobble tilts the shaft."""
-        (tilt_x, tilt_y), (x, y, z) = self._wobble.at(angle), self._earth
+        x, y, z = self._earth
+        tilt_x, tilt_y = (
+            sum((size * wave(order * angle + p) for order, size, p in self._wobble), 0.0 * angle)
+            for wave in (np.cos, np.sin)
+        )
         first, second = x - tilt_y * z, y + tilt_x * z
         cosine, sine = np.cos(angle), np.sin(angle)
         third = z - tilt_x * y + tilt_y * x
@@ -424,7 +408,12 @@ class Table:
         turned = self._turned.of(step / 6.0 * (earth[:, :-1] + 4.0 * between + earth[:, 1:]))
         samples = slice(self._substeps - 1, None, self._substeps)
         angle, turned = ends[1:][samples], turned[:, samples].copy()
-        turned[:2] += self._tilting.at(angle) + self._growing * angle
+        for order, size, phase in self._wobble:
+            # What the tilting of the shaft turns: i m a exp(i((m - 1) alpha + p)) over alpha.
+            relative = order - 1.0
+            integral = np.exp(1j * relative * angle) / relative if relative else 1j * angle
+            tilted = order * size * np.exp(1j * phase) * integral
+            turned[:2] += tilted.real, tilted.imag
         return Motion(angle=angle, turned=turned, moving=commanded[samples] != 0.0)
 
 

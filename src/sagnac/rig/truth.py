@@ -10,18 +10,11 @@ import numpy as np
 from sagnac.core.arrays import ComplexArray
 from sagnac.core.units import ARCSECOND, DEGREE, DEGREE_PER_HOUR, DEGREE_PER_ROOT_HOUR
 from sagnac.recording.columns import GYRO_NAMES
+from sagnac.rig import ring_laser
 from sagnac.rig.config import RigConfig, TableCommand
 from sagnac.rig.own_motion import Disturbances, nutation_walk
-from sagnac.rig.ring_laser import (
-    angle_random_walk,
-    dither_frequency,
-    dither_of,
-    folded,
-    left_of,
-    ring_lasers_of,
-)
 from sagnac.rig.sections import PlatformConfig, Triple
-from sagnac.rig.table import LineSet, random_streams
+from sagnac.rig.table import LineSet, RandomStreams
 
 _PAIRS: Final = (("x", "z"), ("x", "y"), ("y", "z"))
 TRUTH_SCHEMA: Final = "sagnac.truth/1"
@@ -158,13 +151,15 @@ def _dither_truths(config: RigConfig) -> dict[str, dict[str, float]]:
     """Dither of every gyro; empty if the gyros' own stripping leaves nothing."""
     truths = {}
     for g, name in enumerate(GYRO_NAMES if config.dither.is_left else ()):
-        frequency = dither_frequency(config.gyro, config.dither, g)
+        frequency = ring_laser.dither_frequency(config.gyro, config.dither, g)
         amplitude = config.gyro.dither_rate_deg_per_s * DEGREE / (2.0 * math.pi * frequency)
         truths[name] = {
             "frequency_hz": frequency,
-            "folded_hz": folded(frequency, config.sample_rate_hz),
+            "folded_hz": ring_laser.folded(frequency, config.sample_rate_hz),
             "amplitude_arcsec": amplitude / ARCSECOND,
-            "left_arcsec": abs(left_of(config.gyro, config.dither, g)) * amplitude / ARCSECOND,
+            "left_arcsec": abs(ring_laser.left_of(config.gyro, config.dither, g))
+            * amplitude
+            / ARCSECOND,
         }
     return truths
 
@@ -182,7 +177,11 @@ def _gyro_truths(config: RigConfig, table_rate: float) -> dict[str, NoiseTruth]:
 
 def _angle_random_walks(config: RigConfig, table_rate: float) -> list[float]:
     """N of each gyro at the mean of what it senses, deg/sqrt(h)."""
-    lasers, dither, platform = ring_lasers_of(config.gyro), dither_of(config.gyro), config.platform
+    lasers, dither, platform = (
+        ring_laser.ring_lasers_of(config.gyro),
+        ring_laser.dither_of(config.gyro),
+        config.platform,
+    )
     if not lasers:
         return list(config.gyro.arw_deg_per_sqrt_h)
     turned = platform.earth
@@ -190,13 +189,13 @@ def _angle_random_walks(config: RigConfig, table_rate: float) -> list[float]:
         # The Earth's horizontal part averages out.
         turned = np.array([0.0, 0.0, table_rate + turned[2]])
     return [
-        float(angle_random_walk(laser, rate, dither)) / DEGREE_PER_ROOT_HOUR
+        float(ring_laser.angle_random_walk(laser, rate, dither)) / DEGREE_PER_ROOT_HOUR
         for laser, rate in zip(lasers, platform.matrix @ turned, strict=True)
     ]
 
 
 def _line_truths(config: RigConfig) -> tuple[LineTruth, ...]:
-    drawn = Disturbances(config.disturbances, random_streams(config.seed).disturbances)
+    drawn = Disturbances(config.disturbances, RandomStreams(config.seed).disturbances)
     scales: tuple[tuple[Scale, LineSet], ...] = (("angle", drawn.angle), ("time", drawn.time))
     return tuple(
         _line_truth(scale, float(position), lines.phasor[:, j])

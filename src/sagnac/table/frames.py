@@ -113,9 +113,5 @@ def earth_rate(latitude: float, heading: float) -> FloatArray:
         raise ValueError(f"heading is {heading!r}; give an angle in rad")
     north = EARTH_RATE * math.cos(latitude)
     return np.array(
-        [
-            north * math.cos(heading),
-            -north * math.sin(heading),
-            -EARTH_RATE * math.sin(latitude),
-        ]
+        [north * math.cos(heading), -north * math.sin(heading), -EARTH_RATE * math.sin(latitude)]
     )

@@ -121,21 +121,15 @@ def kinematics(table: FloatArray, sample_rate: float) -> Kinematics:
     dt = 1.0 / sample_rate
     block = max(1, round(sample_rate / KINEMATIC_RATE))
     length = block_length(block)
-    whole = table.size // block
-    averages = np.empty((3, whole))
-    gains = []
+    rows, begun = [], [np.zeros(2)]
     for piece in blocks(table.size, length):
         # Each piece ends on the first sample of the next: integrals join there.
-        here = table[piece.start : piece.stop + 1]
-        parts = (here, *sine_cosine_integrals(here, dt))
-        first = piece.start // block
-        for row, part in zip(averages, parts, strict=True):
-            own = averaged(part[: piece.stop - piece.start], block)
-            row[first : first + own.size] = own
-        gains.append((float(parts[1][-1]), float(parts[2][-1])))
-    starts = np.concatenate([np.zeros((1, 2)), np.cumsum(gains, axis=0)])
-    for number, begin in enumerate(range(0, whole, length // block)):
-        averages[1:, begin : begin + length // block] += starts[number][:, np.newaxis]
+        here, inside = table[piece.start : piece.stop + 1], piece.stop - piece.start
+        cosine, sine = sine_cosine_integrals(here, dt)
+        means = [averaged(part[:inside], block) for part in (here, cosine, sine)]
+        rows.append(means + np.append(0.0, begun[-1])[:, np.newaxis])
+        begun.append(begun[-1] + (cosine[-1], sine[-1]))
+    averages, starts = np.concatenate(rows, axis=1), np.array(begun)
     averages.flags.writeable = starts.flags.writeable = False
     angle, cosine, sine = averages
     return Kinematics(

@@ -283,8 +283,7 @@ def function_of_angle(angle: FloatArray, kinematic: Kinematics) -> AngleFunction
     noises = largest.readings, largest.walk
     fits = {count: fit_of(count, noises) for count in counts}
     best = min(
-        counts,
-        key=lambda count: fits[count].deviance + fits[count].freedom * math.log(shown.size),
+        counts, key=lambda count: fits[count].deviance + fits[count].freedom * math.log(shown.size)
     )
     if best == 0:
         return None
