@@ -95,8 +95,12 @@ def first_candidate(evidence: Evidence) -> Headline:
     elif (finest := _spectrum(evidence)) is None:
         candidates = [partial(_likelihood_alone, evidence)]
     else:
-        by_spectrum = (_whole_band, _whole_band_of_fewer, _average)
-        candidates = [partial(one, evidence, finest) for one in by_spectrum]
+        candidates = [
+            partial(_whole_band, evidence, finest),
+            partial(_whole_band_of_fewer, evidence, finest),
+            # The average over bands and terms.
+            partial(_by_spectrum, evidence, finest, evidence.fine),
+        ]
     candidates += [partial(_curve, evidence, finest), partial(_levels, evidence, finest)]
     for candidate in candidates:
         read = candidate()
@@ -224,11 +228,6 @@ def _whole_band_of_fewer(evidence: Evidence, finest: AnswerSpectrum) -> Headline
     elif average.rests_on.member != "whole band":
         return None
     return _by_spectrum(evidence, chosen, fine)
-
-
-def _average(evidence: Evidence, finest: AnswerSpectrum) -> Headline:
-    """The average over bands and terms."""
-    return _by_spectrum(evidence, finest, evidence.fine)
 
 
 def _by_spectrum(evidence: Evidence, chosen: AnswerSpectrum, fitted: Points) -> Headline:

@@ -8,16 +8,8 @@ from typing import Final
 import numpy as np
 
 from sagnac.analysis.settings import Method, Settings
-from sagnac.core.arrays import (
-    BooleanArray,
-    FloatArray,
-    blocks,
-    differences,
-    elementwise,
-    extent,
-    mean,
-    square,
-)
+from sagnac.core import arrays
+from sagnac.core.arrays import BooleanArray, FloatArray
 from sagnac.core.errors import Note, RecordingError, rounded
 from sagnac.core.units import ARCSECOND
 from sagnac.lines.model import Removal
@@ -81,7 +73,7 @@ class Measurement:
 
     def noise(self, angle: FloatArray) -> FloatArray:
         """Its angle, or what is left of it, with the noise of one gyro."""
-        return elementwise(np.divide, angle, PAIR_SIZE) if self.is_pair else angle
+        return arrays.elementwise(np.divide, angle, PAIR_SIZE) if self.is_pair else angle
 
     def share(self, shares: Mapping[str, float]) -> float:
         """Share of the table's rate in the angle, from the shares of the gyros."""
@@ -108,7 +100,7 @@ def measure(recording: Recording, gyros: tuple[str, ...]) -> Measurement:
     angle, names = angle_of(recording.gyro(gyros[0]), rate), gyros[:1]
     if len(gyros) > 1:
         names = (gyros[0], gyros[-1])
-        angle = elementwise(np.subtract, angle, angle_of(recording.gyro(gyros[-1]), rate))
+        angle = arrays.elementwise(np.subtract, angle, angle_of(recording.gyro(gyros[-1]), rate))
     return Measurement(channel="-".join(names), angle=angle, gyros=names, sample_rate=rate)
 
 
@@ -140,8 +132,8 @@ def require_noise(measured: Measurement) -> None:
     angle = measured.angle
     slope = (angle[-1] - angle[0]) / max(angle.size - 1, 1)
     # A departure by fewer units of the last place is rounding.
-    rounding = 64.0 * float(np.spacing(max(map(abs, extent(angle)))))
-    for block in blocks(angle.size):
+    rounding = 64.0 * float(np.spacing(max(map(abs, arrays.extent(angle)))))
+    for block in arrays.blocks(angle.size):
         line = angle[0] + slope * np.arange(block.start, block.stop)
         if np.abs(angle[block] - line).max() > rounding:
             return
@@ -312,14 +304,14 @@ def without_encoder_errors(
     if measured.is_pair:
         first, second = weights = _weights([table.shares[name] for name in measured.gyros])
         angles = [angle_of(recording.gyro(name), measured.sample_rate) for name in measured.gyros]
-        angle = elementwise(lambda one, other: first * one + second * other, *angles)
+        angle = arrays.elementwise(lambda one, other: first * one + second * other, *angles)
         alone = replace(measured, angle=angle, weights=weights)
         if _takes_table_out(alone, measured, table, estimate):
             return alone
     if estimate.angle is estimate.readings:
         return measured
     share = measured.share(table.shares)
-    own = elementwise(
+    own = arrays.elementwise(
         lambda angle, readings, known: angle - share * (readings - known),
         measured.angle, estimate.readings, estimate.angle,
     )  # fmt: skip
@@ -345,7 +337,7 @@ def _takes_table_out(
     if all(ALIKE[0] < abs(weight) < ALIKE[1] for weight in alone.weights):
         return True
     share = measured.share(table.shares)
-    by_encoder = elementwise(
+    by_encoder = arrays.elementwise(
         lambda angle, readings: angle - share * readings, measured.angle, estimate.readings
     )
     block = max(1, round(measured.sample_rate / KINEMATIC_RATE))
@@ -355,8 +347,8 @@ def _takes_table_out(
 
 def _step(angle: FloatArray) -> float:
     """Rms increment about the mean, rad."""
-    steps = differences(angle)
-    return math.sqrt(max(square(steps) / steps.size - mean(steps) ** 2, 0.0))
+    steps = arrays.differences(angle)
+    return math.sqrt(max(arrays.square(steps) / steps.size - arrays.mean(steps) ** 2, 0.0))
 
 
 # ---- without its lines -------------------------------------------------------------------

@@ -520,25 +520,20 @@ def still_bench(
     benches: dict[str, AtRest] = {}
 
     def run(one: Recording, chosen: Settings, *, progress: Progress | None = None) -> Analysis:
-        name = chosen.gyros[0]
-        benches[name] = _at_rest(one, chosen, progress, lines_in=lines_in)
-        return benches[name].analysis
+        gyro = one.gyro(chosen.gyros[0])
+        whole = partial(_with_lines_out, progress=progress, lines_in=lines_in)
+        if not math.isnan(extent(gyro.values)[0]):
+            bench = whole(one, chosen)
+        else:
+            try:
+                bench = _with_gaps(one, gyro, chosen, whole)
+            except RecordingError as error:
+                raise error.at(one.path or "recording") from None
+        benches[gyro.name] = bench
+        return bench.analysis
 
     recording = replace(recording, table=None, null_pulse=None)
     return _each_channel(recording, settings, run, progress), benches
-
-
-def _at_rest(
-    recording: Recording, settings: Settings, progress: Progress | None, *, lines_in: bool
-) -> AtRest:
-    """Curve and coefficients of one gyro, and what they would be without its lines."""
-    gyro = recording.gyro(settings.gyros[0])
-    if math.isnan(extent(gyro.values)[0]):
-        try:
-            return _with_gaps(recording, gyro, settings, progress, lines_in=lines_in)
-        except RecordingError as error:
-            raise error.at(recording.path or "recording") from None
-    return _with_lines_out(recording, settings, progress, lines_in=lines_in)
 
 
 def _with_lines_out(
@@ -589,14 +584,12 @@ def _with_family(
 
 
 def _with_gaps(
-    recording: Recording,
-    gyro: Channel,
-    settings: Settings,
-    progress: Progress | None,
-    *,
-    lines_in: bool,
+    recording: Recording, gyro: Channel, settings: Settings, whole: Callable[..., AtRest]
 ) -> AtRest:
-    """Curves of all of a gyro with missing samples, the rest of its longest whole stretch."""
+    """Curves of all of a gyro with missing samples, the rest of its longest whole stretch.
+
+    `whole` makes what is made of a recording without gaps.
+    """
     for note in stuck_notes(recording, Profile.of(recording, gyro)):
         raise RecordingError.of(note)
     _require_no_fit_across_gaps(gyro, settings)
@@ -610,7 +603,7 @@ def _with_gaps(
     part, start = longest_whole_stretch(recording, gyro.name)
     span = f"{start:.6g} to {start + part.samples / part.sample_rate:.6g} s"
     try:
-        made = _with_lines_out(part, replace(settings, estimators=()), progress, lines_in=lines_in)
+        made = whole(part, replace(settings, estimators=()))
         steps = differences(angle_of(part.gyro(gyro.name), part.sample_rate))
         density = multitaper_density(steps, part.sample_rate)
         analysis = replace(made.analysis, source=f"{made.analysis.source} (of {span})")
@@ -620,8 +613,19 @@ def _with_gaps(
             f"{span}; the curves are of the whole recording, without the terms that touch a gap",
         )
     except RecordingError as error:
-        analysis = _curve_alone(recording, gyro, settings, curve)
-        density = analysis.spectrum
+        density = Spectrum.empty()
+        analysis = Analysis(
+            recording=recording,
+            settings=settings,
+            channel=gyro.name,
+            table_rate=None,
+            angle_random_walk=unobserved("angle_random_walk", settings.confidence),
+            source="no stretch without a gap is long enough",
+            curve=curve,
+            curve_before=curve,
+            spectrum=density,
+            spectrum_before=density,
+        )
         made = AtRest(analysis=analysis, without_lines=analysis, as_it_is=analysis)
         why = RecordingError(error.problem, channel=error.channel, remedy=error.remedy)
         text = (
@@ -636,7 +640,7 @@ def _with_gaps(
         *(note for note in analysis.notes if note not in analysis.curve.notes),
         *curve_notes(curve, family),
     )
-    whole = replace(
+    analysis = replace(
         analysis,
         recording=recording,
         settings=settings,
@@ -646,7 +650,7 @@ def _with_gaps(
         density=density,
         notes=tuple(dict.fromkeys(notes)),
     )
-    return replace(made, analysis=whole)
+    return replace(made, analysis=analysis)
 
 
 def _require_no_fit_across_gaps(gyro: Channel, settings: Settings) -> None:
@@ -666,22 +670,3 @@ def _require_no_fit_across_gaps(gyro: Channel, settings: Settings) -> None:
         return
     remedy = f"leave {{{choice}}} out, or take a whole stretch with {{slice START:STOP}}"
     raise RecordingError(cannot, channel=gyro.name, remedy=remedy)
-
-
-def _curve_alone(
-    recording: Recording, gyro: Channel, settings: Settings, curve: StabilityCurve
-) -> Analysis:
-    """The curve across gaps where no stretch between them gives more."""
-    nothing = Spectrum.empty()
-    return Analysis(
-        recording=recording,
-        settings=settings,
-        channel=gyro.name,
-        table_rate=None,
-        angle_random_walk=unobserved("angle_random_walk", settings.confidence),
-        source="no stretch without a gap is long enough",
-        curve=curve,
-        curve_before=curve,
-        spectrum=nothing,
-        spectrum_before=nothing,
-    )

@@ -6,14 +6,8 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Final, Literal, get_args
 
-from sagnac.core.errors import (
-    RecordingError,
-    choices_of,
-    is_finite,
-    quoted,
-    require_choice,
-    require_confidence,
-)
+from sagnac.core import errors
+from sagnac.core.errors import RecordingError
 from sagnac.lines.published import FAIR, PublishedSearch
 from sagnac.noise.readings import PLAIN, READINGS, Reading
 from sagnac.quality.check import FINDINGS
@@ -105,14 +99,18 @@ class Settings:
     def __post_init__(self) -> None:
         names = self.gyros if isinstance(self.gyros, Iterable) else (self.gyros,)
         if isinstance(names, str) or not all(isinstance(name, str) for name in names):
-            raise ValueError(f"gyros is {quoted(self.gyros)}; give names, such as ('x', 'z')")
+            raise ValueError(
+                f"gyros is {errors.quoted(self.gyros)}; give names, such as ('x', 'z')"
+            )
         object.__setattr__(self, "gyros", tuple(self.gyros))
-        require_choice("method", self.method, Method)
+        errors.require_choice("method", self.method, Method)
         if not isinstance(self.step_4, Reading):
-            require_choice("step_4", self.step_4, READINGS)
+            errors.require_choice("step_4", self.step_4, READINGS)
             object.__setattr__(self, "step_4", READINGS[self.step_4])
         if not isinstance(self.published, PublishedSearch):
-            raise ValueError(f"published is {quoted(self.published)}; give a PublishedSearch")
+            raise ValueError(
+                f"published is {errors.quoted(self.published)}; give a PublishedSearch"
+            )
         if self.specification is not None:
             object.__setattr__(self, "specification", specification_of(self.specification))
         for field, allowed in (
@@ -120,14 +118,16 @@ class Settings:
             ("covariates", Covariate),
             ("estimators", ESTIMATORS),
         ):
-            object.__setattr__(self, field, choices_of(field, getattr(self, field), allowed))
+            object.__setattr__(self, field, errors.choices_of(field, getattr(self, field), allowed))
         in_order = tuple(name for name in ESTIMATORS if name in self.estimators)
         object.__setattr__(self, "estimators", in_order)
-        if self.interval is not None and not (is_finite(self.interval) and self.interval > 0.0):
+        if self.interval is not None and not (
+            errors.is_finite(self.interval) and self.interval > 0.0
+        ):
             raise ValueError(
-                f"interval is {quoted(self.interval)}; give seconds above zero, or None"
+                f"interval is {errors.quoted(self.interval)}; give seconds above zero, or None"
             )
-        require_confidence(self.confidence)
+        errors.require_confidence(self.confidence)
 
     def gyros_of(self, recording: Recording) -> tuple[str, ...]:
         """The gyros asked for, or all that the recording has.

@@ -6,16 +6,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Final, Literal
 
-from sagnac.core import units
+from sagnac.core import errors, units
 from sagnac.core.documents import Documented, require_source
-from sagnac.core.errors import (
-    Note,
-    is_finite,
-    quoted,
-    require_choice,
-    require_confidence,
-    require_type,
-)
 from sagnac.core.overwriting import of_export, require_free
 from sagnac.core.whole_files import write_text
 from sagnac.navigation.definitions import ToolName, definition_of
@@ -64,7 +56,7 @@ def datasheet_setting(text: str) -> FilterSetting:
     try:
         return _stated_models(text)
     except ValueError as error:
-        raise ValueError(f"data sheet {quoted(text)}: {error}; state it {FORM}") from None
+        raise ValueError(f"data sheet {errors.quoted(text)}: {error}; state it {FORM}") from None
 
 
 def _stated_models(text: str) -> FilterSetting:
@@ -72,7 +64,9 @@ def _stated_models(text: str) -> FilterSetting:
     for part in text.split(","):
         key, _, value = (one.strip() for one in part.partition("="))
         if key not in _UNITS or not value:
-            raise ValueError(f"{quoted(part.strip())} is none of {', '.join(_UNITS)} with a value")
+            raise ValueError(
+                f"{errors.quoted(part.strip())} is none of {', '.join(_UNITS)} with a value"
+            )
         if key in parts:
             raise ValueError(f"{key} stands there twice")
         parts[key] = value
@@ -106,9 +100,9 @@ def _number(stated: str, sizes: Mapping[str, float]) -> float:
     """A number with its unit in SI."""
     factor, unit = units.split_factor(stated)
     if unit not in sizes or not (stated.strip()[:1].isdigit() or stated.strip()[:1] == "."):
-        raise ValueError(f"{quoted(stated)} is no number with one of {', '.join(sizes)}")
+        raise ValueError(f"{errors.quoted(stated)} is no number with one of {', '.join(sizes)}")
     if not (math.isfinite(factor) and factor > 0.0):
-        raise ValueError(f"{quoted(stated)} is no number above zero")
+        raise ValueError(f"{errors.quoted(stated)} is no number above zero")
     return factor * sizes[unit]
 
 
@@ -154,7 +148,7 @@ class Exported:
     tool: ToolName
     text: str
     settings: tuple[FilterSetting, ...] = field(compare=False)
-    notes: tuple[Note, ...] = ()
+    notes: tuple[errors.Note, ...] = ()
 
 
 def export(
@@ -222,9 +216,9 @@ def export(
             f"tool is not stated, and {named}; state it, or name a path that ends in "
             f"{', '.join(_SUFFIXES)}"
         )
-    require_choice("tool", tool, ToolName)
-    require_choice("axes", axes or "each", Literal["worst", "each"])
-    require_confidence(confidence)
+    errors.require_choice("tool", tool, ToolName)
+    errors.require_choice("axes", axes or "each", Literal["worst", "each"])
+    errors.require_confidence(confidence)
     definition = definition_of(tool)
     given = {"rate": rate, "markov": markov, "topic": topic, "accelerometer": accelerometer}
     for option, value in given.items():
@@ -232,8 +226,8 @@ def export(
             why = definition.unused[option]
             raise ValueError(f"{option} has no effect on {definition.tool}: {why}; leave it out")
     if markov not in (None, 0, 1, 2):
-        raise ValueError(f"markov is {quoted(markov)}; use 0, 1 or 2")
-    require_type("datasheet", datasheet, Sequence, f"give text {FORM}")
+        raise ValueError(f"markov is {errors.quoted(markov)}; use 0, 1 or 2")
+    errors.require_type("datasheet", datasheet, Sequence, f"give text {FORM}")
     datasheet = [datasheet] if isinstance(datasheet, str) else datasheet
     sources = source if isinstance(source, Sequence) and not isinstance(source, str) else [source]
     for one in sources:
@@ -272,9 +266,9 @@ def _stated(accelerometer: tuple[float, float]) -> FilterSetting:
         density, walk = accelerometer
     except (TypeError, ValueError):
         density = walk = math.nan
-    if not (is_finite(density) and density > 0.0 and is_finite(walk) and walk >= 0.0):
+    if not (errors.is_finite(density) and density > 0.0 and errors.is_finite(walk) and walk >= 0.0):
         raise ValueError(
-            f"accelerometer is {quoted(accelerometer)}; give a density above zero, since no "
+            f"accelerometer is {errors.quoted(accelerometer)}; give a density above zero, since no "
             "accelerometer is without noise, and a walk of zero or more"
         )
     model = FilterModel(white=density, walk=walk)

@@ -1,5 +1,7 @@
 """Compiled loops of data quality: arrays in, arrays out; no validation, no files."""
 
+import numpy as np
+
 from sagnac.core.arrays import FloatArray
 from sagnac.core.kernels import compiled
 
@@ -20,14 +22,16 @@ def off_neighbours(padded: FloatArray, off: FloatArray) -> None:
 
 
 @compiled()
-def off_nearer_side(values: FloatArray, off: FloatArray) -> None:
-    """Fill `off` with how far values lie from the median of the three on the nearer side.
+def off_nearer_side(values: FloatArray) -> FloatArray:
+    """How far values lie from the median of the three on the nearer side.
 
     `values` holds three values more on either side.
     """
+    off = np.empty(values.size - 6)
     for n in range(off.size):
         here = values[n + 3]
         before, behind = values[n : n + 3], values[n + 4 : n + 7]
         earlier = max(min(before[0], before[1]), min(max(before[0], before[1]), before[2]))
         later = max(min(behind[0], behind[1]), min(max(behind[0], behind[1]), behind[2]))
         off[n] = min(abs(here - earlier), abs(here - later))
+    return off

@@ -260,16 +260,10 @@ def jumps_of_encoder(angle: FloatArray) -> IntegerArray:
 
 def turned_around(profile: Profile, steps: IntegerArray) -> FloatArray:
     """Angle that a gyro turns from two samples before each step to as many behind, rad."""
-    values = profile.channel.values
+    angle = angle_of(profile.channel, profile.sample_rate)
     # Step n leads from sample n to the next.
-    first = np.maximum(steps - _REACH, 0)
-    last = np.minimum(steps + 1 + _REACH, values.size - 1)
-    if profile.channel.kind == "angle":
-        return values[last] - values[first]
-    some = first[:, np.newaxis] + np.arange(1, 2 * _REACH + 2)
-    inside = some <= last[:, np.newaxis]
-    turned = (values[np.where(inside, some, 0)] * inside).sum(axis=1)
-    return np.asarray(turned / (profile.sample_rate if profile.channel.kind == "rate" else 1.0))
+    last = np.minimum(steps + 1 + _REACH, angle.size - 1)
+    return angle[last] - angle[np.maximum(steps - _REACH, 0)]
 
 
 def table_notes(recording: Recording, profile: Profile) -> Notes:

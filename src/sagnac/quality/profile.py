@@ -13,19 +13,8 @@ from typing import Final, NamedTuple, Self
 import numpy as np
 from scipy.fft import irfft, rfft
 
-from sagnac.core.arrays import (
-    BLOCK,
-    BooleanArray,
-    FloatArray,
-    IntegerArray,
-    blocks,
-    differences,
-    distance_between,
-    every,
-    extent,
-    square,
-    values_at,
-)
+from sagnac.core import arrays
+from sagnac.core.arrays import BooleanArray, FloatArray, IntegerArray
 from sagnac.core.errors import Note, counted
 from sagnac.core.units import DEGREE, UNITS, split_factor
 from sagnac.quality import _kernels
@@ -77,8 +66,8 @@ def count_step(changes: FloatArray, rounding: float = 0.0) -> float:
     # Sizes in half octaves, which the exponents of their squares count.
     counts, smallest, nothing = np.zeros(2048, dtype=np.int64), math.inf, 0
     # What is made of so few samples together stays in cache.
-    for block in blocks(changes.size - 2 * _SIDE, 2**15):
-        sizes = _off(changes, block)
+    for block in arrays.blocks(changes.size - 2 * _SIDE, 2**15):
+        sizes = _kernels.off_nearer_side(changes[block.start : block.stop + 2 * _SIDE])
         nothing += number_of(sizes <= rounding)
         sizes = sizes[(sizes > rounding) & (sizes < math.inf)]
         smallest = min(smallest, float(sizes.min(initial=math.inf)))
@@ -94,19 +83,12 @@ def count_step(changes: FloatArray, rounding: float = 0.0) -> float:
     return smallest
 
 
-def _off(changes: FloatArray, block: slice) -> FloatArray:
-    """How far changes, numbered without the outermost, lie from the median on the nearer side."""
-    off = np.empty(block.stop - block.start)
-    _kernels.off_nearer_side(changes[block.start : block.stop + 2 * _SIDE], off)
-    return off
-
-
 def _whole_step(changes: FloatArray, bound: float) -> float | None:
     """The step of sizes from `bound` on; None if they are not whole numbers of it."""
     # Sizes, and whether the changes go on the same way before and behind.
     parts = []
-    for block in blocks(changes.size - 2 * _SIDE):
-        off = _off(changes, block)
+    for block in arrays.blocks(changes.size - 2 * _SIDE):
+        off = _kernels.off_nearer_side(changes[block.start : block.stop + 2 * _SIDE])
         steps = np.diff(changes[block.start + _SIDE - 1 : block.stop + _SIDE + 1])
         taken = (off >= bound) & (off < 2.0 * _WITHIN * bound)
         parts.append(np.stack([off[taken], (steps[1:] * steps[:-1] > 0.0)[taken]]))
@@ -129,7 +111,7 @@ def _whole_step(changes: FloatArray, bound: float) -> float | None:
 
 def rounding_in(values: FloatArray) -> float:
     """Changes up to which those of a series are rounding, in its unit."""
-    return _LAST_PLACES * _ROUNDING * max(map(abs, extent(values)))
+    return _LAST_PLACES * _ROUNDING * max(map(abs, arrays.extent(values)))
 
 
 # ---- white -------------------------------------------------------------------------
@@ -314,7 +296,9 @@ class Profile:
     def _rows(self) -> Iterator[FloatArray]:
         """The changes of each block, (samples,)."""
         block = self.block
-        return (self.changes[some] for some in blocks(self.changes.size // block * block, block))
+        return (
+            self.changes[some] for some in arrays.blocks(self.changes.size // block * block, block)
+        )
 
     @cached_property
     def level(self) -> FloatArray:
@@ -325,7 +309,9 @@ class Profile:
     @cached_property
     def power(self) -> FloatArray:
         """(blocks,) half the mean square of their differences: the variance of white noise."""
-        return np.array([0.5 * square(np.diff(row)) / max(row.size - 1, 1) for row in self._rows()])
+        return np.array(
+            [0.5 * arrays.square(np.diff(row)) / max(row.size - 1, 1) for row in self._rows()]
+        )
 
     @cached_property
     def typical(self) -> FloatArray:
@@ -339,7 +325,7 @@ class Profile:
         farthest = 3.0 * np.sqrt(2.0 * self.typical)
         each = zip(self._rows(), self.level, farthest, strict=True)
         return np.array(
-            [square(np.clip(row - level, -far, far)) / row.size for row, level, far in each]
+            [arrays.square(np.clip(row - level, -far, far)) / row.size for row, level, far in each]
         )
 
     @cached_property
@@ -389,10 +375,12 @@ class Profile:
         values, edges = self.channel.values, self.edges
         seconds = np.diff(edges) / self.sample_rate
         if self.channel.kind == "angle":
-            return np.asarray(np.diff(values_at(values, edges)) / seconds)
+            return np.asarray(np.diff(arrays.values_at(values, edges)) / seconds)
         turned = np.empty(seconds.size)
         # As many stretches at a time as a block of samples holds.
-        for some in blocks(turned.size, max(1, BLOCK * turned.size // int(edges[-1]))):
+        for some in arrays.blocks(
+            turned.size, max(1, arrays.BLOCK * turned.size // int(edges[-1]))
+        ):
             first, last = edges[some.start], edges[some.stop]
             starts = edges[some] - first
             turned[some] = np.add.reduceat(values[first + 1 : last + 1], starts)
@@ -414,7 +402,7 @@ class Profile:
 
 def changes_of(channel: Channel) -> FloatArray:
     """Turn of each sample, in the unit of the values: an angle's differences, or the values."""
-    return differences(channel.values) if channel.kind == "angle" else channel.values
+    return arrays.differences(channel.values) if channel.kind == "angle" else channel.values
 
 
 def _typical_power(row: FloatArray) -> float:
@@ -424,7 +412,7 @@ def _typical_power(row: FloatArray) -> float:
     if kept < size.size:
         size.partition(kept)
     # The mean square of a standard normal number among the smallest 99 %.
-    return 0.5 * square(size[:kept]) / kept / 0.9247
+    return 0.5 * arrays.square(size[:kept]) / kept / 0.9247
 
 
 # ---- robust ------------------------------------------------------------------------
@@ -437,8 +425,8 @@ def scatter_of(values: FloatArray) -> float:
 
 def some_steps(values: FloatArray, most: int) -> FloatArray:
     """Steps from a sample to the next at even distances, about `most` of them."""
-    apart = distance_between(most, values.size - 1)
-    return every(values[1:], apart) - every(values[:-1], apart)
+    apart = arrays.distance_between(most, values.size - 1)
+    return arrays.every(values[1:], apart) - arrays.every(values[:-1], apart)
 
 
 # ---- units -------------------------------------------------------------------------

@@ -6,16 +6,8 @@ from typing import Final
 
 import numpy as np
 
-from sagnac.core.arrays import (
-    FloatArray,
-    blocks,
-    differences,
-    distance_between,
-    elementwise,
-    empty,
-    every,
-    mean,
-)
+from sagnac.core import arrays
+from sagnac.core.arrays import FloatArray
 from sagnac.core.errors import Note, RecordingError, counted, ranked
 from sagnac.quality.effects import finding
 from sagnac.quality.profile import (
@@ -87,7 +79,9 @@ def longest_whole_stretch(recording: Recording, name: str) -> tuple[Recording, f
     whole = longest_unmarked(is_missing(gyro.values))
     is_empty, times = whole.start == whole.stop, recording.times
     if times is not None:
-        times = None if is_empty else elementwise(np.subtract, times[whole], times[whole.start])
+        times = (
+            None if is_empty else arrays.elementwise(np.subtract, times[whole], times[whole.start])
+        )
     own = tuple(one for one in recording.pickoffs if one.gyro == name)
     alone = replace(recording, gyros=(gyro,), pickoffs=own, table=None, null_pulse=None)
     start, provenance = 0.0 if is_empty else second_of(recording, whole.start), alone.provenance
@@ -114,10 +108,6 @@ STUCK_REPEATS: Final = 0.9
 
 def stuck_run(values: FloatArray) -> slice | None:
     """The longest run of one value, if it is longer than noise explains."""
-    # A run that long shows in samples half as far apart; most gyros never repeat and are done.
-    sparse = every(values, STUCK_SAMPLES // 2)
-    if not (sparse[1:] == sparse[:-1]).any() and sparse.size > 1:
-        return None
     repeats = marked(np.equal, values[1:], values[:-1])
     firsts, afters = stretches(repeats)
     # Samples of each run; the others are runs of one.
@@ -174,7 +164,7 @@ def stamp_notes(recording: Recording, profile: Profile, *, omit_gaps: bool = Fal
     if not_finite:
         return not_finite
     nominal, problem = median_step(times), ""
-    steps = differences(times)
+    steps = arrays.differences(times)
     backwards, gaps = steps < 0.0, steps > GAP_STEPS * nominal
     by_rate = f"state {{time none}} and {{rate {recording.sample_rate:.6g}}}"
     if backwards.any():
@@ -223,7 +213,7 @@ def uneven_notes(times: FloatArray, nominal: float) -> Notes:
         Step of their clock, s.
     """
 
-    steps = differences(times)
+    steps = arrays.differences(times)
     late = (steps > 1.5 * nominal) & (steps <= GAP_STEPS * nominal)
     repeated = number_of(steps == 0.0)
     texts = [counted(repeated, "repeated stamp")] if repeated else []
@@ -254,7 +244,7 @@ def lost_row_notes(recording: Recording, profile: Profile) -> Notes:
         on_grid = (np.abs(some / nominal - whole) < 0.1) & (whole >= 1.0)
         return float(np.count_nonzero(on_grid)), float((whole[on_grid] - 1.0).sum())
 
-    steps = differences(times)
+    steps = arrays.differences(times)
     even, lost = by_blocks(counts, steps).sum(axis=0).tolist()
     # Stamps that come late and catch up again are of rows that are all there.
     # Stamps of an even clock are nearly all on its grid.
@@ -292,7 +282,7 @@ def with_gaps_marked(recording: Recording) -> Recording:
     times = recording.times
     if times is None or times.size < 2:
         return recording
-    later = np.flatnonzero(differences(times) > GAP_STEPS * median_step(times)) + 1
+    later = np.flatnonzero(arrays.differences(times) > GAP_STEPS * median_step(times)) + 1
     if not later.size:
         return recording
     jumps = times[later] - times[later - 1]
@@ -316,9 +306,9 @@ def with_gaps_marked(recording: Recording) -> Recording:
 
     def on_grid(values: FloatArray) -> FloatArray:
         """Values at their places, NaN at the others."""
-        grid = empty(values.size + missing)
+        grid = arrays.empty(values.size + missing)
         grid.fill(np.nan)
-        for block in blocks(values.size):
+        for block in arrays.blocks(values.size):
             here = np.arange(block.start, block.stop)
             grid[here + before[np.searchsorted(later, here, side="right")]] = values[block]
         return grid
@@ -393,7 +383,7 @@ def _explained(profile: Profile) -> float:
     smallest = marked_steps(
         values, lambda steps: (np.abs(steps) > rounding) & (np.abs(steps) < 1.5 * step)
     )
-    some = every(values, distance_between(20_000, values.size))
+    some = arrays.every(values, arrays.distance_between(20_000, values.size))
     counts = np.unique(some, return_counts=True)[1].astype(np.float64)
     by_values = values.size * float(counts @ (counts - 1.0)) / (some.size * (some.size - 1.0))
     return max(0.5 * number_of(smallest), by_values)
@@ -438,7 +428,7 @@ def longest_twice(values: FloatArray) -> tuple[slice, int]:
     if values.size < 2 * _LEAST:
         return longest
     kept, factor = [], np.uint64(0x9E3779B97F4A7C15)
-    for block in blocks(values.size - _WINDOW + 1, 2**16):
+    for block in arrays.blocks(values.size - _WINDOW + 1, 2**16):
         bits = np.ascontiguousarray(values[block.start : block.stop + _WINDOW - 1]).view(np.uint64)
         first, second = bits[: 1 - _WINDOW], bits[1 : 2 - _WINDOW]
         # Products wrap around, which mixes the bits. Windows whose first two values mix to four
@@ -450,12 +440,8 @@ def longest_twice(values: FloatArray) -> tuple[slice, int]:
             state = (state ^ (state >> 29)) * factor + bits[place + later]
         kept.append((place + block.start, ((state ^ (state >> 32)) * factor).view(np.int64)))
     places, numbers = map(np.concatenate, zip(*kept, strict=True))
-    # Told by a sort of the numbers alone, in most records, which takes a tenth of that of places.
-    ascending = np.sort(numbers)
-    alike = np.flatnonzero(ascending[1:] == ascending[:-1])
-    if alike.size == 0:
-        return longest
     order = np.argsort(numbers, kind="stable")
+    alike = np.flatnonzero(np.diff(numbers[order]) == 0)
     apart = places[order[alike + 1]] - places[order[alike]]
     distances, counts = np.unique(apart[apart >= _LEAST], return_counts=True)
     # Those that most windows are apart are looked at.
@@ -482,7 +468,9 @@ def dropout_notes(recording: Recording, profile: Profile) -> Notes:
         return ()
     zeros = values == 0.0
     if profile.channel.kind == "angle":
-        usual = every(profile.changes, distance_between(100_000, profile.changes.size))
+        usual = arrays.every(
+            profile.changes, arrays.distance_between(100_000, profile.changes.size)
+        )
         fall = 50.0 * float(np.median(np.abs(usual)))
         zeros &= marked_steps(values, lambda steps: np.abs(steps) > fall)
         if not (fall and zeros.any()):
@@ -512,7 +500,7 @@ def _scatter_with_zeros(values: FloatArray, zeros: int) -> float | None:
     left = values.size - zeros
     if left <= 1:
         return None
-    usual = mean(values) * values.size / left
+    usual = arrays.mean(values) * values.size / left
     squares = by_blocks(lambda some: np.square(some[some != 0.0] - usual).sum(), values).sum()
     inside = float(squares) / left
     # Zeros lie by the mean off the rest.

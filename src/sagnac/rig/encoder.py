@@ -47,7 +47,6 @@ class Encoder:
         ends = own.delay_at([0.0, duration], duration)
         # No walk of the delay goes beyond ten times its rms.
         walk = 10.0 * self._walk_step * math.sqrt(duration / interval)
-        self._late = bool(ends.any()) or self._walk_step > 0.0
         # True table angles up to the last sample, as many as the delay reaches back.
         # An angle between samples is taken from three, and one is to spare.
         back = math.ceil((float(ends.max()) + walk) / interval) + 4
@@ -65,12 +64,10 @@ class Encoder:
         known = np.concatenate([self._past, alpha])
         newest = self._past.size + np.arange(alpha.size)
         self._past = known[alpha.size :]
-        angle = alpha
-        if self._late or age.any():
-            back = self._delays((number - age) * self._interval) / self._interval + age
-            whole = np.maximum(np.floor(back), 0.0).astype(np.int64)
-            newest -= whole
-            angle = _before(known, newest, back - whole)
+        back = self._delays((number - age) * self._interval) / self._interval + age
+        whole = np.maximum(np.floor(back), 0.0).astype(np.int64)
+        newest -= whole
+        angle = _before(known, newest, back - whole)
         if self._config.latch_jitter_s > 0.0:
             jitter = self._config.latch_jitter_s / self._interval
             late = jitter * self._latch.standard_normal(alpha.size)

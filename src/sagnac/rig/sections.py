@@ -562,21 +562,13 @@ SENSOR_KEYS: Final = (
     ("angle_noise", "quantization", "angle_noise_arcsec", "velocity_noise_mm_per_s"),
     ("quantum", "quantization", "quantization_step_arcsec", "quantization_step_mm_per_s"),
     ("instability", "bias_instability", "bias_instability_deg_per_h", "bias_instability_mg"),
-    (
-        "rate_walk",
-        "rate_random_walk",
-        "rate_random_walk_deg_per_h_per_sqrt_h",
-        "acceleration_random_walk_mg_per_sqrt_h",
-    ),
+    ("rate_walk", "rate_random_walk", "rate_random_walk_deg_per_h_per_sqrt_h",
+     "acceleration_random_walk_mg_per_sqrt_h"),
     ("markov_deviation", "bias_instability", "markov_deviation_deg_per_h", "markov_deviation_mg"),
-    (
-        "second_markov_deviation",
-        "bias_instability",
-        "second_markov_deviation_deg_per_h",
-        "second_markov_deviation_mg",
-    ),
+    ("second_markov_deviation", "bias_instability", "second_markov_deviation_deg_per_h",
+     "second_markov_deviation_mg"),
     ("bias", "bias_instability", "bias_deg_per_h", "bias_mg"),
     ("rate_quantum", "bias_instability", "rate_step_deg_per_h", "acceleration_step_mg"),
     ("full_scale", "bias_instability", "range_deg_per_h", "range_mg"),
     ("ramp", "rate_ramp", "rate_ramp_deg_per_h_per_h", "acceleration_ramp_mg_per_h"),
-)
+)  # fmt: skip

@@ -19,16 +19,8 @@ from typing import Final, Self
 import numpy as np
 from scipy.fft import dst, idst
 
-from sagnac.core.arrays import (
-    BooleanArray,
-    FloatArray,
-    blocks,
-    differences,
-    elementwise,
-    empty,
-    mean,
-    square,
-)
+from sagnac.core import arrays
+from sagnac.core.arrays import BooleanArray, FloatArray
 from sagnac.core.units import ARCSECOND
 from sagnac.table.kinematics import (
     KINEMATIC_RATE,
@@ -139,8 +131,8 @@ class EstimatedTable:
 
     def with_drift(self, drift: Drift) -> Self:
         """The same table with a drift added to its angle."""
-        last, angle = max(self.angle.size - 1, 1), empty(self.angle.size)
-        for block in blocks(angle.size):
+        last, angle = max(self.angle.size - 1, 1), arrays.empty(self.angle.size)
+        for block in arrays.blocks(angle.size):
             off = drift.value * (np.arange(block.start, block.stop) / last - 0.5)
             np.add(self.angle[block], off, out=angle[block])
         return replace(self, angle=angle)
@@ -189,7 +181,7 @@ def estimated_table(
             break
     if delay is not None:
         fit = _Fit.of(averages_of(readings, block), sensed, interval)
-    gyro = elementwise(lambda *here: shares / strength @ np.stack(here), *gyros)
+    gyro = arrays.elementwise(lambda *here: shares / strength @ np.stack(here), *gyros)
     noise = _noise(gyro, encoder, delay, sample_rate)
     corner = fit.corner(_own_walk(coarse, shares))
     angle = readings
@@ -373,8 +365,8 @@ def _noise(gyro: FloatArray, encoder: FloatArray, delay: Delay | None, sample_ra
     if delay is not None:
         back = replace(delay, mean=-delay.mean, change=-delay.change)
         gyro = _undelayed(gyro, back, sample_rate)
-    steps = differences(elementwise(np.subtract, encoder, gyro))
-    return math.sqrt(0.5 * max(square(steps) / steps.size - mean(steps) ** 2, 0.0))
+    steps = arrays.differences(arrays.elementwise(np.subtract, encoder, gyro))
+    return math.sqrt(0.5 * max(arrays.square(steps) / steps.size - arrays.mean(steps) ** 2, 0.0))
 
 
 def _led(led: FloatArray, guide: FloatArray, block: int) -> FloatArray:
@@ -384,7 +376,7 @@ def _led(led: FloatArray, guide: FloatArray, block: int) -> FloatArray:
     middles = np.arange(-1.0, guide.size + 1.0) * block + 0.5 * (block - 1)
     middles[[0, -1]] += np.array([0.5, -0.5]) * block
     slope = (known[-1] - known[-2]) / (middles[-1] - middles[-2])
-    for piece in blocks(led.size):
+    for piece in arrays.blocks(led.size):
         place = np.arange(piece.start, piece.stop, dtype=np.float64)
         beyond = np.maximum(place - middles[-1], 0.0) * slope
         led[piece] += np.interp(place, middles, known) + beyond
@@ -401,7 +393,7 @@ def _without_hum(led: FloatArray, block: int) -> FloatArray:
     # Below a hundredth of the rms rate the table stands.
     stands = steps < 0.01 * math.sqrt(float(np.mean(steps**2)))
     middles = np.arange(coarse.size) * block + 0.5 * (block - 1)
-    for piece in blocks(led.size if stands.any() else 0):
+    for piece in arrays.blocks(led.size if stands.any() else 0):
         place = np.arange(piece.start, piece.stop)
         place = place[stands[np.minimum(place // block, coarse.size - 1)]]
         led[place] = np.interp(place, middles, coarse)
@@ -420,8 +412,8 @@ def _undelayed(encoder: FloatArray, delay: Delay, sample_rate: float) -> FloatAr
     first_two, last_two = encoder[[0, beside]], encoder[[-1 - beside, -1]]
     rates = np.array([np.diff(first_two)[0], np.diff(last_two)[0]]) / beside
     reach = math.ceil((abs(delay.mean) + abs(delay.change)) * sample_rate) + 3
-    result = empty(encoder.size)
-    for block in blocks(encoder.size):
+    result = arrays.empty(encoder.size)
+    for block in arrays.blocks(encoder.size):
         first, last = max(0, block.start - reach), min(encoder.size, block.stop + reach)
         near = encoder[first:last]
         place = np.arange(block.start, block.stop, dtype=np.float64)

@@ -8,20 +8,12 @@ beside table motion and Earth rate.
 
 import math
 from dataclasses import dataclass, replace
-from typing import Final, NamedTuple
+from typing import Final
 
 import numpy as np
 
-from sagnac.core.arrays import (
-    BooleanArray,
-    ComplexArray,
-    FloatArray,
-    IntegerArray,
-    blocks,
-    elementwise,
-    every,
-    extent,
-)
+from sagnac.core import arrays
+from sagnac.core.arrays import BooleanArray, ComplexArray, FloatArray, IntegerArray
 from sagnac.core.errors import RecordingError
 from sagnac.core.units import ARCSECOND
 from sagnac.recording.model import Recording
@@ -48,26 +40,11 @@ SHORTEST: Final = 10.0
 _TURN: Final = 2.0 * np.pi
 
 
-class FullTurnSamples(NamedTuple):
-    """Result of `full_rotation_samples`.
-
-    Attributes
-    ----------
-    times
-        (turns + 1,) fractional sample numbers, ascending.
-    values
-        (turns + 1,) the angle at `times`, rad.
-    """
-
-    times: FloatArray
-    values: FloatArray
-
-
 def is_turning(table: FloatArray | None) -> bool:
     """Whether the table angle, (samples,) rad, moves at all."""
     if table is None:
         return False
-    lowest, highest = extent(table)
+    lowest, highest = arrays.extent(table)
     return bool(highest - lowest > np.radians(0.1))
 
 
@@ -80,7 +57,7 @@ def turns(recording: Recording) -> bool:
 
 def full_turns(table: FloatArray) -> float:
     """Turns between the lowest and the highest table angle, (samples,) rad."""
-    lowest, highest = extent(table)
+    lowest, highest = arrays.extent(table)
     return (highest - lowest) / _TURN
 
 
@@ -96,7 +73,7 @@ def mean_rate(table: FloatArray, sample_rate: float) -> float:
     """
     net = float(table[-1] - table[0])
     # Quantization noise of the encoder would add to the path at every sample.
-    coarse = every(table, max(1, round(sample_rate / KINEMATIC_RATE)))
+    coarse = arrays.every(table, max(1, round(sample_rate / KINEMATIC_RATE)))
     path = float(np.abs(np.diff(coarse)).sum()) + abs(float(table[-1] - coarse[-1]))
     sign = -1.0 if net < 0.0 and abs(net) > 0.5 * path else 1.0
     return sign * path * sample_rate / (table.size - 1)
@@ -125,7 +102,7 @@ def full_turn_times(table: FloatArray, *, null_angle: float = 0.0) -> FloatArray
     times = [np.empty(0)]
     # The furthest turn stays while the table goes back: each is passed once.
     reached = -np.inf
-    for block in blocks(table.size - 1):
+    for block in arrays.blocks(table.size - 1):
         turn = sign * ((table[block.start : block.stop + 1] - null_angle) / _TURN)
         furthest = np.maximum.accumulate(np.maximum(turn, reached))
         lowest = np.ceil(turn[0]) if block.start == 0 else np.floor(reached) + 1.0
@@ -146,7 +123,7 @@ def _passed(furthest: FloatArray, whole: FloatArray, start: int) -> FloatArray:
 
 def full_rotation_samples(
     angle: FloatArray, table: FloatArray | None, null_pulse: BooleanArray | None = None
-) -> FullTurnSamples:
+) -> tuple[FloatArray, FloatArray]:
     """Full rotation interval sampling (FRIS): the angle at each full turn, Eq. 8.
 
     Full turns are counted from the null pulse if there is one, and otherwise from the angle at
@@ -164,8 +141,10 @@ def full_rotation_samples(
 
     Returns
     -------
-    FullTurnSamples
-        Times and the angle there.
+    times
+        (turns + 1,) fractional sample numbers, ascending.
+    values
+        (turns + 1,) the angle at `times`, rad.
 
     Raises
     ------
@@ -194,7 +173,7 @@ def full_rotation_samples(
     first = np.minimum(times.astype(np.int64), angle.size - 2)
     fraction = times - first
     before = angle[first]
-    return FullTurnSamples(times, before + fraction * (angle[first + 1] - before))
+    return times, before + fraction * (angle[first + 1] - before)
 
 
 def _null_angle(table: FloatArray, pulses: IntegerArray) -> float:
@@ -229,7 +208,7 @@ class AngleFunction:
 
     def less(self, angle: FloatArray, table: FloatArray) -> FloatArray:
         """(samples,) an angle without the function, rad: a new array."""
-        return elementwise(
+        return arrays.elementwise(
             lambda own, at: own - harmonic_sum(at, self.orders, self.phasor), angle, table
         )
 
