@@ -3,7 +3,7 @@
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any, Final
+from typing import Any
 
 from sagnac.analysis.averaged import reaches
 from sagnac.analysis.pipeline import analyze
@@ -82,7 +82,6 @@ def _left_out(low: float, high: float, duration: float) -> LeftOut:
     )
 
 
-WIDTHS: Final = (0.1, 0.05, 0.02, 0.01)
 """Half widths of the interval of N that a plan is for unless others are asked for."""
 
 
@@ -172,7 +171,7 @@ class Plans:
 def plan(
     source: Analysis | Recording,
     *,
-    within: float | Sequence[float] = WIDTHS,
+    within: float | Sequence[float] = (0.1, 0.05, 0.02, 0.01),
     specification: Specification | str | None = None,
 ) -> Plans:
     """Forecast from a short recording how long to record for an interval of N or to decide a limit.

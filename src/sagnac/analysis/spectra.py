@@ -53,8 +53,6 @@ def figure_spectrum(increments: FloatArray, sample_rate: float) -> Spectrum:
     return multitaper_density(increments, sample_rate, tapers=1)
 
 
-# Equal parts of the record whose mean rates are shown.
-_PARTS: Final = 240
 # Parts of a turn; half of them are orders.
 # A power of two, so that a mask folds an angle into one turn.
 _SECTORS: Final = 256
@@ -116,7 +114,8 @@ def residual_of(before: FloatArray, left: Remainder, table: FloatArray | None) -
         (samples,) unwrapped, rad; None if nothing turns.
     """
     angle = left.removal.residual
-    edges = np.unique(np.linspace(0, angle.size - 1, _PARTS + 1).round().astype(np.int64))
+    # Mean rates of 240 equal parts of the record.
+    edges = np.unique(np.linspace(0, angle.size - 1, 241).round().astype(np.int64))
     rate = np.diff(values_at(angle, edges)) / np.diff(edges) * left.rate
     return Residual(
         time=np.asarray(0.5 * (edges[1:] + edges[:-1]) / left.rate, dtype=np.float64),

@@ -37,9 +37,6 @@ from sagnac.navigation.models import require_numbers
 from sagnac.navigation.noise import GyroNoise, quantile
 from sagnac.noise.laws import allan_variance_basis
 
-# Beyond this Earth rate has next to no north component, and azimuth is not found from it.
-HIGHEST_LATITUDE: Final = 89.0 * DEGREE
-
 
 def north_rate(latitude: float) -> float:
     """North component of Earth rate, rad/s.
@@ -49,7 +46,8 @@ def north_rate(latitude: float) -> float:
     ValueError
         If the latitude is within a degree of a pole.
     """
-    if not abs(latitude) <= HIGHEST_LATITUDE:
+    # Nearer to a pole Earth rate has next to no north component.
+    if not abs(latitude) <= 89.0 * DEGREE:
         raise ValueError(
             f"latitude is {latitude / DEGREE:g} deg; give -89 to 89, since azimuth is not found "
             "from Earth rate nearer to a pole"

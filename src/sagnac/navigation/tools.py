@@ -18,11 +18,6 @@ from sagnac.navigation.models import common_time
 from sagnac.navigation.settings import FilterSetting, by_name, plain, worst
 
 TOOLS: Final[tuple[str, ...]] = get_args(ToolName)
-# Names that ROS allows.
-_ROS_NAME: Final = re.compile(r"[A-Za-z~/][A-Za-z0-9_/~]*")
-# Correlation time, s, of a Markov rate for a walk that is stated: over an hour its deviation is
-# within 5 % of that of the walk.
-_AS_A_WALK: Final = 36_000.0
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -62,7 +57,8 @@ class SettingsFile:
         # No filter reaches 1 GHz.
         if self.rate is not None and not (is_finite(self.rate) and 0.0 < self.rate < 1e9):
             raise ValueError(f"rate is {quoted(self.rate)}; give Hz above zero")
-        if not (isinstance(self.topic, str) and _ROS_NAME.fullmatch(self.topic)):
+        # Names that ROS allows.
+        if not re.fullmatch(r"[A-Za-z~/][A-Za-z0-9_/~]*", str(self.topic)):
             raise ValueError(f"topic is {quoted(self.topic)}; give a name of ROS such as /imu0")
         if self.definition.axes == "one" and len(self.chosen["gyro"]) > 1:
             raise RecordingError(
@@ -134,7 +130,9 @@ class SettingsFile:
             sensors = every if self.definition.one_time else axes
             limits = [one.limit for one in sensors if one.limit is not None]
             stated = [rate.correlation_time for one in sensors for rate in one.full.markov]
-            times[kind] = common_time(limits) if limits else max(stated, default=_AS_A_WALK)
+            # A walk that is stated becomes a Markov rate whose deviation over an hour is within 5 %
+            # of it.
+            times[kind] = common_time(limits) if limits else max(stated, default=36_000.0)
         return times
 
     def _as_held(self, settings: Iterable[FilterSetting]) -> tuple[FilterSetting, ...]:

@@ -172,11 +172,9 @@ def slip_notes(recording: Recording, profile: Profile) -> Notes:
 # ---- encoder mismatch --------------------------------------------------------------
 
 # A gyro senses at most the whole of the table's rate; a tenth is left for its scale factor. From
-# the second share on it senses the table. Below the third it is mounted across the axis, or a unit
-# is wrong: a degree called a radian leaves 0.017 of the whole.
+# the second share on it senses the table.
 LARGEST_SHARE: Final = 1.1
 _SENSES: Final = 0.2
-LEAST_SENSED: Final = 0.02
 # From this share on the gyro tells a jump of the encoder, for it moves by less than half of that
 # within this many samples around: no table leaves its gyros behind, but the two may be sampled some
 # samples apart.
@@ -286,7 +284,9 @@ def across_notes(recording: Recording, profile: Profile) -> Notes:
     and in one other unit all of them would, that is an error: what is read is in the wrong unit.
     """
     table, share = profile.table, profile.share
-    if table is None or profile.standing or abs(share) >= LEAST_SENSED:
+    # Below this a gyro is mounted across the axis, or a unit is wrong: a degree called a radian
+    # leaves 0.017 of the whole.
+    if table is None or profile.standing or abs(share) >= 0.02:
         return ()
     if table.usual_rate <= TURNING_RATE:
         return ()

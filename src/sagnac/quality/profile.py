@@ -32,8 +32,6 @@ OFTENER: Final = 3
 
 # Samples on one side of which a median is taken.
 _SIDE: Final = 3
-# Sizes that rounding makes lie this many classes, a factor of four, below those that a step makes.
-_APART: Final = 4
 # Largest sizes that are looked at, in steps.
 _WITHIN: Final = 6.0
 # Changes below this many last places of the largest value are rounding: an angle of many turns is
@@ -74,7 +72,8 @@ def count_step(changes: FloatArray, rounding: float = 0.0) -> float:
         counts += np.bincount(np.square(sizes).view(np.int64) >> 52, minlength=counts.size)
     filled = np.flatnonzero(counts)
     below = nothing + np.cumsum(counts[filled])[:-1]
-    gaps = np.flatnonzero((np.diff(filled) > _APART) & (below >= LEAST_OFTEN))
+    # Sizes that rounding makes lie four classes, a factor of four, below those that a step makes.
+    gaps = np.flatnonzero((np.diff(filled) > 4) & (below >= LEAST_OFTEN))
     # Decimals are a lattice of their own: the coarsest is the readout's.
     for gap in gaps[::-1].tolist():
         step = _whole_step(changes, 2.0 ** (0.5 * (float(filled[gap + 1]) - 1023.0)))
@@ -116,9 +115,8 @@ def rounding_in(values: FloatArray) -> float:
 
 # ---- white -------------------------------------------------------------------------
 
-# Frequencies whose median is the level of the noise there, and times that level that a line keeps.
+# Frequencies whose median is the level of the noise there.
 _TOGETHER: Final = 64
-_KEPT_WHITE: Final = 12.0
 # Samples at either end that are left out.
 EDGE: Final = 512
 
@@ -141,7 +139,7 @@ class White:
     innovation: float
 
 
-def whitened(changes: FloatArray, *, bands: int | None = None, kept: float = _KEPT_WHITE) -> White:
+def whitened(changes: FloatArray, *, bands: int | None = None, kept: float = 12.0) -> White:
     """Increments with each frequency divided by the level around it.
 
     Lines are cut down to a few times the level, which is the median over 64 frequencies, or over

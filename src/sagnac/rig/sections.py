@@ -152,7 +152,6 @@ _ORDER: Final = Number(0.01, 1000.0, "order")
 LONGEST_DELAY_S: Final = 2.0
 _NONE: Final = (0.0, 0.0, 0.0)
 _ARCSECONDS: Final = Number(0.0, 3600.0, "arcsec")
-_WALK_TIME: Final = 1800.0  # s, after which a walk of the delay has the rms that is stated
 
 
 class Section:
@@ -294,7 +293,8 @@ class EncoderConfig(Section):
 
     def delay_walk(self, time: float) -> float:
         """Rms that the walk of the delay gains in `time`, both in s."""
-        return self.latency_walk_s * math.sqrt(time / _WALK_TIME)
+        # The walk of the delay has the rms that is stated after half an hour.
+        return self.latency_walk_s * math.sqrt(time / 1800.0)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -92,8 +92,6 @@ class Sums:
 
 # ---- what rings and what wanders -----------------------------------------------------
 
-_LONG_STEP: Final = 0.1  # part of the ring-down
-
 
 class Oscillator:
     """Angle of a damped oscillator driven by white noise, stepped exactly.
@@ -169,7 +167,7 @@ def _noise_factor(turn: float, damping: float) -> FloatArray:
     `turn` is the natural angular frequency times the step.
     """
     slope = np.array([[0.0, 1.0], [-turn * turn, -2.0 * damping * turn]])
-    if damping * turn < _LONG_STEP:
+    if damping * turn < 0.1:
         block = np.zeros((4, 4))
         block[:2, :2], block[2:, 2:] = -slope, slope.T
         block[1, 3] = 4.0 * damping * turn
@@ -260,7 +258,6 @@ def movers_of(config: TableConfig, step: float, streams: RandomStreams) -> tuple
 
 # Between nodes the integrand cos(alpha) is taken by Simpson's rule, whose error is
 # turn^4/2880 of the Earth-rate harmonic (15 arcsec): below 1e-6 arcsec at this turn.
-_LARGEST_TURN_PER_STEP = 0.02  # rad
 _TOGETHER: Final = 256  # samples of a line that begin at a phase of their own
 
 
@@ -425,7 +422,9 @@ def fastest_rate(config: TableConfig, command: TableCommand) -> float:
 
 def substeps_of(config: TableConfig, command: TableCommand, interval: float) -> int:
     """Nodes in a sample interval, close enough for Simpson's rule and for the servo's jitter."""
-    needed = [1, math.ceil(fastest_rate(config, command) * interval / _LARGEST_TURN_PER_STEP)]
+    # Between nodes the integrand cos(alpha) is taken by Simpson's rule, whose error is turn^4/2880
+    # of the Earth-rate harmonic (15 arcsec): below 1e-6 arcsec at a turn of 0.02 rad.
+    needed = [1, math.ceil(fastest_rate(config, command) * interval / 0.02)]
     for rms, frequency in (
         (config.jitter_rms_deg_per_s, config.jitter_bandwidth_hz),
         (config.hunting_rms_deg_per_s, config.hunting_hz),

@@ -17,7 +17,6 @@ from sagnac.rig.sections import PlatformConfig, Triple
 from sagnac.rig.table import LineSet, RandomStreams
 
 _PAIRS: Final = (("x", "z"), ("x", "y"), ("y", "z"))
-TRUTH_SCHEMA: Final = "sagnac.truth/1"
 Scale = Literal["angle", "time"]
 
 
@@ -96,7 +95,7 @@ def truth_of(config: RigConfig) -> Truth:
     rate = float(turned[0] / config.duration_s)
     gyros = _gyro_truths(config, rate)
     return Truth(
-        schema=TRUTH_SCHEMA,
+        schema="sagnac.truth/1",
         seed=config.seed,
         samples=config.samples,
         sample_rate_hz=config.sample_rate_hz,

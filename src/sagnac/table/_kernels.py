@@ -1,5 +1,8 @@
 """Compiled loops of table motion: arrays in, arrays out; no validation, no files."""
 
+# Compiled loops take their arrays by position.
+# ruff: noqa: PLR0917
+
 from typing import Final
 
 import numpy as np
@@ -53,3 +56,26 @@ def sine_cosine_integrals(
         of_cosine[n] = cosine_sum
         of_sine[n] = sine_sum
         cosine_before, sine_before = cosine, sine
+
+
+@compiled()
+def table_motion(
+    table: FloatArray,
+    share: float,
+    dt: float,
+    earth: tuple[float, float],
+    begin: float,
+    motion: FloatArray,
+) -> None:
+    """Fill `motion` with ``share * alpha`` and the running trapezoid of Earth rate from `begin` on.
+
+    The rate is ``earth[0] * cos(alpha) + earth[1] * sin(alpha)``, rad/s.
+    """
+    before, total = 0.0, begin
+    for n in range(table.size):
+        cosine, sine = cosine_and_sine(table[n])
+        rate = earth[0] * cosine + earth[1] * sine
+        if n:
+            total += 0.5 * dt * (before + rate)
+        motion[n] = share * table[n] + total
+        before = rate

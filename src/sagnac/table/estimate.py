@@ -35,9 +35,8 @@ from sagnac.table.whitened import Whitened, whitened
 _ORDERS: Final = 4
 # Straight pieces of a gyro's drift.
 _PIECES: Final = 8
-# Standard errors from which on a delay is one, and from which on one that is seen is mended.
+# Standard errors from which on a delay is one.
 _SEEN: Final = 6.0
-_SEEN_AGAIN: Final = 2.0
 # Shortest delay, or change of one, that is named, s: averages of a motion that starts and stops
 # leave a quarter of it.
 _SHORTEST: Final = 2e-6
@@ -280,7 +279,7 @@ def order_drift(
         return None
     place = (np.arange(known.size) + 0.5) / known.size - 0.5
     # A delay that was seen has an error of its own, which the orders mend.
-    seen = _SEEN if table.delay is None else _SEEN_AGAIN
+    seen = _SEEN if table.delay is None else 2.0
     value, error = 0.0, math.inf
     for _ in range(_STEPS):
         moved = _phase_drift(shown, known + value * place, orders, stretches)

@@ -6,7 +6,6 @@ b0 (b at the null pulse) and s (the gyro axes) are those of Yu et al., Sensors 2
 """
 
 import math
-from typing import Final
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -14,7 +13,6 @@ from numpy.typing import ArrayLike
 from sagnac.core.arrays import FloatArray
 from sagnac.core.units import EARTH_RATE
 
-NOMINAL_SHARE: Final = 1.0 / math.sqrt(3.0)
 _UNIT_NORM_TOLERANCE = 1e-9
 
 
@@ -46,7 +44,7 @@ def shares_from_deviations(deviations: ArrayLike) -> FloatArray:
             f"deviations {values.tolist()} must be three numbers below 0.1; "
             "the shares stay near 1/sqrt(3)"
         )
-    shares = NOMINAL_SHARE + values
+    shares = 1.0 / math.sqrt(3.0) + values
     return np.asarray(shares / np.linalg.norm(shares))
 
 

@@ -23,10 +23,6 @@ the standard deviation of their prior, and a fit under that prior may not exceed
 (`bounded_by_earth`).
 """
 
-# Factor by which the prior is tightened at a time where a solution exceeds the bound. The first
-# solution within the bound is taken, not the one on it: a root would be no better known.
-_TIGHTER: Final = 1.3
-
 
 def bounded_by_earth(
     solve: Callable[[FloatArray], FloatArray], penalty: FloatArray, earth: slice
@@ -51,7 +47,9 @@ def bounded_by_earth(
     solution, held = solve(penalty), bool(np.all(penalty[earth] > 0.0))
     while held and np.abs(solution[earth]).max() > LARGEST_EARTH_RATE:
         # Encoder error speaks here, not noise, and no amount of it makes the Earth turn faster.
-        penalty = _TIGHTER * penalty
+        # The first solution within the bound is taken, not the one on it: a root would be no better
+        # known.
+        penalty = 1.3 * penalty
         solution = solve(penalty)
     return solution
 
@@ -64,9 +62,6 @@ KINEMATIC_RATE: Final = 10.0
 Readout quantization and encoder noise rule 500 Hz increments; they average out, and table motion
 does not.
 """
-
-# In place of a zero that something is divided by.
-_LEAST: Final = 1e-300
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -178,7 +173,7 @@ def rate_variation(kinematic: Kinematics) -> float:
     rates = np.diff(averaged(kinematic.angle, max(1, round(KINEMATIC_RATE))))
     if rates.size == 0:
         return 0.0
-    return float(np.std(rates)) / max(float(np.sqrt(np.mean(rates**2))), _LEAST)
+    return float(np.std(rates)) / max(float(np.sqrt(np.mean(rates**2))), 1e-300)
 
 
 def tells_drift(kinematic: Kinematics) -> bool:

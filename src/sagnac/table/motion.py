@@ -17,6 +17,7 @@ import scipy.linalg.lapack
 
 from sagnac.core.arrays import ComplexArray, FloatArray, blocks, empty
 from sagnac.core.units import EARTH_RATE
+from sagnac.table import _kernels
 from sagnac.table.kinematics import (
     LARGEST_EARTH_RATE,
     Kinematics,
@@ -25,15 +26,12 @@ from sagnac.table.kinematics import (
     bounded_by_earth,
     harmonics_of,
     highest_harmonic,
-    sine_cosine_integrals,
     tells_drift,
 )
 from sagnac.table.turns import FEW_TURNS, full_turns, mean_rate
 
 # Averages whose columns are held at a time.
 _AT_ONCE: Final = 8192
-# Columns that LAPACK works on at once, at the most.
-_PANEL: Final = 64
 # Columns of a `Design` before its orders, and those of Earth rate among them.
 _PLAIN: Final = 4
 _EARTH: Final = slice(2, 4)
@@ -92,13 +90,12 @@ class TableMotion:
 
     def over(self, start: int, stop: int) -> FloatArray:
         """The motion, rad, over samples from a piece's start on (a multiple of its length)."""
-        of, dt = self.kinematics, 1.0 / self.kinematics.sample_rate
-        cosine, sine = sine_cosine_integrals(of.table[start:stop], dt)
-        motion = self.share * of.table[start:stop] + of.starts[start // of.length] @ self.earth
-        motion += self.earth[0] * cosine + self.earth[1] * sine
+        of, motion = self.kinematics, np.empty(stop - start)
+        dt, begin = 1.0 / of.sample_rate, float(of.starts[start // of.length] @ self.earth)
+        _kernels.table_motion(of.table[start:stop], self.share, dt, self.earth, begin, motion)
         if self.drift:
             motion += self.drift * dt * np.arange(start, stop)
-        return np.asarray(motion)
+        return motion
 
     def less(self, angle: FloatArray) -> FloatArray:
         """(samples,) an angle without the motion, rad: a new array."""
@@ -228,7 +225,8 @@ def triangle(columns: Design, targets: FloatArray) -> FloatArray:
         rows[:, :known] = stacked.T
         rows[:size, known:] = columns.increments(block.start, block.stop)
         rows[size:, known:] = targets[:, block]
-        work = _PANEL * width
+        # LAPACK works on 64 columns at once, at the most.
+        work = 64 * width
         factor = scipy.linalg.lapack.dgeqrf(rows.T, lwork=work, overwrite_a=True)[0]
         stacked = np.triu(factor[:width])
     return stacked
