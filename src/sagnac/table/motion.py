@@ -141,7 +141,7 @@ class Design:
         """(coefficients, stop - start) increments of every column."""
         of, here = self.kinematic, slice(start, stop + 1)
         rows, whole = np.empty((self.size, stop - start)), are_whole(self.orders)
-        rows[1] = of.interval * self.with_drift
+        rows[1] = np.diff(of.interval * np.arange(start, stop + 1.0)) * self.with_drift
         for row, column in ((0, of.angle), (2, of.cosine), (3, of.sine)):
             rows[row] = np.diff(column[here])
         waves = harmonics_of(of.angle[here], int(self.orders[whole].max(initial=0.0)))
