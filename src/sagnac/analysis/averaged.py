@@ -24,7 +24,7 @@ from sagnac.noise.band_models import FALL, FLOOR, WALK, bin_shapes, models_of_on
 from sagnac.noise.bounds import Hump, RollOff, hump_above, roll_off
 from sagnac.noise.estimates import Estimate, Fit, FitName, Interval
 from sagnac.noise.fit import likelihood_fit
-from sagnac.noise.laws import SLOW_NAMES, level_laws
+from sagnac.noise.laws import SLOW_NAMES, CoefficientName, level_laws
 from sagnac.noise.lowest_ordinates import rate_ramp
 from sagnac.noise.model_average import (
     RULED,
@@ -162,20 +162,19 @@ class Headline:
 
     def with_others(self, changed: Callable[[Estimate], Estimate]) -> "Headline":
         """The same with what stands beside N changed: of the average, and of fits of ours."""
+
+        def each(read: Mapping[CoefficientName, Estimate]) -> dict[CoefficientName, Estimate]:
+            return {name: changed(one) for name, one in read.items()}
+
         fits = {
-            name: fit
-            if name == "paper"
-            else replace(
-                fit, coefficients={key: changed(one) for key, one in fit.coefficients.items()}
-            )
+            name: fit if name == "paper" else replace(fit, coefficients=each(fit.coefficients))
             for name, fit in self.fits.items()
         }
         spectrum = self.spectrum
         if spectrum is not None:
             average = spectrum.average
-            own = average.angle_random_walk
-            others = {key: changed(one) for key, one in average.coefficients.items()}
-            average = average.with_coefficients({**others, "angle_random_walk": own})
+            beside = each(average.coefficients) | {"angle_random_walk": average.angle_random_walk}
+            average = average.with_coefficients(beside)
             spectrum = replace(spectrum, average=average)
         return replace(self, fits=fits, spectrum=spectrum)
 
@@ -452,9 +451,8 @@ def over_parts(
             for (start, stop), one in zip(pairwise(edges), readings, strict=True)
         )
         seen = [one for one in readings if one is not None]
-        tried.append(
-            _compared(parts, seen, whole, confidence) if len(seen) > 1 else Parts(parts=parts)
-        )
+        several = len(seen) > 1
+        tried.append(_compared(parts, seen, whole, confidence) if several else Parts(parts=parts))
         if len(seen) == count:
             return tried[-1]
     return next((one for one in tried if len(one.seen) > 1), tried[-1])

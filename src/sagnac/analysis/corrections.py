@@ -237,10 +237,8 @@ def _fitted(rates: FloatArray, columns: FloatArray) -> tuple[FloatArray, FloatAr
         return lacking, values[1:] / scale, errors[1:] / scale, math.sqrt(ratio * variance)
 
     # The variance of a step of the walk, in that of the white noise of a mean.
-    bounds = math.log(1e-6), math.log(1e3)
-    best = minimize_scalar(
-        lambda logarithm: fit(logarithm)[0], bounds=bounds, options={"xatol": 0.05}
-    )
+    bounds, options = (math.log(1e-6), math.log(1e3)), {"xatol": 0.05}
+    best = minimize_scalar(lambda logarithm: fit(logarithm)[0], bounds=bounds, options=options)
     return fit(float(best.x))[1:]
 
 
@@ -394,7 +392,5 @@ def without_warm_up(increments: FloatArray, warm_up: WarmUp, *, sample_rate: flo
     sample_rate
         Samples per second.
     """
-    step = warm_up.rate / sample_rate
-    return _less(
-        increments, lambda number: step * np.exp(-(number + 0.5) / (sample_rate * warm_up.time))
-    )
+    step, constant = warm_up.rate / sample_rate, sample_rate * warm_up.time
+    return _less(increments, lambda number: step * np.exp(-(number + 0.5) / constant))

@@ -75,9 +75,8 @@ def with_encoder(headline: Headline, evidence: Evidence, walk_of_pair: WalkOfPai
                 else one
             )
         )
-    answer = for_plain_mean(measured, headline).with_others(
-        lambda one: of_plain_mean(one, measured.weights)
-    )
+    answer = for_plain_mean(measured, headline)
+    answer = answer.with_others(lambda one: of_plain_mean(one, measured.weights))
     return _with_latch_note(answer, headline.estimate, evidence)
 
 
@@ -131,9 +130,8 @@ def of_plain_mean(estimate: Estimate, weights: tuple[float, float]) -> Estimate:
     if least == most or estimate.status == "not observable":
         return estimate
     if most > _ONE_ALONE * least:
-        return replace(
-            estimate, value=math.nan, low=math.nan, high=math.nan, status="not observable"
-        )
+        nan = math.nan
+        return replace(estimate, value=nan, low=nan, high=nan, status="not observable")
     if estimate.status != "estimated":
         return estimate.bounded(estimate.high / least)
     part = _part_of_errors(estimate, math.log(most / least))
@@ -494,9 +492,8 @@ def _shared_note(
         # A wander that is named measures five half intervals.
         if shared.square <= 5.0 * (shared.square - shared.low):
             return None
-        walk = rooted(
-            "angle_random_walk", shared.confidence, shared.square, shared.low, shared.high
-        )
+        squares = shared.square, shared.low, shared.high
+        walk = rooted("angle_random_walk", shared.confidence, *squares)
         text = (
             "its readings wander: each gyro taken against them shows "
             f"{walk.to('deg/sqrt(h)')} that is taken to be the encoder's; the answer of the two "

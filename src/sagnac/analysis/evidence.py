@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
@@ -277,18 +278,15 @@ def fits_of(
 
     fits: dict[FitName, Fit] = {}
     if by_paper or not bare:
-        fits["paper"] = attempted(
-            "paper", lambda: paper_fit(of_gyro, squares=squares, confidence=confidence)
-        )
+        paper = partial(paper_fit, of_gyro, squares=squares, confidence=confidence)
+        fits["paper"] = attempted("paper", paper)
     if not bare:
-        fits["weighted"] = attempted(
-            "weighted", lambda: weighted_fit(of_gyro, confidence=confidence)
-        )
+        weighted = partial(weighted_fit, of_gyro, confidence=confidence)
+        fits["weighted"] = attempted("weighted", weighted)
     fits["likelihood"] = Fit(method="likelihood", coefficients=nothing)
     if readout.every is not None:
-        fits["likelihood"] = attempted(
-            "likelihood", lambda: _widest_fit(fine, confidence, masked), "warning"
-        )
+        widest = partial(_widest_fit, fine, confidence, masked)
+        fits["likelihood"] = attempted("likelihood", widest, "warning")
     return fits
 
 

@@ -410,9 +410,8 @@ def remainder_of(
     """
     rate = measured.sample_rate
     if settings.method == "fos":
-        removal = remove_lines(
-            measured.angle, table, rate, channel=measured.channel, progress=progress
-        )
+        channel = measured.channel
+        removal = remove_lines(measured.angle, table, rate, channel=channel, progress=progress)
     elif settings.method == "fris":
         removal, rate = _once_a_turn(measured, table, recording.null_pulse)
     elif settings.method == "none":

@@ -223,12 +223,10 @@ def plan(
         except RecordingError as error:
             refused[name] = error
             continue
-        rows = [
-            PlanRow(half_width=width, hours=_hours(shown.duration_for(width))) for width in within
-        ] + [
-            PlanRow(limit=limit, hours=_hours(shown.duration_to_decide(limit.value)))
-            for limit in limits
-        ]
+        rows = [PlanRow(half_width=each, hours=_hours(shown.duration_for(each))) for each in within]
+        for limit in limits:
+            hours = _hours(shown.duration_to_decide(limit.value))
+            rows.append(PlanRow(limit=limit, hours=hours))
         plans.append(Plan(analysis=one, shown=shown, rows=tuple(rows)))
     if not plans:
         raise next(iter(refused.values()))

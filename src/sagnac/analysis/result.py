@@ -195,9 +195,8 @@ class Analysis:
     def __getattr__(self, name: str) -> Any:
         # Asked only for what is not set.
         if name in type(self).__dataclass_fields__:
-            raise AttributeError(
-                f"{name} is not in analysis.json; analyze the recording again to have it"
-            )
+            said = "is not in analysis.json; analyze the recording again to have it"
+            raise AttributeError(f"{name} {said}")
         raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}")
 
     @classmethod
@@ -276,12 +275,10 @@ class Analysis:
 
     def __repr__(self) -> str:
         if self.gyros:
-            each = ", ".join(
-                f"{name} {one.angle_random_walk!r}" for name, one in self.gyros.items()
-            )
+            each = (f"{name} {one.angle_random_walk!r}" for name, one in self.gyros.items())
             return (
-                f"<Analysis of {len(self.gyros)} gyros, each alone in .gyros: {each}; all else is "
-                f"of {self.channel}, {len(self.notes)} notes>"
+                f"<Analysis of {len(self.gyros)} gyros, each alone in .gyros: {', '.join(each)}; "
+                f"all else is of {self.channel}, {len(self.notes)} notes>"
             )
         return (
             f"<Analysis of {self.channel}: {self.angle_random_walk!r}, {len(self.lines)} lines, "

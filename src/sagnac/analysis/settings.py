@@ -99,34 +99,27 @@ class Settings:
     def __post_init__(self) -> None:
         names = self.gyros if isinstance(self.gyros, Iterable) else (self.gyros,)
         if isinstance(names, str) or not all(isinstance(name, str) for name in names):
-            raise ValueError(
-                f"gyros is {errors.quoted(self.gyros)}; give names, such as ('x', 'z')"
-            )
+            said = errors.quoted(self.gyros)
+            raise ValueError(f"gyros is {said}; give names, such as ('x', 'z')")
         object.__setattr__(self, "gyros", tuple(self.gyros))
         errors.require_choice("method", self.method, Method)
         if not isinstance(self.step_4, Reading):
             errors.require_choice("step_4", self.step_4, READINGS)
             object.__setattr__(self, "step_4", READINGS[self.step_4])
         if not isinstance(self.published, PublishedSearch):
-            raise ValueError(
-                f"published is {errors.quoted(self.published)}; give a PublishedSearch"
-            )
+            said = errors.quoted(self.published)
+            raise ValueError(f"published is {said}; give a PublishedSearch")
         if self.specification is not None:
             object.__setattr__(self, "specification", specification_of(self.specification))
-        for field, allowed in (
-            ("accepted", FINDINGS),
-            ("covariates", Covariate),
-            ("estimators", ESTIMATORS),
-        ):
+        several = {"accepted": FINDINGS, "covariates": Covariate, "estimators": ESTIMATORS}
+        for field, allowed in several.items():
             object.__setattr__(self, field, errors.choices_of(field, getattr(self, field), allowed))
         in_order = tuple(name for name in ESTIMATORS if name in self.estimators)
         object.__setattr__(self, "estimators", in_order)
-        if self.interval is not None and not (
-            errors.is_finite(self.interval) and self.interval > 0.0
-        ):
-            raise ValueError(
-                f"interval is {errors.quoted(self.interval)}; give seconds above zero, or None"
-            )
+        interval = self.interval
+        if interval is not None and not (errors.is_finite(interval) and interval > 0.0):
+            said = errors.quoted(interval)
+            raise ValueError(f"interval is {said}; give seconds above zero, or None")
         errors.require_confidence(self.confidence)
 
     def gyros_of(self, recording: Recording) -> tuple[str, ...]:

@@ -43,9 +43,8 @@ def _spectrum_notes(evidence: Evidence, headline: Headline) -> tuple[Note, ...]:
         increments = differences(left.removal.residual)
     of_remainder = judged_remainder(evidence.corrected, channel, increments, left.rate)
     # Of noise that changes the spectrum says so itself.
-    return noticed + tuple(
-        note for note in of_remainder if spectrum.parts.agree or note.name != "unsteady"
-    )
+    agree = spectrum.parts.agree
+    return noticed + tuple(note for note in of_remainder if agree or note.name != "unsteady")
 
 
 def _walk(sensor: Sensor, *values: float) -> str:
@@ -202,9 +201,8 @@ def apply_findings(headline: Headline, evidence: Evidence, *, brief: bool = Fals
     """
     settings, channel, spectrum = evidence.settings, evidence.measured.channel, headline.spectrum
     slow = () if brief or spectrum is None else _slow_noise_notes(evidence, spectrum)
-    noticed = accept(
-        (*_spectrum_notes(evidence, headline), *slow, *headline.findings), settings.accepted
-    )
+    seen = (*_spectrum_notes(evidence, headline), *slow, *headline.findings)
+    noticed = accept(seen, settings.accepted)
     # What removal left shows more than the recording, and stands alone.
     known = {note.name for note in noticed if note.name}
     findings = (*(note for note in evidence.findings if note.name not in known), *noticed)
@@ -217,6 +215,7 @@ def apply_findings(headline: Headline, evidence: Evidence, *, brief: bool = Fals
         average = average.with_coefficients(trust.each(average.coefficients, channel))
         spectrum = replace(spectrum, average=average)
     estimate, source = trust.estimate(headline.estimate, channel), headline.source
+    alone = evidence.hat.angle_random_walk.items()
     if trust.reasons:
         given = "no more than a bound" if trust.only_raised else "not given"
         names = (f"{note.name} of {note.channel}".removesuffix(" of ") for note in trust.reasons)
@@ -233,9 +232,7 @@ def apply_findings(headline: Headline, evidence: Evidence, *, brief: bool = Fals
             name: replace(fit, coefficients=trust.each(fit.coefficients, channel))
             for name, fit in headline.fits.items()
         },
-        per_gyro={
-            name: trust.estimate(own, name) for name, own in evidence.hat.angle_random_walk.items()
-        },
+        per_gyro={name: trust.estimate(own, name) for name, own in alone},
     )
 
 

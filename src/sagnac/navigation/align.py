@@ -179,13 +179,14 @@ def align(
     wrong = [time for time in after if not (is_finite(time) and time > 0.0)]
     if wrong or not after:
         raise ValueError(f"after is {quoted([*wrong, after][0])}; give seconds, above zero")
-    if isinstance(source, tuple) and not all(isinstance(one, GyroNoise) for one in source):
-        raise ValueError(
-            f"source is {quoted(source)}; give one analysis of all gyros, or a GyroNoise each"
-        )
     if not isinstance(source, tuple):
         require_source(source)
-    noises, forces = (source, ()) if isinstance(source, tuple) else GyroNoise.unit(source)
+        noises, forces = GyroNoise.unit(source)
+    elif all(isinstance(one, GyroNoise) for one in source):
+        noises, forces = source, ()
+    else:
+        remedy = "give one analysis of all gyros, or a GyroNoise each"
+        raise ValueError(f"source is {quoted(source)}; {remedy}")
     stated = {"azimuth": azimuth, "tilt": tilt}
     known = {name: value for name, value in stated.items() if value is not None}
     start = model.Start(**known, rest=rest, bias=bias)

@@ -64,9 +64,8 @@ def _stated_models(text: str) -> FilterSetting:
     for part in text.split(","):
         key, _, value = (one.strip() for one in part.partition("="))
         if key not in _UNITS or not value:
-            raise ValueError(
-                f"{errors.quoted(part.strip())} is none of {', '.join(_UNITS)} with a value"
-            )
+            said, known = errors.quoted(part.strip()), ", ".join(_UNITS)
+            raise ValueError(f"{said} is none of {known} with a value")
         if key in parts:
             raise ValueError(f"{key} stands there twice")
         parts[key] = value

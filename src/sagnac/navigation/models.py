@@ -353,10 +353,9 @@ def common_time(limits: Sequence[UpperLimit]) -> float:
     times = np.geomspace(longest, 10.0 * longest, 4 * _TIMES_PER_DECADE)
 
     def excess(time: float) -> float:
-        models = [(limit, white_and_markov(limit, time)) for limit in limits]
-        return float(
-            sum(np.mean(np.log(model.allan_deviation(at.tau) / at.limit)) for at, model in models)
-        )
+        models = [white_and_markov(limit, time).allan_deviation(limit.tau) for limit in limits]
+        ratios = (model / one.limit for model, one in zip(models, limits, strict=True))
+        return float(sum(np.mean(np.log(ratio)) for ratio in ratios))
 
     return float(min(times, key=excess))
 

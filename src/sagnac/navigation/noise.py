@@ -171,9 +171,8 @@ class GyroNoise:
             if status == "upper bound":
                 bounds[name] = one["high"] * units[one["unit"]]
         if values[0] == 0.0:
-            raise RecordingError(
-                "its angle random walk is not observable", remedy="give a longer recording"
-            )
+            problem = "its angle random walk is not observable"
+            raise RecordingError(problem, remedy="give a longer recording")
         confidence = document[sensed.keys["angle_random_walk"]]["confidence"]
         covariance = document.get("covariance")
         return cls(

@@ -167,9 +167,8 @@ class SettingsFile:
         """
         rate = self.known_rate
         if rate is None:
-            raise RecordingError(
-                "no recording states the sample rate", remedy="state it with {rate}"
-            )
+            problem = "no recording states the sample rate"
+            raise RecordingError(problem, remedy="state it with {rate}")
         return rate
 
     def heading(self, *, in_words: bool = True, mark: str = "#") -> str:

@@ -319,9 +319,8 @@ def across_notes(recording: Recording, profile: Profile) -> Notes:
 
 def _likely_unit(profile: Profile) -> str:
     """The unit, kind or unit of time in which a gyro would sense the table; empty if none is."""
-    found = [
-        (times, unit, f"{{unit {unit}}}") for unit, times in other_units(profile.channel).items()
-    ]
+    units = other_units(profile.channel).items()
+    found = [(times, unit, f"{{unit {unit}}}") for unit, times in units]
     if profile.channel.kind == "rate":
         # The table's rate has the unit of time, and that of the gyro has its own.
         found += [
@@ -360,9 +359,8 @@ def turn_notes(recording: Recording, profile: Profile) -> Notes:
     )
     passes = np.flatnonzero(halves[_OUTER:-_OUTER]) + _OUTER
     # Whole turns are passed at even numbers of half turns.
-    number = np.floor(
-        values_at(angle, np.stack([passes, passes + 1], axis=1)).max(axis=1) / math.pi
-    )
+    ends = values_at(angle, np.stack([passes, passes + 1], axis=1))
+    number = np.floor(ends.max(axis=1) / math.pi)
     for start in (0.0, 1.0):
         at = passes[number % 2.0 == start]
         if at.size < 4:

@@ -293,10 +293,8 @@ class Profile:
 
     def _rows(self) -> Iterator[FloatArray]:
         """The changes of each block, (samples,)."""
-        block = self.block
-        return (
-            self.changes[some] for some in arrays.blocks(self.changes.size // block * block, block)
-        )
+        whole = self.changes.size // self.block * self.block
+        return (self.changes[some] for some in arrays.blocks(whole, self.block))
 
     @cached_property
     def level(self) -> FloatArray:
@@ -307,9 +305,8 @@ class Profile:
     @cached_property
     def power(self) -> FloatArray:
         """(blocks,) half the mean square of their differences: the variance of white noise."""
-        return np.array(
-            [0.5 * arrays.square(np.diff(row)) / max(row.size - 1, 1) for row in self._rows()]
-        )
+        steps = map(np.diff, self._rows())
+        return np.array([0.5 * arrays.square(each) / max(each.size, 1) for each in steps])
 
     @cached_property
     def typical(self) -> FloatArray:
@@ -376,9 +373,8 @@ class Profile:
             return np.asarray(np.diff(arrays.values_at(values, edges)) / seconds)
         turned = np.empty(seconds.size)
         # As many stretches at a time as a block of samples holds.
-        for some in arrays.blocks(
-            turned.size, max(1, arrays.BLOCK * turned.size // int(edges[-1]))
-        ):
+        together = max(1, arrays.BLOCK * turned.size // int(edges[-1]))
+        for some in arrays.blocks(turned.size, together):
             first, last = edges[some.start], edges[some.stop]
             starts = edges[some] - first
             turned[some] = np.add.reduceat(values[first + 1 : last + 1], starts)
@@ -438,9 +434,8 @@ def other_units(channel: Channel) -> dict[str, float]:
     factor, stated = split_factor(channel.shown_in)
     said = "" if factor == 1.0 else f"{factor:g}"
     likely = ("deg/s", "rad/s", "deg/h") if channel.kind == "rate" else ("arcsec", "deg", "rad")
-    return {
-        f"{said}{unit}": UNITS[unit].size / UNITS[stated].size for unit in likely if unit != stated
-    }
+    sizes = {unit: UNITS[unit].size / UNITS[stated].size for unit in likely if unit != stated}
+    return {f"{said}{unit}": size for unit, size in sizes.items()}
 
 
 # ---- words -------------------------------------------------------------------------

@@ -78,10 +78,10 @@ def longest_whole_stretch(recording: Recording, name: str) -> tuple[Recording, f
     gyro = recording.gyro(name)
     whole = longest_unmarked(is_missing(gyro.values))
     is_empty, times = whole.start == whole.stop, recording.times
-    if times is not None:
-        times = (
-            None if is_empty else arrays.elementwise(np.subtract, times[whole], times[whole.start])
-        )
+    if is_empty:
+        times = None
+    elif times is not None:
+        times = arrays.elementwise(np.subtract, times[whole], times[whole.start])
     own = tuple(one for one in recording.pickoffs if one.gyro == name)
     alone = replace(recording, gyros=(gyro,), pickoffs=own, table=None, null_pulse=None)
     start, provenance = 0.0 if is_empty else second_of(recording, whole.start), alone.provenance
@@ -468,9 +468,8 @@ def dropout_notes(recording: Recording, profile: Profile) -> Notes:
         return ()
     zeros = values == 0.0
     if profile.channel.kind == "angle":
-        usual = arrays.every(
-            profile.changes, arrays.distance_between(100_000, profile.changes.size)
-        )
+        changes = profile.changes
+        usual = arrays.every(changes, arrays.distance_between(100_000, changes.size))
         fall = 50.0 * float(np.median(np.abs(usual)))
         zeros &= marked_steps(values, lambda steps: np.abs(steps) > fall)
         if not (fall and zeros.any()):

@@ -373,7 +373,6 @@ def preset(name: str) -> RigConfig:
 
 PRESETS: Final[dict[str, RigConfig]] = {}
 """The presets by name, from ``presets.toml``; one may start from another before it."""
-for _name, _tables in tomllib.loads(
-    files("sagnac.rig").joinpath("presets.toml").read_text("utf-8")
-).items():
+_text = files("sagnac.rig").joinpath("presets.toml").read_text("utf-8")
+for _name, _tables in tomllib.loads(_text).items():
     PRESETS[_name] = RigConfig.from_mapping(_tables)

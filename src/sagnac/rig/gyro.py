@@ -190,10 +190,8 @@ class SlowDrift:
 def _slow_density(errors: SensorErrors, frequency: float) -> float:
     """Two-sided density of the slow errors at a frequency in Hz, (rad/s)^2/Hz."""
     angular = 2.0 * math.pi * frequency
-    markov = sum(
-        2.0 * size**2 * time / (1.0 + (angular * time) ** 2) for size, time in errors.markov
-    )
-    return errors.instability**2 / angular + (errors.rate_walk / angular) ** 2 + markov
+    each = (2.0 * size**2 * time / (1.0 + (angular * time) ** 2) for size, time in errors.markov)
+    return errors.instability**2 / angular + (errors.rate_walk / angular) ** 2 + sum(each)
 
 
 def _mean_of_ends(steps: FloatArray) -> tuple[FloatArray, FloatArray]:

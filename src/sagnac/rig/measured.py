@@ -43,9 +43,8 @@ class MeasuredSensor:
         B and K that are bounds come from the slow noise that the spectrum shows.
         """
         keys, slow = SENSED[kind].keys, stated.get("slow_noise") or {}
-        measured = {
-            coefficient: stated["coefficients"].get(key) for coefficient, key in keys.items()
-        }
+        given = stated["coefficients"]
+        measured = {coefficient: given.get(key) for coefficient, key in keys.items()}
         measured["angle_random_walk"] = stated[keys["angle_random_walk"]]
         shows = {one: slow[key]["value"] for one, key in keys.items() if key in slow}
         estimated = {

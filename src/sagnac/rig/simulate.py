@@ -234,9 +234,8 @@ def _columns(
         return values if config.kind == "angle" else steps.of(values) * scale
 
     for block in blocks(config, block_samples):
-        columns: dict[str, NDArray[Any]] = dict(
-            zip(GYRO_NAMES, of_kind(block.angles, turned), strict=True)
-        )
+        columns: dict[str, NDArray[Any]] = {}
+        columns |= zip(GYRO_NAMES, of_kind(block.angles, turned), strict=True)
         if block.velocities is not None:
             columns |= zip(ACCELEROMETER_NAMES, of_kind(block.velocities, gained), strict=True)
         if block.table is not None and block.null_pulse is not None:

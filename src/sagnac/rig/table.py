@@ -231,9 +231,8 @@ def movers_of(config: TableConfig, step: float, streams: RandomStreams) -> tuple
         return ()
 
     def oscillator(rms: float, hertz: float, damping: float, random: np.random.Generator) -> Mover:
-        return Oscillator(
-            frequency=hertz, damping=damping, rms_rate=rms * DEGREE, step=step, random=random
-        )
+        rate = rms * DEGREE
+        return Oscillator(frequency=hertz, damping=damping, rms_rate=rate, step=step, random=random)
 
     def noise(rms: float, share: float, decay: float, random: np.random.Generator) -> Mover:
         return RateNoise(rms=rms * DEGREE, share=share, decay=decay, step=step, random=random)

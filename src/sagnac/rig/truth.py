@@ -227,13 +227,12 @@ def _pair_truth(first: NoiseTruth, second: NoiseTruth) -> NoiseTruth:
 
 def _line_truth(scale: Scale, position: float, phasor: ComplexArray) -> LineTruth:
     arcsec = dict(zip(GYRO_NAMES, phasor / ARCSECOND, strict=True))
+    apart = {f"{a}-{b}": float(abs(arcsec[a] - arcsec[b])) for a, b in _PAIRS}
     return LineTruth(
         scale=scale,
         order=position if scale == "angle" else None,
         frequency_hz=position if scale == "time" else None,
         amplitude_arcsec={name: float(abs(value)) for name, value in arcsec.items()},
         phase_rad={name: float(np.angle(value)) for name, value in arcsec.items()},
-        difference_amplitude_arcsec={
-            f"{a}-{b}": float(abs(arcsec[a] - arcsec[b])) for a, b in _PAIRS
-        },
+        difference_amplitude_arcsec=apart,
     )

@@ -260,10 +260,8 @@ def function_of_angle(angle: FloatArray, kinematic: Kinematics) -> AngleFunction
     # All are judged beside the noise that the largest leaves: what is left of lines is no noise.
     largest = fit_of(max(counts), None)
     noises = largest.readings, largest.walk
-    fits = {count: fit_of(count, noises) for count in counts}
-    best = min(
-        counts, key=lambda count: fits[count].deviance + fits[count].freedom * math.log(shown.size)
-    )
+    fits, weight = {count: fit_of(count, noises) for count in counts}, math.log(shown.size)
+    best = min(counts, key=lambda count: fits[count].deviance + weight * fits[count].freedom)
     if best == 0:
         return None
     orders = np.arange(1.0, best + 1.0)
