@@ -138,11 +138,9 @@ def require_noise(measured: Measurement) -> None:
         if np.abs(angle[block] - line).max() > rounding:
             return
     what = "the two gyros turn alike" if measured.is_pair else "it turns evenly"
-    raise RecordingError(
-        f"holds no noise: {what} to the last place of the numbers",
-        channel=measured.channel,
-        remedy="name other gyros with {gyros} or {columns}",
-    )
+    problem = f"holds no noise: {what} to the last place of the numbers"
+    remedy = "name other gyros with {gyros} or {columns}"
+    raise RecordingError(problem, channel=measured.channel, remedy=remedy)
 
 
 # ---- the table ---------------------------------------------------------------------------

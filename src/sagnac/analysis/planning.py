@@ -32,11 +32,9 @@ def shown_by(analysis: Analysis) -> Shown:
     walk, choice = analysis.angle_random_walk, analysis.average
     duration = analysis.recording.duration
     if walk.status != "estimated" or walk.low <= 0.0:
-        raise RecordingError(
-            f"N is {walk.status} after {duration:.4g} s, so that no interval can be forecast",
-            channel=analysis.channel,
-            remedy="record four times as long and ask again",
-        )
+        problem = f"N is {walk.status} after {duration:.4g} s, so that no interval can be forecast"
+        remedy = "record four times as long and ask again"
+        raise RecordingError(problem, channel=analysis.channel, remedy=remedy)
     if choice is None or not choice.terms:
         problem = "the answer rests on no band of the spectrum"
         raise RecordingError(problem, channel=analysis.channel, remedy="record longer")

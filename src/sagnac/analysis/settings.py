@@ -133,10 +133,9 @@ class Settings:
         names = self.gyros or tuple(channel.name for channel in recording.gyros)
         most = MOST_GYROS if turns(recording) else len(recording.gyros)
         if len(names) > most or len(set(names)) != len(names):
-            raise RecordingError(
-                f"gyros {','.join(names)}",
-                remedy="name one gyro, a pair or a triad, each once ({gyros x,z})",
-            )
+            problem = f"gyros {','.join(names)}"
+            remedy = "name one gyro, a pair or a triad, each once ({gyros x,z})"
+            raise RecordingError(problem, remedy=remedy)
         return names
 
 

@@ -129,16 +129,13 @@ def table_shares(
 def _table_angle(recording: Recording, step: int) -> FloatArray:
     """The table's angle at every `step`-th sample, rad."""
     if recording.table is None:
-        raise RecordingError(
-            "there is no table angle to compare the gyros with",
-            remedy="name its encoder ({table COLUMN:UNIT})",
-        )
+        problem = "there is no table angle to compare the gyros with"
+        raise RecordingError(problem, remedy="name its encoder ({table COLUMN:UNIT})")
     table = every(recording.table.values, step)
     if table.size < _LEAST:
-        raise RecordingError(
-            f"{recording.duration:.4g} s are too short for shares of the table's rate",
-            remedy=f"take {_LEAST * step / recording.sample_rate:g} s or more",
-        )
+        problem = f"{recording.duration:.4g} s are too short for shares of the table's rate"
+        remedy = f"take {_LEAST * step / recording.sample_rate:g} s or more"
+        raise RecordingError(problem, remedy=remedy)
     if not np.any(np.diff(table)):
         raise RecordingError("the table does not turn", channel="table")
     return table

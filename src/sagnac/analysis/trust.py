@@ -261,11 +261,9 @@ def require_strict(notes: Iterable[Note], settings: Settings) -> None:
     """
     for note in notes if settings.strict else ():
         if note.name and note.level != "remark":
-            raise RecordingError(
-                f"{note.name}: {note.text}",
-                channel=note.channel,
-                remedy=f"correct the data, or take it knowingly ({{accept {note.name}}})",
-            )
+            problem = f"{note.name}: {note.text}"
+            remedy = f"correct the data, or take it knowingly ({{accept {note.name}}})"
+            raise RecordingError(problem, channel=note.channel, remedy=remedy)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

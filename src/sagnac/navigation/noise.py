@@ -117,10 +117,9 @@ class GyroNoise:
             with as_written(Path(source)):
                 document, *others = read_analyses(Path(source))
                 if others:
-                    raise RecordingError(
-                        "holds several analyses",
-                        remedy="give the analysis.json that an analysis of one recording wrote",
-                    )
+                    problem = "holds several analyses"
+                    remedy = "give the analysis.json that an analysis of one recording wrote"
+                    raise RecordingError(problem, remedy=remedy)
                 return cls.unit(document)
         document = source if isinstance(source, Mapping) else json.loads(source.to_json())
         alone = document.get("gyros", {})

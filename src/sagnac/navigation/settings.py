@@ -221,11 +221,9 @@ def _require_sound(name: str, walk: Mapping[str, Any], whole: Mapping[str, Any])
     """Refuse a sensor whose N an error in the data withholds: its curve is of that error."""
     errors = [one for one in whole.get("findings", ()) if one["level"] == "error"]
     if errors and walk["status"] == "not observable":
-        raise RecordingError(
-            f"nothing can be exported, for no angle random walk is given: {errors[0]['text']}",
-            channel=name,
-            remedy="analyze sound data, or leave that gyro out",
-        )
+        problem = f"nothing can be exported, for no angle random walk is given: {errors[0]['text']}"
+        remedy = "analyze sound data, or leave that gyro out"
+        raise RecordingError(problem, channel=name, remedy=remedy)
 
 
 def _limit(

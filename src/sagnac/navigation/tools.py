@@ -61,10 +61,8 @@ class SettingsFile:
         if not re.fullmatch(r"[A-Za-z~/][A-Za-z0-9_/~]*", str(self.topic)):
             raise ValueError(f"topic is {quoted(self.topic)}; give a name of ROS such as /imu0")
         if self.definition.axes == "one" and len(self.chosen["gyro"]) > 1:
-            raise RecordingError(
-                f"{self.definition.tool} has one gyro noise for all axes",
-                remedy="take the worst of them ({axes worst})",
-            )
+            problem = f"{self.definition.tool} has one gyro noise for all axes"
+            raise RecordingError(problem, remedy="take the worst of them ({axes worst})")
 
     @property
     def definition(self) -> Definition:

@@ -293,12 +293,9 @@ def with_gaps_marked(recording: Recording) -> Recording:
     missing, gaps = int(before[-1]), counted(int(later.size), "gap")
     # Such gaps belong to no one recording.
     if missing > 9 * times.size:
-        raise RecordingError(
-            f"its {gaps} would hold {missing} samples and there are {times.size}",
-            path=recording.path,
-            channel="time",
-            remedy=remedy_without(recording, later),
-        )
+        problem = f"its {gaps} would hold {missing} samples and there are {times.size}"
+        remedy = remedy_without(recording, later)
+        raise RecordingError(problem, path=recording.path, channel="time", remedy=remedy)
     text = (
         f"{gaps}, {counted(missing, 'sample')} missing, the first at "
         f"{second_of(recording, int(later[0]) - 1):.3f} s; {rate:.9g} Hz between"
@@ -323,12 +320,9 @@ def _sound_apart_from_gaps(recording: Recording) -> Notes:
     for gyro in recording.gyros:
         infinite = np.isinf(gyro.values)
         if infinite.any():
-            raise RecordingError(
-                seen(recording, infinite, "sample", "infinite"),
-                path=recording.path,
-                channel=gyro.name,
-                remedy="mark bad samples as NaN",
-            )
+            problem = seen(recording, infinite, "sample", "infinite")
+            remedy = "mark bad samples as NaN"
+            raise RecordingError(problem, path=recording.path, channel=gyro.name, remedy=remedy)
         profile = Profile.of(recording, gyro)
         stuck += stuck_notes(recording, profile)
     # One that is stuck does not cost the others.

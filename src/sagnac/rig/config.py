@@ -240,10 +240,8 @@ class RigConfig:
         values = dict(mapping)
         name = values.pop("preset", None)
         if name is not None and base is not None:
-            raise ConfigurationError(
-                f"preset is {quoted(name)}, but the unit is like one that was measured",
-                "remove preset",
-            )
+            problem = f"preset is {quoted(name)}, but the unit is like one that was measured"
+            raise ConfigurationError(problem, "remove preset")
         begun = base or (RigConfig() if name is None else preset(name))
         changed: Self = sections.overlaid(begun, values)
         return changed
@@ -255,11 +253,9 @@ class RigConfig:
 def _check_sampling(config: RigConfig) -> None:
     nyquist = config.sample_rate_hz / 2.0
     for frequency, _ in config.disturbances.time:
-        require(
-            frequency <= nyquist,
-            f"disturbances.time: {frequency:g} Hz is above {nyquist:g} Hz, half of sample_rate_hz",
-            "give the frequency it folds to",
-        )
+        said = f"{frequency:g} Hz is above {nyquist:g} Hz, half of sample_rate_hz"
+        remedy = "give the frequency it folds to"
+        require(frequency <= nyquist, f"disturbances.time: {said}", remedy)
     nutation = config.motion.nutation_hz
     require(
         config.motion.nutation_rms_arcsec == 0.0 or nutation <= 0.5 * nyquist,
@@ -290,11 +286,9 @@ def _check_table(table: sections.TableConfig) -> None:
         f"turn round in {turn_round:g} s",
         "raise it or table.acceleration_deg_per_s2",
     )
-    require(
-        table.dwell_s == 0.0 or (not table.profile and table.reversal_interval_s > 0.0),
-        f"table.dwell_s is {table.dwell_s:g}, but nothing says when the table stands",
-        "give table.reversal_interval_s, and no table.profile",
-    )
+    known = table.dwell_s == 0.0 or (not table.profile and table.reversal_interval_s > 0.0)
+    problem = f"table.dwell_s is {table.dwell_s:g}, but nothing says when the table stands"
+    require(known, problem, "give table.reversal_interval_s, and no table.profile")
     ripple = sum(fraction for _, fraction in table.ripple)
     problem = f"table.ripple: fractions add up to {ripple:g}"
     require(ripple < 1.0, problem, "keep them below 1 so that the table keeps its direction")
@@ -314,21 +308,17 @@ def _check_delay(encoder: sections.EncoderConfig, duration: float) -> None:
 
 def _check_modes(config: RigConfig) -> None:
     gyro, detuning = config.gyro, min(config.dither.detuning_hz)
-    require(
-        gyro.mode != "still" or not config.turning,
-        "gyro.mode is 'still' on a turning table",
-        "set table.rate_deg_per_s = 0, or mode rate-biased or dithered",
+    problem = "gyro.mode is 'still' on a turning table"
+    remedy = "set table.rate_deg_per_s = 0, or mode rate-biased or dithered"
+    require(gyro.mode != "still" or not config.turning, problem, remedy)
+    problem = (
+        f"dither.residue and dither.delay_s are of mode 'dithered'; gyro.mode is {gyro.mode!r}"
     )
-    require(
-        not config.dither.is_left or gyro.mode == "dithered",
-        f"dither.residue and dither.delay_s are of mode 'dithered'; gyro.mode is {gyro.mode!r}",
-        "set gyro.mode to 'dithered', or both to 0",
-    )
-    require(
-        gyro.dither_frequency_hz + detuning > 0.0,
-        f"dither.detuning_hz {detuning:g} leaves no frequency",
-        "keep it above -gyro.dither_frequency_hz",
-    )
+    dithered = gyro.mode == "dithered" or not config.dither.is_left
+    require(dithered, problem, "set gyro.mode to 'dithered', or both to 0")
+    problem = f"dither.detuning_hz {detuning:g} leaves no frequency"
+    remedy = "keep it above -gyro.dither_frequency_hz"
+    require(gyro.dither_frequency_hz + detuning > 0.0, problem, remedy)
     # Each gyro must sense a rate well above its lock-in all the time.
     rate, dither = config.command.rate, dither_of(gyro)
     slowest = 0.0 if rate.min() < 0.0 < rate.max() else float(np.abs(rate).min())
