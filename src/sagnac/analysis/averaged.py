@@ -212,7 +212,6 @@ def spectrum_of(
     as_they_are
         Whether spikes and a warm-up stay in.
     """
-    masked, confidence = evidence.masked, evidence.settings.confidence
     increments, rate = differences(points.angle), points.rate
     spikes = warm_up = None
     if not as_they_are:
@@ -223,23 +222,18 @@ def spectrum_of(
         warm_up = find_warm_up(increments, sample_rate=rate)
         if warm_up is not None:
             increments = without_warm_up(increments, warm_up, sample_rate=rate)
-    levels = levels_of(increments, rate, masked)
+    levels = levels_of(increments, rate, evidence.masked)
     if levels is None:
         return None
-    ramp = rate_ramp(
-        increments,
-        sample_rate=rate,
-        masked=masked,
-        settling=None if warm_up is None else warm_up.time,
-        confidence=confidence,
-    )
+    settling = None if warm_up is None else warm_up.time
+    ramp = rate_ramp(increments, sample_rate=rate, settling=settling, **evidence.how)
     return AnswerSpectrum(
         points=points,
         increments=increments,
         spikes=spikes,
         warm_up=warm_up,
         levels=levels,
-        average=average(levels, confidence=confidence, ramp=ramp),
+        average=average(levels, confidence=evidence.settings.confidence, ramp=ramp),
         likelihood=evidence.fits["likelihood"],
         roll_off=roll_off(levels),
     )
@@ -274,8 +268,7 @@ def _with_slow_terms(basis: AnswerSpectrum, evidence: Evidence) -> Average:
             bin_sums(increments, step * np.arange(increments.size // step + 1)),
             kind="increment",
             sample_rate=rate / step,
-            confidence=evidence.settings.confidence,
-            masked=evidence.masked,
+            **evidence.how,
             band=(0.0, 0.25 * rate / step),
             terms=(*quantization, "angle_random_walk", *SLOW_NAMES),
         )

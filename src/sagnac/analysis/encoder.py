@@ -165,12 +165,9 @@ def _of_one(
 ) -> Headline:
     """The answer of one gyro; another one on the table tells what its encoder adds, if there is."""
     recording, name, own = evidence.corrected, evidence.measured.gyros[0], headline.estimate
-    others = (
-        gyro.name
-        for gyro in recording.gyros
-        if gyro.name != name and abs(Profile.of(recording, gyro).share) > LEAST_SHARE
-    )
-    other = next(others, None)
+    beside = (gyro for gyro in recording.gyros if gyro.name != name)
+    senses = (one for one in beside if abs(Profile.of(recording, one).share) > LEAST_SHARE)
+    other = next((one.name for one in senses), None)
     two = None if other is None else walk_of_pair(evidence, other)
     if other is None or two is None or two.status == "not observable":
         return _by_lowest_frequencies(_without_second_gyro(headline, evidence, table), evidence)
@@ -246,13 +243,9 @@ def _by_lowest_frequencies(answer: Headline, evidence: Evidence) -> Headline:
         return answer
     averages, angle = averages_of(residual, block), averages_of(readings, block)
     rate = np.gradient(angle)
-    highest = highest_walk(
-        averages,
-        np.stack([angle, rate, rate * np.linspace(-1.0, 1.0, rate.size)]),
-        interval=block / evidence.measured.sample_rate,
-        masked=evidence.masked,
-        confidence=own.confidence,
-    )
+    columns = np.stack([angle, rate, rate * np.linspace(-1.0, 1.0, rate.size)])
+    interval = block / evidence.measured.sample_rate
+    highest = highest_walk(averages, columns, interval=interval, **evidence.how)
     if not highest < (own.value if own.status == "upper bound" else math.inf):
         return answer
     source = f"the lowest frequencies of the spectrum of {evidence.measured.channel}"
@@ -301,11 +294,8 @@ def _bounds(
     of_gyros = white_noise(measure(evidence.corrected, evidence.settings.gyros).angle)
     own = min(math.sqrt(max(in_all**2 - of_encoder**2, 0.0)), of_gyros / measured.size)
     seconds = measured.angle.size / rate
-    bound, without = (
-        half_interval(walk, white, sample_rate=rate, seconds=seconds, confidence=confidence)
-        for white in (in_all, own)
-    )
-    return bound, without
+    how = {"sample_rate": rate, "seconds": seconds, "confidence": confidence}
+    return half_interval(walk, in_all, **how), half_interval(walk, own, **how)
 
 
 def _half(answer: Estimate) -> float:
@@ -377,10 +367,8 @@ def with_shared_noise(headline: Headline, evidence: Evidence) -> Headline:
     left_out = 1.0 - 0.5 * sum(measured.weights) ** 2
     # If none is seen, a walk as large as half the interval could still be there.
     reach = max(shared.high, shared.high - shared.square)
-    least, factor, most = sorted(
-        differenced_factor(left_out * square, walk.value)
-        for square in (reach, shared.square, shared.low)
-    )
+    squares = (left_out * square for square in (reach, shared.square, shared.low))
+    least, factor, most = sorted(differenced_factor(square, walk.value) for square in squares)
     note = _shared_note(measured.channel, shared, (least, factor, most), lost=left_out > 0.0)
     if note is None:
         return headline
@@ -432,13 +420,8 @@ def shared_walk(
         steps[:, slips] = 0.0
     try:
         # Averages are bent above a quarter of their rate.
-        return common_walk(
-            steps,
-            sample_rate=rate,
-            band_hz=(band_hz[0], min(band_hz[1], 0.25 * rate)),
-            masked=evidence.masked,
-            confidence=evidence.settings.confidence,
-        )
+        band_hz = (band_hz[0], min(band_hz[1], 0.25 * rate))
+        return common_walk(steps, sample_rate=rate, band_hz=band_hz, **evidence.how)
     except ValueError:
         # A band that is too narrow, or of lines alone.
         return None

@@ -3,6 +3,7 @@
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
+from typing import Any
 
 import numpy as np
 
@@ -110,6 +111,11 @@ class Evidence:
         """(low, high) bands whose noise went with the lines, Hz."""
         return self.left.removal.masked
 
+    @property
+    def how(self) -> dict[str, Any]:
+        """Masked bands and confidence, as each reading of a spectrum takes them."""
+        return {"masked": self.masked, "confidence": self.settings.confidence}
+
 
 # ---- angles and curves -------------------------------------------------------------------
 
@@ -157,15 +163,10 @@ def curve_of(
     RecordingError
         If the record is too short for the estimator, or has gaps that it cannot leave out.
     """
+    how: dict[str, Any] = {"kind": kind, "estimator": estimator, "gaps": gaps}
+    confidence = settings.confidence
     try:
-        return stability_curve(
-            values,
-            kind=kind,
-            sample_rate=sample_rate,
-            estimator=estimator,
-            confidence=settings.confidence,
-            gaps=gaps,
-        )
+        return stability_curve(values, sample_rate=sample_rate, confidence=confidence, **how)
     except ValueError as error:
         raise RecordingError(f"{estimator}: {error}") from None
 
@@ -202,7 +203,7 @@ def curve_after(
 def curve_notes(curve: StabilityCurve, family: tuple[StabilityCurve, ...]) -> tuple[Note, ...]:
     """Notes of a curve, and of a family what the curve does not have."""
     return curve.notes + tuple(
-        Note(text=f"{one.estimator}: {note.text}", level=note.level, channel=note.channel)
+        replace(note, text=f"{one.estimator}: {note.text}")
         for one in family
         for note in one.notes
         if note not in curve.notes

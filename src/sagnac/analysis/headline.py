@@ -129,11 +129,8 @@ def _within_curve(evidence: Evidence, headline: Headline) -> Headline:
     """The fit of the spectrum and the average without what contradicts the curve."""
     spectrum, fit = headline.spectrum, headline.fits["likelihood"]
     lowered = 0.0 if spectrum is None else spectrum.roll_off.cluster_time()
-    highest = highest_terms(
-        evidence.curve,
-        confidence=evidence.settings.confidence,
-        shortest=max(lowered, evidence.readout.time),
-    )
+    confidence, shortest = evidence.settings.confidence, max(lowered, evidence.readout.time)
+    highest = highest_terms(evidence.curve, confidence=confidence, shortest=shortest)
     fit = replace(fit, coefficients=within_curve(fit.coefficients, highest))
     if spectrum is not None:
         limited = within_curve(spectrum.average.coefficients, highest)
@@ -189,13 +186,8 @@ def _whole_band(evidence: Evidence, finest: AnswerSpectrum) -> Headline | None:
     points, fit = finest.points, finest.likelihood
     if points.rate > evidence.fine.rate:
         try:
-            fit = likelihood_fit(
-                finest.increments,
-                kind="increment",
-                sample_rate=points.rate,
-                confidence=evidence.settings.confidence,
-                masked=evidence.masked,
-            )
+            steps, rate = finest.increments, points.rate
+            fit = likelihood_fit(steps, kind="increment", sample_rate=rate, **evidence.how)
         except RecordingError:
             return None
     average = with_whole_band(finest.levels, finest.average, fit)

@@ -47,10 +47,8 @@ def parts_data(analysis: Analysis) -> list[dict[str, Any]]:
         it.
     """
     size = field_unit("angle_random_walk").size
-    return [
-        {"start_s": part.start_s, "stop_s": part.stop_s, **_interval(part, size)}
-        for part in analysis.parts
-    ]
+    spans = ({"start_s": part.start_s, "stop_s": part.stop_s} for part in analysis.parts)
+    return [span | _interval(part, size) for span, part in zip(spans, analysis.parts, strict=True)]
 
 
 def shares_data(analysis: Analysis) -> dict[str, Any]:
@@ -84,10 +82,8 @@ def triad_data(analysis: Analysis) -> dict[str, Any] | None:
     triad = analysis.triad
     if triad is None:
         return None
-    return {
-        "scale": _ends(triad.scale),
-        "angles_deg": {name: _ends(one, DEGREE) for name, one in triad.angles.items()},
-    }
+    angles = {name: _ends(one, DEGREE) for name, one in triad.angles.items()}
+    return {"scale": _ends(triad.scale), "angles_deg": angles}
 
 
 def _ends(interval: Interval | None, size: float = 1.0) -> dict[str, float] | None:

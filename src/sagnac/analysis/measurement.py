@@ -206,12 +206,9 @@ def turning_table(recording: Recording, gyros: tuple[str, ...], method: Method) 
         return TurningTable(angle=table)
     angles = [angle_of(recording.gyro(name), rate) for name in gyros]
     estimate = estimated_table(angles, table, rate)
-    return TurningTable(
-        angle=table,
-        estimate=estimate,
-        shares=dict(zip(gyros, estimate.shares.tolist(), strict=True)),
-        notes=_encoder_notes(estimate, rate),
-    )
+    shares = dict(zip(gyros, estimate.shares.tolist(), strict=True))
+    notes = _encoder_notes(estimate, rate)
+    return TurningTable(angle=table, estimate=estimate, shares=shares, notes=notes)
 
 
 def _encoder_notes(estimate: EstimatedTable, sample_rate: float) -> tuple[Note, ...]:

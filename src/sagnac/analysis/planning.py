@@ -73,11 +73,9 @@ def _left_out(low: float, high: float, duration: float) -> LeftOut:
     cells = min(0.5 * (high - low) * duration, WIDEST_BINS)
     beside = cells / duration
     # A fit leaves out one more cell on either side of what is masked.
-    return LeftOut(
-        low=min(low + beside, 0.5 * (low + high)),
-        high=max(high - beside, 0.5 * (low + high)),
-        cells=cells + 1.0,
-    )
+    middle = 0.5 * (low + high)
+    ends = min(low + beside, middle), max(high - beside, middle)
+    return LeftOut(low=ends[0], high=ends[1], cells=cells + 1.0)
 
 
 """Half widths of the interval of N that a plan is for unless others are asked for."""

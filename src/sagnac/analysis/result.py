@@ -256,10 +256,8 @@ class Analysis:
         def named(each: Mapping[CoefficientName, Estimate]) -> dict[CoefficientName, Estimate]:
             return {name: replace(one, sensor=self.sensor) for name, one in each.items()}
 
-        fits = {
-            method: replace(fit, coefficients=named(fit.coefficients))
-            for method, fit in self.fits.items()
-        }
+        each = self.fits.items()
+        fits = {name: replace(fit, coefficients=named(fit.coefficients)) for name, fit in each}
         walk, coefficients = replace(self.angle_random_walk, sensor=self.sensor), self.coefficients
         return replace(self, angle_random_walk=walk, coefficients=named(coefficients), fits=fits)
 

@@ -117,12 +117,8 @@ def table_shares(
     shares = {}
     for name, value, error in zip(gyros, values.T, errors.T, strict=True):
         of_column = dict(zip(columns, map(_within, value, error), strict=True))
-        shares[name] = Share(
-            share=of_column["share"],
-            bias=of_column.get("bias"),
-            asymmetry=of_column.get("asymmetry"),
-            confidence=confidence,
-        )
+        named = {one: of_column.get(one) for one in ("bias", "asymmetry")}
+        shares[name] = Share(share=of_column["share"], confidence=confidence, **named)
     return shares, triad
 
 

@@ -3,6 +3,7 @@
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import chain
 
 import numpy as np
 
@@ -29,11 +30,8 @@ def _spectrum_notes(evidence: Evidence, headline: Headline) -> tuple[Note, ...]:
         # What is left is the encoder's.
         return ()
     sensor = evidence.recording.gyros[0].sensor
-    notes = (
-        *_off_notes(spectrum, evidence),
-        *_shape_notes(spectrum, sensor),
-        *_parts_notes(spectrum.parts, sensor),
-    )
+    beside = chain(_shape_notes(spectrum, sensor), _parts_notes(spectrum.parts, sensor))
+    notes = chain(_off_notes(spectrum, evidence), beside)
     noticed = tuple(replace(note, channel=channel) for note in notes)
     if evidence.table.angle is None or left.once_a_turn:
         return noticed

@@ -289,10 +289,8 @@ def overbound(
     if most_markov not in (0, 1, 2):
         raise ValueError(f"most_markov is {quoted(most_markov)}; use 0, 1 or 2")
     ends = _LEAST_SHARE * walks * limit.limit[[0, -1]] ** 2
-    least = (
-        max(least_white**2, float(ends[0] * limit.tau[0])),
-        float(3.0 * ends[1] / limit.tau[-1]),
-    )
+    white = max(least_white**2, float(ends[0] * limit.tau[0]))
+    least = (white, float(3.0 * ends[1] / limit.tau[-1]))
     if most_markov == 0 and not angle:
         white, walk = _white_and_slow(limit, limit.tau / 3.0, least)
         return _reaching(FilterModel(white=white, walk=walk), limit)

@@ -200,11 +200,8 @@ def _markov(stated: Mapping[str, Any], sizes: Mapping[str, float], confidence: f
         0.5 * math.log(one.get("high", one["value"]) / one.get("low", one["value"]))
         for one in (size, time)
     ]
-    return Markov.of_deviation(
-        size["value"] * sizes[size["unit"]],
-        time["value"],
-        error=math.hypot(2.0 * errors[0], errors[1]) / quantile(confidence),
-    )
+    error = math.hypot(2.0 * errors[0], errors[1]) / quantile(confidence)
+    return Markov.of_deviation(size["value"] * sizes[size["unit"]], time["value"], error=error)
 
 
 def _covariance(

@@ -7,7 +7,7 @@ import math
 from collections.abc import Callable, Container, Iterable, Sequence
 from dataclasses import replace
 from itertools import groupby, product
-from typing import Final, NamedTuple
+from typing import Any, Final, NamedTuple
 
 from sagnac.core.arrays import FloatArray
 from sagnac.core.errors import Note, choices_of, ranked
@@ -225,14 +225,9 @@ def profiles_of(recording: Recording, names: Iterable[str]) -> list[Profile]:
     standing = not encoder.turned(recording.table)
     if recording.table is not None:
         table = Profile(channel=recording.table, sample_rate=rate, standing=standing)
+    known: dict[str, Any] = {"sample_rate": rate, "standing": standing, "table": table}
     for name in names:
-        together[name] = Profile(
-            channel=recording.gyro(name),
-            sample_rate=rate,
-            standing=standing,
-            table=table,
-            together=together,
-        )
+        together[name] = Profile(channel=recording.gyro(name), together=together, **known)
     return list(together.values())
 
 

@@ -1,7 +1,7 @@
 """Noise that is not distributed as noise is: spikes, a soft limit, power that changes, steps."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final, NamedTuple
 
 import numpy as np
@@ -14,7 +14,7 @@ from sagnac.core.units import DEGREE
 from sagnac.quality import _kernels
 from sagnac.quality.effects import effect_words, finding
 from sagnac.quality.profile import EDGE, Notes, Profile, remedy_without, seen, some_steps, whitened
-from sagnac.recording.channel import Channel, marked_steps, number_of
+from sagnac.recording.channel import marked_steps, number_of
 from sagnac.recording.model import Recording, second_of
 
 # ---- spikes ------------------------------------------------------------------------
@@ -300,16 +300,9 @@ def unsteady_notes(recording: Recording, profile: Profile) -> Notes:
     # Lines and resonances come and go by right: the noise between them tells. A dither wanders by a
     # hundredth of the rate, within one of the bands.
     white = whitened(profile.changes, bands=24, kept=3.0).values
-    channel = profile.channel
-    between = Profile(
-        channel=Channel(
-            name=channel.name,
-            kind="increment",
-            values=np.pad(white, EDGE, mode="reflect"),
-            sensor=channel.sensor,
-        ),
-        sample_rate=profile.sample_rate,
-    )
+    values = np.pad(white, EDGE, mode="reflect")
+    channel = replace(profile.channel, kind="increment", shown_in="", values=values)
+    between = Profile(channel=channel, sample_rate=profile.sample_rate)
     return _loud(recording, between) or _growing(between)
 
 

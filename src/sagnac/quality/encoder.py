@@ -352,15 +352,12 @@ def turn_notes(recording: Recording, profile: Profile) -> Notes:
     if table is None or profile.standing:
         return ()
     angle = table.values
-    halves = marked(
-        lambda here, later: np.floor(here / math.pi) != np.floor(later / math.pi),
-        angle[:-1],
-        angle[1:],
-    )
+    ends = angle[:-1], angle[1:]
+    halves = marked(lambda one, two: np.floor(one / math.pi) != np.floor(two / math.pi), *ends)
     passes = np.flatnonzero(halves[_OUTER:-_OUTER]) + _OUTER
     # Whole turns are passed at even numbers of half turns.
-    ends = values_at(angle, np.stack([passes, passes + 1], axis=1))
-    number = np.floor(ends.max(axis=1) / math.pi)
+    beside = values_at(angle, np.stack([passes, passes + 1], axis=1))
+    number = np.floor(beside.max(axis=1) / math.pi)
     for start in (0.0, 1.0):
         at = passes[number % 2.0 == start]
         if at.size < 4:

@@ -114,11 +114,8 @@ def gravity_notes(recording: Recording, profile: Profile) -> Notes:
         return ()
     number = size / ACCELERATION_UNITS[stated]
     # Gravity differs by 0.5 % over the Earth, and cheap sensors have biases of a few hundredths.
-    likely = [
-        unit
-        for unit, one in ACCELERATION_UNITS.items()
-        if _is_near(number * one, STANDARD_GRAVITY, 0.05)
-    ]
+    sizes = ACCELERATION_UNITS.items()
+    likely = [unit for unit, one in sizes if _is_near(number * one, STANDARD_GRAVITY, 0.05)]
     if not likely or stated in likely:
         return ()
     text = (

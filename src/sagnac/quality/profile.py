@@ -168,10 +168,8 @@ def whitened(changes: FloatArray, *, bands: int | None = None, kept: float = 12.
     # The slowest are drift.
     transform[:_TOGETHER] = 0.0
     # The end does not go on at the beginning, and what that makes of both is no noise.
-    return White(
-        values=np.asarray(irfft(transform, changes.size)[EDGE:-EDGE]),
-        innovation=innovation / math.sqrt(changes.size),
-    )
+    values = np.asarray(irfft(transform, changes.size)[EDGE:-EDGE])
+    return White(values=values, innovation=innovation / math.sqrt(changes.size))
 
 
 # ---- profile -----------------------------------------------------------------------

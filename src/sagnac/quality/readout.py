@@ -425,13 +425,10 @@ _FALL: Final = 0.8
 
 def wrap_notes(recording: Recording, profile: Profile) -> Notes:
     """A counter that starts over, which reading saw already or the samples show: an error."""
-    seen = tuple(
-        replace(note, level="error")
-        for note in recording.notes
-        if note.name == "wraps" and note.channel == profile.name
-    )
-    if seen:
-        return seen
+    noticed = (note for note in recording.notes if note.name == "wraps")
+    known = [note for note in noticed if note.channel == profile.name]
+    if known:
+        return tuple(replace(note, level="error") for note in known)
     if profile.channel.kind == "angle":
         return _falls_of_an_angle(recording, profile)
     return _ends_of_a_range(profile)

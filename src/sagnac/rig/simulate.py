@@ -125,10 +125,9 @@ class Rig:
             ]
         self._accelerometers: list[Gyro] = []
         if config.accelerometer.mode == "triad":
-            self._accelerometers = [
-                Gyro(config, config.accelerometer, axis, streams.of_sensor("accelerometer", axis))
-                for axis in axes
-            ]
+            own = [streams.of_sensor("accelerometer", axis) for axis in axes]
+            force = config.accelerometer
+            self._accelerometers = [Gyro(config, force, axis, own[axis]) for axis in axes]
 
     def advance(self, first: int, count: int) -> Block:
         """The next `count` samples, the first of which has number `first`."""

@@ -176,11 +176,8 @@ def _gyro_truths(config: RigConfig, table_rate: float) -> dict[str, NoiseTruth]:
 
 def _angle_random_walks(config: RigConfig, table_rate: float) -> list[float]:
     """N of each gyro at the mean of what it senses, deg/sqrt(h)."""
-    lasers, dither, platform = (
-        ring_laser.ring_lasers_of(config.gyro),
-        ring_laser.dither_of(config.gyro),
-        config.platform,
-    )
+    lasers, dither = ring_laser.ring_lasers_of(config.gyro), ring_laser.dither_of(config.gyro)
+    platform = config.platform
     if not lasers:
         return list(config.gyro.arw_deg_per_sqrt_h)
     turned = platform.earth
@@ -215,10 +212,8 @@ def _order_one(command: TableCommand, platform: PlatformConfig) -> LineTruth | N
 
 
 def _pair_truth(first: NoiseTruth, second: NoiseTruth) -> NoiseTruth:
-    mean_square = {
-        f.name: math.sqrt((getattr(first, f.name) ** 2 + getattr(second, f.name) ** 2) / 2.0)
-        for f in fields(NoiseTruth)
-    }
+    both = zip(asdict(first).items(), asdict(second).values(), strict=True)
+    mean_square = {name: math.hypot(one, other) / math.sqrt(2.0) for (name, one), other in both}
     mean_square["rate_ramp_deg_per_h_per_h"] = abs(
         first.rate_ramp_deg_per_h_per_h - second.rate_ramp_deg_per_h_per_h
     ) / math.sqrt(2.0)

@@ -259,12 +259,8 @@ class Triangle:
         factor, target = rows[:size, :size], rows[:, size + number]
         scale = np.sqrt(np.einsum("ij,ij->j", factor, factor))
         scale[scale == 0.0] = 1.0
-        return cls(
-            factor=factor / scale,
-            right=target[:size],
-            scale=scale,
-            beyond=float(target[size:] @ target[size:]),
-        )
+        beyond = float(target[size:] @ target[size:])
+        return cls(factor=factor / scale, right=target[:size], scale=scale, beyond=beyond)
 
     def solution(self, penalty: FloatArray) -> FloatArray:
         """(coefficients,) of the ridge regression with a penalty on each scaled coefficient."""

@@ -231,12 +231,8 @@ def function_of_angle(angle: FloatArray, kinematic: Kinematics) -> AngleFunction
     highest = math.floor(highest_harmonic(kinematic))
     # A slow table shows every order that is tried in fewer averages.
     times = max(1, min(highest // (2 * _ORDERS[-1]), kinematic.angle.size // 10_000))
-    slow = np.stack(
-        [
-            averaged(each, times)[:_MOST]
-            for each in (kinematic.angle, kinematic.cosine, kinematic.sine)
-        ]
-    )
+    known = (kinematic.angle, kinematic.cosine, kinematic.sine)
+    slow = np.stack([averaged(each, times)[:_MOST] for each in known])
     kinematic = replace(kinematic, block=times * kinematic.block, angle=slow[0])
     shown = averages_of(angle, kinematic.block)[:_MOST]
     # Fewer averages tell nothing.
