@@ -302,13 +302,8 @@ def _parts(basis: AnswerSpectrum, evidence: Evidence) -> Parts:
             return None
         return estimate_in_band(levels, choice, confidence)
 
-    return over_parts(
-        basis.increments,
-        sample_rate=rate,
-        read=read,
-        whole=Interval(value=walk.value, low=walk.low, high=walk.high),
-        confidence=confidence,
-    )
+    whole, steps = Interval(value=walk.value, low=walk.low, high=walk.high), basis.increments
+    return over_parts(steps, sample_rate=rate, read=read, whole=whole, confidence=confidence)
 
 
 # ---- N over parts ------------------------------------------------------------------------
@@ -434,15 +429,11 @@ def over_parts(
     # Quarters, or halves if quarters do not show N.
     for count in (4, 2):
         edges = [number * increments.size // count for number in range(count + 1)]
-        readings = [read(increments[start:stop]) for start, stop in pairwise(edges)]
-        parts = tuple(
-            Part(
-                start_s=start / sample_rate,
-                stop_s=stop / sample_rate,
-                **({} if one is None else asdict(one.walk)),
-            )
-            for (start, stop), one in zip(pairwise(edges), readings, strict=True)
-        )
+        ends = list(pairwise(edges))
+        readings = [read(increments[start:stop]) for start, stop in ends]
+        spans = [{"start_s": one / sample_rate, "stop_s": two / sample_rate} for one, two in ends]
+        walks = [{} if one is None else asdict(one.walk) for one in readings]
+        parts = tuple(Part(**span, **walk) for span, walk in zip(spans, walks, strict=True))
         seen = [one for one in readings if one is not None]
         several = len(seen) > 1
         tried.append(_compared(parts, seen, whole, confidence) if several else Parts(parts=parts))
@@ -461,12 +452,9 @@ def _compared(
     change = np.array([one.change for one in seen])
     weight = np.array([one.error for one in seen]) ** -2.0
     of_changes = float(weight @ (change - weight @ change / weight.sum()) ** 2)
-    return Parts(
-        parts=parts,
-        walks_agree=chi_square <= most and apart <= float(chdtri(1, _CHANCE)),
-        spectra_agree=of_changes <= most,
-        spread=math.exp(0.5 * float(change.max() - change.min())),
-    )
+    alike = chi_square <= most and apart <= float(chdtri(1, _CHANCE))
+    spread = math.exp(0.5 * float(change.max() - change.min()))
+    return Parts(parts=parts, walks_agree=alike, spectra_agree=of_changes <= most, spread=spread)
 
 
 def _weighted(seen: list[Interval], confidence: float) -> tuple[Interval, float]:

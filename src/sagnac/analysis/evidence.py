@@ -139,12 +139,10 @@ def require_length(points: Points, recording: Recording) -> None:
         return
     interval = max(duration / (2 * LEAST_POINTS), 1.0 / recording.sample_rate)
     is_enough = interval * LEAST_POINTS < duration
-    raise RecordingError(
-        f"{duration:.4g} s give {size} angles at {1.0 / points.rate:.4g} s, and a curve needs "
-        f"{LEAST_POINTS}",
-        remedy="record longer"
-        + (f" or ask for a shorter interval ({{interval {interval:.2g}s}})" if is_enough else ""),
-    )
+    given = f"{duration:.4g} s give {size} angles at {1.0 / points.rate:.4g} s"
+    shorter = f" or ask for a shorter interval ({{interval {interval:.2g}s}})" if is_enough else ""
+    remedy = f"record longer{shorter}"
+    raise RecordingError(f"{given}, and a curve needs {LEAST_POINTS}", remedy=remedy)
 
 
 def curve_of(

@@ -108,8 +108,12 @@ def analyze(
     remedy = "give Settings(...), or its fields by name"
     require_type("settings", settings, (Settings, type(None)), remedy)
     settings = replace(settings or Settings(), **choices)
+
+    def run(one: Recording, chosen: Settings, *, progress: Progress | None = None) -> Analysis:
+        return _path(one, chosen, progress)[0]
+
     with one_thread():
-        return _each_channel(recording, settings, _analysis, progress)
+        return _each_channel(recording, settings, run, progress)
 
 
 def answer_of(recording: Recording, settings: Settings | None = None) -> tuple[Headline, Evidence]:
@@ -136,13 +140,6 @@ def answer_of(recording: Recording, settings: Settings | None = None) -> tuple[H
 
 
 # ---- one measurement ---------------------------------------------------------------------
-
-
-def _analysis(
-    recording: Recording, settings: Settings, *, progress: Progress | None = None
-) -> Analysis:
-    """One gyro, or those of a turning table."""
-    return _path(recording, settings, progress)[0]
 
 
 def _path(
@@ -252,12 +249,9 @@ def _family(
     points: Points, curve: StabilityCurve | None, settings: Settings
 ) -> tuple[StabilityCurve, ...]:
     """A curve for each estimator asked for; `curve` is the overlapping one if that is known."""
-    return tuple(
-        curve
-        if curve is not None and one == curve.estimator
-        else curve_of(points.angle, points.rate, settings, one)
-        for one in settings.estimators
-    )
+    known = {} if curve is None else {curve.estimator: curve}
+    of_points = partial(curve_of, points.angle, points.rate, settings)
+    return tuple(known.get(one) or of_points(one) for one in settings.estimators)
 
 
 def _of_pair(evidence: Evidence, other: str) -> Estimate:
@@ -410,12 +404,8 @@ def _gyros_alone(
     require_strict(beside, settings)
     first, *_ = each = tuple(analyses.values())
     read = first.recording.notes
-    notes = [
-        note if note.channel else replace(note, channel=name)
-        for name, one in analyses.items()
-        for note in one.notes
-        if note not in read
-    ]
+    own = [(name, note) for name, one in analyses.items() for note in one.notes if note not in read]
+    notes = [note if note.channel else replace(note, channel=name) for name, note in own]
     stages = dict.fromkeys(stage for one in each for stage in one.seconds)
     return replace(
         first,

@@ -344,11 +344,8 @@ class Analysis:
             If xarray is not installed.
         """
         xarray = extra_module("xarray", "frames", "an analysis as a dataset")
-        rows = {
-            (row["channel"], row["coefficient"]): row
-            for row in self._rows()
-            if row["channel"] not in self.accelerometers
-        }
+        of_gyros = (row for row in self._rows() if row["channel"] not in self.accelerometers)
+        rows = {(row["channel"], row["coefficient"]): row for row in of_gyros}
         channels = [one.channel for one in self.each]
         variables: dict[str, tuple[tuple[str, ...], Any, dict[str, str]]] = {}
         for name in dict.fromkeys(coefficient for _, coefficient in rows):
@@ -420,8 +417,5 @@ def answer_coefficients(analysis: Analysis) -> Mapping[CoefficientName, Estimate
 def headline_estimates(analysis: Analysis) -> dict[CoefficientName, Estimate]:
     """Coefficients estimated or bounded beside the answer, else the answer alone."""
     estimates = headline_coefficients(analysis) or answer_coefficients(analysis)
-    return {
-        name: estimates[name]
-        for name in COEFFICIENT_NAMES
-        if name in estimates and estimates[name].status != "not observable"
-    }
+    known = (name for name in COEFFICIENT_NAMES if name in estimates)
+    return {name: estimates[name] for name in known if estimates[name].status != "not observable"}

@@ -103,10 +103,8 @@ class Foresight:
 
     def __repr__(self) -> str:
         drift = self.unaided.drift
-        heading, attitude = (
-            one / DEGREE
-            for one in (drift.heading.deviation(misaligned=False), drift.attitude.deviation())
-        )
+        heading = drift.heading.deviation(misaligned=False) / DEGREE
+        attitude = drift.attitude.deviation() / DEGREE
         said = [
             f"after {time:g} s heading drift {heading[row]:.3g} deg, attitude "
             f"{attitude[row]:.3g} deg, position {drift.position.deviation()[row]:.3g} m"

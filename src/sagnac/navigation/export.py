@@ -3,6 +3,7 @@
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 from typing import Final, Literal
 
@@ -232,11 +233,8 @@ def export(
     for one in sources:
         require_source(one)
     most_markov = 2 if markov is None else markov
-    settings = [
-        setting
-        for one in sources
-        for setting in measured_in(one, confidence=confidence, most_markov=most_markov)
-    ]
+    read = partial(measured_in, confidence=confidence, most_markov=most_markov)
+    settings = [setting for one in sources for setting in read(one)]
     stated = [] if accelerometer is None else [_stated(accelerometer)]
     for setting in (*stated, *map(datasheet_setting, datasheet)):
         if setting.kind in [other.kind for other in settings]:
@@ -245,17 +243,13 @@ def export(
                 "them out"
             )
         settings.append(setting)
-    file = SettingsFile(
-        tool=tool,
-        settings=tuple(settings),
-        each=axes == "each" or (axes is None and definition.axes != "one" and tool != "openvins"),
-        rate=rate,
-        topic=topic or "/imu0",
-    )
+    each = axes == "each" or (axes is None and definition.axes != "one" and tool != "openvins")
+    topic, held = topic or "/imu0", tuple(settings)
+    file = SettingsFile(tool=tool, settings=held, each=each, rate=rate, topic=topic)
     text = file.text()
     if path is not None:
-        read = [Path(one) for one in sources if isinstance(one, str | Path)]
-        require_free(of_export(Path(path), tool), read, force=force)
+        inputs = [Path(one) for one in sources if isinstance(one, str | Path)]
+        require_free(of_export(Path(path), tool), inputs, force=force)
         write_text(Path(path), text)
     return Exported(tool=tool, text=text, settings=file.held, notes=file.notes)
 
@@ -271,10 +265,6 @@ def _stated(accelerometer: tuple[float, float]) -> FilterSetting:
             "accelerometer is without noise, and a walk of zero or more"
         )
     model = FilterModel(white=density, walk=walk)
-    return FilterSetting(
-        name="accelerometer",
-        kind="accelerometer",
-        simple=model,
-        full=model,
-        source=f"accelerometer {density:g},{walk:g} (stated, not measured)",
-    )
+    kind: units.Sensor = "accelerometer"
+    source = f"accelerometer {density:g},{walk:g} (stated, not measured)"
+    return FilterSetting(name=kind, kind=kind, simple=model, full=model, source=source)

@@ -14,6 +14,7 @@ are as described here.
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 from typing import Final, Self
 
 import numpy as np
@@ -361,11 +362,9 @@ def common_time(limits: Sequence[UpperLimit]) -> float:
 def envelope(limits: Sequence[UpperLimit]) -> UpperLimit:
     """The upper limit of several curves together, each counted at the cluster times it spans."""
     tau = np.unique(np.concatenate([limit.tau for limit in limits]))
+    at = partial(np.interp, np.log(tau), left=-np.inf, right=-np.inf)
     logarithms = [
-        [
-            np.interp(np.log(tau), np.log(one.tau), np.log(curve), left=-np.inf, right=-np.inf)
-            for curve in (one.deviation, one.limit)
-        ]
+        [at(np.log(one.tau), np.log(curve)) for curve in (one.deviation, one.limit)]
         for one in limits
     ]
     deviation, limit = np.exp(np.max(logarithms, axis=0))
@@ -428,13 +427,12 @@ def _smallest(
     relative = np.stack(columns, axis=-1) / limit.limit[:, np.newaxis] ** 2
     scale = relative.max(axis=0)
     relative = relative / scale
-    lowest = [*least, *([0.0] * (len(columns) - 2))]
+    lowest = np.append(least, np.zeros(len(columns) - 2)) * scale
     result = linprog(
         relative.mean(axis=0),
         A_ub=-relative,
         b_ub=-np.ones(tau.size),
-        bounds=[(low * size, None) for low, size in zip(lowest, scale, strict=True)],
-        method="highs",
+        bounds=[(low, None) for low in lowest],
     )
     if result.x is None:
         raise ArithmeticError(f"no model above the limit was found: {result.message}")

@@ -153,12 +153,8 @@ def _asked(
     for of_each, together in groupby(detectors, lambda one: one.of_each):
         asked = list(together)
         for profile, detector in product(profiles if of_each else profiles[:1], asked):
-            explained = any(
-                note.name in detector.unless
-                and note.level != "remark"
-                and (note.channel == profile.name or not of_each)
-                for note in notes
-            )
+            causes = [one for one in notes if one.name in detector.unless and one.level != "remark"]
+            explained = any(one.channel == profile.name or not of_each for one in causes)
             if detector.find is not None and not explained:
                 notes += detector.find(recording, profile)
     return notes

@@ -7,7 +7,7 @@ rest.
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Final, NamedTuple, Self
 
 import numpy as np
@@ -232,11 +232,8 @@ class Profile:
 
     def each(self, recording: Recording) -> "list[Profile]":
         """Of every gyro of a recording, judged or not."""
-        return [
-            self.together.get(gyro.name)
-            or Profile(channel=gyro, sample_rate=self.sample_rate, table=self.table)
-            for gyro in recording.gyros
-        ]
+        alone = partial(Profile, sample_rate=self.sample_rate, table=self.table)
+        return [self.together.get(gyro.name) or alone(channel=gyro) for gyro in recording.gyros]
 
     @property
     def name(self) -> str:

@@ -257,20 +257,14 @@ def _check_sampling(config: RigConfig) -> None:
         remedy = "give the frequency it folds to"
         require(frequency <= nyquist, f"disturbances.time: {said}", remedy)
     nutation = config.motion.nutation_hz
-    require(
-        config.motion.nutation_rms_arcsec == 0.0 or nutation <= 0.5 * nyquist,
-        f"motion.nutation_hz {nutation:g} is above {0.5 * nyquist:g} Hz, a quarter of "
-        "sample_rate_hz",
-        "lower it, or raise sample_rate_hz",
-    )
+    said = f"{nutation:g} is above {0.5 * nyquist:g} Hz, a quarter of sample_rate_hz"
+    is_slow = config.motion.nutation_rms_arcsec == 0.0 or nutation <= 0.5 * nyquist
+    require(is_slow, f"motion.nutation_hz {said}", "lower it, or raise sample_rate_hz")
     for section, own in (("gyro", config.gyro), ("accelerometer", config.accelerometer)):
         highest = max(own.low_pass_hz)
-        require(
-            highest < nyquist,
-            f"{section}.low_pass_hz {highest:g} is not below {nyquist:g} Hz, half of "
-            "sample_rate_hz",
-            "lower it, or give 0 for no low-pass",
-        )
+        said = f"{highest:g} is not below {nyquist:g} Hz, half of sample_rate_hz"
+        remedy = "lower it, or give 0 for no low-pass"
+        require(highest < nyquist, f"{section}.low_pass_hz {said}", remedy)
     problem = f"duration_s {config.duration_s:g} holds no sample at {config.sample_rate_hz:g} Hz"
     require(config.samples >= 1, problem, "make it longer")
 

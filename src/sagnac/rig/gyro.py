@@ -79,12 +79,8 @@ class SensorErrors:
             (sized.pop("markov_deviation"), config.markov_time_s[axis]),
             (sized.pop("second_markov_deviation"), config.second_markov_time_s[axis]),
         )
-        return cls(
-            **sized,
-            markov=tuple(rate for rate in rates if rate[0] > 0.0),
-            corner=config.low_pass_hz[axis],
-            order=config.low_pass_order,
-        )
+        markov, corner = tuple(rate for rate in rates if rate[0] > 0.0), config.low_pass_hz[axis]
+        return cls(**sized, markov=markov, corner=corner, order=config.low_pass_order)
 
     def trend(self, seconds: FloatArray) -> FloatArray:
         """(n,) rate of bias, ramp and warming up at `seconds` from the first sample, rad/s."""

@@ -47,11 +47,8 @@ class MeasuredSensor:
         measured = {coefficient: given.get(key) for coefficient, key in keys.items()}
         measured["angle_random_walk"] = stated[keys["angle_random_walk"]]
         shows = {one: slow[key]["value"] for one, key in keys.items() if key in slow}
-        estimated = {
-            coefficient: one["value"]
-            for coefficient, one in measured.items()
-            if one is not None and one["status"] == "estimated"
-        }
+        known = [(key, one) for key, one in measured.items() if one is not None]
+        estimated = {key: one["value"] for key, one in known if one["status"] == "estimated"}
         low_pass, readouts = stated.get("low_pass"), stated.get("readout") or {name: {}}
         return cls(
             coefficients={one: value for one, value in shows.items() if value > 0.0} | estimated,

@@ -106,15 +106,10 @@ class Rig:
             way = fastest_rate(config.table, config.command) * config.duration_s
             self._null_pulse = NullPulse(config.encoder, table.origin, way, streams)
         self._disturbances = Disturbances(config.disturbances, streams.disturbances)
+        own = [streams.of_sensor("gyro", axis) for axis in axes]
+        mounts = [mount_of(config.motion, axis, table, streams.mount[axis]) for axis in axes]
         self._gyros = [
-            Gyro(
-                config,
-                config.gyro,
-                axis,
-                streams.of_sensor("gyro", axis),
-                origin=table.origin,
-                mount=mount_of(config.motion, axis, table, streams.mount[axis]),
-            )
+            Gyro(config, config.gyro, axis, own[axis], origin=table.origin, mount=mounts[axis])
             for axis in axes
         ]
         self._dithers: list[DitherMotion] = []
@@ -256,6 +251,7 @@ def _recording_of(config: RigConfig, columns: Mapping[str, NDArray[Any]]) -> Rec
         )
         for sensor, unit in _SHOWN_IN[config.kind == "rate"].items()
     )
+    dithered = [name for name in GYRO_NAMES if PICKOFF + name in columns]
     table = None
     if config.turning:
         table = Channel(name="table", kind="angle", shown_in="deg", values=columns["table"])
@@ -265,11 +261,7 @@ def _recording_of(config: RigConfig, columns: Mapping[str, NDArray[Any]]) -> Rec
         sample_rate=config.sample_rate_hz,
         table=table,
         null_pulse=columns.get(NULL_PULSE_NAME),
-        pickoffs=tuple(
-            Pickoff(gyro=gyro, values=columns[name])
-            for gyro, name in zip(GYRO_NAMES, _PICKOFFS, strict=True)
-            if name in columns
-        ),
+        pickoffs=tuple(Pickoff(gyro=name, values=columns[PICKOFF + name]) for name in dithered),
     )
 
 

@@ -76,13 +76,9 @@ def table_to_gyro_matrix(e_x: float, e_y: float, e_z: float) -> FloatArray:
     in_plane = math.sqrt(max(0.0, 1.0 - e_x * e_x))
     if in_plane < _UNIT_NORM_TOLERANCE:
         raise ValueError(f"e_x = {e_x:g} leaves x_s no projection on the table; keep |e_x| below 1")
-    return np.array(
-        [
-            [in_plane, 0.0, e_x],
-            [-e_x * e_y / in_plane, e_z / in_plane, e_y],
-            [-e_x * e_z / in_plane, -e_y / in_plane, e_z],
-        ]
-    )
+    second = [-e_x * e_y / in_plane, e_z / in_plane, e_y]
+    third = [-e_x * e_z / in_plane, -e_y / in_plane, e_z]
+    return np.array([[in_plane, 0.0, e_x], second, third])
 
 
 def earth_rate(latitude: float, heading: float) -> FloatArray:

@@ -195,18 +195,17 @@ def follow_table_together(
         penalty[_EARTH] = noise / (LARGEST_EARTH_RATE * reduced.scale[_EARTH])
         solution = bounded_by_earth(reduced.solution, penalty, _EARTH)
         share, drift, *earth = solution[:_PLAIN].tolist()
-        motions.append(
-            TableMotion(
-                share=share,
-                drift=drift,
-                earth=(earth[0], earth[1]),
-                earth_error=noise * float(reduced.deviations(penalty)[_EARTH].max()),
-                noise=noise,
-                kinematics=kinematic,
-                orders=orders,
-                phasor=(solution[_PLAIN:] / gain).view(np.complex128),
-            )
+        motion = TableMotion(
+            share=share,
+            drift=drift,
+            earth=(earth[0], earth[1]),
+            earth_error=noise * float(reduced.deviations(penalty)[_EARTH].max()),
+            noise=noise,
+            kinematics=kinematic,
+            orders=orders,
+            phasor=(solution[_PLAIN:] / gain).view(np.complex128),
         )
+        motions.append(motion)
     return tuple(motions)
 
 
