@@ -126,7 +126,7 @@ class RigConfig:
     >>> GyroConfig(warm_up_k=200.0)
     Traceback (most recent call last):
     ...
-    sagnac.rig.ConfigurationError: gyro.warm_up_k is 200.0; it must lie from -100 to 100
+    sagnac.rig.sections.ConfigurationError: gyro.warm_up_k is 200.0; it must lie from -100 to 100
     """
 
     duration_s: Annotated[float, sections.Number(0.01, 1e7)] = 7200.0
