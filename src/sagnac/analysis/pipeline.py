@@ -201,13 +201,13 @@ def _evidence(
         # Lines are sought with an array less in memory.
         del as_it_is
     with stages.stage("lines") as fraction:
-        sought = [measured]
+        beside = (table.known, corrected, settings, fraction)
+        left = measurement.remainder_of(measured, *beside)
+        remainders = [left]
         if len(gyros) == MOST_GYROS:
             pair = measurement.measure(corrected, gyros[:2])
-            sought.append(measurement.without_encoder_errors(pair, corrected, table))
-        beside = (table.known, corrected, settings, fraction)
-        remainders = [measurement.remainder_of(one, *beside) for one in sought]
-        left = remainders[0]
+            pair = measurement.without_encoder_errors(pair, corrected, table)
+            remainders.append(measurement.remainder_of(pair, *beside))
         points = points_at(left.removal.residual, left.rate, None if left.once_a_turn else interval)
         require_length(points, recording)
         bare |= bare_if_taken and _is_taken(recording, left.removal)
