@@ -25,7 +25,7 @@ from sagnac.navigation.noise import GyroNoise
 from sagnac.rig.config import RigConfig
 from sagnac.rig.gyro import Gyro
 from sagnac.rig.sections import GyroConfig, TableConfig
-from sagnac.rig.table import Motion, SensorStreams
+from sagnac.rig.table import Motion
 
 
 def rig_noise(config: GyroConfig, *, runs: int, steps: int, seed: int) -> np.ndarray:
@@ -44,7 +44,7 @@ def rig_noise(config: GyroConfig, *, runs: int, steps: int, seed: int) -> np.nda
     noise = np.empty((runs, steps, 3))
     for run in range(runs):
         for axis in range(3):
-            gyro = Gyro(rig, config, axis, SensorStreams(random, random, random))
+            gyro = Gyro(rig, config, axis, (random, random, random))
             angles = np.zeros(steps)
             gyro.advance(0, still, angles)
             noise[run, :, axis] = np.diff(angles, prepend=0.0)

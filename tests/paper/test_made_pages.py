@@ -5,7 +5,8 @@ from dataclasses import replace
 import pytest
 from benchmarks._made import MADE, Made, stated, with_stamp
 
-from sagnac.rig.config import RigConfig, TableConfig, preset
+from sagnac.rig.config import RigConfig, preset
+from sagnac.rig.sections import TableConfig
 
 
 def test_a_page_that_is_older_says_so(tmp_path, monkeypatch):

@@ -10,7 +10,7 @@ from sagnac.formats import read
 from sagnac.rig.encoder import Encoder, NullPulse, within_turn
 from sagnac.rig.sections import EncoderConfig, TableConfig
 from sagnac.rig.simulate import blocks, simulate, write
-from sagnac.rig.table import random_streams
+from sagnac.rig.table import RandomStreams
 from sagnac.table.frames import table_to_gyro_matrix
 from tests.rig.rigs import ARCSEC, AT_REST, DEG, configured, from_first, geometry, true_table_angle
 
@@ -89,7 +89,7 @@ def test_a_table_at_rest_has_no_encoder_columns():
 
 def test_an_encoder_without_error_rounds_to_its_lines():
     config = configured(duration_s=1.0, encoder=EncoderConfig(lines=4))
-    encoder = Encoder(config, np.zeros_like, random_streams(0))
+    encoder = Encoder(config, np.zeros_like, RandomStreams(0))
     quarter = math.pi / 2.0
     np.testing.assert_allclose(
         encoder.read(0, np.array([0.1, 0.8, 7.0]) * quarter), np.array([0, 1, 7]) * quarter
@@ -100,7 +100,7 @@ def test_an_encoder_without_error_rounds_to_its_lines():
 
 def test_jitter_about_a_null_fires_it_once():
     config = EncoderConfig(null_accuracy_arcsec=600.0)
-    pulse = NullPulse(config, -0.1, 1.0, random_streams(0))
+    pulse = NullPulse(config, -0.1, 1.0, RandomStreams(0))
     assert pulse.errors.size == 1024 + 2
     there = np.concatenate(
         [np.linspace(-0.1, 0.02, 13), [-0.01, 0.01] * 5, np.linspace(0.02, 0.2, 5)]

@@ -11,7 +11,7 @@ from scipy.signal import welch
 
 from sagnac.rig.config import table_command
 from sagnac.rig.sections import TableConfig
-from sagnac.rig.table import movers_of, random_streams, substeps_of
+from sagnac.rig.table import RandomStreams, movers_of, substeps_of
 from sagnac.table.frames import earth_rate, shares_from_deviations, table_to_gyro_matrix
 from tests.rig.rigs import (
     ARCSEC,
@@ -215,7 +215,7 @@ def advanced(mover, commanded, pieces):
 
 
 def mover_of(config, seed=1):
-    (mover,) = movers_of(config, 0.002, random_streams(seed))
+    (mover,) = movers_of(config, 0.002, RandomStreams(seed))
     return mover
 
 

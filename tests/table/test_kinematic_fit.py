@@ -19,7 +19,7 @@ def case():
 
 
 def columns_of(case):
-    return room.Design.of(case[1], np.array([1.0, 3.5]), with_drift=True)
+    return room.Design(kinematic=case[1], orders=np.array([1.0, 3.5]), with_drift=True)
 
 
 def test_increments_are_those_of_the_columns_written_out(case):

@@ -24,7 +24,7 @@ from sagnac.noise.band_models import FALL, FLOOR, WALK, bin_shapes, models_of_on
 from sagnac.noise.bounds import Hump, RollOff, hump_above, roll_off
 from sagnac.noise.estimates import Estimate, Fit, FitName, Interval
 from sagnac.noise.fit import likelihood_fit
-from sagnac.noise.laws import SLOW_NAMES, level_laws
+from sagnac.noise.laws import SLOW_NAMES, CoefficientName, level_laws
 from sagnac.noise.lowest_ordinates import rate_ramp
 from sagnac.noise.model_average import (
     RULED,
@@ -39,14 +39,6 @@ from sagnac.quality.distribution import LEAST_FOR_SPIKES, Spikes, find_spikes, w
 from sagnac.spectrum.levels import Levels, robust_levels
 from sagnac.spectrum.periodogram import bin_sums
 from sagnac.spectrum.tapered import LEAST_SAMPLES, tapered_spectrum
-
-# Fewest bins that say anything of a band.
-_LEAST_BINS: Final = 4
-# Part of the band of fewer angles up to which the terms have to describe every sample: a bin less.
-_REACHED: Final = 0.79
-# Angles a second of which slow terms are read, and how many make a spectrum of a short record.
-_SLOW_RATE: Final = 10.0
-_SLOW_ANGLES: Final = 2048.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -170,20 +162,19 @@ class Headline:
 
     def with_others(self, changed: Callable[[Estimate], Estimate]) -> "Headline":
         """The same with what stands beside N changed: of the average, and of fits of ours."""
+
+        def each(read: Mapping[CoefficientName, Estimate]) -> dict[CoefficientName, Estimate]:
+            return {name: changed(one) for name, one in read.items()}
+
         fits = {
-            name: fit
-            if name == "paper"
-            else replace(
-                fit, coefficients={key: changed(one) for key, one in fit.coefficients.items()}
-            )
+            name: fit if name == "paper" else replace(fit, coefficients=each(fit.coefficients))
             for name, fit in self.fits.items()
         }
         spectrum = self.spectrum
         if spectrum is not None:
             average = spectrum.average
-            own = average.angle_random_walk
-            others = {key: changed(one) for key, one in average.coefficients.items()}
-            average = average.with_coefficients({**others, "angle_random_walk": own})
+            beside = each(average.coefficients) | {"angle_random_walk": average.angle_random_walk}
+            average = average.with_coefficients(beside)
             spectrum = replace(spectrum, average=average)
         return replace(self, fits=fits, spectrum=spectrum)
 
@@ -197,7 +188,8 @@ def levels_of(increments: FloatArray, rate: float, masked: Bands) -> Levels | No
     except ValueError:
         # Masked bands that leave no cell.
         return None
-    return levels if levels.level.size >= _LEAST_BINS else None
+    # Fewer bins say nothing of a band.
+    return levels if levels.level.size >= 4 else None
 
 
 def roll_off_of(points: Points) -> RollOff:
@@ -220,7 +212,6 @@ def spectrum_of(
     as_they_are
         Whether spikes and a warm-up stay in.
     """
-    masked, confidence = evidence.masked, evidence.settings.confidence
     increments, rate = differences(points.angle), points.rate
     spikes = warm_up = None
     if not as_they_are:
@@ -231,23 +222,18 @@ def spectrum_of(
         warm_up = find_warm_up(increments, sample_rate=rate)
         if warm_up is not None:
             increments = without_warm_up(increments, warm_up, sample_rate=rate)
-    levels = levels_of(increments, rate, masked)
+    levels = levels_of(increments, rate, evidence.masked)
     if levels is None:
         return None
-    ramp = rate_ramp(
-        increments,
-        sample_rate=rate,
-        masked=masked,
-        settling=None if warm_up is None else warm_up.time,
-        confidence=confidence,
-    )
+    settling = None if warm_up is None else warm_up.time
+    ramp = rate_ramp(increments, sample_rate=rate, settling=settling, **evidence.how)
     return AnswerSpectrum(
         points=points,
         increments=increments,
         spikes=spikes,
         warm_up=warm_up,
         levels=levels,
-        average=average(levels, confidence=confidence, ramp=ramp),
+        average=average(levels, confidence=evidence.settings.confidence, ramp=ramp),
         likelihood=evidence.fits["likelihood"],
         roll_off=roll_off(levels),
     )
@@ -272,7 +258,8 @@ def _with_slow_terms(basis: AnswerSpectrum, evidence: Evidence) -> Average:
     out, that hardly anything above the band of the average folds into it.
     """
     choice, increments, rate = basis.average.rests_on, basis.increments, basis.points.rate
-    wanted = max(_SLOW_RATE, _SLOW_ANGLES * rate / increments.size)
+    # Angles a second for slow terms; a short record needs more for a spectrum.
+    wanted = max(10.0, 2048.0 * rate / increments.size)
     step = math.ceil(rate / min(wanted, 0.5 * choice.band_hz[1]))
     # Fitted where it is not seen, Q would take from N what a low-pass takes.
     quantization = tuple(name for name in choice.terms if name == "quantization")
@@ -281,8 +268,7 @@ def _with_slow_terms(basis: AnswerSpectrum, evidence: Evidence) -> Average:
             bin_sums(increments, step * np.arange(increments.size // step + 1)),
             kind="increment",
             sample_rate=rate / step,
-            confidence=evidence.settings.confidence,
-            masked=evidence.masked,
+            **evidence.how,
             band=(0.0, 0.25 * rate / step),
             terms=(*quantization, "angle_random_walk", *SLOW_NAMES),
         )
@@ -295,7 +281,8 @@ def _with_slow_terms(basis: AnswerSpectrum, evidence: Evidence) -> Average:
 
 def reaches(choice: ModelChoice, highest: float) -> bool:
     """Whether what an average rests on describes every sample up to a frequency, Hz."""
-    return choice.band_hz[1] >= _REACHED * highest
+    # A bin less than the whole band of fewer angles is enough.
+    return choice.band_hz[1] >= 0.79 * highest
 
 
 def _parts(basis: AnswerSpectrum, evidence: Evidence) -> Parts:
@@ -315,21 +302,14 @@ def _parts(basis: AnswerSpectrum, evidence: Evidence) -> Parts:
             return None
         return estimate_in_band(levels, choice, confidence)
 
-    return over_parts(
-        basis.increments,
-        sample_rate=rate,
-        read=read,
-        whole=Interval(value=walk.value, low=walk.low, high=walk.high),
-        confidence=confidence,
-    )
+    whole, steps = Interval(value=walk.value, low=walk.low, high=walk.high), basis.increments
+    return over_parts(steps, sample_rate=rate, read=read, whole=whole, confidence=confidence)
 
 
 # ---- N over parts ------------------------------------------------------------------------
 
 # Chance at which each test says of parts that agree that they do not.
 _CHANCE: Final = 0.01
-# Parts that a record is cut into, or the fewer ones if these do not show N.
-_COUNTS: Final = (4, 2)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -446,21 +426,17 @@ def over_parts(
         chance made it high. If there is none, of the first of which two show it.
     """
     tried: list[Parts] = []
-    for count in _COUNTS:
+    # Quarters, or halves if quarters do not show N.
+    for count in (4, 2):
         edges = [number * increments.size // count for number in range(count + 1)]
-        readings = [read(increments[start:stop]) for start, stop in pairwise(edges)]
-        parts = tuple(
-            Part(
-                start_s=start / sample_rate,
-                stop_s=stop / sample_rate,
-                **({} if one is None else asdict(one.walk)),
-            )
-            for (start, stop), one in zip(pairwise(edges), readings, strict=True)
-        )
+        ends = list(pairwise(edges))
+        readings = [read(increments[start:stop]) for start, stop in ends]
+        spans = [{"start_s": one / sample_rate, "stop_s": two / sample_rate} for one, two in ends]
+        walks = [{} if one is None else asdict(one.walk) for one in readings]
+        parts = tuple(Part(**span, **walk) for span, walk in zip(spans, walks, strict=True))
         seen = [one for one in readings if one is not None]
-        tried.append(
-            _compared(parts, seen, whole, confidence) if len(seen) > 1 else Parts(parts=parts)
-        )
+        several = len(seen) > 1
+        tried.append(_compared(parts, seen, whole, confidence) if several else Parts(parts=parts))
         if len(seen) == count:
             return tried[-1]
     return next((one for one in tried if len(one.seen) > 1), tried[-1])
@@ -476,12 +452,9 @@ def _compared(
     change = np.array([one.change for one in seen])
     weight = np.array([one.error for one in seen]) ** -2.0
     of_changes = float(weight @ (change - weight @ change / weight.sum()) ** 2)
-    return Parts(
-        parts=parts,
-        walks_agree=chi_square <= most and apart <= float(chdtri(1, _CHANCE)),
-        spectra_agree=of_changes <= most,
-        spread=math.exp(0.5 * float(change.max() - change.min())),
-    )
+    alike = chi_square <= most and apart <= float(chdtri(1, _CHANCE))
+    spread = math.exp(0.5 * float(change.max() - change.min()))
+    return Parts(parts=parts, walks_agree=alike, spectra_agree=of_changes <= most, spread=spread)
 
 
 def _weighted(seen: list[Interval], confidence: float) -> tuple[Interval, float]:

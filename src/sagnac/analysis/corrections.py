@@ -77,12 +77,6 @@ def without_dither(recording: Recording, gyros: tuple[str, ...], method: Method)
 
 _MEANS: Final = 300
 _LEAST_SAMPLES: Final = 4 * _MEANS
-# Standard errors that a term has to have.
-_SEEN: Final = 3.5
-# Condition of the columns from which on one of them is made of the others.
-_APART: Final = 1e6
-# Range of the variance of a step of the walk over that of the white noise of a mean.
-_RATIOS: Final = (math.log(1e-6), math.log(1e3))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -188,11 +182,12 @@ def thermal_drift(
     scaled = columns / np.abs(columns).max(axis=0).clip(min=np.finfo(float).tiny)
     for place in range(columns.shape[1]):
         beside = np.column_stack([np.ones(_MEANS), scaled[:, [*taken, place]]])
-        if np.linalg.cond(beside) < _APART:
+        # Above this condition one of the columns is made of the others.
+        if np.linalg.cond(beside) < 1e6:
             taken.append(place)
     # The least seen of the terms is left out until all are seen.
     values, errors, walk = _fitted(rates, columns[:, taken])
-    while taken and not (ratios := np.abs(values) / errors).min() > _SEEN:
+    while taken and not (ratios := np.abs(values) / errors).min() > 3.5:
         taken.pop(int(np.argmin(ratios)))
         values, errors, walk = _fitted(rates, columns[:, taken])
     if not taken:
@@ -241,10 +236,9 @@ def _fitted(rates: FloatArray, columns: FloatArray) -> tuple[FloatArray, FloatAr
         errors = np.sqrt(variance * np.diag(inverse))
         return lacking, values[1:] / scale, errors[1:] / scale, math.sqrt(ratio * variance)
 
-    best = minimize_scalar(
-        lambda logarithm: fit(logarithm)[0], bounds=_RATIOS, method="bounded",
-        options={"xatol": 0.05},
-    )  # fmt: skip
+    # The variance of a step of the walk, in that of the white noise of a mean.
+    bounds, options = (math.log(1e-6), math.log(1e3)), {"xatol": 0.05}
+    best = minimize_scalar(lambda logarithm: fit(logarithm)[0], bounds=bounds, options=options)
     return fit(float(best.x))[1:]
 
 
@@ -299,11 +293,8 @@ def _note(gyro: Channel, drift: ThermalDrift | None, temperature: FloatArray) ->
     )
 
 
-# Means that the warm-up is sought in, and the square of its significance.
+# Means that the warm-up is sought in.
 _WARM_UP_MEANS: Final = 200
-_WARM: Final = 30.0
-# Fewest samples in which a warm-up is looked for.
-_LEAST_FOR_WARM_UP: Final = 4 * _WARM_UP_MEANS
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -344,7 +335,7 @@ def find_warm_up(increments: FloatArray, *, sample_rate: float) -> WarmUp | None
     WarmUp or None
         None if nothing settles, the time is longer than a third of the record, or that is short.
     """
-    if increments.size < _LEAST_FOR_WARM_UP:
+    if increments.size < 4 * _WARM_UP_MEANS:
         return None
     size = increments.size // _WARM_UP_MEANS
     means = averages_of(increments[: size * _WARM_UP_MEANS], size) * sample_rate
@@ -359,7 +350,7 @@ def find_warm_up(increments: FloatArray, *, sample_rate: float) -> WarmUp | None
         white = max(-beside, 0.0)
         walk = max(variance - 2.0 * white, 0.02 * variance / _WARM_UP_MEANS)
         significance, constant, rate = _settling(means, time, white=white, walk=walk)
-    if not significance >= _WARM:
+    if not significance >= 30.0:
         return None
     until = min(math.log(100.0) * constant, increments.size / sample_rate)
     return WarmUp(rate=rate, time=constant, until_s=until)
@@ -401,8 +392,5 @@ def without_warm_up(increments: FloatArray, warm_up: WarmUp, *, sample_rate: flo
     sample_rate
         Samples per second.
     """
-    step = warm_up.rate / sample_rate
-    return _less(
-        increments,
-        lambda number: step * np.exp(-(number + 0.5) / (sample_rate * warm_up.time)),
-    )
+    step, constant = warm_up.rate / sample_rate, sample_rate * warm_up.time
+    return _less(increments, lambda number: step * np.exp(-(number + 0.5) / constant))

@@ -52,8 +52,6 @@ WalkOfPair = Callable[[Evidence, str], Estimate]
 
 # From this ratio of the weights on, the pair shows only the gyro of the larger weight.
 _ONE_ALONE: Final = 10.0
-# Standard errors beyond which nothing lies.
-_FAR: Final = 20.0
 
 
 def with_encoder(headline: Headline, evidence: Evidence, walk_of_pair: WalkOfPair) -> Headline:
@@ -77,9 +75,8 @@ def with_encoder(headline: Headline, evidence: Evidence, walk_of_pair: WalkOfPai
                 else one
             )
         )
-    answer = for_plain_mean(measured, headline).with_others(
-        lambda one: of_plain_mean(one, measured.weights)
-    )
+    answer = for_plain_mean(measured, headline)
+    answer = answer.with_others(lambda one: of_plain_mean(one, measured.weights))
     return _with_latch_note(answer, headline.estimate, evidence)
 
 
@@ -133,9 +130,8 @@ def of_plain_mean(estimate: Estimate, weights: tuple[float, float]) -> Estimate:
     if least == most or estimate.status == "not observable":
         return estimate
     if most > _ONE_ALONE * least:
-        return replace(
-            estimate, value=math.nan, low=math.nan, high=math.nan, status="not observable"
-        )
+        nan = math.nan
+        return replace(estimate, value=nan, low=nan, high=nan, status="not observable")
     if estimate.status != "estimated":
         return estimate.bounded(estimate.high / least)
     part = _part_of_errors(estimate, math.log(most / least))
@@ -154,7 +150,8 @@ def _part_of_errors(estimate: Estimate, apart: float) -> float:
     def beyond(deviations: float) -> float:
         return float(ndtr(deviations + distance) - ndtr(-deviations)) - estimate.confidence
 
-    return max(0.0, float(brentq(beyond, -_FAR, _FAR))) / usual
+    # Nothing lies beyond 20 standard errors.
+    return max(0.0, float(brentq(beyond, -20.0, 20.0))) / usual
 
 
 # ---- one gyro beside its encoder ---------------------------------------------------------
@@ -162,26 +159,15 @@ def _part_of_errors(estimate: Estimate, apart: float) -> float:
 # Rms s by which the time of an encoder's readings may wander unseen in half an hour.
 _WANDERS: Final = 100e-6
 
-WANDER: Final = _WANDERS / math.sqrt(1800.0)
-"""Random walk that the time of an encoder's readings may have unseen, s/sqrt(s)."""
-
-# Part of N that it may make up in an estimate.
-_UNSEEN: Final = 0.3
-# Averages of a record: enough for its lowest ordinates, and few in a record of any length.
-_AVERAGES: Final = 2 * LEAST_AVERAGES
-
 
 def _of_one(
     headline: Headline, evidence: Evidence, table: EstimatedTable, walk_of_pair: WalkOfPair
 ) -> Headline:
     """The answer of one gyro; another one on the table tells what its encoder adds, if there is."""
     recording, name, own = evidence.corrected, evidence.measured.gyros[0], headline.estimate
-    others = (
-        gyro.name
-        for gyro in recording.gyros
-        if gyro.name != name and abs(Profile.of(recording, gyro).share) > LEAST_SHARE
-    )
-    other = next(others, None)
+    beside = (gyro for gyro in recording.gyros if gyro.name != name)
+    senses = (one for one in beside if abs(Profile.of(recording, one).share) > LEAST_SHARE)
+    other = next((one.name for one in senses), None)
     two = None if other is None else walk_of_pair(evidence, other)
     if other is None or two is None or two.status == "not observable":
         return _by_lowest_frequencies(_without_second_gyro(headline, evidence, table), evidence)
@@ -228,8 +214,9 @@ def _without_second_gyro(headline: Headline, evidence: Evidence, table: Estimate
     if ("encoder", "table", "warning") in found:
         return replace(headline, estimate=own.bounded(own.high), by_encoder=True)
     rate = mean_rate(table.angle, evidence.measured.sample_rate)
-    unseen = abs(evidence.table.shares[name] * rate) * WANDER
-    if unseen < _UNSEEN * own.low:
+    unseen = abs(evidence.table.shares[name] * rate) * _WANDERS / math.sqrt(1800.0)
+    # A wander may make up this part of N in an estimate.
+    if unseen < 0.3 * own.low:
         return replace(headline, estimate=replace(own, low=math.sqrt(own.low**2 - unseen**2)))
     text = (
         f"what {name} shows beside the encoder may be the encoder's: readings whose time "
@@ -249,19 +236,16 @@ def _by_lowest_frequencies(answer: Headline, evidence: Evidence) -> Headline:
     """
     own, readings, left = answer.estimate, evidence.table.readings, evidence.left
     residual = left.removal.residual
-    block = residual.size // _AVERAGES
+    # Enough averages for the lowest ordinates, and few in a record of any length.
+    block = residual.size // (2 * LEAST_AVERAGES)
     untrusted = left.once_a_turn or not left.is_finished
     if own.status == "estimated" or readings is None or untrusted or block == 0:
         return answer
     averages, angle = averages_of(residual, block), averages_of(readings, block)
     rate = np.gradient(angle)
-    highest = highest_walk(
-        averages,
-        np.stack([angle, rate, rate * np.linspace(-1.0, 1.0, rate.size)]),
-        interval=block / evidence.measured.sample_rate,
-        masked=evidence.masked,
-        confidence=own.confidence,
-    )
+    columns = np.stack([angle, rate, rate * np.linspace(-1.0, 1.0, rate.size)])
+    interval = block / evidence.measured.sample_rate
+    highest = highest_walk(averages, columns, interval=interval, **evidence.how)
     if not highest < (own.value if own.status == "upper bound" else math.inf):
         return answer
     source = f"the lowest frequencies of the spectrum of {evidence.measured.channel}"
@@ -272,12 +256,6 @@ def _by_lowest_frequencies(answer: Headline, evidence: Evidence) -> Headline:
 
 # Part of the interval that a better latch has to leave at the most to be worth a note.
 _WORTH: Final = 0.8
-# Times the bound from which on something else than white noise decides the interval.
-_ELSE: Final = 3.0
-# Variance of a third difference of white noise, in that of the noise.
-_THIRD: Final = 20.0
-# Points of the sum over frequencies.
-_POINTS: Final = 2000
 
 
 def _with_latch_note(answer: Headline, read: Estimate, evidence: Evidence) -> Headline:
@@ -291,7 +269,8 @@ def _with_latch_note(answer: Headline, read: Estimate, evidence: Evidence) -> He
     half, narrowed = _half(estimate), _half(read)
     if narrowed > _WORTH * half:
         bound, without = _bounds(estimate.value, spectrum, evidence, table)
-        narrowed = half * without / bound if half < _ELSE * bound else half
+        # From here on something else than white noise decides the interval.
+        narrowed = half * without / bound if half < 3.0 * bound else half
     # Else two gyros have unlike shares, and their difference would need the encoder.
     if narrowed > _WORTH * half:
         return answer
@@ -315,11 +294,8 @@ def _bounds(
     of_gyros = white_noise(measure(evidence.corrected, evidence.settings.gyros).angle)
     own = min(math.sqrt(max(in_all**2 - of_encoder**2, 0.0)), of_gyros / measured.size)
     seconds = measured.angle.size / rate
-    bound, without = (
-        half_interval(walk, white, sample_rate=rate, seconds=seconds, confidence=confidence)
-        for white in (in_all, own)
-    )
-    return bound, without
+    how = {"sample_rate": rate, "seconds": seconds, "confidence": confidence}
+    return half_interval(walk, in_all, **how), half_interval(walk, own, **how)
 
 
 def _half(answer: Estimate) -> float:
@@ -343,7 +319,7 @@ def half_interval(
     confidence
         Of the interval.
     """
-    edges = np.geomspace(1.0 / seconds, 0.5 * sample_rate, _POINTS)
+    edges = np.geomspace(1.0 / seconds, 0.5 * sample_rate, 2000)
     frequency, count = np.sqrt(edges[1:] * edges[:-1]), np.diff(edges) * seconds
     shape = (2.0 * sample_rate * np.sin(np.pi * frequency / sample_rate)) ** 2 / sample_rate
     slopes = np.stack([np.ones_like(shape), shape]) / (walk**2 + white**2 * shape)
@@ -361,31 +337,14 @@ def white_noise(angle: FloatArray) -> float:
         (samples,) rad.
     """
     thirds = differences(differences(differences(angle)))
-    return math.sqrt(square(thirds) / thirds.size / _THIRD)
+    # A third difference of white noise has 20 times its variance.
+    return math.sqrt(square(thirds) / thirds.size / 20.0)
 
 
 # ---- noise that two gyros share ----------------------------------------------------------
 
-# A share below this does not matter.
-_MATTERS: Final = 0.01
-# What differencing leaves of N, below which it is the encoder that wanders: two gyros hardly share
-# more noise than they have of their own.
-_ENCODER: Final = 0.6
-# Half intervals that a wander of the encoder has to measure to be named.
-_CLEAR: Final = 5.0
 # More than this it adds to no N: gyros do not lean on each other so.
 _ODD: Final = 1.5
-# What it leaves at the least, below which nothing is told.
-_TELLING: Final = 0.5
-# Part of the usual rate below which a table stands, and part of the time for which it may.
-_AT_REST: Final = 0.01
-_STANDS: Final = 0.05
-# Deviations from which on a step that all gyros make against the encoder is one of the encoder, and
-# share of the steps that may be such.
-_SLIP: Final = 8.0
-_SELDOM: Final = 1e-3
-# Part of the rate of averages above which they are bent.
-_PART_OF_RATE: Final = 0.25
 
 
 def with_shared_noise(headline: Headline, evidence: Evidence) -> Headline:
@@ -408,10 +367,8 @@ def with_shared_noise(headline: Headline, evidence: Evidence) -> Headline:
     left_out = 1.0 - 0.5 * sum(measured.weights) ** 2
     # If none is seen, a walk as large as half the interval could still be there.
     reach = max(shared.high, shared.high - shared.square)
-    least, factor, most = sorted(
-        differenced_factor(left_out * square, walk.value)
-        for square in (reach, shared.square, shared.low)
-    )
+    squares = (left_out * square for square in (reach, shared.square, shared.low))
+    least, factor, most = sorted(differenced_factor(square, walk.value) for square in squares)
     note = _shared_note(measured.channel, shared, (least, factor, most), lost=left_out > 0.0)
     if note is None:
         return headline
@@ -424,7 +381,8 @@ def with_shared_noise(headline: Headline, evidence: Evidence) -> Headline:
 def _stands_at_times(angle: FloatArray, sample_rate: float) -> bool:
     """Whether a table stands now and then. Its encoder then holds one step, as a walk would."""
     moved = np.abs(np.diff(averages_of(angle, max(1, round(sample_rate / KINEMATIC_RATE)))))
-    return float(np.mean(moved < _AT_REST * np.median(moved[moved > 0.0]))) > _STANDS
+    # It stands below a hundredth of its usual rate.
+    return float(np.mean(moved < 0.01 * np.median(moved[moved > 0.0]))) > 0.05
 
 
 def shared_walk(
@@ -456,17 +414,14 @@ def shared_walk(
     steps = np.diff(_without_table(angles, kinematic, readings))
     # Readings that slip at times, or come back, make no walk.
     alike = steps.mean(axis=0)
-    slips = np.abs(alike) > _SLIP * scatter_of(alike)
-    if slips.mean() < _SELDOM:
+    # A step that all gyros make against the encoder beyond eight deviations is one of the encoder.
+    slips = np.abs(alike) > 8.0 * scatter_of(alike)
+    if slips.mean() < 1e-3:
         steps[:, slips] = 0.0
     try:
-        return common_walk(
-            steps,
-            sample_rate=rate,
-            band_hz=(band_hz[0], min(band_hz[1], _PART_OF_RATE * rate)),
-            masked=evidence.masked,
-            confidence=evidence.settings.confidence,
-        )
+        # Averages are bent above a quarter of their rate.
+        band_hz = (band_hz[0], min(band_hz[1], 0.25 * rate))
+        return common_walk(steps, sample_rate=rate, band_hz=band_hz, **evidence.how)
     except ValueError:
         # A band that is too narrow, or of lines alone.
         return None
@@ -500,7 +455,8 @@ def _shared_note(
     """
     low, factor, high = factors
     if not shared.is_present or factor > _ODD:
-        if low < _TELLING or factor > _ODD:
+        # If differencing may leave less than half of N, nothing is told.
+        if low < 0.5 or factor > _ODD:
             text = (
                 "whether the two gyros share an angle random walk cannot be told beside the noise "
                 "of the encoder"
@@ -513,12 +469,14 @@ def _shared_note(
                 "themselves"
             )
         return Note(channel=channel, text=text)
-    if factor < _ENCODER:
-        if shared.square <= _CLEAR * (shared.square - shared.low):
+    # Below this it is the encoder that wanders: two gyros hardly share more noise than they have of
+    # their own.
+    if factor < 0.6:
+        # A wander that is named measures five half intervals.
+        if shared.square <= 5.0 * (shared.square - shared.low):
             return None
-        walk = rooted(
-            "angle_random_walk", shared.confidence, shared.square, shared.low, shared.high
-        )
+        squares = shared.square, shared.low, shared.high
+        walk = rooted("angle_random_walk", shared.confidence, *squares)
         text = (
             "its readings wander: each gyro taken against them shows "
             f"{walk.to('deg/sqrt(h)')} that is taken to be the encoder's; the answer of the two "
@@ -526,7 +484,7 @@ def _shared_note(
         )
         return Note(channel="table", text=text)
     off, ends = 100.0 * (factor - 1.0), sorted(abs(100.0 * (end - 1.0)) for end in (low, high))
-    matters = abs(factor - 1.0) >= _MATTERS
+    matters = abs(factor - 1.0) >= 0.01
     shows = (
         "does not show"
         if off < 0.0

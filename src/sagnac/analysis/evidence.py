@@ -2,6 +2,8 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
+from typing import Any
 
 import numpy as np
 
@@ -25,9 +27,6 @@ from sagnac.stability.curve import StabilityCurve, stability_curve
 
 # A curve of fewer points than this has no cluster time whose deviation means anything.
 LEAST_POINTS = 32
-# The likelihood fit takes the angle this many times as often as the curve: ten times the bins,
-# and still far below the frequencies where readout and bearing noise rule.
-_FINER = 10
 
 Bands = tuple[tuple[float, float], ...]
 
@@ -112,6 +111,11 @@ class Evidence:
         """(low, high) bands whose noise went with the lines, Hz."""
         return self.left.removal.masked
 
+    @property
+    def how(self) -> dict[str, Any]:
+        """Masked bands and confidence, as each reading of a spectrum takes them."""
+        return {"masked": self.masked, "confidence": self.settings.confidence}
+
 
 # ---- angles and curves -------------------------------------------------------------------
 
@@ -135,12 +139,10 @@ def require_length(points: Points, recording: Recording) -> None:
         return
     interval = max(duration / (2 * LEAST_POINTS), 1.0 / recording.sample_rate)
     is_enough = interval * LEAST_POINTS < duration
-    raise RecordingError(
-        f"{duration:.4g} s give {size} angles at {1.0 / points.rate:.4g} s, and a curve needs "
-        f"{LEAST_POINTS}",
-        remedy="record longer"
-        + (f" or ask for a shorter interval ({{interval {interval:.2g}s}})" if is_enough else ""),
-    )
+    given = f"{duration:.4g} s give {size} angles at {1.0 / points.rate:.4g} s"
+    shorter = f" or ask for a shorter interval ({{interval {interval:.2g}s}})" if is_enough else ""
+    remedy = f"record longer{shorter}"
+    raise RecordingError(f"{given}, and a curve needs {LEAST_POINTS}", remedy=remedy)
 
 
 def curve_of(
@@ -159,15 +161,10 @@ def curve_of(
     RecordingError
         If the record is too short for the estimator, or has gaps that it cannot leave out.
     """
+    how: dict[str, Any] = {"kind": kind, "estimator": estimator, "gaps": gaps}
+    confidence = settings.confidence
     try:
-        return stability_curve(
-            values,
-            kind=kind,
-            sample_rate=sample_rate,
-            estimator=estimator,
-            confidence=settings.confidence,
-            gaps=gaps,
-        )
+        return stability_curve(values, sample_rate=sample_rate, confidence=confidence, **how)
     except ValueError as error:
         raise RecordingError(f"{estimator}: {error}") from None
 
@@ -204,7 +201,7 @@ def curve_after(
 def curve_notes(curve: StabilityCurve, family: tuple[StabilityCurve, ...]) -> tuple[Note, ...]:
     """Notes of a curve, and of a family what the curve does not have."""
     return curve.notes + tuple(
-        Note(text=f"{one.estimator}: {note.text}", level=note.level, channel=note.channel)
+        replace(note, text=f"{one.estimator}: {note.text}")
         for one in family
         for note in one.notes
         if note not in curve.notes
@@ -230,7 +227,9 @@ def fine_points(
         # An angle between samples has no step.
         return points, JointReadout()
     if settings.interval is not None:
-        interval = settings.interval / _FINER
+        # Ten times the bins of the curve, and still far below the frequencies where readout and
+        # bearing noise rule.
+        interval = settings.interval / 10
         points = points_at(left.removal.residual, recording.sample_rate, interval)
     readout = joint_readout(recording, settings.gyros, points.rate)
     dithered = None if readout.every is None else readout.time
@@ -278,18 +277,15 @@ def fits_of(
 
     fits: dict[FitName, Fit] = {}
     if by_paper or not bare:
-        fits["paper"] = attempted(
-            "paper", lambda: paper_fit(of_gyro, squares=squares, confidence=confidence)
-        )
+        paper = partial(paper_fit, of_gyro, squares=squares, confidence=confidence)
+        fits["paper"] = attempted("paper", paper)
     if not bare:
-        fits["weighted"] = attempted(
-            "weighted", lambda: weighted_fit(of_gyro, confidence=confidence)
-        )
+        weighted = partial(weighted_fit, of_gyro, confidence=confidence)
+        fits["weighted"] = attempted("weighted", weighted)
     fits["likelihood"] = Fit(method="likelihood", coefficients=nothing)
     if readout.every is not None:
-        fits["likelihood"] = attempted(
-            "likelihood", lambda: _widest_fit(fine, confidence, masked), "warning"
-        )
+        widest = partial(_widest_fit, fine, confidence, masked)
+        fits["likelihood"] = attempted("likelihood", widest, "warning")
     return fits
 
 

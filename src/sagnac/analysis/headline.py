@@ -62,13 +62,10 @@ from sagnac.quality.readout import joint_readout
 Candidate = Callable[[], Headline | None]
 """Reads N from the evidence: the answer, no N and why, or nothing."""
 
-# Chance at which the curve, against a sound likelihood fit, calls it impossible.
-_VETO: Final = 1e-4
-# Samples that the distribution of the noise is read from, and standard errors that are no chance.
+# Samples that the distribution of the noise is read from.
 _FOR_SHAPE: Final = 2**18
+# Standard errors from which on an excess kurtosis is no chance.
 _SURE: Final = 6.0
-# Samples over which a gyro's low-pass filter may still lower the curve.
-_FILTERED: Final = 10.0
 
 
 def answer(evidence: Evidence, walk_of_pair: WalkOfPair, *, brief: bool = False) -> Headline:
@@ -111,8 +108,12 @@ def first_candidate(evidence: Evidence) -> Headline:
     elif (finest := _spectrum(evidence)) is None:
         candidates = [partial(_likelihood_alone, evidence)]
     else:
-        by_spectrum = (_whole_band, _whole_band_of_fewer, _average)
-        candidates = [partial(one, evidence, finest) for one in by_spectrum]
+        candidates = [
+            partial(_whole_band, evidence, finest),
+            partial(_whole_band_of_fewer, evidence, finest),
+            # The average over bands and terms.
+            partial(_by_spectrum, evidence, finest, evidence.fine),
+        ]
     candidates += [partial(_curve, evidence, finest), partial(_levels, evidence, finest)]
     for candidate in candidates:
         read = candidate()
@@ -166,11 +167,8 @@ def _within_curve(evidence: Evidence, headline: Headline) -> Headline:
     """The fit of the spectrum and the average without what contradicts the curve."""
     spectrum, fit = headline.spectrum, headline.fits["likelihood"]
     lowered = 0.0 if spectrum is None else spectrum.roll_off.cluster_time()
-    highest = highest_terms(
-        evidence.curve,
-        confidence=evidence.settings.confidence,
-        shortest=max(lowered, evidence.readout.time),
-    )
+    confidence, shortest = evidence.settings.confidence, max(lowered, evidence.readout.time)
+    highest = highest_terms(evidence.curve, confidence=confidence, shortest=shortest)
     fit = replace(fit, coefficients=within_curve(fit.coefficients, highest))
     if spectrum is not None:
         limited = within_curve(spectrum.average.coefficients, highest)
@@ -226,13 +224,8 @@ def _whole_band(evidence: Evidence, finest: AnswerSpectrum) -> Headline | None:
     points, fit = finest.points, finest.likelihood
     if points.rate > evidence.fine.rate:
         try:
-            fit = likelihood_fit(
-                finest.increments,
-                kind="increment",
-                sample_rate=points.rate,
-                confidence=evidence.settings.confidence,
-                masked=evidence.masked,
-            )
+            steps, rate = finest.increments, points.rate
+            fit = likelihood_fit(steps, kind="increment", sample_rate=rate, **evidence.how)
         except RecordingError:
             return None
     average = with_whole_band(finest.levels, finest.average, fit)
@@ -267,11 +260,6 @@ def _whole_band_of_fewer(evidence: Evidence, finest: AnswerSpectrum) -> Headline
     return _by_spectrum(evidence, chosen, fine)
 
 
-def _average(evidence: Evidence, finest: AnswerSpectrum) -> Headline:
-    """The average over bands and terms."""
-    return _by_spectrum(evidence, finest, evidence.fine)
-
-
 def _by_spectrum(evidence: Evidence, chosen: AnswerSpectrum, fitted: Points) -> Headline:
     """N of the chosen one of 2 to 4, beside which is a likelihood fit of some angles."""
     spectrum = complete(chosen, evidence)
@@ -304,7 +292,7 @@ def _likelihood_alone(evidence: Evidence) -> Headline | None:
     if walk.status == "not observable":
         return None
     # A fit that is known not to describe its spectrum yields to the curve much sooner.
-    chance = _VETO if fit.departure == 0.0 else 1.0 - evidence.settings.confidence
+    chance = 1e-4 if fit.departure == 0.0 else 1.0 - evidence.settings.confidence
     veto = _highest_walk(evidence, None, chance)
     if veto is None or walk.low <= veto.value:
         return Headline(estimate=walk, source=_likelihood_source(channel, evidence.fine, fit))
@@ -374,5 +362,6 @@ def _highest_walk(
         points = points_at(unfinished, rate, evidence.settings.interval)
         curve = curve_of(points.angle, points.rate, evidence.settings)
         roll_off = roll_off_of(Points(angle=unfinished, rate=rate))
-    used = (curve.tau * rate >= _FILTERED) & (curve.tau >= roll_off.cluster_time())
+    # A gyro's low-pass filter may still lower the curve over ten samples.
+    used = (curve.tau * rate >= 10.0) & (curve.tau >= roll_off.cluster_time())
     return highest_walk(curve, evidence.readout, chance=chance, used=used)

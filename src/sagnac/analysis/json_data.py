@@ -1,6 +1,6 @@
 """Basis of the answer, low-pass and readout of the sensor, as plain data in the field's units."""
 
-from typing import Any, Final
+from typing import Any
 
 import numpy as np
 from scipy.optimize import minimize_scalar
@@ -47,10 +47,8 @@ def parts_data(analysis: Analysis) -> list[dict[str, Any]]:
         it.
     """
     size = field_unit("angle_random_walk").size
-    return [
-        {"start_s": part.start_s, "stop_s": part.stop_s, **_interval(part, size)}
-        for part in analysis.parts
-    ]
+    spans = ({"start_s": part.start_s, "stop_s": part.stop_s} for part in analysis.parts)
+    return [span | _interval(part, size) for span, part in zip(spans, analysis.parts, strict=True)]
 
 
 def shares_data(analysis: Analysis) -> dict[str, Any]:
@@ -84,10 +82,8 @@ def triad_data(analysis: Analysis) -> dict[str, Any] | None:
     triad = analysis.triad
     if triad is None:
         return None
-    return {
-        "scale": _ends(triad.scale),
-        "angles_deg": {name: _ends(one, DEGREE) for name, one in triad.angles.items()},
-    }
+    angles = {name: _ends(one, DEGREE) for name, one in triad.angles.items()}
+    return {"scale": _ends(triad.scale), "angles_deg": angles}
 
 
 def _ends(interval: Interval | None, size: float = 1.0) -> dict[str, float] | None:
@@ -120,14 +116,6 @@ def covariance_data(analysis: Analysis) -> dict[str, Any] | None:
     }
 
 
-# Share of the weight of fits under a low-pass, and the part of N left at the highest frequencies,
-# from which on there is one.
-_SHARE: Final = 0.2
-_FALLEN: Final = 0.5
-# What is left of N below this part is a floor of another kind, such as steps of the readout.
-_FLOOR: Final = 0.01
-
-
 def low_pass_data(analysis: Analysis) -> dict[str, dict[str, float]]:
     """The Butterworth low-pass that the spectrum of one gyro or accelerometer shows.
 
@@ -146,7 +134,8 @@ def low_pass_data(analysis: Analysis) -> dict[str, dict[str, float]]:
         ``low_pass`` with ``corner_hz`` (-3 dB) and ``order``; empty if there is none.
     """
     walk, choice = analysis.angle_random_walk, analysis.average
-    if choice is None or choice.falls < _SHARE or walk.status != "estimated":
+    # Fits under a low-pass have a fifth of the weight or more if there is one.
+    if choice is None or choice.falls < 0.2 or walk.status != "estimated":
         return {}
     frequency, density = analysis.spectrum.frequency, analysis.spectrum.density
     rate, gyro = analysis.recording.sample_rate, analysis.settings.gyros[0]
@@ -164,9 +153,11 @@ def low_pass_data(analysis: Analysis) -> dict[str, dict[str, float]]:
     steps = (added if added < walk.value**2 else 0.0) * laws[:, 0]
     filtered = laws @ squares - steps
     share = (density - steps) / filtered
-    if not share.size or not float(np.median(share[-5:])) < _FALLEN:
+    # At the highest frequencies a low-pass leaves less than half of N.
+    if not share.size or not float(np.median(share[-5:])) < 0.5:
         return {}
-    kept = share > np.maximum(_FLOOR, steps / filtered)
+    # What is left below a hundredth is a floor of another kind, such as steps of the readout.
+    kept = share > np.maximum(0.01, steps / filtered)
     fits = [_fitted(frequency[kept], share[kept], rate, order) for order in ORDERS]
     _, corner, order = min(fits)
     return {"low_pass": {"corner_hz": corner, "order": order}}

@@ -8,16 +8,8 @@ from typing import Final
 import numpy as np
 
 from sagnac.analysis.settings import Method, Settings
-from sagnac.core.arrays import (
-    BooleanArray,
-    FloatArray,
-    blocks,
-    differences,
-    elementwise,
-    extent,
-    mean,
-    square,
-)
+from sagnac.core import arrays
+from sagnac.core.arrays import BooleanArray, FloatArray
 from sagnac.core.errors import Note, RecordingError, rounded
 from sagnac.core.units import ARCSECOND
 from sagnac.lines.model import Removal
@@ -32,22 +24,15 @@ from sagnac.table.estimate import EstimatedTable, estimated_table, order_drift
 from sagnac.table.kinematics import KINEMATIC_RATE, averages_of
 from sagnac.table.turns import SHORTEST, full_rotation_samples, is_turning, mean_rate
 
-# A departure from a straight line by fewer units of the last place is rounding.
-_ROUNDING: Final = 64.0
-
 ALIKE: Final = (0.9, 1.1)
 """Weights of a pair that take the table out of it, between which they stand for its difference."""
 
-# Motion that two gyros do not share, in that of both, from which on no weights take it out.
-_TOGETHER: Final = 0.1
 # Part of the pair's increments by which the encoder has to raise them for weights far from one.
 _QUIETER: Final = 0.9
 # Change of a delay that is worth a note, s. What interpolation does between slow readings is less.
 _CHANGES: Final = 1e-4
 # Standard errors of it from which on it is no chance.
 _SURE: Final = 5.0
-# Noise of the encoder that is worth a note: beside the gyros in all, and at least.
-_NOISY: Final = 1.0 * ARCSECOND
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -88,7 +73,7 @@ class Measurement:
 
     def noise(self, angle: FloatArray) -> FloatArray:
         """Its angle, or what is left of it, with the noise of one gyro."""
-        return elementwise(np.divide, angle, PAIR_SIZE) if self.is_pair else angle
+        return arrays.elementwise(np.divide, angle, PAIR_SIZE) if self.is_pair else angle
 
     def share(self, shares: Mapping[str, float]) -> float:
         """Share of the table's rate in the angle, from the shares of the gyros."""
@@ -115,7 +100,7 @@ def measure(recording: Recording, gyros: tuple[str, ...]) -> Measurement:
     angle, names = angle_of(recording.gyro(gyros[0]), rate), gyros[:1]
     if len(gyros) > 1:
         names = (gyros[0], gyros[-1])
-        angle = elementwise(np.subtract, angle, angle_of(recording.gyro(gyros[-1]), rate))
+        angle = arrays.elementwise(np.subtract, angle, angle_of(recording.gyro(gyros[-1]), rate))
     return Measurement(channel="-".join(names), angle=angle, gyros=names, sample_rate=rate)
 
 
@@ -146,17 +131,16 @@ def require_noise(measured: Measurement) -> None:
     """
     angle = measured.angle
     slope = (angle[-1] - angle[0]) / max(angle.size - 1, 1)
-    rounding = _ROUNDING * float(np.spacing(max(map(abs, extent(angle)))))
-    for block in blocks(angle.size):
+    # A departure by fewer units of the last place is rounding.
+    rounding = 64.0 * float(np.spacing(max(map(abs, arrays.extent(angle)))))
+    for block in arrays.blocks(angle.size):
         line = angle[0] + slope * np.arange(block.start, block.stop)
         if np.abs(angle[block] - line).max() > rounding:
             return
     what = "the two gyros turn alike" if measured.is_pair else "it turns evenly"
-    raise RecordingError(
-        f"holds no noise: {what} to the last place of the numbers",
-        channel=measured.channel,
-        remedy="name other gyros with {gyros} or {columns}",
-    )
+    problem = f"holds no noise: {what} to the last place of the numbers"
+    remedy = "name other gyros with {gyros} or {columns}"
+    raise RecordingError(problem, channel=measured.channel, remedy=remedy)
 
 
 # ---- the table ---------------------------------------------------------------------------
@@ -222,12 +206,9 @@ def turning_table(recording: Recording, gyros: tuple[str, ...], method: Method) 
         return TurningTable(angle=table)
     angles = [angle_of(recording.gyro(name), rate) for name in gyros]
     estimate = estimated_table(angles, table, rate)
-    return TurningTable(
-        angle=table,
-        estimate=estimate,
-        shares=dict(zip(gyros, estimate.shares.tolist(), strict=True)),
-        notes=_encoder_notes(estimate, rate),
-    )
+    shares = dict(zip(gyros, estimate.shares.tolist(), strict=True))
+    notes = _encoder_notes(estimate, rate)
+    return TurningTable(angle=table, estimate=estimate, shares=shares, notes=notes)
 
 
 def _encoder_notes(estimate: EstimatedTable, sample_rate: float) -> tuple[Note, ...]:
@@ -246,7 +227,8 @@ def _encoder_notes(estimate: EstimatedTable, sample_rate: float) -> tuple[Note, 
                 f"{1e3 * delay.change_error:.1g} ms) over the record"
             )
         texts.append(f"{text}; they are shifted by that")
-    if estimate.smoothed and estimate.noise > _NOISY:
+    # Less is not worth a note.
+    if estimate.smoothed and estimate.noise > ARCSECOND:
         # The root mean square rate: the table may turn back or stand.
         block = max(1, round(sample_rate / KINEMATIC_RATE))
         turned = np.diff(averages_of(estimate.angle, block))
@@ -317,14 +299,14 @@ def without_encoder_errors(
     if measured.is_pair:
         first, second = weights = _weights([table.shares[name] for name in measured.gyros])
         angles = [angle_of(recording.gyro(name), measured.sample_rate) for name in measured.gyros]
-        angle = elementwise(lambda one, other: first * one + second * other, *angles)
+        angle = arrays.elementwise(lambda one, other: first * one + second * other, *angles)
         alone = replace(measured, angle=angle, weights=weights)
         if _takes_table_out(alone, measured, table, estimate):
             return alone
     if estimate.angle is estimate.readings:
         return measured
     share = measured.share(table.shares)
-    own = elementwise(
+    own = arrays.elementwise(
         lambda angle, readings, known: angle - share * (readings - known),
         measured.angle, estimate.readings, estimate.angle,
     )  # fmt: skip
@@ -344,12 +326,13 @@ def _takes_table_out(
     alone: Measurement, measured: Measurement, table: TurningTable, estimate: EstimatedTable
 ) -> bool:
     """Whether two gyros weighted so `alone` tell more than their difference and the encoder."""
-    if not 0.0 < estimate.alike < _TOGETHER:
+    # From a tenth of motion that two gyros do not share, no weights take it out.
+    if not 0.0 < estimate.alike < 0.1:
         return False
     if all(ALIKE[0] < abs(weight) < ALIKE[1] for weight in alone.weights):
         return True
     share = measured.share(table.shares)
-    by_encoder = elementwise(
+    by_encoder = arrays.elementwise(
         lambda angle, readings: angle - share * readings, measured.angle, estimate.readings
     )
     block = max(1, round(measured.sample_rate / KINEMATIC_RATE))
@@ -359,8 +342,8 @@ def _takes_table_out(
 
 def _step(angle: FloatArray) -> float:
     """Rms increment about the mean, rad."""
-    steps = differences(angle)
-    return math.sqrt(max(square(steps) / steps.size - mean(steps) ** 2, 0.0))
+    steps = arrays.differences(angle)
+    return math.sqrt(max(arrays.square(steps) / steps.size - arrays.mean(steps) ** 2, 0.0))
 
 
 # ---- without its lines -------------------------------------------------------------------
@@ -422,9 +405,8 @@ def remainder_of(
     """
     rate = measured.sample_rate
     if settings.method == "fos":
-        removal = remove_lines(
-            measured.angle, table, rate, channel=measured.channel, progress=progress
-        )
+        channel = measured.channel
+        removal = remove_lines(measured.angle, table, rate, channel=channel, progress=progress)
     elif settings.method == "fris":
         removal, rate = _once_a_turn(measured, table, recording.null_pulse)
     elif settings.method == "none":

@@ -9,8 +9,9 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, fields, replace
 from functools import partial
-from typing import Any, Final
+from typing import Any
 
+from sagnac.analysis import measurement
 from sagnac.analysis.averaged import Headline
 from sagnac.analysis.corrections import without_dither, without_temperature
 from sagnac.analysis.evidence import (
@@ -26,15 +27,6 @@ from sagnac.analysis.evidence import (
     require_length,
 )
 from sagnac.analysis.headline import answer
-from sagnac.analysis.measurement import (
-    measure,
-    remainder_of,
-    require_noise,
-    require_sound,
-    turning_table,
-    with_order_phases,
-    without_encoder_errors,
-)
 from sagnac.analysis.result import Analysis, Covariance
 from sagnac.analysis.settings import MOST_GYROS, Progress, Settings, Stages
 from sagnac.analysis.spectra import Spectrum, figure_spectrum, multitaper_density, residual_of
@@ -55,11 +47,6 @@ from sagnac.recording.model import Channel, Recording, require_recording
 from sagnac.stability.curve import StabilityCurve
 from sagnac.table.kinematics import averages_of
 from sagnac.table.turns import mean_rate, turns
-
-# An interval that is rounded to whole samples by less than this share of it is not worth a note.
-_ROUNDED: Final = 0.01
-# Between the angles of the curve on a turning table unless stated, s: Step 4 of the paper.
-_ON_TABLE: Final = 1.0
 
 Run = Callable[..., Analysis]
 """A function that analyzes a recording by settings, with a keyword `progress`."""
@@ -121,8 +108,12 @@ def analyze(
     remedy = "give Settings(...), or its fields by name"
     require_type("settings", settings, (Settings, type(None)), remedy)
     settings = replace(settings or Settings(), **choices)
+
+    def run(one: Recording, chosen: Settings, *, progress: Progress | None = None) -> Analysis:
+        return _path(one, chosen, progress)[0]
+
     with one_thread():
-        return _each_channel(recording, settings, _analysis, progress)
+        return _each_channel(recording, settings, run, progress)
 
 
 def answer_of(recording: Recording, settings: Settings | None = None) -> tuple[Headline, Evidence]:
@@ -149,13 +140,6 @@ def answer_of(recording: Recording, settings: Settings | None = None) -> tuple[H
 
 
 # ---- one measurement ---------------------------------------------------------------------
-
-
-def _analysis(
-    recording: Recording, settings: Settings, *, progress: Progress | None = None
-) -> Analysis:
-    """One gyro, or those of a turning table."""
-    return _path(recording, settings, progress)[0]
 
 
 def _path(
@@ -195,32 +179,35 @@ def _evidence(
     rate = recording.sample_rate
     with stages.stage("difference"):
         gyros = settings.gyros_of(recording)
-        interval = settings.interval or (_ON_TABLE if turns(recording) else None)
+        # On a turning table every second, as in Step 4 of the paper.
+        interval = settings.interval or (1.0 if turns(recording) else None)
         settings = replace(settings, gyros=gyros, interval=interval)
-        require_sound(recording, gyros)
+        measurement.require_sound(recording, gyros)
         corrected = without_temperature(recording, gyros) if settings.covariates else recording
         corrected = without_dither(corrected, gyros, settings.method)
-        as_it_is = measure(corrected, gyros)
+        as_it_is = measurement.measure(corrected, gyros)
         before = points_at(as_it_is.angle, rate, interval)
         before = replace(before, angle=as_it_is.noise(before.angle))
         if settings.method != "fris":
             # Known before the search, which takes what time there is.
             require_length(before, recording)
-        table = turning_table(corrected, gyros, settings.method)
-        measured = without_encoder_errors(as_it_is, corrected, table)
-        table = with_order_phases(table, measured)
+        table = measurement.turning_table(corrected, gyros, settings.method)
+        measured = measurement.without_encoder_errors(as_it_is, corrected, table)
+        table = measurement.with_order_phases(table, measured)
     with stages.stage("check"):
         if findings is None:
             findings = findings_of(recording, settings)
-        require_noise(as_it_is)
+        measurement.require_noise(as_it_is)
         # Lines are sought with an array less in memory.
         del as_it_is
     with stages.stage("lines") as fraction:
-        left = remainder_of(measured, table.known, corrected, settings, fraction)
+        beside = (table.known, corrected, settings, fraction)
+        left = measurement.remainder_of(measured, *beside)
         remainders = [left]
         if len(gyros) == MOST_GYROS:
-            pair = without_encoder_errors(measure(corrected, gyros[:2]), corrected, table)
-            remainders.append(remainder_of(pair, table.known, corrected, settings, fraction))
+            pair = measurement.measure(corrected, gyros[:2])
+            pair = measurement.without_encoder_errors(pair, corrected, table)
+            remainders.append(measurement.remainder_of(pair, *beside))
         points = points_at(left.removal.residual, left.rate, None if left.once_a_turn else interval)
         require_length(points, recording)
         bare |= bare_if_taken and _is_taken(recording, left.removal)
@@ -262,12 +249,9 @@ def _family(
     points: Points, curve: StabilityCurve | None, settings: Settings
 ) -> tuple[StabilityCurve, ...]:
     """A curve for each estimator asked for; `curve` is the overlapping one if that is known."""
-    return tuple(
-        curve
-        if curve is not None and one == curve.estimator
-        else curve_of(points.angle, points.rate, settings, one)
-        for one in settings.estimators
-    )
+    known = {} if curve is None else {curve.estimator: curve}
+    of_points = partial(curve_of, points.angle, points.rate, settings)
+    return tuple(known.get(one) or of_points(one) for one in settings.estimators)
 
 
 def _of_pair(evidence: Evidence, other: str) -> Estimate:
@@ -295,7 +279,7 @@ def _composed(evidence: Evidence, headline: Headline) -> Analysis:
     spectrum, spectrum_before, rest = Spectrum.empty(), Spectrum.empty(), None
     if not evidence.bare:
         spectrum = spectrum_before = figure_spectrum(differences(residual), left.rate)
-        as_it_is = measure(evidence.corrected, settings.gyros)
+        as_it_is = measurement.measure(evidence.corrected, settings.gyros)
         before = as_it_is.noise(as_it_is.angle)
         # Here and below, an array less in memory.
         del as_it_is
@@ -347,9 +331,8 @@ def _notes(evidence: Evidence, headline: Headline) -> tuple[Note, ...]:
     said = {note.text.removeprefix(ACCEPTED) for note in headline.findings}
     rounding = []
     interval, rate = evidence.settings.interval, evidence.curve.sample_rate
-    if not (
-        interval is None or evidence.left.once_a_turn or abs(interval * rate - 1.0) <= _ROUNDED
-    ):
+    # Rounding by a hundredth is not worth a note.
+    if not (interval is None or evidence.left.once_a_turn or abs(interval * rate - 1.0) <= 0.01):
         text = f"interval {interval:g} s is no whole number of samples: {1.0 / rate:.4g} s taken"
         rounding.append(Note(text=text))
     notes = (
@@ -421,12 +404,8 @@ def _gyros_alone(
     require_strict(beside, settings)
     first, *_ = each = tuple(analyses.values())
     read = first.recording.notes
-    notes = [
-        note if note.channel else replace(note, channel=name)
-        for name, one in analyses.items()
-        for note in one.notes
-        if note not in read
-    ]
+    own = [(name, note) for name, one in analyses.items() for note in one.notes if note not in read]
+    notes = [note if note.channel else replace(note, channel=name) for name, note in own]
     stages = dict.fromkeys(stage for one in each for stage in one.seconds)
     return replace(
         first,
@@ -529,25 +508,20 @@ def still_bench(
     benches: dict[str, AtRest] = {}
 
     def run(one: Recording, chosen: Settings, *, progress: Progress | None = None) -> Analysis:
-        name = chosen.gyros[0]
-        benches[name] = _at_rest(one, chosen, progress, lines_in=lines_in)
-        return benches[name].analysis
+        gyro = one.gyro(chosen.gyros[0])
+        whole = partial(_with_lines_out, progress=progress, lines_in=lines_in)
+        if not math.isnan(extent(gyro.values)[0]):
+            bench = whole(one, chosen)
+        else:
+            try:
+                bench = _with_gaps(one, gyro, chosen, whole)
+            except RecordingError as error:
+                raise error.at(one.path or "recording") from None
+        benches[gyro.name] = bench
+        return bench.analysis
 
     recording = replace(recording, table=None, null_pulse=None)
     return _each_channel(recording, settings, run, progress), benches
-
-
-def _at_rest(
-    recording: Recording, settings: Settings, progress: Progress | None, *, lines_in: bool
-) -> AtRest:
-    """Curve and coefficients of one gyro, and what they would be without its lines."""
-    gyro = recording.gyro(settings.gyros[0])
-    if math.isnan(extent(gyro.values)[0]):
-        try:
-            return _with_gaps(recording, gyro, settings, progress, lines_in=lines_in)
-        except RecordingError as error:
-            raise error.at(recording.path or "recording") from None
-    return _with_lines_out(recording, settings, progress, lines_in=lines_in)
 
 
 def _with_lines_out(
@@ -584,7 +558,7 @@ def _with_family(
     """The analysis of a gyro of which nothing was taken, with the other curves and the density."""
     stages = Stages(progress, recording.path or "recording")
     with stages.stage("curves"):
-        rate, angle = recording.sample_rate, measure(recording, settings.gyros).angle
+        rate, angle = recording.sample_rate, measurement.measure(recording, settings.gyros).angle
         family = _family(points_at(angle, rate, settings.interval), analysis.curve, settings)
         density = multitaper_density(differences(angle), rate) if family else None
     return replace(
@@ -598,14 +572,12 @@ def _with_family(
 
 
 def _with_gaps(
-    recording: Recording,
-    gyro: Channel,
-    settings: Settings,
-    progress: Progress | None,
-    *,
-    lines_in: bool,
+    recording: Recording, gyro: Channel, settings: Settings, whole: Callable[..., AtRest]
 ) -> AtRest:
-    """Curves of all of a gyro with missing samples, the rest of its longest whole stretch."""
+    """Curves of all of a gyro with missing samples, the rest of its longest whole stretch.
+
+    `whole` makes what is made of a recording without gaps.
+    """
     for note in stuck_notes(recording, Profile.of(recording, gyro)):
         raise RecordingError.of(note)
     _require_no_fit_across_gaps(gyro, settings)
@@ -619,7 +591,7 @@ def _with_gaps(
     part, start = longest_whole_stretch(recording, gyro.name)
     span = f"{start:.6g} to {start + part.samples / part.sample_rate:.6g} s"
     try:
-        made = _with_lines_out(part, replace(settings, estimators=()), progress, lines_in=lines_in)
+        made = whole(part, replace(settings, estimators=()))
         steps = differences(angle_of(part.gyro(gyro.name), part.sample_rate))
         density = multitaper_density(steps, part.sample_rate)
         analysis = replace(made.analysis, source=f"{made.analysis.source} (of {span})")
@@ -629,8 +601,19 @@ def _with_gaps(
             f"{span}; the curves are of the whole recording, without the terms that touch a gap",
         )
     except RecordingError as error:
-        analysis = _curve_alone(recording, gyro, settings, curve)
-        density = analysis.spectrum
+        density = Spectrum.empty()
+        analysis = Analysis(
+            recording=recording,
+            settings=settings,
+            channel=gyro.name,
+            table_rate=None,
+            angle_random_walk=unobserved("angle_random_walk", settings.confidence),
+            source="no stretch without a gap is long enough",
+            curve=curve,
+            curve_before=curve,
+            spectrum=density,
+            spectrum_before=density,
+        )
         made = AtRest(analysis=analysis, without_lines=analysis, as_it_is=analysis)
         why = RecordingError(error.problem, channel=error.channel, remedy=error.remedy)
         text = (
@@ -645,7 +628,7 @@ def _with_gaps(
         *(note for note in analysis.notes if note not in analysis.curve.notes),
         *curve_notes(curve, family),
     )
-    whole = replace(
+    analysis = replace(
         analysis,
         recording=recording,
         settings=settings,
@@ -655,7 +638,7 @@ def _with_gaps(
         density=density,
         notes=tuple(dict.fromkeys(notes)),
     )
-    return replace(made, analysis=whole)
+    return replace(made, analysis=analysis)
 
 
 def _require_no_fit_across_gaps(gyro: Channel, settings: Settings) -> None:
@@ -675,22 +658,3 @@ def _require_no_fit_across_gaps(gyro: Channel, settings: Settings) -> None:
         return
     remedy = f"leave {{{choice}}} out, or take a whole stretch with {{slice START:STOP}}"
     raise RecordingError(cannot, channel=gyro.name, remedy=remedy)
-
-
-def _curve_alone(
-    recording: Recording, gyro: Channel, settings: Settings, curve: StabilityCurve
-) -> Analysis:
-    """The curve across gaps where no stretch between them gives more."""
-    nothing = Spectrum.empty()
-    return Analysis(
-        recording=recording,
-        settings=settings,
-        channel=gyro.name,
-        table_rate=None,
-        angle_random_walk=unobserved("angle_random_walk", settings.confidence),
-        source="no stretch without a gap is long enough",
-        curve=curve,
-        curve_before=curve,
-        spectrum=nothing,
-        spectrum_before=nothing,
-    )

@@ -3,7 +3,7 @@
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any, Final
+from typing import Any
 
 from sagnac.analysis.averaged import reaches
 from sagnac.analysis.pipeline import analyze
@@ -15,13 +15,6 @@ from sagnac.noise.laws import STOCHASTIC_NAMES
 from sagnac.recording.model import Recording
 from sagnac.verdict.forecast import LeftOut, Shown
 from sagnac.verdict.limits import Limit, Specification, specification_of
-
-# Cells that a fit leaves out on either side of what is masked.
-_BESIDE: Final = 1.0
-# Times as long as the recording: where the forecast asks what the answer will rest on.
-_LONGER: Final = 10.0
-# Share of the weight from which on fits under the beginning of a low-pass count.
-_FALLS: Final = 0.1
 
 
 def shown_by(analysis: Analysis) -> Shown:
@@ -39,11 +32,9 @@ def shown_by(analysis: Analysis) -> Shown:
     walk, choice = analysis.angle_random_walk, analysis.average
     duration = analysis.recording.duration
     if walk.status != "estimated" or walk.low <= 0.0:
-        raise RecordingError(
-            f"N is {walk.status} after {duration:.4g} s, so that no interval can be forecast",
-            channel=analysis.channel,
-            remedy="record four times as long and ask again",
-        )
+        problem = f"N is {walk.status} after {duration:.4g} s, so that no interval can be forecast"
+        remedy = "record four times as long and ask again"
+        raise RecordingError(problem, channel=analysis.channel, remedy=remedy)
     if choice is None or not choice.terms:
         problem = "the answer rests on no band of the spectrum"
         raise RecordingError(problem, channel=analysis.channel, remedy="record longer")
@@ -60,7 +51,7 @@ def shown_by(analysis: Analysis) -> Shown:
             if found.status == "estimated" and name in STOCHASTIC_NAMES
         },
         terms=STOCHASTIC_NAMES,
-        falls=choice.falls > _FALLS,
+        falls=choice.falls > 0.1,
         duration=duration,
         highest=choice.band_hz[1],
         interval=1.0 / analysis.recording.sample_rate,
@@ -73,21 +64,20 @@ def shown_by(analysis: Analysis) -> Shown:
     if choice.member == "average" and (fit.departure != 0.0 or not reaches(choice, band.high)):
         return average
     whole_band = replace(average, highest=band.high, interval=band.interval, efficient=True)
-    return min((whole_band, average), key=lambda one: one.expected(_LONGER * duration))
+    # What the answer of a recording ten times as long will rest on.
+    return min((whole_band, average), key=lambda one: one.expected(10.0 * duration))
 
 
 def _left_out(low: float, high: float, duration: float) -> LeftOut:
     """Cells that a line or a band of vibration takes; a line takes as many at any duration."""
     cells = min(0.5 * (high - low) * duration, WIDEST_BINS)
     beside = cells / duration
-    return LeftOut(
-        low=min(low + beside, 0.5 * (low + high)),
-        high=max(high - beside, 0.5 * (low + high)),
-        cells=cells + _BESIDE,
-    )
+    # A fit leaves out one more cell on either side of what is masked.
+    middle = 0.5 * (low + high)
+    ends = min(low + beside, middle), max(high - beside, middle)
+    return LeftOut(low=ends[0], high=ends[1], cells=cells + 1.0)
 
 
-WIDTHS: Final = (0.1, 0.05, 0.02, 0.01)
 """Half widths of the interval of N that a plan is for unless others are asked for."""
 
 
@@ -177,7 +167,7 @@ class Plans:
 def plan(
     source: Analysis | Recording,
     *,
-    within: float | Sequence[float] = WIDTHS,
+    within: float | Sequence[float] = (0.1, 0.05, 0.02, 0.01),
     specification: Specification | str | None = None,
 ) -> Plans:
     """Forecast from a short recording how long to record for an interval of N or to decide a limit.
@@ -229,12 +219,10 @@ def plan(
         except RecordingError as error:
             refused[name] = error
             continue
-        rows = [
-            PlanRow(half_width=width, hours=_hours(shown.duration_for(width))) for width in within
-        ] + [
-            PlanRow(limit=limit, hours=_hours(shown.duration_to_decide(limit.value)))
-            for limit in limits
-        ]
+        rows = [PlanRow(half_width=each, hours=_hours(shown.duration_for(each))) for each in within]
+        for limit in limits:
+            hours = _hours(shown.duration_to_decide(limit.value))
+            rows.append(PlanRow(limit=limit, hours=hours))
         plans.append(Plan(analysis=one, shown=shown, rows=tuple(rows)))
     if not plans:
         raise next(iter(refused.values()))

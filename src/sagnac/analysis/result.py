@@ -73,7 +73,7 @@ class Covariance:
     matrix: FloatArray
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+@dataclass(frozen=True, kw_only=True, eq=False)
 class Analysis:
     """Everything one recording gave; what the report, the JSON and the tables are made of.
 
@@ -194,31 +194,20 @@ class Analysis:
 
     def __getattr__(self, name: str) -> Any:
         # Asked only for what is not set.
-        if name in type(self).__slots__:
-            raise AttributeError(
-                f"{name} is not in analysis.json; analyze the recording again to have it"
-            )
+        if name in type(self).__dataclass_fields__:
+            said = "is not in analysis.json; analyze the recording again to have it"
+            raise AttributeError(f"{name} {said}")
         raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}")
-
-    def __getstate__(self) -> dict[str, Any]:
-        return {
-            one.name: getattr(self, one.name) for one in fields(self) if hasattr(self, one.name)
-        }
-
-    def __setstate__(self, state: Mapping[str, Any]) -> None:
-        for name, value in state.items():
-            object.__setattr__(self, name, value)
 
     @classmethod
     def of_fields(cls, **given: Any) -> Self:
         """One that has the fields given, and the defaults of others; the rest stays unset."""
         made = object.__new__(cls)
         for one in fields(cls):
-            if one.default is not MISSING:
-                given.setdefault(one.name, one.default)
-            elif one.default_factory is not MISSING:
+            # Defaults that are made for each stand in no class.
+            if one.default_factory is not MISSING:
                 given.setdefault(one.name, one.default_factory())
-        made.__setstate__(given)
+        made.__dict__.update(given)
         return made
 
     @classmethod
@@ -267,10 +256,8 @@ class Analysis:
         def named(each: Mapping[CoefficientName, Estimate]) -> dict[CoefficientName, Estimate]:
             return {name: replace(one, sensor=self.sensor) for name, one in each.items()}
 
-        fits = {
-            method: replace(fit, coefficients=named(fit.coefficients))
-            for method, fit in self.fits.items()
-        }
+        each = self.fits.items()
+        fits = {name: replace(fit, coefficients=named(fit.coefficients)) for name, fit in each}
         walk, coefficients = replace(self.angle_random_walk, sensor=self.sensor), self.coefficients
         return replace(self, angle_random_walk=walk, coefficients=named(coefficients), fits=fits)
 
@@ -286,12 +273,10 @@ class Analysis:
 
     def __repr__(self) -> str:
         if self.gyros:
-            each = ", ".join(
-                f"{name} {one.angle_random_walk!r}" for name, one in self.gyros.items()
-            )
+            each = (f"{name} {one.angle_random_walk!r}" for name, one in self.gyros.items())
             return (
-                f"<Analysis of {len(self.gyros)} gyros, each alone in .gyros: {each}; all else is "
-                f"of {self.channel}, {len(self.notes)} notes>"
+                f"<Analysis of {len(self.gyros)} gyros, each alone in .gyros: {', '.join(each)}; "
+                f"all else is of {self.channel}, {len(self.notes)} notes>"
             )
         return (
             f"<Analysis of {self.channel}: {self.angle_random_walk!r}, {len(self.lines)} lines, "
@@ -359,11 +344,8 @@ class Analysis:
             If xarray is not installed.
         """
         xarray = extra_module("xarray", "frames", "an analysis as a dataset")
-        rows = {
-            (row["channel"], row["coefficient"]): row
-            for row in self._rows()
-            if row["channel"] not in self.accelerometers
-        }
+        of_gyros = (row for row in self._rows() if row["channel"] not in self.accelerometers)
+        rows = {(row["channel"], row["coefficient"]): row for row in of_gyros}
         channels = [one.channel for one in self.each]
         variables: dict[str, tuple[tuple[str, ...], Any, dict[str, str]]] = {}
         for name in dict.fromkeys(coefficient for _, coefficient in rows):
@@ -435,8 +417,5 @@ def answer_coefficients(analysis: Analysis) -> Mapping[CoefficientName, Estimate
 def headline_estimates(analysis: Analysis) -> dict[CoefficientName, Estimate]:
     """Coefficients estimated or bounded beside the answer, else the answer alone."""
     estimates = headline_coefficients(analysis) or answer_coefficients(analysis)
-    return {
-        name: estimates[name]
-        for name in COEFFICIENT_NAMES
-        if name in estimates and estimates[name].status != "not observable"
-    }
+    known = (name for name in COEFFICIENT_NAMES if name in estimates)
+    return {name: estimates[name] for name in known if estimates[name].status != "not observable"}

@@ -6,14 +6,8 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Final, Literal, get_args
 
-from sagnac.core.errors import (
-    RecordingError,
-    choices_of,
-    is_finite,
-    quoted,
-    require_choice,
-    require_confidence,
-)
+from sagnac.core import errors
+from sagnac.core.errors import RecordingError
 from sagnac.lines.published import FAIR, PublishedSearch
 from sagnac.noise.readings import PLAIN, READINGS, Reading
 from sagnac.quality.check import FINDINGS
@@ -105,29 +99,28 @@ class Settings:
     def __post_init__(self) -> None:
         names = self.gyros if isinstance(self.gyros, Iterable) else (self.gyros,)
         if isinstance(names, str) or not all(isinstance(name, str) for name in names):
-            raise ValueError(f"gyros is {quoted(self.gyros)}; give names, such as ('x', 'z')")
+            said = errors.quoted(self.gyros)
+            raise ValueError(f"gyros is {said}; give names, such as ('x', 'z')")
         object.__setattr__(self, "gyros", tuple(self.gyros))
-        require_choice("method", self.method, Method)
+        errors.require_choice("method", self.method, Method)
         if not isinstance(self.step_4, Reading):
-            require_choice("step_4", self.step_4, READINGS)
+            errors.require_choice("step_4", self.step_4, READINGS)
             object.__setattr__(self, "step_4", READINGS[self.step_4])
         if not isinstance(self.published, PublishedSearch):
-            raise ValueError(f"published is {quoted(self.published)}; give a PublishedSearch")
+            said = errors.quoted(self.published)
+            raise ValueError(f"published is {said}; give a PublishedSearch")
         if self.specification is not None:
             object.__setattr__(self, "specification", specification_of(self.specification))
-        for field, allowed in (
-            ("accepted", FINDINGS),
-            ("covariates", Covariate),
-            ("estimators", ESTIMATORS),
-        ):
-            object.__setattr__(self, field, choices_of(field, getattr(self, field), allowed))
+        several = {"accepted": FINDINGS, "covariates": Covariate, "estimators": ESTIMATORS}
+        for field, allowed in several.items():
+            object.__setattr__(self, field, errors.choices_of(field, getattr(self, field), allowed))
         in_order = tuple(name for name in ESTIMATORS if name in self.estimators)
         object.__setattr__(self, "estimators", in_order)
-        if self.interval is not None and not (is_finite(self.interval) and self.interval > 0.0):
-            raise ValueError(
-                f"interval is {quoted(self.interval)}; give seconds above zero, or None"
-            )
-        require_confidence(self.confidence)
+        interval = self.interval
+        if interval is not None and not (errors.is_finite(interval) and interval > 0.0):
+            said = errors.quoted(interval)
+            raise ValueError(f"interval is {said}; give seconds above zero, or None")
+        errors.require_confidence(self.confidence)
 
     def gyros_of(self, recording: Recording) -> tuple[str, ...]:
         """The gyros asked for, or all that the recording has.
@@ -140,10 +133,9 @@ class Settings:
         names = self.gyros or tuple(channel.name for channel in recording.gyros)
         most = MOST_GYROS if turns(recording) else len(recording.gyros)
         if len(names) > most or len(set(names)) != len(names):
-            raise RecordingError(
-                f"gyros {','.join(names)}",
-                remedy="name one gyro, a pair or a triad, each once ({gyros x,z})",
-            )
+            problem = f"gyros {','.join(names)}"
+            remedy = "name one gyro, a pair or a triad, each once ({gyros x,z})"
+            raise RecordingError(problem, remedy=remedy)
         return names
 
 

@@ -53,13 +53,9 @@ def figure_spectrum(increments: FloatArray, sample_rate: float) -> Spectrum:
     return multitaper_density(increments, sample_rate, tapers=1)
 
 
-# Equal parts of the record whose mean rates are shown.
-_PARTS: Final = 240
 # Parts of a turn; half of them are orders.
 # A power of two, so that a mask folds an angle into one turn.
 _SECTORS: Final = 256
-# Turns from which on a mean over turns is one.
-_LEAST_TURNS: Final = 3.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -118,7 +114,8 @@ def residual_of(before: FloatArray, left: Remainder, table: FloatArray | None) -
         (samples,) unwrapped, rad; None if nothing turns.
     """
     angle = left.removal.residual
-    edges = np.unique(np.linspace(0, angle.size - 1, _PARTS + 1).round().astype(np.int64))
+    # Mean rates of 240 equal parts of the record.
+    edges = np.unique(np.linspace(0, angle.size - 1, 241).round().astype(np.int64))
     rate = np.diff(values_at(angle, edges)) / np.diff(edges) * left.rate
     return Residual(
         time=np.asarray(0.5 * (edges[1:] + edges[:-1]) / left.rate, dtype=np.float64),
@@ -128,7 +125,8 @@ def residual_of(before: FloatArray, left: Remainder, table: FloatArray | None) -
 
 
 def _by_angle(before: FloatArray, left: Remainder, table: FloatArray) -> ByAngle | None:
-    if abs(float(table[-1] - table[0])) < 2.0 * np.pi * _LEAST_TURNS:
+    # A mean over fewer than three turns is none.
+    if abs(float(table[-1] - table[0])) < 6.0 * np.pi:
         return None
     # Count and both increments of each sector.
     sums = np.zeros((3, _SECTORS))

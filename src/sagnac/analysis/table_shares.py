@@ -20,14 +20,6 @@ from sagnac.recording.model import Recording
 
 # Stretches that the errors are taken from, whatever the colour of the noise within one.
 _STRETCHES: Final = 30
-_INTERVAL: Final = 1.0  # s, that a rate is taken over
-# Part of the time that a table must turn each way for the bias to be told from the share.
-_EACH_WAY: Final = 0.1
-# Part of the mean speed by which it must vary for an asymmetry to be told from a bias.
-_UNEVEN: Final = 0.1
-# Part of the fastest rate below which a second counts for neither way.
-_TURNING: Final = 0.1
-_AXES: Final = 3
 # Fewest seconds that make shares.
 _LEAST: Final = 4 * _STRETCHES
 
@@ -100,7 +92,8 @@ def table_shares(
         If there is no table, it does not turn, it turns round all the time, or the recording is too
         short.
     """
-    step = max(1, round(_INTERVAL * recording.sample_rate))
+    # Rates are taken over a second.
+    step = max(1, round(recording.sample_rate))
     interval = step / recording.sample_rate
     table = _table_angle(recording, step)
     columns, kept = _columns(table, np.diff(table) / interval)
@@ -118,34 +111,27 @@ def table_shares(
     values, moves = _fitted(design[kept], shown[kept], stretch[kept])
     reach = float(stdtrit(_STRETCHES - len(columns), 0.5 + 0.5 * confidence))
     errors = reach * np.linalg.norm(moves, axis=0)
-    triad = _triad(gyros, values[0], moves[:, 0], reach) if len(gyros) == _AXES else None
+    triad = _triad(gyros, values[0], moves[:, 0], reach) if len(gyros) == 3 else None
     if "asymmetry" in columns:
         values[2], errors[2] = 2.0 * values[2] / values[0], 2.0 * errors[2] / np.abs(values[0])
     shares = {}
     for name, value, error in zip(gyros, values.T, errors.T, strict=True):
         of_column = dict(zip(columns, map(_within, value, error), strict=True))
-        shares[name] = Share(
-            share=of_column["share"],
-            bias=of_column.get("bias"),
-            asymmetry=of_column.get("asymmetry"),
-            confidence=confidence,
-        )
+        named = {one: of_column.get(one) for one in ("bias", "asymmetry")}
+        shares[name] = Share(share=of_column["share"], confidence=confidence, **named)
     return shares, triad
 
 
 def _table_angle(recording: Recording, step: int) -> FloatArray:
     """The table's angle at every `step`-th sample, rad."""
     if recording.table is None:
-        raise RecordingError(
-            "there is no table angle to compare the gyros with",
-            remedy="name its encoder ({table COLUMN:UNIT})",
-        )
+        problem = "there is no table angle to compare the gyros with"
+        raise RecordingError(problem, remedy="name its encoder ({table COLUMN:UNIT})")
     table = every(recording.table.values, step)
     if table.size < _LEAST:
-        raise RecordingError(
-            f"{recording.duration:.4g} s are too short for shares of the table's rate",
-            remedy=f"take {_LEAST * step / recording.sample_rate:g} s or more",
-        )
+        problem = f"{recording.duration:.4g} s are too short for shares of the table's rate"
+        remedy = f"take {_LEAST * step / recording.sample_rate:g} s or more"
+        raise RecordingError(problem, remedy=remedy)
     if not np.any(np.diff(table)):
         raise RecordingError("the table does not turn", channel="table")
     return table
@@ -158,13 +144,16 @@ def _columns(table: FloatArray, rates: FloatArray) -> tuple[dict[str, FloatArray
     asymmetry if that varies.
     """
     speeds = np.abs(rates)
-    way = np.sign(rates) * (speeds > _TURNING * speeds.max())
+    # A second below a tenth of the fastest rate counts for neither way.
+    way = np.sign(rates) * (speeds > 0.1 * speeds.max())
     columns, kept = {"share": rates}, np.ones(rates.size, dtype=np.bool_)
-    if min(np.mean(way > 0.0), np.mean(way < 0.0)) > _EACH_WAY:
+    # A table that turns each way tells the bias from the share.
+    if min(np.mean(way > 0.0), np.mean(way < 0.0)) > 0.1:
         columns["bias"] = np.ones_like(rates)
         kept[1:] &= way[1:] == way[:-1]
         kept[:-1] &= way[1:] == way[:-1]
-        if np.std(speeds[way != 0.0]) > _UNEVEN * np.mean(speeds):
+        # Speeds that vary tell an asymmetry from a bias.
+        if np.std(speeds[way != 0.0]) > 0.1 * np.mean(speeds):
             columns["asymmetry"] = speeds
     middle = 0.5 * (table[1:] + table[:-1])
     return {**columns, "cosine": np.cos(middle), "sine": np.sin(middle)}, kept

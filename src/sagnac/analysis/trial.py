@@ -101,11 +101,9 @@ def trial(
     require_analysis(analysis, recorded=True)
     levels = analysis.levels
     if levels is None:
-        raise RecordingError(
-            "the answer rests on no levels of a spectrum, so that nothing can be put back",
-            channel=analysis.channel,
-            remedy="analyze by {method fos} or {method none}",
-        )
+        problem = "the answer rests on no levels of a spectrum, so that nothing can be put back"
+        remedy = "analyze by {method fos} or {method none}"
+        raise RecordingError(problem, channel=analysis.channel, remedy=remedy)
     own = [line for line in analysis.lines if line.channel == analysis.channel]
     left_in, masked = as_several(left_in), as_several(masked)
     if not all(any(line is one for one in own) for line in left_in):

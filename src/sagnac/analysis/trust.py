@@ -3,7 +3,7 @@
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Final
+from itertools import chain
 
 import numpy as np
 
@@ -22,9 +22,6 @@ from sagnac.quality.effects import DIVIDED, doubt_of
 from sagnac.recording.channel import PAIR_SIZE
 from sagnac.recording.model import Recording, second_of
 
-# Share of N from which on what spikes would add is worth a warning.
-_ADDS: Final = 0.05
-
 
 def _spectrum_notes(evidence: Evidence, headline: Headline) -> tuple[Note, ...]:
     """Notes of the spectrum, and the judgement of what is left of a turning table."""
@@ -33,11 +30,8 @@ def _spectrum_notes(evidence: Evidence, headline: Headline) -> tuple[Note, ...]:
         # What is left is the encoder's.
         return ()
     sensor = evidence.recording.gyros[0].sensor
-    notes = (
-        *_off_notes(spectrum, evidence),
-        *_shape_notes(spectrum, sensor),
-        *_parts_notes(spectrum.parts, sensor),
-    )
+    beside = chain(_shape_notes(spectrum, sensor), _parts_notes(spectrum.parts, sensor))
+    notes = chain(_off_notes(spectrum, evidence), beside)
     noticed = tuple(replace(note, channel=channel) for note in notes)
     if evidence.table.angle is None or left.once_a_turn:
         return noticed
@@ -47,9 +41,8 @@ def _spectrum_notes(evidence: Evidence, headline: Headline) -> tuple[Note, ...]:
         increments = differences(left.removal.residual)
     of_remainder = judged_remainder(evidence.corrected, channel, increments, left.rate)
     # Of noise that changes the spectrum says so itself.
-    return noticed + tuple(
-        note for note in of_remainder if spectrum.parts.agree or note.name != "unsteady"
-    )
+    agree = spectrum.parts.agree
+    return noticed + tuple(note for note in of_remainder if agree or note.name != "unsteady")
 
 
 def _walk(sensor: Sensor, *values: float) -> str:
@@ -68,7 +61,7 @@ def _off_notes(spectrum: AnswerSpectrum, evidence: Evidence) -> Iterator[Note]:
         yield Note(
             name="spikes",
             effect=math.hypot(1.0, added / walk.value) if seen else None,
-            level="warning" if seen and added > _ADDS * walk.value else "remark",
+            level="warning" if seen and added > 0.05 * walk.value else "remark",
             text=f"{counted(int(spikes.index.size), 'sample')} far off their neighbours (spikes) "
             "were replaced by them for the answer; left in, they would add "
             f"{_walk(sensor, added)} to it in square",
@@ -206,9 +199,8 @@ def apply_findings(headline: Headline, evidence: Evidence, *, brief: bool = Fals
     """
     settings, channel, spectrum = evidence.settings, evidence.measured.channel, headline.spectrum
     slow = () if brief or spectrum is None else _slow_noise_notes(evidence, spectrum)
-    noticed = accept(
-        (*_spectrum_notes(evidence, headline), *slow, *headline.findings), settings.accepted
-    )
+    seen = (*_spectrum_notes(evidence, headline), *slow, *headline.findings)
+    noticed = accept(seen, settings.accepted)
     # What removal left shows more than the recording, and stands alone.
     known = {note.name for note in noticed if note.name}
     findings = (*(note for note in evidence.findings if note.name not in known), *noticed)
@@ -221,6 +213,7 @@ def apply_findings(headline: Headline, evidence: Evidence, *, brief: bool = Fals
         average = average.with_coefficients(trust.each(average.coefficients, channel))
         spectrum = replace(spectrum, average=average)
     estimate, source = trust.estimate(headline.estimate, channel), headline.source
+    alone = evidence.hat.angle_random_walk.items()
     if trust.reasons:
         given = "no more than a bound" if trust.only_raised else "not given"
         names = (f"{note.name} of {note.channel}".removesuffix(" of ") for note in trust.reasons)
@@ -237,9 +230,7 @@ def apply_findings(headline: Headline, evidence: Evidence, *, brief: bool = Fals
             name: replace(fit, coefficients=trust.each(fit.coefficients, channel))
             for name, fit in headline.fits.items()
         },
-        per_gyro={
-            name: trust.estimate(own, name) for name, own in evidence.hat.angle_random_walk.items()
-        },
+        per_gyro={name: trust.estimate(own, name) for name, own in alone},
     )
 
 
@@ -268,11 +259,9 @@ def require_strict(notes: Iterable[Note], settings: Settings) -> None:
     """
     for note in notes if settings.strict else ():
         if note.name and note.level != "remark":
-            raise RecordingError(
-                f"{note.name}: {note.text}",
-                channel=note.channel,
-                remedy=f"correct the data, or take it knowingly ({{accept {note.name}}})",
-            )
+            problem = f"{note.name}: {note.text}"
+            remedy = f"correct the data, or take it knowingly ({{accept {note.name}}})"
+            raise RecordingError(problem, channel=note.channel, remedy=remedy)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

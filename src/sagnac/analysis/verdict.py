@@ -76,11 +76,8 @@ def judge(
                 rows.append(replace(row, decision="undecided", reason=doubt) if doubt else row)
     for limit in specification.limits:
         unseen = unobserved(limit.coefficient, analysis.settings.confidence)
-        rows += [
-            judged(name, limit, unseen, specification)
-            for name in analysis.settings.gyros
-            if name in analysis.refused
-        ]
+        refused = (name for name in analysis.settings.gyros if name in analysis.refused)
+        rows += [judged(name, limit, unseen, specification) for name in refused]
     return Verdict(specification=specification, judgements=tuple(rows))
 
 

@@ -15,11 +15,7 @@ from sagnac.navigation.drift import Drift, drift
 from sagnac.navigation.models import require_numbers
 from sagnac.navigation.noise import GyroNoise, Triad
 
-# Where no latitude is stated: it counts little without aiding over minutes.
-_LATITUDE: Final = 45.0 * DEGREE
 _LONGEST: Final = 1e10  # s unaided; no square of it overflows
-_POINTS: Final = 41  # of a picture
-_SHORTEST: Final = 0.01  # of the longest time in it
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -109,10 +105,8 @@ class Foresight:
 
     def __repr__(self) -> str:
         drift = self.unaided.drift
-        heading, attitude = (
-            one / DEGREE
-            for one in (drift.heading.deviation(misaligned=False), drift.attitude.deviation())
-        )
+        heading = drift.heading.deviation(misaligned=False) / DEGREE
+        attitude = drift.attitude.deviation() / DEGREE
         said = [
             f"after {time:g} s heading drift {heading[row]:.3g} deg, attitude "
             f"{attitude[row]:.3g} deg, position {drift.position.deviation()[row]:.3g} m"
@@ -186,20 +180,22 @@ def align(
     if wrong or not after:
         said = f"give seconds, above zero, {_LONGEST:g} at most"
         raise ValueError(f"after is {quoted([*wrong, after][0])}; {said}")
-    if isinstance(source, tuple) and not all(isinstance(one, GyroNoise) for one in source):
-        raise ValueError(
-            f"source is {quoted(source)}; give one analysis of all gyros, or a GyroNoise each"
-        )
     if not isinstance(source, tuple):
         require_source(source)
-    noises, forces = (source, ()) if isinstance(source, tuple) else GyroNoise.unit(source)
+        noises, forces = GyroNoise.unit(source)
+    elif all(isinstance(one, GyroNoise) for one in source):
+        noises, forces = source, ()
+    else:
+        remedy = "give one analysis of all gyros, or a GyroNoise each"
+        raise ValueError(f"source is {quoted(source)}; {remedy}")
     stated = {"azimuth": azimuth, "tilt": tilt}
     known = {name: value for name, value in stated.items() if value is not None}
     start = model.Start(**known, rest=rest, bias=bias)
     require_numbers(start, known, above_zero=True)
     moments = np.array(after, dtype=np.float64)
     longest = float(moments.max())
-    place = _LATITUDE if latitude is None else latitude
+    # A latitude counts little without aiding over minutes.
+    place = 45.0 * DEGREE if latitude is None else latitude
     how: dict[str, Any] = {
         "accelerometers": forces,
         "latitude": place,
@@ -208,7 +204,7 @@ def align(
     }
     unaided = Unaided(
         drift=drift(noises, times=moments, **how),
-        along=drift(noises, times=np.geomspace(_SHORTEST * longest, longest, _POINTS), **how),
+        along=drift(noises, times=np.geomspace(0.01 * longest, longest, 41), **how),
         noises=noises,
         accelerometers=forces,
         latitude=place,
@@ -222,11 +218,7 @@ def align(
 
 
 def _prospect(
-    unaided: Unaided,
-    start: model.Start,
-    longest: float,
-    table_rate: float | None,
-    foretold: str,
+    unaided: Unaided, start: model.Start, longest: float, table_rate: float | None, foretold: str
 ) -> Prospect:
     """Azimuth found in the rest, and the position after it for the longest time."""
     # Which of them lies across the meridian is not known: azimuth is as good as with the loudest.

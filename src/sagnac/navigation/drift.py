@@ -38,9 +38,6 @@ PARTS: Final = (
 
 _GYROS: Final = 3
 _STATES: Final = model.DRIFTS.start  # those before the drifts of the gyros
-_CELLS: Final = 240  # of the time, each of constant weight
-_LONGEST_CELL: Final = 120.0  # s, a fortieth of Schuler's period
-_MOST_CELLS: Final = 4000
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -160,11 +157,10 @@ def drift(
             variances[..., count] += parts.sum(axis=-1)
     own = np.maximum(variances[..., :-1].sum(axis=-1), 1e-300)
     reach = quantile(confidence) * np.sqrt(squares) / own
+    made = zip(variances, reach, np.sqrt(lowest), np.sqrt(highest), strict=True)
     heading, attitude, position = (
-        Growth(
-            times=moments, variances=parts, reach=half, lowest=np.sqrt(least), highest=np.sqrt(most)
-        )
-        for parts, half, least, most in zip(variances, reach, lowest, highest, strict=True)
+        Growth(times=moments, variances=parts, reach=half, lowest=least, highest=most)
+        for parts, half, least, most in made
     )
     return Drift(heading=heading, attitude=attitude, position=position, priors=priors)
 
@@ -193,9 +189,8 @@ def _made_by(
         made = rate.deviation**2 * slow[..., constants.index(rate.correlation_time)]
         markov += made
         squares += (rate.error * made) ** 2
-    parts = np.concatenate(
-        [own * noise.values**2, np.stack([markov, biased * initial], axis=-1)], axis=-1
-    )
+    beside = np.stack([markov, biased * initial], axis=-1)
+    parts = np.concatenate([own * noise.values**2, beside], axis=-1)
 
     def with_values(one: GyroNoise) -> FloatArray:
         made = weights[..., :3] @ one.values**2 + weights[..., 3] * _initial(one, priors)[0]
@@ -222,7 +217,8 @@ def _at(
     misaligned
         (3,) what the misalignment makes.
     """
-    cells = min(max(_CELLS, math.ceil(time / _LONGEST_CELL)), _MOST_CELLS)
+    # Each cell has constant weight; 120 s are a fortieth of Schuler's period.
+    cells = min(max(240, math.ceil(time / 120.0)), 4000)
     length = time / cells
     system = model.system_matrix(latitude)[:_STATES, :_STATES]
     half, whole = expm(0.5 * length * system), expm(length * system)
@@ -239,22 +235,18 @@ def _at(
         weights[:, _GYROS:, cell] = each[:, model.VELOCITIES]
         each = each @ whole
     total = weights.sum(axis=2) * length
+    # A random walk of the rate at one begins with the run.
+    after = np.cumsum(weights[..., ::-1], axis=-1)[..., ::-1] - 0.5 * weights
     beside_rest = partial(_beside_rest, weights, total, length, priors.rest)
     terms = [
         length * (weights**2).sum(axis=2),
         -beside_rest(_of_logarithm) / math.pi,
-        _walked(weights, length),
+        length**3 * (after**2).sum(axis=2),
         total**2,
         *(beside_rest(partial(_of_exponential, time=one)) for one in constants),
     ]
     made = np.tensordot(_OUTPUTS, np.stack(terms, axis=-1), axes=1)
     return made, _OUTPUTS @ (rows @ grown) ** 2 @ start
-
-
-def _walked(weights: FloatArray, length: float) -> FloatArray:
-    """(5, 5) variance of a random walk of the rate at one that begins with the run."""
-    after = np.cumsum(weights[..., ::-1], axis=-1)[..., ::-1] - 0.5 * weights
-    return np.asarray(length**3 * (after**2).sum(axis=-1))
 
 
 def _beside_rest(

@@ -37,9 +37,6 @@ from sagnac.navigation.models import require_numbers
 from sagnac.navigation.noise import GyroNoise, quantile
 from sagnac.noise.laws import allan_variance_basis
 
-# Beyond this Earth rate has next to no north component, and azimuth is not found from it.
-HIGHEST_LATITUDE: Final = 89.0 * DEGREE
-
 
 def north_rate(latitude: float) -> float:
     """North component of Earth rate, rad/s.
@@ -49,7 +46,8 @@ def north_rate(latitude: float) -> float:
     ValueError
         If the latitude is within a degree of a pole.
     """
-    if not abs(latitude) <= HIGHEST_LATITUDE:
+    # Nearer to a pole Earth rate has next to no north component.
+    if not abs(latitude) <= 89.0 * DEGREE:
         raise ValueError(
             f"latitude is {latitude / DEGREE:g} deg; give -89 to 89, since azimuth is not found "
             "from Earth rate nearer to a pole"
@@ -306,8 +304,6 @@ def position_error(
 
 # ---- azimuth -----------------------------------------------------------------------
 
-_OF_NAMES: Final = [1, 2, 3]  # N, B and K among the five of Eq. 3
-
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class AzimuthError:
@@ -362,7 +358,8 @@ def azimuth_error(
         If the latitude is within a degree of a pole, or a time is not above zero.
     """
     moments = moments_of(times)
-    weights = 0.5 * allan_variance_basis(0.5 * moments)[:, _OF_NAMES] / north_rate(latitude) ** 2
+    # N, B and K are 1 to 3 of the five of Eq. 3.
+    weights = 0.5 * allan_variance_basis(0.5 * moments)[:, [1, 2, 3]] / north_rate(latitude) ** 2
     floor = math.sqrt(float(weights[0, 1])) * noise.bias_instability
     return _of_weights(noise, moments, weights, confidence=confidence, floor=floor)
 

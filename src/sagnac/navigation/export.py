@@ -3,19 +3,12 @@
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 from typing import Final, Literal
 
-from sagnac.core import units
+from sagnac.core import errors, units
 from sagnac.core.documents import Documented, require_source
-from sagnac.core.errors import (
-    Note,
-    is_finite,
-    quoted,
-    require_choice,
-    require_confidence,
-    require_type,
-)
 from sagnac.core.overwriting import of_export, require_free
 from sagnac.core.whole_files import write_text
 from sagnac.navigation.definitions import ToolName, definition_of
@@ -33,9 +26,6 @@ _UNITS: Final[Mapping[str, Mapping[str, float]]] = {
     "bandwidth": {"Hz": 1.0, "kHz": 1e3},
     "range": units.RATE_UNITS | units.ACCELERATION_UNITS,
 }
-# Times B at its cluster time that N makes alone: with more it would lie above the lowest Allan
-# deviation there is, with less the curve would be lowest long before. A unit is wrong.
-_OF_LOWEST: Final = (0.01, 3.0)
 
 
 def datasheet_setting(text: str) -> FilterSetting:
@@ -67,7 +57,7 @@ def datasheet_setting(text: str) -> FilterSetting:
     try:
         return _stated_models(text)
     except ValueError as error:
-        raise ValueError(f"data sheet {quoted(text)}: {error}; state it {FORM}") from None
+        raise ValueError(f"data sheet {errors.quoted(text)}: {error}; state it {FORM}") from None
 
 
 def _stated_models(text: str) -> FilterSetting:
@@ -75,7 +65,8 @@ def _stated_models(text: str) -> FilterSetting:
     for part in text.split(","):
         key, _, value = (one.strip() for one in part.partition("="))
         if key not in _UNITS or not value:
-            raise ValueError(f"{quoted(part.strip())} is none of {', '.join(_UNITS)} with a value")
+            said, known = errors.quoted(part.strip()), ", ".join(_UNITS)
+            raise ValueError(f"{said} is none of {known} with a value")
         if key in parts:
             raise ValueError(f"{key} stands there twice")
         parts[key] = value
@@ -91,7 +82,9 @@ def _stated_models(text: str) -> FilterSetting:
     if units.split_factor(parts["N"])[1] not in of_kind:
         raise ValueError("N and B are of two kinds of sensor; state one sensor at a time")
     times = white / (lowest * math.sqrt(tau))
-    if not _OF_LOWEST[0] <= times <= _OF_LOWEST[1]:
+    # With more it would lie above the lowest Allan deviation there is, with less the curve would be
+    # lowest long before.
+    if not 0.01 <= times <= 3.0:
         raise ValueError(f"N alone makes {times:.3g} times B at that time: a unit is wrong")
     return FilterSetting(
         name=kind,
@@ -107,9 +100,9 @@ def _number(stated: str, sizes: Mapping[str, float]) -> float:
     """A number with its unit in SI."""
     factor, unit = units.split_factor(stated)
     if unit not in sizes or not (stated.strip()[:1].isdigit() or stated.strip()[:1] == "."):
-        raise ValueError(f"{quoted(stated)} is no number with one of {', '.join(sizes)}")
+        raise ValueError(f"{errors.quoted(stated)} is no number with one of {', '.join(sizes)}")
     if not (math.isfinite(factor) and factor > 0.0):
-        raise ValueError(f"{quoted(stated)} is no number above zero")
+        raise ValueError(f"{errors.quoted(stated)} is no number above zero")
     return factor * sizes[unit]
 
 
@@ -155,7 +148,7 @@ class Exported:
     tool: ToolName
     text: str
     settings: tuple[FilterSetting, ...] = field(compare=False)
-    notes: tuple[Note, ...] = ()
+    notes: tuple[errors.Note, ...] = ()
 
 
 def export(
@@ -223,9 +216,9 @@ def export(
             f"tool is not stated, and {named}; state it, or name a path that ends in "
             f"{', '.join(_SUFFIXES)}"
         )
-    require_choice("tool", tool, ToolName)
-    require_choice("axes", axes or "each", Literal["worst", "each"])
-    require_confidence(confidence)
+    errors.require_choice("tool", tool, ToolName)
+    errors.require_choice("axes", axes or "each", Literal["worst", "each"])
+    errors.require_confidence(confidence)
     definition = definition_of(tool)
     given = {"rate": rate, "markov": markov, "topic": topic, "accelerometer": accelerometer}
     for option, value in given.items():
@@ -233,18 +226,15 @@ def export(
             why = definition.unused[option]
             raise ValueError(f"{option} has no effect on {definition.tool}: {why}; leave it out")
     if markov not in (None, 0, 1, 2):
-        raise ValueError(f"markov is {quoted(markov)}; use 0, 1 or 2")
-    require_type("datasheet", datasheet, Sequence, f"give text {FORM}")
+        raise ValueError(f"markov is {errors.quoted(markov)}; use 0, 1 or 2")
+    errors.require_type("datasheet", datasheet, Sequence, f"give text {FORM}")
     datasheet = [datasheet] if isinstance(datasheet, str) else datasheet
     sources = source if isinstance(source, Sequence) and not isinstance(source, str) else [source]
     for one in sources:
         require_source(one)
     most_markov = 2 if markov is None else markov
-    settings = [
-        setting
-        for one in sources
-        for setting in measured_in(one, confidence=confidence, most_markov=most_markov)
-    ]
+    read = partial(measured_in, confidence=confidence, most_markov=most_markov)
+    settings = [setting for one in sources for setting in read(one)]
     stated = [] if accelerometer is None else [_stated(accelerometer)]
     for setting in (*stated, *map(datasheet_setting, datasheet)):
         if setting.kind in [other.kind for other in settings]:
@@ -253,17 +243,13 @@ def export(
                 "them out"
             )
         settings.append(setting)
-    file = SettingsFile(
-        tool=tool,
-        settings=tuple(settings),
-        each=axes == "each" or (axes is None and definition.axes != "one" and tool != "openvins"),
-        rate=rate,
-        topic=topic or "/imu0",
-    )
+    each = axes == "each" or (axes is None and definition.axes != "one" and tool != "openvins")
+    topic, held = topic or "/imu0", tuple(settings)
+    file = SettingsFile(tool=tool, settings=held, each=each, rate=rate, topic=topic)
     text = file.text()
     if path is not None:
-        read = [Path(one) for one in sources if isinstance(one, str | Path)]
-        require_free(of_export(Path(path), tool), read, force=force)
+        inputs = [Path(one) for one in sources if isinstance(one, str | Path)]
+        require_free(of_export(Path(path), tool), inputs, force=force)
         write_text(Path(path), text)
     return Exported(tool=tool, text=text, settings=file.held, notes=file.notes)
 
@@ -273,16 +259,12 @@ def _stated(accelerometer: tuple[float, float]) -> FilterSetting:
         density, walk = accelerometer
     except (TypeError, ValueError):
         density = walk = math.nan
-    if not (is_finite(density) and density > 0.0 and is_finite(walk) and walk >= 0.0):
+    if not (errors.is_finite(density) and density > 0.0 and errors.is_finite(walk) and walk >= 0.0):
         raise ValueError(
-            f"accelerometer is {quoted(accelerometer)}; give a density above zero, since no "
+            f"accelerometer is {errors.quoted(accelerometer)}; give a density above zero, since no "
             "accelerometer is without noise, and a walk of zero or more"
         )
     model = FilterModel(white=density, walk=walk)
-    return FilterSetting(
-        name="accelerometer",
-        kind="accelerometer",
-        simple=model,
-        full=model,
-        source=f"accelerometer {density:g},{walk:g} (stated, not measured)",
-    )
+    kind: units.Sensor = "accelerometer"
+    source = f"accelerometer {density:g},{walk:g} (stated, not measured)"
+    return FilterSetting(name=kind, kind=kind, simple=model, full=model, source=source)

@@ -14,6 +14,7 @@ are as described here.
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 from typing import Final, Self
 
 import numpy as np
@@ -168,21 +169,11 @@ class FilterModel:
 # Fewest degrees of freedom of a point that bounds the model. At ten the limit is 1.6 of the curve,
 # and white noise and a walk above it lie far above the rest.
 LEAST_FREEDOM: Final = 20.0
-# Fewest of a point beyond these, whose value alone the model has to reach.
-_LEAST_BEYOND: Final = 2.0
 # Correlation times tried per decade of cluster time.
 _TIMES_PER_DECADE: Final = 2
-# A further Markov rate has to lower the mean excess of the variance by this share.
-_WORTH: Final = 0.05
 # Share of the variance at the shortest and the longest cluster time that white noise and a walk
 # make if they have to be there.
 _LEAST_SHARE: Final = 0.02
-# Terms smaller than this share of the variance everywhere are left out.
-_NEGLIGIBLE: Final = 1e-9
-# Laws, scaled to one, whose determinant is less than this do not cross.
-_PARALLEL: Final = 1e-12
-# Part of the limit by which a corner may lie below it before it is scaled up.
-_ROUNDING: Final = 1e-9
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -248,7 +239,8 @@ def upper_limit(
             "few for a filter's model",
             remedy="record longer",
         )
-    far = np.isfinite(deviation) & (edf >= _LEAST_BEYOND) & (tau > tau[sound].max())
+    # The value alone of a point that bounds nothing has to be reached, too.
+    far = np.isfinite(deviation) & (edf >= 2.0) & (tau > tau[sound].max())
     beyond = np.stack([tau[far], deviation[far]])
     tau, deviation, edf = tau[sound], deviation[sound], edf[sound]
     lower = 2.0 * gammaincinv(0.5 * edf, 1.0 - confidence)
@@ -298,10 +290,8 @@ def overbound(
     if most_markov not in (0, 1, 2):
         raise ValueError(f"most_markov is {quoted(most_markov)}; use 0, 1 or 2")
     ends = _LEAST_SHARE * walks * limit.limit[[0, -1]] ** 2
-    least = (
-        max(least_white**2, float(ends[0] * limit.tau[0])),
-        float(3.0 * ends[1] / limit.tau[-1]),
-    )
+    white = max(least_white**2, float(ends[0] * limit.tau[0]))
+    least = (white, float(3.0 * ends[1] / limit.tau[-1]))
     if most_markov == 0 and not angle:
         white, walk = _white_and_slow(limit, limit.tau / 3.0, least)
         return _reaching(FilterModel(white=white, walk=walk), limit)
@@ -314,7 +304,8 @@ def overbound(
             if time not in chosen
         }
         times = min(tried, key=lambda each: tried[each][0])
-        if tried[times][0] > (1.0 - _WORTH) * excess:
+        # A further Markov rate has to lower the mean excess by 5 %.
+        if tried[times][0] > 0.95 * excess:
             break
         chosen, (excess, best) = times, tried[times]
     return _reaching(best, limit)
@@ -361,10 +352,9 @@ def common_time(limits: Sequence[UpperLimit]) -> float:
     times = np.geomspace(longest, 10.0 * longest, 4 * _TIMES_PER_DECADE)
 
     def excess(time: float) -> float:
-        models = [(limit, white_and_markov(limit, time)) for limit in limits]
-        return float(
-            sum(np.mean(np.log(model.allan_deviation(at.tau) / at.limit)) for at, model in models)
-        )
+        models = [white_and_markov(limit, time).allan_deviation(limit.tau) for limit in limits]
+        ratios = (model / one.limit for model, one in zip(models, limits, strict=True))
+        return float(sum(np.mean(np.log(ratio)) for ratio in ratios))
 
     return float(min(times, key=excess))
 
@@ -372,11 +362,9 @@ def common_time(limits: Sequence[UpperLimit]) -> float:
 def envelope(limits: Sequence[UpperLimit]) -> UpperLimit:
     """The upper limit of several curves together, each counted at the cluster times it spans."""
     tau = np.unique(np.concatenate([limit.tau for limit in limits]))
+    at = partial(np.interp, np.log(tau), left=-np.inf, right=-np.inf)
     logarithms = [
-        [
-            np.interp(np.log(tau), np.log(one.tau), np.log(curve), left=-np.inf, right=-np.inf)
-            for curve in (one.deviation, one.limit)
-        ]
+        [at(np.log(one.tau), np.log(curve)) for curve in (one.deviation, one.limit)]
         for one in limits
     ]
     deviation, limit = np.exp(np.max(logarithms, axis=0))
@@ -412,10 +400,12 @@ def _white_and_slow(
     floors = np.concatenate([np.ones(limit.tau.size), np.array(least) * scale])
     first, second = np.triu_indices(floors.size, 1)
     pairs = np.stack([bounds[first], bounds[second]], axis=1)
-    crossing = np.abs(np.linalg.det(pairs)) > _PARALLEL
+    # Laws, scaled to one, of a smaller determinant do not cross.
+    crossing = np.abs(np.linalg.det(pairs)) > 1e-12
     wanted = np.stack([floors[first], floors[second]], axis=1)[crossing]
     corners = np.linalg.solve(pairs[crossing], wanted[..., np.newaxis])[..., 0]
-    allowed = np.all(corners @ bounds.T >= floors - _ROUNDING, axis=1)
+    # A corner may lie below the limit by rounding before it is scaled up.
+    allowed = np.all(corners @ bounds.T >= floors - 1e-9, axis=1)
     corners = np.maximum(corners[allowed], 0.0)
     best = corners[np.argmin(np.log(corners @ laws.T).mean(axis=1))]
     # Above means above.
@@ -437,17 +427,17 @@ def _smallest(
     relative = np.stack(columns, axis=-1) / limit.limit[:, np.newaxis] ** 2
     scale = relative.max(axis=0)
     relative = relative / scale
-    lowest = [*least, *([0.0] * (len(columns) - 2))]
+    lowest = np.append(least, np.zeros(len(columns) - 2)) * scale
     result = linprog(
         relative.mean(axis=0),
         A_ub=-relative,
         b_ub=-np.ones(tau.size),
-        bounds=[(low * size, None) for low, size in zip(lowest, scale, strict=True)],
-        method="highs",
+        bounds=[(low, None) for low in lowest],
     )
     if result.x is None:
         raise ArithmeticError(f"no model above the limit was found: {result.message}")
-    solved = np.where(result.x > _NEGLIGIBLE, result.x, 0.0)
+    # Smaller terms are left out.
+    solved = np.where(result.x > 1e-9, result.x, 0.0)
     # What the solver takes for zero is none: above means above.
     solved = solved * max(1.0, 1.0 / float((relative @ solved).min()))
     white, walk, *others = np.sqrt(solved / scale).tolist()

@@ -117,10 +117,9 @@ class GyroNoise:
             with as_written(Path(source)):
                 document, *others = read_analyses(Path(source))
                 if others:
-                    raise RecordingError(
-                        "holds several analyses",
-                        remedy="give the analysis.json that an analysis of one recording wrote",
-                    )
+                    problem = "holds several analyses"
+                    remedy = "give the analysis.json that an analysis of one recording wrote"
+                    raise RecordingError(problem, remedy=remedy)
                 return cls.unit(document)
         document = source if isinstance(source, Mapping) else json.loads(source.to_json())
         alone = document.get("gyros", {})
@@ -171,9 +170,8 @@ class GyroNoise:
             if status == "upper bound":
                 bounds[name] = one["high"] * units[one["unit"]]
         if values[0] == 0.0:
-            raise RecordingError(
-                "its angle random walk is not observable", remedy="give a longer recording"
-            )
+            problem = "its angle random walk is not observable"
+            raise RecordingError(problem, remedy="give a longer recording")
         confidence = document[sensed.keys["angle_random_walk"]]["confidence"]
         covariance = document.get("covariance")
         return cls(
@@ -202,11 +200,8 @@ def _markov(stated: Mapping[str, Any], sizes: Mapping[str, float], confidence: f
         0.5 * math.log(one.get("high", one["value"]) / one.get("low", one["value"]))
         for one in (size, time)
     ]
-    return Markov.of_deviation(
-        size["value"] * sizes[size["unit"]],
-        time["value"],
-        error=math.hypot(2.0 * errors[0], errors[1]) / quantile(confidence),
-    )
+    error = math.hypot(2.0 * errors[0], errors[1]) / quantile(confidence)
+    return Markov.of_deviation(size["value"] * sizes[size["unit"]], time["value"], error=error)
 
 
 def _covariance(

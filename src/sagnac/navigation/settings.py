@@ -221,11 +221,9 @@ def _require_sound(name: str, walk: Mapping[str, Any], whole: Mapping[str, Any])
     """Refuse a sensor whose N an error in the data withholds: its curve is of that error."""
     errors = [one for one in whole.get("findings", ()) if one["level"] == "error"]
     if errors and walk["status"] == "not observable":
-        raise RecordingError(
-            f"nothing can be exported, for no angle random walk is given: {errors[0]['text']}",
-            channel=name,
-            remedy="analyze sound data, or leave that gyro out",
-        )
+        problem = f"nothing can be exported, for no angle random walk is given: {errors[0]['text']}"
+        remedy = "analyze sound data, or leave that gyro out"
+        raise RecordingError(problem, channel=name, remedy=remedy)
 
 
 def _limit(
@@ -293,11 +291,10 @@ def worst(settings: Sequence[FilterSetting]) -> FilterSetting:
     if len(settings) == 1 or len(limits) < len(settings):
         return loudest
     limit = models.envelope(limits)
+    walk = max(one.simple.walk for one in settings)
     return replace(
         loudest,
-        simple=models.FilterModel(
-            white=loudest.simple.white, walk=max(one.simple.walk for one in settings)
-        ),
+        simple=models.FilterModel(white=loudest.simple.white, walk=walk),
         full=models.overbound(
             limit,
             most_markov=max(len(one.full.markov) for one in settings),
@@ -373,6 +370,7 @@ def _model(setting: FilterSetting, model: models.FilterModel, step: float) -> di
         field_unit(name, setting.kind) for name in ("angle_random_walk", "rate_random_walk")
     )
     inflation = setting.inflation(model)
+    steps = [{"decay": one.decay(step), f"step_{sample}": one.step(step)} for one in model.markov]
     return {
         **({} if inflation is None else {"inflation": inflation}),
         "continuous": {
@@ -393,8 +391,6 @@ def _model(setting: FilterSetting, model: models.FilterModel, step: float) -> di
         "discrete": {
             f"white_{sample}": model.white_per_sample(step),
             f"walk_{sample}": model.walk_per_sample(step),
-            "markov": [
-                {"decay": one.decay(step), f"step_{sample}": one.step(step)} for one in model.markov
-            ],
+            "markov": steps,
         },
     }

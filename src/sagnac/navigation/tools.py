@@ -18,15 +18,6 @@ from sagnac.navigation.models import common_time
 from sagnac.navigation.settings import FilterSetting, by_name, plain, worst
 
 TOOLS: Final[tuple[str, ...]] = get_args(ToolName)
-# Hz that no filter reaches.
-_FASTEST: Final = 1e9
-# Names that ROS allows.
-_ROS_NAME: Final = re.compile(r"[A-Za-z~/][A-Za-z0-9_/~]*")
-# Correlation time, s, of a Markov rate for a walk that is stated: over an hour its deviation is
-# within 5 % of that of the walk.
-_AS_A_WALK: Final = 36_000.0
-# About x, y and z.
-_AXES: Final = (("x", "y", "z"), ("ax", "ay", "az"))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -63,15 +54,15 @@ class SettingsFile:
     def __post_init__(self) -> None:
         if "gyro" not in self._sensors:
             raise ValueError("no gyro; give an analysis of one, or its data sheet")
-        if self.rate is not None and not (is_finite(self.rate) and 0.0 < self.rate < _FASTEST):
+        # No filter reaches 1 GHz.
+        if self.rate is not None and not (is_finite(self.rate) and 0.0 < self.rate < 1e9):
             raise ValueError(f"rate is {quoted(self.rate)}; give Hz above zero")
-        if not (isinstance(self.topic, str) and _ROS_NAME.fullmatch(self.topic)):
+        # Names that ROS allows.
+        if not re.fullmatch(r"[A-Za-z~/][A-Za-z0-9_/~]*", str(self.topic)):
             raise ValueError(f"topic is {quoted(self.topic)}; give a name of ROS such as /imu0")
         if self.definition.axes == "one" and len(self.chosen["gyro"]) > 1:
-            raise RecordingError(
-                f"{self.definition.tool} has one gyro noise for all axes",
-                remedy="take the worst of them ({axes worst})",
-            )
+            problem = f"{self.definition.tool} has one gyro noise for all axes"
+            raise RecordingError(problem, remedy="take the worst of them ({axes worst})")
 
     @property
     def definition(self) -> Definition:
@@ -104,7 +95,8 @@ class SettingsFile:
         for kind, settings in self.chosen.items():
             own = {one.name: one for one in settings}
             rest = tuple(own) if len(own) == 3 else ("",) * 3
-            order = next((names for names in _AXES if set(names) >= set(own)), rest)
+            named = ("x", "y", "z") if kind == "gyro" else ("ax", "ay", "az")
+            order = named if set(own) <= set(named) else rest
             axes[kind] = tuple(own.get(name, self.worst[kind]) for name in order)
         return axes
 
@@ -136,7 +128,9 @@ class SettingsFile:
             sensors = every if self.definition.one_time else axes
             limits = [one.limit for one in sensors if one.limit is not None]
             stated = [rate.correlation_time for one in sensors for rate in one.full.markov]
-            times[kind] = common_time(limits) if limits else max(stated, default=_AS_A_WALK)
+            # A walk that is stated becomes a Markov rate whose deviation over an hour is within 5 %
+            # of it.
+            times[kind] = common_time(limits) if limits else max(stated, default=36_000.0)
         return times
 
     def _as_held(self, settings: Iterable[FilterSetting]) -> tuple[FilterSetting, ...]:
@@ -171,9 +165,8 @@ class SettingsFile:
         """
         rate = self.known_rate
         if rate is None:
-            raise RecordingError(
-                "no recording states the sample rate", remedy="state it with {rate}"
-            )
+            problem = "no recording states the sample rate"
+            raise RecordingError(problem, remedy="state it with {rate}")
         return rate
 
     def heading(self, *, in_words: bool = True, mark: str = "#") -> str:

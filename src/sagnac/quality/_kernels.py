@@ -1,12 +1,9 @@
 """Compiled loops of data quality: arrays in, arrays out; no validation, no files."""
 
 import numpy as np
-from numpy.typing import NDArray
 
-from sagnac.core.arrays import FloatArray, IntegerArray
+from sagnac.core.arrays import FloatArray
 from sagnac.core.kernels import compiled
-
-_FIRST_TURN, _LAST_TURN = np.uint64(29), np.uint64(32)
 
 
 @compiled()
@@ -25,42 +22,16 @@ def off_neighbours(padded: FloatArray, off: FloatArray) -> None:
 
 
 @compiled()
-def off_nearer_side(values: FloatArray, off: FloatArray) -> None:
-    """Fill `off` with how far values lie from the median of the three on the nearer side.
+def off_nearer_side(values: FloatArray) -> FloatArray:
+    """How far values lie from the median of the three on the nearer side.
 
     `values` holds three values more on either side.
     """
+    off = np.empty(values.size - 6)
     for n in range(off.size):
         here = values[n + 3]
         before, behind = values[n : n + 3], values[n + 4 : n + 7]
         earlier = max(min(before[0], before[1]), min(max(before[0], before[1]), before[2]))
         later = max(min(behind[0], behind[1]), min(max(behind[0], behind[1]), behind[2]))
         off[n] = min(abs(here - earlier), abs(here - later))
-
-
-@compiled()
-def kept_windows(
-    bits: NDArray[np.uint64],
-    factor: np.uint64,
-    window: int,
-    places: IntegerArray,
-    mixed: NDArray[np.uint64],
-) -> int:
-    """Fill `places` with windows of values that are kept, `mixed` with their mixed bits.
-
-    Kept are those whose first two values mix to four leading zeros, one in sixteen, as long as
-    there is room; their number is returned. Products wrap around, which is what mixes.
-    """
-    number = 0
-    for n in range(bits.size - window + 1):
-        if number == places.size:
-            break
-        state = (bits[n] ^ (bits[n] >> _LAST_TURN)) * factor + bits[n + 1]
-        if ((state ^ (state >> _FIRST_TURN)) * factor) >> np.uint64(60) != np.uint64(0):
-            continue
-        for value in bits[n + 2 : n + window]:
-            state = (state ^ (state >> _FIRST_TURN)) * factor + value
-        places[number] = n
-        mixed[number] = (state ^ (state >> _LAST_TURN)) * factor
-        number += 1
-    return number
+    return off

@@ -7,7 +7,7 @@ import math
 from collections.abc import Callable, Container, Iterable, Sequence
 from dataclasses import replace
 from itertools import groupby, product
-from typing import Final, NamedTuple
+from typing import Any, Final, NamedTuple
 
 from sagnac.core.arrays import FloatArray
 from sagnac.core.errors import Note, choices_of, ranked
@@ -153,12 +153,8 @@ def _asked(
     for of_each, together in groupby(detectors, lambda one: one.of_each):
         asked = list(together)
         for profile, detector in product(profiles if of_each else profiles[:1], asked):
-            explained = any(
-                note.name in detector.unless
-                and note.level != "remark"
-                and (note.channel == profile.name or not of_each)
-                for note in notes
-            )
+            causes = [one for one in notes if one.name in detector.unless and one.level != "remark"]
+            explained = any(one.channel == profile.name or not of_each for one in causes)
             if detector.find is not None and not explained:
                 notes += detector.find(recording, profile)
     return notes
@@ -225,14 +221,9 @@ def profiles_of(recording: Recording, names: Iterable[str]) -> list[Profile]:
     standing = not encoder.turned(recording.table)
     if recording.table is not None:
         table = Profile(channel=recording.table, sample_rate=rate, standing=standing)
+    known: dict[str, Any] = {"sample_rate": rate, "standing": standing, "table": table}
     for name in names:
-        together[name] = Profile(
-            channel=recording.gyro(name),
-            sample_rate=rate,
-            standing=standing,
-            table=table,
-            together=together,
-        )
+        together[name] = Profile(channel=recording.gyro(name), together=together, **known)
     return list(together.values())
 
 

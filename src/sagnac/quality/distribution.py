@@ -1,7 +1,7 @@
 """Noise that is not distributed as noise is: spikes, a soft limit, power that changes, steps."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final, NamedTuple
 
 import numpy as np
@@ -14,7 +14,7 @@ from sagnac.core.units import DEGREE
 from sagnac.quality import _kernels
 from sagnac.quality.effects import effect_words, finding
 from sagnac.quality.profile import EDGE, Notes, Profile, remedy_without, seen, some_steps, whitened
-from sagnac.recording.channel import Channel, marked_steps, number_of
+from sagnac.recording.channel import marked_steps, number_of
 from sagnac.recording.model import Recording, second_of
 
 # ---- spikes ------------------------------------------------------------------------
@@ -107,12 +107,11 @@ def _spikes_in(
     padded = np.pad(some, (before, behind), mode="reflect")
     off = np.empty(block.stop - block.start)
     _kernels.off_neighbours(padded, off)
-    some = np.sort(off[:: distance_between(2**13, off.size)])
-    quartiles = _quantile(some, 0.75) - _quantile(some, 0.25)
+    some = off[:: distance_between(2**13, off.size)]
+    low, high = np.quantile(some, (0.25, 0.75))
     # Coarse steps have quartiles of a step or none: the root mean square of the inner part.
-    sizes = np.sort(np.abs(some))
-    inner = sizes[sizes <= _quantile(sizes, 0.95)]
-    scale = max(quartiles / 1.349, 1.3 * math.sqrt(float(inner @ inner) / inner.size))
+    inner = some[np.abs(some) <= np.quantile(np.abs(some), 0.95)]
+    scale = max((high - low) / 1.349, 1.3 * math.sqrt(float(inner @ inner) / inner.size))
     # A gyro that stands still in a block shows no scatter: nothing lies off there.
     size, reach = np.abs(off), _MARGIN * limit * scale if scale > 0.0 else math.inf
     found = np.flatnonzero(size > reach)
@@ -120,13 +119,6 @@ def _spikes_in(
     stays = [one for one in found.tolist() if _stays(values, block.start + one, float(off[one]))]
     index = np.array(stays, dtype=np.int64)
     return index + block.start, off[index], found.size, below
-
-
-def _quantile(ascending: FloatArray, share: float) -> float:
-    """As ``numpy.quantile``, of values that are sorted once for all quantiles."""
-    place = share * (ascending.size - 1)
-    below = ascending[int(place)]
-    return float(below + (place % 1.0) * (ascending[math.ceil(place)] - below))
 
 
 def _stays(values: FloatArray, place: int, height: float) -> bool:
@@ -308,16 +300,9 @@ def unsteady_notes(recording: Recording, profile: Profile) -> Notes:
     # Lines and resonances come and go by right: the noise between them tells. A dither wanders by a
     # hundredth of the rate, within one of the bands.
     white = whitened(profile.changes, bands=24, kept=3.0).values
-    channel = profile.channel
-    between = Profile(
-        channel=Channel(
-            name=channel.name,
-            kind="increment",
-            values=np.pad(white, EDGE, mode="reflect"),
-            sensor=channel.sensor,
-        ),
-        sample_rate=profile.sample_rate,
-    )
+    values = np.pad(white, EDGE, mode="reflect")
+    channel = replace(profile.channel, kind="increment", shown_in="", values=values)
+    between = Profile(channel=channel, sample_rate=profile.sample_rate)
     return _loud(recording, between) or _growing(between)
 
 

@@ -5,8 +5,6 @@ from typing import Final
 
 from sagnac.core.errors import Level, Note, rounded
 
-# Change of N beyond which an answer is not given as an estimate.
-MOVES: Final = 0.05
 # Findings whose factor on N is known well enough to be divided by: half of the change is then in
 # doubt, and the answer's interval is wider by it on either side.
 DIVIDED: Final = ("clipping", "dropouts", "repeats", "resolution")
@@ -30,7 +28,8 @@ def level_of(effect: float | None, name: str = "") -> Level:
     if effect is None:
         return "error"
     left = doubt_of(effect) if name in DIVIDED else abs(effect - 1.0)
-    return "warning" if left <= MOVES else "error"
+    # Beyond 5 % an answer is not given as an estimate.
+    return "warning" if left <= 0.05 else "error"
 
 
 def effect_words(effect: float | None) -> str:

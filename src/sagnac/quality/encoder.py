@@ -7,14 +7,7 @@ from typing import Final
 
 import numpy as np
 
-from sagnac.core.arrays import (
-    FloatArray,
-    IntegerArray,
-    blocks,
-    empty,
-    extent,
-    values_at,
-)
+from sagnac.core.arrays import FloatArray, IntegerArray, blocks, empty, extent, values_at
 from sagnac.core.errors import Level, Note, RecordingError, counted
 from sagnac.core.units import ARCSECOND, DEGREE, split_factor
 from sagnac.quality.distribution import LEAST_FOR_SPIKES, find_spikes, jump_notes
@@ -27,16 +20,8 @@ from sagnac.quality.profile import (
     seen,
     some_steps,
 )
-from sagnac.recording.channel import (
-    Channel,
-    angle_of,
-    marked,
-    marked_steps,
-)
+from sagnac.recording.channel import Channel, angle_of, marked, marked_steps
 from sagnac.recording.model import Recording, second_of
-
-# A table that covers less than this, rad, is at rest: no encoder reads finer for hours.
-_AT_REST: Final = math.radians(1.0)
 
 
 def turned(table: Channel | None) -> float:
@@ -44,7 +29,8 @@ def turned(table: Channel | None) -> float:
     if table is None:
         return 0.0
     lowest, highest = extent(table.values)
-    return highest - lowest if highest - lowest > _AT_REST else 0.0
+    # A table that covers less is at rest: no encoder reads finer for hours.
+    return highest - lowest if highest - lowest > math.radians(1.0) else 0.0
 
 
 # ---- lost rows and slips -----------------------------------------------------------
@@ -186,11 +172,9 @@ def slip_notes(recording: Recording, profile: Profile) -> Notes:
 # ---- encoder mismatch --------------------------------------------------------------
 
 # A gyro senses at most the whole of the table's rate; a tenth is left for its scale factor. From
-# the second share on it senses the table. Below the third it is mounted across the axis, or a unit
-# is wrong: a degree called a radian leaves 0.017 of the whole.
+# the second share on it senses the table.
 LARGEST_SHARE: Final = 1.1
 _SENSES: Final = 0.2
-LEAST_SENSED: Final = 0.02
 # From this share on the gyro tells a jump of the encoder, for it moves by less than half of that
 # within this many samples around: no table leaves its gyros behind, but the two may be sampled some
 # samples apart.
@@ -274,16 +258,10 @@ def jumps_of_encoder(angle: FloatArray) -> IntegerArray:
 
 def turned_around(profile: Profile, steps: IntegerArray) -> FloatArray:
     """Angle that a gyro turns from two samples before each step to as many behind, rad."""
-    values = profile.channel.values
+    angle = angle_of(profile.channel, profile.sample_rate)
     # Step n leads from sample n to the next.
-    first = np.maximum(steps - _REACH, 0)
-    last = np.minimum(steps + 1 + _REACH, values.size - 1)
-    if profile.channel.kind == "angle":
-        return values[last] - values[first]
-    some = first[:, np.newaxis] + np.arange(1, 2 * _REACH + 2)
-    inside = some <= last[:, np.newaxis]
-    turned = (values[np.where(inside, some, 0)] * inside).sum(axis=1)
-    return np.asarray(turned / (profile.sample_rate if profile.channel.kind == "rate" else 1.0))
+    last = np.minimum(steps + 1 + _REACH, angle.size - 1)
+    return angle[last] - angle[np.maximum(steps - _REACH, 0)]
 
 
 def table_notes(recording: Recording, profile: Profile) -> Notes:
@@ -306,7 +284,9 @@ def across_notes(recording: Recording, profile: Profile) -> Notes:
     and in one other unit all of them would, that is an error: what is read is in the wrong unit.
     """
     table, share = profile.table, profile.share
-    if table is None or profile.standing or abs(share) >= LEAST_SENSED:
+    # Below this a gyro is mounted across the axis, or a unit is wrong: a degree called a radian
+    # leaves 0.017 of the whole.
+    if table is None or profile.standing or abs(share) >= 0.02:
         return ()
     if table.usual_rate <= TURNING_RATE:
         return ()
@@ -339,9 +319,8 @@ def across_notes(recording: Recording, profile: Profile) -> Notes:
 
 def _likely_unit(profile: Profile) -> str:
     """The unit, kind or unit of time in which a gyro would sense the table; empty if none is."""
-    found = [
-        (times, unit, f"{{unit {unit}}}") for unit, times in other_units(profile.channel).items()
-    ]
+    units = other_units(profile.channel).items()
+    found = [(times, unit, f"{{unit {unit}}}") for unit, times in units]
     if profile.channel.kind == "rate":
         # The table's rate has the unit of time, and that of the gyro has its own.
         found += [
@@ -361,8 +340,6 @@ def _likely_unit(profile: Profile) -> str:
 # that tell the rate, and all of these.
 _STEPS: Final = 2 * _REACH + 1
 _OUTER: Final = _REACH + _STEPS + 1
-# Deviations of a ripple that no peak of it exceeds: one of a single order is 1.4 times as high.
-_RIPPLES: Final = 4.0
 
 
 def turn_notes(recording: Recording, profile: Profile) -> Notes:
@@ -375,16 +352,12 @@ def turn_notes(recording: Recording, profile: Profile) -> Notes:
     if table is None or profile.standing:
         return ()
     angle = table.values
-    halves = marked(
-        lambda here, later: np.floor(here / math.pi) != np.floor(later / math.pi),
-        angle[:-1],
-        angle[1:],
-    )
+    ends = angle[:-1], angle[1:]
+    halves = marked(lambda one, two: np.floor(one / math.pi) != np.floor(two / math.pi), *ends)
     passes = np.flatnonzero(halves[_OUTER:-_OUTER]) + _OUTER
     # Whole turns are passed at even numbers of half turns.
-    number = np.floor(
-        values_at(angle, np.stack([passes, passes + 1], axis=1)).max(axis=1) / math.pi
-    )
+    beside = values_at(angle, np.stack([passes, passes + 1], axis=1))
+    number = np.floor(beside.max(axis=1) / math.pi)
     for start in (0.0, 1.0):
         at = passes[number % 2.0 == start]
         if at.size < 4:
@@ -402,7 +375,8 @@ def turn_notes(recording: Recording, profile: Profile) -> Notes:
         # Less is that of a sound encoder where its scale closes, or chance: a normal median is
         # 1.2533 times as wide as the mean.
         chance = 8.0 * 1.2533 * scatter / math.sqrt(at.size)
-        if abs(leap) < max(10.0 * ARCSECOND, chance, _RIPPLES * ripple):
+        # No peak of a ripple exceeds four deviations: one of a single order is 1.4 times as high.
+        if abs(leap) < max(10.0 * ARCSECOND, chance, 4.0 * ripple):
             continue
         factor, unit = split_factor(table.shown_in)
         right = f"{factor * turn / (turn - leap):.8g}{unit}"

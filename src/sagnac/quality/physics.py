@@ -114,11 +114,8 @@ def gravity_notes(recording: Recording, profile: Profile) -> Notes:
         return ()
     number = size / ACCELERATION_UNITS[stated]
     # Gravity differs by 0.5 % over the Earth, and cheap sensors have biases of a few hundredths.
-    likely = [
-        unit
-        for unit, one in ACCELERATION_UNITS.items()
-        if _is_near(number * one, STANDARD_GRAVITY, 0.05)
-    ]
+    sizes = ACCELERATION_UNITS.items()
+    likely = [unit for unit, one in sizes if _is_near(number * one, STANDARD_GRAVITY, 0.05)]
     if not likely or stated in likely:
         return ()
     text = (
@@ -275,9 +272,7 @@ def motion_notes(recording: Recording, profile: Profile) -> Notes:
 
 # ---- pairs -------------------------------------------------------------------------
 
-# Samples looked at, in parts that all have to show a copy: lines that happen to lie together do not
-# last.
-_LOOKED_AT: Final = 2**15
+# Parts of a record that all have to show a copy: lines that happen to lie together do not last.
 _PARTS: Final = 4
 # Correlation from which on one gyro is said to copy another.
 _COPIES: Final = 0.05
@@ -355,7 +350,7 @@ def copy_notes(recording: Recording, profile: Profile) -> Notes:
     if len(gyros) < 2:
         return ()
     # Of hundreds of gyros there are tens of thousands of pairs: what one gyro brings is made once.
-    samples = min(_LOOKED_AT, *(one.changes.size for one in gyros))
+    samples = min(2**15, *(one.changes.size for one in gyros))
     phases = [phases_of(one.changes[:samples]) for one in gyros]
     return tuple(
         note

@@ -7,25 +7,14 @@ rest.
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Final, NamedTuple, Self
 
 import numpy as np
 from scipy.fft import irfft, rfft
 
-from sagnac.core.arrays import (
-    BLOCK,
-    BooleanArray,
-    FloatArray,
-    IntegerArray,
-    blocks,
-    differences,
-    distance_between,
-    every,
-    extent,
-    square,
-    values_at,
-)
+from sagnac.core import arrays
+from sagnac.core.arrays import BooleanArray, FloatArray, IntegerArray
 from sagnac.core.errors import Note, counted
 from sagnac.core.units import DEGREE, UNITS, split_factor
 from sagnac.quality import _kernels
@@ -43,20 +32,8 @@ OFTENER: Final = 3
 
 # Samples on one side of which a median is taken.
 _SIDE: Final = 3
-# Samples looked at together: what is made of them stays in cache.
-_IN_CACHE: Final = 2**15
-# Sizes that rounding makes lie this many classes, a factor of four, below those that a step makes.
-# The others are more than this share of all: fewer are spikes.
-_APART: Final = 4
-_LEAST_SHARE: Final = 0.01
-# Largest sizes that are looked at, in steps, and how near to whole steps half of them lie.
+# Largest sizes that are looked at, in steps.
 _WITHIN: Final = 6.0
-_NEAR: Final = 0.12
-# A motion that speeds up or slows down evenly makes sizes as well: what it changes by in one sample
-# and, behind its first samples, in two; and the changes go on growing or falling. Steps of a
-# readout come and go, or are of more sizes. Shares of the samples.
-_GOES_ON: Final = 0.6
-_FEW_SIZES: Final = 0.95
 # Changes below this many last places of the largest value are rounding: an angle of many turns is
 # rounded where its changes would not be.
 _LAST_PLACES: Final = 8.0
@@ -86,15 +63,17 @@ def count_step(changes: FloatArray, rounding: float = 0.0) -> float:
     """
     # Sizes in half octaves, which the exponents of their squares count.
     counts, smallest, nothing = np.zeros(2048, dtype=np.int64), math.inf, 0
-    for block in blocks(changes.size - 2 * _SIDE, _IN_CACHE):
-        sizes = _off(changes, block)
+    # What is made of so few samples together stays in cache.
+    for block in arrays.blocks(changes.size - 2 * _SIDE, 2**15):
+        sizes = _kernels.off_nearer_side(changes[block.start : block.stop + 2 * _SIDE])
         nothing += number_of(sizes <= rounding)
         sizes = sizes[(sizes > rounding) & (sizes < math.inf)]
         smallest = min(smallest, float(sizes.min(initial=math.inf)))
         counts += np.bincount(np.square(sizes).view(np.int64) >> 52, minlength=counts.size)
     filled = np.flatnonzero(counts)
     below = nothing + np.cumsum(counts[filled])[:-1]
-    gaps = np.flatnonzero((np.diff(filled) > _APART) & (below >= LEAST_OFTEN))
+    # Sizes that rounding makes lie four classes, a factor of four, below those that a step makes.
+    gaps = np.flatnonzero((np.diff(filled) > 4) & (below >= LEAST_OFTEN))
     # Decimals are a lattice of their own: the coarsest is the readout's.
     for gap in gaps[::-1].tolist():
         step = _whole_step(changes, 2.0 ** (0.5 * (float(filled[gap + 1]) - 1023.0)))
@@ -103,44 +82,41 @@ def count_step(changes: FloatArray, rounding: float = 0.0) -> float:
     return smallest
 
 
-def _off(changes: FloatArray, block: slice) -> FloatArray:
-    """How far changes, numbered without the outermost, lie from the median on the nearer side."""
-    off = np.empty(block.stop - block.start)
-    _kernels.off_nearer_side(changes[block.start : block.stop + 2 * _SIDE], off)
-    return off
-
-
 def _whole_step(changes: FloatArray, bound: float) -> float | None:
     """The step of sizes from `bound` on; None if they are not whole numbers of it."""
     # Sizes, and whether the changes go on the same way before and behind.
     parts = []
-    for block in blocks(changes.size - 2 * _SIDE):
-        off = _off(changes, block)
+    for block in arrays.blocks(changes.size - 2 * _SIDE):
+        off = _kernels.off_nearer_side(changes[block.start : block.stop + 2 * _SIDE])
         steps = np.diff(changes[block.start + _SIDE - 1 : block.stop + _SIDE + 1])
         taken = (off >= bound) & (off < 2.0 * _WITHIN * bound)
         parts.append(np.stack([off[taken], (steps[1:] * steps[:-1] > 0.0)[taken]]))
     sizes, goes_on = np.concatenate(parts, axis=1)
     least = sizes.min()
     sizes, goes_on = sizes[sizes < _WITHIN * least], goes_on[sizes < _WITHIN * least]
-    if sizes.size < _LEAST_SHARE * changes.size:
+    # Fewer sizes are spikes.
+    if sizes.size < 0.01 * changes.size:
         return None
-    if np.mean(sizes < 2.5 * least) > _FEW_SIZES and goes_on.mean() > _GOES_ON:
+    # A motion that speeds up or slows down evenly makes sizes as well: what it changes by in one
+    # sample and, behind its first samples, in two; and the changes go on growing or falling. Steps
+    # of a readout come and go, or are of more sizes.
+    if np.mean(sizes < 2.5 * least) > 0.95 and goes_on.mean() > 0.6:
         return None
     step = float(np.median(sizes[sizes < 1.5 * least]))
     off = np.abs(sizes / step - np.rint(sizes / step))
-    return step if float(np.median(off)) < _NEAR else None
+    # Half of them have to lie near whole steps.
+    return step if float(np.median(off)) < 0.12 else None
 
 
 def rounding_in(values: FloatArray) -> float:
     """Changes up to which those of a series are rounding, in its unit."""
-    return _LAST_PLACES * _ROUNDING * max(map(abs, extent(values)))
+    return _LAST_PLACES * _ROUNDING * max(map(abs, arrays.extent(values)))
 
 
 # ---- white -------------------------------------------------------------------------
 
-# Frequencies whose median is the level of the noise there, and times that level that a line keeps.
+# Frequencies whose median is the level of the noise there.
 _TOGETHER: Final = 64
-_KEPT_WHITE: Final = 12.0
 # Samples at either end that are left out.
 EDGE: Final = 512
 
@@ -163,7 +139,7 @@ class White:
     innovation: float
 
 
-def whitened(changes: FloatArray, *, bands: int | None = None, kept: float = _KEPT_WHITE) -> White:
+def whitened(changes: FloatArray, *, bands: int | None = None, kept: float = 12.0) -> White:
     """Increments with each frequency divided by the level around it.
 
     Lines are cut down to a few times the level, which is the median over 64 frequencies, or over
@@ -192,33 +168,16 @@ def whitened(changes: FloatArray, *, bands: int | None = None, kept: float = _KE
     # The slowest are drift.
     transform[:_TOGETHER] = 0.0
     # The end does not go on at the beginning, and what that makes of both is no noise.
-    return White(
-        values=np.asarray(irfft(transform, changes.size)[EDGE:-EDGE]),
-        innovation=innovation / math.sqrt(changes.size),
-    )
+    values = np.asarray(irfft(transform, changes.size)[EDGE:-EDGE])
+    return White(values=values, innovation=innovation / math.sqrt(changes.size))
 
 
 # ---- profile -----------------------------------------------------------------------
 
-# Blocks that a record is cut into, and fewest samples of one.
-_BLOCKS: Final = 64
-_LEAST: Final = 64
-# Share of the squares that counts for the typical power, the smallest; and the mean square of a
-# standard normal number among that share of the smallest.
-_KEPT: Final = 0.99
-_KEPT_SQUARE: Final = 0.9247
-# Roots of that power beyond which a sample counts as if it were there.
-_FAR: Final = 3.0
-# Medians beyond which a step between two changes counts as if it were there: 6.7 deviations.
-_FAR_STEP: Final = 10.0
 # Samples, an odd number, whose mean is the motion at the middle one.
 _SLOW: Final = 255
-# Samples of a block that its median is taken of.
-_SAMPLED: Final = 4096
 # Changes at the beginning that short searches look at, the most.
 LOOKED_AT: Final = 2**17
-# Fewest and most means of the rate that a record is cut into, of a second each between.
-_RATES: Final = (20, 4096)
 
 
 class Survey(NamedTuple):
@@ -273,11 +232,8 @@ class Profile:
 
     def each(self, recording: Recording) -> "list[Profile]":
         """Of every gyro of a recording, judged or not."""
-        return [
-            self.together.get(gyro.name)
-            or Profile(channel=gyro, sample_rate=self.sample_rate, table=self.table)
-            for gyro in recording.gyros
-        ]
+        alone = partial(Profile, sample_rate=self.sample_rate, table=self.table)
+        return [self.together.get(gyro.name) or alone(channel=gyro) for gyro in recording.gyros]
 
     @property
     def name(self) -> str:
@@ -302,14 +258,8 @@ class Profile:
         each = by_blocks(ends, values[:-1], values[1:])
         least, most = each.min(axis=0).tolist(), each.max(axis=0).tolist()
         zeros, repeats = each[:, 4:].sum(axis=0).tolist()
-        return Survey(
-            lowest=min(least[0], last),
-            highest=max(most[1], last),
-            fall=least[2],
-            rise=most[3],
-            zeros=int(zeros),
-            repeats=int(repeats),
-        )
+        lowest, highest = min(least[0], last), max(most[1], last)
+        return Survey(lowest, highest, least[2], most[3], int(zeros), int(repeats))
 
     @property
     def ends(self) -> tuple[float, float]:
@@ -333,23 +283,25 @@ class Profile:
     @property
     def block(self) -> int:
         """Samples in a block; fewer than a block are one."""
-        return min(max(_LEAST, self.changes.size // _BLOCKS), self.changes.size)
+        # A record is cut into 64 blocks of as many samples or more.
+        return min(max(64, self.changes.size // 64), self.changes.size)
 
     def _rows(self) -> Iterator[FloatArray]:
         """The changes of each block, (samples,)."""
-        block = self.block
-        return (self.changes[some] for some in blocks(self.changes.size // block * block, block))
+        whole = self.changes.size // self.block * self.block
+        return (self.changes[some] for some in arrays.blocks(whole, self.block))
 
     @cached_property
     def level(self) -> FloatArray:
         """(blocks,) median of the changes."""
-        apart = max(1, self.block // _SAMPLED)
+        apart = max(1, self.block // 4096)
         return np.array([np.median(row[::apart]) for row in self._rows()])
 
     @cached_property
     def power(self) -> FloatArray:
         """(blocks,) half the mean square of their differences: the variance of white noise."""
-        return np.array([0.5 * square(np.diff(row)) / max(row.size - 1, 1) for row in self._rows()])
+        steps = map(np.diff, self._rows())
+        return np.array([0.5 * arrays.square(each) / max(each.size, 1) for each in steps])
 
     @cached_property
     def typical(self) -> FloatArray:
@@ -359,10 +311,11 @@ class Profile:
     @cached_property
     def spread(self) -> FloatArray:
         """(blocks,) mean square of the changes about their median, those far off cut down."""
-        farthest = _FAR * np.sqrt(2.0 * self.typical)
+        # Beyond three roots of that power a sample counts as if it were there.
+        farthest = 3.0 * np.sqrt(2.0 * self.typical)
         each = zip(self._rows(), self.level, farthest, strict=True)
         return np.array(
-            [square(np.clip(row - level, -far, far)) / row.size for row, level, far in each]
+            [arrays.square(np.clip(row - level, -far, far)) / row.size for row, level, far in each]
         )
 
     @cached_property
@@ -374,7 +327,8 @@ class Profile:
         """
         changes = self.changes[:LOOKED_AT]
         steps = np.diff(changes, prepend=changes[:1])
-        reach = _FAR_STEP * float(np.median(np.abs(steps)))
+        # Beyond ten medians, 6.7 deviations, a step counts as if it were there.
+        reach = 10.0 * float(np.median(np.abs(steps)))
         if reach > 0.0:
             changes = np.cumsum(np.clip(steps, -reach, reach))
         sums = np.cumsum(changes)
@@ -401,8 +355,8 @@ class Profile:
     def edges(self) -> IntegerArray:
         """(rates + 1,) samples between which the rates are."""
         samples = self.channel.values.size
-        fewest, most = _RATES
-        number = max(min(samples // max(1, round(self.sample_rate)), most), fewest)
+        # Means over a second, or longer in a record of which there would be more than 4096.
+        number = max(min(samples // max(1, round(self.sample_rate)), 4096), 20)
         return np.linspace(0, samples - 1, min(number, samples - 1) + 1).astype(np.int64)
 
     @cached_property
@@ -411,10 +365,11 @@ class Profile:
         values, edges = self.channel.values, self.edges
         seconds = np.diff(edges) / self.sample_rate
         if self.channel.kind == "angle":
-            return np.asarray(np.diff(values_at(values, edges)) / seconds)
+            return np.asarray(np.diff(arrays.values_at(values, edges)) / seconds)
         turned = np.empty(seconds.size)
         # As many stretches at a time as a block of samples holds.
-        for some in blocks(turned.size, max(1, BLOCK * turned.size // int(edges[-1]))):
+        together = max(1, arrays.BLOCK * turned.size // int(edges[-1]))
+        for some in arrays.blocks(turned.size, together):
             first, last = edges[some.start], edges[some.stop]
             starts = edges[some] - first
             turned[some] = np.add.reduceat(values[first + 1 : last + 1], starts)
@@ -436,33 +391,31 @@ class Profile:
 
 def changes_of(channel: Channel) -> FloatArray:
     """Turn of each sample, in the unit of the values: an angle's differences, or the values."""
-    return differences(channel.values) if channel.kind == "angle" else channel.values
+    return arrays.differences(channel.values) if channel.kind == "angle" else channel.values
 
 
 def _typical_power(row: FloatArray) -> float:
     """Variance of white noise by the steps between samples, without the largest hundredth."""
     size = np.abs(np.diff(row))
-    kept = max(1, int(_KEPT * size.size))
+    kept = max(1, int(0.99 * size.size))
     if kept < size.size:
         size.partition(kept)
-    return 0.5 * square(size[:kept]) / kept / _KEPT_SQUARE
+    # The mean square of a standard normal number among the smallest 99 %.
+    return 0.5 * arrays.square(size[:kept]) / kept / 0.9247
 
 
 # ---- robust ------------------------------------------------------------------------
 
-# Standard deviation of a normal number, of the median of its size.
-_DEVIATION: Final = 1.4826
-
 
 def scatter_of(values: FloatArray) -> float:
     """Standard deviation of normal numbers about zero, by the median of their size."""
-    return _DEVIATION * float(np.median(np.abs(values)))
+    return 1.4826 * float(np.median(np.abs(values)))
 
 
 def some_steps(values: FloatArray, most: int) -> FloatArray:
     """Steps from a sample to the next at even distances, about `most` of them."""
-    apart = distance_between(most, values.size - 1)
-    return every(values[1:], apart) - every(values[:-1], apart)
+    apart = arrays.distance_between(most, values.size - 1)
+    return arrays.every(values[1:], apart) - arrays.every(values[:-1], apart)
 
 
 # ---- units -------------------------------------------------------------------------
@@ -476,9 +429,8 @@ def other_units(channel: Channel) -> dict[str, float]:
     factor, stated = split_factor(channel.shown_in)
     said = "" if factor == 1.0 else f"{factor:g}"
     likely = ("deg/s", "rad/s", "deg/h") if channel.kind == "rate" else ("arcsec", "deg", "rad")
-    return {
-        f"{said}{unit}": UNITS[unit].size / UNITS[stated].size for unit in likely if unit != stated
-    }
+    sizes = {unit: UNITS[unit].size / UNITS[stated].size for unit in likely if unit != stated}
+    return {f"{said}{unit}": size for unit, size in sizes.items()}
 
 
 # ---- words -------------------------------------------------------------------------

@@ -10,16 +10,8 @@ from numpy.typing import ArrayLike
 from scipy.fft import rfft
 from scipy.special import ndtr, ndtri
 
-from sagnac.core.arrays import (
-    FloatArray,
-    blocks,
-    differences,
-    distance_between,
-    elementwise,
-    every,
-    extent,
-    square,
-)
+from sagnac.core import arrays
+from sagnac.core.arrays import FloatArray
 from sagnac.core.errors import Level, Note
 from sagnac.core.units import ARCSECOND, UNITS, split_factor
 from sagnac.quality.effects import finding
@@ -118,7 +110,7 @@ def readout_of(angle: ArrayLike) -> Readout:
         If the angle never leaves one steady turn, the step is 0 and `every` is 1.
     """
     taken, apart = np.asarray(angle, dtype=np.float64), 1
-    step = count_step(differences(taken), rounding_in(taken))
+    step = count_step(arrays.differences(taken), rounding_in(taken))
     if not math.isfinite(step):
         return Readout(step=0.0, every=1)
     # Fewer steps have no variance to speak of.
@@ -128,7 +120,7 @@ def readout_of(angle: ArrayLike) -> Readout:
         # most a quarter.
         if _variance_of_steps(taken) >= (0.25 + 2.0 / 12.0) * step**2:
             return Readout(step=step, every=apart)
-        taken, apart = every(taken, 2), 2 * apart
+        taken, apart = arrays.every(taken, 2), 2 * apart
     return Readout(step=step, every=None)
 
 
@@ -163,7 +155,7 @@ def joint_readout(
     readouts = {}
     for name in gyros:
         angle = angle_of(recording.gyro(name), recording.sample_rate)
-        readouts[name] = readout_of(angle if taken == 1 else every(angle, taken))
+        readouts[name] = readout_of(angle if taken == 1 else arrays.every(angle, taken))
     encoder = _encoder_readout(recording, gyros, taken) if with_encoder else None
     if encoder is not None:
         readouts[f"the encoder, as {gyros[0]} senses the table"] = encoder
@@ -200,25 +192,25 @@ def _encoder_readout(recording: Recording, gyros: Sequence[str], taken: int) -> 
     """
     if len(gyros) > 1 or recording.table is None:
         return None
-    lowest, highest = extent(recording.table.values)
+    lowest, highest = arrays.extent(recording.table.values)
     # A table that covers less stands still.
     if highest - lowest < math.radians(1.0):
         return None
     gyro = angle_of(recording.gyro(gyros[0]), recording.sample_rate)
     table = recording.table.values
     if taken > 1:
-        gyro, table = every(gyro, taken), every(table, taken)
+        gyro, table = arrays.every(gyro, taken), arrays.every(table, taken)
     readout = readout_of(table)
     # Share of the table's steps that the gyro senses, by least squares.
-    turned, sensed = differences(table), differences(gyro)
-    own = square(turned)
+    turned, sensed = arrays.differences(table), arrays.differences(gyro)
+    own = arrays.square(turned)
     share = float(by_blocks(np.dot, sensed, turned).sum()) / own if own > 0.0 else 0.0
     # The gyro's steps beside table motion, and their variance if they are white.
-    beside = elementwise(lambda one, other: one - share * other, sensed, turned, out=sensed)
-    changes = differences(beside)
+    beside = arrays.elementwise(lambda one, other: one - share * other, sensed, turned, out=sensed)
+    changes = arrays.differences(beside)
     step = abs(share) * readout.step
     # Below a fiftieth of that variance it moves N by less than 2 % however slow it is.
-    if not step**2 / 12.0 > 0.02 * 0.5 * square(changes) / changes.size:
+    if not step**2 / 12.0 > 0.02 * 0.5 * arrays.square(changes) / changes.size:
         return None
     return Readout(step=step, every=readout.every)
 
@@ -227,7 +219,7 @@ def _variance_of_steps(values: FloatArray) -> float:
     """Mean variance of `_STEADY` steps in a row, the largest hundredth of them left out."""
     count = (values.size - 1) // _STEADY
     found, mean = np.empty(count), np.full(_STEADY, 1.0 / _STEADY)
-    for block in blocks(count * _STEADY, multiple=_STEADY):
+    for block in arrays.blocks(count * _STEADY, multiple=_STEADY):
         steps = np.diff(values[block.start : block.stop + 1])
         # What all of them share is no variance, and would leave it to rounding.
         steps -= steps.mean()
@@ -296,7 +288,7 @@ def single_precision_step(gyro: Channel) -> float:
     without the number before it.
     """
     values = gyro.values
-    some = every(values, distance_between(4096, values.size))
+    some = arrays.every(values, arrays.distance_between(4096, values.size))
     factor, name = split_factor(gyro.shown_in)
     for size in {UNITS[name].size, factor * UNITS[name].size}:
         stored = some / size
@@ -307,7 +299,7 @@ def single_precision_step(gyro: Channel) -> float:
         # Whole numbers below 2^24 are the same in both precisions and tell nothing.
         tells = ~whole | (np.abs(rounded) > 2.0**24)
         if alike.all() and tells.any():
-            largest = max(map(abs, extent(values)))
+            largest = max(map(abs, arrays.extent(values)))
             return size * float(np.spacing(np.float32(largest / size)))
     return 0.0
 
@@ -369,7 +361,7 @@ def saturation_notes(recording: Recording, profile: Profile) -> Notes:
     """
     changes = profile.changes
     # Few levels say nothing: a quiet gyro may count only 0 and 1.
-    if np.unique(every(changes, distance_between(10_000, changes.size))).size <= 8:
+    if np.unique(arrays.every(changes, arrays.distance_between(10_000, changes.size))).size <= 8:
         return ()
     # A quarter of a step apart is one count: a file's own rounding parts them.
     slack = max(profile.rounding, 0.25 * profile.step)
@@ -384,7 +376,7 @@ def saturation_notes(recording: Recording, profile: Profile) -> Notes:
         number = number_of(at_limit)
         if number < LEAST_OFTEN:
             continue
-        inside = elementwise(np.subtract, changes, limit)
+        inside = arrays.elementwise(np.subtract, changes, limit)
         np.abs(inside, out=inside)
         inner = float(inside.min(where=~at_limit, initial=math.inf))
         # Noise takes an extreme value less often than the next one. A clipped value has others
@@ -433,13 +425,10 @@ _FALL: Final = 0.8
 
 def wrap_notes(recording: Recording, profile: Profile) -> Notes:
     """A counter that starts over, which reading saw already or the samples show: an error."""
-    seen = tuple(
-        replace(note, level="error")
-        for note in recording.notes
-        if note.name == "wraps" and note.channel == profile.name
-    )
-    if seen:
-        return seen
+    noticed = (note for note in recording.notes if note.name == "wraps")
+    known = [note for note in noticed if note.channel == profile.name]
+    if known:
+        return tuple(replace(note, level="error") for note in known)
     if profile.channel.kind == "angle":
         return _falls_of_an_angle(recording, profile)
     return _ends_of_a_range(profile)

@@ -6,18 +6,9 @@ from typing import Final
 
 import numpy as np
 
-from sagnac.core.arrays import (
-    FloatArray,
-    blocks,
-    differences,
-    distance_between,
-    elementwise,
-    empty,
-    every,
-    mean,
-)
+from sagnac.core import arrays
+from sagnac.core.arrays import FloatArray
 from sagnac.core.errors import Note, RecordingError, counted, ranked
-from sagnac.quality import _kernels
 from sagnac.quality.effects import finding
 from sagnac.quality.profile import (
     LEAST_OFTEN,
@@ -87,8 +78,10 @@ def longest_whole_stretch(recording: Recording, name: str) -> tuple[Recording, f
     gyro = recording.gyro(name)
     whole = longest_unmarked(is_missing(gyro.values))
     is_empty, times = whole.start == whole.stop, recording.times
-    if times is not None:
-        times = None if is_empty else elementwise(np.subtract, times[whole], times[whole.start])
+    if is_empty:
+        times = None
+    elif times is not None:
+        times = arrays.elementwise(np.subtract, times[whole], times[whole.start])
     own = tuple(one for one in recording.pickoffs if one.gyro == name)
     alone = replace(recording, gyros=(gyro,), pickoffs=own, table=None, null_pulse=None)
     start, provenance = 0.0 if is_empty else second_of(recording, whole.start), alone.provenance
@@ -115,10 +108,6 @@ STUCK_REPEATS: Final = 0.9
 
 def stuck_run(values: FloatArray) -> slice | None:
     """The longest run of one value, if it is longer than noise explains."""
-    # A run that long shows in samples half as far apart; most gyros never repeat and are done.
-    sparse = every(values, STUCK_SAMPLES // 2)
-    if not (sparse[1:] == sparse[:-1]).any() and sparse.size > 1:
-        return None
     repeats = marked(np.equal, values[1:], values[:-1])
     firsts, afters = stretches(repeats)
     # Samples of each run; the others are runs of one.
@@ -175,7 +164,7 @@ def stamp_notes(recording: Recording, profile: Profile, *, omit_gaps: bool = Fal
     if not_finite:
         return not_finite
     nominal, problem = median_step(times), ""
-    steps = differences(times)
+    steps = arrays.differences(times)
     backwards, gaps = steps < 0.0, steps > GAP_STEPS * nominal
     by_rate = f"state {{time none}} and {{rate {recording.sample_rate:.6g}}}"
     if backwards.any():
@@ -224,7 +213,7 @@ def uneven_notes(times: FloatArray, nominal: float) -> Notes:
         Step of their clock, s.
     """
 
-    steps = differences(times)
+    steps = arrays.differences(times)
     late = (steps > 1.5 * nominal) & (steps <= GAP_STEPS * nominal)
     repeated = number_of(steps == 0.0)
     texts = [counted(repeated, "repeated stamp")] if repeated else []
@@ -234,11 +223,6 @@ def uneven_notes(times: FloatArray, nominal: float) -> Notes:
             f"the longest {steps.max(where=late, initial=0.0):.6g} s"
         )
     return tuple(Note(channel="time", text=text) for text in texts)
-
-
-# Part of a step by which stamps of an even clock are off, and share of them that are on it.
-_OFF_GRID: Final = 0.1
-_ON_GRID: Final = 0.95
 
 
 def lost_row_notes(recording: Recording, profile: Profile) -> Notes:
@@ -257,13 +241,14 @@ def lost_row_notes(recording: Recording, profile: Profile) -> Notes:
     def counts(some: FloatArray) -> tuple[float, float]:
         """Steps on the grid of the clock, and the rows that they leap over."""
         whole = np.rint(some / nominal)
-        on_grid = (np.abs(some / nominal - whole) < _OFF_GRID) & (whole >= 1.0)
+        on_grid = (np.abs(some / nominal - whole) < 0.1) & (whole >= 1.0)
         return float(np.count_nonzero(on_grid)), float((whole[on_grid] - 1.0).sum())
 
-    steps = differences(times)
+    steps = arrays.differences(times)
     even, lost = by_blocks(counts, steps).sum(axis=0).tolist()
     # Stamps that come late and catch up again are of rows that are all there.
-    if not lost or even < _ON_GRID * steps.size:
+    # Stamps of an even clock are nearly all on its grid.
+    if not lost or even < 0.95 * steps.size:
         return ()
     more = math.sqrt(1.0 + lost / steps.size)
     text = (
@@ -297,7 +282,7 @@ def with_gaps_marked(recording: Recording) -> Recording:
     times = recording.times
     if times is None or times.size < 2:
         return recording
-    later = np.flatnonzero(differences(times) > GAP_STEPS * median_step(times)) + 1
+    later = np.flatnonzero(arrays.differences(times) > GAP_STEPS * median_step(times)) + 1
     if not later.size:
         return recording
     jumps = times[later] - times[later - 1]
@@ -308,12 +293,9 @@ def with_gaps_marked(recording: Recording) -> Recording:
     missing, gaps = int(before[-1]), counted(int(later.size), "gap")
     # Such gaps belong to no one recording.
     if missing > 9 * times.size:
-        raise RecordingError(
-            f"its {gaps} would hold {missing} samples and there are {times.size}",
-            path=recording.path,
-            channel="time",
-            remedy=remedy_without(recording, later),
-        )
+        problem = f"its {gaps} would hold {missing} samples and there are {times.size}"
+        remedy = remedy_without(recording, later)
+        raise RecordingError(problem, path=recording.path, channel="time", remedy=remedy)
     text = (
         f"{gaps}, {counted(missing, 'sample')} missing, the first at "
         f"{second_of(recording, int(later[0]) - 1):.3f} s; {rate:.9g} Hz between"
@@ -321,9 +303,9 @@ def with_gaps_marked(recording: Recording) -> Recording:
 
     def on_grid(values: FloatArray) -> FloatArray:
         """Values at their places, NaN at the others."""
-        grid = empty(values.size + missing)
+        grid = arrays.empty(values.size + missing)
         grid.fill(np.nan)
-        for block in blocks(values.size):
+        for block in arrays.blocks(values.size):
             here = np.arange(block.start, block.stop)
             grid[here + before[np.searchsorted(later, here, side="right")]] = values[block]
         return grid
@@ -338,12 +320,9 @@ def _sound_apart_from_gaps(recording: Recording) -> Notes:
     for gyro in recording.gyros:
         infinite = np.isinf(gyro.values)
         if infinite.any():
-            raise RecordingError(
-                seen(recording, infinite, "sample", "infinite"),
-                path=recording.path,
-                channel=gyro.name,
-                remedy="mark bad samples as NaN",
-            )
+            problem = seen(recording, infinite, "sample", "infinite")
+            remedy = "mark bad samples as NaN"
+            raise RecordingError(problem, path=recording.path, channel=gyro.name, remedy=remedy)
         profile = Profile.of(recording, gyro)
         stuck += stuck_notes(recording, profile)
     # One that is stuck does not cost the others.
@@ -398,7 +377,7 @@ def _explained(profile: Profile) -> float:
     smallest = marked_steps(
         values, lambda steps: (np.abs(steps) > rounding) & (np.abs(steps) < 1.5 * step)
     )
-    some = every(values, distance_between(20_000, values.size))
+    some = arrays.every(values, arrays.distance_between(20_000, values.size))
     counts = np.unique(some, return_counts=True)[1].astype(np.float64)
     by_values = values.size * float(counts @ (counts - 1.0)) / (some.size * (some.size - 1.0))
     return max(0.5 * number_of(smallest), by_values)
@@ -442,24 +421,21 @@ def longest_twice(values: FloatArray) -> tuple[slice, int]:
     longest = (slice(0, 0), 0)
     if values.size < 2 * _LEAST:
         return longest
-    # One in sixteen windows of eight samples is kept; there is room for twice as many.
-    places = np.empty(values.size // 8, dtype=np.int64)
-    mixed = np.empty(places.size, dtype=np.uint64)
-    kept, factor = 0, np.uint64(0x9E3779B97F4A7C15)
-    for block in blocks(values.size - _WINDOW + 1):
+    kept, factor = [], np.uint64(0x9E3779B97F4A7C15)
+    for block in arrays.blocks(values.size - _WINDOW + 1, 2**16):
         bits = np.ascontiguousarray(values[block.start : block.stop + _WINDOW - 1]).view(np.uint64)
-        # Uncompiled, numpy would warn of the products that wrap around.
-        with np.errstate(over="ignore"):
-            more = _kernels.kept_windows(bits, factor, _WINDOW, places[kept:], mixed[kept:])
-        places[kept : kept + more] += block.start
-        kept += more
-    places, numbers = places[:kept], mixed[:kept].view(np.int64)
-    # Told by a sort of the numbers alone, in most records, which takes a tenth of that of places.
-    ascending = np.sort(numbers)
-    alike = np.flatnonzero(ascending[1:] == ascending[:-1])
-    if alike.size == 0:
-        return longest
+        first, second = bits[: 1 - _WINDOW], bits[1 : 2 - _WINDOW]
+        # Products wrap around, which mixes the bits. Windows whose first two values mix to four
+        # leading zeros are kept, one in sixteen.
+        state = (first ^ (first >> 32)) * factor + second
+        place = np.flatnonzero((state ^ (state >> 29)) * factor < 2**60)
+        state = state[place]
+        for later in range(2, _WINDOW):
+            state = (state ^ (state >> 29)) * factor + bits[place + later]
+        kept.append((place + block.start, ((state ^ (state >> 32)) * factor).view(np.int64)))
+    places, numbers = map(np.concatenate, zip(*kept, strict=True))
     order = np.argsort(numbers, kind="stable")
+    alike = np.flatnonzero(np.diff(numbers[order]) == 0)
     apart = places[order[alike + 1]] - places[order[alike]]
     distances, counts = np.unique(apart[apart >= _LEAST], return_counts=True)
     # Those that most windows are apart are looked at.
@@ -486,7 +462,8 @@ def dropout_notes(recording: Recording, profile: Profile) -> Notes:
         return ()
     zeros = values == 0.0
     if profile.channel.kind == "angle":
-        usual = every(profile.changes, distance_between(100_000, profile.changes.size))
+        changes = profile.changes
+        usual = arrays.every(changes, arrays.distance_between(100_000, changes.size))
         fall = 50.0 * float(np.median(np.abs(usual)))
         zeros &= marked_steps(values, lambda steps: np.abs(steps) > fall)
         if not (fall and zeros.any()):
@@ -516,7 +493,7 @@ def _scatter_with_zeros(values: FloatArray, zeros: int) -> float | None:
     left = values.size - zeros
     if left <= 1:
         return None
-    usual = mean(values) * values.size / left
+    usual = arrays.mean(values) * values.size / left
     squares = by_blocks(lambda some: np.square(some[some != 0.0] - usual).sum(), values).sum()
     inside = float(squares) / left
     # Zeros lie by the mean off the rest.

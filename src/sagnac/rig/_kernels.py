@@ -1,118 +1,12 @@
-"""Compiled loops of the rig: arrays and named states in, arrays and states out; no validation."""
+"""Compiled loops of the rig: arrays and states in, arrays and states out; no validation."""
 
 # Compiled loops take their arguments by position.
 # ruff: noqa: PLR0917
-
-from typing import NamedTuple
 
 import numpy as np
 
 from sagnac.core.arrays import BooleanArray, FloatArray
 from sagnac.core.kernels import compiled
-
-
-class Orders(NamedTuple):
-    """Terms at orders of an angle: ascending orders, sizes and phases in rad, each (terms,)."""
-
-    order: FloatArray
-    size: FloatArray
-    phase: FloatArray
-
-
-class MotionState(NamedTuple):
-    """Table at the last node: drive and its rate, Earth rate in b, and its integral in b."""
-
-    drive: float
-    rate: float
-    earth: tuple[float, float, float]
-    turned: tuple[float, float, float]
-
-
-# ---- table ---------------------------------------------------------------------------
-
-
-@compiled()
-def earth_in_table(alpha: float, earth: FloatArray, wobble: Orders) -> tuple[float, float, float]:
-    """Earth rate along b when the shaft is tilted by the wobble at this table angle."""
-    tilt_x = 0.0
-    tilt_y = 0.0
-    for j in range(wobble.order.size):
-        tilt_x += wobble.size[j] * np.cos(wobble.order[j] * alpha + wobble.phase[j])
-        tilt_y += wobble.size[j] * np.sin(wobble.order[j] * alpha + wobble.phase[j])
-    first = earth[0] - tilt_y * earth[2]
-    second = earth[1] + tilt_x * earth[2]
-    third = earth[2] - tilt_x * earth[1] + tilt_y * earth[0]
-    cosine = np.cos(alpha)
-    sine = np.sin(alpha)
-    return cosine * first + sine * second, cosine * second - sine * first, third
-
-
-@compiled()
-def table_angle(drive: float, ripple: Orders) -> float:
-    """Table angle at a drive angle: ripple of the rate at orders of the drive."""
-    angle = drive
-    for j in range(ripple.order.size):
-        angle += (
-            ripple.size[j] / ripple.order[j] * np.sin(ripple.order[j] * drive + ripple.phase[j])
-        )
-    return angle
-
-
-@compiled()
-def with_tilt(alpha: float, wobble: Orders, along_x: float, along_y: float) -> tuple[float, float]:
-    """Angles along the two level axes of b, with what the shaft's own tilting adds to them.
-
-    It adds, in closed form, the integral of i m a exp(i((m - 1) alpha + p)) over alpha.
-    """
-    for j in range(wobble.order.size):
-        relative = wobble.order[j] - 1.0
-        scale = wobble.order[j] * wobble.size[j]
-        if relative == 0.0:
-            along_x -= scale * alpha * np.sin(wobble.phase[j])
-            along_y += scale * alpha * np.cos(wobble.phase[j])
-        else:
-            argument = relative * alpha + wobble.phase[j]
-            along_x += scale / relative * np.cos(argument)
-            along_y += scale / relative * np.sin(argument)
-    return along_x, along_y
-
-
-@compiled()
-def motion(
-    drive: FloatArray,
-    rate: FloatArray,
-    step: float,
-    substeps: int,
-    ripple: Orders,
-    earth: FloatArray,
-    wobble: Orders,
-    state: MotionState,
-    alpha: FloatArray,
-    turned: FloatArray,
-) -> MotionState:
-    """Integrate the rate along b over the nodes; keep every `substeps`-th.
-
-    `drive` and `rate` are node values after each step; between nodes the drive is the
-    cubic through both ends' angles and rates, and each integral is Simpson's. `turned` (3, n)
-    takes the Earth's part of the angle along b, with the wobble's in 0 and 1.
-    """
-    drive_before, rate_before, begin, integral = state
-    turned_x, turned_y, turned_z = integral
-    for n in range(drive.size):
-        middle_drive = 0.5 * (drive_before + drive[n]) + 0.125 * step * (rate_before - rate[n])
-        end_angle = table_angle(drive[n], ripple)
-        middle = earth_in_table(table_angle(middle_drive, ripple), earth, wobble)
-        end = earth_in_table(end_angle, earth, wobble)
-        turned_x += step / 6.0 * (begin[0] + 4.0 * middle[0] + end[0])
-        turned_y += step / 6.0 * (begin[1] + 4.0 * middle[1] + end[1])
-        turned_z += step / 6.0 * (begin[2] + 4.0 * middle[2] + end[2])
-        drive_before, rate_before, begin = drive[n], rate[n], end
-        if (n + 1) % substeps == 0:
-            k = n // substeps
-            alpha[k] = end_angle
-            turned[0, k], turned[1, k] = with_tilt(end_angle, wobble, turned_x, turned_y)
-            turned[2, k] = turned_z
-    return MotionState(drive_before, rate_before, begin, (turned_x, turned_y, turned_z))
 
 
 @compiled()

@@ -18,25 +18,10 @@ from sagnac.core.errors import RecordingError, quoted
 from sagnac.core.units import DEGREE
 from sagnac.recording.channel import Kind
 from sagnac.recording.columns import GYRO_NAMES
+from sagnac.rig import sections
 from sagnac.rig.measured import Measured
 from sagnac.rig.ring_laser import angle_random_walk, dither_of, ring_lasers_of
-from sagnac.rig.sections import (
-    LONGEST_DELAY_S,
-    AccelerometerConfig,
-    ConfigurationError,
-    DisturbancesConfig,
-    DitherConfig,
-    EncoderConfig,
-    GyroConfig,
-    MotionConfig,
-    Number,
-    Pairs,
-    PlatformConfig,
-    TableConfig,
-    check,
-    overlaid,
-    require,
-)
+from sagnac.rig.sections import ConfigurationError, require
 
 # ---- what is commanded -------------------------------------------------------------------
 
@@ -68,7 +53,7 @@ class TableCommand:
         return np.asarray(self.angle[index] + 0.5 * (self.rate[index] + rate) * since)
 
 
-def table_command(config: TableConfig, duration: float) -> TableCommand:
+def table_command(config: sections.TableConfig, duration: float) -> TableCommand:
     """The motion that the configuration commands in `duration` seconds."""
     knots = config.profile or _reversals(config, duration)
     time = np.array([time for time, _ in knots], dtype=np.float64)
@@ -80,7 +65,7 @@ def table_command(config: TableConfig, duration: float) -> TableCommand:
     return replace(command, angle=angle + start)
 
 
-def _reversals(config: TableConfig, duration: float) -> Pairs:
+def _reversals(config: sections.TableConfig, duration: float) -> sections.Pairs:
     rate = config.rate_deg_per_s
     knots = [(0.0, rate)]
     interval = config.reversal_interval_s
@@ -132,7 +117,8 @@ class RigConfig:
     Examples
     --------
     >>> from dataclasses import replace
-    >>> from sagnac.rig.config import GyroConfig, RigConfig, TableConfig, preset
+    >>> from sagnac.rig.config import RigConfig, preset
+    >>> from sagnac.rig.sections import GyroConfig, TableConfig
     >>> RigConfig(duration_s=60.0, table=TableConfig(rate_deg_per_s=20.0))
     RigConfig(60 s at 500 Hz, table at 20 deg/s, gyros ideal, seed 1)
     >>> replace(preset("paper"), seed=7).samples
@@ -143,21 +129,21 @@ class RigConfig:
     sagnac.rig.sections.ConfigurationError: gyro.warm_up_k is 200.0; it must lie from -100 to 100
     """
 
-    duration_s: Annotated[float, Number(0.01, 1e7)] = 7200.0
-    sample_rate_hz: Annotated[float, Number(0.1, 1e5)] = 500.0
-    seed: Annotated[int, Number(0, 2**32 - 1)] = 1
+    duration_s: Annotated[float, sections.Number(0.01, 1e7)] = 7200.0
+    sample_rate_hz: Annotated[float, sections.Number(0.1, 1e5)] = 500.0
+    seed: Annotated[int, sections.Number(0, 2**32 - 1)] = 1
     kind: Kind = "angle"
-    table: TableConfig = TableConfig()
-    encoder: EncoderConfig = EncoderConfig()
-    motion: MotionConfig = MotionConfig()
-    platform: PlatformConfig = PlatformConfig()
-    gyro: GyroConfig = GyroConfig()
-    accelerometer: AccelerometerConfig = AccelerometerConfig()
-    dither: DitherConfig = DitherConfig()
-    disturbances: DisturbancesConfig = DisturbancesConfig()
+    table: sections.TableConfig = sections.TableConfig()
+    encoder: sections.EncoderConfig = sections.EncoderConfig()
+    motion: sections.MotionConfig = sections.MotionConfig()
+    platform: sections.PlatformConfig = sections.PlatformConfig()
+    gyro: sections.GyroConfig = sections.GyroConfig()
+    accelerometer: sections.AccelerometerConfig = sections.AccelerometerConfig()
+    dither: sections.DitherConfig = sections.DitherConfig()
+    disturbances: sections.DisturbancesConfig = sections.DisturbancesConfig()
 
     def __post_init__(self) -> None:
-        check(self)
+        sections.check(self)
         _check_sampling(self)
         _check_table(self.table)
         _check_delay(self.encoder, self.duration_s)
@@ -254,12 +240,10 @@ class RigConfig:
         values = dict(mapping)
         name = values.pop("preset", None)
         if name is not None and base is not None:
-            raise ConfigurationError(
-                f"preset is {quoted(name)}, but the unit is like one that was measured",
-                "remove preset",
-            )
+            problem = f"preset is {quoted(name)}, but the unit is like one that was measured"
+            raise ConfigurationError(problem, "remove preset")
         begun = base or (RigConfig() if name is None else preset(name))
-        changed: Self = overlaid(begun, values)
+        changed: Self = sections.overlaid(begun, values)
         return changed
 
 
@@ -269,31 +253,23 @@ class RigConfig:
 def _check_sampling(config: RigConfig) -> None:
     nyquist = config.sample_rate_hz / 2.0
     for frequency, _ in config.disturbances.time:
-        require(
-            frequency <= nyquist,
-            f"disturbances.time: {frequency:g} Hz is above {nyquist:g} Hz, half of sample_rate_hz",
-            "give the frequency it folds to",
-        )
+        said = f"{frequency:g} Hz is above {nyquist:g} Hz, half of sample_rate_hz"
+        remedy = "give the frequency it folds to"
+        require(frequency <= nyquist, f"disturbances.time: {said}", remedy)
     nutation = config.motion.nutation_hz
-    require(
-        config.motion.nutation_rms_arcsec == 0.0 or nutation <= 0.5 * nyquist,
-        f"motion.nutation_hz {nutation:g} is above {0.5 * nyquist:g} Hz, a quarter of "
-        "sample_rate_hz",
-        "lower it, or raise sample_rate_hz",
-    )
+    said = f"{nutation:g} is above {0.5 * nyquist:g} Hz, a quarter of sample_rate_hz"
+    is_slow = config.motion.nutation_rms_arcsec == 0.0 or nutation <= 0.5 * nyquist
+    require(is_slow, f"motion.nutation_hz {said}", "lower it, or raise sample_rate_hz")
     for section, own in (("gyro", config.gyro), ("accelerometer", config.accelerometer)):
         highest = max(own.low_pass_hz)
-        require(
-            highest < nyquist,
-            f"{section}.low_pass_hz {highest:g} is not below {nyquist:g} Hz, half of "
-            "sample_rate_hz",
-            "lower it, or give 0 for no low-pass",
-        )
+        said = f"{highest:g} is not below {nyquist:g} Hz, half of sample_rate_hz"
+        remedy = "lower it, or give 0 for no low-pass"
+        require(highest < nyquist, f"{section}.low_pass_hz {said}", remedy)
     problem = f"duration_s {config.duration_s:g} holds no sample at {config.sample_rate_hz:g} Hz"
     require(config.samples >= 1, problem, "make it longer")
 
 
-def _check_table(table: TableConfig) -> None:
+def _check_table(table: sections.TableConfig) -> None:
     times = [time for time, _ in table.profile]
     rising = all(earlier < later for earlier, later in pairwise(times))
     require(rising, f"table.profile: times {times} do not increase", "sort them")
@@ -304,45 +280,39 @@ def _check_table(table: TableConfig) -> None:
         f"turn round in {turn_round:g} s",
         "raise it or table.acceleration_deg_per_s2",
     )
-    require(
-        table.dwell_s == 0.0 or (not table.profile and table.reversal_interval_s > 0.0),
-        f"table.dwell_s is {table.dwell_s:g}, but nothing says when the table stands",
-        "give table.reversal_interval_s, and no table.profile",
-    )
+    known = table.dwell_s == 0.0 or (not table.profile and table.reversal_interval_s > 0.0)
+    problem = f"table.dwell_s is {table.dwell_s:g}, but nothing says when the table stands"
+    require(known, problem, "give table.reversal_interval_s, and no table.profile")
     ripple = sum(fraction for _, fraction in table.ripple)
     problem = f"table.ripple: fractions add up to {ripple:g}"
     require(ripple < 1.0, problem, "keep them below 1 so that the table keeps its direction")
 
 
-def _check_delay(encoder: EncoderConfig, duration: float) -> None:
+def _check_delay(encoder: sections.EncoderConfig, duration: float) -> None:
     end = float(encoder.delay_at(duration, duration))
     # The difference of drift and clock may leave a rounding below zero.
     require(
-        -1e-12 <= end <= LONGEST_DELAY_S,
+        -1e-12 <= end <= sections.LONGEST_DELAY_S,
         f"encoder.latency_s, latency_drift_s and clock_ppm put readings {end:g} s late after "
         f"{duration:g} s",
-        f"keep it from 0 to {LONGEST_DELAY_S:g} s; a clock that runs slow needs a latency "
+        f"keep it from 0 to {sections.LONGEST_DELAY_S:g} s; a clock that runs slow needs a latency "
         "to begin with",
     )
 
 
 def _check_modes(config: RigConfig) -> None:
     gyro, detuning = config.gyro, min(config.dither.detuning_hz)
-    require(
-        gyro.mode != "still" or not config.turning,
-        "gyro.mode is 'still' on a turning table",
-        "set table.rate_deg_per_s = 0, or mode rate-biased or dithered",
+    problem = "gyro.mode is 'still' on a turning table"
+    remedy = "set table.rate_deg_per_s = 0, or mode rate-biased or dithered"
+    require(gyro.mode != "still" or not config.turning, problem, remedy)
+    problem = (
+        f"dither.residue and dither.delay_s are of mode 'dithered'; gyro.mode is {gyro.mode!r}"
     )
-    require(
-        not config.dither.is_left or gyro.mode == "dithered",
-        f"dither.residue and dither.delay_s are of mode 'dithered'; gyro.mode is {gyro.mode!r}",
-        "set gyro.mode to 'dithered', or both to 0",
-    )
-    require(
-        gyro.dither_frequency_hz + detuning > 0.0,
-        f"dither.detuning_hz {detuning:g} leaves no frequency",
-        "keep it above -gyro.dither_frequency_hz",
-    )
+    dithered = gyro.mode == "dithered" or not config.dither.is_left
+    require(dithered, problem, "set gyro.mode to 'dithered', or both to 0")
+    problem = f"dither.detuning_hz {detuning:g} leaves no frequency"
+    remedy = "keep it above -gyro.dither_frequency_hz"
+    require(gyro.dither_frequency_hz + detuning > 0.0, problem, remedy)
     # Each gyro must sense a rate well above its lock-in all the time.
     rate, dither = config.command.rate, dither_of(gyro)
     slowest = 0.0 if rate.min() < 0.0 < rate.max() else float(np.abs(rate).min())
@@ -387,7 +357,6 @@ def preset(name: str) -> RigConfig:
 
 PRESETS: Final[dict[str, RigConfig]] = {}
 """The presets by name, from ``presets.toml``; one may start from another before it."""
-for _name, _tables in tomllib.loads(
-    files("sagnac.rig").joinpath("presets.toml").read_text("utf-8")
-).items():
+_text = files("sagnac.rig").joinpath("presets.toml").read_text("utf-8")
+for _name, _tables in tomllib.loads(_text).items():
     PRESETS[_name] = RigConfig.from_mapping(_tables)

@@ -14,11 +14,6 @@ from sagnac.rig.sections import EncoderConfig
 from sagnac.rig.table import LineSet, RandomStreams, Sums, drawn_orders
 
 _TURN: Final = 2.0 * math.pi
-_NULL_MARGIN: Final = 8.0  # null errors that a passage keeps clear
-_MOST_NULL_ERRORS: Final = 1_000_000  # then they come round again
-_WALK_LIMIT: Final = 10.0  # rms that no walk of the delay goes beyond
-_AROUND: Final = 4  # samples that an angle between them is taken from, and one to spare
-_AT_ONCE: Final = 1e-6  # readings by which one may come late, as rounding has it
 
 
 class Encoder:
@@ -39,24 +34,22 @@ class Encoder:
     """
 
     def __init__(
-        self,
-        config: RigConfig,
-        past: Callable[[FloatArray], FloatArray],
-        streams: RandomStreams,
+        self, config: RigConfig, past: Callable[[FloatArray], FloatArray], streams: RandomStreams
     ) -> None:
         own, interval, duration = config.encoder, 1.0 / config.sample_rate_hz, config.duration_s
         self._config, self._interval, self._duration = own, interval, duration
         self._latch, self._lost, self._delay = streams.latch, streams.lost, streams.delay
-        error = drawn_orders(own.periodic_error, streams.phases)
-        phasor = error.size * ARCSECOND * np.exp(1j * error.phase)
-        self._graduation = LineSet(position=error.order, phasor=phasor[np.newaxis])
+        order, size, phase = drawn_orders(own.periodic_error, streams.phases, ARCSECOND).T
+        phasor = (size * np.exp(1j * phase))[np.newaxis]
+        self._graduation = LineSet(position=order, phasor=phasor)
         # The walk of the delay, and the largest delay that a recording keeps below.
         self._walk_step, self._walk = own.delay_walk(interval), Sums()
         ends = own.delay_at([0.0, duration], duration)
-        walk = _WALK_LIMIT * self._walk_step * math.sqrt(duration / interval)
-        self._late = bool(ends.any()) or self._walk_step > 0.0
+        # No walk of the delay goes beyond ten times its rms.
+        walk = 10.0 * self._walk_step * math.sqrt(duration / interval)
         # True table angles up to the last sample, as many as the delay reaches back.
-        back = math.ceil((float(ends.max()) + walk) / interval) + _AROUND
+        # An angle between samples is taken from three, and one is to spare.
+        back = math.ceil((float(ends.max()) + walk) / interval) + 4
         self._past = past(-interval * np.arange(back, 0.0, -1.0))
         # Number of the reading at the last sample, and that reading.
         self._newest, self._held = -1.0, 0.0
@@ -71,12 +64,10 @@ class Encoder:
         known = np.concatenate([self._past, alpha])
         newest = self._past.size + np.arange(alpha.size)
         self._past = known[alpha.size :]
-        angle = alpha
-        if self._late or age.any():
-            back = self._delays((number - age) * self._interval) / self._interval + age
-            whole = np.maximum(np.floor(back), 0.0).astype(np.int64)
-            newest -= whole
-            angle = _before(known, newest, back - whole)
+        back = self._delays((number - age) * self._interval) / self._interval + age
+        whole = np.maximum(np.floor(back), 0.0).astype(np.int64)
+        newest -= whole
+        angle = _before(known, newest, back - whole)
         if self._config.latch_jitter_s > 0.0:
             jitter = self._config.latch_jitter_s / self._interval
             late = jitter * self._latch.standard_normal(alpha.size)
@@ -98,7 +89,8 @@ class Encoder:
         age, new = np.zeros(number.size), np.ones(number.size, dtype=np.bool_)
         per_sample = self._config.reading_rate_hz * self._interval
         if per_sample > 0.0:
-            reading = np.floor(number * per_sample + _AT_ONCE)
+            # A reading may come late by rounding.
+            reading = np.floor(number * per_sample + 1e-6)
             new = np.diff(reading, prepend=self._newest) > 0.0
             age[new] = np.maximum(number - reading / per_sample, 0.0)[new]
             self._newest = float(reading[-1])
@@ -147,11 +139,12 @@ class NullPulse:
         self, config: EncoderConfig, origin: float, turned: float, streams: RandomStreams
     ) -> None:
         accuracy = config.null_accuracy_arcsec * ARCSECOND
-        passages = min(1024 + 2 * math.ceil(turned / _TURN), _MOST_NULL_ERRORS)
+        # Errors come round again after a million.
+        passages = min(1024 + 2 * math.ceil(turned / _TURN), 1_000_000)
         self.errors = accuracy * streams.null.standard_normal(passages)
         self._missing = streams.missing.random(passages) < config.missing_null_fraction
         # How far from a null just passed the table is away from it.
-        self._margin = _NULL_MARGIN * accuracy
+        self._margin = 8.0 * accuracy
         self._state = np.array([math.floor(origin / _TURN), 0.0, math.nan])
 
     def advance(self, alpha: FloatArray) -> BooleanArray:

@@ -15,14 +15,9 @@ from sagnac.core.arrays import FloatArray
 from sagnac.core.units import DEGREE_PER_HOUR, Sensor, field_unit
 from sagnac.rig import _kernels
 from sagnac.rig.config import RigConfig
-from sagnac.rig.ring_laser import (
-    angle_random_walk,
-    dither_of,
-    mean_rate,
-    ring_lasers_of,
-)
+from sagnac.rig.ring_laser import angle_random_walk, dither_of, mean_rate, ring_lasers_of
 from sagnac.rig.sections import SENSOR_KEYS, AccelerometerConfig, GyroConfig
-from sagnac.rig.table import Differences, Motion, Oscillator, SensorStreams, Sums
+from sagnac.rig.table import Differences, Motion, Oscillator, Sums
 
 # ---- sensor errors -----------------------------------------------------------------
 
@@ -84,12 +79,8 @@ class SensorErrors:
             (sized.pop("markov_deviation"), config.markov_time_s[axis]),
             (sized.pop("second_markov_deviation"), config.second_markov_time_s[axis]),
         )
-        return cls(
-            **sized,
-            markov=tuple(rate for rate in rates if rate[0] > 0.0),
-            corner=config.low_pass_hz[axis],
-            order=config.low_pass_order,
-        )
+        markov, corner = tuple(rate for rate in rates if rate[0] > 0.0), config.low_pass_hz[axis]
+        return cls(**sized, markov=markov, corner=corner, order=config.low_pass_order)
 
     def trend(self, seconds: FloatArray) -> FloatArray:
         """(n,) rate of bias, ramp and warming up at `seconds` from the first sample, rad/s."""
@@ -103,11 +94,6 @@ class SensorErrors:
 # ---- slow errors -------------------------------------------------------------------
 
 _MARKOV_RATIO: Final = 3.0  # between neighbouring correlation times
-_LONGEST_CORRELATION: Final = 10.0  # of the duration
-_SHORTEST_CORRELATION: Final = 1.0 / 9.0  # of a sample; what is shorter is white there
-_HELD_STEP: Final = 0.02  # s, for which slow errors are held where nobody sees it
-# Part of the white noise below which slow errors lie at half the rate of held values.
-_UNSEEN: Final = 3e-3
 
 
 class SlowDrift:
@@ -146,16 +132,18 @@ class SlowDrift:
         duration: float,
         random: np.random.Generator,
     ) -> None:
-        hold = max(1, round(_HELD_STEP * sample_rate))
+        # Slow errors are held for 0.02 s if nobody sees it.
+        hold = max(1, round(0.02 * sample_rate))
         step = hold * (1.0 / sample_rate)
-        unseen = _slow_density(errors, 0.5 / step) <= _UNSEEN * errors.random_walk**2
+        unseen = _slow_density(errors, 0.5 / step) <= 3e-3 * errors.random_walk**2
         shortest = step
         if not unseen:
             hold, step = 1, 1.0 / sample_rate
-            shortest = _SHORTEST_CORRELATION * step
+            # What is shorter than a ninth of a sample is white there.
+            shortest = 1.0 / 9.0 * step
         count = 0
         if errors.instability > 0.0:
-            longest = max(_LONGEST_CORRELATION * duration, 10.0 * step)
+            longest = 10.0 * max(duration, step)
             count = 1 + math.ceil(math.log(longest / shortest) / math.log(_MARKOV_RATIO))
         flicker = errors.instability * math.sqrt(math.log(_MARKOV_RATIO) / math.pi)
         own = np.array(errors.markov).reshape(-1, 2)
@@ -198,10 +186,8 @@ class SlowDrift:
 def _slow_density(errors: SensorErrors, frequency: float) -> float:
     """Two-sided density of the slow errors at a frequency in Hz, (rad/s)^2/Hz."""
     angular = 2.0 * math.pi * frequency
-    markov = sum(
-        2.0 * size**2 * time / (1.0 + (angular * time) ** 2) for size, time in errors.markov
-    )
-    return errors.instability**2 / angular + (errors.rate_walk / angular) ** 2 + markov
+    each = (2.0 * size**2 * time / (1.0 + (angular * time) ** 2) for size, time in errors.markov)
+    return errors.instability**2 / angular + (errors.rate_walk / angular) ** 2 + sum(each)
 
 
 def _mean_of_ends(steps: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -246,19 +232,17 @@ class Gyro:
         config: RigConfig,
         own: GyroConfig | AccelerometerConfig,
         axis: int,
-        streams: SensorStreams,
+        streams: tuple[np.random.Generator, ...],
         *,
         origin: float = 0.0,
         mount: Oscillator | None = None,
     ) -> None:
         self._direction, self._origin = config.platform.matrix[axis], origin
-        self._interval, self._random = 1.0 / config.sample_rate_hz, streams
+        self._interval = 1.0 / config.sample_rate_hz
+        self._white, slow, self._readout = streams
         self._errors = errors = SensorErrors.of(own, axis)
         self._slow = SlowDrift(
-            errors,
-            sample_rate=config.sample_rate_hz,
-            duration=config.duration_s,
-            random=streams.slow,
+            errors, sample_rate=config.sample_rate_hz, duration=config.duration_s, random=slow
         )
         lasers = ring_lasers_of(own) if isinstance(own, GyroConfig) else ()
         self._laser = lasers[axis] if lasers else None
@@ -285,7 +269,7 @@ class Gyro:
         """
         errors, interval, count = self._errors, self._interval, motion.angle.size
         if errors.angle_noise > 0.0:
-            angles += errors.angle_noise * self._random.readout.standard_normal(count)
+            angles += errors.angle_noise * self._readout.standard_normal(count)
         own = self._direction[2] * (motion.angle - self._origin)
         true = self._direction @ motion.turned + own
         if self._mount is not None:
@@ -299,7 +283,7 @@ class Gyro:
             sensed = turned / interval
             drift += mean_rate(self._laser, sensed, self._dither) - sensed
             strength = angle_random_walk(self._laser, sensed, self._dither)
-        noise = strength * math.sqrt(interval) * self._random.white.standard_normal(count)
+        noise = strength * math.sqrt(interval) * self._white.standard_normal(count)
         noise += drift * interval
         if self._low_pass is None:
             angles += true + self._walk.of(noise)

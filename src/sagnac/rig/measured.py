@@ -12,7 +12,6 @@ from sagnac.rig.sections import SENSOR_KEYS, SENSOR_NAMES
 _MEASURED: Final = ("angle_noise", "random_walk", "instability", "rate_walk", "ramp")
 _SHOWN: Final = ("step", "range")
 _MARKOV: Final = ("markov", "second_markov")
-_MARKOV_TIME_S: Final = 100.0  # of a Markov rate that is not there
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -44,16 +43,12 @@ class MeasuredSensor:
         B and K that are bounds come from the slow noise that the spectrum shows.
         """
         keys, slow = SENSED[kind].keys, stated.get("slow_noise") or {}
-        measured = {
-            coefficient: stated["coefficients"].get(key) for coefficient, key in keys.items()
-        }
+        given = stated["coefficients"]
+        measured = {coefficient: given.get(key) for coefficient, key in keys.items()}
         measured["angle_random_walk"] = stated[keys["angle_random_walk"]]
         shows = {one: slow[key]["value"] for one, key in keys.items() if key in slow}
-        estimated = {
-            coefficient: one["value"]
-            for coefficient, one in measured.items()
-            if one is not None and one["status"] == "estimated"
-        }
+        known = [(key, one) for key, one in measured.items() if one is not None]
+        estimated = {key: one["value"] for key, one in known if one["status"] == "estimated"}
         low_pass, readouts = stated.get("low_pass"), stated.get("readout") or {name: {}}
         return cls(
             coefficients={one: value for one, value in shows.items() if value > 0.0} | estimated,
@@ -80,7 +75,8 @@ class MeasuredSensor:
         }
         keys = {"low_pass_hz": self.low_pass[0] if self.low_pass else 0.0}
         for place, which in enumerate(_MARKOV):
-            rates = self.markov[place : place + 1] or ((0.0, _MARKOV_TIME_S),)
+            # A Markov rate that is not there has any correlation time.
+            rates = self.markov[place : place + 1] or ((0.0, 100.0),)
             errors[f"{which}_deviation"], keys[f"{which}_time_s"] = rates[0]
         rate_unit = SENSED[kind].rate_unit
         unit = self.readout.get("unit", rate_unit)

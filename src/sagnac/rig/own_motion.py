@@ -28,12 +28,9 @@ def _structure(
     It rests if the table is not moving yet.
     """
     frequency, quality = band
+    damping, rate = 0.5 / quality, 2.0 * math.pi * frequency * rms * ARCSECOND
     made = Oscillator(
-        frequency=frequency,
-        damping=0.5 / quality,
-        rms_rate=2.0 * math.pi * frequency * rms * ARCSECOND,
-        step=table.interval,
-        random=random,
+        frequency=frequency, damping=damping, rms_rate=rate, step=table.interval, random=random
     )
     if not table.moving:
         made.state[:] = 0.0

@@ -192,11 +192,8 @@ def dither_of(config: GyroConfig) -> Dither | None:
     """The dither of the lasers, or None in the other modes."""
     if config.mode != "dithered":
         return None
-    return Dither(
-        frequency=config.dither_frequency_hz,
-        rate=config.dither_rate_deg_per_s * DEGREE,
-        amplitude_noise=config.dither_amplitude_noise,
-    )
+    rate, noise = config.dither_rate_deg_per_s * DEGREE, config.dither_amplitude_noise
+    return Dither(frequency=config.dither_frequency_hz, rate=rate, amplitude_noise=noise)
 
 
 def dither_frequency(gyro: GyroConfig, dither: DitherConfig, axis: int) -> float:

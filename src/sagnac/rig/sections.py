@@ -143,8 +143,6 @@ def require(true: bool, problem: str, remedy: str) -> None:
 # ---- sections ----------------------------------------------------------------------
 
 GyroMode = Literal["ideal", "still", "dithered", "rate-biased"]
-JitterSpectrum = Literal["position", "rate"]
-AfterDwell = Literal["back", "onward"]
 Accelerometers = Literal["none", "triad"]
 SENSOR_NAMES: Final[Mapping[Sensor, tuple[str, ...]]] = {
     "gyro": GYRO_NAMES,
@@ -154,7 +152,6 @@ _ORDER: Final = Number(0.01, 1000.0, "order")
 LONGEST_DELAY_S: Final = 2.0
 _NONE: Final = (0.0, 0.0, 0.0)
 _ARCSECONDS: Final = Number(0.0, 3600.0, "arcsec")
-_WALK_TIME: Final = 1800.0  # s, after which a walk of the delay has the rms that is stated
 
 
 class Section:
@@ -219,13 +216,13 @@ class TableConfig(Section):
     start_deg: Annotated[float, Number(-360.0, 360.0)] = 0.0
     reversal_interval_s: Annotated[float, Number(0.0, 1e6)] = 0.0
     dwell_s: Annotated[float, Number(0.0, 1e6)] = 0.0
-    after_dwell: AfterDwell = "back"
+    after_dwell: Literal["back", "onward"] = "back"
     acceleration_deg_per_s2: Annotated[float, Number(0.1, 1e4)] = 100.0
     profile: Annotated[Pairs, Number(0.0, 1e7, "time s"), Number(-400.0, 400.0, "rate deg/s")] = ()
     jitter_rms_deg_per_s: Annotated[float, Number(0.0, 10.0)] = 0.0
     jitter_bandwidth_hz: Annotated[float, Number(0.01, 1000.0)] = 8.0
     jitter_damping: Annotated[float, Number(0.01, 10.0)] = 0.5
-    jitter_spectrum: JitterSpectrum = "position"
+    jitter_spectrum: Literal["position", "rate"] = "position"
     wander_fraction: Annotated[float, Number(0.0, 0.2)] = 0.0
     wander_time_s: Annotated[float, Number(1.0, 1e6)] = 300.0
     hunting_rms_deg_per_s: Annotated[float, Number(0.0, 10.0)] = 0.0
@@ -296,7 +293,8 @@ class EncoderConfig(Section):
 
     def delay_walk(self, time: float) -> float:
         """Rms that the walk of the delay gains in `time`, both in s."""
-        return self.latency_walk_s * math.sqrt(time / _WALK_TIME)
+        # The walk of the delay has the rms that is stated after half an hour.
+        return self.latency_walk_s * math.sqrt(time / 1800.0)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -564,21 +562,13 @@ SENSOR_KEYS: Final = (
     ("angle_noise", "quantization", "angle_noise_arcsec", "velocity_noise_mm_per_s"),
     ("quantum", "quantization", "quantization_step_arcsec", "quantization_step_mm_per_s"),
     ("instability", "bias_instability", "bias_instability_deg_per_h", "bias_instability_mg"),
-    (
-        "rate_walk",
-        "rate_random_walk",
-        "rate_random_walk_deg_per_h_per_sqrt_h",
-        "acceleration_random_walk_mg_per_sqrt_h",
-    ),
+    ("rate_walk", "rate_random_walk", "rate_random_walk_deg_per_h_per_sqrt_h",
+     "acceleration_random_walk_mg_per_sqrt_h"),
     ("markov_deviation", "bias_instability", "markov_deviation_deg_per_h", "markov_deviation_mg"),
-    (
-        "second_markov_deviation",
-        "bias_instability",
-        "second_markov_deviation_deg_per_h",
-        "second_markov_deviation_mg",
-    ),
+    ("second_markov_deviation", "bias_instability", "second_markov_deviation_deg_per_h",
+     "second_markov_deviation_mg"),
     ("bias", "bias_instability", "bias_deg_per_h", "bias_mg"),
     ("rate_quantum", "bias_instability", "rate_step_deg_per_h", "acceleration_step_mg"),
     ("full_scale", "bias_instability", "range_deg_per_h", "range_mg"),
     ("ramp", "rate_ramp", "rate_ramp_deg_per_h_per_h", "acceleration_ramp_mg_per_h"),
-)
+)  # fmt: skip

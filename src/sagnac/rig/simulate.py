@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 
 from sagnac import formats
 from sagnac.core.arrays import BooleanArray, FloatArray
-from sagnac.core.errors import quoted
-from sagnac.core.units import DEGREE_PER_ROOT_HOUR, STANDARD_GRAVITY, Sensor
+from sagnac.core.errors import require_type
+from sagnac.core.units import DEGREE_PER_ROOT_HOUR, SENSORS, STANDARD_GRAVITY, Sensor
 from sagnac.core.whole_files import replacing_set
 from sagnac.formats import arrow
 from sagnac.formats.csv import write_euroc
@@ -33,8 +33,8 @@ from sagnac.rig.encoder import Encoder, NullPulse, within_turn
 from sagnac.rig.gyro import Gyro, SensorErrors
 from sagnac.rig.own_motion import Disturbances, Nutation, mount_of
 from sagnac.rig.ring_laser import DitherMotion
-from sagnac.rig.sections import SENSOR_NAMES, AccelerometerConfig, GyroConfig
-from sagnac.rig.table import Differences, Motion, Table, fastest_rate, random_streams
+from sagnac.rig.sections import SENSOR_NAMES
+from sagnac.rig.table import Differences, Motion, RandomStreams, Table, fastest_rate
 from sagnac.rig.truth import Truth, truth_of
 
 BLOCK_SAMPLES: Final = 65_536
@@ -96,7 +96,7 @@ class Rig:
     """Everything that moves or adds, with its state and stream; made one sample before."""
 
     def __init__(self, config: RigConfig) -> None:
-        streams, axes = random_streams(config.seed), range(len(GYRO_NAMES))
+        streams, axes = RandomStreams(config.seed), range(len(GYRO_NAMES))
         self._table = table = Table(config, streams)
         self._encoder = self._null_pulse = self._nutation = None
         if config.turning:
@@ -106,15 +106,10 @@ class Rig:
             way = fastest_rate(config.table, config.command) * config.duration_s
             self._null_pulse = NullPulse(config.encoder, table.origin, way, streams)
         self._disturbances = Disturbances(config.disturbances, streams.disturbances)
+        own = [streams.of_sensor("gyro", axis) for axis in axes]
+        mounts = [mount_of(config.motion, axis, table, streams.mount[axis]) for axis in axes]
         self._gyros = [
-            Gyro(
-                config,
-                config.gyro,
-                axis,
-                streams.of_sensor("gyro", axis),
-                origin=table.origin,
-                mount=mount_of(config.motion, axis, table, streams.mount[axis]),
-            )
+            Gyro(config, config.gyro, axis, own[axis], origin=table.origin, mount=mounts[axis])
             for axis in axes
         ]
         self._dithers: list[DitherMotion] = []
@@ -125,10 +120,9 @@ class Rig:
             ]
         self._accelerometers: list[Gyro] = []
         if config.accelerometer.mode == "triad":
-            self._accelerometers = [
-                Gyro(config, config.accelerometer, axis, streams.of_sensor("accelerometer", axis))
-                for axis in axes
-            ]
+            own = [streams.of_sensor("accelerometer", axis) for axis in axes]
+            force = config.accelerometer
+            self._accelerometers = [Gyro(config, force, axis, own[axis]) for axis in axes]
 
     def advance(self, first: int, count: int) -> Block:
         """The next `count` samples, the first of which has number `first`."""
@@ -234,9 +228,8 @@ def _columns(
         return values if config.kind == "angle" else steps.of(values) * scale
 
     for block in blocks(config, block_samples):
-        columns: dict[str, NDArray[Any]] = dict(
-            zip(GYRO_NAMES, of_kind(block.angles, turned), strict=True)
-        )
+        columns: dict[str, NDArray[Any]] = {}
+        columns |= zip(GYRO_NAMES, of_kind(block.angles, turned), strict=True)
         if block.velocities is not None:
             columns |= zip(ACCELEROMETER_NAMES, of_kind(block.velocities, gained), strict=True)
         if block.table is not None and block.null_pulse is not None:
@@ -258,6 +251,7 @@ def _recording_of(config: RigConfig, columns: Mapping[str, NDArray[Any]]) -> Rec
         )
         for sensor, unit in _SHOWN_IN[config.kind == "rate"].items()
     )
+    dithered = [name for name in GYRO_NAMES if PICKOFF + name in columns]
     table = None
     if config.turning:
         table = Channel(name="table", kind="angle", shown_in="deg", values=columns["table"])
@@ -267,11 +261,7 @@ def _recording_of(config: RigConfig, columns: Mapping[str, NDArray[Any]]) -> Rec
         sample_rate=config.sample_rate_hz,
         table=table,
         null_pulse=columns.get(NULL_PULSE_NAME),
-        pickoffs=tuple(
-            Pickoff(gyro=gyro, values=columns[name])
-            for gyro, name in zip(GYRO_NAMES, _PICKOFFS, strict=True)
-            if name in columns
-        ),
+        pickoffs=tuple(Pickoff(gyro=name, values=columns[PICKOFF + name]) for name in dithered),
     )
 
 
@@ -337,12 +327,8 @@ def write(
 def _densities(config: RigConfig) -> dict[Sensor, tuple[float, float]]:
     """Largest white noise of a rate, that of its steps with it, and largest K, SI."""
     densities: dict[Sensor, tuple[float, float]] = {}
-    sections: dict[Sensor, GyroConfig | AccelerometerConfig] = {
-        "gyro": config.gyro,
-        "accelerometer": config.accelerometer,
-    }
-    for sensor, section in sections.items():
-        own = [SensorErrors.of(section, axis) for axis in range(len(GYRO_NAMES))]
+    for sensor in SENSORS:
+        own = [SensorErrors.of(getattr(config, sensor), axis) for axis in range(len(GYRO_NAMES))]
         walks = [one.random_walk for one in own]
         if sensor == "gyro":
             # Lock-in makes more of the random walk that a ring laser begins with.
@@ -354,8 +340,5 @@ def _densities(config: RigConfig) -> dict[Sensor, tuple[float, float]]:
 
 
 def _require_config(config: object) -> None:
-    if not isinstance(config, RigConfig):
-        raise TypeError(
-            f"config is {quoted(config)}; give a RigConfig, for one RigConfig() or "
-            "sagnac.rig.config.preset('paper')"
-        )
+    remedy = "give a RigConfig, for one RigConfig() or sagnac.rig.config.preset('paper')"
+    require_type("config", config, RigConfig, remedy)

@@ -6,9 +6,9 @@ draws has a random stream of its own.
 """
 
 import math
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from itertools import islice
-from typing import Any, Final
+from typing import Final
 
 import numpy as np
 import scipy.linalg
@@ -22,69 +22,39 @@ from sagnac.rig.sections import Pairs, TableConfig
 
 # ---- streams -----------------------------------------------------------------------
 
-_STREAMS = 35
 
-
-@dataclass(frozen=True, slots=True, kw_only=True)
 class RandomStreams:
     """Independent random streams of one seed, one for each thing that draws.
 
-    `white` and `slow` hold one for each gyro. The others belong to the table's jitter and
-    wander, the null passages, the encoder's latch, the phases of table and encoder, and the
-    disturbances. `dither` and `mount` hold one for each gyro, too. Then come the table's hunting
-    and nutation, and of the encoder the walk of its delay, the readings lost and the null pulses
-    that are missing. `readout` holds one for each gyro, for the noise of its sampled angle, and the
-    three of `force_…` one for each accelerometer. The fields stand in the order in which they
-    are spawned: new ones are appended, so that a seed keeps its numbers.
+    What one of them gives does not depend on the others. `white` and `slow` hold one for each gyro.
+    The others belong to the table's jitter and wander, the null passages, the encoder's latch, the
+    phases of table and encoder, and the disturbances. `dither` and `mount` hold one for each gyro,
+    too. Then come the table's hunting and nutation, and of the encoder the walk of its delay, the
+    readings lost and the null pulses that are missing. `readout` holds one for each gyro, for the
+    noise of its sampled angle, and the three of `force_…` one for each accelerometer.
     """
 
-    jitter: np.random.Generator
-    wander: np.random.Generator
-    null: np.random.Generator
-    phases: np.random.Generator
-    disturbances: np.random.Generator
-    white: tuple[np.random.Generator, ...]
-    slow: tuple[np.random.Generator, ...]
-    latch: np.random.Generator
-    dither: tuple[np.random.Generator, ...]
-    mount: tuple[np.random.Generator, ...]
-    hunting: np.random.Generator
-    nutation: np.random.Generator
-    delay: np.random.Generator
-    lost: np.random.Generator
-    missing: np.random.Generator
-    readout: tuple[np.random.Generator, ...]
-    force_white: tuple[np.random.Generator, ...]
-    force_slow: tuple[np.random.Generator, ...]
-    force_readout: tuple[np.random.Generator, ...]
+    def __init__(self, seed: int) -> None:
+        spawned = map(np.random.default_rng, np.random.SeedSequence(seed).spawn(35))
 
-    def of_sensor(self, sensor: Sensor, axis: int) -> "SensorStreams":
-        """Those of a gyro x, y or z, or of an accelerometer ax, ay or az."""
+        def three() -> tuple[np.random.Generator, ...]:
+            return tuple(islice(spawned, 3))
+
+        # In the order in which they are spawned: new ones come last, so that a seed keeps its
+        # numbers.
+        self.jitter, self.wander, self.null, self.phases = islice(spawned, 4)
+        self.disturbances, self.white, self.slow = next(spawned), three(), three()
+        self.latch, self.dither, self.mount = next(spawned), three(), three()
+        self.hunting, self.nutation, self.delay, self.lost, self.missing = islice(spawned, 5)
+        self.readout = three()
+        self.force_white, self.force_slow, self.force_readout = three(), three(), three()
+
+    def of_sensor(self, sensor: Sensor, axis: int) -> tuple[np.random.Generator, ...]:
+        """Those of one gyro or accelerometer: of its random walk, slow errors and readout."""
         streams = (self.white, self.slow, self.readout)
         if sensor == "accelerometer":
             streams = (self.force_white, self.force_slow, self.force_readout)
-        return SensorStreams(*(each[axis] for each in streams))
-
-
-@dataclass(frozen=True, slots=True)
-class SensorStreams:
-    """Random streams of one sensor: of its random walk, its slow errors and its readout."""
-
-    white: np.random.Generator
-    slow: np.random.Generator
-    readout: np.random.Generator
-
-
-def random_streams(seed: int) -> RandomStreams:
-    """The streams of one seed; what one of them gives does not depend on the others."""
-    generators = map(np.random.default_rng, np.random.SeedSequence(seed).spawn(_STREAMS))
-    drawn: dict[str, Any] = {
-        field.name: next(generators)
-        if field.type is np.random.Generator
-        else tuple(islice(generators, 3))
-        for field in fields(RandomStreams)
-    }
-    return RandomStreams(**drawn)
+        return tuple(each[axis] for each in streams)
 
 
 # ---- series that come in blocks ----------------------------------------------------------
@@ -121,8 +91,6 @@ class Sums:
 
 
 # ---- what rings and what wanders -----------------------------------------------------
-
-_LONG_STEP: Final = 0.1  # part of the ring-down
 
 
 class Oscillator:
@@ -199,7 +167,7 @@ def _noise_factor(turn: float, damping: float) -> FloatArray:
     `turn` is the natural angular frequency times the step.
     """
     slope = np.array([[0.0, 1.0], [-turn * turn, -2.0 * damping * turn]])
-    if damping * turn < _LONG_STEP:
+    if damping * turn < 0.1:
         block = np.zeros((4, 4))
         block[:2, :2], block[2:, 2:] = -slope, slope.T
         block[1, 3] = 4.0 * damping * turn
@@ -263,9 +231,8 @@ def movers_of(config: TableConfig, step: float, streams: RandomStreams) -> tuple
         return ()
 
     def oscillator(rms: float, hertz: float, damping: float, random: np.random.Generator) -> Mover:
-        return Oscillator(
-            frequency=hertz, damping=damping, rms_rate=rms * DEGREE, step=step, random=random
-        )
+        rate = rms * DEGREE
+        return Oscillator(frequency=hertz, damping=damping, rms_rate=rate, step=step, random=random)
 
     def noise(rms: float, share: float, decay: float, random: np.random.Generator) -> Mover:
         return RateNoise(rms=rms * DEGREE, share=share, decay=decay, step=step, random=random)
@@ -290,17 +257,7 @@ def movers_of(config: TableConfig, step: float, streams: RandomStreams) -> tuple
 
 # Between nodes the integrand cos(alpha) is taken by Simpson's rule, whose error is
 # turn^4/2880 of the Earth-rate harmonic (15 arcsec): below 1e-6 arcsec at this turn.
-_LARGEST_TURN_PER_STEP = 0.02  # rad
-_LARGEST_JITTER_STEP = 0.5  # step times natural frequency of the servo
 _TOGETHER: Final = 256  # samples of a line that begin at a phase of their own
-
-
-def drawn_orders(pairs: Pairs, random: np.random.Generator, unit: float = 1.0) -> _kernels.Orders:
-    """Terms at ascending orders, their sizes times `unit`, at phases that are drawn."""
-    ordered = sorted(pairs)
-    order = np.array([order for order, _ in ordered], dtype=np.float64)
-    size = np.array([size for _, size in ordered], dtype=np.float64) * unit
-    return _kernels.Orders(order, size, random.uniform(-np.pi, np.pi, order.size))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -343,6 +300,12 @@ class LineSet:
         return np.asarray((self.phasor @ np.reshape(waves, (-1, count))).real)
 
 
+def drawn_orders(pairs: Pairs, random: np.random.Generator, unit: float) -> FloatArray:
+    """(terms, 3) ascending orders, their sizes times `unit`, and phases that are drawn, rad."""
+    order, size = np.reshape(sorted(pairs), (-1, 2)).T
+    return np.column_stack([order, size * unit, random.uniform(-np.pi, np.pi, order.size)])
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Motion:
     """True motion of the table over consecutive samples.
@@ -382,7 +345,7 @@ class Table:
         self._substeps = substeps_of(config.table, self._command, self.interval)
         self._movers = movers_of(config.table, self.interval / self._substeps, streams)
         # Phases of the ripple are drawn before those of the wobble.
-        self._ripple = drawn_orders(config.table.ripple, streams.phases)
+        self._ripple = drawn_orders(config.table.ripple, streams.phases, 1.0)
         self._wobble = drawn_orders(config.table.wobble, streams.phases, ARCSECOND)
         start: FloatArray = np.array([-self.interval])
         drive = float(self._command.angle_at(start)[0])
@@ -390,9 +353,25 @@ class Table:
         self.moving = rate != 0.0
         for mover in self._movers:
             drive, rate = mover.begin(drive, rate)
-        self.origin = float(_kernels.table_angle(drive, self._ripple))
-        sensed = _kernels.earth_in_table(self.origin, self._earth, self._wobble)
-        self._state = _kernels.MotionState(drive, rate, sensed, (0.0, 0.0, 0.0))
+        self._drive, self._rate, self._turned = np.array([drive]), np.array([rate]), Sums()
+        self.origin = float(self._angle(self._drive)[0])
+
+    def _angle(self, drive: FloatArray) -> FloatArray:
+        """(n,) table angle at angles of the drive, with the ripple, rad."""
+        each = (size / order * np.sin(order * drive + p) for order, size, p in self._ripple)
+        return sum(each, start=drive)
+
+    def _earth_along(self, angle: FloatArray) -> FloatArray:
+        """(3, n) Earth rate along b at table angles, at which the wobble tilts the shaft."""
+        x, y, z = self._earth
+        tilt_x, tilt_y = (
+            sum((size * wave(order * angle + p) for order, size, p in self._wobble), 0.0 * angle)
+            for wave in (np.cos, np.sin)
+        )
+        first, second = x - tilt_y * z, y + tilt_x * z
+        cosine, sine = np.cos(angle), np.sin(angle)
+        third = z - tilt_x * y + tilt_y * x
+        return np.array([cosine * first + sine * second, cosine * second - sine * first, third])
 
     def before(self, time: FloatArray) -> FloatArray:
         """Angle before the recording, rad: as commanded, up to where the table is made.
@@ -403,7 +382,11 @@ class Table:
         return np.asarray(self.origin + self._command.angle_at(time) - made)
 
     def advance(self, first: int, count: int) -> Motion:
-        """The motion over the next `count` samples, the first of which has number `first`."""
+        """The motion over the next `count` samples, the first of which has number `first`.
+
+        Between nodes the drive is the cubic through both ends' angles and rates, and the integral
+        of the rate along b is Simpson's.
+        """
         step = self.interval / self._substeps
         nodes = count * self._substeps
         begin = first * self._substeps + 1
@@ -413,13 +396,21 @@ class Table:
         rate = commanded.copy()
         for mover in self._movers:
             mover.advance(commanded, drive, rate)
-        angle, turned = np.empty(count), np.empty((3, count))
-        self._state = _kernels.motion(
-            drive, rate, step, self._substeps, self._ripple, self._earth, self._wobble,
-            self._state, angle, turned,
-        )  # fmt: skip
-        moving = commanded[self._substeps - 1 :: self._substeps] != 0.0
-        return Motion(angle=angle, turned=turned, moving=moving)
+        drives, rates = np.append(self._drive, drive), np.append(self._rate, rate)
+        self._drive, self._rate = drives[-1:], rates[-1:]
+        middles = 0.5 * (drives[:-1] + drives[1:]) + 0.125 * step * (rates[:-1] - rates[1:])
+        ends = self._angle(drives)
+        earth, between = self._earth_along(ends), self._earth_along(self._angle(middles))
+        turned = self._turned.of(step / 6.0 * (earth[:, :-1] + 4.0 * between + earth[:, 1:]))
+        samples = slice(self._substeps - 1, None, self._substeps)
+        angle, turned = ends[1:][samples], turned[:, samples].copy()
+        for order, size, phase in self._wobble:
+            # What the tilting of the shaft turns: i m a exp(i((m - 1) alpha + p)) over alpha.
+            relative = order - 1.0
+            integral = np.exp(1j * relative * angle) / relative if relative else 1j * angle
+            tilted = order * size * np.exp(1j * phase) * integral
+            turned[:2] += tilted.real, tilted.imag
+        return Motion(angle=angle, turned=turned, moving=commanded[samples] != 0.0)
 
 
 def fastest_rate(config: TableConfig, command: TableCommand) -> float:
@@ -430,12 +421,15 @@ def fastest_rate(config: TableConfig, command: TableCommand) -> float:
 
 def substeps_of(config: TableConfig, command: TableCommand, interval: float) -> int:
     """Nodes in a sample interval, close enough for Simpson's rule and for the servo's jitter."""
-    needed = [1, math.ceil(fastest_rate(config, command) * interval / _LARGEST_TURN_PER_STEP)]
+    # Between nodes the integrand cos(alpha) is taken by Simpson's rule, whose error is turn^4/2880
+    # of the Earth-rate harmonic (15 arcsec): below 1e-6 arcsec at a turn of 0.02 rad.
+    needed = [1, math.ceil(fastest_rate(config, command) * interval / 0.02)]
     for rms, frequency in (
         (config.jitter_rms_deg_per_s, config.jitter_bandwidth_hz),
         (config.hunting_rms_deg_per_s, config.hunting_hz),
     ):
         if config.turning and rms > 0.0:
             natural = 2.0 * math.pi * frequency
-            needed.append(math.ceil(natural * interval / _LARGEST_JITTER_STEP))
+            # A step is half of the servo's natural period over 2 pi at the most.
+            needed.append(math.ceil(natural * interval / 0.5))
     return max(needed)

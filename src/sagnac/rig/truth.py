@@ -10,21 +10,13 @@ import numpy as np
 from sagnac.core.arrays import ComplexArray
 from sagnac.core.units import ARCSECOND, DEGREE, DEGREE_PER_HOUR, DEGREE_PER_ROOT_HOUR
 from sagnac.recording.columns import GYRO_NAMES
+from sagnac.rig import ring_laser
 from sagnac.rig.config import RigConfig, TableCommand
 from sagnac.rig.own_motion import Disturbances, nutation_walk
-from sagnac.rig.ring_laser import (
-    angle_random_walk,
-    dither_frequency,
-    dither_of,
-    folded,
-    left_of,
-    ring_lasers_of,
-)
 from sagnac.rig.sections import PlatformConfig, Triple
-from sagnac.rig.table import LineSet, random_streams
+from sagnac.rig.table import LineSet, RandomStreams
 
 _PAIRS: Final = (("x", "z"), ("x", "y"), ("y", "z"))
-TRUTH_SCHEMA: Final = "sagnac.truth/1"
 Scale = Literal["angle", "time"]
 
 
@@ -103,7 +95,7 @@ def truth_of(config: RigConfig) -> Truth:
     rate = float(turned[0] / config.duration_s)
     gyros = _gyro_truths(config, rate)
     return Truth(
-        schema=TRUTH_SCHEMA,
+        schema="sagnac.truth/1",
         seed=config.seed,
         samples=config.samples,
         sample_rate_hz=config.sample_rate_hz,
@@ -158,13 +150,15 @@ def _dither_truths(config: RigConfig) -> dict[str, dict[str, float]]:
     """Dither of every gyro; empty if the gyros' own stripping leaves nothing."""
     truths = {}
     for g, name in enumerate(GYRO_NAMES if config.dither.is_left else ()):
-        frequency = dither_frequency(config.gyro, config.dither, g)
+        frequency = ring_laser.dither_frequency(config.gyro, config.dither, g)
         amplitude = config.gyro.dither_rate_deg_per_s * DEGREE / (2.0 * math.pi * frequency)
         truths[name] = {
             "frequency_hz": frequency,
-            "folded_hz": folded(frequency, config.sample_rate_hz),
+            "folded_hz": ring_laser.folded(frequency, config.sample_rate_hz),
             "amplitude_arcsec": amplitude / ARCSECOND,
-            "left_arcsec": abs(left_of(config.gyro, config.dither, g)) * amplitude / ARCSECOND,
+            "left_arcsec": abs(ring_laser.left_of(config.gyro, config.dither, g))
+            * amplitude
+            / ARCSECOND,
         }
     return truths
 
@@ -182,7 +176,8 @@ def _gyro_truths(config: RigConfig, table_rate: float) -> dict[str, NoiseTruth]:
 
 def _angle_random_walks(config: RigConfig, table_rate: float) -> list[float]:
     """N of each gyro at the mean of what it senses, deg/sqrt(h)."""
-    lasers, dither, platform = ring_lasers_of(config.gyro), dither_of(config.gyro), config.platform
+    lasers, dither = ring_laser.ring_lasers_of(config.gyro), ring_laser.dither_of(config.gyro)
+    platform = config.platform
     if not lasers:
         return list(config.gyro.arw_deg_per_sqrt_h)
     turned = platform.earth
@@ -190,13 +185,13 @@ def _angle_random_walks(config: RigConfig, table_rate: float) -> list[float]:
         # The Earth's horizontal part averages out.
         turned = np.array([0.0, 0.0, table_rate + turned[2]])
     return [
-        float(angle_random_walk(laser, rate, dither)) / DEGREE_PER_ROOT_HOUR
+        float(ring_laser.angle_random_walk(laser, rate, dither)) / DEGREE_PER_ROOT_HOUR
         for laser, rate in zip(lasers, platform.matrix @ turned, strict=True)
     ]
 
 
 def _line_truths(config: RigConfig) -> tuple[LineTruth, ...]:
-    drawn = Disturbances(config.disturbances, random_streams(config.seed).disturbances)
+    drawn = Disturbances(config.disturbances, RandomStreams(config.seed).disturbances)
     scales: tuple[tuple[Scale, LineSet], ...] = (("angle", drawn.angle), ("time", drawn.time))
     return tuple(
         _line_truth(scale, float(position), lines.phasor[:, j])
@@ -217,10 +212,8 @@ def _order_one(command: TableCommand, platform: PlatformConfig) -> LineTruth | N
 
 
 def _pair_truth(first: NoiseTruth, second: NoiseTruth) -> NoiseTruth:
-    mean_square = {
-        f.name: math.sqrt((getattr(first, f.name) ** 2 + getattr(second, f.name) ** 2) / 2.0)
-        for f in fields(NoiseTruth)
-    }
+    both = zip(asdict(first).items(), asdict(second).values(), strict=True)
+    mean_square = {name: math.sqrt((a**2 + b**2) / 2.0) for (name, a), b in both}
     mean_square["rate_ramp_deg_per_h_per_h"] = abs(
         first.rate_ramp_deg_per_h_per_h - second.rate_ramp_deg_per_h_per_h
     ) / math.sqrt(2.0)
@@ -229,13 +222,12 @@ def _pair_truth(first: NoiseTruth, second: NoiseTruth) -> NoiseTruth:
 
 def _line_truth(scale: Scale, position: float, phasor: ComplexArray) -> LineTruth:
     arcsec = dict(zip(GYRO_NAMES, phasor / ARCSECOND, strict=True))
+    apart = {f"{a}-{b}": float(abs(arcsec[a] - arcsec[b])) for a, b in _PAIRS}
     return LineTruth(
         scale=scale,
         order=position if scale == "angle" else None,
         frequency_hz=position if scale == "time" else None,
         amplitude_arcsec={name: float(abs(value)) for name, value in arcsec.items()},
         phase_rad={name: float(np.angle(value)) for name, value in arcsec.items()},
-        difference_amplitude_arcsec={
-            f"{a}-{b}": float(abs(arcsec[a] - arcsec[b])) for a, b in _PAIRS
-        },
+        difference_amplitude_arcsec=apart,
     )

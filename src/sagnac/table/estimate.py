@@ -19,16 +19,8 @@ from typing import Final, Self
 import numpy as np
 from scipy.fft import dst, idst
 
-from sagnac.core.arrays import (
-    BooleanArray,
-    FloatArray,
-    blocks,
-    differences,
-    elementwise,
-    empty,
-    mean,
-    square,
-)
+from sagnac.core import arrays
+from sagnac.core.arrays import BooleanArray, FloatArray
 from sagnac.core.units import ARCSECOND
 from sagnac.table.kinematics import (
     KINEMATIC_RATE,
@@ -39,49 +31,17 @@ from sagnac.table.kinematics import (
 )
 from sagnac.table.whitened import Whitened, whitened
 
-# Time over which rates are taken for the shares, s.
-_SHARE_INTERVAL: Final = 1.0
-# Orders of the table angle that gyros and encoder differ by, and what each may be, as a prior.
+# Orders of the table angle that gyros and encoder differ by.
 _ORDERS: Final = 4
-_LARGEST_ORDER: Final = 30.0 * ARCSECOND
-# What the shares may be off by, as a prior: without one, the gyros' noise would explain itself at a
-# table that turns evenly.
-_USUAL_SCALE: Final = 0.01
-# Standard deviation of the prior of a delay and of its change over the record, s.
-_USUAL_DELAY: Final = 1.0
 # Straight pieces of a gyro's drift.
 _PIECES: Final = 8
-# Standard errors from which on a delay is one, and from which on one that is seen is mended.
+# Standard errors from which on a delay is one.
 _SEEN: Final = 6.0
-_SEEN_AGAIN: Final = 2.0
 # Shortest delay, or change of one, that is named, s: averages of a motion that starts and stops
 # leave a quarter of it.
 _SHORTEST: Final = 2e-6
-# The fit of a delay ends when the delay moves by less than this, s, or after this many steps.
-_SAME: Final = 1e-7
+# Most steps of the fit of a delay, or of a drift.
 _STEPS: Final = 4
-# Time over which the rate at an end of the record is taken, s.
-_RATE_AT_END: Final = 0.1
-# Stretches over which the phases of orders are followed, turns in each, how many orders are looked
-# at, and the part of the rate of averages up to which averages show them. A phase is one if the
-# order's power stands that many times above its scatter.
-_MOST_STRETCHES: Final = 24
-_FEWEST_STRETCHES: Final = 8
-_TURNS_IN_STRETCH: Final = 4.0
-_MOST_ORDERS: Final = 36
-# Part of the turns of all stretches on average that each of a table that turns evenly has.
-_EVEN: Final = 0.5
-_CLEAR: Final = 2.0
-_PART_OF_RATE: Final = 0.35
-# Part of the rms rate below which the table stands.
-_STANDS: Final = 0.01
-# Corner of the readings in the angle, Hz: not below this, and cycles of it in the record at least.
-_LOWEST_CORNER: Final = 0.01
-_FEWEST_CYCLES: Final = 8.0
-# Corner of a low-pass, cycles a sample, above which it would let everything through.
-_HIGHEST_CORNER: Final = 0.495
-# Part of the rate of averages from which on a corner leaves the readings as they are.
-_AS_READ: Final = 0.25
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -170,8 +130,8 @@ class EstimatedTable:
 
     def with_drift(self, drift: Drift) -> Self:
         """The same table with a drift added to its angle."""
-        last, angle = max(self.angle.size - 1, 1), empty(self.angle.size)
-        for block in blocks(angle.size):
+        last, angle = max(self.angle.size - 1, 1), arrays.empty(self.angle.size)
+        for block in arrays.blocks(angle.size):
             off = drift.value * (np.arange(block.start, block.stop) / last - 0.5)
             np.add(self.angle[block], off, out=angle[block])
         return replace(self, angle=angle)
@@ -204,7 +164,8 @@ def estimated_table(
     block = max(1, round(sample_rate / KINEMATIC_RATE))
     coarse = np.stack([averages_of(angle, block) for angle in gyros])
     read = averages_of(encoder, block)
-    shares, alike = _shares(coarse, read, max(1, round(_SHARE_INTERVAL * sample_rate / block)))
+    # Rates over a second tell the shares.
+    shares, alike = _shares(coarse, read, max(1, round(sample_rate / block)))
     strength = float(shares @ shares)
     if not strength > 0.0 or read.size < 4 * _PIECES:
         return EstimatedTable(angle=encoder, readings=encoder, shares=shares, alike=alike)
@@ -219,11 +180,12 @@ def estimated_table(
             break
     if delay is not None:
         fit = _Fit.of(averages_of(readings, block), sensed, interval)
-    gyro = elementwise(lambda *here: shares / strength @ np.stack(here), *gyros)
+    gyro = arrays.elementwise(lambda *here: shares / strength @ np.stack(here), *gyros)
     noise = _noise(gyro, encoder, delay, sample_rate)
     corner = fit.corner(_own_walk(coarse, shares))
     angle = readings
-    if corner > _AS_READ / interval:
+    # From a quarter of the rate of averages on a corner leaves the readings as they are.
+    if corner > 0.25 / interval:
         corner = math.inf
     else:
         angle = _led(gyro, fit.guide(corner), block)
@@ -266,7 +228,7 @@ def _delay_taken_out(
             return None
         first = first if number else found
         delay, readings = moved, _undelayed(encoder, moved, sample_rate)
-        if number == _STEPS - 1 or (number and abs(found[0]) < _SAME):
+        if number == _STEPS - 1 or (number and abs(found[0]) < 1e-7):
             break
         averages = averages_of(readings, round(fit.interval * sample_rate))
         fit = _Fit.of(averages, sensed, fit.interval)
@@ -303,18 +265,21 @@ def order_drift(
     known = averages_of(table.angle, block)
     shown = averages_of(angle, block) - share * known
     turned = abs(float(known[-1] - known[0])) / (2.0 * np.pi)
-    highest = math.floor(_PART_OF_RATE * known.size / max(turned, 1e-12))
-    orders = np.arange(1.0, min(_MOST_ORDERS, highest) + 1.0)
-    stretches = min(_MOST_STRETCHES, math.floor(turned / _TURNS_IN_STRETCH))
-    if stretches < _FEWEST_STRETCHES or orders.size == 0:
+    # Averages show orders up to about a third of their rate.
+    highest = math.floor(0.35 * known.size / max(turned, 1e-12))
+    orders = np.arange(1.0, min(36, highest) + 1.0)
+    # The phases of orders are followed over stretches of four turns or more.
+    stretches = min(24, math.floor(turned / 4.0))
+    if stretches < 8 or orders.size == 0:
         return None
     ends = np.linspace(0, known.size - 1, stretches + 1).astype(np.int64)
-    if np.abs(np.diff(known[ends])).min() < _EVEN * turned * 2.0 * np.pi / stretches:
+    # Each stretch of a table that turns evenly has half of the usual turns or more.
+    if np.abs(np.diff(known[ends])).min() < 0.5 * turned * 2.0 * np.pi / stretches:
         # Where the table stands, orders have no phase that would go on.
         return None
     place = (np.arange(known.size) + 0.5) / known.size - 0.5
     # A delay that was seen has an error of its own, which the orders mend.
-    seen = _SEEN if table.delay is None else _SEEN_AGAIN
+    seen = _SEEN if table.delay is None else 2.0
     value, error = 0.0, math.inf
     for _ in range(_STEPS):
         moved = _phase_drift(shown, known + value * place, orders, stretches)
@@ -349,7 +314,8 @@ def _phase_drift(shown: FloatArray, known: FloatArray, orders: FloatArray, stret
         left = phase - phase.mean() - slope * parts
         variance = float(left @ left) / (stretches - 2) / float(parts @ parts)
         scatter = float(np.sum(np.abs(phasor - usual) ** 2)) / (stretches - 1)
-        if abs(usual) ** 2 > _CLEAR * scatter and variance > 0.0:
+        # A phase is one if the power of the order stands twice above its scatter.
+        if abs(usual) ** 2 > 2.0 * scatter and variance > 0.0:
             values.append(slope)
             weights.append(1.0 / variance)
     if not values:
@@ -398,8 +364,8 @@ def _noise(gyro: FloatArray, encoder: FloatArray, delay: Delay | None, sample_ra
     if delay is not None:
         back = replace(delay, mean=-delay.mean, change=-delay.change)
         gyro = _undelayed(gyro, back, sample_rate)
-    steps = differences(elementwise(np.subtract, encoder, gyro))
-    return math.sqrt(0.5 * max(square(steps) / steps.size - mean(steps) ** 2, 0.0))
+    steps = arrays.differences(arrays.elementwise(np.subtract, encoder, gyro))
+    return math.sqrt(0.5 * max(arrays.square(steps) / steps.size - arrays.mean(steps) ** 2, 0.0))
 
 
 def _led(led: FloatArray, guide: FloatArray, block: int) -> FloatArray:
@@ -409,7 +375,7 @@ def _led(led: FloatArray, guide: FloatArray, block: int) -> FloatArray:
     middles = np.arange(-1.0, guide.size + 1.0) * block + 0.5 * (block - 1)
     middles[[0, -1]] += np.array([0.5, -0.5]) * block
     slope = (known[-1] - known[-2]) / (middles[-1] - middles[-2])
-    for piece in blocks(led.size):
+    for piece in arrays.blocks(led.size):
         place = np.arange(piece.start, piece.stop, dtype=np.float64)
         beyond = np.maximum(place - middles[-1], 0.0) * slope
         led[piece] += np.interp(place, middles, known) + beyond
@@ -423,9 +389,10 @@ def _without_hum(led: FloatArray, block: int) -> FloatArray:
     """
     coarse = averages_of(led, block)
     steps = np.abs(np.gradient(coarse))
-    stands = steps < _STANDS * math.sqrt(float(np.mean(steps**2)))
+    # Below a hundredth of the rms rate the table stands.
+    stands = steps < 0.01 * math.sqrt(float(np.mean(steps**2)))
     middles = np.arange(coarse.size) * block + 0.5 * (block - 1)
-    for piece in blocks(led.size if stands.any() else 0):
+    for piece in arrays.blocks(led.size if stands.any() else 0):
         place = np.arange(piece.start, piece.stop)
         place = place[stands[np.minimum(place // block, coarse.size - 1)]]
         led[place] = np.interp(place, middles, coarse)
@@ -439,12 +406,13 @@ def _undelayed(encoder: FloatArray, delay: Delay, sample_rate: float) -> FloatAr
     corners of a table that speeds up. Beyond its ends the table goes on at the rate that it has
     there: held, it would jump.
     """
-    beside = max(1, min(round(_RATE_AT_END * sample_rate), encoder.size - 1))
+    # The rate at an end of the record is taken over 0.1 s.
+    beside = max(1, min(round(0.1 * sample_rate), encoder.size - 1))
     first_two, last_two = encoder[[0, beside]], encoder[[-1 - beside, -1]]
     rates = np.array([np.diff(first_two)[0], np.diff(last_two)[0]]) / beside
     reach = math.ceil((abs(delay.mean) + abs(delay.change)) * sample_rate) + 3
-    result = empty(encoder.size)
-    for block in blocks(encoder.size):
+    result = arrays.empty(encoder.size)
+    for block in arrays.blocks(encoder.size):
         first, last = max(0, block.start - reach), min(encoder.size, block.stop + reach)
         near = encoder[first:last]
         place = np.arange(block.start, block.stop, dtype=np.float64)
@@ -499,7 +467,8 @@ class _Fit:
 
         What walks and is not the gyros' `own` (rad^2 a step) is the encoder's.
         """
-        lowest = max(_LOWEST_CORNER, _FEWEST_CYCLES / (self.read.size * self.interval))
+        # A corner has eight cycles in the record at least.
+        lowest = max(0.01, 8.0 / (self.read.size * self.interval))
         own = min(own, self.fit.walk)
         more, readings = own - (self.fit.walk - own), 4.0 * self.fit.readings
         if more <= 0.0:
@@ -553,7 +522,8 @@ def smoothed(values: FloatArray, corner: float) -> FloatArray:
     """
     line = np.linspace(values[0], values[-1], values.size)
     frequency = np.arange(1, values.size - 1) / (2.0 * (values.size - 1))
-    ratio = np.tan(np.pi * frequency) / math.tan(math.pi * min(corner, _HIGHEST_CORNER))
+    # A higher corner, in cycles a sample, would let everything through.
+    ratio = np.tan(np.pi * frequency) / math.tan(math.pi * min(corner, 0.495))
     sines = dst((values - line)[1:-1], type=1)
     line[1:-1] += idst(sines / (1.0 + ratio**4), type=1)
     return line
@@ -583,10 +553,12 @@ def _columns(
     columns[_FIRST_DELAY] = np.gradient(sensed, interval)
     columns[_FIRST_DELAY + 1] = columns[_FIRST_DELAY] * (part - 0.5)
     prior = np.full(columns.shape[0], math.inf)
-    prior[0] = _USUAL_SCALE
-    prior[_FIRST_ORDER : _FIRST_DELAY - 2] = _LARGEST_ORDER
+    # Without a prior of the shares, the gyros' noise would explain itself at a table that turns
+    # evenly.
+    prior[0] = 0.01
+    prior[_FIRST_ORDER : _FIRST_DELAY - 2] = 30.0 * ARCSECOND
     prior[_FIRST_DELAY - 2 : _FIRST_DELAY] = LARGEST_EARTH_RATE
-    prior[_FIRST_DELAY:] = _USUAL_DELAY
+    prior[_FIRST_DELAY:] = 1.0
     return columns, prior
 
 

@@ -6,7 +6,6 @@ b0 (b at the null pulse) and s (the gyro axes) are those of Yu et al., Sensors 2
 """
 
 import math
-from typing import Final
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -14,7 +13,6 @@ from numpy.typing import ArrayLike
 from sagnac.core.arrays import FloatArray
 from sagnac.core.units import EARTH_RATE
 
-NOMINAL_SHARE: Final = 1.0 / math.sqrt(3.0)
 _UNIT_NORM_TOLERANCE = 1e-9
 
 
@@ -46,7 +44,7 @@ def shares_from_deviations(deviations: ArrayLike) -> FloatArray:
             f"deviations {values.tolist()} must be three numbers below 0.1; "
             "the shares stay near 1/sqrt(3)"
         )
-    shares = NOMINAL_SHARE + values
+    shares = 1.0 / math.sqrt(3.0) + values
     return np.asarray(shares / np.linalg.norm(shares))
 
 
@@ -78,13 +76,9 @@ def table_to_gyro_matrix(e_x: float, e_y: float, e_z: float) -> FloatArray:
     in_plane = math.sqrt(max(0.0, 1.0 - e_x * e_x))
     if in_plane < _UNIT_NORM_TOLERANCE:
         raise ValueError(f"e_x = {e_x:g} leaves x_s no projection on the table; keep |e_x| below 1")
-    return np.array(
-        [
-            [in_plane, 0.0, e_x],
-            [-e_x * e_y / in_plane, e_z / in_plane, e_y],
-            [-e_x * e_z / in_plane, -e_y / in_plane, e_z],
-        ]
-    )
+    second = [-e_x * e_y / in_plane, e_z / in_plane, e_y]
+    third = [-e_x * e_z / in_plane, -e_y / in_plane, e_z]
+    return np.array([[in_plane, 0.0, e_x], second, third])
 
 
 def earth_rate(latitude: float, heading: float) -> FloatArray:
@@ -113,9 +107,5 @@ def earth_rate(latitude: float, heading: float) -> FloatArray:
         raise ValueError(f"heading is {heading!r}; give an angle in rad")
     north = EARTH_RATE * math.cos(latitude)
     return np.array(
-        [
-            north * math.cos(heading),
-            -north * math.sin(heading),
-            -EARTH_RATE * math.sin(latitude),
-        ]
+        [north * math.cos(heading), -north * math.sin(heading), -EARTH_RATE * math.sin(latitude)]
     )

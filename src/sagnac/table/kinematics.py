@@ -23,10 +23,6 @@ the standard deviation of their prior, and a fit under that prior may not exceed
 (`bounded_by_earth`).
 """
 
-# Factor by which the prior is tightened at a time where a solution exceeds the bound. The first
-# solution within the bound is taken, not the one on it: a root would be no better known.
-_TIGHTER: Final = 1.3
-
 
 def bounded_by_earth(
     solve: Callable[[FloatArray], FloatArray], penalty: FloatArray, earth: slice
@@ -51,7 +47,9 @@ def bounded_by_earth(
     solution, held = solve(penalty), bool(np.all(penalty[earth] > 0.0))
     while held and np.abs(solution[earth]).max() > LARGEST_EARTH_RATE:
         # Encoder error speaks here, not noise, and no amount of it makes the Earth turn faster.
-        penalty = _TIGHTER * penalty
+        # The first solution within the bound is taken, not the one on it: a root would be no better
+        # known.
+        penalty = 1.3 * penalty
         solution = solve(penalty)
     return solution
 
@@ -64,11 +62,6 @@ KINEMATIC_RATE: Final = 10.0
 Readout quantization and encoder noise rule 500 Hz increments; they average out, and table motion
 does not.
 """
-
-# Rate variation above which drift and share are told apart by it.
-_WANDERING: Final = 1e-3
-# In place of a zero that something is divided by.
-_LEAST: Final = 1e-300
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -123,21 +116,15 @@ def kinematics(table: FloatArray, sample_rate: float) -> Kinematics:
     dt = 1.0 / sample_rate
     block = max(1, round(sample_rate / KINEMATIC_RATE))
     length = block_length(block)
-    whole = table.size // block
-    averages = np.empty((3, whole))
-    gains = []
+    rows, begun = [], [np.zeros(2)]
     for piece in blocks(table.size, length):
         # Each piece ends on the first sample of the next: integrals join there.
-        here = table[piece.start : piece.stop + 1]
-        parts = (here, *sine_cosine_integrals(here, dt))
-        first = piece.start // block
-        for row, part in zip(averages, parts, strict=True):
-            own = averaged(part[: piece.stop - piece.start], block)
-            row[first : first + own.size] = own
-        gains.append((float(parts[1][-1]), float(parts[2][-1])))
-    starts = np.concatenate([np.zeros((1, 2)), np.cumsum(gains, axis=0)])
-    for number, begin in enumerate(range(0, whole, length // block)):
-        averages[1:, begin : begin + length // block] += starts[number][:, np.newaxis]
+        here, inside = table[piece.start : piece.stop + 1], piece.stop - piece.start
+        cosine, sine = sine_cosine_integrals(here, dt)
+        means = [averaged(part[:inside], block) for part in (here, cosine, sine)]
+        rows.append(means + np.append(0.0, begun[-1])[:, np.newaxis])
+        begun.append(begun[-1] + (cosine[-1], sine[-1]))
+    averages, starts = np.concatenate(rows, axis=1), np.array(begun)
     averages.flags.writeable = starts.flags.writeable = False
     angle, cosine, sine = averages
     return Kinematics(
@@ -186,7 +173,7 @@ def rate_variation(kinematic: Kinematics) -> float:
     rates = np.diff(averaged(kinematic.angle, max(1, round(KINEMATIC_RATE))))
     if rates.size == 0:
         return 0.0
-    return float(np.std(rates)) / max(float(np.sqrt(np.mean(rates**2))), _LEAST)
+    return float(np.std(rates)) / max(float(np.sqrt(np.mean(rates**2))), 1e-300)
 
 
 def tells_drift(kinematic: Kinematics) -> bool:
@@ -196,7 +183,7 @@ def tells_drift(kinematic: Kinematics) -> bool:
     share too small by as much as jitter then stays in the residual. The share taken from the
     mean rate instead holds the drift as well: 0.01 deg/h at 40 deg/s is 1e-7.
     """
-    return rate_variation(kinematic) > _WANDERING
+    return rate_variation(kinematic) > 1e-3
 
 
 def block_gain(kinematic: Kinematics, orders: FloatArray) -> FloatArray:

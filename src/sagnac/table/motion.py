@@ -30,13 +30,10 @@ from sagnac.table.kinematics import (
 )
 from sagnac.table.turns import FEW_TURNS, full_turns, mean_rate
 
-# Orders allowed for while nobody knows which there are.
-_NUISANCE_ORDERS: Final = 128
 # Averages whose columns are held at a time.
 _AT_ONCE: Final = 8192
-# Columns that LAPACK works on at once, at the most.
-_PANEL: Final = 64
-# Columns of Earth rate among those of a `Design`.
+# Columns of a `Design` before its orders, and those of Earth rate among them.
+_PLAIN: Final = 4
 _EARTH: Final = slice(2, 4)
 # Singular values below this share of the largest are directions that the data do not distinguish.
 _COLLINEAR: Final = 1e-11
@@ -125,46 +122,34 @@ class Design:
     kinematic
         Of the table.
     orders
-        (orders,) whose cosine and sine stand last.
-    columns
-        (averages,) each: table angle in rad, time in s (zeros without a drift), the integrals of
-        cosine and sine in s.
+        (orders,) whose cosine and sine stand last, after the `_PLAIN` columns: table angle in rad,
+        time in s, the integrals of cosine and sine in s.
+    with_drift
+        Whether time counts; else its column is of zeros.
     """
 
     kinematic: Kinematics
     orders: FloatArray
-    columns: tuple[FloatArray, ...]
-
-    @classmethod
-    def of(cls, kinematic: Kinematics, orders: FloatArray, *, with_drift: bool) -> "Design":
-        """Columns for these `orders`, with a drift or without."""
-        time = kinematic.interval * np.arange(float(kinematic.angle.size))
-        drift = time if with_drift else np.zeros(time.size)
-        columns = kinematic.angle, drift, kinematic.cosine, kinematic.sine
-        return cls(kinematic=kinematic, orders=orders, columns=columns)
+    with_drift: bool
 
     @property
     def size(self) -> int:
         """Number of coefficients."""
-        return len(self.columns) + 2 * self.orders.size
+        return _PLAIN + 2 * self.orders.size
 
     def increments(self, start: int, stop: int) -> FloatArray:
         """(coefficients, stop - start) increments of every column."""
-        here = slice(start, stop + 1)
-        rows = np.empty((self.size, stop - start))
-        for out, column in zip(rows, self.columns, strict=False):
-            np.subtract(column[here][1:], column[here][:-1], out=out)
-        cosines, sines = rows[len(self.columns) :: 2], rows[len(self.columns) + 1 :: 2]
-        angle, whole = self.kinematic.angle[here], are_whole(self.orders)
-        if whole.any():
-            waves = harmonics_of(angle, int(self.orders[whole].max()))
-            for row in np.flatnonzero(whole):
-                wave = waves[int(self.orders[row])]
-                np.subtract(wave.real[1:], wave.real[:-1], out=cosines[row])
-                np.subtract(wave.imag[1:], wave.imag[:-1], out=sines[row])
-        for row in np.flatnonzero(~whole):
-            cosines[row] = np.diff(np.cos(self.orders[row] * angle))
-            sines[row] = np.diff(np.sin(self.orders[row] * angle))
+        of, here = self.kinematic, slice(start, stop + 1)
+        rows, whole = np.empty((self.size, stop - start)), are_whole(self.orders)
+        rows[1] = np.diff(of.interval * np.arange(start, stop + 1.0)) * self.with_drift
+        for row, column in ((0, of.angle), (2, of.cosine), (3, of.sine)):
+            rows[row] = np.diff(column[here])
+        waves = harmonics_of(of.angle[here], int(self.orders[whole].max(initial=0.0)))
+        for row, order in enumerate(self.orders):
+            wave = waves[int(order)] if whole[row] else np.exp(1j * order * of.angle[here])
+            cosine, sine = rows[_PLAIN + 2 * row :][:2]
+            np.subtract(wave.real[1:], wave.real[:-1], out=cosine)
+            np.subtract(wave.imag[1:], wave.imag[:-1], out=sine)
         return rows
 
 
@@ -185,7 +170,8 @@ def follow_table_together(
     harmonics
         Orders present in the angles; None if that is not known: all are allowed for, up to 128.
     """
-    orders = np.arange(1.0, _NUISANCE_ORDERS + 1.0) if harmonics is None else harmonics
+    # Orders allowed for while nobody knows which there are.
+    orders = np.arange(1.0, 129.0) if harmonics is None else harmonics
     orders = orders[orders <= highest_harmonic(kinematic)]
     # Harmonics are known only after a search, which takes lines in time out as well. If these are
     # still in, they count as noise: they would otherwise buy any Earth rate that lowers them.
@@ -193,10 +179,10 @@ def follow_table_together(
     if full_turns(kinematic.table) < FEW_TURNS:
         # Over part of a turn harmonics can make the table angle itself: share and drift first.
         orders, lines_taken = np.empty(0), False
-    columns = Design.of(kinematic, orders, with_drift=tells_drift(kinematic))
+    columns = Design(kinematic=kinematic, orders=orders, with_drift=tells_drift(kinematic))
     targets = np.diff(averages)
     rows = triangle(columns, targets)
-    gain, plain = np.repeat(block_gain(kinematic, orders), 2), len(columns.columns)
+    gain = np.repeat(block_gain(kinematic, orders), 2)
     motions = []
     for number, target in enumerate(targets):
         reduced = Triangle.of(rows, columns.size, number)
@@ -208,19 +194,18 @@ def follow_table_together(
         penalty = np.zeros(columns.size)
         penalty[_EARTH] = noise / (LARGEST_EARTH_RATE * reduced.scale[_EARTH])
         solution = bounded_by_earth(reduced.solution, penalty, _EARTH)
-        share, drift, *earth = solution[:plain].tolist()
-        motions.append(
-            TableMotion(
-                share=share,
-                drift=drift,
-                earth=(earth[0], earth[1]),
-                earth_error=noise * float(reduced.deviations(penalty)[_EARTH].max()),
-                noise=noise,
-                kinematics=kinematic,
-                orders=orders,
-                phasor=(solution[plain:] / gain).view(np.complex128),
-            )
+        share, drift, *earth = solution[:_PLAIN].tolist()
+        motion = TableMotion(
+            share=share,
+            drift=drift,
+            earth=(earth[0], earth[1]),
+            earth_error=noise * float(reduced.deviations(penalty)[_EARTH].max()),
+            noise=noise,
+            kinematics=kinematic,
+            orders=orders,
+            phasor=(solution[_PLAIN:] / gain).view(np.complex128),
         )
+        motions.append(motion)
     return tuple(motions)
 
 
@@ -239,7 +224,8 @@ def triangle(columns: Design, targets: FloatArray) -> FloatArray:
         rows[:, :known] = stacked.T
         rows[:size, known:] = columns.increments(block.start, block.stop)
         rows[size:, known:] = targets[:, block]
-        work = _PANEL * width
+        # LAPACK works on 64 columns at once, at the most.
+        work = 64 * width
         factor = scipy.linalg.lapack.dgeqrf(rows.T, lwork=work, overwrite_a=True)[0]
         stacked = np.triu(factor[:width])
     return stacked
@@ -272,12 +258,8 @@ class Triangle:
         factor, target = rows[:size, :size], rows[:, size + number]
         scale = np.sqrt(np.einsum("ij,ij->j", factor, factor))
         scale[scale == 0.0] = 1.0
-        return cls(
-            factor=factor / scale,
-            right=target[:size],
-            scale=scale,
-            beyond=float(target[size:] @ target[size:]),
-        )
+        beyond = float(target[size:] @ target[size:])
+        return cls(factor=factor / scale, right=target[:size], scale=scale, beyond=beyond)
 
     def solution(self, penalty: FloatArray) -> FloatArray:
         """(coefficients,) of the ridge regression with a penalty on each scaled coefficient."""

@@ -8,20 +8,12 @@ beside table motion and Earth rate.
 
 import math
 from dataclasses import dataclass, replace
-from typing import Final, NamedTuple
+from typing import Final
 
 import numpy as np
 
-from sagnac.core.arrays import (
-    BooleanArray,
-    ComplexArray,
-    FloatArray,
-    IntegerArray,
-    blocks,
-    elementwise,
-    every,
-    extent,
-)
+from sagnac.core import arrays
+from sagnac.core.arrays import BooleanArray, ComplexArray, FloatArray, IntegerArray
 from sagnac.core.errors import RecordingError
 from sagnac.core.units import ARCSECOND
 from sagnac.recording.model import Recording
@@ -45,34 +37,15 @@ FEW_TURNS: Final = 4.0
 SHORTEST: Final = 10.0
 """Seconds of a turning table below which its averages of 1 s do not say how steadily it turns."""
 
-# The table is at rest below this motion over the whole record.
-_AT_REST: Final = np.radians(0.1)
 _TURN: Final = 2.0 * np.pi
-# Two full turns are three passes.
-_FEWEST_PASSES: Final = 3
-
-
-class FullTurnSamples(NamedTuple):
-    """Result of `full_rotation_samples`.
-
-    Attributes
-    ----------
-    times
-        (turns + 1,) fractional sample numbers, ascending.
-    values
-        (turns + 1,) the angle at `times`, rad.
-    """
-
-    times: FloatArray
-    values: FloatArray
 
 
 def is_turning(table: FloatArray | None) -> bool:
     """Whether the table angle, (samples,) rad, moves at all."""
     if table is None:
         return False
-    lowest, highest = extent(table)
-    return bool(highest - lowest > _AT_REST)
+    lowest, highest = arrays.extent(table)
+    return bool(highest - lowest > np.radians(0.1))
 
 
 def turns(recording: Recording) -> bool:
@@ -84,7 +57,7 @@ def turns(recording: Recording) -> bool:
 
 def full_turns(table: FloatArray) -> float:
     """Turns between the lowest and the highest table angle, (samples,) rad."""
-    lowest, highest = extent(table)
+    lowest, highest = arrays.extent(table)
     return (highest - lowest) / _TURN
 
 
@@ -100,7 +73,7 @@ def mean_rate(table: FloatArray, sample_rate: float) -> float:
     """
     net = float(table[-1] - table[0])
     # Quantization noise of the encoder would add to the path at every sample.
-    coarse = every(table, max(1, round(sample_rate / KINEMATIC_RATE)))
+    coarse = arrays.every(table, max(1, round(sample_rate / KINEMATIC_RATE)))
     path = float(np.abs(np.diff(coarse)).sum()) + abs(float(table[-1] - coarse[-1]))
     sign = -1.0 if net < 0.0 and abs(net) > 0.5 * path else 1.0
     return sign * path * sample_rate / (table.size - 1)
@@ -129,7 +102,7 @@ def full_turn_times(table: FloatArray, *, null_angle: float = 0.0) -> FloatArray
     times = [np.empty(0)]
     # The furthest turn stays while the table goes back: each is passed once.
     reached = -np.inf
-    for block in blocks(table.size - 1):
+    for block in arrays.blocks(table.size - 1):
         turn = sign * ((table[block.start : block.stop + 1] - null_angle) / _TURN)
         furthest = np.maximum.accumulate(np.maximum(turn, reached))
         lowest = np.ceil(turn[0]) if block.start == 0 else np.floor(reached) + 1.0
@@ -150,7 +123,7 @@ def _passed(furthest: FloatArray, whole: FloatArray, start: int) -> FloatArray:
 
 def full_rotation_samples(
     angle: FloatArray, table: FloatArray | None, null_pulse: BooleanArray | None = None
-) -> FullTurnSamples:
+) -> tuple[FloatArray, FloatArray]:
     """Full rotation interval sampling (FRIS): the angle at each full turn, Eq. 8.
 
     Full turns are counted from the null pulse if there is one, and otherwise from the angle at
@@ -168,8 +141,10 @@ def full_rotation_samples(
 
     Returns
     -------
-    FullTurnSamples
-        Times and the angle there.
+    times
+        (turns + 1,) fractional sample numbers, ascending.
+    values
+        (turns + 1,) the angle at `times`, rad.
 
     Raises
     ------
@@ -186,7 +161,8 @@ def full_rotation_samples(
         times = pulses.astype(np.float64) - 0.5
     else:
         times = full_turn_times(table, null_angle=_null_angle(table, pulses))
-    if times.size < _FEWEST_PASSES:
+    # Two full turns are three passes.
+    if times.size < 3:
         covered = "" if table is None else f" (it covers {360.0 * full_turns(table):.1f} deg)"
         raise RecordingError(
             f"the table never completes two full turns{covered}, so full rotation interval "
@@ -197,7 +173,7 @@ def full_rotation_samples(
     first = np.minimum(times.astype(np.int64), angle.size - 2)
     fraction = times - first
     before = angle[first]
-    return FullTurnSamples(times, before + fraction * (angle[first + 1] - before))
+    return times, before + fraction * (angle[first + 1] - before)
 
 
 def _null_angle(table: FloatArray, pulses: IntegerArray) -> float:
@@ -213,15 +189,7 @@ def _null_angle(table: FloatArray, pulses: IntegerArray) -> float:
 
 # Numbers of orders that are tried.
 _ORDERS: Final = (4, 8, 16, 32, 64, 128)
-# Standard deviation of an order's prior, at the least.
-_USUAL: Final = 30.0 * ARCSECOND
-# Columns before the orders: table angle, Earth rate.
-_BEFORE: Final = 3
-# Averages below which nothing is told, and that an order takes.
-_FEWEST: Final = 100
-_AVERAGES_AN_ORDER: Final = 20
-# Averages that are enough if they show every order, and the most: those of some hours.
-_ENOUGH: Final = 10_000
+# The most averages, those of some hours.
 _MOST: Final = 2**17
 
 
@@ -240,7 +208,7 @@ class AngleFunction:
 
     def less(self, angle: FloatArray, table: FloatArray) -> FloatArray:
         """(samples,) an angle without the function, rad: a new array."""
-        return elementwise(
+        return arrays.elementwise(
             lambda own, at: own - harmonic_sum(at, self.orders, self.phasor), angle, table
         )
 
@@ -262,22 +230,20 @@ def function_of_angle(angle: FloatArray, kinematic: Kinematics) -> AngleFunction
     """
     highest = math.floor(highest_harmonic(kinematic))
     # A slow table shows every order that is tried in fewer averages.
-    times = max(1, min(highest // (2 * _ORDERS[-1]), kinematic.angle.size // _ENOUGH))
-    slow = np.stack(
-        [
-            averaged(each, times)[:_MOST]
-            for each in (kinematic.angle, kinematic.cosine, kinematic.sine)
-        ]
-    )
+    times = max(1, min(highest // (2 * _ORDERS[-1]), kinematic.angle.size // 10_000))
+    known = (kinematic.angle, kinematic.cosine, kinematic.sine)
+    slow = np.stack([averaged(each, times)[:_MOST] for each in known])
     kinematic = replace(kinematic, block=times * kinematic.block, angle=slow[0])
     shown = averages_of(angle, kinematic.block)[:_MOST]
-    if shown.size < _FEWEST:
+    # Fewer averages tell nothing.
+    if shown.size < 100:
         return None
     free = np.array([np.inf, LARGEST_EARTH_RATE, LARGEST_EARTH_RATE])
     plain = shown - whitened(shown, slow.copy(), free, groups=0).values @ slow
     time = np.arange(shown.size, dtype=np.float64)
     line = np.polynomial.Polynomial.fit(time, plain, 1)(time)
-    size = max(_USUAL, float(np.std(plain - line)))
+    # The standard deviation of an order's prior.
+    size = max(30.0 * ARCSECOND, float(np.std(plain - line)))
 
     def fit_of(count: int, noises: tuple[float, float] | None) -> Whitened:
         phases = np.arange(1.0, count + 1.0)[:, np.newaxis] * kinematic.angle
@@ -285,18 +251,16 @@ def function_of_angle(angle: FloatArray, kinematic: Kinematics) -> AngleFunction
         prior = np.concatenate([free, np.full(2 * count, size)])
         return whitened(shown, columns, prior, noises, groups=0)
 
-    most = min(highest, shown.size // _AVERAGES_AN_ORDER)
+    most = min(highest, shown.size // 20)
     counts = dict.fromkeys(min(count, most) for count in (0, *_ORDERS))
     # All are judged beside the noise that the largest leaves: what is left of lines is no noise.
     largest = fit_of(max(counts), None)
     noises = largest.readings, largest.walk
-    fits = {count: fit_of(count, noises) for count in counts}
-    best = min(
-        counts,
-        key=lambda count: fits[count].deviance + fits[count].freedom * math.log(shown.size),
-    )
+    fits, weight = {count: fit_of(count, noises) for count in counts}, math.log(shown.size)
+    best = min(counts, key=lambda count: fits[count].deviance + weight * fits[count].freedom)
     if best == 0:
         return None
     orders = np.arange(1.0, best + 1.0)
-    values = fits[best].values[_BEFORE:].reshape(2, -1) / block_gain(kinematic, orders)
+    # The first three are of table angle and Earth rate.
+    values = fits[best].values[3:].reshape(2, -1) / block_gain(kinematic, orders)
     return AngleFunction(orders=orders, phasor=values[0] + 1j * values[1])

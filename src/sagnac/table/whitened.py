@@ -17,20 +17,11 @@ from scipy.optimize import nnls
 from sagnac.core.arrays import FloatArray, IntegerArray
 from sagnac.spectrum.power_laws import median
 
-# Rounds in which noise and coefficients are fitted in turn.
-_ROUNDS: Final = 6
 # Times that an ordinate may stand above the noise; one that stands higher counts for less, as under
 # a distribution with long tails: it is of a line that no column holds.
 _LINE: Final = 10.0
-# Bins a decade of the spectrum that the two noises are told from.
-_BINS: Final = 8
-# Ordinates from which on a bin counts no more, and steps of scoring.
+# Ordinates from which on a bin counts no more.
 _ENOUGH: Final = 30.0
-_STEPS: Final = 12
-# Ridge, in parts of the normal equations' own diagonal.
-_RIDGE: Final = 1e-9
-# Groups a decade that are left out in turn.
-_GROUPS: Final = 16
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -92,7 +83,7 @@ def whitened(
     prior: FloatArray | float,
     noises: tuple[float, float] | None = None,
     *,
-    groups: int = _GROUPS,
+    groups: int = 16,
 ) -> Whitened:
     """Coefficients of columns in a target, both taken as increments about their mean.
 
@@ -125,7 +116,8 @@ def whitened(
     wanted = _ordinates(np.diff(target)[np.newaxis])[0]
     laws = _laws(count)
     left = wanted
-    for _ in range(_ROUNDS):
+    # Noise and coefficients are fitted in turn.
+    for _ in range(6):
         power = _squares(left) / count
         readings, walk = noises or _two_noises(power, laws)
         expected = np.maximum(np.array([readings, walk]) @ laws, 1e-300)
@@ -134,7 +126,7 @@ def whitened(
         of_groups, rights = _normal_equations(ready, wanted, weight, groups)
         normal = of_groups.sum(axis=0)
         # A column that lives in one group alone is undetermined without the ridge.
-        normal += np.diag(1.0 / (prior * scale) ** 2 + _RIDGE * np.diag(normal))
+        normal += np.diag(1.0 / (prior * scale) ** 2 + 1e-9 * np.diag(normal))
         left = wanted - np.linalg.solve(normal, rights.sum(axis=0)) @ ready
     over = _squares(left) / count / expected / _LINE
     deviance = 2.0 * float(np.sum(np.log(expected) + _LINE * np.log1p(over)))
@@ -206,7 +198,8 @@ def _two_noises(power: FloatArray, laws: FloatArray) -> tuple[float, float]:
     coefficients of a fit take most of the power of the few lowest ordinates with them, and a level
     that is too low there must not count for more than those that are right.
     """
-    edges = _edges(power.size, _BINS)
+    # Eight bins a decade tell the two noises.
+    edges = _edges(power.size, 8)
     pairs = list(pairwise(edges))
     # The median of a chi-square of two degrees of freedom is ln 2 of its mean.
     level = np.array([median(power[low:high]) for low, high in pairs]) / math.log(2.0)
@@ -215,7 +208,7 @@ def _two_noises(power: FloatArray, laws: FloatArray) -> tuple[float, float]:
     sizes = np.diff(edges)
     weight = np.sqrt(sizes / (1.0 + sizes / _ENOUGH))
     noises, expected = np.zeros(2), level
-    for _ in range(_STEPS):
+    for _ in range(12):
         scale = weight / expected
         noises = nnls(means * scale[:, np.newaxis], level * scale)[0]
         expected = np.maximum(means @ noises, 1e-300)
