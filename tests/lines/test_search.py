@@ -162,9 +162,7 @@ def test_a_false_alarm_of_nothing_is_refused():
 
 
 def test_arguments_that_do_not_fit_are_refused():
-    with pytest.raises(
-        ValueError, match=r"table has shape \(9,\); give that of the angle, \(10,\)"
-    ):
+    with pytest.raises(ValueError, match=r"table has shape \(9,\); give \(10,\)"):
         remove_lines(np.zeros(10), np.zeros(9), RATE, channel="x")
     with pytest.raises(ValueError, match=r"sample_rate is 0\.0; give samples per second"):
         remove_lines(np.zeros(10), None, 0.0, channel="x")

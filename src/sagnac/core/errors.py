@@ -423,3 +423,15 @@ def require_confidence(confidence: float) -> None:
     """
     if not (is_finite(confidence) and 0.0 < confidence < 1.0):
         raise ValueError(f"confidence is {quoted(confidence)}; give a number between 0 and 1")
+
+
+def require_shape(name: str, shape: tuple[int, ...], wanted: tuple[int, ...]) -> None:
+    """Refuse an array of another shape.
+
+    Raises
+    ------
+    ValueError
+        With the argument, its shape and the one that is wanted.
+    """
+    if shape != wanted:
+        raise ValueError(f"{name} has shape {shape}; give {wanted}")

@@ -14,8 +14,8 @@ import numpy as np
 import scipy.fft
 from scipy.optimize import brentq
 
-from sagnac.core.arrays import BooleanArray, FloatArray, blocks
-from sagnac.core.errors import is_finite, quoted
+from sagnac.core.arrays import BooleanArray, FloatArray, IntegerArray, blocks
+from sagnac.core.errors import is_finite, quoted, require_shape
 from sagnac.lines import _kernels
 from sagnac.lines.components import Components
 from sagnac.lines.joint_fit import ComponentFit
@@ -177,13 +177,10 @@ class Peaks:
     height: FloatArray
 
     def __post_init__(self) -> None:
-        if self.place.shape != self.height.shape:
-            raise ValueError(
-                f"place has shape {self.place.shape}; give that of height, {self.height.shape}"
-            )
+        require_shape("place", self.place.shape, self.height.shape)
 
-    def select(self, keep: BooleanArray) -> "Peaks":
-        """The peaks where `keep`, (peaks,) bool, is true."""
+    def select(self, keep: BooleanArray | IntegerArray) -> "Peaks":
+        """The peaks where `keep`, (peaks,) bool, is true, or those of these numbers."""
         return Peaks(place=self.place[keep], height=self.height[keep])
 
 
@@ -325,112 +322,8 @@ def peaks(
 
 Band = tuple[float, float]
 
-# Width of a band to begin with, octaves, and peaks that crowd in it.
-_WIDTH: Final = 0.125
-_CROWD: Final = 40
-# Tones that may be fitted together. If there are more, fewer peaks are a crowd.
-_MANY: Final = 60
-_SMALLER_CROWDS: Final = (20, 10, 5)
-# Bins over which the middle half of a crowd has to spread: a line that drifts spreads over fewer.
-_SPREAD: Final = 150
-# Tones beside which nobody asks whether a crowd is a line that drifts.
-_TOO_MANY: Final = 120
-# Lines that drift, this many of them nearer than a 64th of an octave, are one band; if there are
-# more than `_MANY_DRIFT` in all, so are two in an eighth of an octave.
-_DRIFT_ALIKE: Final = 3
-_BESIDE: Final = 1.0 / 64.0
-_MANY_DRIFT: Final = 6
-# Half width of a peak in half bins, and how far above the leakage of higher ones it is its own.
-_MAIN_LOBE: Final = 3.0
-_ROOM: Final = 10.0
-# Highest peaks looked at.
-_MOST: Final = 3000
-
-
-def plain_peaks(peaks: Peaks) -> Peaks:
-    """The peaks that are no leakage of a higher one.
-
-    Parameters
-    ----------
-    peaks
-        In frequency, half bins.
-    """
-    order = np.argsort(-peaks.height, kind="stable")[:_MOST]
-    place, height = peaks.place[order], peaks.height[order]
-    leakage = np.zeros(place.size)
-    plain = np.ones(place.size, dtype=bool)
-    for at in range(place.size):
-        if height[at] < _ROOM * leakage[at]:
-            plain[at] = False
-        if not plain[at]:
-            continue
-        apart = np.abs(place - place[at])
-        beside = apart < _MAIN_LOBE
-        beside[: at + 1] = False
-        plain &= ~beside
-        leakage += height[at] / (0.5 * np.pi * np.maximum(apart, 2.0)) ** 2
-    return Peaks(place=place[plain], height=height[plain])
-
-
-def crowded_bands(peaks: Peaks, known: Components, bins: int) -> tuple[Band, ...]:
-    """Bands in which peaks and known tones crowd.
-
-    Parameters
-    ----------
-    peaks
-        In frequency, half bins.
-    known
-        Lines that are out of the increments already.
-    bins
-        Of the spectrum, from 0 to half a cycle a sample.
-
-    Returns
-    -------
-    tuple of (low, high)
-        Cycles a sample, ascending and apart. With 40 tones and more in an eighth of an octave;
-        with fewer, down to 5, if more than 60 were left to fit.
-    """
-    half_bins = 2.0 * (bins - 1)
-    # A peak at half bin n lies at n / (2 half_bins) cycles a sample.
-    found = np.concatenate([plain_peaks(peaks).place / (2.0 * half_bins), known.frequencies])
-    bands: tuple[Band, ...] = ()
-    steps = [(0, _CROWD, _SPREAD)]
-    steps += [(_MANY, crowd, _SPREAD) for crowd in _SMALLER_CROWDS]
-    steps += [(_TOO_MANY, crowd, 0) for crowd in _SMALLER_CROWDS]
-    for most, crowd, spread in steps:
-        if np.count_nonzero(~inside(found, bands)) > most:
-            bands = joined_bands((*bands, *_crowds(found, crowd, spread / half_bins)))
-    return bands
-
-
-def bands_of_peaks(peaks: Peaks, bins: int) -> tuple[Band, ...]:
-    """An eighth of an octave about every peak, of a search that has gone on for long enough.
-
-    Parameters
-    ----------
-    peaks
-        In frequency, half bins.
-    bins
-        Of the spectrum, from 0 to half a cycle a sample.
-    """
-    found = plain_peaks(peaks).place / (4.0 * (bins - 1))
-    margin = 2.0 ** (0.5 * _WIDTH)
-    return joined_bands(
-        tuple((place / margin, min(place * margin, 0.5)) for place in found.tolist())
-    )
-
-
-def _crowds(found: FloatArray, crowd: int, spread: float) -> list[Band]:
-    """Eighths of an octave with a crowd whose middle half spreads over some cycles a sample."""
-    octave = np.floor(np.log2(np.maximum(found, 1e-300)) / _WIDTH)
-    bands = []
-    for number in np.unique(octave):
-        here = found[octave == number]
-        low, high = np.quantile(here, [0.25, 0.75])
-        if here.size >= crowd and high - low >= spread:
-            low, high = 2.0 ** (_WIDTH * np.array([number, number + 1.0]))
-            bands.append((float(low), float(min(high, 0.5))))
-    return bands
+# Width of a band to begin with, octaves.
+WIDTH: Final = 0.125
 
 
 def wandering_bands(drifting: tuple[Band, ...]) -> tuple[Band, ...]:
@@ -446,9 +339,11 @@ def wandering_bands(drifting: tuple[Band, ...]) -> tuple[Band, ...]:
     tuple of (low, high)
         Cycles a sample: from the lowest to the highest of lines side by side.
     """
-    bands = _side_by_side(drifting, _BESIDE, _DRIFT_ALIKE)
-    if len(drifting) > _MANY_DRIFT:
-        bands += _side_by_side(drifting, _WIDTH, 2)
+    # Three nearer than a 64th of an octave are one band; if there are more than six lines in all,
+    # so are two in an eighth of an octave.
+    bands = _side_by_side(drifting, 1.0 / 64.0, 3)
+    if len(drifting) > 6:
+        bands += _side_by_side(drifting, WIDTH, 2)
     return joined_bands(tuple(bands))
 
 

@@ -16,12 +16,12 @@ from sagnac.core.arrays import FloatArray, differences, extent
 from sagnac.core.errors import Note, counted, rounded
 from sagnac.core.kernels import one_thread
 from sagnac.lines import detection, passes
-from sagnac.lines.candidates import NewLines, new_lines
+from sagnac.lines.candidates import NewLines, bands_of_peaks, crowded_bands, new_lines
 from sagnac.lines.components import components_of, joined
 from sagnac.lines.detection import Band, Peaks
+from sagnac.lines.joint_fit import pairs_summed
 from sagnac.lines.model import Removal
 from sagnac.lines.naming import describe_lines, masked_bands, noise_taken
-from sagnac.lines.products import pairs_summed
 from sagnac.lines.state import Record, State, first_state
 from sagnac.recording.channel import whole_series
 from sagnac.table.kinematics import KINEMATIC_RATE, averages_of, kinematics
@@ -63,8 +63,8 @@ def remove_lines(
     few, what goes with the table angle comes with them (`table.turns`). Rounds follow until
     nothing exceeds the noise floor: new lines in frequency and in order of table angle
     (`candidates.new_lines`); a joint Gauss-Newton step of all (`joint_fit.fit`); table motion again
-    without them; tones that follow the table moved to the angle scale (`rescaling`); and clusters
-    that are one line with a drifting amplitude made one (`wandering.fit_drifting`).
+    without them; tones that follow the table moved to the angle scale (`passes.rescaled`); and
+    clusters that are one line with a drifting amplitude made one (`wandering.fit_drifting`).
 
     This is what the method ``fos`` does. It is a joint fit with a noise-floor test, akin to NOMP
     (arXiv:1509.01942), not the fast orthogonal search of the paper.
@@ -233,9 +233,9 @@ def _crowds(state: State, peaks: Peaks) -> tuple[Band, ...]:
     If the search goes on and on, all that still stands is of such bands.
     """
     bins = state.floor.size
-    crowds = detection.crowded_bands(peaks, state.components, bins)
+    crowds = crowded_bands(peaks, state.components, bins)
     if state.rounds > (_PATIENT_ROUNDS if state.bands else _LAST_ROUNDS):
-        crowds = (*crowds, *detection.bands_of_peaks(peaks, bins))
+        crowds = (*crowds, *bands_of_peaks(peaks, bins))
     return detection.joined_bands((*state.bands, *crowds))
 
 
