@@ -395,10 +395,7 @@ def _differences(steps: FloatArray, samples: slice) -> FloatArray:
 
 
 def _data_sums(
-    steps: FloatArray,
-    sampled: Sampling,
-    components: Components,
-    known_sums: ComplexArray | None,
+    steps: FloatArray, sampled: Sampling, components: Components, known_sums: ComplexArray | None
 ) -> ComplexArray:
     """(2 components,) of the steps and each component's phasor, then its derivative."""
     angles = components.orders.size

@@ -269,10 +269,7 @@ def fast_orthogonal_search(
 
 
 def _check(
-    phase: FloatArray | None,
-    signal: FloatArray,
-    spacing: float | None,
-    candidates: int | ArrayLike,
+    phase: FloatArray | None, signal: FloatArray, spacing: float | None, candidates: int | ArrayLike
 ) -> None:
     """Refuse arrays and frequencies that make no sense."""
     if signal.size == 0:

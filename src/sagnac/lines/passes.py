@@ -169,9 +169,7 @@ def rescaled(state: State) -> State:
     components, sampled = state.components, state.record.sampled
     levels = detection.floors(components, sampled, state.floor)
     moved = state.record.kept(
-        "rescaled",
-        state.key,
-        lambda: rescaled_components(components, state.steps, sampled, levels),
+        "rescaled", state.key, lambda: rescaled_components(components, state.steps, sampled, levels)
     )
     if moved is None:
         return state

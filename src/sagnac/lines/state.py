@@ -28,11 +28,7 @@ from sagnac.table.turns import is_turning
 _Made = TypeVar("_Made")
 
 End = Literal[
-    "nothing stands",
-    "nothing new stood",
-    "too many lines",
-    "too many pairs",
-    "too many rounds",
+    "nothing stands", "nothing new stood", "too many lines", "too many pairs", "too many rounds"
 ]
 
 

@@ -16,12 +16,7 @@ import numpy as np
 
 from sagnac.core.arrays import BooleanArray, FloatArray, IntegerArray
 from sagnac.noise._kernels import score_bands
-from sagnac.noise.laws import (
-    STOCHASTIC_NAMES,
-    CoefficientName,
-    level_laws,
-    rate_density_basis,
-)
+from sagnac.noise.laws import STOCHASTIC_NAMES, CoefficientName, level_laws, rate_density_basis
 from sagnac.spectrum.levels import Levels
 
 # Relative error of a bin that no model describes: it stands for what is neither chance nor a term.

@@ -19,12 +19,7 @@ from scipy.special import gammaincinv
 from sagnac.core.arrays import BooleanArray, FloatArray
 from sagnac.noise.band_models import FLOOR
 from sagnac.noise.estimates import Estimate
-from sagnac.noise.laws import (
-    COEFFICIENT_NAMES,
-    SLOW_NAMES,
-    CoefficientName,
-    allan_variance_basis,
-)
+from sagnac.noise.laws import COEFFICIENT_NAMES, SLOW_NAMES, CoefficientName, allan_variance_basis
 from sagnac.quality.readout import JointReadout
 from sagnac.spectrum.levels import Levels
 from sagnac.stability.curve import StabilityCurve
@@ -285,10 +280,7 @@ class SlowNoise:
 
 
 def highest_terms(
-    curve: StabilityCurve,
-    *,
-    confidence: float,
-    shortest: float = 0.0,
+    curve: StabilityCurve, *, confidence: float, shortest: float = 0.0
 ) -> dict[CoefficientName, float]:
     """Largest Q, B, K and R that a curve allows, SI.
 

@@ -8,14 +8,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import ArrayLike
 
-from sagnac.core.arrays import (
-    BooleanArray,
-    FloatArray,
-    IntegerArray,
-    blocks,
-    elementwise,
-    empty,
-)
+from sagnac.core.arrays import BooleanArray, FloatArray, IntegerArray, blocks, elementwise, empty
 from sagnac.core.errors import RecordingError
 from sagnac.noise.laws import (
     COEFFICIENT_NAMES,
@@ -210,8 +203,7 @@ def cosine_bins(
     keep = (opened <= closed) & (np.diff(edges) >= narrowest)
     if np.count_nonzero(keep) < LEAST_BINS:
         raise RecordingError(
-            "masked and band leave too few frequencies to fit",
-            remedy="mask less or record longer",
+            "masked and band leave too few frequencies to fit", remedy="mask less or record longer"
         )
     return SpectrumBins(edges=edges, keep=keep)
 

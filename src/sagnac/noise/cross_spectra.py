@@ -530,11 +530,7 @@ def common_walk(
     error = math.sqrt(max(1.0, chi_square / left) * float(covariance[own, own])) / scale[own]
     reach = float(stdtrit(left, 0.5 + 0.5 * confidence)) * error
     return CommonWalk(
-        square=square,
-        low=square - reach,
-        high=square + reach,
-        confidence=confidence,
-        error=error,
+        square=square, low=square - reach, high=square + reach, confidence=confidence, error=error
     )
 
 

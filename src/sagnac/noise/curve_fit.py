@@ -18,13 +18,7 @@ from sagnac.noise.laws import (
     allan_variance_basis,
     overlapped_allan_covariances,
 )
-from sagnac.noise.likelihood import (
-    PRESENCE,
-    crossing,
-    interval_ends,
-    non_negative,
-    typical_square,
-)
+from sagnac.noise.likelihood import PRESENCE, crossing, interval_ends, non_negative, typical_square
 from sagnac.noise.readings import SHORT, Squares
 from sagnac.stability.curve import StabilityCurve
 from sagnac.stability.noise_type import ieee_relative_error
@@ -224,10 +218,7 @@ def positive_root(covariance: FloatArray) -> FloatArray:
 
 
 def paper_fit(
-    curve: StabilityCurve,
-    *,
-    squares: Squares = "relative",
-    confidence: float = 0.95,
+    curve: StabilityCurve, *, squares: Squares = "relative", confidence: float = 0.95
 ) -> Fit:
     """Fit Q, N, B, K, R to the Allan variance by the paper's least squares on Eq. 3.
 

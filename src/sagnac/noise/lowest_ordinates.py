@@ -161,10 +161,7 @@ def rate_ramp(
 
 
 def ramp_estimate(
-    cosine: CosineSpectrum,
-    index: IntegerArray,
-    confidence: float,
-    beside: FloatArray | None = None,
+    cosine: CosineSpectrum, index: IntegerArray, confidence: float, beside: FloatArray | None = None
 ) -> Estimate:
     """The rate ramp: a straight line in slow noise of which a record shows little.
 

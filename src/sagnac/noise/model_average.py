@@ -315,12 +315,7 @@ def estimated_names(
     return tuple(name for name in COEFFICIENT_NAMES if coefficients[name].status == "estimated")
 
 
-def average(
-    levels: Levels,
-    *,
-    confidence: float = 0.95,
-    ramp: Estimate | None = None,
-) -> Average:
+def average(levels: Levels, *, confidence: float = 0.95, ramp: Estimate | None = None) -> Average:
     """Average N and the other coefficients over all models.
 
     Parameters

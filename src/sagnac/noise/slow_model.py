@@ -118,9 +118,7 @@ def slow_model(levels: Levels, *, highest: float, confidence: float = 0.95) -> S
 
 
 def untold(
-    levels: Levels | None,
-    choice: ModelChoice | None,
-    estimates: Mapping[CoefficientName, Estimate],
+    levels: Levels | None, choice: ModelChoice | None, estimates: Mapping[CoefficientName, Estimate]
 ) -> SlowModel | None:
     """`slow_model` beside an answer that has N, but of B and K bounds at most, which hold.
 

@@ -12,11 +12,7 @@ from numpy.typing import ArrayLike
 
 from sagnac.core.arrays import BooleanArray, FloatArray, elementwise
 from sagnac.core.errors import Note, RecordingError
-from sagnac.noise.cosine_spectrum import (
-    cosine_bins,
-    require_increments,
-    without_slope,
-)
+from sagnac.noise.cosine_spectrum import cosine_bins, require_increments, without_slope
 from sagnac.noise.estimates import Estimate
 from sagnac.noise.laws import STOCHASTIC_NAMES, cosine_power_basis
 from sagnac.noise.likelihood import Likelihood, Place, parabola_move

@@ -93,9 +93,7 @@ class Levels:
 
 
 def robust_levels(
-    spectrum: TaperedSpectrum,
-    *,
-    masked: Sequence[tuple[float, float]] = (),
+    spectrum: TaperedSpectrum, *, masked: Sequence[tuple[float, float]] = ()
 ) -> Levels:
     """Levels of a tapered spectrum.
 

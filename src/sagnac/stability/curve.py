@@ -62,11 +62,7 @@ from sagnac.stability.noise_type import (
     cluster_sizes,
     identified_noise_types,
 )
-from sagnac.stability.sums import (
-    accumulated_track,
-    overlapping_sums,
-    whole_track,
-)
+from sagnac.stability.sums import accumulated_track, overlapping_sums, whole_track
 
 # ---- every cluster -----------------------------------------------------------------
 

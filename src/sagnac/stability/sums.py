@@ -12,13 +12,7 @@ from typing import Final
 
 import numpy as np
 
-from sagnac.core.arrays import (
-    FloatArray,
-    IntegerArray,
-    blocks,
-    empty,
-    every,
-)
+from sagnac.core.arrays import FloatArray, IntegerArray, blocks, empty, every
 from sagnac.core.errors import Note, RecordingError
 from sagnac.recording.channel import first_of, marked, number_of
 from sagnac.recording.channel import stretches as present_stretches
