@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy import signal
 
-from sagnac.lines import detection
+from sagnac.lines import search
 from sagnac.lines.detection import detection_threshold
 from sagnac.lines.published import AS_PRINTED, remove_lines_as_published
 from sagnac.lines.search import remove_lines
@@ -233,7 +233,7 @@ def test_hundreds_of_tones_are_bands_of_vibration():
 
 
 def test_a_search_without_end_says_so_and_leaves_the_lines_beside(monkeypatch):
-    monkeypatch.setattr(detection, "crowded_bands", lambda *_: ())
+    monkeypatch.setattr(search, "crowded_bands", lambda *_: ())
     angle = many_tones(20_000)
     removal = remove_lines(angle, None, RATE, channel="x")
     [note] = removal.notes

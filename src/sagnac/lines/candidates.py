@@ -11,17 +11,9 @@ from typing import Final, NamedTuple
 import numpy as np
 
 from sagnac.core.arrays import BooleanArray, FloatArray
+from sagnac.lines import detection
 from sagnac.lines.components import Components, components_of, joined
-from sagnac.lines.detection import (
-    NO_PEAKS,
-    WIDTH,
-    Band,
-    Peaks,
-    floor_of_orders,
-    inside,
-    joined_bands,
-    peaks_in_order,
-)
+from sagnac.lines.detection import Band, Peaks, inside
 from sagnac.lines.joint_fit import sums_at_orders
 from sagnac.lines.sampling import MOST_ORDERS, mean_square_step
 from sagnac.lines.state import State
@@ -183,7 +175,7 @@ def crowded_bands(peaks: Peaks, known: Components, bins: int) -> tuple[Band, ...
     steps += [(120, crowd, 0) for crowd in _SMALLER_CROWDS]
     for most, crowd, spread in steps:
         if np.count_nonzero(~inside(found, bands)) > most:
-            bands = joined_bands((*bands, *_crowds(found, crowd, spread / half_bins)))
+            bands = detection.joined_bands((*bands, *_crowds(found, crowd, spread / half_bins)))
     return bands
 
 
@@ -198,21 +190,21 @@ def bands_of_peaks(peaks: Peaks, bins: int) -> tuple[Band, ...]:
         Of the spectrum, from 0 to half a cycle a sample.
     """
     found = plain_peaks(peaks).place / (4.0 * (bins - 1))
-    margin = 2.0 ** (0.5 * WIDTH)
-    return joined_bands(
+    margin = 2.0 ** (0.5 * detection.WIDTH)
+    return detection.joined_bands(
         tuple((place / margin, min(place * margin, 0.5)) for place in found.tolist())
     )
 
 
 def _crowds(found: FloatArray, crowd: int, spread: float) -> list[Band]:
     """Eighths of an octave with a crowd whose middle half spreads over some cycles a sample."""
-    octave = np.floor(np.log2(np.maximum(found, 1e-300)) / WIDTH)
+    octave = np.floor(np.log2(np.maximum(found, 1e-300)) / detection.WIDTH)
     bands = []
     for number in np.unique(octave):
         here = found[octave == number]
         low, high = np.quantile(here, [0.25, 0.75])
         if here.size >= crowd and high - low >= spread:
-            low, high = 2.0 ** (WIDTH * np.array([number, number + 1.0]))
+            low, high = 2.0 ** (detection.WIDTH * np.array([number, number + 1.0]))
             bands.append((float(low), float(min(high, 0.5))))
     return bands
 
@@ -306,7 +298,7 @@ def new_orders(state: State) -> tuple[Components, FloatArray, BooleanArray]:
     orders, sums = np.arange(1.0, highest + 1.0), state.order_sums[1 : highest + 1]
     length = sampled.samples * mean_square_step(orders, sampled.speeds) / 2.0
     height = np.abs(sums) ** 2 / (2.0 * length)
-    ratio = height / floor_of_orders(orders, sampled.speeds, state.look().floor)
+    ratio = height / detection.floor_of_orders(orders, sampled.speeds, state.look().floor)
     # Orders closer than one cycle over the whole range, or fewer cycles than one from table motion
     # itself, are not told apart.
     for order in state.components.orders:
@@ -328,9 +320,9 @@ def broken_orders(state: State, frequencies: FloatArray) -> Peaks:
     """
     sampled = state.record.sampled
     if sampled.table is None:
-        return NO_PEAKS
+        return detection.NO_PEAKS
     beyond = frequencies > MOST_ORDERS * np.median(sampled.speeds / (2.0 * np.pi))
-    peaks = peaks_in_order(
+    peaks = detection.peaks_in_order(
         state.steps,
         sampled,
         state.look().floor,

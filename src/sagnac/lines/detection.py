@@ -148,17 +148,8 @@ def significant(
 
 # ---- peaks -------------------------------------------------------------------------
 
-# Phase, in rad rms, by which an order strays from a tone before it is looked for on its own scale;
-# whether a line found in time follows the table better is asked in the end.
-_SMEARED: Final = 1.0
-# Even angles for a cycle of the highest order there, and how many there may be in all.
+# Even angles for a cycle of the highest order that is looked for.
 _ANGLES_A_CYCLE: Final = 8
-_MOST_ANGLES: Final = 2**24
-# Orders at which the floor is taken; it changes slowly with order.
-_FLOOR_POINTS: Final = 400
-# A peak midway between half bins shows this share of its height: one below the threshold by that
-# much may be above it once refined, and is pruned there if it is not.
-_MIDWAY: Final = 0.9
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -195,14 +186,6 @@ def peaks_in_frequency(found: Spectrum, threshold: float) -> Peaks:
     return peaks(found.power, found.floor, threshold, 2 * LOWEST_CYCLES, halves)
 
 
-# A high order stands alone if it holds this part of the power in the whole bins about it. An order
-# half-way between two half bins holds 0.8; mains on tables that stop still passed with 0.4. Below
-# _HIGH nothing is asked, since bearings and gears make orders that stand close.
-_HIGH: Final = 64.0
-_ABOUT: Final = np.arange(-20, 21, 2)
-_OWN: Final = 0.7
-
-
 def peaks_in_order(
     steps: FloatArray, sampled: Sampling, floor: FloatArray, threshold: float, *, crowded: bool
 ) -> Peaks:
@@ -229,7 +212,8 @@ def peaks_in_order(
         return NO_PEAKS
     highest = float(MOST_ORDERS)
     if crowded:
-        highest = max(highest, _MOST_ANGLES / (2.0 * _ANGLES_A_CYCLE * max(sampled.turns, 1.0)))
+        # As many even angles as that takes, 2^24 at most.
+        highest = max(highest, 2**24 / (2.0 * _ANGLES_A_CYCLE * max(sampled.turns, 1.0)))
     # None that samples do not tell.
     highest = min(highest, np.pi / sampled.fastest)
     # How far the table strays from a steady rate. The last block may be a short one, and the lags
@@ -237,16 +221,20 @@ def peaks_in_order(
     lag = sampled.blocks.lag - sampled.blocks.lag.mean()
     angle = sampled.blocks.angle
     rate = float(lag @ (angle - angle.mean())) / max(float(lag @ lag), 1e-300)
-    lowest = _SMEARED / max(float(np.std(angle - rate * lag)), 1e-300)
+    # An order that strays from a tone by less than 1 rad rms is not looked for on its own scale;
+    # whether a line found in time follows the table better is asked in the end.
+    lowest = 1.0 / max(float(np.std(angle - rate * lag)), 1e-300)
     if lowest > highest:
         return NO_PEAKS
     power, spacing = _power_over_angle(steps, table, sampled, highest)
-    coarse = np.geomspace(LOWEST_CYCLES / sampled.turns, highest, _FLOOR_POINTS)
+    # The floor changes slowly with order.
+    coarse = np.geomspace(LOWEST_CYCLES / sampled.turns, highest, 400)
     level = floor_of_orders(coarse, sampled.speeds, floor)
     level = np.interp(np.arange(power.size) * spacing, coarse, level)
     first = max(2 * LOWEST_CYCLES, int(lowest / spacing))
     found = peaks(power, level, threshold, first)
-    high = found.place * spacing >= _HIGH
+    # Below order 64 nothing more is asked, since bearings and gears make orders that stand close.
+    high = found.place * spacing >= 64.0
     if np.any(high):
         alone = _stands_alone(power - level, found.place)
         # Beside an order that is one, its skirts have to wait for it as they are.
@@ -256,13 +244,15 @@ def peaks_in_order(
 
 
 def _stands_alone(power: FloatArray, place: FloatArray) -> BooleanArray:
-    """Whether each peak holds most of the power (above the floor) that stands about it.
+    """Whether each peak holds 0.7 of the power (above the floor) in the whole bins about it.
 
     A tone on a table that stops or turns unevenly makes a band of peaks where its order would be.
+    An order half-way between two half bins holds 0.8; mains on tables that stop still passed with
+    0.4.
     """
     at = np.rint(place).astype(np.int64)
-    about = np.clip(at[:, np.newaxis] + _ABOUT, 0, power.size - 1)
-    return np.asarray(power[at] > _OWN * power[about].sum(axis=1))
+    about = np.clip(at[:, np.newaxis] + np.arange(-20, 21, 2), 0, power.size - 1)
+    return np.asarray(power[at] > 0.7 * power[about].sum(axis=1))
 
 
 def _power_over_angle(
@@ -310,10 +300,11 @@ def peaks(
         the halves if it is higher.
     """
     halves = np.empty(0) if halves is None else halves
-    found = [np.empty((2, 0))]
+    # A peak midway between half bins shows 0.9 of its height: one below the threshold by that much
+    # may be above it once refined, and is pruned there if it is not.
+    least, found = 0.9 * threshold, [np.empty((2, 0))]
     for block in blocks(power.size - 1, start=first):
-        ends = block.start, block.stop
-        found.append(_kernels.peaks(power, floor, halves, *ends, _MIDWAY * threshold))
+        found.append(_kernels.peaks(power, floor, halves, block.start, block.stop, least))
     place, height = np.concatenate(found, axis=1)
     return Peaks(place=place, height=height)
 

@@ -16,16 +16,8 @@ from typing import Final
 import numpy as np
 import scipy.linalg
 
-from sagnac.core.arrays import (
-    BLOCK,
-    BooleanArray,
-    ComplexArray,
-    FloatArray,
-    IntegerArray,
-    blocks,
-    elementwise,
-    every,
-)
+from sagnac.core import arrays
+from sagnac.core.arrays import BooleanArray, ComplexArray, FloatArray, IntegerArray
 from sagnac.core.errors import require_shape
 from sagnac.lines import _kernels
 from sagnac.lines.components import Components
@@ -211,8 +203,6 @@ def tone_factors(frequencies: FloatArray, samples: int) -> tuple[FloatArray, Flo
 _COLLINEAR: Final = 1e-5
 # A frequency moves by no more than this in one step, in radians of phase at the record's ends.
 _LONGEST_STEP: Final = 1.0
-# Samples in a block of sums at whole orders.
-_LONG_BLOCK: Final = 4 * BLOCK
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -363,7 +353,7 @@ def order_sums(steps: FloatArray, table: FloatArray, highest: int) -> ComplexArr
     """
     sums = np.zeros(highest + 1, dtype=np.complex128)
     # Long blocks: what a block costs besides its samples is that of a hundred thousand of them.
-    for block in blocks(table.size, _LONG_BLOCK):
+    for block in arrays.blocks(table.size, 4 * arrays.BLOCK):
         sums += angle_sums(table[block], _differences(steps, block), highest).conj()
     return sums
 
@@ -379,7 +369,7 @@ def sums_at_orders(steps: FloatArray, sampled: Sampling, orders: FloatArray) -> 
     if table is None or orders.size == 0:
         return sums
     middle, width = sampled.phase_range
-    for block in blocks(table.size):
+    for block in arrays.blocks(table.size):
         alpha = table[block]
         weights = _differences(steps, block) * np.stack([np.ones(alpha.size), alpha - middle])
         for at, order in enumerate(orders):
@@ -420,9 +410,6 @@ def _data_sums(
 
 # ---- earth orders ------------------------------------------------------------------
 
-# Angles that are kept at the least.
-_FEWEST_ANGLES: Final = 10_000
-
 
 def earth_amplitudes(sampled: Sampling) -> FloatArray | None:
     """(orders,) largest amplitude, rad, that Earth rate on an unsteady table puts into each order.
@@ -434,10 +421,10 @@ def earth_amplitudes(sampled: Sampling) -> FloatArray | None:
     if sampled.table is None:
         return None
     orders = np.arange(1.0, MOST_ORDERS + 1.0)
-    # The table turns slowly beside the samples.
+    # The table turns slowly beside the samples: some are enough, ten thousand at the least.
     stride = max(1, int(1.0 / (MOST_ORDERS * sampled.fastest + 1e-9)))
-    stride = min(stride, max(1, sampled.samples // _FEWEST_ANGLES))
-    angle, rate = every(sampled.table, stride), sampled.sample_rate / stride
+    stride = min(stride, max(1, sampled.samples // 10_000))
+    angle, rate = arrays.every(sampled.table, stride), sampled.sample_rate / stride
     length = angle.size * mean_square_step(orders, speeds(angle)) / 2.0
     net = float(angle[-1] - angle[0]) / (angle.size - 1) * rate
     # Seconds in which the table turns by 1 rad on its way, if it does not go back and forth.
@@ -447,9 +434,9 @@ def earth_amplitudes(sampled: Sampling) -> FloatArray | None:
         return integrand / rate - of * (later - here)
 
     largest = np.zeros(MOST_ORDERS)
-    cosine, sine = elementwise(np.cos, angle), elementwise(np.sin, angle)
+    cosine, sine = arrays.elementwise(np.cos, angle), arrays.elementwise(np.sin, angle)
     for integrand, whole, times in ((cosine, sine, steady), (sine, cosine, -steady)):
-        steps = elementwise(step, integrand[1:], whole[1:], whole[:-1], times)
+        steps = arrays.elementwise(step, integrand[1:], whole[1:], whole[:-1], times)
         sums = order_sums(steps, angle, MOST_ORDERS)[1:]
         largest = np.maximum(largest, np.abs(sums) / np.maximum(length, np.finfo(float).tiny))
     largest[0] = 0.0

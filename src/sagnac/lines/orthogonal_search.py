@@ -29,8 +29,6 @@ Stop = Literal["korenberg", "false-alarm", "none"]
 _DEPENDENT: Final = 1e-6
 # Sinusoids with less mean square than this are rejected: Fourier sums are good to a hundredth.
 _LEAST_POWER: Final = 1e-7
-# A column that is constant to this share of its mean square is one.
-_CONSTANT: Final = 1e-12
 NOTHING_LEFT: Final = 1e-13
 """A mean square below this share of the first one is rounding."""
 
@@ -506,8 +504,9 @@ def _search_of_columns(matrix: FloatArray, ramp: FloatArray, rest: FloatArray) -
     own = np.einsum("ijk,ijk->kj", columns, columns) / samples
     # A large mean hides no dependence: the constant is always in.
     whole = own - np.stack([mean.real**2, mean.imag**2])
-    # A pair's weaker term may be its stronger one's rounding.
-    least_power = np.maximum(_CONSTANT * own, _LEAST_POWER * whole.max(axis=0))
+    # A column that is constant to 1e-12 of its mean square is one, and a pair's weaker term may be
+    # its stronger one's rounding.
+    least_power = np.maximum(1e-12 * own, _LEAST_POWER * whole.max(axis=0))
     return _Search(
         terms=matrix.shape[2] if matrix.ndim == 3 else 1,
         data=products(rest),

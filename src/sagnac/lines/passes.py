@@ -12,7 +12,7 @@ from typing import Final
 
 import numpy as np
 
-from sagnac.core.arrays import BooleanArray, ComplexArray, FloatArray
+from sagnac.core.arrays import BooleanArray, ComplexArray, FloatArray, blocks
 from sagnac.core.units import EARTH_RATE
 from sagnac.lines import detection, joint_fit
 from sagnac.lines.components import Components, joined, mixed_down
@@ -20,14 +20,6 @@ from sagnac.lines.sampling import MIX_BLOCK, Sampling, Wander
 from sagnac.lines.state import State
 from sagnac.lines.wandering import clusters, fit_drifting
 from sagnac.table.motion import follow_table
-
-# Share of Earth rate by which its terms may still move when they are called settled.
-_SAME_EARTH: Final = 0.02
-# Share of its error by which an amplitude may still move when the fit is called settled.
-_SETTLED: Final = 0.1
-# Joint steps after lines were dropped or moved to the other scale.
-_STEPS_AFTER_CHANGE: Final = 2
-
 
 # --- fit -------------------------------------------------------------------------------------
 
@@ -64,7 +56,7 @@ def _stepped(state: State, components: Components, absent: BooleanArray | None =
     levels = detection.floors(after, state.record.sampled, state.floor)
     errors = np.sqrt(np.einsum("nii->ni", fit.covariance) * levels[:, np.newaxis])
     moved = (after.phasor - components.phasor).view(np.float64).reshape(-1, 2)
-    settled = absent is None and bool(np.all(np.abs(moved) < _SETTLED * errors[:, :2]))
+    settled = absent is None and bool(np.all(np.abs(moved) < 0.1 * errors[:, :2]))
     passes = state.passes + joint_fit.pairs_summed(state.record.sampled, components)
     return replace(state, components=after, fit=fit, settled=settled, passes=passes)
 
@@ -86,8 +78,7 @@ def pruned_all(state: State) -> State:
     """Without those that do not stand, the others fitted again after each loss."""
     kept = pruned(state)
     while 0 < kept.components.size < state.components.size:
-        for _ in range(_STEPS_AFTER_CHANGE):
-            kept = refitted(kept)
+        kept = refitted(refitted(kept))
         state, kept = kept, pruned(kept)
     return kept
 
@@ -156,7 +147,7 @@ def followed(state: State) -> State:
     return replace(
         _with_components(state, replace(known, phasor=phasor)),
         motion=after,
-        earth_settled=state.earth_settled or moved <= _SAME_EARTH * EARTH_RATE,
+        earth_settled=state.earth_settled or moved <= 0.02 * EARTH_RATE,
     )
 
 
@@ -173,10 +164,7 @@ def rescaled(state: State) -> State:
     )
     if moved is None:
         return state
-    state = _with_components(state, moved)
-    for _ in range(_STEPS_AFTER_CHANGE):
-        state = refitted(state)
-    return state
+    return refitted(refitted(_with_components(state, moved)))
 
 
 def rescaled_and_pruned(state: State) -> State:
@@ -187,8 +175,6 @@ def rescaled_and_pruned(state: State) -> State:
 
 # --- tones that follow the table -------------------------------------------------------------
 
-# Phase error over its deviation, below which a tone and an order look the same.
-_TOLD_APART: Final = 6.0
 # Noise levels of a mean by which an order has to say more of the power than a tone. A line that
 # wanders makes a band, in which chance favours an order as often as not: so the noise is read these
 # bins to either side, beyond the main lobe of a Hann window.
@@ -197,11 +183,6 @@ _BESIDE: Final = np.arange(3, 11)
 # How near tones are mixed down at one frequency, as a share of the blocks' rate: their means are
 # then short of 2e-4.
 _AT_ONCE: Final = 0.01
-# Carriers that one pass mixes down; the means of a day take 14 MiB for each.
-_CARRIERS: Final = 8
-# How near tones are put back with one, as a share of its frequency, and of the blocks' rate.
-_NEIGHBOURS: Final = 0.1
-_NEAREST: Final = 0.25
 
 
 def rescaled_components(
@@ -230,15 +211,16 @@ def rescaled_components(
     orders = 2.0 * np.pi * frequencies / abs(strays.rate)
     # Complex amplitudes of the increments: step n leads from sample n to n + 1.
     phasors = components.phasor[angles:].conj() * (np.exp(2j * np.pi * frequencies) - 1.0)
-    # Only if its phase is known so well that an order would look different is a tone looked at.
+    # A tone is looked at only if its phase is known so well that an order would look different, by
+    # six standard deviations.
     strength = np.abs(phasors) * np.sqrt(steps.size / (2.0 * levels[angles:]))
-    shown = orders * float(np.std(strays.phase)) * strength >= _TOLD_APART
+    shown = orders * float(np.std(strays.phase)) * strength >= 6.0
     moved = np.zeros(components.size, dtype=bool)
     for carrier, means in _mixed_down(steps, frequencies[shown], components.center):
         around, middles = means, strays.middles[: means.size]
         # The tones about it are put back: they may be sidebands that the table's wander makes of
         # one order.
-        reach = min(_NEIGHBOURS * carrier, _NEAREST / MIX_BLOCK)
+        reach = min(0.1 * carrier, 0.25 / MIX_BLOCK)
         for other in np.flatnonzero(np.abs(frequencies - carrier) < reach):
             turning = np.exp(2j * np.pi * (frequencies[other] - carrier) * middles)
             around += 0.5 * phasors[other] * turning
@@ -288,10 +270,10 @@ def _mixed_down(
     for frequency in np.sort(frequencies).tolist():
         if not carriers or frequency - carriers[-1] > _AT_ONCE / MIX_BLOCK:
             carriers.append(frequency)
-    for first in range(0, len(carriers), _CARRIERS):
-        some = np.array(carriers[first : first + _CARRIERS])
-        means = mixed_down(steps, some, center)
-        yield from zip(some.tolist(), means.T.copy(), strict=True)
+    # The means of a day take 14 MiB for each.
+    for some in blocks(len(carriers), 8):
+        means = mixed_down(steps, np.array(carriers[some]), center)
+        yield from zip(carriers[some], means.T.copy(), strict=True)
 
 
 # --- lines that drift ------------------------------------------------------------------------
