@@ -21,16 +21,6 @@ from sagnac.noise.laws import CoefficientName
 PRESENCE: Final = 9.0
 # Standard deviations from which on a term is taken to have been picked for its size.
 _PICKED: Final = 2.5
-# Standard deviations beyond which no tail of any confidence reaches.
-_FARTHEST: Final = 60.0
-# Of -2 log likelihood in a step. Far below what chance does; where scoring creeps, a step of ten
-# times this stops a bound 3 % short of the maximum's.
-_CONVERGED: Final = 1e-4
-# Steps to the end of an interval, each 1.8 times the one before; the steepest rise that is told
-# from any steeper one; and the part of the last step to which the end is found.
-_STEPS: Final = 26
-_STEEPEST: Final = 1e3
-_NARROW: Final = 1e-9
 
 
 # ---- where an interval ends --------------------------------------------------------------
@@ -66,15 +56,15 @@ def crossing(
     # The root finder asks the ends again; an infinite rise would leave it no secant.
     @cache
     def finite(place: float) -> float:
-        return min(max(rise(place), -_STEEPEST), _STEEPEST)
+        return min(max(rise(place), -1e3), 1e3)
 
     if finite(inside) >= 0.0:
         return inside
     low = inside
-    for _ in range(_STEPS):
+    for _ in range(26):
         high = inside + step if abs(step) < abs(limit - inside) else limit
         if finite(high) >= 0.0:
-            return float(brentq(finite, low, high, xtol=_NARROW * abs(high - low)))
+            return float(brentq(finite, low, high, xtol=1e-9 * abs(high - low)))
         if high == limit:
             return limit
         low, step = high, 1.8 * step
@@ -126,7 +116,8 @@ def low_end(presence: float, confidence: float) -> float:
     def excess(down: float) -> float:
         return float(log_ndtr(-down) - log_ndtr(presence - _PICKED - down)) - tail
 
-    farthest = min(presence, _FARTHEST)
+    # No tail of any confidence reaches farther than 60.
+    farthest = min(presence, 60.0)
     if not presence > 0.0 or excess(farthest) >= 0.0:
         return math.inf
     return float(brentq(excess, 0.0, farthest))
@@ -200,7 +191,9 @@ class Likelihood(ABC):
             place = self.at(self.start(start, free))
         while free.any() and math.isfinite(place.deviance):
             before, place = place.deviance, self._lowered(place, free)
-            if before - place.deviance < _CONVERGED:
+            # Far below what chance does; where scoring creeps, a step of ten times this stops a
+            # bound 3 % short of the maximum's.
+            if before - place.deviance < 1e-4:
                 break
         return place
 
@@ -264,9 +257,9 @@ class Likelihood(ABC):
         reference = best.deviance if value > 0.0 else absent
         high = limit(reference, one_sided)
         nothing = unobserved(name, confidence)
-        if not high < self.typical(column, best):
-            return nothing
-        return nothing.bounded(math.sqrt(max(high, self.missed(column, error, confidence))))
+        if high < self.typical(column, best):
+            return nothing.bounded(math.sqrt(max(high, self.missed(column, error, confidence))))
+        return nothing
 
 
 @dataclass(frozen=True, kw_only=True)
