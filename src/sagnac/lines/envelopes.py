@@ -135,14 +135,10 @@ def sum_of_tones(base: Baseband, frequencies: FloatArray, amplitudes: ComplexArr
     amplitudes
         (tones,) complex, of the increments, rad.
     """
-    if frequencies.size == 0:
-        return np.zeros(base.middles.size, dtype=np.complex128)
-    return np.concatenate(
-        [
-            amplitudes @ _tones(base, frequencies, base.middles[some])
-            for some in arrays.blocks(base.middles.size, _ROWS)
-        ]
-    )
+    total = np.zeros(base.middles.size, dtype=np.complex128)
+    for some in arrays.blocks(base.middles.size, _ROWS):
+        total[some] = amplitudes @ _tones(base, frequencies, base.middles[some])
+    return total
 
 
 def steady_lines(base: Baseband, frequencies: FloatArray) -> SteadyLines:
@@ -223,10 +219,7 @@ def _frequency_step(
 
 # Rows are the powers of the place in a block, highest first; columns are the four coefficients that
 # reach into it. Cubic pieces follow a smooth envelope in half the blocks that straight ones need.
-_CUBIC: Final = (
-    np.array([[-1.0, 3.0, -3.0, 1.0], [3.0, -6.0, 3.0, 0.0], [-3.0, 0.0, 3.0, 0.0], [1, 4, 1, 0]])
-    / 6.0
-)
+_CUBIC: Final = np.array([[-1, 3, -3, 1], [3, -6, 3, 0], [-3, 0, 3, 0], [1, 4, 1, 0]]) / 6.0
 _REACH: Final = 4
 
 

@@ -162,16 +162,15 @@ def _sideband_in_time(line: Line, other: Line, state: State) -> str:
     # A sideband is weaker than its line by a factor of ten or more.
     if other.amplitude < 10.0 * line.amplitude:
         return ""
-    in_time, turn_rate = other.scale == "time", _turn_rate(state)
-    resolution = _resolution(state)
+    turn_rate, resolution = _turn_rate(state), _resolution(state)
     base, parent = _hertz(other, turn_rate), _parent(other)
     apart = abs(line.frequency - base)
     for multiple, times in ((1, "the table rate"), (2, "twice the table rate")):
         if abs(apart - multiple * turn_rate) < _MISSED * resolution:
             return f"sideband of {parent} at {times}"
-    if in_time and apart < 20.0 * resolution:
+    if other.scale == "time" and apart < 20.0 * resolution:
         return f"sideband of {parent} (its amplitude or frequency drifts)"
-    if not in_time and apart < 0.01 * base:
+    if other.scale == "angle" and apart < 0.01 * base:
         return f"sideband of {parent} (table jitter)"
     return ""
 

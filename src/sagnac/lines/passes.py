@@ -89,9 +89,8 @@ def without_earth_orders(state: State) -> State:
     if reach is None or state.components.size == 0:
         return state
     components, angles = state.components, state.components.orders.size
-    place = np.rint(components.orders).astype(np.int64) - 1
-    within = (place >= 0) & (place < reach.size)
-    own = np.where(within, reach[np.clip(place, 0, reach.size - 1)], 0.0)
+    # None below order 1 or beyond the last.
+    own = np.interp(np.rint(components.orders), np.arange(1.0, reach.size + 1.0), reach, 0.0, 0.0)
     keep = np.ones(components.size, dtype=bool)
     keep[:angles] = components.free | (components.amplitude[:angles] > own)
     return state if keep.all() else _with_components(state, components.select(keep))

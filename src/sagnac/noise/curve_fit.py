@@ -20,13 +20,7 @@ from sagnac.stability.curve import StabilityCurve
 from sagnac.stability.noise_type import ieee_relative_error
 
 # The terms a curve is fitted with, the first of them if it has too few points for all.
-_FIRST_TERMS: Final[tuple[CoefficientName, ...]] = (
-    "angle_random_walk",
-    "quantization",
-    "bias_instability",
-    "rate_random_walk",
-    "rate_ramp",
-)
+_FIRST_TERMS: Final = ("angle_random_walk", "quantization", *laws.SLOW_NAMES)
 # Most rounds in which weights follow a solution.
 _ROUNDS: Final = 20
 

@@ -3,6 +3,7 @@
 import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cache, cached_property
 from typing import Final
@@ -352,20 +353,6 @@ class Ordinates(Likelihood):
         return typical_square(self.basis[:, column], best.law)
 
 
-def _positive_scale(matrix: FloatArray) -> FloatArray | None:
-    """(terms,) that make the diagonal one, or None if the matrix is not positive definite."""
-    diagonal = matrix.diagonal()
-    if not diagonal.min() > 0.0:
-        return None
-    scale = 1.0 / np.sqrt(diagonal)
-    try:
-        # With room for rounding: nearly collinear terms are not a direction to trust.
-        np.linalg.cholesky(matrix * scale * scale[:, np.newaxis] - 1e-9 * np.eye(scale.size))
-    except np.linalg.LinAlgError:
-        return None
-    return scale
-
-
 def parabola_move(
     observed: FloatArray,
     expected: Callable[[], FloatArray],
@@ -392,11 +379,15 @@ def parabola_move(
     -------
     (terms,) to be added to the squares.
     """
-    scale = _positive_scale(observed)
-    if scale is None:
-        return scoring_move(expected(), gradient, squares)
-    scaled = observed * scale * scale[:, np.newaxis]
-    return np.asarray(-scale * np.linalg.solve(scaled, scale * gradient))
+    diagonal = observed.diagonal()
+    if diagonal.min() > 0.0:
+        scale = 1.0 / np.sqrt(diagonal)
+        scaled = observed * scale * scale[:, np.newaxis]
+        with suppress(np.linalg.LinAlgError):
+            # With room for rounding: nearly collinear terms are not a direction to trust.
+            np.linalg.cholesky(scaled - 1e-9 * np.eye(scale.size))
+            return np.asarray(-scale * np.linalg.solve(scaled, scale * gradient))
+    return scoring_move(expected(), gradient, squares)
 
 
 def scoring_move(fisher: FloatArray, gradient: FloatArray, squares: FloatArray) -> FloatArray:

@@ -130,14 +130,12 @@ def write(reproduction: Reproduction, folder: Path) -> list[Path]:
     RecordingError
         If the folder cannot be written to.
     """
-    names = ["reproduction.html"]
     figures = values.figures_of(reproduction)
+    texts = {f"{name}.csv": text for name, text in values.tables(reproduction).items()}
+    texts = {"reproduction.html": page(reproduction, figures), **texts}
     with replacing_folder(folder) as new:
         for name, figure in figures.items():
-            names.append(f"{name}.png")
-            write_png(figure, new / names[-1])
-        for name, text in values.tables(reproduction).items():
-            names.append(f"{name}.csv")
-            write_text(new / names[-1], text)
-        write_text(new / names[0], page(reproduction, figures))
-    return [folder / name for name in names]
+            write_png(figure, new / f"{name}.png")
+        for name, text in texts.items():
+            write_text(new / name, text)
+    return [folder / name for name in (*texts, *(f"{name}.png" for name in figures))]

@@ -41,7 +41,6 @@ Riley and Greenhall
 """
 
 import math
-from collections.abc import Mapping
 from dataclasses import dataclass
 from html import escape
 from typing import Any, Final
@@ -209,15 +208,7 @@ def _triangle(rows: FloatArray, longest: int) -> FloatArray:
 
 # ---- curve -------------------------------------------------------------------------
 
-_ARRAYS: Final[Mapping[str, type]] = {
-    "tau": np.float64,
-    "deviation": np.float64,
-    "terms": np.int64,
-    "edf": np.float64,
-    "low": np.float64,
-    "high": np.float64,
-    "noise_type": np.int64,
-}
+_COLUMNS: Final = ("tau", "deviation", "low", "high", "edf", "terms", "noise_type")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, repr=False, eq=False)
@@ -277,7 +268,8 @@ class StabilityCurve(Compared):
     notes: tuple[Note, ...] = ()
 
     def __post_init__(self) -> None:
-        for name, kind in _ARRAYS.items():
+        for name in _COLUMNS:
+            kind = np.int64 if name in {"terms", "noise_type"} else np.float64
             array: NDArray[Any] = np.array(getattr(self, name), dtype=kind)
             require_shape(name, array.shape, (np.size(self.tau),))
             array.flags.writeable = False
@@ -323,9 +315,8 @@ class StabilityCurve(Compared):
             If pandas is not installed.
         """
         pandas = pandas_for("a curve as a data frame")
-        names = ("tau", "deviation", "low", "high", "edf", "terms", "noise_type")
         settings = ("estimator", "kind", "sample_rate", "confidence", "samples")
-        frame = pandas.DataFrame({name: getattr(self, name) for name in names})
+        frame = pandas.DataFrame({name: getattr(self, name) for name in _COLUMNS})
         frame.attrs.update({name: getattr(self, name) for name in settings})
         return frame
 
