@@ -131,11 +131,12 @@ def write(reproduction: Reproduction, folder: Path) -> list[Path]:
         If the folder cannot be written to.
     """
     figures = values.figures_of(reproduction)
-    texts = {f"{name}.csv": text for name, text in values.tables(reproduction).items()}
-    texts = {"reproduction.html": page(reproduction, figures), **texts}
+    pictures = {f"{name}.png": figure for name, figure in figures.items()}
+    tables = {f"{name}.csv": text for name, text in values.tables(reproduction).items()}
     with replacing_folder(folder) as new:
-        for name, figure in figures.items():
-            write_png(figure, new / f"{name}.png")
-        for name, text in texts.items():
+        for name, figure in pictures.items():
+            write_png(figure, new / name)
+        for name, text in tables.items():
             write_text(new / name, text)
-    return [folder / name for name in (*texts, *(f"{name}.png" for name in figures))]
+        write_text(new / "reproduction.html", page(reproduction, figures))
+    return [folder / name for name in ("reproduction.html", *pictures, *tables)]
