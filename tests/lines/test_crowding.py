@@ -4,15 +4,9 @@ import numpy as np
 import pytest
 from benchmarks.gallery import Gyro, shaken
 
+from sagnac.lines.candidates import bands_of_peaks, crowded_bands, plain_peaks
 from sagnac.lines.components import components_of
-from sagnac.lines.detection import (
-    Peaks,
-    bands_of_peaks,
-    crowded_bands,
-    joined_bands,
-    plain_peaks,
-    wandering_bands,
-)
+from sagnac.lines.detection import Peaks, joined_bands, wandering_bands
 from sagnac.lines.search import remove_lines
 
 BINS = 50_001

@@ -67,5 +67,5 @@ def test_peaks_by_blocks_are_those_of_the_whole(monkeypatch, block):
 
 
 def test_peaks_have_one_height_each():
-    with pytest.raises(ValueError, match="place has shape"):
+    with pytest.raises(ValueError, match=r"place has shape \(2,\); give \(3,\)"):
         Peaks(place=np.zeros(2), height=np.zeros(3))

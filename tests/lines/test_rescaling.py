@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from sagnac.lines.components import components_of, mixed_down
-from sagnac.lines.rescaling import rescaled_components
+from sagnac.lines.passes import rescaled_components
 from sagnac.lines.sampling import MIX_BLOCK, Sampling
 
 SAMPLES = 64 * MIX_BLOCK + 1

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy import signal
 
-from sagnac.lines import detection
+from sagnac.lines import search
 from sagnac.lines.detection import detection_threshold
 from sagnac.lines.published import AS_PRINTED, remove_lines_as_published
 from sagnac.lines.search import remove_lines
@@ -162,9 +162,7 @@ def test_a_false_alarm_of_nothing_is_refused():
 
 
 def test_arguments_that_do_not_fit_are_refused():
-    with pytest.raises(
-        ValueError, match=r"table has shape \(9,\); give that of the angle, \(10,\)"
-    ):
+    with pytest.raises(ValueError, match=r"table has shape \(9,\); give \(10,\)"):
         remove_lines(np.zeros(10), np.zeros(9), RATE, channel="x")
     with pytest.raises(ValueError, match=r"sample_rate is 0\.0; give samples per second"):
         remove_lines(np.zeros(10), None, 0.0, channel="x")
@@ -235,7 +233,7 @@ def test_hundreds_of_tones_are_bands_of_vibration():
 
 
 def test_a_search_without_end_says_so_and_leaves_the_lines_beside(monkeypatch):
-    monkeypatch.setattr(detection, "crowded_bands", lambda *_: ())
+    monkeypatch.setattr(search, "crowded_bands", lambda *_: ())
     angle = many_tones(20_000)
     removal = remove_lines(angle, None, RATE, channel="x")
     [note] = removal.notes

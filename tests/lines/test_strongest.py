@@ -91,8 +91,8 @@ def test_the_strongest_are_those_of_the_definition(seed):
         )
     )
     verdicts = naive(one)
-    choice = strongest(one)
-    assert choice.chosen.tolist() == [verdict == "chosen" for verdict in verdicts]
+    lines, waiting = strongest(one)
+    assert lines.tolist() == [verdict == "chosen" for verdict in verdicts]
     # What is hidden and meets another on the other scale, be it weaker, is still to come, unless
     # a line or one that waits in plain sight has claimed it since.
     others = [i for i, verdict in enumerate(verdicts) if verdict != "claimed"]
@@ -105,14 +105,14 @@ def test_the_strongest_are_those_of_the_definition(seed):
         and not any(is_same(one, j, i) for j in plain)
         and not any(verdicts[j] == "chosen" and is_image(one, j, i) for j in plain)
     ]
-    assert choice.waiting == bool(left)
+    assert waiting == bool(left)
 
 
 # --- one rule at a time ----------------------------------------------------------------------
 
 
 def chosen(*rows):
-    return np.flatnonzero(strongest(candidates(*rows)).chosen).tolist()
+    return np.flatnonzero(strongest(candidates(*rows))[0]).tolist()
 
 
 def test_lines_far_apart_are_all_chosen():
@@ -138,7 +138,7 @@ def test_the_image_of_a_line_on_the_other_scale_is_no_line_and_keeps_none_waitin
     # An order that sweeps 60 bins has half of its height in one of them at the most.
     rows = [("order", 100, 1e5, 30), ("tone", 110, 1e3, 0), ("order", 300, 50.0, 0)]
     assert chosen(*rows) == [0, 2]
-    assert not strongest(candidates(*rows)).waiting
+    assert not strongest(candidates(*rows))[1]
 
 
 def test_what_is_too_high_for_an_image_waits_until_the_stronger_one_is_out():
@@ -172,4 +172,4 @@ def test_candidates_without_any_are_none():
         high=empty,
         samples=SAMPLES,
     )
-    assert strongest(none).chosen.size == 0
+    assert strongest(none)[0].size == 0

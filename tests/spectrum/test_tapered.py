@@ -73,9 +73,11 @@ def test_segments_and_decimation_join_without_a_step():
     assert np.abs(pull).max() < 4.0
 
 
-def test_low_pass_is_that_of_scipy():
-    expected = firwin(81, 0.36, window=("kaiser", 0.1102 * (tapered._STOP - 8.7)))
-    np.testing.assert_allclose(tapered._low_pass(81, 0.18), expected, atol=1e-15)
+@pytest.mark.parametrize(("step", "left"), [(4, 16), (4, 4), (2, 2)])
+def test_low_pass_is_that_of_scipy(step, left):
+    taps = tapered._anti_alias(step, left)
+    expected = firwin(taps.size, 1.0 / step, window=("kaiser", 0.1102 * (tapered._STOP - 8.7)))
+    np.testing.assert_allclose(taps, expected, atol=1e-15)
 
 
 @pytest.mark.parametrize("frequency", [0.73, 7.03, 49.2, 61.0])

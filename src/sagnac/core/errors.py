@@ -429,3 +429,15 @@ def require_confidence(confidence: float) -> None:
             f"confidence is {confidence!r}; give {_SMALLEST_RISK:g} or more, and at most that far "
             "from 1"
         )
+
+
+def require_shape(name: str, shape: tuple[int, ...], wanted: tuple[int, ...]) -> None:
+    """Refuse an array of another shape.
+
+    Raises
+    ------
+    ValueError
+        With the argument, its shape and the one that is wanted.
+    """
+    if shape != wanted:
+        raise ValueError(f"{name} has shape {shape}; give {wanted}")

@@ -11,15 +11,9 @@ from typing import Final, NamedTuple
 import numpy as np
 
 from sagnac.core.arrays import BooleanArray, FloatArray
+from sagnac.lines import detection
 from sagnac.lines.components import Components, components_of, joined
-from sagnac.lines.detection import (
-    NO_PEAKS,
-    Band,
-    Peaks,
-    floor_of_orders,
-    inside,
-    peaks_in_order,
-)
+from sagnac.lines.detection import Band, Peaks, inside
 from sagnac.lines.joint_fit import sums_at_orders
 from sagnac.lines.sampling import MOST_ORDERS, mean_square_step
 from sagnac.lines.state import State
@@ -33,11 +27,6 @@ _MAIN_LOBE: Final = 1.5
 # Sidelobes of a rectangular window fall as 1 / (pi * bins)^2; ten times that leaves room for
 # several of them adding up.
 _ROOM: Final = 10.0
-# Highest peak of a line on the scale that it smears on, in its mean height there.
-_SMEARED_PEAK: Final = 30.0
-# Beyond what it sweeps a smeared line falls off as its modulation does: in steps taken here for
-# hundredths of the sweep.
-_FALL: Final = 100.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -69,22 +58,7 @@ class Candidates:
     samples: int
 
 
-class Choice(NamedTuple):
-    """Settled part of the candidates.
-
-    Attributes
-    ----------
-    chosen
-        (peaks,) bool: lines for sure.
-    waiting
-        Whether others that one on the other scale keeps waiting are hidden, or were not reached.
-    """
-
-    chosen: BooleanArray
-    waiting: bool
-
-
-def strongest(candidates: Candidates) -> Choice:
+def strongest(candidates: Candidates, most: int = PEAKS_A_ROUND) -> tuple[BooleanArray, bool]:
     """Which candidates are lines for sure: no leakage of a stronger one, and no image of one.
 
     The highest is judged first. A candidate in the main lobe of a higher one, or among the images
@@ -95,9 +69,16 @@ def strongest(candidates: Candidates) -> Choice:
       may be the other's image, which is seen when one is out;
     - waits as well if its order is not whole and some higher one waits: a tone on a table that
       stops again and again has images at orders that do not sweep it;
-    - is chosen if neither is so. `PEAKS_A_ROUND` are enough for one round.
+    - is chosen if neither is so, up to `most`, which are enough for one round.
 
     Those that are not hidden leak, and claim their main lobe, whether they are chosen or wait.
+
+    Returns
+    -------
+    chosen
+        (peaks,) bool: lines for sure.
+    waiting
+        Whether others that one on the other scale keeps waiting are hidden, or were not reached.
     """
     place, height = candidates.place, candidates.height
     low, high = candidates.low, candidates.high
@@ -118,11 +99,14 @@ def strongest(candidates: Candidates) -> Choice:
             some_wait |= bool(held[at])
             if not (held[at] or (some_wait and candidates.broken[at])):
                 chosen[at] = True
-                if chosen.sum() == PEAKS_A_ROUND:
+                if chosen.sum() == most:
                     break
-                # It makes images on the other scale: smeared over many cells, low in each of them.
-                claimed |= overlapping & (height * cells < _SMEARED_PEAK * height[at])
-            smeared = candidates.samples * beyond / np.maximum(cells / _FALL, 1.0)
+                # It makes images on the other scale, smeared over many cells: none is higher than
+                # 30 times their mean height.
+                claimed |= overlapping & (height * cells < 30.0 * height[at])
+            # Beyond what it sweeps a smeared line falls off as its modulation does: in steps taken
+            # here for hundredths of the sweep.
+            smeared = candidates.samples * beyond / np.maximum(0.01 * cells, 1.0)
             apart = np.maximum(np.where(alike, bins, smeared), 1.0)
             leakage += np.where(overlapping, 0.0, height[at] / (np.pi * apart) ** 2)
             claimed |= alike & (bins < _MAIN_LOBE)
@@ -133,38 +117,99 @@ def strongest(candidates: Candidates) -> Choice:
         begun = np.searchsorted(np.sort(low[others]), high[own])
         held[own] |= begun > np.searchsorted(np.sort(high[others]), low[own], side="right")
     # One that waits in plain sight has claimed its own place: it comes up again by itself.
-    return Choice(chosen=chosen, waiting=bool(np.any(held & ~claimed & ~chosen)))
+    return chosen, bool(np.any(held & ~claimed & ~chosen))
+
+
+# ---- crowding ----------------------------------------------------------------------
+
+_SMALLER_CROWDS: Final = (20, 10, 5)
+# Bins over which the middle half of a crowd has to spread: a line that drifts spreads over fewer.
+_SPREAD: Final = 150
+# Highest peaks looked at.
+_MOST: Final = 3000
+
+
+def plain_peaks(peaks: Peaks) -> Peaks:
+    """The peaks that are no leakage of a higher one.
+
+    Parameters
+    ----------
+    peaks
+        In frequency, half bins.
+    """
+    peaks = peaks.select(np.argsort(peaks.height)[::-1][:_MOST])
+    everywhere = np.zeros(peaks.place.size)
+    in_angle = everywhere > 0.0
+    candidates = Candidates(
+        place=peaks.place, height=peaks.height, in_angle=in_angle, broken=in_angle,
+        low=everywhere, high=everywhere, samples=1,
+    )  # fmt: skip
+    return peaks.select(strongest(candidates, _MOST)[0])
+
+
+def crowded_bands(peaks: Peaks, known: Components, bins: int) -> tuple[Band, ...]:
+    """Bands in which peaks and known tones crowd.
+
+    Parameters
+    ----------
+    peaks
+        In frequency, half bins.
+    known
+        Lines that are out of the increments already.
+    bins
+        Of the spectrum, from 0 to half a cycle a sample.
+
+    Returns
+    -------
+    tuple of (low, high)
+        Cycles a sample, ascending and apart. With 40 tones and more in an eighth of an octave;
+        with fewer, down to 5, if more than 60 were left to fit.
+    """
+    half_bins = 2.0 * (bins - 1)
+    # A peak at half bin n lies at n / (2 half_bins) cycles a sample.
+    found = np.concatenate([plain_peaks(peaks).place / (2.0 * half_bins), known.frequencies])
+    bands: tuple[Band, ...] = ()
+    # More than 60 tones may not be fitted together: fewer peaks are a crowd then. Beside more than
+    # 120 nobody asks whether a crowd is a line that drifts.
+    steps = [(0, 40, _SPREAD), *((60, crowd, _SPREAD) for crowd in _SMALLER_CROWDS)]
+    steps += [(120, crowd, 0) for crowd in _SMALLER_CROWDS]
+    for most, crowd, spread in steps:
+        if np.count_nonzero(~inside(found, bands)) > most:
+            bands = detection.joined_bands((*bands, *_crowds(found, crowd, spread / half_bins)))
+    return bands
+
+
+def bands_of_peaks(peaks: Peaks, bins: int) -> tuple[Band, ...]:
+    """An eighth of an octave about every peak, of a search that has gone on for long enough.
+
+    Parameters
+    ----------
+    peaks
+        In frequency, half bins.
+    bins
+        Of the spectrum, from 0 to half a cycle a sample.
+    """
+    found = plain_peaks(peaks).place / (4.0 * (bins - 1))
+    margin = 2.0 ** (0.5 * detection.WIDTH)
+    return detection.joined_bands(
+        tuple((place / margin, min(place * margin, 0.5)) for place in found.tolist())
+    )
+
+
+def _crowds(found: FloatArray, crowd: int, spread: float) -> list[Band]:
+    """Eighths of an octave with a crowd whose middle half spreads over some cycles a sample."""
+    octave = np.floor(np.log2(np.maximum(found, 1e-300)) / detection.WIDTH)
+    bands = []
+    for number in np.unique(octave):
+        here = found[octave == number]
+        low, high = np.quantile(here, [0.25, 0.75])
+        if here.size >= crowd and high - low >= spread:
+            low, high = 2.0 ** (detection.WIDTH * np.array([number, number + 1.0]))
+            bands.append((float(low), float(min(high, 0.5))))
+    return bands
 
 
 # ---- candidates --------------------------------------------------------------------
-
-# More peaks than these beyond the frequencies of the orders that are looked for as a rule may be
-# the smear of higher ones.
-_CROWDED: Final = 100
-# How a peak at a whole order counts beside one in frequency of the same height: at a steady table
-# it is both, and the table's.
-_WHOLE: Final = 2.0
-# Half the bins that a tone takes.
-_CELL: Final = 1.5
-
-
-class NewOrders(NamedTuple):
-    """Whole orders that stand above the floor and are not known yet.
-
-    Attributes
-    ----------
-    lines
-        The orders with their amplitudes.
-    height
-        (orders,) power of the increments, rad^2.
-    patient
-        (orders,) bool: no larger than Earth rate could make them. They wait until Earth rate is
-        fitted beside the known ones.
-    """
-
-    lines: Components
-    height: FloatArray
-    patient: BooleanArray
 
 
 class NewLines(NamedTuple):
@@ -203,25 +248,26 @@ def new_lines(state: State, tones: Peaks, bands: tuple[Band, ...] = ()) -> NewLi
     frequencies = tones.place * (0.5 / (state.look().power.size - 1))
     outside = ~inside(frequencies, bands)
     tones, frequencies = tones.select(outside), frequencies[outside]
-    whole, broken = new_orders(state), broken_orders(state, frequencies)
+    (whole, whole_height, patient), broken = new_orders(state), broken_orders(state, frequencies)
     broken_places = broken.place * (0.5 / sampled.turns) if broken.place.size else broken.place
-    orders = np.concatenate([whole.lines.orders, broken_places])
-    speed, cell = sampled.speeds / (2.0 * np.pi), _CELL / sampled.samples
-    in_angle = np.repeat([False, True], [frequencies.size, orders.size])
+    orders = np.concatenate([whole.orders, broken_places])
+    # A tone takes half of its main lobe on either side.
+    speed, cell = sampled.speeds / (2.0 * np.pi), _MAIN_LOBE / sampled.samples
+    ends = [frequencies.size, frequencies.size + whole.size]
+    place = np.arange(frequencies.size + orders.size)
     candidates = Candidates(
-        place=np.concatenate([tones.place, 2.0 * sampled.turns * whole.lines.orders, broken.place]),
-        in_angle=in_angle,
-        broken=np.arange(in_angle.size) >= frequencies.size + whole.height.size,
-        height=np.concatenate([tones.height, _WHOLE * whole.height, broken.height]),
+        place=np.concatenate([tones.place, 2.0 * sampled.turns * whole.orders, broken.place]),
+        in_angle=place >= ends[0],
+        broken=place >= ends[1],
+        # At a steady table a whole order is in frequency, too, and is the table's: it counts twice.
+        height=np.concatenate([tones.height, 2.0 * whole_height, broken.height]),
         low=np.concatenate([frequencies, float(speed.min()) * orders]) - cell,
         high=np.concatenate([frequencies, float(speed.max()) * orders]) + cell,
         samples=sampled.samples,
     )
     chosen, waiting = strongest(candidates)
-    in_time, at_whole, at_broken = np.split(
-        chosen, [frequencies.size, frequencies.size + whole.height.size]
-    )
-    found = whole.lines.select(at_whole & ~whole.patient)
+    in_time, at_whole, at_broken = np.split(chosen, ends)
+    found = whole.select(at_whole & ~patient)
     # Known tones beside which others stand are told from new ones.
     near = np.abs(known.frequencies - frequencies[in_time][:, np.newaxis]) * sampled.samples < 1.0
     fresh, restless = frequencies[in_time][~near.any(axis=1)], known.frequencies[near.any(axis=0)]
@@ -234,14 +280,25 @@ def new_lines(state: State, tones: Peaks, bands: tuple[Band, ...] = ()) -> NewLi
     return NewLines(lines=found, restless=restless, waiting=waiting and not drifts)
 
 
-def new_orders(state: State) -> NewOrders:
-    """Whole orders of table angle that stand above the floor and are not known yet."""
+def new_orders(state: State) -> tuple[Components, FloatArray, BooleanArray]:
+    """Whole orders of table angle that stand above the floor and are not known yet.
+
+    Returns
+    -------
+    lines
+        The orders with their amplitudes.
+    height
+        (orders,) power of the increments, rad^2.
+    patient
+        (orders,) bool: no larger than Earth rate could make them. They wait until Earth rate is
+        fitted beside the known ones.
+    """
     sampled = state.record.sampled
     highest = min(MOST_ORDERS, int(np.pi / sampled.fastest)) if sampled.fastest > 0.0 else 0
     orders, sums = np.arange(1.0, highest + 1.0), state.order_sums[1 : highest + 1]
     length = sampled.samples * mean_square_step(orders, sampled.speeds) / 2.0
     height = np.abs(sums) ** 2 / (2.0 * length)
-    ratio = height / floor_of_orders(orders, sampled.speeds, state.look().floor)
+    ratio = height / detection.floor_of_orders(orders, sampled.speeds, state.look().floor)
     # Orders closer than one cycle over the whole range, or fewer cycles than one from table motion
     # itself, are not told apart.
     for order in state.components.orders:
@@ -252,7 +309,7 @@ def new_orders(state: State) -> NewOrders:
         patient = np.abs(sums[standing]) <= length[standing] * state.patience[standing]
     cosine, sine = (part[standing] / length[standing] for part in (sums.real, sums.imag))
     lines = components_of(sampled.samples, orders=orders[standing], phasor=cosine + 1j * sine)
-    return NewOrders(lines=lines, height=height[standing], patient=patient)
+    return lines, height[standing], patient
 
 
 def broken_orders(state: State, frequencies: FloatArray) -> Peaks:
@@ -263,14 +320,15 @@ def broken_orders(state: State, frequencies: FloatArray) -> Peaks:
     """
     sampled = state.record.sampled
     if sampled.table is None:
-        return NO_PEAKS
+        return detection.NO_PEAKS
     beyond = frequencies > MOST_ORDERS * np.median(sampled.speeds / (2.0 * np.pi))
-    peaks = peaks_in_order(
+    peaks = detection.peaks_in_order(
         state.steps,
         sampled,
         state.look().floor,
         state.record.threshold,
-        crowded=int(beyond.sum()) > _CROWDED,
+        # So many may be the smear of orders that are not looked for as a rule.
+        crowded=int(beyond.sum()) > 100,
     )
     orders = peaks.place * (0.5 / sampled.turns)
     off = np.abs(orders - np.rint(orders)) * sampled.turns > 1.0

@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from sagnac.core.arrays import BooleanArray, ComplexArray, FloatArray, blocks
+from sagnac.core.errors import require_shape
 from sagnac.lines.sampling import MIX_BLOCK, MOST_ORDERS
 from sagnac.spectrum.sums import tones
 from sagnac.table.kinematics import harmonic_sum
@@ -45,15 +46,8 @@ class Components:
     phasor: ComplexArray
 
     def __post_init__(self) -> None:
-        if self.free.shape != self.orders.shape:
-            raise ValueError(
-                f"free has shape {self.free.shape} and orders {self.orders.shape}; give one of "
-                "each an angle component"
-            )
-        if self.phasor.shape != (self.size,):
-            raise ValueError(
-                f"phasor has shape {self.phasor.shape}; {self.size} components have one each"
-            )
+        require_shape("free", self.free.shape, self.orders.shape)
+        require_shape("phasor", self.phasor.shape, (self.size,))
 
     @property
     def size(self) -> int:

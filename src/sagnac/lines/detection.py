@@ -14,8 +14,8 @@ import numpy as np
 import scipy.fft
 from scipy.optimize import brentq
 
-from sagnac.core.arrays import BooleanArray, FloatArray, blocks
-from sagnac.core.errors import is_finite, quoted
+from sagnac.core.arrays import BooleanArray, FloatArray, IntegerArray, blocks
+from sagnac.core.errors import is_finite, quoted, require_shape
 from sagnac.lines import _kernels
 from sagnac.lines.components import Components
 from sagnac.lines.joint_fit import ComponentFit
@@ -148,17 +148,8 @@ def significant(
 
 # ---- peaks -------------------------------------------------------------------------
 
-# Phase, in rad rms, by which an order strays from a tone before it is looked for on its own scale;
-# whether a line found in time follows the table better is asked in the end.
-_SMEARED: Final = 1.0
-# Even angles for a cycle of the highest order there, and how many there may be in all.
+# Even angles for a cycle of the highest order that is looked for.
 _ANGLES_A_CYCLE: Final = 8
-_MOST_ANGLES: Final = 2**24
-# Orders at which the floor is taken; it changes slowly with order.
-_FLOOR_POINTS: Final = 400
-# A peak midway between half bins shows this share of its height: one below the threshold by that
-# much may be above it once refined, and is pruned there if it is not.
-_MIDWAY: Final = 0.9
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -177,13 +168,10 @@ class Peaks:
     height: FloatArray
 
     def __post_init__(self) -> None:
-        if self.place.shape != self.height.shape:
-            raise ValueError(
-                f"place has shape {self.place.shape}; give that of height, {self.height.shape}"
-            )
+        require_shape("place", self.place.shape, self.height.shape)
 
-    def select(self, keep: BooleanArray) -> "Peaks":
-        """The peaks where `keep`, (peaks,) bool, is true."""
+    def select(self, keep: BooleanArray | IntegerArray) -> "Peaks":
+        """The peaks where `keep`, (peaks,) bool, is true, or those of these numbers."""
         return Peaks(place=self.place[keep], height=self.height[keep])
 
 
@@ -196,14 +184,6 @@ def peaks_in_frequency(found: Spectrum, threshold: float) -> Peaks:
     # and with the other into the halves between, whose floor may be twice as high.
     halves = noise_floor(found.power[1::2])
     return peaks(found.power, found.floor, threshold, 2 * LOWEST_CYCLES, halves)
-
-
-# A high order stands alone if it holds this part of the power in the whole bins about it. An order
-# half-way between two half bins holds 0.8; mains on tables that stop still passed with 0.4. Below
-# _HIGH nothing is asked, since bearings and gears make orders that stand close.
-_HIGH: Final = 64.0
-_ABOUT: Final = np.arange(-20, 21, 2)
-_OWN: Final = 0.7
 
 
 def peaks_in_order(
@@ -232,7 +212,8 @@ def peaks_in_order(
         return NO_PEAKS
     highest = float(MOST_ORDERS)
     if crowded:
-        highest = max(highest, _MOST_ANGLES / (2.0 * _ANGLES_A_CYCLE * max(sampled.turns, 1.0)))
+        # As many even angles as that takes, 2^24 at most.
+        highest = max(highest, 2**24 / (2.0 * _ANGLES_A_CYCLE * max(sampled.turns, 1.0)))
     # None that samples do not tell.
     highest = min(highest, np.pi / sampled.fastest)
     # How far the table strays from a steady rate. The last block may be a short one, and the lags
@@ -240,16 +221,20 @@ def peaks_in_order(
     lag = sampled.blocks.lag - sampled.blocks.lag.mean()
     angle = sampled.blocks.angle
     rate = float(lag @ (angle - angle.mean())) / max(float(lag @ lag), 1e-300)
-    lowest = _SMEARED / max(float(np.std(angle - rate * lag)), 1e-300)
+    # An order that strays from a tone by less than 1 rad rms is not looked for on its own scale;
+    # whether a line found in time follows the table better is asked in the end.
+    lowest = 1.0 / max(float(np.std(angle - rate * lag)), 1e-300)
     if lowest > highest:
         return NO_PEAKS
     power, spacing = _power_over_angle(steps, table, sampled, highest)
-    coarse = np.geomspace(LOWEST_CYCLES / sampled.turns, highest, _FLOOR_POINTS)
+    # The floor changes slowly with order.
+    coarse = np.geomspace(LOWEST_CYCLES / sampled.turns, highest, 400)
     level = floor_of_orders(coarse, sampled.speeds, floor)
     level = np.interp(np.arange(power.size) * spacing, coarse, level)
     first = max(2 * LOWEST_CYCLES, int(lowest / spacing))
     found = peaks(power, level, threshold, first)
-    high = found.place * spacing >= _HIGH
+    # Below order 64 nothing more is asked, since bearings and gears make orders that stand close.
+    high = found.place * spacing >= 64.0
     if np.any(high):
         alone = _stands_alone(power - level, found.place)
         # Beside an order that is one, its skirts have to wait for it as they are.
@@ -259,13 +244,15 @@ def peaks_in_order(
 
 
 def _stands_alone(power: FloatArray, place: FloatArray) -> BooleanArray:
-    """Whether each peak holds most of the power (above the floor) that stands about it.
+    """Whether each peak holds 0.7 of the power (above the floor) in the whole bins about it.
 
     A tone on a table that stops or turns unevenly makes a band of peaks where its order would be.
+    An order half-way between two half bins holds 0.8; mains on tables that stop still passed with
+    0.4.
     """
     at = np.rint(place).astype(np.int64)
-    about = np.clip(at[:, np.newaxis] + _ABOUT, 0, power.size - 1)
-    return np.asarray(power[at] > _OWN * power[about].sum(axis=1))
+    about = np.clip(at[:, np.newaxis] + np.arange(-20, 21, 2), 0, power.size - 1)
+    return np.asarray(power[at] > 0.7 * power[about].sum(axis=1))
 
 
 def _power_over_angle(
@@ -313,10 +300,11 @@ def peaks(
         the halves if it is higher.
     """
     halves = np.empty(0) if halves is None else halves
-    found = [np.empty((2, 0))]
+    # A peak midway between half bins shows 0.9 of its height: one below the threshold by that much
+    # may be above it once refined, and is pruned there if it is not.
+    least, found = 0.9 * threshold, [np.empty((2, 0))]
     for block in blocks(power.size - 1, start=first):
-        ends = block.start, block.stop
-        found.append(_kernels.peaks(power, floor, halves, *ends, _MIDWAY * threshold))
+        found.append(_kernels.peaks(power, floor, halves, block.start, block.stop, least))
     place, height = np.concatenate(found, axis=1)
     return Peaks(place=place, height=height)
 
@@ -325,112 +313,8 @@ def peaks(
 
 Band = tuple[float, float]
 
-# Width of a band to begin with, octaves, and peaks that crowd in it.
-_WIDTH: Final = 0.125
-_CROWD: Final = 40
-# Tones that may be fitted together. If there are more, fewer peaks are a crowd.
-_MANY: Final = 60
-_SMALLER_CROWDS: Final = (20, 10, 5)
-# Bins over which the middle half of a crowd has to spread: a line that drifts spreads over fewer.
-_SPREAD: Final = 150
-# Tones beside which nobody asks whether a crowd is a line that drifts.
-_TOO_MANY: Final = 120
-# Lines that drift, this many of them nearer than a 64th of an octave, are one band; if there are
-# more than `_MANY_DRIFT` in all, so are two in an eighth of an octave.
-_DRIFT_ALIKE: Final = 3
-_BESIDE: Final = 1.0 / 64.0
-_MANY_DRIFT: Final = 6
-# Half width of a peak in half bins, and how far above the leakage of higher ones it is its own.
-_MAIN_LOBE: Final = 3.0
-_ROOM: Final = 10.0
-# Highest peaks looked at.
-_MOST: Final = 3000
-
-
-def plain_peaks(peaks: Peaks) -> Peaks:
-    """The peaks that are no leakage of a higher one.
-
-    Parameters
-    ----------
-    peaks
-        In frequency, half bins.
-    """
-    order = np.argsort(-peaks.height, kind="stable")[:_MOST]
-    place, height = peaks.place[order], peaks.height[order]
-    leakage = np.zeros(place.size)
-    plain = np.ones(place.size, dtype=bool)
-    for at in range(place.size):
-        if height[at] < _ROOM * leakage[at]:
-            plain[at] = False
-        if not plain[at]:
-            continue
-        apart = np.abs(place - place[at])
-        beside = apart < _MAIN_LOBE
-        beside[: at + 1] = False
-        plain &= ~beside
-        leakage += height[at] / (0.5 * np.pi * np.maximum(apart, 2.0)) ** 2
-    return Peaks(place=place[plain], height=height[plain])
-
-
-def crowded_bands(peaks: Peaks, known: Components, bins: int) -> tuple[Band, ...]:
-    """Bands in which peaks and known tones crowd.
-
-    Parameters
-    ----------
-    peaks
-        In frequency, half bins.
-    known
-        Lines that are out of the increments already.
-    bins
-        Of the spectrum, from 0 to half a cycle a sample.
-
-    Returns
-    -------
-    tuple of (low, high)
-        Cycles a sample, ascending and apart. With 40 tones and more in an eighth of an octave;
-        with fewer, down to 5, if more than 60 were left to fit.
-    """
-    half_bins = 2.0 * (bins - 1)
-    # A peak at half bin n lies at n / (2 half_bins) cycles a sample.
-    found = np.concatenate([plain_peaks(peaks).place / (2.0 * half_bins), known.frequencies])
-    bands: tuple[Band, ...] = ()
-    steps = [(0, _CROWD, _SPREAD)]
-    steps += [(_MANY, crowd, _SPREAD) for crowd in _SMALLER_CROWDS]
-    steps += [(_TOO_MANY, crowd, 0) for crowd in _SMALLER_CROWDS]
-    for most, crowd, spread in steps:
-        if np.count_nonzero(~inside(found, bands)) > most:
-            bands = joined_bands((*bands, *_crowds(found, crowd, spread / half_bins)))
-    return bands
-
-
-def bands_of_peaks(peaks: Peaks, bins: int) -> tuple[Band, ...]:
-    """An eighth of an octave about every peak, of a search that has gone on for long enough.
-
-    Parameters
-    ----------
-    peaks
-        In frequency, half bins.
-    bins
-        Of the spectrum, from 0 to half a cycle a sample.
-    """
-    found = plain_peaks(peaks).place / (4.0 * (bins - 1))
-    margin = 2.0 ** (0.5 * _WIDTH)
-    return joined_bands(
-        tuple((place / margin, min(place * margin, 0.5)) for place in found.tolist())
-    )
-
-
-def _crowds(found: FloatArray, crowd: int, spread: float) -> list[Band]:
-    """Eighths of an octave with a crowd whose middle half spreads over some cycles a sample."""
-    octave = np.floor(np.log2(np.maximum(found, 1e-300)) / _WIDTH)
-    bands = []
-    for number in np.unique(octave):
-        here = found[octave == number]
-        low, high = np.quantile(here, [0.25, 0.75])
-        if here.size >= crowd and high - low >= spread:
-            low, high = 2.0 ** (_WIDTH * np.array([number, number + 1.0]))
-            bands.append((float(low), float(min(high, 0.5))))
-    return bands
+# Width of a band to begin with, octaves.
+WIDTH: Final = 0.125
 
 
 def wandering_bands(drifting: tuple[Band, ...]) -> tuple[Band, ...]:
@@ -446,9 +330,11 @@ def wandering_bands(drifting: tuple[Band, ...]) -> tuple[Band, ...]:
     tuple of (low, high)
         Cycles a sample: from the lowest to the highest of lines side by side.
     """
-    bands = _side_by_side(drifting, _BESIDE, _DRIFT_ALIKE)
-    if len(drifting) > _MANY_DRIFT:
-        bands += _side_by_side(drifting, _WIDTH, 2)
+    # Three nearer than a 64th of an octave are one band; if there are more than six lines in all,
+    # so are two in an eighth of an octave.
+    bands = _side_by_side(drifting, 1.0 / 64.0, 3)
+    if len(drifting) > 6:
+        bands += _side_by_side(drifting, WIDTH, 2)
     return joined_bands(tuple(bands))
 
 

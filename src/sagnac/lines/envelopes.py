@@ -30,9 +30,6 @@ from sagnac.lines.components import mixed_down
 NEAR: Final = 30.0
 """Cycles a record between the lines that drift makes of one: they thin out as they grow weak."""
 
-_STEPS_OF_LINES: Final = 3
-# Frequencies move by no more than this in one step, in cycles a record.
-_LONGEST_STEP: Final = 0.5
 # Values at a time, for any number of lines.
 _ROWS: Final = 8192
 # Singular values below this share of the largest are directions that the data do not distinguish.
@@ -138,21 +135,17 @@ def sum_of_tones(base: Baseband, frequencies: FloatArray, amplitudes: ComplexArr
     amplitudes
         (tones,) complex, of the increments, rad.
     """
-    if frequencies.size == 0:
-        return np.zeros(base.middles.size, dtype=np.complex128)
-    return np.concatenate(
-        [
-            amplitudes @ _tones(base, frequencies, base.middles[some])
-            for some in arrays.blocks(base.middles.size, _ROWS)
-        ]
-    )
+    total = np.zeros(base.middles.size, dtype=np.complex128)
+    for some in arrays.blocks(base.middles.size, _ROWS):
+        total[some] = amplitudes @ _tones(base, frequencies, base.middles[some])
+    return total
 
 
 def steady_lines(base: Baseband, frequencies: FloatArray) -> SteadyLines:
     """Least squares of steady lines, their frequencies refined by Gauss-Newton steps."""
     found: list[SteadyLines] = []
     power = float(np.vdot(base.target, base.target).real)
-    for _ in range(_STEPS_OF_LINES):
+    for _ in range(3):
         between, data = _products(base, frequencies)
         plain, right = between[0], data[0]
         amplitudes = np.linalg.pinv(plain, rcond=_COLLINEAR, hermitian=True) @ right
@@ -197,7 +190,7 @@ def _products(base: Baseband, frequencies: FloatArray) -> tuple[ComplexArray, Co
 def _frequency_step(
     amplitudes: ComplexArray, between: ComplexArray, data: ComplexArray
 ) -> FloatArray:
-    """(tones,) Gauss-Newton step of the frequencies, cycles a record.
+    """(tones,) Gauss-Newton step of the frequencies, cycles a record, half of one at most.
 
     Real and imaginary amplitudes and frequencies move together. The amplitudes have been fitted
     first, since the derivative in frequency is proportional to them.
@@ -219,25 +212,15 @@ def _frequency_step(
     scale[scale == 0.0] = 1.0
     inverse = np.linalg.pinv(normal / np.outer(scale, scale), rcond=_COLLINEAR, hermitian=True)
     step = (inverse @ (rest / scale) / scale)[2 * amplitudes.size :]
-    return np.asarray(np.clip(step, -_LONGEST_STEP, _LONGEST_STEP))
+    return np.asarray(np.clip(step, -0.5, 0.5))
 
 
 # ---- splines -----------------------------------------------------------------------
 
 # Rows are the powers of the place in a block, highest first; columns are the four coefficients that
 # reach into it. Cubic pieces follow a smooth envelope in half the blocks that straight ones need.
-_CUBIC: Final = (
-    np.array([[-1.0, 3.0, -3.0, 1.0], [3.0, -6.0, 3.0, 0.0], [-3.0, 0.0, 3.0, 0.0], [1, 4, 1, 0]])
-    / 6.0
-)
+_CUBIC: Final = np.array([[-1, 3, -3, 1], [3, -6, 3, 0], [-3, 0, 3, 0], [1, 4, 1, 0]]) / 6.0
 _REACH: Final = 4
-# Columns of the inverse of a normal matrix that are held at a time.
-_AT_ONCE: Final = 64
-
-
-def coefficients_of(blocks: int) -> int:
-    """Number of coefficients of a spline over that many blocks."""
-    return blocks + _REACH - 1
 
 
 class Places(NamedTuple):
@@ -315,13 +298,12 @@ def knot_variances(factor: ComplexArray) -> FloatArray:
     size = factor.shape[1]
     variances = np.empty(size - 2)
     # The inverse of a banded matrix is full: some columns at a time.
-    for first in range(0, variances.size, _AT_ONCE):
-        knots = np.arange(first, min(first + _AT_ONCE, variances.size))
-        columns = np.zeros((size, knots.size))
+    for some in arrays.blocks(variances.size, 64):
+        columns = np.zeros((size, some.stop - some.start))
         for part in range(3):
-            columns[knots + part, np.arange(knots.size)] = _CUBIC[3, part]
+            np.fill_diagonal(columns[some.start + part :], _CUBIC[3, part])
         solved = scipy.linalg.cho_solve_banded((factor, False), columns)
-        variances[knots] = np.einsum("ij,ij->j", columns, solved.real)
+        variances[some] = np.einsum("ij,ij->j", columns, solved.real)
     return variances
 
 
@@ -329,10 +311,6 @@ def knot_variances(factor: ComplexArray) -> FloatArray:
 
 # Chance that a description with more parameters is taken where fewer would do.
 _CHANCE: Final = 0.01
-# The noise floor is known to some per cent, which for a thousand parameters is more than chance.
-_FLOOR_ERROR: Final = 0.05
-# Weight of a block in which the line was gone, as a share of the strongest: it has no phase.
-_GONE: Final = 1e-9
 # Parameters of a steady line: two of amplitude, one of frequency.
 _OF_STEADY: Final = 3
 
@@ -400,7 +378,7 @@ def best_description(base: Baseband, steady: SteadyLines, most: int) -> Descript
     def fitted(blocks: int, phase: FloatArray) -> Description:
         at, rows, turned = _columns(base, blocks, phase, 0.0)
         # Steady lines beyond the band of the envelope stay beside it.
-        half = 0.5 * coefficients_of(blocks) / base.samples
+        half = 0.5 * (blocks + 3) / base.samples
         offset = steady.frequencies - base.frequency
         kept = offset < turned.min() / (2.0 * np.pi) - half
         kept |= offset > turned.max() / (2.0 * np.pi) + half
@@ -422,10 +400,10 @@ def best_description(base: Baseband, steady: SteadyLines, most: int) -> Descript
             kept=kept,
             cost=cost / base.variance,
             significance=(float(np.vdot(target, target).real) - cost) / base.variance,
-            parameters=2 * coefficients_of(blocks) + _OF_STEADY * int(kept.sum()),
+            parameters=2 * (blocks + 3) + _OF_STEADY * int(kept.sum()),
         )
 
-    found = [fitted(blocks, np.zeros(coefficients_of(blocks))) for blocks in numbers]
+    found = [fitted(blocks, np.zeros(blocks + 3)) for blocks in numbers]
     plain = found[simplest([(one.parameters, one.cost) for one in found])]
     if plain.blocks > 1:
         followed = [blocks for blocks in numbers if blocks <= plain.blocks]
@@ -455,7 +433,8 @@ def simplest(rivals: list[tuple[int, float]]) -> int:
         added = rivals[index][0] - rivals[best][0]
         gained = rivals[best][1] - rivals[index][1]
         chance = float(chdtri(added, _CHANCE / len(rivals))) if added else 0.0
-        if gained > chance * (1.0 + _FLOOR_ERROR):
+        # The floor is known to some per cent, which for a thousand parameters is more than chance.
+        if gained > 1.05 * chance:
             best = index
     return best
 
@@ -468,7 +447,8 @@ def followed_phase(plain: Description, blocks: int) -> FloatArray:
     weight = np.abs(envelope)
     at = places(base.middles, base.samples, blocks)
     band = normal_bands(at, (weight[:, np.newaxis] * at.now).astype(np.complex128))
-    band[-1] += _GONE * band[-1].real.max()
+    # A block in which the line was gone has no phase.
+    band[-1] += 1e-9 * band[-1].real.max()
     phase = (weight * np.unwrap(np.angle(envelope))).astype(complex)
     right = spline_products(at, weight[:, np.newaxis] * at.now, phase)
     return np.asarray(scipy.linalg.solveh_banded(band, right).real)

@@ -22,30 +22,19 @@ import scipy.fft
 from numpy.typing import ArrayLike
 
 from sagnac.core.arrays import ComplexArray, FloatArray, IntegerArray, blocks
-from sagnac.lines import _kernels
-from sagnac.lines.orthogonal_search import (
-    NOTHING_LEFT,
-    OrthogonalSearch,
-    Stop,
-    choose_all,
-    require_rule,
-    share_to_bring,
-)
+from sagnac.lines import _kernels, orthogonal_search
+from sagnac.lines.orthogonal_search import OrthogonalSearch, Stop
 from sagnac.spectrum.transforms import THREADS
 
 # A candidate with less mean square than this beside the chosen terms is rejected: neighbours on a
 # fine grid would cancel each other with coefficients without bound.
 _DEPENDENT: Final = 5e-5
-# Power of cosine or sine, of one half, that a candidate has whose neighbours are not chosen.
-_FREE: Final = 0.25
 # Changes of products below this share of what a candidate has to bring are left out.
 _NEGLIGIBLE: Final = 1e-4
 # Cycles a record around a chosen term within which others are made orthogonal to it.
 _NEAR: Final = 128
 # Cycles a record from both ends of the grid within which the constant and the ramp count.
 _FAR: Final = 1 << 14
-# Candidates over which the level of the noise is taken.
-_LEVEL_BLOCK: Final = 1024
 
 
 def grid_search(
@@ -100,16 +89,17 @@ def grid_search(
     count = _candidates(values, cells)
     if not 1 <= lowest <= count:
         raise ValueError(f"lowest is {lowest}; give 1 to {count}, the number of candidates")
-    require_rule(stop, false_alarm, most_terms)
+    orthogonal_search.require_rule(stop, false_alarm, most_terms)
     search = _Search(values, cells, count, lowest)
-    independent, bound = math.ceil(count / cells), 0.0
+    independent = math.ceil(count / cells)
+    bound = orthogonal_search.share_to_bring(
+        stop, false_alarm, terms=2, candidates=independent, samples=values.size
+    )
     if lowest > 1 and stop == "false-alarm":
-        search.times_noise = math.log(independent / false_alarm)
-    else:
-        bound = share_to_bring(
-            stop, false_alarm, terms=2, candidates=independent, samples=values.size
-        )
-    choose_all(search.best, search.choose, search.fit.mean_square, bound, most_terms)
+        search.times_noise, bound = math.log(independent / false_alarm), 0.0
+    orthogonal_search.choose_all(
+        search.best, search.choose, search.fit.mean_square, bound, most_terms
+    )
     return search.fit.result(count, stop, false_alarm, most_terms)
 
 
@@ -322,7 +312,11 @@ class _Search:
         # A frequency without power is no candidate; those below are searched for their level alone.
         self.power[:, : lowest - 1] = 0.0
         self._white = self._noise_level(slice(count // 2, count), 0)
-        self.noise = _noise(self.left, cells)
+        # Mean square of the signal without its lines, from medians over neighbouring candidates.
+        size = min(1024, count)
+        brought = 2.0 * (self.left[:, : count // size * size] ** 2).sum(axis=0)
+        medians = np.median(brought.reshape(-1, size), axis=1)
+        self.noise = float(medians.sum() * size / cells / math.log(2.0))
 
     def best(self) -> tuple[float, int]:
         """Greatest drop of the mean square that a candidate above the noise brings, and which."""
@@ -353,7 +347,8 @@ class _Search:
 
     def _noise_level(self, places: slice, power: int) -> float:
         """Mean of what candidates bring times `power` of their place, from its median."""
-        free = np.all(self.power[:, places] > _FREE, axis=0)
+        # Cosine and sine of a candidate whose neighbours are not chosen have a power of one half.
+        free = np.all(self.power[:, places] > 0.25, axis=0)
         brought = (self.left[:, places][:, free] ** 2 / self.power[:, places][:, free]).sum(axis=0)
         place = np.arange(places.start + 1, places.stop + 1)[free]
         return float(np.median(brought * place**power)) / math.log(2.0) if brought.size else 0.0
@@ -361,7 +356,7 @@ class _Search:
     def _update(self, change: FloatArray) -> None:
         """Every product after a change of the coefficients, as far as it is not negligible."""
         fit = self.fit
-        left = max(self.noise, NOTHING_LEFT * fit.mean_square[0])
+        left = max(self.noise, orthogonal_search.NOTHING_LEFT * fit.mean_square[0])
         least = max(_NEGLIGIBLE * math.sqrt(8.0 / (fit.samples + 1) * left), 1e-300)
         tilt, pairs = change[1, 0], change.copy()
         pairs[1, 0] = 0.0
@@ -381,12 +376,3 @@ class _Search:
         tilted = min(abs(tilt) * fit.cells / (np.pi * least), self.left.shape[1])
         places = np.arange(1, int(tilted) + 1)
         self.left[1, : places.size] -= tilt * fit.tilts(places)
-
-
-def _noise(left: FloatArray, cells: int) -> float:
-    """Mean square of the signal without its lines, from medians over neighbouring candidates."""
-    size: int = min(_LEVEL_BLOCK, left.shape[1])
-    whole = left.shape[1] // size * size
-    merit = 2.0 * (left[:, :whole] ** 2).sum(axis=0)
-    medians = np.median(merit.reshape(-1, size), axis=1)
-    return float(medians.sum() * size / cells / math.log(2.0))

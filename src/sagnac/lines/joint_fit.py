@@ -16,22 +16,184 @@ from typing import Final
 import numpy as np
 import scipy.linalg
 
-from sagnac.core.arrays import (
-    BLOCK,
-    BooleanArray,
-    ComplexArray,
-    FloatArray,
-    IntegerArray,
-    blocks,
-    elementwise,
-    every,
-)
+from sagnac.core import arrays
+from sagnac.core.arrays import BooleanArray, ComplexArray, FloatArray, IntegerArray
+from sagnac.core.errors import require_shape
+from sagnac.lines import _kernels
 from sagnac.lines.components import Components
-from sagnac.lines.products import inner_products, tone_factors
 from sagnac.lines.sampling import MOST_ORDERS, Sampling, mean_square_step, speeds
 from sagnac.spectrum.sums import angle_sums, tone_sums
 from sagnac.table.kinematics import LARGEST_EARTH_RATE
 from sagnac.table.turns import mean_rate
+
+# ---- inner products ----------------------------------------------------------------
+
+# Two components whose frequencies come no closer than this, in Hz times seconds of record or
+# cycles over the whole range, are orthogonal to within a third of a per cent.
+_APART: Final = 100.0
+# An order that comes that close to a tone on less than this share of the record does not count.
+_LEAST_MEETING: Final = 1e-2
+# If there are fewer pairs times blocks than this, all count: leaving some out would gain nothing.
+_FEW: Final = 2_000_000
+
+
+def inner_products(sampled: Sampling, components: Components) -> tuple[ComplexArray, ComplexArray]:
+    """Inner products of all components and their derivatives, without a pass over the samples.
+
+    They are sums of the products of increments of phasors and of their derivatives.
+
+    Returns
+    -------
+    straight
+        (2 components, 2 components) of every one with the conjugate of every other: phasors
+        first, then derivatives.
+    mirrored
+        The same of every one with the other itself.
+    """
+    size = components.size
+    straight = np.zeros((2 * size, 2 * size), dtype=np.complex128)
+    mirrored = np.zeros((2 * size, 2 * size), dtype=np.complex128)
+    multiples = np.flatnonzero(components.multiples)
+    orders = components.orders[multiples].astype(np.int64)
+    # What mirrors a component is the conjugate of one whose phase runs backwards.
+    for products, way in ((straight, 1), (mirrored, -1)):
+        if orders.size:
+            own = _products_of_orders(sampled, orders, way * orders)
+            products[np.ix_(multiples, multiples)] = own
+        _add_tones(products, components.frequencies, way, sampled.samples)
+    if components.orders.size:
+        _add_pairs(straight, mirrored, sampled, components)
+    return straight, mirrored
+
+
+def _products_of_orders(
+    sampled: Sampling, orders: IntegerArray, others: IntegerArray
+) -> ComplexArray:
+    """Products of whole orders with the conjugates of others, by the Fourier sums of all."""
+    expansion, all_sums = sampled.order_products
+    difference = orders[:, np.newaxis] - others
+    apart, total = np.abs(difference), np.abs(orders[:, np.newaxis] + others)
+    sums = all_sums[:, apart]
+    sums = np.where(difference < 0, sums.conj(), sums)
+    return np.asarray(2.0 * ((expansion[:, apart] - expansion[:, total]) * sums).sum(axis=0))
+
+
+def _add_tones(products: ComplexArray, frequencies: FloatArray, way: int, samples: int) -> None:
+    """Products of two tones, the second run forwards or backwards (`way`), in closed form."""
+    size, slope = tone_factors(frequencies, samples)
+    a, b = size[:, np.newaxis], way * size
+    c, d = slope[:, np.newaxis], slope
+    total = products.shape[0] // 2
+    plain = slice(total - frequencies.size, total)
+    tilted = slice(2 * total - frequencies.size, 2 * total)
+    apart = frequencies[:, np.newaxis] - way * frequencies
+    zero, one, two = _moments(2.0 * np.pi * apart, samples)
+    products[plain, plain] = a * b * zero
+    products[tilted, plain] = a * b * one - 1j * c * b * zero
+    products[plain, tilted] = a * b * one + 1j * a * d * zero
+    products[tilted, tilted] = a * b * two + c * d * zero + 1j * (a * d - b * c) * one
+
+
+def _moments(frequency: FloatArray, samples: int) -> tuple[FloatArray, ComplexArray, FloatArray]:
+    """Sums over the steps of lag^r exp(1j w x), r = 0, 1, 2, for angular frequencies `w`.
+
+    The first is ``D(w) = sin(M w / 2) / sin(w / 2)`` with M steps, the others its
+    derivatives; lag is 2 pi x / samples.
+    """
+    steps = samples - 1
+    turn = 2.0 * np.pi / samples
+    # One period: D repeats at 2 pi except for its sign, which changes if the steps are even.
+    whole = np.rint(frequency / (2.0 * np.pi))
+    w = frequency - 2.0 * np.pi * whole
+    sign = np.where((whole % 2 != 0) & (steps % 2 == 0), -1.0, 1.0)
+    near = np.abs(w) * steps < 1e-2
+    safe = np.where(near, 1.0, w)
+    half_sine, half_cosine = np.sin(0.5 * safe), np.cos(0.5 * safe)
+    tangent = half_cosine / half_sine
+    sine, cosine = np.sin(0.5 * steps * safe), np.cos(0.5 * steps * safe)
+    zero = sine / half_sine
+    first = 0.5 * (steps * cosine / half_sine - tangent * zero)
+    second = 0.25 * (
+        -(steps**2) * zero
+        - 2.0 * steps * cosine * tangent / half_sine
+        + zero * (1.0 + 2.0 * tangent**2)
+    )
+    # At the middle: sums of even powers of x, in a Taylor series.
+    squares = steps * (steps**2 - 1.0) / 12.0
+    fourths = steps * (steps**2 - 1.0) * (3.0 * steps**2 - 7.0) / 240.0
+    zero = np.where(near, steps - 0.5 * squares * w**2, zero)
+    first = np.where(near, -squares * w + fourths * w**3 / 6.0, first)
+    second = np.where(near, -squares + 0.5 * fourths * w**2, second)
+    return sign * zero, -1j * turn * sign * first, -(turn**2) * sign * second
+
+
+def _add_pairs(
+    straight: ComplexArray, mirrored: ComplexArray, sampled: Sampling, components: Components
+) -> None:
+    """Products in which an order meets a tone, or an order that is not whole meets any other."""
+    first, second = _meeting(sampled, components)
+    if first.size == 0:
+        return
+    size = components.size
+    plus, minus = _kernels.paired_sums(
+        # Radians of phase for one of table angle, or for one sample.
+        np.concatenate([components.orders, 2.0 * np.pi * components.frequencies]),
+        np.arange(size) < components.orders.size,
+        first,
+        second,
+        *sampled.blocks,
+        *sampled.phase_range,
+        2.0 * np.pi / sampled.samples,
+    )
+    for kind, (rows, columns) in enumerate(((0, 0), (1, 0), (0, 1), (1, 1))):
+        here, there = first + rows * size, second + columns * size
+        straight[here, there] = plus[:, kind]
+        straight[there, here] = plus[:, kind].conj()
+        mirrored[here, there] = mirrored[there, here] = minus[:, kind]
+
+
+def _meeting(sampled: Sampling, components: Components) -> tuple[IntegerArray, IntegerArray]:
+    """Pairs of components, each once, whose products are not negligible or known already.
+
+    An order that Fourier sums do not cover meets every order near it; any order meets every tone
+    whose frequency the table makes of it long enough.
+    """
+    orders, loose = components.orders, ~components.multiples
+    possible = (np.count_nonzero(loose) + components.frequencies.size) * orders.size
+    everything = possible * sampled.blocks.length.size <= _FEW
+    turns = sampled.phase_range[1] / (2.0 * np.pi)
+    apart = np.minimum(np.abs(orders[:, np.newaxis] - orders), orders[:, np.newaxis] + orders)
+    near = loose[:, np.newaxis] & (everything | (apart * turns < _APART))
+    # Of two loose ones the first meets the second.
+    near &= ~(np.tril(np.ones(near.shape, dtype=bool), -1) & loose)
+    steps = np.sort(sampled.blocks.step)
+    reach, rates = 2.0 * np.pi * _APART / sampled.samples, 2.0 * np.pi * components.frequencies
+    share = np.zeros((orders.size, rates.size))
+    # The table may turn either way.
+    for sign in (1.0, -1.0):
+        low = np.searchsorted(steps, (sign * rates - reach) / orders[:, np.newaxis])
+        high = np.searchsorted(steps, (sign * rates + reach) / orders[:, np.newaxis])
+        share += (high - low) / steps.size
+    first, second = np.nonzero(np.hstack([near, everything | (share > _LEAST_MEETING)]))
+    return first, second
+
+
+def pairs_summed(sampled: Sampling, components: Components) -> float:
+    """Passes over all samples that `inner_products` takes: one for each pair that meets."""
+    if components.orders.size == 0:
+        return 0.0
+    return _meeting(sampled, components)[0].size * sampled.blocks.length.size / sampled.samples
+
+
+def tone_factors(frequencies: FloatArray, samples: int) -> tuple[FloatArray, FloatArray]:
+    """Size of a tone's increment over its phasor at mid-step, and of the slope's, (tones,) each.
+
+    The increment of ``exp(1j w n)`` is ``1j size exp(1j w x)``, and that of
+    ``lag exp(1j w n)`` is ``(1j size lag + slope) exp(1j w x)``.
+    """
+    half = np.pi * frequencies
+    return 2.0 * np.sin(half), (2.0 * np.pi / samples) * np.cos(half)
+
 
 # ---- joint fit ---------------------------------------------------------------------
 
@@ -41,8 +203,6 @@ from sagnac.table.turns import mean_rate
 _COLLINEAR: Final = 1e-5
 # A frequency moves by no more than this in one step, in radians of phase at the record's ends.
 _LONGEST_STEP: Final = 1.0
-# Samples in a block of sums at whole orders.
-_LONG_BLOCK: Final = 4 * BLOCK
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -71,10 +231,7 @@ class ComponentFit:
     collinear: int
 
     def __post_init__(self) -> None:
-        if self.covariance.shape != (self.components.size, 3, 3):
-            raise ValueError(
-                f"covariance has shape {self.covariance.shape}; give ({self.components.size}, 3, 3)"
-            )
+        require_shape("covariance", self.covariance.shape, (self.components.size, 3, 3))
 
 
 def fit(
@@ -112,12 +269,9 @@ def fit(
     ----------
     The joint step is the cyclic refinement of NOMP (arXiv:1509.01942) done at once.
     """
-    if steps.shape != (sampled.samples - 1,):
-        raise ValueError(
-            f"steps have shape {steps.shape}; {sampled.samples} samples have {sampled.samples - 1}"
-        )
-    if absent is not None and absent.shape != (components.size,):
-        raise ValueError(f"absent has shape {absent.shape}; give ({components.size},)")
+    require_shape("steps", steps.shape, (sampled.samples - 1,))
+    if absent is not None:
+        require_shape("absent", absent.shape, (components.size,))
     tunable = np.concatenate([components.free, np.ones(components.frequencies.size, dtype=bool)])
     tuned = np.flatnonzero(tunable)
     # Every column of the regression is the real part of a factor times the increments of a
@@ -125,10 +279,10 @@ def fit(
     phasor = np.concatenate([np.repeat(np.arange(components.size), 2), components.size + tuned])
     slope = 1j * components.phasor[tuned].conj()
     factor = np.concatenate([np.tile([1.0, -1.0j], components.size), slope])
-    products = inner_products(sampled, components)
+    straight, mirrored = inner_products(sampled, components)
     places = np.ix_(phasor, phasor)
-    normal = np.outer(factor, factor.conj()) * products.straight[places]
-    normal += np.outer(factor, factor) * products.mirrored[places]
+    normal = np.outer(factor, factor.conj()) * straight[places]
+    normal += np.outer(factor, factor) * mirrored[places]
     inverse, collinear = _inverse(np.asarray(0.5 * normal.real))
     sums = _data_sums(steps, sampled, components, known_sums)
     solution = inverse @ (factor * sums[phasor]).real
@@ -199,7 +353,7 @@ def order_sums(steps: FloatArray, table: FloatArray, highest: int) -> ComplexArr
     """
     sums = np.zeros(highest + 1, dtype=np.complex128)
     # Long blocks: what a block costs besides its samples is that of a hundred thousand of them.
-    for block in blocks(table.size, _LONG_BLOCK):
+    for block in arrays.blocks(table.size, 4 * arrays.BLOCK):
         sums += angle_sums(table[block], _differences(steps, block), highest).conj()
     return sums
 
@@ -215,7 +369,7 @@ def sums_at_orders(steps: FloatArray, sampled: Sampling, orders: FloatArray) -> 
     if table is None or orders.size == 0:
         return sums
     middle, width = sampled.phase_range
-    for block in blocks(table.size):
+    for block in arrays.blocks(table.size):
         alpha = table[block]
         weights = _differences(steps, block) * np.stack([np.ones(alpha.size), alpha - middle])
         for at, order in enumerate(orders):
@@ -231,10 +385,7 @@ def _differences(steps: FloatArray, samples: slice) -> FloatArray:
 
 
 def _data_sums(
-    steps: FloatArray,
-    sampled: Sampling,
-    components: Components,
-    known_sums: ComplexArray | None,
+    steps: FloatArray, sampled: Sampling, components: Components, known_sums: ComplexArray | None
 ) -> ComplexArray:
     """(2 components,) of the steps and each component's phasor, then its derivative."""
     angles = components.orders.size
@@ -259,9 +410,6 @@ def _data_sums(
 
 # ---- earth orders ------------------------------------------------------------------
 
-# Angles that are kept at the least.
-_FEWEST_ANGLES: Final = 10_000
-
 
 def earth_amplitudes(sampled: Sampling) -> FloatArray | None:
     """(orders,) largest amplitude, rad, that Earth rate on an unsteady table puts into each order.
@@ -273,10 +421,10 @@ def earth_amplitudes(sampled: Sampling) -> FloatArray | None:
     if sampled.table is None:
         return None
     orders = np.arange(1.0, MOST_ORDERS + 1.0)
-    # The table turns slowly beside the samples.
+    # The table turns slowly beside the samples: some are enough, ten thousand at the least.
     stride = max(1, int(1.0 / (MOST_ORDERS * sampled.fastest + 1e-9)))
-    stride = min(stride, max(1, sampled.samples // _FEWEST_ANGLES))
-    angle, rate = every(sampled.table, stride), sampled.sample_rate / stride
+    stride = min(stride, max(1, sampled.samples // 10_000))
+    angle, rate = arrays.every(sampled.table, stride), sampled.sample_rate / stride
     length = angle.size * mean_square_step(orders, speeds(angle)) / 2.0
     net = float(angle[-1] - angle[0]) / (angle.size - 1) * rate
     # Seconds in which the table turns by 1 rad on its way, if it does not go back and forth.
@@ -286,9 +434,9 @@ def earth_amplitudes(sampled: Sampling) -> FloatArray | None:
         return integrand / rate - of * (later - here)
 
     largest = np.zeros(MOST_ORDERS)
-    cosine, sine = elementwise(np.cos, angle), elementwise(np.sin, angle)
+    cosine, sine = arrays.elementwise(np.cos, angle), arrays.elementwise(np.sin, angle)
     for integrand, whole, times in ((cosine, sine, steady), (sine, cosine, -steady)):
-        steps = elementwise(step, integrand[1:], whole[1:], whole[:-1], times)
+        steps = arrays.elementwise(step, integrand[1:], whole[1:], whole[:-1], times)
         sums = order_sums(steps, angle, MOST_ORDERS)[1:]
         largest = np.maximum(largest, np.abs(sums) / np.maximum(length, np.finfo(float).tiny))
     largest[0] = 0.0

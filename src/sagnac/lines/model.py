@@ -2,17 +2,16 @@
 
 from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import Final, Literal, get_args
+from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from sagnac.core.arrays import FloatArray
-from sagnac.core.errors import Note, quoted
+from sagnac.core.errors import Note, quoted, require_choice, require_shape
 from sagnac.core.units import ANGLE_UNITS, VELOCITY_UNITS
 
 Scale = Literal["angle", "time"]
-SCALES: Final[tuple[Scale, ...]] = get_args(Scale)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -75,8 +74,7 @@ class Line:
     name: str = ""
 
     def __post_init__(self) -> None:
-        if self.scale not in SCALES:
-            raise ValueError(f"scale is {self.scale!r}; use one of {', '.join(SCALES)}")
+        require_choice("scale", self.scale, Scale)
         if self.amplitude < 0.0:
             raise ValueError(f"amplitude is {self.amplitude}; give zero or more")
 
@@ -157,11 +155,8 @@ class Removal:
     def __post_init__(self) -> None:
         if self.residual.ndim != 1:
             raise ValueError(f"residual has shape {self.residual.shape}; give (samples,)")
-        if self.unfinished is not None and self.unfinished.shape != self.residual.shape:
-            raise ValueError(
-                f"unfinished has shape {self.unfinished.shape}; give that of residual, "
-                f"{self.residual.shape}"
-            )
+        if self.unfinished is not None:
+            require_shape("unfinished", self.unfinished.shape, self.residual.shape)
         if self.taken.ndim != 2 or self.taken.shape[0] != 3:
             raise ValueError(f"taken has shape {self.taken.shape}; give (3, bands)")
         for low, high in self.masked:

@@ -19,22 +19,8 @@ from sagnac.stability.curve import StabilityCurve
 
 # ---- naming ------------------------------------------------------------------------
 
-# Periodic error that an encoder may have, rad.
-_ENCODER_ERROR: Final = 5.0 * ARCSECOND
-# Orders beside a harmonic in which the encoder's error shows.
-_BESIDE: Final = (0.5, 2.5)
-# A sideband is weaker than its line by this factor or more.
-_WEAKER: Final = 10.0
-# Bins by which a sideband may miss its place, and within which a line's own drift shows.
+# Bins by which a sideband may miss its place.
 _MISSED: Final = 2.0
-_DRIFT: Final = 20.0
-# Share of an order's frequency within which jitter of the table shows.
-_JITTER: Final = 0.01
-# An order and another line make products of at most this times the order and both amplitudes, rad.
-# By theory it is half, over the share of the rate that the gyros sense; two orders make it twice.
-_LED: Final = 2.0
-# Standard deviation of a phase of which nothing is known, rad.
-_ANY_PHASE: Final = np.pi / np.sqrt(3.0)
 
 
 def _turn_rate(state: State) -> float:
@@ -94,7 +80,8 @@ def _of_fit(fit: ComponentFit, state: State, channel: str) -> list[Line]:
     center, rate = 2.0 * np.pi * components.center, state.record.sample_rate
     phase[angles:] -= center * components.frequencies
     phase_error[angles:] = np.hypot(phase_error, center * frequency_error)[angles:]
-    phase_error = np.minimum(phase_error, _ANY_PHASE)
+    # No larger than of a phase of which nothing is known.
+    phase_error = np.minimum(phase_error, np.pi / np.sqrt(3.0))
     frequency_error[angles:] *= rate
     scales: list[Scale] = ["angle" if at < angles else "time" for at in range(components.size)]
     return lines_of(
@@ -124,9 +111,8 @@ def _name(line: Line, stronger: tuple[Line, ...], state: State) -> str:
         # Harmonics are removed in the angle that the encoder reports. Its periodic error, some
         # arcseconds at a low order, leaves sidebands of order * error / 2 beside each of them.
         apart = abs(line.frequency - other.frequency)
-        reach = other.amplitude * max(other.frequency, 1.0) * _ENCODER_ERROR
-        near = other.scale == "angle" and _BESIDE[0] < apart < _BESIDE[1]
-        if near and line.amplitude < reach:
+        reach = other.amplitude * max(other.frequency, 1.0) * 5.0 * ARCSECOND
+        if other.scale == "angle" and 0.5 < apart < 2.5 and line.amplitude < reach:
             return f"sideband of {_parent(other)} (encoder error)"
     made = _product(line, stronger, state)
     return made or ("" if line.frequency == np.rint(line.frequency) else "non-integer order")
@@ -142,7 +128,9 @@ def _product(line: Line, stronger: tuple[Line, ...], state: State) -> str:
     place = _hertz(line, turn_rate)
     for order in (one for one in stronger if one.scale == "angle"):
         moved = order.frequency * turn_rate
-        reach = _LED * order.frequency * order.amplitude
+        # A product is at most twice the order times both amplitudes, in rad. By theory it is half
+        # of that, over the share of the rate that the gyros sense; two orders make it twice.
+        reach = 2.0 * order.frequency * order.amplitude
         for other in stronger:
             base = _hertz(other, turn_rate)
             missed = min(abs(place - abs(base + way)) for way in (-moved, moved))
@@ -171,18 +159,18 @@ def _resolution(state: State) -> float:
 
 def _sideband_in_time(line: Line, other: Line, state: State) -> str:
     """Origin of a line in time beside a stronger line on either scale; empty if there is none."""
-    if other.amplitude < _WEAKER * line.amplitude:
+    # A sideband is weaker than its line by a factor of ten or more.
+    if other.amplitude < 10.0 * line.amplitude:
         return ""
-    in_time, turn_rate = other.scale == "time", _turn_rate(state)
-    resolution = _resolution(state)
+    turn_rate, resolution = _turn_rate(state), _resolution(state)
     base, parent = _hertz(other, turn_rate), _parent(other)
     apart = abs(line.frequency - base)
     for multiple, times in ((1, "the table rate"), (2, "twice the table rate")):
         if abs(apart - multiple * turn_rate) < _MISSED * resolution:
             return f"sideband of {parent} at {times}"
-    if in_time and apart < _DRIFT * resolution:
+    if other.scale == "time" and apart < 20.0 * resolution:
         return f"sideband of {parent} (its amplitude or frequency drifts)"
-    if not in_time and apart < _JITTER * base:
+    if other.scale == "angle" and apart < 0.01 * base:
         return f"sideband of {parent} (table jitter)"
     return ""
 
@@ -193,15 +181,6 @@ def _sideband_in_time(line: Line, other: Line, state: State) -> str:
 TAKEN_BINS: Final = 2.0
 # Bins on each side of an order that are left out: a table that is not quite steady spreads it.
 WIDEST_BINS: Final = 20.0
-# Cells that the noise taken with one line is spread over.
-_MOST_CELLS: Final = 64
-# An order spread over as many bands of that width takes two of many ordinates: nothing to mask.
-_SPREAD: Final = 20.0
-# Parameters of a line, in pairs: amplitudes alone, and with a frequency of its own.
-_AMPLITUDES: Final = 1.0
-_WITH_FREQUENCY: Final = 1.5
-# Share of the variance below which nobody asks what removing lines took.
-_SEEN_SHARE: Final = 1e-3
 
 
 def masked_bands(lines: tuple[Line, ...], state: State) -> tuple[tuple[float, float], ...]:
@@ -209,16 +188,16 @@ def masked_bands(lines: tuple[Line, ...], state: State) -> tuple[tuple[float, fl
     rate = state.record.sample_rate
     cell = rate / state.record.angle.size
     width, spread = TAKEN_BINS * cell, WIDEST_BINS * cell
-    bands = [
-        (found.band[0] * rate - width, found.band[1] * rate + width) for found in state.drifting
-    ]
+    bands = [(one.band[0] * rate - width, one.band[1] * rate + width) for one in state.drifting]
     for line in lines:
         if line.scale == "time":
             bands.append((line.frequency - width, line.frequency + width))
         else:
             speed = state.record.sampled.speeds * rate / (2.0 * np.pi)
             low, high = float(speed[0]), float(speed[-1])
-            if line.frequency * (high - low) < _SPREAD * width:
+            # An order spread over more bands of that width takes two of many ordinates: nothing to
+            # mask.
+            if line.frequency * (high - low) < 20.0 * width:
                 center = 0.5 * (low + high) * line.frequency
                 bands.append((center - spread, center + spread))
     return tuple(bands)
@@ -239,11 +218,10 @@ def noise_taken(lines: tuple[Line, ...], state: State) -> FloatArray:
     turn_rate = float(np.median(state.record.sampled.speeds)) * rate / (2.0 * np.pi)
     drifting = {found.frequency * rate for found in state.drifting}
     for line in lines:
-        if line.scale == "angle":
-            fitted = _WITH_FREQUENCY if line.frequency_error > 0.0 else _AMPLITUDES
-            bands.append((line.frequency * turn_rate, fitted * cell))
-        elif line.frequency not in drifting:
-            bands.append((line.frequency, _WITH_FREQUENCY * cell))
+        # Parameters in pairs: two amplitudes, and often a frequency.
+        pairs = 1.5 if line.scale == "time" or line.frequency_error > 0.0 else 1.0
+        if line.scale == "angle" or line.frequency not in drifting:
+            bands.append((_hertz(line, turn_rate), pairs * cell))
     frequency, bandwidth = np.array(bands).reshape(-1, 2).T
     inside = (frequency > 0.0) & (frequency < 0.5 * rate)
     frequency, bandwidth = frequency[inside], bandwidth[inside]
@@ -262,7 +240,7 @@ def taken_bands(line: DriftingLine) -> tuple[FloatArray, FloatArray]:
         (cells,) cycles per sample.
     """
     low, high = line.band
-    cells = int(np.clip(round((high - low) * line.samples), 1, _MOST_CELLS))
+    cells = int(np.clip(round((high - low) * line.samples), 1, 64))
     frequency = low + (np.arange(cells) + 0.5) * (high - low) / cells
     return frequency, np.full(cells, 0.5 * line.parameters / (line.samples * cells))
 
@@ -354,7 +332,8 @@ def with_noise_restored(
         )
         changed = replace(curve, deviation=raised, low=curve.low * factor, high=curve.high * factor)
     most = int(np.argmax(share))
-    if share[most] < _SEEN_SHARE:
+    # Nobody asks for less than a thousandth.
+    if share[most] < 1e-3:
         return changed
     back = "it is added back" if restored else "it is not added back, as in the paper"
     note = Note(

@@ -13,25 +13,22 @@ Korenberg, Biol. Cybern. 60 (1989) 267; Korenberg and Paarmann, IEEE Signal Proc
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import Final, Literal, get_args
+from typing import Final, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
 from scipy.special import chdtri
 
 from sagnac.core.arrays import ComplexArray, FloatArray, IntegerArray
-from sagnac.core.errors import is_finite, quoted, require_count
+from sagnac.core.errors import is_finite, quoted, require_choice, require_count
 from sagnac.recording.channel import real_numbers, whole_series
 from sagnac.spectrum.sums import angle_sums
 
 Stop = Literal["korenberg", "false-alarm", "none"]
-STOPS: Final[tuple[Stop, ...]] = get_args(Stop)
 # A candidate of which less than this share is new beside the chosen terms is rejected.
 _DEPENDENT: Final = 1e-6
 # Sinusoids with less mean square than this are rejected: Fourier sums are good to a hundredth.
 _LEAST_POWER: Final = 1e-7
-# A column that is constant to this share of its mean square is one.
-_CONSTANT: Final = 1e-12
 NOTHING_LEFT: Final = 1e-13
 """A mean square below this share of the first one is rounding."""
 
@@ -270,10 +267,7 @@ def fast_orthogonal_search(
 
 
 def _check(
-    phase: FloatArray | None,
-    signal: FloatArray,
-    spacing: float | None,
-    candidates: int | ArrayLike,
+    phase: FloatArray | None, signal: FloatArray, spacing: float | None, candidates: int | ArrayLike
 ) -> None:
     """Refuse arrays and frequencies that make no sense."""
     if signal.size == 0:
@@ -308,10 +302,9 @@ def require_rule(stop: Stop, false_alarm: float, most_terms: int) -> None:
     Raises
     ------
     ValueError
-        If the stop is none of `STOPS`, or a number is out of range.
+        If the stop is none of its choices, or a number is out of range.
     """
-    if stop not in STOPS:
-        raise ValueError(f"stop is {quoted(stop)}; use one of {', '.join(STOPS)}")
+    require_choice("stop", stop, Stop)
     if not (is_finite(false_alarm) and 0.0 < false_alarm < 1.0):
         raise ValueError(f"false_alarm is {quoted(false_alarm)}; give a number between 0 and 1")
     require_count("most_terms", most_terms, 0)
@@ -511,8 +504,9 @@ def _search_of_columns(matrix: FloatArray, ramp: FloatArray, rest: FloatArray) -
     own = np.einsum("ijk,ijk->kj", columns, columns) / samples
     # A large mean hides no dependence: the constant is always in.
     whole = own - np.stack([mean.real**2, mean.imag**2])
-    # A pair's weaker term may be its stronger one's rounding.
-    least_power = np.maximum(_CONSTANT * own, _LEAST_POWER * whole.max(axis=0))
+    # A column that is constant to 1e-12 of its mean square is one, and a pair's weaker term may be
+    # its stronger one's rounding.
+    least_power = np.maximum(1e-12 * own, _LEAST_POWER * whole.max(axis=0))
     return _Search(
         terms=matrix.shape[2] if matrix.ndim == 3 else 1,
         data=products(rest),

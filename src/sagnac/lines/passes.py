@@ -5,28 +5,21 @@ fits, judges or reinterprets lines; none changes the state that it is given, and
 name and its docstring. `search` says in which order they come.
 """
 
+import math
+from collections.abc import Iterator
 from dataclasses import replace
 from typing import Final
 
 import numpy as np
 
-from sagnac.core.arrays import BooleanArray, FloatArray
+from sagnac.core.arrays import BooleanArray, ComplexArray, FloatArray, blocks
 from sagnac.core.units import EARTH_RATE
 from sagnac.lines import detection, joint_fit
-from sagnac.lines.components import Components, joined
-from sagnac.lines.products import pairs_summed
-from sagnac.lines.rescaling import rescaled_components
+from sagnac.lines.components import Components, joined, mixed_down
+from sagnac.lines.sampling import MIX_BLOCK, Sampling, Wander
 from sagnac.lines.state import State
 from sagnac.lines.wandering import clusters, fit_drifting
 from sagnac.table.motion import follow_table
-
-# Share of Earth rate by which its terms may still move when they are called settled.
-_SAME_EARTH: Final = 0.02
-# Share of its error by which an amplitude may still move when the fit is called settled.
-_SETTLED: Final = 0.1
-# Joint steps after lines were dropped or moved to the other scale.
-_STEPS_AFTER_CHANGE: Final = 2
-
 
 # --- fit -------------------------------------------------------------------------------------
 
@@ -63,8 +56,8 @@ def _stepped(state: State, components: Components, absent: BooleanArray | None =
     levels = detection.floors(after, state.record.sampled, state.floor)
     errors = np.sqrt(np.einsum("nii->ni", fit.covariance) * levels[:, np.newaxis])
     moved = (after.phasor - components.phasor).view(np.float64).reshape(-1, 2)
-    settled = absent is None and bool(np.all(np.abs(moved) < _SETTLED * errors[:, :2]))
-    passes = state.passes + pairs_summed(state.record.sampled, components)
+    settled = absent is None and bool(np.all(np.abs(moved) < 0.1 * errors[:, :2]))
+    passes = state.passes + joint_fit.pairs_summed(state.record.sampled, components)
     return replace(state, components=after, fit=fit, settled=settled, passes=passes)
 
 
@@ -85,8 +78,7 @@ def pruned_all(state: State) -> State:
     """Without those that do not stand, the others fitted again after each loss."""
     kept = pruned(state)
     while 0 < kept.components.size < state.components.size:
-        for _ in range(_STEPS_AFTER_CHANGE):
-            kept = refitted(kept)
+        kept = refitted(refitted(kept))
         state, kept = kept, pruned(kept)
     return kept
 
@@ -97,9 +89,8 @@ def without_earth_orders(state: State) -> State:
     if reach is None or state.components.size == 0:
         return state
     components, angles = state.components, state.components.orders.size
-    place = np.rint(components.orders).astype(np.int64) - 1
-    within = (place >= 0) & (place < reach.size)
-    own = np.where(within, reach[np.clip(place, 0, reach.size - 1)], 0.0)
+    # None below order 1 or beyond the last.
+    own = np.interp(np.rint(components.orders), np.arange(1.0, reach.size + 1.0), reach, 0.0, 0.0)
     keep = np.ones(components.size, dtype=bool)
     keep[:angles] = components.free | (components.amplitude[:angles] > own)
     return state if keep.all() else _with_components(state, components.select(keep))
@@ -155,7 +146,7 @@ def followed(state: State) -> State:
     return replace(
         _with_components(state, replace(known, phasor=phasor)),
         motion=after,
-        earth_settled=state.earth_settled or moved <= _SAME_EARTH * EARTH_RATE,
+        earth_settled=state.earth_settled or moved <= 0.02 * EARTH_RATE,
     )
 
 
@@ -168,22 +159,120 @@ def rescaled(state: State) -> State:
     components, sampled = state.components, state.record.sampled
     levels = detection.floors(components, sampled, state.floor)
     moved = state.record.kept(
-        "rescaled",
-        state.key,
-        lambda: rescaled_components(components, state.steps, sampled, levels),
+        "rescaled", state.key, lambda: rescaled_components(components, state.steps, sampled, levels)
     )
     if moved is None:
         return state
-    state = _with_components(state, moved)
-    for _ in range(_STEPS_AFTER_CHANGE):
-        state = refitted(state)
-    return state
+    return refitted(refitted(_with_components(state, moved)))
 
 
 def rescaled_and_pruned(state: State) -> State:
     """`rescaled`; if that moved any line, without those that no more stand, and looked at anew."""
     after = rescaled(state)
     return state if after is state else looked(pruned_all(after))
+
+
+# --- tones that follow the table -------------------------------------------------------------
+
+# Noise levels of a mean by which an order has to say more of the power than a tone. A line that
+# wanders makes a band, in which chance favours an order as often as not: so the noise is read these
+# bins to either side, beyond the main lobe of a Hann window.
+_BETTER: Final = 10.0
+_BESIDE: Final = np.arange(3, 11)
+# How near tones are mixed down at one frequency, as a share of the blocks' rate: their means are
+# then short of 2e-4.
+_AT_ONCE: Final = 0.01
+
+
+def rescaled_components(
+    components: Components, steps: FloatArray, sampled: Sampling, levels: FloatArray
+) -> Components | None:
+    """The components with those moved to the angle scale that follow the table; None if none does.
+
+    A tone is mixed down to zero frequency and its phase compared with the table's
+    wander about its mean rate, scaled by the order it would have. At a steady rate the two are
+    one, and the component stays in time.
+
+    Parameters
+    ----------
+    components
+        Lines that are out of the increments.
+    steps
+        (samples - 1,) increments of the angle, rad, without the components.
+    sampled
+        How the table turns, and strays from a steady rate.
+    levels
+        (components,) noise floor at each, rad^2.
+    """
+    angles, frequencies, strays = components.orders.size, components.frequencies, sampled.wander
+    if strays is None or frequencies.size == 0:
+        return None
+    orders = 2.0 * np.pi * frequencies / abs(strays.rate)
+    # Complex amplitudes of the increments: step n leads from sample n to n + 1.
+    phasors = components.phasor[angles:].conj() * (np.exp(2j * np.pi * frequencies) - 1.0)
+    # A tone is looked at only if its phase is known so well that an order would look different, by
+    # six standard deviations.
+    strength = np.abs(phasors) * np.sqrt(steps.size / (2.0 * levels[angles:]))
+    shown = orders * float(np.std(strays.phase)) * strength >= 6.0
+    moved = np.zeros(components.size, dtype=bool)
+    for carrier, means in _mixed_down(steps, frequencies[shown], components.center):
+        around, middles = means, strays.middles[: means.size]
+        # The tones about it are put back: they may be sidebands that the table's wander makes of
+        # one order.
+        reach = min(0.1 * carrier, 0.25 / MIX_BLOCK)
+        for other in np.flatnonzero(np.abs(frequencies - carrier) < reach):
+            turning = np.exp(2j * np.pi * (frequencies[other] - carrier) * middles)
+            around += 0.5 * phasors[other] * turning
+        apart = frequencies - carrier
+        for index in np.flatnonzero(shown & (apart >= 0.0) & (apart <= _AT_ONCE / MIX_BLOCK)):
+            mixed = around * np.exp(-2j * np.pi * apart[index] * middles)
+            level = float(levels[angles + index]) / steps.size
+            moved[angles + index] = _follows(mixed, strays, float(orders[index]), level)
+    if not moved.any():
+        return None
+    orders = orders[moved[angles:]]
+    # Whole where it is not told from whole.
+    whole = np.abs(orders - np.rint(orders)) * sampled.turns < 0.5
+    in_angle = replace(
+        components.select(moved),
+        orders=np.where(whole, np.rint(orders), orders),
+        free=~whole,
+        frequencies=np.empty(0),
+    )
+    return joined(components.select(~moved), in_angle)
+
+
+def _follows(mixed: ComplexArray, strays: Wander, order: float, level: float) -> bool:
+    """Whether what was mixed down from a tone is more of an order than of that tone.
+
+    `level` is the noise in the power of a mean of all increments.
+    """
+    turned = mixed * np.exp(-1j * np.sign(strays.rate) * order * strays.phase[: mixed.size])
+    gain = np.abs(turned.mean()) ** 2 - np.abs(mixed.mean()) ** 2
+    if gain <= _BETTER * level:
+        return False
+    # Power of a mean that what stands beside zero frequency would make. The median of noise is ln 2
+    # of its mean; the squares of a Hann window add up to 3/8.
+    power = np.abs(np.fft.fft(turned * np.hanning(turned.size))) ** 2
+    beside = float(np.median(np.concatenate([power[_BESIDE], power[-_BESIDE]])))
+    return bool(gain > _BETTER * beside / (math.log(2.0) * 0.375 * turned.size**2))
+
+
+def _mixed_down(
+    steps: FloatArray, frequencies: FloatArray, center: float
+) -> Iterator[tuple[float, ComplexArray]]:
+    """Carriers, cycles a sample, and means of the steps mixed down from each to zero frequency.
+
+    A carrier serves all the frequencies that are near above it; some share a pass over the steps.
+    """
+    carriers: list[float] = []
+    for frequency in np.sort(frequencies).tolist():
+        if not carriers or frequency - carriers[-1] > _AT_ONCE / MIX_BLOCK:
+            carriers.append(frequency)
+    # The means of a day take 14 MiB for each.
+    for some in blocks(len(carriers), 8):
+        means = mixed_down(steps, np.array(carriers[some]), center)
+        yield from zip(carriers[some], means.T.copy(), strict=True)
 
 
 # --- lines that drift ------------------------------------------------------------------------

@@ -8,7 +8,7 @@ from typing import Final
 import numpy as np
 
 from sagnac.core.arrays import FloatArray, IntegerArray
-from sagnac.core.errors import Note
+from sagnac.core.errors import Note, require_count, require_shape
 from sagnac.lines.grid_search import grid_fit, grid_search, grid_sinusoids
 from sagnac.lines.model import Line, Removal, Scale, lines_of
 from sagnac.lines.naming import TAKEN_BINS
@@ -83,12 +83,11 @@ class PublishedSearch:
 
     def __post_init__(self) -> None:
         for name in ("cells", "orders"):
-            if getattr(self, name) < 1:
-                raise ValueError(f"{name} is {getattr(self, name)!r}; give 1 or more")
+            require_count(name, getattr(self, name), 1)
         if not 0.0 <= self.slowest < math.inf:
             raise ValueError(f"slowest is {self.slowest!r}; give cycles a record, zero or more")
-        for name in ("most_orders", "most_lines"):
-            require_rule(self.stop, self.false_alarm, getattr(self, name))
+        for most in (self.most_orders, self.most_lines):
+            require_rule(self.stop, self.false_alarm, most)
 
 
 FAIR: Final = PublishedSearch()
@@ -158,7 +157,10 @@ def remove_lines_as_published(
     for number, (name, angle) in enumerate(angles.items()):
         rest = angle
         if turning is not None:
-            found = _order_search(angle, turning, search)
+            found = fast_orthogonal_search(
+                turning, angle, spacing=1.0, candidates=search.orders, stop=search.stop,
+                false_alarm=search.false_alarm, most_terms=search.most_orders,
+            )  # fmt: skip
             phasor = found.cosine + 1j * found.sine
             rest = angle - harmonic_sum(turning, found.frequencies, phasor)
             # Alone, a gyro loses what it senses of the table as well.
@@ -202,21 +204,6 @@ def remove_lines_as_published(
     )
 
 
-def _order_search(
-    angle: FloatArray, table: FloatArray, search: PublishedSearch
-) -> OrthogonalSearch:
-    """Step 1: the whole orders of table angle that the search chooses."""
-    return fast_orthogonal_search(
-        table,
-        angle,
-        spacing=1.0,
-        candidates=search.orders,
-        stop=search.stop,
-        false_alarm=search.false_alarm,
-        most_terms=search.most_orders,
-    )
-
-
 def _difference(
     pair: tuple[FloatArray, ...], table: FloatArray | None, sample_rate: float
 ) -> FloatArray:
@@ -254,10 +241,8 @@ def _check(angles: Mapping[str, FloatArray], table: FloatArray | None, sample_ra
     for name, angle in angles.items():
         if angle.ndim != 1 or angle.size < 8 or len(shapes) > 1:
             raise ValueError(f"angle of {name} has shape {angle.shape}; give (samples,), 8 or more")
-    if table is not None and table.shape not in shapes:
-        raise ValueError(
-            f"table has shape {table.shape} and angle {shapes.pop()}; give one of each a sample"
-        )
+    if table is not None:
+        require_shape("table", table.shape, shapes.pop())
     require_rate(sample_rate)
 
 

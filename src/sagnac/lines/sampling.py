@@ -25,23 +25,6 @@ A higher one is a line in time until the table's unsteadiness shows otherwise.
 MIX_BLOCK: Final = 50
 """Samples in each mean of what is mixed down to zero frequency, and of `Wander`."""
 
-# Phase by which the table may stray from a straight line within a block of `Blocks`, at the
-# highest order, rms over the record: products of an order and a tone are then good to its square.
-_BLOCK_PHASE: Final = 1e-3
-_LONGEST_BLOCK: Final = 256
-# Samples over which a table speed is taken.
-_SPEED_SPAN: Final = 32
-# Ranks kept at most, and samples at which speeds are measured, about.
-_RANKS: Final = 200
-_SPEEDS: Final = 4000
-# Error of an expansion in Chebyshev polynomials, and the highest degree that is tried.
-_EXPANSION: Final = 1e-9
-_HIGHEST_DEGREE: Final = 24
-# A record of fewer means than this does not tell how the table strays from a steady rate.
-_FEWEST_MEANS: Final = 24
-# The net rate of the table, in its mean speed, below which it goes back and forth.
-_ONE_WAY: Final = 0.5
-
 
 class Blocks(NamedTuple):
     """Blocks of steps on which the table is taken to turn evenly.
@@ -213,24 +196,26 @@ class Sampling:
         has no rate that a tone could be an order of.
         """
         steps = self.samples - 1
-        if self.table is None or steps < _FEWEST_MEANS * MIX_BLOCK:
+        if self.table is None or steps < 24 * MIX_BLOCK:
             return None
         angle = averages_of(self.table[:steps], MIX_BLOCK)
         middles = np.arange(float(angle.size)) * MIX_BLOCK + (0.5 * (MIX_BLOCK - 1) - 0.5 * steps)
         number = middles - float(middles.mean())
         rate = float(number @ angle) / float(number @ number)
-        if abs(rate) < _ONE_WAY * abs(self.mean_rate) / self.sample_rate:
+        # A net rate below half of the mean speed is of a table that goes back and forth.
+        if abs(rate) < 0.5 * abs(self.mean_rate) / self.sample_rate:
             return None
         return Wander(rate=rate, middles=middles, phase=angle - angle.mean() - rate * number)
 
 
 def speeds(table: FloatArray) -> FloatArray:
     """Speeds of a table angle, rad a sample, at up to 200 evenly spaced ranks, ascending."""
-    apart = max(1, table.size // _SPEEDS)
+    # Measured at some four thousand samples.
+    apart = max(1, table.size // 4000)
     # Short, since a long span would average out a swing of the table.
-    span = min(apart, _SPEED_SPAN)
+    span = min(apart, 32)
     speed = np.sort(np.abs(every(table[span:], apart) - every(table[:-span], apart))) / span
-    return speed[np.linspace(0, speed.size - 1, min(_RANKS, speed.size)).astype(np.int64)]
+    return speed[np.linspace(0, speed.size - 1, min(200, speed.size)).astype(np.int64)]
 
 
 def mean_square_step(orders: FloatArray, speed: FloatArray) -> FloatArray:
@@ -239,13 +224,17 @@ def mean_square_step(orders: FloatArray, speed: FloatArray) -> FloatArray:
 
 
 def _block_length(table: FloatArray) -> int:
-    """Steps in the longest block on which the table turns evenly: a power of 2."""
-    block = _LONGEST_BLOCK
+    """Steps in the longest block on which the table turns evenly: a power of 2, 256 at most.
+
+    At the highest order the table strays from a straight line within a block by 1e-3 rad rms over
+    the record: products of an order and a tone are then good to the square of that.
+    """
+    block = 256
     # Half as long, the straight line is four times better kept.
     while block > 1:
         coarse = np.diff(every(table, block)) / block
         bend = float(np.sqrt(np.mean(np.diff(coarse) ** 2))) if coarse.size > 1 else np.inf
-        if MOST_ORDERS * bend * block / 8.0 < _BLOCK_PHASE:
+        if MOST_ORDERS * bend * block / 8.0 < 1e-3:
             break
         block //= 2
     return block
@@ -267,10 +256,10 @@ def _half_cosines_expanded(low: float, high: float, reach: FloatArray) -> FloatA
         return np.cos(0.5 * np.outer(np.sqrt(squares), reach))
 
     check = np.linspace(-1.0, 1.0, 33)
-    for degree in range(1, _HIGHEST_DEGREE + 1):
+    for degree in range(1, 25):
         nodes = chebyshev.chebpts1(degree + 1)
         expansion = np.linalg.solve(chebyshev.chebvander(nodes, degree), half_cosines(nodes))
         values = chebyshev.chebvander(check, degree) @ expansion
-        if np.abs(values - half_cosines(check)).max() < _EXPANSION:
+        if np.abs(values - half_cosines(check)).max() < 1e-9:
             break
     return np.asarray(expansion)

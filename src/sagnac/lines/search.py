@@ -16,34 +16,26 @@ from sagnac.core.arrays import FloatArray, differences, extent
 from sagnac.core.errors import Note, counted, rounded
 from sagnac.core.kernels import one_thread
 from sagnac.lines import detection, passes
-from sagnac.lines.candidates import NewLines, new_lines
+from sagnac.lines.candidates import NewLines, bands_of_peaks, crowded_bands, new_lines
 from sagnac.lines.components import components_of, joined
 from sagnac.lines.detection import Band, Peaks
+from sagnac.lines.joint_fit import pairs_summed
 from sagnac.lines.model import Removal
 from sagnac.lines.naming import describe_lines, masked_bands, noise_taken
-from sagnac.lines.products import pairs_summed
 from sagnac.lines.state import Record, State, first_state
 from sagnac.recording.channel import whole_series
 from sagnac.table.kinematics import KINEMATIC_RATE, averages_of, kinematics
 from sagnac.table.motion import follow_table
 from sagnac.table.turns import FEW_TURNS, full_turns, function_of_angle, is_turning
 
-# Part of an amplitude by which it may drift and be called steady.
-_STEADY: Final = 0.005
 _MOST_LINES: Final = 250
 # Steps of an angle that vary by no more than this share of its size vary by rounding, and
 # numbers below this one have squares that floating point does not hold to all their digits.
 _ROUNDING: Final = 8.0 * float(np.finfo(np.float64).eps)
 _SMALLEST: Final = 1e-140
 _ROUNDS: Final = 20
-# Passes over the record that joint fits may take, one for each pair of lines that meet, and joint
-# fits in a round at the least. The time of a search then grows with the record, whatever is in it.
-_MOST_PASSES: Final = 500.0
-_FITS: Final = 3.0
-# Rounds in which lines are looked for beside bands of vibration, and in which all there is may be
-# lines.
+# Rounds in which lines are looked for beside bands of vibration.
 _PATIENT_ROUNDS: Final = 5
-_LAST_ROUNDS: Final = 10
 # Rounds after which tones that lie together have stood beside all strong lines, if none waits.
 _SURE_ROUNDS: Final = 2
 
@@ -63,8 +55,8 @@ def remove_lines(
     few, what goes with the table angle comes with them (`table.turns`). Rounds follow until
     nothing exceeds the noise floor: new lines in frequency and in order of table angle
     (`candidates.new_lines`); a joint Gauss-Newton step of all (`joint_fit.fit`); table motion again
-    without them; tones that follow the table moved to the angle scale (`rescaling`); and clusters
-    that are one line with a drifting amplitude made one (`wandering.fit_drifting`).
+    without them; tones that follow the table moved to the angle scale (`passes.rescaled`); and
+    clusters that are one line with a drifting amplitude made one (`wandering.fit_drifting`).
 
     This is what the method ``fos`` does. It is a joint fit with a noise-floor test, akin to NOMP
     (arXiv:1509.01942), not the fast orthogonal search of the paper.
@@ -207,8 +199,10 @@ def next_round(state: State) -> State:
             after = passes.gathered(state, np.empty(0))
             over = len(after.drifting) == len(state.drifting)
             return replace(after, end="nothing stands" if over else None)
+    # A round has three joint fits or more, each with a pass over the record for each pair of lines
+    # that meet. The time of a search grows with the record, whatever is in it.
     expected = pairs_summed(state.record.sampled, joined(state.components, new.lines))
-    if state.passes + _FITS * expected > _MOST_PASSES:
+    if state.passes + 3.0 * expected > 500.0:
         return replace(state, end="too many pairs")
     state = passes.joined_by(state, new.lines)
     state = passes.pruned(state)
@@ -233,9 +227,9 @@ def _crowds(state: State, peaks: Peaks) -> tuple[Band, ...]:
     If the search goes on and on, all that still stands is of such bands.
     """
     bins = state.floor.size
-    crowds = detection.crowded_bands(peaks, state.components, bins)
-    if state.rounds > (_PATIENT_ROUNDS if state.bands else _LAST_ROUNDS):
-        crowds = (*crowds, *detection.bands_of_peaks(peaks, bins))
+    crowds = crowded_bands(peaks, state.components, bins)
+    if state.rounds > (_PATIENT_ROUNDS if state.bands else 10):
+        crowds = (*crowds, *bands_of_peaks(peaks, bins))
     return detection.joined_bands((*state.bands, *crowds))
 
 
@@ -244,22 +238,21 @@ def _may_be_images(state: State, new: NewLines) -> bool:
 
     A table that dwells or turns back makes a comb of each, which a band of vibration would hide.
     """
-    if state.record.sampled.table is None:
-        return False
-    if state.rounds == 1 or (new.waiting and state.rounds <= _SURE_ROUNDS):
-        return True
-    return new.lines.orders.size > 0 and state.rounds <= _PATIENT_ROUNDS
+    return state.record.sampled.table is not None and (
+        state.rounds == 1
+        or (new.waiting and state.rounds <= _SURE_ROUNDS)
+        or (new.lines.orders.size > 0 and state.rounds <= _PATIENT_ROUNDS)
+    )
 
 
 def _same_lines(before: State, after: State) -> bool:
     """Whether two states hold the same lines, to within a bin."""
     first, second, turns = before.components, after.components, after.record.sampled.turns
-    alike = (
-        len(before.drifting) == len(after.drifting)
-        and first.orders.size == second.orders.size
-        and first.frequencies.size == second.frequencies.size
-    )
-    if not alike:
+    sizes = [
+        (len(one.drifting), one.components.orders.size, one.components.size)
+        for one in (before, after)
+    ]
+    if sizes[0] != sizes[1]:
         return False
     orders = np.abs(first.orders - second.orders) * turns
     tones = np.abs(np.sort(first.frequencies) - np.sort(second.frequencies)) * (2.0 * first.center)
@@ -302,8 +295,9 @@ def _removal(ended: State, channel: str) -> Removal:
 def _notes(state: State, vibration: tuple[Band, ...], ended: State, channel: str) -> Iterator[Note]:
     """What the search noticed: lines fitted by blocks, bands left alone, an end before the end."""
     for line in state.drifting:
+        # An amplitude that drifts by less is steady.
         drift = "drifts in phase"
-        if line.drift >= _STEADY:
+        if line.drift >= 0.005:
             drift = f"drifts, by {rounded(100.0 * line.drift)} % in amplitude"
         text = (
             f"the line at {line.frequency * state.record.sample_rate:.6g} Hz {drift}; it is "

@@ -14,6 +14,7 @@ from typing import Any, Literal, TypeVar
 import numpy as np
 
 from sagnac.core.arrays import ComplexArray, FloatArray, blocks, elementwise, empty
+from sagnac.core.errors import require_shape
 from sagnac.lines.components import Components, components_of, removed
 from sagnac.lines.detection import Band, Spectrum, detection_threshold, spectrum
 from sagnac.lines.joint_fit import ComponentFit, earth_amplitudes, order_sums
@@ -27,11 +28,7 @@ from sagnac.table.turns import is_turning
 _Made = TypeVar("_Made")
 
 End = Literal[
-    "nothing stands",
-    "nothing new stood",
-    "too many lines",
-    "too many pairs",
-    "too many rounds",
+    "nothing stands", "nothing new stood", "too many lines", "too many pairs", "too many rounds"
 ]
 
 
@@ -62,10 +59,8 @@ class Record:
     def __post_init__(self) -> None:
         if self.angle.ndim != 1 or self.angle.size < 4:
             raise ValueError(f"angle has shape {self.angle.shape}; give four samples or more")
-        if self.encoder is not None and self.encoder.shape != self.angle.shape:
-            raise ValueError(
-                f"table has shape {self.encoder.shape}; give that of the angle, {self.angle.shape}"
-            )
+        if self.encoder is not None:
+            require_shape("table", self.encoder.shape, self.angle.shape)
         require_rate(self.sample_rate)
         _ = self.threshold
 

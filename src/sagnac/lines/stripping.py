@@ -17,8 +17,6 @@ from sagnac.core.arrays import FloatArray, blocks, empty, mean
 
 _TAPS = 3
 _LEAST_SAMPLES = 100
-# Smallest eigenvalue of the normal matrix over the largest that is told from rounding.
-_SINGULAR = 1e-12
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -114,6 +112,6 @@ def _fitted(angle: FloatArray, pickoff: FloatArray) -> FloatArray:
     size = np.sqrt(np.diag(matrix))
     if not np.all(size[:_TAPS] > 0.0):
         raise ValueError("the pick-off does not move; it shows no dither")
-    inverse = np.linalg.pinv(matrix / np.outer(size, size), rcond=_SINGULAR, hermitian=True)
+    inverse = np.linalg.pinv(matrix / np.outer(size, size), rcond=1e-12, hermitian=True)
     solution: FloatArray = inverse @ (right / size) / size
     return solution[:_TAPS]

@@ -13,40 +13,11 @@ from typing import Final
 import numpy as np
 
 from sagnac.core.arrays import ComplexArray, FloatArray, IntegerArray
-from sagnac.lines import _kernels
-from sagnac.lines.envelopes import (
-    NEAR,
-    Description,
-    baseband,
-    best_description,
-    coefficients_of,
-    knot_values,
-    knot_variances,
-    pieces,
-    places,
-    spline_products,
-    spline_values,
-    steady_lines,
-    sum_of_tones,
-)
+from sagnac.lines import _kernels, envelopes
 from sagnac.lines.sampling import MIX_BLOCK
 
-# Values of a baseband that are enough for any number of blocks that is tried.
-_MOST_VALUES: Final = 2**18
 # Values of the baseband a block: fewer, and the mean over each would round the envelope off.
 _VALUES_A_BLOCK: Final = 16
-# Samples in the finest mean, and the most of such means.
-_FINEST_MEAN: Final = 10
-_FINE_MEANS: Final = 72_000
-# Cycles of the carrier a block: fewer, and the envelope could not be told from its own mirror
-# image at the negative frequency.
-_CYCLES_A_BLOCK: Final = 2
-# Steady lines that a drifting one may be, at least.
-_FEWEST: Final = 3
-# Blocks tried, at most.
-_MOST_BLOCKS: Final = 8192
-# If the envelope is below this share of its rms, the phase is not asked what it does.
-_PRESENT: Final = 0.1
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -127,8 +98,8 @@ def clusters(
     Indices of the members of each cluster, the strongest first.
     """
     ascending = np.argsort(frequencies)
-    breaks = 1 + np.flatnonzero(np.diff(frequencies[ascending]) * samples > NEAR)
-    groups = [group for group in np.split(ascending, breaks) if group.size >= _FEWEST]
+    breaks = 1 + np.flatnonzero(np.diff(frequencies[ascending]) * samples > envelopes.NEAR)
+    groups = [group for group in np.split(ascending, breaks) if group.size >= 3]
     return tuple(group[np.argsort(-significance[group])] for group in groups)
 
 
@@ -177,7 +148,9 @@ def fit_drifting(
     if not floor_level > 0.0:
         raise ValueError(f"floor_level {floor_level!r} is not a positive power")
     phasors = amplitudes * (np.exp(2j * np.pi * frequencies) - 1.0)
-    most = min(_MOST_BLOCKS, int(min(strongest, 0.5 - strongest) * steps.size / _CYCLES_A_BLOCK))
+    # With fewer than two cycles of the carrier a block, the envelope could not be told from its own
+    # mirror image at the negative frequency.
+    most = min(8192, int(min(strongest, 0.5 - strongest) * steps.size / 2.0))
 
     def fitted(length: int) -> DriftingLine | None:
         blocks = min(most, steps.size // (length * _VALUES_A_BLOCK))
@@ -189,19 +162,24 @@ def fit_drifting(
         best, carrier = None, strongest
         for _ in range(2):
             taken = partial(values, line) if line else None
-            base = baseband(steps, carrier, floor_level, center=center, length=length, taken=taken)
-            target = base.target + sum_of_tones(base, frequencies, phasors)
+            base = envelopes.baseband(
+                steps, carrier, floor_level, center=center, length=length, taken=taken
+            )
+            target = base.target + envelopes.sum_of_tones(base, frequencies, phasors)
             target = target if best is None else target + best.shown_by(base)
             base = replace(base, target=target)
-            best = best_description(base, steady_lines(base, frequencies), blocks)
+            best = envelopes.best_description(
+                base, envelopes.steady_lines(base, frequencies), blocks
+            )
             if best is None:
                 return None
             line = _described(best)
             carrier = line.frequency
         return line
 
-    length = MIX_BLOCK * -(-steps.size // (MIX_BLOCK * _MOST_VALUES))
-    finer = max(_FINEST_MEAN, -(-steps.size // _FINE_MEANS))
+    # 2^18 values are enough for any number of blocks; the finest means are of ten samples.
+    length = MIX_BLOCK * -(-steps.size // (MIX_BLOCK * 2**18))
+    finer = max(10, -(-steps.size // 72_000))
     line = fitted(length)
     # A line that takes all the blocks that such means allow is looked at more finely. Another is
     # not: what lies near it would be described with it.
@@ -218,32 +196,35 @@ def values(line: DriftingLine, start: int, count: int) -> FloatArray:
     return out
 
 
-def _described(found: Description) -> DriftingLine:
+def _described(found: envelopes.Description) -> DriftingLine:
     """The line that a description found."""
-    base, at = found.base, places(found.base.middles, found.base.samples, found.blocks)
-    now, after = (spline_values(at, rows, found.phase) for rows in (at.now, at.after))
+    base, at = found.base, envelopes.places(found.base.middles, found.base.samples, found.blocks)
+    now, after = (envelopes.spline_values(at, rows, found.phase) for rows in (at.now, at.after))
     # Mean frequency off the carrier weighted by power.
     carrier = np.exp(1j * now)[:, np.newaxis]
     rows = at.now * carrier
     slopes = at.after * np.exp(1j * after)[:, np.newaxis] - rows
-    turning = spline_values(at, rows, found.coefficients)
-    slope = spline_values(at, slopes, found.coefficients)
+    turning = envelopes.spline_values(at, rows, found.coefficients)
+    slope = envelopes.spline_values(at, slopes, found.coefficients)
     energy = float(np.vdot(turning, turning).real)
     offset = float(np.vdot(turning, slope).imag) / energy
-    gradient = spline_products(at, rows, -1j * slope - 2.0 * offset * turning)
-    gradient += spline_products(at, slopes, 1j * turning)
+    gradient = envelopes.spline_products(at, rows, -1j * slope - 2.0 * offset * turning)
+    gradient += envelopes.spline_products(at, slopes, 1j * turning)
     frequency_error = float(np.sqrt(found.variance(gradient))) / energy / (2.0 * np.pi)
-    envelope = spline_values(at, at.now, found.coefficients)
+    envelope = envelopes.spline_values(at, at.now, found.coefficients)
     size = np.abs(envelope)
-    errors = np.asarray(np.sqrt(base.variance * knot_variances(found.factor)))
+    errors = np.asarray(np.sqrt(base.variance * envelopes.knot_variances(found.factor)))
     own = float(np.mean(errors**2))
     power = float(np.mean(size**2))
-    spread = found.variance(2.0 / size.size * spline_products(at, at.now, envelope))
+    spread = found.variance(2.0 / size.size * envelopes.spline_products(at, at.now, envelope))
     # An error adds its own power to what it is an error of.
     amplitude = float(np.sqrt(max(power - 2.0 * own, own)))
-    turned = (after - now)[size > _PRESENT * np.sqrt(power)] / (2.0 * np.pi)
-    half = 0.5 * coefficients_of(found.blocks) / base.samples
-    knots = knot_values(found.coefficients) * np.exp(1j * knot_values(found.phase))
+    # Where the envelope is nearly gone, the phase is not asked what it does.
+    turned = (after - now)[size > 0.1 * np.sqrt(power)] / (2.0 * np.pi)
+    half = 0.5 * (found.blocks + 3) / base.samples
+    knots = envelopes.knot_values(found.coefficients) * np.exp(
+        1j * envelopes.knot_values(found.phase)
+    )
     knots.flags.writeable = errors.flags.writeable = False
     return DriftingLine(
         frequency=base.frequency + offset / (2.0 * np.pi),
@@ -256,7 +237,7 @@ def _described(found: Description) -> DriftingLine:
         drift=float(np.sqrt(max(float(np.var(size)) - own, 0.0))) / amplitude,
         knots=knots,
         knot_errors=errors,
-        parameters=2 * coefficients_of(found.blocks),
+        parameters=2 * (found.blocks + 3),
         significance=found.significance,
         band=(
             max(base.frequency + float(turned.min()) - half, 0.0),
@@ -264,6 +245,6 @@ def _described(found: Description) -> DriftingLine:
         ),
         replaced=np.flatnonzero(~found.kept),
         # These two stay writable: kernels compile anew for arrays that are not.
-        envelope=pieces(found.coefficients),
-        phase=pieces(found.phase),
+        envelope=envelopes.pieces(found.coefficients),
+        phase=envelopes.pieces(found.phase),
     )

@@ -16,18 +16,11 @@ import numpy as np
 
 from sagnac.core.arrays import BooleanArray, FloatArray, IntegerArray
 from sagnac.noise._kernels import score_bands
-from sagnac.noise.laws import (
-    STOCHASTIC_NAMES,
-    CoefficientName,
-    level_laws,
-    rate_density_basis,
-)
+from sagnac.noise.laws import STOCHASTIC_NAMES, CoefficientName, level_laws, rate_density_basis
 from sagnac.spectrum.levels import Levels
 
 # Relative error of a bin that no model describes: it stands for what is neither chance nor a term.
 FLOOR: Final = 0.03
-# Relative error of a bin in which all cells stand out: weaker lines are in what is left.
-_STANDING: Final = 0.15
 # Fewest bins of a band.
 LEAST_BINS: Final = 4
 # Models lighter than this, relative to the heaviest, are dropped.
@@ -37,23 +30,17 @@ WALK: Final = STOCHASTIC_NAMES.index("angle_random_walk")
 FALL: Final = len(STOCHASTIC_NAMES)
 # Orders of a low-pass, one fall each.
 ORDERS: Final = (1, 2)
-# Number of columns, and of terms by bit mask.
+# Number of columns.
 _COLUMNS: Final = FALL + len(ORDERS)
-_SIZES: Final = np.array([mask.bit_count() for mask in range(1 << _COLUMNS)])
 # Choices of terms. One fall at most, with N beside it and without Q, which comes after the filter.
 _MASKS: Final = [
     mask
     for mask in range(1, 1 << _COLUMNS)
     if mask < 1 << FALL or ((mask >> FALL).bit_count() == 1 and mask & 0b11 == 1 << WALK)
 ]
-# Divisors of N: the largest at which a bin shows it, and at the upper edge of a band.
-_LOWERED: Final = 1.4
-_DEEPEST: Final = 1.5
-# Steps of a fit, of which the first is least squares on relative residuals, and halvings of one.
+# Steps of a fit, of which the first is least squares on relative residuals.
 _MOST_STEPS: Final = 21
-_MOST_HALVINGS: Final = 8
-# Steps after which a model is given up if its deviance is this much above that of another.
-_HOPING: Final = 5
+# A model is given up if its deviance is this much above that of another.
 _HOPELESS: Final = 60.0
 
 
@@ -128,7 +115,7 @@ class BandModels:
     @property
     def sizes(self) -> IntegerArray:
         """(models,) number of terms."""
-        return np.asarray(_SIZES[self.mask])
+        return np.bitwise_count(self.mask).astype(np.int64)
 
     @property
     def weights(self) -> FloatArray:
@@ -198,7 +185,8 @@ class ScaledLaws:
 
 def bin_shapes(levels: Levels, error: float) -> FloatArray:
     """(bins,) shapes of the levels' gamma laws with a relative error of each beside chance."""
-    standing = _STANDING * levels.outstanding
+    # If all cells of a bin stand out, weaker lines are in what is left.
+    standing = 0.15 * levels.outstanding
     return np.asarray(1.0 / (1.0 / levels.shape + error**2 + standing**2))
 
 
@@ -269,10 +257,14 @@ def models_of_one_band(levels: Levels, band_hz: tuple[float, float], mask: int) 
 
 def _models(scaled: ScaledLaws, bands: IntegerArray, masks: Sequence[int]) -> BandModels:
     """Fits of bands (bands, 2) with choices of terms, the logarithm of the heaviest at zero."""
+
+    def order(mask: int) -> tuple[bool, int]:
+        return mask >= 1 << FALL, mask.bit_count()
+
     found: list[BandModels] = []
     lightest = math.inf
-    # The fewest terms first: what weighs nothing beside them is not finished.
-    for size, alike in groupby(sorted(masks, key=_order), key=_order):
+    # Without a low-pass and the fewest terms first: what weighs nothing beside is not finished.
+    for size, alike in groupby(sorted(masks, key=order), key=order):
         found.append(_models_of_size(scaled, bands, list(alike), size[1], lightest))
         lightest = min(lightest, -2.0 * float(found[-1].logarithm.max(initial=-math.inf)))
     joined = {
@@ -281,11 +273,6 @@ def _models(scaled: ScaledLaws, bands: IntegerArray, masks: Sequence[int]) -> Ba
     }
     joined["logarithm"] -= joined["logarithm"].max(initial=-math.inf)
     return BandModels(**joined)
-
-
-def _order(mask: int) -> tuple[bool, int]:
-    """Models without a low-pass come first, and those of few terms."""
-    return mask >= 1 << FALL, mask.bit_count()
 
 
 def _models_of_size(
@@ -306,7 +293,7 @@ def _models_of_size(
     hopeless = np.asarray(lightest + _HOPELESS - 2.0 * left_out, dtype=np.float64)
     deviance, squares, covariance = fitted_models(scaled, bands, columns, hopeless)
     depth = squares * np.take_along_axis(scaled.laws[bands[:, 1] - 1], columns, axis=1)
-    shallow = np.where(columns >= FALL, depth, 0.0).sum(axis=1) <= _DEEPEST
+    shallow = np.where(columns >= FALL, depth, 0.0).sum(axis=1) <= 1.5
     stands = np.isfinite(deviance) & (squares > 0.0).all(axis=1) & shallow
     (first, last), columns, mask = bands[stands].T, columns[stands], mask[stands]
     placed, spread = np.zeros((mask.size, _COLUMNS)), np.zeros((mask.size, _COLUMNS, _COLUMNS))
@@ -364,12 +351,12 @@ def fitted_models(
         reached[running[regular & ended]] = deviance[running[regular & ended]]
         covariance[running] = inverse
         going = regular & ~ended
-        if step == _HOPING:
+        if step == 5:
             going &= deviance[running] <= hopeless[running]
         running = rows = running[going]
         target = np.einsum("nij,nj->ni", inverse[going], vector[running])
         settled[running] = True
-        for halvings in range(_MOST_HALVINGS):
+        for halvings in range(8):
             trial = squares[rows] + 0.5**halvings * (target - squares[rows])
             if step == 0 and halvings:
                 # Least squares with large residuals may fall below zero.
@@ -431,7 +418,7 @@ def _ruled(
     sums = squares[:, :FALL] @ scaled.laws[:, :FALL].T
     divisor = 1.0 + squares[:, FALL:] @ scaled.laws[:, FALL:].T
     rules = np.outer(squares[:, WALK], scaled.laws[:, WALK]) >= 0.5 * sums
-    rules &= divisor <= _LOWERED
+    rules &= divisor <= 1.4
     rules &= (bins >= first[:, np.newaxis]) & (bins < last[:, np.newaxis])
     return np.asarray(rules.sum(axis=1))
 

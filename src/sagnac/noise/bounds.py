@@ -19,12 +19,7 @@ from scipy.special import gammaincinv
 from sagnac.core.arrays import BooleanArray, FloatArray
 from sagnac.noise.band_models import FLOOR
 from sagnac.noise.estimates import Estimate
-from sagnac.noise.laws import (
-    COEFFICIENT_NAMES,
-    SLOW_NAMES,
-    CoefficientName,
-    allan_variance_basis,
-)
+from sagnac.noise.laws import COEFFICIENT_NAMES, SLOW_NAMES, CoefficientName, allan_variance_basis
 from sagnac.quality.readout import JointReadout
 from sagnac.spectrum.levels import Levels
 from sagnac.stability.curve import StabilityCurve
@@ -32,22 +27,9 @@ from sagnac.stability.noise_type import equivalent_degrees_of_freedom
 
 # Bins on either side of a bend, half a decade.
 _SIDE: Final = 5
-# Least change of slope of the density against frequency, and its significance.
-_BEND: Final = 0.6
-_SIGNIFICANT: Final = 4.0
-# Slope behind a bend from which on it is a fall.
-_FALLS: Final = -0.3
 # Cluster times shorter than this many periods of the roll-off are lowered by more than 2.5 % by a
 # first-order low-pass: its Allan variance is N^2/tau (1 - 3/(2 r)), r = 2 pi f tau.
 PERIODS: Final = 5.0
-# Fewest bins below the roll-off for a bound.
-_LEAST: Final = 2
-
-# Shape of a level that is good to a sixth; a hump is twice as high as N, and behind it the spectrum
-# is at two thirds of N or below.
-_SURE: Final = 36.0
-_HUMP: Final = 2.0
-_LESS: Final = 1.5
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -98,8 +80,7 @@ def roll_off(levels: Levels) -> RollOff:
         behind = slice(middle, min(place.size, middle + _SIDE + 1))
         rise, of_rise = _slope(place[before], height[before], error[before])
         fall, of_fall = _slope(place[behind], height[behind], error[behind])
-        change, scatter = fall - rise, math.hypot(of_fall, of_rise)
-        if change < -_BEND and fall < _FALLS and change < -_SIGNIFICANT * scatter:
+        if fall - rise < -max(0.6, 4.0 * math.hypot(of_fall, of_rise)) and fall < -0.3:
             # Half a decade of bins averages the bend: the fall begins up to a third of it before.
             first = max(0, middle - 2)
             return RollOff(
@@ -114,10 +95,8 @@ def _half_of(place: FloatArray, height: FloatArray) -> float:
     below = np.flatnonzero(height < height[0] - math.log(2.0))
     if below.size == 0:
         return math.inf
-    behind = int(below[0])
-    ends = slice(behind - 1, behind + 1)
-    fallen = np.interp(math.log(2.0), height[0] - height[ends], place[ends])
-    return math.exp(float(fallen))
+    ends = slice(below[0] - 1, below[0] + 1)
+    return math.exp(float(np.interp(math.log(2.0), height[0] - height[ends], place[ends])))
 
 
 def _slope(place: FloatArray, height: FloatArray, error: FloatArray) -> tuple[float, float]:
@@ -146,7 +125,7 @@ def highest_coefficient(levels: Levels, law: FloatArray, confidence: float) -> f
         SI; NaN if fewer than two bins lie below the roll-off.
     """
     below = levels.frequency <= roll_off(levels).frequency
-    if np.count_nonzero(below) < _LEAST:
+    if np.count_nonzero(below) < 2:
         return math.nan
     freedom = 2.0 * levels.shape[below]
     highest = levels.level[below] * _limit_of_variance(freedom, (1.0 - confidence) / freedom.size)
@@ -185,13 +164,15 @@ def hump_above(levels: Levels, band_hz: tuple[float, float], walk: float) -> Hum
     walk
         N, rad/sqrt(s).
     """
-    above = np.flatnonzero((levels.low >= band_hz[1] * (1.0 - 1e-9)) & (levels.shape > _SURE))
+    # Levels that are good to a sixth.
+    above = np.flatnonzero((levels.low >= band_hz[1] * (1.0 - 1e-9)) & (levels.shape > 36.0))
     if above.size < 2:
         return None
     walks = np.sqrt(0.5 * levels.level[above])
     top = int(np.argmax(walks[:-1]))
     least = top + 1 + int(np.argmin(walks[top + 1 :]))
-    if walks[top] < _HUMP * walk or walks[least] > walk / _LESS:
+    # A hump is twice as high as N, and behind it the spectrum is at two thirds of N or below.
+    if walks[top] < 2.0 * walk or walks[least] > walk / 1.5:
         return None
     return Hump(
         frequency=float(levels.frequency[above[top]]),
@@ -211,11 +192,6 @@ _NOISE_TYPES: Final[Mapping[CoefficientName, int]] = {
     "rate_random_walk": -2,
     "rate_ramp": -2,
 }
-# Chance at which chance alone is called slow noise, and times the terms that it has to be.
-_CHANCE: Final = 0.01
-_ABOVE: Final = 1.2
-# Fewest degrees of freedom of a point that shows a rise.
-_LEAST_FREEDOM: Final = 2.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -285,10 +261,7 @@ class SlowNoise:
 
 
 def highest_terms(
-    curve: StabilityCurve,
-    *,
-    confidence: float,
-    shortest: float = 0.0,
+    curve: StabilityCurve, *, confidence: float, shortest: float = 0.0
 ) -> dict[CoefficientName, float]:
     """Largest Q, B, K and R that a curve allows, SI.
 
@@ -382,14 +355,15 @@ def slow_noise(
     squares = np.array([_most(estimates, name) for name in COEFFICIENT_NAMES])
     terms = allan_variance_basis(curve.tau) @ squares
     freedom = _freedom(curve, min(_NOISE_TYPES.values()))
-    behind = (curve.tau > curve.tau[np.argmin(curve.deviation)]) & (freedom >= _LEAST_FREEDOM)
+    behind = (curve.tau > curve.tau[np.argmin(curve.deviation)]) & (freedom >= 2.0)
     if not behind.any() or not squares.any():
         return None
-    share = 1.0 - _CHANCE / np.count_nonzero(behind)
+    # Chance alone is called slow noise in one of a hundred; slow noise is 1.2 times the terms.
+    share = 1.0 - 0.01 / np.count_nonzero(behind)
     low = curve.deviation**2 * _limit_of_variance(freedom, share)
     excess = np.where(behind, low / terms, 0.0)
     most = int(np.argmax(excess))
-    if excess[most] < _ABOVE**2:
+    if excess[most] < 1.2**2:
         return None
     ratio = math.sqrt(float(curve.deviation[most] ** 2 / terms[most]))
     return SlowNoise(tau=float(curve.tau[most]), ratio=ratio)

@@ -8,21 +8,10 @@ from typing import Final
 import numpy as np
 from numpy.typing import ArrayLike
 
-from sagnac.core.arrays import (
-    BooleanArray,
-    FloatArray,
-    IntegerArray,
-    blocks,
-    elementwise,
-    empty,
-)
+from sagnac.core.arrays import BooleanArray, FloatArray, IntegerArray, blocks, elementwise, empty
 from sagnac.core.errors import RecordingError
-from sagnac.noise.laws import (
-    COEFFICIENT_NAMES,
-    STOCHASTIC_NAMES,
-    CoefficientName,
-    cosine_power_basis,
-)
+from sagnac.noise import laws
+from sagnac.noise.laws import CoefficientName
 from sagnac.noise.likelihood import Ordinates
 from sagnac.recording.channel import angle_increments
 from sagnac.recording.model import Kind
@@ -31,7 +20,6 @@ from sagnac.spectrum.transforms import cosine_length, cosine_transform
 
 LEAST_BINS: Final = 8
 SINGLE: Final = 64
-_PER_OCTAVE: Final = 32
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -58,12 +46,12 @@ class CosineSpectrum:
     @property
     def names(self) -> tuple[CoefficientName, ...]:
         """The stochastic ones of the terms."""
-        return tuple(name for name in STOCHASTIC_NAMES if name in self.terms)
+        return tuple(name for name in laws.STOCHASTIC_NAMES if name in self.terms)
 
     def expected(self, index: FloatArray) -> FloatArray:
         """(bins, terms) expected squares of `names` at one, as in `cosine_power_basis`."""
-        basis = cosine_power_basis(index, self.transform.size, self.interval)
-        return basis[:, [STOCHASTIC_NAMES.index(name) for name in self.names]]
+        basis = laws.cosine_power_basis(index, self.transform.size, self.interval)
+        return basis[:, [laws.STOCHASTIC_NAMES.index(name) for name in self.names]]
 
 
 def cosine_spectrum(
@@ -71,7 +59,7 @@ def cosine_spectrum(
     *,
     kind: Kind,
     sample_rate: float,
-    terms: Sequence[CoefficientName] = COEFFICIENT_NAMES,
+    terms: Sequence[CoefficientName] = laws.COEFFICIENT_NAMES,
 ) -> CosineSpectrum:
     """Transform once what is to be fitted over several bands.
 
@@ -210,16 +198,14 @@ def cosine_bins(
     keep = (opened <= closed) & (np.diff(edges) >= narrowest)
     if np.count_nonzero(keep) < LEAST_BINS:
         raise RecordingError(
-            "masked and band leave too few frequencies to fit",
-            remedy="mask less or record longer",
+            "masked and band leave too few frequencies to fit", remedy="mask less or record longer"
         )
     return SpectrumBins(edges=edges, keep=keep)
 
 
 def _spaced_edges(samples: int, narrowest: int) -> IntegerArray:
     """Single indices first, then 32 bins to the octave, none narrower than `narrowest`."""
-    octaves = math.log2(samples / SINGLE) if samples > SINGLE else 0.0
-    steps = max(1, round(_PER_OCTAVE * octaves))
+    steps = max(1, round(32 * math.log2(max(samples / SINGLE, 1.0))))
     spaced = np.unique(np.round(np.geomspace(SINGLE, samples, steps + 1)).astype(np.int64))
     singles = np.arange(1, min(SINGLE, samples) + 1, narrowest)
     wide = spaced[(spaced <= samples) & (np.diff(spaced, prepend=0) >= narrowest)]

@@ -35,16 +35,9 @@ from numpy.typing import ArrayLike
 from scipy.fft import prev_fast_len, rfft
 from scipy.special import chdtri, stdtrit
 
+from sagnac.core import errors
 from sagnac.core.arrays import ComplexArray, FloatArray, IntegerArray
-from sagnac.core.errors import (
-    RecordingError,
-    counted,
-    is_band,
-    quoted,
-    require_confidence,
-    require_count,
-    require_type,
-)
+from sagnac.core.errors import RecordingError, quoted
 from sagnac.noise.estimates import Estimate, rooted
 from sagnac.noise.laws import STOCHASTIC_NAMES, rate_density_basis
 from sagnac.noise.likelihood import PRESENCE
@@ -57,18 +50,6 @@ from sagnac.spectrum.power_laws import running_median
 
 # Gyros that each motion needs: with two there is more than one way to tell them apart.
 _FOR_EACH: Final = 3
-# Complex degrees of freedom of a band, times the motions squared, from which on intervals hold.
-_LEAST: Final = 30
-_BANDS_A_DECADE: Final = 10
-_SEGMENT: Final = 2**17
-_STEPS: Final = 100
-_CONVERGED: Final = 1e-9
-# A noise below this part of where the search began is none that can be told.
-_TINY: Final = 1e-4
-# Degrees of freedom of a noise, fewer than which tell next to nothing of it.
-_FEWEST: Final = 4.0
-# Chance at which an ordinate of a band of noise is taken for a line.
-_CHANCE: Final = 1e-4
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -161,10 +142,12 @@ def self_noise(
     True
     """
     require_recording(recording)
-    require_confidence(confidence)
-    require_count("motions", motions, 1)
+    errors.require_confidence(confidence)
+    errors.require_count("motions", motions, 1)
     every = tuple(one.name for one in recording.gyros)
-    require_type("gyros", gyros, (Sequence, NoneType), f"give names out of {', '.join(every)}")
+    errors.require_type(
+        "gyros", gyros, (Sequence, NoneType), f"give names out of {', '.join(every)}"
+    )
     names = every if gyros is None else tuple(gyros)
     if len(set(names)) < _FOR_EACH * motions:
         raise ValueError(
@@ -176,21 +159,22 @@ def self_noise(
     ]
     samples = min(one.size for one in turned)
     rates = np.array([one[:samples] for one in turned]) * recording.sample_rate
-    length = min(rates.shape[1], _SEGMENT)
+    length = min(rates.shape[1], 2**17)
     frequency = np.arange(length // 2 + 1) * recording.sample_rate / length
     half = 0.5 * recording.sample_rate
-    if band is not None and not (is_band(band) and band[1] <= half * (1.0 + 1e-9)):
+    if band is not None and not (errors.is_band(band) and band[1] <= half * (1.0 + 1e-9)):
         raise ValueError(
             f"band is {quoted(band)}; give two frequencies in Hz, the lower first, up to {half:g}"
         )
     segments = rates.shape[1] // length
     cross = _cross_spectra(rates, length) / recording.sample_rate
     first, last = CELL, frequency.size - CELL
-    least = _LEAST * motions**2
+    # Complex degrees of freedom of a band from which on intervals hold.
+    least = 30 * motions**2
     edges = _edges(first, last, segments, least)
     if edges.size < 2:
         raise RecordingError(
-            f"{counted(rates.shape[1], 'sample')} are too few for cross spectra of "
+            f"{errors.counted(rates.shape[1], 'sample')} are too few for cross spectra of "
             f"{len(names)} gyros",
             remedy="record longer",
         )
@@ -253,7 +237,8 @@ def _edges(first: int, last: int, segments: int, least: int) -> IntegerArray:
     """Ordinates at which bands begin and end, each with enough degrees of freedom."""
     edges = [first]
     while edges[-1] < last:
-        high = max(edges[-1] + 1, round(edges[-1] * 10.0 ** (1.0 / _BANDS_A_DECADE)))
+        # Ten bands a decade.
+        high = max(edges[-1] + 1, round(edges[-1] * 10.0**0.1))
         while high < last and band_degrees(high - edges[-1], segments) < least:
             high += 1
         if high > last or band_degrees(high - edges[-1], segments) < least:
@@ -283,14 +268,16 @@ def _apart(
         whitened = beside / np.sqrt(noise)
         residual = np.einsum("ij,fjk,ik->f", whitened, cross, whitened.conj()).real
         freedom = 2.0 * TAPERS * segments * len(beside)
-        kept = residual / len(beside) < chdtri(freedom, _CHANCE) / freedom
+        # An ordinate of noise is taken for a line in one of ten thousand.
+        kept = residual / len(beside) < chdtri(freedom, 1e-4) / freedom
         if kept.all() or band_degrees(int(kept.sum()), segments) < 2 * motions:
             break
     left_out = int(np.count_nonzero(~kept))
     some = cross[kept] if kept.any() else cross
     noise, variance, sensed, _ = _factored(some.mean(axis=0), motions)
     degrees = band_degrees(len(some), segments)
-    each = 2.0 * degrees / np.where(variance < 2.0 * degrees / _FEWEST, variance, np.nan)
+    # Fewer than four degrees of freedom tell next to nothing of a noise.
+    each = 2.0 * degrees / np.where(variance < 0.5 * degrees, variance, np.nan)
     noise = np.where(np.isnan(each), np.nan, noise * degrees / (degrees - motions))
     tail = 0.5 * (1.0 - confidence)
     low, high = (noise * each / chdtri(each, chance) for chance in (tail, 1.0 - tail))
@@ -315,7 +302,7 @@ def _factored(
     # What the others do not foretell of each is no less than its noise.
     logarithm = -np.log(np.diagonal(np.linalg.inv(mean)).real)
     begun, root, information = logarithm, logarithm, np.empty((0, 0))
-    for _ in range(_STEPS):
+    for _ in range(100):
         root = np.exp(-0.5 * logarithm)
         values, vectors = np.linalg.eigh(root[:, np.newaxis] * mean * root)
         lower, beside = values[:-motions], vectors[:, :-motions]
@@ -323,11 +310,12 @@ def _factored(
         information = np.abs(beside @ beside.conj().T) ** 2
         step = np.clip(np.linalg.lstsq(information, gradient)[0], -1.0, 1.0)
         logarithm = logarithm - step
-        if np.abs(step).max() < _CONVERGED:
+        if np.abs(step).max() < 1e-9:
             break
     noise = np.exp(logarithm)
     variance = np.diagonal(np.linalg.pinv(information)).copy()
-    variance[logarithm < begun + math.log(_TINY)] = math.nan
+    # A noise far below where the search began is none that can be told.
+    variance[logarithm < begun + math.log(1e-4)] = math.nan
     motion = vectors[:, -motions:] * np.sqrt(np.maximum(values[-motions:] - 1.0, 0.0))
     return noise, variance, motion / root[:, np.newaxis], beside.conj().T
 
@@ -346,10 +334,6 @@ def _gains(noise: FloatArray, sensed: ComplexArray) -> FloatArray:
 
 
 # ---- the angle random walk that gyros share ----------------------------------------------
-
-# A cell this many times the median of its neighbourhood, and those cells, is a line.
-_STANDING: Final = 3.0
-_AROUND: Final = 41
 
 
 def band_cells(
@@ -404,8 +388,8 @@ def band_cells(
     matrices *= 2.0 * sample_rate / (TAPERS * CELL)
     frequency = (1 + first + CELL * (np.arange(cells) + 0.5)) * unit
     plain = np.ones(cells, dtype=np.bool_)
-    for density in matrices[np.arange(len(values)), np.arange(len(values))]:
-        standing = density > _STANDING * running_median(density, _AROUND)
+    for density in np.einsum("ggc->gc", matrices):
+        standing = density > 3.0 * running_median(density, 41)
         plain &= ~np.convolve(standing, np.ones(3), mode="same").astype(bool)[:cells]
     for low, high in masked:
         plain &= (frequency <= low - CELL * unit) | (frequency >= high + CELL * unit)
@@ -414,18 +398,12 @@ def band_cells(
     return frequency[plain], matrices[:, :, plain]
 
 
-# Bins to a decade, and fewest cells in one: a covariance made of fewer bends its own weights.
-_BINS: Final = 6
-_LEAST_CELLS: Final = 6
 # Terms that the cross spectra may have, and fewest bins to tell them from each other.
 _TERMS: Final = tuple(
     STOCHASTIC_NAMES.index(name)
     for name in ("quantization", "angle_random_walk", "rate_random_walk")
 )
 _LEAST_BINS: Final = 5
-# Rounds in which a spectrum is smoothed by its terms, and how far off the seen one it may get.
-_ROUNDS: Final = 4
-_OFF: Final = 3.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -530,11 +508,7 @@ def common_walk(
     error = math.sqrt(max(1.0, chi_square / left) * float(covariance[own, own])) / scale[own]
     reach = float(stdtrit(left, 0.5 + 0.5 * confidence)) * error
     return CommonWalk(
-        square=square,
-        low=square - reach,
-        high=square + reach,
-        confidence=confidence,
-        error=error,
+        square=square, low=square - reach, high=square + reach, confidence=confidence, error=error
     )
 
 
@@ -564,17 +538,16 @@ def _fitted_terms(
 def _smooth(spectra: FloatArray, basis: FloatArray, freedom: FloatArray) -> FloatArray:
     """(bins, gyros, gyros) spectra as the terms make them, near the observed ones."""
     gyros = spectra.shape[1]
-    own = np.stack([spectra[:, gyro, gyro] for gyro in range(gyros)], axis=1)
+    own = np.einsum("bgg->bg", spectra)
     model = own
-    for _ in range(_ROUNDS):
+    for _ in range(4):
         weight = np.sqrt(freedom)[:, np.newaxis] / model
         fitted = [
             basis @ np.linalg.lstsq(basis * part[:, np.newaxis], part * seen, rcond=None)[0]
             for part, seen in zip(weight.T, own.T, strict=True)
         ]
-        model = np.clip(np.stack(fitted, axis=1), own / _OFF, own * _OFF)
-    size = np.sqrt(model)
-    seen = np.sqrt(own)
+        model = np.clip(np.stack(fitted, axis=1), own / 3.0, own * 3.0)
+    size, seen = np.sqrt(model), np.sqrt(own)
     coherency = spectra / (seen[:, :, np.newaxis] * seen[:, np.newaxis, :])
     # Coherency changes slowly, and that of a bin itself would weigh it: its neighbours say it.
     padded = np.concatenate([coherency[1:2], coherency, coherency[-2:-1]])
@@ -584,12 +557,15 @@ def _smooth(spectra: FloatArray, basis: FloatArray, freedom: FloatArray) -> Floa
 
 
 def _bins(frequency: FloatArray) -> list[slice]:
-    """Runs of cells, a sixth of a decade and six cells long or more."""
+    """Runs of cells, a sixth of a decade and six cells long or more.
+
+    A covariance made of fewer cells bends its own weights.
+    """
     bins: list[slice] = []
     start = 0
     for stop in range(1, frequency.size + 1):
-        wide = frequency[stop - 1] >= frequency[start] * 10.0 ** (1.0 / _BINS)
-        if wide and stop - start >= _LEAST_CELLS:
+        wide = frequency[stop - 1] >= frequency[start] * 10.0 ** (1.0 / 6.0)
+        if wide and stop - start >= 6:
             bins.append(slice(start, stop))
             start = stop
     return bins

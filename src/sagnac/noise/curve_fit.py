@@ -4,44 +4,25 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cache
-from typing import Final, Literal
+from typing import Final
 
 import numpy as np
 from scipy.linalg import solve_triangular
 
 from sagnac.core.arrays import BooleanArray, FloatArray
 from sagnac.core.errors import Note, RecordingError, require_confidence, rounded
+from sagnac.noise import laws
 from sagnac.noise.estimates import Estimate, Fit, FitName, rooted, unobserved
-from sagnac.noise.laws import (
-    COEFFICIENT_NAMES,
-    CoefficientName,
-    allan_variance_basis,
-    overlapped_allan_covariances,
-)
-from sagnac.noise.likelihood import (
-    PRESENCE,
-    crossing,
-    interval_ends,
-    non_negative,
-    typical_square,
-)
+from sagnac.noise.laws import COEFFICIENT_NAMES, CoefficientName
+from sagnac.noise.likelihood import PRESENCE, crossing, interval_ends, non_negative, typical_square
 from sagnac.noise.readings import SHORT, Squares
 from sagnac.stability.curve import StabilityCurve
 from sagnac.stability.noise_type import ieee_relative_error
 
 # The terms a curve is fitted with, the first of them if it has too few points for all.
-_FIRST_TERMS: Final[tuple[CoefficientName, ...]] = (
-    "angle_random_walk",
-    "quantization",
-    "bias_instability",
-    "rate_random_walk",
-    "rate_ramp",
-)
-# Relative error of a point above which the paper neither shows nor fits it.
-_POINT_ERROR: Final = 0.1
+_FIRST_TERMS: Final = ("angle_random_walk", "quantization", *laws.SLOW_NAMES)
 # Most rounds in which weights follow a solution.
 _ROUNDS: Final = 20
-_Metric = Literal["covariance", "relative", "plain"]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -59,8 +40,9 @@ class CurveModel:
         one, for errors alone: they take long.
     edf
         (points,) degrees of freedom; None if the points overlap and their covariance is known.
-    metric
-        In which the squares of a fit are least: of the points' covariance, of their size, or none.
+    reading
+        Squares of the paper that a fit makes least; None for those in the metric of the points'
+        covariance.
     departure
         Common relative departure of the points from the terms, which the errors allow for.
     """
@@ -70,7 +52,7 @@ class CurveModel:
     variance: FloatArray
     pairs: Callable[[], FloatArray]
     edf: FloatArray | None
-    metric: _Metric = "covariance"
+    reading: Squares | None = None
     departure: float = 0.0
 
     @property
@@ -95,9 +77,9 @@ class CurveModel:
 
     def published(self) -> FloatArray:
         """Non-negative squares by the paper's least squares, plain ones on Eq. 3 as it stands."""
-        if self.metric == "plain":
-            return non_negative(self.basis, self.variance)
-        return self.relative()
+        if self.reading == "relative":
+            return self.relative()
+        return non_negative(self.basis, self.variance)
 
     def relative(self) -> FloatArray:
         """Non-negative squares by least squares relative to the fitted variance."""
@@ -141,12 +123,12 @@ class CurveModel:
     def unlimited(self, squares: FloatArray, column: int) -> tuple[float, float]:
         """One square free of the limit at zero, and its error, were `squares` the truth."""
         covariance = self.covariance(squares)
-        if self.metric == "covariance":
+        # The paper's residuals are weighed like this whatever their errors.
+        root = np.eye(self.variance.size)
+        if self.reading is None:
             root = positive_root(covariance)
-        else:
-            # The residuals are weighed like this whatever their errors.
-            ones = np.ones(self.variance.size)
-            root = np.diag(self.basis @ squares if self.metric == "relative" else ones)
+        elif self.reading == "relative":
+            root = np.diag(self.basis @ squares)
         whitened = solve_triangular(root, self.basis, lower=True)
         scale = 1.0 / np.maximum(np.linalg.norm(whitened, axis=0), 1e-300)
         inverse = np.linalg.pinv(whitened * scale, rcond=1e-10)[column] * scale[column]
@@ -224,10 +206,7 @@ def positive_root(covariance: FloatArray) -> FloatArray:
 
 
 def paper_fit(
-    curve: StabilityCurve,
-    *,
-    squares: Squares = "relative",
-    confidence: float = 0.95,
+    curve: StabilityCurve, *, squares: Squares = "relative", confidence: float = 0.95
 ) -> Fit:
     """Fit Q, N, B, K, R to the Allan variance by the paper's least squares on Eq. 3.
 
@@ -323,7 +302,7 @@ def is_in_paper(curve: StabilityCurve) -> BooleanArray:
     increments = curve.samples - (curve.kind == "angle")
     clusters = np.rint(curve.tau * curve.sample_rate).astype(np.int64).tolist()
     errors = np.array([ieee_relative_error(increments, cluster) for cluster in clusters])
-    return np.asarray(errors <= _POINT_ERROR)
+    return np.asarray(errors <= 0.1)
 
 
 def _model(curve: StabilityCurve, squares: Squares | None) -> tuple[CurveModel, tuple[Note, ...]]:
@@ -337,14 +316,12 @@ def _model(curve: StabilityCurve, squares: Squares | None) -> tuple[CurveModel, 
         raise ValueError(
             f"the curve is {curve.estimator}; this fit of Eq. 3 takes {' or '.join(estimators)}"
         )
-    angles = curve.samples if curve.kind == "angle" else curve.samples + 1
+    angles = curve.samples + (curve.kind != "angle")
     every = np.round(curve.tau * curve.sample_rate).astype(np.int64)
     interval = 1.0 / curve.sample_rate
     kept = (curve.deviation > 0.0) & (curve.terms > 0)
     wanted = _FIRST_TERMS
-    metric: _Metric = "covariance"
     if squares is not None:
-        metric = "relative" if squares == "relative" else "plain"
         kept &= is_in_paper(curve)
     if squares == "two terms":
         kept &= every * interval <= SHORT * (1.0 + 1e-9)
@@ -366,7 +343,7 @@ def _model(curve: StabilityCurve, squares: Squares | None) -> tuple[CurveModel, 
     @cache
     def pairs() -> FloatArray:
         # Of every point: the fits of a curve share them.
-        of_all = overlapped_allan_covariances(
+        of_all = laws.overlapped_allan_covariances(
             tuple(every.tolist()), angles=angles, interval=interval
         )
         places = np.flatnonzero(kept)
@@ -379,11 +356,11 @@ def _model(curve: StabilityCurve, squares: Squares | None) -> tuple[CurveModel, 
 
     return CurveModel(
         names=names,
-        basis=allan_variance_basis(np.asarray(factors * interval))[:, columns],
+        basis=laws.allan_variance_basis(np.asarray(factors * interval))[:, columns],
         variance=curve.deviation[kept] ** 2,
         pairs=pairs,
         edf=None if overlapped else curve.edf[kept],
-        metric=metric,
+        reading=squares,
     ), notes
 
 
@@ -404,7 +381,7 @@ def _curve_fit(
             f"the variance at a point; the {method} intervals allow for it"
         )
         notes += (Note(text=text),)
-    squares = weighed if model.metric == "covariance" else model.published()
+    squares = weighed if model.reading is None else model.published()
     found = {
         name: model.estimate(weighed, column, float(squares[column]), confidence)
         for column, name in enumerate(model.names)
@@ -425,8 +402,6 @@ def _with_departure(model: CurveModel, squares: FloatArray) -> tuple[CurveModel,
         middle = 0.5 * (low + high)
         model = replace(model, departure=math.exp(middle))
         squares = model.generalized(squares)
-        if model.chi_square(squares) > model.freedom:
-            low = middle
-        else:
-            high = middle
+        explained = model.chi_square(squares) <= model.freedom
+        low, high = (low, middle) if explained else (middle, high)
     return model, squares

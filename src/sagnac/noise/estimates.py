@@ -4,7 +4,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from html import escape
-from typing import Final, Literal
+from typing import Literal
 
 from sagnac.core.errors import Note, quoted, require_choice, require_confidence
 from sagnac.core.units import COEFFICIENT_UNITS, FORCE_COEFFICIENT_UNITS, Sensor
@@ -26,10 +26,6 @@ def estimate_units(name: CoefficientName, sensor: Sensor = "gyro") -> Mapping[st
     return (FORCE_COEFFICIENT_UNITS if sensor == "accelerometer" else COEFFICIENT_UNITS)[name]
 
 
-# Part of its whole band that a fit may lack at the upper edge by rounding.
-_ROUNDING: Final = 1e-9
-
-
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Interval:
     """A value and the ends of its interval."""
@@ -47,13 +43,9 @@ class Interval:
 
     def of(self, name: CoefficientName, confidence: float) -> "Estimate":
         """The coefficient whose value and interval these are."""
+        value, low, high = self.value, self.low, self.high
         return Estimate(
-            value=self.value,
-            low=self.low,
-            high=self.high,
-            confidence=confidence,
-            status="estimated",
-            name=name,
+            value=value, low=low, high=high, confidence=confidence, status="estimated", name=name
         )
 
 
@@ -205,13 +197,9 @@ class Estimate(Interval):
 
 def unobserved(name: CoefficientName, confidence: float) -> Estimate:
     """A coefficient of which nothing is known."""
+    value = low = high = math.nan
     return Estimate(
-        value=math.nan,
-        low=math.nan,
-        high=math.nan,
-        confidence=confidence,
-        status="not observable",
-        name=name,
+        value=value, low=low, high=high, confidence=confidence, status="not observable", name=name
     )
 
 
@@ -251,8 +239,8 @@ class FitBand:
 
     @property
     def is_whole(self) -> bool:
-        """Whether nothing above the band is left out."""
-        return self.high * self.interval >= 0.5 * (1.0 - _ROUNDING)
+        """Whether nothing above the band is left out, to rounding."""
+        return self.high * self.interval >= 0.5 * (1.0 - 1e-9)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

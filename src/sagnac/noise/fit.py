@@ -4,7 +4,6 @@ import math
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import cache
-from typing import Final
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -13,13 +12,8 @@ from scipy.special import chdtrc
 
 from sagnac.core.arrays import FloatArray
 from sagnac.core.errors import Note, require_choice, require_confidence, rounded
-from sagnac.noise.cosine_spectrum import (
-    LEAST_BINS,
-    CosineSpectrum,
-    cosine_bins,
-    cosine_spectrum,
-    ordinates,
-)
+from sagnac.noise import cosine_spectrum
+from sagnac.noise.cosine_spectrum import CosineSpectrum
 from sagnac.noise.curve_fit import paper_fit, weighted_fit
 from sagnac.noise.estimates import Fit, FitBand, FitName, unobserved
 from sagnac.noise.laws import COEFFICIENT_NAMES, CoefficientName
@@ -94,7 +88,9 @@ def likelihood_fit(
     ValueError
         If an argument makes no sense.
     """
-    cosine = cosine_spectrum(values, kind=kind, sample_rate=sample_rate, terms=terms)
+    cosine = cosine_spectrum.cosine_spectrum(
+        values, kind=kind, sample_rate=sample_rate, terms=terms
+    )
     return spectrum_fit(cosine, confidence=confidence, masked=masked, bands=(band,))
 
 
@@ -127,8 +123,8 @@ def spectrum_fit(
     require_confidence(confidence)
     trials = []
     for band in bands:
-        bins = cosine_bins(cosine.transform.size, cosine.interval, masked, band)
-        trials.append((with_departure(ordinates(cosine, bins)), bins, band))
+        bins = cosine_spectrum.cosine_bins(cosine.transform.size, cosine.interval, masked, band)
+        trials.append((with_departure(cosine_spectrum.ordinates(cosine, bins)), bins, band))
         if trials[-1][0].departure == 0.0:
             break
     # Of one band alone: intervals take longer than all the rest.
@@ -234,13 +230,6 @@ def fit_coefficients(
 
 # ---- departure from the terms ------------------------------------------------------------
 
-# A bin this many times the terms that chance does not put there is something else. Less is taken
-# for a departure of the terms.
-_STANDS_OUT: Final = 1.5
-_CHANCE: Final = 1e-7
-# Relative departures between which that of the bins is looked for.
-_DEPARTURES: Final = (1e-4, 10.0)
-
 
 def with_departure(spectrum: Ordinates) -> Ordinates:
     """`spectrum` with weights that allow for what the terms do not describe.
@@ -248,14 +237,16 @@ def with_departure(spectrum: Ordinates) -> Ordinates:
     Bins that stand far above the terms (a line left, a resonance) weigh nothing; for the
     rest a common relative departure is estimated if it is significant.
     """
-    if np.count_nonzero(spectrum.count >= 8.0) < 3 * LEAST_BINS:
+    if np.count_nonzero(spectrum.count >= 8.0) < 3 * cosine_spectrum.LEAST_BINS:
         return spectrum
     weighed = _weighed(spectrum, spectrum.best.squares)
     standing = np.zeros(spectrum.power.size, dtype=np.bool_)
     while weighed.departure > 0.0:
         ratio = spectrum.power / weighed.best.law
         by_chance = chdtrc(spectrum.count, spectrum.count * ratio)
-        more = (ratio > _STANDS_OUT) & (by_chance < _CHANCE) & ~standing
+        # Half as much again as the terms, and not by chance, is something else. Less is taken for a
+        # departure of the terms.
+        more = (ratio > 1.5) & (by_chance < 1e-7) & ~standing
         if not more.any() or np.count_nonzero(standing | more) > 0.5 * standing.size:
             break
         standing |= more
@@ -316,11 +307,10 @@ def _weighed(spectrum: Ordinates, start: FloatArray) -> Ordinates:
     chance = 5.0 * math.sqrt(np.sum(2.0 + 12.0 / spectrum.count[used]))
     if (misfit(0.0) - 1.0) * freedom < chance:
         return trial
-    least, most = map(math.log, _DEPARTURES)
-    departure = _DEPARTURES[1]
+    least, most = math.log(1e-4), math.log(10.0)
+    departure = 10.0
     if excess(most) < 0.0:
-        departure = _DEPARTURES[0]
-        if excess(least) > 0.0:
-            departure = math.exp(brentq(excess, least, most, xtol=1e-3))
+        begun = excess(least) > 0.0
+        departure = math.exp(brentq(excess, least, most, xtol=1e-3)) if begun else 1e-4
     misfit(departure)
     return trial

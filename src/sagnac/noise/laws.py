@@ -24,7 +24,7 @@ The bias instability here is 1/f at all frequencies, as Eq. 3 of the paper takes
 
 from collections.abc import Mapping
 from functools import lru_cache
-from typing import Final, Literal
+from typing import Final, Literal, get_args
 
 import numpy as np
 from scipy.special import sici, zeta
@@ -36,13 +36,7 @@ from sagnac.spectrum.levels import Levels
 CoefficientName = Literal[
     "quantization", "angle_random_walk", "bias_instability", "rate_random_walk", "rate_ramp"
 ]
-COEFFICIENT_NAMES: Final[tuple[CoefficientName, ...]] = (
-    "quantization",
-    "angle_random_walk",
-    "bias_instability",
-    "rate_random_walk",
-    "rate_ramp",
-)
+COEFFICIENT_NAMES: Final[tuple[CoefficientName, ...]] = get_args(CoefficientName)
 STOCHASTIC_NAMES: Final[tuple[CoefficientName, ...]] = COEFFICIENT_NAMES[:4]
 # Those that show at low frequency.
 SLOW_NAMES: Final[tuple[CoefficientName, ...]] = COEFFICIENT_NAMES[2:]
@@ -64,16 +58,8 @@ def allan_variance_basis(tau: FloatArray) -> FloatArray:
         it is the Allan variance of one gyro, (rad/s)^2.
     """
     tau = np.asarray(tau, dtype=np.float64)
-    return np.stack(
-        [
-            3.0 / tau**2,
-            1.0 / tau,
-            np.full_like(tau, 2.0 * np.log(2.0) / np.pi),
-            tau / 3.0,
-            tau**2 / 2.0,
-        ],
-        axis=-1,
-    )
+    level = np.full_like(tau, 2.0 * np.log(2.0) / np.pi)
+    return np.stack([3.0 / tau**2, 1.0 / tau, level, tau / 3.0, tau**2 / 2.0], axis=-1)
 
 
 def allan_variance(tau: FloatArray, coefficients: Mapping[CoefficientName, float]) -> FloatArray:
@@ -165,15 +151,9 @@ def increment_spectrum_basis(frequency: FloatArray, interval: float) -> FloatArr
     cycles = np.asarray(frequency, dtype=np.float64) * interval
     square = np.sin(np.pi * cycles) ** 2
     folded = zeta(3.0, cycles) + zeta(3.0, 1.0 - cycles)
-    return np.stack(
-        [
-            4.0 * square,
-            np.full_like(cycles, interval),
-            interval**2 * square * folded / (2.0 * np.pi**3),
-            interval**3 * (0.25 / square - 1.0 / 6.0),
-        ],
-        axis=-1,
-    )
+    white, flicker = np.full_like(cycles, interval), square * folded / (2.0 * np.pi**3)
+    walk = interval**3 * (0.25 / square - 1.0 / 6.0)
+    return np.stack([4.0 * square, white, interval**2 * flicker, walk], axis=-1)
 
 
 def rate_density_basis(frequency: FloatArray, interval: float) -> FloatArray:

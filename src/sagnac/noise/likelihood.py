@@ -3,6 +3,7 @@
 import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cache, cached_property
 from typing import Final
@@ -21,16 +22,6 @@ from sagnac.noise.laws import CoefficientName
 PRESENCE: Final = 9.0
 # Standard deviations from which on a term is taken to have been picked for its size.
 _PICKED: Final = 2.5
-# Standard deviations beyond which no tail of any confidence reaches.
-_FARTHEST: Final = 60.0
-# Of -2 log likelihood in a step. Far below what chance does; where scoring creeps, a step of ten
-# times this stops a bound 3 % short of the maximum's.
-_CONVERGED: Final = 1e-4
-# Steps to the end of an interval, each 1.8 times the one before; the steepest rise that is told
-# from any steeper one; and the part of the last step to which the end is found.
-_STEPS: Final = 26
-_STEEPEST: Final = 1e3
-_NARROW: Final = 1e-9
 
 
 # ---- where an interval ends --------------------------------------------------------------
@@ -66,15 +57,15 @@ def crossing(
     # The root finder asks the ends again; an infinite rise would leave it no secant.
     @cache
     def finite(place: float) -> float:
-        return min(max(rise(place), -_STEEPEST), _STEEPEST)
+        return min(max(rise(place), -1e3), 1e3)
 
     if finite(inside) >= 0.0:
         return inside
     low = inside
-    for _ in range(_STEPS):
+    for _ in range(26):
         high = inside + step if abs(step) < abs(limit - inside) else limit
         if finite(high) >= 0.0:
-            return float(brentq(finite, low, high, xtol=_NARROW * abs(high - low)))
+            return float(brentq(finite, low, high, xtol=1e-9 * abs(high - low)))
         if high == limit:
             return limit
         low, step = high, 1.8 * step
@@ -126,7 +117,8 @@ def low_end(presence: float, confidence: float) -> float:
     def excess(down: float) -> float:
         return float(log_ndtr(-down) - log_ndtr(presence - _PICKED - down)) - tail
 
-    farthest = min(presence, _FARTHEST)
+    # No tail of any confidence reaches farther than 60.
+    farthest = min(presence, 60.0)
     if not presence > 0.0 or excess(farthest) >= 0.0:
         return math.inf
     return float(brentq(excess, 0.0, farthest))
@@ -200,7 +192,9 @@ class Likelihood(ABC):
             place = self.at(self.start(start, free))
         while free.any() and math.isfinite(place.deviance):
             before, place = place.deviance, self._lowered(place, free)
-            if before - place.deviance < _CONVERGED:
+            # Far below what chance does; where scoring creeps, a step of ten times this stops a
+            # bound 3 % short of the maximum's.
+            if before - place.deviance < 1e-4:
                 break
         return place
 
@@ -264,9 +258,9 @@ class Likelihood(ABC):
         reference = best.deviance if value > 0.0 else absent
         high = limit(reference, one_sided)
         nothing = unobserved(name, confidence)
-        if not high < self.typical(column, best):
-            return nothing
-        return nothing.bounded(math.sqrt(max(high, self.missed(column, error, confidence))))
+        if high < self.typical(column, best):
+            return nothing.bounded(math.sqrt(max(high, self.missed(column, error, confidence))))
+        return nothing
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -359,20 +353,6 @@ class Ordinates(Likelihood):
         return typical_square(self.basis[:, column], best.law)
 
 
-def _positive_scale(matrix: FloatArray) -> FloatArray | None:
-    """(terms,) that make the diagonal one, or None if the matrix is not positive definite."""
-    diagonal = matrix.diagonal()
-    if not diagonal.min() > 0.0:
-        return None
-    scale = 1.0 / np.sqrt(diagonal)
-    try:
-        # With room for rounding: nearly collinear terms are not a direction to trust.
-        np.linalg.cholesky(matrix * scale * scale[:, np.newaxis] - 1e-9 * np.eye(scale.size))
-    except np.linalg.LinAlgError:
-        return None
-    return scale
-
-
 def parabola_move(
     observed: FloatArray,
     expected: Callable[[], FloatArray],
@@ -399,11 +379,15 @@ def parabola_move(
     -------
     (terms,) to be added to the squares.
     """
-    scale = _positive_scale(observed)
-    if scale is None:
-        return scoring_move(expected(), gradient, squares)
-    scaled = observed * scale * scale[:, np.newaxis]
-    return np.asarray(-scale * np.linalg.solve(scaled, scale * gradient))
+    diagonal = observed.diagonal()
+    if diagonal.min() > 0.0:
+        scale = 1.0 / np.sqrt(diagonal)
+        scaled = observed * scale * scale[:, np.newaxis]
+        with suppress(np.linalg.LinAlgError):
+            # With room for rounding: nearly collinear terms are not a direction to trust.
+            np.linalg.cholesky(scaled - 1e-9 * np.eye(scale.size))
+            return np.asarray(-scale * np.linalg.solve(scaled, scale * gradient))
+    return scoring_move(expected(), gradient, squares)
 
 
 def scoring_move(fisher: FloatArray, gradient: FloatArray, squares: FloatArray) -> FloatArray:

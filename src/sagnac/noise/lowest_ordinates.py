@@ -17,14 +17,8 @@ from scipy.special import ndtr, stdtr
 
 from sagnac.core.arrays import FloatArray, IntegerArray
 from sagnac.core.errors import RecordingError, require_confidence
-from sagnac.noise.cosine_spectrum import (
-    LEAST_BINS,
-    SINGLE,
-    CosineSpectrum,
-    cosine_bins,
-    cosine_spectrum,
-    slope_transform,
-)
+from sagnac.noise import cosine_spectrum
+from sagnac.noise.cosine_spectrum import SINGLE, CosineSpectrum
 from sagnac.noise.estimates import Estimate, rooted, unobserved
 from sagnac.noise.laws import STOCHASTIC_NAMES, CoefficientName, cosine_power_basis
 from sagnac.noise.likelihood import PRESENCE
@@ -75,13 +69,6 @@ _FALLS: Final[dict[CoefficientName, int]] = {
 }
 # Indices at which a slow term may cross the others: none, then evenly in logarithm.
 _CROSSINGS: Final = np.concatenate([[0.0], np.geomspace(0.05, 16.0 * SINGLE, 31)])
-# Sums of increments that are enough for the lowest ordinates.
-_SUMS: Final = 64 * SINGLE
-# Share of the weight below which a law is left out.
-_LIGHT: Final = 1e-9
-# Scales from the centre beyond which nothing is looked for, and a part of one to look for.
-_FARTHEST: Final = 1e3
-_PRECISION: Final = 1e-6
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -113,8 +100,8 @@ class _Slopes:
 
     def where(self, excess: Callable[[float], float], begin: float = -1.0) -> float:
         """Zero of an increasing function between `begin` times the farthest slope and that."""
-        farthest = float(np.abs(self.centre).max() + _FARTHEST * self.scale.max())
-        precision = _PRECISION * float(self.scale.min())
+        farthest = float(np.abs(self.centre).max() + 1e3 * self.scale.max())
+        precision = 1e-6 * float(self.scale.min())
         return float(brentq(excess, begin * farthest, farthest, xtol=precision))
 
 
@@ -146,11 +133,14 @@ def rate_ramp(
     Estimate
         Not observable if too few of the lowest ordinates are left.
     """
-    step = max(1, increments.size // _SUMS)
+    # So many sums are enough for the lowest ordinates.
+    step = max(1, increments.size // (64 * SINGLE))
     sums = bin_sums(increments, step * np.arange(increments.size // step + 1))
     try:
-        cosine = cosine_spectrum(sums, kind="increment", sample_rate=sample_rate / step)
-        bins = cosine_bins(cosine.transform.size, cosine.interval, masked, None)
+        cosine = cosine_spectrum.cosine_spectrum(
+            sums, kind="increment", sample_rate=sample_rate / step
+        )
+        bins = cosine_spectrum.cosine_bins(cosine.transform.size, cosine.interval, masked, None)
     except RecordingError:
         return unobserved("rate_ramp", confidence)
     beside = None
@@ -161,10 +151,7 @@ def rate_ramp(
 
 
 def ramp_estimate(
-    cosine: CosineSpectrum,
-    index: IntegerArray,
-    confidence: float,
-    beside: FloatArray | None = None,
+    cosine: CosineSpectrum, index: IntegerArray, confidence: float, beside: FloatArray | None = None
 ) -> Estimate:
     """The rate ramp: a straight line in slow noise of which a record shows little.
 
@@ -186,9 +173,9 @@ def ramp_estimate(
     """
     index = index[index < SINGLE]
     nothing = unobserved("rate_ramp", confidence)
-    if index.size < LEAST_BINS or index[0] > 1:
+    if index.size < cosine_spectrum.LEAST_BINS or index[0] > 1:
         return nothing
-    columns = [slope_transform(index.astype(np.float64), cosine.transform.size)]
+    columns = [cosine_spectrum.slope_transform(index.astype(np.float64), cosine.transform.size)]
     if beside is not None:
         columns.append(beside[index])
     slopes = _slopes(cosine, index, np.stack(columns))
@@ -219,7 +206,7 @@ def _slopes(cosine: CosineSpectrum, index: IntegerArray, columns: FloatArray) ->
     logarithm = found.logarithm - 0.5 * freedom * np.log(rest)
     weight = prior * np.exp(logarithm - logarithm.max())
     weight /= weight.sum()
-    kept = weight > _LIGHT
+    kept = weight > 1e-9
     slope = cosine.slope + found.factor
     return _Slopes(
         weight=weight[kept] / weight[kept].sum(),
@@ -252,14 +239,8 @@ def _laws(cosine: CosineSpectrum, index: IntegerArray) -> tuple[FloatArray, Floa
 
 # ---- N behind the readings of an angle ---------------------------------------------------
 
-# Ordinates looked at, and the fewest beside those of lines.
+# Ordinates looked at.
 _LOWEST: Final = 64
-_LEAST: Final = 16
-# Parts of the mean ordinate between which N^2 T is looked for, and of the readings' law those of q.
-_WALKS: Final = (1e-4, 1e1, 200)
-_READINGS: Final = (1e-6, 1e2, 80)
-# Part of its size below which a column is rounding.
-_ROUNDING: Final = 1e-9
 
 LEAST_AVERAGES: Final = 8 * _LOWEST
 """Fewest averages of an angle whose lowest ordinates are looked at."""
@@ -326,17 +307,17 @@ def highest_walk(
     for low, high in masked:
         apart = (frequency < low - cell) | (frequency > high + cell)
         index, frequency = index[apart], frequency[apart]
-    values = _ordinates(averages)[index - 1]
-    if values.size < _LEAST or not np.any(values):
+    values = _sine_transform(averages)[index - 1]
+    if values.size < 16 or not np.any(values):
         return math.inf
     # Columns that are nearly one another stay apart from rounding.
     columns = np.linalg.qr(_columns(motions)[:, index - 1].T)[0].T
     rest = values - columns.T @ (columns @ values)
     angle = 0.5 * np.pi * index / size
     of_walk, of_reading = (2.0 + np.cos(2.0 * angle)) / 3.0, 4.0 * np.sin(angle) ** 2
-    walks = np.geomspace(*_WALKS) * float(np.mean(rest**2))
-    readings = np.geomspace(*_READINGS) * float(np.median(rest**2 / of_reading))
-    # Both grids are even in the logarithm.
+    # N^2 T beside the mean ordinate, and q beside the readings' law: both even in the logarithm.
+    walks = np.geomspace(1e-4, 1e1, 200) * float(np.mean(rest**2))
+    readings = np.geomspace(1e-6, 1e2, 80) * float(np.median(rest**2 / of_reading))
     logarithm = np.empty((walks.size, readings.size))
     for row, walk in enumerate(walks):
         laws = walk * of_walk + readings[:, np.newaxis] * of_reading
@@ -347,18 +328,15 @@ def highest_walk(
     return math.sqrt(float(np.interp(confidence, below, walks)) / interval)
 
 
-def _ordinates(averages: FloatArray) -> FloatArray:
-    """(averages - 1,) orthonormal sine transform of the increments."""
+def _sine_transform(averages: FloatArray) -> FloatArray:
+    """(..., averages - 1) orthonormal sine transform (DST-I) of the increments."""
     return np.asarray(dst(np.diff(averages), type=1, norm="ortho"))
 
 
 def _columns(motions: FloatArray) -> FloatArray:
     """(columns, averages - 1) transforms of a straight line and of motions beside it."""
     size = motions.shape[1]
-    beside = [each - np.linspace(each[0], each[-1], size) for each in motions]
-    moving = [
-        one
-        for one, each in zip(beside, motions, strict=True)
-        if np.abs(one).max() > _ROUNDING * np.abs(each).max()
-    ]
-    return np.stack([_ordinates(each) for each in (np.arange(float(size)), *moving)])
+    beside = motions - np.linspace(motions[:, 0], motions[:, -1], size, axis=1)
+    # What is left of a straight line is rounding.
+    moving = beside[np.abs(beside).max(axis=1) > 1e-9 * np.abs(motions).max(axis=1)]
+    return _sine_transform(np.vstack([np.arange(float(size)), moving]))

@@ -25,19 +25,8 @@ from scipy.optimize import brentq
 from scipy.special import chdtri, expit, gammainc, gammaincc, logsumexp, ndtr, ndtri
 
 from sagnac.core.arrays import BooleanArray, FloatArray
-from sagnac.noise.band_models import (
-    FALL,
-    FLOOR,
-    LIGHT,
-    ORDERS,
-    WALK,
-    BandModel,
-    BandModels,
-    band_models,
-    bin_shapes,
-    divisor_laws,
-    gamma_deviance,
-)
+from sagnac.noise import band_models
+from sagnac.noise.band_models import FALL, FLOOR, WALK, BandModel, BandModels
 from sagnac.noise.bounds import highest_coefficient
 from sagnac.noise.estimates import Estimate, Fit, FitBand, Interval, unobserved
 from sagnac.noise.laws import (
@@ -72,7 +61,12 @@ def error_of_bins(levels: Levels, models: BandModels) -> float:
     median = float(chdtri(max(1, ratio.size - int(models.sizes[0])), 0.5))
 
     def excess(square: float) -> float:
-        return gamma_deviance(bin_shapes(levels, math.sqrt(square))[band], ratio) - median
+        return (
+            band_models.gamma_deviance(
+                band_models.bin_shapes(levels, math.sqrt(square))[band], ratio
+            )
+            - median
+        )
 
     if excess(0.0) <= 0.0:
         return 0.0
@@ -94,9 +88,9 @@ def with_error_of_bins(levels: Levels, models: BandModels, error: float) -> Band
         Of every bin beside chance.
     """
     bins, laws = np.arange(levels.level.size), level_laws(levels)
-    divisors = divisor_laws(levels.frequency)
+    divisors = band_models.divisor_laws(levels.frequency)
     inside = (bins >= models.first[:, np.newaxis]) & (bins < models.last[:, np.newaxis])
-    held = models.mask[:, np.newaxis] >> np.arange(FALL + len(ORDERS)) & 1 == 1
+    held = models.mask[:, np.newaxis] >> np.arange(FALL + len(band_models.ORDERS)) & 1 == 1
     # Derivatives of the logarithm of the mean.
     sums = models.squares[:, :FALL] @ laws.T
     divisor = 1.0 + models.squares[:, FALL:] @ divisors.T
@@ -104,17 +98,10 @@ def with_error_of_bins(levels: Levels, models: BandModels, error: float) -> Band
         [laws / sums[:, :, np.newaxis], -divisors / divisor[:, :, np.newaxis]], axis=2
     )
     slopes *= inside[:, :, np.newaxis] & held[:, np.newaxis, :]
-    used = bin_shapes(levels, FLOOR)
-    weighed = slopes * (used**2 / bin_shapes(levels, error))[:, np.newaxis]
+    used = band_models.bin_shapes(levels, FLOOR)
+    weighed = slopes * (used**2 / band_models.bin_shapes(levels, error))[:, np.newaxis]
     found = slopes.transpose(0, 2, 1) @ weighed
     return replace(models, covariance=models.covariance @ found @ models.covariance)
-
-
-# Variance of a model's value over that of its fit, measured on `benchmarks/gallery.py`: its band
-# was chosen with the same data.
-_WIDER: Final = 1.1
-# Shapes from which on the gamma law is normal in its cube root.
-_NORMAL: Final = 3000.0
 
 
 def mixture_quantile(
@@ -140,7 +127,8 @@ def mixture_quantile(
     """
     shape = np.clip(shape, 0.05, 1e7)
     low, high = math.log(float(square.min())) - 12.0, math.log(float(square.max())) + 25.0
-    few = shape < _NORMAL
+    # From here on the gamma law is normal in its cube root.
+    few = shape < 3000.0
     # Bisection: the distribution is flat between models that lie apart.
     for _ in range(60):
         middle = 0.5 * (low + high)
@@ -149,10 +137,7 @@ def mixture_quantile(
         below[few] = gammaincc(shape[few], shape[few] * ratio[few])
         root = np.cbrt(ratio[~few]) - (1.0 - 1.0 / (9.0 * shape[~few]))
         below[~few] = ndtr(-root * 3.0 * np.sqrt(shape[~few]))
-        if float(weight @ below) < chance:
-            low = middle
-        else:
-            high = middle
+        low, high = (middle, high) if float(weight @ below) < chance else (low, middle)
     return math.exp(0.5 * (low + high))
 
 
@@ -170,7 +155,9 @@ def mixture(models: BandModels, column: int, confidence: float) -> Interval:
     """
     weight = models.weights
     square = models.squares[:, column]
-    variance = _WIDER * models.covariance[:, column, column] * models.widening
+    # A tenth more than that of its fit, measured on `benchmarks/gallery.py`: the band of a model
+    # was chosen with the same data.
+    variance = 1.1 * models.covariance[:, column, column] * models.widening
     shape = square**2 / np.maximum(variance, 1e-300)
     tail = 0.5 * (1.0 - confidence)
     value = math.exp(float(weight @ np.log(square)))
@@ -181,14 +168,8 @@ def mixture(models: BandModels, column: int, confidence: float) -> Interval:
 
 # Bins in which N has to be half of the spectrum or more.
 RULED: Final = 3
-# A model without the rule of N over the same bins that weighs this much more makes N a bound.
-_NOT_RULED: Final = 20.0
 # Share of the weight that needs a term for the term to be called estimated.
 _NEEDED: Final = 0.95
-# Factor by which N of a model is another N, and share of the weight from which on it is told of:
-# that of one tail of an interval.
-_ANOTHER: Final = 2.0
-_TOLD: Final = 0.02
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -315,12 +296,7 @@ def estimated_names(
     return tuple(name for name in COEFFICIENT_NAMES if coefficients[name].status == "estimated")
 
 
-def average(
-    levels: Levels,
-    *,
-    confidence: float = 0.95,
-    ramp: Estimate | None = None,
-) -> Average:
+def average(levels: Levels, *, confidence: float = 0.95, ramp: Estimate | None = None) -> Average:
     """Average N and the other coefficients over all models.
 
     Parameters
@@ -342,8 +318,8 @@ def average(
     ValueError
         If an argument makes no sense.
     """
-    models = band_models(levels)
-    models = models.kept(models.logarithm > math.log(LIGHT) - 60.0)
+    models = band_models.band_models(levels)
+    models = models.kept(models.logarithm > math.log(band_models.LIGHT) - 60.0)
     ruling = (models.ruled >= RULED) & _unrivalled(models, levels.level.size)
     answering = models.kept(ruling).heaviest()
     relied = answering if answering.count else models.heaviest()
@@ -390,8 +366,8 @@ def _unrivalled(models: BandModels, bins: int) -> BooleanArray:
     # The best over all bands from no later to no earlier.
     rival = np.maximum.accumulate(rival, axis=0)
     rival = np.maximum.accumulate(rival[:, ::-1], axis=1)[:, ::-1]
-    margin = math.log(_NOT_RULED)
-    return np.asarray(models.logarithm > rival[models.first, models.last] - margin)
+    # One that weighs 20 times as much makes N a bound.
+    return np.asarray(models.logarithm > rival[models.first, models.last] - math.log(20.0))
 
 
 def _need(models: BandModels, holding: BooleanArray) -> float:
@@ -425,10 +401,11 @@ def other_walk(models: BandModels, levels: Levels) -> Elsewhere | None:
     """The models whose N is another than that of the average."""
     weight = models.weights
     logarithm = 0.5 * np.log(models.squares[:, WALK])
-    another = np.abs(logarithm - weight @ logarithm) > math.log(_ANOTHER)
+    another = np.abs(logarithm - weight @ logarithm) > math.log(2.0)
     # Rounding can lift the sum of all weights above one.
     share = min(1.0, float(weight[another].sum()))
-    if share < _TOLD:
+    # Less than one tail of an interval is not told of.
+    if share < 0.02:
         return None
     heaviest = int(np.flatnonzero(another)[np.argmax(weight[another])])
     return Elsewhere(
@@ -497,8 +474,6 @@ class _Strictness(NamedTuple):
 _SURELY: Final = _Strictness(chance=0.02, outdone=3.0, apart=1.3)
 # Hardly one in a hundred recordings of five terms goes beyond these.
 _BARELY: Final = _Strictness(chance=0.001, outdone=6.0, apart=4.0)
-# Terms that a fit to the lowest frequencies may give beside an average.
-_LOW_BAND: Final = ("bias_instability", "rate_random_walk")
 
 
 def with_whole_band(levels: Levels, average: Average, fit: Fit) -> Average:
@@ -527,13 +502,16 @@ def with_whole_band(levels: Levels, average: Average, fit: Fit) -> Average:
     """
     fitted, walk = fit.coefficients["angle_random_walk"], average.angle_random_walk
     models, band = average.models, fit.band
-    if band is None or not band.is_whole or fit.departure != 0.0 or fitted.status != "estimated":
-        return average
-    if not (band.low <= levels.frequency[0] and levels.frequency[-1] <= band.high):
-        return average
     complete = (models.first == 0) & (models.last == levels.level.size)
     complete &= models.holding(WALK) & ~models.falling
-    if not complete.any():
+    if (
+        band is None
+        or not band.is_whole
+        or not band.low <= levels.frequency[0] <= levels.frequency[-1] <= band.high
+        or fit.departure != 0.0
+        or fitted.status != "estimated"
+        or not complete.any()
+    ):
         return average
     row = int(np.flatnonzero(complete)[np.argmax(models.logarithm[complete])])
     outdone = float(models.logarithm.max() - models.logarithm[row])
@@ -612,13 +590,14 @@ def with_slow_terms(average: Average, fit: Fit) -> Average:
     fit
         By likelihood, of what the average is of.
     """
+    low_band = ("bias_instability", "rate_random_walk")
     coefficients = {
-        name: (fit if name in _LOW_BAND else average).coefficients[name]
+        name: (fit if name in low_band else average).coefficients[name]
         for name in COEFFICIENT_NAMES
     }
     names = estimated_names(coefficients)
     covariance = np.diag([deviation_of(coefficients[name]) ** 2 for name in names])
-    kept = [name for name in names if name not in _LOW_BAND]
+    kept = [name for name in names if name not in low_band]
     to, of = [names.index(name) for name in kept], [average.names.index(name) for name in kept]
     covariance[np.ix_(to, to)] = average.covariance[np.ix_(of, of)]
     highest = math.nan if fit.band is None else fit.band.high
@@ -672,7 +651,7 @@ def describes(shape: FloatArray, ratio: FloatArray, freedom: int, chance: float)
     chance
         That levels of the law fail the test.
     """
-    within = gamma_deviance(shape, ratio) <= float(chdtri(freedom, chance))
+    within = band_models.gamma_deviance(shape, ratio) <= float(chdtri(freedom, chance))
     return within and largest_run(shape, ratio) < -float(ndtri(chance / (4.0 * ratio.size)))
 
 

@@ -22,20 +22,11 @@ from sagnac.spectrum.levels import Levels
 # standard deviations; and B or K beside others: three.
 _EARNED: Final = 25.0
 _PRESENT: Final = 9.0
-# Chance at which levels of noise with Markov rates are not described by them.
-_CHANCE: Final = 0.001
 # Sets of terms, by their places among Q, N, B and K.
 _B: Final = 2
 _K: Final = 3
 _TERMS: Final = ((0, 1), (0, 1, _B), (0, 1, _K), (0, 1, _B, _K))
-_LEAST_BINS: Final = 8
-_TIMES_PER_E_FOLD: Final = 3.5
 _STEP: Final = 1.01  # by which a time is changed for a slope
-_ITERATIONS: Final = 200
-_CONVERGED: Final = 1e-10
-_SETTLED: Final = 0.1  # of the deviance of two rates
-_TURNS: Final = 20  # of fitting one of two rates beside the other
-_LEAST_LAW: Final = 1e-12  # of the level
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -86,7 +77,7 @@ def slow_model(levels: Levels, *, highest: float, confidence: float = 0.95) -> S
     """
     used = levels.frequency <= highest
     level, shape, interval = levels.level[used], levels.shape[used], levels.spectrum.interval
-    if level.size < _LEAST_BINS:
+    if level.size < 8:
         return None
 
     # All sets of terms look at the same times.
@@ -104,8 +95,9 @@ def slow_model(levels: Levels, *, highest: float, confidence: float = 0.95) -> S
         two = seen.with_second(best, levels.frequency[used])
         if two is not None and best.weighed - two.weighed >= _EARNED:
             best = two
+        # Levels of noise with Markov rates are described by them, except one in a thousand.
         freedom = level.size - len(best.terms) - 2 * len(best.times)
-        if describes(shape, level / best.mean, freedom, _CHANCE):
+        if describes(shape, level / best.mean, freedom, 0.001):
             chosen = best
     if plain[0].deviance - chosen.deviance < _EARNED:
         return None
@@ -118,9 +110,7 @@ def slow_model(levels: Levels, *, highest: float, confidence: float = 0.95) -> S
 
 
 def untold(
-    levels: Levels | None,
-    choice: ModelChoice | None,
-    estimates: Mapping[CoefficientName, Estimate],
+    levels: Levels | None, choice: ModelChoice | None, estimates: Mapping[CoefficientName, Estimate]
 ) -> SlowModel | None:
     """`slow_model` beside an answer that has N, but of B and K bounds at most, which hold.
 
@@ -184,12 +174,12 @@ class _Seen:
         """The most likely squares of some terms and of Markov rates of some times."""
         laws = self.law(terms, times)
         squares, mean, deviance = np.zeros(laws.shape[1]), self.level, math.inf
-        for _ in range(_ITERATIONS):
+        for _ in range(200):
             before, weight = deviance, np.sqrt(self.shape) / mean
             squares = non_negative(laws * weight[:, np.newaxis], self.level * weight)
-            mean = np.maximum(laws @ squares, _LEAST_LAW * self.level)
+            mean = np.maximum(laws @ squares, 1e-12 * self.level)
             deviance = float(2.0 * self.shape @ (self.level / mean + np.log(mean)))
-            if abs(before - deviance) < _CONVERGED * abs(deviance):
+            if abs(before - deviance) < 1e-10 * abs(deviance):
                 break
         return _Fit(terms=terms, times=times, squares=squares, mean=mean, deviance=deviance)
 
@@ -217,7 +207,7 @@ class _Seen:
             return fitted(logarithm).deviance
 
         first, last = np.log(0.5 / (math.pi * frequency[[-1, 0]]))
-        grid = np.linspace(first, last, max(3, math.ceil(_TIMES_PER_E_FOLD * (last - first))))
+        grid = np.linspace(first, last, max(3, math.ceil(3.5 * (last - first))))
         at = int(np.argmin([deviance(float(one)) for one in grid]))
         if at in {0, grid.size - 1}:
             return None
@@ -237,11 +227,11 @@ class _Seen:
         found: list[_Fit] = []
         for terms in {one.terms, _TERMS[0]}:
             fit = anew = self.with_rate(terms, frequency, math.inf, one.times)
-            for _ in range(_TURNS):
+            for _ in range(20):
                 if anew is None:
                     break
                 fit = anew
-                anew = self.with_rate(terms, frequency, fit.deviance - _SETTLED, fit.times[-1:])
+                anew = self.with_rate(terms, frequency, fit.deviance - 0.1, fit.times[-1:])
             if fit is not None:
                 found.append(self.fitted(terms, tuple(sorted(fit.times))))
         return min(found, key=attrgetter("weighed"), default=None)

@@ -12,11 +12,7 @@ from numpy.typing import ArrayLike
 
 from sagnac.core.arrays import BooleanArray, FloatArray, elementwise
 from sagnac.core.errors import Note, RecordingError
-from sagnac.noise.cosine_spectrum import (
-    cosine_bins,
-    require_increments,
-    without_slope,
-)
+from sagnac.noise.cosine_spectrum import cosine_bins, require_increments, without_slope
 from sagnac.noise.estimates import Estimate
 from sagnac.noise.laws import STOCHASTIC_NAMES, cosine_power_basis
 from sagnac.noise.likelihood import Likelihood, Place, parabola_move
@@ -87,7 +83,28 @@ def three_cornered_hat(
     RecordingError
         If a sample is not finite, the differences do not vary, or too little is left.
     """
-    spectra = _pair_spectra(gyros, kind, sample_rate, masked, band)
+    channels = [
+        angle_increments(values, kind=kind, sample_rate=sample_rate) for values in gyros.values()
+    ]
+    require_increments(channels[0].size)
+    samples, interval = cosine_length(channels[0].size), 1.0 / sample_rate
+    # A ramp lives in the lowest indices, and least squares took what noise looks like one.
+    lowest = 4.0 / (samples * interval)
+    low, high = band if band is not None else (0.0, math.inf)
+    # One product of two transforms fits a singular matrix, at infinite likelihood.
+    bins = cosine_bins(samples, interval, masked, (max(low, lowest), high), narrowest=4)
+    basis = bins.mean_of(lambda index: cosine_power_basis(index, samples, interval))
+    one, other = (
+        cosine_transform(without_slope(elementwise(np.subtract, first, second)[:samples])[1])
+        for first, second in pairwise(channels)
+    )
+    moments = np.stack([bins.mean(*pair) for pair in ((one, one), (one, other), (other, other))], 1)
+    if not min(moments[:, 0].min(), moments[:, 2].min()) > 0.0:
+        raise RecordingError(
+            f"two of the gyros {', '.join(gyros)} are the same",
+            remedy="check the columns ({columns})",
+        )
+    spectra = _PairSpectra(basis=basis, moments=moments, count=bins.count)
     white = spectra.start(np.zeros(spectra.terms), np.ones(spectra.terms, dtype=np.bool_))
     best = spectra.maximum(white)
     estimates, notes = {}, []
@@ -184,34 +201,3 @@ class _PairSpectra(Likelihood):
         white = np.zeros((3, self.basis.shape[1]))
         white[:, STOCHASTIC_NAMES.index("angle_random_walk")] = walks / self.basis[0, 1]
         return np.where(free, white.ravel(), squares)
-
-
-def _pair_spectra(
-    gyros: Mapping[str, ArrayLike],
-    kind: Kind,
-    sample_rate: float,
-    masked: Sequence[tuple[float, float]],
-    band: tuple[float, float] | None,
-) -> _PairSpectra:
-    channels = [
-        angle_increments(values, kind=kind, sample_rate=sample_rate) for values in gyros.values()
-    ]
-    require_increments(channels[0].size)
-    samples, interval = cosine_length(channels[0].size), 1.0 / sample_rate
-    # A ramp lives in the lowest indices, and least squares took what noise looks like one.
-    lowest = 4.0 / (samples * interval)
-    low, high = band if band is not None else (0.0, math.inf)
-    # One product of two transforms fits a singular matrix, at infinite likelihood.
-    bins = cosine_bins(samples, interval, masked, (max(low, lowest), high), narrowest=4)
-    basis = bins.mean_of(lambda index: cosine_power_basis(index, samples, interval))
-    one, other = (
-        cosine_transform(without_slope(elementwise(np.subtract, first, second)[:samples])[1])
-        for first, second in pairwise(channels)
-    )
-    moments = np.stack([bins.mean(*pair) for pair in ((one, one), (one, other), (other, other))], 1)
-    if not min(moments[:, 0].min(), moments[:, 2].min()) > 0.0:
-        raise RecordingError(
-            f"two of the gyros {', '.join(gyros)} are the same",
-            remedy="check the columns ({columns})",
-        )
-    return _PairSpectra(basis=basis, moments=moments, count=bins.count)

@@ -130,14 +130,13 @@ def write(reproduction: Reproduction, folder: Path) -> list[Path]:
     RecordingError
         If the folder cannot be written to.
     """
-    names = ["reproduction.html"]
     figures = values.figures_of(reproduction)
+    pictures = {f"{name}.png": figure for name, figure in figures.items()}
+    tables = {f"{name}.csv": text for name, text in values.tables(reproduction).items()}
     with replacing_folder(folder) as new:
-        for name, figure in figures.items():
-            names.append(f"{name}.png")
-            write_png(figure, new / names[-1])
-        for name, text in values.tables(reproduction).items():
-            names.append(f"{name}.csv")
-            write_text(new / names[-1], text)
-        write_text(new / names[0], page(reproduction, figures))
-    return [folder / name for name in names]
+        for name, figure in pictures.items():
+            write_png(figure, new / name)
+        for name, text in tables.items():
+            write_text(new / name, text)
+        write_text(new / "reproduction.html", page(reproduction, figures))
+    return [folder / name for name in ("reproduction.html", *pictures, *tables)]

@@ -15,6 +15,7 @@ import json
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
+from itertools import product
 from typing import Final, Literal, NamedTuple
 
 import numpy as np
@@ -62,19 +63,22 @@ def on_day(config: RigConfig, seed: int) -> RigConfig:
     """
     random = np.random.default_rng([20130227, seed])
     gyro, disturbances = config.gyro, config.disturbances
-    lock_in, time = gyro.lock_in_deg_per_h, _lines_of(config)
+    # The lines in time of the two sets, before they are drawn.
+    time = [
+        (frequency, amplitude if frequency >= _MAINS else DRIVEN * amplitude)
+        for frequency, amplitude in disturbances.time
+        if config.turning
+    ]
     common = random.lognormal(0.0, _LOCK_IN)
     diffusion = gyro.backscatter_diffusion_rad2_per_s * random.lognormal(0.0, _DIFFUSION)
     sizes, places = random.lognormal(0.0, _LINES, len(time)), random.normal(size=len(time))
+    # One above half the sample rate is kept at it.
+    half = 0.5 * config.sample_rate_hz
     moved: Pairs = tuple(
-        (
-            # One above half the sample rate is kept at it.
-            float(min(frequency * (1.0 + _FREQUENCY * place), 0.5 * config.sample_rate_hz)),
-            float(amplitude * size),
-        )
+        (float(min(frequency * (1.0 + _FREQUENCY * place), half)), float(amplitude * size))
         for (frequency, amplitude), size, place in zip(time, sizes, places, strict=True)
     )
-    x, y, z = (float(one * common) for one in lock_in)
+    x, y, z = (float(one * common) for one in gyro.lock_in_deg_per_h)
     return replace(
         config,
         gyro=replace(
@@ -85,16 +89,6 @@ def on_day(config: RigConfig, seed: int) -> RigConfig:
             warm_up_k=float(_WARM_UP * random.normal()),
         ),
         disturbances=replace(disturbances, time=moved),
-    )
-
-
-def _lines_of(config: RigConfig) -> Pairs:
-    """The lines in time of the two sets, before they are drawn for a day."""
-    if not config.turning:
-        return ()
-    return tuple(
-        (frequency, amplitude if frequency >= _MAINS else DRIVEN * amplitude)
-        for frequency, amplitude in config.disturbances.time
     )
 
 
@@ -170,7 +164,6 @@ def by_each_reading(evidence: Evidence) -> dict[ReadingName, float]:
 # ---- plan --------------------------------------------------------------------------
 
 RUN_SCHEMA: Final = "sagnac.reproduction-run/3"
-_CELL_OF_FIGURE_2: Final[tuple[Table, float]] = ("table2", 40.0)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -265,23 +258,22 @@ def plan(scope: Scope) -> tuple[Run, ...]:
 def _runs_of_table(table: Table, scope: Scope) -> list[Run]:
     """Runs of every cell, ours and the paper's; the recording of Figure 2 comes after its cell."""
     runs: list[Run] = []
-    for rate in TABLES[table].published:
-        for day in range(1, scope.days + 1):
-            seed = TABLES[table].first_seed + round(rate) * 10 + day
-            config = config_of_run(TABLES[table].mode, rate, seed, scope.table_duration_s)
-            config = on_day(config, seed)
-            own = Run(name=cell_name(table, rate, day), config=config, gyros=PAIR, method="fos")
-            # At rest the paper removes nothing.
-            method: Method = "fos-paper" if rate > 0.0 else "none"
-            name = cell_name(table, rate, day, "paper")
-            published_run = replace(own, name=name, method=method, by_curve=True)
-            runs += [own, published_run]
-            if rate > 0.0:
-                name = cell_name(table, rate, day, "printed")
-                runs.append(replace(published_run, name=name, as_printed=True))
-            if (table, rate) == _CELL_OF_FIGURE_2:
-                long = replace(config, duration_s=scope.figure_duration_s)
-                runs.append(Run(name=f"figure2-day{day}", config=long, gyros=PAIR, method="fris"))
+    for rate, day in product(TABLES[table].published, range(1, scope.days + 1)):
+        seed = TABLES[table].first_seed + round(rate) * 10 + day
+        config = config_of_run(TABLES[table].mode, rate, seed, scope.table_duration_s)
+        config = on_day(config, seed)
+        own = Run(name=cell_name(table, rate, day), config=config, gyros=PAIR, method="fos")
+        # At rest the paper removes nothing.
+        method: Method = "fos-paper" if rate > 0.0 else "none"
+        name = cell_name(table, rate, day, "paper")
+        published_run = replace(own, name=name, method=method, by_curve=True)
+        runs += [own, published_run]
+        if rate > 0.0:
+            name = cell_name(table, rate, day, "printed")
+            runs.append(replace(published_run, name=name, as_printed=True))
+        if (table, rate) == ("table2", 40.0):
+            long = replace(config, duration_s=scope.figure_duration_s)
+            runs.append(Run(name=f"figure2-day{day}", config=long, gyros=PAIR, method="fris"))
     return runs
 
 

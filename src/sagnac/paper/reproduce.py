@@ -30,18 +30,8 @@ from sagnac.lines.published import AS_PRINTED, FAIR
 from sagnac.noise.curve_fit import is_in_paper, paper_fit
 from sagnac.noise.estimates import Estimate, Status, unobserved
 from sagnac.noise.readings import PLAIN, ReadingName
-from sagnac.paper.prediction import (
-    FULL,
-    TABLES,
-    Prediction,
-    Run,
-    Scope,
-    Table,
-    by_each_reading,
-    cell_name,
-    plan,
-    predicted_angle_random_walk,
-)
+from sagnac.paper import prediction
+from sagnac.paper.prediction import Run, Scope
 from sagnac.paper.trials import FITTED_TERMS, FORMS, Form, Trial, least_squares, trials
 from sagnac.recording.model import Channel, Recording
 from sagnac.report.quantities import curve_columns
@@ -101,7 +91,7 @@ def outcome_of(run: Run, simulation: Simulation) -> Outcome:
     answer, evidence = answer_of(recording, settings)
     noise = truth.pairs["-".join(run.gyros)] if len(run.gyros) == 2 else truth.gyros[run.gyros[0]]
     estimate = _step_4(evidence) if run.by_curve else answer.estimate
-    readings = by_each_reading(evidence) if run.by_curve else {}
+    readings = prediction.by_each_reading(evidence) if run.by_curve else {}
     return Outcome(
         run=run,
         truth_deg_per_sqrt_h=noise.arw_deg_per_sqrt_h,
@@ -213,13 +203,13 @@ class Reproduction:
     scope: Scope
     outcomes: Mapping[str, Outcome]
     trials: tuple[Trial, ...]
-    prediction: Prediction
+    prediction: prediction.Prediction
     computed: int = 0
 
 
 def reproduce(
     folder: Path,
-    scope: Scope = FULL,
+    scope: Scope = prediction.FULL,
     *,
     means: Means | None = None,
     told: Callable[[Standing], None] = nobody,
@@ -249,7 +239,7 @@ def reproduce(
     RecordingError
         If the folder cannot be written to, or a process dies.
     """
-    runs = plan(scope)
+    runs = prediction.plan(scope)
     store = folder / "runs"
     try:
         store.mkdir(exist_ok=True)
@@ -275,7 +265,7 @@ def reproduce(
         scope=scope,
         outcomes={run.name: outcomes[run.name] for run in runs},
         trials=trials(scope.figure_duration_s),
-        prediction=predicted_angle_random_walk(np.geomspace(5.0, 200.0, 120) * DEGREE),
+        prediction=prediction.predicted_angle_random_walk(np.geomspace(5.0, 200.0, 120) * DEGREE),
         computed=len(missing),
     )
 
@@ -340,12 +330,12 @@ class Cell(NamedTuple):
     as_printed: Outcome
 
 
-def outcomes_of_table(reproduction: Reproduction, table: Table) -> list[Cell]:
+def outcomes_of_table(reproduction: Reproduction, table: prediction.Table) -> list[Cell]:
     """Cells of a table, day by day at each rate."""
     cells, found = [], reproduction.outcomes
-    for rate, days in TABLES[table].published.items():
+    for rate, days in prediction.TABLES[table].published.items():
         for day, published in enumerate(days[: reproduction.scope.days], start=1):
-            own, paper = (found[cell_name(table, rate, day, by)] for by in ("", "paper"))
-            printed = found.get(cell_name(table, rate, day, "printed"), paper)
+            own, paper = (found[prediction.cell_name(table, rate, day, by)] for by in ("", "paper"))
+            printed = found.get(prediction.cell_name(table, rate, day, "printed"), paper)
             cells.append(Cell(rate, day, published, own, paper, printed))
     return cells

@@ -13,13 +13,7 @@ from sagnac.core.arrays import FloatArray, extent
 from sagnac.core.units import ARCSECOND, DEGREE, DEGREE_PER_ROOT_HOUR
 from sagnac.noise.readings import READINGS, ReadingName
 from sagnac.paper.prediction import FIGURE_3, TABLES, Table
-from sagnac.paper.reproduce import (
-    Cell,
-    Order,
-    Outcome,
-    Reproduction,
-    outcomes_of_table,
-)
+from sagnac.paper.reproduce import Cell, Order, Outcome, Reproduction, outcomes_of_table
 from sagnac.paper.trials import FORMS, Form
 from sagnac.report.figures import frames_figure, styled
 from sagnac.report.frame import BLUE, DASHED, GREEN, INK, ORANGE, band, logarithmic

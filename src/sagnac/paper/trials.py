@@ -29,7 +29,6 @@ FORMS: Final[tuple[Form, ...]] = get_args(Form)
 # (`python -m benchmarks.figure_3`).
 FORM: Final[Form] = "deviation, relative"
 FITTED_TERMS: Final = 5
-_POWERS: Final = (-2.0, -1.0, 0.0, 1.0, 2.0)  # of tau in the variance, Eq. 3
 
 
 def least_squares(tau: ArrayLike, deviation: ArrayLike, form: Form) -> float:
@@ -58,7 +57,8 @@ def least_squares(tau: ArrayLike, deviation: ArrayLike, form: Form) -> float:
     times = np.asarray(tau, dtype=np.float64)
     sizes = np.asarray(deviation, dtype=np.float64)
     observed = sizes**2 if of_variance else sizes
-    basis = times[:, np.newaxis] ** (np.array(_POWERS) * (1.0 if of_variance else 0.5))
+    # Powers of tau in the variance, Eq. 3, or in the deviation.
+    basis = times[:, np.newaxis] ** (np.arange(-2.0, 3.0) * (1.0 if of_variance else 0.5))
     weight = 1.0 / observed if relative else np.ones_like(observed)
     columns = basis * weight[:, np.newaxis]
     norm = np.linalg.norm(columns, axis=0)

@@ -23,19 +23,6 @@ from sagnac.spectrum.power_laws import running_median
 from sagnac.spectrum.tapered import TaperedSpectrum, smoothed_law
 
 BINS_A_DECADE: Final = 10
-# Chance that a bin of noise loses a cell.
-_CHANCE: Final = 0.01
-# Share of the cells averaged: all of few, the lower part of more. The more cells there are the
-# less their number matters beside what is not noise.
-_TRIM: Final = ((40, 0.5), (8, 0.75), (0, 1.0))
-# Cells beyond which one more does not change what the average is of a mean.
-_MANY: Final = 1000
-# Ratio of degrees of freedom of neighbouring cells from which on they are of two kinds.
-_OTHER_KIND: Final = 1.5
-# Times that the levels are read, each time flattened by those before.
-_ROUNDS: Final = 3
-# A cell that more leaks into, as a share of its density, is left out.
-_LEAKED: Final = 0.2
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -93,9 +80,7 @@ class Levels:
 
 
 def robust_levels(
-    spectrum: TaperedSpectrum,
-    *,
-    masked: Sequence[tuple[float, float]] = (),
+    spectrum: TaperedSpectrum, *, masked: Sequence[tuple[float, float]] = ()
 ) -> Levels:
     """Levels of a tapered spectrum.
 
@@ -118,7 +103,7 @@ def robust_levels(
         If no cell is left.
     """
     cells = spectrum.cells
-    usable = cells.leaked < _LEAKED * cells.density
+    usable = cells.leaked < 0.2 * cells.density
     for low, high in masked:
         usable &= (cells.high + cells.half_width < low) | (cells.low - cells.half_width > high)
     # Rounding, or a readout that never moves.
@@ -135,7 +120,8 @@ def robust_levels(
     place = np.array([height[some].mean() for some in kept])
     shapes = [round(0.5 * float(cells.degrees_of_freedom[some].mean()), 3) for some in kept]
     law = np.zeros(height.size)
-    for _ in range(_ROUNDS):
+    # The levels are read three times, each time flattened by those before.
+    for _ in range(3):
         flat = np.zeros(height.size)
         for some in kept:
             flat[some] = np.exp(law[some] - law[some].mean())
@@ -167,7 +153,7 @@ def _members(spectrum: TaperedSpectrum) -> list[tuple[int, int]]:
     """
     frequency, freedom = spectrum.cells.frequency, spectrum.cells.degrees_of_freedom
     index = np.floor(BINS_A_DECADE * np.log10(frequency * 2.0 * spectrum.interval))
-    others = np.abs(np.diff(np.log(freedom))) > math.log(_OTHER_KIND)
+    others = np.abs(np.diff(np.log(freedom))) > math.log(1.5)
     edges = np.flatnonzero((np.diff(index) > 0.0) | others) + 1
     bounds = [0, *edges.tolist(), frequency.size]
     return list(pairwise(bounds))
@@ -199,7 +185,8 @@ def _standing(cells: FloatArray, shape: float) -> BooleanArray:
     typical = float(third) / (gammaincinv(shape, 0.35) / shape)
     # The third itself scatters, by about one and a half standard errors of the mean.
     scatter = 1.0 + 3.0 * 1.3 / math.sqrt(shape * cells.size)
-    largest = float(gammaincinv(shape, 1.0 - _CHANCE / cells.size)) / shape
+    # A bin of noise loses a cell in one of a hundred.
+    largest = float(gammaincinv(shape, 1.0 - 0.01 / cells.size)) / shape
     standing = cells > typical * largest * scatter
     beside = standing.copy()
     beside[1:] |= standing[:-1]
@@ -226,8 +213,11 @@ def _lower_average(cells: int, shape: float) -> tuple[int, float, float]:
     The smallest r of m variates have the mean ``m/r int G^-1(u) P(Bin(m-1, u) < r) du``; the
     efficiency is that of a trimmed mean (Huber, Robust Statistics, 1981, 3.3).
     """
-    in_all, cells = cells, min(cells, _MANY)
-    share = next(kept for least, kept in _TRIM if cells >= least)
+    # Beyond a thousand cells one more does not change what the average is of a mean.
+    in_all, cells = cells, min(cells, 1000)
+    # All of few, the lower part of more: the more cells there are the less their number matters
+    # beside what is not noise.
+    share = 0.5 if cells >= 40 else 0.75 if cells >= 8 else 1.0
     count = math.ceil(share * cells)
     if count == cells:
         return in_all, 1.0, 1.0

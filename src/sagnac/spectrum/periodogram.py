@@ -110,21 +110,15 @@ def bin_sums(values: FloatArray, edges: IntegerArray) -> FloatArray:
 
 # ---- tapers ------------------------------------------------------------------------
 
-# Tapers of the spectrum in a figure.
-_TAPERS: Final = 5
 # Tapers of the answer's spectrum, and half the band in cycles a record that they smooth
 # over: the k-th sine taper has its two peaks at k/2 cycles a record.
 TAPERS: Final = 7
 HALF_WIDTH: Final = 4
 # Ordinates in a cell: its width is that of the window, so that neighbours are nearly independent.
 CELL: Final = 2 * HALF_WIDTH
-# Offsets, cycles a record, over which the response of the tapers is kept.
-_REACH: Final = 12
-# Steps of the response in one cycle a record.
-_FINE: Final = 4
 
 
-def multitaper(increments: FloatArray, tapers: int = _TAPERS) -> FloatArray:
+def multitaper(increments: FloatArray, tapers: int = 5) -> FloatArray:
     """Power of the increments at the frequencies of `periodogram`, averaged over sine tapers.
 
     The leakage of a periodogram falls as f^-2, no faster than a rate random walk does; that of
@@ -212,11 +206,11 @@ def response() -> tuple[FloatArray, FloatArray]:
         (offsets,) from -12 to 12 cycles a record, and the response there, a density over offsets
         in cycles a record.
     """
-    power = _taper_power(4096, _FINE)[: _FINE * _REACH + 1]
-    power /= (2.0 * power.sum() - power[0]) / _FINE
+    power = _taper_power(4096, 4)[: 4 * 12 + 1]
+    power /= (2.0 * power.sum() - power[0]) / 4.0
     both = np.concatenate([power[:0:-1], power])
     both.setflags(write=False)
-    return np.arange(-_FINE * _REACH, _FINE * _REACH + 1) / _FINE, both
+    return np.arange(1 - power.size, power.size) / 4.0, both
 
 
 @lru_cache(maxsize=1)
@@ -278,12 +272,9 @@ def leaked_density(density: FloatArray) -> FloatArray:
     FloatArray
         (ordinates,), in the unit of `density`.
     """
-    size = density.size
-    lobes = _sidelobes()
-    tail = np.full(size, lobes[-1])
-    tail[: min(size, lobes.size)] = lobes[: min(size, lobes.size)]
-    if size > lobes.size:
-        tail[lobes.size :] *= (lobes.size / np.arange(lobes.size, size)) ** 4
+    size, lobes, place = density.size, _sidelobes(), np.arange(density.size)
+    tail = lobes[np.minimum(place, lobes.size - 1)]
+    tail *= np.minimum(lobes.size / np.maximum(place, 1), 1.0) ** 4
     tail[: 2 * CELL] = 0.0
     # The response is a density over offsets: its middle is about 1/(2 HALF_WIDTH) a cycle.
     tail /= 2 * HALF_WIDTH

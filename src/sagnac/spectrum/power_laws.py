@@ -62,12 +62,6 @@ def running_median(values: FloatArray, width: int) -> FloatArray:
 
 # ---- power laws --------------------------------------------------------------------
 
-# An ordinate this many floors high in a narrow bin is a line, not noise: exp(-9) of them by chance.
-_LINE_RATIO: Final = 9.0
-_ROUNDS: Final = 16
-# Logarithmic bins, and single ones before them.
-_BINS: Final = 160
-_SINGLE: Final = 9
 # A law is nowhere lower than this part of the usual level.
 _LEAST: Final = 1e-12
 
@@ -137,11 +131,8 @@ def bin_levels(power: FloatArray) -> tuple[FloatArray, IntegerArray, FloatArray]
         (bins,) mean number of the ordinates in each, how many there are, and the expected power
         from their median: lines do not lift the level of a bin they are few in.
     """
-    edges = np.unique(
-        np.concatenate(
-            [np.arange(_SINGLE), np.geomspace(_SINGLE, power.size, _BINS).astype(np.int64)]
-        )
-    )
+    logarithmic = np.geomspace(9, power.size, 160).astype(np.int64)
+    edges = np.unique(np.concatenate([np.arange(9), logarithmic]))
     starts, stops = edges[:-1], edges[1:]
     count = stops - starts
     level = np.empty(count.size)
@@ -176,12 +167,14 @@ def fit_levels(design: FloatArray, level: FloatArray, count: IntegerArray) -> Fl
     least = max(_LEAST * float(np.max(level)), np.finfo(float).tiny)
     model = np.maximum(level, _LEAST)
     target, keep = level, np.ones(level.size, dtype=bool)
-    for number in range(_ROUNDS):
+    for number in range(16):
         weight = np.where(keep, np.sqrt(count) / model, 0.0)
         solution, _ = nnls(design * weight[:, None], target * weight)
         model = np.maximum(design @ solution, least)
-        highest = model * (1.0 + _LINE_RATIO / np.sqrt(count))
-        if number < _ROUNDS // 2:
+        # An ordinate nine floors high in a narrow bin is a line, not noise: exp(-9) of them by
+        # chance.
+        highest = model * (1.0 + 9.0 / np.sqrt(count))
+        if number < 8:
             # What stands above the law may be a line or a law not seen yet: it pulls, but no
             # harder than a line may. Left out at once, a law could never come in.
             target = np.minimum(level, highest)
@@ -194,10 +187,6 @@ def fit_levels(design: FloatArray, level: FloatArray, count: IntegerArray) -> Fl
 
 _HALF_WIDTH: Final = 256  # bins; the median of 513 ordinates is good to 6 %
 _MOST_HALF_WIDTH: Final = 4096
-# With fewer bins than this the floor is one constant level.
-_FEWEST_BINS: Final = 32
-# Windows after which memory is given back; this many of the widest fill one block.
-_WINDOWS_AT_ONCE: Final = 64
 
 
 def noise_floor(power: FloatArray) -> FloatArray:
@@ -226,14 +215,16 @@ def noise_floor(power: FloatArray) -> FloatArray:
     >>> bool(abs(noise_floor(power).mean() - 1.0) < 0.02)
     True
     """
-    if power.size < _FEWEST_BINS:
+    if power.size < 32:
+        # One constant level.
         level = float(np.median(power[1:])) / np.log(2.0)
         return np.full(power.size, max(level, np.finfo(float).tiny))
     law, windows = fit_power_laws(power[1:]), floor_windows(power.size)
     floor, ratios = elementwise(np.ones_like, power), np.empty(len(windows))
     multiply(floor, law.points, law.at(law.points))
     # Ratio of mean power to the law in each window, from the median of exponential ordinates.
-    for some in blocks(len(windows), _WINDOWS_AT_ONCE):
+    # 64 of the widest windows fill one block of memory.
+    for some in blocks(len(windows), 64):
         for index, window in enumerate(windows[some], start=some.start):
             ratios[index] = median(power[window] / floor[window]) / np.log(2.0)
     middles = np.array([0.5 * (window.start + window.stop) for window in windows])

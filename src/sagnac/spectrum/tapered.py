@@ -10,23 +10,14 @@ from numpy.typing import ArrayLike
 from scipy.fft import prev_fast_len
 
 from sagnac.core.arrays import BLOCK, BooleanArray, FloatArray, blocks, empty
-from sagnac.spectrum.periodogram import (
-    CELL,
-    HALF_WIDTH,
-    band_degrees_of_freedom,
-    leaked_density,
-    response,
-    tapered_power,
-)
-from sagnac.spectrum.periodogram import density as rate_density
+from sagnac.spectrum import periodogram
+from sagnac.spectrum.periodogram import CELL, HALF_WIDTH
 from sagnac.spectrum.sums import angle_series
 
 # First ordinate in use, cycles a record. Below it the line that is taken off is missed.
 _FIRST: Final = 6
 # Longest stretch that is transformed at once, samples: such a transform stays in cache.
 SEGMENT: Final = 2**17
-# Cells of a segment that the decimated record covers instead.
-_HANDED_DOWN: Final = 64
 # Stop band of the filters before decimation, dB, and the largest step of one of them.
 _STOP: Final = 140.0
 _STEP: Final = 4
@@ -34,10 +25,6 @@ _STEP: Final = 4
 _USED: Final = 0.2
 # Smallest record, samples.
 LEAST_SAMPLES: Final = 64
-# A Hann weight as a sum of whole orders of a phase.
-_HANN: Final = np.array([0.5, -0.5], dtype=np.complex128)
-# Cycles a record below which a law bends within the window.
-_BENDS: Final = 60.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -129,10 +116,9 @@ def tapered_spectrum(
     values = _straight(np.asarray(increments, dtype=np.float64))
     cells = _cells(values, sample_rate, segment)
     if values.size > segment:
-        # The coarse cells below, the fine ones above the first `_HANDED_DOWN` of a segment.
+        # The coarse cells below, the fine ones above the first 64 of a segment.
         coarse = _coarse_cells(values, sample_rate, segment)
-        handed_down = min(_HANDED_DOWN, cells.low.size - 1)
-        edge = min(float(cells.low[handed_down]), float(coarse.high[-1]))
+        edge = min(float(cells.low[min(64, cells.low.size - 1)]), float(coarse.high[-1]))
         cells = coarse.kept(coarse.high <= edge).followed_by(cells.kept(cells.low >= edge))
     return TaperedSpectrum(
         cells=cells, interval=1.0 / sample_rate, duration=values.size / sample_rate
@@ -149,7 +135,8 @@ def _straight(values: FloatArray) -> FloatArray:
     sums = np.zeros(4)
     for block in blocks(size):
         place = np.arange(block.start, block.stop) + 0.5
-        weight = angle_series(2.0 * math.pi / size * place, _HANN)
+        # The Hann weight as a sum of whole orders of a phase.
+        weight = angle_series(2.0 * math.pi / size * place, np.array([0.5, -0.5 + 0.0j]))
         place -= 0.5 * size
         part = values[block]
         sums += [weight @ part, (weight * place) @ part, weight.sum(), weight @ place**2]
@@ -168,8 +155,8 @@ def _cells(values: FloatArray, sample_rate: float, segment: int) -> Cells:
     periods = 2 * int(prev_fast_len((stride + 1) // 2, real=True))
     power = np.zeros(periods // 2 + 1)
     for stretch in blocks(count * stride, stride):
-        power += tapered_power(values[stretch.start : stretch.start + periods - 1])
-    density = rate_density(power / count, sample_rate)
+        power += periodogram.tapered_power(values[stretch.start : stretch.start + periods - 1])
+    density = periodogram.density(power / count, sample_rate)
     cells = (density.size - 1 - _FIRST) // CELL
     used = slice(_FIRST, _FIRST + cells * CELL)
     first = _FIRST + CELL * np.arange(cells, dtype=np.float64)
@@ -179,21 +166,10 @@ def _cells(values: FloatArray, sample_rate: float, segment: int) -> Cells:
         low=(first - 0.5) * unit,
         high=(first + CELL - 0.5) * unit,
         density=density[used].reshape(cells, CELL).mean(axis=1),
-        degrees_of_freedom=np.full(cells, count * band_degrees_of_freedom(CELL)),
-        leaked=leaked_density(density)[used].reshape(cells, CELL).mean(axis=1),
+        degrees_of_freedom=np.full(cells, count * periodogram.band_degrees_of_freedom(CELL)),
+        leaked=periodogram.leaked_density(density)[used].reshape(cells, CELL).mean(axis=1),
         half_width=np.full(cells, HALF_WIDTH * unit),
     )
-
-
-def _low_pass(taps: int, corner: float) -> FloatArray:
-    """(taps,) low-pass of gain one at rest, a sinc under a Kaiser window; `corner` a sample.
-
-    As ``scipy.signal.firwin``, whose import takes half a second.
-    """
-    place = np.arange(taps) - 0.5 * (taps - 1)
-    window = np.kaiser(taps, 0.1102 * (_STOP - 8.7))
-    passed = 2.0 * corner * np.sinc(2.0 * corner * place) * window
-    return np.asarray(passed / passed.sum())
 
 
 def _coarse_cells(values: FloatArray, sample_rate: float, segment: int) -> Cells:
@@ -212,12 +188,15 @@ def _anti_alias(step: int, left: int) -> FloatArray:
 
     It passes what is used in the end, and stops what folds there; what folds elsewhere is
     stopped by a later step or not used. That leaves it a wide slope, and so a few taps. Their
-    number is Kaiser's (Oppenheim and Schafer, Discrete-Time Signal Processing, 7.5).
+    number is Kaiser's (Oppenheim and Schafer, Discrete-Time Signal Processing, 7.5). It is a sinc
+    under a Kaiser window, of gain one at rest, as ``scipy.signal.firwin`` makes it, whose import
+    takes half a second.
     """
-    passed = _USED / left
-    slope = 1.0 / step - 2.0 * passed
-    taps = math.ceil((_STOP - 8.0) / (2.285 * 2.0 * math.pi * slope))
-    return _low_pass(2 * (taps // 2) + 1, 0.5 / step)
+    slope = 1.0 / step - 2.0 * _USED / left
+    half = math.ceil((_STOP - 8.0) / (2.285 * 2.0 * math.pi * slope)) // 2
+    taps = np.sinc(np.arange(-half, half + 1.0) / step)
+    taps *= np.kaiser(taps.size, 0.1102 * (_STOP - 8.7))
+    return np.asarray(taps / taps.sum())
 
 
 def _decimated(values: FloatArray, taps: FloatArray, step: int) -> FloatArray:
@@ -259,7 +238,7 @@ def line_density(spectrum: TaperedSpectrum, frequency: float, amplitude: float) 
     cells, interval = spectrum.cells, spectrum.interval
     rate = 2.0 * amplitude * abs(math.sin(math.pi * frequency * interval)) / interval
     seen = abs(frequency - round(frequency * interval) / interval)
-    offset, kernel = response()
+    offset, kernel = periodogram.response()
     below = np.concatenate([[0.0], np.cumsum(0.5 * (kernel[1:] + kernel[:-1]))])
     unit = cells.half_width / HALF_WIDTH
     low, high = (
@@ -291,12 +270,12 @@ def smoothed_law(law: Callable[[FloatArray], FloatArray], spectrum: TaperedSpect
     cells = spectrum.cells
     result = np.asarray(law(cells.frequency), dtype=np.float64).copy()
     unit = cells.half_width / HALF_WIDTH
-    offset, kernel = response()
+    offset, kernel = periodogram.response()
     ordinates = np.arange(CELL) - 0.5 * (CELL - 1)
     shift = (ordinates[:, np.newaxis] + offset).ravel()
     weight = np.tile(kernel / kernel.sum(), CELL) / CELL
     highest = 0.5 / spectrum.interval
-    bent = cells.frequency < _BENDS * unit
+    bent = cells.frequency < 60.0 * unit
     place = np.abs(cells.frequency[bent, np.newaxis] + np.multiply.outer(unit[bent], shift))
     place = np.clip(place, 0.5 * unit[bent, np.newaxis], highest)
     result[bent] = weight @ law(place.ravel()).reshape(*place.shape, result.shape[1])

@@ -52,13 +52,7 @@ def is_balanced(length: int) -> bool:
 
 
 def factored(
-    part: Part,
-    samples: int,
-    length: int,
-    size: int,
-    store: Store,
-    *,
-    dtype: type = np.complex128,
+    part: Part, samples: int, length: int, size: int, store: Store, *, dtype: type = np.complex128
 ) -> FloatArray:
     """An array of `size` made of the Fourier sums at k / length, block by block.
 

@@ -41,7 +41,6 @@ Riley and Greenhall
 """
 
 import math
-from collections.abc import Mapping
 from dataclasses import dataclass
 from html import escape
 from typing import Any, Final
@@ -50,43 +49,28 @@ import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import ArrayLike, NDArray
 from scipy import fft
+from scipy.special import gammaincinv
 
 from sagnac.core.arrays import FloatArray, blocks, pandas_for
-from sagnac.core.errors import Note, require_choice, require_confidence
+from sagnac.core.errors import Note, require_choice, require_confidence, require_shape
 from sagnac.recording.channel import Compared, Kind, numbers, require_rate
 from sagnac.stability import Estimator, Gaps
 from sagnac.stability.estimators import ESTIMATORS, properties_of
 from sagnac.stability.noise_type import (
     check_noise_type,
-    chi_squared_limits,
     cluster_sizes,
     identified_noise_types,
 )
-from sagnac.stability.sums import (
-    accumulated_track,
-    overlapping_sums,
-    whole_track,
-)
+from sagnac.stability.sums import accumulated_track, overlapping_sums, whole_track
 
 # ---- every cluster -----------------------------------------------------------------
 
-# Clusters up to here are summed term by term, which is as fast, as are those with few starts,
-# whose sums may be small by chance.
+# Clusters up to here are summed term by term, which is as fast.
 _DIRECT: Final = 32
-_FEW_STARTS: Final = 1024
-# The longest cluster of a set over its shortest, and the starts of a stretch over the longest
-# cluster: (6 * 8)^3 roundings of a rate random walk are 1e-10 of its variance.
-_SPAN: Final = 6
-_STARTS: Final = 6
 # Side of the smallest rectangle that is worth a transform.
 _SMALL: Final = 32
 # Angles transformed at a time.
 _AT_ONCE: Final = 2**20
-
-
-# Sizes beyond which squares of sums of samples are no numbers, or zero.
-_LARGEST: Final = 1e100
-_SMALLEST: Final = 1e-140
 
 
 def _samples(values: ArrayLike) -> FloatArray:
@@ -96,7 +80,7 @@ def _samples(values: ArrayLike) -> FloatArray:
         float(np.nanmax(np.abs(samples[block]), initial=0.0)) for block in blocks(samples.size)
     ]
     largest = max(sizes, default=0.0)
-    if 0.0 < largest < _SMALLEST or _LARGEST < largest < math.inf:
+    if 0.0 < largest < 1e-140 or 1e100 < largest < math.inf:
         raise ValueError(f"values reach {largest:.3g}; give them in the unit that is stated")
     return samples
 
@@ -149,10 +133,13 @@ def _sums_of_all_clusters(angle: FloatArray) -> FloatArray:
     """((angles - 1) // 2,) V(m) from m = 1 on."""
     longest = (angle.size - 1) // 2
     direct = np.arange(1, longest + 1)
-    direct = direct[(direct <= _DIRECT) | (angle.size - 2 * direct <= _FEW_STARTS)]
+    # Sums over few starts may be small by chance.
+    direct = direct[(direct <= _DIRECT) | (angle.size - 2 * direct <= 1024)]
     sums = np.empty(longest)
     while longest > _DIRECT:
-        shorter = max(longest // _SPAN, _DIRECT)
+        # The longest cluster of a set is six times its shortest, and a stretch has starts for six
+        # of the longest: (6 * 8)^3 roundings of a rate random walk are 1e-10 of its variance.
+        shorter = max(longest // 6, _DIRECT)
         sums[shorter:longest] = _sums_up_to(angle, longest)[shorter:]
         longest = shorter
     sums[direct - 1], _ = overlapping_sums(whole_track(angle), direct, 2)
@@ -161,8 +148,7 @@ def _sums_of_all_clusters(angle: FloatArray) -> FloatArray:
 
 def _sums_up_to(angle: FloatArray, longest: int) -> FloatArray:
     """(longest,) V(m), over stretches that are long beside the longest cluster."""
-    step = _STARTS * longest
-    shared = 2 * longest
+    step, shared = 6 * longest, 2 * longest
     # The last stretch, which takes the rest of the record, is at least as long as what is shared.
     stretches = max((angle.size - shared) // step, 0)
     sums = _sums_in_rows(angle[None, stretches * step :], longest)
@@ -222,17 +208,7 @@ def _triangle(rows: FloatArray, longest: int) -> FloatArray:
 
 # ---- curve -------------------------------------------------------------------------
 
-# Rows that a notebook shows of a curve.
-_SHOWN_POINTS: Final = 12
-_ARRAYS: Final[Mapping[str, type]] = {
-    "tau": np.float64,
-    "deviation": np.float64,
-    "terms": np.int64,
-    "edf": np.float64,
-    "low": np.float64,
-    "high": np.float64,
-    "noise_type": np.int64,
-}
+_COLUMNS: Final = ("tau", "deviation", "low", "high", "edf", "terms", "noise_type")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, repr=False, eq=False)
@@ -292,13 +268,10 @@ class StabilityCurve(Compared):
     notes: tuple[Note, ...] = ()
 
     def __post_init__(self) -> None:
-        for name, kind in _ARRAYS.items():
+        for name in _COLUMNS:
+            kind = np.int64 if name in {"terms", "noise_type"} else np.float64
             array: NDArray[Any] = np.array(getattr(self, name), dtype=kind)
-            if array.ndim != 1 or array.shape != np.shape(self.tau):
-                raise ValueError(
-                    f"{name} has shape {array.shape}; give one value for each tau, "
-                    f"shape {np.shape(self.tau)}"
-                )
+            require_shape(name, array.shape, (np.size(self.tau),))
             array.flags.writeable = False
             object.__setattr__(self, name, array)
         if not np.all(self.tau > 0.0):
@@ -317,7 +290,7 @@ class StabilityCurve(Compared):
 
     def _repr_html_(self) -> str:
         chosen = np.unique(
-            np.linspace(0, self.tau.size - 1, min(self.tau.size, _SHOWN_POINTS)).round().astype(int)
+            np.linspace(0, self.tau.size - 1, min(self.tau.size, 12)).round().astype(int)
         )
         rows = "".join(
             f"<tr><td>{self.tau[i]:.4g}</td><td>{self.deviation[i]:.4g}</td>"
@@ -342,9 +315,8 @@ class StabilityCurve(Compared):
             If pandas is not installed.
         """
         pandas = pandas_for("a curve as a data frame")
-        names = ("tau", "deviation", "low", "high", "edf", "terms", "noise_type")
-        frame = pandas.DataFrame({name: getattr(self, name) for name in names})
         settings = ("estimator", "kind", "sample_rate", "confidence", "samples")
+        frame = pandas.DataFrame({name: getattr(self, name) for name in _COLUMNS})
         frame.attrs.update({name: getattr(self, name) for name in settings})
         return frame
 
@@ -448,7 +420,12 @@ def stability_curve(
     edf = np.array(
         [law.freedom(int(alpha), int(m), angles, int(some)) for law, alpha, m, some in settings]
     )
-    low, high = chi_squared_limits(deviation, edf, confidence)
+    # Degrees of freedom times s^2 / sigma^2 are chi-squared.
+    upper = 0.5 * (1.0 + confidence)
+    low, high = (
+        deviation * np.sqrt(0.5 * edf / gammaincinv(0.5 * edf, chance))
+        for chance in (upper, 1.0 - upper)
+    )
     missing = Note(text=f"{track.missing} of {samples.size} samples are missing")
     return StabilityCurve(
         tau=tau,

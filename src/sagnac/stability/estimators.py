@@ -55,8 +55,6 @@ from sagnac.stability.sums import (
 
 # Sums, and numbers of outer windows, of a track by clusters; windows a stride apart.
 Sums = Callable[[Track, IntegerArray, IntegerArray], tuple[FloatArray, IntegerArray]]
-# Share of the record up to which the hybrid is the overlapping Allan deviation.
-_ALLAN_SHARE: Final = 0.2
 # Ratios that the bias is the mean of, at most.
 _BIAS_RATIOS: Final = 48
 
@@ -176,9 +174,8 @@ def _gap_notes(whole: IntegerArray, terms: IntegerArray) -> tuple[Note, ...]:
         f"at most {rounded(100.0 * float((lost / whole).max()), 3)} % of those at one tau"
     )
     without = int(np.count_nonzero(terms <= 0))
-    if not without:
-        return (note,)
-    return note, Note(text=f"{without} taus have no term free of gaps and are left out")
+    left_out = Note(text=f"{without} taus have no term free of gaps and are left out")
+    return (note, left_out) if without else (note,)
 
 
 def _stride_notes(
@@ -216,7 +213,7 @@ def _theo1_sums(
 def _hybrid_points(row: Properties, track: Track, clusters: IntegerArray) -> Points:
     """Overlapping Allan up to a fifth of the record, Theo1 less its bias beyond."""
     last = track.angle.size - 1
-    short = clusters[clusters <= _ALLAN_SHARE * last]
+    short = clusters[clusters <= 0.2 * last]
     spans = np.unique(2 * np.rint(clusters[short.size :] / (2 * THEO1_EFFECTIVE)).astype(np.int64))
     allan = ESTIMATORS["oadev"].points(track, short)
     if not spans.size:
@@ -264,17 +261,12 @@ def _modified_total_sums(
     track: Track, clusters: IntegerArray, strides: IntegerArray
 ) -> tuple[FloatArray, IntegerArray]:
     """Squares of every window of three clusters, extended by its mirror image."""
-    pairs = list(zip(clusters.tolist(), strides.tolist(), strict=True))
+    pairs = zip(clusters.tolist(), strides.tolist(), strict=True)
     sums = [_kernels.sum_modified_total_terms(track.angle, *pair) for pair in pairs]
     return np.array(sums), -(-(track.angle.size - 3 * clusters + 1) // strides)
 
 
 # ---- table -------------------------------------------------------------------------
-
-
-def _longest_span(angles: int) -> int:
-    """Largest even span of Theo1."""
-    return (angles - 1) // 2 * 2
 
 
 def _differences(
@@ -317,7 +309,7 @@ _THEO1: Final = Properties(
     whole_record_only=True,
     shortest=10,
     step=2,
-    longest=_longest_span,
+    longest=lambda angles: (angles - 1) // 2 * 2,
     windows=lambda span, angles: angles - span,
     squares=lambda spans: spans // 2,
     sums=_theo1_sums,
@@ -361,7 +353,7 @@ _ROWS: Final = (
         title="overlapping Allan and bias-removed Theo1",
         shortest=1,
         step=1,
-        longest=lambda angles: int(THEO1_EFFECTIVE * _longest_span(angles)),
+        longest=lambda angles: int(THEO1_EFFECTIVE * _THEO1.longest(angles)),
         is_hybrid=True,
         fewest_angles=90,  # the first ratio to Allan needs 0.1 N / 3 - 3 >= 0
     ),

@@ -18,6 +18,7 @@ from functools import lru_cache
 from typing import Final
 
 import numpy as np
+from scipy.special import comb
 
 from sagnac.core.arrays import FloatArray
 
@@ -28,9 +29,6 @@ FreedomLaw = Callable[[int, int, int, int], float]
 
 # Effective cluster time of Theo1 as a share of its span.
 THEO1_EFFECTIVE: Final = 0.75
-_SMALLEST_EDF: Final = 0.5
-# Lags beyond which Greenhall and Riley let the filter factor grow to infinity.
-_LONGEST_FILTERED: Final = 100
 # edf = b T / tau - c: SP1065 Tables 7 and 8.
 _TOTAL: Final = {0: (1.50, 0.0), -1: (1.17, 0.22), -2: (0.93, 0.36)}
 _MODIFIED_TOTAL: Final = {
@@ -83,7 +81,7 @@ def greenhall_riley_freedom(
     """
     if modified:
         filter_factor = 1.0
-    elif noise_type <= 0 and cluster * (order + 1) > _LONGEST_FILTERED:
+    elif noise_type <= 0 and cluster * (order + 1) > 100:
         filter_factor = math.inf
     else:
         filter_factor = float(cluster)
@@ -136,7 +134,7 @@ def _tabled_freedom(
     largest = greenhall_riley_freedom(
         alpha, 1, angles, angles - 2, order=2, overlapping=True, modified=False
     )
-    return min(max(factor * (slope * ((angles - 1) / cluster) - offset), _SMALLEST_EDF), largest)
+    return min(max(factor * (slope * ((angles - 1) / cluster) - offset), 0.5), largest)
 
 
 def theo1_freedom(noise_type: int, span: int, angles: int, windows: int) -> float:
@@ -174,11 +172,6 @@ def _theo1_table(alpha: int, tau: float, angles: int) -> float:
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(8)
 # Lags beside a whole cluster that are summed one by one.
 _DIRECT: Final = 64
-# Binomials of the covariance of differences of an order, at lags -order ... order.
-_BINOMIALS: Final = {
-    2: np.array([1.0, -4.0, 6.0, -4.0, 1.0]),
-    3: np.array([-1.0, 6.0, -15.0, 20.0, -15.0, 6.0, -1.0]),
-}
 
 
 @lru_cache(maxsize=1024)
@@ -211,10 +204,10 @@ def difference_covariance(
     t: FloatArray, filter_factor: float, alpha: int, order: int
 ) -> FloatArray:
     """s_z(t): covariance of the differences of an order, from binomials of s_x."""
-    shifts = np.arange(-order, order + 1)[:, np.newaxis]
-    return np.asarray(
-        _BINOMIALS[order] @ _filtered_structure(t + shifts, 1.0 / filter_factor, alpha)
-    )
+    shifts = np.arange(-order, order + 1)
+    binomials = (-1.0) ** shifts * comb(2 * order, order + shifts)
+    structure = _filtered_structure(t + shifts[:, np.newaxis], 1.0 / filter_factor, alpha)
+    return np.asarray(binomials @ structure)
 
 
 def _filtered_structure(t: FloatArray, h: float, alpha: int) -> FloatArray:

@@ -5,7 +5,6 @@ from typing import Final
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.special import gammaincinv
 
 from sagnac.core.arrays import FloatArray
 from sagnac.core.errors import Note, quoted
@@ -14,8 +13,6 @@ from sagnac.stability.estimators import Properties, properties_of
 from sagnac.stability.sums import Track
 
 # ---- clusters ----------------------------------------------------------------------
-
-_POINTS_PER_DECADE: Final = 20
 
 
 def cluster_sizes(
@@ -48,7 +45,8 @@ def cluster_sizes(
     if taus is None and estimator.octaves:
         return 2 ** np.arange(int(largest).bit_length(), dtype=np.int64), ()
     if taus is None:
-        count = 1 + math.ceil(_POINTS_PER_DECADE * math.log10(largest / smallest))
+        # 20 points a decade.
+        count = 1 + math.ceil(20 * math.log10(largest / smallest))
         grid = np.geomspace(smallest, largest, count) / estimator.step
         sizes = np.unique(np.rint(grid).astype(np.int64) * estimator.step)
         return sizes[(sizes >= smallest) & (sizes <= largest)], ()
@@ -81,12 +79,6 @@ def cluster_sizes(
 # ---- noise type --------------------------------------------------------------------
 
 _FEWEST_FOR_NOISE: Final = 30  # Riley and Greenhall
-_STATIONARY: Final = 0.25  # fractional order below which there is nothing to difference
-_SURE_OF_NOISE: Final = 200  # angles that leave no doubt between one type and the next
-_NOISE_BOUNDS: Final = (1.5, 0.5, -0.5, -1.5, -2.5, -3.5)
-# Angles taken a cluster apart stay correlated after differencing if they are integrals of
-# a random walk: the method reads -2.4, -3.9 and -4.6 for -2, -3 and -4.
-_NOISE_BOUNDS_APART: Final = (1.5, 0.5, -0.5, -1.5, -3.1, -4.25)
 
 
 def identified_noise_types(
@@ -115,8 +107,9 @@ def identified_noise_types(
     """
     longest = int(np.diff(track.stretches).max(initial=1)) - 1
     usable = longest // (_FEWEST_FOR_NOISE - 1)
-    # Clusters asked for, and octaves from a sure one up.
-    anchor = max(1, min(int(clusters[0]), longest // _SURE_OF_NOISE))
+    # Clusters asked for, and octaves from one up whose 200 angles leave no doubt between one type
+    # and the next.
+    anchor = max(1, min(int(clusters[0]), longest // 200))
     octaves = anchor * 2 ** np.arange(int(clusters[-1]).bit_length(), dtype=np.int64)
     ladder = np.unique(np.concatenate((octaves[octaves <= clusters[-1]], clusters)))
     ladder = ladder[ladder <= usable]
@@ -186,7 +179,7 @@ def lag_one_order(
         # What is left of the parabola's three parameters pulls the correlation down.
         correlation = product / square + max(3 - differences, 1) / float(count.mean())
         fraction = correlation / (1.0 + correlation)
-        if fraction < _STATIONARY:
+        if fraction < 0.25:
             break
         if differences < order:
             stretches = [np.diff(rows, axis=1) for rows in stretches]
@@ -203,8 +196,10 @@ def _without_parabola(rows: FloatArray) -> FloatArray:
 
 
 def _nearest_type(exponent: float, cluster: int) -> int:
-    bounds = _NOISE_BOUNDS if cluster == 1 else _NOISE_BOUNDS_APART
-    return 2 - sum(exponent < bound for bound in bounds)
+    # Angles taken a cluster apart stay correlated after differencing if they are integrals of
+    # a random walk: the method reads -2.4, -3.9 and -4.6 for -2, -3 and -4.
+    steepest = (-2.5, -3.5) if cluster == 1 else (-3.1, -4.25)
+    return 2 - sum(exponent < bound for bound in (1.5, 0.5, -0.5, -1.5, *steepest))
 
 
 def _sample_stretches(
@@ -303,27 +298,3 @@ def equivalent_degrees_of_freedom(
     row = properties_of(estimator)
     check_noise_type(noise_type, row)
     return row.freedom(noise_type, cluster, samples, row.windows(cluster, samples))
-
-
-def chi_squared_limits(
-    deviation: FloatArray, edf: FloatArray, confidence: float
-) -> tuple[FloatArray, FloatArray]:
-    """Limits of the deviation: edf s^2 / sigma^2 is chi-squared with edf degrees.
-
-    Parameters
-    ----------
-    deviation, edf
-        (points,).
-    confidence
-        Probability content between the limits.
-
-    Returns
-    -------
-    low, high
-        (points,) in the unit of `deviation`.
-    """
-    tail = 0.5 * (1.0 - confidence)
-    upper = 2.0 * gammaincinv(0.5 * edf, 1.0 - tail)
-    lower = 2.0 * gammaincinv(0.5 * edf, tail)
-    low, high = deviation * np.sqrt(edf / np.stack([upper, lower]))
-    return low, high

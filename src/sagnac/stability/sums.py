@@ -12,13 +12,7 @@ from typing import Final
 
 import numpy as np
 
-from sagnac.core.arrays import (
-    FloatArray,
-    IntegerArray,
-    blocks,
-    empty,
-    every,
-)
+from sagnac.core.arrays import FloatArray, IntegerArray, blocks, empty, every
 from sagnac.core.errors import Note, RecordingError
 from sagnac.recording.channel import first_of, marked, number_of
 from sagnac.recording.channel import stretches as present_stretches
@@ -206,7 +200,6 @@ def window_stride(
 # Starts worked on at once: of a mapped angle, an eighth of a megabyte beside each of some hundred
 # places.
 STARTS: Final = 2**14
-_ONE: Final = np.ones(1, dtype=np.int64)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -249,7 +242,8 @@ class Points:
 def plain_sums(track: Track, clusters: IntegerArray, order: int) -> tuple[FloatArray, IntegerArray]:
     """Sums and numbers of squared differences of `order` from every m-th start."""
     # Plain clusters are overlapping ones of one sample on every m-th angle.
-    columns = [overlapping_sums(track.every(int(m)), _ONE, order) for m in clusters]
+    one = np.ones(1, dtype=np.int64)
+    columns = [overlapping_sums(track.every(int(m)), one, order) for m in clusters]
     sums, terms = (np.concatenate(column) for column in zip(*columns, strict=True))
     return sums, terms
 

@@ -36,21 +36,8 @@ LONGEST: Final = 365.25 * 86_400.0
 # Bins of the spectrum that are summed one by one; those above are integrated.
 _SINGLE: Final = 512
 _NODES: Final = 2048
-_POWER: Final = 0.9
 # The lowest bin goes with the slope, which is fitted besides.
 _FIRST: Final = 2
-# Fewest bins for each term.
-_LEAST: Final = 4.0
-# Information that a level keeps of many cells (`spectrum.levels` heeds the lower half): 0.59 of ten
-# thousand samples, 0.69 of millions.
-_EFFICIENCY: Final = 0.62
-# Variance of an average over that of one fit of all terms (`benchmarks.planning`).
-_WIDER: Final = 1.1
-# The same if a low-pass is in sight: fits with its beginning, and those of bands below it, share
-# the weight, and their means scatter (`tests/verdict/test_statistics.py`).
-_WIDER_FALLING: Final = 1.5
-# Factor by which chance alone makes a short recording's interval wider than expected.
-_CHANCE: Final = 1.5
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -135,7 +122,8 @@ class Shown:
         width = self._by_information(duration)
         if self.efficient:
             return width
-        return width * max(1.0, self.half_width / (_CHANCE * self._by_information(self.duration)))
+        # Chance alone makes a short recording's interval half as wide again as expected.
+        return width * max(1.0, self.half_width / (1.5 * self._by_information(self.duration)))
 
     @property
     def _reach(self) -> float:
@@ -171,7 +159,7 @@ class Shown:
         """
         distance, reach = abs(math.log(limit / self.value)), self._reach
         # The interval's half width is reach standard errors; the value itself scatters by one.
-        return self.duration_for(distance * reach / (reach + float(ndtri(_POWER))))
+        return self.duration_for(distance * reach / (reach + float(ndtri(0.9))))
 
 
 def _variance_of_walk(shown: Shown, duration: float) -> float:
@@ -181,7 +169,7 @@ def _variance_of_walk(shown: Shown, duration: float) -> float:
     squares = np.array([shown.coefficients.get(name, 0.0) ** 2 for name in STOCHASTIC_NAMES])
     laws = rate_density_basis(frequency, shown.interval)
     relative = laws / (laws @ squares)[:, np.newaxis]
-    if weight.sum() < _LEAST * len(columns):
+    if weight.sum() < 4.0 * len(columns):
         return math.inf
     # In units of N^2, so that nothing is small or large.
     relative = relative[:, columns] * shown.value**2
@@ -191,8 +179,13 @@ def _variance_of_walk(shown: Shown, duration: float) -> float:
     shape = 0.5 * weight
     heeded, wider = np.ones(shape.size), 1.0
     if not shown.efficient:
-        shape *= _EFFICIENCY
-        heeded, wider = _heeded(frequency, shape), _WIDER_FALLING if shown.falls else _WIDER
+        # A level keeps so much of what many cells tell (`spectrum.levels` heeds the lower half):
+        # 0.59 of ten thousand samples, 0.69 of millions.
+        shape *= 0.62
+        # An average has a tenth more variance than one fit of all terms (`benchmarks.planning`).
+        # If a low-pass is in sight, fits with its beginning, and those of bands below it, share the
+        # weight, and their means scatter (`tests/verdict/test_statistics.py`).
+        heeded, wider = _heeded(frequency, shape), 1.5 if shown.falls else 1.1
     inverse = np.linalg.pinv(scaled.T @ (scaled * (heeded * shape)[:, np.newaxis]))
     scatter = scaled.T @ (scaled * (heeded**2 * shape)[:, np.newaxis])
     walk = shown.terms.index("angle_random_walk")
