@@ -224,7 +224,7 @@ def _bench_reported(
     One gyro's report goes into a folder of its own, too.
     """
     from sagnac.report.figures import self_noise_figure, write_png
-    from sagnac.report.folder import write_accelerometers
+    from sagnac.report.page import write_accelerometers
     from sagnac.report.sections import folder_name
 
     place = output if analysis.gyros else output / folder_name(analysis.channel)
@@ -275,7 +275,7 @@ def compare(
         analyses, refused = _compared(read, settings, methods)
     written = []
     if output is not None:
-        from sagnac.report.folder import write_comparison
+        from sagnac.report.page import write_comparison
 
         written = write_comparison(analyses, refused, output)
     from sagnac.report import text

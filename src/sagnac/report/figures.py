@@ -162,6 +162,11 @@ def report_figures(analysis: Analysis) -> dict[str, Figure]:
     return drawn
 
 
+def unit_figures(analysis: Analysis) -> dict[str, Figure]:
+    """The figure of several gyros at rest by its name, ``stability``."""
+    return {"stability": curves_figure(list(analysis.gyros.values()))}
+
+
 def self_noise_figure(found: SelfNoise) -> Figure:
     """Noise density of each of several gyros alone, and what all share."""
     return _drawn(density.self_noise, found, 4)
@@ -238,7 +243,7 @@ def curves_figure(analyses: Sequence[Analysis]) -> Figure:
 DOTS: Final = 200  # to the inch, of a PNG
 
 
-def svg(figure: Figure, name: str, description: str, *, png: Path | None = None) -> Markup:
+def svg(figure: Figure, name: str, description: str) -> Markup:
     """The figure as an ``<svg>`` element to stand inside a page.
 
     Parameters
@@ -249,8 +254,6 @@ def svg(figure: Figure, name: str, description: str, *, png: Path | None = None)
         Goes before every id, so that two figures in one page do not share any.
     description
         For readers who do not see it.
-    png
-        Also write it here, as `write_png` does.
     """
     text = StringIO()
     with mpl.rc_context({**STYLE, "svg.hashsalt": name}):
@@ -259,8 +262,6 @@ def svg(figure: Figure, name: str, description: str, *, png: Path | None = None)
         renderer = RendererSVG(*figure.bbox.size, text, metadata=metadata)
         figure.draw(renderer)
         renderer.finalize()
-    if png is not None:
-        write_png(figure, png)
     drawing = text.getvalue()
     drawing = drawing[drawing.index("<svg") :]
     drawing = re.sub(r"<metadata>.*?</metadata>", "", drawing, flags=re.DOTALL)
