@@ -11,19 +11,12 @@ from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import Any, Final, Literal
 
+from sagnac.core import units
 from sagnac.core.documents import read_toml
 from sagnac.core.errors import Note, RecordingError, one_line, quoted
 from sagnac.core.overwriting import Outputs
 from sagnac.core.texts import value_of
-from sagnac.core.units import (
-    ACCELERATION_UNITS,
-    ANGLE_UNITS,
-    RATE_UNITS,
-    TIME_UNITS,
-    VELOCITY_UNITS,
-    Sensor,
-    split_factor,
-)
+from sagnac.core.units import Sensor
 from sagnac.formats.files import about
 from sagnac.formats.registry import CSV, EUROC, EUROC_SENSOR
 from sagnac.recording.channel import KINDS, PICKOFF
@@ -31,10 +24,15 @@ from sagnac.recording.columns import ACCELEROMETER_NAMES, GYRO_NAMES, TEMPERATUR
 
 # ---- unit text ---------------------------------------------------------------------
 
-_SENSED: Final = (*ANGLE_UNITS, *RATE_UNITS, *VELOCITY_UNITS, *ACCELERATION_UNITS)
+_SENSED: Final = (
+    *units.ANGLE_UNITS,
+    *units.RATE_UNITS,
+    *units.VELOCITY_UNITS,
+    *units.ACCELERATION_UNITS,
+)
 KNOWN_UNITS: Final = (
-    f"use one of {', '.join((*ANGLE_UNITS, *RATE_UNITS))} or counts; of accelerometers "
-    f"{', '.join((*ACCELERATION_UNITS, *VELOCITY_UNITS))}"
+    f"use one of {', '.join((*units.ANGLE_UNITS, *units.RATE_UNITS))} or counts; of accelerometers "
+    f"{', '.join((*units.ACCELERATION_UNITS, *units.VELOCITY_UNITS))}"
 )
 _COUNTS: Final = frozenset(
     {"count", "counts", "lsb", "pulse", "pulses", "digit", "digits", "tick", "ticks", "zähler"}
@@ -43,14 +41,14 @@ _COUNTS: Final = frozenset(
 
 def is_counts(unit: str) -> bool:
     """Whether a unit is one count, its size not stated."""
-    factor, name = split_factor(unit)
+    factor, name = units.split_factor(unit)
     return factor == 1.0 and name.lower() in _COUNTS
 
 
 def is_size(unit: str) -> bool:
     """Whether a text is a unit of a gyro, an accelerometer or time, or a number of them."""
-    factor, name = split_factor(unit)
-    return factor > 0.0 and name in (*_SENSED, *TIME_UNITS)
+    factor, name = units.split_factor(unit)
+    return factor > 0.0 and name in (*_SENSED, *units.TIME_UNITS)
 
 
 def is_known(unit: str) -> bool:
@@ -350,8 +348,8 @@ class Statements:
 
     def own_unit(self, name: str) -> str | None:
         """The unit stated for `name` alone; one for all gyros does not count."""
-        units = (one.unit for one in self.in_order if isinstance(one.unit, Mapping))
-        return next((unit[name] for unit in units if name in unit), None)
+        stated = (one.unit for one in self.in_order if isinstance(one.unit, Mapping))
+        return next((unit[name] for unit in stated if name in unit), None)
 
 
 # ---- metadata ----------------------------------------------------------------------

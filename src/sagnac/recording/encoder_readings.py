@@ -20,30 +20,12 @@ from typing import Final
 
 import numpy as np
 
-from sagnac.core.arrays import (
-    FloatArray,
-    IntegerArray,
-    blocks,
-    distance_between,
-    elementwise,
-    empty,
-    every,
-    mean,
-)
+from sagnac.core import arrays
+from sagnac.core.arrays import FloatArray, IntegerArray
 from sagnac.core.errors import Note, counted
 from sagnac.core.units import ARCSECOND, DEGREE, split_factor, unit_of
-from sagnac.recording.channel import (
-    Channel,
-    Conversion,
-    angle_of,
-    by_blocks,
-    finite_extent,
-    is_missing,
-    marked,
-    number_of,
-    stretches,
-    unwrapped,
-)
+from sagnac.recording import channel
+from sagnac.recording.channel import Channel, Conversion, finite_extent, is_missing, marked
 
 # As many missing encoder samples in a row are interpolated: as with time stamps, the angle turned
 # during a longer run is a guess, unless a gyro tells it. If more than this share is missing, the
@@ -119,7 +101,7 @@ def table_of_readings(
             f"{counted(filled.samples, 'missing sample')}, at most {filled.longest} in a row, "
             f"interpolated from their neighbours{known}"
         )
-    running, wraps = unwrapped(readings, period)
+    running, wraps = channel.unwrapped(readings, period)
     if wraps:
         remarks.append(f"unwrapped where it starts over, {counted(wraps, 'time')}")
     notes = [Note(text=text, channel="table") for text in remarks]
@@ -131,14 +113,14 @@ def table_of_readings(
         running = between_ticks(running, clock, samples)
         held = f"read every {clock.period:.4g} samples and held between"
         notes.append(Note(text=f"{held}: a spline goes through its readings", channel="table"))
-    channel = Channel.from_values("table", running, kind="angle", unit=unit, out=running)
-    return Conversion(channel=channel, notes=tuple(notes))
+    table = Channel.from_values("table", running, kind="angle", unit=unit, out=running)
+    return Conversion(channel=table, notes=tuple(notes))
 
 
 def _largest_step(values: FloatArray) -> float:
     """Largest step between two samples that are there."""
     with np.errstate(invalid="ignore"):
-        steps = by_blocks(
+        steps = channel.by_blocks(
             lambda here, later: np.fmax.reduce(np.abs(later - here)), values[:-1], values[1:]
         )
     return float(np.fmax.reduce(steps, initial=0.0))
@@ -193,11 +175,11 @@ def clock_of(angle: FloatArray) -> Clock | None:
     Clock or None
         None as well if any reading is missing.
     """
-    if angle.size < _FEWEST or not np.isfinite(mean(angle)):
+    if angle.size < _FEWEST or not np.isfinite(arrays.mean(angle)):
         return None
     changes = marked(np.not_equal, angle[1:], angle[:-1])
     # Counted first: the places of millions of them take far longer.
-    if not _FEWEST <= number_of(changes) <= _MOST_CHANGES * angle.size:
+    if not _FEWEST <= channel.number_of(changes) <= _MOST_CHANGES * angle.size:
         return None
     changed = np.flatnonzero(changes) + 1
     gaps = np.diff(changed)
@@ -251,8 +233,8 @@ def between_ticks(readings: FloatArray, clock: Clock, samples: int) -> FloatArra
 
     ticks, there = clock.ticks(samples), np.isfinite(readings)
     spline = CubicSpline(ticks[there], readings[there])
-    result = empty(samples)
-    for block in blocks(samples):
+    result = arrays.empty(samples)
+    for block in arrays.blocks(samples):
         at = np.arange(block.start, block.stop, dtype=np.float64)
         inside = np.clip(at, ticks[0], ticks[-1])
         place = (inside - ticks[0]) / clock.period
@@ -329,7 +311,7 @@ def mark_missing(values: FloatArray, turn: float) -> Marked:
     if reading is not None:
         # A table may stand at this reading for long.
         alike = marked(lambda some: some == reading, values)
-        firsts, afters = stretches(alike)
+        firsts, afters = channel.stretches(alike)
         few = afters - firsts <= MOST_MISSING_IN_A_ROW
         off_path = np.union1d(off_path, _ranges(firsts[few], afters[few]))
     values[held] = np.nan
@@ -345,8 +327,10 @@ def _ranges(firsts: IntegerArray, afters: IntegerArray) -> IntegerArray:
 
 def _off_path(values: FloatArray, turn: float) -> IntegerArray:
     """Samples that leave the table's path and are back within `MOST_MISSING_IN_A_ROW` samples."""
-    apart = distance_between(100_000, values.size)
-    usual_steps = np.abs(_folded(every(values[1:], apart) - every(values[:-1], apart), turn))
+    apart = arrays.distance_between(100_000, values.size)
+    usual_steps = np.abs(
+        _folded(arrays.every(values[1:], apart) - arrays.every(values[:-1], apart), turn)
+    )
     usual_steps = usual_steps[np.isfinite(usual_steps)]
     if usual_steps.size == 0:
         return _NONE
@@ -355,7 +339,7 @@ def _off_path(values: FloatArray, turn: float) -> IntegerArray:
     large = marked(
         lambda here, later: np.abs(_folded(later - here, turn)) > limit, values[:-1], values[1:]
     )
-    if number_of(large) > 2.0 * LARGEST_SHARE_MISSING * values.size + 2:
+    if channel.number_of(large) > 2.0 * LARGEST_SHARE_MISSING * values.size + 2:
         # That is how this table moves.
         return _NONE
     places = np.flatnonzero(large)
@@ -379,7 +363,7 @@ def _held(values: FloatArray, turn: float) -> IntegerArray:
     """Samples that repeat the one before while the table turns evenly."""
     # Step n leads from sample n to the next.
     still = marked(lambda here, later: later - here == 0.0, values[:-1], values[1:])
-    firsts, afters = stretches(still)
+    firsts, afters = channel.stretches(still)
     inside = (firsts > 0) & (afters < still.size)
     # The step that makes up for steps of nothing, and the last one before them.
     before, late = firsts[inside] - 1, afters[inside]
@@ -391,10 +375,10 @@ def _held(values: FloatArray, turn: float) -> IntegerArray:
         return float(changes[changes > _ROUNDING * turn].min(initial=turn))
 
     # The resolution of the readings.
-    count = float(by_blocks(smallest_change, values[:-2], values[1:-1], values[2:]).min())
+    count = float(channel.by_blocks(smallest_change, values[:-2], values[1:-1], values[2:]).min())
     is_held = np.zeros(late.size, dtype=np.bool_)
     ahead = np.arange(1, _STEPS_LOOKED_AT + 1)
-    for some in blocks(late.size, _AT_ONCE):
+    for some in arrays.blocks(late.size, _AT_ONCE):
         start, stop = before[some], late[some]
         typical, agree = _typical(values, stop[:, np.newaxis] + ahead, turn)
         # Where more readings are held ahead, or the record ends, those behind may tell.
@@ -481,19 +465,19 @@ def fill_missing(values: FloatArray, period: float, *, accuracy: float) -> Fille
         What was interpolated.
     """
     marks = is_missing(values)
-    if number_of(marks) > LARGEST_SHARE_MISSING * values.size:
+    if channel.number_of(marks) > LARGEST_SHARE_MISSING * values.size:
         return Filled()
     missing = np.flatnonzero(marks)
     if missing.size == 0 or np.isinf(values[missing]).any():
         return Filled()
-    firsts, afters = stretches(marks)
+    firsts, afters = channel.stretches(marks)
     filled = Filled()
     for length in range(1, MOST_MISSING_IN_A_ROW + 1):
         starts = firsts[afters - firsts == length]
         usual = _error_on_known(values, length, period)
         limit = max(accuracy, _USUAL_ERRORS * usual) if np.isfinite(usual) else accuracy
         good = 0
-        for some in blocks(starts.size, _AT_ONCE):
+        for some in arrays.blocks(starts.size, _AT_ONCE):
             around = _neighbours(missing, starts[some], length, values.size)
             usable = around[:, 0] >= 0
             here, around = starts[some][usable], around[usable]
@@ -607,19 +591,21 @@ def with_lost_readings(
         if no gyro agrees with the readings on both sides.
     """
     values = table.channel.values
-    if not values.size or math.isfinite(mean(values)):
+    if not values.size or math.isfinite(arrays.mean(values)):
         return table
     marks = is_missing(values)
-    lost = number_of(marks)
+    lost = channel.number_of(marks)
     if marks[0] or marks[-1] or not 0 < lost <= LARGEST_SHARE_MISSING * values.size:
         return table
-    whole = [gyro for gyro in gyros if math.isfinite(mean(gyro.values))]
-    shares = [(_share(angle_of(one, sample_rate), values, sample_rate), one) for one in whole]
+    whole = [gyro for gyro in gyros if math.isfinite(arrays.mean(gyro.values))]
+    shares = [
+        (_share(channel.angle_of(one, sample_rate), values, sample_rate), one) for one in whole
+    ]
     share, gyro = max(shares, key=lambda one: abs(one[0]), default=(0.0, None))
     if gyro is None or not abs(share) > _LEAST_SHARE:
         return table
-    firsts, afters = stretches(marks)
-    filled = _bridged(values, firsts, afters, angle_of(gyro, sample_rate), share)
+    firsts, afters = channel.stretches(marks)
+    filled = _bridged(values, firsts, afters, channel.angle_of(gyro, sample_rate), share)
     if filled is None:
         return table
     text = (
@@ -662,7 +648,7 @@ def _bridged(
     values: FloatArray, firsts: IntegerArray, afters: IntegerArray, turned: FloatArray, share: float
 ) -> FloatArray | None:
     """The table angle with its gaps bridged; None if a gyro does not agree with one."""
-    filled = elementwise(np.add, values, 0.0)
+    filled = arrays.elementwise(np.add, values, 0.0)
     for first, after in zip(firsts.tolist(), afters.tolist(), strict=True):
         path = (turned[first - 1 : after + 1] - turned[first - 1]) / share
         gap = float(filled[after] - filled[first - 1])

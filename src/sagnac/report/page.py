@@ -13,14 +13,8 @@ from urllib.parse import quote
 from markupsafe import Markup
 from matplotlib.figure import Figure
 
-from sagnac.analysis.result import (
-    Analysis,
-    answer_coefficients,
-    headline_coefficients,
-    headline_estimates,
-    headline_fit,
-    require_analysis,
-)
+from sagnac.analysis import result
+from sagnac.analysis.result import Analysis
 from sagnac.analysis.verdict import verdict_of
 from sagnac.core.errors import ranked
 from sagnac.core.overwriting import outputs_in, require_free
@@ -116,7 +110,7 @@ def page(
         title=heading.title or f"Angle random walk, {subject(analysis)}",
         fit=_fit_title(analysis),
         columns=_fits(analysis),
-        units=headline_estimates(analysis),
+        units=result.headline_estimates(analysis),
         settings=settings,
         noted=sections.placed_notes(analysis),
         of_method=True,
@@ -158,7 +152,9 @@ def unit_page(
         links=links or {},
         notes=ranked(analysis.notes),
         figure=figures.svg(drawn["stability"], "unit", said),
-        columns=[(name, answer_coefficients(one), False) for name, one in analysis.gyros.items()],
+        columns=[
+            (name, result.answer_coefficients(one), False) for name, one in analysis.gyros.items()
+        ],
         settings=settings,
     )
 
@@ -198,7 +194,7 @@ def accelerometers_page(analysis: Analysis) -> str:
 
 def _fit_title(analysis: Analysis) -> str:
     """Basis of the answer: a fit, the average, or nothing."""
-    fit = headline_fit(analysis)
+    fit = result.headline_fit(analysis)
     if fit is not None:
         return FIT_TITLES[fit.method]
     choice = analysis.average
@@ -228,7 +224,7 @@ def _azimuth(analysis: Analysis, document: Mapping[str, Any] | None) -> Markup |
     """Heading with these N, B and K; None if N was not seen."""
     if analysis.angle_random_walk.status == "not observable":
         return None
-    flicker = headline_coefficients(analysis).get("bias_instability")
+    flicker = result.headline_coefficients(analysis).get("bias_instability")
     bound = flicker.high if flicker is not None and flicker.status == "upper bound" else 0.0
     figure = compass_figure(
         GyroNoise.from_document(document or documents.analysis_document(analysis)),
@@ -241,10 +237,10 @@ def _azimuth(analysis: Analysis, document: Mapping[str, Any] | None) -> Markup |
 
 def _fits(analysis: Analysis) -> list[tuple[str, Mapping[CoefficientName, Estimate], bool]]:
     """Columns of coefficients: title, estimates, and whether the answer rests on it."""
-    resting, columns = headline_fit(analysis), []
+    resting, columns = result.headline_fit(analysis), []
     if analysis.coefficients and resting is None:
         member = "average" if analysis.average is None else analysis.average.member
-        columns = [(_ANSWERS[member], headline_coefficients(analysis), True)]
+        columns = [(_ANSWERS[member], result.headline_coefficients(analysis), True)]
     fits = (analysis.fits[name] for name in FIT_TITLES if name in analysis.fits)
     return columns + [(FIT_TITLES[one.method], one.coefficients, one is resting) for one in fits]
 
@@ -328,7 +324,7 @@ def write_report(
     >>> report.paths[0].name
     'report.html'
     """
-    require_analysis(analysis, recorded=True)
+    result.require_analysis(analysis, recorded=True)
     folder = Path(folder)
     for place in (folder, *(folder / folder_name(name) for name in analysis.gyros)):
         require_free(outputs_in(place, "report"), force=force)
