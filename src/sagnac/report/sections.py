@@ -7,7 +7,6 @@ from templates, the page as a PDF, its title block and its notes.
 import csv
 import io
 import math
-import os
 import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, fields
@@ -379,21 +378,10 @@ def _templates() -> jinja2.Environment:
         undefined=jinja2.StrictUndefined,
         trim_blocks=True,
         lstrip_blocks=True,
-        bytecode_cache=_compiled_templates(),
     )
     environment.globals |= {**vars(quantities), **globals()}
     environment.globals |= {"error_text": error_text, "version": __version__}
     return environment
-
-
-def _compiled_templates() -> jinja2.FileSystemBytecodeCache | None:
-    """Compiled templates beside the templates, as Python keeps modules; None if that is refused."""
-    folder = Path(__file__).parent / "templates" / "__pycache__"
-    try:
-        folder.mkdir(exist_ok=True)
-    except OSError:
-        return None
-    return jinja2.FileSystemBytecodeCache(str(folder)) if os.access(folder, os.W_OK) else None
 
 
 # ---- pdf ---------------------------------------------------------------------------
