@@ -79,13 +79,7 @@ def table_of_readings(
     if clock is not None:
         # What repeats the reading at the tick before was lost.
         readings = at_ticks(readings, clock)
-    marks = mark_missing(readings, turn)
-    remarks = []
-    if marks.off_path:
-        alike = "" if marks.reading is None else f", all reading {marks.reading:.6g} {unit}"
-        remarks.append(f"{counted(marks.off_path, 'sample')} off its path{alike}: taken as missing")
-    if marks.held:
-        remarks.append(f"{counted(marks.held, 'repeated sample')} while it turns: taken as missing")
+    remarks = mark_missing(readings, turn, unit)
     period, covered = turn, finite_extent(readings)
     # Readings that go a little beyond a turn may start over there.
     if covered > turn * (1.0 + 1e-9) and not (
@@ -93,13 +87,12 @@ def table_of_readings(
     ):
         period = counter_period if counter_period and split_factor(unit)[0] != 1.0 else 0.0
         period = period if covered < period else math.inf
-    filled = fill_missing(readings, period, accuracy=ENCODER_ACCURACY / size)
-    if filled.samples:
-        error = filled.error * size / ARCSECOND
-        known = f" (known ones are met to {error:.2g} arcsec)" if math.isfinite(error) else ""
+    filled, longest, error = fill_missing(readings, period, accuracy=ENCODER_ACCURACY / size)
+    if filled:
+        met = f" (known ones are met to {error * size / ARCSECOND:.2g} arcsec)"
         remarks.append(
-            f"{counted(filled.samples, 'missing sample')}, at most {filled.longest} in a row, "
-            f"interpolated from their neighbours{known}"
+            f"{counted(filled, 'missing sample')}, at most {longest} in a row, "
+            f"interpolated from their neighbours{met if math.isfinite(error) else ''}"
         )
     running, wraps = channel.unwrapped(readings, period)
     if wraps:
@@ -262,26 +255,7 @@ _OFTEN: Final = 0.1
 _ROUNDING: Final = 1e-10
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Marked:
-    """Readings that were found to stand for missing ones.
-
-    Attributes
-    ----------
-    off_path
-        How many lay off the table's path.
-    reading
-        What all of those read; None where they differ, or there are none.
-    held
-        How many repeated the one before while the table turned.
-    """
-
-    off_path: int
-    reading: float | None
-    held: int
-
-
-def mark_missing(values: FloatArray, turn: float) -> Marked:
+def mark_missing(values: FloatArray, turn: float, unit: str) -> list[str]:
     """Set readings that stand for missing ones to NaN, in place.
 
     Marked are readings off the table's path, if no more of them follow one another than can be
@@ -296,27 +270,33 @@ def mark_missing(values: FloatArray, turn: float) -> Marked:
         (samples,) readings, wrapped or not.
     turn
         Reading of a full turn.
+    unit
+        Of the readings.
 
     Returns
     -------
-    Marked
-        What was found.
+    list of str
+        What was found, in words.
     """
     # Steps between infinite readings are no finding.
     with np.errstate(invalid="ignore"):
         held, off_path = _held(values, turn), _off_path(values, turn)
     readings = values[off_path]
     same = readings.size > 0 and bool((readings == readings[0]).all())
-    reading = float(readings[0]) if same else None
-    if reading is not None:
+    if same:
         # A table may stand at this reading for long.
-        alike = marked(lambda some: some == reading, values)
-        firsts, afters = channel.stretches(alike)
+        firsts, afters = channel.stretches(marked(lambda some: some == readings[0], values))
         few = afters - firsts <= MOST_MISSING_IN_A_ROW
         off_path = np.union1d(off_path, _ranges(firsts[few], afters[few]))
     values[held] = np.nan
     values[off_path] = np.nan
-    return Marked(off_path=int(off_path.size), reading=reading, held=int(held.size))
+    remarks = []
+    if off_path.size:
+        alike = f", all reading {readings[0]:.6g} {unit}" if same else ""
+        remarks.append(f"{counted(off_path.size, 'sample')} off its path{alike}: taken as missing")
+    if held.size:
+        remarks.append(f"{counted(held.size, 'repeated sample')} while it turns: taken as missing")
+    return remarks
 
 
 def _ranges(firsts: IntegerArray, afters: IntegerArray) -> IntegerArray:
@@ -420,27 +400,7 @@ _USUAL_ERRORS: Final = 10.0
 _KNOWN: Final = 1000
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Filled:
-    """Missing samples that were interpolated.
-
-    Attributes
-    ----------
-    samples
-        How many.
-    longest
-        Samples in the longest run of them.
-    error
-        95 % of known samples, in runs as long, are met by the interpolation to this; NaN where
-        nothing was filled or too little is known. In the unit of the readings.
-    """
-
-    samples: int = 0
-    longest: int = 0
-    error: float = math.nan
-
-
-def fill_missing(values: FloatArray, period: float, *, accuracy: float) -> Filled:
+def fill_missing(values: FloatArray, period: float, *, accuracy: float) -> tuple[int, int, float]:
     """Interpolate isolated NaN from their neighbours, in place.
 
     Interpolation is by a cubic through two readings on each side. These stay missing: runs of
@@ -461,17 +421,20 @@ def fill_missing(values: FloatArray, period: float, *, accuracy: float) -> Fille
 
     Returns
     -------
-    Filled
-        What was interpolated.
+    samples
+        How many were interpolated.
+    longest
+        Samples in the longest run of them.
+    error
+        95 % of known samples, in runs as long, are met by the interpolation to this; NaN where
+        nothing was filled or too little is known. In the unit of the readings.
     """
-    marks = is_missing(values)
-    if channel.number_of(marks) > LARGEST_SHARE_MISSING * values.size:
-        return Filled()
-    missing = np.flatnonzero(marks)
+    marks, samples, longest, error = is_missing(values), 0, 0, math.nan
+    few = channel.number_of(marks) <= LARGEST_SHARE_MISSING * values.size
+    missing = np.flatnonzero(marks) if few else _NONE
     if missing.size == 0 or np.isinf(values[missing]).any():
-        return Filled()
+        return samples, longest, error
     firsts, afters = channel.stretches(marks)
-    filled = Filled()
     for length in range(1, MOST_MISSING_IN_A_ROW + 1):
         starts = firsts[afters - firsts == length]
         usual = _error_on_known(values, length, period)
@@ -489,8 +452,8 @@ def fill_missing(values: FloatArray, period: float, *, accuracy: float) -> Fille
             values[here[sure, np.newaxis] + np.arange(length)] = cubic[sure]
             good += int(sure.sum())
         if good:
-            filled = Filled(samples=filled.samples + good * length, longest=length, error=usual)
-    return filled
+            samples, longest, error = samples + good * length, length, usual
+    return samples, longest, error
 
 
 def _neighbours(
