@@ -5,11 +5,9 @@ A folder of EuRoC holds one, ``mav0/imu0/data.csv`` with the six axes of an IMU,
 The EuRoC micro aerial vehicle datasets, *Int. J. Robot. Res.* 35, 1157, 2016; ASL format).
 """
 
-import sys
 from collections import deque
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
-from functools import partial
 from itertools import islice
 from pathlib import Path
 from typing import Any, Final
@@ -113,8 +111,6 @@ def _parsed(laid_out: Layout, wanted: Mapping[str, int]) -> dict[str, NDArray[An
         for key, form in forms.items()
     }
     rows = 0
-    shown = sys.unraisablehook
-    sys.unraisablehook = partial(_shown_unless_text, shown)
     try:
         for batch in _batches(laid_out, wanted):
             stop = rows + batch.num_rows
@@ -129,8 +125,6 @@ def _parsed(laid_out: Layout, wanted: Mapping[str, int]) -> dict[str, NDArray[An
         if wrong is None:
             raise
         raise wrong from error
-    finally:
-        sys.unraisablehook = shown
     for key, form in forms.items():
         arrays[key].resize(rows, refcheck=False)
         if form == "clock":
@@ -175,12 +169,6 @@ def _batches(laid_out: Layout, wanted: Mapping[str, int]) -> Iterator[pa.RecordB
                 yield from ahead.popleft().result().to_batches()
         for one in ahead:
             yield from one.result().to_batches()
-
-
-def _shown_unless_text(shown: Callable[[Any], Any], lost: Any) -> None:
-    """Hide that a row is no UTF-8: it never gets to `_odd_row`, and the library refuses it."""
-    if not isinstance(lost.exc_value, UnicodeDecodeError):
-        shown(lost)
 
 
 def _odd_row(row: Any) -> str:
