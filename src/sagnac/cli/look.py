@@ -13,7 +13,6 @@ from cyclopts import Parameter
 import sagnac
 from sagnac.cli import options as typed
 from sagnac.cli import output as results
-from sagnac.cli.reading import reading
 from sagnac.core import overwriting
 from sagnac.core.errors import rounded
 from sagnac.core.texts import OPTION_OF, by_name, text_of, whole_number
@@ -38,7 +37,7 @@ def check(file: typed.File, /, *, options: typed.Options = typed.NO_OPTIONS) -> 
     statement, settings = typed.statement_of(options), typed.settings_of(options)
     recording: sagnac.Recording | None = None
     try:
-        with reading(file, options, verify=False) as read:
+        with typed.reading(file, options, verify=False) as read:
             recording = read.recording
             read.progress("check", 0.0)
             findings = sagnac.check(recording, accepted=settings.accepted)
@@ -186,7 +185,7 @@ def convert(
     from sagnac.report import text
 
     overwriting.require_free(of_conversion(target), typed.inputs([source], options), force=force)
-    with reading(source, options) as read:
+    with typed.reading(source, options) as read:
         recording = read.recording
     with results.progress_shown() as progress:
         progress("write", 0.0)
@@ -223,7 +222,7 @@ def plan(
     from sagnac.formats.files import about
 
     settings = typed.settings_of(options)
-    with reading(file, options) as read:
+    with typed.reading(file, options) as read:
         analysis = read.analyzed(settings)
     with about(file):
         found = sagnac.plan(analysis, within=within)

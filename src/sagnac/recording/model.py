@@ -351,12 +351,8 @@ class Recording(Compared):
         values = {name: frame[header] for name, header in headers.items()}
         units = {name: split_header(header)[1] or "" for name, header in headers.items()}
         times, index = values.pop("time", None), getattr(frame, "index", ())
-        if (
-            times is None
-            and sample_rate is None
-            and conversions.with_dates(index).dtype.kind in "mM"
-        ):
-            times = index
+        is_dated = conversions.with_dates(index).dtype.kind in "mM"
+        times = index if times is None and sample_rate is None and is_dated else times
         return cls.from_arrays(
             kind=kind,
             unit=unit or {name: stated for name, stated in units.items() if stated},
