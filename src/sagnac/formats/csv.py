@@ -8,6 +8,7 @@ The EuRoC micro aerial vehicle datasets, *Int. J. Robot. Res.* 35, 1157, 2016; A
 from collections import deque
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
+from importlib.resources import files
 from itertools import islice
 from pathlib import Path
 from typing import Any, Final
@@ -227,26 +228,6 @@ def _write_table(
 
 _TIME, _, _RATE, _FORCE, _ = PRESETS[0]
 _HEADERS: Final = (f"#{_TIME}", *map(_RATE.format, "xyz"), *map(_FORCE.format, "xyz"))
-_SENSOR: Final = f"""# {MADE}
-sensor_type: imu
-comment: {{comment}}
-T_BS:
-  cols: 4
-  rows: 4
-  data: [1.0, 0.0, 0.0, 0.0,
-         0.0, 1.0, 0.0, 0.0,
-         0.0, 0.0, 1.0, 0.0,
-         0.0, 0.0, 0.0, 1.0]
-rate_hz: {{rate!r}}
-"""
-_DENSITIES: Final = """
-# The noisiest axis sets each number; a sample has white noise of the density times sqrt(rate_hz).
-# Bias instability and Markov rates have no key here: a filter needs a random walk for them, too.
-gyroscope_noise_density: {gyro[0]:.6e}     # rad/s/sqrt(Hz)
-gyroscope_random_walk: {gyro[1]:.6e}       # rad/s^2/sqrt(Hz)
-accelerometer_noise_density: {accelerometer[0]:.6e} # m/s^2/sqrt(Hz)
-accelerometer_random_walk: {accelerometer[1]:.6e}   # m/s^3/sqrt(Hz)
-"""
 
 
 def write_euroc(
@@ -266,9 +247,12 @@ def write_euroc(
     comment = "noise densities are not known" if densities is None else "noise is as simulated"
     with replacing_folder(path) as folder:
         (folder / EUROC_SENSOR).parent.mkdir(parents=True)
-        stated = _SENSOR.format(comment=comment, rate=out.sample_rate)
+        texts = files("sagnac.formats")
+        stated = texts.joinpath("euroc_sensor.yaml").read_text(encoding="utf-8")
+        stated = stated.format(made=MADE, comment=comment, rate=out.sample_rate)
         if densities is not None:
-            stated += _DENSITIES.format(**{str(one): each for one, each in densities.items()})
+            known = texts.joinpath("euroc_densities.yaml").read_text(encoding="utf-8")
+            stated += "\n" + known.format(**{str(one): each for one, each in densities.items()})
         (folder / EUROC_SENSOR).write_text(stated, encoding="utf-8")
 
         def rows(block: slice) -> Rows:

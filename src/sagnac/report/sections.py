@@ -19,7 +19,6 @@ from urllib.parse import quote
 import jinja2
 
 from sagnac.analysis.result import Analysis, answer_coefficients, headline_fit
-from sagnac.analysis.settings import Method
 from sagnac.analysis.verdict import verdict_of
 from sagnac.core.documents import ANY, read_toml, table
 from sagnac.core.errors import MissingExtra, Note, RecordingError, one_line, ranked, rounded
@@ -54,15 +53,6 @@ def cited(text: str) -> dict[str, Any]:
     used = list(dict.fromkeys(mark.findall(paragraph)))
     numbered = mark.sub(lambda found: f"[{used.index(found[1]) + 1}]", paragraph)
     return {"methods": numbered, "references": [REFERENCES[key] for key in used]}
-
-
-METHODS: Final[Mapping[Method, str]] = {
-    "fos": "fos: difference first, lines judged against the noise floor and refined",
-    "fos-paper": "fos-paper: fast orthogonal search and Allan fit as published, grid of 1/(4T)",
-    "fos-korenberg": "fos-korenberg: each gyro searched first, grid of 1/T, Korenberg's stop",
-    "fris": "fris: the angle at each full turn of the table",
-    "none": "none: nothing removed",
-}
 
 
 # ---- shares ------------------------------------------------------------------------
