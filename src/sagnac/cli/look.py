@@ -21,7 +21,6 @@ from sagnac.report import error_text, findings_data, note_text
 
 if TYPE_CHECKING:
     from sagnac.analysis.planning import Plan, PlanRow
-    from sagnac.verdict.forecast import Shown
 
 
 # ---- check -------------------------------------------------------------------------
@@ -242,7 +241,7 @@ def _wanted(row: "PlanRow") -> str:
 
 
 def _text(plan: "Plan") -> str:
-    from sagnac.report import text
+    from sagnac.report import sections, text
 
     shown = plan.shown
     listed = [(_wanted(row), _spoken(row.hours)) for row in plan.rows]
@@ -250,25 +249,8 @@ def _text(plan: "Plan") -> str:
         text.answer(plan.analysis),
         f"After {_spoken(shown.duration / 3600.0)} the interval is "
         f"± {rounded(100.0 * shown.half_width)} % at {100.0 * shown.confidence:g} %.",
-        _supposition(plan.analysis, shown),
+        sections.rendered("forecast.txt", analysis=plan.analysis, shown=shown),
         text.table(("interval of N", "record"), listed),
-    )
-
-
-def _supposition(analysis: "sagnac.Analysis", shown: "Shown") -> str:
-    """Basis of a longer recording's answer, as the forecast takes it."""
-    resting = analysis.average
-    supposed = "whole band" if shown.efficient else "average"
-    now = resting is not None and resting.member == supposed
-    verb = "stays" if now else "becomes"
-    if not shown.efficient:
-        said = f"Forecast for an answer that {verb} an average over bands of the spectrum."
-        if "bias_instability" in shown.coefficients:
-            return said
-        return f"{said}\nB is not estimated yet: one that a longer record shows widens it."
-    return (
-        f"Forecast for an answer that {verb} the likelihood of the whole\n"
-        f"band to {shown.highest:.3g} Hz. An average over bands would have another interval."
     )
 
 

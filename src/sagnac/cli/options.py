@@ -23,12 +23,9 @@ ANALYSIS: Final = Group("Analysis", sort_key=2)
 OUTPUT: Final = Group("Output", sort_key=3)
 
 # Bytes in a unit of memory.
-_BYTES: Final = {
-    "": 1.0,
-    "b": 1.0,
-    **{f"{prefix}b": 1000.0**power for power, prefix in enumerate("kmgt", start=1)},
-    **{f"{prefix}ib": 1024.0**power for power, prefix in enumerate("kmgt", start=1)},
-}
+_BYTES: Final = {"": 1.0, "b": 1.0}
+for _power, _prefix in enumerate("kmgt", start=1):
+    _BYTES.update({f"{_prefix}b": 1000.0**_power, f"{_prefix}ib": 1024.0**_power})
 
 
 # ---- from what was typed: one argument -> one value ----------------------------------
