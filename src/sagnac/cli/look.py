@@ -78,7 +78,9 @@ def _suggest(file: Path, statement: "sagnac.Statement") -> None:
         # They name the gyros, too.
         statement = replace(statement, gyros=None)
     from sagnac.core.units import split_header
-    from sagnac.recording.columns import USUAL_NAMES
+    from sagnac.formats import gyros_in
+    from sagnac.recording.columns import ACCELEROMETER_NAMES, USUAL_NAMES
+    from sagnac.report import sections
 
     turns = any(split_header(name)[0] in USUAL_NAMES["table"] for name in sagnac.columns(file))
     command = _command_for(file, statement, lacking, turns=turns)
@@ -92,23 +94,10 @@ def _suggest(file: Path, statement: "sagnac.Statement") -> None:
             sagnac.read(file, replace(statement, **added), verify=False)
         except sagnac.RecordingError as error:
             said = f"Even with what is missing stated it cannot be read: {error_text(error)}"
-    print(f"{said}:\n\n    {command}\n")
-    if "COLUMN" not in words:
-        return
-    from sagnac.formats import gyros_in
-    from sagnac.recording.columns import ACCELEROMETER_NAMES
-
-    found = gyros_in(file, statement)
-    if found and {*found} <= {*ACCELEROMETER_NAMES}:
-        print(f"{', '.join(found)} are named as accelerometers, which need a gyro beside them\n")
-        return
-    if found:
-        print(f"COLUMN may be any of {', '.join(found)}\n")
-    if len(found) > 1:
-        print(
-            f"for all of them write --gyros {','.join(found)} instead of --columns, or "
-            f"with shorter names --columns x={found[0]},y={found[1]} …\n"
-        )
+    found = gyros_in(file, statement) if "COLUMN" in words else ()
+    are_forces = {*found} <= {*ACCELEROMETER_NAMES}
+    facts = {"said": said, "command": command, "found": found, "are_forces": are_forces}
+    print(sections.rendered("to_read.txt", **facts), end="\n\n")
 
 
 def _command_for(
