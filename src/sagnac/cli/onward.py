@@ -2,7 +2,7 @@
 
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Final, Literal
+from typing import Annotated, Any, Final, Literal
 
 from cyclopts import Group, Parameter
 
@@ -12,10 +12,6 @@ from sagnac.cli import output as results
 from sagnac.core.errors import one_line
 from sagnac.core.texts import seconds
 from sagnac.navigation.definitions import ToolName
-
-if TYPE_CHECKING:
-    from sagnac.navigation.noise import Triad
-
 
 # ---- export ------------------------------------------------------------------------
 
@@ -175,7 +171,13 @@ def align(
     from sagnac.report.document import to_json
     from sagnac.report.figures import write_png
 
-    noises, words = _source(source, start.confidence)
+    noises: Any = source
+    words = ""
+    if (source / "campaign.csv").exists() or source.suffix.lower() == ".csv":
+        from sagnac.fleet.table import prior_of
+
+        noise, words = prior_of(source, confidence=start.confidence)
+        noises = (noise, noise, noise)
     ahead = sagnac.align(noises, **asdict(start), foretold=words)
     unaided, prospect = ahead.unaided, ahead.prospect
     found = {} if prospect is None else shown.prospect_document(prospect)
@@ -198,16 +200,6 @@ def align(
         if not as_json:
             results.print_paths(paths)
     return results.DONE
-
-
-def _source(source: Path, confidence: float) -> "tuple[Path | Triad, str]":
-    """An analysis as it is; or N that a campaign foretells, and in words from what."""
-    if (source / "campaign.csv").exists() or source.suffix.lower() == ".csv":
-        from sagnac.fleet.table import prior_of
-
-        noise, words = prior_of(source, confidence=confidence)
-        return (noise, noise, noise), words
-    return source, ""
 
 
 # ---- campaign ----------------------------------------------------------------------
