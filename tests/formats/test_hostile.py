@@ -39,7 +39,7 @@ def test_a_matlab_type_tag_that_is_none_is_refused_before_the_library_sees_it(tm
     sound = path.read_bytes()
     # Flags, dimensions, name, then the numbers: doubles are of type 9.
     tag = sound.index(b"\x09\0\0\0", 128 + 8 + 16 + 16)
-    for kind in (0, 8, 10, 11, 19, 20, 200, 255):
+    for kind in (0, 8, 10, 11, 14, 15, 19, 20, 200, 255):
         path.write_bytes(sound[:tag] + bytes([kind]) + sound[tag + 1 :])
         refused(path, "type", statement=STATED)
     path.write_bytes(sound[: tag + 4] + (2**31).to_bytes(4, "little") + sound[tag + 8 :])
