@@ -53,7 +53,7 @@ if TYPE_CHECKING:
     from sagnac.noise.fit import fit_coefficients
     from sagnac.quality.check import check
     from sagnac.recording.model import Channel, Recording
-    from sagnac.report.folder import Report, write_report
+    from sagnac.report.page import Report, write_report
     from sagnac.rig.config import RigConfig
     from sagnac.rig.simulate import simulate
     from sagnac.stability.curve import StabilityCurve, deviation_at_every_tau, stability_curve
@@ -93,7 +93,7 @@ _HOME: Final = {
         "lines.search": "remove_lines",
         "recording.model": "Channel Recording",
         "quality.check": "check",
-        "report.folder": "Report write_report",
+        "report.page": "Report write_report",
         "rig.config": "RigConfig",
         "rig.simulate": "simulate",
         "verdict.limits": "Specification",

@@ -7,7 +7,7 @@ import pytest
 from sagnac.cli.output import folders_of, require_place
 from sagnac.core.errors import RecordingError
 from sagnac.core.whole_files import made
-from sagnac.report.folder import write_report
+from sagnac.report.page import write_report
 from tests import handmade
 
 

@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from sagnac.cli.options import Reading
-from sagnac.cli.reading import reading
+from sagnac.cli.options import Reading, reading
 from sagnac.core.errors import RecordingError
 
 STATED = Reading(kind="rate", unit="deg/h", rate=100.0)

@@ -64,7 +64,7 @@ def test_the_still_bench_writes_accelerometers_on_a_page_of_their_own(file, tmp_
 def test_the_accelerometers_page_is_printed_with_the_others(file, tmp_path, monkeypatch):
     # What prints is tested elsewhere, and not every machine can.
     monkeypatch.setattr("sagnac.report.sections.require_pdf", lambda: None)
-    monkeypatch.setattr("sagnac.report.folder.write_pdf", lambda text, path: path.write_text(text))
+    monkeypatch.setattr("sagnac.report.page.write_pdf", lambda text, path: path.write_text(text))
     words = ["avar", str(file), *STATED, "--accelerometers", "az", "-o", str(tmp_path), "--pdf"]
     assert main(words) == 0
     for folder in (tmp_path / "x", tmp_path / "accelerometers"):

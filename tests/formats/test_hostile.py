@@ -1,6 +1,5 @@
 """Files that lie, hide or lack something: refused in one line, or read as they are."""
 
-import math
 import os
 import zipfile
 from pathlib import Path
@@ -14,7 +13,7 @@ import scipy.io
 from sagnac.core.errors import RecordingError
 from sagnac.formats import Statement, read, write
 from sagnac.formats.files import limited, require_content, require_room
-from sagnac.formats.matlab import elements_of
+from sagnac.formats.matlab import open_source as open_matlab
 from sagnac.recording.model import Recording
 from tests.formats.examples import imu, refused, walk
 
@@ -36,16 +35,15 @@ def mat(path, **arrays):
 
 def test_a_matlab_type_tag_that_is_none_is_refused_before_the_library_sees_it(tmp_path):
     path = mat(tmp_path / "run.mat")
-    (element,) = elements_of(path)
-    assert (element.name, element.is_complex) == ("x", False)
+    assert [one.name for one in open_matlab(path).columns] == ["x"]
     sound = path.read_bytes()
     # Flags, dimensions, name, then the numbers: doubles are of type 9.
     tag = sound.index(b"\x09\0\0\0", 128 + 8 + 16 + 16)
-    for kind in (0, 8, 10, 11, 19, 20, 200, 255):
+    for kind in (0, 8, 10, 11, 14, 15, 19, 20, 200, 255):
         path.write_bytes(sound[:tag] + bytes([kind]) + sound[tag + 1 :])
         refused(path, "type", statement=STATED)
     path.write_bytes(sound[: tag + 4] + (2**31).to_bytes(4, "little") + sound[tag + 8 :])
-    refused(path, "numbers in", statement=STATED)
+    refused(path, "bytes are missing", statement=STATED)
     path.write_bytes(sound[:-4])
     refused(path, "missing", statement=STATED)
 
@@ -63,8 +61,8 @@ def test_every_byte_of_a_matlab_head_may_be_damaged(tmp_path):
 @pytest.mark.parametrize("compressed", [False, True])
 def test_compressed_matlab_elements_are_checked_too(tmp_path, compressed):
     scipy.io.savemat(tmp_path / "run.mat", {"x": walk()}, do_compression=compressed)
-    (element,) = elements_of(tmp_path / "run.mat")
-    assert math.prod(element.shape) == walk().size
+    source = open_matlab(tmp_path / "run.mat")
+    assert source.opened(["x"]).lengths == {"x": walk().size}
     np.testing.assert_allclose(
         read(tmp_path / "run.mat", STATED).gyros[0].values, np.deg2rad(walk()), rtol=1e-14
     )

@@ -1,5 +1,6 @@
 """MATLAB files of both kinds."""
 
+import struct
 from contextlib import suppress
 
 import h5py
@@ -103,3 +104,30 @@ def test_a_damaged_struct_is_one_line_or_what_its_numbers_say(tmp_path):
             continue
         refused += 1
     assert refused > 30
+
+
+@pytest.mark.parametrize("order", ["<", ">"])
+@pytest.mark.parametrize(("kind", "codec"), [(4, "utf-16"), (17, "utf-16"), (16, "utf-8")])
+def test_text_is_read_in_either_order_of_bytes(order, kind, codec, tmp_path):
+    def element(kind, content):
+        filled = content + b"\0" * (-len(content) % 8)
+        return struct.pack(f"{order}2I", kind, len(content)) + filled
+
+    def variable(name, kind, shape, data):
+        flags, sides = struct.pack(f"{order}2I", kind, 0), struct.pack(f"{order}2i", *shape)
+        heads = element(6, flags) + element(5, sides) + element(1, name.encode())
+        return element(14, heads + data)
+
+    ends = {"<": "-le", ">": "-be"}
+    text = "°/h".encode(codec + (ends[order] if codec == "utf-16" else ""))
+    head = b"MATLAB 5.0 MAT-file".ljust(124) + struct.pack(f"{order}H", 0x100)
+    parts = (
+        head + {"<": b"IM", ">": b"MI"}[order],
+        variable("x", 6, (SAMPLES, 1), element(9, walk().astype(f"{order}f8").tobytes())),
+        variable("unit", 4, (1, 3), element(kind, text)),
+        variable("sample_rate", 6, (1, 1), element(2, bytes([100]))),
+    )
+    path = tmp_path / "run.mat"
+    path.write_bytes(b"".join(parts))
+    recording = read(path, kind="rate")
+    assert (recording.gyros[0].shown_in, recording.sample_rate) == ("°/h", 100.0)

@@ -58,22 +58,6 @@ def drawn(axes):
     return np.asarray(canvas.buffer_rgba()).copy()
 
 
-@pytest.mark.parametrize("reach", [(1e-3, 3.0), (2.0, 11.0), (0.9, 1e6)])
-def test_minor_ticks_drawn_at_once_look_as_those_of_matplotlib(monkeypatch, reach):
-    pictures = []
-    for at_once in (True, False):
-        with monkeypatch.context() as patched:
-            if not at_once:
-                patched.setattr(style, "_draw_minor_ticks_at_once", lambda *_: None)
-            with style.styled() as (_figure, axes):
-                axes.loglog(reach, [1.0, 40.0], color="k")
-        own = axes.xaxis.get_minorticklocs()
-        assert (len(own) == 0) == (at_once and reach[1] > 10.0 * reach[0])
-        with mpl.rc_context(style.STYLE):
-            pictures.append(drawn(axes))
-    np.testing.assert_array_equal(*pictures)
-
-
 def test_within_a_decade_minor_ticks_keep_their_labels():
     with style.styled() as (_figure, axes):
         axes.loglog([2.0, 5.0], [1.0, 1.0])

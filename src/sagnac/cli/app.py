@@ -21,17 +21,8 @@ from typing import Final, TextIO
 
 from cyclopts import App, CycloptsError, Parameter, UnusedCliTokensError
 
-from sagnac.cli import look, measure, onward, simulated
-from sagnac.cli.output import (
-    DONE,
-    INTERRUPTED,
-    USAGE_ERROR,
-    complain,
-    explain,
-    forget_stops,
-    go_on,
-    stop_by,
-)
+from sagnac.cli import look, measure, onward, output, simulated
+from sagnac.cli.output import DONE, complain
 from sagnac.core.errors import visible
 from sagnac.core.version import __version__
 
@@ -63,7 +54,7 @@ class Stopped(KeyboardInterrupt):
 
 
 def _stop(number: int, _frame: object) -> None:
-    stop_by(KeyboardInterrupt() if number == signal.SIGINT else Stopped(number))
+    output.stop_by(KeyboardInterrupt() if number == signal.SIGINT else Stopped(number))
 
 
 @contextmanager
@@ -76,10 +67,10 @@ def stopped_by_signals() -> Iterator[None]:
         known = []
     before = {number: signal.signal(number, _stop) for number in known}
     shown, sys.unraisablehook = sys.unraisablehook, _ask_again
-    forget_stops()
+    output.forget_stops()
     try:
         yield
-        go_on()
+        output.go_on()
     finally:
         sys.unraisablehook = shown
         for number, handler in before.items():
@@ -139,7 +130,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return 128 + stopped.signal
     except KeyboardInterrupt:
         complain("interrupted")
-        return INTERRUPTED
+        return output.INTERRUPTED
     except BrokenPipeError:
         # The reader of our output has left; give the interpreter nowhere to fail at exit.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
@@ -148,12 +139,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
         said = _in_several_files(error) or str(error).rstrip()
         end = "" if said.endswith((".", "?")) else "."
         complain(f"{said}{end} See {' '.join(['sagnac', *(error.command_chain or ())])} --help")
-        return USAGE_ERROR
+        return output.USAGE_ERROR
     except Exception as error:
         if "--debug" in tokens:
             raise
         # Of no other error are options named, and there may be no command: --help > /dev/full.
-        return explain(error, options_of(tokens[0]) if type(error) is ValueError else ())
+        return output.explain(error, options_of(tokens[0]) if type(error) is ValueError else ())
     return status if isinstance(status, int) else DONE
 
 

@@ -13,7 +13,6 @@ from cyclopts import Parameter
 import sagnac
 from sagnac.cli import options as typed
 from sagnac.cli import output as results
-from sagnac.cli.reading import reading
 from sagnac.core import overwriting
 from sagnac.core.errors import rounded
 from sagnac.core.texts import OPTION_OF, by_name, text_of, whole_number
@@ -22,7 +21,6 @@ from sagnac.report import error_text, findings_data, note_text
 
 if TYPE_CHECKING:
     from sagnac.analysis.planning import Plan, PlanRow
-    from sagnac.verdict.forecast import Shown
 
 
 # ---- check -------------------------------------------------------------------------
@@ -38,7 +36,7 @@ def check(file: typed.File, /, *, options: typed.Options = typed.NO_OPTIONS) -> 
     statement, settings = typed.statement_of(options), typed.settings_of(options)
     recording: sagnac.Recording | None = None
     try:
-        with reading(file, options, verify=False) as read:
+        with typed.reading(file, options, verify=False) as read:
             recording = read.recording
             read.progress("check", 0.0)
             findings = sagnac.check(recording, accepted=settings.accepted)
@@ -80,7 +78,9 @@ def _suggest(file: Path, statement: "sagnac.Statement") -> None:
         # They name the gyros, too.
         statement = replace(statement, gyros=None)
     from sagnac.core.units import split_header
-    from sagnac.recording.columns import USUAL_NAMES
+    from sagnac.formats import gyros_in
+    from sagnac.recording.columns import ACCELEROMETER_NAMES, USUAL_NAMES
+    from sagnac.report import sections
 
     turns = any(split_header(name)[0] in USUAL_NAMES["table"] for name in sagnac.columns(file))
     command = _command_for(file, statement, lacking, turns=turns)
@@ -94,23 +94,10 @@ def _suggest(file: Path, statement: "sagnac.Statement") -> None:
             sagnac.read(file, replace(statement, **added), verify=False)
         except sagnac.RecordingError as error:
             said = f"Even with what is missing stated it cannot be read: {error_text(error)}"
-    print(f"{said}:\n\n    {command}\n")
-    if "COLUMN" not in words:
-        return
-    from sagnac.formats import gyros_in
-    from sagnac.recording.columns import ACCELEROMETER_NAMES
-
-    found = gyros_in(file, statement)
-    if found and {*found} <= {*ACCELEROMETER_NAMES}:
-        print(f"{', '.join(found)} are named as accelerometers, which need a gyro beside them\n")
-        return
-    if found:
-        print(f"COLUMN may be any of {', '.join(found)}\n")
-    if len(found) > 1:
-        print(
-            f"for all of them write --gyros {','.join(found)} instead of --columns, or "
-            f"with shorter names --columns x={found[0]},y={found[1]} …\n"
-        )
+    found = gyros_in(file, statement) if "COLUMN" in words else ()
+    are_forces = {*found} <= {*ACCELEROMETER_NAMES}
+    facts = {"said": said, "command": command, "found": found, "are_forces": are_forces}
+    print(sections.rendered("to_read.txt", **facts), end="\n\n")
 
 
 def _command_for(
@@ -186,7 +173,7 @@ def convert(
     from sagnac.report import text
 
     overwriting.require_free(of_conversion(target), typed.inputs([source], options), force=force)
-    with reading(source, options) as read:
+    with typed.reading(source, options) as read:
         recording = read.recording
     with results.progress_shown() as progress:
         progress("write", 0.0)
@@ -223,7 +210,7 @@ def plan(
     from sagnac.formats.files import about
 
     settings = typed.settings_of(options)
-    with reading(file, options) as read:
+    with typed.reading(file, options) as read:
         analysis = read.analyzed(settings)
     with about(file):
         found = sagnac.plan(analysis, within=within)
@@ -243,7 +230,7 @@ def _wanted(row: "PlanRow") -> str:
 
 
 def _text(plan: "Plan") -> str:
-    from sagnac.report import text
+    from sagnac.report import sections, text
 
     shown = plan.shown
     listed = [(_wanted(row), _spoken(row.hours)) for row in plan.rows]
@@ -251,25 +238,8 @@ def _text(plan: "Plan") -> str:
         text.answer(plan.analysis),
         f"After {_spoken(shown.duration / 3600.0)} the interval is "
         f"± {rounded(100.0 * shown.half_width)} % at {100.0 * shown.confidence:g} %.",
-        _supposition(plan.analysis, shown),
+        sections.rendered("forecast.txt", analysis=plan.analysis, shown=shown),
         text.table(("interval of N", "record"), listed),
-    )
-
-
-def _supposition(analysis: "sagnac.Analysis", shown: "Shown") -> str:
-    """Basis of a longer recording's answer, as the forecast takes it."""
-    resting = analysis.average
-    supposed = "whole band" if shown.efficient else "average"
-    now = resting is not None and resting.member == supposed
-    verb = "stays" if now else "becomes"
-    if not shown.efficient:
-        said = f"Forecast for an answer that {verb} an average over bands of the spectrum."
-        if "bias_instability" in shown.coefficients:
-            return said
-        return f"{said}\nB is not estimated yet: one that a longer record shows widens it."
-    return (
-        f"Forecast for an answer that {verb} the likelihood of the whole\n"
-        f"band to {shown.highest:.3g} Hz. An average over bands would have another interval."
     )
 
 

@@ -10,7 +10,6 @@ from cyclopts import Parameter
 import sagnac
 from sagnac.cli import options as typed
 from sagnac.cli import output as results
-from sagnac.cli.reading import ReadFile, reading
 from sagnac.report import error_text
 
 if TYPE_CHECKING:
@@ -43,7 +42,7 @@ def analyze(
     named: list[tuple[str, sagnac.Analysis]] = []
     for file, folder in zip(files, folders, strict=True):
         try:
-            with reading(file, options, prefix=file.name * several) as read:
+            with typed.reading(file, options, prefix=file.name * several) as read:
                 analysis = read.analyzed(settings)
             paths: Sequence[Path] = ()
             if folder is not None:
@@ -156,7 +155,7 @@ def avar(
     sheet = _sheet(options, report, written=output is not None)
     alone: sagnac.SelfNoise | None = None
     paths: Sequence[Path] = ()
-    with reading(file, options, verify=bench.gaps == "reject") as read:
+    with typed.reading(file, options, verify=bench.gaps == "reject") as read:
         recording = read.recording
         if output is not None:
             reads = typed.inputs([file], options, report.heading)
@@ -234,7 +233,7 @@ def _bench_reported(
     One gyro's report goes into a folder of its own, too.
     """
     from sagnac.report.figures import self_noise_figure, write_png
-    from sagnac.report.folder import write_accelerometers
+    from sagnac.report.page import write_accelerometers
     from sagnac.report.sections import folder_name
 
     place = output if analysis.gyros else output / folder_name(analysis.channel)
@@ -280,12 +279,12 @@ def compare(
     """
     settings = typed.settings_of(options)
     results.require_place(output, "comparison", typed.inputs([file], options), force=force)
-    with reading(file, options) as read:
+    with typed.reading(file, options) as read:
         methods = (settings.method,) if options.method else METHODS
         analyses, refused = _compared(read, settings, methods)
     written = []
     if output is not None:
-        from sagnac.report.folder import write_comparison
+        from sagnac.report.page import write_comparison
 
         written = write_comparison(analyses, refused, output)
     from sagnac.report import text
@@ -302,7 +301,7 @@ def compare(
 
 
 def _compared(
-    read: ReadFile, settings: "sagnac.Settings", methods: "Sequence[Method]"
+    read: typed.ReadFile, settings: "sagnac.Settings", methods: "Sequence[Method]"
 ) -> "tuple[dict[str, sagnac.Analysis], dict[str, str]]":
     """The analysis by each method; and why, of each method that the recording does not allow.
 
@@ -327,7 +326,7 @@ def _compared(
 def lines(file: typed.File, /, *, options: typed.Options = typed.NO_OPTIONS) -> int:
     """The periodic components found, strongest first."""
     settings = typed.settings_of(options)
-    with reading(file, options) as read:
+    with typed.reading(file, options) as read:
         analysis = read.analyzed(settings)
     if options.as_json:
         results.print_documents([analysis], single=True)

@@ -1,23 +1,17 @@
 """``sagnac export``, ``align`` and ``campaign``: figures used, and many recordings at once."""
 
-from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Final, Literal
+from typing import Annotated, Any, Final, Literal
 
 from cyclopts import Group, Parameter
 
 import sagnac
 from sagnac.cli import options as typed
 from sagnac.cli import output as results
-from sagnac.core.errors import counted, one_line
+from sagnac.core.errors import one_line
 from sagnac.core.texts import seconds
 from sagnac.navigation.definitions import ToolName
-
-if TYPE_CHECKING:
-    from sagnac.fleet.table import Line
-    from sagnac.navigation.noise import Triad
-
 
 # ---- export ------------------------------------------------------------------------
 
@@ -177,7 +171,13 @@ def align(
     from sagnac.report.document import to_json
     from sagnac.report.figures import write_png
 
-    noises, words = _source(source, start.confidence)
+    noises: Any = source
+    words = ""
+    if (source / "campaign.csv").exists() or source.suffix.lower() == ".csv":
+        from sagnac.fleet.table import prior_of
+
+        noise, words = prior_of(source, confidence=start.confidence)
+        noises = (noise, noise, noise)
     ahead = sagnac.align(noises, **asdict(start), foretold=words)
     unaided, prospect = ahead.unaided, ahead.prospect
     found = {} if prospect is None else shown.prospect_document(prospect)
@@ -202,21 +202,9 @@ def align(
     return results.DONE
 
 
-def _source(source: Path, confidence: float) -> "tuple[Path | Triad, str]":
-    """An analysis as it is; or N that a campaign foretells, and in words from what."""
-    if (source / "campaign.csv").exists() or source.suffix.lower() == ".csv":
-        from sagnac.fleet.table import prior_of
-
-        noise, words = prior_of(source, confidence=confidence)
-        return (noise, noise, noise), words
-    return source, ""
-
-
 # ---- campaign ----------------------------------------------------------------------
 
 _WORK: Final = Group("Work", sort_key=2)
-# Rows with a reason that a terminal shows.
-_MOST_REASONS: Final = 20
 
 
 @Parameter(name="*", group=_WORK)
@@ -270,7 +258,7 @@ def campaign(
     stated = {name: value for name, value in asdict(statement).items() if value}
     results.require_place(output, "campaign", force=True)
     from sagnac.core.documents import finite
-    from sagnac.fleet.page import reason_text
+    from sagnac.fleet.page import reason_text, terminal_text
     from sagnac.fleet.table import yield_of
     from sagnac.report.document import to_json
 
@@ -284,7 +272,8 @@ def campaign(
         rows = [asdict(line) for line in made.lines]
         print(to_json(finite({"schema": "sagnac.campaign/1", "rows": rows})))
     else:
-        _print_campaign(made, output)
+        print(terminal_text(made.campaign, made.lines, made.replaced))
+        results.print_paths([output / path.name for path in made.paths])
     failed = made.campaign.failed
     for row in failed:
         results.complain(reason_text(row.task.path, row.reason))
@@ -292,59 +281,6 @@ def campaign(
     if failed or found is None:
         return results.DATA_ERROR if failed else results.DONE
     return results.STATUS[found.decision]
-
-
-def _print_campaign(report: "sagnac.CampaignReport", output: Path) -> None:
-    from sagnac.fleet import table
-    from sagnac.fleet.page import deviation_words
-    from sagnac.report.quantities import number
-
-    made, lines = report.campaign, report.lines
-    groups, whole = table.groups_of(lines), list(filter(table.is_whole, lines))
-    several = len({method for method, _ in groups}) > 1
-    for (method, gyros), group in groups.items():
-        scatter = table.scatter_of(group)
-        by = f" by {method}" if several else ""
-        every = sum((one.method, one.gyros) == (method, gyros) for one in whole)
-        print(f"{gyros}{by}: {len(group)} of {every} recordings analyzed")
-        if scatter.answer is None:
-            continue
-        mean = scatter.answer.mean
-        print(f"  mean N  {number(mean.value)} °/√h  [{number(mean.low)}, {number(mean.high)}]")
-        for name, value, interval in deviation_words(scatter.answer):
-            print(f"  scatter {name}: {value}  [{interval.replace(' … ', ', ')}]")
-        for name, why in scatter.answer.hidden.items():
-            print(f"  scatter between {name}s is not observable: {why}")
-    if not groups:
-        print(f"0 of {counted(len(whole), 'recording')} analyzed")
-    elif without := table.left_out(lines):
-        print(without)
-    for line in lines:
-        if line.same_as:
-            print(f"{line.file}: has the data of {line.same_as}, and does not count")
-    found = table.yield_of(made)
-    if found is not None:
-        limits = ", ".join(limit.in_words for limit in made.limits)
-        print(f"{limits}: {found.in_words()}; {found.share_in_words()}")
-    _print_reasons(lines)
-    before = f", {made.kept} kept from an earlier start, which was resumed" if made.kept else ""
-    print(f"{counted(made.computed, 'row')} analyzed now{before}")
-    if report.replaced:
-        lost = counted(report.replaced, "line")
-        print(f"replaced the earlier campaign.csv: {lost} of it are not of this campaign")
-    results.print_paths([output / path.name for path in report.paths])
-
-
-def _print_reasons(lines: "Sequence[Line]") -> None:
-    """Rows without an estimate, or that do not pass, each with its reason; the table has all."""
-    from sagnac.fleet import table
-
-    told = [line for line in lines if line.state == "done" and line.reason and table.is_whole(line)]
-    for line in told[:_MOST_REASONS]:
-        said = line.verdict or line.status
-        print(f"{Path(line.file).name}, gyro {line.gyros}: {said}: {one_line(line.reason)}")
-    if len(told) > _MOST_REASONS:
-        print(f"… and {len(told) - _MOST_REASONS} more: column reason of campaign.csv")
 
 
 COMMANDS: Final = (export, align, campaign)

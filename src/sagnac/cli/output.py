@@ -20,10 +20,7 @@ from sagnac.core.texts import OPTION_OF
 from sagnac.report import as_typed, error_text, wrapped
 
 if TYPE_CHECKING:
-    from rich.progress import TaskID
-
     from sagnac.core.processes import Standing
-    from sagnac.verdict.judgement import Decision
 
 
 # ---- errors ------------------------------------------------------------------------
@@ -33,7 +30,7 @@ DATA_ERROR: Final = 1
 USAGE_ERROR: Final = 2
 INTERRUPTED: Final = 130
 # Of a decision.
-STATUS: "Final[Mapping[Decision, int]]" = {"pass": DONE, "fail": 3, "undecided": 4}
+STATUS: Final[Mapping[str, int]] = {"pass": DONE, "fail": 3, "undecided": 4}
 
 # Characters of a message.
 _LONGEST: Final = 780
@@ -146,7 +143,7 @@ def progress_shown(prefix: str = "") -> Iterator[Progress]:
 
     columns = (TextColumn("{task.description:<24}"), BarColumn(bar_width=36), TimeElapsedColumn())
     bars = Bars(*columns, console=Console(stderr=True), transient=True)
-    tasks: dict[str, TaskID] = {}
+    tasks: dict[str, Any] = {}
 
     def show(stage: str, fraction: float) -> None:
         if stage not in tasks:

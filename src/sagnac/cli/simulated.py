@@ -9,9 +9,9 @@ from typing import Annotated, Final, Literal
 from cyclopts import Parameter
 
 import sagnac
+from sagnac.cli import options as typed
 from sagnac.cli import output as results
-from sagnac.cli.options import NO_STATEMENT, OUTPUT, Debug, Folder, Force, Workers, one_argument
-from sagnac.cli.reading import reading
+from sagnac.cli.options import OUTPUT, Debug, Folder, Force, Workers, one_argument
 from sagnac.core import overwriting
 from sagnac.core.errors import one_line
 from sagnac.core.texts import seconds as in_seconds
@@ -189,7 +189,7 @@ def demo(
     began = time.perf_counter()
     path, truth_path = _written(config, folder / RECORDING)
     seconds = {"simulate": time.perf_counter() - began}
-    with reading(path, NO_STATEMENT) as read:
+    with typed.reading(path, typed.NO_STATEMENT) as read:
         analysis = read.analyzed(sagnac.Settings(gyros=tuple(GYRO_NAMES))).with_seconds(seconds)
     analysis, paths = results.reported(analysis, folder, force=force)
     truth = json.loads(truth_path.read_text(encoding="utf-8"))

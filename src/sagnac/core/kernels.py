@@ -77,27 +77,19 @@ def cache_notes() -> tuple[Note, ...]:
 def _guard(loop: Any) -> None:
     """Let a cache that cannot be read or written cost a compilation, not the run."""
     cache = loop._cache
-    load, save = cache.load_overload, cache.save_overload
 
-    def guarded_load(*arguments: Any) -> Any:
-        try:
-            return load(*arguments)
-        except Exception:
-            _forget(cache)
-            return None
+    def guarded(act: Callable[..., Any], *lost: str) -> Callable[..., Any]:
+        def acted(*arguments: Any) -> Any:
+            try:
+                with warnings.catch_warnings(action="ignore"):
+                    return act(*arguments)
+            except Exception:
+                _NOT_KEPT.update(lost)
+                with suppress(OSError):
+                    cache.flush()
+                return None
 
-    def guarded_save(*arguments: Any) -> None:
-        try:
-            with warnings.catch_warnings():
-                warnings.simplefilter("ignore")
-                save(*arguments)
-        except Exception:
-            _NOT_KEPT.add(loop.__qualname__)
-            _forget(cache)
+        return acted
 
-    cache.load_overload, cache.save_overload = guarded_load, guarded_save
-
-
-def _forget(cache: Any) -> None:
-    with suppress(OSError):
-        cache.flush()
+    cache.load_overload = guarded(cache.load_overload)
+    cache.save_overload = guarded(cache.save_overload, loop.__qualname__)

@@ -70,57 +70,50 @@ class Unit:
         return self.name
 
 
-_TABLE: Final = (
-    ("angle", "rad", "rad", 1.0),
-    ("angle", "mrad", "mrad", 1e-3),
-    ("angle", "urad", "µrad", 1e-6),
-    ("angle", "deg", "°", DEGREE),
-    ("angle", "arcmin", "′", 60.0 * ARCSECOND),
-    ("angle", "arcsec", "″", ARCSECOND),
-    ("angle", "mas", "mas", 1e-3 * ARCSECOND),
-    ("angle", "rev", "rev", 2.0 * math.pi),
-    ("rate", "rad/s", "rad/s", 1.0),
-    ("rate", "deg/s", "°/s", DEGREE),
-    ("rate", "deg/h", "°/h", DEGREE_PER_HOUR),
-    ("rate", "arcsec/s", "″/s", ARCSECOND),
-    ("rate", "mdeg/s", "m°/s", 1e-3 * DEGREE),
-    ("rate", "mrad/s", "mrad/s", 1e-3),
-    ("rate", "urad/s", "µrad/s", 1e-6),
-    ("time", "s", "s", 1.0),
-    ("time", "ms", "ms", 1e-3),
-    ("time", "us", "µs", 1e-6),
-    ("time", "ns", "ns", 1e-9),
-    ("time", "min", "min", 60.0),
-    ("time", "h", "h", HOUR),
-    ("angle random walk", "deg/sqrt(h)", "°/√h", DEGREE_PER_ROOT_HOUR),
-    ("angle random walk", "deg/h/sqrt(Hz)", "°/h/√Hz", DEGREE_PER_HOUR_PER_ROOT_HERTZ),
-    ("angle random walk", "deg/s/sqrt(Hz)", "°/s/√Hz", DEGREE),
-    ("angle random walk", "rad/s/sqrt(Hz)", "rad/s/√Hz", 1.0),
-    ("angle random walk", "rad/sqrt(s)", "rad/√s", 1.0),
-    ("rate random walk", "deg/h/sqrt(h)", "°/h/√h", DEGREE_PER_HOUR_PER_ROOT_HOUR),
-    ("rate random walk", "rad/s/sqrt(s)", "rad/s/√s", 1.0),
-    ("rate ramp", "deg/h/h", "°/h/h", DEGREE_PER_HOUR_PER_HOUR),
-    ("rate ramp", "rad/s^2", "rad/s²", 1.0),
-    ("velocity", "m/s", "m/s", 1.0),
-    ("velocity", "mm/s", "mm/s", 1e-3),
-    ("velocity", "um/s", "µm/s", 1e-6),
-    ("velocity", "ug*s", "µg·s", 1e-6 * STANDARD_GRAVITY),
-    ("acceleration", "m/s^2", "m/s²", 1.0),
-    ("acceleration", "g", "g", STANDARD_GRAVITY),
-    ("acceleration", "mg", "mg", _MILLI_G),
-    ("acceleration", "ug", "µg", 1e-6 * STANDARD_GRAVITY),
-    ("velocity random walk", "m/s/sqrt(h)", "m/s/√h", 1.0 / math.sqrt(HOUR)),
-    ("velocity random walk", "ug/sqrt(Hz)", "µg/√Hz", 1e-6 * STANDARD_GRAVITY),
-    ("velocity random walk", "m/s^2/sqrt(Hz)", "m/s²/√Hz", 1.0),
-    ("acceleration random walk", "mg/sqrt(h)", "mg/√h", _MILLI_G / math.sqrt(HOUR)),
-    ("acceleration random walk", "m/s^2/sqrt(s)", "m/s²/√s", 1.0),
-    ("acceleration ramp", "mg/h", "mg/h", _MILLI_G / HOUR),
-    ("acceleration ramp", "m/s^3", "m/s³", 1.0),
-)
-QUANTITIES: Final = tuple(dict.fromkeys(quantity for quantity, *_ in _TABLE))
+# Quantity -> size of each of its units in SI, the usual one first.
+_SIZES: Final[Mapping[Quantity, Mapping[str, float]]] = {
+    "angle": {
+        "rad": 1.0, "mrad": 1e-3, "urad": 1e-6, "deg": DEGREE, "arcmin": 60.0 * ARCSECOND,
+        "arcsec": ARCSECOND, "mas": 1e-3 * ARCSECOND, "rev": 2.0 * math.pi,
+    },
+    "rate": {
+        "rad/s": 1.0, "deg/s": DEGREE, "deg/h": DEGREE_PER_HOUR, "arcsec/s": ARCSECOND,
+        "mdeg/s": 1e-3 * DEGREE, "mrad/s": 1e-3, "urad/s": 1e-6,
+    },
+    "time": {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0, "h": HOUR},
+    "angle random walk": {
+        "deg/sqrt(h)": DEGREE_PER_ROOT_HOUR, "deg/h/sqrt(Hz)": DEGREE_PER_HOUR_PER_ROOT_HERTZ,
+        "deg/s/sqrt(Hz)": DEGREE, "rad/s/sqrt(Hz)": 1.0, "rad/sqrt(s)": 1.0,
+    },
+    "rate random walk": {"deg/h/sqrt(h)": DEGREE_PER_HOUR_PER_ROOT_HOUR, "rad/s/sqrt(s)": 1.0},
+    "rate ramp": {"deg/h/h": DEGREE_PER_HOUR_PER_HOUR, "rad/s^2": 1.0},
+    "velocity": {"m/s": 1.0, "mm/s": 1e-3, "um/s": 1e-6, "ug*s": 1e-6 * STANDARD_GRAVITY},
+    "acceleration": {
+        "m/s^2": 1.0, "g": STANDARD_GRAVITY, "mg": _MILLI_G, "ug": 1e-6 * STANDARD_GRAVITY,
+    },
+    "velocity random walk": {
+        "m/s/sqrt(h)": 1.0 / math.sqrt(HOUR), "ug/sqrt(Hz)": 1e-6 * STANDARD_GRAVITY,
+        "m/s^2/sqrt(Hz)": 1.0,
+    },
+    "acceleration random walk": {"mg/sqrt(h)": _MILLI_G / math.sqrt(HOUR), "m/s^2/sqrt(s)": 1.0},
+    "acceleration ramp": {"mg/h": _MILLI_G / HOUR, "m/s^3": 1.0},
+}  # fmt: skip
+QUANTITIES: Final = tuple(_SIZES)
+# How a person writes a part of a unit's name.
+_MARKS: Final = {"arcsec": "″", "arcmin": "′", "deg": "°", "^2": "²", "^3": "³", "*": "·"}
+
+
+def _symbol(name: str) -> str:
+    """Symbol of a unit: ``°/√h`` of ``deg/sqrt(h)``."""
+    for part, mark in _MARKS.items():
+        name = name.replace(part, mark)
+    return re.sub(r"\bu(?=rad|s|m|g)", "µ", re.sub(r"sqrt\((\w+)\)", r"√\1", name))
+
+
 UNITS: Final[dict[str, Unit]] = {
-    name: Unit(name=name, symbol=symbol, quantity=quantity, size=size)
-    for quantity, name, symbol, size in _TABLE
+    name: Unit(name=name, symbol=_symbol(name), quantity=quantity, size=size)
+    for quantity, sizes_of in _SIZES.items()
+    for name, size in sizes_of.items()
 }
 
 
@@ -133,7 +126,7 @@ def sizes(quantity: Quantity) -> dict[str, float]:
         If `quantity` is none of `QUANTITIES`.
     """
     require_choice("quantity", quantity, QUANTITIES)
-    return {unit.name: unit.size for unit in UNITS.values() if unit.quantity == quantity}
+    return dict(_SIZES[quantity])
 
 
 ANGLE_UNITS: Final = sizes("angle")
@@ -143,32 +136,26 @@ VELOCITY_UNITS: Final = sizes("velocity")
 ACCELERATION_UNITS: Final = sizes("acceleration")
 
 
-def _sized(**units: tuple[str, ...] | Quantity) -> dict[str, dict[str, float]]:
-    """Coefficient -> unit -> size; a quantity stands for all of its units."""
-    return {
-        coefficient: {name: UNITS[name].size for name in names}
-        if isinstance(names, tuple)
-        else sizes(names)
-        for coefficient, names in units.items()
-    }
+def _sized(*names: str) -> dict[str, float]:
+    return {name: UNITS[name].size for name in names}
 
 
 # Every unit a coefficient is written in, the field's own first: the size of one in SI.
-COEFFICIENT_UNITS: Final = _sized(
-    quantization=("arcsec", "deg", "rad"),
-    angle_random_walk="angle random walk",
-    bias_instability=("deg/h", "rad/s"),
-    rate_random_walk="rate random walk",
-    rate_ramp="rate ramp",
-)
+COEFFICIENT_UNITS: Final = {
+    "quantization": _sized("arcsec", "deg", "rad"),
+    "angle_random_walk": sizes("angle random walk"),
+    "bias_instability": _sized("deg/h", "rad/s"),
+    "rate_random_walk": sizes("rate random walk"),
+    "rate_ramp": sizes("rate ramp"),
+}
 # The same of an accelerometer: what is an angle of a gyro is a velocity of it.
-FORCE_COEFFICIENT_UNITS: Final = _sized(
-    quantization=("mm/s", "m/s"),
-    angle_random_walk="velocity random walk",
-    bias_instability=("mg", "ug", "m/s^2"),
-    rate_random_walk="acceleration random walk",
-    rate_ramp="acceleration ramp",
-)
+FORCE_COEFFICIENT_UNITS: Final = {
+    "quantization": _sized("mm/s", "m/s"),
+    "angle_random_walk": sizes("velocity random walk"),
+    "bias_instability": _sized("mg", "ug", "m/s^2"),
+    "rate_random_walk": sizes("acceleration random walk"),
+    "rate_ramp": sizes("acceleration ramp"),
+}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

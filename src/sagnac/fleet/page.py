@@ -12,13 +12,14 @@ from markupsafe import Markup
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from sagnac.core.errors import rounded
+from sagnac.core.errors import counted, one_line, rounded
 from sagnac.core.units import HOUR
 from sagnac.core.version import __version__
 from sagnac.core.whole_files import write_text
+from sagnac.fleet import table
 from sagnac.fleet.runner import Campaign
 from sagnac.fleet.study import FACTORS, Repeatability
-from sagnac.fleet.table import Line, groups_of, is_whole, scatter_of, walk_limits, yield_of
+from sagnac.fleet.table import Line, groups_of, is_whole, yield_of
 from sagnac.noise.estimates import Interval
 from sagnac.report.figures import STYLE, PowersOfTen, styled, svg, write_png
 from sagnac.report.frame import BLUE, GREEN, INK, OCHRE, ORANGE, literal
@@ -221,7 +222,7 @@ def write_page(campaign: Campaign, lines: Sequence[Line], folder: Path, title: s
     """
     pairs = zip(campaign.each, lines, strict=True)
     curves = {line: row.analysis["curve"] for row, line in pairs if "curve" in row.analysis}
-    limits = walk_limits(campaign)
+    limits = table.walk_limits(campaign)
     failed = [line for line in lines if line.state != "done"]
     twice = sum(bool(line.same_as) for line in lines)
     equal = f" {twice} have the data of another and do not count." * bool(twice)
@@ -253,6 +254,45 @@ def write_page(campaign: Campaign, lines: Sequence[Line], folder: Path, title: s
     return path
 
 
+# Rows with a reason that a terminal shows.
+_MOST_REASONS: Final = 20
+
+
+def terminal_text(campaign: Campaign, lines: Sequence[Line], replaced: int) -> str:
+    """A campaign as a terminal shows it.
+
+    Rows without an estimate, or that do not pass, stand with their reason; the table has all.
+
+    Parameters
+    ----------
+    campaign, lines
+        As of `write_page`.
+    replaced
+        Lines of another campaign that the table had before.
+    """
+    groups, whole = groups_of(lines), list(filter(is_whole, lines))
+    of_group = [(one.method, one.gyros) for one in whole]
+    return rendered(
+        "campaign.txt",
+        campaign=campaign,
+        lines=lines,
+        whole=len(whole),
+        groups=[
+            (*key, own, of_group.count(key), table.scatter_of(own).answer)
+            for key, own in groups.items()
+        ],
+        several=len({method for method, _ in groups}) > 1,
+        left_out=table.left_out(lines),
+        told=[line for line in whole if line.state == "done" and line.reason],
+        most=_MOST_REASONS,
+        verdict=yield_of(campaign),
+        replaced=replaced,
+        counted=counted,
+        deviation_words=deviation_words,
+        one_line=one_line,
+    )
+
+
 def reason_text(file: str, reason: str) -> str:
     """Why a file has no answer; the file stands first, once."""
     return reason if reason.startswith(file) else f"{file}: {reason}"
@@ -262,7 +302,7 @@ def _group(
     name: str, lines: Sequence[Line], curves: Mapping[Line, Curve], limits: Sequence[float]
 ) -> dict[str, Any]:
     """Lines of one method and one choice of gyros: their scatter and figures."""
-    scatter, gyros = scatter_of(lines), lines[0].gyros
+    scatter, gyros = table.scatter_of(lines), lines[0].gyros
     panels: dict[str, list[Curve]] = {}
     for line in lines:
         if line in curves:

@@ -28,15 +28,8 @@ from scipy.special import ndtri, stdtr, stdtrit
 
 from sagnac.core.arrays import FloatArray
 from sagnac.core.errors import RecordingError, quoted, require_confidence
-from sagnac.fleet.design import (
-    Components,
-    Design,
-    chance_of_less,
-    covariance_of,
-    draws_of,
-    residual_metric,
-    restricted_components,
-)
+from sagnac.fleet import design as designs
+from sagnac.fleet.design import Components, Design
 from sagnac.noise.estimates import Interval
 
 # ---- prediction --------------------------------------------------------------------
@@ -125,7 +118,7 @@ class Outlook:
 
     @cached_property
     def _inverse(self) -> FloatArray:
-        return np.asarray(np.linalg.inv(covariance_of(self.design, self.components)))
+        return np.asarray(np.linalg.inv(designs.covariance_of(self.design, self.components)))
 
     @cached_property
     def _mean_weights(self) -> FloatArray:
@@ -222,7 +215,7 @@ def departures(design: Design, components: Components) -> tuple[Outlier, ...]:
     components
         Variances of the effects.
     """
-    metric = residual_metric(covariance_of(design, components))
+    metric = designs.residual_metric(designs.covariance_of(design, components))
     weighted = metric @ design.values
     weight = np.diag(metric)
     standard = weighted / np.sqrt(weight)
@@ -247,7 +240,7 @@ def departures(design: Design, components: Components) -> tuple[Outlier, ...]:
 
 def _mean_without(design: Design, components: Components, index: int) -> float:
     kept = np.delete(np.arange(design.values.size), index)
-    covariance = covariance_of(design, components)[np.ix_(kept, kept)]
+    covariance = designs.covariance_of(design, components)[np.ix_(kept, kept)]
     row = np.linalg.inv(covariance).sum(axis=0)
     return float(row @ design.values[kept] / row.sum())
 
@@ -432,7 +425,7 @@ def repeatability(runs: Sequence[Run], *, confidence: float = 0.95) -> Repeatabi
             f"{len(runs)} runs cannot tell the scatter of runs from that of units, days and rates",
             remedy="add runs, or repeat some at the same unit, day and rate",
         )
-    components = restricted_components(design)
+    components = designs.restricted_components(design)
     outlook = Outlook(design=design, components=components)
     unseen = _unseen(design, components, confidence)
     deviations = _deviations(design, components, set(unseen), confidence)
@@ -470,7 +463,7 @@ def _unseen(design: Design, components: Components, confidence: float) -> dict[s
     """Components that runs too close together cannot show, and why."""
     if np.ptp(design.values) == 0.0 and not np.any(design.variances):
         return dict.fromkeys((*design.seen, "run"), _ALIKE)
-    too_close = chance_of_less(design) < 0.5 - 0.5 * confidence
+    too_close = designs.chance_of_less(design) < 0.5 - 0.5 * confidence
     return {"run": _TOO_WIDE} if components["run"] == 0.0 and too_close else {}
 
 
@@ -479,7 +472,7 @@ def _deviations(
 ) -> dict[str, Deviation]:
     """By factor and ``run``; a scatter that does not show is an upper bound."""
     tail = 0.5 - 0.5 * confidence
-    draws = draws_of(design)
+    draws = designs.draws_of(design)
     seen = {}
     for name, variance in components.items():
         if name in unseen:
@@ -491,7 +484,7 @@ def _deviations(
                 value=math.sqrt(variance), low=math.sqrt(low), high=math.sqrt(high)
             )
         else:
-            bounded = draws_of(design, bounded=name)[name]
+            bounded = designs.draws_of(design, bounded=name)[name]
             bound = math.sqrt(float(np.quantile(bounded, 1.0 - tail)))
             seen[name] = Deviation(value=bound, low=0.0, high=bound, status="upper bound")
     return seen

@@ -43,11 +43,6 @@ def as_numpy(values: pa.Array) -> NDArray[Any]:
     if pa.types.is_timestamp(values.type):
         values = values.cast(pa.int64())
     if pa.types.is_boolean(values.type):
-        if not values.null_count:
-            # A bit each. A cast would import what computes on arrays: a twentieth of a second.
-            bits = np.frombuffer(values.buffers()[1], dtype=np.uint8)
-            ones = np.unpackbits(bits, bitorder="little")
-            return ones[values.offset : values.offset + len(values)]
         values = values.cast(pa.uint8())
     if values.null_count:
         values = values.cast(pa.float64(), safe=False).fill_null(np.nan)

@@ -11,16 +11,9 @@ import numpy as np
 from sagnac.core.arrays import FloatArray, elementwise
 from sagnac.core.errors import RecordingError
 from sagnac.core.units import sensor_of
+from sagnac.formats import choice as choices
 from sagnac.formats import suspicions
-from sagnac.formats.choice import (
-    Choice,
-    Scale,
-    choose,
-    contradiction,
-    require_known,
-    role_unit,
-    scale_of,
-)
+from sagnac.formats.choice import Choice, Scale
 from sagnac.formats.source import Column, Source, Stored
 from sagnac.formats.statement import Statements
 from sagnac.quality.check import integrity
@@ -59,20 +52,22 @@ def assemble(
         not sound. It does not name the file.
     """
     _require_readable(source, statements)
-    choice = choose(source.columns, statements)
-    require_known(choice, source.columns, statements)
+    choice = choices.choose(source.columns, statements)
+    choices.require_known(choice, source.columns, statements)
     # By the keys of the columns.
     sensors = choice.sensors
-    scales = {one.key: scale_of(name, one, statements, sensor) for sensor, name, one in sensors}
+    scales = {
+        one.key: choices.scale_of(name, one, statements, sensor) for sensor, name, one in sensors
+    }
     if choice.table is not None:
-        role_unit("table", choice.table)
+        choices.role_unit("table", choice.table)
     by_file, by_toml, by_caller = (
         one.sample_rate for one in (statements.file, statements.beside, statements.caller)
     )
     if choice.time is None and statements.first("sample_rate") is None:
         remedy = "state {rate HZ} or {time COLUMN:UNIT}"
         raise RecordingError("neither a sample rate nor time stamps are stated", remedy=remedy)
-    second = role_unit("time", choice.time).size if choice.time else 1.0
+    second = choices.role_unit("time", choice.time).size if choice.time else 1.0
     stored = source.opened(choice.keys)
     check_lengths(stored.lengths)
     stretch = _stretch(choice.time, second, stored, statements)
@@ -86,7 +81,7 @@ def assemble(
     notes += suspicions.unused_notes(source, choice, statements, stretch)
     if by_caller is None and by_file and by_toml and by_file != by_toml:
         rates = (f"{one:.9g} Hz" for one in (by_file, by_toml))
-        notes.append(contradiction(*rates, is_typed=False))
+        notes.append(choices.contradiction(*rates, is_typed=False))
     stretch = replace(stretch, sampling=replace(stretch.sampling, notes=tuple(notes)))
     made = _recording(choice, scales, stored, stretch, statements.counter_period)
     sliced = stretch.span_s if statements.caller.span is not None else None

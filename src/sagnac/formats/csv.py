@@ -5,11 +5,10 @@ A folder of EuRoC holds one, ``mav0/imu0/data.csv`` with the six axes of an IMU,
 The EuRoC micro aerial vehicle datasets, *Int. J. Robot. Res.* 35, 1157, 2016; ASL format).
 """
 
-import sys
 from collections import deque
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
-from functools import partial
+from importlib.resources import files
 from itertools import islice
 from pathlib import Path
 from typing import Any, Final
@@ -113,8 +112,6 @@ def _parsed(laid_out: Layout, wanted: Mapping[str, int]) -> dict[str, NDArray[An
         for key, form in forms.items()
     }
     rows = 0
-    shown = sys.unraisablehook
-    sys.unraisablehook = partial(_shown_unless_text, shown)
     try:
         for batch in _batches(laid_out, wanted):
             stop = rows + batch.num_rows
@@ -129,8 +126,6 @@ def _parsed(laid_out: Layout, wanted: Mapping[str, int]) -> dict[str, NDArray[An
         if wrong is None:
             raise
         raise wrong from error
-    finally:
-        sys.unraisablehook = shown
     for key, form in forms.items():
         arrays[key].resize(rows, refcheck=False)
         if form == "clock":
@@ -175,12 +170,6 @@ def _batches(laid_out: Layout, wanted: Mapping[str, int]) -> Iterator[pa.RecordB
                 yield from ahead.popleft().result().to_batches()
         for one in ahead:
             yield from one.result().to_batches()
-
-
-def _shown_unless_text(shown: Callable[[Any], Any], lost: Any) -> None:
-    """Hide that a row is no UTF-8: it never gets to `_odd_row`, and the library refuses it."""
-    if not isinstance(lost.exc_value, UnicodeDecodeError):
-        shown(lost)
 
 
 def _odd_row(row: Any) -> str:
@@ -239,26 +228,6 @@ def _write_table(
 
 _TIME, _, _RATE, _FORCE, _ = PRESETS[0]
 _HEADERS: Final = (f"#{_TIME}", *map(_RATE.format, "xyz"), *map(_FORCE.format, "xyz"))
-_SENSOR: Final = f"""# {MADE}
-sensor_type: imu
-comment: {{comment}}
-T_BS:
-  cols: 4
-  rows: 4
-  data: [1.0, 0.0, 0.0, 0.0,
-         0.0, 1.0, 0.0, 0.0,
-         0.0, 0.0, 1.0, 0.0,
-         0.0, 0.0, 0.0, 1.0]
-rate_hz: {{rate!r}}
-"""
-_DENSITIES: Final = """
-# The noisiest axis sets each number; a sample has white noise of the density times sqrt(rate_hz).
-# Bias instability and Markov rates have no key here: a filter needs a random walk for them, too.
-gyroscope_noise_density: {gyro[0]:.6e}     # rad/s/sqrt(Hz)
-gyroscope_random_walk: {gyro[1]:.6e}       # rad/s^2/sqrt(Hz)
-accelerometer_noise_density: {accelerometer[0]:.6e} # m/s^2/sqrt(Hz)
-accelerometer_random_walk: {accelerometer[1]:.6e}   # m/s^3/sqrt(Hz)
-"""
 
 
 def write_euroc(
@@ -278,9 +247,12 @@ def write_euroc(
     comment = "noise densities are not known" if densities is None else "noise is as simulated"
     with replacing_folder(path) as folder:
         (folder / EUROC_SENSOR).parent.mkdir(parents=True)
-        stated = _SENSOR.format(comment=comment, rate=out.sample_rate)
+        texts = files("sagnac.formats")
+        stated = texts.joinpath("euroc_sensor.yaml").read_text(encoding="utf-8")
+        stated = stated.format(made=MADE, comment=comment, rate=out.sample_rate)
         if densities is not None:
-            stated += _DENSITIES.format(**{str(one): each for one, each in densities.items()})
+            known = texts.joinpath("euroc_densities.yaml").read_text(encoding="utf-8")
+            stated += "\n" + known.format(**{str(one): each for one, each in densities.items()})
         (folder / EUROC_SENSOR).write_text(stated, encoding="utf-8")
 
         def rows(block: slice) -> Rows:

@@ -23,19 +23,10 @@ from numpy.typing import NDArray
 from sagnac.core.arrays import blocks
 from sagnac.core.errors import RecordingError, one_line
 from sagnac.core.whole_files import replacing
+from sagnac.formats import source
 from sagnac.formats.files import AGAIN, require_content
 from sagnac.formats.registry import NETCDF
-from sagnac.formats.source import (
-    MADE,
-    Column,
-    Outgoing,
-    Pieces,
-    Source,
-    Stored,
-    Vector,
-    column,
-    vectors,
-)
+from sagnac.formats.source import Column, Source
 from sagnac.formats.statement import ATTRIBUTES, by_attributes
 
 # ---- read --------------------------------------------------------------------------
@@ -78,18 +69,18 @@ def open_source(path: Path) -> Source:
         datasets = {name: one for name, one in items.items() if isinstance(one, h5py.Dataset)}
         short = {name: name.rpartition("/")[2] for name in datasets}
         often = Counter(short.values())
-        found: dict[str, tuple[Column, Vector]] = {}
+        found: dict[str, tuple[Column, source.Vector]] = {}
         unreadable: dict[str, str] = {}
         for name, dataset in datasets.items():
             if _is_numeric(dataset, is_netcdf=is_netcdf):
                 called = name if is_netcdf or often[short[name]] > 1 else short[name]
-                for key, vector in vectors(called, name, dataset.shape).items():
+                for key, vector in source.vectors(called, name, dataset.shape).items():
                     found[key] = _column(key, dataset.attrs), vector
             elif not is_netcdf:
                 unreadable[short[name]] = f"holds {dataset.dtype} values"
         stated = _stated(file, datasets)
 
-    def pieces(keys: Sequence[str], start: int, stop: int) -> Pieces:
+    def pieces(keys: Sequence[str], start: int, stop: int) -> source.Pieces:
         with h5py.File(path, "r") as file:
             for key in keys:
                 vector = found[key][1]
@@ -97,7 +88,7 @@ def open_source(path: Path) -> Source:
                 for values in _read(dataset, vector, start, stop):
                     yield {key: _scaled(values, dataset.attrs) if is_netcdf else values}
 
-    def load(keys: Sequence[str]) -> Stored:
+    def load(keys: Sequence[str]) -> source.Stored:
         with h5py.File(path, "r") as file:
             datasets = {key: file[found[key][1].array] for key in keys}
             for dataset in datasets.values():
@@ -106,7 +97,7 @@ def open_source(path: Path) -> Source:
                 if not (is_netcdf and "_FillValue" in dataset.attrs):
                     _require_written(dataset, path)
             lengths = {key: max(dataset.shape) for key, dataset in datasets.items()}
-        return Stored(lengths=lengths, pieces=pieces)
+        return source.Stored(lengths=lengths, pieces=pieces)
 
     columns = tuple(one for one, _ in found.values())
     return Source(columns=columns, load=load, stated=by_attributes(stated), unreadable=unreadable)
@@ -160,10 +151,12 @@ def _stated(file: h5py.File, names: Iterable[str]) -> dict[str, Any]:
 def _column(name: str, attributes: Mapping[str, Any]) -> Column:
     stated = {key: str(_plain(attributes[key])) for key in attributes if key in _OF_VARIABLE}
     unit = stated.get("units", stated.get("unit"))
-    return column(name, unit=unit and _SINCE.sub(r"\1", unit), kind=stated.get("kind"))
+    return source.column(name, unit=unit and _SINCE.sub(r"\1", unit), kind=stated.get("kind"))
 
 
-def _read(dataset: h5py.Dataset, vector: Vector, start: int, stop: int) -> Iterator[NDArray[Any]]:
+def _read(
+    dataset: h5py.Dataset, vector: source.Vector, start: int, stop: int
+) -> Iterator[NDArray[Any]]:
     """One column from sample `start` to the one before `stop`, in pieces of whole chunks."""
     axis = int(np.argmax(dataset.shape))
     # A compressed chunk is unpacked as often as it is touched.
@@ -253,9 +246,9 @@ def _require_own(dataset: h5py.Dataset, path: Path) -> None:
         said = f"its values lie in another file, {one_line(str(dataset.external[0][0]))}"
         remedy = "put them into this file: h5repack -l CONTI"
         raise RecordingError(said, channel=name, remedy=remedy)
-    for source in dataset.virtual_sources() if dataset.is_virtual else ():
-        file = path if source.file_name == "." else path.parent / source.file_name
-        problem = one_line(_problem_of_part(file, source.dset_name, path.parent))
+    for part in dataset.virtual_sources() if dataset.is_virtual else ():
+        file = path if part.file_name == "." else path.parent / part.file_name
+        problem = one_line(_problem_of_part(file, part.dset_name, path.parent))
         if problem:
             raise RecordingError(problem, channel=name, remedy=AGAIN)
 
@@ -266,12 +259,12 @@ def _problem_of_part(file: Path, name: str, folder: Path) -> str:
         return f"a part of it lies outside the folder of the file, in {file}"
     if not file.is_file():
         return f"the file of a part of it, {file.name}, is not there"
-    with h5py.File(file, "r") as source:
-        part = source.get(name)
+    with h5py.File(file, "r") as origin:
+        part = origin.get(name)
         if not isinstance(part, h5py.Dataset):
             return f"{file.name} has no dataset {name}"
         # A part that is made of parts, or linked, would lead out of the folder by a second step.
-        is_own = not part.is_virtual and part.file.filename == source.filename
+        is_own = not part.is_virtual and part.file.filename == origin.filename
         if part.external or not is_own:
             return f"{file.name} takes {name} from elsewhere in turn"
     return ""
@@ -301,10 +294,10 @@ def _require_written(dataset: h5py.Dataset, path: Path) -> None:
 # ---- write -------------------------------------------------------------------------
 
 
-def write(path: Path, out: Outgoing) -> None:
+def write(path: Path, out: source.Outgoing) -> None:
     """One dataset per column with unit and kind, and the rate in the root's attributes."""
     with replacing(path) as temporary, h5py.File(temporary, "w") as file:
-        file.attrs["remark"] = np.bytes_(MADE)
+        file.attrs["remark"] = np.bytes_(source.MADE)
         file.attrs["sample_rate"] = out.sample_rate
         for sensor, names in out.sensors.items():
             file.attrs[sensor] = names

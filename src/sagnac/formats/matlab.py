@@ -1,18 +1,19 @@
 """MATLAB files of version 5 (and 4). Those of version 7.3 are HDF5.
 
-Numbers are read where the tags of a file say, which are checked: a library that trusts them reads
-memory that is not its own. MAT-File Format (The MathWorks), "Level 5 MAT-File Format": each element
-has a tag of 8 bytes, its type and its length; small ones have both in 4. A matrix holds array
-flags, dimensions, name and data, each such an element.
+Where a tag of a file says what cannot be, the library reads memory that is not its own: the tags of
+what it is to read are checked before. MAT-File Format (The MathWorks), "Level 5 MAT-File Format":
+each element has a tag of 8 bytes, its type and its length; small ones have both in 4. A matrix
+holds array flags, dimensions, name and data, each such an element.
 """
 
 import math
+import re
 import zlib
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Collection, Iterator, Sequence
+from itertools import chain, repeat
 from pathlib import Path
-from typing import Any, BinaryIO, Final
+from typing import Any, Final
 
 import numpy as np
 import scipy.io
@@ -20,51 +21,15 @@ from numpy.typing import NDArray
 
 from sagnac.core.whole_files import replacing
 from sagnac.formats.files import require_room
-from sagnac.formats.registry import MATLAB
 from sagnac.formats.source import MADE, Outgoing, Source, Vector, column, vectors
 from sagnac.formats.statement import ARRAYS_STATED, from_mapping
 
+Bytes = NDArray[np.uint8]
+
 # ---- read --------------------------------------------------------------------------
 
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Element:
-    """A variable, or a field of a struct.
-
-    Attributes
-    ----------
-    name
-        As in MATLAB: that of a field is ``imu.gyro``.
-    shape
-        Of its array.
-    kind
-        Class of the array.
-    is_complex
-        Whether it has imaginary parts.
-    begin
-        Where in the file the variable begins.
-    data
-        Where in that the numbers or characters lie; None if there are none.
-    """
-
-    name: str
-    shape: tuple[int, ...]
-    kind: str
-    is_complex: bool = False
-    begin: int = 0
-    data: "Tag | None" = None
-
-    @property
-    def is_struct(self) -> bool:
-        """Whether it is one struct."""
-        return self.kind == "struct" and math.prod(self.shape) == 1
-
-    @property
-    def problem(self) -> str:
-        """Why it is no column; empty if it may be one or more."""
-        if self.kind not in _NUMERIC:
-            return f"holds {'text' if self.kind == 'char' else f'{self.kind} values'}"
-        return "holds complex values" if self.is_complex else ""
+# Classes of arrays of numbers as MATLAB and as numpy call them.
+_NUMERIC: Final = re.compile(r"double|single|logical|bool|float\d+|u?int\d+")
 
 
 def open_source(path: Path) -> Source:
@@ -80,245 +45,174 @@ def open_source(path: Path) -> Source:
     ValueError
         If an element is not all there, or a tag says what cannot be.
     """
-    with path.open("rb") as stream:
-        is_5 = stream.read(len(MATLAB.beginning)) == MATLAB.beginning
-    every = elements_of(path) if is_5 else _elements_of_4(path)
-    values_of = _values_of_5 if is_5 else _values_of_4
-    stated: dict[str, Element] = {}
-    elements: dict[str, Element] = {}
-    for one in every:
-        is_one = one.kind == "char" or one.shape == (1, 1)
-        (stated if is_one and one.name in ARRAYS_STATED else elements)[one.name] = one
-    problems = {name: one.problem for name, one in elements.items()}
-    last = Counter(name.split(".")[-1] for name in elements)
+    are_complex = require_sound(path)
+    stated: list[str] = []
+    structs: list[str] = []
+    held: dict[str, tuple[tuple[int, ...], str]] = {}
+    for place, (name, shape, kind) in enumerate(scipy.io.whosmat(path)):
+        if name in ARRAYS_STATED and (kind == "char" or shape == (1, 1)):
+            stated.append(name)
+        elif kind == "struct" and shape == (1, 1):
+            structs.append(name)
+        else:
+            held[name] = shape, "complex" if place in are_complex else kind
+    fields = {name: (one.shape, _class_of(one)) for name, one in _values(path, structs).items()}
+    # An array of nothing is no column, and nothing is wrong with it.
+    held |= {name: one for name, one in fields.items() if one[0] != (0, 0)}
+    problems = {name: _problem_of(kind) for name, (_, kind) in held.items()}
+    last = Counter(name.split(".")[-1] for name in held)
     found: dict[str, Vector] = {}
-    for name, one in elements.items():
+    for name, (shape, _) in held.items():
         short = name.split(".")[-1]
         if not problems[name]:
-            found.update(vectors(short if last[short] == 1 else name, name, one.shape))
+            found.update(vectors(short if last[short] == 1 else name, name, shape))
 
     def load(keys: Sequence[str]) -> dict[str, NDArray[Any]]:
-        arrays = {name: elements[name] for name in sorted({found[key].array for key in keys})}
-        for name, one in arrays.items():
-            require_room(8 * math.prod(one.shape), name)
-        values = values_of(path, arrays)
+        arrays = {found[key].array for key in keys}
+        for name in sorted(arrays):
+            require_room(8 * math.prod(held[name][0]), name)
+        variables = {name.split(".")[0] if name in fields else name for name in arrays}
+        values = _values(path, variables)
         return {key: found[key].of(values[found[key].array]) for key in keys}
 
-    facts = {name: one.reshape(-1)[0].item() for name, one in values_of(path, stated).items()}
+    facts = {name: (one.ravel().tolist() or [""])[0] for name, one in _values(path, stated).items()}
     unreadable = {name: problem for name, problem in problems.items() if problem}
     columns = tuple(column(key) for key in found)
     return Source(columns=columns, load=load, stated=from_mapping(facts), unreadable=unreadable)
 
 
-def _elements_of_4(path: Path) -> Iterator[Element]:
-    for name, shape, kind in scipy.io.whosmat(path):
-        yield Element(name=name, shape=shape, kind=kind)
+def _values(path: Path, names: Collection[str]) -> dict[str, NDArray[Any]]:
+    """Variables by name, once their tags are checked; of a struct its fields instead."""
+    if not names:
+        return {}
+    require_sound(path, names)
+    text = "utf-16-le" if _word_of(path) == "<u4" else "utf-16-be"
+    content = scipy.io.loadmat(path, variable_names=names, mat_dtype=True, uint16_codec=text)
+    return dict(chain.from_iterable(_fields(name, content[name]) for name in names))
 
 
-def _values_of_4(path: Path, elements: Mapping[str, Element]) -> Mapping[str, NDArray[Any]]:
-    content = scipy.io.loadmat(path, variable_names=list(elements)) if elements else {}
-    return {name: content[name] for name in elements}
+def _fields(name: str, value: NDArray[Any]) -> Iterator[tuple[str, NDArray[Any]]]:
+    """An array, or the fields of a struct, those of structs in it as well."""
+    if _class_of(value) == "struct" and value.size == 1:
+        for field in value.dtype.names or ():
+            yield from _fields(f"{name}.{field}", value[field].flat[0])
+    else:
+        yield name, value
 
 
-# ---- version 5 ---------------------------------------------------------------------
+def _class_of(value: Any) -> str:
+    """Class of an array: that of numbers as numpy calls it, and the type of what is no array."""
+    if type(value) is not np.ndarray:
+        return type(value).__name__
+    classes = {"U": "char", "c": "complex", "O": "cell", "V": "struct"}
+    return classes.get(value.dtype.kind, str(value.dtype))
 
+
+def _problem_of(kind: str) -> str:
+    """Why an array of a class is no column; empty if it may be one or more."""
+    if _NUMERIC.fullmatch(kind):
+        return ""
+    return "holds text" if kind == "char" else f"holds {kind} values"
+
+
+# ---- tags --------------------------------------------------------------------------
+
+_FLAGS: Final = 6
 _MATRIX: Final = 14
 _COMPRESSED: Final = 15
-# One number by data type, as NumPy writes it.
-_NUMBERS: Final = {
-    1: "i1", 2: "u1", 3: "i2", 4: "u2", 5: "i4", 6: "u4", 7: "f4", 9: "f8", 12: "i8", 13: "u8",
-}  # fmt: skip
-# Codec of text by data type; byte order is that of the file.
-_TEXT: Final = {
-    1: "latin-1", 2: "latin-1", 3: "utf-16", 4: "utf-16", 16: "utf-8", 17: "utf-16", 18: "utf-32",
-}  # fmt: skip
-_CLASSES: Final = {
-    1: "cell", 2: "struct", 3: "object", 4: "char", 5: "sparse", 6: "double", 7: "single",
-    8: "int8", 9: "uint8", 10: "int16", 11: "uint16", 12: "int32", 13: "uint32", 14: "int64",
-    15: "uint64", 16: "function", 17: "opaque",
-}  # fmt: skip
-_NUMERIC: Final = frozenset(_CLASSES[code] for code in range(6, 16)) | {"logical"}
-_COMPLEX: Final = 0x08
-# Bytes in which the head of a matrix ends: names are no longer than 63, dimensions few.
-_HEAD: Final = 2**16
-# Structs in structs, as deep as anybody makes them.
-_DEEPEST: Final = 16
+# Types of data: numbers of 1 to 8 bytes, and text of UTF-8, -16 and -32.
+_DATA: Final = (1, 2, 3, 4, 5, 6, 7, 9, 12, 13, 16, 17, 18)
+# Classes of arrays that hold others: cells, structs, objects, functions and opaque ones.
+_HOLDERS: Final = (1, 2, 3, 16, 17)
+_COMPLEX: Final = 0x800
+# Bytes of a matrix up to its flags, and these.
+_HEAD: Final = 24
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Tag:
-    """Type and length of an element, where its content starts, and where the next one does."""
+def require_sound(path: Path, names: Collection[str] = ()) -> set[int]:
+    """Refuse a file that is cut off, and variables of those names whose tags say what cannot be.
 
-    kind: int
-    length: int
-    start: int
-    after: int
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class _Variable:
-    """Content of a variable, unpacked: all of it or its head, and how long the whole is."""
-
-    content: bytes
-    length: int
-    order: str
-    begin: int
-
-    def numbers(self, at: int, count: int, kind: str = "u4") -> list[int]:
-        """Integers that stand at a place."""
-        found: list[int] = np.frombuffer(self.content, self.order + kind, count, at).tolist()
-        return found
-
-    def tag(self, at: int) -> Tag:
-        """The tag at a place."""
-        word, length = self.numbers(at, 2)
-        if small := word >> 16:
-            if small > 4:
-                raise ValueError(f"a small element claims {small} bytes")
-            return Tag(kind=word & 0xFFFF, length=small, start=at + 4, after=at + 8)
-        return Tag(kind=word, length=length, start=at + 8, after=at + 8 + -(-length // 8) * 8)
-
-    def tags(self, at: int, count: int) -> list[Tag]:
-        """Tags one after another."""
-        found = [self.tag(at)]
-        while len(found) < count:
-            found.append(self.tag(found[-1].after))
-        return found
-
-    def of(self, tag: Tag) -> bytes:
-        """Content of the element of a tag."""
-        return self.content[tag.start : tag.start + tag.length]
-
-
-def elements_of(path: Path) -> Iterator[Element]:
-    """The variables of a file of version 5, their tags checked; of a struct its fields instead.
-
-    Of an array of structs there are no fields.
+    Returns
+    -------
+    set of int
+        Places of the variables that are complex.
 
     Raises
     ------
     ValueError
-        If an element is not all there, or a tag says what cannot be.
+        If it is such a file.
     """
-    size, begin = path.stat().st_size, 128
-    with path.open("rb") as stream:
-        while begin < size:
-            variable, after = _variable(stream, begin, most=_HEAD)
-            if after > size:
-                raise ValueError(f"{after - size} bytes are missing")
-            if variable.length:
-                found = _element(variable, 0, variable.length)
-                if found.is_struct:
-                    variable, _ = _variable(stream, begin)
-                    yield from _fields(variable, 0, found.name)
-                else:
-                    yield found
-            begin = after
+    if scipy.io.matlab.matfile_version(path)[0] != 1:
+        return set()
+    content, word, found = np.memmap(path, np.uint8, "r"), _word_of(path), set()
+    listed = [name in names for name, _, _ in scipy.io.whosmat(path)] if names else repeat(False)
+    pairs = zip(_elements(content[128:], word), listed, strict=False)
+    for place, ((kind, packed), is_wanted) in enumerate(pairs):
+        part = packed
+        if kind == _COMPRESSED:
+            # The head of a matrix, or all of it.
+            part = _unpacked(packed, _HEAD)
+            if is_wanted:
+                length = _HEAD + int(part[4:8].view(word)[0])
+                require_room(length, "a variable")
+                part = _unpacked(packed, length)
+            part = part[8:] if part[:4].view(word)[0] == _MATRIX else part[:0]
+        if not part.size or kind not in (_MATRIX, _COMPRESSED):
+            raise ValueError(f"an element of type {kind} holds no matrix")
+        if is_wanted:
+            _require_matrix(part, word)
+        if int(part[8:12].view(word)[0]) & _COMPLEX:
+            found.add(place)
+    return found
 
 
-def _variable(stream: BinaryIO, begin: int, *, most: int | None = None) -> tuple[_Variable, int]:
-    """A variable, or its head of that many bytes, and where the next one begins."""
-    stream.seek(126)
-    order = "<" if stream.read(2) == b"IM" else ">"
-    stream.seek(begin)
-    head = stream.read(8)
-    if len(head) < 8:
-        raise ValueError(f"{8 - len(head)} bytes are missing")
-
-    def tag(head: bytes) -> tuple[int, int]:
-        kind, length = np.frombuffer(head, f"{order}u4", 2).tolist()
-        if most is None:
-            require_room(length, "a variable")
-        return kind, length
-
-    kind, length = tag(head)
-    after = begin + 8 + length
-    content = stream.read(length if most is None else min(length, most))
-    if kind == _COMPRESSED:
-        unpacking = zlib.decompressobj()
-        kind, length = tag(unpacking.decompress(content, 8))
-        content = unpacking.decompress(unpacking.unconsumed_tail, max(most or length, 1))
-    if kind != _MATRIX:
-        raise ValueError(f"an element is of type {kind}, not a matrix")
-    return _Variable(content=content, length=length, order=order, begin=begin), after
+def _word_of(path: Path) -> np.dtype[Any]:
+    """Whole numbers of a file as numpy reads them, by the order of their bytes."""
+    return np.dtype("<u4" if np.memmap(path, np.uint8, "r")[126] == ord("I") else ">u4")
 
 
-def _element(variable: _Variable, at: int, stop: int, name: str = "") -> Element:
-    """The matrix whose flags are at a place, and which ends before `stop`."""
-    flags = variable.tag(at)
-    if (flags.kind, flags.length) != (6, 8):
-        raise ValueError("a matrix does not begin with its flags")
-    (word,) = variable.numbers(flags.start, 1)
-    kind = _CLASSES.get(word & 0xFF, "unknown")
-    if kind == "opaque":
-        return Element(name=name, shape=(), kind=kind)
-    dimensions, title = variable.tags(flags.after, 2)
-    if dimensions.kind not in (5, 6) or dimensions.length % 4 or not 8 <= dimensions.length <= 256:
-        raise ValueError("the dimensions of a matrix are damaged")
-    shape = tuple(variable.numbers(dimensions.start, dimensions.length // 4, "i4"))
-    if title.kind not in (1, 2, 16) or title.length > 1024 or min(shape) < 0:
-        raise ValueError("the name or the shape of a matrix is damaged")
-    name, numbers, data = name or variable.of(title).decode("latin-1"), math.prod(shape), None
-    if numbers and (kind in _NUMERIC or kind == "char"):
-        data = variable.tag(title.after)
-        if data.kind not in (_TEXT if kind == "char" else _NUMBERS):
-            raise ValueError(f"{name} holds {kind} of type {data.kind}")
-        size = data.length if kind == "char" else numbers * int(_NUMBERS[data.kind][1])
-        if data.start + data.length > stop or data.length != size:
-            said = f"{name} has {numbers} numbers in {data.length} bytes of type {data.kind}"
-            raise ValueError(said)
-    is_complex = bool(word >> 8 & _COMPLEX)
-    return Element(
-        name=name, shape=shape, kind=kind, is_complex=is_complex, begin=variable.begin, data=data
-    )
+def _unpacked(packed: Bytes, most: int) -> Bytes:
+    return np.frombuffer(zlib.decompressobj().decompress(packed.data, most), np.uint8)
 
 
-def _fields(variable: _Variable, at: int, above: str, depth: int = 0) -> Iterator[Element]:
-    """The fields of a struct whose matrix begins there, those of structs in it as well."""
-    if depth >= _DEEPEST:
-        raise ValueError(f"{above} holds structs {depth} deep")
-    # Flags, dimensions, name, bytes of each field's name, and these names.
-    *_, longest, listed = variable.tags(at, 5)
-    (length,) = variable.numbers(longest.start, 1, "i4")
-    if not 0 < length <= _HEAD or listed.length % length:
-        raise ValueError(f"the fields of {above} are damaged")
-    words, at = variable.of(listed).decode("latin-1"), listed.after
-    for place in range(0, listed.length, length):
-        name = f"{above}.{words[place : place + length].partition(chr(0))[0]}"
-        tag = variable.tag(at)
-        at = tag.start + tag.length
-        if tag.kind != _MATRIX or at > len(variable.content):
-            raise ValueError(f"{name} is cut off")
-        found = _element(variable, tag.start, at, name) if tag.length else None
-        if found is not None and found.is_struct:
-            yield from _fields(variable, tag.start, name, depth + 1)
-        elif found is not None and (found.data or found.problem):
-            yield found
+def _require_matrix(content: Bytes, word: np.dtype[Any]) -> None:
+    """Refuse a matrix with an element of a type that is none, or that its class cannot have."""
+    known = {*_DATA}
+    for number, (kind, part) in enumerate(_elements(content, word)):
+        if number == 0:
+            if (kind, part.size) != (_FLAGS, 8):
+                raise ValueError("a matrix does not begin with its flags")
+            known |= {_MATRIX} if part[:4].view(word)[0] & 0xFF in _HOLDERS else set()
+        if kind not in known:
+            raise ValueError(f"an element of a matrix is of type {kind}")
+        if kind == _MATRIX:
+            _require_matrix(part, word)
 
 
-def _values_of_5(path: Path, elements: Mapping[str, Element]) -> Mapping[str, NDArray[Any]]:
-    """Numbers in their shape; of text the first row."""
-    values: dict[str, NDArray[Any]] = {}
-    variable = None
-    with path.open("rb") as stream:
-        for name, one in sorted(elements.items(), key=lambda item: item[1].begin):
-            if variable is None or variable.begin != one.begin:
-                variable, _ = _variable(stream, one.begin)
-            if one.data is None:
-                values[name] = np.zeros(one.shape)
-                continue
-            data = variable.of(one.data)
-            if one.kind == "char":
-                codec, end = _TEXT[one.data.kind], "-le" if variable.order == "<" else "-be"
-                letters = data.decode(codec + end * codec.startswith(("utf-16", "utf-32")))
-                values[name] = np.array([letters[:: one.shape[0]]])
-            else:
-                numbers = np.frombuffer(data, variable.order + _NUMBERS[one.data.kind])
-                # Whole numbers are packed as such, whatever they are.
-                is_float = one.name in ARRAYS_STATED and one.kind in ("double", "single")
-                numbers = numbers.astype(np.float64) if is_float else numbers
-                values[name] = numbers.reshape(one.shape, order="F")
-    return values
+def _elements(content: Bytes, word: np.dtype[Any]) -> Iterator[tuple[int, Bytes]]:
+    """Type and content of elements that follow one another.
+
+    Raises
+    ------
+    ValueError
+        If one is not all there.
+    """
+    at = 0
+    while at < content.size:
+        if at + 8 > content.size:
+            raise ValueError(f"{at + 8 - content.size} bytes are missing")
+        kind, length = content[at : at + 8].view(word).tolist()
+        start, after = at + 8, at + 8 + length
+        if small := kind >> 16:
+            if small > 4:
+                raise ValueError(f"a small element claims {small} bytes")
+            kind, length, start, after = kind & 0xFFFF, small, at + 4, at + 8
+        elif kind not in (_MATRIX, _COMPRESSED):
+            after = start + -(-length // 8) * 8
+        if start + length > content.size:
+            raise ValueError(f"{start + length - content.size} bytes are missing")
+        yield kind, content[start : start + length]
+        at = after
 
 
 # ---- write -------------------------------------------------------------------------

@@ -12,19 +12,10 @@ from numpy.typing import NDArray
 from sagnac.core.arrays import blocks
 from sagnac.core.errors import RecordingError
 from sagnac.core.whole_files import replacing
+from sagnac.formats import source
 from sagnac.formats.files import require_content, require_room
 from sagnac.formats.registry import NPY
-from sagnac.formats.source import (
-    MADE,
-    Column,
-    Outgoing,
-    Pieces,
-    Source,
-    Stored,
-    Vector,
-    column,
-    vectors,
-)
+from sagnac.formats.source import Column, Source
 from sagnac.formats.statement import ARRAYS_STATED, from_mapping
 
 # Bytes of a text that states something.
@@ -68,12 +59,12 @@ def _open_array(path: Path) -> Source:
         remedy = "store an array of shape (samples,) or (samples, channels)"
         raise RecordingError(said, remedy=remedy)
 
-    def pieces(keys: Sequence[str], start: int, stop: int) -> Pieces:
+    def pieces(keys: Sequence[str], start: int, stop: int) -> source.Pieces:
         for block in blocks(stop, start=start):
             yield {key: np.array(columns[key][block]) for key in keys}
 
-    def load(keys: Sequence[str]) -> Stored:
-        return Stored(lengths={key: columns[key].shape[0] for key in keys}, pieces=pieces)
+    def load(keys: Sequence[str]) -> source.Stored:
+        return source.Stored(lengths={key: columns[key].shape[0] for key in keys}, pieces=pieces)
 
     numbered = (Column(key=key, name=key, number=at) for at, key in enumerate(columns, start=1))
     return Source(columns=tuple(numbered), load=load)
@@ -89,7 +80,7 @@ def _open_archive(path: Path) -> Source:
     RecordingError
         If the file is not an archive of arrays or is cut off.
     """
-    found: dict[str, Vector] = {}
+    found: dict[str, source.Vector] = {}
     unreadable: dict[str, str] = {}
     stated: dict[str, Any] = {}
     heads = _heads(path)
@@ -99,7 +90,7 @@ def _open_archive(path: Path) -> Source:
             if name in ARRAYS_STATED and shape in ((), (1,)) and size > _MOST_STATED:
                 raise ValueError(f"{name} has {size} bytes")
             if kind.kind in "biuf" and shape not in ((), (1,)):
-                found.update(vectors(name, name, shape))
+                found.update(source.vectors(name, name, shape))
             elif name in ARRAYS_STATED:
                 value = archive[name]
                 stated[name] = value.item() if value.size == 1 else value.tolist()
@@ -114,7 +105,7 @@ def _open_archive(path: Path) -> Source:
         with np.load(path, allow_pickle=False) as archive:
             return {key: found[key].of(archive[found[key].array]) for key in keys}
 
-    columns = tuple(column(key) for key in found)
+    columns = tuple(source.column(key) for key in found)
     return Source(columns=columns, load=load, stated=from_mapping(stated), unreadable=unreadable)
 
 
@@ -139,12 +130,12 @@ def _heads(path: Path) -> dict[str, tuple[tuple[int, ...], np.dtype[Any]]]:
     return heads
 
 
-def write(path: Path, out: Outgoing) -> None:
+def write(path: Path, out: source.Outgoing) -> None:
     """One array per column and the statement as text and numbers."""
     arrays: dict[str, Any] = {**out.rows(slice(None)), **out.statement()}
     # Not by np.savez: a gyro that is called as one of its arguments is none to it.
     with replacing(path) as temporary, zipfile.ZipFile(temporary, "w") as archive:
-        archive.comment = MADE.encode()
+        archive.comment = source.MADE.encode()
         for name, values in arrays.items():
             with archive.open(f"{name}.npy", "w", force_zip64=True) as stream:
                 np.lib.format.write_array(stream, np.asanyarray(values), allow_pickle=False)

@@ -6,12 +6,10 @@ the same distance from the end whatever the header before them holds. The first 
 is set beside what the library makes of it before any is read so.
 """
 
-import gc
 import os
 import shutil
-import weakref
-from collections.abc import Iterator, Sequence
-from contextlib import closing, contextmanager
+from collections.abc import Sequence
+from contextlib import closing
 from dataclasses import dataclass
 from itertools import islice
 from pathlib import Path
@@ -81,21 +79,15 @@ def open_source(path: Path) -> Source:
     ValueError
         If it is no bag, or is cut off.
     """
-    bag = _opened(path)
-    try:
+    with closing(_opened(path)) as bag:
         every = [(name, one.msgtype, one.msgcount) for name, one in bag.topics.items()]
         found = (_topic(bag, name) for name, kind, _ in every if kind in _TYPES)
         topics = [topic for topic in found if topic is not None]
-        if not topics:
-            listed = [f"{name} ({kind}, {count})" for name, kind, count in every[:_MOST_LISTED]]
-            more = " ..." if len(every) > _MOST_LISTED else ""
-            raise RecordingError(
-                f"holds no sensor_msgs/Imu; its topics are {', '.join(listed) or 'none'}{more}",
-                remedy="give a bag with such a topic",
-            )
-    except BaseException:
-        bag.close()
-        raise
+    if not topics:
+        listed = [f"{name} ({kind}, {count})" for name, kind, count in every[:_MOST_LISTED]]
+        more = " ..." if len(every) > _MOST_LISTED else ""
+        said = f"holds no sensor_msgs/Imu; its topics are {', '.join(listed) or 'none'}{more}"
+        raise RecordingError(said, remedy="give a bag with such a topic")
     keys = {
         field if len(topics) == 1 else f"{topic.name}/{field}": (topic, field)
         for topic in topics
@@ -104,17 +96,13 @@ def open_source(path: Path) -> Source:
 
     def load(wanted: Sequence[str]) -> dict[str, NDArray[Any]]:
         arrays: dict[str, NDArray[Any]] = {}
-        close.detach()
-        with closing(held.pop() if held else _opened(path)) as opened, collection_paused():
+        with closing(_opened(path)) as bag:
             for topic in topics:
                 fields = {key: keys[key][1] for key in wanted if keys[key][0] is topic}
                 if fields:
-                    arrays.update(_read(opened, topic, fields))
+                    arrays.update(_read(bag, topic, fields))
         return arrays
 
-    # It stays open until it is read: to open one of millions of messages takes seconds.
-    held = [bag]
-    close = weakref.finalize(load, bag.close)
     names = ", ".join(topic.name for topic in topics)
     said = f"the IMU topics are {names}; name the columns of one with {{columns}}"
     stated = Statement(kind="rate")
@@ -132,21 +120,8 @@ def _opened(path: Path) -> AnyReader:
     """A bag of that file or folder, open."""
     # Bags of ROS 2 before Iron hold no definitions; the message is the same in all.
     bag = AnyReader([path], default_typestore=get_typestore(Stores.ROS2_HUMBLE))
-    with collection_paused():
-        bag.open()
+    bag.open()
     return bag
-
-
-@contextmanager
-def collection_paused() -> Iterator[None]:
-    """Make no search for garbage among the millions of entries of an index, which are none."""
-    was_on = gc.isenabled()
-    gc.disable()
-    try:
-        yield
-    finally:
-        if was_on:
-            gc.enable()
 
 
 def _topic(bag: AnyReader, name: str) -> _Topic | None:

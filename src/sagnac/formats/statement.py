@@ -11,19 +11,12 @@ from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import Any, Final, Literal
 
+from sagnac.core import units
 from sagnac.core.documents import read_toml
 from sagnac.core.errors import Note, RecordingError, one_line, quoted
 from sagnac.core.overwriting import Outputs
 from sagnac.core.texts import value_of
-from sagnac.core.units import (
-    ACCELERATION_UNITS,
-    ANGLE_UNITS,
-    RATE_UNITS,
-    TIME_UNITS,
-    VELOCITY_UNITS,
-    Sensor,
-    split_factor,
-)
+from sagnac.core.units import Sensor
 from sagnac.formats.files import about
 from sagnac.formats.registry import CSV, EUROC, EUROC_SENSOR
 from sagnac.recording.channel import KINDS, PICKOFF
@@ -31,10 +24,15 @@ from sagnac.recording.columns import ACCELEROMETER_NAMES, GYRO_NAMES, TEMPERATUR
 
 # ---- unit text ---------------------------------------------------------------------
 
-_SENSED: Final = (*ANGLE_UNITS, *RATE_UNITS, *VELOCITY_UNITS, *ACCELERATION_UNITS)
+_SENSED: Final = (
+    *units.ANGLE_UNITS,
+    *units.RATE_UNITS,
+    *units.VELOCITY_UNITS,
+    *units.ACCELERATION_UNITS,
+)
 KNOWN_UNITS: Final = (
-    f"use one of {', '.join((*ANGLE_UNITS, *RATE_UNITS))} or counts; of accelerometers "
-    f"{', '.join((*ACCELERATION_UNITS, *VELOCITY_UNITS))}"
+    f"use one of {', '.join((*units.ANGLE_UNITS, *units.RATE_UNITS))} or counts; of accelerometers "
+    f"{', '.join((*units.ACCELERATION_UNITS, *units.VELOCITY_UNITS))}"
 )
 _COUNTS: Final = frozenset(
     {"count", "counts", "lsb", "pulse", "pulses", "digit", "digits", "tick", "ticks", "zähler"}
@@ -43,14 +41,14 @@ _COUNTS: Final = frozenset(
 
 def is_counts(unit: str) -> bool:
     """Whether a unit is one count, its size not stated."""
-    factor, name = split_factor(unit)
+    factor, name = units.split_factor(unit)
     return factor == 1.0 and name.lower() in _COUNTS
 
 
 def is_size(unit: str) -> bool:
     """Whether a text is a unit of a gyro, an accelerometer or time, or a number of them."""
-    factor, name = split_factor(unit)
-    return factor > 0.0 and name in (*_SENSED, *TIME_UNITS)
+    factor, name = units.split_factor(unit)
+    return factor > 0.0 and name in (*_SENSED, *units.TIME_UNITS)
 
 
 def is_known(unit: str) -> bool:
@@ -196,45 +194,33 @@ def _are_names(names: tuple[object, ...]) -> bool:
     return bool(names) and named and len(set(names)) == len(names)
 
 
+def _are_columns(columns: Mapping[str, str]) -> bool:
+    are_texts = isinstance(columns, Mapping) and all(map(_is_text, columns.values()))
+    return are_texts and (not columns or _are_names(tuple(columns)))
+
+
 def _is_span(span: tuple[float | None, float | None]) -> bool:
     start, stop = (limit or 0.0 for limit in span)
     return 0.0 <= start < math.inf and (span[1] is None or start < stop < math.inf)
 
 
+_COLUMNS: Final = "give name wanted -> name in the file, the names such as can be printed"
+_SCALE: Final = "give the size of one count such as 0.1arcsec"
+_RATE: Final = "give samples per second, above zero"
 _NAMES: Final = "give one or more different names that can be printed"
 # Field of a statement, whether a value is right, and what to do about a wrong one.
 _RULES: Final[tuple[tuple[str, Callable[[Any], bool], str], ...]] = (
     *((name, _is_text, "give text") for name in ("time", "table", "null_pulse")),
     *((name, _are_names, _NAMES) for name in ("gyros", "accelerometers")),
-    (
-        "columns",
-        lambda columns: (
-            isinstance(columns, Mapping)
-            and all(map(_is_text, columns.values()))
-            and (not columns or _are_names(tuple(columns)))
-        ),
-        "give name wanted -> name in the file, the names such as can be printed",
-    ),
+    ("columns", _are_columns, _COLUMNS),
     ("kind", lambda kind: _is_text(kind) and kind in KINDS, f"use one of {', '.join(KINDS)}"),
     ("unit", lambda unit: _is_text(unit) and is_known(unit), KNOWN_UNITS),
-    (
-        "scale",
-        lambda scale: _is_text(scale) and is_size(scale),
-        "give the size of one count such as 0.1arcsec",
-    ),
-    (
-        "sample_rate",
-        lambda rate: _is_number(rate) and 0.0 < rate < math.inf,
-        "give samples per second, above zero",
-    ),
+    ("scale", lambda one: _is_text(one) and is_size(one), _SCALE),
+    ("sample_rate", lambda rate: _is_number(rate) and 0.0 < rate < math.inf, _RATE),
     ("layout", lambda layout: isinstance(layout, str | Mapping), "give its TOML or a table"),
     ("span", _is_span, "give start and stop in s, not negative, the start below the stop"),
     ("counter_bits", lambda bits: bits in COUNTER_BITS, "give 8 to 48"),
-    (
-        "counter_period",
-        lambda period: _is_number(period) and 2.0 <= period < 1e15,
-        "give counts, 2 or more",
-    ),
+    ("counter_period", lambda one: _is_number(one) and 2.0 <= one < 1e15, "give counts, 2 or more"),
 )
 
 
@@ -350,8 +336,8 @@ class Statements:
 
     def own_unit(self, name: str) -> str | None:
         """The unit stated for `name` alone; one for all gyros does not count."""
-        units = (one.unit for one in self.in_order if isinstance(one.unit, Mapping))
-        return next((unit[name] for unit in units if name in unit), None)
+        stated = (one.unit for one in self.in_order if isinstance(one.unit, Mapping))
+        return next((unit[name] for unit in stated if name in unit), None)
 
 
 # ---- metadata ----------------------------------------------------------------------

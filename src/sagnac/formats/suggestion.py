@@ -6,26 +6,12 @@ from typing import Final
 
 import numpy as np
 
+from sagnac.core import units
 from sagnac.core.arrays import FloatArray
 from sagnac.core.errors import RecordingError
 from sagnac.core.texts import text_of
-from sagnac.core.units import (
-    ANGLE_UNITS,
-    RATE_UNITS,
-    TIME_UNITS,
-    canonical,
-    sensor_of,
-    split_factor,
-)
-from sagnac.formats.choice import (
-    choose_accelerometers,
-    choose_gyros,
-    choose_one,
-    choose_time,
-    is_like_time,
-    is_time_unit,
-    stated_for,
-)
+from sagnac.formats import choice
+from sagnac.formats.choice import choose_one, is_like_time
 from sagnac.formats.source import Column, Source
 from sagnac.formats.statement import Statements, is_counts, is_known, is_size
 from sagnac.formats.suspicions import likely_time_unit
@@ -135,7 +121,7 @@ def _may_be_force(column: Column) -> bool:
     """By its unit if it has one, else by its name."""
     if column.unit is None:
         return _FORCE.search(column.name) is not None
-    return sensor_of(column.unit) == "accelerometer"
+    return units.sensor_of(column.unit) == "accelerometer"
 
 
 def named(columns: Sequence[Column], gyro: str) -> Column | None:
@@ -158,12 +144,12 @@ def _may_be_gyro(column: Column) -> bool:
     unit = column.unit
     if unit is None or is_counts(unit) or not is_known(unit):
         return True
-    return split_factor(unit)[1] in (*ANGLE_UNITS, *RATE_UNITS)
+    return units.split_factor(unit)[1] in (*units.ANGLE_UNITS, *units.RATE_UNITS)
 
 
 def _may_be_angle(column: Column) -> bool:
     unit = column.unit
-    return unit is None or is_counts(unit) or split_factor(unit)[1] in ANGLE_UNITS
+    return unit is None or is_counts(unit) or units.split_factor(unit)[1] in units.ANGLE_UNITS
 
 
 def _is_no_other(column: Column) -> bool:
@@ -175,12 +161,14 @@ def _is_no_other(column: Column) -> bool:
 def _gyros(source: Source, statements: Statements, missing: dict[str, str]) -> dict[str, Column]:
     columns = source.columns
     try:
-        return choose_gyros(columns, statements)
+        return choice.choose_gyros(columns, statements)
     except RecordingError:
         pass
     gyros = {name: one for name in GYRO_NAMES if (one := named(columns, name)) is not None}
     if not gyros:
-        possible = [one for one in columns if split_factor(one.unit or "")[1] in RATE_UNITS]
+        possible = [
+            one for one in columns if units.split_factor(one.unit or "")[1] in units.RATE_UNITS
+        ]
         if not possible:
             # Columns of one array, such as gyro.1, gyro.2 and gyro.3.
             possible = [one for one in columns if _GYRO.search(one.name) and _may_be_gyro(one)]
@@ -206,7 +194,7 @@ def candidates(source: Source, statements: Statements) -> tuple[Column, ...]:
         As for `suggestion`.
     """
     table = choose_one(source.columns, statements, "table")
-    time, _ = choose_time(source.columns, statements)
+    time, _ = choice.choose_time(source.columns, statements)
     taken = {one.key for one in (table, time) if one is not None}
     left = [one for one in source.columns if one.key not in taken and _is_no_other(one)]
     if not left:
@@ -230,15 +218,15 @@ def _kind_and_unit(
     found = {"kind": dict.fromkeys(gyros, ""), "unit": dict.fromkeys(gyros, "")}
     is_sized = statements.first("scale") is not None
     for name, column in gyros.items():
-        unit = next(filter(None, stated_for("unit", name, column, statements)), None)
+        unit = next(filter(None, choice.stated_for("unit", name, column, statements)), None)
         if unit is None and not is_sized:
             found["unit"][name] = UNIT
         elif unit is not None and not is_known(unit):
             found["unit"][name] = "counts"
         if unit is not None and not is_size(unit) and not is_sized:
             missing["scale"] = SCALE
-        if not any(stated_for("kind", name, column, statements)):
-            is_rate = split_factor(unit or "")[1] in RATE_UNITS
+        if not any(choice.stated_for("kind", name, column, statements)):
+            is_rate = units.split_factor(unit or "")[1] in units.RATE_UNITS
             found["kind"][name] = "rate" if is_rate else KIND
     for quantity, unknown in (("kind", KIND), ("unit", UNIT)):
         guessed = found[quantity]
@@ -252,9 +240,12 @@ def _unit_of_forces(
     columns: Sequence[Column], statements: Statements, missing: dict[str, str]
 ) -> None:
     """A unit of the accelerometers that are stated, beside that of the gyros."""
-    forces = choose_accelerometers(columns, statements)
+    forces = choice.choose_accelerometers(columns, statements)
     sensor: Final = "accelerometer"
-    if all(any(stated_for("unit", name, one, statements, sensor)) for name, one in forces.items()):
+    if all(
+        any(choice.stated_for("unit", name, one, statements, sensor))
+        for name, one in forces.items()
+    ):
         return
     of_gyros = missing.get("unit", text_of(statements.caller.unit or ""))
     if of_gyros and "=" not in of_gyros:
@@ -265,7 +256,7 @@ def _unit_of_forces(
 def _sampling(source: Source, statements: Statements, taken: Collection[str]) -> dict[str, str]:
     """The time or the rate, if neither is stated."""
     columns = source.columns
-    chosen, _ = choose_time(columns, statements, taken)
+    chosen, _ = choice.choose_time(columns, statements, taken)
     is_rated = statements.first("sample_rate") is not None
     if chosen is not None and chosen.unit:
         return {}
@@ -293,9 +284,9 @@ def _steps(source: Source, column: Column) -> FloatArray:
 
 def _time_text(source: Source, column: Column) -> str:
     """A column of times with its unit; empty if it goes 0, 1, 2, …, since it numbers the rows."""
-    if column.unit is not None and is_time_unit(column.unit):
-        unit = canonical(column.unit)
-        return f"{column.name}:{unit if unit in TIME_UNITS else column.unit}"
+    if column.unit is not None and choice.is_time_unit(column.unit):
+        unit = units.canonical(column.unit)
+        return f"{column.name}:{unit if unit in units.TIME_UNITS else column.unit}"
     steps = _steps(source, column)
     if steps.size and (steps == 1.0).all():
         return ""

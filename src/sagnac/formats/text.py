@@ -259,7 +259,7 @@ class TextFile:
                 yield (line.lstrip("\ufeff") if number == 0 else line).rstrip("\n")
 
     def blocks(self, *, blanks: bool) -> Iterator[bytes]:
-        """Blocks of whole lines, about 1 MiB each, as UTF-8 unless the codec is of single bytes.
+        """Blocks of whole lines, about 1 MiB each, as UTF-8.
 
         Parameters
         ----------
@@ -271,12 +271,11 @@ class TextFile:
         ValueError
             If a line is longer than any table's.
         """
-        is_wide = self.encoding.startswith("utf-16")
         decoder = codecs.getincrementaldecoder(self.encoding)("replace")
         pending = b""
         with self.path.open("rb") as stream:
             while part := stream.read(_LONGEST_LINE):
-                block = pending + (decoder.decode(part).encode() if is_wide else part)
+                block = pending + decoder.decode(part).encode()
                 # A carriage return at the very end may be half of a line end.
                 end = 1 + max(block.rfind(b"\n"), block.rfind(b"\r", 0, -1))
                 pending = block[end:]

@@ -15,17 +15,8 @@ from typing import Any, ClassVar, Final, Literal, Self, get_args
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from sagnac.core.arrays import (
-    BooleanArray,
-    FloatArray,
-    IntegerArray,
-    all_finite,
-    blocks,
-    differences,
-    elementwise,
-    empty,
-    mean,
-)
+from sagnac.core import arrays
+from sagnac.core.arrays import BooleanArray, FloatArray, IntegerArray, blocks
 from sagnac.core.errors import Note, RecordingError, is_finite, quoted, require_choice
 from sagnac.core.units import SENSED, UNITS, Quantity, Sensor, Unit, sizes, split_factor, unit_of
 
@@ -124,7 +115,7 @@ def whole_series(values: ArrayLike, argument: str) -> FloatArray:
         As `numbers`, or if a value is missing or infinite; with the first such sample.
     """
     column = np.asarray(numbers(values, argument), dtype=np.float64)
-    if not all_finite(column):
+    if not arrays.all_finite(column):
         at = first_of(is_missing(column))
         raise ValueError(f"{argument}: sample {at} is {column[at]}; give a stretch without gaps")
     return column
@@ -238,7 +229,7 @@ class Channel(Compared):
         """
         require_choice("sensor", sensor, Sensor)
         size = _unit_of_channel(name, kind, unit, sensor).size
-        in_si = elementwise(np.multiply, numbers(values, name), size, out=out)
+        in_si = arrays.elementwise(np.multiply, numbers(values, name), size, out=out)
         return cls(name=name, kind=kind, values=in_si, shown_in=unit, sensor=sensor)
 
     @property
@@ -257,7 +248,7 @@ class Channel(Compared):
         """
         quantity = quantity_of(self.kind, self.sensor)
         size = (unit_of(unit, quantity) if unit else self.plain_unit).size
-        return elementwise(np.divide, self.values, size)
+        return arrays.elementwise(np.divide, self.values, size)
 
     def __repr__(self) -> str:
         samples = self.values.size
@@ -460,7 +451,7 @@ def unwrapped(values: FloatArray, period: float) -> tuple[FloatArray, int]:
     wraps = number_of(marked(periods, values[:-1], values[1:]))
     if wraps == 0:
         return values, 0
-    result = empty(values.size)
+    result = arrays.empty(values.size)
     result[0], over = values[0], 0.0
     for block in blocks(values.size - 1):
         here = slice(block.start + 1, block.stop + 1)
@@ -499,8 +490,8 @@ def angle_of(channel: Channel, sample_rate: float) -> FloatArray:
     values, per_step = channel.values, 1.0 if channel.kind == "increment" else sample_rate
     if channel.kind == "angle":
         return values
-    usual = mean(values) / per_step
-    angle = empty(values.size)
+    usual = arrays.mean(values) / per_step
+    angle = arrays.empty(values.size)
     turned = 0.0
     for block in blocks(values.size):
         steps = values[block] / per_step
@@ -552,11 +543,11 @@ def angle_increments(values: ArrayLike, *, kind: Kind, sample_rate: float) -> Fl
     require_choice("kind", kind, Kind)
     require_rate(sample_rate)
     # One sum tells whole samples without a second array of their size.
-    finite = samples.size == 0 or math.isfinite(mean(samples))
+    finite = samples.size == 0 or math.isfinite(arrays.mean(samples))
     if not finite and not np.isfinite(samples).all():
         first = int(np.argmin(np.isfinite(samples)))
         said = f"sample {first} is not finite and there is no room for gaps here"
         raise RecordingError(said, remedy="take a span without gaps ({slice})")
     if kind == "angle":
-        return differences(samples)
+        return arrays.differences(samples)
     return samples / sample_rate if kind == "rate" else samples

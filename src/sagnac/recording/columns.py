@@ -13,15 +13,8 @@ from typing import Any, Final, TypeVar
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from sagnac.core.arrays import (
-    BooleanArray,
-    FloatArray,
-    all_finite,
-    blocks,
-    differences,
-    elementwise,
-    every,
-)
+from sagnac.core import arrays
+from sagnac.core.arrays import BooleanArray, FloatArray
 from sagnac.core.errors import Note, RecordingError, counted, is_finite, quoted, require_type
 from sagnac.core.units import sensor_of, split_header, unit_of
 from sagnac.recording.channel import Channel, Conversion, Kind, finite_extent, numbers, unwrapped
@@ -216,8 +209,8 @@ def pulses_of(values: ArrayLike, *, column: str = "") -> tuple[BooleanArray, tup
     """
     given = np.asarray(values)
     levels = numbers(given.astype(np.uint8) if given.dtype.kind == "b" else given, "null_pulse")
-    some = every(levels, max(1, levels.size // 100_000))
-    if np.unique(some).size > 2 or not all_finite(levels):
+    some = arrays.every(levels, max(1, levels.size // 100_000))
+    if np.unique(some).size > 2 or not arrays.all_finite(levels):
         said = f"{f'column {column} ' if column else ''}takes more than two values"
         remedy = "name a column of 0 and 1 with {null-pulse}"
         raise RecordingError(said, channel="null_pulse", remedy=remedy)
@@ -284,8 +277,8 @@ def sampling(stamps: FloatArray, stated_rate: float | None = None) -> Sampling:
         If the stamps do not run forwards and no rate is stated, the two disagree, or no sensor
         samples as fast.
     """
-    times = elementwise(np.subtract, stamps, stamps[0])
-    if times.size < 2 or not all_finite(times) or times[-1] <= 0.0:
+    times = arrays.elementwise(np.subtract, stamps, stamps[0])
+    if times.size < 2 or not arrays.all_finite(times) or times[-1] <= 0.0:
         rate = stated_rate
         if rate is None:
             usual = median_step(times, repeats=False)
@@ -298,10 +291,10 @@ def sampling(stamps: FloatArray, stated_rate: float | None = None) -> Sampling:
     # The largest distance of a stamp from its place at even steps.
     worst = max(
         float(np.abs(np.arange(some.start, some.stop) * step - times[some]).max())
-        for some in blocks(times.size)
+        for some in arrays.blocks(times.size)
     )
     # The clock: the coarsest power of ten that stamps are multiples of, s.
-    sample = every(times, max(1, times.size // 10_000))
+    sample = arrays.every(times, max(1, times.size // 10_000))
     ticks = ((exponent, sample * 10.0**exponent) for exponent in range(10))
     whole = (one for one, some in ticks if np.abs(some - np.rint(some)).max() < 1e-3)
     clock = next((float(10.0**-exponent) for exponent in whole), 0.0)
@@ -359,9 +352,9 @@ def median_step(times: FloatArray, *, repeats: bool = True) -> float:
     float
         s, or NaN if there is no such interval.
     """
-    steps = differences(times)
+    steps = arrays.differences(times)
     kept = 0
-    for block in blocks(steps.size):
+    for block in arrays.blocks(steps.size):
         here = steps[block]
         here = here[np.isfinite(here) & ((here >= 0.0) if repeats else (here > 0.0))]
         steps[kept : kept + here.size] = here
@@ -448,7 +441,7 @@ def stretch_of(
 
 def first_at(times: FloatArray, limit: float) -> int:
     """First sample at or after `limit`, s; their number if there is none."""
-    for block in blocks(times.size):
+    for block in arrays.blocks(times.size):
         reached = times[block] >= limit - _SLACK
         if reached.any():
             return int(block.start + reached.argmax())

@@ -20,30 +20,12 @@ from typing import Final
 
 import numpy as np
 
-from sagnac.core.arrays import (
-    FloatArray,
-    IntegerArray,
-    blocks,
-    distance_between,
-    elementwise,
-    empty,
-    every,
-    mean,
-)
+from sagnac.core import arrays
+from sagnac.core.arrays import FloatArray, IntegerArray
 from sagnac.core.errors import Note, counted
 from sagnac.core.units import ARCSECOND, DEGREE, split_factor, unit_of
-from sagnac.recording.channel import (
-    Channel,
-    Conversion,
-    angle_of,
-    by_blocks,
-    finite_extent,
-    is_missing,
-    marked,
-    number_of,
-    stretches,
-    unwrapped,
-)
+from sagnac.recording import channel
+from sagnac.recording.channel import Channel, Conversion, finite_extent, is_missing, marked
 
 # As many missing encoder samples in a row are interpolated: as with time stamps, the angle turned
 # during a longer run is a guess, unless a gyro tells it. If more than this share is missing, the
@@ -97,13 +79,7 @@ def table_of_readings(
     if clock is not None:
         # What repeats the reading at the tick before was lost.
         readings = at_ticks(readings, clock)
-    marks = mark_missing(readings, turn)
-    remarks = []
-    if marks.off_path:
-        alike = "" if marks.reading is None else f", all reading {marks.reading:.6g} {unit}"
-        remarks.append(f"{counted(marks.off_path, 'sample')} off its path{alike}: taken as missing")
-    if marks.held:
-        remarks.append(f"{counted(marks.held, 'repeated sample')} while it turns: taken as missing")
+    remarks = mark_missing(readings, turn, unit)
     period, covered = turn, finite_extent(readings)
     # Readings that go a little beyond a turn may start over there.
     if covered > turn * (1.0 + 1e-9) and not (
@@ -111,15 +87,14 @@ def table_of_readings(
     ):
         period = counter_period if counter_period and split_factor(unit)[0] != 1.0 else 0.0
         period = period if covered < period else math.inf
-    filled = fill_missing(readings, period, accuracy=ENCODER_ACCURACY / size)
-    if filled.samples:
-        error = filled.error * size / ARCSECOND
-        known = f" (known ones are met to {error:.2g} arcsec)" if math.isfinite(error) else ""
+    filled, longest, error = fill_missing(readings, period, accuracy=ENCODER_ACCURACY / size)
+    if filled:
+        met = f" (known ones are met to {error * size / ARCSECOND:.2g} arcsec)"
         remarks.append(
-            f"{counted(filled.samples, 'missing sample')}, at most {filled.longest} in a row, "
-            f"interpolated from their neighbours{known}"
+            f"{counted(filled, 'missing sample')}, at most {longest} in a row, "
+            f"interpolated from their neighbours{met if math.isfinite(error) else ''}"
         )
-    running, wraps = unwrapped(readings, period)
+    running, wraps = channel.unwrapped(readings, period)
     if wraps:
         remarks.append(f"unwrapped where it starts over, {counted(wraps, 'time')}")
     notes = [Note(text=text, channel="table") for text in remarks]
@@ -131,14 +106,14 @@ def table_of_readings(
         running = between_ticks(running, clock, samples)
         held = f"read every {clock.period:.4g} samples and held between"
         notes.append(Note(text=f"{held}: a spline goes through its readings", channel="table"))
-    channel = Channel.from_values("table", running, kind="angle", unit=unit, out=running)
-    return Conversion(channel=channel, notes=tuple(notes))
+    table = Channel.from_values("table", running, kind="angle", unit=unit, out=running)
+    return Conversion(channel=table, notes=tuple(notes))
 
 
 def _largest_step(values: FloatArray) -> float:
     """Largest step between two samples that are there."""
     with np.errstate(invalid="ignore"):
-        steps = by_blocks(
+        steps = channel.by_blocks(
             lambda here, later: np.fmax.reduce(np.abs(later - here)), values[:-1], values[1:]
         )
     return float(np.fmax.reduce(steps, initial=0.0))
@@ -193,11 +168,11 @@ def clock_of(angle: FloatArray) -> Clock | None:
     Clock or None
         None as well if any reading is missing.
     """
-    if angle.size < _FEWEST or not np.isfinite(mean(angle)):
+    if angle.size < _FEWEST or not np.isfinite(arrays.mean(angle)):
         return None
     changes = marked(np.not_equal, angle[1:], angle[:-1])
     # Counted first: the places of millions of them take far longer.
-    if not _FEWEST <= number_of(changes) <= _MOST_CHANGES * angle.size:
+    if not _FEWEST <= channel.number_of(changes) <= _MOST_CHANGES * angle.size:
         return None
     changed = np.flatnonzero(changes) + 1
     gaps = np.diff(changed)
@@ -251,8 +226,8 @@ def between_ticks(readings: FloatArray, clock: Clock, samples: int) -> FloatArra
 
     ticks, there = clock.ticks(samples), np.isfinite(readings)
     spline = CubicSpline(ticks[there], readings[there])
-    result = empty(samples)
-    for block in blocks(samples):
+    result = arrays.empty(samples)
+    for block in arrays.blocks(samples):
         at = np.arange(block.start, block.stop, dtype=np.float64)
         inside = np.clip(at, ticks[0], ticks[-1])
         place = (inside - ticks[0]) / clock.period
@@ -280,26 +255,7 @@ _OFTEN: Final = 0.1
 _ROUNDING: Final = 1e-10
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Marked:
-    """Readings that were found to stand for missing ones.
-
-    Attributes
-    ----------
-    off_path
-        How many lay off the table's path.
-    reading
-        What all of those read; None where they differ, or there are none.
-    held
-        How many repeated the one before while the table turned.
-    """
-
-    off_path: int
-    reading: float | None
-    held: int
-
-
-def mark_missing(values: FloatArray, turn: float) -> Marked:
+def mark_missing(values: FloatArray, turn: float, unit: str) -> list[str]:
     """Set readings that stand for missing ones to NaN, in place.
 
     Marked are readings off the table's path, if no more of them follow one another than can be
@@ -314,27 +270,33 @@ def mark_missing(values: FloatArray, turn: float) -> Marked:
         (samples,) readings, wrapped or not.
     turn
         Reading of a full turn.
+    unit
+        Of the readings.
 
     Returns
     -------
-    Marked
-        What was found.
+    list of str
+        What was found, in words.
     """
     # Steps between infinite readings are no finding.
     with np.errstate(invalid="ignore"):
         held, off_path = _held(values, turn), _off_path(values, turn)
     readings = values[off_path]
     same = readings.size > 0 and bool((readings == readings[0]).all())
-    reading = float(readings[0]) if same else None
-    if reading is not None:
+    if same:
         # A table may stand at this reading for long.
-        alike = marked(lambda some: some == reading, values)
-        firsts, afters = stretches(alike)
+        firsts, afters = channel.stretches(marked(lambda some: some == readings[0], values))
         few = afters - firsts <= MOST_MISSING_IN_A_ROW
         off_path = np.union1d(off_path, _ranges(firsts[few], afters[few]))
     values[held] = np.nan
     values[off_path] = np.nan
-    return Marked(off_path=int(off_path.size), reading=reading, held=int(held.size))
+    remarks = []
+    if off_path.size:
+        alike = f", all reading {readings[0]:.6g} {unit}" if same else ""
+        remarks.append(f"{counted(off_path.size, 'sample')} off its path{alike}: taken as missing")
+    if held.size:
+        remarks.append(f"{counted(held.size, 'repeated sample')} while it turns: taken as missing")
+    return remarks
 
 
 def _ranges(firsts: IntegerArray, afters: IntegerArray) -> IntegerArray:
@@ -345,8 +307,10 @@ def _ranges(firsts: IntegerArray, afters: IntegerArray) -> IntegerArray:
 
 def _off_path(values: FloatArray, turn: float) -> IntegerArray:
     """Samples that leave the table's path and are back within `MOST_MISSING_IN_A_ROW` samples."""
-    apart = distance_between(100_000, values.size)
-    usual_steps = np.abs(_folded(every(values[1:], apart) - every(values[:-1], apart), turn))
+    apart = arrays.distance_between(100_000, values.size)
+    usual_steps = np.abs(
+        _folded(arrays.every(values[1:], apart) - arrays.every(values[:-1], apart), turn)
+    )
     usual_steps = usual_steps[np.isfinite(usual_steps)]
     if usual_steps.size == 0:
         return _NONE
@@ -355,7 +319,7 @@ def _off_path(values: FloatArray, turn: float) -> IntegerArray:
     large = marked(
         lambda here, later: np.abs(_folded(later - here, turn)) > limit, values[:-1], values[1:]
     )
-    if number_of(large) > 2.0 * LARGEST_SHARE_MISSING * values.size + 2:
+    if channel.number_of(large) > 2.0 * LARGEST_SHARE_MISSING * values.size + 2:
         # That is how this table moves.
         return _NONE
     places = np.flatnonzero(large)
@@ -379,7 +343,7 @@ def _held(values: FloatArray, turn: float) -> IntegerArray:
     """Samples that repeat the one before while the table turns evenly."""
     # Step n leads from sample n to the next.
     still = marked(lambda here, later: later - here == 0.0, values[:-1], values[1:])
-    firsts, afters = stretches(still)
+    firsts, afters = channel.stretches(still)
     inside = (firsts > 0) & (afters < still.size)
     # The step that makes up for steps of nothing, and the last one before them.
     before, late = firsts[inside] - 1, afters[inside]
@@ -391,10 +355,10 @@ def _held(values: FloatArray, turn: float) -> IntegerArray:
         return float(changes[changes > _ROUNDING * turn].min(initial=turn))
 
     # The resolution of the readings.
-    count = float(by_blocks(smallest_change, values[:-2], values[1:-1], values[2:]).min())
+    count = float(channel.by_blocks(smallest_change, values[:-2], values[1:-1], values[2:]).min())
     is_held = np.zeros(late.size, dtype=np.bool_)
     ahead = np.arange(1, _STEPS_LOOKED_AT + 1)
-    for some in blocks(late.size, _AT_ONCE):
+    for some in arrays.blocks(late.size, _AT_ONCE):
         start, stop = before[some], late[some]
         typical, agree = _typical(values, stop[:, np.newaxis] + ahead, turn)
         # Where more readings are held ahead, or the record ends, those behind may tell.
@@ -436,27 +400,7 @@ _USUAL_ERRORS: Final = 10.0
 _KNOWN: Final = 1000
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Filled:
-    """Missing samples that were interpolated.
-
-    Attributes
-    ----------
-    samples
-        How many.
-    longest
-        Samples in the longest run of them.
-    error
-        95 % of known samples, in runs as long, are met by the interpolation to this; NaN where
-        nothing was filled or too little is known. In the unit of the readings.
-    """
-
-    samples: int = 0
-    longest: int = 0
-    error: float = math.nan
-
-
-def fill_missing(values: FloatArray, period: float, *, accuracy: float) -> Filled:
+def fill_missing(values: FloatArray, period: float, *, accuracy: float) -> tuple[int, int, float]:
     """Interpolate isolated NaN from their neighbours, in place.
 
     Interpolation is by a cubic through two readings on each side. These stay missing: runs of
@@ -477,23 +421,26 @@ def fill_missing(values: FloatArray, period: float, *, accuracy: float) -> Fille
 
     Returns
     -------
-    Filled
-        What was interpolated.
+    samples
+        How many were interpolated.
+    longest
+        Samples in the longest run of them.
+    error
+        95 % of known samples, in runs as long, are met by the interpolation to this; NaN where
+        nothing was filled or too little is known. In the unit of the readings.
     """
-    marks = is_missing(values)
-    if number_of(marks) > LARGEST_SHARE_MISSING * values.size:
-        return Filled()
-    missing = np.flatnonzero(marks)
+    marks, samples, longest, error = is_missing(values), 0, 0, math.nan
+    few = channel.number_of(marks) <= LARGEST_SHARE_MISSING * values.size
+    missing = np.flatnonzero(marks) if few else _NONE
     if missing.size == 0 or np.isinf(values[missing]).any():
-        return Filled()
-    firsts, afters = stretches(marks)
-    filled = Filled()
+        return samples, longest, error
+    firsts, afters = channel.stretches(marks)
     for length in range(1, MOST_MISSING_IN_A_ROW + 1):
         starts = firsts[afters - firsts == length]
         usual = _error_on_known(values, length, period)
         limit = max(accuracy, _USUAL_ERRORS * usual) if np.isfinite(usual) else accuracy
         good = 0
-        for some in blocks(starts.size, _AT_ONCE):
+        for some in arrays.blocks(starts.size, _AT_ONCE):
             around = _neighbours(missing, starts[some], length, values.size)
             usable = around[:, 0] >= 0
             here, around = starts[some][usable], around[usable]
@@ -505,8 +452,8 @@ def fill_missing(values: FloatArray, period: float, *, accuracy: float) -> Fille
             values[here[sure, np.newaxis] + np.arange(length)] = cubic[sure]
             good += int(sure.sum())
         if good:
-            filled = Filled(samples=filled.samples + good * length, longest=length, error=usual)
-    return filled
+            samples, longest, error = samples + good * length, length, usual
+    return samples, longest, error
 
 
 def _neighbours(
@@ -607,19 +554,21 @@ def with_lost_readings(
         if no gyro agrees with the readings on both sides.
     """
     values = table.channel.values
-    if not values.size or math.isfinite(mean(values)):
+    if not values.size or math.isfinite(arrays.mean(values)):
         return table
     marks = is_missing(values)
-    lost = number_of(marks)
+    lost = channel.number_of(marks)
     if marks[0] or marks[-1] or not 0 < lost <= LARGEST_SHARE_MISSING * values.size:
         return table
-    whole = [gyro for gyro in gyros if math.isfinite(mean(gyro.values))]
-    shares = [(_share(angle_of(one, sample_rate), values, sample_rate), one) for one in whole]
+    whole = [gyro for gyro in gyros if math.isfinite(arrays.mean(gyro.values))]
+    shares = [
+        (_share(channel.angle_of(one, sample_rate), values, sample_rate), one) for one in whole
+    ]
     share, gyro = max(shares, key=lambda one: abs(one[0]), default=(0.0, None))
     if gyro is None or not abs(share) > _LEAST_SHARE:
         return table
-    firsts, afters = stretches(marks)
-    filled = _bridged(values, firsts, afters, angle_of(gyro, sample_rate), share)
+    firsts, afters = channel.stretches(marks)
+    filled = _bridged(values, firsts, afters, channel.angle_of(gyro, sample_rate), share)
     if filled is None:
         return table
     text = (
@@ -662,7 +611,7 @@ def _bridged(
     values: FloatArray, firsts: IntegerArray, afters: IntegerArray, turned: FloatArray, share: float
 ) -> FloatArray | None:
     """The table angle with its gaps bridged; None if a gyro does not agree with one."""
-    filled = elementwise(np.add, values, 0.0)
+    filled = arrays.elementwise(np.add, values, 0.0)
     for first, after in zip(firsts.tolist(), afters.tolist(), strict=True):
         path = (turned[first - 1 : after + 1] - turned[first - 1]) / share
         gap = float(filled[after] - filled[first - 1])

@@ -11,27 +11,10 @@ from numpy.typing import ArrayLike, NDArray
 from sagnac.core.arrays import BooleanArray, FloatArray, pandas_for
 from sagnac.core.errors import Note, RecordingError, quoted, require_type
 from sagnac.core.units import split_header
-from sagnac.recording.channel import (
-    PICKOFF,
-    Channel,
-    Compared,
-    Conversion,
-    Kind,
-    Pickoff,
-    require_rate,
-    series,
-)
-from sagnac.recording.columns import (
-    NULL_PULSE_NAME,
-    Sampling,
-    columns_of,
-    gyro_of,
-    pulses_of,
-    sampling,
-    seconds_of,
-    stated_for,
-    with_dates,
-)
+from sagnac.recording import channel as channels
+from sagnac.recording import columns as conversions
+from sagnac.recording.channel import Channel, Compared, Conversion, Kind, Pickoff
+from sagnac.recording.columns import NULL_PULSE_NAME, Sampling
 from sagnac.recording.encoder_readings import table_of_readings, with_lost_readings
 
 __all__ = ["MINIMUM_SAMPLES", "Channel", "Kind", "Provenance", "Recording", "second_of"]
@@ -143,7 +126,7 @@ class Recording(Compared):
         dithered = [pickoff.gyro for pickoff in self.pickoffs]
         if len(set(dithered)) < len(dithered) or not set(dithered) <= set(names):
             raise ValueError(f"pick-offs are of {', '.join(dithered)}; give one a gyro at most")
-        require_rate(self.sample_rate)
+        channels.require_rate(self.sample_rate)
         if self.table is not None and self.table.kind != "angle":
             raise ValueError(
                 f"table is of kind {self.table.kind!r}; give the angle of the table, kind 'angle'"
@@ -245,11 +228,11 @@ class Recording(Compared):
         dithers = {} if pickoffs is None else pickoffs
         require_type("pickoffs", dithers, Mapping, "give {'x': readings of its pick-off}")
         taken = [
-            gyro_of(
+            conversions.gyro_of(
                 name,
                 values,
-                kind=stated_for(name, kind, "kind"),
-                unit=stated_for(name, unit, "unit"),
+                kind=conversions.stated_for(name, kind, "kind"),
+                unit=conversions.stated_for(name, unit, "unit"),
                 period=period,
             )
             for name, values in gyros.items()
@@ -257,10 +240,16 @@ class Recording(Compared):
         return cls.from_channels(
             taken,
             _sampled(sample_rate, times, time_unit, taken[0].channel.values.size),
-            table=None if table is None else table_of_readings(series(table, "table"), table_unit),
-            null_pulse=None if null_pulse is None else pulses_of(null_pulse),
-            pickoffs={name: series(one, PICKOFF + name) for name, one in dithers.items()},
-            temperature=None if temperature is None else series(temperature, "temperature"),
+            table=None
+            if table is None
+            else table_of_readings(channels.series(table, "table"), table_unit),
+            null_pulse=None if null_pulse is None else conversions.pulses_of(null_pulse),
+            pickoffs={
+                name: channels.series(one, channels.PICKOFF + name) for name, one in dithers.items()
+            },
+            temperature=None
+            if temperature is None
+            else channels.series(temperature, "temperature"),
         )
 
     @classmethod
@@ -355,15 +344,15 @@ class Recording(Compared):
         >>> Recording.from_frame(frame, kind="rate", sample_rate=100.0)
         Recording(x (rate, deg/s); table (angle, deg); 3 samples at 100 Hz, 0.03 s)
         """
-        headers = columns_of(frame, columns, unit)
+        headers = conversions.columns_of(frame, columns, unit)
         kind = kind or getattr(frame, "attrs", {}).get("kind")
         if kind is None:
             raise ValueError("kind is not stated; state angle, increment or rate")
         values = {name: frame[header] for name, header in headers.items()}
         units = {name: split_header(header)[1] or "" for name, header in headers.items()}
         times, index = values.pop("time", None), getattr(frame, "index", ())
-        if times is None and sample_rate is None and with_dates(index).dtype.kind in "mM":
-            times = index
+        is_dated = conversions.with_dates(index).dtype.kind in "mM"
+        times = index if times is None and sample_rate is None and is_dated else times
         return cls.from_arrays(
             kind=kind,
             unit=unit or {name: stated for name, stated in units.items() if stated},
@@ -526,16 +515,16 @@ def _sampled(
 ) -> Sampling:
     """When samples were taken, from a rate, from stamps, or from both."""
     if sample_rate is not None:
-        require_rate(sample_rate)
+        channels.require_rate(sample_rate)
     if times is not None:
-        stamps = seconds_of(times, unit=time_unit)
+        stamps = conversions.seconds_of(times, unit=time_unit)
         if stamps.size != samples:
             raise ValueError(
                 f"times has {stamps.size} samples and the gyros have {samples}: give columns "
                 "sampled together"
             )
         if stamps.size:
-            return sampling(stamps, sample_rate)
+            return conversions.sampling(stamps, sample_rate)
     if sample_rate is None:
         raise ValueError("neither sample_rate nor times is given; give sample_rate in Hz")
     return Sampling(times=None, sample_rate=sample_rate)

@@ -12,14 +12,8 @@ from typing import Any, Final
 
 import numpy as np
 
-from sagnac.analysis import json_data
-from sagnac.analysis.result import (
-    Analysis,
-    Covariance,
-    Part,
-    answer_coefficients,
-    headline_coefficients,
-)
+from sagnac.analysis import json_data, result
+from sagnac.analysis.result import Analysis
 from sagnac.analysis.settings import Settings
 from sagnac.analysis.verdict import verdict_of
 from sagnac.core import units
@@ -75,7 +69,7 @@ def analysis_document(analysis: Analysis) -> dict[str, Any]:
             "source": analysis.source,
             **json_data.choice_data(analysis),
         },
-        "coefficients": _coefficients(headline_coefficients(analysis)),
+        "coefficients": _coefficients(result.headline_coefficients(analysis)),
         **_of_sensor(analysis),
         **({} if verdict is None else {"verdict": sections.verdict_data(verdict)}),
         "parts": json_data.parts_data(analysis),
@@ -181,7 +175,7 @@ def _force_data(analysis: Analysis) -> dict[str, Any]:
     walk = _estimate("angle_random_walk", analysis.angle_random_walk, "accelerometer")
     return {
         "velocity_random_walk": walk,
-        "coefficients": _coefficients(answer_coefficients(analysis), "accelerometer"),
+        "coefficients": _coefficients(result.answer_coefficients(analysis), "accelerometer"),
         "source": analysis.source,
         "curve": {"estimator": curve.estimator, "unit": unit.name, **_points(curve, unit)},
         **_of_sensor(analysis),
@@ -382,12 +376,12 @@ def _stored_coefficients(
     return {name: _stored_estimate(name, stated[keys[name]], sensor) for name in there}
 
 
-def _covariance(stated: Document | None) -> Covariance | None:
+def _covariance(stated: Document | None) -> result.Covariance | None:
     if stated is None:
         return None
     sizes = [units.field_unit(name).size for name in stated["names"]]
     matrix = np.array(list(map(_numbers, stated["matrix"]))) * np.outer(sizes, sizes)
-    return Covariance(names=tuple(stated["names"]), matrix=matrix)
+    return result.Covariance(names=tuple(stated["names"]), matrix=matrix)
 
 
 def _average(stated: Document) -> ModelChoice | None:
@@ -398,9 +392,9 @@ def _average(stated: Document) -> ModelChoice | None:
     return ModelChoice(band_hz=(low, high), terms=tuple(stated["terms"]), **others)
 
 
-def _part(stated: Document) -> Part:
+def _part(stated: Document) -> result.Part:
     ends = _ends(stated, units.field_unit("angle_random_walk").size)
-    return Part(start_s=stated["start_s"], stop_s=stated["stop_s"], **ends)
+    return result.Part(start_s=stated["start_s"], stop_s=stated["stop_s"], **ends)
 
 
 def _stored_line(stated: Document, channel: str) -> Line:

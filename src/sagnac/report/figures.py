@@ -1,35 +1,29 @@
 """The figures of an analysis and of the table in the style of the reports, as SVG and PNG."""
 
 import re
-import struct
-import zlib
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from io import StringIO
 from itertools import cycle
 from pathlib import Path
-from typing import Any, Final
+from typing import Final
 
 import matplotlib as mpl
 import numpy as np
 from markupsafe import Markup, escape
 from matplotlib.axes import Axes
 from matplotlib.axis import Axis
-from matplotlib.backend_bases import GraphicsContextBase
-from matplotlib.backends.backend_agg import RendererAgg
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.backends.backend_svg import RendererSVG
 from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
-from matplotlib.markers import TICKDOWN, TICKLEFT, MarkerStyle
-from matplotlib.ticker import LogFormatterSciNotation, NullLocator, ScalarFormatter
-from matplotlib.transforms import Affine2D, Bbox
+from matplotlib.ticker import LogFormatterSciNotation, ScalarFormatter
 from numpy.typing import ArrayLike
 
 from sagnac.analysis.result import Analysis
 from sagnac.analysis.spectra import ByAngle
 from sagnac.core.arrays import FloatArray
 from sagnac.core.units import DEGREE, DEGREE_PER_HOUR, SENSED, UNITS
-from sagnac.core.whole_files import write_bytes
+from sagnac.core.whole_files import replacing
 from sagnac.noise.cross_spectra import SelfNoise
 from sagnac.report import density, deviation, frame
 from sagnac.report.quantities import in_field_unit, number
@@ -100,33 +94,6 @@ def _name_power(axis: Axis) -> None:
         axis.set_label_text(f"{name}{bracket}{power} {unit}")
 
 
-def _draw_minor_ticks_at_once(axes: Axes, axis: Axis) -> None:
-    """Draw the minor ticks of a logarithmic axis as one line, unless some of them have labels.
-
-    matplotlib makes several objects of each tick: that took a third of the time of a page.
-    """
-    low, high = sorted(axis.get_view_interval())
-    if high <= 10.0 * low:
-        # Within a decade there are labels.
-        return
-    places = np.array([place for place in axis.get_minorticklocs() if low <= place <= high])
-    axis.set_minor_locator(NullLocator())
-    across = axis is axes.xaxis
-    none = np.zeros_like(places)
-    axes.add_artist(
-        Line2D(
-            *((places, none) if across else (none, places)),
-            transform=axes.get_xaxis_transform() if across else axes.get_yaxis_transform(),
-            linestyle="none",
-            marker=MarkerStyle(TICKDOWN if across else TICKLEFT),
-            markersize=STYLE["xtick.minor.size"],
-            markeredgewidth=mpl.rcParams["xtick.minor.width"],
-            color=STYLE["xtick.color"],
-            clip_on=False,
-        )
-    )
-
-
 @contextmanager
 def styled(columns: int = 0) -> Iterator[tuple[Figure, Axes]]:
     """A figure in the style of the reports, and its axis.
@@ -145,7 +112,6 @@ def styled(columns: int = 0) -> Iterator[tuple[Figure, Axes]]:
                 if scale == "log":
                     axis.set_major_formatter(PowersOfTen())
                     axis.set_minor_formatter(PowersOfTen())
-                    _draw_minor_ticks_at_once(each, axis)
                 else:
                     _name_power(axis)
 
@@ -194,6 +160,11 @@ def report_figures(analysis: Analysis) -> dict[str, Figure]:
     if analysis.residual is not None and analysis.residual.time.size > 1:
         drawn["residual"] = _residual_figure(analysis, analysis.residual.by_angle)
     return drawn
+
+
+def unit_figures(analysis: Analysis) -> dict[str, Figure]:
+    """The figure of several gyros at rest by its name, ``stability``."""
+    return {"stability": curves_figure(list(analysis.gyros.values()))}
 
 
 def self_noise_figure(found: SelfNoise) -> Figure:
@@ -272,49 +243,7 @@ def curves_figure(analyses: Sequence[Analysis]) -> Figure:
 DOTS: Final = 200  # to the inch, of a PNG
 
 
-class _InPixelsToo(RendererSVG):
-    """Draws a figure as SVG, and each path and text of it into pixels as well.
-
-    The layout of ticks, legends and texts takes most of the time of a figure: it is made once.
-    """
-
-    def __init__(self, width: float, height: float, stream: StringIO, **more: Any) -> None:
-        super().__init__(width, height, stream, **more)  # type: ignore[no-untyped-call]
-        self._times = DOTS / 72.0
-        self.pixels = RendererAgg(round(self._times * width), round(self._times * height), DOTS)
-
-    def draw_path(self, gc: Any, path: Any, transform: Any, *fill: Any, **more: Any) -> None:
-        super().draw_path(gc, path, transform, *fill, **more)  # type: ignore[no-untyped-call]
-        self.pixels.draw_path(self._clipped(gc), path, self._larger(transform), *fill, **more)
-
-    def draw_markers(self, gc: Any, *given: Any, **more: Any) -> None:
-        super().draw_markers(gc, *given, **more)  # type: ignore[no-untyped-call]
-        marker, of_marker, path, transform, *fill = given
-        larger = map(self._larger, (of_marker, transform))
-        self.pixels.draw_markers(
-            self._clipped(gc), marker, next(larger), path, next(larger), *fill, **more
-        )
-
-    def draw_text(self, gc: Any, x: float, y: float, *text: Any, **how: Any) -> None:
-        super().draw_text(gc, x, y, *text, **how)  # type: ignore[no-untyped-call]
-        places = self._times * x, self._times * y
-        self.pixels.draw_text(self._clipped(gc), *places, *text, **how)
-
-    def _larger(self, transform: Any) -> Affine2D:
-        """A transform to points as one to pixels."""
-        return Affine2D(np.array(transform.get_matrix())).scale(self._times)
-
-    def _clipped(self, gc: Any) -> GraphicsContextBase:
-        """A style, which is in points anyway, with its clipping in pixels."""
-        found = self.pixels.new_gc()
-        found.copy_properties(gc)
-        clip = gc.get_clip_rectangle()
-        if clip is not None:
-            found.set_clip_rectangle(Bbox(self._times * clip.get_points()))
-        return found
-
-
-def svg(figure: Figure, name: str, description: str, *, png: Path | None = None) -> Markup:
+def svg(figure: Figure, name: str, description: str) -> Markup:
     """The figure as an ``<svg>`` element to stand inside a page.
 
     Parameters
@@ -325,18 +254,14 @@ def svg(figure: Figure, name: str, description: str, *, png: Path | None = None)
         Goes before every id, so that two figures in one page do not share any.
     description
         For readers who do not see it.
-    png
-        Also write it here, as `write_png` does.
     """
     text = StringIO()
     with mpl.rc_context({**STYLE, "svg.hashsalt": name}):
         figure.dpi = 72
-        kind = RendererSVG if png is None else _InPixelsToo
-        renderer = kind(*figure.bbox.size, text, metadata={"Date": None, "Creator": None})
+        metadata = {"Date": None, "Creator": None}
+        renderer = RendererSVG(*figure.bbox.size, text, metadata=metadata)
         figure.draw(renderer)
         renderer.finalize()
-    if isinstance(renderer, _InPixelsToo) and png is not None:
-        _write_pixels(renderer.pixels, png)
     drawing = text.getvalue()
     drawing = drawing[drawing.index("<svg") :]
     drawing = re.sub(r"<metadata>.*?</metadata>", "", drawing, flags=re.DOTALL)
@@ -362,37 +287,9 @@ def write_png(figure: Figure, path: Path) -> None:
     RecordingError
         If the folder cannot be written to.
     """
-    with mpl.rc_context(STYLE):
+    with mpl.rc_context(STYLE), replacing(path) as temporary:
         figure.dpi = DOTS
-        renderer = RendererAgg(*figure.bbox.size, DOTS)
-        figure.draw(renderer)
-    _write_pixels(renderer, path)
-
-
-def _write_pixels(renderer: RendererAgg, path: Path) -> None:
-    """Write a picture as PNG, each row as what it differs by from the one above.
-
-    An encoder that tries every filter on every row takes three times as long.
-    """
-    pixels = np.asarray(renderer.buffer_rgba())[:, :, :3]
-    height, width = pixels.shape[:2]
-    rows = np.zeros((height, 1 + 3 * width), dtype=np.uint8)
-    rows[:, 1:] = pixels.reshape(height, -1)
-    rows[1:, 1:] -= rows[:-1, 1:].copy()
-    rows[1:, 0] = 2  # filter Up
-    header = struct.pack(">2I5B", width, height, 8, 2, 0, 0, 0)  # RGB, 8 bits a color
-    per_meter = round(DOTS / 0.0254)
-    chunks = {
-        b"IHDR": header,
-        b"pHYs": struct.pack(">2IB", per_meter, per_meter, 1),
-        b"IDAT": zlib.compress(rows.tobytes(), 3),
-        b"IEND": b"",
-    }
-    picture = b"\x89PNG\r\n\x1a\n" + b"".join(
-        struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
-        for kind, data in chunks.items()
-    )
-    write_bytes(path, picture)
+        FigureCanvasAgg(figure).print_png(temporary, metadata={"Software": None})
 
 
 def _short_answer(analysis: Analysis) -> str:

@@ -1,31 +1,33 @@
-"""The report: one page that stands alone, answer first, to be read, printed and sent."""
+"""The report: one page that stands alone, answer first, to be read, printed and sent.
 
+Page, document, tables and figures of one analysis go into a folder, all of them or none.
+"""
+
+import time
 from collections.abc import Mapping
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Final
+from urllib.parse import quote
 
 from markupsafe import Markup
 from matplotlib.figure import Figure
 
-from sagnac.analysis.result import (
-    Analysis,
-    answer_coefficients,
-    headline_coefficients,
-    headline_estimates,
-    headline_fit,
-)
+from sagnac.analysis import result
+from sagnac.analysis.result import Analysis
 from sagnac.analysis.verdict import verdict_of
-from sagnac.core.errors import ranked
+from sagnac.core.errors import ranked, require_type
+from sagnac.core.overwriting import outputs_in, require_free
 from sagnac.core.units import DEGREE
-from sagnac.core.whole_files import write_text
+from sagnac.core.whole_files import replacing_folder, write_text
 from sagnac.navigation.noise import GyroNoise
 from sagnac.noise.estimates import Estimate
 from sagnac.noise.laws import CoefficientName
-from sagnac.report import figures
+from sagnac.report import document as documents
+from sagnac.report import figures, sections
 from sagnac.report.alignment import compass_figure
-from sagnac.report.document import analysis_document
 from sagnac.report.quantities import FIT_TITLES, subject
-from sagnac.report.sections import HEADER, TitleBlock, cited, placed_notes, rendered, share_rows
+from sagnac.report.sections import TitleBlock, folder_name, rendered, write_pdf
 from sagnac.report.text import methods_by_gyro
 
 # Figures of a report in words.
@@ -36,7 +38,7 @@ _PICTURES: Final = {
     "residual": "What removal leaves, against time and table angle",
 }
 # Those that are files beside the page, too.
-FILES: Final = ("stability", "spectrum", "parts")
+_FILES: Final = ("stability", "spectrum", "parts")
 # Latitude of the figure on heading.
 _LATITUDE: Final = 45.0 * DEGREE
 # Title of the coefficients by the member of the average that the answer is of. A fit whose
@@ -54,7 +56,7 @@ def _rendered(
     """A page on an analysis."""
     return rendered(
         template,
-        **cited(rendered("methods.txt", analysis=analysis)),
+        **sections.cited(rendered("methods.txt", analysis=analysis)),
         analysis=analysis,
         block=block or TitleBlock(),
         verdict=verdict_of(analysis),
@@ -81,7 +83,6 @@ def page(
     document: Mapping[str, Any] | None = None,
     block: TitleBlock | None = None,
     settings: str = "",
-    folder: Path | None = None,
 ) -> str:
     """The report of one analysis as HTML.
 
@@ -95,15 +96,12 @@ def page(
         What stands on top.
     settings
         TOML that repeats the run.
-    folder
-        Where the figures are written to, too.
     """
     heading, drawn = block or TitleBlock(), drawn or figures.report_figures(analysis)
-    pictures = {}
-    for name, said in _PICTURES.items():
-        png = None if folder is None or name not in FILES else folder / f"{name}.png"
-        shown = drawn.get(name)
-        pictures[name] = None if shown is None else figures.svg(shown, name, said, png=png)
+    pictures = {
+        name: figures.svg(drawn[name], name, said) if name in drawn else None
+        for name, said in _PICTURES.items()
+    }
     return _rendered(
         "report.html",
         analysis,
@@ -112,9 +110,9 @@ def page(
         title=heading.title or f"Angle random walk, {subject(analysis)}",
         fit=_fit_title(analysis),
         columns=_fits(analysis),
-        units=headline_estimates(analysis),
+        units=result.headline_estimates(analysis),
         settings=settings,
-        noted=placed_notes(analysis),
+        noted=sections.placed_notes(analysis),
         of_method=True,
         shares=_shares(analysis),
         azimuth=_azimuth(analysis, document),
@@ -124,10 +122,10 @@ def page(
 def unit_page(
     analysis: Analysis,
     *,
+    drawn: Mapping[str, Figure] | None = None,
     block: TitleBlock | None = None,
     settings: str = "",
     links: Mapping[str, str] | None = None,
-    folder: Path | None = None,
 ) -> str:
     """The gyros of one unit at rest on one page: N of each, verdict, curves and coefficients.
 
@@ -135,18 +133,17 @@ def unit_page(
     ----------
     analysis
         Of several gyros at rest.
+    drawn
+        Its figure by name; made here if it is not given.
     block
         What stands on top.
     settings
         TOML that repeats the run.
     links
         Gyro -> its own report.
-    folder
-        Where the figure is written to, too.
     """
-    heading, gyros = block or TitleBlock(), list(analysis.gyros.values())
+    heading, drawn = block or TitleBlock(), drawn or figures.unit_figures(analysis)
     said = "Allan deviation of the gyros against cluster time"
-    png = None if folder is None else folder / "stability.png"
     return _rendered(
         "unit.html",
         analysis,
@@ -154,8 +151,10 @@ def unit_page(
         title=heading.title or f"Gyros {', '.join(analysis.settings.gyros)}",
         links=links or {},
         notes=ranked(analysis.notes),
-        figure=figures.svg(figures.curves_figure(gyros), "unit", said, png=png),
-        columns=[(name, answer_coefficients(one), False) for name, one in analysis.gyros.items()],
+        figure=figures.svg(drawn["stability"], "unit", said),
+        columns=[
+            (name, result.answer_coefficients(one), False) for name, one in analysis.gyros.items()
+        ],
         settings=settings,
     )
 
@@ -180,22 +179,22 @@ def comparison_page(analyses: Mapping[str, Analysis], refused: Mapping[str, str]
     return _rendered("comparison.html", one, title=f"Methods compared, {what}", **facts)
 
 
-def accelerometers_page(analysis: Analysis, folder: Path) -> str:
-    """The accelerometers of a recording as HTML; their figure goes into a folder, too."""
+def accelerometers_page(analysis: Analysis) -> str:
+    """The accelerometers of a recording as HTML."""
     forces = list(analysis.accelerometers.values())
     shown = (f"{one.channel} ({one.recording.gyro(one.channel).shown_in})" for one in forces)
     return rendered(
         "accelerometers.html",
         analysis=forces[0],
         title=f"Accelerometers {', '.join(analysis.accelerometers)}",
-        forces=_forces(analysis, folder / "stability.png"),
+        forces=_forces(analysis),
         sensors=", ".join(shown),
     )
 
 
 def _fit_title(analysis: Analysis) -> str:
     """Basis of the answer: a fit, the average, or nothing."""
-    fit = headline_fit(analysis)
+    fit = result.headline_fit(analysis)
     if fit is not None:
         return FIT_TITLES[fit.method]
     choice = analysis.average
@@ -204,11 +203,11 @@ def _fit_title(analysis: Analysis) -> str:
 
 def _shares(analysis: Analysis) -> list[tuple[str, ...]]:
     """Header and rows on the table's rate, without columns that are empty; none at rest."""
-    columns = zip(HEADER, *share_rows(analysis), strict=True)
+    columns = zip(sections.HEADER, *sections.share_rows(analysis), strict=True)
     return list(zip(*(column for column in columns if any(column[1:])), strict=True))
 
 
-def _forces(analysis: Analysis, png: Path | None = None) -> dict[str, Any] | None:
+def _forces(analysis: Analysis) -> dict[str, Any] | None:
     """The accelerometers; None if there are none."""
     forces = list(analysis.accelerometers.values())
     gyros = {gyro.name for gyro in analysis.recording.gyros}
@@ -217,7 +216,7 @@ def _forces(analysis: Analysis, png: Path | None = None) -> dict[str, Any] | Non
         return None
     said, figure = "Allan deviation of the accelerometers against cluster time", Markup("")
     if forces:
-        figure = figures.svg(figures.curves_figure(forces), "forces", said, png=png)
+        figure = figures.svg(figures.curves_figure(forces), "forces", said)
     return {"analyses": forces, "refused": refused, "figure": figure}
 
 
@@ -225,10 +224,10 @@ def _azimuth(analysis: Analysis, document: Mapping[str, Any] | None) -> Markup |
     """Heading with these N, B and K; None if N was not seen."""
     if analysis.angle_random_walk.status == "not observable":
         return None
-    flicker = headline_coefficients(analysis).get("bias_instability")
+    flicker = result.headline_coefficients(analysis).get("bias_instability")
     bound = flicker.high if flicker is not None and flicker.status == "upper bound" else 0.0
     figure = compass_figure(
-        GyroNoise.from_document(document or analysis_document(analysis)),
+        GyroNoise.from_document(document or documents.analysis_document(analysis)),
         latitude=_LATITUDE,
         confidence=analysis.settings.confidence,
         highest_bias_instability=bound,
@@ -238,9 +237,176 @@ def _azimuth(analysis: Analysis, document: Mapping[str, Any] | None) -> Markup |
 
 def _fits(analysis: Analysis) -> list[tuple[str, Mapping[CoefficientName, Estimate], bool]]:
     """Columns of coefficients: title, estimates, and whether the answer rests on it."""
-    resting, columns = headline_fit(analysis), []
+    resting, columns = result.headline_fit(analysis), []
     if analysis.coefficients and resting is None:
         member = "average" if analysis.average is None else analysis.average.member
-        columns = [(_ANSWERS[member], headline_coefficients(analysis), True)]
+        columns = [(_ANSWERS[member], result.headline_coefficients(analysis), True)]
     fits = (analysis.fits[name] for name in FIT_TITLES if name in analysis.fits)
     return columns + [(FIT_TITLES[one.method], one.coefficients, one is resting) for one in fits]
+
+
+# ---- folder ------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Report:
+    """An analysis with the time that its report took, and the files of the report.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from tempfile import TemporaryDirectory
+    >>> from sagnac import Recording, analyze
+    >>> rate = 1e-6 * np.sqrt(10.0) * np.random.default_rng(1).standard_normal(6000)
+    >>> still = Recording.from_arrays(x=rate, kind="rate", unit="rad/s", sample_rate=10.0)
+    >>> with TemporaryDirectory() as place:
+    ...     report = write_report(analyze(still), Path(place) / "unit 7")
+    >>> [path.name for path in report.paths][:2]
+    ['report.html', 'analysis.json']
+    """
+
+    analysis: Analysis
+    paths: tuple[Path, ...]
+
+
+def write_report(
+    analysis: Analysis,
+    folder: str | Path,
+    *,
+    block: TitleBlock | None = None,
+    settings: str = "",
+    pdf: bool = False,
+    with_forces: bool = True,
+    force: bool = False,
+) -> Report:
+    """Page, document, tables and figures of one analysis, into a folder that is made for them.
+
+    Gyros that were taken alone have one page together, and a folder each in it.
+
+    Parameters
+    ----------
+    analysis
+        What it is of.
+    folder
+        ``report.html``, ``analysis.json`` and the others go into it; what an earlier report left
+        there is replaced.
+    block
+        What stands on top of the page.
+    settings
+        TOML that repeats the run, written beside the page if there is one.
+    pdf
+        Also write the page as a PDF.
+    with_forces
+        Whether the page shows the accelerometers; the document holds them either way.
+    force
+        Replace what no report of this package left there, too.
+
+    Raises
+    ------
+    RecordingError
+        If the folder cannot be written to; nothing of it is changed then.
+    WouldOverwrite
+        If a file is there that no report left, and `force` is not set.
+    MissingExtra
+        If a PDF is asked for and nothing that makes one is installed.
+    ValueError
+        If the analysis was read from a file, which holds no spectra and no residual.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from tempfile import TemporaryDirectory
+    >>> from sagnac import Recording, analyze
+    >>> rate = 1e-6 * np.sqrt(10.0) * np.random.default_rng(1).standard_normal(6000)
+    >>> still = Recording.from_arrays(x=rate, kind="rate", unit="rad/s", sample_rate=10.0)
+    >>> with TemporaryDirectory() as place:
+    ...     report = write_report(analyze(still), Path(place) / "unit 7")
+    >>> report.paths[0].name
+    'report.html'
+    """
+    result.require_analysis(analysis, recorded=True)
+    if block is not None:
+        require_type("block", block, TitleBlock, "give a sagnac.report.sections.TitleBlock")
+    folder = Path(folder)
+    for place in (folder, *(folder / folder_name(name) for name in analysis.gyros)):
+        require_free(outputs_in(place, "report"), force=force)
+    stated = documents.analysis_document(analysis)
+    # All of it or nothing: new figures beside an old document would be believed.
+    how = {"block": block, "settings": settings, "pdf": pdf, "with_forces": with_forces}
+    with replacing_folder(folder) as new:
+        written = _write(analysis, new, stated, **how)
+    return replace(written, paths=tuple(folder / path for path in written.paths))
+
+
+def write_accelerometers(analysis: Analysis, folder: Path, *, pdf: bool = False) -> list[Path]:
+    """Page and figure of the accelerometers of a recording, into a folder that is made for them.
+
+    With `pdf` also the page as a PDF.
+    """
+    with replacing_folder(folder) as new:
+        printed = _write_page(new, accelerometers_page(analysis), pdf=pdf)
+        forces = list(analysis.accelerometers.values())
+        figures.write_png(figures.curves_figure(forces), new / "stability.png")
+    return [folder / name for name in (*printed, "stability.png")]
+
+
+def write_comparison(
+    analyses: Mapping[str, Analysis], refused: Mapping[str, str], folder: Path
+) -> list[Path]:
+    """Page, document and figure of several methods, into a folder that is made for them."""
+    with replacing_folder(folder) as new:
+        figures.write_png(figures.comparison_figure(analyses), new / "comparison.png")
+        write_text(new / "comparison.html", comparison_page(analyses, refused))
+        text = documents.to_json(documents.comparison_document(analyses, refused))
+        write_text(new / "comparison.json", text + "\n")
+    return [folder / f"comparison.{suffix}" for suffix in ("html", "json", "png")]
+
+
+def _write(analysis: Analysis, folder: Path, stated: dict[str, Any], **how: Any) -> Report:
+    """The report of one analysis, or of several gyros with each one's own in a folder beside.
+
+    Its paths are relative to the folder; its document, as it is `stated`, gets the time it took.
+    `how` holds block, settings, pdf and with_forces: see `write_report`.
+    """
+    began = time.perf_counter()
+    shown = analysis if how["with_forces"] else replace(analysis, accelerometers={})
+    top = {"block": how["block"], "settings": how["settings"]}
+    places = {name: folder_name(name) for name in analysis.gyros}
+    texts: dict[str, str] = {}
+    if places:
+        links = {name: f"{quote(place)}/report.html" for name, place in places.items()}
+        drawn = figures.unit_figures(shown)
+        html = unit_page(shown, drawn=drawn, links=links, **top)
+    else:
+        drawn = figures.report_figures(analysis)
+        html = page(shown, drawn=drawn, document=stated, **top)
+        texts = sections.tables(analysis)
+    pngs = {f"{name}.png": drawn[name] for name in _FILES if name in drawn}
+    for png, figure in pngs.items():
+        figures.write_png(figure, folder / png)
+    if how["settings"]:
+        texts["settings.toml"] = how["settings"]
+    for name, text in texts.items():
+        write_text(folder / name, text)
+    printed = _write_page(folder, html, pdf=how["pdf"])
+    paths = list(map(Path, (*printed, "analysis.json", *texts, *pngs)))
+    each = {}
+    for name, one in analysis.gyros.items():
+        place = folder / places[name]
+        place.mkdir()
+        own = _write(one, place, stated["gyros"][name], **how)
+        each[name] = own.analysis
+        paths += [Path(places[name]) / path for path in own.paths]
+    stated["seconds"]["report"] = time.perf_counter() - began
+    write_text(folder / "analysis.json", documents.to_json(stated) + "\n")
+    return Report(
+        analysis=replace(analysis, gyros=each, seconds=stated["seconds"]), paths=tuple(paths)
+    )
+
+
+def _write_page(folder: Path, text: str, *, pdf: bool) -> list[str]:
+    """Write the page, and as a PDF if that is wanted; the names of the files."""
+    write_text(folder / "report.html", text)
+    if pdf:
+        write_pdf(text, folder / "report.pdf")
+    return ["report.html", "report.pdf"] if pdf else ["report.html"]

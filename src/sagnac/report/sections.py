@@ -7,7 +7,6 @@ from templates, the page as a PDF, its title block and its notes.
 import csv
 import io
 import math
-import os
 import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, fields
@@ -20,7 +19,6 @@ from urllib.parse import quote
 import jinja2
 
 from sagnac.analysis.result import Analysis, answer_coefficients, headline_fit
-from sagnac.analysis.settings import Method
 from sagnac.analysis.verdict import verdict_of
 from sagnac.core.documents import ANY, read_toml, table
 from sagnac.core.errors import MissingExtra, Note, RecordingError, one_line, ranked, rounded
@@ -55,15 +53,6 @@ def cited(text: str) -> dict[str, Any]:
     used = list(dict.fromkeys(mark.findall(paragraph)))
     numbered = mark.sub(lambda found: f"[{used.index(found[1]) + 1}]", paragraph)
     return {"methods": numbered, "references": [REFERENCES[key] for key in used]}
-
-
-METHODS: Final[Mapping[Method, str]] = {
-    "fos": "fos: difference first, lines judged against the noise floor and refined",
-    "fos-paper": "fos-paper: fast orthogonal search and Allan fit as published, grid of 1/(4T)",
-    "fos-korenberg": "fos-korenberg: each gyro searched first, grid of 1/T, Korenberg's stop",
-    "fris": "fris: the angle at each full turn of the table",
-    "none": "none: nothing removed",
-}
 
 
 # ---- shares ------------------------------------------------------------------------
@@ -379,21 +368,10 @@ def _templates() -> jinja2.Environment:
         undefined=jinja2.StrictUndefined,
         trim_blocks=True,
         lstrip_blocks=True,
-        bytecode_cache=_compiled_templates(),
     )
     environment.globals |= {**vars(quantities), **globals()}
     environment.globals |= {"error_text": error_text, "version": __version__}
     return environment
-
-
-def _compiled_templates() -> jinja2.FileSystemBytecodeCache | None:
-    """Compiled templates beside the templates, as Python keeps modules; None if that is refused."""
-    folder = Path(__file__).parent / "templates" / "__pycache__"
-    try:
-        folder.mkdir(exist_ok=True)
-    except OSError:
-        return None
-    return jinja2.FileSystemBytecodeCache(str(folder)) if os.access(folder, os.W_OK) else None
 
 
 # ---- pdf ---------------------------------------------------------------------------
