@@ -79,7 +79,13 @@ def table_of_readings(
     if clock is not None:
         # What repeats the reading at the tick before was lost.
         readings = at_ticks(readings, clock)
-    remarks = mark_missing(readings, turn, unit)
+    off_path, reading, repeated = mark_missing(readings, turn)
+    remarks = []
+    if off_path:
+        alike = "" if reading is None else f", all reading {reading:.6g} {unit}"
+        remarks.append(f"{counted(off_path, 'sample')} off its path{alike}: taken as missing")
+    if repeated:
+        remarks.append(f"{counted(repeated, 'repeated sample')} while it turns: taken as missing")
     period, covered = turn, finite_extent(readings)
     # Readings that go a little beyond a turn may start over there.
     if covered > turn * (1.0 + 1e-9) and not (
@@ -255,7 +261,7 @@ _OFTEN: Final = 0.1
 _ROUNDING: Final = 1e-10
 
 
-def mark_missing(values: FloatArray, turn: float, unit: str) -> list[str]:
+def mark_missing(values: FloatArray, turn: float) -> tuple[int, float | None, int]:
     """Set readings that stand for missing ones to NaN, in place.
 
     Marked are readings off the table's path, if no more of them follow one another than can be
@@ -270,13 +276,15 @@ def mark_missing(values: FloatArray, turn: float, unit: str) -> list[str]:
         (samples,) readings, wrapped or not.
     turn
         Reading of a full turn.
-    unit
-        Of the readings.
 
     Returns
     -------
-    list of str
-        What was found, in words.
+    off_path
+        How many lay off the table's path.
+    reading
+        What all of those read; None where they differ, or there are none.
+    held
+        How many repeated the one before while the table turned.
     """
     # Steps between infinite readings are no finding.
     with np.errstate(invalid="ignore"):
@@ -290,13 +298,7 @@ def mark_missing(values: FloatArray, turn: float, unit: str) -> list[str]:
         off_path = np.union1d(off_path, _ranges(firsts[few], afters[few]))
     values[held] = np.nan
     values[off_path] = np.nan
-    remarks = []
-    if off_path.size:
-        alike = f", all reading {readings[0]:.6g} {unit}" if same else ""
-        remarks.append(f"{counted(off_path.size, 'sample')} off its path{alike}: taken as missing")
-    if held.size:
-        remarks.append(f"{counted(held.size, 'repeated sample')} while it turns: taken as missing")
-    return remarks
+    return off_path.size, float(readings[0]) if same else None, held.size
 
 
 def _ranges(firsts: IntegerArray, afters: IntegerArray) -> IntegerArray:
