@@ -9,6 +9,7 @@ import sagnac
 from sagnac.analysis.settings import Settings
 from sagnac.analysis.verdict import EITHER, verdict_of
 from sagnac.core.errors import Note
+from sagnac.report.document import analysis_document
 from sagnac.verdict.limits import specification_of
 from tests.handmade import N, analysis, estimate
 
@@ -112,3 +113,21 @@ def test_what_reading_doubts_decides_nothing_unless_it_is_accepted(tmp_path, hea
     accepted = sagnac.analyze(recording, specification=limit, strict=True, accepted=("units",))
     assert verdict_of(accepted).decision == "pass"
     assert [note.level for note in accepted.notes if said in note.text] == ["remark"]
+
+
+def test_a_unit_in_doubt_between_two_gyros_decides_nothing_of_either_alone():
+    """Whoever reads the verdict of one gyro reads what the verdict of all says of it."""
+    noise = 0.02 * np.random.default_rng(4).standard_normal((2, 9000))
+    columns = {"x": noise[0] / np.degrees(1.0), "y": noise[1]}
+    still = sagnac.Recording.from_arrays(**columns, kind="rate", unit="deg/s", sample_rate=100.0)
+    found = sagnac.analyze(still, specification="1deg/sqrt(h)")
+    assert verdict_of(found).by_gyro == {"x": "undecided", "y": "undecided"}
+    for gyro in found.gyros.values():
+        assert verdict_of(gyro).decision == "undecided"
+    document = analysis_document(found)
+    assert {one["verdict"]["overall"] for one in document["gyros"].values()} == {"undecided"}
+    sound = sagnac.Recording.from_arrays(
+        x=noise[0], y=noise[1], kind="rate", unit="deg/s", sample_rate=100.0
+    )
+    alone = sagnac.analyze(sound, specification="1deg/sqrt(h)").gyros
+    assert [verdict_of(gyro).decision for gyro in alone.values()] == ["pass", "pass"]

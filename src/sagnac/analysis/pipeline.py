@@ -413,7 +413,8 @@ def _gyros_alone(
         per_gyro={name: one.angle_random_walk for name, one in analyses.items()},
         notes=tuple(dict.fromkeys((*read, *notes, *beside))),
         seconds={stage: sum(one.seconds.get(stage, 0.0) for one in each) for stage in stages},
-        gyros=analyses,
+        # What is found between gyros is of each: it decides what each is told of a limit.
+        gyros={name: replace(one, notes=(*one.notes, *beside)) for name, one in analyses.items()},
         refused=refused,
     )
 

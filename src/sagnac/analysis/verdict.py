@@ -105,5 +105,8 @@ def _doubt(analysis: Analysis) -> str:
         if note.name in ("units", "motion") and note.level == "warning"
         for name in note.channel.split(", ")
     }
-    known = [name for name in ("time", *analysis.settings.gyros) if name in doubted]
+    # Of two gyros that contradict each other neither is sure, so that the others count as well.
+    beside = () if analysis.stored else (one.name for one in analysis.recording.gyros)
+    names = dict.fromkeys(("time", *analysis.settings.gyros, *beside))
+    known = [name for name in names if name in doubted]
     return f"the unit or kind of {', '.join(known)} is in doubt" if known else ""
