@@ -103,7 +103,7 @@ def page() -> str:
     lines = [
         "# A graphics processor",
         "",
-        "sagnac runs on the processor alone. What a graphics processor could take over of "
+        "All of sagnac runs on the processor. What a graphics processor could take over of "
         "`sagnac analyze`,",
         f"two hours of two gyros ({platform.processor() or platform.machine()}, {device}; "
         "`python -m benchmarks.gpu --write`):",

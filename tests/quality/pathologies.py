@@ -131,6 +131,12 @@ PATHOLOGIES: dict[str, tuple[str, Callable[[], Recording], float | None]] = {
         lambda: of_rate(_changed(still(), 7000, 1000.0 * SIGMA)),
         np.hypot(1.0, 1000.0 / np.sqrt(SAMPLES)),
     ),
+    # A second at 20 sigma is 200 deviations of what a second of noise turns.
+    "nudged": (
+        "moved",
+        lambda: of_rate(still() + 20.0 * SIGMA * (np.arange(SAMPLES) // 100 == 70)),
+        np.hypot(1.0, 200.0 / np.sqrt(SAMPLES / 100)),
+    ),
     "five per cent zeros": (
         "dropouts",
         lambda: zeros(0.05),

@@ -35,7 +35,8 @@ from sagnac.noise.model_average import (
     mixture,
     with_slow_terms,
 )
-from sagnac.quality.distribution import LEAST_FOR_SPIKES, Spikes, find_spikes, without_spikes
+from sagnac.quality import distribution
+from sagnac.quality.distribution import Bumps, Spikes
 from sagnac.spectrum.levels import Levels, robust_levels
 from sagnac.spectrum.periodogram import bin_sums
 from sagnac.spectrum.tapered import LEAST_SAMPLES, tapered_spectrum
@@ -93,7 +94,9 @@ class AnswerSpectrum:
     points
         The angles that it is of.
     increments
-        Their increments, rad, without spikes and warm-up.
+        Their increments, rad, without bumps, spikes and warm-up.
+    bumps
+        Seconds in which a unit at rest was moved, replaced; None if there are none.
     spikes
         What was replaced; None if there are none, or too few samples to tell.
     warm_up
@@ -114,6 +117,7 @@ class AnswerSpectrum:
 
     points: Points
     increments: FloatArray
+    bumps: Bumps | None
     spikes: Spikes | None
     warm_up: WarmUp | None
     levels: Levels
@@ -125,8 +129,8 @@ class AnswerSpectrum:
 
     @property
     def is_changed(self) -> bool:
-        """Whether a spike was replaced or a warm-up taken off."""
-        return self.warm_up is not None or self.spikes is not None
+        """Whether a bump or a spike was replaced or a warm-up taken off."""
+        return any(one is not None for one in (self.bumps, self.spikes, self.warm_up))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -210,15 +214,20 @@ def spectrum_of(
     points
         Angles.
     as_they_are
-        Whether spikes and a warm-up stay in.
+        Whether bumps, spikes and a warm-up stay in.
     """
     increments, rate = differences(points.angle), points.rate
-    spikes = warm_up = None
+    bumps = spikes = warm_up = None
     if not as_they_are:
-        if increments.size >= LEAST_FOR_SPIKES:
-            far = find_spikes(increments, sample_rate=rate)
+        # A table's own motion comes in bumps, too.
+        if evidence.table.angle is None:
+            bumps = distribution.find_bumps(increments, sample_rate=rate)
+        if bumps is not None:
+            increments = distribution.without_bumps(increments, bumps)
+        if increments.size >= distribution.LEAST_FOR_SPIKES:
+            far = distribution.find_spikes(increments, sample_rate=rate)
             if far.index.size:
-                spikes, increments = far, without_spikes(increments, far)
+                spikes, increments = far, distribution.without_spikes(increments, far)
         warm_up = find_warm_up(increments, sample_rate=rate)
         if warm_up is not None:
             increments = without_warm_up(increments, warm_up, sample_rate=rate)
@@ -230,6 +239,7 @@ def spectrum_of(
     return AnswerSpectrum(
         points=points,
         increments=increments,
+        bumps=bumps,
         spikes=spikes,
         warm_up=warm_up,
         levels=levels,

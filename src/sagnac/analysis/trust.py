@@ -52,10 +52,12 @@ def _walk(sensor: Sensor, *values: float) -> str:
 
 
 def _off_notes(spectrum: AnswerSpectrum, evidence: Evidence) -> Iterator[Note]:
-    """On spikes that were replaced, and a warm-up that was taken off."""
+    """On bumps and spikes that were replaced, and a warm-up that was taken off."""
     recording = evidence.recording
     sensor = recording.gyros[0].sensor
     walk, spikes, warm_up = spectrum.average.angle_random_walk, spectrum.spikes, spectrum.warm_up
+    if spectrum.bumps is not None:
+        yield spectrum.bumps.note(recording, spectrum.points.rate)
     if spikes is not None:
         added, seen = spikes.added_walk, walk.status == "estimated"
         yield Note(

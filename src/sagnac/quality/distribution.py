@@ -1,15 +1,16 @@
-"""Noise that is not distributed as noise is: spikes, a soft limit, power that changes, steps."""
+"""Noise that is not distributed as noise is: spikes, bumps, a soft limit, steps, changing power."""
 
 import math
 from dataclasses import dataclass, replace
 from typing import Final, NamedTuple
 
 import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import ArrayLike
 from scipy.special import ndtr, ndtri, stdtrit
 
 from sagnac.core.arrays import FloatArray, IntegerArray, blocks, distance_between, elementwise
-from sagnac.core.errors import Level, Note
+from sagnac.core.errors import Level, Note, rounded
 from sagnac.core.units import DEGREE
 from sagnac.quality import _kernels
 from sagnac.quality.effects import effect_words, finding
@@ -177,6 +178,131 @@ def spike_notes(recording: Recording, profile: Profile) -> Notes:
     else:
         return jump_notes(recording, profile)
     return (Note(name="spikes", channel=profile.name, text=text, level=level, effect=effect),)
+
+
+# ---- bumps -------------------------------------------------------------------------
+
+# Standard deviations from which on the turn of a second is none of the noise; a heavy tail goes on
+# below it, from the other on.
+_TURNED: Final = 10.0
+_TURNED_BELOW: Final = 6.0
+# Fewest stretches to tell their scatter by.
+_FEWEST_STRETCHES: Final = 60
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Bumps:
+    """Moments in which a gyro at rest was moved.
+
+    Attributes
+    ----------
+    stretches
+        Samples of each, a second before and behind included.
+    turned
+        (bumps,) by how much the angle turned in the second of each that it turned most in, rad.
+    scatter
+        Standard deviation of what it turns in other seconds, rad.
+    added
+        What they make of the scatter of all seconds, as a factor.
+    """
+
+    stretches: tuple[slice, ...]
+    turned: FloatArray
+    scatter: float
+    added: float
+
+    def note(self, recording: Recording, sample_rate: float, channel: str = "") -> Note:
+        """The finding, a warning: of samples at a rate, which may be fewer than were recorded."""
+        apart = round(recording.sample_rate / sample_rate)
+        places = apart * np.array([one.start for one in self.stretches])
+        most = float(self.turned.max())
+        said = seen(recording, places, "moment", "in which it was moved")
+        text = (
+            f"{said}: it turns by {rounded(most / DEGREE)} deg within a second, "
+            f"{rounded(most / self.scatter)} times its noise; an answer goes without; left in, "
+            f"{effect_words(self.added)}"
+        )
+        added = float(f"{self.added:.4g}")
+        return Note(name="moved", level="warning", channel=channel, text=text, effect=added)
+
+
+def find_bumps(increments: ArrayLike, *, sample_rate: float) -> Bumps | None:
+    """Find the few seconds in which a unit at rest turns farther than its noise does.
+
+    A nudge that lasts a second hides among samples, of which none lies far off, and raises the
+    spectrum below a hertz. The turns of single seconds, each less the median of the nine around it,
+    are held against their scatter (by the median of how far neighbours differ).
+
+    Parameters
+    ----------
+    increments
+        (samples,), rad.
+    sample_rate
+        Samples per second.
+
+    Returns
+    -------
+    Bumps or None
+        None if nothing stands out, or so much that it is the noise: more than one second in a
+        hundred (three in any case), or the end of a tail that goes on below.
+    """
+    values = np.asarray(increments, dtype=np.float64)
+    length = max(8, round(sample_rate))
+    count = values.size // length
+    if count < _FEWEST_STRETCHES:
+        return None
+    turns = np.add.reduceat(values[: count * length], np.arange(0, count * length, length))
+    around = np.median(sliding_window_view(np.pad(turns, 4, mode="reflect"), 9), axis=1)
+    off = turns - around
+    scatter = float(np.median(np.abs(np.diff(turns)))) / float(ndtri(0.75)) / math.sqrt(2.0)
+    # A rate that steps or drifts by as much from time to time is the gyro's own.
+    wander = float(np.quantile(np.abs(around[9:] - around[:-9]), 0.99))
+    far = np.abs(off) > max(_TURNED * scatter, 2.0 * wander)
+    below = number_of(np.abs(off) > _TURNED_BELOW * scatter) - number_of(far)
+    if not 0 < number_of(far) <= max(3.0, _MANY * count) or below > 2 * number_of(far):
+        return None
+    if scatter == 0.0:
+        return None
+    # A second before and behind, in which it begins and ends.
+    wide = np.convolve(far, np.ones(3), mode="same") > 0.0
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], wide, [False]])))
+    pairs = edges.reshape(-1, 2).tolist()
+    return Bumps(
+        stretches=tuple(slice(first * length, last * length) for first, last in pairs),
+        turned=np.array([np.abs(off[first:last]).max() for first, last in pairs]),
+        scatter=scatter,
+        added=math.hypot(1.0, float(np.linalg.norm(off[far])) / scatter / math.sqrt(count)),
+    )
+
+
+def without_bumps(increments: ArrayLike, bumps: Bumps) -> FloatArray:
+    """Increments with each bump replaced by as many samples before it, or behind, backwards.
+
+    Noise of its own level stands there then, and no gap.
+
+    Parameters
+    ----------
+    increments
+        (samples,), rad.
+    bumps
+        Of `find_bumps`.
+    """
+    cleaned = np.array(increments, dtype=np.float64)
+    for one in bumps.stretches:
+        size = one.stop - one.start
+        beside = slice(one.start - size, one.start)
+        if one.start < size:
+            beside = slice(one.stop, one.stop + size)
+        cleaned[one] = cleaned[beside][::-1]
+    return cleaned
+
+
+def bump_notes(recording: Recording, profile: Profile) -> Notes:
+    """Seconds in which a gyro on a bench was moved, a warning: the answer goes without them."""
+    if not profile.standing or profile.channel.sensor != "gyro":
+        return ()
+    found = find_bumps(profile.changes, sample_rate=recording.sample_rate)
+    return () if found is None else (found.note(recording, recording.sample_rate, profile.name),)
 
 
 # ---- jumps -------------------------------------------------------------------------

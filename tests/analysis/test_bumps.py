@@ -1,0 +1,85 @@
+"""A unit at rest that is moved for a moment: the answer goes without, and says so."""
+
+import numpy as np
+import pytest
+
+from sagnac import Recording, analyze, check
+
+RATE, SAMPLES = 100.0, 60_000
+WALK = 0.1  # deg/sqrt(h)
+SIGMA = WALK / 60.0 * np.sqrt(RATE)  # deg/s
+
+
+def recording(rate):
+    return Recording.from_arrays(x=rate, kind="rate", unit="deg/s", sample_rate=RATE)
+
+
+def noise(seed=1):
+    return SIGMA * np.random.default_rng(seed).standard_normal(SAMPLES)
+
+
+def bump(seconds, height):
+    return height * SIGMA * np.hanning(round(seconds * RATE))
+
+
+@pytest.mark.parametrize("seconds", [0.3, 1.0, 3.0])
+@pytest.mark.parametrize("height", [10.0, 40.0])
+def test_a_nudge_is_found_and_the_answer_goes_without(seconds, height):
+    """A turn of 0.02 to 1 deg: N was up to forty times too large."""
+    moved = noise()
+    shape = bump(seconds, height)
+    moved[31_000 : 31_000 + shape.size] += shape
+    (found,) = [note for note in check(recording(moved)) if note.name == "moved"]
+    assert found.level == "warning"
+    assert "the first at 3" in found.text
+    analysis = analyze(recording(moved))
+    walk = analysis.angle_random_walk.to("deg/sqrt(h)")
+    assert walk.status == "estimated"
+    assert walk.low <= WALK <= walk.high
+    assert walk.high < 1.03 * WALK
+    assert [note.channel for note in analysis.findings if note.name == "moved"] == ["x"]
+
+
+def flicker(rng):
+    """A sum of Markov processes over four decades, as large as the noise of a second."""
+    total = np.zeros(SAMPLES)
+    for time in np.geomspace(0.1, 1000.0, 9):
+        kept = np.exp(-1.0 / (RATE * time))
+        steps = np.sqrt(1.0 - kept**2) * rng.standard_normal(SAMPLES)
+        slow = 0.0
+        for place, step in enumerate(steps):
+            slow = kept * slow + step
+            total[place] += slow
+    return total / total.std()
+
+
+def telegraph(rng):
+    """Two levels, which change every twenty seconds on average."""
+    return np.where(np.cumsum(rng.random(SAMPLES) < 1.0 / (20.0 * RATE)) % 2 == 0, 0.5, -0.5)
+
+
+def bursts(rng):
+    """Moments of ten times the noise, a few in a minute: they are the noise."""
+    louder = rng.random(SAMPLES // 50) < 0.02
+    return 3.0 * np.repeat(louder, 50) * rng.standard_normal(SAMPLES)
+
+
+SOUND = {
+    "white": lambda rng: 0.0,
+    "flicker": flicker,
+    "walk": lambda rng: np.cumsum(rng.standard_normal(SAMPLES)) / 100.0,
+    "telegraph": telegraph,
+    "bursts": bursts,
+    "student": lambda rng: rng.standard_t(3.0, SAMPLES),
+    "hum": lambda rng: 3.0 * np.sin(2.0 * np.pi * 0.7 * np.arange(SAMPLES) / RATE),
+    "warm-up": lambda rng: 30.0 * np.exp(-np.arange(SAMPLES) / RATE / 100.0),
+    "coarse": lambda rng: np.rint(5.0 * rng.standard_normal(SAMPLES)),
+}
+
+
+@pytest.mark.parametrize("name", SOUND)
+def test_noise_of_a_gyro_that_nobody_moved_is_no_bump(name):
+    for seed in range(3):
+        rng = np.random.default_rng(seed)
+        rate = noise(seed) + SIGMA * SOUND[name](rng)
+        assert "moved" not in {note.name for note in check(recording(rate))}
