@@ -75,3 +75,10 @@ def test_what_cannot_be_is_wrong_usage(more, words, bare, capsys):
 def test_a_specification_that_is_not_there_is_named(bare, capsys):
     assert main(["avar", str(bare), *STATED, "--spec", "nowhere.toml"]) == 1
     assert "nowhere.toml" in one_line(capsys)
+
+
+def test_what_was_measured_stands_in_the_unit_of_its_limit(still, capsys):
+    """1e6 of one and a sixtieth of the other look like a wide margin, or like none."""
+    assert main(["avar", str(still), "--gyros", "x", "--spec", "6 deg/h/sqrt(Hz)"]) == 0
+    (row,) = [line for line in capsys.readouterr().out.splitlines() if "N ≤ 6" in line]
+    assert row.count("°/h/√Hz") == 2

@@ -19,6 +19,10 @@ PER_HOUR = pi / 180.0 / 3600.0
         ("3e-4", "N", 3e-4 * WALK),
         ("0.0003 °/√h", "N", 3e-4 * WALK),
         ("0.018deg/h/sqrt(Hz)", "N", 3e-4 * WALK),
+        ("0.018 deg/hr/rtHz", "N", 3e-4 * WALK),
+        ("0.005 mdps/√Hz", "N", 3e-4 * WALK),
+        ("0.000005dps/rtHz", "N", 3e-4 * WALK),
+        ("3e-4 deg/rt-hr", "N", 3e-4 * WALK),
         ("B=0.01deg/h", "B", 0.01 * PER_HOUR),
         ("K=0.02", "K", 0.02 * PER_HOUR / 60.0),
         ("Q=.5arcsec", "Q", 0.5 * pi / 648_000.0),
@@ -101,3 +105,9 @@ def test_a_limit_checks_what_it_is_given():
         Limit(coefficient="angle_random_walk", value=-1.0, unit=unit)
     with pytest.raises(ValueError, match="one limit or more"):
         Specification(limits=())
+
+
+def test_a_decimal_comma_is_named():
+    for text in ("0,105deg/sqrt(h)", "N=0,105deg/sqrt(h)"):
+        with pytest.raises(ValueError, match="has a decimal comma; give a decimal point"):
+            specification_of(text)

@@ -83,7 +83,8 @@ _SIZES: Final[Mapping[Quantity, Mapping[str, float]]] = {
     "time": {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0, "h": HOUR},
     "angle random walk": {
         "deg/sqrt(h)": DEGREE_PER_ROOT_HOUR, "deg/h/sqrt(Hz)": DEGREE_PER_HOUR_PER_ROOT_HERTZ,
-        "deg/s/sqrt(Hz)": DEGREE, "rad/s/sqrt(Hz)": 1.0, "rad/sqrt(s)": 1.0,
+        "deg/s/sqrt(Hz)": DEGREE, "mdeg/s/sqrt(Hz)": 1e-3 * DEGREE,
+        "rad/s/sqrt(Hz)": 1.0, "rad/sqrt(s)": 1.0,
     },
     "rate random walk": {"deg/h/sqrt(h)": DEGREE_PER_HOUR_PER_ROOT_HOUR, "rad/s/sqrt(s)": 1.0},
     "rate ramp": {"deg/h/h": DEGREE_PER_HOUR_PER_HOUR, "rad/s^2": 1.0},
@@ -232,8 +233,10 @@ _SPELLINGS: Final = {
     "ns": ("nsec", "nanoseconds"),
     "min": ("minutes",),
     "h": ("hr", "hours"),
-    "deg/sqrt(h)": ("deg/√h", "deg/√hr", "deg/sqrt(hr)"),
-    "deg/s/sqrt(Hz)": ("deg/s/√hz", "deg/s/sqrt(hz)", "dps/√hz", "dps/sqrt(hz)"),
+    "deg/sqrt(h)": ("deg/√h", "deg/√hr", "deg/sqrt(hr)", "deg/rt-hr", "deg/rthr", "deg/rt-h"),
+    "deg/h/sqrt(Hz)": ("deg/h/√hz", "deg/hr/√hz", "deg/hr/sqrt(hz)", "deg/hr/rthz", "deg/h/rthz"),
+    "deg/s/sqrt(Hz)": ("deg/s/√hz", "deg/s/sqrt(hz)", "dps/√hz", "dps/sqrt(hz)", "dps/rthz"),
+    "mdeg/s/sqrt(Hz)": ("mdps/√hz", "mdps/sqrt(hz)", "mdps/rthz"),
     "deg/h/sqrt(h)": ("deg/h/√h", "deg/h^1.5", "deg/hr/sqrt(hr)"),
 }
 _ALIASES: Final = {

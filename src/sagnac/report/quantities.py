@@ -31,9 +31,11 @@ _POWER: Final = re.compile(r"(?<![\w.])(\d+(?:\.\d+)?)e([+-]?\d+)")
 _SUPERSCRIPTS: Final = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 
-def in_field_unit(name: CoefficientName, estimate: Estimate) -> ConvertedEstimate:
-    """Three figures of an estimate in the field's unit of that coefficient."""
-    return replace(estimate, name=name).to(field_unit(name, estimate.sensor).name)
+def in_field_unit(
+    name: CoefficientName, estimate: Estimate, unit: str | None = None
+) -> ConvertedEstimate:
+    """Three figures of an estimate in a unit: the field's of that coefficient unless given."""
+    return replace(estimate, name=name).to(unit or field_unit(name, estimate.sensor).name)
 
 
 def curve_unit(estimator: Estimator) -> Unit:
@@ -129,10 +131,10 @@ def figures(
 
 
 def reading_cells(
-    name: CoefficientName, estimate: Estimate, *, plain: bool = True
+    name: CoefficientName, estimate: Estimate, unit: str | None = None, *, plain: bool = True
 ) -> tuple[str, str, str]:
-    """Value, interval and status of an estimate in SI, in the field's unit of `name`."""
-    shown = in_field_unit(name, estimate)
+    """Value, interval and status of an estimate in SI, in the field's unit unless one is given."""
+    shown = in_field_unit(name, estimate, unit)
     if estimate.status == "not observable":
         return "–", "", estimate.status
     if estimate.status == "upper bound":
@@ -148,9 +150,9 @@ def unit_cells(name: CoefficientName, estimate: Estimate) -> list[tuple[str, str
     return [(*figures(one, plain=True), one.unit) for one in shown]
 
 
-def reading(name: CoefficientName, estimate: Estimate) -> str:
+def reading(name: CoefficientName, estimate: Estimate, unit: str | None = None) -> str:
     """One estimate in SI as one table cell: value and interval, bound, or neither."""
-    value, interval, status = reading_cells(name, estimate)
+    value, interval, status = reading_cells(name, estimate, unit)
     if status == "not observable":
         return status
     return f"{value} [{interval.replace(' … ', ', ')}]" if interval else value

@@ -172,12 +172,10 @@ def overall_decision(analyses: "list[Analysis]") -> Decision | None:
 
 
 def found_text(judgement: Judgement) -> str:
-    """Measured value in the field's unit: with its interval, a bound, or neither."""
-    name = judgement.limit.coefficient
-    said = quantities.reading(name, judgement.estimate)
-    if judgement.estimate.status == "not observable":
-        return said
-    return f"{said} {field_unit(name).symbol}"
+    """Measured value in the unit of its limit: with its interval, a bound, or neither."""
+    limit, estimate = judgement.limit, judgement.estimate
+    said = quantities.reading(limit.coefficient, estimate, limit.unit.name)
+    return said if estimate.status == "not observable" else f"{said} {limit.unit.symbol}"
 
 
 def risk_text(verdict: Verdict) -> str:

@@ -5,6 +5,7 @@ for a product.
 """
 
 import math
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -157,6 +158,8 @@ def specification_of(text: str | Specification, *, risk: float | None = None) ->
         return _of_file(Path(text.strip()), risk)
     if not text.strip():
         raise ValueError("spec is empty; give a limit such as 3e-4deg/sqrt(h)")
+    if re.match(r"\s*(\w\s*=\s*)?\d+,\d", text):
+        raise ValueError(f"spec {text!r} has a decimal comma; give a decimal point")
     stated = [item.rpartition("=") for item in text.split(",")]
     limits = tuple(_limit(name.strip() or "N", value) for name, _, value in stated)
     return Specification(limits=limits, risk=risk)
