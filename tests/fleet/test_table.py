@@ -152,7 +152,7 @@ def test_gyros_that_do_not_pass_are_of_another_color(made):
     places = {label: [int(place) for place in one.get_xdata()] for label, one in drawn.items()}
     assert places == {
         "N with its interval": [1, 5],
-        "N with its interval: fail": [2, 4],
-        "N with its interval: undecided": [3],
+        "N: fail": [2, 4],
+        "N: undecided": [3],
     }
     assert len({one.get_color() for one in drawn.values()}) == 3

@@ -166,9 +166,12 @@ def write_overview(
 
 def _intervals(axes: Axes, place: Any, lines: Sequence[Line]) -> None:
     """Values with bars; bounds as arrows that point down. What does not pass has its own color."""
-    kinds = (("estimated", "o", "N with its interval"), ("upper bound", "v", "upper bound"))
+    kinds = (
+        ("estimated", "o", "N", "N with its interval"),
+        ("upper bound", "v", "bound", "upper bound"),
+    )
     verdicts = [line.verdict if line.verdict in _VERDICT_COLORS else "" for line in lines]
-    for (status, marker, label), (verdict, color) in product(kinds, _VERDICT_COLORS.items()):
+    for (status, marker, short, label), (verdict, color) in product(kinds, _VERDICT_COLORS.items()):
         shown = [line.status == status for line in lines]
         chosen = np.flatnonzero(np.array(shown) & (np.array(verdicts) == verdict))
         if not chosen.size:
@@ -180,14 +183,15 @@ def _intervals(axes: Axes, place: Any, lines: Sequence[Line]) -> None:
             reach = np.maximum(np.stack([value - low, high - value]), 0.0)
         axes.errorbar(
             place[chosen], value, yerr=reach, fmt=marker, color=color, elinewidth=0.8,
-            markersize=3.6, label=f"{label}: {verdict}" if verdict else label,
+            markersize=3.6, label=f"{short}: {verdict}" if verdict else label,
         )  # fmt: skip
 
 
 def _scale(axes: Axes, across: str) -> None:
     axes.set_xlabel(across)
     axes.set_ylabel("N per gyro (°/√h)")
-    low, high = axes.get_ylim()
+    # The axis itself begins below zero where one of many stands far above the others.
+    low, high = axes.dataLim.intervaly
     if low > 0.0 and high > 4.0 * low:
         axes.set_yscale("log")
 

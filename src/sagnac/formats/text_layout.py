@@ -140,15 +140,15 @@ def layout(text: TextFile) -> Layout:
     )
     start = next(starts, None)
     units: list[str | None]
-    if start is None and len(plain) > 1:
-        second = head[plain[1]].strip()[:_LONGEST_SHOWN]
-        said = f"has no line of numbers; line {plain[1] + 1} is {second!r}"
-        raise RecordingError(said, remedy="give a file whose columns hold numbers")
     if start is None:
         # A header and no table under it.
         start, header = len(head), head[plain[0]]
         delimiter = "\t" if is_tabbed else max((",", "\t", ";", " "), key=header.count)
         names, line = fields_of(header, delimiter), 0
+        second = head[plain[1]].strip() if len(plain) > 1 else ""
+        if second and not any(map(PLAIN.holds, fields_of(second, delimiter))):
+            said = f"has no line of numbers; line {plain[1] + 1} is {second[:_LONGEST_SHOWN]!r}"
+            raise RecordingError(said, remedy="give a file whose columns hold numbers")
         units = [None] * len(names)
         split = _Split(delimiter=delimiter, count=len(names), style=PLAIN, share=0.0, rows=())
     else:
