@@ -10,7 +10,8 @@ from sagnac.lines import search
 from sagnac.lines.detection import detection_threshold
 from sagnac.lines.published import AS_PRINTED, remove_lines_as_published
 from sagnac.lines.search import remove_lines
-from sagnac.rig.config import DisturbancesConfig, preset
+from sagnac.rig.config import preset
+from sagnac.rig.sections import DisturbancesConfig
 from sagnac.rig.simulate import simulate
 
 ARCSECOND = np.pi / 648_000

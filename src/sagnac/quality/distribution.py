@@ -226,7 +226,9 @@ class Bumps:
         return Note(name="moved", level="warning", channel=channel, text=text, effect=added)
 
 
-def find_bumps(increments: ArrayLike, *, sample_rate: float) -> Bumps | None:
+def find_bumps(
+    increments: ArrayLike, *, sample_rate: float, with_spikes: bool = False
+) -> Bumps | None:
     """Find the few seconds in which a unit at rest turns farther than its noise does.
 
     A nudge that lasts a second hides among samples, of which none lies far off, and raises the
@@ -239,6 +241,8 @@ def find_bumps(increments: ArrayLike, *, sample_rate: float) -> Bumps | None:
         (samples,), rad.
     sample_rate
         Samples per second.
+    with_spikes
+        Whether a second that turns far in a single sample counts, too.
 
     Returns
     -------
@@ -258,6 +262,9 @@ def find_bumps(increments: ArrayLike, *, sample_rate: float) -> Bumps | None:
     # A rate that steps or drifts by as much from time to time is the gyro's own.
     wander = float(np.quantile(np.abs(around[9:] - around[:-9]), 0.99))
     far = np.abs(off) > max(_TURNED * scatter, 2.0 * wander)
+    for place in [] if with_spikes else np.flatnonzero(far).tolist():
+        own = values[place * length : (place + 1) * length]
+        far[place] = np.abs(own - np.median(own)).max() < 0.5 * abs(off[place])
     below = number_of(np.abs(off) > _TURNED_BELOW * scatter) - number_of(far)
     if not 0 < number_of(far) <= max(3.0, _MANY * count) or below > 2 * number_of(far):
         return None

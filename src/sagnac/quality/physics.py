@@ -25,6 +25,7 @@ from sagnac.core.units import (
     UNITS,
     split_factor,
 )
+from sagnac.quality.distribution import find_bumps
 from sagnac.quality.effects import finding
 from sagnac.quality.encoder import LEAST_SHARE, TURNING_RATE
 from sagnac.quality.profile import Notes, Profile, other_units, remedy_of
@@ -240,7 +241,9 @@ def motion_notes(recording: Recording, profile: Profile) -> Notes:
     level: Level = "error"
     limit = max(TURNING_RATE, 10.0 * profile.walk / math.sqrt(recording.duration / rates.size))
     moves = np.abs(rates - middle) > limit
-    if moves.any():
+    rate = recording.sample_rate
+    # A few seconds or samples are said as such, and an answer goes without them.
+    if moves.any() and find_bumps(profile.changes, sample_rate=rate, with_spikes=True) is None:
         between = longest_unmarked(moves)
         edges = np.append(profile.edges[:-1], recording.samples)
         still = slice(int(edges[between.start]), int(edges[between.stop]))
