@@ -39,8 +39,7 @@ demo: $(VENV)/runtime.stamp
 
 # Two processes: the tests are single-threaded for most of their time.
 test: lint
-	# A third process fills the time in which two wait for others.
-	$(BIN)/python -m pytest -n 3 --dist worksteal
+	$(BIN)/python -m pytest -n 2
 	@command -v chromium >/dev/null && command -v chromedriver >/dev/null || \
 	  echo "left out: the page in a browser (make test-browser), since chromium or chromedriver is not installed"
 
