@@ -55,7 +55,7 @@ def analyzed() -> tuple[float, dict[str, float]]:
     seconds = time.process_time() - began
     profile = cProfile.Profile()
     profile.runcall(sagnac.analyze, recording)
-    rows = pstats.Stats(profile).stats.items()  # type: ignore[attr-defined]
+    rows = pstats.Stats(profile).stats.items()
     own = [(f"{file} {name}", row[2]) for (file, _, name), row in rows]
     parts = {
         what: sum(time for name, time in own if any(part in name for part in parts))

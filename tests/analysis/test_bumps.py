@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from sagnac import Recording, analyze, check
+from sagnac import Channel, Recording, analyze, check
 
 RATE, SAMPLES = 100.0, 60_000
 WALK = 0.1  # deg/sqrt(h)
@@ -83,3 +83,30 @@ def test_noise_of_a_gyro_that_nobody_moved_is_no_bump(name):
         rng = np.random.default_rng(seed)
         rate = noise(seed) + SIGMA * SOUND[name](rng)
         assert "moved" not in {note.name for note in check(recording(rate))}
+
+
+def test_spikes_elsewhere_hide_no_nudge():
+    moved = noise()
+    moved[31_000:31_100] += bump(1.0, 40.0)
+    moved[[5000, 17_000, 41_000, 52_000]] += 900.0 * SIGMA
+    assert {"moved", "spikes"} <= {note.name for note in check(recording(moved))}
+    walk = analyze(recording(moved)).angle_random_walk.to("deg/sqrt(h)")
+    assert walk.low <= WALK <= walk.high
+    assert walk.high < 1.05 * WALK
+
+
+def test_a_slow_recording_names_the_time_that_was_looked_at():
+    slow = 0.02 * np.random.default_rng(2).standard_normal(2000)
+    slow[1000:1008] += 1.0
+    still = Recording.from_arrays(x=slow, kind="rate", unit="deg/h", sample_rate=2.0)
+    (found,) = [note for note in check(still) if note.name == "moved"]
+    assert "within 4 s" in found.text
+
+
+def test_an_accelerometer_is_told_nothing_of_degrees():
+    force = 9.81 + 1e-3 * np.random.default_rng(3).standard_normal(SAMPLES)
+    force[31_000:31_100] += 0.04 * np.hanning(100)
+    axis = Channel(name="az", kind="rate", values=force, shown_in="g", sensor="accelerometer")
+    gyro = Channel(name="x", kind="rate", values=np.radians(noise()))
+    analysis = analyze(Recording(gyros=(gyro,), accelerometers=(axis,), sample_rate=RATE))
+    assert "moved" not in {note.name for note in analysis.accelerometers["az"].findings}

@@ -219,8 +219,9 @@ def spectrum_of(
     increments, rate = differences(points.angle), points.rate
     bumps = spikes = warm_up = None
     if not as_they_are:
-        # A table's own motion comes in bumps, too.
-        if evidence.table.angle is None:
+        # A table's own motion comes in bumps, too; accelerometers are not looked at for any.
+        sensor = evidence.recording.gyros[0].sensor
+        if evidence.table.angle is None and sensor == "gyro":
             bumps = distribution.find_bumps(increments, sample_rate=rate)
         if bumps is not None:
             increments = distribution.without_bumps(increments, bumps)

@@ -105,7 +105,7 @@ def _doubt(analysis: Analysis) -> str:
         if note.name in ("units", "motion") and note.level == "warning"
         for name in note.channel.split(", ")
     }
-    # Of two gyros that contradict each other neither is sure, so that the others count as well.
+    # If two gyros contradict each other, either may be wrong: a doubt about one holds for all.
     beside = () if analysis.stored else (one.name for one in analysis.recording.gyros)
     names = dict.fromkeys(("time", *analysis.settings.gyros, *beside))
     known = [name for name in names if name in doubted]

@@ -164,7 +164,7 @@ def _meeting(sampled: Sampling, components: Components) -> tuple[IntegerArray, I
     turns = sampled.phase_range[1] / (2.0 * np.pi)
     apart = np.minimum(np.abs(orders[:, np.newaxis] - orders), orders[:, np.newaxis] + orders)
     near = loose[:, np.newaxis] & (everything | (apart * turns < _APART))
-    # Of two loose ones the first meets the second.
+    # If both are loose, the pair counts once.
     near &= ~(np.tril(np.ones(near.shape, dtype=bool), -1) & loose)
     steps = np.sort(sampled.blocks.step)
     reach, rates = 2.0 * np.pi * _APART / sampled.samples, 2.0 * np.pi * components.frequencies

@@ -216,14 +216,20 @@ class Bumps:
         apart = round(recording.sample_rate / sample_rate)
         places = apart * np.array([one.start for one in self.stretches])
         most = float(self.turned.max())
+        within = _samples_of_a_second(sample_rate) / sample_rate
         said = seen(recording, places, "moment", "in which it was moved")
         text = (
-            f"{said}: it turns by {rounded(most / DEGREE)} deg within a second, "
+            f"{said}: it turns by {rounded(most / DEGREE)} deg within {within:.3g} s, "
             f"{rounded(most / self.scatter)} times its noise; an answer goes without; left in, "
             f"{effect_words(self.added)}"
         )
         added = float(f"{self.added:.4g}")
         return Note(name="moved", level="warning", channel=channel, text=text, effect=added)
+
+
+def _samples_of_a_second(sample_rate: float) -> int:
+    """Samples of a second; below 8 Hz eight of them."""
+    return max(8, round(sample_rate))
 
 
 def find_bumps(
@@ -251,7 +257,7 @@ def find_bumps(
         hundred (three in any case), or the end of a tail that goes on below.
     """
     values = np.asarray(increments, dtype=np.float64)
-    length = max(8, round(sample_rate))
+    length = _samples_of_a_second(sample_rate)
     count = values.size // length
     if count < _FEWEST_STRETCHES:
         return None
@@ -261,14 +267,14 @@ def find_bumps(
     scatter = float(np.median(np.abs(np.diff(turns)))) / float(ndtri(0.75)) / math.sqrt(2.0)
     # A rate that steps or drifts by as much from time to time is the gyro's own.
     wander = float(np.quantile(np.abs(around[9:] - around[:-9]), 0.99))
+    if scatter == 0.0:
+        return None
     far = np.abs(off) > max(_TURNED * scatter, 2.0 * wander)
+    below = number_of(np.abs(off) > _TURNED_BELOW * scatter) - number_of(far)
     for place in [] if with_spikes else np.flatnonzero(far).tolist():
         own = values[place * length : (place + 1) * length]
         far[place] = np.abs(own - np.median(own)).max() < 0.5 * abs(off[place])
-    below = number_of(np.abs(off) > _TURNED_BELOW * scatter) - number_of(far)
     if not 0 < number_of(far) <= max(3.0, _MANY * count) or below > 2 * number_of(far):
-        return None
-    if scatter == 0.0:
         return None
     # A second before and behind, in which it begins and ends.
     wide = np.convolve(far, np.ones(3), mode="same") > 0.0
