@@ -20,11 +20,11 @@ from sagnac.analysis.evidence import Bands, Evidence, Points
 from sagnac.analysis.result import Part
 from sagnac.core.arrays import FloatArray, differences, extent
 from sagnac.core.errors import Note, RecordingError
-from sagnac.noise.band_models import FALL, FLOOR, WALK, bin_shapes, models_of_one_band
+from sagnac.noise.band_models import FLOOR, WALK, bin_shapes, models_of_one_band
 from sagnac.noise.bounds import Hump, RollOff, hump_above, roll_off
 from sagnac.noise.estimates import Estimate, Fit, FitName, Interval
 from sagnac.noise.fit import likelihood_fit
-from sagnac.noise.laws import SLOW_NAMES, CoefficientName, level_laws
+from sagnac.noise.laws import SLOW_NAMES, CoefficientName
 from sagnac.noise.lowest_ordinates import rate_ramp
 from sagnac.noise.model_average import (
     RULED,
@@ -365,7 +365,7 @@ def estimate_in_band(levels: Levels, choice: ModelChoice, confidence: float) -> 
     walk = walk_in_band(levels, choice, confidence)
     if walk is None or choice.law is None:
         return None
-    terms = level_laws(levels) * np.array(choice.law.squares)[:FALL]
+    terms = choice.law.terms(levels)
     means = terms.sum(axis=1)
     share = terms[:, WALK] / means
     means = means / choice.law.divisor(levels.frequency)

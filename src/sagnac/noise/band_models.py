@@ -16,7 +16,13 @@ import numpy as np
 
 from sagnac.core.arrays import BooleanArray, FloatArray, IntegerArray
 from sagnac.noise._kernels import score_bands
-from sagnac.noise.laws import STOCHASTIC_NAMES, CoefficientName, level_laws, rate_density_basis
+from sagnac.noise.laws import (
+    STOCHASTIC_NAMES,
+    CoefficientName,
+    flicker_share,
+    level_laws,
+    rate_density_basis,
+)
 from sagnac.spectrum.levels import Levels
 
 # Relative error of a bin that no model describes: it stands for what is neither chance nor a term.
@@ -25,8 +31,9 @@ FLOOR: Final = 0.03
 LEAST_BINS: Final = 4
 # Models lighter than this, relative to the heaviest, are dropped.
 LIGHT: Final = 1e-5
-# Columns of the walk, and of the first of the falls with frequency.
+# Columns of the walk, of flicker, and of the first of the falls with frequency.
 WALK: Final = STOCHASTIC_NAMES.index("angle_random_walk")
+FLICKER: Final = STOCHASTIC_NAMES.index("bias_instability")
 FALL: Final = len(STOCHASTIC_NAMES)
 # Orders of a low-pass, one fall each.
 ORDERS: Final = (1, 2)
@@ -56,16 +63,29 @@ class BandModel:
         Between the angles whose increments were taken, s.
     falls
         c of the divisors ``1 + c f^2`` and ``1 + c f^4``; zero without a low-pass.
+    flicker_end
+        Frequency above which B falls twice as steeply, Hz (`flicker_share`).
     """
 
     squares: tuple[float, ...]
     interval: float
     falls: tuple[float, ...] = (0.0,) * len(ORDERS)
+    flicker_end: float = math.inf
 
     def density(self, frequency: FloatArray) -> FloatArray:
         """One-sided rate density, (rad/s)^2/Hz, at frequencies (points,), Hz, above zero."""
-        laws = rate_density_basis(frequency, self.interval) @ np.array(self.squares)
-        return np.asarray(laws / self.divisor(frequency))
+        laws = rate_density_basis(frequency, self.interval)
+        terms = self._terms(laws, frequency).sum(axis=1)
+        return np.asarray(terms / self.divisor(frequency))
+
+    def terms(self, levels: Levels) -> FloatArray:
+        """(bins, 4) levels that Q, N, B and K make, without a low-pass."""
+        return self._terms(level_laws(levels), levels.frequency)
+
+    def _terms(self, laws: FloatArray, frequency: FloatArray) -> FloatArray:
+        terms = laws * np.array(self.squares)
+        terms[:, FLICKER] *= flicker_share(frequency, self.flicker_end)
+        return np.asarray(terms)
 
     def divisor(self, frequency: FloatArray) -> FloatArray:
         """Divisor of the terms by the low-pass at frequencies (points,), Hz."""
@@ -73,8 +93,8 @@ class BandModel:
 
     def over(self, levels: Levels) -> FloatArray:
         """(bins,) levels over what the model makes of them."""
-        laws = level_laws(levels) @ np.array(self.squares)
-        return np.asarray(levels.level / (laws / self.divisor(levels.frequency)))
+        mean = self.terms(levels).sum(axis=1) / self.divisor(levels.frequency)
+        return np.asarray(levels.level / mean)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -172,6 +172,22 @@ def rate_density_basis(frequency: FloatArray, interval: float) -> FloatArray:
     return np.asarray(2.0 / interval * increment_spectrum_basis(frequency, interval))
 
 
+def flicker_share(frequency: FloatArray, end: float) -> FloatArray:
+    """(points,) share of a density of 1/f that is left if relaxations are no faster than an end.
+
+    1/f is a sum of Lorentzians, as many in each decade of relaxation time; without those of times
+    below ``1 / (2 pi end)`` it is less by ``(2 / pi) atan(end / f)``, and falls as 1/f^2 above.
+
+    Parameters
+    ----------
+    frequency
+        (points,), Hz, above zero.
+    end
+        Hz; may be infinite.
+    """
+    return np.asarray(2.0 / np.pi * np.arctan(end / frequency))
+
+
 @lru_cache(maxsize=8)
 def level_laws(levels: Levels) -> FloatArray:
     """`rate_density_basis` as the levels of a spectrum show it: kept, for every fit asks for it.

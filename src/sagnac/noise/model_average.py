@@ -26,9 +26,19 @@ from scipy.special import chdtri, expit, gammainc, gammaincc, logsumexp, ndtr, n
 
 from sagnac.core.arrays import BooleanArray, FloatArray
 from sagnac.noise import band_models
-from sagnac.noise.band_models import FALL, FLOOR, WALK, BandModel, BandModels
+from sagnac.noise.band_models import (
+    FALL,
+    FLICKER,
+    FLOOR,
+    WALK,
+    BandModel,
+    BandModels,
+    bin_shapes,
+    gamma_deviance,
+)
 from sagnac.noise.bounds import highest_coefficient
 from sagnac.noise.estimates import Estimate, Fit, FitBand, Interval, unobserved
+from sagnac.noise.flicker_end import FlickerEnds, flicker_ends
 from sagnac.noise.laws import (
     COEFFICIENT_NAMES,
     STOCHASTIC_NAMES,
@@ -61,12 +71,7 @@ def error_of_bins(levels: Levels, models: BandModels) -> float:
     median = float(chdtri(max(1, ratio.size - int(models.sizes[0])), 0.5))
 
     def excess(square: float) -> float:
-        return (
-            band_models.gamma_deviance(
-                band_models.bin_shapes(levels, math.sqrt(square))[band], ratio
-            )
-            - median
-        )
+        return gamma_deviance(bin_shapes(levels, math.sqrt(square))[band], ratio) - median
 
     if excess(0.0) <= 0.0:
         return 0.0
@@ -98,8 +103,8 @@ def with_error_of_bins(levels: Levels, models: BandModels, error: float) -> Band
         [laws / sums[:, :, np.newaxis], -divisors / divisor[:, :, np.newaxis]], axis=2
     )
     slopes *= inside[:, :, np.newaxis] & held[:, np.newaxis, :]
-    used = band_models.bin_shapes(levels, FLOOR)
-    weighed = slopes * (used**2 / band_models.bin_shapes(levels, error))[:, np.newaxis]
+    used = bin_shapes(levels, FLOOR)
+    weighed = slopes * (used**2 / bin_shapes(levels, error))[:, np.newaxis]
     found = slopes.transpose(0, 2, 1) @ weighed
     return replace(models, covariance=models.covariance @ found @ models.covariance)
 
@@ -241,7 +246,9 @@ class ModelChoice:
         letters = ", ".join(SYMBOLS[name] for name in self.terms)
         low, high = self.band_hz
         if self.member == "whole band":
-            return f"the whole band to {high:.3g} Hz, which {letters} describe"
+            end = math.inf if self.law is None else self.law.flicker_end
+            ends = f", B to about {end:.2g} Hz" if end < high else ""
+            return f"the whole band to {high:.3g} Hz, which {letters} describe{ends}"
         average = (
             f"{low:.3g} to {high:.3g} Hz with {letters} ({100.0 * self.share:.0f} % of the weight)"
         )
@@ -515,8 +522,19 @@ def with_whole_band(levels: Levels, average: Average, fit: Fit) -> Average:
         return average
     row = int(np.flatnonzero(complete)[np.argmax(models.logarithm[complete])])
     outdone = float(models.logarithm.max() - models.logarithm[row])
-    ratio = models.law(row, levels.spectrum.interval).over(levels)
-    freedom = ratio.size - int(models.sizes[row])
+    law = models.law(row, levels.spectrum.interval)
+    ratio, terms = law.over(levels), int(models.sizes[row])
+    if models.holding(FLICKER)[row] and fit.coefficients["bias_instability"].status == "estimated":
+        ends = flicker_ends(levels)
+        fit = _with_ends(fit, ends)
+        fitted = fit.coefficients["angle_random_walk"]
+        ended = ends.law(levels.spectrum.interval)
+        if ended is not None:
+            law, terms, shape = ended, FALL + 1, bin_shapes(levels, FLOOR)
+            outdone += 1.0 - 0.5 * gamma_deviance(shape, ratio)
+            ratio = law.over(levels)
+            outdone += 0.5 * gamma_deviance(shape, ratio)
+    freedom = ratio.size - terms
 
     def passes(test: _Strictness) -> bool:
         return (
@@ -526,13 +544,39 @@ def with_whole_band(levels: Levels, average: Average, fit: Fit) -> Average:
         )
 
     if passes(_SURELY):
-        return _of_whole_band(average, fit, band, row)
+        return _of_whole_band(average, fit, band, row, law.flicker_end)
     if walk.status == "estimated" and passes(_BARELY):
         return with_both(average, fit)
     return average
 
 
-def _of_whole_band(average: Average, fit: Fit, band: FitBand, row: int) -> Average:
+def _with_ends(fit: Fit, ends: FlickerEnds) -> Fit:
+    """A fit of endless flicker with estimates, and intervals, of flicker that may end.
+
+    Value and both ends of an interval move as those of the levels do.
+    """
+    coefficients = dict(fit.coefficients)
+    stands = ends.weight > 0.0
+    weight, alone = ends.weight[stands], np.ones(1)
+    for column, name in enumerate(STOCHASTIC_NAMES):
+        one, square = coefficients[name], ends.squares[stands, column]
+        if one.status != "estimated" or not stands[0] or not square.min() > 0.0:
+            continue
+        shape, tail = (square / ends.errors[stands, column]) ** 2, 0.5 * (1.0 - one.confidence)
+        low, high = (
+            end
+            * math.sqrt(
+                mixture_quantile(chance, square, shape, weight)
+                / mixture_quantile(chance, square[:1], shape[:1], alone)
+            )
+            for end, chance in ((one.low, tail), (one.high, 1.0 - tail))
+        )
+        value = one.value * math.exp(0.5 * float(weight @ np.log(square / square[0])))
+        coefficients[name] = replace(one, value=value, low=min(low, value), high=max(high, value))
+    return replace(fit, coefficients=coefficients)
+
+
+def _of_whole_band(average: Average, fit: Fit, band: FitBand, row: int, end: float) -> Average:
     """The fit, with the correlations of the average."""
     models = average.models
     stochastic = (fit.coefficients[name] for name in STOCHASTIC_NAMES)
@@ -547,6 +591,7 @@ def _of_whole_band(average: Average, fit: Fit, band: FitBand, row: int) -> Avera
         law=BandModel(
             squares=tuple(one.value**2 if one.status == "estimated" else 0.0 for one in stochastic),
             interval=band.interval,
+            flicker_end=end,
         ),
     )
     return replace(
@@ -651,7 +696,7 @@ def describes(shape: FloatArray, ratio: FloatArray, freedom: int, chance: float)
     chance
         That levels of the law fail the test.
     """
-    within = band_models.gamma_deviance(shape, ratio) <= float(chdtri(freedom, chance))
+    within = gamma_deviance(shape, ratio) <= float(chdtri(freedom, chance))
     return within and largest_run(shape, ratio) < -float(ndtri(chance / (4.0 * ratio.size)))
 
 
