@@ -493,6 +493,9 @@ def with_whole_band(levels: Levels, average: Average, fit: Fit) -> Average:
     these, but passes at a chance of 0.001, e^6 and four standard errors from an estimate, is
     neither borne out nor rejected.
 
+    The fit is of flicker without an end. Its N, Q, B and K become those of flicker that may end
+    (`flicker_end`); if the levels show an end, the law with it is tested.
+
     Parameters
     ----------
     levels, average
@@ -522,7 +525,7 @@ def with_whole_band(levels: Levels, average: Average, fit: Fit) -> Average:
         return average
     row = int(np.flatnonzero(complete)[np.argmax(models.logarithm[complete])])
     outdone = float(models.logarithm.max() - models.logarithm[row])
-    law = models.law(row, levels.spectrum.interval)
+    law, surely = models.law(row, levels.spectrum.interval), _SURELY
     ratio, terms = law.over(levels), int(models.sizes[row])
     if models.holding(FLICKER)[row] and fit.coefficients["bias_instability"].status == "estimated":
         ends = flicker_ends(levels)
@@ -534,6 +537,8 @@ def with_whole_band(levels: Levels, average: Average, fit: Fit) -> Average:
             outdone += 1.0 - 0.5 * gamma_deviance(shape, ratio)
             ratio = law.over(levels)
             outdone += 0.5 * gamma_deviance(shape, ratio)
+            # The average knows of no end, and lies apart for that.
+            surely = _SURELY._replace(apart=_BARELY.apart)
     freedom = ratio.size - terms
 
     def passes(test: _Strictness) -> bool:
@@ -543,7 +548,7 @@ def with_whole_band(levels: Levels, average: Average, fit: Fit) -> Average:
             and describes(levels.shape, ratio, freedom, test.chance)
         )
 
-    if passes(_SURELY):
+    if passes(surely):
         return _of_whole_band(average, fit, band, row, law.flicker_end)
     if walk.status == "estimated" and passes(_BARELY):
         return with_both(average, fit)

@@ -1,0 +1,104 @@
+"""Flicker that ends in the band: a sum of Markov rates with a shortest time, made by recursion."""
+
+import numpy as np
+import pytest
+from scipy.integrate import quad
+from scipy.signal import lfilter
+
+from sagnac import Recording, analyze
+from sagnac.noise.laws import flicker_share
+
+RATE = 100.0
+ANGLE_RANDOM_WALK = np.deg2rad(0.1) / 60.0
+BIAS_INSTABILITY = np.deg2rad(10.0) / 3600.0
+
+
+def relaxations(rng, samples, shortest):
+    """Markov rates, three in two decades of time, up to 3000 s: 1/f between their corners.
+
+    Variances of B^2 step / pi, with step the logarithm of the ratio of neighbouring times, add up
+    to a two-sided density of B^2 / (2 pi f).
+    """
+    times = np.geomspace(shortest, 3000.0, int(np.ceil(1.5 * np.log10(3000.0 / shortest))) + 1)
+    deviation = np.sqrt(np.log(times[1] / times[0]) / np.pi)
+    total = np.zeros(samples)
+    for time in times:
+        decay = np.exp(-1.0 / (RATE * time))
+        steps = deviation * np.sqrt(1.0 - decay**2) * rng.standard_normal(samples)
+        start = decay * deviation * rng.standard_normal(1)
+        total += lfilter([1.0], [1.0, -decay], steps, zi=start)[0]
+    return total
+
+
+def endless(rng, samples):
+    """1/f from the length of the record to half the rate, by its spectrum."""
+    transform = np.fft.rfft(rng.standard_normal(samples))
+    frequency = np.fft.rfftfreq(samples, 1.0 / RATE)
+    # White noise of deviation one has a two-sided density of 1 / RATE.
+    shape = np.sqrt(RATE / (2.0 * np.pi * np.maximum(frequency, frequency[1])))
+    return np.fft.irfft(shape * transform, samples)
+
+
+def answer(flicker, rng):
+    white = ANGLE_RANDOM_WALK * np.sqrt(RATE) * rng.standard_normal(flicker.size)
+    rates = BIAS_INSTABILITY * flicker + white
+    still = Recording.from_arrays(x=rates, kind="rate", unit="rad/s", sample_rate=RATE)
+    return analyze(still)
+
+
+@pytest.mark.parametrize("frequency", [0.01, 0.3, 2.0, 50.0])
+def test_the_share_is_that_of_relaxations_without_the_fast_ones(frequency):
+    """Lorentzians 2 T / (1 + (2 pi f T)^2), as many in each decade of T, beyond 1 / (2 pi end)."""
+    end = 0.5
+
+    def lorentzian(logarithm):
+        turn = 2.0 * np.pi * frequency * np.exp(logarithm)
+        return turn / (1.0 + turn**2)
+
+    slow = quad(lorentzian, -np.log(2.0 * np.pi * end), 25.0, limit=400)[0]
+    every = slow + quad(lorentzian, -25.0, -np.log(2.0 * np.pi * end), limit=400)[0]
+    share = flicker_share(np.array([frequency]), end)[0]
+    assert share == pytest.approx(slow / every, rel=1e-6)
+    assert flicker_share(np.array([frequency]), np.inf)[0] == 1.0
+
+
+def test_an_end_is_found_named_and_taken_into_account():
+    """Corner of the shortest time: 1 / (2 pi 0.2 s) = 0.8 Hz."""
+    rng = np.random.default_rng(4)
+    analysis = answer(relaxations(rng, 200_000, 0.2), rng)
+    walk = analysis.angle_random_walk
+    assert walk.low <= ANGLE_RANDOM_WALK <= walk.high
+    # Flicker without an end takes more than this from N.
+    assert abs(walk.value / ANGLE_RANDOM_WALK - 1.0) < 0.01
+    assert 0.3 < analysis.average.law.flicker_end < 3.0
+    assert ", B to about " in analysis.average.in_words()
+
+
+def test_flicker_without_an_end_is_not_said_to_end():
+    rng = np.random.default_rng(5)
+    analysis = answer(endless(rng, 200_000), rng)
+    walk = analysis.angle_random_walk
+    assert walk.low <= ANGLE_RANDOM_WALK <= walk.high
+    assert analysis.average.law.flicker_end == np.inf
+    assert "to about" not in analysis.average.in_words()
+
+
+@pytest.mark.statistics
+@pytest.mark.parametrize("minutes", [7, 30])
+@pytest.mark.parametrize("shortest", [0.05, 0.2, 1.0, None])
+def test_intervals_beside_strong_flicker_hold(shortest, minutes):
+    rows = []
+    for seed in range(40):
+        rng = np.random.default_rng([20261128, seed])
+        samples = round(60 * minutes * RATE)
+        made = endless(rng, samples) if shortest is None else relaxations(rng, samples, shortest)
+        walk = answer(made, rng).angle_random_walk
+        rows.append([float(each) for each in (walk.low, walk.value, walk.high)])
+    low, value, high = np.array(rows).T / ANGLE_RANDOM_WALK
+    held = int(np.sum((low <= 1.0) & (high >= 1.0)))
+    kind = "without an end" if shortest is None else f"{shortest:g} s"
+    print(
+        f"| {kind} | {minutes} min | {held} of 40 | {100.0 * (value.mean() - 1.0):+.2f} % | "
+        f"{50.0 * np.median(high - low):.2f} % |"
+    )
+    assert held >= 32
