@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from sagnac import Channel, Recording, analyze, check
+from sagnac.quality.distribution import find_bumps, without_bumps
 
 RATE, SAMPLES = 100.0, 60_000
 WALK = 0.1  # deg/sqrt(h)
@@ -110,3 +111,15 @@ def test_an_accelerometer_is_told_nothing_of_degrees():
     gyro = Channel(name="x", kind="rate", values=np.radians(noise()))
     analysis = analyze(Recording(gyros=(gyro,), accelerometers=(axis,), sample_rate=RATE))
     assert "moved" not in {note.name for note in analysis.accelerometers["az"].findings}
+
+
+def test_a_nudge_is_replaced_by_noise_and_by_no_other_nudge():
+    noise = 1e-6 * np.random.default_rng(12).standard_normal(60_000)
+    pushed = noise.copy()
+    for second in (1, 5):
+        pushed[100 * second : 100 * second + 100] += 1e-4
+    found = find_bumps(pushed, sample_rate=100.0)
+    cleaned = without_bumps(pushed, found)
+    assert len(found.stretches) == 2
+    assert np.abs(cleaned).max() < 6e-6
+    assert cleaned[:800].std() == pytest.approx(1e-6, rel=0.1)

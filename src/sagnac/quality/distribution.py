@@ -301,11 +301,13 @@ def without_bumps(increments: ArrayLike, bumps: Bumps) -> FloatArray:
         Of `find_bumps`.
     """
     cleaned = np.array(increments, dtype=np.float64)
+    bumped = np.zeros(cleaned.size, dtype=np.bool_)
     for one in bumps.stretches:
-        size = one.stop - one.start
-        beside = slice(one.start - size, one.start)
-        if one.start < size:
-            beside = slice(one.stop, one.stop + size)
+        bumped[one] = True
+    free = np.flatnonzero(~bumped)
+    for one in bumps.stretches:
+        size, place = one.stop - one.start, int(np.searchsorted(free, one.start))
+        beside = free[place - size : place] if place >= size else free[place : place + size]
         cleaned[one] = cleaned[beside][::-1]
     return cleaned
 
