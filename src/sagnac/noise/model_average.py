@@ -494,7 +494,8 @@ def with_whole_band(levels: Levels, average: Average, fit: Fit) -> Average:
     neither borne out nor rejected.
 
     The fit is of flicker without an end. Its N, Q, B and K become those of flicker that may end
-    (`flicker_end`); if the levels show an end, the law with it is tested.
+    (`flicker_end`); if the levels show an end, the law with it is tested, and may lie up to four
+    standard errors from the average, which knows no end.
 
     Parameters
     ----------
