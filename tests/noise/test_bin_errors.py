@@ -5,9 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from sagnac.noise.band_models import FALL, FLOOR, WALK, models_of_one_band
+from sagnac.noise.band_models import FALL, FLOOR, models_of_one_band
 from sagnac.noise.laws import rate_density_basis
 from sagnac.noise.model_average import error_of_bins, with_error_of_bins
+from sagnac.noise.slow_laws import WALK
 from sagnac.spectrum.levels import robust_levels
 from sagnac.spectrum.tapered import tapered_spectrum
 

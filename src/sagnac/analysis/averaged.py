@@ -20,7 +20,7 @@ from sagnac.analysis.evidence import Bands, Evidence, Points
 from sagnac.analysis.result import Part
 from sagnac.core.arrays import FloatArray, differences, extent
 from sagnac.core.errors import Note, RecordingError
-from sagnac.noise.band_models import FLOOR, WALK, bin_shapes, models_of_one_band
+from sagnac.noise.band_models import FLOOR, bin_shapes, models_of_one_band
 from sagnac.noise.bounds import Hump, RollOff, hump_above, roll_off
 from sagnac.noise.estimates import Estimate, Fit, FitName, Interval
 from sagnac.noise.fit import likelihood_fit
@@ -33,8 +33,10 @@ from sagnac.noise.model_average import (
     average,
     levels_bear_out,
     mixture,
+    with_slow_laws,
     with_slow_terms,
 )
+from sagnac.noise.slow_laws import WALK
 from sagnac.quality import distribution
 from sagnac.quality.distribution import Bumps, Spikes
 from sagnac.spectrum.levels import Levels, robust_levels
@@ -287,7 +289,7 @@ def _with_slow_terms(basis: AnswerSpectrum, evidence: Evidence) -> Average:
         return basis.average
     if not levels_bear_out(basis.levels, fit, basis.average.angle_random_walk):
         return basis.average
-    return with_slow_terms(basis.average, fit)
+    return with_slow_terms(basis.average, with_slow_laws(fit))
 
 
 def reaches(choice: ModelChoice, highest: float) -> bool:

@@ -16,13 +16,8 @@ import numpy as np
 
 from sagnac.core.arrays import BooleanArray, FloatArray, IntegerArray
 from sagnac.noise._kernels import score_bands
-from sagnac.noise.laws import (
-    STOCHASTIC_NAMES,
-    CoefficientName,
-    flicker_share,
-    level_laws,
-    rate_density_basis,
-)
+from sagnac.noise.laws import STOCHASTIC_NAMES, CoefficientName, level_laws, rate_density_basis
+from sagnac.noise.slow_laws import PLAIN, WALK, SlowLaw
 from sagnac.spectrum.levels import Levels
 
 # Relative error of a bin that no model describes: it stands for what is neither chance nor a term.
@@ -31,9 +26,7 @@ FLOOR: Final = 0.03
 LEAST_BINS: Final = 4
 # Models lighter than this, relative to the heaviest, are dropped.
 LIGHT: Final = 1e-5
-# Columns of the walk, of flicker, and of the first of the falls with frequency.
-WALK: Final = STOCHASTIC_NAMES.index("angle_random_walk")
-FLICKER: Final = STOCHASTIC_NAMES.index("bias_instability")
+# Column of the first of the falls with frequency.
 FALL: Final = len(STOCHASTIC_NAMES)
 # Orders of a low-pass, one fall each.
 ORDERS: Final = (1, 2)
@@ -63,14 +56,14 @@ class BandModel:
         Between the angles whose increments were taken, s.
     falls
         c of the divisors ``1 + c f^2`` and ``1 + c f^4``; zero without a low-pass.
-    flicker_end
-        Frequency above which B falls twice as steeply, Hz (`flicker_share`).
+    slow
+        What B and K are.
     """
 
     squares: tuple[float, ...]
     interval: float
     falls: tuple[float, ...] = (0.0,) * len(ORDERS)
-    flicker_end: float = math.inf
+    slow: SlowLaw = PLAIN
 
     def density(self, frequency: FloatArray) -> FloatArray:
         """One-sided rate density, (rad/s)^2/Hz, at frequencies (points,), Hz, above zero."""
@@ -83,9 +76,7 @@ class BandModel:
         return self._terms(level_laws(levels), levels.frequency)
 
     def _terms(self, laws: FloatArray, frequency: FloatArray) -> FloatArray:
-        terms = laws * np.array(self.squares)
-        terms[:, FLICKER] *= flicker_share(frequency, self.flicker_end)
-        return np.asarray(terms)
+        return np.asarray(laws * np.array(self.squares) * self.slow.shares(frequency))
 
     def divisor(self, frequency: FloatArray) -> FloatArray:
         """Divisor of the terms by the low-pass at frequencies (points,), Hz."""

@@ -9,6 +9,7 @@ from typing import Literal
 from sagnac.core.errors import Note, quoted, require_choice, require_confidence
 from sagnac.core.units import COEFFICIENT_UNITS, FORCE_COEFFICIENT_UNITS, Sensor
 from sagnac.noise.laws import CoefficientName
+from sagnac.noise.slow_laws import SlowLaws
 
 Status = Literal["estimated", "upper bound", "not observable"]
 FitName = Literal["paper", "weighted", "likelihood"]
@@ -264,6 +265,9 @@ class Fit:
     squares
         Of a likelihood fit: the most likely squares of Q, N, B and K, SI, which together describe
         its spectrum; one that is not there may be negative.
+    slow
+        Of a likelihood fit that sees slow noise: what other laws of it make of the spectrum; else
+        None.
 
     Raises
     ------
@@ -287,6 +291,7 @@ class Fit:
     departure: float = 0.0
     band: FitBand | None = None
     squares: Mapping[CoefficientName, float] = field(default_factory=dict)
+    slow: SlowLaws | None = field(default=None, repr=False, compare=False)
 
     def __post_init__(self) -> None:
         require_choice("method", self.method, FitName)

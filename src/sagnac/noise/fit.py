@@ -1,7 +1,7 @@
 """Q, N, B, K and R by maximum likelihood from a spectrum, and one way in to this and other fits."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import cache
 
@@ -15,10 +15,11 @@ from sagnac.core.errors import Note, require_choice, require_confidence, rounded
 from sagnac.noise import cosine_spectrum
 from sagnac.noise.cosine_spectrum import CosineSpectrum
 from sagnac.noise.curve_fit import paper_fit, weighted_fit
-from sagnac.noise.estimates import Fit, FitBand, FitName, unobserved
-from sagnac.noise.laws import COEFFICIENT_NAMES, CoefficientName
-from sagnac.noise.likelihood import Ordinates
+from sagnac.noise.estimates import Estimate, Fit, FitBand, FitName, unobserved
+from sagnac.noise.laws import COEFFICIENT_NAMES, SLOW_NAMES, STOCHASTIC_NAMES, CoefficientName
+from sagnac.noise.likelihood import Ordinates, scaled_covariance
 from sagnac.noise.lowest_ordinates import ramp_estimate
+from sagnac.noise.slow_laws import SlowLaws, laws_to_try
 from sagnac.recording.model import Kind
 from sagnac.stability.curve import StabilityCurve
 
@@ -148,6 +149,29 @@ def spectrum_fit(
             masked=tuple((float(one[0]), float(one[1])) for one in masked),
         ),
         squares=dict(zip(cosine.names, weighed.best.squares.tolist(), strict=True)),
+        slow=_slow_laws(weighed) if _sees_slow_noise(found, cosine.names) else None,
+    )
+
+
+def _sees_slow_noise(
+    found: Mapping[CoefficientName, Estimate], names: Sequence[CoefficientName]
+) -> bool:
+    """Whether all four terms were fitted, and B or K is there."""
+    seen = any(found[name].status == "estimated" for name in SLOW_NAMES[:2])
+    return seen and tuple(names) == STOCHASTIC_NAMES
+
+
+def _slow_laws(spectrum: Ordinates) -> SlowLaws:
+    """What other laws of slow noise make of a spectrum."""
+    tried, fits = laws_to_try(spectrum.frequency), []
+    for law in tried:
+        data = replace(spectrum, basis=spectrum.basis * law.shares(spectrum.frequency))
+        scale, covariance = scaled_covariance(data.fisher(data.best))
+        fits.append((data.best.squares, scale * np.sqrt(covariance.diagonal()), data.best.deviance))
+    squares, errors, deviance = (np.array(each) for each in zip(*fits, strict=True))
+    prior = np.array(list(tried.values()))
+    return SlowLaws(
+        laws=tuple(tried), prior=prior, squares=squares, errors=errors, deviance=deviance
     )
 
 

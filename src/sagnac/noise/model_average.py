@@ -28,9 +28,7 @@ from sagnac.core.arrays import BooleanArray, FloatArray
 from sagnac.noise import band_models
 from sagnac.noise.band_models import (
     FALL,
-    FLICKER,
     FLOOR,
-    WALK,
     BandModel,
     BandModels,
     bin_shapes,
@@ -38,7 +36,6 @@ from sagnac.noise.band_models import (
 )
 from sagnac.noise.bounds import highest_coefficient
 from sagnac.noise.estimates import Estimate, Fit, FitBand, Interval, unobserved
-from sagnac.noise.flicker_end import FlickerEnds, flicker_ends
 from sagnac.noise.laws import (
     COEFFICIENT_NAMES,
     STOCHASTIC_NAMES,
@@ -46,6 +43,7 @@ from sagnac.noise.laws import (
     CoefficientName,
     level_laws,
 )
+from sagnac.noise.slow_laws import FLICKER, WALK, SlowLaw, SlowLaws
 from sagnac.spectrum.levels import Levels
 
 
@@ -246,9 +244,8 @@ class ModelChoice:
         letters = ", ".join(SYMBOLS[name] for name in self.terms)
         low, high = self.band_hz
         if self.member == "whole band":
-            end = math.inf if self.law is None else self.law.flicker_end
-            ends = f", B to about {end:.2g} Hz" if end < high else ""
-            return f"the whole band to {high:.3g} Hz, which {letters} describe{ends}"
+            slow = "" if self.law is None else self.law.slow.in_words()
+            return f"the whole band to {high:.3g} Hz, which {letters} describe{slow}"
         average = (
             f"{low:.3g} to {high:.3g} Hz with {letters} ({100.0 * self.share:.0f} % of the weight)"
         )
@@ -481,6 +478,8 @@ class _Strictness(NamedTuple):
 _SURELY: Final = _Strictness(chance=0.02, outdone=3.0, apart=1.3)
 # Hardly one in a hundred recordings of five terms goes beyond these.
 _BARELY: Final = _Strictness(chance=0.001, outdone=6.0, apart=4.0)
+# Standard errors by which a fit of another law of slow noise may differ from the average.
+_OF_OTHER_LAWS: Final = 6.0
 
 
 def with_whole_band(levels: Levels, average: Average, fit: Fit) -> Average:
@@ -493,9 +492,9 @@ def with_whole_band(levels: Levels, average: Average, fit: Fit) -> Average:
     these, but passes at a chance of 0.001, e^6 and four standard errors from an estimate, is
     neither borne out nor rejected.
 
-    The fit is of flicker without an end. Its N, Q, B and K become those of flicker that may end
-    (`flicker_end`); if the levels show an end, the law with it is tested, and may lie up to four
-    standard errors from the average, which knows no end.
+    Its Q, N, B and K become those of slow noise whose law is not known (`with_slow_laws`). If the
+    fit shows another law than 1/f and 1/f^2, that is tested, and may lie up to six standard errors
+    from the average, which knows none.
 
     Parameters
     ----------
@@ -528,18 +527,16 @@ def with_whole_band(levels: Levels, average: Average, fit: Fit) -> Average:
     outdone = float(models.logarithm.max() - models.logarithm[row])
     law, surely = models.law(row, levels.spectrum.interval), _SURELY
     ratio, terms = law.over(levels), int(models.sizes[row])
-    if models.holding(FLICKER)[row] and fit.coefficients["bias_instability"].status == "estimated":
-        ends = flicker_ends(levels)
-        fit = _with_ends(fit, ends)
-        fitted = fit.coefficients["angle_random_walk"]
-        ended = ends.law(levels.spectrum.interval)
-        if ended is not None:
-            law, terms, shape = ended, FALL + 1, bin_shapes(levels, FLOOR)
-            outdone += 1.0 - 0.5 * gamma_deviance(shape, ratio)
-            ratio = law.over(levels)
-            outdone += 0.5 * gamma_deviance(shape, ratio)
-            # The average knows of no end, and lies apart for that.
-            surely = _SURELY._replace(apart=_BARELY.apart)
+    fit = with_slow_laws(fit)
+    fitted = fit.coefficients["angle_random_walk"]
+    other = _other_law(fit)
+    if other is not None:
+        law, terms, shape = other, FALL + 1, bin_shapes(levels, FLOOR)
+        outdone += 1.0 - 0.5 * gamma_deviance(shape, ratio)
+        ratio = law.over(levels)
+        outdone += 0.5 * gamma_deviance(shape, ratio)
+        # The average knows of no such law, and lies apart for that.
+        surely = _SURELY._replace(apart=_OF_OTHER_LAWS)
     freedom = ratio.size - terms
 
     def passes(test: _Strictness) -> bool:
@@ -550,39 +547,87 @@ def with_whole_band(levels: Levels, average: Average, fit: Fit) -> Average:
         )
 
     if passes(surely):
-        return _of_whole_band(average, fit, band, row, law.flicker_end)
+        return _of_whole_band(average, fit, band, row, law.slow)
     if walk.status == "estimated" and passes(_BARELY):
         return with_both(average, fit)
     return average
 
 
-def _with_ends(fit: Fit, ends: FlickerEnds) -> Fit:
-    """A fit of endless flicker with estimates, and intervals, of flicker that may end.
+def with_slow_laws(fit: Fit) -> Fit:
+    """A fit with estimates, intervals and bounds of slow noise whose law is not known.
 
-    Value and both ends of an interval move as those of the levels do.
+    Value and both ends of an interval move as the mixture of the laws moves them. B and K are of
+    those laws in which they are what their name says: if these hold less than half of the weight,
+    or the term is not needed in half of them, what was estimated is a bound.
+
+    Parameters
+    ----------
+    fit
+        By likelihood; as it is if it sees no slow noise.
     """
+    slow = fit.slow
+    if slow is None or not slow.weight.any():
+        return fit
     coefficients = dict(fit.coefficients)
-    stands = ends.weight > 0.0
-    weight, alone = ends.weight[stands], np.ones(1)
     for column, name in enumerate(STOCHASTIC_NAMES):
-        one, square = coefficients[name], ends.squares[stands, column]
-        if one.status != "estimated" or not stands[0] or not square.min() > 0.0:
+        rows = slow.holding(column) & (slow.weight > 1e-6)
+        weight, one = slow.weight[rows], coefficients[name]
+        square, error = slow.squares[rows, column], slow.errors[rows, column]
+        if not weight.size:
             continue
-        shape, tail = (square / ends.errors[stands, column]) ** 2, 0.5 * (1.0 - one.confidence)
-        low, high = (
-            end
-            * math.sqrt(
-                mixture_quantile(chance, square, shape, weight)
-                / mixture_quantile(chance, square[:1], shape[:1], alone)
-            )
-            for end, chance in ((one.low, tail), (one.high, 1.0 - tail))
-        )
-        value = one.value * math.exp(0.5 * float(weight @ np.log(square / square[0])))
-        coefficients[name] = replace(one, value=value, low=min(low, value), high=max(high, value))
+        present = float(weight @ (square > 3.0 * error))
+        if one.status == "estimated" and (column < FLICKER or present >= 0.5):
+            coefficients[name] = _moved(one, slow, column)
+        elif one.status != "not observable":
+            # A bound is no lower than what would have been estimated.
+            least = one.high if one.status == "upper bound" else one.low
+            highest = _highest_square(weight / weight.sum(), square, error, one.confidence)
+            coefficients[name] = one.bounded(max(least, math.sqrt(max(highest, 0.0))))
     return replace(fit, coefficients=coefficients)
 
 
-def _of_whole_band(average: Average, fit: Fit, band: FitBand, row: int, end: float) -> Average:
+def _moved(one: Estimate, slow: SlowLaws, column: int) -> Estimate:
+    """An estimate of the first law, moved as the mixture of those that hold it moves it."""
+    rows = slow.holding(column) & (slow.squares[:, column] > 0.0) & (slow.weight > 0.0)
+    of_all, first = slow.squares[:, column], slow.squares[:1, column]
+    if not first[0] > 0.0 or not rows.any():
+        return one
+    shapes = (of_all / slow.errors[:, column]) ** 2
+    weight, square, shape = slow.weight[rows] / slow.weight[rows].sum(), of_all[rows], shapes[rows]
+
+    def ratio(chance: float) -> float:
+        alone = mixture_quantile(chance, first, shapes[:1], np.ones(1))
+        return math.sqrt(mixture_quantile(chance, square, shape, weight) / alone)
+
+    tail = 0.5 * (1.0 - one.confidence)
+    value = one.value * math.exp(0.5 * float(weight @ np.log(square / first)))
+    low, high = one.low * ratio(tail), one.high * ratio(1.0 - tail)
+    return replace(one, value=value, low=min(low, value), high=max(high, value))
+
+
+def _highest_square(
+    weight: FloatArray, square: FloatArray, error: FloatArray, confidence: float
+) -> float:
+    """Quantile of a mixture of normal laws of squares, which may be negative."""
+    low, high = float((square - 10.0 * error).min()), float((square + 10.0 * error).max())
+    chance = max(confidence, 0.5)
+
+    def excess(place: float) -> float:
+        return float(weight @ ndtr((place - square) / error)) - chance
+
+    return float(brentq(excess, low, high))
+
+
+def _other_law(fit: Fit) -> BandModel | None:
+    """The law that a fit shows in place of 1/f and 1/f^2, if it does."""
+    if fit.slow is None or fit.band is None or not fit.slow.seen:
+        return None
+    row = fit.slow.seen
+    squares = tuple(fit.slow.squares[row].tolist())
+    return BandModel(squares=squares, interval=fit.band.interval, slow=fit.slow.laws[row])
+
+
+def _of_whole_band(average: Average, fit: Fit, band: FitBand, row: int, slow: SlowLaw) -> Average:
     """The fit, with the correlations of the average."""
     models = average.models
     stochastic = (fit.coefficients[name] for name in STOCHASTIC_NAMES)
@@ -597,7 +642,7 @@ def _of_whole_band(average: Average, fit: Fit, band: FitBand, row: int, end: flo
         law=BandModel(
             squares=tuple(one.value**2 if one.status == "estimated" else 0.0 for one in stochastic),
             interval=band.interval,
-            flicker_end=end,
+            slow=slow,
         ),
     )
     return replace(
@@ -681,10 +726,12 @@ def levels_bear_out(levels: Levels, fit: Fit, walk: Estimate) -> bool:
     used = levels.frequency <= fit.band.high
     if np.count_nonzero(used) <= FALL or fitted.low > walk.high or fitted.high < walk.low:
         return False
-    law = level_laws(levels)[used] @ [fit.squares.get(name, 0.0) for name in STOCHASTIC_NAMES]
-    if not law.min() > 0.0:
+    squares = tuple(fit.squares.get(name, 0.0) for name in STOCHASTIC_NAMES)
+    law = _other_law(fit) or BandModel(squares=squares, interval=fit.band.interval)
+    mean = law.terms(levels).sum(axis=1)[used]
+    if not mean.min() > 0.0:
         return False
-    ratio, freedom = levels.level[used] / law, int(np.count_nonzero(used)) - FALL
+    ratio, freedom = levels.level[used] / mean, int(np.count_nonzero(used)) - FALL
     return describes(levels.shape[used], ratio, freedom, _SURELY.chance)
 
 

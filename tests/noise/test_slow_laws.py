@@ -70,7 +70,7 @@ def test_an_end_is_found_named_and_taken_into_account():
     assert walk.low <= ANGLE_RANDOM_WALK <= walk.high
     # Flicker without an end takes more than this from N.
     assert abs(walk.value / ANGLE_RANDOM_WALK - 1.0) < 0.01
-    assert 0.3 < analysis.average.law.flicker_end < 3.0
+    assert 0.3 < analysis.average.law.slow.end < 3.0
     assert ", B to about " in analysis.average.in_words()
 
 
@@ -79,7 +79,7 @@ def test_flicker_without_an_end_is_not_said_to_end():
     analysis = answer(endless(rng, 200_000), rng)
     walk = analysis.angle_random_walk
     assert walk.low <= ANGLE_RANDOM_WALK <= walk.high
-    assert analysis.average.law.flicker_end == np.inf
+    assert analysis.average.law.slow.end == np.inf
     assert "to about" not in analysis.average.in_words()
 
 

@@ -1,0 +1,124 @@
+"""Laws of slow noise beside flicker of 1/f and a walk of 1/f^2, and what each makes of a spectrum.
+
+A fit of Q, N, B and K takes slow noise to be 1/f and 1/f^2 at every frequency. That of a sensor is
+often nearly so: flicker ends at its fastest relaxation, falls a little less or more steeply than
+1/f, or a walk is a Markov rate that is level at the lowest frequencies. The spectrum hardly
+departs then from the four terms, but N takes what they have too much or too little, and B and K
+what they are not. So each law is tried, and weighs what the data say of it.
+"""
+
+import math
+from dataclasses import dataclass
+from typing import Final, NamedTuple
+
+import numpy as np
+
+from sagnac.core.arrays import BooleanArray, FloatArray
+from sagnac.noise.laws import STOCHASTIC_NAMES, flicker_share
+
+WALK: Final = STOCHASTIC_NAMES.index("angle_random_walk")
+FLICKER: Final = STOCHASTIC_NAMES.index("bias_instability")
+RATE_WALK: Final = STOCHASTIC_NAMES.index("rate_random_walk")
+# Slopes of flicker, chances of each kind before the data are asked, and the gain of twice the
+# logarithm of the likelihood from which on another law is seen: two and a half deviations.
+_SLOPES: Final = (0.5, 0.6, 0.7, 0.8, 0.9, 1.1, 1.2, 1.3, 1.4, 1.5)
+_PRIOR: Final = {"plain": 0.3, "end": 0.25, "slope": 0.2, "corner": 0.25}
+_SEEN: Final = 6.0
+
+
+class SlowLaw(NamedTuple):
+    """What flicker and a walk of the rate are; by default 1/f and 1/f^2.
+
+    Attributes
+    ----------
+    end
+        Frequency above which flicker falls twice as steeply, Hz (`flicker_share`).
+    slope
+        The density of flicker falls as f to the power of minus this; beyond 1, B is no bias
+        instability.
+    corner
+        Frequency below which the walk is level, Hz: a Markov rate.
+    """
+
+    end: float = math.inf
+    slope: float = 1.0
+    corner: float = 0.0
+
+    def shares(self, frequency: FloatArray) -> FloatArray:
+        """(points, 4) factors on the densities of Q, N, B and K at frequencies (points,), Hz."""
+        shares = np.ones((frequency.size, len(STOCHASTIC_NAMES)))
+        shares[:, FLICKER] = flicker_share(frequency, self.end) * frequency ** (1.0 - self.slope)
+        shares[:, RATE_WALK] = 1.0 / (1.0 + (self.corner / frequency) ** 2)
+        return shares
+
+    def in_words(self) -> str:
+        """Phrase for a person: ``, B to about 0.8 Hz``; empty for 1/f and 1/f^2."""
+        if math.isfinite(self.end):
+            return f", B to about {self.end:.2g} Hz"
+        if self.slope != 1.0:
+            return f", with f^-{self.slope:.1f} in place of B"
+        return f", K down to about {self.corner:.2g} Hz" if self.corner > 0.0 else ""
+
+
+PLAIN: Final = SlowLaw()
+
+
+def laws_to_try(frequency: FloatArray) -> dict[SlowLaw, float]:
+    """Laws of which a spectrum at frequencies (points,), Hz, can tell, and the chance of each."""
+    lowest, highest = float(frequency[0]), float(frequency[-1])
+    # An octave apart: ends that leave flicker to be seen, corners that leave a walk.
+    octaves = 2.0 ** np.arange(math.ceil(math.log2(highest / lowest)))
+    kinds = {
+        "plain": [PLAIN],
+        "end": [SlowLaw(end=one) for one in (2.0 * highest / octaves) if one > 8.0 * lowest],
+        "slope": [SlowLaw(slope=one) for one in _SLOPES],
+        "corner": [SlowLaw(corner=one) for one in (2.0 * lowest * octaves) if one < highest / 8.0],
+    }
+    return {law: _PRIOR[kind] / len(tried) for kind, tried in kinds.items() for law in tried}
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SlowLaws:
+    """Fits of Q, N, B and K by several laws, 1/f and 1/f^2 first.
+
+    Attributes
+    ----------
+    laws
+        Of each.
+    prior
+        (laws,) chance of each before the data are asked.
+    squares, errors
+        (laws, 4) squared coefficients, SI, and their standard errors.
+    deviance
+        (laws,) -2 log likelihood.
+    """
+
+    laws: tuple[SlowLaw, ...]
+    prior: FloatArray
+    squares: FloatArray
+    errors: FloatArray
+    deviance: FloatArray
+
+    @property
+    def weight(self) -> FloatArray:
+        """(laws,) probability of each whose N is above zero, and so is what its law is of."""
+        column = [RATE_WALK if law.corner > 0.0 else FLICKER for law in self.laws]
+        stands = self.squares[np.arange(len(self.laws)), column] > 0.0
+        stands[0] = True
+        stands &= self.squares[:, WALK] > 0.0
+        best = self.deviance[stands].min(initial=math.inf)
+        weight = stands * self.prior * np.exp(-0.5 * np.maximum(self.deviance - best, 0.0))
+        return np.asarray(weight / max(float(weight.sum()), 1e-300))
+
+    @property
+    def seen(self) -> int:
+        """Row of the law that the data show; 0 if they show no other than the first."""
+        best = int(np.argmax(self.weight))
+        return best if self.deviance[best] < self.deviance[0] - _SEEN else 0
+
+    def holding(self, column: int) -> BooleanArray:
+        """(laws,) those in which a column is the noise of its name."""
+        slope = np.array([law.slope for law in self.laws])
+        corner = np.array([law.corner for law in self.laws])
+        every = np.ones(len(self.laws), dtype=np.bool_)
+        return {FLICKER: slope == 1.0, RATE_WALK: corner == 0.0}.get(column, every)
