@@ -54,7 +54,7 @@ from sagnac.core.errors import Note, RecordingError
 from sagnac.noise.bounds import CurveBound, RollOff, highest_terms, highest_walk, within_curve
 from sagnac.noise.estimates import Fit, unobserved
 from sagnac.noise.fit import likelihood_fit
-from sagnac.noise.model_average import with_both, with_whole_band
+from sagnac.noise.model_average import with_both, with_slow_laws, with_whole_band
 from sagnac.quality.distribution import shape_of
 from sagnac.quality.profile import whitened
 from sagnac.quality.readout import joint_readout
@@ -168,10 +168,21 @@ def _within_curve(evidence: Evidence, headline: Headline) -> Headline:
     spectrum, fit = headline.spectrum, headline.fits["likelihood"]
     lowered = 0.0 if spectrum is None else spectrum.roll_off.cluster_time()
     confidence, shortest = evidence.settings.confidence, max(lowered, evidence.readout.time)
-    highest = highest_terms(evidence.curve, confidence=confidence, shortest=shortest)
+    other = fit.slow
+    end = math.inf if other is None else other.lowest_end
+    highest = highest_terms(
+        evidence.curve, confidence=confidence, shortest=shortest, flicker_end=end
+    )
+    slow = with_slow_laws(fit).coefficients["bias_instability"]
     fit = replace(fit, coefficients=within_curve(fit.coefficients, highest))
     if spectrum is not None:
-        limited = within_curve(spectrum.average.coefficients, highest)
+        coefficients = dict(spectrum.average.coefficients)
+        # B of an average knows of no end, and is an estimate of 1/f alone.
+        one = coefficients["bias_instability"]
+        may_end = other is not None and (other.seen or one.status == "upper bound")
+        if may_end and math.isfinite(end) and slow.high > one.high:
+            coefficients["bias_instability"] = one.bounded(slow.high)
+        limited = within_curve(coefficients, highest)
         spectrum = replace(spectrum, average=spectrum.average.with_coefficients(limited))
     return replace(headline, spectrum=spectrum, fits={**headline.fits, "likelihood": fit})
 

@@ -261,7 +261,11 @@ class SlowNoise:
 
 
 def highest_terms(
-    curve: StabilityCurve, *, confidence: float, shortest: float = 0.0
+    curve: StabilityCurve,
+    *,
+    confidence: float,
+    shortest: float = 0.0,
+    flicker_end: float = math.inf,
 ) -> dict[CoefficientName, float]:
     """Largest Q, B, K and R that a curve allows, SI.
 
@@ -273,19 +277,23 @@ def highest_terms(
         That each lies below, shared by the points (Bonferroni).
     shortest
         Cluster times below it, s, are lowered by a low-pass or a readout.
+    flicker_end
+        Frequency above which flicker may be less than 1/f, Hz.
 
     Returns
     -------
     dict
-        Empty if no cluster time is left.
+        Without those for which no cluster time is left.
     """
-    used = curve.tau >= shortest
-    if not used.any():
-        return {}
     basis = dict(zip(COEFFICIENT_NAMES, allan_variance_basis(curve.tau).T, strict=True))
-    share = (1.0 - confidence) / np.count_nonzero(used)
     highest: dict[CoefficientName, float] = {}
     for name, noise_type in _NOISE_TYPES.items():
+        # From a dozen of its shortest relaxation times on, flicker is nearly all there.
+        least = 2.0 / flicker_end if name == "bias_instability" else 0.0
+        used = curve.tau >= max(shortest, least)
+        if not used.any():
+            continue
+        share = (1.0 - confidence) / np.count_nonzero(used)
         high = curve.deviation**2 * _limit_of_variance(_freedom(curve, noise_type), share)
         highest[name] = math.sqrt(float((high / basis[name])[used].min()))
     return highest
@@ -312,8 +320,8 @@ def within_curve(
 ) -> dict[CoefficientName, Estimate]:
     """Estimates that ask for no more than a curve allows.
 
-    An interval ends at what the curve allows; one that lies above that altogether is no estimate,
-    and what the curve allows is the bound.
+    An interval ends at what the curve allows; if the value lies above that it is no estimate, and
+    what the curve allows is the bound.
 
     Parameters
     ----------
@@ -328,10 +336,8 @@ def within_curve(
         if name not in estimates or not estimates[name].high > most:
             continue
         one = estimates[name]
-        if one.status == "upper bound" or one.low >= most:
-            limited[name] = one.bounded(most)
-        else:
-            limited[name] = replace(one, value=min(one.value, most), high=most)
+        is_estimate = one.status == "estimated" and one.value < most
+        limited[name] = replace(one, high=most) if is_estimate else one.bounded(most)
     return limited
 
 

@@ -116,9 +116,17 @@ class SlowLaws:
         best = int(np.argmax(self.weight))
         return best if self.deviance[best] < self.deviance[0] - _SEEN else 0
 
+    @property
+    def lowest_end(self) -> float:
+        """Frequency below which flicker ends with a chance of a fortieth, Hz; else infinite."""
+        ends = np.array([law.end for law in self.laws])
+        order = np.argsort(ends, kind="stable")
+        reached = np.cumsum(self.weight[order]) >= 0.025
+        return float(ends[order][reached][0]) if reached.any() else math.inf
+
     def holding(self, column: int) -> BooleanArray:
         """(laws,) those in which a column is the noise of its name."""
         slope = np.array([law.slope for law in self.laws])
         corner = np.array([law.corner for law in self.laws])
         every = np.ones(len(self.laws), dtype=np.bool_)
-        return {FLICKER: slope == 1.0, RATE_WALK: corner == 0.0}.get(column, every)
+        return np.asarray({FLICKER: slope == 1.0, RATE_WALK: corner == 0.0}.get(column, every))
