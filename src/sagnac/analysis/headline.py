@@ -283,8 +283,10 @@ def _by_spectrum(evidence: Evidence, chosen: AnswerSpectrum, fitted: Points) -> 
         )
         return replace(_no_walk(evidence, Note(text=text)), spectrum=spectrum)
     of_likelihood = _likelihood_source(channel, fitted, spectrum.likelihood)
+    other = "" if choice.law is None else choice.law.slow.in_words()
     source = {
-        "whole band": f"{of_likelihood}; averages over narrow bands agree",
+        "whole band": f"{of_likelihood}; "
+        + (f"it shows {other}" if other else "averages over narrow bands agree"),
         "both": f"{of_likelihood}; averages over narrow bands do not decide, so "
         "that the interval also holds the average over bands and terms "
         f"(heaviest: {replace(choice, member='average').in_words()})",

@@ -52,12 +52,12 @@ class SlowLaw(NamedTuple):
         return shares
 
     def in_words(self) -> str:
-        """Phrase for a person: ``, B to about 0.8 Hz``; empty for 1/f and 1/f^2."""
+        """Phrase for a person: ``B to about 0.8 Hz``; empty for 1/f and 1/f^2."""
         if math.isfinite(self.end):
-            return f", B to about {self.end:.2g} Hz"
+            return f"B to about {self.end:.2g} Hz"
         if self.slope != 1.0:
-            return f", with f^-{self.slope:.1f} in place of B"
-        return f", K down to about {self.corner:.2g} Hz" if self.corner > 0.0 else ""
+            return f"f^-{self.slope:.1f} in place of B"
+        return f"K down to about {self.corner:.2g} Hz" if self.corner > 0.0 else ""
 
 
 PLAIN: Final = SlowLaw()
