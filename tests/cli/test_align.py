@@ -51,7 +51,9 @@ def test_priors_are_printed_and_taken(capsys, tmp_path):
     assert made["priors"]["tilt_deg"] == pytest.approx(0.25)
     assert main(["align", str(path), "--after", "60s", *words]) == 0
     shown = capsys.readouterr().out
-    assert "with the worst upper bound" not in shown  # B's is far below what N makes in a minute
+    # B's is far below what N makes in a minute.
+    assert "with the worst upper bound" not in shown
+    assert "upper bound only)" not in shown
     coefficients = json.loads(path.read_text(encoding="utf-8"))["coefficients"]
     coefficients["bias_instability"] |= {"value": 1e-2, "high": 1e-2}
     changed(path, coefficients=coefficients)
@@ -59,6 +61,9 @@ def test_priors_are_printed_and_taken(capsys, tmp_path):
     shown = capsys.readouterr().out
     assert "priors, 1 σ: azimuth 1.00 × 10⁻⁴°, tilt 0.250°, bias from 600 s at rest" in shown
     assert "with the worst upper bound" in shown
+    assert "95 % (B has an upper bound only), by N" in shown
+    (drifting,) = found(capsys, path, "--after", "60s")["heading_drift"]
+    assert drifting["highest_deg"] <= drifting["high_deg"] < 1.1 * drifting["highest_deg"]
     raised = found(capsys, path, "--after", "60s", "--tilt", "2deg")
     # Both with the misalignment, which rules here.
     for name, key in (("attitude", "deg"), ("position_unaided", "m")):
