@@ -160,6 +160,12 @@ def test_a_data_sheet_alone(capsys, tmp_path):
     assert "--datasheet" in one_line(capsys)
 
 
+def test_the_folder_of_the_file_is_made(tmp_path):
+    path = document(tmp_path, gyros=("x",))
+    assert main(["export", str(path), "-o", str(tmp_path / "new" / "one" / "imu.yaml")]) == 0
+    assert (tmp_path / "new" / "one" / "imu.yaml").read_text(encoding="utf-8")
+
+
 def test_an_empty_folder_is_one_line(capsys, tmp_path):
     assert main(["export", str(tmp_path), "-o", str(tmp_path / "imu.yaml")]) == 1
     assert "holds no analysis.json" in one_line(capsys)
