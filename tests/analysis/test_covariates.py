@@ -103,6 +103,7 @@ def test_n_is_unchanged_and_slow_noise_gone():
     (said,) = (note.text for note in warmed.notes if "temperature" in note.text)
     assert "was taken off" in said
     assert "dT/dt" in said
+    assert "(+- 1 sigma)" in said
 
 
 @pytest.mark.parametrize(

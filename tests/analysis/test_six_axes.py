@@ -8,6 +8,7 @@ import pytest
 
 from sagnac.analysis.pipeline import analyze
 from sagnac.analysis.settings import Settings
+from sagnac.formats import Statement, read
 from sagnac.recording.model import Channel, Recording
 from sagnac.report import document, page, text
 from sagnac.report.sections import force_rows
@@ -153,3 +154,21 @@ def test_noise_of_an_accelerometer_that_changes_is_said_in_its_units(recording):
     louder = replace(force, values=noisy_half_way(force.values))
     found = analyze(replace(recording, accelerometers=(louder,))).accelerometers["az"]
     assert "unsteady" in {note.name for note in found.findings}
+
+
+def test_a_note_on_an_accelerometer_speaks_of_its_own_random_walk(tmp_path):
+    # A row is missing in the middle of ten minutes.
+    random = np.random.default_rng(2)
+    time = np.delete(np.arange(12_000) / 20.0, 6_000)
+    noise = random.standard_normal((time.size, 2)) * [1e-4, 1e-3]
+    header = "time[s],x[rad/s],ax[m/s^2]"
+    path = tmp_path / "still.csv"
+    np.savetxt(path, np.column_stack([time, noise]), delimiter=",", header=header, comments="")
+    analysis = analyze(read(path, Statement(kind="rate", time="time", accelerometers=("ax",))))
+    of_gyro, of_force = (
+        " ".join(note.text for note in one.notes if note.effect is not None)
+        for one in (analysis, analysis.accelerometers["ax"])
+    )
+    assert "angle random walk" in of_gyro
+    assert "velocity random walk" in of_force
+    assert "angle random walk" not in of_force

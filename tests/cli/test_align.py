@@ -51,7 +51,9 @@ def test_priors_are_printed_and_taken(capsys, tmp_path):
     assert made["priors"]["tilt_deg"] == pytest.approx(0.25)
     assert main(["align", str(path), "--after", "60s", *words]) == 0
     shown = capsys.readouterr().out
-    assert "with the worst upper bound" not in shown  # B's is far below what N makes in a minute
+    # B's is far below what N makes in a minute.
+    assert "with the worst upper bound" not in shown
+    assert "upper bound only)" not in shown
     coefficients = json.loads(path.read_text(encoding="utf-8"))["coefficients"]
     coefficients["bias_instability"] |= {"value": 1e-2, "high": 1e-2}
     changed(path, coefficients=coefficients)
@@ -59,6 +61,9 @@ def test_priors_are_printed_and_taken(capsys, tmp_path):
     shown = capsys.readouterr().out
     assert "priors, 1 σ: azimuth 1.00 × 10⁻⁴°, tilt 0.250°, bias from 600 s at rest" in shown
     assert "with the worst upper bound" in shown
+    assert "95 % (B has an upper bound only), by N" in shown
+    (drifting,) = found(capsys, path, "--after", "60s")["heading_drift"]
+    assert drifting["highest_deg"] <= drifting["high_deg"] < 1.1 * drifting["highest_deg"]
     raised = found(capsys, path, "--after", "60s", "--tilt", "2deg")
     # Both with the misalignment, which rules here.
     for name, key in (("attitude", "deg"), ("position_unaided", "m")):
@@ -106,9 +111,17 @@ def test_a_filter_that_finds_no_azimuth_says_so_and_one_that_does_says_nothing(c
     assert not any(said in note for note in good["notes"])
     assert good["gyrocompass"]["azimuth_arcmin"][-1] > 0.0
     document_of = json.loads(path.read_text(encoding="utf-8"))
-    loud = {**document_of["angle_random_walk"], "value": 1.0, "low": 0.9, "high": 1.1}
+    loud = {**document_of["angle_random_walk"], "value": 60.0, "low": 54.0, "high": 66.0}
     changed(path, angle_random_walk=loud)
-    assert any(said in note for note in found(capsys, path, "--latitude", "32")["notes"])
+    made = found(capsys, path, "--latitude", "32")
+    # Gyros of 60 deg/sqrt(h) see no Earth rate, and turn azimuth by N sqrt(t).
+    drifted = 60.0 * math.hypot(2.0, 60.0 * math.sqrt(600.0 / 3600.0))
+    assert made["filter"]["azimuth_arcmin"][-1] == pytest.approx(drifted, rel=0.01)
+    assert any(f"{said} of 2.00° and the drift of the gyros" in note for note in made["notes"])
+    changed(path, angle_random_walk={**loud, "value": 0.5, "low": 0.45, "high": 0.55})
+    made = found(capsys, path, "--latitude", "32")
+    assert 108.0 < made["filter"]["azimuth_arcmin"][-1] < 120.0
+    assert any(f"{said} of 2.00°: these" in note for note in made["notes"])
 
 
 @pytest.mark.parametrize(("walk", "observable"), [(1.0, True), (30.0, False)])

@@ -160,6 +160,12 @@ def test_a_data_sheet_alone(capsys, tmp_path):
     assert "--datasheet" in one_line(capsys)
 
 
+def test_the_folder_of_the_file_is_made(tmp_path):
+    path = document(tmp_path, gyros=("x",))
+    assert main(["export", str(path), "-o", str(tmp_path / "new" / "one" / "imu.yaml")]) == 0
+    assert (tmp_path / "new" / "one" / "imu.yaml").read_text(encoding="utf-8")
+
+
 def test_an_empty_folder_is_one_line(capsys, tmp_path):
     assert main(["export", str(tmp_path), "-o", str(tmp_path / "imu.yaml")]) == 1
     assert "holds no analysis.json" in one_line(capsys)
@@ -186,3 +192,36 @@ def test_a_campaign_is_covered_by_the_worst_of_each_axis(tmp_path):
     full = made["sensors"]["x"]["full"]["continuous"]["white_rad_per_s_per_sqrt_hz"]
     alone_full = alone["sensors"]["x"]["full"]["continuous"]["white_rad_per_s_per_sqrt_hz"]
     assert full == pytest.approx(alone_full, rel=1e-6)
+
+
+@pytest.mark.parametrize("hum", [True, False])
+@pytest.mark.parametrize("command", ["avar", "analyze"])
+def test_an_n_that_lines_inflate_names_them_and_the_command_that_removes_them(
+    command, hum, capsys, tmp_path
+):
+    # 1e-4 rad/s beside white noise of 1e-5 rad/s a sample; ten minutes of 20 Hz.
+    time = np.arange(12_000) / 20.0
+    rate = 1e-5 * np.random.default_rng(3).standard_normal(time.size)
+    rate += hum * 1e-4 * np.sin(2.0 * np.pi * 4.3137 * time)
+    recording = tmp_path / "still.csv"
+    np.savetxt(recording, rate, fmt="%.9e", header="x[rad/s]", comments="")
+    how = ["--kind", "rate", "--rate", "20", "-o", str(tmp_path / "still")]
+    assert main([command, str(recording), *how]) == 0
+    capsys.readouterr()
+    assert main(["export", str(tmp_path / "still"), "-o", str(tmp_path / "imu.yaml")]) == 0
+    shown = capsys.readouterr().out
+    said = "lines or vibration are in its curve; `sagnac analyze` removes lines"
+    assert (said in shown) == (hum and command == "avar")
+    assert ("times the estimate" in shown) == (hum and command == "avar")
+    settings = sagnac.export(tmp_path / "still", tool="toml").settings
+    # N of the truth is 1e-5 rad/s over the root of 20 Hz.
+    assert (settings[0].simple.white > 3.0 * 1e-5 / np.sqrt(20.0)) == (hum and command == "avar")
+
+
+def test_an_n_that_is_inflated_without_lines_has_another_reason(tmp_path):
+    path = document(tmp_path, gyros=("x",), method="fos")
+    curve = json.loads(path.read_text(encoding="utf-8"))["curve"]
+    louder = [5.0 * value for value in curve["deviation_deg_per_h"]]
+    changed(path, curve={**curve, "deviation_deg_per_h": louder})
+    (note,) = (one for one in sagnac.export(path, tool="toml").notes if "estimate" in one.text)
+    assert note.text.endswith("vibration or other noise that N does not describe is in its curve")

@@ -118,6 +118,18 @@ def test_the_remedy_begins_with_what_is_likely_wrong(stated, header, first):
     assert error.value.remedy.startswith(first)
 
 
+def test_an_accelerometer_in_velocity_is_told_to_state_its_own_kind():
+    wrong = three(caller={"kind": "increment"})
+    with pytest.raises(RecordingError, match="not one of acceleration") as error:
+        scale_of("ax", column("ax[m/s]"), wrong, "accelerometer")
+    assert error.value.remedy.startswith("state {kind gyros=increment,ax=increment}")
+    right = three(caller={"kind": {"gyros": "increment", "ax": "increment"}})
+    assert scale_of("ax", column("ax[m/s]"), right, "accelerometer").kind == "increment"
+    with pytest.raises(RecordingError, match="furlong") as error:
+        scale_of("ax", column("ax[furlong]"), wrong, "accelerometer")
+    assert "increment" not in error.value.remedy
+
+
 def chosen(*headers, caller):
     """What is chosen among these columns, the gyro x besides."""
     return choose([column(one) for one in ("x[deg]", *headers)], three(caller=caller))

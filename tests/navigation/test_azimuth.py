@@ -42,6 +42,34 @@ def test_interval_comes_from_the_covariance_of_the_coefficients() -> None:
     assert found.low[0] / found.deviation[0] == pytest.approx(np.exp(-0.1), rel=1e-3)
 
 
+@pytest.mark.parametrize(
+    ("bounds", "added"),
+    [
+        ({"rate_random_walk": 1e-8}, 1e-16 * 400.0 / 12.0),
+        # The floor of Allan's variance by two.
+        ({"bias_instability": 1e-7}, 1e-14 * np.log(2.0) / np.pi),
+    ],
+)
+def test_the_interval_reaches_to_what_an_upper_bound_allows(bounds, added) -> None:
+    noise = GyroNoise(angle_random_walk=1e-7, unseen=tuple(bounds), bounds=bounds)
+    found = azimuth_error(noise, latitude=0.5, times=np.array([400.0]))
+    white = 1e-14 / 400.0
+    assert found.low == pytest.approx([np.sqrt(white) / NORTH])
+    assert found.deviation == pytest.approx([np.sqrt(white) / NORTH])
+    assert found.high == pytest.approx([np.sqrt(white + added) / NORTH])
+
+
+def test_the_interval_of_slow_noise_that_is_only_likely_reaches_from_none_to_its_bound() -> None:
+    name = "rate_random_walk"
+    noise = GyroNoise(
+        angle_random_walk=1e-7, rate_random_walk=5e-9, unseen=(name,), bounds={name: 1e-8}
+    )
+    found = azimuth_error(noise, latitude=0.5, times=np.array([400.0]))
+    ends = [1e-14 / 400.0 + walk**2 * 400.0 / 12.0 for walk in (0.0, 5e-9, 1e-8)]
+    wanted = np.sqrt(ends) / NORTH
+    assert [found.low[0], found.deviation[0], found.high[0]] == pytest.approx(wanted)
+
+
 def test_a_pole_and_no_time_are_refused() -> None:
     noise = GyroNoise(angle_random_walk=1e-7)
     with pytest.raises(ValueError, match="nearer to a pole"):

@@ -174,6 +174,28 @@ def test_bounds_are_a_second_line_and_errors_an_interval():
     assert found.highest > found.deviation()
 
 
+def test_the_interval_reaches_to_what_a_bound_of_the_walk_allows():
+    covariance = np.zeros((3, 3))
+    covariance[0, 0] = (0.1e-5) ** 2
+    noise = GyroNoise(
+        angle_random_walk=1e-5,
+        covariance=covariance,
+        unseen=("bias_instability", "rate_random_walk"),
+        bounds={"rate_random_walk": 1e-6},
+    )
+    found = heading(noise, rest=REST)
+    # N^2 t + K^2 t^3/3, and N^2/T + K^2 T/3 of the rest over t^2.
+    white = 1e-10 * (60.0 + 60.0**2 / REST)
+    walked = 1e-12 * (60.0**3 / 3.0 + REST / 3.0 * 60.0**2)
+    # N is 10 % wrong, 1.96 times.
+    factor = np.exp(1.959964 * 0.2)
+    assert found.deviation() == pytest.approx([np.sqrt(white)], rel=1e-3)
+    low, high = found.interval
+    assert low == pytest.approx([np.sqrt(white / factor)], rel=1e-3)
+    assert high == pytest.approx([np.sqrt(white * factor + walked)], rel=1e-3)
+    assert found.highest == pytest.approx([np.sqrt(white + walked)], rel=1e-3)
+
+
 def test_slow_noise_is_counted_once_though_b_and_k_are_both_bounded():
     b, k = {"bias_instability": 3e-7}, {"rate_random_walk": 1e-8}
     alone = [heading(GyroNoise(angle_random_walk=1e-6, bounds=bounds)).highest for bounds in (b, k)]

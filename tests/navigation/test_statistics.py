@@ -4,6 +4,8 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
+import sagnac
+from sagnac.core.units import DEGREE_PER_HOUR, DEGREE_PER_ROOT_HOUR
 from sagnac.navigation.models import overbound, upper_limit
 from sagnac.noise.laws import markov_allan_variance
 from sagnac.stability.curve import stability_curve
@@ -62,3 +64,27 @@ def test_the_model_lies_above_the_truth_and_not_far_above():
     # Each kind alone, with three standard errors of its 250.
     assert min(above.values()) > 0.95 - 3.0 * np.sqrt(0.95 * 0.05 / RUNS)
     assert max(inflations.values()) <= 1.3
+
+
+@pytest.mark.statistics
+def test_the_interval_of_the_heading_holds_the_truth_if_the_walk_is_only_bounded():
+    white, walk = 0.1 * DEGREE_PER_ROOT_HOUR, 8.0 * DEGREE_PER_HOUR / 60.0
+    rate, time, held, bounded = 20.0, 600.0, 0, 0
+    # N^2 t + K^2 t^3/3, and N^2/T + K^2 T/3 of a rest as long over t^2.
+    truth = np.sqrt(2.0 * white**2 * time + 2.0 / 3.0 * walk**2 * time**3)
+    for seed in range(16):
+        random = np.random.default_rng(seed)
+        rates = white * np.sqrt(rate) * random.standard_normal(48_000)
+        rates += walk / np.sqrt(rate) * np.cumsum(random.standard_normal(48_000))
+        analysis = sagnac.analyze(
+            sagnac.Recording.from_arrays(z=rates, kind="rate", unit="rad/s", sample_rate=rate)
+        )
+        bounded += analysis.coefficients["rate_random_walk"].status == "upper bound"
+        ahead = sagnac.align(analysis, after=[time], rest=time)
+        low, high = ahead.unaided.drift.heading.interval
+        held += bool(low[0] <= truth <= high[0])
+    print(f"K bounded in {bounded} of 16; the interval holds the heading in {held}")
+    # Where K is estimated the interval is its own.
+    assert bounded >= 4
+    # Fourteen or more of sixteen with a chance of 96 % if it is 95 %.
+    assert held >= 14

@@ -14,7 +14,7 @@ from sagnac.analysis.table_shares import Share, Triad
 from sagnac.core.arrays import FloatArray, pandas_for
 from sagnac.core.errors import Note, RecordingError, extra_module, require_type
 from sagnac.core.overwriting import Outputs, require_free
-from sagnac.core.units import DEGREE_PER_HOUR, Sensor
+from sagnac.core.units import DEGREE_PER_HOUR, SENSED, Sensor
 from sagnac.core.whole_files import write_text
 from sagnac.lines.model import Line
 from sagnac.noise.estimates import Estimate, Fit, FitName, estimate_units
@@ -251,7 +251,7 @@ class Analysis:
         return tuple(self.gyros.values()) or (self,)
 
     def with_units_of_sensor(self) -> "Analysis":
-        """The same with estimates that know that they are an accelerometer's, if they are."""
+        """The same with estimates and notes that are an accelerometer's, if it is of one."""
 
         def named(each: Mapping[CoefficientName, Estimate]) -> dict[CoefficientName, Estimate]:
             return {name: replace(one, sensor=self.sensor) for name, one in each.items()}
@@ -259,7 +259,14 @@ class Analysis:
         each = self.fits.items()
         fits = {name: replace(fit, coefficients=named(fit.coefficients)) for name, fit in each}
         walk, coefficients = replace(self.angle_random_walk, sensor=self.sensor), self.coefficients
-        return replace(self, angle_random_walk=walk, coefficients=named(coefficients), fits=fits)
+        # Notes of reading stand among those of the recording as they are.
+        notes = tuple(
+            note if note in self.recording.notes else _of_sensor(note, self.sensor)
+            for note in self.notes
+        )
+        return replace(
+            self, angle_random_walk=walk, coefficients=named(coefficients), fits=fits, notes=notes
+        )
 
     @property
     def is_pair(self) -> bool:
@@ -373,6 +380,12 @@ class Analysis:
         """The same with stages that came before it and its gyros, such as reading."""
         gyros = {name: one.with_seconds(before) for name, one in self.gyros.items()}
         return replace(self, seconds={**before, **self.seconds}, gyros=gyros)
+
+
+def _of_sensor(note: Note, sensor: Sensor) -> Note:
+    """The same note with the coefficient N named as that of the sensor."""
+    name, own = (SENSED[one].titles["angle_random_walk"] for one in ("gyro", sensor))
+    return replace(note, text=note.text.replace(name, own))
 
 
 def require_analysis(value: Analysis, *, recorded: bool = False) -> None:

@@ -6,7 +6,16 @@ from dataclasses import dataclass, field, replace
 from typing import Final, Literal
 
 from sagnac.core.errors import Note, RecordingError
-from sagnac.core.units import TIME_UNITS, Quantity, Sensor, Unit, canonical, sizes, unit_of
+from sagnac.core.units import (
+    TIME_UNITS,
+    VELOCITY_UNITS,
+    Quantity,
+    Sensor,
+    Unit,
+    canonical,
+    sizes,
+    unit_of,
+)
 from sagnac.formats.source import Column
 from sagnac.formats.statement import Statements, is_counts
 from sagnac.recording.channel import KINDS, PICKOFF, Kind, quantity_of
@@ -414,6 +423,9 @@ def scale_of(name: str, column: Column, statements: Statements, sensor: Sensor =
     elif unit is not None and not any(units[:2]):
         # The file says it itself: the kind that was stated is the more likely fault.
         remedy = f"state the right {{kind}}, or {{unit {of_one}{usual}}} or {other}"
+    if sensor == "accelerometer" and kind == "rate" and unit in VELOCITY_UNITS:
+        # A kind without a name is that of the gyros alone.
+        remedy = f"state {{kind gyros=increment,{name}=increment}}, or the right {{unit}}"
     known_unit(name, unit, quantity, remedy)
     notes = [
         contradiction(by_file, caller or beside or "", is_typed=caller is not None, channel=name)

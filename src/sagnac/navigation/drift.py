@@ -73,12 +73,11 @@ class Growth:
     def interval(self) -> tuple[FloatArray, FloatArray]:
         """(times,) ends of the interval of the standard deviation without misalignment.
 
-        Slow noise that is taken as most likely may be nothing, or up to its upper bound.
+        Noise of which only an upper bound is known may be nothing, or up to that bound.
         """
         middle, factor = self.deviation(misaligned=False), np.exp(0.5 * self.reach)
-        is_likely = self.lowest < middle * (1.0 - 1e-9)
-        upper = np.maximum(middle * factor, np.where(is_likely, self.highest, 0.0))
-        return np.minimum(middle, self.lowest) / factor, upper
+        raised = model.raised(middle, factor, self.highest)
+        return np.minimum(middle, self.lowest) / factor, raised
 
     @property
     def highest_misaligned(self) -> FloatArray:

@@ -314,7 +314,8 @@ class AzimuthError:
     times
         (times,), s.
     deviation, low, high
-        (times,), rad, and its interval from the uncertainty of N, B and K.
+        (times,), rad, and its interval from the uncertainty of N, B and K, and from the upper
+        bounds of those that were not estimated.
     parts
         (times, 3) variances that N, B and K make, rad^2.
     floor
@@ -378,6 +379,23 @@ def moments_of(times: FloatArray) -> FloatArray:
     return moments
 
 
+def raised(deviation: FloatArray, factor: FloatArray, highest: FloatArray) -> FloatArray:
+    """(times,) upper end of the interval of a standard deviation.
+
+    Parameters
+    ----------
+    deviation
+        (times,) with what was not estimated at zero or at the most likely.
+    factor
+        (times,) by which the errors of what was estimated raise it.
+    highest
+        (times,) with the worst upper bound of what was not estimated.
+    """
+    # The variance of what was estimated at its upper end, and what the bound adds to it.
+    added = np.maximum(highest**2 - deviation**2, 0.0)
+    return np.asarray(np.sqrt((deviation * factor) ** 2 + added))
+
+
 def _of_weights(
     noise: GyroNoise,
     moments: FloatArray,
@@ -394,12 +412,17 @@ def _of_weights(
     scatter = np.sqrt(np.einsum("ti,ij,tj->t", slope, noise.covariance, slope))
     # A variance stays above zero, so the interval is taken for its logarithm.
     reach = quantile(confidence) * scatter / np.maximum(variance, 1e-300)
-    deviation = np.sqrt(variance)
+    deviation, factor = np.sqrt(variance), np.exp(0.5 * reach)
+
+    def deviation_with(one: GyroNoise) -> FloatArray:
+        return np.asarray(np.sqrt(weights @ one.values**2 + left))
+
+    highest = np.max([deviation_with(one) for one in noise.bounded], axis=0)
     return AzimuthError(
         times=moments,
         deviation=deviation,
-        low=deviation * np.exp(-0.5 * reach),
-        high=deviation * np.exp(0.5 * reach),
+        low=np.minimum(deviation, deviation_with(noise.without_likely)) / factor,
+        high=raised(deviation, factor, highest),
         parts=parts,
         floor=floor,
         confidence=confidence,

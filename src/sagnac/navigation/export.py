@@ -10,7 +10,7 @@ from typing import Final, Literal
 from sagnac.core import errors, units
 from sagnac.core.documents import Documented, require_source
 from sagnac.core.overwriting import of_export, require_free
-from sagnac.core.whole_files import write_text
+from sagnac.core.whole_files import made, write_text
 from sagnac.navigation.definitions import ToolName, definition_of
 from sagnac.navigation.models import FilterModel, Markov
 from sagnac.navigation.settings import FilterSetting, measured_in
@@ -172,7 +172,8 @@ def export(
     source
         An analysis, the path of an ``analysis.json`` or of a folder that holds some, or several.
     path
-        File to write; none is written without it. Settings that this package wrote are replaced.
+        File to write, and its folder; none is written without it. Settings that this package
+        wrote are replaced.
     tool
         Whose settings; by the name of `path` unless stated.
     axes
@@ -250,6 +251,7 @@ def export(
     if path is not None:
         inputs = [Path(one) for one in sources if isinstance(one, str | Path)]
         require_free(of_export(Path(path), tool), inputs, force=force)
+        made(Path(path).parent)
         write_text(Path(path), text)
     return Exported(tool=tool, text=text, settings=file.held, notes=file.notes)
 

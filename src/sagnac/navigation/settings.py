@@ -57,6 +57,8 @@ class FilterSetting:
         What the analysis found wrong of the recording and did not accept, in words.
     stated
         What a data sheet states beside the noise, in words: name -> text.
+    has_lines
+        Whether lines were left in the curve.
     """
 
     name: str
@@ -71,6 +73,12 @@ class FilterSetting:
     walk_bound: float = math.nan
     doubts: tuple[str, ...] = ()
     stated: Mapping[str, str] = field(default_factory=dict)
+    has_lines: bool = False
+
+    @property
+    def excess(self) -> float:
+        """White noise of the simple model over N as estimated; NaN if N was not."""
+        return self.simple.white / self.estimate if self.estimate > 0.0 else math.nan
 
     def inflation(self, model: models.FilterModel) -> float | None:
         """Median over the cluster times of model over measured deviation; None if stated."""
@@ -101,7 +109,7 @@ class FilterSetting:
         if inflation is not None:
             seen, rest = " (not estimated)", f", {inflation:.3f} of the Allan deviation (median)"
             if self.estimate > 0.0:
-                seen = f" ({model.white / self.estimate:.3f} of the estimate)"
+                seen = f" ({self.excess:.3f} of the estimate)"
         more = "".join(f", {key} {text}" for key, text in self.stated.items())
         density = f"{model.white / white.size:.4g} {white.name}"
         return f"{self.name}: N {density}{seen}, {bias}{rest}{more}"
@@ -195,6 +203,8 @@ def _measured(
             covariance=whole.get("covariance"),
             walk_bound=_walk_bound(slow, kind),
             doubts=_doubts(name, [sensor[0] for sensor in sensors], document, whole),
+            # An analysis takes the lines out of accelerometers whatever is asked for.
+            has_lines=kind == "gyro" and whole["settings"]["method"] == "none",
         )
         settings.append(setting)
     return settings

@@ -18,6 +18,7 @@ from sagnac.navigation.models import common_time
 from sagnac.navigation.settings import FilterSetting, by_name, plain, worst
 
 TOOLS: Final[tuple[str, ...]] = get_args(ToolName)
+_INFLATED: Final = 3.0  # times the estimate of N, from which on the reason is said
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -102,7 +103,7 @@ class SettingsFile:
 
     @property
     def notes(self) -> tuple[Note, ...]:
-        """On axes that one measured sensor, or the worse of two, stands for; and on doubts."""
+        """On axes that one sensor, or the worse of two, stands for; on inflated N; on doubts."""
         notes = []
         for kind, settings in self._sensors.items():
             names = dict.fromkeys(one.name for one in settings if one.limit is not None)
@@ -112,6 +113,15 @@ class SettingsFile:
                     which = "the third axis" if self.each else "all three axes"
                     text = f"were measured, and the worse of these {kind}s stands for {which}"
                 notes.append(Note(channel=", ".join(names), text=text))
+        for one in self.held:
+            if one.excess > _INFLATED:
+                text = f"N is {one.excess:.3g} times the estimate, since "
+                text += (
+                    "lines or vibration are in its curve; `sagnac analyze` removes lines"
+                    if one.has_lines
+                    else "vibration or other noise that N does not describe is in its curve"
+                )
+                notes.append(Note(channel=one.name, text=text))
         doubts = dict.fromkeys(doubt for one in self.held for doubt in one.doubts)
         return (*notes, *(Note(level="warning", text=doubt) for doubt in doubts))
 

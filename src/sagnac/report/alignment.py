@@ -1,6 +1,6 @@
 """An alignment, and heading, attitude and position without aiding: text, data and figures."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any, Final
 
@@ -91,7 +91,22 @@ def _label_axes(axes: Axes, latitude: float) -> None:
 def prospect_text(prospect: Prospect) -> str:
     """The answer first, then what it rests on."""
     shown, noise = prospect_document(prospect), prospect.noise
-    return rendered("azimuth.txt", shown=shown, noise=noise)
+    wide = _why_wide([noise])
+    return rendered("azimuth.txt", shown=shown, noise=noise, wide=wide, raised=_RAISED)
+
+
+def _why_wide(noises: Sequence[GyroNoise]) -> str:
+    """Why an interval is wide, in brackets; empty if no slow noise of these gyros is bounded."""
+    # N that is bounded is taken at its bound.
+    bounded = [
+        symbol
+        for name, symbol in zip(NAMES[1:], "BK", strict=True)
+        if any(name in one.bounds for one in noises)
+    ]
+    if not bounded:
+        return ""
+    have = "have upper bounds" if len(bounded) > 1 else "has an upper bound"
+    return f" ({' and '.join(bounded)} {have} only)"
 
 
 def prospect_document(prospect: Prospect) -> dict[str, Any]:
@@ -222,8 +237,9 @@ def _rows(columns: Mapping[str, FloatArray]) -> list[dict[str, float]]:
 def drift_text(unaided: Unaided) -> str:
     """The priors first, then a line for each time and quantity, and what is left out."""
     shown, notes = drift_document(unaided), drift_notes(unaided)
+    wide = _why_wide(unaided.noises)
     more = {"percent": f"{100.0 * unaided.confidence:g}", "symbols": _SYMBOLS, "zip": zip}
-    return rendered("drift.txt", shown=shown, notes=notes, **more)
+    return rendered("drift.txt", shown=shown, notes=notes, wide=wide, raised=_RAISED, **more)
 
 
 def drift_notes(unaided: Unaided) -> list[str]:
