@@ -1,4 +1,4 @@
-"""Flicker that ends in the band: a sum of Markov rates with a shortest time, made by recursion."""
+"""Slow noise that is not 1/f and 1/f^2: sums of Markov rates, and powers of the frequency."""
 
 import numpy as np
 import pytest
@@ -11,6 +11,8 @@ from sagnac.noise.laws import flicker_share
 RATE = 100.0
 ANGLE_RANDOM_WALK = np.deg2rad(0.1) / 60.0
 BIAS_INSTABILITY = np.deg2rad(10.0) / 3600.0
+# Of densities that equal that of white noise at 0.3 Hz.
+SLOPES = ("0.6", "0.8", "1.2", "1.4")
 
 
 def relaxations(rng, samples, shortest):
@@ -31,12 +33,17 @@ def relaxations(rng, samples, shortest):
 
 
 def endless(rng, samples):
-    """1/f from the length of the record to half the rate, by its spectrum."""
-    transform = np.fft.rfft(rng.standard_normal(samples))
-    frequency = np.fft.rfftfreq(samples, 1.0 / RATE)
-    # White noise of deviation one has a two-sided density of 1 / RATE.
-    shape = np.sqrt(RATE / (2.0 * np.pi * np.maximum(frequency, frequency[1])))
-    return np.fft.irfft(shape * transform, samples)
+    """1/f to half the rate; white noise of deviation one has a two-sided density of 1 / RATE."""
+    return np.sqrt(RATE) * power(rng, samples, 1.0, 1.0 / (2.0 * np.pi))
+
+
+def power(rng, samples, slope, crossing):
+    """f^-slope that equals white noise of deviation one at a frequency, cut of a longer one."""
+    transform = np.fft.rfft(rng.standard_normal(4 * samples))
+    frequency = np.fft.rfftfreq(4 * samples, 1.0 / RATE)
+    frequency[0] = frequency[1]
+    made = np.fft.irfft((crossing / frequency) ** (0.5 * slope) * transform, 4 * samples)
+    return made[:samples]
 
 
 def answer(flicker, rng):
@@ -83,20 +90,56 @@ def test_flicker_without_an_end_is_not_said_to_end():
     assert "to about" not in analysis.average.in_words()
 
 
+def test_slow_noise_that_is_less_steep_than_flicker_is_not_read_as_angle_random_walk():
+    """White noise and f^-0.6 cross at 0.3 Hz: 1/f in its place reads N 5 % high within 1.3 %."""
+    rng = np.random.default_rng(6)
+    slow = ANGLE_RANDOM_WALK * np.sqrt(RATE) * power(rng, 60_000, 0.6, 0.3) / BIAS_INSTABILITY
+    analysis = answer(slow, rng)
+    walk = analysis.angle_random_walk
+    assert walk.low <= ANGLE_RANDOM_WALK <= walk.high
+    assert analysis.average.law.slow.slope < 0.9
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_flicker_that_ends_is_no_rate_random_walk_and_its_bound_holds(seed):
+    """Relaxations down to 10 s, forty minutes: what is steep above 0.016 Hz is no walk."""
+    rng = np.random.default_rng(seed)
+    analysis = answer(2.0 * relaxations(rng, 240_000, 10.0), rng)
+    flicker = analysis.coefficients["bias_instability"]
+    assert flicker.high > 2.0 * BIAS_INSTABILITY
+    assert flicker.high < 4.0 * BIAS_INSTABILITY
+    assert analysis.coefficients["rate_random_walk"].status == "upper bound"
+
+
+def test_a_walk_of_the_rate_is_still_estimated():
+    rng = np.random.default_rng(9)
+    step = np.deg2rad(60.0) / 3600.0 / 60.0 / np.sqrt(RATE)
+    walk = np.cumsum(step * rng.standard_normal(240_000)) / BIAS_INSTABILITY
+    found = answer(walk, rng).coefficients["rate_random_walk"]
+    assert found.status == "estimated"
+    assert found.low <= np.deg2rad(60.0) / 3600.0 / 60.0 <= found.high
+
+
 @pytest.mark.statistics
 @pytest.mark.parametrize("minutes", [7, 30])
-@pytest.mark.parametrize("shortest", [0.05, 0.2, 1.0, None])
-def test_intervals_beside_strong_flicker_hold(shortest, minutes):
+@pytest.mark.parametrize("noise", [*SLOPES, 0.05, 0.2, 1.0, 10.0, None], ids=str)
+def test_intervals_beside_slow_noise_hold(noise, minutes):
     rows = []
     for seed in range(40):
         rng = np.random.default_rng([20261128, seed])
         samples = round(60 * minutes * RATE)
-        made = endless(rng, samples) if shortest is None else relaxations(rng, samples, shortest)
+        if noise is None:
+            made = endless(rng, samples)
+        elif isinstance(noise, float):
+            made = relaxations(rng, samples, noise)
+        else:
+            slow = power(rng, samples, float(noise), 0.3)
+            made = ANGLE_RANDOM_WALK * np.sqrt(RATE) / BIAS_INSTABILITY * slow
         walk = answer(made, rng).angle_random_walk
         rows.append([float(each) for each in (walk.low, walk.value, walk.high)])
     low, value, high = np.array(rows).T / ANGLE_RANDOM_WALK
     held = int(np.sum((low <= 1.0) & (high >= 1.0)))
-    kind = "without an end" if shortest is None else f"{shortest:g} s"
+    kind = {None: "1/f"}.get(noise, f"to {noise} s" if isinstance(noise, float) else f"f^-{noise}")
     print(
         f"| {kind} | {minutes} min | {held} of 40 | {100.0 * (value.mean() - 1.0):+.2f} % | "
         f"{50.0 * np.median(high - low):.2f} % |"
