@@ -124,7 +124,7 @@ PATHOLOGIES: dict[str, tuple[str, Callable[[], Recording], float | None]] = {
         0.718,
     ),
     # The standard deviation of 2.5 tanh(x / 2.5), x normal, by quadrature.
-    "soft limit": ("clipping", lambda: bent(2.5), 0.880),
+    "soft limit": ("short-tails", lambda: bent(2.5), 0.880),
     "a fifth are spikes": ("spikes", lambda: spiked(0.2, 10.0), None),
     "one spike": (
         "spikes",
