@@ -67,6 +67,11 @@ def stuck(runs: int, length: int) -> Recording:
     return of_rate(values)
 
 
+def stuck_once(length: int, off: float = 0.0) -> Recording:
+    """A gyro that gives one value once, which lies `off` sigma from the mean."""
+    return of_rate(_changed(still(), slice(7000, 7000 + length), MEAN + off * SIGMA))
+
+
 def held(share: float) -> Recording:
     values = still()
     for place in np.flatnonzero(np.random.default_rng(3).random(SAMPLES - 1) < share) + 1:
