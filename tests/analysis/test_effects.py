@@ -47,7 +47,7 @@ def held(share: float) -> Callable[[Floats], Floats]:
 FAULTS: dict[str, tuple[str, float | None, Callable[[Floats], Floats]]] = {
     "counts of white noise": ("resolution", None, rounded(1.2)),
     "counts behind a low-pass": ("resolution", 40.0, rounded(1.0)),
-    "soft limit": ("clipping", None, bent(3.0)),
+    "soft limit": ("short-tails", None, bent(3.0)),
     "hard limit": ("clipping", None, clipped(1.7)),
     "held samples": ("repeats", None, held(0.05)),
 }
@@ -65,7 +65,12 @@ def test_an_announced_effect_is_what_the_fault_does(case):
     assert found[0].effect == pytest.approx(read.value / clean.value, abs=0.015)
     assert abs(found[0].effect - 1.0) > 0.015
     answer = analyze(spoilt).angle_random_walk
-    if found[0].level == "warning":
+    if name == "short-tails":
+        # The samples do not tell whether it is a limit: the interval holds N of both.
+        assert answer.value == read.value
+        assert answer.low == read.low
+        assert answer.low < clean.value < answer.high < 1.07 * read.high / found[0].effect
+    elif found[0].level == "warning":
         # Divided by it, the answer is that of the recording without the fault.
         assert answer.status == "estimated"
         assert answer.value == pytest.approx(clean.value, rel=0.015)
@@ -73,6 +78,30 @@ def test_an_announced_effect_is_what_the_fault_does(case):
         assert answer.high / answer.low > read.high / read.low
     else:
         assert answer.status != "estimated"
+
+
+def quantized(random: np.random.Generator, samples: int) -> Floats:
+    """Noise beside a uniform error of the angle, of which Q is 0.3 times N in root seconds."""
+    errors = 0.3 * np.sqrt(12.0) * (random.random(samples + 1) - 0.5)
+    return random.standard_normal(samples) + np.diff(errors) * np.sqrt(200.0)
+
+
+def triangular(random: np.random.Generator, samples: int) -> Floats:
+    return np.sqrt(6.0) * (random.random(samples) - random.random(samples))
+
+
+@pytest.mark.parametrize("made", [quantized, triangular])
+def test_the_interval_of_sound_noise_with_short_tails_holds_its_walk(made):
+    for seed in (1, 2):
+        rate = SCATTER * made(np.random.default_rng(seed), 60_000)
+        recording = Recording.from_arrays(kind="rate", unit="deg/s", sample_rate=200.0, x=rate)
+        analysis = analyze(recording, Settings(method="none"))
+        walk = analysis.angle_random_walk.to("deg/sqrt(h)")
+        assert walk.low < 0.3 < walk.high
+        assert walk.value == pytest.approx(0.3, rel=0.02)
+        # Only white noise of such a distribution could be that of a gyro near its limit.
+        assert (walk.high > 1.08 * walk.value) == (made is triangular)
+        assert ("for findings" in analysis.source) == (made is triangular)
 
 
 def test_counts_whose_error_is_slow_have_no_known_effect():

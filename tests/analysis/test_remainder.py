@@ -42,7 +42,7 @@ def soft_limit(noise, random):
 
 @pytest.mark.parametrize(
     ("spoil", "name", "channel"),
-    [(spikes, "spikes", "x-z"), (growth, "unsteady", "x-z"), (soft_limit, "clipping", "x")],
+    [(spikes, "spikes", "x-z"), (growth, "unsteady", "x-z"), (soft_limit, "short-tails", "x")],
 )
 def test_noise_that_is_no_even_noise_is_named(spoil, name, channel):
     found = {(one.name, one.channel) for one in analyze(turning(spoil)).findings}

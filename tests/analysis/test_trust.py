@@ -6,7 +6,7 @@ import pytest
 from sagnac.analysis.pipeline import analyze
 from sagnac.analysis.settings import Settings
 from sagnac.core.errors import RecordingError
-from tests.quality.pathologies import PATHOLOGIES, SIGMA, of_rate, still
+from tests.quality.pathologies import PATHOLOGIES, SIGMA, of_rate, still, stuck_once
 
 WALK = 0.003  # deg/sqrt(h)
 
@@ -45,6 +45,27 @@ def test_what_the_answer_survives_is_a_warning(case):
     own = WALK * np.std(still()) / SIGMA
     assert walk.low < own < walk.high
     assert {note.level for note in analysis.findings} <= {"warning", "remark"}
+
+
+def test_one_short_dropout_does_not_cost_the_answer():
+    sound = analyze(of_rate(still()), Settings(method="none"))
+    analysis = analyze(stuck_once(15), Settings(method="none"))
+    assert sound.findings == ()
+    (found,) = analysis.findings
+    assert (found.name, found.level) == ("repeats", "warning")
+    assert "sticks once, for 15 samples: 14 samples repeat" in found.text
+    assert "the first at 70.010 s" in found.text
+    walk, own = analysis.angle_random_walk, sound.angle_random_walk
+    assert walk.status == "estimated"
+    assert walk.value == pytest.approx(own.value, rel=0.005)
+    assert walk.low < own.value < walk.high
+    # For long, or far off the noise, it may move the answer.
+    for spoilt in (stuck_once(90), stuck_once(15, off=20.0)):
+        spoilt_analysis = analyze(spoilt, Settings(method="none"))
+        assert spoilt_analysis.angle_random_walk.status == "not observable"
+        assert "sticks once" in spoilt_analysis.findings[0].text
+    (often,) = answer("stuck again and again").findings
+    assert "sticks 50 times, for up to 99 samples" in often.text
 
 
 def test_one_finding_may_be_taken_knowingly():

@@ -67,6 +67,11 @@ def stuck(runs: int, length: int) -> Recording:
     return of_rate(values)
 
 
+def stuck_once(length: int, off: float = 0.0) -> Recording:
+    """A gyro that gives one value once, which lies `off` sigma from the mean."""
+    return of_rate(_changed(still(), slice(7000, 7000 + length), MEAN + off * SIGMA))
+
+
 def held(share: float) -> Recording:
     values = still()
     for place in np.flatnonzero(np.random.default_rng(3).random(SAMPLES - 1) < share) + 1:
@@ -124,7 +129,7 @@ PATHOLOGIES: dict[str, tuple[str, Callable[[], Recording], float | None]] = {
         0.718,
     ),
     # The standard deviation of 2.5 tanh(x / 2.5), x normal, by quadrature.
-    "soft limit": ("clipping", lambda: bent(2.5), 0.880),
+    "soft limit": ("short-tails", lambda: bent(2.5), 0.880),
     "a fifth are spikes": ("spikes", lambda: spiked(0.2, 10.0), None),
     "one spike": (
         "spikes",

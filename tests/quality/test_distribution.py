@@ -5,9 +5,9 @@ import pytest
 from scipy.signal import lfilter
 
 from sagnac.quality.check import judged
-from sagnac.quality.distribution import shape_of
+from sagnac.quality.distribution import has_uniform_errors, shape_of
 from sagnac.quality.profile import whitened
-from tests.quality.pathologies import MEAN, SAMPLES, SIGMA, bent, of_rate, still
+from tests.quality.pathologies import MEAN, RATE, SAMPLES, SIGMA, bent, of_rate, still
 
 WHITE = np.random.default_rng(7).standard_normal(SAMPLES)
 SECONDS = np.arange(SAMPLES) / 100.0
@@ -47,9 +47,48 @@ def test_no_spectrum_bends_normal_noise(values):
 def test_a_soft_limit_is_said_before_it_moves_the_walk_by_five_per_cent():
     # At 4 sigma the scatter is 5.5 % low, at 5 sigma 3.7 %.
     (found,) = judged(bent(5.0))
-    assert (found.name, found.level) == ("clipping", "warning")
+    assert (found.name, found.level) == ("short-tails", "warning")
     assert found.effect == pytest.approx(0.963, abs=0.01)
     assert judged(bent(20.0)) == ()
+
+
+def quantized(size: float, seed: int) -> np.ndarray:
+    """Noise beside a uniform error of the angle, Q being `size` times N in root seconds; deg/h."""
+    random = np.random.default_rng([seed, 3])
+    errors = size * np.sqrt(12.0) * (random.random(SAMPLES + 1) - 0.5)
+    # N is SIGMA over the root of the rate, and a change of angle over a period is a rate.
+    return SIGMA * (random.standard_normal(SAMPLES) + np.diff(errors) * np.sqrt(RATE))
+
+
+@pytest.mark.parametrize("size", [0.2, 0.3, 0.5, 1.0])
+@pytest.mark.parametrize("slow", [0.0, 0.02])
+def test_quantization_of_the_angle_is_no_soft_limit(size, slow):
+    """Its samples lack large deviations, too: up to as many as a difference of uniform numbers."""
+    for seed in range(3):
+        noise = quantized(size, seed)
+        walk = slow * SIGMA * np.cumsum(np.random.default_rng([seed, 4]).standard_normal(SAMPLES))
+        assert shape_of(noise).kurtosis < -0.4
+        assert judged(of_rate(MEAN + noise + walk)) == ()
+
+
+@pytest.mark.parametrize(
+    "noise",
+    [
+        # Behind a soft limit each.
+        2.0 * np.tanh(WHITE / 2.0),
+        4.0 * np.tanh(quantized(0.3, 1) / np.std(quantized(0.3, 1)) / 4.0),
+        4.0 * np.tanh(np.diff(WHITE) / 4.0),
+        # Sound, but white: nothing tells it from a limit.
+        np.random.default_rng(9).triangular(-1.0, 0.0, 1.0, SAMPLES),
+    ],
+    ids=["white", "quantized", "differences", "triangular"],
+)
+def test_no_quantization_explains_a_soft_limit(noise):
+    assert not has_uniform_errors(noise)
+    (found,) = judged(of_rate(MEAN + SIGMA * noise / noise.std()))
+    assert found.name == "short-tails"
+    assert "soft saturation" in found.text
+    assert "which is sound" in found.text
 
 
 def test_counts_are_said_before_they_move_the_walk_by_five_per_cent():

@@ -101,7 +101,7 @@ def test_counts_of_an_angle_are_no_soft_saturation(decimals):
             unit="deg",
             sample_rate=500.0,
         )
-        assert "clipping" not in [note.name for note in judged(recording)]
+        assert not {note.name for note in judged(recording)} & {"clipping", "short-tails"}
 
 
 @pytest.mark.parametrize("bias", [8.12, 12.5, 13.96])

@@ -18,7 +18,7 @@ from sagnac.noise.estimates import Estimate
 from sagnac.noise.laws import CoefficientName
 from sagnac.noise.slow_model import MarkovEstimate, untold
 from sagnac.quality.check import accept, judged, judged_remainder
-from sagnac.quality.effects import DIVIDED, doubt_of
+from sagnac.quality.effects import DIVIDED, SPANNED, doubt_of
 from sagnac.recording.channel import PAIR_SIZE
 from sagnac.recording.model import Recording, second_of
 
@@ -185,7 +185,7 @@ def _markov_text(found: Sequence[MarkovEstimate], sensor: Sensor) -> str:
 def apply_findings(headline: Headline, evidence: Evidence, *, brief: bool = False) -> Headline:
     """The answer and the fits beside it, as far as the findings let them stand.
 
-    A finding is refused, accepted, divided by, or withholds the answer.
+    A finding is refused, accepted, divided by, widens the interval, or withholds the answer.
 
     Parameters
     ----------
@@ -220,8 +220,12 @@ def apply_findings(headline: Headline, evidence: Evidence, *, brief: bool = Fals
         given = "no more than a bound" if trust.only_raised else "not given"
         names = (f"{note.name} of {note.channel}".removesuffix(" of ") for note in trust.reasons)
         source = f"{given}, for {', '.join(dict.fromkeys(names))} spoils it"
-    elif estimate != headline.estimate:
-        source += f", divided by {trust.factor(channel):.4g} for findings"
+    else:
+        divided, spanned = trust.factor(channel), trust.spanned(channel)
+        if divided != 1.0:
+            source += f", divided by {divided:.4g} for findings"
+        if spanned != 1.0:
+            source += f"; the interval holds N divided by {spanned:.4g}, too, for findings"
     return replace(
         headline,
         estimate=estimate,
@@ -276,6 +280,8 @@ class Trust:
         Findings for which no estimate is given; none if all may stand.
     factors
         Channel -> factor on the N that is read of it, which an estimate is divided by.
+    possible
+        Channel -> factor that N may have besides, or not: an interval reaches to N divided by it.
     spread
         How many times as large N is as in the quietest part of the record, which the interval of
         an estimate has to reach.
@@ -283,6 +289,7 @@ class Trust:
 
     reasons: tuple[Note, ...]
     factors: Mapping[str, float]
+    possible: Mapping[str, float]
     spread: float
 
     @classmethod
@@ -298,16 +305,19 @@ class Trust:
         """
         findings = tuple(findings)
         factors: dict[str, float] = {}
+        possible: dict[str, float] = {}
         spread = 1.0
         for note in findings:
             if note.level != "warning" or note.effect is None:
                 continue
             if note.name in DIVIDED:
                 factors[note.channel] = factors.get(note.channel, 1.0) * note.effect
+            if note.name in SPANNED:
+                possible[note.channel] = note.effect
             if note.name == "unsteady" and not over_parts:
                 spread = max(spread, note.effect)
         reasons = tuple(note for note in findings if note.level == "error")
-        return cls(reasons=reasons, factors=factors, spread=spread)
+        return cls(reasons=reasons, factors=factors, possible=possible, spread=spread)
 
     @property
     def only_raised(self) -> bool:
@@ -316,10 +326,11 @@ class Trust:
 
     def factor(self, channel: str) -> float:
         """Factor on the N that is read of one gyro, or of each of two (``x-z``)."""
-        if channel in self.factors:
-            return self.factors[channel]
-        squares = [self.factors.get(name, 1.0) ** 2 for name in channel.split("-")]
-        return math.sqrt(sum(squares) / len(squares))
+        return _of_channel(self.factors, channel)
+
+    def spanned(self, channel: str) -> float:
+        """Factor that the N of one gyro, or of each of two, may have besides, or not."""
+        return _of_channel(self.possible, channel)
 
     def each(
         self, read: Mapping[CoefficientName, Estimate], channel: str
@@ -331,7 +342,8 @@ class Trust:
         """An estimate, or what is left of it: a bound, or nothing.
 
         N is divided by what is known to move it, in an interval wider by half of that, which
-        reaches as far as noise that changes in the course of the record.
+        reaches as far as noise that changes in the course of the record, and holds N divided by
+        what may move it.
         """
         if read.status == "not observable":
             return read
@@ -345,7 +357,17 @@ class Trust:
         factor = self.factor(channel)
         doubt = doubt_of(factor)
         value, high = read.value / factor, read.high / factor * (1.0 + doubt)
+        spanned = self.spanned(channel)
+        high = high / spanned * (1.0 + doubt_of(spanned))
         if read.status == "upper bound":
             return read.bounded(high)
         low = min(read.low / factor * (1.0 - doubt), value / self.spread)
         return replace(read, value=value, low=low, high=max(high, value * self.spread))
+
+
+def _of_channel(factors: Mapping[str, float], channel: str) -> float:
+    """Factor on N of one gyro, or of the difference of two (``x-z``), of those of single gyros."""
+    if channel in factors:
+        return factors[channel]
+    squares = [factors.get(name, 1.0) ** 2 for name in channel.split("-")]
+    return math.sqrt(sum(squares) / len(squares))

@@ -13,8 +13,18 @@ from sagnac.core.arrays import FloatArray, IntegerArray, blocks, distance_betwee
 from sagnac.core.errors import Level, Note, rounded
 from sagnac.core.units import DEGREE
 from sagnac.quality import _kernels
-from sagnac.quality.effects import effect_words, finding
-from sagnac.quality.profile import EDGE, Notes, Profile, remedy_without, seen, some_steps, whitened
+from sagnac.quality.effects import effect_words
+from sagnac.quality.profile import (
+    EDGE,
+    LOOKED_AT,
+    Notes,
+    Profile,
+    remedy_without,
+    seen,
+    some_steps,
+    whitened,
+    without_lines,
+)
 from sagnac.recording.channel import marked_steps, number_of
 from sagnac.recording.model import Recording, second_of
 
@@ -392,21 +402,80 @@ def _shape_in(profile: Profile) -> Shape | None:
     return None if 2.0 * profile.step > found.innovation else shape_of(found.values)
 
 
+# Excess kurtosis down to which the effect of a soft limit is known to 0.005, whether it is a
+# hyperbolic tangent, an arc tangent or x / sqrt(1 + x^2).
+_FLATTEST: Final = -0.64
+# Standard errors within which a kurtosis is the one expected, and beyond which it is another.
+_LIKE: Final = 4.0
+_UNLIKE: Final = 3.0
+
+
 def flat_notes(recording: Recording, profile: Profile) -> Notes:
-    """A soft limit, with what it does to N."""
+    """Large deviations that are missing, which a soft limit takes and other noise never had.
+
+    A limit lowers N and sound noise of that distribution has the N that is read. White samples do
+    not tell the two apart, so an interval holds N of both.
+    """
     shape = _shape_in(profile)
     # Six standard errors, and half of what a soft limit that lowers N by 5 % has.
     if shape is None or shape.kurtosis >= -max(0.2, 6.0 * math.sqrt(24.0 / shape.samples)):
         return ()
-    text = (
-        f"large deviations are missing (excess kurtosis {shape.kurtosis:.2g}), as if it came "
-        "near the end of its range: a soft saturation; take a wider range"
-    )
+    if has_uniform_errors(profile.changes[:LOOKED_AT]):
+        return ()
     # Standard deviation behind a soft limit, of a normal number's of 1. That of x - a x^3 is
-    # 1 - 3 a and its excess kurtosis -24 a. The next order is that of a hyperbolic tangent; for an
-    # arc tangent and x / sqrt(1 + x^2) it is good to 0.01 up to a limit at 2.5 deviations.
-    effect = 1.0 + shape.kurtosis / 8.0 - 0.075 * shape.kurtosis**2
-    return (finding("clipping", profile.name, text, effect=effect),)
+    # 1 - 3 a and its excess kurtosis -24 a. The next order is that of a hyperbolic tangent.
+    effect = float(f"{1.0 + shape.kurtosis / 8.0 - 0.075 * shape.kurtosis**2:.4g}")
+    level: Level = "error" if shape.kurtosis < _FLATTEST else "warning"
+    text = (
+        f"large deviations are missing (excess kurtosis {shape.kurtosis:.2g}): either it comes "
+        "near the end of its range (a soft saturation), or its noise is a sum of few errors, "
+        f"which is sound; take a wider range to tell; if it saturates, {effect_words(effect)}"
+    )
+    if level == "warning":
+        text = f"{text}, and an interval reaches up to N divided by that"
+    return (Note(name="short-tails", channel=profile.name, text=text, level=level, effect=effect),)
+
+
+def has_uniform_errors(changes: FloatArray) -> bool:
+    """Whether quantization of the angle explains that large deviations are missing.
+
+    Uniform errors of the angle, of variance q, are in two neighbouring samples with opposite signs.
+    They set the covariance of neighbours (-q) and the fourth cumulant both of samples and of
+    sums of two neighbours: -2.4 q^2. N is that of the normal noise beside them. A soft limit of
+    normal noise x, to first order x - a x^3, leaves sums of two another fourth cumulant.
+
+    Parameters
+    ----------
+    changes
+        (samples,) what each sample turned, more than 1024.
+    """
+    values = without_lines(changes)
+    size = values.size
+    variance = float(values @ values) / size
+    one_apart = float(values[1:] @ values[:-1]) / size
+    two_apart = float(values[2:] @ values[:-2]) / size
+    # Slow noise adds about as much to either, white noise nothing.
+    error = two_apart - one_apart
+    if error <= 0.0:
+        return False
+    sums = values[1:] + values[:-1]
+    together = 2.0 * (variance + one_apart)
+    kurtosis, of_sums = _kurtosis(values), _kurtosis(sums)
+    # Standard errors of normal noise; two neighbouring sums share a sample.
+    own, of_two = math.sqrt(24.0 / size), math.sqrt(48.0 / size)
+    by_errors = -2.4 * (error / together) ** 2
+    by_limit = kurtosis * together / (4.0 * variance)
+    return (
+        abs(kurtosis + 2.4 * (error / variance) ** 2) < _LIKE * own
+        and abs(of_sums - by_errors) < _LIKE * of_two
+        and of_sums < by_limit - _UNLIKE * of_two
+    )
+
+
+def _kurtosis(values: FloatArray) -> float:
+    """Excess kurtosis of values of mean zero."""
+    squares = values * values
+    return float(squares @ squares) * values.size / float(squares.sum()) ** 2 - 3.0
 
 
 def heavy_notes(recording: Recording, profile: Profile) -> Notes:

@@ -8,6 +8,9 @@ from sagnac.core.errors import Level, Note, rounded
 # Findings whose factor on N is known well enough to be divided by: half of the change is then in
 # doubt, and the answer's interval is wider by it on either side.
 DIVIDED: Final = ("clipping", "dropouts", "repeats", "resolution")
+# Findings that may be sound noise as well: an interval reaches from N as it is read to N divided
+# by the factor, which is in doubt as above.
+SPANNED: Final = ("short-tails",)
 
 
 def doubt_of(effect: float) -> float:

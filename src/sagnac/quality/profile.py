@@ -11,6 +11,7 @@ from functools import cached_property, partial
 from typing import Final, NamedTuple, Self
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.fft import irfft, rfft
 
 from sagnac.core import arrays
@@ -154,6 +155,26 @@ def whitened(changes: FloatArray, *, bands: int | None = None, kept: float = 12.
     kept
         Times the level that a line keeps.
     """
+    transform, level = _by_level(changes, bands, kept)
+    held = level[level > 0.0]
+    innovation = math.exp(0.5 * float(np.log(held).mean())) if held.size else 0.0
+    values = _inner(transform, changes.size)
+    return White(values=values, innovation=innovation / math.sqrt(changes.size))
+
+
+def without_lines(changes: FloatArray) -> FloatArray:
+    """(samples - 1024,) increments without lines and what is slowest, their spectrum as it was.
+
+    `changes` are (samples,), more than 1024; the first value is of sample 512.
+    """
+    transform, level = _by_level(changes, None, 12.0)
+    return _inner(transform * np.sqrt(level), changes.size)
+
+
+def _by_level(
+    changes: FloatArray, bands: int | None, kept: float
+) -> tuple[NDArray[np.complex128], FloatArray]:
+    """The transform divided by the root of the level around each frequency, and that level."""
     transform = rfft(changes)
     power = transform.real**2 + transform.imag**2
     together = max(_TOGETHER, power.size // bands) if bands else _TOGETHER
@@ -161,15 +182,19 @@ def whitened(changes: FloatArray, *, bands: int | None = None, kept: float = 12.
     level = np.median(power[: number * together].reshape(number, together), axis=1)
     level = np.repeat(level, together) / math.log(2.0)
     level = np.append(level, np.full(power.size - level.size, level[-1]))
-    held = level[level > 0.0]
-    innovation = math.exp(0.5 * float(np.log(held).mean())) if held.size else 0.0
     scale = np.sqrt(np.maximum(level, power / kept))
     transform = np.divide(transform, scale, out=np.zeros_like(transform), where=scale > 0.0)
     # The slowest are drift.
     transform[:_TOGETHER] = 0.0
-    # The end does not go on at the beginning, and what that makes of both is no noise.
-    values = np.asarray(irfft(transform, changes.size)[EDGE:-EDGE])
-    return White(values=values, innovation=innovation / math.sqrt(changes.size))
+    return transform, level
+
+
+def _inner(transform: NDArray[np.complex128], samples: int) -> FloatArray:
+    """What a transform is of, without both ends.
+
+    The end does not go on at the beginning, and what that makes of both is no noise.
+    """
+    return np.asarray(irfft(transform, samples)[EDGE:-EDGE])
 
 
 # ---- profile -----------------------------------------------------------------------
