@@ -387,6 +387,13 @@ HIDDEN = np.ma.masked_array(NOISE, np.arange(500) == 6)
             ),
             "pickoffs is",
         ),
+        *(
+            (
+                lambda still, wrong=wrong: sagnac.Recording.from_frame(wrong, kind="rate"),
+                "^frame is .{1,200}; give a frame of pandas or xarray, or a dictionary of columns$",
+            )
+            for wrong in (None, [{"x": one} for one in NOISE], NOISE.astype([("x", float)]))
+        ),
         (lambda still: sagnac.plan(still, within=None), "within is None"),
         (lambda still: sagnac.campaign(3, "made"), "sources is 3"),
         (lambda still: sagnac.campaign([], "made"), r"sources is \[\]"),

@@ -50,9 +50,17 @@ def columns_of(
 
     Raises
     ------
+    TypeError
+        If the frame, or `columns`, has no names.
     ValueError
         If a column is not there, two may be one that is wanted, or there is no gyro.
     """
+    # What has a type of its numbers, as an array or one column, has no columns by name.
+    if not hasattr(frame, "keys") or hasattr(type(frame), "dtype"):
+        raise TypeError(
+            f"frame is {quoted(frame)}; give a frame of pandas or xarray, or a dictionary of "
+            "columns"
+        )
     require_type("columns", columns, (Mapping, NoneType), "give {'x': NAME}, NAME in the frame")
     headers = [str(name) for name in (*frame, *getattr(frame, "coords", ()))]
     present, found = ", ".join(headers) or "no column", dict(columns or {})

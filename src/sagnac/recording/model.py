@@ -335,6 +335,8 @@ class Recording(Compared):
 
         Raises
         ------
+        TypeError
+            If the frame is none of these.
         ValueError
             If a column is not there, or as `from_arrays`.
 
