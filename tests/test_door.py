@@ -406,12 +406,16 @@ HIDDEN = np.ma.masked_array(NOISE, np.arange(500) == 6)
             "time: most stamps repeat",
         ),
         (
-            lambda still: sagnac.analyze(
-                sagnac.Recording.from_arrays(
-                    x=NOISE, unit="deg/h", **AT_10_HZ, times=np.arange(NOISE.size)[::-1]
-                )
+            lambda still: sagnac.Recording.from_arrays(
+                x=NOISE, unit="deg/h", **AT_10_HZ, times=np.arange(NOISE.size)[::-1]
             ),
-            "time: runs backwards 499 times",
+            "time: runs backwards 499 times, first at 0.000 s; correct the stamps",
+        ),
+        (
+            lambda still: sagnac.Recording.from_arrays(
+                x=[1, 2, 3, 4], unit="deg/h", kind="rate", times=[0.0, 1.0, np.nan, 3.0]
+            ),
+            "time: 1 sample NaN or infinite, the first at 2.000 s; correct the stamps",
         ),
         (
             lambda still: sagnac.Recording.from_arrays(

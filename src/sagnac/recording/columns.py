@@ -17,7 +17,18 @@ from sagnac.core import arrays
 from sagnac.core.arrays import BooleanArray, FloatArray
 from sagnac.core.errors import Note, RecordingError, counted, is_finite, quoted, require_type
 from sagnac.core.units import sensor_of, split_header, unit_of
-from sagnac.recording.channel import Channel, Conversion, Kind, finite_extent, numbers, unwrapped
+from sagnac.recording.channel import (
+    Channel,
+    Conversion,
+    Kind,
+    finite_extent,
+    first_of,
+    is_missing,
+    marked_steps,
+    number_of,
+    numbers,
+    unwrapped,
+)
 from sagnac.recording.encoder_readings import MOST_MISSING_IN_A_ROW
 
 # ---- frames ------------------------------------------------------------------------
@@ -328,6 +339,31 @@ def sampling(stamps: FloatArray, stated_rate: float | None = None) -> Sampling:
     )
     notes = (Note(text=text, channel="time"),)
     return Sampling(times=None if is_uniform else times, sample_rate=rate, notes=notes)
+
+
+def require_forwards(taken: Sampling) -> Sampling:
+    """Refuse stamps that are missing or run backwards.
+
+    Raises
+    ------
+    RecordingError
+        With how many do, and when the first does.
+    """
+    times = taken.times
+    if times is None:
+        return taken
+    missing, backwards = is_missing(times), marked_steps(times, lambda steps: steps < 0.0)
+    said, when = "", 0.0
+    if missing.any():
+        said = f"{counted(number_of(missing), 'sample')} NaN or infinite, the first"
+        when = first_of(missing) / taken.sample_rate
+    elif backwards.any():
+        said = f"runs backwards {counted(number_of(backwards), 'time')}, first"
+        when = float(times[first_of(backwards) - 1])
+    if said:
+        remedy = "correct the stamps, or state {time none} with {rate}"
+        raise RecordingError(f"{said} at {when:.3f} s", channel="time", remedy=remedy)
+    return taken
 
 
 def _plausible(step: float) -> float:

@@ -213,7 +213,7 @@ class Recording(Compared):
         ValueError
             If an argument makes no sense or columns differ in length.
         RecordingError
-            If the stamps contradict the rate, or a counter its period.
+            If stamps are missing, run backwards or contradict the rate, or a counter its period.
 
         Examples
         --------
@@ -526,7 +526,7 @@ def _sampled(
                 "sampled together"
             )
         if stamps.size:
-            return conversions.sampling(stamps, sample_rate)
+            return conversions.require_forwards(conversions.sampling(stamps, sample_rate))
     if sample_rate is None:
         raise ValueError("neither sample_rate nor times is given; give sample_rate in Hz")
     return Sampling(times=None, sample_rate=sample_rate)
