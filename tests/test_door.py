@@ -395,6 +395,21 @@ HIDDEN = np.ma.masked_array(NOISE, np.arange(500) == 6)
             for wrong in (None, [{"x": one} for one in NOISE], NOISE.astype([("x", float)]))
         ),
         (lambda still: sagnac.plan(still, within=None), "within is None"),
+        (lambda still: sagnac.plan(still, within=[]), "within is empty, and there is no limit"),
+        (lambda still: sagnac.Settings(strict="no"), "strict is 'no'; use one of False, True"),
+        *(
+            (
+                lambda still, stated=stated: sagnac.Recording.from_arrays(
+                    **{"x": NOISE, "unit": "deg/h", **AT_10_HZ, **stated}
+                ),
+                said,
+            )
+            for stated, said in (
+                ({"unit": {"x": "deg/h", "q": "deg/s"}}, "unit: name is 'q'; use one of x"),
+                ({"kind": {"x": "rate", "q": "rate"}}, "kind: name is 'q'; use one of x"),
+                ({"table_unit": "rad"}, "table_unit is 'rad', and there is no table"),
+            )
+        ),
         (lambda still: sagnac.campaign(3, "made"), "sources is 3"),
         (lambda still: sagnac.campaign([], "made"), r"sources is \[\]"),
         (
@@ -433,7 +448,7 @@ HIDDEN = np.ma.masked_array(NOISE, np.arange(500) == 6)
                 lambda still, wrong=wrong: sagnac.trial(sagnac.analyze(still), **wrong),
                 f"{next(iter(wrong))} (is|has)",
             )
-            for wrong in ({"masked": [3.0]}, {"masked": None}, {"left_in": 3})
+            for wrong in ({"masked": [3.0]}, {"masked": None}, {"left_in": 3}, {"before": 3})
         ),
         *(
             (

@@ -103,6 +103,7 @@ class Settings:
             raise ValueError(f"gyros is {said}; give names, such as ('x', 'z')")
         object.__setattr__(self, "gyros", tuple(self.gyros))
         errors.require_choice("method", self.method, Method)
+        errors.require_choice("strict", self.strict, (False, True))
         if not isinstance(self.step_4, Reading):
             errors.require_choice("step_4", self.step_4, READINGS)
             object.__setattr__(self, "step_4", READINGS[self.step_4])

@@ -286,6 +286,18 @@ def require_type(name: str, value: object, wanted: type | tuple[type, ...], reme
         raise TypeError(f"{name} is {quoted(value)}; {remedy}")
 
 
+def require_name(name: str, value: object) -> None:
+    """Refuse what names no channel: no text, or an empty one.
+
+    Raises
+    ------
+    ValueError
+        With the argument and the value.
+    """
+    if not isinstance(value, str) or not value:
+        raise ValueError(f"{name} is {quoted(value)}; give the channel a name, x for one")
+
+
 def require_choice(name: str, value: object, allowed: Any) -> None:
     """Refuse a value that is not one of the choices.
 
@@ -305,7 +317,7 @@ def require_choice(name: str, value: object, allowed: Any) -> None:
     """
     choices = get_args(allowed) or tuple(allowed)
     if value not in choices:
-        raise ValueError(f"{name} is {quoted(value)}; use one of {', '.join(choices)}")
+        raise ValueError(f"{name} is {quoted(value)}; use one of {', '.join(map(str, choices))}")
 
 
 def choices_of(name: str, given: Iterable[str], allowed: Any) -> tuple[str, ...]:

@@ -27,7 +27,6 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
-from types import NoneType
 from typing import Final
 
 import numpy as np
@@ -145,10 +144,7 @@ def self_noise(
     errors.require_confidence(confidence)
     errors.require_count("motions", motions, 1)
     every = tuple(one.name for one in recording.gyros)
-    errors.require_type(
-        "gyros", gyros, (Sequence, NoneType), f"give names out of {', '.join(every)}"
-    )
-    names = every if gyros is None else tuple(gyros)
+    names = every if gyros is None else errors.choices_of("gyros", gyros, every)
     if len(set(names)) < _FOR_EACH * motions:
         raise ValueError(
             f"gyros are {', '.join(names)}; give {_FOR_EACH} or more for each of {motions} motions"

@@ -4,9 +4,10 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from html import escape
+from numbers import Real
 from typing import Literal
 
-from sagnac.core.errors import Note, quoted, require_choice, require_confidence
+from sagnac.core.errors import Note, quoted, require_choice, require_confidence, require_type
 from sagnac.core.units import COEFFICIENT_UNITS, FORCE_COEFFICIENT_UNITS, Sensor
 from sagnac.noise.laws import CoefficientName
 
@@ -35,6 +36,8 @@ class Interval:
     high: float
 
     def __post_init__(self) -> None:
+        for name in ("value", "low", "high"):
+            require_type(name, getattr(self, name), Real, "give a number")
         if not self.low <= self.value <= self.high:
             raise ValueError(
                 f"value {self.value:g} lies outside {self.low:g} to {self.high:g}; give low <= "
@@ -63,6 +66,8 @@ class ConvertedEstimate:
         return self.value
 
     def __format__(self, spec: str) -> str:
+        if spec.endswith("%"):
+            raise ValueError(f"format {spec!r} is that of a share; give one such as .4g")
         spec = spec or ".4g"
         if self.status == "not observable":
             return self.status
@@ -128,6 +133,8 @@ class Estimate(Interval):
         figures = (self.value, self.low, self.high)
         if self.status != "not observable":
             Interval.__post_init__(self)
+            if self.low < 0.0:
+                raise ValueError(f"low is {self.low:g}; give zero or more")
         elif not all(map(math.isnan, figures)):
             raise ValueError(f"{figures}: what is not observable has NaN for all three")
 

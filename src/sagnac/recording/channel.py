@@ -17,7 +17,14 @@ from numpy.typing import ArrayLike, NDArray
 
 from sagnac.core import arrays
 from sagnac.core.arrays import BooleanArray, FloatArray, IntegerArray, blocks
-from sagnac.core.errors import Note, RecordingError, is_finite, quoted, require_choice
+from sagnac.core.errors import (
+    Note,
+    RecordingError,
+    is_finite,
+    quoted,
+    require_choice,
+    require_name,
+)
 from sagnac.core.units import SENSED, UNITS, Quantity, Sensor, Unit, sizes, split_factor, unit_of
 
 # ---- channel -----------------------------------------------------------------------
@@ -178,8 +185,7 @@ class Channel(Compared):
     sensor: Sensor = "gyro"
 
     def __post_init__(self) -> None:
-        if not isinstance(self.name, str) or not self.name:
-            raise ValueError(f"name is {quoted(self.name)}; give the channel a name, x for one")
+        require_name("name", self.name)
         require_choice("sensor", self.sensor, Sensor)
         if not self.shown_in:
             known = sizes(quantity_of(self.kind, self.sensor))
