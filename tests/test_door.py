@@ -396,6 +396,40 @@ HIDDEN = np.ma.masked_array(NOISE, np.arange(500) == 6)
         ),
         (lambda still: sagnac.plan(still, within=None), "within is None"),
         (lambda still: sagnac.plan(still, within=[]), "within is empty, and there is no limit"),
+        *(
+            (lambda still, draw=draw: getattr(sagnac.plot, draw)(None), " is None; give an object")
+            for draw in sagnac.plot.__all__
+        ),
+        (lambda still: sagnac.plot.stability(sagnac.analyze(still), 3), "ax is 3; give axes"),
+        *(
+            (call, "(path|folder) is 3; give a path")
+            for call in (
+                lambda still: sagnac.read(3),
+                lambda still: sagnac.columns(3),
+                lambda still: sagnac.missing(3),
+                lambda still: sagnac.write(still, 3),
+                lambda still: sagnac.write_report(sagnac.analyze(still), 3),
+                lambda still: sagnac.analyze(still).to_json(3),
+                lambda still: sagnac.Analysis.from_json(3),
+                lambda still: sagnac.campaign("rack", 3),
+            )
+        ),
+        (lambda still: sagnac.analyze(still, progress=3), "progress is 3; give a function"),
+        (
+            lambda still: sagnac.remove_lines(NOISE, None, 10.0, channel="x", progress=3),
+            "progress is 3; give a function",
+        ),
+        (
+            lambda still: sagnac.simulate(sagnac.RigConfig(duration_s=1.0), progress=3),
+            "progress is 3; give a function",
+        ),
+        (lambda still: sagnac.fit_coefficients(1e200 * NOISE, **AT_10_HZ), "values reach 3.* unit"),
+        (
+            lambda still: sagnac.fast_orthogonal_search(
+                NOISE, NOISE, candidates=10**12, spacing=1.0
+            ),
+            "candidates is 1000000000000, for which .* GiB of memory are needed, and .* or fewer",
+        ),
         (lambda still: sagnac.Settings(strict="no"), "strict is 'no'; use one of False, True"),
         *(
             (

@@ -12,7 +12,7 @@ from sagnac.analysis.settings import Settings
 from sagnac.analysis.spectra import Residual, Spectrum
 from sagnac.analysis.table_shares import Share, Triad
 from sagnac.core.arrays import FloatArray, pandas_for
-from sagnac.core.errors import Note, RecordingError, extra_module, require_type
+from sagnac.core.errors import Note, RecordingError, extra_module, path_of, require_type
 from sagnac.core.overwriting import Outputs, require_free
 from sagnac.core.units import DEGREE_PER_HOUR, Sensor
 from sagnac.core.whole_files import write_text
@@ -240,9 +240,9 @@ class Analysis:
         document = import_module("sagnac.report.document")
         text: str = document.to_json(self.stored or document.analysis_document(self))
         if path is not None:
-            made = Outputs(paths=(Path(path),), mark=Path(path), kind="analysis")
-            require_free(made, force=force)
-            write_text(Path(path), text + "\n")
+            path = path_of("path", path)
+            require_free(Outputs(paths=(path,), mark=path, kind="analysis"), force=force)
+            write_text(path, text + "\n")
         return text
 
     @property

@@ -157,6 +157,7 @@ class Stages:
     """
 
     def __init__(self, progress: Progress | None, path: str) -> None:
+        errors.require_progress(progress)
         self._progress = progress or (lambda _stage, _fraction: None)
         self._path = path
         self.seconds: dict[str, float] = {}

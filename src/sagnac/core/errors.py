@@ -7,12 +7,14 @@ line as ``--slice 30:90``, a program as ``slice=30:90``.
 
 import math
 import operator
+import os
 import re
 import reprlib
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from difflib import get_close_matches
 from importlib import import_module
+from pathlib import Path
 from typing import Any, Final, Literal, Self, SupportsIndex, get_args
 
 Level = Literal["error", "warning", "remark"]
@@ -284,6 +286,30 @@ def require_type(name: str, value: object, wanted: type | tuple[type, ...], reme
     """
     if not isinstance(value, wanted):
         raise TypeError(f"{name} is {quoted(value)}; {remedy}")
+
+
+def require_progress(progress: object) -> None:
+    """Refuse what cannot be called with the progress of a task, and is not None.
+
+    Raises
+    ------
+    TypeError
+        With the value.
+    """
+    if not (progress is None or callable(progress)):
+        raise TypeError(f"progress is {quoted(progress)}; give a function, or None")
+
+
+def path_of(name: str, path: str | os.PathLike[str]) -> Path:
+    """The path that an argument states.
+
+    Raises
+    ------
+    TypeError
+        If it is none; with the argument and the value.
+    """
+    require_type(name, path, (str, os.PathLike), "give a path")
+    return Path(path)
 
 
 def require_name(name: str, value: object) -> None:

@@ -13,7 +13,7 @@ from typing import Final
 import numpy as np
 
 from sagnac.core.arrays import FloatArray, differences, extent
-from sagnac.core.errors import Note, counted, require_name, rounded
+from sagnac.core.errors import Note, counted, require_name, require_progress, rounded
 from sagnac.core.kernels import one_thread
 from sagnac.lines import detection, passes
 from sagnac.lines.candidates import NewLines, bands_of_peaks, crowded_bands, new_lines
@@ -103,6 +103,7 @@ def remove_lines(
     1.0
     """
     require_name("channel", channel)
+    require_progress(progress)
     angle = whole_series(angle, "angle")
     table = None if table is None else whole_series(table, "table")
     record = Record(angle=angle, encoder=table, sample_rate=sample_rate, false_alarm=false_alarm)

@@ -128,6 +128,24 @@ def whole_series(values: ArrayLike, argument: str) -> FloatArray:
     return column
 
 
+def squarable(values: ArrayLike) -> FloatArray:
+    """Values as float64 whose squares are numbers; what is missing or infinite is told later.
+
+    Raises
+    ------
+    ValueError
+        As `numbers`, or if all are smaller, or one is larger, than anything that is measured.
+    """
+    samples = np.asarray(numbers(values, "values"), dtype=np.float64)
+    sizes = [
+        float(np.nanmax(np.abs(samples[block]), initial=0.0)) for block in blocks(samples.size)
+    ]
+    largest = max(sizes, default=0.0)
+    if 0.0 < largest < 1e-60 or 1e60 < largest < math.inf:
+        raise ValueError(f"values reach {largest:.3g}; give them in the unit that is stated")
+    return samples
+
+
 class Compared:
     """Dataclasses whose objects are equal if all fields are: see `same_values`."""
 
@@ -545,7 +563,7 @@ def angle_increments(values: ArrayLike, *, kind: Kind, sample_rate: float) -> Fl
     ValueError
         If an argument makes no sense.
     """
-    samples = np.asarray(numbers(values, "values"), dtype=np.float64)
+    samples = squarable(values)
     require_choice("kind", kind, Kind)
     require_rate(sample_rate)
     # One sum tells whole samples without a second array of their size.
