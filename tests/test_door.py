@@ -12,6 +12,7 @@ import pytest
 from matplotlib.figure import Figure
 
 import sagnac
+from sagnac.noise.laws import COEFFICIENT_NAMES
 from sagnac.verdict.limits import specification_of
 
 NAMES = {
@@ -236,6 +237,7 @@ def test_the_answer_as_frames_has_its_units(tmp_path, analyzed):
     analyzed.to_json(path)
     back = sagnac.Analysis.from_json(path).to_frame()
     np.testing.assert_allclose(back["value"], analyzed.to_frame()["value"], rtol=1e-12)
+    assert back["coefficient"].tolist() == [*COEFFICIENT_NAMES] * 3
 
 
 def test_a_day_in_a_script(tmp_path, analyzed):

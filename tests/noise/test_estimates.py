@@ -49,6 +49,12 @@ def test_an_estimate_in_any_unit_of_its_coefficient():
     one = estimate().to("deg/sqrt(h)")
     assert (one.value, one.low, one.high) == pytest.approx((2e-3, 1e-3, 4e-3))
     assert float(estimate().to("deg/h/sqrt(Hz)")) == pytest.approx(0.12)
+    assert estimate().to("°/√h") == one
+    walk = estimate(name="rate_random_walk")
+    assert walk.to("rad/s^2/sqrt(Hz)").value == walk.value
+    assert float(walk.to("deg/s/sqrt(s)")) == pytest.approx(math.degrees(walk.value))
+    bias = estimate(name="bias_instability")
+    assert float(bias.to("deg/s")) == pytest.approx(math.degrees(bias.value))
     with pytest.raises(ValueError, match="unit 'deg/h' is not one of angle_random_walk; use one"):
         estimate().to("deg/h")
     with pytest.raises(ValueError, match="is that of a share"):

@@ -304,9 +304,9 @@ class Analysis:
         rows = []
         for one in (*self.each, *self.accelerometers.values()):
             # N of the answer, which the coefficients beside it may hold as another fit has it.
-            for name, estimate in {
-                **one.coefficients, "angle_random_walk": one.angle_random_walk
-            }.items():  # fmt: skip
+            found = {**one.coefficients, "angle_random_walk": one.angle_random_walk}
+            for name in (name for name in COEFFICIENT_NAMES if name in found):
+                estimate = found[name]
                 shown = estimate.to(next(iter(estimate_units(name, estimate.sensor))))
                 row = {"channel": one.channel, "coefficient": name}
                 row |= {figure: getattr(shown, figure) for figure in (*_FIGURES, "unit")}

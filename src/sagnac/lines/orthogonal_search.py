@@ -22,7 +22,7 @@ from scipy.special import chdtri
 from sagnac.core.arrays import ComplexArray, FloatArray, IntegerArray
 from sagnac.core.errors import is_finite, quoted, require_choice, require_count
 from sagnac.core.processes import GIBIBYTE, free_memory
-from sagnac.recording.channel import real_numbers, whole_series
+from sagnac.recording.channel import Compared, real_numbers, whole_series
 from sagnac.spectrum.sums import angle_sums
 
 Stop = Literal["korenberg", "false-alarm", "none"]
@@ -37,7 +37,7 @@ NOTHING_LEFT: Final = 1e-13
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class OrthogonalSearch:
+class OrthogonalSearch(Compared):
     """Choices of a search, in order, the series they make, and its settings.
 
     Attributes

@@ -40,7 +40,7 @@ from sagnac.core.errors import RecordingError, quoted
 from sagnac.noise.estimates import Estimate, rooted
 from sagnac.noise.laws import STOCHASTIC_NAMES, rate_density_basis
 from sagnac.noise.likelihood import PRESENCE
-from sagnac.recording.channel import angle_increments
+from sagnac.recording.channel import Compared, angle_increments
 from sagnac.recording.model import Recording, require_recording
 from sagnac.spectrum.periodogram import CELL, TAPERS, band_degrees_of_freedom, sine_taper
 from sagnac.spectrum.power_laws import running_median
@@ -51,8 +51,8 @@ from sagnac.spectrum.power_laws import running_median
 _FOR_EACH: Final = 3
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class SelfNoise:
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False, repr=False)
+class SelfNoise(Compared):
     """Noise of each gyro without what all share.
 
     Attributes
@@ -96,8 +96,9 @@ class SelfNoise:
     confidence: float
 
     def __repr__(self) -> str:
-        found = ", ".join(f"{name} {one!r}" for name, one in self.angle_random_walk.items())
-        return f"<SelfNoise of {', '.join(self.gyros)}: {self.frequency.size} bands; {found}>"
+        found = [f"{name} {one!r}" for name, one in self.angle_random_walk.items()]
+        parts = [f"{self.frequency.size} bands", *([", ".join(found)] if found else [])]
+        return f"<SelfNoise of {', '.join(self.gyros)}: {'; '.join(parts)}>"
 
 
 def self_noise(

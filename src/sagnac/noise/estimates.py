@@ -8,7 +8,7 @@ from numbers import Real
 from typing import Literal
 
 from sagnac.core.errors import Note, quoted, require_choice, require_confidence, require_type
-from sagnac.core.units import COEFFICIENT_UNITS, FORCE_COEFFICIENT_UNITS, Sensor
+from sagnac.core.units import COEFFICIENT_UNITS, FORCE_COEFFICIENT_UNITS, Sensor, canonical
 from sagnac.noise.laws import CoefficientName
 
 Status = Literal["estimated", "upper bound", "not observable"]
@@ -156,7 +156,8 @@ class Estimate(Interval):
         ----------
         unit
             Any that the coefficient is written in: ``deg/sqrt(h)``, ``deg/h/sqrt(Hz)``,
-            ``rad/s/sqrt(Hz)`` or ``rad/sqrt(s)`` for angle random walk.
+            ``rad/s/sqrt(Hz)`` or ``rad/sqrt(s)`` for angle random walk; as it is written here,
+            or otherwise: ``°/√h``.
 
         Raises
         ------
@@ -166,6 +167,7 @@ class Estimate(Interval):
         if self.name is None:
             raise ValueError("the estimate has no name, so that its units are not known")
         units = estimate_units(self.name, self.sensor)
+        unit = canonical(unit) if isinstance(unit, str) else unit
         if unit not in units:
             raise ValueError(
                 f"unit {unit!r} is not one of {self.name}; use one of {', '.join(units)}"

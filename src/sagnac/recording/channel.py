@@ -176,7 +176,8 @@ class Channel(Compared):
         the sample interval.
     values
         (samples,) float64, rad for ``angle`` and ``increment``, rad/s for ``rate``. Counters
-        and 360 degree encoders are unwrapped. Missing samples are NaN.
+        and 360 degree encoders are unwrapped. Missing samples are NaN. The array is held, not
+        copied: what is written into it, every recording shows that holds the channel.
     shown_in
         Unit that reports show and files store the channel in, as its source stated it:
         ``arcsec``, ``deg/s``, ``0.1arcsec``. SI unless stated.
