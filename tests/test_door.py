@@ -12,6 +12,7 @@ import pytest
 from matplotlib.figure import Figure
 
 import sagnac
+from sagnac.noise.laws import COEFFICIENT_NAMES
 from sagnac.verdict.limits import specification_of
 
 NAMES = {
@@ -236,6 +237,7 @@ def test_the_answer_as_frames_has_its_units(tmp_path, analyzed):
     analyzed.to_json(path)
     back = sagnac.Analysis.from_json(path).to_frame()
     np.testing.assert_allclose(back["value"], analyzed.to_frame()["value"], rtol=1e-12)
+    assert back["coefficient"].tolist() == [*COEFFICIENT_NAMES] * 3
 
 
 def test_a_day_in_a_script(tmp_path, analyzed):
@@ -387,7 +389,63 @@ HIDDEN = np.ma.masked_array(NOISE, np.arange(500) == 6)
             ),
             "pickoffs is",
         ),
+        *(
+            (
+                lambda still, wrong=wrong: sagnac.Recording.from_frame(wrong, kind="rate"),
+                "^frame is .{1,200}; give a frame of pandas or xarray, or a dictionary of columns$",
+            )
+            for wrong in (None, [{"x": one} for one in NOISE], NOISE.astype([("x", float)]))
+        ),
         (lambda still: sagnac.plan(still, within=None), "within is None"),
+        (lambda still: sagnac.plan(still, within=[]), "within is empty, and there is no limit"),
+        *(
+            (lambda still, draw=draw: getattr(sagnac.plot, draw)(None), " is None; give an object")
+            for draw in sagnac.plot.__all__
+        ),
+        (lambda still: sagnac.plot.stability(sagnac.analyze(still), 3), "ax is 3; give axes"),
+        *(
+            (call, "(path|folder) is 3; give a path")
+            for call in (
+                lambda still: sagnac.read(3),
+                lambda still: sagnac.columns(3),
+                lambda still: sagnac.missing(3),
+                lambda still: sagnac.write(still, 3),
+                lambda still: sagnac.write_report(sagnac.analyze(still), 3),
+                lambda still: sagnac.analyze(still).to_json(3),
+                lambda still: sagnac.Analysis.from_json(3),
+                lambda still: sagnac.campaign("rack", 3),
+            )
+        ),
+        (lambda still: sagnac.analyze(still, progress=3), "progress is 3; give a function"),
+        (
+            lambda still: sagnac.remove_lines(NOISE, None, 10.0, channel="x", progress=3),
+            "progress is 3; give a function",
+        ),
+        (
+            lambda still: sagnac.simulate(sagnac.RigConfig(duration_s=1.0), progress=3),
+            "progress is 3; give a function",
+        ),
+        (lambda still: sagnac.fit_coefficients(1e200 * NOISE, **AT_10_HZ), "values reach 3.* unit"),
+        (
+            lambda still: sagnac.fast_orthogonal_search(
+                NOISE, NOISE, candidates=10**12, spacing=1.0
+            ),
+            "candidates is 1000000000000, for which .* GiB of memory are needed, and .* or fewer",
+        ),
+        (lambda still: sagnac.Settings(strict="no"), "strict is 'no'; use one of False, True"),
+        *(
+            (
+                lambda still, stated=stated: sagnac.Recording.from_arrays(
+                    **{"x": NOISE, "unit": "deg/h", **AT_10_HZ, **stated}
+                ),
+                said,
+            )
+            for stated, said in (
+                ({"unit": {"x": "deg/h", "q": "deg/s"}}, "unit: name is 'q'; use one of x"),
+                ({"kind": {"x": "rate", "q": "rate"}}, "kind: name is 'q'; use one of x"),
+                ({"table_unit": "rad"}, "table_unit is 'rad', and there is no table"),
+            )
+        ),
         (lambda still: sagnac.campaign(3, "made"), "sources is 3"),
         (lambda still: sagnac.campaign([], "made"), r"sources is \[\]"),
         (
@@ -399,12 +457,16 @@ HIDDEN = np.ma.masked_array(NOISE, np.arange(500) == 6)
             "time: most stamps repeat",
         ),
         (
-            lambda still: sagnac.analyze(
-                sagnac.Recording.from_arrays(
-                    x=NOISE, unit="deg/h", **AT_10_HZ, times=np.arange(NOISE.size)[::-1]
-                )
+            lambda still: sagnac.Recording.from_arrays(
+                x=NOISE, unit="deg/h", **AT_10_HZ, times=np.arange(NOISE.size)[::-1]
             ),
-            "time: runs backwards 499 times",
+            "time: runs backwards 499 times, first at 0.000 s; correct the stamps",
+        ),
+        (
+            lambda still: sagnac.Recording.from_arrays(
+                x=[1, 2, 3, 4], unit="deg/h", kind="rate", times=[0.0, 1.0, np.nan, 3.0]
+            ),
+            "time: 1 sample NaN or infinite, the first at 2.000 s; correct the stamps",
         ),
         (
             lambda still: sagnac.Recording.from_arrays(
@@ -422,7 +484,7 @@ HIDDEN = np.ma.masked_array(NOISE, np.arange(500) == 6)
                 lambda still, wrong=wrong: sagnac.trial(sagnac.analyze(still), **wrong),
                 f"{next(iter(wrong))} (is|has)",
             )
-            for wrong in ({"masked": [3.0]}, {"masked": None}, {"left_in": 3})
+            for wrong in ({"masked": [3.0]}, {"masked": None}, {"left_in": 3}, {"before": 3})
         ),
         *(
             (

@@ -64,9 +64,9 @@ def test_the_threshold_solves_rices_formula(bins, false_alarm):
     assert crossings == pytest.approx(false_alarm)
 
 
-@pytest.mark.parametrize("false_alarm", [0.0, -1.0, np.nan])
-def test_a_false_alarm_is_a_probability_above_zero(false_alarm):
-    with pytest.raises(ValueError, match="give a probability above zero"):
+@pytest.mark.parametrize("false_alarm", [0.0, -1.0, np.nan, 1.0, 2.0])
+def test_a_false_alarm_is_a_probability(false_alarm):
+    with pytest.raises(ValueError, match="give a number between 0 and 1"):
         detection_threshold(1000, false_alarm)
 
 

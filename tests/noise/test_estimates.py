@@ -49,8 +49,16 @@ def test_an_estimate_in_any_unit_of_its_coefficient():
     one = estimate().to("deg/sqrt(h)")
     assert (one.value, one.low, one.high) == pytest.approx((2e-3, 1e-3, 4e-3))
     assert float(estimate().to("deg/h/sqrt(Hz)")) == pytest.approx(0.12)
+    assert estimate().to("°/√h") == one
+    walk = estimate(name="rate_random_walk")
+    assert walk.to("rad/s^2/sqrt(Hz)").value == walk.value
+    assert float(walk.to("deg/s/sqrt(s)")) == pytest.approx(math.degrees(walk.value))
+    bias = estimate(name="bias_instability")
+    assert float(bias.to("deg/s")) == pytest.approx(math.degrees(bias.value))
     with pytest.raises(ValueError, match="unit 'deg/h' is not one of angle_random_walk; use one"):
         estimate().to("deg/h")
+    with pytest.raises(ValueError, match="is that of a share"):
+        format(one, ".1%")
     with pytest.raises(ValueError, match="has no name"):
         estimate(name=None).to("deg/sqrt(h)")
 
@@ -75,13 +83,15 @@ def test_estimates_print_in_the_unit_of_the_field():
         ({"status": "guessed"}, "status is 'guessed'; use one of estimated, upper bound"),
         ({"confidence": 95.0}, "confidence is 95.0; give a number between 0 and 1"),
         ({"low": 1.0}, "give low <= value <= high"),
+        ({"low": -1.0}, "low is -1; give zero or more"),
+        ({"value": "1"}, "value is '1'; give a number"),
         ({"value": math.nan}, "give low <= value <= high"),
         ({"status": "not observable"}, "has NaN for all three"),
         ({"name": "drift"}, "name is 'drift'; use one of quantization"),
     ],
 )
 def test_an_estimate_checks_what_it_is_given(change, words):
-    with pytest.raises(ValueError, match=words):
+    with pytest.raises((ValueError, TypeError), match=words):
         estimate(**change)
 
 

@@ -1,5 +1,7 @@
 """Each of several gyros alone, from their cross spectra."""
 
+from copy import deepcopy
+
 import numpy as np
 import pytest
 from scipy.signal import csd, lfilter
@@ -67,6 +69,7 @@ def test_three_gyros_under_motion_a_thousand_times_their_noise(seed):
 def test_it_is_what_sleemans_formula_gives():
     recording, _ = three(11)
     found = sagnac.self_noise(recording, band=(0.0, 5.0))
+    assert deepcopy(found) == found != sagnac.self_noise(recording)
     rates = [gyro.values for gyro in recording.gyros]
 
     def cross(one, other):
@@ -117,8 +120,9 @@ def test_what_cannot_be_told_apart_is_refused():
     for motions in (0, "1", 1.5, None, True):
         with pytest.raises(ValueError, match=r"motions is .*; give a whole number of 1 or more"):
             sagnac.self_noise(recording, motions=motions)
-    with pytest.raises(TypeError, match="gyros is 3; give names out of x, y, z"):
-        sagnac.self_noise(recording, gyros=3)
+    for gyros in (3, "xyz", ["x", "y", "q"]):
+        with pytest.raises(ValueError, match=r"gyros is .*; (give names, such|use one of x, y, z)"):
+            sagnac.self_noise(recording, gyros=gyros)
     with pytest.raises(RecordingError, match="holds too little between"):
         sagnac.self_noise(recording, band=(1.0, 1.001))
 

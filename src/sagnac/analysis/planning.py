@@ -186,8 +186,8 @@ def plan(
     RecordingError
         If no gyro shows N with an interval.
     ValueError
-        If a width is not between 0 and 1, a limit is of another coefficient than N, or the
-        analysis was read from a file.
+        If a width is not between 0 and 1, there is neither a width nor a limit, a limit is of
+        another coefficient than N, or the analysis was read from a file.
 
     Examples
     --------
@@ -208,6 +208,8 @@ def plan(
     require_analysis(analysis, recorded=True)
     specification = specification or analysis.settings.specification
     limits = specification.limits if specification else ()
+    if not within and not limits:
+        raise ValueError("within is empty, and there is no limit; give a half width such as 0.01")
     for limit in limits:
         if limit.coefficient != "angle_random_walk":
             raise ValueError(f"spec {limit.letter}: only an interval of N is forecast")

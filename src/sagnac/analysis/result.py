@@ -12,7 +12,7 @@ from sagnac.analysis.settings import Settings
 from sagnac.analysis.spectra import Residual, Spectrum
 from sagnac.analysis.table_shares import Share, Triad
 from sagnac.core.arrays import FloatArray, pandas_for
-from sagnac.core.errors import Note, RecordingError, extra_module, require_type
+from sagnac.core.errors import Note, RecordingError, extra_module, path_of, require_type
 from sagnac.core.overwriting import Outputs, require_free
 from sagnac.core.units import DEGREE_PER_HOUR, SENSED, Sensor
 from sagnac.core.whole_files import write_text
@@ -240,9 +240,9 @@ class Analysis:
         document = import_module("sagnac.report.document")
         text: str = document.to_json(self.stored or document.analysis_document(self))
         if path is not None:
-            made = Outputs(paths=(Path(path),), mark=Path(path), kind="analysis")
-            require_free(made, force=force)
-            write_text(Path(path), text + "\n")
+            path = path_of("path", path)
+            require_free(Outputs(paths=(path,), mark=path, kind="analysis"), force=force)
+            write_text(path, text + "\n")
         return text
 
     @property
@@ -311,9 +311,9 @@ class Analysis:
         rows = []
         for one in (*self.each, *self.accelerometers.values()):
             # N of the answer, which the coefficients beside it may hold as another fit has it.
-            for name, estimate in {
-                **one.coefficients, "angle_random_walk": one.angle_random_walk
-            }.items():  # fmt: skip
+            found = {**one.coefficients, "angle_random_walk": one.angle_random_walk}
+            for name in (name for name in COEFFICIENT_NAMES if name in found):
+                estimate = found[name]
                 shown = estimate.to(next(iter(estimate_units(name, estimate.sensor))))
                 row = {"channel": one.channel, "coefficient": name}
                 row |= {figure: getattr(shown, figure) for figure in (*_FIGURES, "unit")}

@@ -103,6 +103,7 @@ class Settings:
             raise ValueError(f"gyros is {said}; give names, such as ('x', 'z')")
         object.__setattr__(self, "gyros", tuple(self.gyros))
         errors.require_choice("method", self.method, Method)
+        errors.require_choice("strict", self.strict, (False, True))
         if not isinstance(self.step_4, Reading):
             errors.require_choice("step_4", self.step_4, READINGS)
             object.__setattr__(self, "step_4", READINGS[self.step_4])
@@ -156,6 +157,7 @@ class Stages:
     """
 
     def __init__(self, progress: Progress | None, path: str) -> None:
+        errors.require_progress(progress)
         self._progress = progress or (lambda _stage, _fraction: None)
         self._path = path
         self.seconds: dict[str, float] = {}

@@ -7,12 +7,13 @@ has to the curve, on average over its phase: no sample is looked at again.
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from types import NoneType
 
 import numpy as np
 
 from sagnac.analysis.result import Analysis, require_analysis
 from sagnac.analysis.spectra import Spectrum
-from sagnac.core.errors import RecordingError, as_several, is_band, quoted
+from sagnac.core.errors import RecordingError, as_several, is_band, quoted, require_type
 from sagnac.lines.model import Line
 from sagnac.noise.estimates import Estimate
 from sagnac.noise.model_average import average
@@ -78,6 +79,8 @@ def trial(
     ------
     RecordingError
         If the analysis rests on no levels of a spectrum, or too few are left.
+    TypeError
+        If `before` is no estimate.
     ValueError
         If a line is none of the analysis, a band ends before it begins, or the analysis was read
         from a file.
@@ -106,6 +109,7 @@ def trial(
         raise RecordingError(problem, channel=analysis.channel, remedy=remedy)
     own = [line for line in analysis.lines if line.channel == analysis.channel]
     left_in, masked = as_several(left_in), as_several(masked)
+    require_type("before", before, (Estimate, NoneType), "give the before of an earlier trial")
     if not all(any(line is one for one in own) for line in left_in):
         raise ValueError(f"left_in has a line that is none of {analysis.channel}")
     if not all(map(is_band, masked)):

@@ -7,12 +7,14 @@ line as ``--slice 30:90``, a program as ``slice=30:90``.
 
 import math
 import operator
+import os
 import re
 import reprlib
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from difflib import get_close_matches
 from importlib import import_module
+from pathlib import Path
 from typing import Any, Final, Literal, Self, SupportsIndex, get_args
 
 Level = Literal["error", "warning", "remark"]
@@ -286,6 +288,42 @@ def require_type(name: str, value: object, wanted: type | tuple[type, ...], reme
         raise TypeError(f"{name} is {quoted(value)}; {remedy}")
 
 
+def require_progress(progress: object) -> None:
+    """Refuse what cannot be called with the progress of a task, and is not None.
+
+    Raises
+    ------
+    TypeError
+        With the value.
+    """
+    if not (progress is None or callable(progress)):
+        raise TypeError(f"progress is {quoted(progress)}; give a function, or None")
+
+
+def path_of(name: str, path: str | os.PathLike[str]) -> Path:
+    """The path that an argument states.
+
+    Raises
+    ------
+    TypeError
+        If it is none; with the argument and the value.
+    """
+    require_type(name, path, (str, os.PathLike), "give a path")
+    return Path(path)
+
+
+def require_name(name: str, value: object) -> None:
+    """Refuse what names no channel: no text, or an empty one.
+
+    Raises
+    ------
+    ValueError
+        With the argument and the value.
+    """
+    if not isinstance(value, str) or not value:
+        raise ValueError(f"{name} is {quoted(value)}; give the channel a name, x for one")
+
+
 def require_choice(name: str, value: object, allowed: Any) -> None:
     """Refuse a value that is not one of the choices.
 
@@ -305,7 +343,7 @@ def require_choice(name: str, value: object, allowed: Any) -> None:
     """
     choices = get_args(allowed) or tuple(allowed)
     if value not in choices:
-        raise ValueError(f"{name} is {quoted(value)}; use one of {', '.join(choices)}")
+        raise ValueError(f"{name} is {quoted(value)}; use one of {', '.join(map(str, choices))}")
 
 
 def choices_of(name: str, given: Iterable[str], allowed: Any) -> tuple[str, ...]:

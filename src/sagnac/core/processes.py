@@ -92,7 +92,7 @@ def means_of(workers: int | None = None, memory: float | None = None) -> Means:
     cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
     return Means(
         workers=workers if workers is not None else (cores or 1),
-        memory=memory if memory is not None else _free_memory(),
+        memory=memory if memory is not None else free_memory(),
     )
 
 
@@ -199,7 +199,7 @@ def _prepare() -> None:
     threading.Thread(target=watch, daemon=True).start()
 
 
-def _free_memory() -> float:
+def free_memory() -> float:
     """Bytes that can be taken without swapping; two gibibytes if nobody says."""
     try:
         for line in Path("/proc/meminfo").read_text(encoding="ascii").splitlines():

@@ -86,7 +86,10 @@ _SIZES: Final[Mapping[Quantity, Mapping[str, float]]] = {
         "deg/s/sqrt(Hz)": DEGREE, "mdeg/s/sqrt(Hz)": 1e-3 * DEGREE,
         "rad/s/sqrt(Hz)": 1.0, "rad/sqrt(s)": 1.0,
     },
-    "rate random walk": {"deg/h/sqrt(h)": DEGREE_PER_HOUR_PER_ROOT_HOUR, "rad/s/sqrt(s)": 1.0},
+    "rate random walk": {
+        "deg/h/sqrt(h)": DEGREE_PER_HOUR_PER_ROOT_HOUR, "deg/s/sqrt(s)": DEGREE,
+        "rad/s/sqrt(s)": 1.0, "rad/s^2/sqrt(Hz)": 1.0,
+    },
     "rate ramp": {"deg/h/h": DEGREE_PER_HOUR_PER_HOUR, "rad/s^2": 1.0},
     "velocity": {"m/s": 1.0, "mm/s": 1e-3, "um/s": 1e-6, "ug*s": 1e-6 * STANDARD_GRAVITY},
     "acceleration": {
@@ -145,7 +148,7 @@ def _sized(*names: str) -> dict[str, float]:
 COEFFICIENT_UNITS: Final = {
     "quantization": _sized("arcsec", "deg", "rad"),
     "angle_random_walk": sizes("angle random walk"),
-    "bias_instability": _sized("deg/h", "rad/s"),
+    "bias_instability": _sized("deg/h", "deg/s", "rad/s"),
     "rate_random_walk": sizes("rate random walk"),
     "rate_ramp": sizes("rate ramp"),
 }

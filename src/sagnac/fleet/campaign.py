@@ -9,7 +9,7 @@ from typing import Any
 
 from sagnac.analysis.settings import Settings
 from sagnac.core.arrays import pandas_for
-from sagnac.core.errors import as_several, is_finite, quoted, require_keywords
+from sagnac.core.errors import as_several, is_finite, path_of, quoted, require_keywords
 from sagnac.core.overwriting import outputs_in, require_free
 from sagnac.core.processes import Standing, means_of
 from sagnac.fleet.page import write_overview, write_page
@@ -139,7 +139,7 @@ def campaign(
         raise TypeError(f"sources is {quoted(sources)}; give paths of recordings, or of a folder")
     if span is not None and not (is_finite(span) and span > 0.0):
         raise ValueError(f"span is {quoted(span)}; give seconds above zero")
-    paths, place = [Path(source) for source in listed], Path(folder).absolute()
+    paths, place = [Path(source) for source in listed], path_of("folder", folder).absolute()
     tasks = tasks_of(paths, _choices(settings or Settings(), pattern, choices))
     if scheduler is not None and (workers is not None or memory is not None):
         raise ValueError("workers and memory are of this machine; a cluster has its own")

@@ -9,7 +9,7 @@ from itertools import chain
 from pathlib import Path
 from typing import Any, Final
 
-from sagnac.core.errors import MissingExtra, RecordingError
+from sagnac.core.errors import MissingExtra, RecordingError, path_of
 from sagnac.core.overwriting import require_free
 from sagnac.formats.assemble import assemble
 from sagnac.formats.files import about, damaged
@@ -58,7 +58,8 @@ def read(
     ValueError
         If a value that is stated cannot be, or `statement` is given beside `stated`.
     TypeError
-        If `stated` has a name that is no field of a statement; the message lists those there are.
+        If `path` is no path, or `stated` has a name that is no field of a statement; the message
+        lists those there are.
 
     Examples
     --------
@@ -241,7 +242,7 @@ def write(recording: Recording, path: Path | str, *, force: bool = False) -> Pat
     ('still.parquet', 1000, 10.0)
     """
     require_recording(recording)
-    path = Path(path)
+    path = path_of("path", path)
     out = outgoing(recording)
     known = format_to_write(path, out)
     with about(path):
@@ -301,7 +302,7 @@ def format_to_write(path: Path, heading: Outgoing) -> Format:
 
 def _file_of(path: Path | str) -> Path:
     """The file that is read: of a folder of EuRoC the samples of its IMU."""
-    path = Path(path)
+    path = path_of("path", path)
     inside = path / EUROC_DATA
     return inside if inside.is_file() else path
 

@@ -63,11 +63,11 @@ def detection_threshold(bins: int, false_alarm: float) -> float:
     Raises
     ------
     ValueError
-        If `false_alarm` is not above zero, or so large that every bin would hold a line.
+        If `false_alarm` is not between 0 and 1, or so large that every bin would hold a line.
     """
-    if not (is_finite(false_alarm) and 0.0 < false_alarm < max(bins, 2) / np.e):
+    if not (is_finite(false_alarm) and 0.0 < false_alarm < min(1.0, max(bins, 2) / np.e)):
         raise ValueError(
-            f"false_alarm is {quoted(false_alarm)}; give a probability above zero, such as 0.01"
+            f"false_alarm is {quoted(false_alarm)}; give a number between 0 and 1, such as 0.01"
         )
     scatter = floor_scatter(bins)
 

@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 from sagnac.core.arrays import FloatArray
 from sagnac.core.errors import Note, quoted, require_choice, require_shape
 from sagnac.core.units import ANGLE_UNITS, VELOCITY_UNITS
+from sagnac.recording.channel import Compared
 
 Scale = Literal["angle", "time"]
 
@@ -108,7 +109,7 @@ def lines_of(scales: Iterable[Scale], channel: str, **columns: ArrayLike) -> lis
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Removal:
+class Removal(Compared):
     """An angle after the removal of lines, and what was removed.
 
     Attributes

@@ -21,7 +21,8 @@ from scipy.special import chdtri
 
 from sagnac.core.arrays import ComplexArray, FloatArray, IntegerArray
 from sagnac.core.errors import is_finite, quoted, require_choice, require_count
-from sagnac.recording.channel import real_numbers, whole_series
+from sagnac.core.processes import GIBIBYTE, free_memory
+from sagnac.recording.channel import Compared, real_numbers, whole_series
 from sagnac.spectrum.sums import angle_sums
 
 Stop = Literal["korenberg", "false-alarm", "none"]
@@ -29,12 +30,14 @@ Stop = Literal["korenberg", "false-alarm", "none"]
 _DEPENDENT: Final = 1e-6
 # Sinusoids with less mean square than this are rejected: Fourier sums are good to a hundredth.
 _LEAST_POWER: Final = 1e-7
+# Memory that a candidate takes as the search begins.
+_BYTES: Final = 300
 NOTHING_LEFT: Final = 1e-13
 """A mean square below this share of the first one is rounding."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class OrthogonalSearch:
+class OrthogonalSearch(Compared):
     """Choices of a search, in order, the series they make, and its settings.
 
     Attributes
@@ -198,7 +201,7 @@ def fast_orthogonal_search(
     Raises
     ------
     ValueError
-        If an argument makes no sense.
+        If an argument makes no sense, or there are more candidates than memory holds.
     MissingExtra
         If finufft is not installed, and the phase is not one even turn.
 
@@ -291,7 +294,14 @@ def _check(
         return
     if phase is None:
         raise ValueError("phase is None; sinusoids need one (a matrix of candidates does not)")
-    require_count("candidates", np.asarray(candidates).item(), 1)
+    count = np.asarray(candidates).item()
+    require_count("candidates", count, 1)
+    free = free_memory()
+    if _BYTES * count > free:
+        raise ValueError(
+            f"candidates is {count}, for which {_BYTES * count / GIBIBYTE:.3g} GiB of memory are "
+            f"needed, and {free / GIBIBYTE:.3g} are free; give {int(free / _BYTES)} or fewer"
+        )
     if spacing is None or not (is_finite(spacing) and spacing > 0.0):
         raise ValueError(f"spacing is {quoted(spacing)}; give a number above zero")
 

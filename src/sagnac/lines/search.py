@@ -13,7 +13,7 @@ from typing import Final
 import numpy as np
 
 from sagnac.core.arrays import FloatArray, differences, extent
-from sagnac.core.errors import Note, counted, rounded
+from sagnac.core.errors import Note, counted, require_name, require_progress, rounded
 from sagnac.core.kernels import one_thread
 from sagnac.lines import detection, passes
 from sagnac.lines.candidates import NewLines, bands_of_peaks, crowded_bands, new_lines
@@ -84,8 +84,9 @@ def remove_lines(
     Raises
     ------
     ValueError
-        If `false_alarm` is no probability, `sample_rate` is not above zero, a value is missing or
-        infinite, all are the same, there are too few, or the table has another number of them.
+        If `false_alarm` is no probability, `sample_rate` is not above zero, `channel` is no name,
+        a value is missing or infinite, all are the same, there are too few, or the table has
+        another number of them.
 
     Examples
     --------
@@ -101,6 +102,8 @@ def remove_lines(
     >>> round(float(np.std(np.diff(removal.residual)) / np.std(steps)), 2)
     1.0
     """
+    require_name("channel", channel)
+    require_progress(progress)
     angle = whole_series(angle, "angle")
     table = None if table is None else whole_series(table, "table")
     record = Record(angle=angle, encoder=table, sample_rate=sample_rate, false_alarm=false_alarm)

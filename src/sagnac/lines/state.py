@@ -21,6 +21,7 @@ from sagnac.lines.joint_fit import ComponentFit, earth_amplitudes, order_sums
 from sagnac.lines.sampling import MOST_ORDERS, Sampling
 from sagnac.lines.wandering import DriftingLine, values
 from sagnac.recording.channel import require_rate
+from sagnac.recording.model import MINIMUM_SAMPLES
 from sagnac.table.kinematics import averaged, averages_of, kinematics
 from sagnac.table.motion import TableMotion, follow_table
 from sagnac.table.turns import is_turning
@@ -57,8 +58,10 @@ class Record:
     made: dict[str, tuple[Hashable, Any]] = field(default_factory=dict, repr=False)
 
     def __post_init__(self) -> None:
-        if self.angle.ndim != 1 or self.angle.size < 4:
-            raise ValueError(f"angle has shape {self.angle.shape}; give four samples or more")
+        if self.angle.ndim != 1 or self.angle.size < MINIMUM_SAMPLES:
+            raise ValueError(
+                f"angle has shape {self.angle.shape}; give {MINIMUM_SAMPLES} samples or more"
+            )
         if self.encoder is not None:
             require_shape("table", self.encoder.shape, self.angle.shape)
         require_rate(self.sample_rate)

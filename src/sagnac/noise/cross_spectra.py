@@ -27,7 +27,6 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
-from types import NoneType
 from typing import Final
 
 import numpy as np
@@ -41,7 +40,7 @@ from sagnac.core.errors import RecordingError, quoted
 from sagnac.noise.estimates import Estimate, rooted
 from sagnac.noise.laws import STOCHASTIC_NAMES, rate_density_basis
 from sagnac.noise.likelihood import PRESENCE
-from sagnac.recording.channel import angle_increments
+from sagnac.recording.channel import Compared, angle_increments
 from sagnac.recording.model import Recording, require_recording
 from sagnac.spectrum.periodogram import CELL, TAPERS, band_degrees_of_freedom, sine_taper
 from sagnac.spectrum.power_laws import running_median
@@ -52,8 +51,8 @@ from sagnac.spectrum.power_laws import running_median
 _FOR_EACH: Final = 3
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class SelfNoise:
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False, repr=False)
+class SelfNoise(Compared):
     """Noise of each gyro without what all share.
 
     Attributes
@@ -97,8 +96,9 @@ class SelfNoise:
     confidence: float
 
     def __repr__(self) -> str:
-        found = ", ".join(f"{name} {one!r}" for name, one in self.angle_random_walk.items())
-        return f"<SelfNoise of {', '.join(self.gyros)}: {self.frequency.size} bands; {found}>"
+        found = [f"{name} {one!r}" for name, one in self.angle_random_walk.items()]
+        parts = [f"{self.frequency.size} bands", *([", ".join(found)] if found else [])]
+        return f"<SelfNoise of {', '.join(self.gyros)}: {'; '.join(parts)}>"
 
 
 def self_noise(
@@ -145,10 +145,7 @@ def self_noise(
     errors.require_confidence(confidence)
     errors.require_count("motions", motions, 1)
     every = tuple(one.name for one in recording.gyros)
-    errors.require_type(
-        "gyros", gyros, (Sequence, NoneType), f"give names out of {', '.join(every)}"
-    )
-    names = every if gyros is None else tuple(gyros)
+    names = every if gyros is None else errors.choices_of("gyros", gyros, every)
     if len(set(names)) < _FOR_EACH * motions:
         raise ValueError(
             f"gyros are {', '.join(names)}; give {_FOR_EACH} or more for each of {motions} motions"

@@ -4,10 +4,11 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from html import escape
+from numbers import Real
 from typing import Literal
 
-from sagnac.core.errors import Note, quoted, require_choice, require_confidence
-from sagnac.core.units import COEFFICIENT_UNITS, FORCE_COEFFICIENT_UNITS, Sensor
+from sagnac.core.errors import Note, quoted, require_choice, require_confidence, require_type
+from sagnac.core.units import COEFFICIENT_UNITS, FORCE_COEFFICIENT_UNITS, Sensor, canonical
 from sagnac.noise.laws import CoefficientName
 from sagnac.noise.slow_laws import SlowLaws
 
@@ -36,6 +37,8 @@ class Interval:
     high: float
 
     def __post_init__(self) -> None:
+        for name in ("value", "low", "high"):
+            require_type(name, getattr(self, name), Real, "give a number")
         if not self.low <= self.value <= self.high:
             raise ValueError(
                 f"value {self.value:g} lies outside {self.low:g} to {self.high:g}; give low <= "
@@ -64,6 +67,8 @@ class ConvertedEstimate:
         return self.value
 
     def __format__(self, spec: str) -> str:
+        if spec.endswith("%"):
+            raise ValueError(f"format {spec!r} is that of a share; give one such as .4g")
         spec = spec or ".4g"
         if self.status == "not observable":
             return self.status
@@ -129,6 +134,8 @@ class Estimate(Interval):
         figures = (self.value, self.low, self.high)
         if self.status != "not observable":
             Interval.__post_init__(self)
+            if self.low < 0.0:
+                raise ValueError(f"low is {self.low:g}; give zero or more")
         elif not all(map(math.isnan, figures)):
             raise ValueError(f"{figures}: what is not observable has NaN for all three")
 
@@ -150,7 +157,8 @@ class Estimate(Interval):
         ----------
         unit
             Any that the coefficient is written in: ``deg/sqrt(h)``, ``deg/h/sqrt(Hz)``,
-            ``rad/s/sqrt(Hz)`` or ``rad/sqrt(s)`` for angle random walk.
+            ``rad/s/sqrt(Hz)`` or ``rad/sqrt(s)`` for angle random walk; as it is written here,
+            or otherwise: ``°/√h``.
 
         Raises
         ------
@@ -160,6 +168,7 @@ class Estimate(Interval):
         if self.name is None:
             raise ValueError("the estimate has no name, so that its units are not known")
         units = estimate_units(self.name, self.sensor)
+        unit = canonical(unit) if isinstance(unit, str) else unit
         if unit not in units:
             raise ValueError(
                 f"unit {unit!r} is not one of {self.name}; use one of {', '.join(units)}"

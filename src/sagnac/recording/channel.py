@@ -17,7 +17,14 @@ from numpy.typing import ArrayLike, NDArray
 
 from sagnac.core import arrays
 from sagnac.core.arrays import BooleanArray, FloatArray, IntegerArray, blocks
-from sagnac.core.errors import Note, RecordingError, is_finite, quoted, require_choice
+from sagnac.core.errors import (
+    Note,
+    RecordingError,
+    is_finite,
+    quoted,
+    require_choice,
+    require_name,
+)
 from sagnac.core.units import SENSED, UNITS, Quantity, Sensor, Unit, sizes, split_factor, unit_of
 
 # ---- channel -----------------------------------------------------------------------
@@ -121,6 +128,24 @@ def whole_series(values: ArrayLike, argument: str) -> FloatArray:
     return column
 
 
+def squarable(values: ArrayLike) -> FloatArray:
+    """Values as float64 whose squares are numbers; what is missing or infinite is told later.
+
+    Raises
+    ------
+    ValueError
+        As `numbers`, or if all are smaller, or one is larger, than anything that is measured.
+    """
+    samples = np.asarray(numbers(values, "values"), dtype=np.float64)
+    sizes = [
+        float(np.nanmax(np.abs(samples[block]), initial=0.0)) for block in blocks(samples.size)
+    ]
+    largest = max(sizes, default=0.0)
+    if 0.0 < largest < 1e-60 or 1e60 < largest < math.inf:
+        raise ValueError(f"values reach {largest:.3g}; give them in the unit that is stated")
+    return samples
+
+
 class Compared:
     """Dataclasses whose objects are equal if all fields are: see `same_values`."""
 
@@ -151,7 +176,8 @@ class Channel(Compared):
         the sample interval.
     values
         (samples,) float64, rad for ``angle`` and ``increment``, rad/s for ``rate``. Counters
-        and 360 degree encoders are unwrapped. Missing samples are NaN.
+        and 360 degree encoders are unwrapped. Missing samples are NaN. The array is held, not
+        copied: what is written into it, every recording shows that holds the channel.
     shown_in
         Unit that reports show and files store the channel in, as its source stated it:
         ``arcsec``, ``deg/s``, ``0.1arcsec``. SI unless stated.
@@ -178,8 +204,7 @@ class Channel(Compared):
     sensor: Sensor = "gyro"
 
     def __post_init__(self) -> None:
-        if not isinstance(self.name, str) or not self.name:
-            raise ValueError(f"name is {quoted(self.name)}; give the channel a name, x for one")
+        require_name("name", self.name)
         require_choice("sensor", self.sensor, Sensor)
         if not self.shown_in:
             known = sizes(quantity_of(self.kind, self.sensor))
@@ -539,7 +564,7 @@ def angle_increments(values: ArrayLike, *, kind: Kind, sample_rate: float) -> Fl
     ValueError
         If an argument makes no sense.
     """
-    samples = np.asarray(numbers(values, "values"), dtype=np.float64)
+    samples = squarable(values)
     require_choice("kind", kind, Kind)
     require_rate(sample_rate)
     # One sum tells whole samples without a second array of their size.

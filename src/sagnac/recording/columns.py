@@ -17,7 +17,18 @@ from sagnac.core import arrays
 from sagnac.core.arrays import BooleanArray, FloatArray
 from sagnac.core.errors import Note, RecordingError, counted, is_finite, quoted, require_type
 from sagnac.core.units import sensor_of, split_header, unit_of
-from sagnac.recording.channel import Channel, Conversion, Kind, finite_extent, numbers, unwrapped
+from sagnac.recording.channel import (
+    Channel,
+    Conversion,
+    Kind,
+    finite_extent,
+    first_of,
+    is_missing,
+    marked_steps,
+    number_of,
+    numbers,
+    unwrapped,
+)
 from sagnac.recording.encoder_readings import MOST_MISSING_IN_A_ROW
 
 # ---- frames ------------------------------------------------------------------------
@@ -50,9 +61,17 @@ def columns_of(
 
     Raises
     ------
+    TypeError
+        If the frame, or `columns`, has no names.
     ValueError
         If a column is not there, two may be one that is wanted, or there is no gyro.
     """
+    # What has a type of its numbers, as an array or one column, has no columns by name.
+    if not hasattr(frame, "keys") or hasattr(type(frame), "dtype"):
+        raise TypeError(
+            f"frame is {quoted(frame)}; give a frame of pandas or xarray, or a dictionary of "
+            "columns"
+        )
     require_type("columns", columns, (Mapping, NoneType), "give {'x': NAME}, NAME in the frame")
     headers = [str(name) for name in (*frame, *getattr(frame, "coords", ()))]
     present, found = ", ".join(headers) or "no column", dict(columns or {})
@@ -320,6 +339,31 @@ def sampling(stamps: FloatArray, stated_rate: float | None = None) -> Sampling:
     )
     notes = (Note(text=text, channel="time"),)
     return Sampling(times=None if is_uniform else times, sample_rate=rate, notes=notes)
+
+
+def require_forwards(taken: Sampling) -> Sampling:
+    """Refuse stamps that are missing or run backwards.
+
+    Raises
+    ------
+    RecordingError
+        With how many do, and when the first does.
+    """
+    times = taken.times
+    if times is None:
+        return taken
+    missing, backwards = is_missing(times), marked_steps(times, lambda steps: steps < 0.0)
+    said, when = "", 0.0
+    if missing.any():
+        said = f"{counted(number_of(missing), 'sample')} NaN or infinite, the first"
+        when = first_of(missing) / taken.sample_rate
+    elif backwards.any():
+        said = f"runs backwards {counted(number_of(backwards), 'time')}, first"
+        when = float(times[first_of(backwards) - 1])
+    if said:
+        remedy = "correct the stamps, or state {time none} with {rate}"
+        raise RecordingError(f"{said} at {when:.3f} s", channel="time", remedy=remedy)
+    return taken
 
 
 def _plausible(step: float) -> float:

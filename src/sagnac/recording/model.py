@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from sagnac.core.arrays import BooleanArray, FloatArray, pandas_for
-from sagnac.core.errors import Note, RecordingError, quoted, require_type
+from sagnac.core.errors import Note, RecordingError, quoted, require_choice, require_type
 from sagnac.core.units import split_header
 from sagnac.recording import channel as channels
 from sagnac.recording import columns as conversions
@@ -167,7 +167,7 @@ class Recording(Compared):
         times: ArrayLike | None = None,
         time_unit: str = "s",
         table: ArrayLike | None = None,
-        table_unit: str = "deg",
+        table_unit: str | None = None,
         null_pulse: ArrayLike | None = None,
         period: float | None = None,
         pickoffs: Mapping[str, ArrayLike] | None = None,
@@ -194,7 +194,7 @@ class Recording(Compared):
         times
             (samples,) time stamps in `time_unit`, or dates of numpy.
         table
-            (samples,) encoder readings in `table_unit`.
+            (samples,) encoder readings in `table_unit`, degrees unless stated.
         null_pulse
             (samples,) not 0 at the null pulse.
         period
@@ -211,9 +211,10 @@ class Recording(Compared):
         Raises
         ------
         ValueError
-            If an argument makes no sense or columns differ in length.
+            If an argument makes no sense, states something of what is not given, or columns
+            differ in length.
         RecordingError
-            If the stamps contradict the rate, or a counter its period.
+            If stamps are missing, run backwards or contradict the rate, or a counter its period.
 
         Examples
         --------
@@ -237,12 +238,17 @@ class Recording(Compared):
             )
             for name, values in gyros.items()
         ]
+        for argument, stated in (("kind", kind), ("unit", unit)):
+            for name in stated if isinstance(stated, Mapping) else ():
+                require_choice(f"{argument}: name", name, gyros)
+        if table is None and table_unit is not None:
+            raise ValueError(f"table_unit is {quoted(table_unit)}, and there is no table; give one")
         return cls.from_channels(
             taken,
             _sampled(sample_rate, times, time_unit, taken[0].channel.values.size),
             table=None
             if table is None
-            else table_of_readings(channels.series(table, "table"), table_unit),
+            else table_of_readings(channels.series(table, "table"), table_unit or "deg"),
             null_pulse=None if null_pulse is None else conversions.pulses_of(null_pulse),
             pickoffs={
                 name: channels.series(one, channels.PICKOFF + name) for name, one in dithers.items()
@@ -335,6 +341,8 @@ class Recording(Compared):
 
         Raises
         ------
+        TypeError
+            If the frame is none of these.
         ValueError
             If a column is not there, or as `from_arrays`.
 
@@ -345,21 +353,26 @@ class Recording(Compared):
         Recording(x (rate, deg/s); table (angle, deg); 3 samples at 100 Hz, 0.03 s)
         """
         headers = conversions.columns_of(frame, columns, unit)
-        kind = kind or getattr(frame, "attrs", {}).get("kind")
-        if kind is None:
-            raise ValueError("kind is not stated; state angle, increment or rate")
         values = {name: frame[header] for name, header in headers.items()}
         units = {name: split_header(header)[1] or "" for name, header in headers.items()}
+        sensors = [name for name in headers if name not in ("table", "time", NULL_PULSE_NAME)]
+        if not kind:
+            kind = getattr(frame, "attrs", {}).get("kind")
+            # A frame may have more gyros than are taken.
+            if isinstance(kind, Mapping):
+                kind = {name: kind[name] for name in sensors if name in kind}
+        if kind is None:
+            raise ValueError("kind is not stated; state angle, increment or rate")
         times, index = values.pop("time", None), getattr(frame, "index", ())
         is_dated = conversions.with_dates(index).dtype.kind in "mM"
         times = index if times is None and sample_rate is None and is_dated else times
         return cls.from_arrays(
             kind=kind,
-            unit=unit or {name: stated for name, stated in units.items() if stated},
+            unit=unit or {name: units[name] for name in sensors if units[name]},
             sample_rate=sample_rate,
             times=times,
             time_unit=time_unit or units.get("time") or "s",
-            table_unit=table_unit or units.get("table") or "deg",
+            table_unit=table_unit or units.get("table"),
             period=period,
             **values,
         )
@@ -524,7 +537,7 @@ def _sampled(
                 "sampled together"
             )
         if stamps.size:
-            return conversions.sampling(stamps, sample_rate)
+            return conversions.require_forwards(conversions.sampling(stamps, sample_rate))
     if sample_rate is None:
         raise ValueError("neither sample_rate nor times is given; give sample_rate in Hz")
     return Sampling(times=None, sample_rate=sample_rate)

@@ -72,7 +72,7 @@ def lines(analysis: Analysis, ax: Axes | None = None) -> Axes:
     >>> axes.get_ylabel()
     'amplitude (″)'
     """
-    axes = frame.axes_of(ax)
+    axes = frame.axes_of(ax, analysis)
     placed = placed_lines(analysis)
     for scale, (color, label) in SCALES.items():
         of_scale = [(at, line) for at, line in placed if line.scale == scale]
@@ -130,7 +130,7 @@ def spectrum(analysis: Analysis, ax: Axes | None = None) -> Axes:
     >>> axes.get_ylabel()
     'rate noise density, x (°/h/√Hz)'
     """
-    axes = frame.axes_of(ax)
+    axes = frame.axes_of(ax, analysis)
     before, after = _drawn_bins(analysis.spectrum_before), _drawn_bins(analysis.spectrum)
     if frame.removed(analysis):
         axes.plot(
@@ -185,7 +185,7 @@ def self_noise(found: SelfNoise, ax: Axes | None = None) -> Axes:
     >>> axes.get_ylabel()
     'rate noise density of each alone (°/h/√Hz)'
     """
-    axes = frame.axes_of(ax)
+    axes = frame.axes_of(ax, found, SelfNoise, name="found")
     frequency, unit = found.frequency, DEGREE_PER_HOUR_PER_ROOT_HERTZ
     axes.plot(frequency, np.sqrt(found.motion) / unit, color=frame.QUIET, label="what all share")
     for place, (name, color) in enumerate(

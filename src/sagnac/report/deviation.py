@@ -68,7 +68,7 @@ def stability(result: Analysis | StabilityCurve, ax: Axes | None = None) -> Axes
     >>> plot.stability(curve, ax=Figure().add_subplot()).get_xlabel()
     'cluster time τ (s)'
     """
-    axes = frame.axes_of(ax)
+    axes = frame.axes_of(ax, result, Analysis, StabilityCurve, name="result")
     if isinstance(result, StabilityCurve):
         _draw_curve(axes, result)
     elif result.gyros or axes.collections:
@@ -249,7 +249,7 @@ def parts(analysis: Analysis, ax: Axes | None = None) -> Axes:
     >>> axes.get_ylabel()
     'N, x (°/√h)'
     """
-    axes = frame.axes_of(ax)
+    axes = frame.axes_of(ax, analysis)
     answer = analysis.angle_random_walk
     if answer.status == "estimated":
         figures = (answer.value, answer.low, answer.high)
@@ -301,7 +301,7 @@ def residual(analysis: Analysis, ax: Axes | None = None) -> Axes:
     >>> plot.residual(analyze(still), ax=Figure().add_subplot()).get_ylabel()
     'left (°/h)'
     """
-    axes, kept = frame.axes_of(ax), _residual(analysis)
+    axes, kept = frame.axes_of(ax, analysis), _residual(analysis)
     long = float(kept.time[-1]) > _LONG_S
     axes.plot(kept.time / (3600.0 if long else 1.0), kept.rate / DEGREE_PER_HOUR, color=frame.BLUE)
     axes.set_xlabel(f"time ({'h' if long else 's'})")
@@ -331,7 +331,7 @@ def residual_by_angle(analysis: Analysis, ax: Axes | None = None) -> Axes:
     >>> plot.residual_by_angle(found, ax=Figure().add_subplot()).get_xlabel()
     'table angle (°)'
     """
-    axes, turn = frame.axes_of(ax), _by_angle(analysis)
+    axes, turn = frame.axes_of(ax, analysis), _by_angle(analysis)
     axes.plot(np.degrees(turn.angle), turn.after / DEGREE_PER_HOUR, color=frame.BLUE)
     axes.set_xlim(0.0, 360.0)
     axes.set_xticks(range(0, 361, 60))
@@ -362,7 +362,7 @@ def orders(analysis: Analysis, ax: Axes | None = None) -> Axes:
     >>> plot.orders(found, ax=Figure().add_subplot()).get_xlabel()
     'order of the table angle'
     """
-    axes, turn = frame.axes_of(ax), _by_angle(analysis)
+    axes, turn = frame.axes_of(ax, analysis), _by_angle(analysis)
     for amplitude, color, marker, label in (
         (turn.amplitude_before, frame.QUIET, "s", "before removal"),
         (turn.amplitude_after, frame.BLUE, "o", "after removal"),

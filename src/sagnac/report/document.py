@@ -19,7 +19,7 @@ from sagnac.analysis.verdict import verdict_of
 from sagnac.core import units
 from sagnac.core.arrays import FloatArray
 from sagnac.core.documents import ANALYSES, ANALYSIS, finite, read_analyses
-from sagnac.core.errors import Note, RecordingError
+from sagnac.core.errors import Note, RecordingError, path_of
 from sagnac.core.units import Sensor, Unit
 from sagnac.core.version import __version__
 from sagnac.lines.model import Line
@@ -275,7 +275,7 @@ def read_analysis(path: str | Path) -> Analysis:
         If the file cannot be read, is no document of one analysis, or states what cannot be.
     """
     is_text = isinstance(path, str) and path.lstrip().startswith("{")
-    documents = read_analyses(path if is_text else Path(path))
+    documents = read_analyses(path if is_text else path_of("path", path))
     path = "text" if is_text else path
     if len(documents) > 1:
         said = f"holds {len(documents)} analyses"

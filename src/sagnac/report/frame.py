@@ -1,5 +1,6 @@
 """Axes, colours and labels that all pictures share."""
 
+from types import NoneType
 from typing import Any, Final
 
 from matplotlib.axes import Axes
@@ -8,6 +9,7 @@ from matplotlib.lines import Line2D
 
 from sagnac.analysis.result import Analysis
 from sagnac.core.arrays import FloatArray
+from sagnac.core.errors import require_type
 
 INK: Final = "#1a1a1a"
 QUIET: Final = "#9a9a9a"
@@ -25,8 +27,17 @@ DOTTED: Final = (0, (2, 3))
 STATES: Final = ("after removal", "as recorded")
 
 
-def axes_of(given: Axes | None) -> Axes:
-    """The axes given, else the current ones of ``pyplot``."""
+def axes_of(given: Axes | None, drawn: object, *kinds: type, name: str = "analysis") -> Axes:
+    """The axes given, else the current ones of ``pyplot``; for a result of one of the kinds.
+
+    Raises
+    ------
+    TypeError
+        If the argument `name` holds no such result, by itself an analysis, or these are no axes.
+    """
+    kinds = kinds or (Analysis,)
+    require_type(name, drawn, kinds, f"give an object of {' or '.join(k.__name__ for k in kinds)}")
+    require_type("ax", given, (Axes, NoneType), "give axes of matplotlib")
     if given is not None:
         return given
     from matplotlib import pyplot  # noqa: PLC0415  (half a second that a stability curve need not wait for)

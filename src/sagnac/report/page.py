@@ -16,7 +16,7 @@ from matplotlib.figure import Figure
 from sagnac.analysis import result
 from sagnac.analysis.result import Analysis
 from sagnac.analysis.verdict import verdict_of
-from sagnac.core.errors import ranked, require_type
+from sagnac.core.errors import path_of, ranked, require_type
 from sagnac.core.overwriting import outputs_in, require_free
 from sagnac.core.units import DEGREE
 from sagnac.core.whole_files import replacing_folder, write_text
@@ -327,7 +327,7 @@ def write_report(
     result.require_analysis(analysis, recorded=True)
     if block is not None:
         require_type("block", block, TitleBlock, "give a sagnac.report.sections.TitleBlock")
-    folder = Path(folder)
+    folder = path_of("folder", folder)
     for place in (folder, *(folder / folder_name(name) for name in analysis.gyros)):
         require_free(outputs_in(place, "report"), force=force)
     stated = documents.analysis_document(analysis)

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from sagnac import formats
 from sagnac.core.arrays import BooleanArray, FloatArray
-from sagnac.core.errors import require_type
+from sagnac.core.errors import path_of, require_progress, require_type
 from sagnac.core.units import DEGREE_PER_ROOT_HOUR, SENSORS, STANDARD_GRAVITY, Sensor
 from sagnac.core.whole_files import replacing_set
 from sagnac.formats import arrow
@@ -197,6 +197,7 @@ def simulate(config: RigConfig, progress: Progress | None = None) -> Simulation:
     2.5e-05
     """
     _require_config(config)
+    require_progress(progress)
     recording = _as_recorded(config, progress)
     if recording.table is not None:
         read = table_of_readings(recording.table.values, "rad")
@@ -296,7 +297,8 @@ def write(
         If `config` is not a `RigConfig`.
     """
     _require_config(config)
-    path = Path(path)
+    require_progress(progress)
+    path = path_of("path", path)
     truth_path = path.with_name(path.name + ".truth.json")
     # The heading is that of one sample alone.
     heading = outgoing(_recording_of(config, next(_columns(config, block_samples=1))[1]))

@@ -40,7 +40,6 @@ Riley and Greenhall
     Power law noise identification using the lag 1 autocorrelation, EFTF 2004.
 """
 
-import math
 from dataclasses import dataclass
 from html import escape
 from typing import Any, Final
@@ -51,9 +50,9 @@ from numpy.typing import ArrayLike, NDArray
 from scipy import fft
 from scipy.special import gammaincinv
 
-from sagnac.core.arrays import FloatArray, blocks, pandas_for
+from sagnac.core.arrays import FloatArray, pandas_for
 from sagnac.core.errors import Note, require_choice, require_confidence, require_shape
-from sagnac.recording.channel import Compared, Kind, numbers, require_rate
+from sagnac.recording.channel import Compared, Kind, require_rate, squarable
 from sagnac.stability import Estimator, Gaps
 from sagnac.stability.estimators import ESTIMATORS, properties_of
 from sagnac.stability.noise_type import (
@@ -71,18 +70,6 @@ _DIRECT: Final = 32
 _SMALL: Final = 32
 # Angles transformed at a time.
 _AT_ONCE: Final = 2**20
-
-
-def _samples(values: ArrayLike) -> FloatArray:
-    """Values as float64 whose squares are numbers; what is missing or infinite is told later."""
-    samples = np.asarray(numbers(values, "values"), dtype=np.float64)
-    sizes = [
-        float(np.nanmax(np.abs(samples[block]), initial=0.0)) for block in blocks(samples.size)
-    ]
-    largest = max(sizes, default=0.0)
-    if 0.0 < largest < 1e-140 or 1e100 < largest < math.inf:
-        raise ValueError(f"values reach {largest:.3g}; give them in the unit that is stated")
-    return samples
 
 
 def deviation_at_every_tau(
@@ -119,7 +106,7 @@ def deviation_at_every_tau(
     >>> tau.size, bool(abs(deviation[0] - 1.0) < 0.05)
     (5000, True)
     """
-    samples = _samples(values)
+    samples = squarable(values)
     require_choice("kind", kind, Kind)
     require_rate(sample_rate)
     angle = np.asarray(accumulated_track(samples, kind, sample_rate, "reject").angle)
@@ -400,7 +387,7 @@ def stability_curve(
     require_confidence(confidence)
     if noise_type is not None:
         check_noise_type(noise_type, row)
-    samples = _samples(values)
+    samples = squarable(values)
     only_whole = estimator if row.whole_record_only else None
     track = accumulated_track(samples, kind, sample_rate, gaps, only_whole=only_whole)
     angles = track.angle.size
