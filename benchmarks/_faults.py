@@ -64,7 +64,7 @@ class Samples:
             times=self.times,
             # Files are read once, arrays may be worked on in place.
             table=None if self.table is None else self.table.copy(),
-            table_unit="deg",
+            table_unit=None if self.table is None else "deg",
             **more,
         )
 

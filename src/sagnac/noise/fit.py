@@ -167,7 +167,9 @@ def _slow_laws(spectrum: Ordinates) -> SlowLaws:
     for law in tried:
         data = replace(spectrum, basis=spectrum.basis * law.shares(spectrum.frequency))
         scale, covariance = scaled_covariance(data.fisher(data.best))
-        fits.append((data.best.squares, scale * np.sqrt(covariance.diagonal()), data.best.deviance))
+        # No error is less than it would be if the others were known.
+        errors = scale * np.sqrt(np.maximum(covariance.diagonal(), 1.0))
+        fits.append((data.best.squares, errors, data.best.deviance))
     squares, errors, deviance = (np.array(each) for each in zip(*fits, strict=True))
     prior = np.array(list(tried.values()))
     return SlowLaws(

@@ -581,10 +581,13 @@ def with_slow_laws(fit: Fit) -> Fit:
         if one.status == "estimated" and (column < FLICKER or present >= 0.5):
             coefficients[name] = _moved(one, slow, column)
         elif one.status != "not observable":
+            weight = weight / weight.sum()
             # A bound is no lower than what would have been estimated.
-            least = one.high if one.status == "upper bound" else one.low
-            highest = _highest_square(weight / weight.sum(), square, error, one.confidence)
-            coefficients[name] = one.bounded(max(least, math.sqrt(max(highest, 0.0))))
+            highest = max(
+                _highest_square(weight, square, error, one.confidence), 3.0 * float(weight @ error)
+            )
+            before = one.high if one.status == "upper bound" else 0.0
+            coefficients[name] = one.bounded(max(before, math.sqrt(highest)))
     return replace(fit, coefficients=coefficients)
 
 
