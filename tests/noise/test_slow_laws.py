@@ -78,7 +78,7 @@ def test_an_end_is_found_named_and_taken_into_account():
     # Flicker without an end takes more than this from N.
     assert abs(walk.value / ANGLE_RANDOM_WALK - 1.0) < 0.01
     assert 0.3 < analysis.average.law.slow.end < 3.0
-    assert ", B to about " in analysis.average.in_words()
+    assert ", with B that ends at about " in analysis.average.in_words()
 
 
 def test_flicker_without_an_end_is_not_said_to_end():
@@ -87,7 +87,7 @@ def test_flicker_without_an_end_is_not_said_to_end():
     walk = analysis.angle_random_walk
     assert walk.low <= ANGLE_RANDOM_WALK <= walk.high
     assert analysis.average.law.slow.end == np.inf
-    assert "to about" not in analysis.average.in_words()
+    assert "that ends" not in analysis.average.in_words()
 
 
 def test_slow_noise_that_is_less_steep_than_flicker_is_not_read_as_angle_random_walk():

@@ -24,7 +24,8 @@ The answer then goes through six steps, in this order in `answer`:
 
 1. its interval is wider if large deviations are more frequent than in normal noise (`_with_tails`);
 2. it holds N over parts of the record if these disagree (`averaged.Parts`);
-3. Q, B, K and R beside it are no more than the curve allows (`noise.bounds`);
+3. Q, B, K and R beside it are no more than the curve allows (`noise.bounds`), and B is not bounded
+   below what it may be if flicker ends (`noise.slow_laws`);
 4. it holds what the encoder of a table adds or hides (`encoder.with_encoder`);
 5. it holds what two gyros share (`encoder.with_shared_noise`);
 6. findings of the data divide it or withhold it (`trust.apply_findings`).
@@ -177,7 +178,7 @@ def _within_curve(evidence: Evidence, headline: Headline) -> Headline:
     fit = replace(fit, coefficients=within_curve(fit.coefficients, highest))
     if spectrum is not None:
         coefficients = dict(spectrum.average.coefficients)
-        # B of an average knows of no end, and is an estimate of 1/f alone.
+        # The average takes flicker to have no end, and so bounds B too low if it has one.
         one = coefficients["bias_instability"]
         may_end = other is not None and (other.seen or one.status == "upper bound")
         if may_end and math.isfinite(end) and slow.high > one.high:
@@ -286,7 +287,7 @@ def _by_spectrum(evidence: Evidence, chosen: AnswerSpectrum, fitted: Points) -> 
     other = "" if choice.law is None else choice.law.slow.in_words()
     source = {
         "whole band": f"{of_likelihood}; "
-        + (f"it shows {other}" if other else "averages over narrow bands agree"),
+        + (f"the spectrum shows {other}" if other else "averages over narrow bands agree"),
         "both": f"{of_likelihood}; averages over narrow bands do not decide, so "
         "that the interval also holds the average over bands and terms "
         f"(heaviest: {replace(choice, member='average').in_words()})",

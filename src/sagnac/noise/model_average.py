@@ -245,9 +245,8 @@ class ModelChoice:
         low, high = self.band_hz
         if self.member == "whole band":
             slow = "" if self.law is None else self.law.slow.in_words()
-            return f"the whole band to {high:.3g} Hz, which {letters} describe" + (
-                f", {slow}" if slow else ""
-            )
+            with_slow = f", with {slow}" if slow else ""
+            return f"the whole band to {high:.3g} Hz, which {letters} describe{with_slow}"
         average = (
             f"{low:.3g} to {high:.3g} Hz with {letters} ({100.0 * self.share:.0f} % of the weight)"
         )

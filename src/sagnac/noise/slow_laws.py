@@ -3,8 +3,9 @@
 A fit of Q, N, B and K takes slow noise to be 1/f and 1/f^2 at every frequency. That of a sensor is
 often nearly so: flicker ends at its fastest relaxation, falls a little less or more steeply than
 1/f, or a walk is a Markov rate that is level at the lowest frequencies. The spectrum hardly
-departs then from the four terms, but N takes what they have too much or too little, and B and K
-what they are not. So each law is tried, and weighs what the data say of it.
+departs from the four terms then, but they have too much or too little of it at higher frequencies,
+which N makes up for, and B and K describe noise that is not theirs. So several laws are fitted, and
+each is weighted by how likely the data are under it.
 """
 
 import math
@@ -19,10 +20,11 @@ from sagnac.noise.laws import STOCHASTIC_NAMES, flicker_share
 WALK: Final = STOCHASTIC_NAMES.index("angle_random_walk")
 FLICKER: Final = STOCHASTIC_NAMES.index("bias_instability")
 RATE_WALK: Final = STOCHASTIC_NAMES.index("rate_random_walk")
-# Slopes of flicker, chances of each kind before the data are asked, and the gain of twice the
-# logarithm of the likelihood from which on another law is seen: two and a half deviations.
+# Slopes of flicker besides 1.
 _SLOPES: Final = (0.5, 0.6, 0.7, 0.8, 0.9, 1.1, 1.2, 1.3, 1.4, 1.5)
+# Chance of each kind of law before the data are asked, chosen on sums of Markov rates and on 1/f.
 _PRIOR: Final = {"plain": 0.3, "end": 0.25, "slope": 0.2, "corner": 0.25}
+# Gain of twice the logarithm of the likelihood from which on another law is seen: 2.5 deviations.
 _SEEN: Final = 6.0
 
 
@@ -34,7 +36,7 @@ class SlowLaw(NamedTuple):
     end
         Frequency above which flicker falls twice as steeply, Hz (`flicker_share`).
     slope
-        The density of flicker falls as f to the power of minus this; beyond 1, B is no bias
+        The density of flicker falls as f to the power of minus this; other than 1, B is no bias
         instability.
     corner
         Frequency below which the walk is level, Hz: a Markov rate.
@@ -52,12 +54,12 @@ class SlowLaw(NamedTuple):
         return shares
 
     def in_words(self) -> str:
-        """Phrase for a person: ``B to about 0.8 Hz``; empty for 1/f and 1/f^2."""
+        """Phrase for a person: ``B that ends at about 0.8 Hz``; empty for 1/f and 1/f^2."""
         if math.isfinite(self.end):
-            return f"B to about {self.end:.2g} Hz"
+            return f"B that ends at about {self.end:.2g} Hz"
         if self.slope != 1.0:
-            return f"f^-{self.slope:.1f} in place of B"
-        return f"K down to about {self.corner:.2g} Hz" if self.corner > 0.0 else ""
+            return f"noise of f^-{self.slope:.1f} in place of B"
+        return f"K that is level below about {self.corner:.2g} Hz" if self.corner > 0.0 else ""
 
 
 PLAIN: Final = SlowLaw()
@@ -70,9 +72,13 @@ def laws_to_try(frequency: FloatArray) -> dict[SlowLaw, float]:
     octaves = 2.0 ** np.arange(math.ceil(math.log2(highest / lowest)))
     kinds = {
         "plain": [PLAIN],
-        "end": [SlowLaw(end=one) for one in (2.0 * highest / octaves) if one > 8.0 * lowest],
+        "end": [
+            SlowLaw(end=one) for one in (2.0 * highest / octaves).tolist() if one > 8.0 * lowest
+        ],
         "slope": [SlowLaw(slope=one) for one in _SLOPES],
-        "corner": [SlowLaw(corner=one) for one in (2.0 * lowest * octaves) if one < highest / 8.0],
+        "corner": [
+            SlowLaw(corner=one) for one in (2.0 * lowest * octaves).tolist() if one < highest / 8.0
+        ],
     }
     return {law: _PRIOR[kind] / len(tried) for kind, tried in kinds.items() for law in tried}
 

@@ -460,7 +460,7 @@ def has_uniform_errors(changes: FloatArray) -> bool:
         return False
     sums = values[1:] + values[:-1]
     together = 2.0 * (variance + one_apart)
-    kurtosis, of_sums = _kurtosis(values), _kurtosis(sums)
+    kurtosis, of_sums = shape_of(values).kurtosis, shape_of(sums).kurtosis
     # Standard errors of normal noise; two neighbouring sums share a sample.
     own, of_two = math.sqrt(24.0 / size), math.sqrt(48.0 / size)
     by_errors = -2.4 * (error / together) ** 2
@@ -470,12 +470,6 @@ def has_uniform_errors(changes: FloatArray) -> bool:
         and abs(of_sums - by_errors) < _LIKE * of_two
         and of_sums < by_limit - _UNLIKE * of_two
     )
-
-
-def _kurtosis(values: FloatArray) -> float:
-    """Excess kurtosis of values of mean zero."""
-    squares = values * values
-    return float(squares @ squares) * values.size / float(squares.sum()) ** 2 - 3.0
 
 
 def heavy_notes(recording: Recording, profile: Profile) -> Notes:
