@@ -109,6 +109,11 @@ def test_flicker_that_ends_is_no_rate_random_walk_and_its_bound_holds(seed):
     assert flicker.high > 2.0 * BIAS_INSTABILITY
     assert flicker.high < 4.0 * BIAS_INSTABILITY
     assert analysis.coefficients["rate_random_walk"].status == "upper bound"
+    # The law that is drawn over the spectrum has the slow noise, whatever its name:
+    # 2 B^2 / (2 pi f) one-sided of flicker, and 2 N^2.
+    seen = analysis.average.law.density(np.array([0.005]))[0]
+    truth = 2.0 * (2.0 * BIAS_INSTABILITY) ** 2 / (2.0 * np.pi * 0.005) + 2.0 * ANGLE_RANDOM_WALK**2
+    assert 0.4 < seen / truth < 2.5
 
 
 def test_a_walk_of_the_rate_is_still_estimated():

@@ -43,7 +43,7 @@ from sagnac.noise.laws import (
     CoefficientName,
     level_laws,
 )
-from sagnac.noise.slow_laws import FLICKER, WALK, SlowLaw, SlowLaws
+from sagnac.noise.slow_laws import FLICKER, PLAIN, RATE_WALK, WALK, SlowLaws
 from sagnac.spectrum.levels import Levels
 
 
@@ -548,7 +548,7 @@ def with_whole_band(levels: Levels, average: Average, fit: Fit) -> Average:
         )
 
     if passes(surely):
-        return _of_whole_band(average, fit, band, row, law.slow)
+        return _of_whole_band(average, fit, band, row)
     if walk.status == "estimated" and passes(_BARELY):
         return with_both(average, fit)
     return average
@@ -631,10 +631,17 @@ def _other_law(fit: Fit) -> BandModel | None:
     return BandModel(squares=squares, interval=fit.band.interval, slow=fit.slow.laws[row])
 
 
-def _of_whole_band(average: Average, fit: Fit, band: FitBand, row: int, slow: SlowLaw) -> Average:
+def _of_whole_band(average: Average, fit: Fit, band: FitBand, row: int) -> Average:
     """The fit, with the correlations of the average."""
-    models = average.models
-    stochastic = (fit.coefficients[name] for name in STOCHASTIC_NAMES)
+    models, slow, law = average.models, fit.slow, PLAIN
+    stochastic = [fit.coefficients[name] for name in STOCHASTIC_NAMES]
+    squares = [one.value**2 if one.status == "estimated" else 0.0 for one in stochastic]
+    if slow is not None:
+        law = slow.laws[slow.seen]
+        # The noise is there, whether or not it is known to be B or K.
+        for column in (FLICKER, RATE_WALK):
+            if slow.seen or (squares[column] == 0.0 and models.holding(column)[row]):
+                squares[column] = max(0.0, float(slow.squares[slow.seen, column]))
     choice = replace(
         average.rests_on,
         band_hz=(band.low, band.high),
@@ -643,11 +650,7 @@ def _of_whole_band(average: Average, fit: Fit, band: FitBand, row: int, slow: Sl
         slow_terms="whole band",
         member="whole band",
         elsewhere=None,
-        law=BandModel(
-            squares=tuple(one.value**2 if one.status == "estimated" else 0.0 for one in stochastic),
-            interval=band.interval,
-            slow=slow,
-        ),
+        law=BandModel(squares=tuple(squares), interval=band.interval, slow=law),
     )
     return replace(
         average,
