@@ -12,7 +12,7 @@ RATE = 100.0
 ANGLE_RANDOM_WALK = np.deg2rad(0.1) / 60.0
 BIAS_INSTABILITY = np.deg2rad(10.0) / 3600.0
 # Of densities that equal that of white noise at 0.3 Hz.
-SLOPES = ("0.6", "0.8", "1.2", "1.4")
+SLOPES = ("0.4", "0.6", "0.8", "1.2", "1.4")
 
 
 def relaxations(rng, samples, shortest):

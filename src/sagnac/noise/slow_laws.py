@@ -21,7 +21,7 @@ WALK: Final = STOCHASTIC_NAMES.index("angle_random_walk")
 FLICKER: Final = STOCHASTIC_NAMES.index("bias_instability")
 RATE_WALK: Final = STOCHASTIC_NAMES.index("rate_random_walk")
 # Slopes of flicker besides 1.
-_SLOPES: Final = (0.5, 0.6, 0.7, 0.8, 0.9, 1.1, 1.2, 1.3, 1.4, 1.5)
+_SLOPES: Final = (0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.1, 1.2, 1.3, 1.4, 1.5)
 # Chance of each kind of law before the data are asked, chosen on sums of Markov rates and on 1/f.
 _PRIOR: Final = {"plain": 0.3, "end": 0.25, "slope": 0.2, "corner": 0.25}
 # Gain of twice the logarithm of the likelihood from which on another law is seen: 2.5 deviations.
