@@ -479,7 +479,8 @@ class _Strictness(NamedTuple):
 _SURELY: Final = _Strictness(chance=0.02, outdone=3.0, apart=1.3)
 # Hardly one in a hundred recordings of five terms goes beyond these.
 _BARELY: Final = _Strictness(chance=0.001, outdone=6.0, apart=4.0)
-# Standard errors by which a fit of another law of slow noise may differ from the average.
+# Standard errors by which a fit of another law of slow noise may differ from an average whose
+# heaviest model explains the levels better.
 _OF_OTHER_LAWS: Final = 6.0
 
 
@@ -495,7 +496,7 @@ def with_whole_band(levels: Levels, average: Average, fit: Fit) -> Average:
 
     Its Q, N, B and K become those of slow noise whose law is not known (`with_slow_laws`). If the
     fit shows another law than 1/f and 1/f^2, that is tested, and may lie up to six standard errors
-    from the average, which knows none.
+    from the average, which knows none, or any number if it outweighs all models of the average.
 
     Parameters
     ----------
@@ -526,7 +527,7 @@ def with_whole_band(levels: Levels, average: Average, fit: Fit) -> Average:
         return average
     row = int(np.flatnonzero(complete)[np.argmax(models.logarithm[complete])])
     outdone = float(models.logarithm.max() - models.logarithm[row])
-    law, surely = models.law(row, levels.spectrum.interval), _SURELY
+    law, surely, barely = models.law(row, levels.spectrum.interval), _SURELY, _BARELY
     ratio, terms = law.over(levels), int(models.sizes[row])
     fit = with_slow_laws(fit)
     fitted = fit.coefficients["angle_random_walk"]
@@ -537,7 +538,8 @@ def with_whole_band(levels: Levels, average: Average, fit: Fit) -> Average:
         ratio = law.over(levels)
         outdone += 0.5 * gamma_deviance(shape, ratio)
         # The average knows of no such law, and lies apart for that.
-        surely = _SURELY._replace(apart=_OF_OTHER_LAWS)
+        surely = surely._replace(apart=_OF_OTHER_LAWS if outdone > 0.0 else math.inf)
+        barely = barely._replace(apart=math.inf)
     freedom = ratio.size - terms
 
     def passes(test: _Strictness) -> bool:
@@ -549,7 +551,7 @@ def with_whole_band(levels: Levels, average: Average, fit: Fit) -> Average:
 
     if passes(surely):
         return _of_whole_band(average, fit, band, row)
-    if walk.status == "estimated" and passes(_BARELY):
+    if walk.status == "estimated" and passes(barely):
         return with_both(average, fit)
     return average
 
