@@ -358,9 +358,10 @@ def turn_notes(recording: Recording, profile: Profile) -> Notes:
     # The share of a gyro across the axis is noise.
     part = 1.0 / beside.share if abs(beside.share) > LEAST_SHARE else 0.0
 
-    def excess(at: IntegerArray) -> FloatArray:
+    def excess(at: IntegerArray) -> tuple[FloatArray, FloatArray]:
+        """That of the encoder, and of the encoder less the gyro."""
         leap, forwards = _excess(angle, at)
-        return np.asarray((leap - part * _excess(gyro, at)[0]) * forwards)
+        return leap * forwards, (leap - part * _excess(gyro, at)[0]) * forwards
 
     ends = angle[:-1], angle[1:]
     halves = marked(lambda one, two: np.floor(one / math.pi) != np.floor(two / math.pi), *ends)
@@ -375,18 +376,10 @@ def turn_notes(recording: Recording, profile: Profile) -> Notes:
         at = at[:: max(1, at.size // 4001)]
         # Other places tell the scatter.
         other = np.linspace(_OUTER, angle.size - 1 - _OUTER, 4001).astype(np.int64)
-        usual = excess(other)
-        scatter = scatter_of(usual - np.median(usual))
-        leaps = excess(at)
-        leap = float(np.median(leaps))
-        # What is the same in every turn, a ripple of the motor, scatters elsewhere and not here.
-        here = scatter_of(leaps - leap) ** 2 * (1.0 + 4.0 / math.sqrt(at.size))
-        ripple = math.sqrt(max(scatter**2 - here, 0.0))
-        # Less is that of a sound encoder where its scale closes, or chance: a normal median is
-        # 1.2533 times as wide as the mean.
-        chance = 8.0 * 1.2533 * scatter / math.sqrt(at.size)
-        # No peak of a ripple exceeds four deviations: one of a single order is 1.4 times as high.
-        if abs(leap) < max(10.0 * ARCSECOND, chance, 4.0 * ripple):
+        # The encoder makes a leap of its own, and the gyro does not. Where a table turns back, an
+        # encoder that is read late differs from the gyro without a leap.
+        alone, leap = map(_leap, excess(at), excess(other))
+        if alone * leap <= 0.0:
             continue
         factor, unit = split_factor(table.shown_in)
         right = f"{factor * turn / (turn - leap):.8g}{unit}"
@@ -399,6 +392,20 @@ def turn_notes(recording: Recording, profile: Profile) -> Notes:
         )
         return (Note(name="encoder", level="warning", channel="table", text=text),)
     return ()
+
+
+def _leap(leaps: FloatArray, usual: FloatArray) -> float:
+    """Median leap, rad, beside what is usual elsewhere; 0 if a sound encoder may show it."""
+    leap = float(np.median(leaps))
+    scatter = scatter_of(usual - np.median(usual))
+    # What is the same in every turn, a ripple of the motor, scatters elsewhere and not here.
+    here = scatter_of(leaps - leap) ** 2 * (1.0 + 4.0 / math.sqrt(leaps.size))
+    ripple = math.sqrt(max(scatter**2 - here, 0.0))
+    # Less is that of a sound encoder where its scale closes, or chance: a normal median is 1.2533
+    # times as wide as the mean.
+    chance = 8.0 * 1.2533 * scatter / math.sqrt(leaps.size)
+    # No peak of a ripple exceeds four deviations: one of a single order is 1.4 times as high.
+    return leap if abs(leap) >= max(10.0 * ARCSECOND, chance, 4.0 * ripple) else 0.0
 
 
 def _excess(angle: FloatArray, at: IntegerArray) -> tuple[FloatArray, FloatArray]:
