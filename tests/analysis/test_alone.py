@@ -204,6 +204,19 @@ def least_bound(bench: Bench) -> float:
     return max(float(np.median(bounds)), float(np.hypot(1.0, latch / walk)))
 
 
+@pytest.mark.parametrize(("motion", "seed"), [("steady", 13), ("dwelling", 13), ("dwelling", 25)])
+def test_chance_at_the_lowest_frequencies_lowers_no_bound_of_what_was_read(motion, seed):
+    walk, short = 3e-4, {"seconds": 600.0, "sample_rate": 50.0}
+    result = analyzed(("x",), walk, motion=motion, seed=seed, **short)
+    answer = result.angle_random_walk.to("deg/sqrt(h)")
+    assert answer.status == "upper bound"
+    assert walk <= answer.high < 1.2 * walk
+    # It is the upper end of what the note tells.
+    (warning,) = of_encoder(result)
+    end = float(warning.split(" to ")[-1].split(")")[0])
+    assert answer.high == pytest.approx(end, rel=1e-3)
+
+
 @pytest.mark.statistics
 def test_bounds_of_a_lone_gyro_hold_and_most_lie_below_three_times_the_truth():
     """Half an hour at 200 Hz, one encoder each; some hide the gyro whatever is done."""

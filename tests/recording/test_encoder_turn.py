@@ -59,6 +59,31 @@ def test_an_encoder_that_starts_over_in_the_middle_is_seen_there():
     assert "short of" in text
 
 
+@pytest.mark.parametrize("share", [0.577, -0.577])
+@pytest.mark.parametrize("scale", [1.0, 65535.0 / 65536.0])
+def test_a_table_that_steps_past_its_zero_brakes_there_in_every_turn(scale, share):
+    seconds = np.arange(180_000) / 100.0
+    # A quarter of a turn a minute, in 3 s, from 20 deg on: the encoder starts over on the way.
+    moved = np.clip(seconds % 60.0 / 3.0, 0.0, 1.0)
+    moved -= np.sin(2.0 * np.pi * moved) / (2.0 * np.pi)
+    angle = np.deg2rad(20.0 + 90.0 * (seconds // 60.0 + moved))
+    white = np.random.default_rng(5).standard_normal((2, angle.size))
+    gyros = dict(zip("xz", share * angle + np.cumsum(1e-8 * white, axis=1), strict=True))
+    found = leaps(
+        Recording.from_arrays(
+            **gyros,
+            table=scale * np.mod(np.rad2deg(angle), 360.0),
+            kind="angle",
+            unit="rad",
+            sample_rate=100.0,
+        )
+    )
+    assert len(found) == (scale != 1.0)
+    for text in found:
+        right = float(text.split("COLUMN:")[1].split("deg")[0])
+        assert right == pytest.approx(1.0 / scale, abs=5e-7)
+
+
 @pytest.mark.parametrize("scale", [1.0, 0.9999])
 @pytest.mark.parametrize("phase", [0.0, 0.3, 2.0])
 def test_a_ripple_of_the_motor_is_no_leap(scale, phase):

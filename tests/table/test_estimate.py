@@ -293,3 +293,32 @@ def test_a_delay_is_found_beside_large_orders(motion, size, seed):
     assert abs(delay.mean - 2e-3) < 4.0 * delay.mean_error
     assert abs(delay.change) < 4.0 * delay.change_error
     assert delay.mean_error < 1e-4
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+@pytest.mark.parametrize("late", [0.0, 2e-3])
+def test_what_gyros_show_at_the_order_of_a_ripple_is_no_delay_of_a_table_that_sweeps(late, seed):
+    """Written out: 1 to 100 deg/s and back in 300 s, a motor of 12 poles, gyros with order 12."""
+    random = np.random.default_rng(seed)
+    time = np.arange(round(SECONDS * RATE)) / RATE
+
+    def table_at(when: np.ndarray) -> np.ndarray:
+        up, down = np.clip(when % 300.0, 0.0, 150.0), np.clip(when % 300.0 - 150.0, 0.0, 150.0)
+        even = 15_150.0 * (when // 300.0) + up + 0.33 * up**2 + 100.0 * down - 0.33 * down**2
+        even *= DEGREE
+        return even + 2e-4 / 12.0 * np.sin(12.0 * even)
+
+    table = table_at(time)
+    gyros = [
+        share * table
+        + 0.3 * ARCSECOND * np.cos(12.0 * table + phase)
+        + np.cumsum(6e-9 * random.standard_normal(time.size))
+        for share, phase in ((0.577, 2.0), (0.5765, 3.0))
+    ]
+    encoder = table_at(time + late) + 0.05 * ARCSECOND * random.standard_normal(time.size)
+    found = estimated_table(gyros, encoder, RATE)
+    if late:
+        assert found.delay is not None
+        assert found.delay.mean == pytest.approx(-late, abs=min(5e-6, 5.0 * found.delay.mean_error))
+    else:
+        assert found.delay is None

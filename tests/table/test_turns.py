@@ -165,3 +165,29 @@ def test_two_hours_of_a_slow_table_take_little_memory():
     # Over half a minute, in which the noise of low orders hardly moves.
     left, were = (one[1500:] - one[:-1500] for one in (found.less(bump, table), bump))
     assert np.std(left) < 0.2 * np.std(were)
+
+
+@pytest.mark.parametrize("motion", ["swings", "steps", "turns evenly"])
+def test_orders_that_are_not_whole_go_with_the_angle_over_a_few_turns(motion):
+    rate = 20.0
+    seconds = np.arange(18_000) / rate
+    # Three turns to and fro; a quarter of a turn a minute, in 3 s; or at an even rate.
+    moved = np.clip(seconds % 60.0 / 3.0, 0.0, 1.0)
+    moved -= np.sin(TURN * moved) / TURN
+    table = {
+        "swings": 1.5 * TURN * np.sin(TURN * seconds / 100.0),
+        "steps": 0.25 * TURN * (seconds // 60.0 + moved),
+        "turns evenly": 3.7 * TURN * seconds / 900.0,
+    }[motion]
+    random = np.random.default_rng(4)
+    walk = np.cumsum(3e-8 * random.standard_normal(seconds.size))
+    bearing = 1e-6 * (np.cos(7.31 * table + 0.7) + 2.0 * np.cos(0.43 * table) + np.cos(3.0 * table))
+    found = function_of_angle(0.577 * table + walk + bearing, kinematics(table, rate))
+    assert found is not None
+    # At an even rate the others are lines in time, and are left for the search to find.
+    even = motion == "turns evenly"
+    assert np.all(found.orders == np.rint(found.orders)) == even
+    # The steps of what is left beside the table's own motion, which goes with its angle, too.
+    left, step = np.diff(found.less(walk + bearing, table)), np.diff(table)
+    left -= step * (step @ left) / (step @ step)
+    assert (np.std(left) < 1.05 * np.std(np.diff(walk))) == (not even)

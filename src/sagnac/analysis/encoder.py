@@ -170,7 +170,8 @@ def _of_one(
     other = next((one.name for one in senses), None)
     two = None if other is None else walk_of_pair(evidence, other)
     if other is None or two is None or two.status == "not observable":
-        return _by_lowest_frequencies(_without_second_gyro(headline, evidence, table), evidence)
+        alone = _without_second_gyro(headline, evidence, table)
+        return _by_lowest_frequencies(alone, own, evidence)
     # All of what the two hold may be the noise of one, whose weight is one within their shares.
     shown = PAIR_SIZE * two.high
     shared = shared_walk(evidence, (name, other))
@@ -227,12 +228,19 @@ def _without_second_gyro(headline: Headline, evidence: Evidence, table: Estimate
     return _decided_by_encoder(headline, name, text, estimate=own.bounded(own.high))
 
 
-def _by_lowest_frequencies(answer: Headline, evidence: Evidence) -> Headline:
+# Confidence at which the lowest frequencies contradict what was read.
+_CONTRADICTED: Final = 0.999
+
+
+def _by_lowest_frequencies(answer: Headline, read: Estimate, evidence: Evidence) -> Headline:
     """The answer, its bound lowered to what the lowest frequencies allow.
 
     The encoder's noise is least there. Beside N and white noise of the readings the residual may
     hold a drift, a part of the table's motion by an error of the share, and a part of its rate by a
     delay and a change of it.
+
+    An estimate that was read has the lowest frequencies in it, and the lower of its end and their
+    bound would hold N less often than either: it stands unless they contradict it.
     """
     own, readings, left = answer.estimate, evidence.table.readings, evidence.left
     residual = left.removal.residual
@@ -245,7 +253,12 @@ def _by_lowest_frequencies(answer: Headline, evidence: Evidence) -> Headline:
     rate = np.gradient(angle)
     columns = np.stack([angle, rate, rate * np.linspace(-1.0, 1.0, rate.size)])
     interval = block / evidence.measured.sample_rate
-    highest = highest_walk(averages, columns, interval=interval, **evidence.how)
+    how = {**evidence.how, "interval": interval}
+    if read.status == "estimated":
+        most = highest_walk(averages, columns, **{**how, "confidence": _CONTRADICTED})
+        if most >= read.low:
+            return answer
+    highest = highest_walk(averages, columns, **how)
     if not highest < (own.value if own.status == "upper bound" else math.inf):
         return answer
     source = f"the lowest frequencies of the spectrum of {evidence.measured.channel}"

@@ -347,17 +347,28 @@ def turn_notes(recording: Recording, profile: Profile) -> Notes:
 
     Its turn is not 360 degrees in the unit that is stated, or its scale does not close. The leap
     stands once in every turn. A pair of gyros is free of it, and one gyro alone has it as its own.
+    What the gyro that senses the table most turns there is no leap: a table that steps from
+    position to position speeds up or brakes at the same angle in every turn.
     """
     table, turn = recording.table, 2.0 * math.pi
     if table is None or profile.standing:
         return ()
-    angle = table.values
+    angle, beside = table.values, max(profile.together.values(), key=lambda one: abs(one.share))
+    gyro = angle_of(beside.channel, recording.sample_rate)
+    # The share of a gyro across the axis is noise.
+    part = 1.0 / beside.share if abs(beside.share) > LEAST_SHARE else 0.0
+
+    def excess(at: IntegerArray) -> tuple[FloatArray, FloatArray]:
+        """That of the encoder, and of the encoder less the gyro."""
+        leap, forwards = _excess(angle, at)
+        return leap * forwards, (leap - part * _excess(gyro, at)[0]) * forwards
+
     ends = angle[:-1], angle[1:]
     halves = marked(lambda one, two: np.floor(one / math.pi) != np.floor(two / math.pi), *ends)
     passes = np.flatnonzero(halves[_OUTER:-_OUTER]) + _OUTER
     # Whole turns are passed at even numbers of half turns.
-    beside = values_at(angle, np.stack([passes, passes + 1], axis=1))
-    number = np.floor(beside.max(axis=1) / math.pi)
+    around = values_at(angle, np.stack([passes, passes + 1], axis=1))
+    number = np.floor(around.max(axis=1) / math.pi)
     for start in (0.0, 1.0):
         at = passes[number % 2.0 == start]
         if at.size < 4:
@@ -365,18 +376,10 @@ def turn_notes(recording: Recording, profile: Profile) -> Notes:
         at = at[:: max(1, at.size // 4001)]
         # Other places tell the scatter.
         other = np.linspace(_OUTER, angle.size - 1 - _OUTER, 4001).astype(np.int64)
-        usual = _excess(angle, other)
-        scatter = scatter_of(usual - np.median(usual))
-        leaps = _excess(angle, at)
-        leap = float(np.median(leaps))
-        # What is the same in every turn, a ripple of the motor, scatters elsewhere and not here.
-        here = scatter_of(leaps - leap) ** 2 * (1.0 + 4.0 / math.sqrt(at.size))
-        ripple = math.sqrt(max(scatter**2 - here, 0.0))
-        # Less is that of a sound encoder where its scale closes, or chance: a normal median is
-        # 1.2533 times as wide as the mean.
-        chance = 8.0 * 1.2533 * scatter / math.sqrt(at.size)
-        # No peak of a ripple exceeds four deviations: one of a single order is 1.4 times as high.
-        if abs(leap) < max(10.0 * ARCSECOND, chance, 4.0 * ripple):
+        # The encoder makes a leap of its own, and the gyro does not. Where a table turns back, an
+        # encoder that is read late differs from the gyro without a leap.
+        alone, leap = map(_leap, excess(at), excess(other))
+        if alone * leap <= 0.0:
             continue
         factor, unit = split_factor(table.shown_in)
         right = f"{factor * turn / (turn - leap):.8g}{unit}"
@@ -391,8 +394,22 @@ def turn_notes(recording: Recording, profile: Profile) -> Notes:
     return ()
 
 
-def _excess(angle: FloatArray, at: IntegerArray) -> FloatArray:
-    """By how much the angle goes on at places beyond what it does before and behind, forwards."""
+def _leap(leaps: FloatArray, usual: FloatArray) -> float:
+    """Median leap, rad, beside what is usual elsewhere; 0 if a sound encoder may show it."""
+    leap = float(np.median(leaps))
+    scatter = scatter_of(usual - np.median(usual))
+    # What is the same in every turn, a ripple of the motor, scatters elsewhere and not here.
+    here = scatter_of(leaps - leap) ** 2 * (1.0 + 4.0 / math.sqrt(leaps.size))
+    ripple = math.sqrt(max(scatter**2 - here, 0.0))
+    # Less is that of a sound encoder where its scale closes, or chance: a normal median is 1.2533
+    # times as wide as the mean.
+    chance = 8.0 * 1.2533 * scatter / math.sqrt(leaps.size)
+    # No peak of a ripple exceeds four deviations: one of a single order is 1.4 times as high.
+    return leap if abs(leap) >= max(10.0 * ARCSECOND, chance, 4.0 * ripple) else 0.0
+
+
+def _excess(angle: FloatArray, at: IntegerArray) -> tuple[FloatArray, FloatArray]:
+    """By how much an angle goes on at places beyond what it does around them, and its direction."""
     edges = np.array([-_REACH - _STEPS, -_REACH, 1 + _REACH, 1 + _REACH + _STEPS])
     before, inside, behind = np.diff(values_at(angle, at[:, np.newaxis] + edges)).T
-    return np.asarray((inside - 0.5 * (before + behind)) * np.sign(before + behind))
+    return inside - 0.5 * (before + behind), np.sign(before + behind)

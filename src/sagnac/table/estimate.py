@@ -20,7 +20,7 @@ import numpy as np
 from scipy.fft import dst, idst
 
 from sagnac.core import arrays
-from sagnac.core.arrays import BooleanArray, FloatArray
+from sagnac.core.arrays import BooleanArray, FloatArray, IntegerArray
 from sagnac.core.units import ARCSECOND
 from sagnac.table.kinematics import (
     KINEMATIC_RATE,
@@ -29,10 +29,14 @@ from sagnac.table.kinematics import (
     harmonics_of,
     sine_cosine_integrals,
 )
+from sagnac.table.turns import FEW_TURNS, full_turns
 from sagnac.table.whitened import Whitened, whitened
 
 # Orders of the table angle that gyros and encoder differ by.
 _ORDERS: Final = 4
+# Orders above these at which the table's rate varies most, as many as are fitted, and the highest.
+_RIPPLES: Final = 4
+_HIGHEST: Final = 36
 # Straight pieces of a gyro's drift.
 _PIECES: Final = 8
 # Standard errors from which on a delay is one.
@@ -482,7 +486,7 @@ class _Fit:
         """(averages,) what leads the gyros to the readings: orders as fitted, the rest smoothed."""
         # The share's error goes with the motion, which no corner may smooth.
         plain = self.fit.values.copy()
-        plain[1:_FIRST_ORDER] = plain[_FIRST_DELAY:] = 0.0
+        plain[1:_FIRST_ORDER] = plain[_FIRST_RIPPLE:] = 0.0
         fitted = plain @ _columns(self.read, self.sensed, self.interval)[0]
         return smoothed(self.read - self.sensed - fitted, corner * self.interval) + fitted
 
@@ -534,8 +538,8 @@ def _columns(
 ) -> tuple[FloatArray, FloatArray]:
     """(columns, averages) and the standard deviation of the prior of each, inf for none.
 
-    The angle itself, slow drift, orders, Earth rate; then from `_FIRST_DELAY` on the delay:
-    the rate, and the rate times the time.
+    The angle itself, slow drift, orders, Earth rate; from `_FIRST_RIPPLE` on the orders of the
+    table's ripple; then from `_FIRST_DELAY` on the delay: the rate, and the rate times the time.
     """
     time = np.arange(sensed.size) * interval
     part = np.asarray((time + 0.5 * interval) / (sensed.size * interval), dtype=np.float64)
@@ -549,18 +553,46 @@ def _columns(
     waves = harmonics_of(read, _ORDERS)[1:]
     columns[_FIRST_ORDER : _FIRST_ORDER + _ORDERS] = waves.real
     columns[_FIRST_ORDER + _ORDERS : _FIRST_ORDER + 2 * _ORDERS] = waves.imag
-    columns[_FIRST_DELAY - 2 : _FIRST_DELAY] = sine_cosine_integrals(read, interval)
+    columns[_FIRST_RIPPLE - 2 : _FIRST_RIPPLE] = sine_cosine_integrals(read, interval)
+    # What a gyro shows at an order of the ripple would be taken for a delay, which moves the
+    # ripple.
+    columns[_FIRST_RIPPLE:_FIRST_DELAY] = 0.0
+    for place, order in enumerate(_orders_of_ripple(read), start=_FIRST_RIPPLE):
+        columns[place], columns[place + _RIPPLES] = np.cos(order * read), np.sin(order * read)
     columns[_FIRST_DELAY] = np.gradient(sensed, interval)
     columns[_FIRST_DELAY + 1] = columns[_FIRST_DELAY] * (part - 0.5)
     prior = np.full(columns.shape[0], math.inf)
     # Without a prior of the shares, the gyros' noise would explain itself at a table that turns
     # evenly.
     prior[0] = 0.01
-    prior[_FIRST_ORDER : _FIRST_DELAY - 2] = 30.0 * ARCSECOND
-    prior[_FIRST_DELAY - 2 : _FIRST_DELAY] = LARGEST_EARTH_RATE
+    prior[_FIRST_ORDER:_FIRST_DELAY] = 30.0 * ARCSECOND
+    prior[_FIRST_RIPPLE - 2 : _FIRST_RIPPLE] = LARGEST_EARTH_RATE
     prior[_FIRST_DELAY:] = 1.0
     return columns, prior
 
 
 _FIRST_ORDER: Final = _PIECES
-_FIRST_DELAY: Final = _FIRST_ORDER + 2 * _ORDERS + 2
+_FIRST_RIPPLE: Final = _FIRST_ORDER + 2 * _ORDERS + 2
+_FIRST_DELAY: Final = _FIRST_RIPPLE + 2 * _RIPPLES
+
+
+def _orders_of_ripple(angle: FloatArray) -> IntegerArray:
+    """(`_RIPPLES`,) whole orders above `_ORDERS` at which the rate of averages varies most.
+
+    By the Fourier coefficients of the rate over the angle, under a window in time. None over so few
+    turns that orders are not told apart.
+    """
+    if full_turns(angle) < FEW_TURNS:
+        return np.empty(0, dtype=np.int64)
+    steps = np.diff(angle)
+    turn = np.exp(-0.5j * (angle[1:] + angle[:-1]))
+    # The rate is integrated over the angle, whose step is the rate itself.
+    turned = np.hanning(steps.size) * steps**2 * turn**_ORDERS
+    # Averages show orders up to about a third of their rate.
+    shown = 0.35 * 2.0 * np.pi / max(float(np.abs(steps).mean()), 1e-12)
+    highest = max(_ORDERS + _RIPPLES, min(_HIGHEST, math.floor(shown)))
+    size = np.zeros(highest - _ORDERS)
+    for place in range(size.size):
+        turned *= turn
+        size[place] = abs(turned.sum())
+    return np.sort(np.argsort(size)[-_RIPPLES:]) + _ORDERS + 1

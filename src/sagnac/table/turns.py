@@ -26,6 +26,7 @@ from sagnac.table.kinematics import (
     block_gain,
     harmonic_sum,
     highest_harmonic,
+    rate_variation,
 )
 from sagnac.table.whitened import Whitened, whitened
 
@@ -189,6 +190,8 @@ def _null_angle(table: FloatArray, pulses: IntegerArray) -> float:
 
 # Numbers of orders that are tried.
 _ORDERS: Final = (4, 8, 16, 32, 64, 128)
+# Variation of the rate from which on an order that is not whole is no line in time.
+_UNEVEN: Final = 0.1
 # The most averages, those of some hours.
 _MOST: Final = 2**17
 
@@ -245,22 +248,33 @@ def function_of_angle(angle: FloatArray, kinematic: Kinematics) -> AngleFunction
     # The standard deviation of an order's prior.
     size = max(30.0 * ARCSECOND, float(np.std(plain - line)))
 
-    def fit_of(count: int, noises: tuple[float, float] | None) -> Whitened:
-        phases = np.arange(1.0, count + 1.0)[:, np.newaxis] * kinematic.angle
+    def fit_of(case: tuple[int, int], noises: tuple[float, float] | None) -> Whitened:
+        phases = _terms(*case)[:, np.newaxis] * kinematic.angle
         columns = np.concatenate([slow, np.cos(phases), np.sin(phases)])
-        prior = np.concatenate([free, np.full(2 * count, size)])
+        prior = np.concatenate([free, np.full(2 * case[0], size)])
         return whitened(shown, columns, prior, noises, groups=0)
 
     most = min(highest, shown.size // 20)
     counts = dict.fromkeys(min(count, most) for count in (0, *_ORDERS))
+    # An order that is not whole has another phase in every turn, so that over a few it takes a
+    # function of all the angle that they cover. At an even rate it is a line in time.
+    covered = math.ceil(full_turns(kinematic.angle) + 0.5)
+    parts = (1, covered) if rate_variation(kinematic) > _UNEVEN else (1,)
+    cases = [(count, part) for part in parts for count in counts]
     # All are judged beside the noise that the largest leaves: what is left of lines is no noise.
-    largest = fit_of(max(counts), None)
-    noises = largest.readings, largest.walk
-    fits, weight = {count: fit_of(count, noises) for count in counts}, math.log(shown.size)
-    best = min(counts, key=lambda count: fits[count].deviance + weight * fits[count].freedom)
-    if best == 0:
+    largest = [fit_of((max(counts), part), None) for part in parts]
+    quietest = min(largest, key=lambda fit: fit.deviance)
+    noises = quietest.readings, quietest.walk
+    fits, weight = {case: fit_of(case, noises) for case in cases}, math.log(shown.size)
+    best = min(cases, key=lambda case: fits[case].deviance + weight * fits[case].freedom)
+    if best[0] == 0:
         return None
-    orders = np.arange(1.0, best + 1.0)
+    orders = _terms(*best)
     # The first three are of table angle and Earth rate.
     values = fits[best].values[3:].reshape(2, -1) / block_gain(kinematic, orders)
     return AngleFunction(orders=orders, phasor=values[0] + 1j * values[1])
+
+
+def _terms(count: int, parts: int) -> FloatArray:
+    """(count,) orders in steps of a part of one."""
+    return np.arange(1.0, count + 1.0) / parts
