@@ -416,6 +416,15 @@ HIDDEN = np.ma.masked_array(NOISE, np.arange(500) == 6)
                 lambda still: sagnac.campaign("rack", 3),
             )
         ),
+        *(
+            (call, "(path|folder) is empty; give a path")
+            for call in (
+                lambda still: sagnac.read(""),
+                lambda still: sagnac.write(still, ""),
+                lambda still: sagnac.write_report(sagnac.analyze(still), ""),
+                lambda still: sagnac.campaign("rack", ""),
+            )
+        ),
         (lambda still: sagnac.analyze(still, progress=3), "progress is 3; give a function"),
         (
             lambda still: sagnac.remove_lines(NOISE, None, 10.0, channel="x", progress=3),

@@ -239,3 +239,23 @@ def test_an_alignment_leaves_no_figure_of_the_unit_before(analysis, place):
     }  # fmt: skip
     assert main(words) == 0
     assert {path.name for path in Path("out").iterdir()} == {"alignment.json", "drift.png"}
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ["analyze", "in.csv", *STATED, "-o", ""],
+        ["avar", "in.csv", *STATED, "-o", ""],
+        ["convert", "in.csv", "", *STATED],
+        ["simulate", *SIMULATED, "-o", ""],
+        ["export", "analysis.json", "-o", ""],
+        ["align", "analysis.json", "-o", ""],
+        ["campaign", "in.csv", "-o", ""],
+    ],
+    ids=lambda words: words[0],
+)
+def test_an_empty_path_is_not_the_folder_where_one_is(words, place, capsys):
+    before = set(place.iterdir())
+    assert main(words) == 2
+    assert "''; give a path" in one_line(capsys)
+    assert set(place.iterdir()) == before

@@ -62,7 +62,7 @@ def export(
     analyses: Annotated[list[Path] | None, Parameter(name="ANALYSIS|DIR")] = None,
     /,
     *,
-    output: Annotated[Path, Parameter(name=["-o", "--output"], metavar="FILE")],
+    output: Annotated[Path, typed.one_argument(typed.path, "FILE", name=["-o", "--output"])],
     options: FilterOptions = NO_CHOICE,
     force: typed.Force = False,
     debug: typed.Debug = False,
@@ -237,7 +237,7 @@ def campaign(
     /,
     *,
     options: typed.Options = typed.NO_OPTIONS,
-    output: Annotated[Path, Parameter(name=["-o", "--output"], group=typed.OUTPUT, metavar="DIR")],
+    output: typed.NeededFolder,
     work: WorkOptions = HERE,
     force: typed.Force = False,
 ) -> int:
