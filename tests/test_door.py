@@ -326,8 +326,14 @@ def test_what_is_no_recording_and_no_specification_is_named(analyzed):
             call(stored)
     with pytest.raises(TypeError, match=r"specification is 0\.3"):
         sagnac.judge(analyzed, 0.3)
-    with pytest.raises(ValueError, match="confidence is 95"):
-        sagnac.align(analyzed, confidence=95.0)
+    for wrong, said in (
+        ({"confidence": 95.0}, "confidence is 95"),
+        ({"latitude": 52}, "latitude is 2979.38 deg; give -89 to 89"),
+        ({"latitude": "a"}, "latitude is 'a'; give -89 to 89"),
+        ({"latitude": 0.8, "table_rate": "a"}, "table_rate is 'a'; give the rate"),
+    ):
+        with pytest.raises(ValueError, match=said):
+            sagnac.align(analyzed, **wrong)
     assert len(sagnac.plan(analyzed, within=0.02).plans[0].rows) == 1
     status = analyzed.to_xarray()["bias_instability_status"].sel(channel="x").item()
     assert status == analyzed.coefficients["bias_instability"].status
