@@ -326,8 +326,14 @@ def test_what_is_no_recording_and_no_specification_is_named(analyzed):
             call(stored)
     with pytest.raises(TypeError, match=r"specification is 0\.3"):
         sagnac.judge(analyzed, 0.3)
-    with pytest.raises(ValueError, match="confidence is 95"):
-        sagnac.align(analyzed, confidence=95.0)
+    for wrong, said in (
+        ({"confidence": 95.0}, "confidence is 95"),
+        ({"latitude": 52}, "latitude is 2979.38 deg; give -89 to 89"),
+        ({"latitude": "a"}, "latitude is 'a'; give -89 to 89"),
+        ({"latitude": 0.8, "table_rate": "a"}, "table_rate is 'a'; give the rate"),
+    ):
+        with pytest.raises(ValueError, match=said):
+            sagnac.align(analyzed, **wrong)
     assert len(sagnac.plan(analyzed, within=0.02).plans[0].rows) == 1
     status = analyzed.to_xarray()["bias_instability_status"].sel(channel="x").item()
     assert status == analyzed.coefficients["bias_instability"].status
@@ -414,6 +420,15 @@ HIDDEN = np.ma.masked_array(NOISE, np.arange(500) == 6)
                 lambda still: sagnac.analyze(still).to_json(3),
                 lambda still: sagnac.Analysis.from_json(3),
                 lambda still: sagnac.campaign("rack", 3),
+            )
+        ),
+        *(
+            (call, "(path|folder) is empty; give a path")
+            for call in (
+                lambda still: sagnac.read(""),
+                lambda still: sagnac.write(still, ""),
+                lambda still: sagnac.write_report(sagnac.analyze(still), ""),
+                lambda still: sagnac.campaign("rack", ""),
             )
         ),
         (lambda still: sagnac.analyze(still, progress=3), "progress is 3; give a function"),

@@ -206,3 +206,56 @@ def test_what_is_stated_of_a_report_needs_one(words, still, capsys):
     for stated in (["--pdf"], ["--serial", "7"], ["--heading", "top.toml"]):
         assert main([*command, *stated]) == 2
         assert f"{stated[0]} is of a report; name its folder with -o" in one_line(capsys)
+
+
+def test_a_report_leaves_nothing_of_the_unit_before(still, place):
+    words = ["--method", "none", "-o", "out"]
+    assert main(["analyze", str(still), *words]) == 0
+    Path("out/report.pdf").write_bytes(b"%PDF of the unit before")
+    Path("out/y/report.pdf").write_bytes(b"%PDF of the unit before")
+    for kept in ("out/mine.txt", "out/z/mine.txt"):
+        Path(kept).write_text(MINE)
+    assert main(["analyze", str(still), "--gyros", "x", *words]) == 0
+    found = {str(path.relative_to("out")) for path in Path("out").rglob("*") if path.is_file()}
+    names = "report.html analysis.json settings.toml stability.csv lines.csv stability.png"
+    assert found == {*names.split(), "spectrum.png", "parts.png", "mine.txt", "z/mine.txt"}
+    assert not Path("out/y").exists()
+
+
+def test_a_report_leaves_what_another_run_wrote_since(still, place):
+    words = ["--method", "none", "-o", "out"]
+    assert main(["analyze", str(still), *words]) == 0
+    assert main(["avar", str(still), "--gyros", "y", "-o", "out"]) == 0
+    assert main(["analyze", str(still), "--gyros", "x", *words]) == 0
+    assert Path("out/y/report.html").exists()
+    assert not Path("out/z").exists()
+
+
+def test_an_alignment_leaves_no_figure_of_the_unit_before(analysis, place):
+    words = ["align", str(analysis), "-o", "out"]
+    assert main([*words, "--latitude", "32"]) == 0
+    assert {path.name for path in Path("out").iterdir()} == {
+        "alignment.json", "alignment.png", "drift.png",
+    }  # fmt: skip
+    assert main(words) == 0
+    assert {path.name for path in Path("out").iterdir()} == {"alignment.json", "drift.png"}
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ["analyze", "in.csv", *STATED, "-o", ""],
+        ["avar", "in.csv", *STATED, "-o", ""],
+        ["convert", "in.csv", "", *STATED],
+        ["simulate", *SIMULATED, "-o", ""],
+        ["export", "analysis.json", "-o", ""],
+        ["align", "analysis.json", "-o", ""],
+        ["campaign", "in.csv", "-o", ""],
+    ],
+    ids=lambda words: words[0],
+)
+def test_an_empty_path_is_not_the_folder_where_one_is(words, place, capsys):
+    before = set(place.iterdir())
+    assert main(words) == 2
+    assert "''; give a path" in one_line(capsys)
+    assert set(place.iterdir()) == before

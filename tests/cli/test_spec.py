@@ -82,3 +82,32 @@ def test_what_was_measured_stands_in_the_unit_of_its_limit(still, capsys):
     assert main(["avar", str(still), "--gyros", "x", "--spec", "6 deg/h/sqrt(Hz)"]) == 0
     (row,) = [line for line in capsys.readouterr().out.splitlines() if "N ≤ 6" in line]
     assert row.count("°/h/√Hz") == 2
+
+
+@pytest.mark.parametrize("command", ["avar", "analyze", "lines"])
+def test_a_gyro_that_is_refused_leaves_the_unit_undecided(command, bare, tmp_path, capsys):
+    one_dead = tmp_path / "dead.csv"
+    rates = bare.read_text().split()[1:]
+    one_dead.write_text("x,y,z\n" + "\n".join(f"0.01,{one},{one[:-1]}7" for one in rates) + "\n")
+    stated = [command, str(one_dead), *STATED, "--spec", f"{1.5 * N:.6g}deg/sqrt(h)"]
+    assert main([*stated, "--json"]) == 4
+    made = strict(capsys.readouterr().out)
+    assert made["verdict"]["overall"] == "undecided"
+    assert list(made["refused"]) == ["x"]
+
+
+def test_a_file_that_is_refused_leaves_the_verdict_of_all_undecided(bare, tmp_path, capsys):
+    gone = tmp_path / "gone.csv"
+    stated = ["analyze", str(bare), str(gone), *STATED, "--spec", f"{1.5 * N:.6g}deg/sqrt(h)"]
+    assert main([*stated, "--json"]) == 1
+    made = strict(capsys.readouterr().out)
+    assert made["verdict"] == {"overall": "undecided"}
+    assert [one["verdict"]["overall"] for one in made["analyses"]] == ["pass"]
+    assert list(made["refused"]) == [str(gone)]
+    assert "no such file" in made["refused"][str(gone)]
+    both = tmp_path / "both.csv"
+    rates = bare.read_text().split()[1:]
+    both.write_text("x,y\n" + "\n".join(f"{one},{one[:-1]}7" for one in rates) + "\n")
+    stated[1] = str(both)
+    assert main([*stated, "-o", str(tmp_path / "out")]) == 1
+    assert "Verdict of all: UNDECIDED" in capsys.readouterr().out

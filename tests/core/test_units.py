@@ -58,7 +58,10 @@ def test_rates(unit, radians_per_second):
 
 @pytest.mark.parametrize(
     ("unit", "seconds"),
-    [("s", 1.0), ("ms", 1e-3), ("us", 1e-6), ("ns", 1e-9), ("min", 60.0), ("h", 3600.0)],
+    [
+        *(("s", 1.0), ("ms", 1e-3), ("us", 1e-6), ("ns", 1e-9)),
+        *(("min", 60.0), ("h", 3600.0), ("d", 86400.0)),
+    ],
 )
 def test_times(unit, seconds):
     assert unit_of(unit, "time").size == seconds

@@ -81,6 +81,12 @@ STATED: dict[str, tuple[dict[str, Floats], dict[str, Any], dict[str, Any], tuple
         {"kind": "angle", "unit": "arcsec", "table": "alpha:deg", "time": "t:s"},
         ("the unit ms looks wrong", "time=t:s"),
     ),
+    "fractions of a day, as of a spreadsheet, called seconds, still": (
+        {"t": 0.25 + STILL.times / 86_400.0, **STILL.rates},
+        {"kind": "rate", "unit": "deg/s", "time": "t:s"},
+        {"kind": "rate", "unit": "deg/s", "time": "t:d"},
+        ("the unit s looks wrong", "in d", "those of 100 Hz", "time=t:d"),
+    ),
     "milliseconds called seconds, still": (
         {"t": 1e3 * STILL.times, **STILL.rates},
         {"kind": "rate", "unit": "deg/s", "time": "t:s"},

@@ -1,5 +1,7 @@
 """Time stamps that jump, come late or run backwards, and what is made of them."""
 
+import re
+
 import numpy as np
 import pytest
 
@@ -122,3 +124,25 @@ def test_seconds_of_a_stretch_count_from_the_start_of_the_file():
     recording = Recording(gyros=(channel,), sample_rate=RATE, provenance=file)
     stretch, start = longest_whole_stretch(recording, "x")
     assert second_of(stretch, 0) == start == pytest.approx(100.0 + 4 / RATE)
+
+
+def coarse(times) -> str:
+    """The finding on stamps of a clock that is too coarse for them."""
+    gyro = rate_gyro(np.random.default_rng(8).normal(size=times.size))
+    (found,) = integrity(Recording(gyros=(gyro,), sample_rate=RATE, times=times))
+    assert "too coarse" in found.text
+    return found.text
+
+
+@pytest.mark.parametrize("start", [0.0, 0.13, 0.99])
+@pytest.mark.parametrize("rate", [100.0, 62.5, 199.87])
+def test_a_clock_of_whole_seconds_shows_the_rate_between_its_ticks(rate, start):
+    rows = np.arange(int(30.0 * rate) + 17)
+    text = coarse(np.floor(start + rows / rate))
+    stated = float(re.search(r"{rate ([\d.]+)}", text)[1])
+    assert stated == pytest.approx(rate, rel=1.0 / (28.0 * rate))
+    assert rate != 100.0 or stated == 100.0
+
+
+def test_a_clock_that_ticks_once_shows_no_rate():
+    assert "{rate HZ}" in coarse(np.repeat([0.0, 1.0], [10, 90]))

@@ -154,7 +154,7 @@ def _check_document(
 
 def convert(
     source: Annotated[Path, Parameter(name="IN")],
-    target: Annotated[Path, Parameter(name="OUT")],
+    target: Annotated[Path, typed.one_argument(typed.path, "OUT", name="OUT")],
     /,
     *,
     options: typed.Reading = typed.NO_STATEMENT,

@@ -10,7 +10,7 @@ from cyclopts import Parameter
 import sagnac
 from sagnac.cli import options as typed
 from sagnac.cli import output as results
-from sagnac.report import error_text
+from sagnac.report import as_typed, error_text
 
 if TYPE_CHECKING:
     from sagnac.analysis.pipeline import AtRest
@@ -40,6 +40,7 @@ def analyze(
         results.require_place(folder, "report", reads, force=report.force)
     several, status = len(files) > 1, results.DONE
     named: list[tuple[str, sagnac.Analysis]] = []
+    refused: dict[str, str] = {}
     for file, folder in zip(files, folders, strict=True):
         try:
             with typed.reading(file, options, prefix=file.name * several) as read:
@@ -51,6 +52,7 @@ def analyze(
             if not several or options.debug:
                 raise
             status = max(status, results.explain(error))
+            refused[str(file)] = as_typed(str(error))
             continue
         named.append((file.name, analysis))
         if not options.as_json:
@@ -62,9 +64,9 @@ def analyze(
     if several and not options.as_json:
         from sagnac.report import text
 
-        results.show(text.closing(named), end="\n")
+        results.show(text.closing(named, refused), end="\n")
     if options.as_json and done:
-        results.print_documents(done, single=not several)
+        results.print_documents(done, single=not several, refused=refused)
     return status or results.verdict_status(done)
 
 

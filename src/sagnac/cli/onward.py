@@ -62,7 +62,7 @@ def export(
     analyses: Annotated[list[Path] | None, Parameter(name="ANALYSIS|DIR")] = None,
     /,
     *,
-    output: Annotated[Path, Parameter(name=["-o", "--output"], metavar="FILE")],
+    output: Annotated[Path, typed.one_argument(typed.path, "FILE", name=["-o", "--output"])],
     options: FilterOptions = NO_CHOICE,
     force: typed.Force = False,
     debug: typed.Debug = False,
@@ -166,7 +166,8 @@ def align(
         raise results.UsageError(said)
     results.require_place(output, "alignment", [source], force=force)
     results.ready_to_draw()
-    from sagnac.core.whole_files import made, write_text
+    from sagnac.core.overwriting import earlier_files, outputs_in
+    from sagnac.core.whole_files import replacing_folder, write_text
     from sagnac.report import alignment as shown
     from sagnac.report.document import to_json
     from sagnac.report.figures import write_png
@@ -190,15 +191,15 @@ def align(
         found_text = words if prospect is None else shown.prospect_text(prospect)
         results.show(found_text, shown.drift_text(unaided), end="\n")
     if output is not None:
-        folder = made(output)
-        paths = [folder / "alignment.json", folder / "drift.png"]
-        write_text(paths[0], to_json(document) + "\n")
-        write_png(shown.drift_figure(unaided), paths[1])
-        if prospect is not None:
-            paths.append(folder / "alignment.png")
-            write_png(shown.azimuth_figure(prospect), paths[-1])
+        names = ["alignment.json", "drift.png"]
+        with replacing_folder(output, earlier_files(outputs_in(output, "alignment"))) as folder:
+            write_text(folder / names[0], to_json(document) + "\n")
+            write_png(shown.drift_figure(unaided), folder / names[1])
+            if prospect is not None:
+                names.append("alignment.png")
+                write_png(shown.azimuth_figure(prospect), folder / names[-1])
         if not as_json:
-            results.print_paths(paths)
+            results.print_paths([output / name for name in names])
     return results.DONE
 
 
@@ -236,7 +237,7 @@ def campaign(
     /,
     *,
     options: typed.Options = typed.NO_OPTIONS,
-    output: Annotated[Path, Parameter(name=["-o", "--output"], group=typed.OUTPUT, metavar="DIR")],
+    output: typed.NeededFolder,
     work: WorkOptions = HERE,
     force: typed.Force = False,
 ) -> int:

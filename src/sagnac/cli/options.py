@@ -140,6 +140,20 @@ def memory_size(text: str) -> int:
     return found
 
 
+@texts.giving("a path")
+def path(text: str) -> Path:
+    """A path; an empty one would be the folder where one is.
+
+    Raises
+    ------
+    ValueError
+        If it is empty.
+    """
+    if not text:
+        raise ValueError
+    return Path(text)
+
+
 def one_argument(convert: Callable[[str], texts.Value], metavar: str, **more: Any) -> Parameter:
     """A parameter of one argument that `convert` makes a value of."""
 
@@ -161,9 +175,11 @@ def _each(_hint: object, tokens: Sequence[Token]) -> tuple[str, ...]:
 
 Files = Annotated[list[Path], Parameter(name="FILE", help="Recordings.")]
 File = Annotated[Path, Parameter(name="FILE", help="A recording.")]
+_OUTPUT: Final = ["-o", "--output"]
 Folder = Annotated[
-    Path | None, Parameter(name=["-o", "--output"], group=OUTPUT, metavar="DIR", help="Folder.")
+    Path | None, one_argument(path, "DIR", name=_OUTPUT, group=OUTPUT, help="Folder.")
 ]
+NeededFolder = Annotated[Path, one_argument(path, "DIR", name=_OUTPUT, group=OUTPUT)]
 Workers = Annotated[
     int | None,
     one_argument(texts.whole_number, "N", help="Processes; one for each core unless stated."),

@@ -306,6 +306,7 @@ def print_documents(
     *,
     single: bool,
     unit: "sagnac.Analysis | None" = None,
+    refused: Mapping[str, str] | None = None,
     beside: Mapping[str, object] | None = None,
 ) -> None:
     """JSON on standard output: one document, or one of several, the gyros of a unit if it is one.
@@ -314,7 +315,7 @@ def print_documents(
     """
     from sagnac.report.document import analysis_document, many_document, to_json
 
-    made = analysis_document(analyses[0]) if single else many_document(analyses, unit)
+    made = analysis_document(analyses[0]) if single else many_document(analyses, unit, refused)
     print(to_json({**made, **(beside or {})}))
 
 

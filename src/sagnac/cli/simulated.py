@@ -79,7 +79,9 @@ def simulate(
     config: Annotated[Path | None, Parameter(name="CONFIG.toml")] = None,
     /,
     *,
-    output: Annotated[Path, Parameter(name=["-o", "--output"], group=OUTPUT, metavar="FILE")],
+    output: Annotated[
+        Path, one_argument(typed.path, "FILE", name=["-o", "--output"], group=OUTPUT)
+    ],
     preset: Literal["quiet", "paper", "dithered", "harsh"] | None = None,
     like: Annotated[Path | None, Parameter(metavar="ANALYSIS.json|DIR")] = None,
     options: RigOptions = AS_IT_IS,

@@ -307,8 +307,12 @@ def path_of(name: str, path: str | os.PathLike[str]) -> Path:
     ------
     TypeError
         If it is none; with the argument and the value.
+    ValueError
+        If it is empty, which would be the folder where one is.
     """
     require_type(name, path, (str, os.PathLike), "give a path")
+    if not os.fspath(path):
+        raise ValueError(f"{name} is empty; give a path")
     return Path(path)
 
 

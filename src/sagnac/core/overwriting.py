@@ -126,6 +126,13 @@ def outputs_in(folder: Path, what: str) -> Outputs:
     return Outputs(paths=tuple(paths), mark=folder / mark, kind=kind)
 
 
+def earlier_files(outputs: Outputs) -> list[Path]:
+    """Those of the files that are there and that an earlier run of the kind wrote."""
+    if kind_of(outputs.mark) != outputs.kind:
+        return []
+    return [path for path in outputs.paths if path.is_symlink() or path.exists()]
+
+
 def of_export(path: Path, tool: str) -> Outputs:
     """The settings of a filter."""
     return Outputs(paths=(path,), mark=path, kind="filter" if tool == "json" else "settings")

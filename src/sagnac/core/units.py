@@ -80,7 +80,10 @@ _SIZES: Final[Mapping[Quantity, Mapping[str, float]]] = {
         "rad/s": 1.0, "deg/s": DEGREE, "deg/h": DEGREE_PER_HOUR, "arcsec/s": ARCSECOND,
         "mdeg/s": 1e-3 * DEGREE, "mrad/s": 1e-3, "urad/s": 1e-6,
     },
-    "time": {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0, "h": HOUR},
+    "time": {
+        "s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9,
+        "min": 60.0, "h": HOUR, "d": 24.0 * HOUR,
+    },
     "angle random walk": {
         "deg/sqrt(h)": DEGREE_PER_ROOT_HOUR, "deg/h/sqrt(Hz)": DEGREE_PER_HOUR_PER_ROOT_HERTZ,
         "deg/s/sqrt(Hz)": DEGREE, "mdeg/s/sqrt(Hz)": 1e-3 * DEGREE,
@@ -235,6 +238,7 @@ _SPELLINGS: Final = {
     "us": ("usec", "microseconds", "μs"),
     "ns": ("nsec", "nanoseconds"),
     "min": ("minutes",),
+    "d": ("day", "days"),
     "h": ("hr", "hours"),
     "deg/sqrt(h)": ("deg/√h", "deg/√hr", "deg/sqrt(hr)", "deg/rt-hr", "deg/rthr", "deg/rt-h"),
     "deg/h/sqrt(Hz)": ("deg/h/√hz", "deg/hr/√hz", "deg/hr/sqrt(hz)", "deg/hr/rthz", "deg/h/rthz"),

@@ -7,8 +7,8 @@ import shutil
 import signal
 import tempfile
 import threading
-from collections.abc import Iterator
-from contextlib import contextmanager
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Final
 
@@ -173,8 +173,11 @@ def _signals_waiting() -> Iterator[None]:
 
 
 @contextmanager
-def replacing_folder(folder: Path) -> Iterator[Path]:
+def replacing_folder(folder: Path, earlier: Iterable[Path] = ()) -> Iterator[Path]:
     """A temporary folder beside `folder` whose files replace those of it, all at once or none.
+
+    Of the files of an `earlier` run in it those go that have no successor: beside new ones they
+    would be believed. They go first, and so do folders that they leave empty.
 
     If `folder` has no other files, the two change places in one step if the system can do that
     (Linux), else one after the other. Other files are neither moved nor copied, since somebody may
@@ -186,11 +189,18 @@ def replacing_folder(folder: Path) -> Iterator[Path]:
     RecordingError
         If it cannot be written to, or the disk is full.
     """
+    old = [path.relative_to(folder) for path in earlier]
     folder = folder.absolute()
     made(folder.parent)
     with _part_of(folder, becomes=folder) as temporary:
         yield temporary
         _give_usual_rights(temporary, 0o777)
+        for name in old:
+            if not (temporary / name).exists():
+                (folder / name).unlink(missing_ok=True)
+        for name in {name.parent for name in old} - {Path()}:
+            with suppress(OSError):
+                (folder / name).rmdir()
         _put(temporary, folder)
 
 

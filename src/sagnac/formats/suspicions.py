@@ -163,10 +163,10 @@ def likely_time_unit(step: float) -> str | None:
 
     Examples
     --------
-    >>> likely_time_unit(0.01), likely_time_unit(1e7)
-    ('s', 'ns')
+    >>> likely_time_unit(0.01), likely_time_unit(1e7), likely_time_unit(0.01 / 86400.0)
+    ('s', 'ns', 'd')
     """
-    rates = {unit: 1.0 / (step * TIME_UNITS[unit]) for unit in ("s", "ms", "us", "ns")}
+    rates = {unit: 1.0 / (step * TIME_UNITS[unit]) for unit in ("s", "ms", "us", "ns", "d")}
     low, high = _USUAL_RATES
     usual = {unit: rate for unit, rate in rates.items() if low <= rate <= high}
     return min(usual, key=lambda unit: abs(math.log(usual[unit] / _COMMON)), default=None)

@@ -25,13 +25,14 @@ leaves N^2: which is why N of a rate-biased gyro has to be known.
 
 import math
 from dataclasses import dataclass, field
+from numbers import Real
 from typing import Final, NamedTuple
 
 import numpy as np
 from scipy.linalg import expm
 
 from sagnac.core.arrays import FloatArray
-from sagnac.core.errors import quoted
+from sagnac.core.errors import is_finite, quoted
 from sagnac.core.units import DEGREE, EARTH_RATE, STANDARD_GRAVITY
 from sagnac.navigation.models import require_numbers
 from sagnac.navigation.noise import GyroNoise, quantile
@@ -47,9 +48,10 @@ def north_rate(latitude: float) -> float:
         If the latitude is within a degree of a pole.
     """
     # Nearer to a pole Earth rate has next to no north component.
-    if not abs(latitude) <= 89.0 * DEGREE:
+    if not (is_finite(latitude) and abs(latitude) <= 89.0 * DEGREE):
+        said = f"{latitude / DEGREE:g} deg" if isinstance(latitude, Real) else quoted(latitude)
         raise ValueError(
-            f"latitude is {latitude / DEGREE:g} deg; give -89 to 89, since azimuth is not found "
+            f"latitude is {said}; give -89 to 89, since azimuth is not found "
             "from Earth rate nearer to a pole"
         )
     return EARTH_RATE * math.cos(latitude)
@@ -470,8 +472,10 @@ def rotating_azimuth_error(
         than a turn.
     """
     north = north_rate(latitude)
-    if not (math.isfinite(table_rate) and table_rate != 0.0):
-        raise ValueError(f"table_rate is {table_rate!r}; give the rate of a turning table, rad/s")
+    if not (is_finite(table_rate) and table_rate != 0.0):
+        raise ValueError(
+            f"table_rate is {quoted(table_rate)}; give the rate of a turning table, rad/s"
+        )
     speed = abs(table_rate)
     moments = moments_of(times)
     if not np.all(moments * speed >= 2.0 * math.pi * (1.0 - 1e-9)):

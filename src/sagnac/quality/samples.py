@@ -31,7 +31,7 @@ from sagnac.recording.channel import (
     number_of,
     stretches,
 )
-from sagnac.recording.columns import GAP_STEPS, median_step
+from sagnac.recording.columns import GAP_STEPS, median_step, round_figure
 from sagnac.recording.encoder_readings import LARGEST_SHARE_MISSING, MOST_MISSING_IN_A_ROW
 from sagnac.recording.model import Recording, second_of
 
@@ -175,10 +175,8 @@ def stamp_notes(recording: Recording, profile: Profile, *, omit_gaps: bool = Fal
             "{time none} with {rate}"
         )
     elif nominal <= 0.0:
-        problem = (
-            "most stamps repeat the one before: the clock is too coarse for times, and their mean "
-            f"rate is {recording.sample_rate:.6g} Hz; {by_rate}"
-        )
+        problem = "most stamps repeat the one before: the clock is too coarse for times"
+        problem += _rate_of_ticks(times, np.flatnonzero(steps) + 1)
     elif (
         number_of(gaps) > _BURSTS * steps.size
         and recording.sample_rate * nominal < 0.5
@@ -200,6 +198,26 @@ def stamp_notes(recording: Recording, profile: Profile, *, omit_gaps: bool = Fal
     if problem:
         return (Note(name="gaps", level="error", channel="time", text=problem),)
     return uneven_notes(times, nominal)
+
+
+def _rate_of_ticks(times: FloatArray, ticks: IntegerArray) -> str:
+    """The rate that a clock too coarse for times shows, and how it is stated.
+
+    The first and the last reading of the clock hold a part of their samples only, so that the rate
+    is that between the first and the last tick.
+
+    Parameters
+    ----------
+    times
+        (samples,) s.
+    ticks
+        First sample of each reading of the clock except the first.
+    """
+    if ticks.size < 2:
+        return "; state {time none} and {rate HZ}"
+    samples = int(ticks[-1] - ticks[0])
+    rate = round_figure(samples / float(times[ticks[-1]] - times[ticks[0]]), 1.0 / samples)
+    return f", and their mean rate is {rate:.6g} Hz; state {{time none}} and {{rate {rate:.6g}}}"
 
 
 def uneven_notes(times: FloatArray, nominal: float) -> Notes:

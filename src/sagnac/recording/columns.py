@@ -321,8 +321,7 @@ def sampling(stamps: FloatArray, stated_rate: float | None = None) -> Sampling:
     slack = max(UNIFORM * step, 1e-9 * clock, 4.0 * float(np.spacing(times[-1])))
     # The round figure that the rate cannot be told from, or the rate.
     rate, unsure = 1.0 / step, (min(worst, clock) + slack) / float(times[-1])
-    near = (round(rate, digits) for digits in range(10))
-    rate = next((one for one in near if one > 0.0 and abs(one - rate) <= unsure * rate), rate)
+    rate = round_figure(rate, unsure)
     if stated_rate is not None and abs(rate / stated_rate - 1.0) > RATE_AGREEMENT:
         said = f"the stamps give {rate:.6g} Hz but {stated_rate:.6g} Hz is stated"
         remedy = "leave out {rate}, or ignore the stamps with {time none}"
@@ -339,6 +338,18 @@ def sampling(stamps: FloatArray, stated_rate: float | None = None) -> Sampling:
     )
     notes = (Note(text=text, channel="time"),)
     return Sampling(times=None if is_uniform else times, sample_rate=rate, notes=notes)
+
+
+def round_figure(rate: float, unsure: float) -> float:
+    """The rate of the fewest decimals that a rate known to a share of `unsure` may be.
+
+    Examples
+    --------
+    >>> round_figure(99.993, 1e-4), round_figure(99.993, 1e-6)
+    (100.0, 99.993)
+    """
+    near = (round(rate, digits) for digits in range(10))
+    return next((one for one in near if one > 0.0 and abs(one - rate) <= unsure * rate), rate)
 
 
 def require_forwards(taken: Sampling) -> Sampling:

@@ -92,7 +92,11 @@ def analysis_document(analysis: Analysis) -> dict[str, Any]:
     return cleaned
 
 
-def many_document(analyses: Iterable[Analysis], unit: Analysis | None = None) -> dict[str, Any]:
+def many_document(
+    analyses: Iterable[Analysis],
+    unit: Analysis | None = None,
+    refused: Mapping[str, str] | None = None,
+) -> dict[str, Any]:
     """One document of several analyses (several files, or several gyros of one).
 
     Parameters
@@ -100,15 +104,19 @@ def many_document(analyses: Iterable[Analysis], unit: Analysis | None = None) ->
     analyses
         In their order.
     unit
-        Of which they are the gyros: its accelerometers, and what was refused, stand beside them.
+        Of which they are the gyros: its accelerometers, and what was refused, stand beside them,
+        and the verdict is its own, since a gyro that was refused has none.
+    refused
+        Why, of each file that has no analysis.
     """
-    analyses = list(analyses)
-    decision = sections.overall_decision(analyses)
+    analyses, refused = list(analyses), refused or {}
+    decision = sections.overall_decision(analyses if unit is None else [unit], refused)
     return {
         "schema": ANALYSES,
         "version": __version__,
         **({} if decision is None else {"verdict": {"overall": decision}}),
         "analyses": [analysis_document(analysis) for analysis in analyses],
+        **({"refused": dict(refused)} if refused else {}),
         **({} if unit is None else _beside(unit, gyros=False)),
     }
 

@@ -3,8 +3,10 @@
 Page, document, tables and figures of one analysis go into a folder, all of them or none.
 """
 
+import json
 import time
 from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Final
@@ -17,7 +19,7 @@ from sagnac.analysis import result
 from sagnac.analysis.result import Analysis
 from sagnac.analysis.verdict import verdict_of
 from sagnac.core.errors import path_of, ranked, require_type
-from sagnac.core.overwriting import outputs_in, require_free
+from sagnac.core.overwriting import earlier_files, outputs_in, require_free
 from sagnac.core.units import DEGREE
 from sagnac.core.whole_files import replacing_folder, write_text
 from sagnac.navigation.noise import GyroNoise
@@ -333,9 +335,30 @@ def write_report(
     stated = documents.analysis_document(analysis)
     # All of it or nothing: new figures beside an old document would be believed.
     how = {"block": block, "settings": settings, "pdf": pdf, "with_forces": with_forces}
-    with replacing_folder(folder) as new:
+    with replacing_folder(folder, _earlier_report(folder)) as new:
         written = _write(analysis, new, stated, **how)
     return replace(written, paths=tuple(folder / path for path in written.paths))
+
+
+def _earlier_report(folder: Path) -> list[Path]:
+    """Files of an earlier report in a folder, those on each of its gyros in folders there, too."""
+    outputs = outputs_in(folder, "report")
+    files = earlier_files(outputs)
+    if not files:
+        return []
+    for name, stated in (_read(outputs.mark).get("gyros") or {}).items():
+        own = outputs_in(folder / folder_name(name), "report")
+        # Another run may have written there since.
+        if _read(own.mark) == stated:
+            files += earlier_files(own)
+    return files
+
+
+def _read(document: Path) -> dict[str, Any]:
+    """A document as it stands in a file; empty if it cannot be read."""
+    with suppress(OSError, ValueError):
+        return dict(json.loads(document.read_bytes()))
+    return {}
 
 
 def write_accelerometers(analysis: Analysis, folder: Path, *, pdf: bool = False) -> list[Path]:
@@ -343,7 +366,7 @@ def write_accelerometers(analysis: Analysis, folder: Path, *, pdf: bool = False)
 
     With `pdf` also the page as a PDF.
     """
-    with replacing_folder(folder) as new:
+    with replacing_folder(folder, earlier_files(outputs_in(folder, "accelerometers"))) as new:
         printed = _write_page(new, accelerometers_page(analysis), pdf=pdf)
         forces = list(analysis.accelerometers.values())
         figures.write_png(figures.curves_figure(forces), new / "stability.png")

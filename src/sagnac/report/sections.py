@@ -8,7 +8,7 @@ import csv
 import io
 import math
 import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, fields
 from functools import cache
 from itertools import zip_longest
@@ -165,10 +165,16 @@ def verdict_data(verdict: Verdict) -> dict[str, Any]:
     }
 
 
-def overall_decision(analyses: "list[Analysis]") -> Decision | None:
-    """The decision on several analyses together; None if none has a specification."""
+def overall_decision(
+    analyses: "Iterable[Analysis]", refused: Collection[str] = ()
+) -> Decision | None:
+    """The decision on several analyses together; None if none has a specification.
+
+    Recordings that were `refused` beside them are undecided: a limit is kept by all or not at all.
+    """
     found = [verdict.decision for each in analyses if (verdict := verdict_of(each)) is not None]
-    return overall(found) if found else None
+    undecided: list[Decision] = ["undecided"] if refused else []
+    return overall(found + undecided) if found else None
 
 
 def found_text(judgement: Judgement) -> str:

@@ -5,7 +5,7 @@ The one screen of a command has no line wider than 80 columns.
 
 import math
 import textwrap
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from typing import Final
 
 from rich.cells import cell_len
@@ -328,7 +328,7 @@ def _levelled(note: Note) -> str:
     return wrapped(f"{note.level}: {note_text(note)}")
 
 
-def closing(named: Sequence[tuple[str, Analysis]]) -> str:
+def closing(named: Sequence[tuple[str, Analysis]], refused: Collection[str] = ()) -> str:
     """One row for each gyro of several analyses, or of several gyros; empty for one alone.
 
     The decision on all of them and what was warned of stand below, since the table is what one
@@ -338,6 +338,8 @@ def closing(named: Sequence[tuple[str, Analysis]]) -> str:
     ----------
     named
         Name of the file, empty if all are of one, and its analysis.
+    refused
+        Files that have none.
     """
     if len(named) < 2 and not any(analysis.gyros for _, analysis in named):
         return ""
@@ -345,7 +347,7 @@ def closing(named: Sequence[tuple[str, Analysis]]) -> str:
     unit = field_unit("angle_random_walk").symbol
     listed = table(("file", "gyro", f"N {unit}", "interval", "status", "verdict"), rows)
     warned = [line for file, analysis in named for line in _warned_of(file, analysis)]
-    decision = sections.overall_decision([analysis for _, analysis in named])
+    decision = sections.overall_decision((analysis for _, analysis in named), refused)
     said = [f"Verdict of all: {sections.DECISIONS[decision]}"] if decision else []
     return "\n".join((listed, *said, *warned))
 
