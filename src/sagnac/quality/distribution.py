@@ -326,8 +326,14 @@ def bump_notes(recording: Recording, profile: Profile) -> Notes:
     """Seconds in which a gyro on a bench was moved, a warning: the answer goes without them."""
     if not profile.standing or profile.channel.sensor != "gyro":
         return ()
-    found = find_bumps(profile.changes, sample_rate=recording.sample_rate)
-    return () if found is None else (found.note(recording, recording.sample_rate, profile.name),)
+    rate = recording.sample_rate
+    found = find_bumps(profile.changes, sample_rate=rate)
+    if found is None:
+        return ()
+    if profile.channel.kind == "rate":
+        # Sums of rates are angles times the sample rate.
+        found = replace(found, turned=found.turned / rate, scatter=found.scatter / rate)
+    return (found.note(recording, rate, profile.name),)
 
 
 # ---- jumps -------------------------------------------------------------------------
