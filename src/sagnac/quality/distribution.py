@@ -19,6 +19,7 @@ from sagnac.quality.profile import (
     LOOKED_AT,
     Notes,
     Profile,
+    alternating,
     remedy_without,
     seen,
     some_steps,
@@ -459,9 +460,7 @@ def has_uniform_errors(changes: FloatArray) -> bool:
     size = values.size
     variance = float(values @ values) / size
     one_apart = float(values[1:] @ values[:-1]) / size
-    two_apart = float(values[2:] @ values[:-2]) / size
-    # Slow noise adds about as much to either, white noise nothing.
-    error = two_apart - one_apart
+    error, _ = alternating(values)
     if error <= 0.0:
         return False
     sums = values[1:] + values[:-1]
