@@ -184,7 +184,6 @@ def alternating(values: FloatArray) -> tuple[float, float]:
     return two_apart - one_apart, variance * math.sqrt(2.0 / size)
 
 
-
 def _by_level(
     changes: FloatArray, bands: int | None, kept: float
 ) -> tuple[NDArray[np.complex128], FloatArray]:

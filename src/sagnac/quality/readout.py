@@ -334,9 +334,10 @@ def _coarse(recording: Recording, profile: Profile) -> Notes:
 
 
 def _counts_an_angle(changes: FloatArray, step: float) -> bool:
-    """Whether rates (samples,) are what a counter of the angle advanced by: its steps do not add up.
+    """Whether rates (samples,) are what a counter of the angle advanced by.
 
-    Their errors, of variance step^2/12, are in two neighbouring samples with opposite signs.
+    Errors of its steps, of variance step^2/12, are in two neighbouring samples with opposite signs,
+    so that they do not add up.
     """
     # Fewer samples do not show it.
     if changes.size < 2**12:
