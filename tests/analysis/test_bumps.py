@@ -123,3 +123,27 @@ def test_a_nudge_is_replaced_by_noise_and_by_no_other_nudge():
     assert len(found.stretches) == 2
     assert np.abs(cleaned).max() < 6e-6
     assert cleaned[:800].std() == pytest.approx(1e-6, rel=0.1)
+
+
+@pytest.mark.parametrize("kind", ["rate", "increment", "angle"])
+def test_a_nudge_turns_by_as_much_whatever_a_sample_is(kind):
+    """Of a rate it was said to turn a hundred times as far at 100 Hz."""
+    moved = noise()
+    moved[31_000:31_100] += 0.3  # deg/s, for a second
+    values = {"rate": moved, "increment": moved / RATE, "angle": np.cumsum(moved) / RATE}[kind]
+    unit = "deg/s" if kind == "rate" else "deg"
+    still = Recording.from_arrays(x=values, kind=kind, unit=unit, sample_rate=RATE)
+    (found,) = [note for note in check(still) if note.name == "moved"]
+    assert "turns by 0.3 deg within 1 s" in found.text
+
+
+def test_an_answer_that_keeps_nudges_does_not_say_that_it_goes_without():
+    """Six of 600 seconds stand out of the samples; of 599 these are too many for no noise."""
+    rng = np.random.default_rng([1, 2])
+    moved = noise(1)
+    for place, height in zip(range(6030, 54_030, 6000), [12.0] * 6 + [9.0] * 2, strict=True):
+        moved[place : place + 100] += height * SIGMA * rng.choice([-1, 1]) * 0.9 ** np.arange(100)
+    assert "moved" in {note.name for note in check(recording(moved))}
+    analysis = analyze(recording(moved))
+    assert analysis.angle_random_walk.to("deg/sqrt(h)").value > 1.3 * WALK
+    assert "moved" not in {note.name for note in analysis.findings}

@@ -35,6 +35,26 @@ def test_a_fourth_cumulant_widens_the_interval_by_what_it_adds(draw):
     assert expected > 1.2 * half_width(walk_of(normal))
 
 
+def with_tails(seed, louder=1.0):
+    """Student's noise of four degrees of freedom, so many times as loud in the second half."""
+    noise = np.random.default_rng([seed, 4]).standard_t(4.0, size=SAMPLES // 2)
+    return noise * np.where(np.arange(noise.size) < noise.size // 2, 1.0, louder)
+
+
+def is_unsteady(noise):
+    still = Recording.from_arrays(x=1e-6 * noise, kind="rate", unit="rad/s", sample_rate=RATE)
+    return "unsteady" in {note.name for note in analyze(still).findings}
+
+
+def test_even_noise_with_tails_is_steady():
+    """Parts lay 5 to 10 % apart, more than normal noise does: seven in ten were warned of."""
+    assert sum(is_unsteady(with_tails(seed)) for seed in range(8)) <= 1
+
+
+def test_noise_with_tails_that_grows_is_unsteady():
+    assert all(is_unsteady(with_tails(seed, louder=1.2)) for seed in range(4))
+
+
 @pytest.mark.statistics
 @pytest.mark.parametrize("draw", ["laplace", "student"])
 def test_intervals_of_noise_with_tails_hold_the_truth(draw):

@@ -38,7 +38,8 @@ from sagnac.noise.model_average import (
 )
 from sagnac.noise.slow_laws import WALK
 from sagnac.quality import distribution
-from sagnac.quality.distribution import Bumps, Spikes
+from sagnac.quality.distribution import Bumps, Spikes, shape_of
+from sagnac.quality.profile import whitened
 from sagnac.spectrum.levels import Levels, robust_levels
 from sagnac.spectrum.periodogram import bin_sums
 from sagnac.spectrum.tapered import LEAST_SAMPLES, tapered_spectrum
@@ -115,6 +116,8 @@ class AnswerSpectrum:
         Above the band of the answer, with less behind it.
     parts
         N over parts; without any if the whole does not show it.
+    kurtosis
+        Excess of that of the increments over that of normal noise; 0 if chance explains it.
     """
 
     points: Points
@@ -128,6 +131,7 @@ class AnswerSpectrum:
     roll_off: RollOff
     hump: Hump | None = None
     parts: Parts = field(default_factory=Parts)
+    kurtosis: float = 0.0
 
     @property
     def is_changed(self) -> bool:
@@ -258,9 +262,19 @@ def complete(spectrum: AnswerSpectrum, evidence: Evidence) -> AnswerSpectrum:
         return spectrum
     if spectrum.average.rests_on.member != "whole band":
         spectrum = replace(spectrum, average=_with_slow_terms(spectrum, evidence))
+    spectrum = replace(spectrum, kurtosis=_excess_kurtosis(spectrum.increments))
     walk, choice = spectrum.average.angle_random_walk, spectrum.average.rests_on
     hump = hump_above(spectrum.levels, choice.band_hz, walk.value) if choice.terms else None
     return replace(spectrum, hump=hump, parts=_parts(spectrum, evidence))
+
+
+def _excess_kurtosis(increments: FloatArray) -> float:
+    """Excess kurtosis of increments made white; 0 if chance explains it or it is negative."""
+    some = increments[:_FOR_SHAPE]
+    if some.size < _FOR_SHAPE // 64:
+        return 0.0
+    kurtosis = shape_of(whitened(some).values).kurtosis
+    return kurtosis if kurtosis >= _SURE * math.sqrt(24.0 / some.size) else 0.0
 
 
 def _with_slow_terms(basis: AnswerSpectrum, evidence: Evidence) -> Average:
@@ -316,13 +330,42 @@ def _parts(basis: AnswerSpectrum, evidence: Evidence) -> Parts:
         return estimate_in_band(levels, choice, confidence)
 
     whole, steps = Interval(value=walk.value, low=walk.low, high=walk.high), basis.increments
-    return over_parts(steps, sample_rate=rate, read=read, whole=whole, confidence=confidence)
+    return over_parts(
+        steps,
+        sample_rate=rate,
+        read=read,
+        whole=whole,
+        confidence=confidence,
+        kurtosis=basis.kurtosis,
+    )
 
+
+# Samples that the distribution of the noise is read from.
+_FOR_SHAPE: Final = 2**18
+# Standard errors from which on an excess kurtosis is no chance.
+_SURE: Final = 6.0
 
 # ---- N over parts ------------------------------------------------------------------------
 
 # Chance at which each test says of parts that agree that they do not.
 _CHANCE: Final = 0.01
+
+
+def with_tails(one: Interval, kurtosis: float, samples: float, confidence: float) -> Interval:
+    """N with an interval that knows the fourth cumulant of the noise.
+
+    Intervals of spectra are those of normal noise. In any other, each ordinate scatters the same,
+    and all of them move together besides: the variance of the logarithm of N is larger by a quarter
+    of the excess kurtosis over the samples (Brockwell and Davis 1991, *Time Series: Theory and
+    Methods*, proposition 10.3.2).
+    """
+    if kurtosis == 0.0 or not one.low > 0.0:
+        return one
+    more = 0.5 * float(ndtri(0.5 + 0.5 * confidence)) * math.sqrt(kurtosis / samples)
+    down = math.hypot(math.log(one.value / one.low), more)
+    up = math.hypot(math.log(one.high / one.value), more)
+    low, high = one.value * math.exp(-down), one.value * math.exp(up)
+    return Interval(value=one.value, low=low, high=high)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -341,6 +384,12 @@ class PartEstimate:
     walk: Interval
     change: float
     error: float
+
+    def with_tails(self, kurtosis: float, samples: float, confidence: float) -> "PartEstimate":
+        """The same of as many samples whose fourth cumulant is not that of normal noise."""
+        walk = with_tails(self.walk, kurtosis, samples, confidence)
+        error = math.hypot(self.error, math.sqrt(kurtosis / samples))
+        return replace(self, walk=walk, error=error)
 
 
 def estimate_in_band(levels: Levels, choice: ModelChoice, confidence: float) -> PartEstimate | None:
@@ -415,6 +464,7 @@ def over_parts(
     read: Callable[[FloatArray], PartEstimate | None],
     whole: Interval,
     confidence: float = 0.95,
+    kurtosis: float = 0.0,
 ) -> Parts:
     """N over quarters of the record, or halves, against each other and against the whole.
 
@@ -431,6 +481,8 @@ def over_parts(
         N of the whole: the answer that the parts have to bear out.
     confidence
         Of all intervals.
+    kurtosis
+        Excess of the noise, with which all levels of a part move together.
 
     Returns
     -------
@@ -443,7 +495,9 @@ def over_parts(
     for count in (4, 2):
         edges = [number * increments.size // count for number in range(count + 1)]
         ends = list(pairwise(edges))
-        readings = [read(increments[start:stop]) for start, stop in ends]
+        found = [read(increments[start:stop]) for start, stop in ends]
+        samples = increments.size / count
+        readings = [one and one.with_tails(kurtosis, samples, confidence) for one in found]
         spans = [{"start_s": one / sample_rate, "stop_s": two / sample_rate} for one, two in ends]
         walks = [{} if one is None else asdict(one.walk) for one in readings]
         parts = tuple(Part(**span, **walk) for span, walk in zip(spans, walks, strict=True))

@@ -35,9 +35,6 @@ import math
 from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
-from typing import Final
-
-from scipy.special import ndtri
 
 from sagnac.analysis.averaged import (
     AnswerSpectrum,
@@ -46,6 +43,7 @@ from sagnac.analysis.averaged import (
     reaches,
     roll_off_of,
     spectrum_of,
+    with_tails,
 )
 from sagnac.analysis.encoder import WalkOfPair, with_encoder, with_shared_noise
 from sagnac.analysis.evidence import Evidence, Points, curve_of, points_at
@@ -53,20 +51,13 @@ from sagnac.analysis.settings import PUBLISHED
 from sagnac.analysis.trust import apply_findings
 from sagnac.core.errors import Note, RecordingError
 from sagnac.noise.bounds import CurveBound, RollOff, highest_terms, highest_walk, within_curve
-from sagnac.noise.estimates import Fit, unobserved
+from sagnac.noise.estimates import Fit, Interval, unobserved
 from sagnac.noise.fit import likelihood_fit
 from sagnac.noise.model_average import with_both, with_slow_laws, with_whole_band
-from sagnac.quality.distribution import shape_of
-from sagnac.quality.profile import whitened
 from sagnac.quality.readout import joint_readout
 
 Candidate = Callable[[], Headline | None]
 """Reads N from the evidence: the answer, no N and why, or nothing."""
-
-# Samples that the distribution of the noise is read from.
-_FOR_SHAPE: Final = 2**18
-# Standard errors from which on an excess kurtosis is no chance.
-_SURE: Final = 6.0
 
 
 def answer(evidence: Evidence, walk_of_pair: WalkOfPair, *, brief: bool = False) -> Headline:
@@ -131,28 +122,14 @@ def first_candidate(evidence: Evidence) -> Headline:
 
 
 def _with_tails(headline: Headline) -> Headline:
-    """The answer with an interval that knows the fourth cumulant of the noise.
-
-    Intervals of spectra are those of normal noise. In any other, each ordinate scatters the same,
-    and all of them move together besides: the variance of the logarithm of N is larger by a quarter
-    of the excess kurtosis over the samples (Brockwell and Davis 1991, *Time Series: Theory and
-    Methods*, proposition 10.3.2).
-    """
+    """The answer with an interval that knows the fourth cumulant of the noise."""
     estimate, spectrum = headline.estimate, headline.spectrum
-    if spectrum is None or estimate.status != "estimated" or not estimate.low > 0.0:
+    if spectrum is None or estimate.status != "estimated":
         return headline
-    some = spectrum.increments[:_FOR_SHAPE]
-    if some.size < _FOR_SHAPE // 64:
-        return headline
-    kurtosis = shape_of(whitened(some).values).kurtosis
-    if kurtosis < _SURE * math.sqrt(24.0 / some.size):
-        return headline
-    reach = float(ndtri(0.5 + 0.5 * estimate.confidence))
-    more = 0.5 * reach * math.sqrt(kurtosis / spectrum.increments.size)
-    down = math.hypot(math.log(estimate.value / estimate.low), more)
-    up = math.hypot(math.log(estimate.high / estimate.value), more)
-    low, high = estimate.value * math.exp(-down), estimate.value * math.exp(up)
-    return replace(headline, estimate=replace(estimate, low=low, high=high))
+    read = Interval(value=estimate.value, low=estimate.low, high=estimate.high)
+    samples = spectrum.increments.size
+    wider = with_tails(read, spectrum.kurtosis, samples, estimate.confidence)
+    return replace(headline, estimate=replace(estimate, low=wider.low, high=wider.high))
 
 
 def _with_parts(headline: Headline) -> Headline:

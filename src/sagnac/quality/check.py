@@ -86,7 +86,7 @@ _IN_SOUND_DATA: Final[tuple[Detector, ...]] = (
     # Zeros far from the mean look like a readout of one step from there to zero.
     Detector("dropouts", samples.dropout_notes, True, _CAUSES,
              "samples of exactly zero far from the mean", "raises N",
-             "mark lost samples as NaN"),
+             "leave these rows out and keep the time stamps"),
     Detector("dropouts", samples.lost_row_notes, True, (),
              "rows that even time stamps show to be missing", "raises N of rates",
              "get the file again from its source"),

@@ -19,6 +19,7 @@ from sagnac.quality.profile import (
     LOOKED_AT,
     Notes,
     Profile,
+    alternating,
     remedy_without,
     seen,
     some_steps,
@@ -326,8 +327,14 @@ def bump_notes(recording: Recording, profile: Profile) -> Notes:
     """Seconds in which a gyro on a bench was moved, a warning: the answer goes without them."""
     if not profile.standing or profile.channel.sensor != "gyro":
         return ()
-    found = find_bumps(profile.changes, sample_rate=recording.sample_rate)
-    return () if found is None else (found.note(recording, recording.sample_rate, profile.name),)
+    rate = recording.sample_rate
+    found = find_bumps(profile.changes, sample_rate=rate)
+    if found is None:
+        return ()
+    if profile.channel.kind == "rate":
+        # Sums of rates are angles times the sample rate.
+        found = replace(found, turned=found.turned / rate, scatter=found.scatter / rate)
+    return (found.note(recording, rate, profile.name),)
 
 
 # ---- jumps -------------------------------------------------------------------------
@@ -453,9 +460,7 @@ def has_uniform_errors(changes: FloatArray) -> bool:
     size = values.size
     variance = float(values @ values) / size
     one_apart = float(values[1:] @ values[:-1]) / size
-    two_apart = float(values[2:] @ values[:-2]) / size
-    # Slow noise adds about as much to either, white noise nothing.
-    error = two_apart - one_apart
+    error, _ = alternating(values)
     if error <= 0.0:
         return False
     sums = values[1:] + values[:-1]

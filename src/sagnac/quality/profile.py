@@ -171,6 +171,19 @@ def without_lines(changes: FloatArray) -> FloatArray:
     return _inner(transform * np.sqrt(level), changes.size)
 
 
+def alternating(values: FloatArray) -> tuple[float, float]:
+    """Variance that goes into (samples,) with one sign and out with the next, and its error.
+
+    Errors of an angle do so in what each sample turned. Slow noise adds about as much to the
+    covariance of samples one apart and two apart, white noise nothing.
+    """
+    size = values.size
+    variance = float(values @ values) / size
+    one_apart = float(values[1:] @ values[:-1]) / size
+    two_apart = float(values[2:] @ values[:-2]) / size
+    return two_apart - one_apart, variance * math.sqrt(2.0 / size)
+
+
 def _by_level(
     changes: FloatArray, bands: int | None, kept: float
 ) -> tuple[NDArray[np.complex128], FloatArray]:

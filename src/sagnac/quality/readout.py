@@ -20,9 +20,11 @@ from sagnac.quality.profile import (
     OFTENER,
     Notes,
     Profile,
+    alternating,
     count_step,
     rounding_in,
     seen,
+    without_lines,
 )
 from sagnac.recording.channel import (
     PAIR_SIZE,
@@ -311,17 +313,19 @@ def _coarse(recording: Recording, profile: Profile) -> Notes:
     if not math.isfinite(step):
         return ()
     effect = None
+    read, high = _quiet_density(profile.changes, recording.sample_rate)
+    # White steps of a rate add as much at every frequency. A sensor's own low-pass leaves less
+    # noise, but no less of it where N is read.
+    added = step * step / 6.0 / recording.sample_rate
     # From an eighth on the error of steps is white: its correlation is below 1 % (Widrow and
     # Kollár, Quantization Noise, 2008), and its own variance, 1/12, is in it.
     if variance > (0.125 + 1.0 / 12.0) * step**2:
-        # That of white steps is spread evenly to half the sample rate. A sensor's own low-pass
-        # leaves less noise, but no less of it where N is read. If less is read there than the steps
-        # of a rate would make, an angle was counted, whose steps do not add up.
-        read = _quiet_density(profile.changes, recording.sample_rate)
-        added = step * step / 6.0 / recording.sample_rate
         effect = math.sqrt(read / (read - added)) if read > added else 1.0
-        if effect < 1.02:
+        if effect < 1.02 or _counts_an_angle(profile.changes[:_MOST], step):
             return ()
+    elif read < min(added, 0.5 * high):
+        # Slow steps of an angle: little of them is left where N is read, and more above.
+        return ()
     text = (
         f"is read out in steps of {_shown(gyro, step)}, beside a scatter of "
         f"{_shown(gyro, math.sqrt(variance))}: what is read is in part the steps"
@@ -329,10 +333,24 @@ def _coarse(recording: Recording, profile: Profile) -> Notes:
     return (finding("resolution", gyro.name, text, effect=effect),)
 
 
-def _quiet_density(rates: FloatArray, sample_rate: float) -> float:
-    """One-sided density of a rate where its angle random walk is: the median over octaves.
+def _counts_an_angle(changes: FloatArray, step: float) -> bool:
+    """Whether rates (samples,) are what a counter of the angle advanced by.
 
-    Lines and slow noise rule few of them.
+    Errors of its steps, of variance step^2/12, are in two neighbouring samples with opposite signs,
+    so that they do not add up.
+    """
+    # Fewer samples do not show it.
+    if changes.size < 2**12:
+        return False
+    error, doubt = alternating(without_lines(changes))
+    expected = step**2 / 12.0
+    return max(3.0 * doubt, 0.5 * expected) < error < 1.5 * expected
+
+
+def _quiet_density(rates: FloatArray, sample_rate: float) -> tuple[float, float]:
+    """One-sided densities of a rate: where its angle random walk is, and in the highest octave.
+
+    The first is the median over octaves, of which lines and slow noise rule few.
     """
     some = rates[:_MOST]
     taper = np.hanning(some.size)
@@ -343,7 +361,8 @@ def _quiet_density(rates: FloatArray, sample_rate: float) -> float:
     while highest >= 16:
         levels.append(float(np.median(power[highest // 2 : highest])) / math.log(2.0))
         highest //= 2
-    return float(np.median(levels))
+    top = float(np.median(power[power.size // 2 :])) / math.log(2.0)
+    return float(np.median(levels)), top
 
 
 def _shown(gyro: Channel, value: float) -> str:

@@ -61,7 +61,12 @@ def _no_numbers(recording: Recording, name: str, values: FloatArray) -> Notes:
             f", more than can be interpolated ({MOST_MISSING_IN_A_ROW} in a row, or as long as a "
             f"gyro tells the turn; {100.0 * LARGEST_SHARE_MISSING:g} % of all)"
         )
-    text = f"{seen(recording, bad, 'sample', what)}; {remedy_without(recording, bad)}"
+    remedy = remedy_without(recording, bad)
+    firsts, afters = stretches(bad)
+    if name != "table" and (afters - firsts).max() <= MOST_MISSING_IN_A_ROW:
+        # Rows that stamps show to be missing do not end the record.
+        remedy = f"leave these rows out and keep the time stamps, or {remedy}"
+    text = f"{seen(recording, bad, 'sample', what)}; {remedy}"
     return (Note(name="missing", level="error", channel=name, text=text),)
 
 
@@ -529,7 +534,10 @@ def dropout_notes(recording: Recording, profile: Profile) -> Notes:
             return ()
         effect = _scatter_with_zeros(values, number)
     said = seen(recording, zeros, "sample", "of exactly zero")
-    text = f"{said}, as if readings were lost (dropouts); mark lost samples as NaN"
+    text = (
+        f"{said}, as if readings were lost (dropouts); leave these rows out and keep the time "
+        "stamps"
+    )
     return (finding("dropouts", profile.name, text, effect=effect),)
 
 
