@@ -13,7 +13,8 @@ from sagnac.noise.band_models import BandModels
 from sagnac.noise.estimates import Estimate, Fit, FitBand
 from sagnac.noise.fit import likelihood_fit
 from sagnac.noise.laws import COEFFICIENT_NAMES
-from sagnac.noise.model_average import average, with_slow_terms, with_whole_band
+from sagnac.noise.model_average import average
+from sagnac.noise.whole_band import with_slow_terms, with_whole_band
 from sagnac.spectrum.levels import robust_levels
 from sagnac.spectrum.tapered import tapered_spectrum
 

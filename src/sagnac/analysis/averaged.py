@@ -31,12 +31,10 @@ from sagnac.noise.model_average import (
     Average,
     ModelChoice,
     average,
-    levels_bear_out,
     mixture,
-    with_slow_laws,
-    with_slow_terms,
 )
 from sagnac.noise.slow_laws import WALK
+from sagnac.noise.whole_band import levels_bear_out, with_slow_laws, with_slow_terms
 from sagnac.quality import distribution
 from sagnac.quality.distribution import Bumps, Spikes, shape_of
 from sagnac.quality.profile import whitened

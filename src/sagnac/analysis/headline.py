@@ -53,7 +53,7 @@ from sagnac.core.errors import Note, RecordingError
 from sagnac.noise.bounds import CurveBound, RollOff, highest_terms, highest_walk, within_curve
 from sagnac.noise.estimates import Fit, Interval, unobserved
 from sagnac.noise.fit import likelihood_fit
-from sagnac.noise.model_average import with_both, with_slow_laws, with_whole_band
+from sagnac.noise.whole_band import with_both, with_slow_laws, with_whole_band
 from sagnac.quality.readout import joint_readout
 
 Candidate = Callable[[], Headline | None]

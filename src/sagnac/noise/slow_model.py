@@ -15,7 +15,8 @@ from sagnac.core.arrays import FloatArray
 from sagnac.noise.estimates import Estimate, Interval
 from sagnac.noise.laws import CoefficientName, level_laws, markov_density
 from sagnac.noise.likelihood import non_negative
-from sagnac.noise.model_average import ModelChoice, describes
+from sagnac.noise.model_average import ModelChoice
+from sagnac.noise.whole_band import describes
 from sagnac.spectrum.levels import Levels
 
 # Twice the logarithm of the likelihood that slow noise, or each Markov rate in it, has to add: five

@@ -1,0 +1,369 @@
+"""A likelihood fit of five terms to the whole band beside the average over bands and terms.
+
+It is more precise if five terms describe the noise, so that the levels of the spectrum are asked
+whether they bear it out (`with_whole_band`). B and K of an average may be of a fit to the lowest
+frequencies (`with_slow_terms`), and slow noise need not be 1/f and 1/f^2 (`with_slow_laws`).
+"""
+
+import math
+from dataclasses import replace
+from typing import Final, NamedTuple
+
+import numpy as np
+from scipy.optimize import brentq
+from scipy.special import chdtri, gammainc, gammaincc, ndtr, ndtri
+
+from sagnac.core.arrays import FloatArray
+from sagnac.noise.band_models import (
+    FALL,
+    FLOOR,
+    BandModel,
+    bin_shapes,
+    gamma_deviance,
+)
+from sagnac.noise.estimates import Estimate, Fit, FitBand
+from sagnac.noise.laws import COEFFICIENT_NAMES, STOCHASTIC_NAMES
+from sagnac.noise.model_average import (
+    Average,
+    covariance_of,
+    deviation_of,
+    estimated_names,
+    mixture_quantile,
+)
+from sagnac.noise.slow_laws import FLICKER, PLAIN, RATE_WALK, WALK, SlowLaws
+from sagnac.spectrum.levels import Levels
+
+
+class _Strictness(NamedTuple):
+    """How much the levels may speak against a fit.
+
+    Attributes
+    ----------
+    chance
+        That a true fit fails one of the tests of the levels against their law.
+    outdone
+        Logarithm of the weight by which a model of fewer bins may outdo that of all.
+    apart
+        Standard errors of the average by which the fit may differ from it.
+    """
+
+    chance: float
+    outdone: float
+    apart: float
+
+
+# One in twenty recordings of five terms is outdone by more; one in twenty differs by more.
+_SURELY: Final = _Strictness(chance=0.02, outdone=3.0, apart=1.3)
+# Hardly one in a hundred recordings of five terms goes beyond these.
+_BARELY: Final = _Strictness(chance=0.001, outdone=6.0, apart=4.0)
+# Standard errors by which a fit of another law of slow noise may differ from an average whose
+# heaviest model explains the levels better.
+_OF_OTHER_LAWS: Final = 6.0
+
+
+def with_whole_band(levels: Levels, average: Average, fit: Fit) -> Average:
+    """An average beside a likelihood fit of five terms to the whole band.
+
+    The heaviest model of all bins has to pass two tests at a chance of 0.02 each, without any
+    floor of the errors: its deviance, and the largest mean departure over any run of bins,
+    which finds what bends. No model of fewer bins may outweigh it by more than e^3. And the value
+    must lie within 1.3 standard errors of the average, or below its bound. A fit that fails
+    these, but passes at a chance of 0.001, e^6 and four standard errors from an estimate, is
+    neither borne out nor rejected.
+
+    Its Q, N, B and K become those of slow noise whose law is not known (`with_slow_laws`). If the
+    fit shows another law than 1/f and 1/f^2, that is tested, and may lie up to six standard errors
+    from the average, which knows none, or any number if it outweighs all models of the average.
+
+    Parameters
+    ----------
+    levels, average
+        Of the values that the fit is of.
+    fit
+        All five terms, at the confidence of the average. It has to use every bin: what it leaves
+        out it does not describe.
+
+    Returns
+    -------
+    Average
+        Its member says which: the fit if the levels bear it out, `with_both` if they neither bear
+        it out nor reject it, else the average as it is.
+    """
+    fitted, walk = fit.coefficients["angle_random_walk"], average.angle_random_walk
+    models, band = average.models, fit.band
+    complete = (models.first == 0) & (models.last == levels.level.size)
+    complete &= models.holding(WALK) & ~models.falling
+    if (
+        band is None
+        or not band.is_whole
+        or not band.low <= levels.frequency[0] <= levels.frequency[-1] <= band.high
+        or fit.departure != 0.0
+        or fitted.status != "estimated"
+        or not complete.any()
+    ):
+        return average
+    row = int(np.flatnonzero(complete)[np.argmax(models.logarithm[complete])])
+    outdone = float(models.logarithm.max() - models.logarithm[row])
+    law, surely, barely = models.law(row, levels.spectrum.interval), _SURELY, _BARELY
+    ratio, terms = law.over(levels), int(models.sizes[row])
+    fit = with_slow_laws(fit)
+    fitted = fit.coefficients["angle_random_walk"]
+    other = _other_law(fit)
+    if other is not None:
+        law, terms, shape = other, FALL + 1, bin_shapes(levels, FLOOR)
+        outdone += 1.0 - 0.5 * gamma_deviance(shape, ratio)
+        ratio = law.over(levels)
+        outdone += 0.5 * gamma_deviance(shape, ratio)
+        # The average knows of no such law, and lies apart for that.
+        surely = surely._replace(apart=_OF_OTHER_LAWS if outdone > 0.0 else math.inf)
+        barely = barely._replace(apart=math.inf)
+    freedom = ratio.size - terms
+
+    def passes(test: _Strictness) -> bool:
+        return (
+            outdone <= test.outdone
+            and _agrees(fitted, walk, test.apart)
+            and describes(levels.shape, ratio, freedom, test.chance)
+        )
+
+    if passes(surely):
+        return _of_whole_band(average, fit, band, row)
+    if walk.status == "estimated" and passes(barely):
+        return with_both(average, fit)
+    return average
+
+
+def with_slow_laws(fit: Fit) -> Fit:
+    """A fit with estimates, intervals and bounds of slow noise whose law is not known.
+
+    Value and both ends of an interval move as the mixture of the laws moves them. B and K are of
+    those laws in which they are what their name says: if these hold less than half of the weight,
+    or the term is not needed in half of them, what was estimated is a bound.
+
+    Parameters
+    ----------
+    fit
+        By likelihood; as it is if it sees no slow noise.
+    """
+    slow = fit.slow
+    if slow is None or not slow.weight.any():
+        return fit
+    coefficients = dict(fit.coefficients)
+    for column, name in enumerate(STOCHASTIC_NAMES):
+        rows = slow.holding(column) & (slow.weight > 1e-6)
+        weight, one = slow.weight[rows], coefficients[name]
+        square, error = slow.squares[rows, column], slow.errors[rows, column]
+        if not weight.size:
+            continue
+        present = float(weight @ (square > 3.0 * error))
+        if one.status == "estimated" and (column < FLICKER or present >= 0.5):
+            coefficients[name] = _moved(one, slow, column)
+        elif one.status != "not observable":
+            weight = weight / weight.sum()
+            # A bound is no lower than what would have been estimated.
+            highest = max(
+                _highest_square(weight, square, error, one.confidence), 3.0 * float(weight @ error)
+            )
+            before = one.high if one.status == "upper bound" else 0.0
+            coefficients[name] = one.bounded(max(before, math.sqrt(highest)))
+    return replace(fit, coefficients=coefficients)
+
+
+def _moved(one: Estimate, slow: SlowLaws, column: int) -> Estimate:
+    """An estimate of the first law, moved as the mixture of those that hold it moves it."""
+    rows = slow.holding(column) & (slow.squares[:, column] > 0.0) & (slow.weight > 0.0)
+    of_all, first = slow.squares[:, column], slow.squares[:1, column]
+    if not first[0] > 0.0 or not rows.any():
+        return one
+    shapes = (of_all / slow.errors[:, column]) ** 2
+    weight, square, shape = slow.weight[rows] / slow.weight[rows].sum(), of_all[rows], shapes[rows]
+
+    def ratio(chance: float) -> float:
+        alone = mixture_quantile(chance, first, shapes[:1], np.ones(1))
+        return math.sqrt(mixture_quantile(chance, square, shape, weight) / alone)
+
+    tail = 0.5 * (1.0 - one.confidence)
+    value = one.value * math.exp(0.5 * float(weight @ np.log(square / first)))
+    low, high = one.low * ratio(tail), one.high * ratio(1.0 - tail)
+    return replace(one, value=value, low=min(low, value), high=max(high, value))
+
+
+def _highest_square(
+    weight: FloatArray, square: FloatArray, error: FloatArray, confidence: float
+) -> float:
+    """Quantile of a mixture of normal laws of squares, which may be negative."""
+    low, high = float((square - 10.0 * error).min()), float((square + 10.0 * error).max())
+    chance = max(confidence, 0.5)
+
+    def excess(place: float) -> float:
+        return float(weight @ ndtr((place - square) / error)) - chance
+
+    return float(brentq(excess, low, high))
+
+
+def _other_law(fit: Fit) -> BandModel | None:
+    """The law that a fit shows in place of 1/f and 1/f^2, if it does."""
+    if fit.slow is None or fit.band is None or not fit.slow.seen:
+        return None
+    row = fit.slow.seen
+    squares = tuple(fit.slow.squares[row].tolist())
+    return BandModel(squares=squares, interval=fit.band.interval, slow=fit.slow.laws[row])
+
+
+def _of_whole_band(average: Average, fit: Fit, band: FitBand, row: int) -> Average:
+    """The fit, with the correlations of the average."""
+    models, slow, law = average.models, fit.slow, PLAIN
+    stochastic = [fit.coefficients[name] for name in STOCHASTIC_NAMES]
+    squares = [one.value**2 if one.status == "estimated" else 0.0 for one in stochastic]
+    if slow is not None:
+        law = slow.laws[slow.seen]
+        # The noise is there, whether or not it is known to be B or K.
+        for column in (FLICKER, RATE_WALK):
+            if slow.seen or (squares[column] == 0.0 and models.holding(column)[row]):
+                squares[column] = max(0.0, float(slow.squares[slow.seen, column]))
+    choice = replace(
+        average.rests_on,
+        band_hz=(band.low, band.high),
+        terms=models.terms(row),
+        mask=int(models.mask[row]),
+        slow_terms="whole band",
+        member="whole band",
+        elsewhere=None,
+        law=BandModel(squares=tuple(squares), interval=band.interval, slow=law),
+    )
+    return replace(
+        average,
+        coefficients={name: fit.coefficients[name] for name in COEFFICIENT_NAMES},
+        rests_on=choice,
+        covariance=covariance_of(average.relied, fit.coefficients),
+    )
+
+
+def with_both(average: Average, fit: Fit) -> Average:
+    """The value of a likelihood fit of the whole band, and an interval that holds both.
+
+    Parameters
+    ----------
+    average
+        With an estimate of N.
+    fit
+        Of which the levels do not say whether it is right.
+    """
+    ours, fitted = average.angle_random_walk, fit.coefficients["angle_random_walk"]
+    low, high = min(ours.low, fitted.low), max(ours.high, fitted.high)
+    both = replace(ours, value=fitted.value, low=low, high=high)
+    wider = np.ones(len(average.names))
+    wider[average.names.index("angle_random_walk")] = deviation_of(both) / deviation_of(ours)
+    return replace(
+        average,
+        coefficients={**average.coefficients, "angle_random_walk": both},
+        rests_on=replace(average.rests_on, member="both"),
+        covariance=average.covariance * wider * wider[:, np.newaxis],
+    )
+
+
+def with_slow_terms(average: Average, fit: Fit) -> Average:
+    """B and K of a fit to the lowest frequencies; the others stay, uncorrelated with these.
+
+    Parameters
+    ----------
+    average
+        With an estimate of N.
+    fit
+        By likelihood, of what the average is of.
+    """
+    low_band = ("bias_instability", "rate_random_walk")
+    coefficients = {
+        name: (fit if name in low_band else average).coefficients[name]
+        for name in COEFFICIENT_NAMES
+    }
+    names = estimated_names(coefficients)
+    covariance = np.diag([deviation_of(coefficients[name]) ** 2 for name in names])
+    kept = [name for name in names if name not in low_band]
+    to, of = [names.index(name) for name in kept], [average.names.index(name) for name in kept]
+    covariance[np.ix_(to, to)] = average.covariance[np.ix_(of, of)]
+    highest = math.nan if fit.band is None else fit.band.high
+    return replace(
+        average,
+        coefficients=coefficients,
+        rests_on=replace(average.rests_on, slow_terms="low band", low_band_hz=highest),
+        covariance=covariance,
+    )
+
+
+def levels_bear_out(levels: Levels, fit: Fit, walk: Estimate) -> bool:
+    """Whether the levels bear out a fit to the lowest frequencies.
+
+    N of both, interval or bound, has to overlap, and the levels in the band of the fit have to pass
+    both tests of `with_whole_band` against its squares at a chance of 0.02.
+
+    Parameters
+    ----------
+    levels
+        Of the same values.
+    fit
+        By likelihood.
+    walk
+        N of the average.
+    """
+    fitted = fit.coefficients["angle_random_walk"]
+    if fit.departure != 0.0 or fit.band is None or fitted.status == "not observable":
+        return False
+    used = levels.frequency <= fit.band.high
+    if np.count_nonzero(used) <= FALL or fitted.low > walk.high or fitted.high < walk.low:
+        return False
+    squares = tuple(fit.squares.get(name, 0.0) for name in STOCHASTIC_NAMES)
+    law = _other_law(fit) or BandModel(squares=squares, interval=fit.band.interval)
+    mean = law.terms(levels).sum(axis=1)[used]
+    if not mean.min() > 0.0:
+        return False
+    ratio, freedom = levels.level[used] / mean, int(np.count_nonzero(used)) - FALL
+    return describes(levels.shape[used], ratio, freedom, _SURELY.chance)
+
+
+def describes(shape: FloatArray, ratio: FloatArray, freedom: int, chance: float) -> bool:
+    """Whether levels depart from their law by chance alone.
+
+    Parameters
+    ----------
+    shape
+        (bins,) of the gamma law of each level.
+    ratio
+        (bins,) level over its mean.
+    freedom
+        Bins less the terms fitted.
+    chance
+        That levels of the law fail the test.
+    """
+    within = gamma_deviance(shape, ratio) <= float(chdtri(freedom, chance))
+    return within and largest_run(shape, ratio) < -float(ndtri(chance / (4.0 * ratio.size)))
+
+
+def _agrees(fitted: Estimate, walk: Estimate, apart: float) -> bool:
+    """Whether a fit differs from the average by no more than chance, or lies below its bound."""
+    if walk.status != "estimated":
+        return walk.status == "not observable" or fitted.value <= walk.high
+    above = fitted.value >= walk.value
+    # The interval may be lopsided: the error is that of the side on which the fit lies.
+    end = walk.high if above else max(walk.low, 1e-3 * walk.value)
+    error = abs(math.log(end / walk.value)) / float(ndtri(0.5 + 0.5 * walk.confidence))
+    return abs(math.log(fitted.value / walk.value)) <= apart * error
+
+
+def largest_run(shape: FloatArray, ratio: FloatArray) -> float:
+    """Largest mean departure over any run of bins, in standard errors.
+
+    Parameters
+    ----------
+    shape
+        (bins,) of the gamma law of each level.
+    ratio
+        (bins,) level over its mean.
+    """
+    upper = np.clip(gammaincc(shape, shape * ratio), 1e-300, 1.0)
+    lower = np.clip(gammainc(shape, shape * ratio), 1e-300, 1.0)
+    deviate = np.where(ratio > 1.0, -ndtri(upper), ndtri(lower))
+    total = np.concatenate([[0.0], np.cumsum(deviate)])
+    place = np.arange(total.size)
+    length = np.maximum(np.abs(place - place[:, np.newaxis]), 1)
+    return float((np.abs(total - total[:, np.newaxis]) / np.sqrt(length)).max())
