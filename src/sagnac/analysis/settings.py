@@ -129,7 +129,7 @@ class Settings:
         Raises
         ------
         RecordingError
-            If these are not different gyros, or more than three on a turning table.
+            If these are not different gyros that it has, or more than three on a turning table.
         """
         names = self.gyros or tuple(channel.name for channel in recording.gyros)
         most = MOST_GYROS if turns(recording) else len(recording.gyros)
@@ -137,6 +137,9 @@ class Settings:
             problem = f"gyros {','.join(names)}"
             remedy = "name one gyro, a pair or a triad, each once ({gyros x,z})"
             raise RecordingError(problem, remedy=remedy)
+        for name in names:
+            # One that is not there is no gyro that was refused.
+            recording.gyro(name)
         return names
 
 
