@@ -127,7 +127,7 @@ def test_a_nudge_is_replaced_by_noise_and_by_no_other_nudge():
 
 @pytest.mark.parametrize("kind", ["rate", "increment", "angle"])
 def test_a_nudge_turns_by_as_much_whatever_a_sample_is(kind):
-    """Of a rate it was said to turn a hundred times as far at 100 Hz."""
+    """The note on a rate at 100 Hz named a turn a hundred times as large."""
     moved = noise()
     moved[31_000:31_100] += 0.3  # deg/s, for a second
     values = {"rate": moved, "increment": moved / RATE, "angle": np.cumsum(moved) / RATE}[kind]
@@ -138,7 +138,7 @@ def test_a_nudge_turns_by_as_much_whatever_a_sample_is(kind):
 
 
 def test_an_answer_that_keeps_nudges_does_not_say_that_it_goes_without():
-    """Six of 600 seconds stand out of the samples; of 599 these are too many for no noise."""
+    """The check finds six loud seconds of 600, the answer too many of 599 and keeps them."""
     rng = np.random.default_rng([1, 2])
     moved = noise(1)
     for place, height in zip(range(6030, 54_030, 6000), [12.0] * 6 + [9.0] * 2, strict=True):

@@ -36,7 +36,7 @@ def test_a_fourth_cumulant_widens_the_interval_by_what_it_adds(draw):
 
 
 def with_tails(seed, louder=1.0):
-    """Student's noise of four degrees of freedom, so many times as loud in the second half."""
+    """Student's noise with four degrees of freedom; its second half is multiplied by `louder`."""
     noise = np.random.default_rng([seed, 4]).standard_t(4.0, size=SAMPLES // 2)
     return noise * np.where(np.arange(noise.size) < noise.size // 2, 1.0, louder)
 
@@ -47,7 +47,7 @@ def is_unsteady(noise):
 
 
 def test_even_noise_with_tails_is_steady():
-    """Parts lay 5 to 10 % apart, more than normal noise does: seven in ten were warned of."""
+    """Its parts differ by 5 to 10 %, more than normal noise does: seven in ten had a warning."""
     assert sum(is_unsteady(with_tails(seed)) for seed in range(8)) <= 1
 
 

@@ -33,6 +33,19 @@ def recorded(scale: float, *, running: bool = False, lowest: float = 0.0, **how)
     )
 
 
+def beside(angle, *, scale: float, sample_rate: float, share: float = 1.0, walk: float):
+    """Two gyros that turn by a share of a table angle, rad, and an encoder of `scale` degrees."""
+    white = np.random.default_rng(5).standard_normal((2, angle.size))
+    gyros = dict(zip("xz", share * angle + np.cumsum(walk * white, axis=1), strict=True))
+    return Recording.from_arrays(
+        **gyros,
+        table=scale * np.mod(np.rad2deg(angle), 360.0),
+        kind="angle",
+        unit="rad",
+        sample_rate=sample_rate,
+    )
+
+
 def leaps(recording: Recording) -> list[str]:
     return [note.text for note in judged(recording) if "start over" in note.text]
 
@@ -67,17 +80,7 @@ def test_a_table_that_steps_past_its_zero_brakes_there_in_every_turn(scale, shar
     moved = np.clip(seconds % 60.0 / 3.0, 0.0, 1.0)
     moved -= np.sin(2.0 * np.pi * moved) / (2.0 * np.pi)
     angle = np.deg2rad(20.0 + 90.0 * (seconds // 60.0 + moved))
-    white = np.random.default_rng(5).standard_normal((2, angle.size))
-    gyros = dict(zip("xz", share * angle + np.cumsum(1e-8 * white, axis=1), strict=True))
-    found = leaps(
-        Recording.from_arrays(
-            **gyros,
-            table=scale * np.mod(np.rad2deg(angle), 360.0),
-            kind="angle",
-            unit="rad",
-            sample_rate=100.0,
-        )
-    )
+    found = leaps(beside(angle, scale=scale, sample_rate=100.0, share=share, walk=1e-8))
     assert len(found) == (scale != 1.0)
     for text in found:
         right = float(text.split("COLUMN:")[1].split("deg")[0])
@@ -91,17 +94,7 @@ def test_a_ripple_of_the_motor_is_no_leap(scale, phase):
     # A motor of 24 poles at 100 deg/s moves the table itself by 10 arcsec.
     angle = np.deg2rad(100.0 * seconds)
     angle += 5e-5 * np.sin(24.0 * angle + phase) + 1.5e-5 * np.sin(48.0 * angle)
-    white = np.random.default_rng(3).standard_normal((2, angle.size))
-    gyros = dict(zip("xz", angle + np.cumsum(1e-7 * white, axis=1), strict=True))
-    found = leaps(
-        Recording.from_arrays(
-            **gyros,
-            table=scale * np.mod(np.rad2deg(angle), 360.0),
-            kind="angle",
-            unit="rad",
-            sample_rate=200.0,
-        )
-    )
+    found = leaps(beside(angle, scale=scale, sample_rate=200.0, walk=1e-7))
     assert len(found) == (scale != 1.0)
 
 

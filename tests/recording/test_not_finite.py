@@ -29,7 +29,7 @@ def test_they_are_counted_with_the_first_and_the_remedy():
 
 
 def test_without_their_rows_and_with_stamps_the_whole_record_is_read():
-    """To mark zeros as NaN was the advice, and then nothing was read."""
+    """The remedy was to mark zeros as NaN, and a recording with NaN was refused."""
     rng = np.random.default_rng(3)
     rates, times = 0.3 + 0.02 * rng.standard_normal(60_000), np.arange(60_000) / 100.0
     lost = rng.random(60_000) < 0.004

@@ -266,15 +266,6 @@ def complete(spectrum: AnswerSpectrum, evidence: Evidence) -> AnswerSpectrum:
     return replace(spectrum, hump=hump, parts=_parts(spectrum, evidence))
 
 
-def _excess_kurtosis(increments: FloatArray) -> float:
-    """Excess kurtosis of increments made white; 0 if chance explains it or it is negative."""
-    some = increments[:_FOR_SHAPE]
-    if some.size < _FOR_SHAPE // 64:
-        return 0.0
-    kurtosis = shape_of(whitened(some).values).kurtosis
-    return kurtosis if kurtosis >= _SURE * math.sqrt(24.0 / some.size) else 0.0
-
-
 def _with_slow_terms(basis: AnswerSpectrum, evidence: Evidence) -> Average:
     """B and K of an average by the likelihood of angles farther apart.
 
@@ -338,15 +329,21 @@ def _parts(basis: AnswerSpectrum, evidence: Evidence) -> Parts:
     )
 
 
+# ---- noise with frequent large deviations ------------------------------------------------
+
 # Samples that the distribution of the noise is read from.
 _FOR_SHAPE: Final = 2**18
 # Standard errors from which on an excess kurtosis is no chance.
 _SURE: Final = 6.0
 
-# ---- N over parts ------------------------------------------------------------------------
 
-# Chance at which each test says of parts that agree that they do not.
-_CHANCE: Final = 0.01
+def _excess_kurtosis(increments: FloatArray) -> float:
+    """Excess kurtosis of increments made white; 0 if chance explains it or it is negative."""
+    some = increments[:_FOR_SHAPE]
+    if some.size < _FOR_SHAPE // 64:
+        return 0.0
+    kurtosis = shape_of(whitened(some).values).kurtosis
+    return kurtosis if kurtosis >= _SURE * math.sqrt(24.0 / some.size) else 0.0
 
 
 def with_tails(one: Interval, kurtosis: float, samples: float, confidence: float) -> Interval:
@@ -364,6 +361,12 @@ def with_tails(one: Interval, kurtosis: float, samples: float, confidence: float
     up = math.hypot(math.log(one.high / one.value), more)
     low, high = one.value * math.exp(-down), one.value * math.exp(up)
     return Interval(value=one.value, low=low, high=high)
+
+
+# ---- N over parts ------------------------------------------------------------------------
+
+# Chance at which each test says of parts that agree that they do not.
+_CHANCE: Final = 0.01
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
