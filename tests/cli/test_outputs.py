@@ -33,13 +33,10 @@ def analysis(still, tmp_path_factory) -> Path:
     return folder / "out" / "analysis.json"
 
 
+ANALYZE = ["analyze", "still.parquet", "--gyros", "x,z", "--method", "none", "-o", "."]
 # What is run in a folder, and the files that it would write over.
 RUNS = {
-    "analyze": (["analyze", "still.parquet", "--method", "none", "-o", "."], ["analysis.json"]),
-    "analyze tables": (
-        ["analyze", "still.parquet", "--method", "none", "-o", "."],
-        ["x/stability.csv"],
-    ),
+    "analyze": (ANALYZE, ["analysis.json"]),
     "avar": (["avar", "still.parquet", "--gyros", "x", "-o", "."], ["x/settings.toml"]),
     "compare": (["compare", "still.parquet", "--method", "none", "-o", "."], ["comparison.png"]),
     "simulate": (["simulate", "-o", "made.csv", *SIMULATED], ["made.csv"]),
@@ -74,6 +71,18 @@ def test_only_what_the_same_run_made_is_written_over(name, analysis, still, plac
     # Once made, it may be made again.
     assert main(words) == 0
     assert all(Path(file).exists() for file in files)
+
+
+def test_a_table_of_a_gyro_is_not_written_over(still, place, capsys):
+    shutil.copy(still, "still.parquet")
+    Path("x").mkdir()
+    Path("x/stability.csv").write_text(MINE)
+    assert main(ANALYZE) == 2
+    said = one_line_among(capsys.readouterr().err)
+    assert "x/stability.csv" in said
+    assert "--force" in said
+    assert Path("x/stability.csv").read_text() == MINE
+    assert not (place / "analysis.json").exists()
 
 
 # What Python writes, and the file that is there.
