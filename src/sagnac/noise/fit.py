@@ -12,6 +12,7 @@ from scipy.special import chdtrc
 
 from sagnac.core.arrays import FloatArray
 from sagnac.core.errors import Note, require_choice, require_confidence, rounded
+from sagnac.core.kernels import one_thread
 from sagnac.noise import cosine_spectrum
 from sagnac.noise.cosine_spectrum import CosineSpectrum
 from sagnac.noise.curve_fit import paper_fit, weighted_fit
@@ -242,7 +243,8 @@ def fit_coefficients(
             missing = "kind" if kind is None else "sample_rate"
             raise ValueError(f"{missing} is missing; samples take kind and sample_rate")
         values, rate = curve_or_values, sample_rate
-        return likelihood_fit(values, kind=kind, sample_rate=rate, confidence=confidence)
+        with one_thread():
+            return likelihood_fit(values, kind=kind, sample_rate=rate, confidence=confidence)
     if method == "likelihood":
         raise ValueError(
             "method 'likelihood' fits the spectrum of samples and was given a StabilityCurve; "
@@ -251,7 +253,8 @@ def fit_coefficients(
     if kind is not None or sample_rate is not None:
         raise ValueError("kind and sample_rate are those of the curve; leave them out")
     fit = weighted_fit if method == "weighted" else paper_fit
-    return fit(curve_or_values, confidence=confidence)
+    with one_thread():
+        return fit(curve_or_values, confidence=confidence)
 
 
 # ---- departure from the terms ------------------------------------------------------------
