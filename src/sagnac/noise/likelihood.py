@@ -3,12 +3,12 @@
 import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable
-from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cache, cached_property
 from typing import Final
 
 import numpy as np
+from scipy.linalg.lapack import dposv, dpotrf
 from scipy.optimize import brentq, nnls
 from scipy.special import log_ndtr, ndtri
 
@@ -383,10 +383,10 @@ def parabola_move(
     if diagonal.min() > 0.0:
         scale = 1.0 / np.sqrt(diagonal)
         scaled = observed * scale * scale[:, np.newaxis]
-        with suppress(np.linalg.LinAlgError):
-            # With room for rounding: nearly collinear terms are not a direction to trust.
-            np.linalg.cholesky(scaled - 1e-9 * np.eye(scale.size))
-            return np.asarray(-scale * np.linalg.solve(scaled, scale * gradient))
+        # With room for rounding: nearly collinear terms are not a direction to trust.
+        _, indefinite = dpotrf(scaled - 1e-9 * np.eye(scale.size))
+        if not indefinite:
+            return np.asarray(-scale * dposv(scaled, scale * gradient)[1])
     return scoring_move(expected(), gradient, squares)
 
 
