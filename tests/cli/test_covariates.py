@@ -36,6 +36,18 @@ def test_the_drift_is_named_and_taken_off(file, capsys):
     assert "warm-up" not in shown
 
 
+def test_settings_of_a_filter_say_that_they_are_without_the_drift(file, tmp_path, capsys):
+    columns = ["--columns", "x=x,temperature=T_board"]
+    for name, more in (("plain", []), ("compensated", ["--covariates", "temperature"])):
+        report = str(tmp_path / name)
+        assert main(["avar", str(file), *STATED, *columns, *more, "-o", report]) == 0
+        assert main(["export", report, "-o", f"{report}.yaml"]) == 0
+        warned = "rates that are compensated alike" in " ".join(capsys.readouterr().out.split())
+        assert warned is bool(more)
+        settings = (tmp_path / f"{name}.yaml").read_text("utf-8")
+        assert ("took off what followed the temperature" in settings) is bool(more)
+
+
 def test_a_column_that_is_not_there_is_one_line(file, capsys):
     assert main(["avar", str(file), *STATED, "--covariates", "temperature"]) == 1
     said = one_line(capsys)

@@ -159,6 +159,28 @@ STATED: dict[str, tuple[dict[str, Floats], dict[str, Any], dict[str, Any], tuple
         {**RATE, "unit": {**dict.fromkeys("xyz", "deg/s"), "accelerometers": "g"}, **FORCES},
         ("in g it would be gravity", "accelerometers=g"),
     ),
+    "increments of velocity read as m/s^2": (
+        {**STILL.rates, **{name: one / 100.0 for name, one in STILL.forces.items()}},
+        {**RATE, "unit": {**dict.fromkeys("xyz", "deg/s"), "accelerometers": "m/s^2"}, **FORCES},
+        {
+            **RATE,
+            "kind": {**dict.fromkeys("xyz", "rate"), "accelerometers": "increment"},
+            "unit": {**dict.fromkeys("xyz", "deg/s"), "accelerometers": "m/s"},
+            **FORCES,
+        },
+        ("as increments in m/s it would be gravity", "accelerometers=increment"),
+    ),
+    "forces in m/s^2 read as increments of velocity": (
+        {**STILL.rates, **STILL.forces},
+        {
+            **RATE,
+            "kind": {**dict.fromkeys("xyz", "rate"), "accelerometers": "increment"},
+            "unit": {**dict.fromkeys("xyz", "deg/s"), "accelerometers": "m/s"},
+            **FORCES,
+        },
+        {**RATE, "unit": {**dict.fromkeys("xyz", "deg/s"), "accelerometers": "m/s^2"}, **FORCES},
+        ("as rates in m/s^2 it would be gravity", "accelerometers=rate"),
+    ),
     "accelerometers in m/s^2 read as gyros": (
         {**STILL.rates, **STILL.forces},
         {**RATE, "columns": {"x": "ax", "y": "ay", "z": "az"}},

@@ -122,8 +122,10 @@ def test_an_accelerometer_in_velocity_is_told_to_state_its_own_kind():
     wrong = three(caller={"kind": "increment"})
     with pytest.raises(RecordingError, match="not one of acceleration") as error:
         scale_of("ax", column("ax[m/s]"), wrong, "accelerometer")
-    assert error.value.remedy.startswith("state {kind gyros=increment,ax=increment}")
-    right = three(caller={"kind": {"gyros": "increment", "ax": "increment"}})
+    # Of all three at once: a remedy for ax alone led to the same error of ay.
+    remedy = "state {kind gyros=increment,accelerometers=increment}"
+    assert error.value.remedy.startswith(remedy)
+    right = three(caller={"kind": {"gyros": "increment", "accelerometers": "increment"}})
     assert scale_of("ax", column("ax[m/s]"), right, "accelerometer").kind == "increment"
     with pytest.raises(RecordingError, match="furlong") as error:
         scale_of("ax", column("ax[furlong]"), wrong, "accelerometer")

@@ -32,6 +32,16 @@ def test_units_of_n_are_one_number(white):
     assert (stated.kind, stated.limit) == ("gyro", None)
 
 
+@pytest.mark.parametrize(
+    "white",
+    ["80ug/sqrt(Hz)", "80ug/rtHz", "80µg/√Hz", "0.08mg/√Hz", "0.08mg/rtHz", "0.0470719m/s/√hr"],
+)
+def test_units_of_n_of_accelerometers_are_one_number(white):
+    stated = datasheet_setting(f"N={white},B=0.01mg@100s")
+    assert stated.simple.white == pytest.approx(80e-6 * 9.80665, rel=1e-6)
+    assert stated.kind == "accelerometer"
+
+
 def test_both_models_have_the_lowest_allan_deviation_at_its_time():
     lowest, tau = 3.0 * DEGREE / 3600.0, np.array([100.0])
     stated = datasheet_setting("N=0.006deg/sqrt(h),B=3deg/h@100s")

@@ -91,6 +91,28 @@ def test_what_was_measured_with_few_degrees_of_freedom_is_reached(most):
     assert np.all(both.allan_deviation(limit.beyond[0]) >= twice * (1.0 - 1e-9))
 
 
+@pytest.mark.parametrize("angle", [1.5, 15.0])
+def test_vibration_at_short_times_hides_no_walk(angle):
+    """White noise that covers it lies above the walk at every cluster time of a limit."""
+    walk = 0.02
+    slow = 1.0 / TAU + walk**2 * TAU / 3.0
+    limit = exact(slow + 3.0 * angle**2 / TAU**2)
+    for most in (0, 2):
+        found = overbound(limit, most_markov=most, walks=True)
+        assert found.angle == 0.0
+        assert np.all(found.allan_deviation(TAU) >= limit.limit * (1.0 - 1e-9))
+        assert found.walk >= 0.95 * walk
+    time = common_time([limit])
+    still, shaken = (white_and_markov(one, time).markov[0] for one in (exact(slow), limit))
+    assert shaken.driving_noise >= 0.95 * still.driving_noise
+
+
+def test_a_markov_rate_lasts_as_long_as_the_curve_was_measured():
+    limit = upper_limit(TAU, np.sqrt(1.0 / TAU + 1e-5 * TAU / 3.0), 1000.0 / TAU)
+    assert limit.tau[-1] < limit.beyond[0, -1] == 256.0
+    assert common_time([limit]) >= 256.0
+
+
 def test_too_short_a_curve_is_refused():
     with pytest.raises(RecordingError, match="record longer"):
         upper_limit(TAU, TAU**-0.5, np.full(TAU.size, 3.0))

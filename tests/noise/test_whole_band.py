@@ -9,7 +9,8 @@ from sagnac.noise.estimates import Estimate, Fit, FitBand
 from sagnac.noise.fit import likelihood_fit
 from sagnac.noise.laws import COEFFICIENT_NAMES
 from sagnac.noise.model_average import average
-from sagnac.noise.whole_band import levels_bear_out, with_whole_band
+from sagnac.noise.slow_laws import PLAIN, SlowLaw, SlowLaws
+from sagnac.noise.whole_band import levels_bear_out, with_slow_laws, with_whole_band
 from sagnac.spectrum.levels import robust_levels
 from sagnac.spectrum.tapered import tapered_spectrum
 
@@ -56,3 +57,23 @@ def test_levels_bear_out_a_fit_that_describes_them():
     steep = {**fit.squares, "rate_random_walk": 1e-2}
     assert not levels_bear_out(levels, replace(fit, squares=steep), walk)
     assert not levels_bear_out(levels, replace(fit, departure=0.1), walk)
+
+
+def test_a_law_that_does_not_need_a_walk_leaves_its_interval_an_end():
+    """K of a Markov bias: a law that had next to none let it be fifteen million deg/h/sqrt(h).
+
+    What that law allows of K is what chance hides: two errors or so, not many orders of magnitude.
+    """
+    error = 0.15
+    slow = SlowLaws(
+        laws=(PLAIN, SlowLaw(end=0.003)),
+        prior=np.array([0.75, 0.25]),
+        squares=np.array([[0.0, 1.0, 0.1, 1.0], [0.0, 1.0, 0.5, 0.1 * error]]),
+        errors=np.full((2, 4), error),
+        deviance=np.zeros(2),
+    )
+    coefficients = {name: estimate(1.0, 0.85, 1.2, name) for name in COEFFICIENT_NAMES}
+    fit = Fit(method="likelihood", coefficients=coefficients, slow=slow)
+    found = with_slow_laws(fit).coefficients["rate_random_walk"]
+    assert found.status == "estimated"
+    assert found.low < 0.5 < found.value < 1.0 < found.high < 1.25

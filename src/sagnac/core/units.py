@@ -100,7 +100,7 @@ _SIZES: Final[Mapping[Quantity, Mapping[str, float]]] = {
     },
     "velocity random walk": {
         "m/s/sqrt(h)": 1.0 / math.sqrt(HOUR), "ug/sqrt(Hz)": 1e-6 * STANDARD_GRAVITY,
-        "m/s^2/sqrt(Hz)": 1.0,
+        "mg/sqrt(Hz)": _MILLI_G, "m/s^2/sqrt(Hz)": 1.0,
     },
     "acceleration random walk": {"mg/sqrt(h)": _MILLI_G / math.sqrt(HOUR), "m/s^2/sqrt(s)": 1.0},
     "acceleration ramp": {"mg/h": _MILLI_G / HOUR, "m/s^3": 1.0},
@@ -244,7 +244,11 @@ _SPELLINGS: Final = {
     "deg/h/sqrt(Hz)": ("deg/h/√hz", "deg/hr/√hz", "deg/hr/sqrt(hz)", "deg/hr/rthz", "deg/h/rthz"),
     "deg/s/sqrt(Hz)": ("deg/s/√hz", "deg/s/sqrt(hz)", "dps/√hz", "dps/sqrt(hz)", "dps/rthz"),
     "mdeg/s/sqrt(Hz)": ("mdps/√hz", "mdps/sqrt(hz)", "mdps/rthz"),
-    "deg/h/sqrt(h)": ("deg/h/√h", "deg/h^1.5", "deg/hr/sqrt(hr)"),
+    "deg/h/sqrt(h)": ("deg/h/√h", "deg/h^1.5", "deg/hr^1.5", "deg/hr/sqrt(hr)"),
+    "deg/h/h": ("deg/h^2", "deg/hr^2", "deg/hr/hr"),
+    "m/s/sqrt(h)": ("m/s/√h", "m/s/√hr", "m/s/sqrt(hr)", "m/s/rt-hr"),
+    "mg/sqrt(Hz)": ("mg/√hz", "mg/sqrt(hz)", "mg/rthz"),
+    "ug/sqrt(Hz)": ("ug/√hz", "ug/sqrt(hz)", "ug/rthz"),
 }
 _ALIASES: Final = {
     **{one: name for name, spellings in _SPELLINGS.items() for one in spellings},

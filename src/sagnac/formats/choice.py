@@ -425,7 +425,7 @@ def scale_of(name: str, column: Column, statements: Statements, sensor: Sensor =
         remedy = f"state the right {{kind}}, or {{unit {of_one}{usual}}} or {other}"
     if sensor == "accelerometer" and kind == "rate" and unit in VELOCITY_UNITS:
         # A kind without a name is that of the gyros alone.
-        remedy = f"state {{kind gyros=increment,{name}=increment}}, or the right {{unit}}"
+        remedy = "state {kind gyros=increment,accelerometers=increment}, or the right {unit}"
     known_unit(name, unit, quantity, remedy)
     notes = [
         contradiction(by_file, caller or beside or "", is_typed=caller is not None, channel=name)

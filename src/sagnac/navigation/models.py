@@ -268,6 +268,10 @@ def overbound(
     the least, the inflation itself, so that a large excess at one end does not raise all the rest.
     The walk is then raised to what was measured beyond the limit.
 
+    Vibration and a readout raise the curve at short cluster times as white angle noise does. White
+    noise that covers them lies above a slow term at all cluster times that have a limit, so that
+    the slow terms are those of a model with angle noise, whether or not it may keep that.
+
     Parameters
     ----------
     limit
@@ -277,7 +281,7 @@ def overbound(
     least_white
         White noise that it has at least, rad/sqrt(s): a sensor's low-pass may hide some.
     angle
-        Whether it may have white angle noise.
+        Whether it may keep white angle noise; if not, its white noise covers that.
     walks
         Whether it has to have white noise and a random walk, as some tools want: two per cent of
         the variance at the shortest and at the longest cluster time, if nothing asks for more.
@@ -295,11 +299,11 @@ def overbound(
     if most_markov == 0 and not angle:
         white, walk = _white_and_slow(limit, limit.tau / 3.0, least)
         return _reaching(FilterModel(white=white, walk=walk), limit)
-    excess, best = _smallest(limit, (), least, angle)
+    excess, best = _smallest(limit, (), least)
     chosen: tuple[float, ...] = ()
     for _ in range(most_markov):
         tried = {
-            (*chosen, time): _smallest(limit, (*chosen, time), least, angle)
+            (*chosen, time): _smallest(limit, (*chosen, time), least)
             for time in _correlation_times(limit.tau)
             if time not in chosen
         }
@@ -308,7 +312,14 @@ def overbound(
         if tried[times][0] > 0.95 * excess:
             break
         chosen, (excess, best) = times, tried[times]
-    return _reaching(best, limit)
+    return _reaching(best if angle else _without_angle(best, limit), limit)
+
+
+def _without_angle(model: FilterModel, limit: UpperLimit) -> FilterModel:
+    """A model whose white noise covers what its angle noise did; its slow terms are the same."""
+    slow = replace(model, white=0.0, angle=0.0).allan_deviation(limit.tau)
+    short = np.maximum(limit.limit**2 - slow**2, 0.0) * limit.tau
+    return replace(model, white=max(model.white, math.sqrt(float(short.max()))), angle=0.0)
 
 
 def _reaching(model: FilterModel, limit: UpperLimit) -> FilterModel:
@@ -343,11 +354,11 @@ def white_and_markov(limit: UpperLimit, time: float, *, least_white: float = 0.0
 def common_time(limits: Sequence[UpperLimit]) -> float:
     """The correlation time, s, with which `white_and_markov` inflates several curves least.
 
-    It is the longest cluster time or more, so that the Allan deviation of the Markov rate does not
-    fall before twice of that: a shorter time would promise of what was not measured that a bias is
-    forgotten.
+    It is the longest cluster time that was measured or more, with a limit or without, so that the
+    Allan deviation of the Markov rate does not fall before twice of that: a shorter time would
+    promise of what was not measured that a bias is forgotten.
     """
-    longest = max(float(limit.tau[-1]) for limit in limits)
+    longest = max(float(np.append(limit.tau, limit.beyond[0]).max()) for limit in limits)
     # Ten times the longest cluster time is as good as a walk.
     times = np.geomspace(longest, 10.0 * longest, 4 * _TIMES_PER_DECADE)
 
@@ -391,9 +402,14 @@ def _white_and_slow(
 
     The logarithm of a sum is concave in its terms, so that the best pair is a corner of what the
     limit and the least squares allow: every corner is tried. `slow` (points,) is the Allan variance
-    of that term at one, `least` are the smallest squares.
+    of that term at one, `least` are the smallest squares. Where the smallest model has white angle
+    noise, the slow term is no smaller than beside that (`overbound`).
     """
     laws = np.stack([1.0 / limit.tau, slow], axis=-1) / limit.limit[:, np.newaxis] ** 2
+    angle_law = allan_variance_basis(limit.tau)[:, 0] / limit.limit**2
+    _, (_, beside, angle) = _least_sum(np.column_stack([laws, angle_law]), (*least, 0.0))
+    if angle > 0.0:
+        least = (least[0], max(least[1], float(beside)))
     scale = laws.max(axis=0)
     laws = laws / scale
     bounds = np.concatenate([laws, np.eye(2)])
@@ -414,25 +430,38 @@ def _white_and_slow(
 
 
 def _smallest(
-    limit: UpperLimit, times: tuple[float, ...], least: tuple[float, float], angle: bool
+    limit: UpperLimit, times: tuple[float, ...], least: tuple[float, float]
 ) -> tuple[float, FilterModel]:
-    """Least mean of the variance over the squared limit, by a linear program, and its model.
+    """Least mean of the variance over the squared limit, and its model with angle noise.
 
     `least` are the smallest squares of the white noise and of the walk.
     """
-    tau = limit.tau
-    basis = allan_variance_basis(tau)
-    columns = [basis[:, 1], basis[:, 3], *(basis[:, :1].T if angle else ())]
-    columns += [markov_allan_variance(tau, 1.0, time) for time in times]
-    relative = np.stack(columns, axis=-1) / limit.limit[:, np.newaxis] ** 2
-    scale = relative.max(axis=0)
-    relative = relative / scale
-    lowest = np.append(least, np.zeros(len(columns) - 2)) * scale
+    basis = allan_variance_basis(limit.tau)
+    columns = [basis[:, 1], basis[:, 3], basis[:, 0]]
+    columns += [markov_allan_variance(limit.tau, 1.0, time) for time in times]
+    laws = np.stack(columns, axis=-1) / limit.limit[:, np.newaxis] ** 2
+    excess, squares = _least_sum(laws, (*least, *np.zeros(len(columns) - 2)))
+    white, walk, angle, *others = np.sqrt(squares).tolist()
+    markov = tuple(
+        Markov(driving_noise=noise, correlation_time=time)
+        for noise, time in zip(others, times, strict=True)
+        if noise > 0.0
+    )
+    return excess, FilterModel(white=white, walk=walk, angle=angle, markov=markov)
+
+
+def _least_sum(laws: FloatArray, least: Sequence[float]) -> tuple[float, FloatArray]:
+    """Least mean of a sum of terms that is one or more everywhere; the squares of the terms.
+
+    `laws` (points, terms) is each at one, `least` the smallest squares. It is a linear program.
+    """
+    scale = laws.max(axis=0)
+    relative = laws / scale
     result = linprog(
         relative.mean(axis=0),
         A_ub=-relative,
-        b_ub=-np.ones(tau.size),
-        bounds=[(low, None) for low in lowest],
+        b_ub=-np.ones(len(laws)),
+        bounds=[(low, None) for low in np.array(least) * scale],
     )
     if result.x is None:
         raise ArithmeticError(f"no model above the limit was found: {result.message}")
@@ -440,15 +469,4 @@ def _smallest(
     solved = np.where(result.x > 1e-9, result.x, 0.0)
     # What the solver takes for zero is none: above means above.
     solved = solved * max(1.0, 1.0 / float((relative @ solved).min()))
-    white, walk, *others = np.sqrt(solved / scale).tolist()
-    model = FilterModel(
-        white=white,
-        walk=walk,
-        angle=others.pop(0) if angle else 0.0,
-        markov=tuple(
-            Markov(driving_noise=noise, correlation_time=time)
-            for noise, time in zip(others, times, strict=True)
-            if noise > 0.0
-        ),
-    )
-    return float((relative @ solved).mean()), model
+    return float((relative @ solved).mean()), solved / scale

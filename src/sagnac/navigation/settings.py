@@ -54,7 +54,8 @@ class FilterSetting:
     walk_bound
         Largest K that the recording allows if it shows none, rad/s/sqrt(s); NaN if it shows one.
     doubts
-        What the analysis found wrong of the recording and did not accept, in words.
+        What the analysis found wrong of the recording and did not accept, and what it took off, in
+        words.
     stated
         What a data sheet states beside the noise, in words: name -> text.
     has_lines
@@ -210,6 +211,13 @@ def _measured(
     return settings
 
 
+# A filter that is given the rates as they are does not expect that drift.
+_COMPENSATED: Final = (
+    "the analysis took off what followed the temperature, and no setting holds it: give the filter "
+    "rates that are compensated alike"
+)
+
+
 def _walk_bound(slow: Mapping[str, Any], kind: Sensor) -> float:
     """K that a recording allows if it shows none, rad/s/sqrt(s); NaN if it shows one."""
     if slow.get("status") != "upper bound":
@@ -218,12 +226,14 @@ def _walk_bound(slow: Mapping[str, Any], kind: Sensor) -> float:
 
 
 def _doubts(name: str, names: Sequence[str], *documents: Mapping[str, Any]) -> tuple[str, ...]:
-    """Findings on a sensor, or on no sensor alone, that are warnings or errors."""
+    """Warnings and errors on a sensor, or on no sensor alone, and a drift that was taken off."""
     doubts = []
     for one in chain.from_iterable(document.get("findings", ()) for document in documents):
         of = set(re.split(r", |-", one["channel"]))
         if one["level"] != "remark" and (name in of or not of <= set(names)):
             doubts.append(f"{one['channel']}: {one['text']}".removeprefix(": "))
+    if any(document.get("settings", {}).get("covariates") for document in documents):
+        doubts.append(_COMPENSATED)
     return tuple(dict.fromkeys(doubts))
 
 

@@ -175,16 +175,19 @@ def _moved(one: Estimate, slow: SlowLaws, column: int) -> Estimate:
     of_all, first = slow.squares[:, column], slow.squares[:1, column]
     if not first[0] > 0.0 or not rows.any():
         return one
-    shapes = (of_all / slow.errors[:, column]) ** 2
-    weight, square, shape = slow.weight[rows] / slow.weight[rows].sum(), of_all[rows], shapes[rows]
+    error, weight = slow.errors[:, column], slow.weight[rows] / slow.weight[rows].sum()
 
-    def ratio(chance: float) -> float:
-        alone = mixture_quantile(chance, first, shapes[:1], np.ones(1))
-        return math.sqrt(mixture_quantile(chance, square, shape, weight) / alone)
+    def ratio(chance: float, squares: FloatArray) -> float:
+        shapes = (squares / error) ** 2
+        alone = mixture_quantile(chance, squares[:1], shapes[:1], np.ones(1))
+        return math.sqrt(mixture_quantile(chance, squares[rows], shapes[rows], weight) / alone)
 
     tail = 0.5 * (1.0 - one.confidence)
-    value = one.value * math.exp(0.5 * float(weight @ np.log(square / first)))
-    low, high = one.low * ratio(tail), one.high * ratio(1.0 - tail)
+    value = one.value * math.exp(0.5 * float(weight @ np.log(of_all[rows] / first)))
+    # The upper end of a square that is not seen has no bound under its lopsided law: two errors
+    # stand for it.
+    low = one.low * ratio(tail, of_all)
+    high = one.high * ratio(1.0 - tail, np.maximum(of_all, 2.0 * error))
     return replace(one, value=value, low=min(low, value), high=max(high, value))
 
 

@@ -105,26 +105,46 @@ def likely_time_factor(recording: Recording) -> float | None:
 
 
 def gravity_notes(recording: Recording, profile: Profile) -> Notes:
-    """Accelerometers at rest whose mean is no gravity, but is in another unit: a warning."""
+    """Accelerometers at rest whose mean is gravity in another unit or of another kind: a warning.
+
+    Increments of velocity show gravity over the sample rate.
+    """
     forces = recording.accelerometers
     if not forces:
         return ()
-    size = _steady_mean(Profile.of(recording, one) for one in forces)
+    size, kind = _steady_mean(Profile.of(recording, one) for one in forces), forces[0].kind
     factor, stated = split_factor(forces[0].shown_in)
-    if not size > 0.0 or stated not in ACCELERATION_UNITS or factor != 1.0:
+    if kind == "angle" or factor != 1.0 or not size > 0.0 or _is_gravity(size):
         return ()
-    number = size / ACCELERATION_UNITS[stated]
-    # Gravity differs by 0.5 % over the Earth, and cheap sensors have biases of a few hundredths.
-    sizes = ACCELERATION_UNITS.items()
-    likely = [unit for unit, one in sizes if _is_near(number * one, STANDARD_GRAVITY, 0.05)]
-    if not likely or stated in likely:
+    samples = {"rate": 1.0, "increment": recording.sample_rate}
+    one = samples[kind] * UNITS[stated].size
+    sizes = {("rate", unit): size for unit, size in ACCELERATION_UNITS.items()}
+    sizes["increment", "m/s"] = recording.sample_rate
+    likely = [named for named, other in sizes.items() if _is_gravity(size / one * other)]
+    if not likely:
         return ()
+    # The kind that is stated is the more likely one.
+    as_kind, unit = min(likely, key=lambda named: named[0] != kind)
     text = (
-        f"their mean is {number:.4g} {stated}, and gravity is "
-        f"{STANDARD_GRAVITY / ACCELERATION_UNITS[stated]:.4g} {stated}: in {likely[0]} it would be "
-        f"gravity; state {{unit accelerometers={likely[0]}}}"
+        f"their mean is {size / one:.4g} {stated}, and gravity is {STANDARD_GRAVITY / one:.4g} "
+        f"{stated}: "
     )
+    if as_kind == kind:
+        text += f"in {unit} it would be gravity; state {{unit accelerometers={unit}}}"
+    else:
+        text += (
+            f"as {as_kind}s in {unit} it would be gravity; state {{kind accelerometers={as_kind}}} "
+            f"with {{unit accelerometers={unit}}}, and see whether the gyros are {as_kind}s, too"
+        )
     return _doubt(", ".join(one.name for one in forces), text)
+
+
+def _is_gravity(size: float) -> bool:
+    """Whether a mean, m/s^2, is gravity.
+
+    It differs by 0.5 % over the Earth, and cheap sensors have biases of a few hundredths.
+    """
+    return _is_near(size, STANDARD_GRAVITY, 0.05)
 
 
 def earth_notes(recording: Recording, profile: Profile) -> Notes:

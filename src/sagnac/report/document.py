@@ -53,6 +53,7 @@ def analysis_document(analysis: Analysis) -> dict[str, Any]:
     """
     curve, verdict = analysis.curve, verdict_of(analysis)
     answer = _estimate("angle_random_walk", analysis.angle_random_walk)
+    covariates = analysis.settings.covariates
     document = {
         "schema": ANALYSIS,
         "version": __version__,
@@ -61,6 +62,8 @@ def analysis_document(analysis: Analysis) -> dict[str, Any]:
             "method": analysis.settings.method,
             "interval_s": analysis.settings.interval,
             "confidence": analysis.settings.confidence,
+            # Not there if there are none, as in documents of earlier versions.
+            **({"covariates": list(covariates)} if covariates else {}),
         },
         "channel": analysis.channel,
         "gyros_differenced": 2 if analysis.is_pair else 1,
@@ -327,6 +330,7 @@ def analysis_from(document: Document, channel: str = "", of: Document | None = N
             interval=settled.get("interval_s"),
             confidence=settled["confidence"],
             estimators=tuple(curve.estimator for curve in family),
+            covariates=tuple(settled.get("covariates", ())),
         ),
         channel=channel,
         table_rate=None if rate is None else rate * units.DEGREE,
