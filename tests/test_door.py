@@ -385,6 +385,10 @@ HIDDEN = np.ma.masked_array(NOISE, np.arange(500) == 6)
         (lambda still: sagnac.analyze(still, gyros=None), "gyros is None"),
         (lambda still: still[5], "5 is no name and no slice"),
         (
+            lambda still: sagnac.stability_curve(still, kind="rate", sample_rate=10.0),
+            "give 'x', whose values are an array",
+        ),
+        (
             lambda still: sagnac.Recording.from_arrays(
                 x=NOISE, unit="deg", kind="angle", sample_rate=1.0, period="360"
             ),
