@@ -293,14 +293,15 @@ def test_the_page_of_the_library_runs_as_it_is_printed(tmp_path):
     blocks = re.findall(r"```python\n(.*?)```", page.read_text(encoding="utf-8"), re.DOTALL)
     assert len(blocks) >= 9
     script = tmp_path / "day.py"
-    lines = "\n".join(blocks).replace("\n", "\n    ")
-    script.write_text(f'if __name__ == "__main__":\n    {lines}\n')
+    # No `if __name__ == "__main__"`: the processes of a campaign do not run the script again.
+    script.write_text("\n".join(blocks))
     done = subprocess.run(
         [sys.executable, str(script)], cwd=tmp_path, capture_output=True, text=True, timeout=300,
         check=False,
     )  # fmt: skip
     assert done.returncode == 0, done.stderr
     assert "unit 7" not in done.stderr
+    assert "Traceback" not in done.stderr
     assert (tmp_path / "rack report" / "index.html").is_file()
 
 
@@ -383,6 +384,10 @@ HIDDEN = np.ma.masked_array(NOISE, np.arange(500) == 6)
         (lambda still: sagnac.analyze(still, accepted=None), "accepted is None"),
         (lambda still: sagnac.analyze(still, gyros=None), "gyros is None"),
         (lambda still: still[5], "5 is no name and no slice"),
+        (
+            lambda still: sagnac.stability_curve(still, kind="rate", sample_rate=10.0),
+            "give 'x', whose values are an array",
+        ),
         (
             lambda still: sagnac.Recording.from_arrays(
                 x=NOISE, unit="deg", kind="angle", sample_rate=1.0, period="360"

@@ -127,6 +127,21 @@ def test_flicker_that_ends_is_no_rate_random_walk_and_its_bound_holds(seed):
     assert 0.4 < seen / truth < 2.5
 
 
+@pytest.mark.parametrize(("relative", "seed"), [(2.0, 2), (2.0, 4), (3.0, 3)])
+def test_a_markov_rate_leaves_no_quantization_and_does_not_move_n(relative, seed):
+    """Its corner, 1 / (2 pi 1 s) = 0.16 Hz, is known to a tenth: half an octave off it shows."""
+    rng = np.random.default_rng([7, seed])
+    decay = np.exp(-1.0 / RATE)
+    deviation = relative * ANGLE_RANDOM_WALK / BIAS_INSTABILITY
+    steps = deviation * np.sqrt(1.0 - decay**2) * rng.standard_normal(60_000)
+    analysis = answer(lfilter([1.0], [1.0, -decay], steps), rng)
+    assert analysis.coefficients["quantization"].status == "upper bound"
+    assert analysis.coefficients["rate_random_walk"].status == "upper bound"
+    walk = analysis.angle_random_walk
+    assert walk.low <= ANGLE_RANDOM_WALK <= walk.high
+    assert abs(walk.value / ANGLE_RANDOM_WALK - 1.0) < 0.03
+
+
 def test_a_walk_of_the_rate_is_still_estimated():
     rng = np.random.default_rng(9)
     step = np.deg2rad(60.0) / 3600.0 / 60.0 / np.sqrt(RATE)

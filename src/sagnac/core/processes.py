@@ -4,13 +4,15 @@ import contextlib
 import multiprocessing
 import os
 import signal
+import sys
 import threading
 from collections import deque
-from collections.abc import Callable, Generator, Sequence
+from collections.abc import Callable, Generator, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass
 from pathlib import Path
+from types import ModuleType
 from typing import Final, TypeVar
 
 from sagnac.core.errors import is_finite, quoted, require_count
@@ -107,7 +109,7 @@ def completed(
     Parameters
     ----------
     jobs
-        What to do. They are pickled, and so is `work`.
+        What to do. They are pickled, and so is `work`; a worker does not import the program.
     work
         Does one of them, in a worker.
     means
@@ -166,7 +168,8 @@ class _Worker:
         self.pool = ProcessPoolExecutor(
             max_workers=1, mp_context=multiprocessing.get_context("spawn"), initializer=_prepare
         )
-        self.process = self.pool.submit(os.getpid).result()
+        with _program_hidden():
+            self.process = self.pool.submit(os.getpid).result()
         return self.pool
 
     def renew(self) -> None:
@@ -184,6 +187,17 @@ class _Worker:
                 os.kill(self.process, signal.SIGTERM)
         self.pool.shutdown(wait=True, cancel_futures=True)
         self.renew()
+
+
+@contextlib.contextmanager
+def _program_hidden() -> Iterator[None]:
+    """While a process is spawned: it would run the program again, which starts processes itself."""
+    program = sys.modules["__main__"]
+    sys.modules["__main__"] = ModuleType("__main__")
+    try:
+        yield
+    finally:
+        sys.modules["__main__"] = program
 
 
 def _prepare() -> None:

@@ -68,8 +68,10 @@ PLAIN: Final = SlowLaw()
 def laws_to_try(frequency: FloatArray) -> dict[SlowLaw, float]:
     """Laws of which a spectrum at frequencies (points,), Hz, can tell, and the chance of each."""
     lowest, highest = float(frequency[0]), float(frequency[-1])
-    # An octave apart: ends that leave flicker to be seen, corners that leave a walk.
+    # Ends that leave flicker to be seen, an octave apart; corners that leave a walk, half an octave
+    # apart, since they are sharper: N and Q make up for what the nearest one lacks.
     octaves = 2.0 ** np.arange(math.ceil(math.log2(highest / lowest)))
+    halves = np.union1d(octaves, math.sqrt(2.0) * octaves)
     kinds = {
         "plain": [PLAIN],
         "end": [
@@ -77,7 +79,7 @@ def laws_to_try(frequency: FloatArray) -> dict[SlowLaw, float]:
         ],
         "slope": [SlowLaw(slope=one) for one in _SLOPES],
         "corner": [
-            SlowLaw(corner=one) for one in (2.0 * lowest * octaves).tolist() if one < highest / 8.0
+            SlowLaw(corner=one) for one in (2.0 * lowest * halves).tolist() if one < highest / 8.0
         ],
     }
     return {law: _PRIOR[kind] / len(tried) for kind, tried in kinds.items() for law in tried}

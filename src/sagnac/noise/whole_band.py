@@ -137,8 +137,8 @@ def with_slow_laws(fit: Fit) -> Fit:
     """A fit with estimates, intervals and bounds of slow noise whose law is not known.
 
     Value and both ends of an interval move as the mixture of the laws moves them. B and K are of
-    those laws in which they are what their name says: if these hold less than half of the weight,
-    or the term is not needed in half of them, what was estimated is a bound.
+    those laws in which they are what their name says. If these hold less than half of the weight,
+    or Q, B or K is not needed in half of them, what was estimated is a bound.
 
     Parameters
     ----------
@@ -156,7 +156,7 @@ def with_slow_laws(fit: Fit) -> Fit:
         if not weight.size:
             continue
         present = float(weight @ (square > 3.0 * error))
-        if one.status == "estimated" and (column < FLICKER or present >= 0.5):
+        if one.status == "estimated" and (column == WALK or present >= 0.5):
             coefficients[name] = _moved(one, slow, column)
         elif one.status != "not observable":
             weight = weight / weight.sum()

@@ -229,8 +229,7 @@ def reproduce(
         How much to simulate.
     means
         Processes that make the runs, one recording each at a time, and their memory. None: this
-        process does it all. A script that asks for processes has to be importable
-        (``if __name__ == "__main__"``).
+        process does it all.
     told
         Called before the first run, and as runs are made.
 

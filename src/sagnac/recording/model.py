@@ -423,7 +423,11 @@ class Recording(Compared):
                 raise KeyError(f"{which}; there are {', '.join(by_name)}")
             return by_name[which]
         if not isinstance(which, slice):
-            raise TypeError(f"{quoted(which)} is no name and no slice; give 'x', or 0:1000")
+            # An integer comes from numpy, too, if a recording is given in place of an array.
+            raise TypeError(
+                f"{quoted(which)} is no name and no slice; give 'x', whose values are an array, "
+                "or 0:1000"
+            )
         start, stop, step = which.indices(self.samples)
         if step != 1 or not start < stop:
             raise ValueError(f"{which} is no stretch; give the first sample and the one after it")
