@@ -191,3 +191,14 @@ def test_orders_that_are_not_whole_go_with_the_angle_over_a_few_turns(motion):
     left, step = np.diff(found.less(walk + bearing, table)), np.diff(table)
     left -= step * (step @ left) / (step @ step)
     assert (np.std(left) < 1.05 * np.std(np.diff(walk))) == (not even)
+
+
+@pytest.mark.parametrize("turns", [0.4, 0.83, 1.0])
+def test_over_a_turn_or_less_a_walk_goes_with_no_angle(turns):
+    """As many orders as ordinates would take all noise below their frequencies."""
+    rate, seconds = 20.0, np.arange(12_000) / 20.0
+    table = turns * TURN * seconds / 600.0
+    walk = np.cumsum(6e-9 * np.random.default_rng(6).standard_normal(seconds.size))
+    shown = 1e-6 * (3.0 * np.cos(table + 0.7) + np.cos(2.0 * table))
+    found = function_of_angle(2e-3 * table + walk + shown, kinematics(table, rate))
+    assert found is None or found.orders.size <= 8

@@ -17,8 +17,8 @@ The rule: **the first candidate of the list that the data bear out is the answer
 ==  ============================  ==================================================================
 
 If the levels neither bear out 2 or 3 nor reject it, this candidate is the answer, and its interval
-holds that of 4, too. The paper's methods know 1, 6 and 7 alone, and a search for lines that did not
-come to an end leaves 6 and 7, with the lines in. If nothing is borne out, N is not observable.
+holds that of 4, too. The paper's methods know 1 and 6 alone, and a search for lines that did not
+come to an end leaves 6, with the lines in. If nothing is borne out, N is not observable.
 
 The answer then goes through six steps, in this order in `answer`:
 

@@ -336,8 +336,10 @@ def with_noise_restored(
     if share[most] < 1e-3:
         return changed
     back = "it is added back" if restored else "it is not added back, as in the paper"
+    # A function of the table angle is no line.
+    what = f"removal of {counted(lines, 'line')}" if lines else "what was taken out"
     note = Note(
-        text=f"removal of {counted(lines, 'line')} took up to {rounded(100.0 * share[most])} % of "
-        f"the noise variance (at tau = {curve.tau[most]:.4g} s); {back}"
+        text=f"{what} took up to {rounded(100.0 * share[most])} % of the "
+        f"noise variance (at tau = {curve.tau[most]:.4g} s); {back}"
     )
     return replace(changed, notes=(*curve.notes, note))

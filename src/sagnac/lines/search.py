@@ -26,7 +26,13 @@ from sagnac.lines.state import Record, State, first_state
 from sagnac.recording.channel import whole_series
 from sagnac.table.kinematics import KINEMATIC_RATE, averages_of, kinematics
 from sagnac.table.motion import follow_table
-from sagnac.table.turns import FEW_TURNS, full_turns, function_of_angle, is_turning
+from sagnac.table.turns import (
+    FEW_TURNS,
+    AngleFunction,
+    full_turns,
+    function_of_angle,
+    is_turning,
+)
 
 _MOST_LINES: Final = 250
 # Steps of an angle that vary by no more than this share of its size vary by rounding, and
@@ -113,16 +119,21 @@ def remove_lines(
             f"angle has {angle.size} samples at {sample_rate:g} Hz; beside a table give "
             f"{2.0 / KINEMATIC_RATE:g} s or more"
         )
+    function: AngleFunction | None = None
     notes: tuple[Note, ...] = ()
     if table is not None and is_turning(table) and full_turns(table) < FEW_TURNS:
-        angle, notes = _without_table(angle, table, sample_rate, channel)
+        angle, function, notes = _without_table(angle, table, sample_rate, channel)
         record = replace(record, angle=angle, encoder=None, made={})
     report = progress or (lambda _: None)
     # Products within a block are too small to share out among threads.
     with one_thread():
         removal = _removal(searched(first_state(record), report), channel)
     report(1.0)
-    return replace(removal, notes=(*notes, *removal.notes))
+    removal = replace(removal, notes=(*notes, *removal.notes))
+    if function is None:
+        return removal
+    taken = np.concatenate([function.taken, removal.taken], axis=1)
+    return replace(removal, taken=taken, masked=(*function.masked, *removal.masked))
 
 
 def _require_noise(angle: FloatArray) -> None:
@@ -139,7 +150,7 @@ def _require_noise(angle: FloatArray) -> None:
 
 def _without_table(
     angle: FloatArray, table: FloatArray, sample_rate: float, channel: str
-) -> tuple[FloatArray, tuple[Note, ...]]:
+) -> tuple[FloatArray, AngleFunction | None, tuple[Note, ...]]:
     """An angle without table motion and what goes with the angle of a table that hardly turns.
 
     Orders are not told apart there, and each could be taken for table motion: the rest is
@@ -157,7 +168,7 @@ def _without_table(
         )
         notes = (Note(channel=channel, text=text),)
     motion = follow_table(averages_of(angle, kinematic.block), kinematic)
-    return motion.less(angle), notes
+    return motion.less(angle), function, notes
 
 
 # --- the rounds ------------------------------------------------------------------------------

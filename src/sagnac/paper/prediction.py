@@ -5,9 +5,9 @@ to 73 % at one rate, and its laboratory had no temperature control. How its days
 printed; the spreads here are assumed.
 
 Disturbances at rest and turning are two sets. The paper's curve at rest (Figure 4) has no peaks,
-and on its turning table full-turn sampling reads N 1800 times too large (Figure 2). So there are no
-lines in time at rest here, and on a turning table those below the mains, which the drive makes, are
-`DRIVEN` times those of the preset. The factor was chosen for Figure 2.
+and on its turning table full-turn sampling reads 1200 times the mean of Table 2 at 40 deg/s (Figure
+2). So there are no lines in time at rest here, and on a turning table those below the mains, which
+the drive makes, are `DRIVEN` times those of the preset. The factor was chosen for Figure 2.
 """
 
 import hashlib

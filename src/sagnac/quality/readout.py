@@ -119,7 +119,7 @@ def readout_of(angle: ArrayLike) -> Readout:
     while taken.size > 32:
         # The error is white from a quarter that the angle turns about its mean (its correlation is
         # below 1 % from there on) and twice its own variance, 1/12. A steady rate alone makes at
-        # most a quarter.
+        # most 2/7.
         if _variance_of_steps(taken) >= (0.25 + 2.0 / 12.0) * step**2:
             return Readout(step=step, every=apart)
         taken, apart = arrays.every(taken, 2), 2 * apart

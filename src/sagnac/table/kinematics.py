@@ -181,7 +181,7 @@ def tells_drift(kinematic: Kinematics) -> bool:
 
     At a steadier table only jitter would tell them apart, and encoder noise in it makes the
     share too small by as much as jitter then stays in the residual. The share taken from the
-    mean rate instead holds the drift as well: 0.01 deg/h at 40 deg/s is 1e-7.
+    mean rate instead holds the drift as well: 0.01 deg/h at 40 deg/s is 7e-8.
     """
     return rate_variation(kinematic) > 1e-3
 

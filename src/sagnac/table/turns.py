@@ -204,10 +204,17 @@ class AngleFunction:
     ----------
     orders, phasor
         (orders,) and ``cosine + 1j * sine`` of each, rad.
+    taken
+        (3, orders) noise that went with it: frequency and bandwidth, Hz, and one-sided rate
+        density, (rad/s)^2/Hz.
+    masked
+        (low, high) bands in Hz of which it took a fifth of the noise or more.
     """
 
     orders: FloatArray
     phasor: ComplexArray
+    taken: FloatArray
+    masked: tuple[tuple[float, float], ...]
 
     def less(self, angle: FloatArray, table: FloatArray) -> FloatArray:
         """(samples,) an angle without the function, rad: a new array."""
@@ -232,6 +239,8 @@ def function_of_angle(angle: FloatArray, kinematic: Kinematics) -> AngleFunction
         None if nothing goes with the angle.
     """
     highest = math.floor(highest_harmonic(kinematic))
+    # Hz of order 1, the highest being 0.4 of the averages' rate.
+    first = 0.4 / (max(highest, 1) * kinematic.interval)
     # A slow table shows every order that is tried in fewer averages.
     times = max(1, min(highest // (2 * _ORDERS[-1]), kinematic.angle.size // 10_000))
     known = (kinematic.angle, kinematic.cosine, kinematic.sine)
@@ -252,7 +261,7 @@ def function_of_angle(angle: FloatArray, kinematic: Kinematics) -> AngleFunction
         phases = _terms(*case)[:, np.newaxis] * kinematic.angle
         columns = np.concatenate([slow, np.cos(phases), np.sin(phases)])
         prior = np.concatenate([free, np.full(2 * case[0], size)])
-        return whitened(shown, columns, prior, noises, groups=0)
+        return whitened(shown, columns, prior, noises, groups=0, crowded=True)
 
     most = min(highest, shown.size // 20)
     counts = dict.fromkeys(min(count, most) for count in (0, *_ORDERS))
@@ -265,14 +274,26 @@ def function_of_angle(angle: FloatArray, kinematic: Kinematics) -> AngleFunction
     largest = [fit_of((max(counts), part), None) for part in parts]
     quietest = min(largest, key=lambda fit: fit.deviance)
     noises = quietest.readings, quietest.walk
-    fits, weight = {case: fit_of(case, noises) for case in cases}, math.log(shown.size)
+    fits = {case: fit_of(case, noises) for case in cases}
+    # Ordinates of one order, real and imaginary; Schwarz's sample is of those that all reach.
+    ordinates = 2.0 * first * shown.size * kinematic.interval
+    weight = math.log(max(ordinates * max(counts), math.e))
     best = min(cases, key=lambda case: fits[case].deviance + weight * fits[case].freedom)
     if best[0] == 0:
         return None
     orders = _terms(*best)
     # The first three are of table angle and Earth rate.
     values = fits[best].values[3:].reshape(2, -1) / block_gain(kinematic, orders)
-    return AngleFunction(orders=orders, phasor=values[0] + 1j * values[1])
+    # A coefficient takes the noise of one of two parts of an ordinate.
+    reached, width = first * orders, first * fits[best].freedom / (ordinates * orders.size)
+    density = 2.0 * fits[best].walk / kinematic.interval
+    most_taken = fits[best].freedom > 0.2 * ordinates * orders[-1]
+    return AngleFunction(
+        orders=orders,
+        phasor=values[0] + 1j * values[1],
+        taken=np.stack([reached, np.full(orders.size, width), np.full(orders.size, density)]),
+        masked=((0.0, float(reached[-1]) + first),) if most_taken else (),
+    )
 
 
 def _terms(count: int, parts: int) -> FloatArray:

@@ -84,6 +84,7 @@ def whitened(
     noises: tuple[float, float] | None = None,
     *,
     groups: int = 16,
+    crowded: bool = False,
 ) -> Whitened:
     """Coefficients of columns in a target, both taken as increments about their mean.
 
@@ -102,6 +103,9 @@ def whitened(
         same.
     groups
         A decade of frequency, for `Whitened.covariance`; 0 without it.
+    crowded
+        Whether columns may be so many that they take most of the noise of some ordinates. The noise
+        of these is then told from what is left of it.
     """
     count = target.size - 1
     # By what varies: beside its mean step the angle of a steady table hardly does. Two columns at
@@ -115,11 +119,11 @@ def whitened(
         ready[own] = _ordinates(steps / scale[own, np.newaxis])
     wanted = _ordinates(np.diff(target)[np.newaxis])[0]
     laws = _laws(count)
-    left = wanted
+    left, kept = wanted, np.ones(laws.shape[1])
     # Noise and coefficients are fitted in turn.
     for _ in range(6):
         power = _squares(left) / count
-        readings, walk = noises or _two_noises(power, laws)
+        readings, walk = noises or _two_noises(power, laws, kept)
         expected = np.maximum(np.array([readings, walk]) @ laws, 1e-300)
         # Each ordinate but the mean's stands for two.
         weight = 2.0 / (expected * count) / (1.0 + power / expected / _LINE)
@@ -128,6 +132,9 @@ def whitened(
         # A column that lives in one group alone is undetermined without the ridge.
         normal += np.diag(1.0 / (prior * scale) ** 2 + 1e-9 * np.diag(normal))
         left = wanted - np.linalg.solve(normal, rights.sum(axis=0)) @ ready
+        if crowded and noises is None:
+            taken = np.einsum("ij,ij->j", np.linalg.solve(normal, ready), ready)
+            kept = 1.0 - 0.5 * weight * taken.reshape(-1, 2).sum(axis=1)
     over = _squares(left) / count / expected / _LINE
     deviance = 2.0 * float(np.sum(np.log(expected) + _LINE * np.log1p(over)))
     return Whitened(
@@ -191,21 +198,22 @@ def _laws(count: int) -> FloatArray:
     return np.stack([white, 1.0 - white / 6.0])
 
 
-def _two_noises(power: FloatArray, laws: FloatArray) -> tuple[float, float]:
+def _two_noises(power: FloatArray, laws: FloatArray, kept: FloatArray) -> tuple[float, float]:
     """Levels of noise of each reading and of an angle that walks, from medians of bins.
 
     By the gamma likelihood, with as much weight to a bin as it has ordinates, up to `_ENOUGH`: the
     coefficients of a fit take most of the power of the few lowest ordinates with them, and a level
-    that is too low there must not count for more than those that are right.
+    that is too low there must not count for more than those that are right. (ordinates,) `kept` is
+    the part of the noise that many coefficients leave; an ordinate counts by it.
     """
     # Eight bins a decade tell the two noises.
     edges = _edges(power.size, 8)
     pairs = list(pairwise(edges))
     # The median of a chi-square of two degrees of freedom is ln 2 of its mean.
     level = np.array([median(power[low:high]) for low, high in pairs]) / math.log(2.0)
-    means = np.stack([laws[:, low:high].mean(axis=1) for low, high in pairs])
+    means = np.stack([(laws * kept)[:, low:high].mean(axis=1) for low, high in pairs])
     level = np.maximum(level, 1e-300)
-    sizes = np.diff(edges)
+    sizes = np.array([kept[low:high].sum() for low, high in pairs])
     weight = np.sqrt(sizes / (1.0 + sizes / _ENOUGH))
     noises, expected = np.zeros(2), level
     for _ in range(12):
