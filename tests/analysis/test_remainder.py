@@ -1,9 +1,17 @@
 """Noise of gyros on a turning table: what shows when motion is out, and in one gyro alone."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
+from sagnac.analysis.evidence import Points, hat_of
+from sagnac.analysis.measurement import Remainder
 from sagnac.analysis.pipeline import analyze
+from sagnac.analysis.settings import Settings
+from sagnac.lines.search import remove_lines
+from sagnac.noise.estimates import Fit, FitBand
+from sagnac.quality.readout import JointReadout
 from sagnac.recording.model import Recording
 
 RATE, SAMPLES = 100.0, 18_000
@@ -53,3 +61,29 @@ def test_noise_that_is_no_even_noise_is_named(spoil, name, channel):
 def test_of_sound_noise_nothing_is_said(seed):
     sound = analyze(turning(lambda noise, random: noise, seed))
     assert [one for one in sound.findings if one.level != "remark"] == []
+
+
+def test_vibration_that_leaves_no_band_to_both_pairs_leaves_no_gyro_alone():
+    rate, random = 100.0, np.random.default_rng(4)
+    left = [
+        remove_lines(np.cumsum(random.standard_normal(6000)), None, rate, channel=name)
+        for name in ("x-z", "x-y")
+    ]
+    bands = [((0.0, 30.0),), ((25.0, 60.0),)]
+    remainders = [
+        Remainder(removal=replace(removal, masked=masked), rate=rate)
+        for removal, masked in zip(left, bands, strict=True)
+    ]
+    fine = Points(angle=left[0].residual, rate=rate)
+    whole = FitBand(low=0.0, high=50.0, interval=0.01, masked=())
+    fit = Fit(method="likelihood", coefficients={}, band=whole)
+    settings = Settings(gyros=("x", "y", "z"))
+    hat = hat_of(settings, remainders, fine, JointReadout(), fit)
+    assert not hat.angle_random_walk
+    (note,) = hat.notes
+    assert note.level == "warning"
+    assert "of each gyro alone" in note.text
+    # The same pairs without vibration have one.
+    sound = [Remainder(removal=removal, rate=rate) for removal in left]
+    hat = hat_of(settings, sound, fine, JointReadout(), fit)
+    assert set(hat.angle_random_walk) == {"x", "y", "z"}
