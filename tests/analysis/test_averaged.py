@@ -127,19 +127,19 @@ def test_a_warm_up_is_taken_off():
     assert holds(found, truth)
     assert "(warm-up)" in texts(found)
     # It lasts for 460 of 600 s.
-    assert "slice=" not in texts(found).split("(warm-up)")[1].split("covariates")[0]
+    assert "span=" not in texts(found).split("(warm-up)")[1].split("covariates")[0]
 
 
 def test_a_short_warm_up_can_be_sliced_off():
     found, truth = analysis_of(warming, gyro=Gyro(walk=0.1), rate=20.0, time=30.0)
     assert holds(found, truth)
-    assert "slice=1" in texts(found).split("(warm-up)")[1].split("covariates")[0]
+    assert "span=(1" in texts(found).split("(warm-up)")[1].split("covariates")[0]
 
 
 def test_the_slice_that_leaves_a_warm_up_out_counts_from_the_start_of_the_file():
     def begin_of(recording):
         said = texts(analyze(recording, Settings(method="none"))).split("(warm-up)")[1]
-        return int(re.search(r"slice=(\d+):", said)[1])
+        return int(re.search(r"span=\((\d+),", said)[1])
 
     gyro = warming(np.random.default_rng(2), SAMPLES, RATE, gyro=Gyro(walk=0.1), rate=20, time=30)
     whole = recording_of(x=gyro)

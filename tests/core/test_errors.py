@@ -40,7 +40,7 @@ def option(name, value):
 
 def test_inputs_are_written_as_the_reader_gives_them():
     text = "take {slice 30:90} or {table}; leave {time none} out ({null-pulse})"
-    assert worded(text) == "take slice=30:90 or table; leave time=none out (null-pulse)"
+    assert worded(text) == "take span=(30, 90) or table; leave time=none out (null_pulse)"
     assert worded(text, option) == (
         "take --slice 30:90 or --table; leave --time none out (--null-pulse)"
     )
@@ -50,7 +50,7 @@ def test_inputs_are_written_as_the_reader_gives_them():
 def test_a_note_has_one_of_three_levels():
     with pytest.raises(ValueError, match="level is 'note'; use one of error, warning, remark"):
         Note(text="noticed", level="note")
-    assert str(Note(text="has {slice 3:} left", channel="x")) == "x: has slice=3: left"
+    assert str(Note(text="has {slice 3:} left", channel="x")) == "x: has span=(3, None) left"
 
 
 def test_errors_come_first_and_nothing_twice():
@@ -60,7 +60,7 @@ def test_errors_come_first_and_nothing_twice():
 
 def test_an_error_names_file_channel_and_remedy():
     error = RecordingError("is stuck", channel="x", remedy="take {slice 3:}")
-    assert str(error) == "x: is stuck; take slice=3:"
+    assert str(error) == "x: is stuck; take span=(3, None)"
     assert error.at("run.csv").line(option) == "run.csv: x: is stuck; take --slice 3:"
     assert error.at("run.csv").at("other.csv").path == "run.csv"
     of_note = RecordingError.of(Note(text="is stuck", level="error", channel="x"), "run.csv")

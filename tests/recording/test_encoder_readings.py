@@ -222,7 +222,7 @@ def test_a_long_dropout_is_taken_from_a_gyro_or_refused_with_place_and_remedy(tm
         taken(0.6 if how == "zero" else 1e-4)
     message = str(caught.value)
     assert "\n" not in message
-    for word in ("run.csv", "table:", "4.0", "slice=4.0"):
+    for word in ("run.csv", "table:", "4.0", "span=(4.0"):
         assert word in message
 
 

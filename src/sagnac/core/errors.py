@@ -2,7 +2,7 @@
 
 Nothing here is worded for one place of use. A text may name an input of the package in braces,
 ``{slice 30:90}`` or ``{method fos}``: `worded` writes it as the reader would give it, the command
-line as ``--slice 30:90``, a program as ``slice=30:90``.
+line as ``--slice 30:90``, a program as ``span=(30, 90)``.
 """
 
 import math
@@ -33,7 +33,26 @@ _CONTROLS: Final = re.compile(
 _INPUT: Final = re.compile(r"\{([a-z]+(?:-[a-z]+)*)(?: ([^{}]*))?\}")
 
 
-def worded(text: str, form: Callable[[str, str], str] | None = None) -> str:
+# Inputs whose keyword in Python is not the name of the option.
+_KEYWORDS: Final = {"slice": "span", "rate": "sample_rate"}
+
+
+def as_keyword(name: str, value: str) -> str:
+    """An input as a program gives it.
+
+    Examples
+    --------
+    >>> as_keyword("slice", "30:"), as_keyword("kind", "rate"), as_keyword("null-pulse", "")
+    ('span=(30, None)', 'kind=rate', 'null_pulse')
+    """
+    key = _KEYWORDS.get(name, name.replace("-", "_"))
+    if key == "span" and value:
+        start, _, stop = value.partition(":")
+        value = f"({start or None}, {stop or None})"
+    return f"{key}={value}" if value else key
+
+
+def worded(text: str, form: Callable[[str, str], str] = as_keyword) -> str:
     """`text` with each input that it names in braces written by `form`.
 
     Parameters
@@ -41,17 +60,15 @@ def worded(text: str, form: Callable[[str, str], str] | None = None) -> str:
     text
         As notes and errors hold it.
     form
-        Given the input's name and its value, empty where the text states none. Without it,
-        ``{slice 30:90}`` becomes ``slice=30:90`` and ``{table}`` becomes ``table``.
+        Given the input's name and its value, empty where the text states none.
 
     Examples
     --------
     >>> worded("take the sound stretch ({slice 30:90})")
-    'take the sound stretch (slice=30:90)'
+    'take the sound stretch (span=(30, 90))'
     >>> worded("name its encoder ({table})", lambda name, value: f"--{name} {value}".strip())
     'name its encoder (--table)'
     """
-    form = form or (lambda name, value: f"{name}={value}" if value else name)
     return _INPUT.sub(lambda found: form(found[1], found[2] or ""), text)
 
 
@@ -127,7 +144,7 @@ class RecordingError(ValueError):
     ...     raise RecordingError("has 3 gaps", path="run.csv", channel="time", remedy="use {slice}")
     ... except RecordingError as error:
     ...     print(error)
-    run.csv: time: has 3 gaps; use slice
+    run.csv: time: has 3 gaps; use span
     """
 
     usual_remedy = ""
@@ -150,7 +167,7 @@ class RecordingError(ValueError):
             self.problem, path=self.path or path, channel=self.channel, remedy=self.remedy
         )
 
-    def line(self, form: Callable[[str, str], str] | None = None) -> str:
+    def line(self, form: Callable[[str, str], str] = as_keyword) -> str:
         """The whole line, inputs of the package written by `form` (see `worded`)."""
         said = f"{self.problem}; {self.remedy}" if self.remedy else self.problem
         return ": ".join(part for part in (self.path, self.channel, worded(said, form)) if part)
