@@ -255,7 +255,7 @@ def turned(turns, samples=8000, *, share=0.577):
         (
             turned(1.0, 180),
             Settings(gyros=("x",), interval=0.1),
-            ["9 s of a turning table", "10 s or more", "slice"],
+            ["9 s of a turning table", "10 s or more", "(span)"],
         ),
         (still(), Settings(gyros=("q",)), ["no gyro 'q'", "it has x", "gyros"]),
         (still(names=("x", "y")), Settings(gyros=("x", "q")), ["no gyro 'q'", "x, y", "gyros"]),
