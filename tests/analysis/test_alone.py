@@ -20,7 +20,7 @@ def analyzed(names: tuple[str, ...], walk: float, **settings: object) -> Analysi
     return sagnac.analyze(recorded(simulate(bench), names), sagnac.Settings(gyros=("x",)))
 
 
-# One draw for every day, the others in the long runs.
+# One draw in the default suite, the others in `make test-statistics`.
 SEEDS = [1, *(pytest.param(seed, marks=pytest.mark.statistics) for seed in (2, 3))]
 
 

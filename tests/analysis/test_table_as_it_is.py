@@ -227,6 +227,7 @@ def test_a_triad_over_part_of_a_turn_has_its_answer_and_that_of_each_gyro_alone(
     walk = analysis.angle_random_walk.to("deg/sqrt(h)")
     assert walk.status == "estimated"
     assert walk.low <= WALK <= walk.high
+    assert set(analysis.per_gyro) == {"x", "y", "z"}
     for alone in analysis.per_gyro.values():
         assert alone.low <= WALK * second_rig.DEGREE_PER_ROOT_HOUR <= alone.high
 

@@ -70,7 +70,9 @@ def test_every_number_is_marked_as_stated_and_is_not_inflated():
     assert noise["arw"] == pytest.approx([0.15] * 3, rel=1e-6)
     # A Markov bias of stationary deviation s and time T has its highest Allan deviation, 0.617 s.
     assert noise["gbstd"] == pytest.approx([3.0 / 0.6173] * 3, rel=2e-3)
-    with pytest.raises(ValueError, match="states the sample rate"):
+    with pytest.raises(
+        ValueError, match=r"states the sample rate; state the update rate \(.*in Python rate\)"
+    ):
         written("json", settings=(gyro,))
 
 

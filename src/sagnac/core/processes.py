@@ -191,7 +191,7 @@ class _Worker:
 
 @contextlib.contextmanager
 def _program_hidden() -> Iterator[None]:
-    """While a process is spawned: it would run the program again, which starts processes itself."""
+    """While a process is spawned it does not see the program, which it would run once more."""
     program = sys.modules["__main__"]
     sys.modules["__main__"] = ModuleType("__main__")
     try:

@@ -151,10 +151,12 @@ def _require_noise(angle: FloatArray) -> None:
 def _without_table(
     angle: FloatArray, table: FloatArray, sample_rate: float, channel: str
 ) -> tuple[FloatArray, AngleFunction | None, tuple[Note, ...]]:
-    """An angle without table motion and what goes with the angle of a table that hardly turns.
+    """An angle without table motion and without what goes with the angle of its table.
 
-    Orders are not told apart there, and each could be taken for table motion: the rest is
-    searched as that of a gyro at rest.
+    With it that function, None if there is none, and what is to be said of it.
+
+    Over so few turns orders are not told apart, and each could be taken for table motion: the rest
+    is searched as that of a gyro at rest.
     """
     kinematic = kinematics(table, sample_rate)
     function = function_of_angle(angle, kinematic)

@@ -176,7 +176,8 @@ class SettingsFile:
         rate = self.known_rate
         if rate is None:
             problem = "no recording states the sample rate"
-            raise RecordingError(problem, remedy="state it with {rate}")
+            # The keyword of a recording's rate is another one, so that it is not named in braces.
+            raise RecordingError(problem, remedy="state the update rate (--rate, in Python rate)")
         return rate
 
     def heading(self, *, in_words: bool = True, mark: str = "#") -> str:

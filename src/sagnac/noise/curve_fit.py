@@ -203,16 +203,16 @@ def positive_root(covariance: FloatArray) -> FloatArray:
             tried = covariance + nugget * np.diag(np.diag(covariance))
 
 
-# Of numpy and scipy these two take twice as long to look at what they are given as to work it out.
-
-
 def _divided(root: FloatArray, right: FloatArray, *, transposed: bool = False) -> FloatArray:
-    """``inv(root) @ right`` of a lower factor, or of its transpose."""
+    """``inv(root) @ right`` of a lower factor, or of its transpose.
+
+    `scipy.linalg.solve_triangular` would check its arguments for longer than it solves.
+    """
     return np.asarray(dtrtrs(root, right, lower=True, trans=transposed)[0])
 
 
 def _agree(one: FloatArray, other: FloatArray, share: float) -> bool:
-    """Whether they differ by no more than a share of the other."""
+    """Whether they differ by no more than a share of the other; faster than `numpy.allclose`."""
     return bool((np.abs(one - other) <= share * np.abs(other)).all())
 
 

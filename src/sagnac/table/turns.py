@@ -287,12 +287,12 @@ def function_of_angle(angle: FloatArray, kinematic: Kinematics) -> AngleFunction
     # A coefficient takes the noise of one of two parts of an ordinate.
     reached, width = first * orders, first * fits[best].freedom / (ordinates * orders.size)
     density = 2.0 * fits[best].walk / kinematic.interval
-    most_taken = fits[best].freedom > 0.2 * ordinates * orders[-1]
+    much_taken = fits[best].freedom > 0.2 * ordinates * orders[-1]
     return AngleFunction(
         orders=orders,
         phasor=values[0] + 1j * values[1],
         taken=np.stack([reached, np.full(orders.size, width), np.full(orders.size, density)]),
-        masked=((0.0, float(reached[-1]) + first),) if most_taken else (),
+        masked=((0.0, float(reached[-1]) + first),) if much_taken else (),
     )
 
 
