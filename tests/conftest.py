@@ -2,6 +2,9 @@
 
 import os
 import signal
+from concurrent.futures import Executor, Future
+
+import pytest
 
 # Thousands of small factorizations: several threads only wait for one another.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
@@ -9,3 +12,27 @@ os.environ.setdefault("MKL_NUM_THREADS", "1")
 # A shell that starts the tests in the background has them ignore SIGINT, and what they start, too.
 if signal.getsignal(signal.SIGINT) == signal.SIG_IGN:
     signal.signal(signal.SIGINT, signal.default_int_handler)
+
+
+class _Here(Executor):
+    """Does a job where it is given, for tests that are not about processes."""
+
+    def __init__(self, **_: object) -> None:
+        super().__init__()
+
+    def submit(self, work, /, *arguments, **keywords):
+        done: Future = Future()
+        if work is os.getpid:
+            done.set_result(0)  # of no process that may be ended
+            return done
+        try:
+            done.set_result(work(*arguments, **keywords))
+        except Exception as error:  # noqa: BLE001 as a pool does
+            done.set_exception(error)
+        return done
+
+
+@pytest.fixture
+def in_this_process(monkeypatch):
+    """Campaigns start no process, which takes longer to start than a short recording takes."""
+    monkeypatch.setattr("sagnac.core.processes.ProcessPoolExecutor", _Here)

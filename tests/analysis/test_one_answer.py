@@ -55,10 +55,9 @@ def of_estimate(estimate, unit):
     ("gyros", "forces"),
     [
         (("x",), ()),
-        (("x", "z"), ()),
         (("x", "y", "z"), ("ax", "ay", "az")),
     ],
-    ids=["one", "two", "six"],
+    ids=["one", "six"],
 )
 def test_both_commands_and_python_agree(gyros, forces, tmp_path, capsys):
     path = sagnac.write(recording(gyros, forces), tmp_path / "unit.parquet")
@@ -114,11 +113,8 @@ def test_each_holds_its_own_and_the_first_stands_on_top():
         assert 0.97 * truth[name] < walk.value < 1.03 * truth[name]
 
 
-@pytest.mark.parametrize(
-    ("gyros", "forces", "stuck"),
-    [(("x", "y"), (), ("x",)), (("x", "z"), ("ax", "ay"), ("z", "ay"))],
-)
-def test_a_stuck_channel_does_not_cost_the_others(gyros, forces, stuck, tmp_path, capsys):
+def test_a_stuck_channel_does_not_cost_the_others(tmp_path, capsys):
+    gyros, forces, stuck = ("x", "z"), ("ax", "ay"), ("z", "ay")
     whole = recording(gyros, forces)
     sound = sagnac.analyze(whole)
 

@@ -373,7 +373,7 @@ arrays.IN_MEMORY, arrays.BLOCK = 2**16, 2**16
 for name in sys.argv[1:]:
     recording = read(name)
     check(recording)
-    for method in ("fos", "none", "fris"):
+    for method in ("fos", "fris"):
         analyze(recording, Settings(gyros=("x", "z"), method=method))
     curves = ("mdev", "totdev")
     analyze(recording, Settings(gyros=("x",), method="none", interval=None, estimators=curves))

@@ -13,6 +13,8 @@ import sagnac
 from sagnac.cli import main
 from tests.fleet.conftest import WALK
 
+pytestmark = pytest.mark.usefixtures("in_this_process")
+
 # N of the units is 1e-3 deg/sqrt(h); z of each is stuck.
 RATE, SAMPLES = 50.0, 6000
 

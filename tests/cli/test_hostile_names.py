@@ -33,6 +33,7 @@ def npz(tmp_path, monkeypatch):
     return make
 
 
+@pytest.mark.usefixtures("in_this_process")
 @pytest.mark.parametrize("file", ["run.npz", "run\x1b[2J\n\x9b.npz"])
 def test_no_command_moves_the_cursor(npz, file, capsys):
     path = npz(ESCAPES, file)
@@ -54,6 +55,7 @@ def test_no_command_moves_the_cursor(npz, file, capsys):
             assert json.loads(said.out)["channel"] == NAME
 
 
+@pytest.mark.usefixtures("in_this_process")
 def test_a_name_is_drawn_as_it_is(npz, tmp_path):
     path = npz(TEX)
     stated = ["--gyros", TEX, "--method", "none"]
@@ -62,6 +64,7 @@ def test_a_name_is_drawn_as_it_is(npz, tmp_path):
     assert TEX.split("{", maxsplit=1)[0] in (tmp_path / "many" / "campaign.csv").read_text()
 
 
+@pytest.mark.usefixtures("in_this_process")
 def test_a_label_is_drawn_as_it_is(npz, tmp_path):
     """All the work was done, and then the page could not be drawn."""
     npz("x", r"$\input{x}$_day1.npz")

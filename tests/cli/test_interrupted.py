@@ -50,9 +50,9 @@ def ended(
 def commands(still: Path, folder: Path) -> dict[str, tuple[list[str], Path]]:
     """What is run, and what it makes."""
     report, made, copy = folder / "report", folder / "made.npz", folder / "copy.csv"
-    two = ("--gyros", "x,z", "--method", "none")
+    one = ("--gyros", "x", "--method", "none")
     return {
-        "analyze": (["analyze", str(still), *two, "-o", str(report)], report),
+        "analyze": (["analyze", str(still), *one, "-o", str(report)], report),
         "simulate": (["simulate", "-o", str(made), "--duration", "60", "--table-rate", "0"], made),
         "convert": (["convert", str(still), str(copy)], copy),
     }

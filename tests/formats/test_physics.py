@@ -341,9 +341,11 @@ def lost(columns: Mapping[str, Floats], samples: int = 10) -> dict[str, Floats]:
     return {name: np.delete(one, at) for name, one in columns.items()}
 
 
-@pytest.mark.parametrize("modulus", [None, 256.0, 1000.0, 65536.0])
-@pytest.mark.parametrize("name", ["counter", "seq", "frame_no", "Sample"])
-def test_samples_that_a_counter_shows_to_be_lost_are_counted(tmp_path, modulus, name):
+@pytest.mark.parametrize(
+    ("name", "modulus"),
+    [("counter", None), ("seq", 256.0), ("frame_no", 1000.0), ("Sample", 65536.0)],
+)
+def test_samples_that_a_counter_shows_to_be_lost_are_counted(tmp_path, name, modulus):
     count = COUNT + 300.0 if modulus is None else np.mod(COUNT + 300.0, modulus)
     columns = {name: count, **STILL.rates}
     (found,) = said(tmp_path, lost(columns), **RATE)

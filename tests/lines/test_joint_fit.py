@@ -168,7 +168,7 @@ def test_covariance_is_the_scatter_of_the_estimates():
     for seed in range(seeds):
         noise = sigma * np.random.default_rng(seed).standard_normal(samples - 1)
         now = truth
-        for _ in range(3):
+        for _ in range(2):
             result = fit(clean + noise, table, now)
             now = result.components
         error = now.phasor - truth.phasor

@@ -71,7 +71,7 @@ def test_chance_alone_leaves_no_error_in_half_of_the_recordings(levels, laws):
     assert abs(none - 100) < 3.0 * np.sqrt(50.0)
 
 
-@pytest.mark.parametrize("error", [0.0, 0.02])
+@pytest.mark.parametrize("error", [pytest.param(0.0, marks=pytest.mark.statistics), 0.02])
 def test_the_covariance_is_the_scatter_of_the_fits(levels, laws, error):
     generator = np.random.default_rng(7)
     squares, own, allowed = [], [], []

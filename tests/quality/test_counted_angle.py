@@ -34,14 +34,14 @@ def test_an_answer_by_counts_of_an_angle_is_divided_by_nothing(sigma):
     """N came out 3 to 7 % low within 2 to 4 %, and was refused below 0.7 counts of noise."""
     truth = sigma * STEP * np.sqrt(RATE) * 60.0
     ratios, held = [], 0
-    for seed in range(6):
+    for seed in range(3):
         walk = analyze(still(of_counter(sigma, 0.37, np.random.default_rng([seed, 5]))))
         estimate = walk.angle_random_walk.to("deg/sqrt(h)")
         assert estimate.status == "estimated"
         ratios.append(estimate.value / truth)
         held += estimate.low <= truth <= estimate.high
     assert np.mean(ratios) == pytest.approx(1.0, abs=0.02)
-    assert held >= 4
+    assert held >= 2
 
 
 def hum(seconds):
