@@ -32,7 +32,7 @@ def rack(tmp_path_factory):
 def done(rack, tmp_path_factory):
     """Its campaign, and the folder of it."""
     output = tmp_path_factory.mktemp("campaign")
-    return campaign(str(rack), "-o", str(output), "--span", "1min"), output
+    return campaign(str(rack), "-o", str(output), "--span", "1min", "--workers", "1"), output
 
 
 def table(output):
@@ -76,7 +76,7 @@ def test_second_start_does_nothing_again_and_says_the_same(rack, done) -> None:
     _, output = done
     before = (output / "campaign.csv").read_bytes()
     times = {path: path.stat().st_mtime_ns for path in (output / "results").iterdir()}
-    said = campaign(str(rack), "-o", str(output), "--span", "1min")
+    said = campaign(str(rack), "-o", str(output), "--span", "1min", "--workers", "1")
     assert said.returncode == 1
     assert "0 rows analyzed now, 13 kept from an earlier start, which was resumed" in said.stdout
     assert "replaced" not in said.stdout
