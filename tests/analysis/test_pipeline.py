@@ -382,9 +382,9 @@ for name in sys.argv[1:]:
 
 
 def test_memory_does_not_grow_with_the_recording(tmp_path):
-    samples, rate, turn = 2**22, 2000.0, 2.0 * np.pi
+    samples, rate, turn = 2**21, 2000.0, 2.0 * np.pi
     random = np.random.default_rng(5)
-    for name, pieces in (("short.parquet", 2), ("long.parquet", 64)):
+    for name, pieces in (("short.parquet", 4), ("long.parquet", 64)):
         kinds = dict.fromkeys(("x", "y", "z"), "angle")
         units = {**dict.fromkeys(kinds, UNITS["arcsec"]), "table": UNITS["deg"]}
         heading = Outgoing(units=units, kinds=kinds, sample_rate=rate)
@@ -402,7 +402,7 @@ def test_memory_does_not_grow_with_the_recording(tmp_path):
         text=True,
     ).stdout.split()
     growth = 1024 * (int(peaks[1]) - int(peaks[0]))
-    # A series in memory is 32 MiB, and there are seven at the least: three gyros, the table, the
+    # A series in memory is 16 MiB, and there are seven at the least: three gyros, the table, the
     # difference, its increments and their spectrum; the search adds some. Spans and what
     # libraries keep are less.
-    assert growth < 128 * 2**20
+    assert growth < 64 * 2**20
