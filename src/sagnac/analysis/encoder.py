@@ -356,6 +356,10 @@ def white_noise(angle: FloatArray) -> float:
 
 # ---- noise that two gyros share ----------------------------------------------------------
 
+# Times its usual size from which on a change of the table's rate is one of its pattern, and the
+# part of the record up to which such changes are left out.
+_HARD: Final = 20.0
+_RARE: Final = 0.1
 # More than this it adds to no N: gyros do not lean on each other so.
 _ODD: Final = 1.5
 
@@ -431,6 +435,13 @@ def shared_walk(
     slips = np.abs(alike) > 8.0 * scatter_of(alike)
     if slips.mean() < 1e-3:
         steps[:, slips] = 0.0
+    # A gyro answers within its bandwidth: where the table turns round, all gyros lag alike by more
+    # than a delay.
+    turned = np.diff(kinematic.angle, 2)
+    hard = np.convolve(np.abs(turned) > _HARD * scatter_of(turned), (1.0, 1.0)) > 0.0
+    if hard.mean() < _RARE:
+        steps[:, hard] = 0.0
+        steps /= math.sqrt(1.0 - hard.mean())
     try:
         # Averages are bent above a quarter of their rate.
         band_hz = (band_hz[0], min(band_hz[1], 0.25 * rate))
