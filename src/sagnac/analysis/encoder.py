@@ -272,7 +272,7 @@ _WORTH: Final = 0.8
 
 
 def _with_latch_note(answer: Headline, read: Estimate, evidence: Evidence) -> Headline:
-    """An answer with a note if the encoder decides its interval.
+    """An answer with a note if the encoder, or unlike shares of two gyros, decide its interval.
 
     `read` is the estimate without what unlike weights of a pair leave open.
     """
@@ -284,13 +284,20 @@ def _with_latch_note(answer: Headline, read: Estimate, evidence: Evidence) -> He
         bound, without = _bounds(estimate.value, spectrum, evidence, table)
         # From here on something else than white noise decides the interval.
         narrowed = half * without / bound if half < 3.0 * bound else half
-    # Else two gyros have unlike shares, and their difference would need the encoder.
     if narrowed > _WORTH * half:
         return answer
+    # Two gyros whose weights are nearly alike are never taken beside the encoder.
+    by_shares = _half(read) <= _WORTH * half and evidence.measured.weighs_alike
+    what = (
+        "the shares of the table's rate that the two gyros sense differ, which decides the "
+        "interval: alike, they"
+        if by_shares
+        else "the noise of the encoder decides the interval: latched with the gyros, it"
+    )
+    now, then = rounded(100.0 * half), rounded(100.0 * narrowed)
     note = Note(
         channel=evidence.measured.channel,
-        text="the noise of the encoder decides the interval: latched with the gyros, it would "
-        f"narrow it from ± {rounded(100.0 * half)} % to about ± {rounded(100.0 * narrowed)} %",
+        text=f"{what} would narrow it from ± {now} % to about ± {then} %",
     )
     return replace(answer, notes=(*answer.notes, note))
 
