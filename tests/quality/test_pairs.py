@@ -56,3 +56,27 @@ def test_what_a_gyro_brings_to_its_pairs_is_made_once(monkeypatch):
         one for one in said if "copy" in one
     ]
     assert any(one.startswith("g39: is a copy of gyro g0") for one in said)
+
+
+@pytest.mark.parametrize(
+    "kinds", [("angle", "rate"), ("increment", "rate"), ("angle", "increment")]
+)
+def test_gyros_of_unlike_kinds_on_one_table_are_sound(kinds):
+    """A rate was called a copy of an angle one sample later, and a hundred times as loud."""
+    random, rate = np.random.default_rng(4), 100.0
+    time, units = np.arange(60_001) / rate, {"rate": "deg/s"}
+    # Gears and a servo move the table by more than the gyros' noise from sample to sample.
+    table = 40.0 * time + 0.002 * np.sin(26.0 * time) + 0.001 * np.sin(5.0 * time)
+    gyros = {}
+    for name, kind, share in zip("xz", kinds, (0.577, 0.575), strict=True):
+        angle = share * table + np.cumsum(5e-6 * random.normal(size=time.size))
+        turned = np.diff(angle)
+        gyros[name] = {"angle": angle[1:], "rate": turned * rate, "increment": turned}[kind]
+    recording = Recording.from_arrays(
+        **gyros,
+        table=table[1:],
+        kind=dict(zip("xz", kinds, strict=True)),
+        unit={name: units.get(kind, "deg") for name, kind in zip("xz", kinds, strict=True)},
+        sample_rate=rate,
+    )
+    assert not [note for note in check(recording) if note.name in {"copy", "units"}]

@@ -1,4 +1,4 @@
-"""Gyros without their dither, what follows the temperature, and what settles after power-on.
+"""Gyros without their dither, lags, what follows the temperature, and what settles after power-on.
 
 A pick-off shows the dither that the gyro's own stripping left.
 
@@ -27,6 +27,8 @@ from sagnac.lines.stripping import stripped
 from sagnac.recording.channel import Channel, angle_of
 from sagnac.recording.model import Recording
 from sagnac.table.kinematics import averages_of
+from sagnac.table.lags import without_lags as lags_taken_out
+from sagnac.table.turns import is_turning
 
 if TYPE_CHECKING:
     from scipy.interpolate import BSpline
@@ -72,6 +74,45 @@ def without_dither(recording: Recording, gyros: tuple[str, ...], method: Method)
             "the angle: dither that the gyro's own stripping left"
         )
         notes.append(Note(channel=gyro.name, text=text))
+    return replace(recording, gyros=tuple(channels.values()), notes=(*recording.notes, *notes))
+
+
+def without_lags(recording: Recording, gyros: tuple[str, ...], method: Method) -> Recording:
+    """Gyros on a turning table with its motion at the instants of the first one asked for.
+
+    Parameters
+    ----------
+    recording
+        With a table, or none.
+    gyros
+        Names.
+    method
+        How periodic parts are removed: only ``fos`` knows of lags.
+
+    Returns
+    -------
+    Recording
+        With a note on each lag; gyros that are moved are angles.
+    """
+    table, rate = recording.table, recording.sample_rate
+    if method != "fos" or len(gyros) < 2 or table is None or not is_turning(table.values):
+        return recording
+    angles = [angle_of(recording.gyro(name), rate) for name in gyros]
+    moved, lags = lags_taken_out(angles, table.values, rate)
+    channels, notes = {channel.name: channel for channel in recording.gyros}, []
+    for name, angle, lag in zip(gyros, moved, lags, strict=True):
+        if lag is None:
+            continue
+        sensor = channels[name].sensor
+        channels[name] = Channel(
+            name=name, kind="angle", shown_in="arcsec", values=angle, sensor=sensor
+        )
+        when = "after" if lag.value > 0.0 else "before"
+        text = (
+            f"shows the table's motion {1e3 * abs(lag.value):.4g} ms (± {1e3 * lag.error:.1g} ms) "
+            f"{when} gyro {gyros[0]}; the motion is shifted by that"
+        )
+        notes.append(Note(channel=name, text=text))
     return replace(recording, gyros=tuple(channels.values()), notes=(*recording.notes, *notes))
 
 

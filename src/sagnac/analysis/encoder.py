@@ -272,7 +272,7 @@ _WORTH: Final = 0.8
 
 
 def _with_latch_note(answer: Headline, read: Estimate, evidence: Evidence) -> Headline:
-    """An answer with a note if the encoder decides its interval.
+    """An answer with a note if the encoder, or unlike shares of two gyros, decide its interval.
 
     `read` is the estimate without what unlike weights of a pair leave open.
     """
@@ -284,13 +284,20 @@ def _with_latch_note(answer: Headline, read: Estimate, evidence: Evidence) -> He
         bound, without = _bounds(estimate.value, spectrum, evidence, table)
         # From here on something else than white noise decides the interval.
         narrowed = half * without / bound if half < 3.0 * bound else half
-    # Else two gyros have unlike shares, and their difference would need the encoder.
     if narrowed > _WORTH * half:
         return answer
+    # Two gyros whose weights are nearly alike are never taken beside the encoder.
+    by_shares = _half(read) <= _WORTH * half and evidence.measured.weighs_alike
+    what = (
+        "the shares of the table's rate that the two gyros sense differ, which decides the "
+        "interval: alike, they"
+        if by_shares
+        else "the noise of the encoder decides the interval: latched with the gyros, it"
+    )
+    now, then = rounded(100.0 * half), rounded(100.0 * narrowed)
     note = Note(
         channel=evidence.measured.channel,
-        text="the noise of the encoder decides the interval: latched with the gyros, it would "
-        f"narrow it from ± {rounded(100.0 * half)} % to about ± {rounded(100.0 * narrowed)} %",
+        text=f"{what} would narrow it from ± {now} % to about ± {then} %",
     )
     return replace(answer, notes=(*answer.notes, note))
 
@@ -356,6 +363,10 @@ def white_noise(angle: FloatArray) -> float:
 
 # ---- noise that two gyros share ----------------------------------------------------------
 
+# Times its usual size from which on a change of the table's rate is one of its pattern, and the
+# part of the record up to which such changes are left out.
+_HARD: Final = 20.0
+_RARE: Final = 0.1
 # More than this it adds to no N: gyros do not lean on each other so.
 _ODD: Final = 1.5
 
@@ -431,6 +442,13 @@ def shared_walk(
     slips = np.abs(alike) > 8.0 * scatter_of(alike)
     if slips.mean() < 1e-3:
         steps[:, slips] = 0.0
+    # A gyro answers within its bandwidth: where the table turns round, all gyros lag alike by more
+    # than a delay.
+    turned = np.diff(kinematic.angle, 2)
+    hard = np.convolve(np.abs(turned) > _HARD * scatter_of(turned), (1.0, 1.0)) > 0.0
+    if hard.mean() < _RARE:
+        steps[:, hard] = 0.0
+        steps /= math.sqrt(1.0 - hard.mean())
     try:
         # Averages are bent above a quarter of their rate.
         band_hz = (band_hz[0], min(band_hz[1], 0.25 * rate))

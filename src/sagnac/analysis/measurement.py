@@ -71,6 +71,11 @@ class Measurement:
         """Size of its noise over that of one gyro."""
         return PAIR_SIZE if self.is_pair else 1.0
 
+    @property
+    def weighs_alike(self) -> bool:
+        """Whether its two gyros take the table out by weights near one, whatever the encoder."""
+        return self.is_pair and all(ALIKE[0] < abs(weight) < ALIKE[1] for weight in self.weights)
+
     def noise(self, angle: FloatArray) -> FloatArray:
         """Its angle, or what is left of it, with the noise of one gyro."""
         return arrays.elementwise(np.divide, angle, PAIR_SIZE) if self.is_pair else angle
@@ -329,7 +334,7 @@ def _takes_table_out(
     # From a tenth of motion that two gyros do not share, no weights take it out.
     if not 0.0 < estimate.alike < 0.1:
         return False
-    if all(ALIKE[0] < abs(weight) < ALIKE[1] for weight in alone.weights):
+    if alone.weighs_alike:
         return True
     share = measured.share(table.shares)
     by_encoder = arrays.elementwise(

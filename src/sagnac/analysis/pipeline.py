@@ -13,7 +13,7 @@ from typing import Any
 
 from sagnac.analysis import measurement
 from sagnac.analysis.averaged import Headline
-from sagnac.analysis.corrections import without_dither, without_temperature
+from sagnac.analysis.corrections import without_dither, without_lags, without_temperature
 from sagnac.analysis.evidence import (
     Evidence,
     Points,
@@ -185,6 +185,7 @@ def _evidence(
         measurement.require_sound(recording, gyros)
         corrected = without_temperature(recording, gyros) if settings.covariates else recording
         corrected = without_dither(corrected, gyros, settings.method)
+        corrected = without_lags(corrected, gyros, settings.method)
         as_it_is = measurement.measure(corrected, gyros)
         before = points_at(as_it_is.angle, rate, interval)
         before = replace(before, angle=as_it_is.noise(before.angle))

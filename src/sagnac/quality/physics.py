@@ -372,18 +372,28 @@ def copy_notes(recording: Recording, profile: Profile) -> Notes:
     gyros = list(profile.together.values())
     if len(gyros) < 2:
         return ()
+    # The first change of an angle is that of the second sample. Taken with the first of a rate, a
+    # table's motion would look like a copy that comes one sample later.
+    turns = [one.changes[int(one.channel.kind != "angle") :] for one in gyros]
     # Of hundreds of gyros there are tens of thousands of pairs: what one gyro brings is made once.
-    samples = min(2**15, *(one.changes.size for one in gyros))
-    phases = [phases_of(one.changes[:samples]) for one in gyros]
+    samples = min(2**15, *(one.size for one in turns))
+    turns = [one[:samples] for one in turns]
+    brought = [(gyro, one, phases_of(one)) for gyro, one in zip(gyros, turns, strict=True)]
     return tuple(
         note
-        for (first, one), (second, other) in combinations(zip(gyros, phases, strict=True), 2)
-        for note in _copied(first, second, likeness(one, other, samples), samples)
+        for (first, some, one), (second, more, other) in combinations(brought, 2)
+        for note in _copied(first, second, (some, more), likeness(one, other, samples))
     )
 
 
-def _copied(first: Profile, second: Profile, found: Likeness, samples: int) -> Notes:
-    """A gyro that is another, or comes after it."""
+def _copied(
+    first: Profile, second: Profile, turns: tuple[FloatArray, FloatArray], found: Likeness
+) -> Notes:
+    """A gyro that is another, or comes after it.
+
+    `turns` are (samples,) what both turned, from one sample on.
+    """
+    samples = turns[0].size
     if found.delay:
         alike = abs(found.correlation)
         # Beyond what chance makes, and what two gyros on one table have without delay.
@@ -400,7 +410,7 @@ def _copied(first: Profile, second: Profile, found: Likeness, samples: int) -> N
     if found.together < 0.99:
         return ()
     # One is the other times a number, to a millionth of the noise.
-    some, more = np.diff(first.changes[:samples]), np.diff(second.changes[:samples])
+    some, more = map(np.diff, turns)
     rest = more - some * float(some @ more) / float(some @ some)
     if float(rest @ rest) >= 1e-12 * float(more @ more):
         return ()
@@ -417,11 +427,12 @@ def unequal_notes(recording: Recording, profile: Profile) -> Notes:
 
 def _unequal(first: Profile, second: Profile) -> Notes:
     """A gyro whose noise is far below that of another."""
-    quiet, loud = sorted((first, second), key=lambda one: one.scale)
+    # By the walk, since a rate and what an angle turned in a sample have unlike units.
+    quiet, loud = sorted((first, second), key=lambda one: one.walk)
     # From there on their difference is of one of them.
-    if not 0.0 < 30.0 * quiet.scale < loud.scale:
+    if not 0.0 < 30.0 * quiet.walk < loud.walk:
         return ()
-    ratio, effect = loud.scale / quiet.scale, 1.0
+    ratio, effect = loud.walk / quiet.walk, 1.0
     text = f"its noise is {ratio:.4g} times below that of gyro {loud.name}"
     low, high = sorted((abs(quiet.share), abs(loud.share)))
     # Shares of the table's rate that no wrong unit would leave alike.

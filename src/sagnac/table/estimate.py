@@ -40,10 +40,10 @@ _HIGHEST: Final = 36
 # Straight pieces of a gyro's drift.
 _PIECES: Final = 8
 # Standard errors from which on a delay is one.
-_SEEN: Final = 6.0
+SEEN: Final = 6.0
 # Shortest delay, or change of one, that is named, s: averages of a motion that starts and stops
 # leave a quarter of it.
-_SHORTEST: Final = 2e-6
+SHORTEST_DELAY: Final = 2e-6
 # Most steps of the fit of a delay, or of a drift.
 _STEPS: Final = 4
 
@@ -81,7 +81,7 @@ class Delay:
     @property
     def is_seen(self) -> bool:
         """Whether it differs from none by more than chance."""
-        return bool((np.abs(self.values) > np.maximum(_SEEN * self.errors, _SHORTEST)).any())
+        return bool((np.abs(self.values) > np.maximum(SEEN * self.errors, SHORTEST_DELAY)).any())
 
     def at(self, seconds: FloatArray) -> FloatArray:
         """Delay at times, s."""
@@ -169,7 +169,7 @@ def estimated_table(
     coarse = np.stack([averages_of(angle, block) for angle in gyros])
     read = averages_of(encoder, block)
     # Rates over a second tell the shares.
-    shares, alike = _shares(coarse, read, max(1, round(sample_rate / block)))
+    shares, alike = shares_of_table(coarse, read, max(1, round(sample_rate / block)))
     strength = float(shares @ shares)
     if not strength > 0.0 or read.size < 4 * _PIECES:
         return EstimatedTable(angle=encoder, readings=encoder, shares=shares, alike=alike)
@@ -228,7 +228,7 @@ def _delay_taken_out(
         if moved is None:
             break
         found = moved.values - (0.0 if delay is None else delay.values)
-        if (found * np.sign(first) > np.maximum(0.5 * np.abs(first), _SEEN * moved.errors)).any():
+        if (found * np.sign(first) > np.maximum(0.5 * np.abs(first), SEEN * moved.errors)).any():
             return None
         first = first if number else found
         delay, readings = moved, _undelayed(encoder, moved, sample_rate)
@@ -283,7 +283,7 @@ def order_drift(
         return None
     place = (np.arange(known.size) + 0.5) / known.size - 0.5
     # A delay that was seen has an error of its own, which the orders mend.
-    seen = _SEEN if table.delay is None else 2.0
+    seen = SEEN if table.delay is None else 2.0
     value, error = 0.0, math.inf
     for _ in range(_STEPS):
         moved = _phase_drift(shown, known + value * place, orders, stretches)
@@ -330,7 +330,7 @@ def _phase_drift(shown: FloatArray, known: FloatArray, orders: FloatArray, stret
     return Drift(value=value, error=math.sqrt(max(1.0, excess) / float(weight.sum())))
 
 
-def _shares(coarse: FloatArray, read: FloatArray, step: int) -> tuple[FloatArray, float]:
+def shares_of_table(coarse: FloatArray, read: FloatArray, step: int) -> tuple[FloatArray, float]:
     """(gyros,) share of each, and how much of their motion is not common.
 
     The direction is that of the gyros' motion among one another, which no error of the encoder
@@ -463,7 +463,7 @@ class _Fit:
     @classmethod
     def of(cls, read: FloatArray, sensed: FloatArray, interval: float) -> "_Fit":
         """Scale, drift, orders, Earth rate, a delay and its change, beside noise."""
-        fit = whitened(read - sensed, *_columns(read, sensed, interval))
+        fit = whitened(read - sensed, *columns_beside_delay(read, sensed, interval))
         return cls(read=read, sensed=sensed, interval=interval, fit=fit)
 
     def corner(self, own: float) -> float:
@@ -487,17 +487,17 @@ class _Fit:
         # The share's error goes with the motion, which no corner may smooth.
         plain = self.fit.values.copy()
         plain[1:_FIRST_ORDER] = plain[_FIRST_RIPPLE:] = 0.0
-        fitted = plain @ _columns(self.read, self.sensed, self.interval)[0]
+        fitted = plain @ columns_beside_delay(self.read, self.sensed, self.interval)[0]
         return smoothed(self.read - self.sensed - fitted, corner * self.interval) + fitted
 
     def delay(self, known: Delay | None, free: BooleanArray) -> Delay | None:
         """The delay with what is known of it already; None if none is seen."""
-        own = slice(_FIRST_DELAY, None)
+        own = slice(FIRST_DELAY, None)
         error = np.sqrt(np.diag(self.fit.covariance)[own])
         # What the readings lead by is a negative delay.
         moved = np.where(free, -self.fit.values[own], 0.0)
         if known is None:
-            seen = np.abs(moved) > np.maximum(_SEEN * error, _SHORTEST)
+            seen = np.abs(moved) > np.maximum(SEEN * error, SHORTEST_DELAY)
             if not seen.any():
                 return None
             moved = np.where(seen, moved, 0.0)
@@ -533,20 +533,20 @@ def smoothed(values: FloatArray, corner: float) -> FloatArray:
     return line
 
 
-def _columns(
+def columns_beside_delay(
     read: FloatArray, sensed: FloatArray, interval: float
 ) -> tuple[FloatArray, FloatArray]:
     """(columns, averages) and the standard deviation of the prior of each, inf for none.
 
     The angle itself, slow drift, orders, Earth rate; from `_FIRST_RIPPLE` on the orders of the
-    table's ripple; then from `_FIRST_DELAY` on the delay: the rate, and the rate times the time.
+    table's ripple; then from `FIRST_DELAY` on the delay: the rate, and the rate times the time.
     """
     time = np.arange(sensed.size) * interval
     part = np.asarray((time + 0.5 * interval) / (sensed.size * interval), dtype=np.float64)
     # Straight pieces that go up to 1 and down: drift of a gyro's bias looks like a delay that
     # walks, except where the rate varies.
     knots = np.arange(1.0, _PIECES)[:, np.newaxis]
-    columns = np.empty((_FIRST_DELAY + 2, sensed.size))
+    columns = np.empty((FIRST_DELAY + 2, sensed.size))
     columns[0] = sensed
     columns[1:_FIRST_ORDER] = np.maximum(1.0 - np.abs(part * _PIECES - knots), 0.0)
     # What goes with the angle goes with the encoder's: the gyros' drifts by degrees an hour.
@@ -556,24 +556,24 @@ def _columns(
     columns[_FIRST_RIPPLE - 2 : _FIRST_RIPPLE] = sine_cosine_integrals(read, interval)
     # What a gyro shows at an order of the ripple would be taken for a delay, which moves the
     # ripple.
-    columns[_FIRST_RIPPLE:_FIRST_DELAY] = 0.0
+    columns[_FIRST_RIPPLE:FIRST_DELAY] = 0.0
     for place, order in enumerate(_orders_of_ripple(read), start=_FIRST_RIPPLE):
         columns[place], columns[place + _RIPPLES] = np.cos(order * read), np.sin(order * read)
-    columns[_FIRST_DELAY] = np.gradient(sensed, interval)
-    columns[_FIRST_DELAY + 1] = columns[_FIRST_DELAY] * (part - 0.5)
+    columns[FIRST_DELAY] = np.gradient(sensed, interval)
+    columns[FIRST_DELAY + 1] = columns[FIRST_DELAY] * (part - 0.5)
     prior = np.full(columns.shape[0], math.inf)
     # Without a prior of the shares, the gyros' noise would explain itself at a table that turns
     # evenly.
     prior[0] = 0.01
-    prior[_FIRST_ORDER:_FIRST_DELAY] = 30.0 * ARCSECOND
+    prior[_FIRST_ORDER:FIRST_DELAY] = 30.0 * ARCSECOND
     prior[_FIRST_RIPPLE - 2 : _FIRST_RIPPLE] = LARGEST_EARTH_RATE
-    prior[_FIRST_DELAY:] = 1.0
+    prior[FIRST_DELAY:] = 1.0
     return columns, prior
 
 
 _FIRST_ORDER: Final = _PIECES
 _FIRST_RIPPLE: Final = _FIRST_ORDER + 2 * _ORDERS + 2
-_FIRST_DELAY: Final = _FIRST_RIPPLE + 2 * _RIPPLES
+FIRST_DELAY: Final = _FIRST_RIPPLE + 2 * _RIPPLES
 
 
 def _orders_of_ripple(angle: FloatArray) -> IntegerArray:

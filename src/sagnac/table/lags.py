@@ -1,0 +1,144 @@
+"""Times by which gyros on one table are read, or answer, after one another.
+
+Channels that are sampled by turns, and low-passes whose corners are not quite alike, leave a part
+of the table's rate in the difference of two gyros: its hunting, its ripple, and a step wherever it
+speeds up or turns back.
+"""
+
+import math
+from collections.abc import Sequence
+from typing import Final, NamedTuple
+
+import numpy as np
+from scipy.signal import savgol_filter
+
+from sagnac.core import arrays
+from sagnac.core.arrays import FloatArray
+from sagnac.table.estimate import (
+    FIRST_DELAY,
+    SEEN,
+    SHORTEST_DELAY,
+    columns_beside_delay,
+    shares_of_table,
+)
+from sagnac.table.kinematics import averages_of
+from sagnac.table.whitened import whitened
+
+# Averages a second that show how a servo hunts, and how many are looked at, from the start.
+_RATE: Final = 50.0
+_MOST: Final = 2**18
+# Share of the table's rate below which a gyro tells no lag of its own.
+_LEAST_SHARE: Final = 0.05
+# Averages that the rate at one of them is taken from, exact for polynomials of degree 6.
+_AROUND: Final = 7
+# Samples a second that the motion to be moved is made of: what lies above is noise of the gyros.
+_FINEST: Final = 100.0
+# Passes over a gyro that lags.
+_PASSES: Final = 3
+
+
+class Lag(NamedTuple):
+    """Time, s, by which a gyro comes after the first one, and its standard error."""
+
+    value: float
+    error: float
+
+
+def without_lags(
+    gyros: Sequence[FloatArray], encoder: FloatArray, sample_rate: float
+) -> tuple[list[FloatArray], list[Lag | None]]:
+    """Gyros with the table's motion at the instants of the first one.
+
+    Only the motion is moved, so that the noise of each gyro stays as it is.
+
+    Parameters
+    ----------
+    gyros
+        (samples,) angle of each, rad.
+    encoder
+        (samples,) unwrapped table angle as read, rad.
+    sample_rate
+        Hz.
+
+    Returns
+    -------
+    angles, lags
+        Of each gyro; a gyro without a lag is as it was, and has None.
+    """
+    angles = list(gyros)
+    lags: list[Lag | None] = [None] * len(gyros)
+    for number in range(1, len(gyros)):
+        # Each pass knows the motion better than the one before.
+        for _ in range(_PASSES):
+            pair, known = [angles[0], angles[number]], lags[number]
+            shares, lag = _lag(pair, encoder, sample_rate)
+            if lag is None and known is None:
+                break
+            both = [one for one in (known, lag) if one is not None]
+            total = Lag(sum(one.value for one in both), both[-1].error)
+            lags[number] = total
+            angles[number] = _moved(gyros[number], pair, shares, total.value, sample_rate)
+    return angles, lags
+
+
+def _lag(
+    pair: list[FloatArray], encoder: FloatArray, sample_rate: float
+) -> tuple[FloatArray, Lag | None]:
+    """Shares of two gyros, and the lag of the second; None if none is seen.
+
+    A gyro that comes later shows its share times the table's rate times the lag less. That is
+    fitted beside what else tells two gyros on a table apart, as the delay of an encoder is.
+    """
+    block = max(1, round(sample_rate / _RATE))
+    first, second, read = (averages_of(one[: _MOST * block], block) for one in (*pair, encoder))
+    coarse = np.stack([first, second])
+    shares, _ = shares_of_table(coarse, read, max(1, round(sample_rate / block)))
+    if read.size < 10 * _AROUND or not np.abs(shares).min() > _LEAST_SHARE:
+        return shares, None
+    interval = block / sample_rate
+    sensed = shares @ coarse / float(shares @ shares)
+    columns, prior = columns_beside_delay(read, sensed, interval)
+    columns[FIRST_DELAY] = savgol_filter(sensed, _AROUND, _AROUND - 1, deriv=1, delta=interval)
+    # A lag does not change.
+    columns, prior = columns[: FIRST_DELAY + 1], prior[: FIRST_DELAY + 1]
+    fit = whitened(second / shares[1] - first / shares[0], columns, prior)
+    lag = Lag(-float(fit.values[-1]), math.sqrt(float(fit.covariance[-1, -1])))
+    return shares, lag if abs(lag.value) > max(SEEN * lag.error, SHORTEST_DELAY) else None
+
+
+def _moved(
+    angle: FloatArray,
+    pair: list[FloatArray],
+    shares: FloatArray,
+    lag: float,
+    sample_rate: float,
+) -> FloatArray:
+    """(samples,) of a gyro, with the table's motion in it earlier by its lag.
+
+    The motion is what two gyros sense together. It is taken at two times by cubic convolution
+    (Keys, 1981), which lets motion through and less of the noise that is faster.
+    """
+    step = max(1, round(sample_rate / _FINEST))
+    late = lag * sample_rate
+    reach = 2 * step + math.ceil(abs(late))
+    places = np.arange(-reach, reach + 1.0)
+    # Convolution turns the kernel round: place k takes the sample k before.
+    kernel = (_keys(places / step) - _keys((places - late) / step)) * shares[1] / step
+    weights = shares / float(shares @ shares)
+    result = arrays.empty(angle.size)
+    for block in arrays.blocks(angle.size):
+        start, stop = max(0, block.start - reach), min(angle.size, block.stop + reach)
+        sensed = weights[0] * pair[0][start:stop] + weights[1] * pair[1][start:stop]
+        beside = (reach - (block.start - start), reach - (stop - block.stop))
+        # At its ends the table goes on as it turned before.
+        known = np.pad(sensed - sensed[0], beside, mode="reflect", reflect_type="odd")
+        np.add(angle[block], np.convolve(known, kernel, mode="valid"), out=result[block])
+    return result
+
+
+def _keys(place: FloatArray) -> FloatArray:
+    """Kernel of cubic convolution, exact for parabolas; zero two places away."""
+    far = np.abs(place)
+    near = (1.5 * far - 2.5) * far**2 + 1.0
+    beyond = ((-0.5 * far + 2.5) * far - 4.0) * far + 2.0
+    return np.where(far < 1.0, near, np.where(far < 2.0, beyond, 0.0))
