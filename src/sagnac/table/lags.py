@@ -24,8 +24,10 @@ from sagnac.table.estimate import (
 from sagnac.table.kinematics import averages_of
 from sagnac.table.whitened import whitened
 
-# Averages a second that show how a servo hunts, and how many are looked at, from the start.
+# Averages a second that show how a servo hunts, and how many are looked at, from the start: first
+# whether there is a lag, then how long it is.
 _RATE: Final = 50.0
+_FIRST_LOOK: Final = 2**16
 _MOST: Final = 2**18
 # Share of the table's rate below which a gyro tells no lag of its own.
 _LEAST_SHARE: Final = 0.05
@@ -33,8 +35,6 @@ _LEAST_SHARE: Final = 0.05
 _AROUND: Final = 7
 # Samples a second that the motion to be moved is made of: what lies above is noise of the gyros.
 _FINEST: Final = 100.0
-# Passes over a gyro that lags.
-_PASSES: Final = 3
 
 
 class Lag(NamedTuple):
@@ -69,9 +69,9 @@ def without_lags(
     lags: list[Lag | None] = [None] * len(gyros)
     for number in range(1, len(gyros)):
         # Each pass knows the motion better than the one before.
-        for _ in range(_PASSES):
+        for most in (_FIRST_LOOK, _MOST, _MOST):
             pair, known = [angles[0], angles[number]], lags[number]
-            shares, lag = _lag(pair, encoder, sample_rate)
+            shares, lag = _lag(pair, encoder, sample_rate, most)
             if lag is None and known is None:
                 break
             both = [one for one in (known, lag) if one is not None]
@@ -82,15 +82,15 @@ def without_lags(
 
 
 def _lag(
-    pair: list[FloatArray], encoder: FloatArray, sample_rate: float
+    pair: list[FloatArray], encoder: FloatArray, sample_rate: float, most: int
 ) -> tuple[FloatArray, Lag | None]:
-    """Shares of two gyros, and the lag of the second; None if none is seen.
+    """Shares of two gyros, and the lag of the second; None if none is seen in `most` averages.
 
     A gyro that comes later shows its share times the table's rate times the lag less. That is
     fitted beside what else tells two gyros on a table apart, as the delay of an encoder is.
     """
     block = max(1, round(sample_rate / _RATE))
-    first, second, read = (averages_of(one[: _MOST * block], block) for one in (*pair, encoder))
+    first, second, read = (averages_of(one[: most * block], block) for one in (*pair, encoder))
     coarse = np.stack([first, second])
     shares, _ = shares_of_table(coarse, read, max(1, round(sample_rate / block)))
     if read.size < 10 * _AROUND or not np.abs(shares).min() > _LEAST_SHARE:
