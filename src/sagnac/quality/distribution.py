@@ -22,11 +22,10 @@ from sagnac.quality.profile import (
     alternating,
     remedy_without,
     seen,
-    some_steps,
     whitened,
     without_lines,
 )
-from sagnac.recording.channel import marked_steps, number_of
+from sagnac.recording.channel import marked_steps, number_of, some_steps
 from sagnac.recording.model import Recording, second_of
 
 # ---- spikes ------------------------------------------------------------------------

@@ -432,6 +432,15 @@ def changes_of(channel: Channel) -> FloatArray:
     return arrays.differences(channel.values) if channel.kind == "angle" else channel.values
 
 
+def turned(table: Channel | None) -> float:
+    """Angle between the ends of what an encoder covers, rad; 0 if it stands still."""
+    if table is None:
+        return 0.0
+    lowest, highest = arrays.extent(table.values)
+    # A table that covers less is at rest: no encoder reads finer for hours.
+    return highest - lowest if highest - lowest > math.radians(1.0) else 0.0
+
+
 def _typical_power(row: FloatArray) -> float:
     """Variance of white noise by the steps between samples, without the largest hundredth."""
     size = np.abs(np.diff(row))
@@ -448,12 +457,6 @@ def _typical_power(row: FloatArray) -> float:
 def scatter_of(values: FloatArray) -> float:
     """Standard deviation of normal numbers about zero, by the median of their size."""
     return 1.4826 * float(np.median(np.abs(values)))
-
-
-def some_steps(values: FloatArray, most: int) -> FloatArray:
-    """Steps from a sample to the next at even distances, about `most` of them."""
-    apart = arrays.distance_between(most, values.size - 1)
-    return arrays.every(values[1:], apart) - arrays.every(values[:-1], apart)
 
 
 # ---- units -------------------------------------------------------------------------

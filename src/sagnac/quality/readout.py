@@ -24,6 +24,7 @@ from sagnac.quality.profile import (
     count_step,
     rounding_in,
     seen,
+    turned,
     without_lines,
 )
 from sagnac.recording.channel import (
@@ -192,11 +193,7 @@ def _encoder_readout(recording: Recording, gyros: Sequence[str], taken: int) -> 
     What is taken off a gyro as table motion is its share of the encoder's reading, the error of
     its steps included. A difference of two gyros holds next to nothing of it.
     """
-    if len(gyros) > 1 or recording.table is None:
-        return None
-    lowest, highest = arrays.extent(recording.table.values)
-    # A table that covers less stands still.
-    if highest - lowest < math.radians(1.0):
+    if len(gyros) > 1 or recording.table is None or not turned(recording.table):
         return None
     gyro = angle_of(recording.gyro(gyros[0]), recording.sample_rate)
     table = recording.table.values
@@ -204,11 +201,11 @@ def _encoder_readout(recording: Recording, gyros: Sequence[str], taken: int) -> 
         gyro, table = arrays.every(gyro, taken), arrays.every(table, taken)
     readout = readout_of(table)
     # Share of the table's steps that the gyro senses, by least squares.
-    turned, sensed = arrays.differences(table), arrays.differences(gyro)
-    own = arrays.square(turned)
-    share = float(by_blocks(np.dot, sensed, turned).sum()) / own if own > 0.0 else 0.0
+    steps, sensed = arrays.differences(table), arrays.differences(gyro)
+    own = arrays.square(steps)
+    share = float(by_blocks(np.dot, sensed, steps).sum()) / own if own > 0.0 else 0.0
     # The gyro's steps beside table motion, and their variance if they are white.
-    beside = arrays.elementwise(lambda one, other: one - share * other, sensed, turned, out=sensed)
+    beside = arrays.elementwise(lambda one, other: one - share * other, sensed, steps, out=sensed)
     changes = arrays.differences(beside)
     step = abs(share) * readout.step
     # Below a fiftieth of that variance it moves N by less than 2 % however slow it is.

@@ -413,6 +413,12 @@ def marked_steps(values: FloatArray, test: Callable[[FloatArray], NDArray[Any]])
     return marks
 
 
+def some_steps(values: FloatArray, most: int) -> FloatArray:
+    """Steps from a sample to the next at even distances, about `most` of them."""
+    apart = arrays.distance_between(most, values.size - 1)
+    return arrays.every(values[1:], apart) - arrays.every(values[:-1], apart)
+
+
 def number_of(marks: NDArray[np.bool_]) -> int:
     """How many are true."""
     return int(np.count_nonzero(marks))

@@ -309,10 +309,7 @@ def _ranges(firsts: IntegerArray, afters: IntegerArray) -> IntegerArray:
 
 def _off_path(values: FloatArray, turn: float) -> IntegerArray:
     """Samples that leave the table's path and are back within `MOST_MISSING_IN_A_ROW` samples."""
-    apart = arrays.distance_between(100_000, values.size)
-    usual_steps = np.abs(
-        _folded(arrays.every(values[1:], apart) - arrays.every(values[:-1], apart), turn)
-    )
+    usual_steps = np.abs(_folded(channel.some_steps(values, 100_000), turn))
     usual_steps = usual_steps[np.isfinite(usual_steps)]
     if usual_steps.size == 0:
         return _NONE
