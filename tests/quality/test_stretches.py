@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from sagnac.quality.profile import remedy_of
+from sagnac.quality.effects import remedy_of
 from sagnac.recording.channel import is_missing, longest_unmarked, marked_steps, stretches
 from sagnac.recording.model import Recording
 from tests.quality.recordings import noise, rate_gyro

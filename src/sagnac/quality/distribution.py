@@ -13,18 +13,9 @@ from sagnac.core.arrays import FloatArray, IntegerArray, blocks, distance_betwee
 from sagnac.core.errors import Level, Note, rounded
 from sagnac.core.units import DEGREE
 from sagnac.quality import _kernels
-from sagnac.quality.effects import effect_words
-from sagnac.quality.profile import (
-    EDGE,
-    LOOKED_AT,
-    Notes,
-    Profile,
-    alternating,
-    remedy_without,
-    seen,
-    whitened,
-    without_lines,
-)
+from sagnac.quality.effects import effect_words, remedy_without, seen
+from sagnac.quality.profile import LOOKED_AT, Notes, Profile
+from sagnac.quality.whitening import EDGE, alternating, whitened, without_lines
 from sagnac.recording.channel import marked_steps, number_of, some_steps
 from sagnac.recording.model import Recording, second_of
 
@@ -386,7 +377,7 @@ class Shape(NamedTuple):
 
 
 def shape_of(white: FloatArray) -> Shape:
-    """Distribution of (samples,) what samples turned, made white first (`profile.whitened`).
+    """Distribution of (samples,) what samples turned, made white first (`whitening.whitened`).
 
     A sine is flat as a soft limit makes noise, and slow noise has few independent samples. So each
     frequency is divided by the level around it, and lines are cut down to the noise.

@@ -11,15 +11,8 @@ from sagnac.core.arrays import FloatArray, IntegerArray, blocks, empty, values_a
 from sagnac.core.errors import Level, Note, RecordingError, counted
 from sagnac.core.units import ARCSECOND, DEGREE, split_factor
 from sagnac.quality.distribution import LEAST_FOR_SPIKES, find_spikes, jump_notes
-from sagnac.quality.profile import (
-    Notes,
-    Profile,
-    other_units,
-    remedy_without,
-    scatter_of,
-    seen,
-    turned,
-)
+from sagnac.quality.effects import remedy_without, seen
+from sagnac.quality.profile import Notes, Profile, other_units, scatter_of, turned
 from sagnac.recording.channel import Channel, angle_of, marked, marked_steps, some_steps
 from sagnac.recording.model import Recording, second_of
 

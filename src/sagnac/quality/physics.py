@@ -26,9 +26,9 @@ from sagnac.core.units import (
     split_factor,
 )
 from sagnac.quality.distribution import find_bumps
-from sagnac.quality.effects import finding
+from sagnac.quality.effects import finding, remedy_of
 from sagnac.quality.encoder import LEAST_SHARE, TURNING_RATE
-from sagnac.quality.profile import Notes, Profile, other_units, remedy_of
+from sagnac.quality.profile import Notes, Profile, other_units
 from sagnac.recording.channel import Channel, angle_of, first_of, longest_unmarked, number_of
 from sagnac.recording.model import Recording, second_of
 

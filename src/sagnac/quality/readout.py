@@ -14,19 +14,10 @@ from sagnac.core import arrays
 from sagnac.core.arrays import FloatArray
 from sagnac.core.errors import Level, Note
 from sagnac.core.units import ARCSECOND, UNITS, split_factor
-from sagnac.quality.effects import finding
-from sagnac.quality.profile import (
-    LEAST_OFTEN,
-    OFTENER,
-    Notes,
-    Profile,
-    alternating,
-    count_step,
-    rounding_in,
-    seen,
-    turned,
-    without_lines,
-)
+from sagnac.quality.effects import finding, seen
+from sagnac.quality.lattice import LEAST_OFTEN, OFTENER, count_step, rounding_in
+from sagnac.quality.profile import Notes, Profile, turned
+from sagnac.quality.whitening import alternating, without_lines
 from sagnac.recording.channel import (
     PAIR_SIZE,
     Channel,

@@ -9,18 +9,9 @@ import numpy as np
 from sagnac.core import arrays
 from sagnac.core.arrays import FloatArray, IntegerArray
 from sagnac.core.errors import Note, RecordingError, counted, ranked
-from sagnac.quality.effects import finding
-from sagnac.quality.profile import (
-    LEAST_OFTEN,
-    LOOKED_AT,
-    OFTENER,
-    Notes,
-    Profile,
-    count_step,
-    remedy_of,
-    remedy_without,
-    seen,
-)
+from sagnac.quality.effects import finding, remedy_of, remedy_without, seen
+from sagnac.quality.lattice import LEAST_OFTEN, OFTENER, count_step
+from sagnac.quality.profile import LOOKED_AT, Notes, Profile
 from sagnac.recording.channel import (
     by_blocks,
     first_of,
