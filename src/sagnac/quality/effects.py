@@ -7,7 +7,7 @@ import numpy as np
 
 from sagnac.core.arrays import BooleanArray, IntegerArray
 from sagnac.core.errors import Level, Note, counted, rounded
-from sagnac.recording.channel import longest_unmarked
+from sagnac.core.marks import longest_unmarked
 from sagnac.recording.model import MINIMUM_SAMPLES, Recording, second_of
 
 # Findings whose factor on N is known well enough to be divided by: half of the change is then in

@@ -7,13 +7,14 @@ from typing import Final
 
 import numpy as np
 
-from sagnac.core.arrays import FloatArray, IntegerArray, blocks, empty, values_at
+from sagnac.core.arrays import FloatArray, IntegerArray, blocks, empty, some_steps, values_at
 from sagnac.core.errors import Level, Note, RecordingError, counted
+from sagnac.core.marks import marked, marked_steps
 from sagnac.core.units import ARCSECOND, DEGREE, split_factor
 from sagnac.quality.distribution import LEAST_FOR_SPIKES, find_spikes, jump_notes
 from sagnac.quality.effects import remedy_without, seen
 from sagnac.quality.profile import Notes, Profile, other_units, scatter_of, turned
-from sagnac.recording.channel import Channel, angle_of, marked, marked_steps, some_steps
+from sagnac.recording.channel import Channel, angle_of
 from sagnac.recording.model import Recording, second_of
 
 # ---- lost rows and slips -----------------------------------------------------------

@@ -7,8 +7,8 @@ import numpy as np
 
 from sagnac.core import arrays
 from sagnac.core.arrays import FloatArray
+from sagnac.core.marks import number_of
 from sagnac.quality import _kernels
-from sagnac.recording.channel import number_of
 
 # What is no chance happens this often, and this many times as often as chance makes it.
 LEAST_OFTEN: Final = 10

@@ -11,10 +11,11 @@ import numpy as np
 from sagnac.core import arrays
 from sagnac.core.arrays import FloatArray, IntegerArray
 from sagnac.core.errors import Note
+from sagnac.core.marks import number_of
 from sagnac.core.units import DEGREE, UNITS, split_factor
 from sagnac.quality.lattice import LAST_PLACES, ROUNDING, count_step
 from sagnac.quality.whitening import White, whitened
-from sagnac.recording.channel import Channel, by_blocks, number_of
+from sagnac.recording.channel import Channel
 from sagnac.recording.encoder_readings import share_of_turns
 from sagnac.recording.model import Recording
 
@@ -103,7 +104,7 @@ class Profile:
             return before.min(), before.max(), steps.min(), steps.max(), *nothing
 
         values, last = self.channel.values, float(self.channel.values[-1])
-        each = by_blocks(ends, values[:-1], values[1:])
+        each = arrays.by_blocks(ends, values[:-1], values[1:])
         least, most = each.min(axis=0).tolist(), each.max(axis=0).tolist()
         zeros, repeats = each[:, 4:].sum(axis=0).tolist()
         lowest, highest = min(least[0], last), max(most[1], last)

@@ -13,22 +13,13 @@ from scipy.special import ndtr, ndtri
 from sagnac.core import arrays
 from sagnac.core.arrays import FloatArray
 from sagnac.core.errors import Level, Note
+from sagnac.core.marks import first_of, marked, marked_steps, number_of
 from sagnac.core.units import ARCSECOND, UNITS, split_factor
 from sagnac.quality.effects import finding, seen
 from sagnac.quality.lattice import LEAST_OFTEN, OFTENER, count_step, rounding_in
 from sagnac.quality.profile import Notes, Profile, turned
 from sagnac.quality.whitening import alternating, without_lines
-from sagnac.recording.channel import (
-    PAIR_SIZE,
-    Channel,
-    angle_of,
-    by_blocks,
-    first_of,
-    marked,
-    marked_steps,
-    number_of,
-    require_rate,
-)
+from sagnac.recording.channel import PAIR_SIZE, Channel, angle_of, require_rate
 from sagnac.recording.model import Recording, second_of
 
 # ---- readout -----------------------------------------------------------------------
@@ -194,7 +185,7 @@ def _encoder_readout(recording: Recording, gyros: Sequence[str], taken: int) -> 
     # Share of the table's steps that the gyro senses, by least squares.
     steps, sensed = arrays.differences(table), arrays.differences(gyro)
     own = arrays.square(steps)
-    share = float(by_blocks(np.dot, sensed, steps).sum()) / own if own > 0.0 else 0.0
+    share = float(arrays.by_blocks(np.dot, sensed, steps).sum()) / own if own > 0.0 else 0.0
     # The gyro's steps beside table motion, and their variance if they are white.
     beside = arrays.elementwise(lambda one, other: one - share * other, sensed, steps, out=sensed)
     changes = arrays.differences(beside)
@@ -469,7 +460,7 @@ def _ends_of_a_range(profile: Profile) -> Notes:
     if not highest > lowest:
         return ()
     edges = np.linspace(lowest, highest, _BINS + 1)
-    counts = by_blocks(lambda some: np.histogram(some, edges)[0], values).sum(axis=0)
+    counts = arrays.by_blocks(lambda some: np.histogram(some, edges)[0], values).sum(axis=0)
     filled = np.flatnonzero(counts)
     gaps = np.diff(filled) - 1
     # Half of the range is empty.
@@ -520,7 +511,7 @@ def _scatter_of_halves(values: FloatArray, middle: float) -> float | None:
         low, high = some[some <= middle], some[some > middle]
         return [low.size, low.sum(), low @ low, high.size, high.sum(), high @ high]
 
-    n, s, q, m, t, r = by_blocks(sums, values).sum(axis=0)
+    n, s, q, m, t, r = arrays.by_blocks(sums, values).sum(axis=0)
     inside = (q - s * s / n + r - t * t / m) / (n + m)
     whole = (q + r) / (n + m) - ((s + t) / (n + m)) ** 2
     # Two halves of one bell: together they are about 1/(1 - 2/pi) as scattered as each.
