@@ -204,7 +204,7 @@ def writer(path: Path | str, heading: Outgoing) -> Iterator[Callable[[Rows], Non
             pending.clear()
 
     def append(rows: Rows) -> None:
-        pending.append(pa.table(rows).cast(schema))
+        pending.append(pa.table(rows).select(schema.names).cast(schema))
         if sum(table.num_rows for table in pending) >= ROWS_PER_GROUP:
             flush()
 
