@@ -7,7 +7,7 @@ import pytest
 
 from sagnac.core.errors import RecordingError
 from sagnac.formats import missing, read
-from sagnac.formats.binary import CHECKSUMS, declared, open_declared
+from sagnac.formats.binary import CHECKSUMS, declared, open_source
 from tests.formats.examples import refused, save
 
 TIMES = np.arange(400) / 64.0
@@ -82,7 +82,7 @@ def test_sync_bytes_and_checksums_find_the_records_between_what_is_damaged(tmp_p
         "checksum": checksum,
         "kind": "increment",
     }
-    source = open_declared(path, layout)
+    source = open_source(path, layout)
     stored = source.load(["n", "x"])
     (piece,) = stored.pieces(["n", "x"], 0, stored.lengths["x"])
     kept = np.delete(np.arange(300), [100, 200])

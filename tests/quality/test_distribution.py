@@ -6,7 +6,7 @@ from scipy.signal import lfilter
 
 from sagnac.quality.check import judged
 from sagnac.quality.distribution import has_uniform_errors, shape_of
-from sagnac.quality.profile import whitened
+from sagnac.quality.whitening import whitened
 from tests.quality.pathologies import MEAN, RATE, SAMPLES, SIGMA, bent, of_rate, still
 
 WHITE = np.random.default_rng(7).standard_normal(SAMPLES)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from sagnac.quality.check import judged
-from sagnac.quality.profile import count_step
+from sagnac.quality.lattice import count_step
 from sagnac.quality.readout import joint_readout, readout_of
 from sagnac.recording.model import Recording
 from tests.instruments import ARCSECOND, Readout, turntable

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from sagnac.quality.profile import remedy_of
-from sagnac.recording.channel import is_missing, longest_unmarked, marked_steps, stretches
+from sagnac.core.marks import is_missing, longest_unmarked, marked_steps, stretches
+from sagnac.quality.effects import remedy_of
 from sagnac.recording.model import Recording
 from tests.quality.recordings import noise, rate_gyro
 

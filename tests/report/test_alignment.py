@@ -37,13 +37,9 @@ def test_floor_by_flicker_and_by_its_bound():
     seen = GyroNoise(angle_random_walk=N, bias_instability=flicker)
     lines = drawn(compass_figure(seen, latitude=LATITUDE, confidence=0.95))
     assert lines["floor by B"].get_ydata()[0] == pytest.approx(expected / ARCMINUTE, rel=1e-6)
-    bounded = compass_figure(
-        GyroNoise(angle_random_walk=N),
-        latitude=LATITUDE,
-        confidence=0.95,
-        highest_bias_instability=flicker,
-    )
-    highest = drawn(bounded)["floor by B, at most"]
+    bounded = GyroNoise(angle_random_walk=N, bounds={"bias_instability": flicker})
+    lines = drawn(compass_figure(bounded, latitude=LATITUDE, confidence=0.95))
+    highest = lines["floor by B, at most"]
     assert highest.get_ydata()[0] == pytest.approx(expected / ARCMINUTE, rel=1e-6)
 
 

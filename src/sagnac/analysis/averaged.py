@@ -37,7 +37,7 @@ from sagnac.noise.slow_laws import WALK
 from sagnac.noise.whole_band import levels_bear_out, with_slow_laws, with_slow_terms
 from sagnac.quality import distribution
 from sagnac.quality.distribution import Bumps, Spikes, shape_of
-from sagnac.quality.profile import whitened
+from sagnac.quality.whitening import whitened
 from sagnac.spectrum.levels import Levels, robust_levels
 from sagnac.spectrum.periodogram import bin_sums
 from sagnac.spectrum.tapered import LEAST_SAMPLES, tapered_spectrum

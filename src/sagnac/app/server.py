@@ -165,9 +165,8 @@ class _Events(_Handler):
         except ValueError as error:
             raise web.HTTPError(403, reason="No page") from error
         self.set_header("Content-Type", "text/event-stream; charset=utf-8")
-        queue = session.listen()
         text = "retry: 1000"
-        try:
+        with contextlib.suppress(StreamClosedError), session.listening() as queue:
             while True:
                 self.write(f"{text}\n\n")
                 await self.flush()
@@ -176,10 +175,6 @@ class _Events(_Handler):
                     text = f"data: {json.dumps(event, allow_nan=False)}"
                 except TimeoutError:
                     text = ": beat"
-        except StreamClosedError:
-            pass
-        finally:
-            session.leave(queue)
 
 
 @web.stream_request_body
@@ -322,11 +317,8 @@ def _room(file: Path | None) -> Iterator[tuple[Room, str]]:
     root = place if place.is_dir() else place.parent
     if not place.exists():
         raise sagnac.RecordingError("no such file", path=str(file), remedy="check the path")
-    dropped = Path(tempfile.mkdtemp(prefix="sagnac-app-")).resolve()
-    try:
-        yield Room(root=root.resolve(), dropped=dropped), first
-    finally:
-        shutil.rmtree(dropped, ignore_errors=True)
+    with tempfile.TemporaryDirectory(prefix="sagnac-app-", ignore_cleanup_errors=True) as dropped:
+        yield Room(root=root.resolve(), dropped=Path(dropped).resolve()), first
 
 
 def serve(file: Path | None, *, port: int = 0, opened: Callable[[str], None]) -> None:

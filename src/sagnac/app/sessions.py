@@ -14,7 +14,7 @@ import re
 import threading
 import time
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from multiprocessing.connection import Connection
 from multiprocessing.context import SpawnProcess
@@ -323,19 +323,19 @@ class Session:
             run.end()
         return run is not None
 
-    def listen(self) -> "asyncio.Queue[dict[str, Any]]":
-        """Events from now on, after the latest of each run."""
+    @contextlib.contextmanager
+    def listening(self) -> "Iterator[asyncio.Queue[dict[str, Any]]]":
+        """Inside, the page hears events from now on, after the latest of each run."""
         queue: asyncio.Queue[dict[str, Any]] = asyncio.Queue()
         for event in (*self.said.values(), *self.missed):
             queue.put_nowait(event)
         self.missed.clear()
         self.listener = queue
-        return queue
-
-    def leave(self, queue: "asyncio.Queue[dict[str, Any]]") -> None:
-        """The page listens no more."""
-        if self.listener is queue:
-            self.listener, self.left = None, time.monotonic()
+        try:
+            yield queue
+        finally:
+            if self.listener is queue:
+                self.listener, self.left = None, time.monotonic()
 
     def end(self) -> None:
         """End all runs."""

@@ -137,14 +137,11 @@ def _written(config: "sagnac.RigConfig", path: Path) -> tuple[Path, Path]:
 
 def _like(path: Path) -> "tuple[sagnac.RigConfig, tuple[str, ...]]":
     """The unit that an analysis measured; and what is left out of it, in words."""
-    from sagnac.core.documents import read_analyses
+    from sagnac.core.documents import read_one_analysis
     from sagnac.rig.measured import Measured
     from sagnac.rig.sections import ConfigurationError
 
-    document, *others = read_analyses(path)
-    if others:
-        remedy = "give that of one recording"
-        raise sagnac.RecordingError("holds several analyses", path=str(path), remedy=remedy)
+    document = read_one_analysis(path)
     try:
         base = sagnac.RigConfig.from_analysis(document)
     except ConfigurationError as error:

@@ -1,4 +1,4 @@
-"""What every room uses: arrays, units, errors and notes, documents, compiled loops, processes.
+"""What every room uses: arrays, marks, units, errors, documents, compiled loops, processes.
 
 It knows nothing of gyros, tables or recordings: what belongs to one idea stands in its room.
 """

@@ -234,6 +234,22 @@ def elementwise(
     return result
 
 
+def by_blocks(
+    function: Callable[..., Any], values: NDArray[Any], *others: NDArray[Any]
+) -> NDArray[Any]:
+    """Results of a function for blocks of long arrays, (blocks, ...): to be summed, or the like.
+
+    Parameters
+    ----------
+    function
+        Given the same block of each array, (some,) each.
+    values, others
+        (samples,) each.
+    """
+    several = (values, *others)
+    return np.array([function(*(one[some] for one in several)) for some in blocks(values.size)])
+
+
 def every(values: FloatArray, step: int) -> FloatArray:
     """Copy of every `step`-th value, from the first.
 
@@ -262,6 +278,12 @@ def distance_between(most: int, size: int) -> int:
     apart = size // most
     whole = (one for one in count(apart) if math.gcd(one, _SHORT_PERIODS) == 1)
     return next(whole) if apart > 7 else 1
+
+
+def some_steps(values: FloatArray, most: int) -> FloatArray:
+    """Steps from a sample to the next at even distances, about `most` of them."""
+    apart = distance_between(most, values.size - 1)
+    return every(values[1:], apart) - every(values[:-1], apart)
 
 
 def values_at(values: FloatArray, places: IntegerArray) -> FloatArray:

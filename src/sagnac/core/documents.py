@@ -25,7 +25,7 @@ TEXTS: Final[Schema] = {
     "anyOf": [{"type": "string"}, {"type": "array", "items": {"type": "string"}}],
     "description": "give text, or a list of it",
 }
-_REMEDY: Final = "give the analysis.json that an analysis wrote, as it wrote it"
+AS_WRITTEN: Final = "give the analysis.json that an analysis wrote, as it wrote it"
 
 
 def table(keys: Mapping[str, Schema], needed: Iterable[str] = ()) -> Schema:
@@ -153,21 +153,37 @@ def read_analyses(source: Path | str) -> tuple[Mapping[str, Any], ...]:
     if schema == ANALYSES:
         several = content.get("analyses")
         if not isinstance(several, list) or not several:
-            raise RecordingError("holds no analyses", path=str(path), remedy=_REMEDY)
-        beside = {key: content[key] for key in ("accelerometers",) if key in content}
-        if beside and isinstance(several[0], dict):
-            several = [{**several[0], **beside}, *several[1:]]
+            raise RecordingError("holds no analyses", path=str(path), remedy=AS_WRITTEN)
+        if "accelerometers" in content and isinstance(several[0], dict):
+            several = [{**several[0], "accelerometers": content["accelerometers"]}, *several[1:]]
     elif schema == ANALYSIS:
         several = [content]
     else:
-        raise RecordingError(f"is no document of schema {ANALYSIS}", path=str(path), remedy=_REMEDY)
+        said = f"is no document of schema {ANALYSIS}"
+        raise RecordingError(said, path=str(path), remedy=AS_WRITTEN)
     for one in several:
         try:
             check_analysis(one)
         except ValueError as error:
             said = f"breaks its schema {ANALYSIS}: {error}"
-            raise RecordingError(said, path=str(path), remedy=_REMEDY) from None
+            raise RecordingError(said, path=str(path), remedy=AS_WRITTEN) from None
     return tuple(several)
+
+
+def read_one_analysis(source: Path | str) -> Mapping[str, Any]:
+    """The same of a source that holds one alone.
+
+    Raises
+    ------
+    RecordingError
+        As `read_analyses`, or if there are several.
+    """
+    documents = read_analyses(source)
+    if len(documents) > 1:
+        where = str(source) if isinstance(source, Path) else "text"
+        said = f"holds {len(documents)} analyses"
+        raise RecordingError(said, path=where, remedy="give the analysis.json of one recording")
+    return documents[0]
 
 
 def documents_of(path: Path) -> tuple[Path, ...]:
@@ -213,7 +229,7 @@ def _json(path: Path, text: str | None) -> Any:
         raise RecordingError(said, path=str(path), remedy="check the path") from None
     except (ValueError, RecursionError) as error:
         said = f"is no JSON: {_reason(error)}"
-        raise RecordingError(said, path=str(path), remedy=_REMEDY) from None
+        raise RecordingError(said, path=str(path), remedy=AS_WRITTEN) from None
 
 
 def _reason(error: Exception) -> str:

@@ -302,7 +302,7 @@ class Run:
     confidence
         Of the interval.
     labels
-        By factor (``unit``, ``day``, ``rate``): what it was a run of.
+        By factor (``unit``, ``day``, ``rate``): what it was a run of; empty if that is not known.
 
     Raises
     ------
@@ -414,7 +414,7 @@ def repeatability(runs: Sequence[Run], *, confidence: float = 0.95) -> Repeatabi
         If `confidence` is not between 0 and 1.
     """
     require_confidence(confidence)
-    used = [name for name in FACTORS if runs and all(name in run.labels for run in runs)]
+    used = [name for name in FACTORS if runs and all(run.labels.get(name) for run in runs)]
     labels = {name: tuple(run.labels[name] for run in runs) for name in used}
     labels = {name: found for name, found in labels.items() if len(set(found)) < len(runs)}
     design = Design.of(

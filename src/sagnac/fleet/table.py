@@ -319,7 +319,7 @@ def scatter_of(lines: Sequence[Line], confidence: float | None = None) -> Scatte
             low=line.low,
             high=line.high,
             confidence=line.confidence,
-            labels={name: label for name, label in _labels(line).items() if label},
+            labels={"unit": line.unit, "day": line.day, "rate": f"{line.rate_deg_per_s:g}"},
         )
         for line in shown
     ]
@@ -329,10 +329,6 @@ def scatter_of(lines: Sequence[Line], confidence: float | None = None) -> Scatte
     except RecordingError as error:
         why = str(error)
     return Scatter(lines=shown, left_out=len(lines) - len(shown), answer=answer, why=why)
-
-
-def _labels(line: Line) -> dict[str, str]:
-    return {"unit": line.unit, "day": line.day, "rate": f"{line.rate_deg_per_s:g}"}
 
 
 # ---- prior -------------------------------------------------------------------------

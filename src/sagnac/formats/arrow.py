@@ -63,13 +63,6 @@ def _schema(heading: Outgoing) -> pa.Schema:
     return pa.schema(fields, metadata={**heading.sensors, **stated})
 
 
-def _arrays(rows: Rows, schema: pa.Schema) -> list[pa.Array]:
-    """Rows of the columns of a schema."""
-    return [
-        pa.array(rows[one.name].astype(one.type.to_pandas_dtype(), copy=False)) for one in schema
-    ]
-
-
 # ---- read --------------------------------------------------------------------------
 
 
@@ -211,7 +204,7 @@ def writer(path: Path | str, heading: Outgoing) -> Iterator[Callable[[Rows], Non
             pending.clear()
 
     def append(rows: Rows) -> None:
-        pending.append(pa.Table.from_arrays(_arrays(rows, schema), schema=schema))
+        pending.append(pa.table(rows).select(schema.names).cast(schema))
         if sum(table.num_rows for table in pending) >= ROWS_PER_GROUP:
             flush()
 
@@ -235,5 +228,4 @@ def write(path: Path, out: Outgoing) -> None:
         pa.ipc.new_file(stream, schema) as file,
     ):
         for block in blocks(out.samples):
-            arrays = _arrays(out.rows(block), schema)
-            file.write_batch(pa.RecordBatch.from_arrays(arrays, schema=schema))
+            file.write_table(pa.table(out.rows(block)).cast(schema))

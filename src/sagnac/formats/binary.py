@@ -195,19 +195,7 @@ def _number_in(word: str) -> int:
 _LOOKED_THROUGH: Final = 1 << 24
 
 
-def open_source(path: Path) -> Source:
-    """Refuse a file whose layout nobody states.
-
-    Raises
-    ------
-    RecordingError
-        Always: see `open_declared`.
-    """
-    remedy = "state {layout NAME}, a preset or a TOML that lists the fields"
-    raise RecordingError("is binary and its layout is not declared", remedy=remedy)
-
-
-def open_declared(path: Path, layout: str | Mapping[str, Any]) -> Source:
+def open_source(path: Path, layout: str | Mapping[str, Any] | None = None) -> Source:
     """Columns by the fields of the layout.
 
     Parameters
@@ -220,8 +208,11 @@ def open_declared(path: Path, layout: str | Mapping[str, Any]) -> Source:
     Raises
     ------
     RecordingError
-        If the layout cannot be, or the file holds no record of it.
+        If no layout is declared, it cannot be, or the file holds no record of it.
     """
+    if layout is None:
+        remedy = "state {layout NAME}, a preset or a TOML that lists the fields"
+        raise RecordingError("is binary and its layout is not declared", remedy=remedy)
     laid_out = declared(layout)
     length = laid_out.dtype.itemsize
     content: Bytes = np.memmap(path, dtype=np.uint8, mode="r")[laid_out.header_bytes :]

@@ -5,17 +5,8 @@ from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Final, Literal
 
+from sagnac.core import units
 from sagnac.core.errors import Note, RecordingError
-from sagnac.core.units import (
-    TIME_UNITS,
-    VELOCITY_UNITS,
-    Quantity,
-    Sensor,
-    Unit,
-    canonical,
-    sizes,
-    unit_of,
-)
 from sagnac.formats.source import Column
 from sagnac.formats.statement import Statements, is_counts
 from sagnac.recording.channel import KINDS, PICKOFF, Kind, quantity_of
@@ -78,9 +69,9 @@ class Choice:
                 raise RecordingError(said, channel=key, remedy=remedy)
 
     @property
-    def sensors(self) -> list[tuple[Sensor, str, Column]]:
+    def sensors(self) -> list[tuple[units.Sensor, str, Column]]:
         """Gyros and accelerometers: what each is, the name wanted, and its column."""
-        named: dict[Sensor, Mapping[str, Column]]
+        named: dict[units.Sensor, Mapping[str, Column]]
         named = {"gyro": self.gyros, "accelerometer": self.accelerometers}
         return [(sensor, *item) for sensor, own in named.items() for item in own.items()]
 
@@ -305,7 +296,7 @@ def _in_unit(column: Column, role: str, unit: str | None) -> Column:
 
 def is_time_unit(unit: str) -> bool:
     """Whether a unit is one of time, or says that times are written as text."""
-    return canonical(unit) in TIME_UNITS or unit in TIME_FORMS
+    return units.canonical(unit) in units.TIME_UNITS or unit in TIME_FORMS
 
 
 def is_like_time(column: Column) -> bool:
@@ -371,7 +362,7 @@ def stated_for(
     name: str,
     column: Column,
     statements: Statements,
-    sensor: Sensor = "gyro",
+    sensor: units.Sensor = "gyro",
 ) -> tuple[str | None, str | None, str | None]:
     """Kind or unit of a channel as caller, TOML, and its column or else the file state it."""
     caller, beside, file = (one.of_channel(quantity, name, sensor) for one in statements.in_order)
@@ -379,7 +370,9 @@ def stated_for(
     return caller, beside, by_column or file
 
 
-def scale_of(name: str, column: Column, statements: Statements, sensor: Sensor = "gyro") -> Scale:
+def scale_of(
+    name: str, column: Column, statements: Statements, sensor: units.Sensor = "gyro"
+) -> Scale:
     """Kind and unit of a channel: as caller or TOML state it, else its column, else the file.
 
     The kind of an accelerometer is ``rate`` unless another is stated.
@@ -389,9 +382,9 @@ def scale_of(name: str, column: Column, statements: Statements, sensor: Sensor =
     RecordingError
         If kind, unit or the size of a count is not stated, or they contradict each other.
     """
-    kinds = stated_for("kind", name, column, statements, sensor)
-    units = stated_for("unit", name, column, statements, sensor)
-    stated, unit = (next(filter(None, one), None) for one in (kinds, units))
+    by_kind = stated_for("kind", name, column, statements, sensor)
+    by_unit = stated_for("unit", name, column, statements, sensor)
+    stated, unit = (next(filter(None, one), None) for one in (by_kind, by_unit))
     of_one = "" if sensor == "gyro" else f"{name}="
     if stated is None and sensor == "accelerometer":
         stated = "rate"
@@ -415,22 +408,22 @@ def scale_of(name: str, column: Column, statements: Statements, sensor: Sensor =
         said = "it is in counts and their size is not stated"
         raise RecordingError(said, channel=name, remedy="state {scale 0.1arcsec}")
     unit, quantity = scale or unit, quantity_of(kind, sensor)
-    usual = next(iter(sizes(quantity)))
+    usual = next(iter(units.sizes(quantity)))
     other = f"another of {quantity}" if sensor == "gyro" else "{unit gyros=deg/s,accelerometers=g}"
     remedy = f"state {{unit {of_one}{usual}}} or {other}, or the right {{kind}}"
     if scale is not None:
         remedy = "state the right {scale} or {kind}"
-    elif unit is not None and not any(units[:2]):
+    elif unit is not None and not any(by_unit[:2]):
         # The file says it itself: the kind that was stated is the more likely fault.
         remedy = f"state the right {{kind}}, or {{unit {of_one}{usual}}} or {other}"
-    if sensor == "accelerometer" and kind == "rate" and unit in VELOCITY_UNITS:
+    if sensor == "accelerometer" and kind == "rate" and unit in units.VELOCITY_UNITS:
         # A kind without a name is that of the gyros alone.
         remedy = "state {kind gyros=increment,accelerometers=increment}, or the right {unit}"
     known_unit(name, unit, quantity, remedy)
     notes = [
         contradiction(by_file, caller or beside or "", is_typed=caller is not None, channel=name)
-        for caller, beside, by_file in (units, kinds)
-        if by_file and canonical(caller or beside or by_file) != canonical(by_file)
+        for caller, beside, by_file in (by_unit, by_kind)
+        if by_file and units.canonical(caller or beside or by_file) != units.canonical(by_file)
     ]
     return Scale(kind=kind, unit=unit or "", notes=tuple(notes))
 
@@ -449,7 +442,7 @@ def contradiction(by_file: str, taken: str, *, is_typed: bool, channel: str = ""
     return Note(name="units", channel=channel, text=text, level="warning")
 
 
-def role_unit(role: Literal["table", "time"], column: Column) -> Unit:
+def role_unit(role: Literal["table", "time"], column: Column) -> units.Unit:
     """Unit of the table angle, or of the time stamps.
 
     Raises
@@ -457,7 +450,7 @@ def role_unit(role: Literal["table", "time"], column: Column) -> Unit:
     RecordingError
         If none is stated, or it is one of something else.
     """
-    quantity: Quantity = "angle" if role == "table" else "time"
+    quantity: units.Quantity = "angle" if role == "table" else "time"
     usual = "deg" if role == "table" else "s"
     if is_counts(column.unit or ""):
         # What a count is worth stands before its unit.
@@ -466,7 +459,7 @@ def role_unit(role: Literal["table", "time"], column: Column) -> Unit:
     return known_unit(role, "ns" if column.unit in TIME_FORMS else column.unit, quantity, remedy)
 
 
-def known_unit(channel: str, unit: str | None, quantity: Quantity, remedy: str) -> Unit:
+def known_unit(channel: str, unit: str | None, quantity: units.Quantity, remedy: str) -> units.Unit:
     """The unit that is stated of a channel.
 
     Raises
@@ -477,7 +470,7 @@ def known_unit(channel: str, unit: str | None, quantity: Quantity, remedy: str) 
     if unit is None:
         raise RecordingError("its unit is not stated", channel=channel, remedy=remedy)
     try:
-        return unit_of(unit, quantity)
+        return units.unit_of(unit, quantity)
     except ValueError:
         said = f"unit {unit!r} is not one of {quantity}"
         raise RecordingError(said, channel=channel, remedy=remedy) from None

@@ -15,12 +15,11 @@ from sagnac.core.whole_files import replacing
 from sagnac.formats import source
 from sagnac.formats.files import require_content, require_room
 from sagnac.formats.registry import NPY
-from sagnac.formats.source import Column, Source
+from sagnac.formats.source import MOST_COLUMNS, Column, Source
 from sagnac.formats.statement import ARRAYS_STATED, from_mapping
 
 # Bytes of a text that states something.
 _MOST_STATED: Final = 2**16
-_MOST_COLUMNS: Final = 4096
 
 
 def open_source(path: Path) -> Source:
@@ -52,9 +51,9 @@ def _open_array(path: Path) -> Source:
     elif array.ndim in (1, 2):
         table = np.atleast_2d(array)
         rows = table if table.shape[0] < table.shape[1] else table.T
-        columns = {str(number): row for number, row in enumerate(rows[: _MOST_COLUMNS + 1], 1)}
+        columns = {str(number): row for number, row in enumerate(rows[: MOST_COLUMNS + 1], 1)}
     columns = {name: one for name, one in columns.items() if one.dtype.kind in "biuf"}
-    if not 0 < len(columns) <= _MOST_COLUMNS:
+    if not 0 < len(columns) <= MOST_COLUMNS:
         said = f"holds {array.dtype} of shape {array.shape}, no table of real numbers"
         remedy = "store an array of shape (samples,) or (samples, channels)"
         raise RecordingError(said, remedy=remedy)

@@ -315,11 +315,9 @@ def _open(path: Path, statements: Statements) -> Source:
     else:
         beginning = _beginning(path)
         known = BINARY if layout is not None and beginning else format_of(path.suffix, beginning)
-    module = _module(known, "reading")
+    module, declared = _module(known, "reading"), () if layout is None else (layout,)
     with damaged(known.name):
-        source: Source = (
-            module.open_source(path) if layout is None else module.open_declared(path, layout)
-        )
+        source: Source = module.open_source(path, *declared)
     return replace(source, format=source.format or known.name)
 
 

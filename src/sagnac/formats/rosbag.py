@@ -9,7 +9,6 @@ is set beside what the library makes of it before any is read so.
 import os
 import shutil
 from collections.abc import Sequence
-from contextlib import closing
 from dataclasses import dataclass
 from itertools import islice
 from pathlib import Path
@@ -79,7 +78,7 @@ def open_source(path: Path) -> Source:
     ValueError
         If it is no bag, or is cut off.
     """
-    with closing(_opened(path)) as bag:
+    with _reader(path) as bag:
         every = [(name, one.msgtype, one.msgcount) for name, one in bag.topics.items()]
         found = (_topic(bag, name) for name, kind, _ in every if kind in _TYPES)
         topics = [topic for topic in found if topic is not None]
@@ -96,7 +95,7 @@ def open_source(path: Path) -> Source:
 
     def load(wanted: Sequence[str]) -> dict[str, NDArray[Any]]:
         arrays: dict[str, NDArray[Any]] = {}
-        with closing(_opened(path)) as bag:
+        with _reader(path) as bag:
             for topic in topics:
                 fields = {key: keys[key][1] for key in wanted if keys[key][0] is topic}
                 if fields:
@@ -116,12 +115,10 @@ def open_source(path: Path) -> Source:
     return Source(columns=columns, stated=stated, load=load, notes=(Note(text=said),))
 
 
-def _opened(path: Path) -> AnyReader:
-    """A bag of that file or folder, open."""
+def _reader(path: Path) -> AnyReader:
+    """The reader of a file or folder."""
     # Bags of ROS 2 before Iron hold no definitions; the message is the same in all.
-    bag = AnyReader([path], default_typestore=get_typestore(Stores.ROS2_HUMBLE))
-    bag.open()
-    return bag
+    return AnyReader([path], default_typestore=get_typestore(Stores.ROS2_HUMBLE))
 
 
 def _topic(bag: AnyReader, name: str) -> _Topic | None:

@@ -22,7 +22,7 @@ from sagnac.recording.model import Kind, Recording
 # Pieces of columns that follow one another, each with values of one key or more.
 Pieces = Iterator[dict[str, NDArray[Any]]]
 # A matrix of more columns than this is no recording.
-_MOST_COLUMNS: Final = 4096
+MOST_COLUMNS: Final = 4096
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -265,7 +265,7 @@ def vectors(key: str, array: str, shape: tuple[int, ...]) -> dict[str, Vector]:
     long = [size for size in shape if size > 1]
     if len(long) == 1 and len(shape) <= 2:
         return {key: Vector(array=array, index=None)}
-    if len(shape) == 2 and len(long) == 2 and min(shape) <= _MOST_COLUMNS:
+    if len(shape) == 2 and len(long) == 2 and min(shape) <= MOST_COLUMNS:
         numbers = range(1, min(shape) + 1)
         return {f"{key}.{number}": Vector(array=array, index=number) for number in numbers}
     return {}

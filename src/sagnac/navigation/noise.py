@@ -12,7 +12,7 @@ import numpy as np
 from scipy.special import ndtri
 
 from sagnac.core.arrays import FloatArray
-from sagnac.core.documents import Documented, read_analyses
+from sagnac.core.documents import Documented, read_one_analysis
 from sagnac.core.errors import RecordingError
 from sagnac.core.units import SENSED, Sensor
 from sagnac.navigation.models import Markov, require_numbers
@@ -115,12 +115,7 @@ class GyroNoise:
         """
         if isinstance(source, str | Path):
             with as_written(Path(source)):
-                document, *others = read_analyses(Path(source))
-                if others:
-                    problem = "holds several analyses"
-                    remedy = "give the analysis.json that an analysis of one recording wrote"
-                    raise RecordingError(problem, remedy=remedy)
-                return cls.unit(document)
+                return cls.unit(read_one_analysis(Path(source)))
         document = source if isinstance(source, Mapping) else json.loads(source.to_json())
         alone = document.get("gyros", {})
         if set(alone) == {"x", "y", "z"}:

@@ -25,7 +25,7 @@ from sagnac.core.documents import finite
 from sagnac.core.errors import RecordingError
 from sagnac.core.processes import GIBIBYTE, Means, Standing, completed, nobody
 from sagnac.core.units import DEGREE, DEGREE_PER_ROOT_HOUR
-from sagnac.core.whole_files import replacing
+from sagnac.core.whole_files import write_text
 from sagnac.lines.published import AS_PRINTED, FAIR
 from sagnac.noise.curve_fit import is_in_paper, paper_fit
 from sagnac.noise.estimates import Estimate, Status, unobserved
@@ -155,8 +155,7 @@ def write_outcome(path: Path, outcome: Outcome) -> None:
         If the folder cannot be written to.
     """
     values = finite(asdict(outcome))
-    with replacing(path) as temporary:
-        temporary.write_text(json.dumps(values, allow_nan=False, indent=1), encoding="utf-8")
+    write_text(path, json.dumps(values, allow_nan=False, indent=1))
 
 
 def read_outcome(path: Path, run: Run) -> Outcome | None:

@@ -12,7 +12,7 @@ from typing import Any, Final, NamedTuple
 from sagnac.core.arrays import FloatArray
 from sagnac.core.errors import Note, choices_of, ranked
 from sagnac.quality import distribution, encoder, physics, readout, samples
-from sagnac.quality.profile import Notes, Profile
+from sagnac.quality.profile import Notes, Profile, turned
 from sagnac.recording.channel import Channel
 from sagnac.recording.model import MINIMUM_SAMPLES, Recording, require_recording
 
@@ -222,7 +222,7 @@ def judged(recording: Recording, gyros: Sequence[str] = ()) -> Notes:
 def profiles_of(recording: Recording, names: Iterable[str]) -> list[Profile]:
     """The profiles of gyros, each of which knows the others."""
     rate, together, table = recording.sample_rate, dict[str, Profile](), None
-    standing = not encoder.turned(recording.table)
+    standing = not turned(recording.table)
     if recording.table is not None:
         table = Profile(channel=recording.table, sample_rate=rate, standing=standing)
     known: dict[str, Any] = {"sample_rate": rate, "standing": standing, "table": table}
@@ -340,6 +340,6 @@ def _findings(recording: Recording) -> Notes:
         if profile.name not in wrapped:
             notes += encoder.table_notes(recording, profile)
     if recording.table is not None:
-        turns = encoder.turned(recording.table) / (2.0 * math.pi)
+        turns = turned(recording.table) / (2.0 * math.pi)
         notes.append(Note(channel="table", text=f"covers {turns:.2f} turns"))
     return ranked(notes)

@@ -9,24 +9,15 @@ from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import ArrayLike
 from scipy.special import ndtr, ndtri, stdtrit
 
-from sagnac.core.arrays import FloatArray, IntegerArray, blocks, distance_between, elementwise
+from sagnac.core import arrays
+from sagnac.core.arrays import FloatArray, IntegerArray, blocks
 from sagnac.core.errors import Level, Note, rounded
+from sagnac.core.marks import marked_steps, number_of
 from sagnac.core.units import DEGREE
 from sagnac.quality import _kernels
-from sagnac.quality.effects import effect_words
-from sagnac.quality.profile import (
-    EDGE,
-    LOOKED_AT,
-    Notes,
-    Profile,
-    alternating,
-    remedy_without,
-    seen,
-    some_steps,
-    whitened,
-    without_lines,
-)
-from sagnac.recording.channel import marked_steps, number_of
+from sagnac.quality.effects import effect_words, remedy_without, seen
+from sagnac.quality.profile import LOOKED_AT, Notes, Profile
+from sagnac.quality.whitening import EDGE, alternating, whitened, without_lines
 from sagnac.recording.model import Recording, second_of
 
 # ---- spikes ------------------------------------------------------------------------
@@ -119,7 +110,7 @@ def _spikes_in(
     padded = np.pad(some, (before, behind), mode="reflect")
     off = np.empty(block.stop - block.start)
     _kernels.off_neighbours(padded, off)
-    some = off[:: distance_between(2**13, off.size)]
+    some = off[:: arrays.distance_between(2**13, off.size)]
     low, high = np.quantile(some, (0.25, 0.75))
     # Coarse steps have quartiles of a step or none: the root mean square of the inner part.
     inner = some[np.abs(some) <= np.quantile(np.abs(some), 0.95)]
@@ -157,7 +148,7 @@ def without_spikes(increments: ArrayLike, spikes: Spikes) -> FloatArray:
         Of `find_spikes`.
     """
     values = np.asarray(increments, dtype=np.float64)
-    cleaned = elementwise(np.add, values, 0.0)
+    cleaned = arrays.elementwise(np.add, values, 0.0)
     cleaned[spikes.index] -= spikes.height
     return cleaned
 
@@ -350,7 +341,7 @@ def jump_notes(recording: Recording, profile: Profile) -> Notes:
     steady meets the steps of a readout so.
     """
     values = profile.channel.values
-    steps = some_steps(values, 20_000)
+    steps = arrays.some_steps(values, 20_000)
     middle = float(np.median(steps))
     limit = _TIMES * float(np.quantile(np.abs(steps - middle), 0.99))
     found = profile.survey
@@ -387,7 +378,7 @@ class Shape(NamedTuple):
 
 
 def shape_of(white: FloatArray) -> Shape:
-    """Distribution of (samples,) what samples turned, made white first (`profile.whitened`).
+    """Distribution of (samples,) what samples turned, made white first (`whitening.whitened`).
 
     A sine is flat as a soft limit makes noise, and slow noise has few independent samples. So each
     frequency is divided by the level around it, and lines are cut down to the noise.

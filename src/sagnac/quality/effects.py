@@ -1,9 +1,14 @@
-"""Effect of a fault of the data on the angle random walk: level and words of a note."""
+"""Words of a finding: what was seen, what it does to the angle random walk, and the remedy."""
 
 import math
 from typing import Final
 
-from sagnac.core.errors import Level, Note, rounded
+import numpy as np
+
+from sagnac.core.arrays import BooleanArray, IntegerArray
+from sagnac.core.errors import Level, Note, counted, rounded
+from sagnac.core.marks import longest_unmarked
+from sagnac.recording.model import MINIMUM_SAMPLES, Recording, second_of
 
 # Findings whose factor on N is known well enough to be divided by: half of the change is then in
 # doubt, and the answer's interval is wider by it on either side.
@@ -69,3 +74,45 @@ def finding(
     if name in DIVIDED and level == "warning" and effect_words(known) != effect_words(1.0):
         text = f"{text}, and an answer is divided by that"
     return Note(name=name, channel=channel, level=level, text=text, effect=known)
+
+
+# ---- places and remedies ------------------------------------------------------------
+
+
+def seen(recording: Recording, marks: BooleanArray | IntegerArray, noun: str, rest: str) -> str:
+    """``12 samples of exactly zero, the first at 3.500 s``.
+
+    Parameters
+    ----------
+    recording
+        It tells when a sample was taken.
+    marks
+        Samples, as booleans (samples,) or by their numbers.
+    noun, rest
+        Of one of them, and what is said of them.
+    """
+    places = np.flatnonzero(marks) if marks.dtype == np.bool_ else marks
+    when = second_of(recording, int(places[0]))
+    return f"{counted(places.size, noun)} {rest}, the first at {when:.3f} s"
+
+
+def remedy_of(recording: Recording, stretch: slice) -> str:
+    """Remedy if only this stretch is sound: ``take the sound stretch with {slice 30:90}``.
+
+    Rounded inwards to ms, so that the slice named holds no sample outside the stretch.
+    """
+    first, last = stretch.start, stretch.stop - 1
+    begin = 0.0 if first == 0 else second_of(recording, first) * 1e3
+    # Stamps of a damaged file may be any number.
+    if stretch.stop - first < MINIMUM_SAMPLES or not math.isfinite(begin):
+        return "get the file again from its source"
+    start = math.ceil(begin) / 1e3
+    stop = "" if last == recording.samples - 1 else f"{second_of(recording, last):.3f}"
+    return f"take the sound stretch with {{slice {start:g}:{stop}}}"
+
+
+def remedy_without(recording: Recording, bad: BooleanArray | IntegerArray) -> str:
+    """Remedy if some samples are bad, given as booleans (samples,) or by their numbers."""
+    marks = np.zeros(recording.samples, dtype=np.bool_)
+    marks[bad] = True
+    return remedy_of(recording, longest_unmarked(marks))

@@ -7,31 +7,15 @@ from typing import Final
 
 import numpy as np
 
-from sagnac.core.arrays import FloatArray, IntegerArray, blocks, empty, extent, values_at
+from sagnac.core.arrays import FloatArray, IntegerArray, blocks, empty, some_steps, values_at
 from sagnac.core.errors import Level, Note, RecordingError, counted
+from sagnac.core.marks import marked, marked_steps
 from sagnac.core.units import ARCSECOND, DEGREE, split_factor
 from sagnac.quality.distribution import LEAST_FOR_SPIKES, find_spikes, jump_notes
-from sagnac.quality.profile import (
-    Notes,
-    Profile,
-    other_units,
-    remedy_without,
-    scatter_of,
-    seen,
-    some_steps,
-)
-from sagnac.recording.channel import Channel, angle_of, marked, marked_steps
+from sagnac.quality.effects import remedy_without, seen
+from sagnac.quality.profile import Notes, Profile, other_units, scatter_of, turned
+from sagnac.recording.channel import Channel, angle_of
 from sagnac.recording.model import Recording, second_of
-
-
-def turned(table: Channel | None) -> float:
-    """Angle between the ends of what an encoder covers, rad; 0 if it stands still."""
-    if table is None:
-        return 0.0
-    lowest, highest = extent(table.values)
-    # A table that covers less is at rest: no encoder reads finer for hours.
-    return highest - lowest if highest - lowest > math.radians(1.0) else 0.0
-
 
 # ---- lost rows and slips -----------------------------------------------------------
 

@@ -15,6 +15,7 @@ from scipy.fft import irfft, next_fast_len, rfft
 
 from sagnac.core.arrays import FloatArray, every
 from sagnac.core.errors import Level, Note, counted
+from sagnac.core.marks import first_of, longest_unmarked, number_of
 from sagnac.core.units import (
     ACCELERATION_UNITS,
     DEGREE,
@@ -26,10 +27,10 @@ from sagnac.core.units import (
     split_factor,
 )
 from sagnac.quality.distribution import find_bumps
-from sagnac.quality.effects import finding
+from sagnac.quality.effects import finding, remedy_of
 from sagnac.quality.encoder import LEAST_SHARE, TURNING_RATE
-from sagnac.quality.profile import Notes, Profile, other_units, remedy_of
-from sagnac.recording.channel import Channel, angle_of, first_of, longest_unmarked, number_of
+from sagnac.quality.profile import Notes, Profile, other_units
+from sagnac.recording.channel import Channel, angle_of
 from sagnac.recording.model import Recording, second_of
 
 # ---- wrong unit --------------------------------------------------------------------

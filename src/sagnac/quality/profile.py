@@ -1,8 +1,4 @@
-"""A channel as detectors see it: its rate, its noise from block to block, the step of its readout.
-
-Besides, noise between lines made white, and the stretch that is sound, which is a remedy for the
-rest.
-"""
+"""A channel as detectors see it: its rate, its noise from block to block, its units."""
 
 import math
 from collections.abc import Iterator
@@ -11,204 +7,19 @@ from functools import cached_property, partial
 from typing import Final, NamedTuple, Self
 
 import numpy as np
-from numpy.typing import NDArray
-from scipy.fft import irfft, rfft
 
 from sagnac.core import arrays
-from sagnac.core.arrays import BooleanArray, FloatArray, IntegerArray
-from sagnac.core.errors import Note, counted
+from sagnac.core.arrays import FloatArray, IntegerArray
+from sagnac.core.errors import Note
+from sagnac.core.marks import number_of
 from sagnac.core.units import DEGREE, UNITS, split_factor
-from sagnac.quality import _kernels
-from sagnac.recording.channel import Channel, by_blocks, longest_unmarked, number_of
+from sagnac.quality.lattice import LAST_PLACES, ROUNDING, count_step
+from sagnac.quality.whitening import White, whitened
+from sagnac.recording.channel import Channel
 from sagnac.recording.encoder_readings import share_of_turns
-from sagnac.recording.model import MINIMUM_SAMPLES, Recording, second_of
+from sagnac.recording.model import Recording
 
 Notes = tuple[Note, ...]
-
-# What is no chance happens this often, and this many times as often as chance makes it.
-LEAST_OFTEN: Final = 10
-OFTENER: Final = 3
-
-# ---- lattice -----------------------------------------------------------------------
-
-# Samples on one side of which a median is taken.
-_SIDE: Final = 3
-# Largest sizes that are looked at, in steps.
-_WITHIN: Final = 6.0
-# Changes below this many last places of the largest value are rounding: an angle of many turns is
-# rounded where its changes would not be.
-_LAST_PLACES: Final = 8.0
-_ROUNDING: Final = float(np.finfo(np.float64).eps)
-
-
-def count_step(changes: FloatArray, rounding: float = 0.0) -> float:
-    """The step of a readout.
-
-    What a sample turned is held against the median of three before and of three behind, whichever
-    is nearer, so that a motion that reverses at once makes no size of its own. In numbers that are
-    counted, these sizes are whole steps, or what the rounding of a file leaves of nothing; between
-    the two lies a gap. In numbers that are not, the sizes go on to the smallest.
-
-    Parameters
-    ----------
-    changes
-        (samples,) what each sample turned.
-    rounding
-        Sizes up to this are nothing.
-
-    Returns
-    -------
-    float
-        In the unit of the changes. If the numbers are not counted, the smallest size there is;
-        infinite if there is none.
-    """
-    # Sizes in half octaves, which the exponents of their squares count.
-    counts, smallest, nothing = np.zeros(2048, dtype=np.int64), math.inf, 0
-    # What is made of so few samples together stays in cache.
-    for block in arrays.blocks(changes.size - 2 * _SIDE, 2**15):
-        sizes = _kernels.off_nearer_side(changes[block.start : block.stop + 2 * _SIDE])
-        nothing += number_of(sizes <= rounding)
-        sizes = sizes[(sizes > rounding) & (sizes < math.inf)]
-        smallest = min(smallest, float(sizes.min(initial=math.inf)))
-        counts += np.bincount(np.square(sizes).view(np.int64) >> 52, minlength=counts.size)
-    filled = np.flatnonzero(counts)
-    below = nothing + np.cumsum(counts[filled])[:-1]
-    # Sizes that rounding makes lie four classes, a factor of four, below those that a step makes.
-    gaps = np.flatnonzero((np.diff(filled) > 4) & (below >= LEAST_OFTEN))
-    # Decimals are a lattice of their own: the coarsest is the readout's.
-    for gap in gaps[::-1].tolist():
-        step = _whole_step(changes, 2.0 ** (0.5 * (float(filled[gap + 1]) - 1023.0)))
-        if step is not None:
-            return step
-    return smallest
-
-
-def _whole_step(changes: FloatArray, bound: float) -> float | None:
-    """The step of sizes from `bound` on; None if they are not whole numbers of it."""
-    # Sizes, and whether the changes go on the same way before and behind.
-    parts = []
-    for block in arrays.blocks(changes.size - 2 * _SIDE):
-        off = _kernels.off_nearer_side(changes[block.start : block.stop + 2 * _SIDE])
-        steps = np.diff(changes[block.start + _SIDE - 1 : block.stop + _SIDE + 1])
-        taken = (off >= bound) & (off < 2.0 * _WITHIN * bound)
-        parts.append(np.stack([off[taken], (steps[1:] * steps[:-1] > 0.0)[taken]]))
-    sizes, goes_on = np.concatenate(parts, axis=1)
-    least = sizes.min()
-    sizes, goes_on = sizes[sizes < _WITHIN * least], goes_on[sizes < _WITHIN * least]
-    # Fewer sizes are spikes.
-    if sizes.size < 0.01 * changes.size:
-        return None
-    # A motion that speeds up or slows down evenly makes sizes as well: what it changes by in one
-    # sample and, behind its first samples, in two; and the changes go on growing or falling. Steps
-    # of a readout come and go, or are of more sizes.
-    if np.mean(sizes < 2.5 * least) > 0.95 and goes_on.mean() > 0.6:
-        return None
-    step = float(np.median(sizes[sizes < 1.5 * least]))
-    off = np.abs(sizes / step - np.rint(sizes / step))
-    # Half of them have to lie near whole steps.
-    return step if float(np.median(off)) < 0.12 else None
-
-
-def rounding_in(values: FloatArray) -> float:
-    """Changes up to which those of a series are rounding, in its unit."""
-    return _LAST_PLACES * _ROUNDING * max(map(abs, arrays.extent(values)))
-
-
-# ---- white -------------------------------------------------------------------------
-
-# Frequencies whose median is the level of the noise there.
-_TOGETHER: Final = 64
-# Samples at either end that are left out.
-EDGE: Final = 512
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class White:
-    """White noise.
-
-    Attributes
-    ----------
-    values
-        (samples - 1024,) of any scale, from sample 512 on.
-    innovation
-        Standard deviation of what each change adds to all before it, in their unit: the root of
-        the geometric mean of the spectrum between the lines (Kolmogorov). Motion that is slow,
-        however large, adds next to nothing.
-    """
-
-    values: FloatArray
-    innovation: float
-
-
-def whitened(changes: FloatArray, *, bands: int | None = None, kept: float = 12.0) -> White:
-    """Increments with each frequency divided by the level around it.
-
-    Lines are cut down to a few times the level, which is the median over 64 frequencies, or over
-    a band.
-
-    Parameters
-    ----------
-    changes
-        (samples,), more than 1024.
-    bands
-        How many equal bands have a level each, so that lines that wander stay within one.
-    kept
-        Times the level that a line keeps.
-    """
-    transform, level = _by_level(changes, bands, kept)
-    held = level[level > 0.0]
-    innovation = math.exp(0.5 * float(np.log(held).mean())) if held.size else 0.0
-    values = _inner(transform, changes.size)
-    return White(values=values, innovation=innovation / math.sqrt(changes.size))
-
-
-def without_lines(changes: FloatArray) -> FloatArray:
-    """(samples - 1024,) increments without lines and what is slowest, their spectrum as it was.
-
-    `changes` are (samples,), more than 1024; the first value is of sample 512.
-    """
-    transform, level = _by_level(changes, None, 12.0)
-    return _inner(transform * np.sqrt(level), changes.size)
-
-
-def alternating(values: FloatArray) -> tuple[float, float]:
-    """Variance that goes into (samples,) with one sign and out with the next, and its error.
-
-    Errors of an angle do so in what each sample turned. Slow noise adds about as much to the
-    covariance of samples one apart and two apart, white noise nothing.
-    """
-    size = values.size
-    variance = float(values @ values) / size
-    one_apart = float(values[1:] @ values[:-1]) / size
-    two_apart = float(values[2:] @ values[:-2]) / size
-    return two_apart - one_apart, variance * math.sqrt(2.0 / size)
-
-
-def _by_level(
-    changes: FloatArray, bands: int | None, kept: float
-) -> tuple[NDArray[np.complex128], FloatArray]:
-    """The transform divided by the root of the level around each frequency, and that level."""
-    transform = rfft(changes)
-    power = transform.real**2 + transform.imag**2
-    together = max(_TOGETHER, power.size // bands) if bands else _TOGETHER
-    number = power.size // together
-    level = np.median(power[: number * together].reshape(number, together), axis=1)
-    level = np.repeat(level, together) / math.log(2.0)
-    level = np.append(level, np.full(power.size - level.size, level[-1]))
-    scale = np.sqrt(np.maximum(level, power / kept))
-    transform = np.divide(transform, scale, out=np.zeros_like(transform), where=scale > 0.0)
-    # The slowest are drift.
-    transform[:_TOGETHER] = 0.0
-    return transform, level
-
-
-def _inner(transform: NDArray[np.complex128], samples: int) -> FloatArray:
-    """What a transform is of, without both ends.
-
-    The end does not go on at the beginning, and what that makes of both is no noise.
-    """
-    return np.asarray(irfft(transform, samples)[EDGE:-EDGE])
-
 
 # ---- profile -----------------------------------------------------------------------
 
@@ -293,7 +104,7 @@ class Profile:
             return before.min(), before.max(), steps.min(), steps.max(), *nothing
 
         values, last = self.channel.values, float(self.channel.values[-1])
-        each = by_blocks(ends, values[:-1], values[1:])
+        each = arrays.by_blocks(ends, values[:-1], values[1:])
         least, most = each.min(axis=0).tolist(), each.max(axis=0).tolist()
         zeros, repeats = each[:, 4:].sum(axis=0).tolist()
         lowest, highest = min(least[0], last), max(most[1], last)
@@ -311,12 +122,12 @@ class Profile:
         """Rounding of the changes of an angle, in its unit; 0 if the values are no differences."""
         if self.channel.kind != "angle":
             return 0.0
-        return _LAST_PLACES * float(np.spacing(self.survey.size))
+        return LAST_PLACES * float(np.spacing(self.survey.size))
 
     @cached_property
     def step(self) -> float:
         """Step of the readout; the smallest change if it has none, infinite if nothing changes."""
-        return count_step(self.changes, _LAST_PLACES * _ROUNDING * self.survey.size)
+        return count_step(self.changes, LAST_PLACES * ROUNDING * self.survey.size)
 
     @property
     def block(self) -> int:
@@ -432,6 +243,15 @@ def changes_of(channel: Channel) -> FloatArray:
     return arrays.differences(channel.values) if channel.kind == "angle" else channel.values
 
 
+def turned(table: Channel | None) -> float:
+    """Angle between the ends of what an encoder covers, rad; 0 if it stands still."""
+    if table is None:
+        return 0.0
+    lowest, highest = arrays.extent(table.values)
+    # A table that covers less is at rest: no encoder reads finer for hours.
+    return highest - lowest if highest - lowest > math.radians(1.0) else 0.0
+
+
 def _typical_power(row: FloatArray) -> float:
     """Variance of white noise by the steps between samples, without the largest hundredth."""
     size = np.abs(np.diff(row))
@@ -450,12 +270,6 @@ def scatter_of(values: FloatArray) -> float:
     return 1.4826 * float(np.median(np.abs(values)))
 
 
-def some_steps(values: FloatArray, most: int) -> FloatArray:
-    """Steps from a sample to the next at even distances, about `most` of them."""
-    apart = arrays.distance_between(most, values.size - 1)
-    return arrays.every(values[1:], apart) - arrays.every(values[:-1], apart)
-
-
 # ---- units -------------------------------------------------------------------------
 
 
@@ -469,45 +283,3 @@ def other_units(channel: Channel) -> dict[str, float]:
     likely = ("deg/s", "rad/s", "deg/h") if channel.kind == "rate" else ("arcsec", "deg", "rad")
     sizes = {unit: UNITS[unit].size / UNITS[stated].size for unit in likely if unit != stated}
     return {f"{said}{unit}": size for unit, size in sizes.items()}
-
-
-# ---- words -------------------------------------------------------------------------
-
-
-def seen(recording: Recording, marks: BooleanArray | IntegerArray, noun: str, rest: str) -> str:
-    """``12 samples of exactly zero, the first at 3.500 s``.
-
-    Parameters
-    ----------
-    recording
-        It tells when a sample was taken.
-    marks
-        Samples, as booleans (samples,) or by their numbers.
-    noun, rest
-        Of one of them, and what is said of them.
-    """
-    places = np.flatnonzero(marks) if marks.dtype == np.bool_ else marks
-    when = second_of(recording, int(places[0]))
-    return f"{counted(places.size, noun)} {rest}, the first at {when:.3f} s"
-
-
-def remedy_of(recording: Recording, stretch: slice) -> str:
-    """Remedy if only this stretch is sound: ``take the sound stretch with {slice 30:90}``.
-
-    Rounded inwards to ms, so that the slice named holds no sample outside the stretch.
-    """
-    first, last = stretch.start, stretch.stop - 1
-    begin = 0.0 if first == 0 else second_of(recording, first) * 1e3
-    # Stamps of a damaged file may be any number.
-    if stretch.stop - first < MINIMUM_SAMPLES or not math.isfinite(begin):
-        return "get the file again from its source"
-    start = math.ceil(begin) / 1e3
-    stop = "" if last == recording.samples - 1 else f"{second_of(recording, last):.3f}"
-    return f"take the sound stretch with {{slice {start:g}:{stop}}}"
-
-
-def remedy_without(recording: Recording, bad: BooleanArray | IntegerArray) -> str:
-    """Remedy if some samples are bad, given as booleans (samples,) or by their numbers."""
-    marks = np.zeros(recording.samples, dtype=np.bool_)
-    marks[bad] = True
-    return remedy_of(recording, longest_unmarked(marks))

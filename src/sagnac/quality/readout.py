@@ -13,30 +13,13 @@ from scipy.special import ndtr, ndtri
 from sagnac.core import arrays
 from sagnac.core.arrays import FloatArray
 from sagnac.core.errors import Level, Note
+from sagnac.core.marks import first_of, marked, marked_steps, number_of
 from sagnac.core.units import ARCSECOND, UNITS, split_factor
-from sagnac.quality.effects import finding
-from sagnac.quality.profile import (
-    LEAST_OFTEN,
-    OFTENER,
-    Notes,
-    Profile,
-    alternating,
-    count_step,
-    rounding_in,
-    seen,
-    without_lines,
-)
-from sagnac.recording.channel import (
-    PAIR_SIZE,
-    Channel,
-    angle_of,
-    by_blocks,
-    first_of,
-    marked,
-    marked_steps,
-    number_of,
-    require_rate,
-)
+from sagnac.quality.effects import finding, seen
+from sagnac.quality.lattice import LEAST_OFTEN, OFTENER, count_step, rounding_in
+from sagnac.quality.profile import Notes, Profile, turned
+from sagnac.quality.whitening import alternating, without_lines
+from sagnac.recording.channel import PAIR_SIZE, Channel, angle_of, require_rate
 from sagnac.recording.model import Recording, second_of
 
 # ---- readout -----------------------------------------------------------------------
@@ -192,11 +175,7 @@ def _encoder_readout(recording: Recording, gyros: Sequence[str], taken: int) -> 
     What is taken off a gyro as table motion is its share of the encoder's reading, the error of
     its steps included. A difference of two gyros holds next to nothing of it.
     """
-    if len(gyros) > 1 or recording.table is None:
-        return None
-    lowest, highest = arrays.extent(recording.table.values)
-    # A table that covers less stands still.
-    if highest - lowest < math.radians(1.0):
+    if len(gyros) > 1 or recording.table is None or not turned(recording.table):
         return None
     gyro = angle_of(recording.gyro(gyros[0]), recording.sample_rate)
     table = recording.table.values
@@ -204,11 +183,11 @@ def _encoder_readout(recording: Recording, gyros: Sequence[str], taken: int) -> 
         gyro, table = arrays.every(gyro, taken), arrays.every(table, taken)
     readout = readout_of(table)
     # Share of the table's steps that the gyro senses, by least squares.
-    turned, sensed = arrays.differences(table), arrays.differences(gyro)
-    own = arrays.square(turned)
-    share = float(by_blocks(np.dot, sensed, turned).sum()) / own if own > 0.0 else 0.0
+    steps, sensed = arrays.differences(table), arrays.differences(gyro)
+    own = arrays.square(steps)
+    share = float(arrays.by_blocks(np.dot, sensed, steps).sum()) / own if own > 0.0 else 0.0
     # The gyro's steps beside table motion, and their variance if they are white.
-    beside = arrays.elementwise(lambda one, other: one - share * other, sensed, turned, out=sensed)
+    beside = arrays.elementwise(lambda one, other: one - share * other, sensed, steps, out=sensed)
     changes = arrays.differences(beside)
     step = abs(share) * readout.step
     # Below a fiftieth of that variance it moves N by less than 2 % however slow it is.
@@ -481,7 +460,7 @@ def _ends_of_a_range(profile: Profile) -> Notes:
     if not highest > lowest:
         return ()
     edges = np.linspace(lowest, highest, _BINS + 1)
-    counts = by_blocks(lambda some: np.histogram(some, edges)[0], values).sum(axis=0)
+    counts = arrays.by_blocks(lambda some: np.histogram(some, edges)[0], values).sum(axis=0)
     filled = np.flatnonzero(counts)
     gaps = np.diff(filled) - 1
     # Half of the range is empty.
@@ -532,7 +511,7 @@ def _scatter_of_halves(values: FloatArray, middle: float) -> float | None:
         low, high = some[some <= middle], some[some > middle]
         return [low.size, low.sum(), low @ low, high.size, high.sum(), high @ high]
 
-    n, s, q, m, t, r = by_blocks(sums, values).sum(axis=0)
+    n, s, q, m, t, r = arrays.by_blocks(sums, values).sum(axis=0)
     inside = (q - s * s / n + r - t * t / m) / (n + m)
     whole = (q + r) / (n + m) - ((s + t) / (n + m)) ** 2
     # Two halves of one bell: together they are about 1/(1 - 2/pi) as scattered as each.

@@ -6,31 +6,12 @@ from typing import Final
 
 import numpy as np
 
-from sagnac.core import arrays
+from sagnac.core import arrays, marks
 from sagnac.core.arrays import FloatArray, IntegerArray
 from sagnac.core.errors import Note, RecordingError, counted, ranked
-from sagnac.quality.effects import finding
-from sagnac.quality.profile import (
-    LEAST_OFTEN,
-    LOOKED_AT,
-    OFTENER,
-    Notes,
-    Profile,
-    count_step,
-    remedy_of,
-    remedy_without,
-    seen,
-)
-from sagnac.recording.channel import (
-    by_blocks,
-    first_of,
-    is_missing,
-    longest_unmarked,
-    marked,
-    marked_steps,
-    number_of,
-    stretches,
-)
+from sagnac.quality.effects import finding, remedy_of, remedy_without, seen
+from sagnac.quality.lattice import LEAST_OFTEN, OFTENER, count_step
+from sagnac.quality.profile import LOOKED_AT, Notes, Profile
 from sagnac.recording.columns import GAP_STEPS, median_step, round_figure
 from sagnac.recording.encoder_readings import LARGEST_SHARE_MISSING, MOST_MISSING_IN_A_ROW
 from sagnac.recording.model import Recording, second_of
@@ -48,10 +29,10 @@ def missing_notes(recording: Recording, profile: Profile) -> Notes:
 
 def _no_numbers(recording: Recording, name: str, values: FloatArray) -> Notes:
     # Nothing is so large, and squares of what is larger end beyond all numbers.
-    bad = marked(lambda some: ~((some < 1e30) & (some > -1e30)), values)
+    bad = marks.marked(lambda some: ~((some < 1e30) & (some > -1e30)), values)
     if not bad.any():
         return ()
-    not_finite = number_of(is_missing(values)) == number_of(bad)
+    not_finite = marks.number_of(marks.is_missing(values)) == marks.number_of(bad)
     what = "NaN or infinite" if not_finite else "NaN, infinite or beyond 1e+30"
     if name == "table" and (bad[0] or bad[-1]):
         what += ", at an end of the record, where nothing lies beyond to interpolate to"
@@ -62,7 +43,7 @@ def _no_numbers(recording: Recording, name: str, values: FloatArray) -> Notes:
             f"gyro tells the turn; {100.0 * LARGEST_SHARE_MISSING:g} % of all)"
         )
     remedy = remedy_without(recording, bad)
-    firsts, afters = stretches(bad)
+    firsts, afters = marks.stretches(bad)
     if name != "table" and (afters - firsts).max() <= MOST_MISSING_IN_A_ROW:
         # Rows that stamps show to be missing do not end the record.
         remedy = f"leave these rows out and keep the time stamps, or {remedy}"
@@ -81,7 +62,7 @@ def longest_whole_stretch(recording: Recording, name: str) -> tuple[Recording, f
         Of the stretch, s from the first sample of the file.
     """
     gyro = recording.gyro(name)
-    whole = longest_unmarked(is_missing(gyro.values))
+    whole = marks.longest_unmarked(marks.is_missing(gyro.values))
     is_empty, times = whole.start == whole.stop, recording.times
     if is_empty:
         times = None
@@ -113,8 +94,8 @@ STUCK_REPEATS: Final = 0.9
 
 def stuck_run(values: FloatArray) -> slice | None:
     """The longest run of one value, if it is longer than noise explains."""
-    repeats = marked(np.equal, values[1:], values[:-1])
-    firsts, afters = stretches(repeats)
+    repeats = marks.marked(np.equal, values[1:], values[:-1])
+    firsts, afters = marks.stretches(repeats)
     # Samples of each run; the others are runs of one.
     lengths = afters - firsts + 1
     longest = int(lengths.max(initial=min(1, values.size)))
@@ -123,7 +104,7 @@ def stuck_run(values: FloatArray) -> slice | None:
     ones = np.ones(STUCK_RANK, dtype=np.int64)
     tenth = np.sort(np.concatenate([ones, lengths]))[-STUCK_RANK]
     outside = values.size - longest
-    others = 1.0 - (values.size - number_of(repeats) - 1) / outside
+    others = 1.0 - (values.size - marks.number_of(repeats) - 1) / outside
     few = longest < STUCK_SAMPLES or longest <= STUCK_RATIO * tenth
     if few or others > STUCK_REPEATS:
         return None
@@ -173,9 +154,9 @@ def stamp_notes(recording: Recording, profile: Profile, *, omit_gaps: bool = Fal
     backwards, gaps = steps < 0.0, steps > GAP_STEPS * nominal
     by_rate = f"state {{time none}} and {{rate {recording.sample_rate:.6g}}}"
     if backwards.any():
-        first = first_of(backwards)
+        first = marks.first_of(backwards)
         problem = (
-            f"runs backwards {counted(number_of(backwards), 'time')}, first at "
+            f"runs backwards {counted(marks.number_of(backwards), 'time')}, first at "
             f"{second_of(recording, first):.3f} s; correct the stamps, or state "
             "{time none} with {rate}"
         )
@@ -183,19 +164,19 @@ def stamp_notes(recording: Recording, profile: Profile, *, omit_gaps: bool = Fal
         problem = "most stamps repeat the one before: the clock is too coarse for times"
         problem += _rate_of_ticks(times, np.flatnonzero(steps) + 1)
     elif (
-        number_of(gaps) > _BURSTS * steps.size
+        marks.number_of(gaps) > _BURSTS * steps.size
         and recording.sample_rate * nominal < 0.5
         and not omit_gaps
     ):
         problem = (
             f"comes in bursts: most stamps lie {nominal:.6g} s after the one before, and "
-            f"{number_of(gaps)} more than {GAP_STEPS:g} times as far. Those are times of arrival; "
-            f"if the samples were taken evenly, {by_rate}"
+            f"{marks.number_of(gaps)} more than {GAP_STEPS:g} times as far. Those are times of "
+            f"arrival; if the samples were taken evenly, {by_rate}"
         )
     elif gaps.any() and not omit_gaps:
-        first = first_of(gaps)
+        first = marks.first_of(gaps)
         problem = (
-            f"has {counted(number_of(gaps), 'gap')} of more than {GAP_STEPS:g} steps of "
+            f"has {counted(marks.number_of(gaps), 'gap')} of more than {GAP_STEPS:g} steps of "
             f"{nominal:.6g} s, the first of {steps[first]:.6g} s at "
             f"{second_of(recording, first):.3f} s; "
             f"{remedy_without(recording, np.flatnonzero(gaps) + 1)}"
@@ -238,12 +219,12 @@ def uneven_notes(times: FloatArray, nominal: float) -> Notes:
 
     steps = arrays.differences(times)
     late = (steps > 1.5 * nominal) & (steps <= GAP_STEPS * nominal)
-    repeated = number_of(steps == 0.0)
+    repeated = marks.number_of(steps == 0.0)
     texts = [counted(repeated, "repeated stamp")] if repeated else []
     if late.any():
         texts.append(
-            f"{counted(number_of(late), 'interval')} longer than 1.5 steps of {nominal:.6g} s, "
-            f"the longest {steps.max(where=late, initial=0.0):.6g} s"
+            f"{counted(marks.number_of(late), 'interval')} longer than 1.5 steps of {nominal:.6g} "
+            f"s, the longest {steps.max(where=late, initial=0.0):.6g} s"
         )
     return tuple(Note(channel="time", text=text) for text in texts)
 
@@ -268,7 +249,7 @@ def lost_row_notes(recording: Recording, profile: Profile) -> Notes:
         return float(np.count_nonzero(on_grid)), float((whole[on_grid] - 1.0).sum())
 
     steps = arrays.differences(times)
-    even, lost = by_blocks(counts, steps).sum(axis=0).tolist()
+    even, lost = arrays.by_blocks(counts, steps).sum(axis=0).tolist()
     # Stamps that come late and catch up again are of rows that are all there.
     # Stamps of an even clock are nearly all on its grid.
     if not lost or even < 0.95 * steps.size:
@@ -369,9 +350,9 @@ def repeat_notes(recording: Recording, profile: Profile) -> Notes:
     samples, number = profile.channel.values.size, profile.survey.repeats
     if number < LEAST_OFTEN or number <= OFTENER * _explained(profile):
         return ()
-    repeats = marked_steps(profile.channel.values, lambda steps: steps == 0.0)
+    repeats = marks.marked_steps(profile.channel.values, lambda steps: steps == 0.0)
     text = seen(recording, repeats, "sample", "repeat the one before")
-    firsts, afters = stretches(repeats)
+    firsts, afters = marks.stretches(repeats)
     # Runs of eight samples are a channel that sticks; shorter ones are samples that are held.
     is_run = afters - firsts >= 7
     in_runs = int((afters - firsts)[is_run].sum())
@@ -431,13 +412,13 @@ def _explained(profile: Profile) -> float:
         step = count_step(values, rounding)
     if step * 3.0 > math.sqrt(2.0) * profile.scale or not math.isfinite(step):
         return math.inf
-    smallest = marked_steps(
+    smallest = marks.marked_steps(
         values, lambda steps: (np.abs(steps) > rounding) & (np.abs(steps) < 1.5 * step)
     )
     some = arrays.every(values, arrays.distance_between(20_000, values.size))
     counts = np.unique(some, return_counts=True)[1].astype(np.float64)
     by_values = values.size * float(counts @ (counts - 1.0)) / (some.size * (some.size - 1.0))
-    return max(0.5 * number_of(smallest), by_values)
+    return max(0.5 * marks.number_of(smallest), by_values)
 
 
 # ---- twice -------------------------------------------------------------------------
@@ -497,7 +478,8 @@ def longest_twice(values: FloatArray) -> tuple[slice, int]:
     distances, counts = np.unique(apart[apart >= _LEAST], return_counts=True)
     # Those that most windows are apart are looked at.
     for distance in distances[np.argsort(-counts, kind="stable")[:4]].tolist():
-        same = longest_unmarked(marked(np.not_equal, values[:-distance], values[distance:]))
+        differ = marks.marked(np.not_equal, values[:-distance], values[distance:])
+        same = marks.longest_unmarked(differ)
         # A block that reaches into its repetition is a channel that goes round.
         block = slice(same.start, min(same.stop, same.start + distance))
         length = block.stop - block.start
@@ -522,11 +504,11 @@ def dropout_notes(recording: Recording, profile: Profile) -> Notes:
         changes = profile.changes
         usual = arrays.every(changes, arrays.distance_between(100_000, changes.size))
         fall = 50.0 * float(np.median(np.abs(usual)))
-        zeros &= marked_steps(values, lambda steps: np.abs(steps) > fall)
+        zeros &= marks.marked_steps(values, lambda steps: np.abs(steps) > fall)
         if not (fall and zeros.any()):
             return ()
     else:
-        number = number_of(zeros)
+        number = marks.number_of(zeros)
         # A gyro that counts coarsely, and turns little, counts 0 most of the time.
         fine = profile.scale > 20.0 * profile.step
         away = abs(float(np.median(profile.level))) > 4.0 * profile.scale
@@ -545,7 +527,7 @@ def _beside(values: FloatArray) -> int:
     """How often the values next to zero stand there, the more frequent of the two."""
     above = values.min(where=values > 0.0, initial=math.inf)
     below = values.max(where=values < 0.0, initial=-math.inf)
-    return max(number_of(values == above), number_of(values == below))
+    return max(marks.number_of(values == above), marks.number_of(values == below))
 
 
 def _scatter_with_zeros(values: FloatArray, zeros: int) -> float | None:
@@ -554,8 +536,8 @@ def _scatter_with_zeros(values: FloatArray, zeros: int) -> float | None:
     if left <= 1:
         return None
     usual = arrays.mean(values) * values.size / left
-    squares = by_blocks(lambda some: np.square(some[some != 0.0] - usual).sum(), values).sum()
-    inside = float(squares) / left
+    squares = arrays.by_blocks(lambda some: np.square(some[some != 0.0] - usual).sum(), values)
+    inside = float(squares.sum()) / left
     # Zeros lie by the mean off the rest.
     share = zeros / values.size
     whole = (1.0 - share) * inside + share * (1.0 - share) * usual * usual

@@ -1,12 +1,10 @@
 """A channel: what one sample of it is, and its values in SI.
 
 A sample is an angle, an increment or a rate. Readings that start over at a period are made
-continuous. A dithered gyro has a pick-off beside it. Samples for which a test holds are marks, an
-array of booleans beside the values.
+continuous. A dithered gyro has a pick-off beside it.
 """
 
 import math
-from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass, fields
 from datetime import date
@@ -16,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from sagnac.core import arrays
-from sagnac.core.arrays import BooleanArray, FloatArray, IntegerArray, blocks
+from sagnac.core.arrays import FloatArray, blocks
 from sagnac.core.errors import (
     Note,
     RecordingError,
@@ -25,6 +23,7 @@ from sagnac.core.errors import (
     require_choice,
     require_name,
 )
+from sagnac.core.marks import first_of, is_missing, marked, number_of
 from sagnac.core.units import SENSED, UNITS, Quantity, Sensor, Unit, sizes, split_factor, unit_of
 
 # ---- channel -----------------------------------------------------------------------
@@ -369,80 +368,6 @@ class Pickoff(Compared):
         return PICKOFF + self.gyro
 
 
-# ---- marks -------------------------------------------------------------------------
-
-
-def by_blocks(
-    function: Callable[..., Any], values: NDArray[Any], *others: NDArray[Any]
-) -> NDArray[Any]:
-    """Results of a function for blocks of long arrays, (blocks, ...): to be summed, or the like.
-
-    Parameters
-    ----------
-    function
-        Given the same block of each array, (some,) each.
-    values, others
-        (samples,) each.
-    """
-    arrays = (values, *others)
-    return np.array([function(*(one[some] for one in arrays)) for some in blocks(values.size)])
-
-
-def marked(
-    test: Callable[..., NDArray[Any]], values: FloatArray, *others: FloatArray
-) -> BooleanArray:
-    """Samples for which a test holds, as booleans, (samples,).
-
-    Parameters
-    ----------
-    test
-        Given the same samples of each array, says of each whether it holds.
-    values, others
-        (samples,) each.
-    """
-    marks = np.empty(values.size, dtype=np.bool_)
-    for block in blocks(values.size):
-        marks[block] = test(*(one[block] for one in (values, *others)))
-    return marks
-
-
-def marked_steps(values: FloatArray, test: Callable[[FloatArray], NDArray[Any]]) -> BooleanArray:
-    """Samples (samples,) for which a test holds of the step that leads to them; never the first."""
-    marks = np.zeros(values.size, dtype=np.bool_)
-    marks[1:] = marked(lambda before, here: test(here - before), values[:-1], values[1:])
-    return marks
-
-
-def number_of(marks: NDArray[np.bool_]) -> int:
-    """How many are true."""
-    return int(np.count_nonzero(marks))
-
-
-def first_of(marks: BooleanArray) -> int:
-    """The first that is true, if any is."""
-    return int(np.argmax(marks))
-
-
-def is_missing(values: FloatArray) -> BooleanArray:
-    """Samples that are NaN or infinite, as booleans."""
-    return marked(lambda some: ~np.isfinite(some), values)
-
-
-def stretches(marks: BooleanArray) -> tuple[IntegerArray, IntegerArray]:
-    """First sample of each stretch of marks, and the first one behind it, (stretches,) each."""
-    edges = np.diff(marks.view(np.int8), prepend=np.int8(0), append=np.int8(0))
-    return np.flatnonzero(edges == 1), np.flatnonzero(edges == -1)
-
-
-def longest_unmarked(marks: BooleanArray) -> slice:
-    """The longest stretch without a mark, the first if two are as long; empty if there is none."""
-    firsts, afters = stretches(~marks)
-    if firsts.size == 0:
-        return slice(0, 0)
-    at = int(np.argmax(afters - firsts))
-    return slice(int(firsts[at]), int(afters[at]))
-
-
 # ---- unwrapping --------------------------------------------------------------------
 
 
@@ -537,7 +462,7 @@ def finite_extent(values: FloatArray) -> float:
         finite = some if are_finite else some[np.isfinite(some)]
         return finite.max(initial=-np.inf), -finite.min(initial=np.inf)
 
-    return max(float(by_blocks(ends, values).max(axis=0, initial=-np.inf).sum()), 0.0)
+    return max(float(arrays.by_blocks(ends, values).max(axis=0, initial=-np.inf).sum()), 0.0)
 
 
 def angle_increments(values: ArrayLike, *, kind: Kind, sample_rate: float) -> FloatArray:

@@ -16,19 +16,9 @@ from numpy.typing import ArrayLike, NDArray
 from sagnac.core import arrays
 from sagnac.core.arrays import BooleanArray, FloatArray
 from sagnac.core.errors import Note, RecordingError, counted, is_finite, quoted, require_type
+from sagnac.core.marks import first_of, is_missing, marked_steps, number_of
 from sagnac.core.units import sensor_of, split_header, unit_of
-from sagnac.recording.channel import (
-    Channel,
-    Conversion,
-    Kind,
-    finite_extent,
-    first_of,
-    is_missing,
-    marked_steps,
-    number_of,
-    numbers,
-    unwrapped,
-)
+from sagnac.recording.channel import Channel, Conversion, Kind, finite_extent, numbers, unwrapped
 from sagnac.recording.encoder_readings import MOST_MISSING_IN_A_ROW
 
 # ---- frames ------------------------------------------------------------------------

@@ -23,9 +23,10 @@ import numpy as np
 from sagnac.core import arrays
 from sagnac.core.arrays import FloatArray, IntegerArray
 from sagnac.core.errors import Note, counted
+from sagnac.core.marks import is_missing, marked, number_of, stretches
 from sagnac.core.units import ARCSECOND, DEGREE, split_factor, unit_of
 from sagnac.recording import channel
-from sagnac.recording.channel import Channel, Conversion, finite_extent, is_missing, marked
+from sagnac.recording.channel import Channel, Conversion, finite_extent
 
 # As many missing encoder samples in a row are interpolated: as with time stamps, the angle turned
 # during a longer run is a guess, unless a gyro tells it. If more than this share is missing, the
@@ -119,7 +120,7 @@ def table_of_readings(
 def _largest_step(values: FloatArray) -> float:
     """Largest step between two samples that are there."""
     with np.errstate(invalid="ignore"):
-        steps = channel.by_blocks(
+        steps = arrays.by_blocks(
             lambda here, later: np.fmax.reduce(np.abs(later - here)), values[:-1], values[1:]
         )
     return float(np.fmax.reduce(steps, initial=0.0))
@@ -178,7 +179,7 @@ def clock_of(angle: FloatArray) -> Clock | None:
         return None
     changes = marked(np.not_equal, angle[1:], angle[:-1])
     # Counted first: the places of millions of them take far longer.
-    if not _FEWEST <= channel.number_of(changes) <= _MOST_CHANGES * angle.size:
+    if not _FEWEST <= number_of(changes) <= _MOST_CHANGES * angle.size:
         return None
     changed = np.flatnonzero(changes) + 1
     gaps = np.diff(changed)
@@ -293,7 +294,7 @@ def mark_missing(values: FloatArray, turn: float) -> tuple[int, float | None, in
     same = readings.size > 0 and bool((readings == readings[0]).all())
     if same:
         # A table may stand at this reading for long.
-        firsts, afters = channel.stretches(marked(lambda some: some == readings[0], values))
+        firsts, afters = stretches(marked(lambda some: some == readings[0], values))
         few = afters - firsts <= MOST_MISSING_IN_A_ROW
         off_path = np.union1d(off_path, _ranges(firsts[few], afters[few]))
     values[held] = np.nan
@@ -309,10 +310,7 @@ def _ranges(firsts: IntegerArray, afters: IntegerArray) -> IntegerArray:
 
 def _off_path(values: FloatArray, turn: float) -> IntegerArray:
     """Samples that leave the table's path and are back within `MOST_MISSING_IN_A_ROW` samples."""
-    apart = arrays.distance_between(100_000, values.size)
-    usual_steps = np.abs(
-        _folded(arrays.every(values[1:], apart) - arrays.every(values[:-1], apart), turn)
-    )
+    usual_steps = np.abs(_folded(arrays.some_steps(values, 100_000), turn))
     usual_steps = usual_steps[np.isfinite(usual_steps)]
     if usual_steps.size == 0:
         return _NONE
@@ -321,7 +319,7 @@ def _off_path(values: FloatArray, turn: float) -> IntegerArray:
     large = marked(
         lambda here, later: np.abs(_folded(later - here, turn)) > limit, values[:-1], values[1:]
     )
-    if channel.number_of(large) > 2.0 * LARGEST_SHARE_MISSING * values.size + 2:
+    if number_of(large) > 2.0 * LARGEST_SHARE_MISSING * values.size + 2:
         # That is how this table moves.
         return _NONE
     places = np.flatnonzero(large)
@@ -345,7 +343,7 @@ def _held(values: FloatArray, turn: float) -> IntegerArray:
     """Samples that repeat the one before while the table turns evenly."""
     # Step n leads from sample n to the next.
     still = marked(lambda here, later: later - here == 0.0, values[:-1], values[1:])
-    firsts, afters = channel.stretches(still)
+    firsts, afters = stretches(still)
     inside = (firsts > 0) & (afters < still.size)
     # The step that makes up for steps of nothing, and the last one before them.
     before, late = firsts[inside] - 1, afters[inside]
@@ -357,7 +355,7 @@ def _held(values: FloatArray, turn: float) -> IntegerArray:
         return float(changes[changes > _ROUNDING * turn].min(initial=turn))
 
     # The resolution of the readings.
-    count = float(channel.by_blocks(smallest_change, values[:-2], values[1:-1], values[2:]).min())
+    count = float(arrays.by_blocks(smallest_change, values[:-2], values[1:-1], values[2:]).min())
     is_held = np.zeros(late.size, dtype=np.bool_)
     ahead = np.arange(1, _STEPS_LOOKED_AT + 1)
     for some in arrays.blocks(late.size, _AT_ONCE):
@@ -432,11 +430,11 @@ def fill_missing(values: FloatArray, period: float, *, accuracy: float) -> tuple
         nothing was filled or too little is known. In the unit of the readings.
     """
     marks, samples, longest, error = is_missing(values), 0, 0, math.nan
-    few = channel.number_of(marks) <= LARGEST_SHARE_MISSING * values.size
+    few = number_of(marks) <= LARGEST_SHARE_MISSING * values.size
     missing = np.flatnonzero(marks) if few else _NONE
     if missing.size == 0 or np.isinf(values[missing]).any():
         return samples, longest, error
-    firsts, afters = channel.stretches(marks)
+    firsts, afters = stretches(marks)
     for length in range(1, MOST_MISSING_IN_A_ROW + 1):
         starts = firsts[afters - firsts == length]
         usual = _error_on_known(values, length, period)
@@ -559,7 +557,7 @@ def with_lost_readings(
     if not values.size or math.isfinite(arrays.mean(values)):
         return table
     marks = is_missing(values)
-    lost = channel.number_of(marks)
+    lost = number_of(marks)
     if marks[0] or marks[-1] or not 0 < lost <= LARGEST_SHARE_MISSING * values.size:
         return table
     whole = [gyro for gyro in gyros if math.isfinite(arrays.mean(gyro.values))]
@@ -569,7 +567,7 @@ def with_lost_readings(
     share, gyro = max(shares, key=lambda one: abs(one[0]), default=(0.0, None))
     if gyro is None or not abs(share) > _LEAST_SHARE:
         return table
-    firsts, afters = channel.stretches(marks)
+    firsts, afters = stretches(marks)
     filled = _bridged(values, firsts, afters, channel.angle_of(gyro, sample_rate), share)
     if filled is None:
         return table

@@ -27,25 +27,22 @@ _SHORTEST_S: Final = 10.0
 _SHARE: Final = 0.9  # of a prior in an answer, from which on nothing else was found
 
 
-def compass_figure(
-    noise: GyroNoise, *, latitude: float, confidence: float, highest_bias_instability: float = 0.0
-) -> Figure:
+def compass_figure(noise: GyroNoise, *, latitude: float, confidence: float) -> Figure:
     """Azimuth error of a gyrocompass of two positions over an hour, and what makes it.
 
     Parameters
     ----------
     noise
-        Of the gyro.
+        Of the gyro; if B has an upper bound only, the floor by that is drawn.
     latitude
         rad.
     confidence
         Of the interval.
-    highest_bias_instability
-        Upper bound of B, rad/s, if B was not estimated; 0 if there is none.
     """
     times = np.geomspace(_SHORTEST_S, HOUR, 181)
     compass = azimuth_error(noise, latitude=latitude, times=times, confidence=confidence)
-    highest = GyroNoise(angle_random_walk=0.0, bias_instability=highest_bias_instability)
+    flicker = noise.bounds.get("bias_instability", 0.0)
+    highest = GyroNoise(angle_random_walk=0.0, bias_instability=flicker)
     bound = azimuth_error(highest, latitude=latitude, times=times, confidence=confidence).floor
     with styled(3) as (figure, axes):
         _draw_compass(axes, compass)

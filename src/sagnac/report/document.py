@@ -18,7 +18,7 @@ from sagnac.analysis.settings import Settings
 from sagnac.analysis.verdict import verdict_of
 from sagnac.core import units
 from sagnac.core.arrays import FloatArray
-from sagnac.core.documents import ANALYSES, ANALYSIS, finite, read_analyses
+from sagnac.core.documents import ANALYSES, ANALYSIS, AS_WRITTEN, finite, read_one_analysis
 from sagnac.core.errors import Note, RecordingError, path_of
 from sagnac.core.units import Sensor, Unit
 from sagnac.core.version import __version__
@@ -286,17 +286,13 @@ def read_analysis(path: str | Path) -> Analysis:
         If the file cannot be read, is no document of one analysis, or states what cannot be.
     """
     is_text = isinstance(path, str) and path.lstrip().startswith("{")
-    documents = read_analyses(path if is_text else path_of("path", path))
-    path = "text" if is_text else path
-    if len(documents) > 1:
-        said = f"holds {len(documents)} analyses"
-        raise RecordingError(said, path=str(path), remedy="give the document of one")
+    document = read_one_analysis(path if is_text else path_of("path", path))
     try:
-        return analysis_from(documents[0])
+        return analysis_from(document)
     except (ValueError, KeyError, TypeError) as error:
         why = f": {error}" if type(error) is ValueError else ""
-        remedy = "give the analysis.json that an analysis wrote, as it wrote it"
-        raise RecordingError(f"states what cannot be{why}", path=str(path), remedy=remedy) from None
+        where, said = "text" if is_text else str(path), f"states what cannot be{why}"
+        raise RecordingError(said, path=where, remedy=AS_WRITTEN) from None
 
 
 def analysis_from(document: Document, channel: str = "", of: Document | None = None) -> Analysis:

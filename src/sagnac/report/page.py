@@ -226,14 +226,8 @@ def _azimuth(analysis: Analysis, document: Mapping[str, Any] | None) -> Markup |
     """Heading with these N, B and K; None if N was not seen."""
     if analysis.angle_random_walk.status == "not observable":
         return None
-    flicker = result.headline_coefficients(analysis).get("bias_instability")
-    bound = flicker.high if flicker is not None and flicker.status == "upper bound" else 0.0
-    figure = compass_figure(
-        GyroNoise.from_document(document or documents.analysis_document(analysis)),
-        latitude=_LATITUDE,
-        confidence=analysis.settings.confidence,
-        highest_bias_instability=bound,
-    )
+    noise = GyroNoise.from_document(document or documents.analysis_document(analysis))
+    figure = compass_figure(noise, latitude=_LATITUDE, confidence=analysis.settings.confidence)
     return figures.svg(figure, "azimuth", "Azimuth error of a gyrocompass against time")
 
 

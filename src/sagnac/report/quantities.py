@@ -144,10 +144,8 @@ def reading_cells(
 
 def unit_cells(name: CoefficientName, estimate: Estimate) -> list[tuple[str, str, str]]:
     """Value, interval and unit of an estimate in SI, in each unit that it is written in."""
-    shown = [replace(estimate, name=name).to(unit) for unit in SENSED["gyro"].coefficients[name]]
-    if estimate.status == "upper bound":
-        return [(f"< {number(one.high, plain=True)}", "", one.unit) for one in shown]
-    return [(*figures(one, plain=True), one.unit) for one in shown]
+    units = SENSED["gyro"].coefficients[name]
+    return [(*reading_cells(name, estimate, unit)[:2], unit) for unit in units]
 
 
 def reading(name: CoefficientName, estimate: Estimate, unit: str | None = None) -> str:

@@ -14,8 +14,8 @@ import numpy as np
 
 from sagnac.core.arrays import FloatArray, IntegerArray, blocks, empty, every
 from sagnac.core.errors import Note, RecordingError
-from sagnac.recording.channel import first_of, marked, number_of
-from sagnac.recording.channel import stretches as present_stretches
+from sagnac.core.marks import first_of, marked, number_of
+from sagnac.core.marks import stretches as present_stretches
 from sagnac.recording.model import Kind
 from sagnac.stability import Estimator, Gaps, _kernels
 
