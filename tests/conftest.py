@@ -27,7 +27,7 @@ class _Here(Executor):
             return done
         try:
             done.set_result(work(*arguments, **keywords))
-        except Exception as error:  # noqa: BLE001 as a pool does
+        except Exception as error:
             done.set_exception(error)
         return done
 

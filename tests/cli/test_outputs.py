@@ -38,7 +38,10 @@ ANALYZE = ["analyze", "still.parquet", "--gyros", "x,z", "--method", "none", "-o
 RUNS = {
     "analyze": (["x" if word == "x,z" else word for word in ANALYZE], ["analysis.json"]),
     "avar": (["avar", "still.parquet", "--gyros", "x", "-o", "."], ["x/settings.toml"]),
-    "compare": (["compare", "still.parquet", "--gyros", "x", "--method", "none", "-o", "."], ["comparison.png"]),
+    "compare": (
+        ["compare", "still.parquet", "--gyros", "x", "--method", "none", "-o", "."],
+        ["comparison.png"],
+    ),
     "simulate": (["simulate", "-o", "made.csv", *SIMULATED], ["made.csv"]),
     "simulate truth": (["simulate", "-o", "made.npz", *SIMULATED], ["made.npz.truth.json"]),
     "convert": (["convert", "still.parquet", "made.npz"], ["made.npz"]),
@@ -46,8 +49,10 @@ RUNS = {
     "export": (["export", "analysis.json", "-o", "imu.yaml"], ["imu.yaml"]),
     "export json": (["export", "analysis.json", "-o", "filter.json"], ["filter.json"]),
     "align": (["align", "analysis.json", "--latitude", "32", "-o", "."], ["alignment.json"]),
-    "campaign": (["campaign", "still.parquet", "--gyros", "x", "--method", "none", "-o", "."],
-                 ["campaign.csv"]),
+    "campaign": (
+        ["campaign", "still.parquet", "--gyros", "x", "--method", "none", "-o", "."],
+        ["campaign.csv"],
+    ),
 }
 
 
