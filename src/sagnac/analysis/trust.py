@@ -338,7 +338,8 @@ class Trust:
             if note.name in DIVIDED:
                 factors[note.channel] = factors.get(note.channel, 1.0) * note.effect
             if note.name in SPANNED:
-                possible[note.channel] = note.effect
+                # The one that reaches farther.
+                possible[note.channel] = min(note.effect, possible.get(note.channel, math.inf))
             if note.name == "unsteady" and not over_parts:
                 spread = max(spread, note.effect)
         reasons = tuple(note for note in findings if note.level == "error")
