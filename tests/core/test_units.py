@@ -111,6 +111,37 @@ def test_constants_are_those_of_the_table():
         assert UNITS[name].size == constant
 
 
+SPELLINGS = {
+    "deg/s": "Deg/s DEG/S dps DPS º/s °/sec degree/s degrees/second deg.s-1 °s⁻¹ degs/s",
+    "deg/h": "°/hr deg/hour dph DEG/HR",
+    "rad/s": "RAD/S rad/sec rad*s^-1 rad.s-1",
+    "urad/s": "µrad/s μrad/s",
+    # As the makers of units write it.
+    "deg/sqrt(h)": "°/√hr °/√h º/√h °/√(hr) deg/rt-hr deg/root-hour deg/hr^0.5 deg/h^1/2",
+    "deg/s/sqrt(Hz)": "°/s/√Hz (°/sec)/√Hz dps/√Hz dps/rtHz deg/√s deg/sqrt(s)",
+    "mdeg/s/sqrt(Hz)": "mdps/√Hz mdeg/s/√Hz m°/s/√Hz mdps/rt(Hz)",
+    "deg/h/sqrt(Hz)": "°/h/√Hz (deg/h)/sqrt(Hz) dph/rtHz (°/hr)/√Hz",
+    "ug/sqrt(Hz)": "µg/√Hz μg/√Hz ug/rt-Hz",
+    "m/s/sqrt(h)": "m/s/√hr (m/s)/√h m/s/rt-hr",
+}
+
+
+@pytest.mark.parametrize(
+    ("name", "spelling"),
+    [(name, one) for name, all_of in SPELLINGS.items() for one in all_of.split()],
+)
+def test_units_are_known_as_data_sheets_and_loggers_write_them(name, spelling):
+    assert canonical(spelling) == name
+
+
+@pytest.mark.parametrize(
+    "text", ["x", "Min", "deg/", "sqrt", "root", "d/s", "deg/s/s", "rt", "m/h"]
+)
+def test_no_other_text_becomes_a_unit_of_rates_or_noise(text):
+    known = UNITS.get(canonical(text))
+    assert known is None or known.quantity == "time"
+
+
 def test_every_unit_is_found_by_name_and_by_symbol():
     for name, unit in UNITS.items():
         assert canonical(name) == canonical(unit.symbol) == unit.name == str(unit) == name

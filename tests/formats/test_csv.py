@@ -81,3 +81,22 @@ def test_a_last_number_that_leaps_is_cut_short():
     check_last("x", np.array([1.0, 2.0, 3.0, 4.0]))
     with pytest.raises(RecordingError, match="x: the last line is cut off"):
         check_last("x", np.array([101.0, 102.0, 103.0, 10.0]))
+
+
+def test_lines_of_blanks_between_the_rows_are_passed_over(tmp_path):
+    degrees = walk()
+    plain = text("time[ms],x[deg]", np.arange(SAMPLES) * 2.0, degrees)
+    path = save(tmp_path / "run.csv", plain.replace("\n", "\n  \n"))
+    values = read(path, Statement(kind="angle")).gyros[0].values
+    np.testing.assert_allclose(values, np.deg2rad(degrees), rtol=1e-14)
+
+
+@pytest.mark.parametrize("encoding", ["utf-8", "utf-16"])
+def test_the_minus_that_is_printed_is_one(tmp_path, encoding):
+    """As programs write it that follow the customs of Sweden, Norway or Finland."""
+    degrees = walk()
+    path = tmp_path / "run.csv"
+    printed = text("x[deg]", degrees).replace("-", "\N{MINUS SIGN}")
+    path.write_text(printed.replace("e\N{MINUS SIGN}", "e-"), encoding=encoding)
+    values = read(path, Statement(kind="angle", sample_rate=10.0)).gyros[0].values
+    np.testing.assert_allclose(values, np.deg2rad(degrees), rtol=1e-14)

@@ -131,3 +131,11 @@ def test_text_is_read_in_either_order_of_bytes(order, kind, codec, tmp_path):
     path.write_bytes(b"".join(parts))
     recording = read(path, kind="rate")
     assert (recording.gyros[0].shown_in, recording.sample_rate) == ("°/h", 100.0)
+
+
+def test_a_table_of_text_is_named_as_one(tmp_path):
+    """MATLAB writes it with save -ascii, and the suffix is the same."""
+    path = tmp_path / "run.mat"
+    np.savetxt(path, np.random.default_rng(1).normal(size=(50, 3)), fmt="%16.7e")
+    with pytest.raises(RecordingError, match=r"run.mat: is text.*give it the suffix .txt"):
+        read(path)

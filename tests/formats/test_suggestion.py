@@ -159,3 +159,13 @@ def test_one_candidate_is_filled_in_and_several_are_listed(tmp_path, capsys):
     assert "COLUMN may be any of left, right" in shown
     assert "--gyros left,right" in shown
     assert "--columns x=left,y=right" in shown
+
+
+def test_a_column_of_words_hides_no_gyro(tmp_path):
+    """Loggers write a letter for the state beside the numbers, whatever the columns are called."""
+    rows = "".join(
+        f"S,{a:.6f},{a * b:.6f},{b:.6f}\n" for a, b in zip(NOISE, NOISE[::-1], strict=True)
+    )
+    path = save(tmp_path / "run.csv", f"state,one,two,three\n{rows}")
+    assert missing(path) == {"columns": "x=COLUMN", "kind": "KIND", "unit": "UNIT", "rate": "HZ"}
+    assert gyros_in(path) == ("one", "two", "three")

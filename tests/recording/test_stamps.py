@@ -5,7 +5,7 @@ import pytest
 
 from sagnac.core import arrays
 from sagnac.core.errors import RecordingError
-from sagnac.recording.columns import median_step, sampling
+from sagnac.recording.columns import median_step, require_forwards, sampling
 
 
 @pytest.mark.parametrize("size", [2, 3, 1000, 1001])
@@ -90,3 +90,30 @@ def test_stamps_that_are_no_times_are_refused(gap):
         stamps[50] = np.nan
     with pytest.raises(RecordingError, match="faster than any sensor samples"):
         sampling(stamps)
+
+
+@pytest.mark.parametrize(
+    ("period", "tick"),
+    [(2.0**32, 1e-6), (2.0**32, 1e-3), (2.0**24, 1e-6), (2.0**16, 1e-3), (604_800.0, 1.0)],
+)
+def test_stamps_go_on_where_their_clock_starts_over(period, tick):
+    """Counters in us and ms, and the second of a GPS week; a sample comes late now and then."""
+    late = np.where(np.random.default_rng(4).random(9000) < 0.01, 0.004, 0.0)
+    times = 0.01 * np.arange(9000) + late
+    begins = period * tick - 30.0
+    stamps = np.mod(np.round((begins + times) / tick, 3), period) * tick
+    taken = sampling(stamps)
+    assert taken.sample_rate == pytest.approx(100.0, rel=1e-3)
+    assert taken.times is not None
+    np.testing.assert_allclose(np.diff(taken.times), np.diff(times), atol=1.1 * min(tick, 1e-3))
+    assert "starts over at" in taken.notes[0].text
+
+
+@pytest.mark.parametrize("length", [30.0, 60.0, 3600.0])
+def test_logs_that_are_put_together_are_not_run_on(length):
+    """Each begins at 0, and nobody knows what passed between them."""
+    log = 0.1 * np.arange(round(10.0 * length))
+    for stated in (None, 10.0):
+        taken = sampling(np.concatenate([log, log]), stated)
+        with pytest.raises(RecordingError, match="runs backwards 1 time"):
+            require_forwards(taken)

@@ -13,7 +13,7 @@ from sagnac.analysis.settings import Settings
 from sagnac.core.arrays import differences
 from sagnac.core.errors import Note, RecordingError, counted, rounded
 from sagnac.core.units import SENSED, UNITS, Sensor, field_unit
-from sagnac.noise.bounds import slow_noise
+from sagnac.noise.bounds import longest_shelf, slow_noise
 from sagnac.noise.estimates import Estimate
 from sagnac.noise.laws import CoefficientName
 from sagnac.noise.slow_model import MarkovEstimate, untold
@@ -31,6 +31,8 @@ def _spectrum_notes(evidence: Evidence, headline: Headline) -> tuple[Note, ...]:
         return ()
     sensor = evidence.recording.gyros[0].sensor
     beside = chain(_shape_notes(spectrum, sensor), _parts_notes(spectrum.parts, sensor))
+    if evidence.table.angle is None:
+        beside = chain(beside, _shelf_notes(headline.estimate, spectrum, sensor))
     notes = chain(_off_notes(spectrum, evidence), beside)
     noticed = tuple(replace(note, channel=channel) for note in notes)
     if evidence.table.angle is None or left.once_a_turn:
@@ -115,6 +117,26 @@ def _shape_notes(spectrum: AnswerSpectrum, sensor: Sensor) -> Iterator[Note]:
             f"{_walk(sensor, elsewhere.walk)} at {elsewhere.low:.3g} to {elsewhere.high:.3g} Hz; "
             "the interval spans both",
         )
+
+
+def _shelf_notes(read: Estimate, spectrum: AnswerSpectrum, sensor: Sensor) -> Iterator[Note]:
+    """On a level above N that the spectrum keeps over a decade, and falls from below it.
+
+    An output that takes off its own bias at rest has no N at the lowest frequencies, and has it
+    again when it turns. Noise of an angle behind a low-pass looks alike.
+    """
+    shelf = None if read.status == "not observable" else longest_shelf(spectrum.levels)
+    if shelf is None or shelf.walk < 1.1 * read.high:
+        return
+    yield Note(
+        name="high-pass",
+        effect=read.value / shelf.walk,
+        level="warning",
+        text=f"the spectrum is level from {shelf.low:.3g} to {shelf.high:.3g} Hz, at "
+        f"{_walk(sensor, shelf.walk)}, and lower below, as behind a high-pass: if the output takes "
+        f"off its own bias at rest, its {SENSED[sensor].titles['angle_random_walk']} is that one; "
+        "the interval reaches there; record the output without that correction",
+    )
 
 
 def _parts_notes(parts: Parts, sensor: Sensor) -> Iterator[Note]:
@@ -316,7 +338,8 @@ class Trust:
             if note.name in DIVIDED:
                 factors[note.channel] = factors.get(note.channel, 1.0) * note.effect
             if note.name in SPANNED:
-                possible[note.channel] = note.effect
+                # The one that reaches farther.
+                possible[note.channel] = min(note.effect, possible.get(note.channel, math.inf))
             if note.name == "unsteady" and not over_parts:
                 spread = max(spread, note.effect)
         reasons = tuple(note for note in findings if note.level == "error")

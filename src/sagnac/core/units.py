@@ -220,16 +220,11 @@ SENSED: Final[Mapping[Sensor, Sensed]] = {
     ),
 }
 
-# Name of a unit -> how else it is written, besides its symbol.
+# Name of a unit -> how else it is written, besides its symbol and what `_plain` makes plain.
 _SPELLINGS: Final = {
     "arcsec": ('"', "as", "arcseconds"),
-    "deg": ("degree", "degrees"),
-    "rad": ("radian", "radians"),
     "rev": ("turn",),
-    "deg/s": ("dps", "deg/sec", "deg s^-1", "°/sec", "°/sek", "grad/s"),
-    "mdeg/s": ("mdps",),
-    "rad/s": ("rad/sec", "rad s^-1", "rad*s^-1"),
-    "deg/h": ("deg/hr", "°/hr", "dph"),
+    "deg/s": ("grad/s",),
     "m/s^2": ("m s^-2", "m/s2", "m/s**2", "m/s/s", "m*s^-2"),
     "mg": ("milli-g",),
     "ug": ("micro-g",),
@@ -240,29 +235,54 @@ _SPELLINGS: Final = {
     "min": ("minutes",),
     "d": ("day", "days"),
     "h": ("hr", "hours"),
-    "deg/sqrt(h)": ("deg/√h", "deg/√hr", "deg/sqrt(hr)", "deg/rt-hr", "deg/rthr", "deg/rt-h"),
-    "deg/h/sqrt(Hz)": ("deg/h/√hz", "deg/hr/√hz", "deg/hr/sqrt(hz)", "deg/hr/rthz", "deg/h/rthz"),
-    "deg/s/sqrt(Hz)": ("deg/s/√hz", "deg/s/sqrt(hz)", "dps/√hz", "dps/sqrt(hz)", "dps/rthz"),
-    "mdeg/s/sqrt(Hz)": ("mdps/√hz", "mdps/sqrt(hz)", "mdps/rthz"),
-    "deg/h/sqrt(h)": ("deg/h/√h", "deg/h^1.5", "deg/hr^1.5", "deg/hr/sqrt(hr)"),
-    "deg/h/h": ("deg/h^2", "deg/hr^2", "deg/hr/hr"),
-    "m/s/sqrt(h)": ("m/s/√h", "m/s/√hr", "m/s/sqrt(hr)", "m/s/rt-hr"),
-    "mg/sqrt(Hz)": ("mg/√hz", "mg/sqrt(hz)", "mg/rthz"),
-    "ug/sqrt(Hz)": ("ug/√hz", "ug/sqrt(hz)", "ug/rthz"),
+    # One over a root hertz is a root second.
+    "deg/s/sqrt(Hz)": ("deg/sqrt(s)",),
+    "mdeg/s/sqrt(Hz)": ("mdeg/sqrt(s)",),
+    "deg/h/sqrt(h)": ("deg/h^1.5",),
+    "deg/h/h": ("deg/h^2",),
 }
 _ALIASES: Final = {
     **{one: name for name, spellings in _SPELLINGS.items() for one in spellings},
     **{unit.symbol: unit.name for unit in UNITS.values() if unit.symbol != unit.name},
 }
+# What stands in a unit, in small letters -> what it is made, one after the other.
+_PLAIN: Final = tuple(
+    (re.compile(pattern), plain)
+    for pattern, plain in (
+        (r"º|°|degrees?|degs\b", "deg"), (r"radians?", "rad"), (r"[µμ]", "u"), (r"⁻¹", "^-1"),
+        (r"dps\b", "deg/s"), (r"dph\b", "deg/h"),
+        (r"\b(?:hours?|hr)\b", "h"), (r"\b(?:seconds?|sec|sek)\b", "s"),
+        # A root: √h, √(h), sqrt(h), sqrt h, rt-hr, root-hour, h^0.5, h^1/2.
+        (r"(?:√|sqrt|root|rt)[\s-]*\(?\s*(hours?|hr|hz|h|s)\s*\)?", r"sqrt(\1)"),
+        (r"\b(h|s|hz)\^(?:0?\.5|\(?1/2\)?)", r"sqrt(\1)"), (r"sqrt\((?:hours?|hr)\)", "sqrt(h)"),
+        # A ratio in parentheses, and a negative power: (deg/h)/sqrt(Hz), deg s^-1.
+        (r"\(([^()]*/[^()]*)\)", r"\1"), (r"[\s.*·]*(?:\b|(?<=deg)|(?<=rad))(h|s)\^?-1\b", r"/\1"),
+        (r"\s*/\s*", "/"),
+    )
+)  # fmt: skip
+_BY_SMALL: Final = {name.lower(): name for name in UNITS}
 _FACTOR: Final = re.compile(r"\s*(\d+\.?\d*(?:[eE][-+]?\d+)?|\.\d+(?:[eE][-+]?\d+)?)\s*(\S.*)$")
 _HEADER: Final = re.compile(r"\s*(.*?)\s*\[([^\[\]]*)\]\s*$")
 _IN_PARENTHESES: Final = re.compile(r"\s*(.*?)\s*\(([^()]*)\)\s*$")
 
 
 def canonical(unit: str) -> str:
-    """Name of `unit` as this package writes it; unknown names come back unchanged."""
+    """Name of `unit` as this package writes it; unknown names come back unchanged.
+
+    Examples
+    --------
+    >>> canonical("°/hr"), canonical("Deg/Sec"), canonical("mdps/√Hz"), canonical("(deg/h)/rt-Hz")
+    ('deg/h', 'deg/s', 'mdeg/s/sqrt(Hz)', 'deg/h/sqrt(Hz)')
+    """
     stripped = unit.strip()
-    return _ALIASES.get(stripped, _ALIASES.get(stripped.lower(), stripped))
+    small = stripped.lower()
+    for name in (stripped, small):
+        if name in _ALIASES or name in UNITS:
+            return _ALIASES.get(name, name)
+    plain = small
+    for pattern, made in _PLAIN:
+        plain = pattern.sub(made, plain)
+    return _ALIASES.get(plain, _BY_SMALL.get(plain, stripped))
 
 
 def split_factor(unit: str) -> tuple[float, str]:

@@ -288,8 +288,11 @@ def _in_unit(column: Column, role: str, unit: str | None) -> Column:
         return column
     is_text = column.unit in TIME_FORMS
     if role == "time" and (is_text or unit in TIME_FORMS):
-        held = f"times as text, not numbers in {unit}" if is_text else "numbers, not times as text"
-        remedy = f"state {{time {column.key}:{column.unit if is_text else 's'}}}"
+        held = f"times as text, not numbers in {unit}"
+        remedy = f"state {{time {column.key}:{column.unit}}}"
+        if not is_text:
+            held = "no times as text, such as 14:03:00.002 or 2024-03-05T14:03:00Z"
+            remedy = f"write them so, or state {{time {column.key}:s}} if they are numbers"
         raise RecordingError(f"column {column.key} holds {held}", channel=role, remedy=remedy)
     return replace(column, unit=unit)
 

@@ -173,8 +173,9 @@ def _batches(laid_out: Layout, wanted: Mapping[str, int]) -> Iterator[pa.RecordB
 
 
 def _odd_row(row: Any) -> str:
-    """Skip a row of another number of fields if it is a comment, else call it an error."""
-    return "skip" if row.text.lstrip().startswith(COMMENT) else "error"
+    """Skip a row of another number of fields if it is blank or a comment, else: an error."""
+    text = row.text.strip()
+    return "skip" if not text or text.startswith(COMMENT) else "error"
 
 
 def _values(read: Any, form: Form, style: NumberStyle) -> NDArray[Any]:

@@ -19,6 +19,7 @@ import numpy as np
 import scipy.io
 from numpy.typing import NDArray
 
+from sagnac.core.errors import RecordingError
 from sagnac.core.whole_files import replacing
 from sagnac.formats.files import require_room
 from sagnac.formats.source import MADE, Outgoing, Source, Vector, column, vectors
@@ -30,6 +31,9 @@ Bytes = NDArray[np.uint8]
 
 # Classes of arrays of numbers as MATLAB and as numpy call them.
 _NUMERIC: Final = re.compile(r"double|single|logical|bool|float\d+|u?int\d+")
+
+# The beginning of a table of numbers in text.
+_NUMBERS: Final = re.compile(rb"[\s\d.,;+\-eE]+")
 
 
 def open_source(path: Path) -> Source:
@@ -44,7 +48,13 @@ def open_source(path: Path) -> Source:
     ------
     ValueError
         If an element is not all there, or a tag says what cannot be.
+    RecordingError
+        If it is a table of text.
     """
+    with path.open("rb") as stream:
+        if _NUMBERS.fullmatch(stream.read(256)):
+            said = "is text, as MATLAB writes it with save -ascii"
+            raise RecordingError(said, remedy="give it the suffix .txt")
     are_complex = require_sound(path)
     stated: list[str] = []
     structs: list[str] = []

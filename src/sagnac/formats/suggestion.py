@@ -1,7 +1,7 @@
 """Statements that a file needs to be read, guessed from names, units and numbers."""
 
 import re
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from typing import Final
 
 import numpy as np
@@ -197,14 +197,26 @@ def candidates(source: Source, statements: Statements) -> tuple[Column, ...]:
     time, _ = choice.choose_time(source.columns, statements)
     taken = {one.key for one in (table, time) if one is not None}
     left = [one for one in source.columns if one.key not in taken and _is_no_other(one)]
-    if not left:
-        return ()
-    keys = [one.key for one in left]
-    stored = source.opened(keys)
-    samples = min(_LOOKED_AT, *stored.lengths.values())
-    numbers = stored.read(keys, 0, samples, by_first=True)
-    ways = {key: set(np.sign(np.diff(values)).tolist()) for key, values in numbers.items()}
-    return tuple(one for one in left if ways[one.key] >= {-1.0, 1.0})
+    return tuple(_wandering(source, left))
+
+
+def _wandering(source: Source, columns: Sequence[Column]) -> Iterator[Column]:
+    """Those of the columns whose numbers both rise and fall."""
+    if not columns:
+        return
+    keys = [one.key for one in columns]
+    try:
+        stored = source.opened(keys)
+        samples = min(_LOOKED_AT, *stored.lengths.values())
+        numbers = stored.read(keys, 0, samples, by_first=True)
+    except RecordingError:
+        # A column of words spoils all that are read with it.
+        for one in columns if len(columns) > 1 else ():
+            yield from _wandering(source, [one])
+        return
+    for one in columns:
+        if set(np.sign(np.diff(numbers[one.key])).tolist()) >= {-1.0, 1.0}:
+            yield one
 
 
 def column_text(column: Column) -> str:

@@ -256,7 +256,7 @@ class TextFile:
         """All lines, one after the other, without their ends."""
         with self.path.open(encoding=self.encoding, errors="replace", newline=None) as stream:
             for number, line in enumerate(stream):
-                yield (line.lstrip("\ufeff") if number == 0 else line).rstrip("\n")
+                yield _plain(line.lstrip("\ufeff") if number == 0 else line).rstrip("\n")
 
     def blocks(self, *, blanks: bool) -> Iterator[bytes]:
         """Blocks of whole lines, about 1 MiB each, as UTF-8.
@@ -275,7 +275,7 @@ class TextFile:
         pending = b""
         with self.path.open("rb") as stream:
             while part := stream.read(_LONGEST_LINE):
-                block = pending + decoder.decode(part).encode()
+                block = pending + _plain(decoder.decode(part)).encode()
                 # A carriage return at the very end may be half of a line end.
                 end = 1 + max(block.rfind(b"\n"), block.rfind(b"\r", 0, -1))
                 pending = block[end:]
@@ -319,8 +319,13 @@ def text_file(path: Path) -> TextFile:
 
 def _lines(part: bytes, encoding: str) -> list[str]:
     """Lines of a part of a file, the last one up to its end; empty if that has one."""
-    text = part.decode(encoding, errors="replace").lstrip("\ufeff")
+    text = _plain(part.decode(encoding, errors="replace").lstrip("\ufeff"))
     return re.split(r"\r\n|\n|\r", text)
+
+
+def _plain(text: str) -> str:
+    """Text with the minus that a programming language knows, for the one that is printed."""
+    return text.replace("\N{MINUS SIGN}", "-")
 
 
 def _single(lines: bytes) -> bytes:

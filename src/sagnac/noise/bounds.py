@@ -182,6 +182,49 @@ def hump_above(levels: Levels, band_hz: tuple[float, float], walk: float) -> Hum
     )
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Shelf:
+    """A stretch of a spectrum, a decade or more, that is level.
+
+    Attributes
+    ----------
+    low, high
+        Ends of it, Hz.
+    walk
+        The N that has its level, rad/sqrt(s).
+    """
+
+    low: float
+    high: float
+    walk: float
+
+
+def longest_shelf(levels: Levels) -> Shelf | None:
+    """The longest stretch whose levels differ as by chance; None if none reaches over a decade.
+
+    Parameters
+    ----------
+    levels
+        Robust levels.
+    """
+    height, reach = np.log(levels.level), levels.high / levels.low[:, np.newaxis]
+    error = np.sqrt(1.0 / levels.shape + FLOOR**2)
+    ends = np.argwhere(reach >= 10.0)
+    # The longest first.
+    for first, last in ends[np.argsort(-reach[reach >= 10.0], kind="stable")]:
+        here = slice(int(first), int(last) + 1)
+        weight = error[here] ** -2
+        middle = float(weight @ height[here]) / float(weight.sum())
+        # Three standard errors of each bin; a spectrum that rises or falls is beyond at both ends.
+        if np.all(np.abs(height[here] - middle) < 3.0 * error[here]):
+            return Shelf(
+                low=float(levels.low[first]),
+                high=float(levels.high[last]),
+                walk=math.sqrt(0.5 * math.exp(middle)),
+            )
+    return None
+
+
 # ---- by the curve -----------------------------------------------------------------------
 
 # Power of frequency of the rate noise of what is limited; a ramp, which does not fluctuate, has no

@@ -15,7 +15,7 @@ from sagnac.recording.model import MINIMUM_SAMPLES, Recording, second_of
 DIVIDED: Final = ("clipping", "dropouts", "repeats", "resolution")
 # Findings that may be sound noise as well: an interval reaches from N as it is read to N divided
 # by the factor, which is in doubt as above.
-SPANNED: Final = ("short-tails",)
+SPANNED: Final = ("short-tails", "high-pass")
 
 
 def doubt_of(effect: float) -> float:

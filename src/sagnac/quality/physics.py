@@ -13,8 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.fft import irfft, next_fast_len, rfft
 
-from sagnac.core.arrays import FloatArray, every
-from sagnac.core.errors import Level, Note, counted
+from sagnac.core.arrays import FloatArray, every, values_at
+from sagnac.core.errors import Level, Note, counted, rounded
 from sagnac.core.marks import first_of, longest_unmarked, number_of
 from sagnac.core.units import (
     ACCELERATION_UNITS,
@@ -72,7 +72,34 @@ def rate_notes(recording: Recording, profile: Profile) -> Notes:
             f"scatters like an angle random walk of {walk / DEGREE_PER_ROOT_HOUR:.3g} deg/sqrt(h), "
             "over ten times that of the noisiest: the unit or kind looks wrong ({unit}, {kind})"
         )
+    elif is_bench and profile.channel.kind != "angle" and _adds_up(profile.channel.values):
+        text = (
+            "goes on from sample to sample as an angle does, at any distance: if it is one, state "
+            "{kind angle} with its {unit}"
+        )
     return _doubt(profile.name, text)
+
+
+# Fewest samples between which it shows that a channel adds up, and distances that are compared.
+_FARTHEST: Final = 256
+
+
+def _adds_up(values: FloatArray) -> bool:
+    """Whether values walk at random: their mean square difference grows as their distance does.
+
+    That of a rate does not grow, or stops where a low-pass ends; that of a drift grows as the
+    square.
+    """
+    farthest = values.size // 64
+    if farthest < _FARTHEST:
+        return False
+    apart = np.geomspace(1, farthest, 6).astype(np.int64)
+    starts = np.linspace(0, values.size - farthest - 1, 4096).astype(np.int64)
+    here = values_at(values, starts)
+    squares = [float(np.mean(np.square(values_at(values, starts + one) - here))) for one in apart]
+    growth = np.array(squares) / apart
+    # At the largest distance 64 differences do not overlap, whose mean square is good to a fifth.
+    return bool(squares[0] > 0.0 and growth.max() < 2.0 * growth.min())
 
 
 def time_notes(recording: Recording, profile: Profile) -> Notes:
@@ -271,7 +298,7 @@ def motion_notes(recording: Recording, profile: Profile) -> Notes:
         first = int(edges[first_of(moves)])
         text = (
             f"turns at up to {float(np.abs(rates).max()) / DEGREE:.3g} deg/s, in "
-            f"{100.0 * number_of(moves) / rates.size:.2g} % of the record, first at "
+            f"{rounded(100.0 * number_of(moves) / rates.size)} % of the record, first at "
             f"{second_of(recording, first):.1f} s, and no encoder is looked at: this "
             f"is no still bench; use sagnac analyze with the encoder ({{table}}), state the right "
             f"{{unit}}, or {remedy_of(recording, still)}"
@@ -289,9 +316,26 @@ def motion_notes(recording: Recording, profile: Profile) -> Notes:
             why = "and the encoder that is named does not: name its column and unit with {table}"
         text = (
             f"turns steadily at {middle / DEGREE:.4g} deg/s, as on a table, {why}, or state the "
-            "right {unit}"
+            f"right {{unit}}{_half_of_range(profile.channel, middle)}"
         )
     return (Note(name="motion", level=level, channel=profile.name, text=text),)
+
+
+def _half_of_range(channel: Channel, rate: float) -> str:
+    """End of a sentence on counts that begin at half of their range; empty if these do not."""
+    size, unit = split_factor(channel.shown_in)
+    if channel.kind != "rate" or size == 1.0:
+        return ""
+    counts = abs(rate) / (size * UNITS[unit].size)
+    bits = next(
+        (bits for bits in (12, 14, 16, 20, 24) if abs(counts / 2.0 ** (bits - 1) - 1.0) < 0.05), 0
+    )
+    if not bits:
+        return ""
+    return (
+        f"; if its counts begin at {2 ** (bits - 1)}, half of a range of {bits} bits, take that "
+        "knowingly ({accept motion})"
+    )
 
 
 # ---- pairs -------------------------------------------------------------------------

@@ -5,7 +5,7 @@ A frame whose columns are taken is one of pandas or xarray, or a dictionary; non
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from types import NoneType
 from typing import Any, Final, TypeVar
@@ -267,8 +267,52 @@ class Sampling:
     notes: tuple[Note, ...] = ()
 
 
+# What stamps start over at, s: counters of 16, 24 and 32 bits in us, ms and ns, a GPS week, a day.
+# Minutes and hours are not among them: logs last as long, and begin at 0 again if several are put
+# together.
+_STARTING_OVER: Final = (
+    604_800.0,
+    86_400.0,
+    *(size * 2.0**bits for size in (1e-3, 1e-6, 1e-9) for bits in (32, 24, 16)),
+)
+
+
+def without_starting_over(times: FloatArray) -> tuple[FloatArray, tuple[Note, ...]]:
+    """Stamps that go on where a clock starts over, as far as each of its leaps back shows that.
+
+    Parameters
+    ----------
+    times
+        (samples,) s.
+
+    Returns
+    -------
+    times
+        (samples,) s: those given, unless they start over.
+    notes
+        That they do.
+    """
+    backwards = marked_steps(times, lambda steps: steps < 0.0)
+    usual = median_step(times, repeats=False)
+    if not backwards.any() or not usual > 0.0:
+        return times, ()
+    places = np.flatnonzero(backwards)
+    leaps = times[places] - times[places - 1]
+    for period in _STARTING_OVER:
+        # A clock of milliseconds rounds, and a stamp may come late, but none is lost there.
+        if period > 4.0 * usual and np.all(np.abs(leaps + period - usual) < 0.75 * usual):
+            running = times.copy()
+            for place in places.tolist():
+                running[place:] += period
+            text = (
+                f"starts over at {period:.9g} s, {counted(places.size, 'time')}: taken as going on"
+            )
+            return running, (Note(text=text, channel="time"),)
+    return times, ()
+
+
 def sampling(stamps: FloatArray, stated_rate: float | None = None) -> Sampling:
-    """Rate and evenness of time stamps.
+    """Rate and evenness of time stamps, which go on where their clock starts over.
 
     The rate is the mean one: the median interval of stamps on a clock of 1 ms is
     0.010 s both for 99.9 Hz and for 100 Hz.
@@ -286,7 +330,13 @@ def sampling(stamps: FloatArray, stated_rate: float | None = None) -> Sampling:
         If the stamps do not run forwards and no rate is stated, the two disagree, or no sensor
         samples as fast.
     """
-    times = arrays.elementwise(np.subtract, stamps, stamps[0])
+    times, notes = without_starting_over(arrays.elementwise(np.subtract, stamps, stamps[0]))
+    taken = _evenness(times, stated_rate)
+    return replace(taken, notes=(*notes, *taken.notes))
+
+
+def _evenness(times: FloatArray, stated_rate: float | None) -> Sampling:
+    """Rate and evenness of stamps from the first sample, s; see `sampling`."""
     if times.size < 2 or not arrays.all_finite(times) or times[-1] <= 0.0:
         rate = stated_rate
         if rate is None:
@@ -312,7 +362,9 @@ def sampling(stamps: FloatArray, stated_rate: float | None = None) -> Sampling:
     # The round figure that the rate cannot be told from, or the rate.
     rate, unsure = 1.0 / step, (min(worst, clock) + slack) / float(times[-1])
     rate = round_figure(rate, unsure)
-    if stated_rate is not None and abs(rate / stated_rate - 1.0) > RATE_AGREEMENT:
+    disagree = stated_rate is not None and abs(rate / stated_rate - 1.0) > RATE_AGREEMENT
+    # Stamps that run back, as of two logs put together, have no rate, and are refused as such.
+    if disagree and not marked_steps(times, lambda steps: steps < 0.0).any():
         said = f"the stamps give {rate:.6g} Hz but {stated_rate:.6g} Hz is stated"
         remedy = "leave out {rate}, or ignore the stamps with {time none}"
         raise RecordingError(said, channel="time", remedy=remedy)

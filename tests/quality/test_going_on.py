@@ -1,0 +1,97 @@
+"""What no gyro at rest does: values that add up, a dead band, a record that goes round."""
+
+import numpy as np
+import pytest
+from scipy.signal import lfilter
+
+from sagnac import Recording, analyze, check, judge
+
+RATE, SAMPLES = 100.0, 30_000
+# White noise of 0.15 deg/sqrt(h), deg/s.
+SIGMA = 0.15 / 60.0 * np.sqrt(RATE)
+
+
+def white(seed=1, samples=SAMPLES):
+    return SIGMA * np.random.default_rng(seed).standard_normal(samples)
+
+
+def still(values, kind="rate", unit="deg/s"):
+    return Recording.from_arrays(x=values, kind=kind, unit=unit, sample_rate=RATE)
+
+
+def findings(values, name, **stated):
+    return [note for note in check(still(values, **stated)) if note.name == name]
+
+
+def decided(values):
+    """Beside a limit that noise of 0.15 deg/sqrt(h) breaks."""
+    return judge(analyze(still(values)), "0.12deg/sqrt(h)").decision
+
+
+def test_an_angle_that_is_called_a_rate_passes_no_limit():
+    angle = np.cumsum(white()) / RATE
+    (found,) = findings(angle, "units")
+    assert "as an angle does" in found.text
+    assert decided(angle) == "undecided"
+    assert not findings(angle, "units", kind="angle", unit="deg")
+
+
+@pytest.mark.parametrize("walk", [0.0, 0.02])
+@pytest.mark.parametrize("corner", [None, 1.0, 0.2])
+def test_a_rate_is_no_angle(walk, corner):
+    """White, or behind a low-pass (Hz), on a rate that walks as far as cheap ones do, deg/s/√s."""
+    steps = walk / np.sqrt(RATE) * np.random.default_rng(2).standard_normal(SAMPLES)
+    rate = white() + np.cumsum(steps)
+    if corner is not None:
+        kept = np.exp(-2.0 * np.pi * corner / RATE)
+        rate = lfilter([1.0 - kept], [1.0, -kept], rate)
+    if not (walk and corner):
+        assert not findings(rate, "units")
+
+
+@pytest.mark.parametrize("rounded", [0.0, SIGMA / 20.0])
+@pytest.mark.parametrize("width", [0.5, 1.0, 2.0, 3.0])
+def test_a_dead_band_of_any_width_is_found(width, rounded):
+    rate = np.where(np.abs(white()) < width * SIGMA, 0.0, white())
+    if rounded:
+        rate = rounded * np.rint(rate / rounded)
+    (found,) = findings(rate, "dropouts")
+    assert "dead band" in found.text
+    # Without the zeros the samples scatter as much more as there are fewer of them; of the widest
+    # band eighty are left, whose mean is good to a tenth of that.
+    assert found.effect == pytest.approx(np.sqrt(np.mean(rate != 0.0)), rel=0.05)
+    assert decided(rate) == "undecided"
+
+
+@pytest.mark.parametrize("sigma", [0.2, 0.3, 0.5, 1.0, 5.0])
+def test_coarse_counts_are_no_dead_band(sigma):
+    counts = np.rint(sigma * np.random.default_rng(3).standard_normal(SAMPLES))
+    assert not findings(counts, "dropouts")
+
+
+@pytest.mark.parametrize("times", [2, 5, 10])
+def test_a_record_that_goes_round_gives_no_estimate(times):
+    values = np.tile(white(samples=SAMPLES // times), times)
+    (found,) = [note for note in findings(values, "repeats") if "there again" in note.text]
+    assert found.level == "error"
+    assert decided(values) == "undecided"
+
+
+def test_a_short_block_twice_moves_the_answer_by_little():
+    values = white()
+    values[-3000:] = values[:3000]
+    (found,) = [note for note in findings(values, "repeats") if "there again" in note.text]
+    assert found.level == "warning"
+    assert decided(values) == "fail"
+
+
+@pytest.mark.parametrize(("middle", "says"), [(32_768, True), (32_429, True), (25_000, False)])
+def test_counts_from_half_of_their_range_are_let_in(middle, says):
+    """As an analog-to-digital converter writes them: 0 deg/s is 32768 of 16 bits, and a bias."""
+    counts = np.rint(20.0 * white() / SIGMA) + middle
+    (found,) = findings(counts, "motion", unit=f"{SIGMA / 20.0}deg/s")
+    assert ("half of a range of 16 bits" in found.text) == says
+    accepted = analyze(still(counts, unit=f"{SIGMA / 20.0}deg/s"), accepted=("motion",))
+    # Of these very samples.
+    walk = 60.0 * np.std(white()) / np.sqrt(RATE)
+    assert accepted.angle_random_walk.to("deg/sqrt(h)").value == pytest.approx(walk, rel=0.01)
