@@ -69,6 +69,15 @@ def test_coarse_counts_are_no_dead_band(sigma):
     assert not findings(counts, "dropouts")
 
 
+@pytest.mark.parametrize("size", [2.2, 7.0 / 3.0, 2.6])
+def test_counts_of_pulses_are_no_dead_band(size):
+    """A ring laser adds up pulses of some counts each; few samples lie a single count from zero."""
+    rng = np.random.default_rng(4)
+    pulses = np.rint(3.0 * rng.standard_normal(SAMPLES)) * (rng.random(SAMPLES) > 0.4)
+    angle = np.rint(size * np.cumsum(pulses) + 0.1 * rng.standard_normal(SAMPLES))
+    assert not findings(np.diff(angle), "dropouts")
+
+
 @pytest.mark.parametrize("times", [2, 5, 10])
 def test_a_record_that_goes_round_gives_no_estimate(times):
     values = np.tile(white(samples=SAMPLES // times), times)

@@ -517,11 +517,12 @@ def dropout_notes(recording: Recording, profile: Profile) -> Notes:
     else:
         number = marks.number_of(zeros)
         beside = _beside(values)
-        # A gyro that counts coarsely, and turns little, counts 0 most of the time, and next to it
-        # else. A dead band leaves values that scatter.
-        fine = beside < 0.1 * (values.size - number)
+        # A gyro that counts coarsely, and turns little, counts 0 most of the time.
+        fine = profile.scale > 20.0 * profile.step
         away = abs(float(np.median(profile.level))) > 4.0 * profile.scale
-        if number < LEAST_OFTEN or not (fine or away) or number <= OFTENER * beside:
+        if number < LEAST_OFTEN or number <= OFTENER * beside:
+            return ()
+        if not (fine or away or _is_dead_band(values, beside)):
             return ()
         effect = _scatter_with_zeros(values, number)
     said = seen(recording, zeros, "sample", "of exactly zero")
@@ -530,6 +531,19 @@ def dropout_notes(recording: Recording, profile: Profile) -> Notes:
         "leave these rows out and keep the time stamps"
     )
     return (finding("dropouts", profile.name, text, effect=effect),)
+
+
+def _is_dead_band(values: FloatArray, beside: int) -> bool:
+    """Whether values other than zero begin at a distance from it and then scatter.
+
+    Those of a coarse counter are next to zero, and those of one that adds up pulses of several
+    counts lie at smaller ones, too.
+    """
+    size = np.abs(values[values != 0.0])
+    if not beside < 0.1 * size.size:
+        return False
+    least, usual = np.quantile(size, (0.01, 0.5))
+    return bool(least > 0.4 * usual)
 
 
 def _beside(values: FloatArray) -> int:
