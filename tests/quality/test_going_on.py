@@ -69,6 +69,14 @@ def test_coarse_counts_are_no_dead_band(sigma):
     assert not findings(counts, "dropouts")
 
 
+@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("sigma", [0.3, 0.6, 1.0, 2.0, 3.0])
+def test_counts_of_an_angle_made_a_rate_are_no_dead_band(sigma, seed):
+    """Rounding makes many values of what was one count."""
+    walk = np.cumsum(sigma * np.random.default_rng(seed).standard_normal(SAMPLES + 1))
+    assert not findings(np.diff(np.rint(walk) * 2e-4) * RATE, "dropouts")
+
+
 @pytest.mark.parametrize("size", [2.2, 7.0 / 3.0, 2.6])
 def test_counts_of_pulses_are_no_dead_band(size):
     """A ring laser adds up pulses of some counts each; few samples lie a single count from zero."""

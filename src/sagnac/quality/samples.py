@@ -522,7 +522,7 @@ def dropout_notes(recording: Recording, profile: Profile) -> Notes:
         away = abs(float(np.median(profile.level))) > 4.0 * profile.scale
         if number < LEAST_OFTEN or number <= OFTENER * beside:
             return ()
-        if not (fine or away or _is_dead_band(values, beside)):
+        if not (fine or away or _is_dead_band(values)):
             return ()
         effect = _scatter_with_zeros(values, number)
     said = seen(recording, zeros, "sample", "of exactly zero")
@@ -533,17 +533,16 @@ def dropout_notes(recording: Recording, profile: Profile) -> Notes:
     return (finding("dropouts", profile.name, text, effect=effect),)
 
 
-def _is_dead_band(values: FloatArray, beside: int) -> bool:
+def _is_dead_band(values: FloatArray) -> bool:
     """Whether values other than zero begin at a distance from it and then scatter.
 
-    Those of a coarse counter are next to zero, and those of one that adds up pulses of several
-    counts lie at smaller ones, too.
+    Those of a coarse counter are often one count, which may be rounded, and those of one that adds
+    up pulses of several counts lie at smaller ones, too.
     """
     size = np.abs(values[values != 0.0])
-    if not beside < 0.1 * size.size:
-        return False
     least, usual = np.quantile(size, (0.01, 0.5))
-    return bool(least > 0.4 * usual)
+    alike = np.count_nonzero(np.abs(size - least) < 1e-3 * least)
+    return bool(least > 0.4 * usual and alike < 0.2 * size.size)
 
 
 def _beside(values: FloatArray) -> int:
