@@ -10,7 +10,6 @@ from collections.abc import Sequence
 from typing import Final, NamedTuple
 
 import numpy as np
-from scipy.signal import savgol_filter
 
 from sagnac.core import arrays
 from sagnac.core.arrays import FloatArray
@@ -31,8 +30,9 @@ _FIRST_LOOK: Final = 2**16
 _MOST: Final = 2**18
 # Share of the table's rate below which a gyro tells no lag of its own.
 _LEAST_SHARE: Final = 0.05
-# Averages that the rate at one of them is taken from, exact for polynomials of degree 6.
-_AROUND: Final = 7
+# Weights of the averages around one, of which its rate is: exact for polynomials of degree 6, as
+# those of ``scipy.signal.savgol_filter``, whose import takes as long as the fit.
+_AROUND: Final = np.array([1.0, -9.0, 45.0, 0.0, -45.0, 9.0, -1.0]) / 60.0
 # Samples a second that the motion to be moved is made of: what lies above is noise of the gyros.
 _FINEST: Final = 100.0
 
@@ -93,12 +93,12 @@ def _lag(
     first, second, read = (averages_of(one[: most * block], block) for one in (*pair, encoder))
     coarse = np.stack([first, second])
     shares, _ = shares_of_table(coarse, read, max(1, round(sample_rate / block)))
-    if read.size < 10 * _AROUND or not np.abs(shares).min() > _LEAST_SHARE:
+    if read.size < 10 * _AROUND.size or not np.abs(shares).min() > _LEAST_SHARE:
         return shares, None
     interval = block / sample_rate
     sensed = shares @ coarse / float(shares @ shares)
     columns, prior = columns_beside_delay(read, sensed, interval)
-    columns[FIRST_DELAY] = savgol_filter(sensed, _AROUND, _AROUND - 1, deriv=1, delta=interval)
+    columns[FIRST_DELAY, 3:-3] = np.convolve(sensed, _AROUND / interval, mode="valid")
     # A lag does not change.
     columns, prior = columns[: FIRST_DELAY + 1], prior[: FIRST_DELAY + 1]
     fit = whitened(second / shares[1] - first / shares[0], columns, prior)
