@@ -94,6 +94,13 @@ def test_importing_loads_nothing_heavy():
     assert done.stdout.strip() == "set()", done.stderr
 
 
+def test_an_analysis_loads_nothing_that_takes_longer_than_it_saves():
+    # Each takes as long to load as several transforms of two hours.
+    slow = "{'scipy.signal', 'scipy.stats', 'matplotlib', 'pandas'}"
+    done = run(f"import sagnac.analysis.pipeline, sys; print({slow} & set(sys.modules))")
+    assert done.stdout.strip() == "set()", done.stderr
+
+
 def test_a_screen_of_text_loads_nothing_that_draws():
     done = run(
         "import sagnac.report.text, sagnac.fleet.table, sys; print('matplotlib' in sys.modules)"
