@@ -109,6 +109,14 @@ def test_stamps_go_on_where_their_clock_starts_over(period, tick):
     assert "starts over at" in taken.notes[0].text
 
 
+def test_a_clock_that_starts_over_thousands_of_times_is_followed():
+    """Sixteen bits of microseconds at 500 Hz: 30,000 times in half an hour."""
+    ticks = 2000 * np.arange(1_000_000)
+    taken = sampling((ticks % 2**16) * 1e-6)
+    assert (taken.sample_rate, taken.times) == (500.0, None)
+    assert "30517 times" in taken.notes[0].text
+
+
 @pytest.mark.parametrize("length", [30.0, 60.0, 3600.0])
 def test_logs_that_are_put_together_are_not_run_on(length):
     """Each begins at 0, and nobody knows what passed between them."""

@@ -171,7 +171,7 @@ def read_analyses(source: Path | str) -> tuple[Mapping[str, Any], ...]:
 
 
 def read_one_analysis(source: Path | str) -> Mapping[str, Any]:
-    """The same of a source that holds one alone.
+    """The document of a source that holds one analysis alone: see `read_analyses`.
 
     Raises
     ------

@@ -220,7 +220,7 @@ SENSED: Final[Mapping[Sensor, Sensed]] = {
     ),
 }
 
-# Name of a unit -> how else it is written, besides its symbol and what `_plain` makes plain.
+# Name of a unit -> how else it is written, besides its symbol and what `_PLAIN` makes plain.
 _SPELLINGS: Final = {
     "arcsec": ('"', "as", "arcseconds"),
     "rev": ("turn",),
@@ -245,7 +245,7 @@ _ALIASES: Final = {
     **{one: name for name, spellings in _SPELLINGS.items() for one in spellings},
     **{unit.symbol: unit.name for unit in UNITS.values() if unit.symbol != unit.name},
 }
-# What stands in a unit, in small letters -> what it is made, one after the other.
+# What may stand in a unit, in small letters -> what takes its place, one rule after the other.
 _PLAIN: Final = tuple(
     (re.compile(pattern), plain)
     for pattern, plain in (

@@ -301,9 +301,8 @@ def without_starting_over(times: FloatArray) -> tuple[FloatArray, tuple[Note, ..
     for period in _STARTING_OVER:
         # A clock of milliseconds rounds, and a stamp may come late, but none is lost there.
         if period > 4.0 * usual and np.all(np.abs(leaps + period - usual) < 0.75 * usual):
-            running = times.copy()
-            for place in places.tolist():
-                running[place:] += period
+            running = period * np.cumsum(backwards, dtype=np.float64)
+            running += times
             text = (
                 f"starts over at {period:.9g} s, {counted(places.size, 'time')}: taken as going on"
             )
