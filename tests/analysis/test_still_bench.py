@@ -1,8 +1,12 @@
 """The still bench with gaps: what is shown of the whole, and what of a stretch."""
 
+import itertools
+
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
 
+from sagnac import plot
 from sagnac.analysis.pipeline import analyze, still_bench
 from sagnac.analysis.settings import Settings
 from sagnac.core.errors import RecordingError
@@ -100,3 +104,26 @@ def test_a_record_too_short_for_an_estimator_is_one_line():
     with pytest.raises(RecordingError, match=r"theoh: values: 80 .* too few") as caught:
         bench_of(recording(white()[:80]), short)
     assert "\n" not in str(caught.value)
+
+
+def with_a_line():
+    time = np.arange(SAMPLES) / RATE
+    return recording(white() + 30.0 * np.sin(2.0 * np.pi * 7.3 * time))
+
+
+def test_the_seconds_are_of_both_readings_with_lines_out_and_in(monkeypatch):
+    ticks = itertools.count()
+    # Each look at the clock is a second later, so that a stage takes one at least.
+    monkeypatch.setattr("time.perf_counter", lambda: float(next(ticks)))
+    made = bench_of(with_a_line(), Settings(gyros=("x",), method="none")).analysis
+    assert made.seconds["check"] == made.seconds["difference"] == 2.0
+
+
+def test_the_curve_is_drawn_with_the_lines_in_and_out():
+    made = bench_of(with_a_line(), Settings(gyros=("x",), method="none")).analysis
+    axes = plot.stability(made, ax=Figure().add_subplot())
+    drawn = {line.get_label(): line.get_ydata() * np.radians(1.0) / 3600.0 for line in axes.lines}
+    assert drawn["before removal"] == pytest.approx(made.curve.deviation)
+    # White noise of one rad/s in a sample has that Allan deviation at one sample.
+    assert drawn["after removal"][0] == pytest.approx(1.0, rel=0.1)
+    assert drawn["before removal"][0] > 5.0

@@ -5,7 +5,7 @@ Read from top to bottom: what is asked for (`analyze`, `answer_of`), the path of
 """
 
 import math
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, fields, replace
 from functools import partial
@@ -407,17 +407,25 @@ def _gyros_alone(
     read = first.recording.notes
     own = [(name, note) for name, one in analyses.items() for note in one.notes if note not in read]
     notes = [note if note.channel else replace(note, channel=name) for name, note in own]
-    stages = dict.fromkeys(stage for one in each for stage in one.seconds)
     return replace(
         first,
         settings=replace(first.settings, gyros=settings.gyros),
         per_gyro={name: one.angle_random_walk for name, one in analyses.items()},
         notes=tuple(dict.fromkeys((*read, *notes, *beside))),
-        seconds={stage: sum(one.seconds.get(stage, 0.0) for one in each) for stage in stages},
+        seconds=_added_seconds(each),
         # What is found between gyros is of each: it decides what each is told of a limit.
         gyros={name: replace(one, notes=(*one.notes, *beside)) for name, one in analyses.items()},
         refused=refused,
     )
+
+
+def _added_seconds(analyses: Iterable[Analysis]) -> dict[str, float]:
+    """Wall time by stage of several analyses together."""
+    added: dict[str, float] = {}
+    for analysis in analyses:
+        for stage, seconds in analysis.seconds.items():
+            added[stage] = added.get(stage, 0.0) + seconds
+    return added
 
 
 def _beside_each_other(recording: Recording, names: tuple[str, ...]) -> Iterator[Note]:
@@ -549,6 +557,8 @@ def _with_lines_out(
         analysis,
         source=f"{searched.source}; lines removed" if searched.lines else searched.source,
         notes=tuple(dict.fromkeys(notes)),
+        seconds=_added_seconds((searched, analysis)),
+        curve_of_answer=searched.curve,
         **{name: getattr(searched, name) for name in of_answer},
     )
     return AtRest(analysis=with_answer, without_lines=searched, as_it_is=analysis)

@@ -102,6 +102,8 @@ class Analysis:
         Every periodic component found in `channel`, strongest first.
     curve, curve_before
         Stability of `channel` after and before removal, at the same interval.
+    curve_of_answer
+        The curve without what the answer is without, if that is left in `curve`; else None.
     spectrum, spectrum_before
         Rate spectrum of `channel` after and before removal, smoothed for a figure.
     per_gyro
@@ -177,6 +179,7 @@ class Analysis:
     notes: tuple[Note, ...] = ()
     seconds: Mapping[str, float] = field(default_factory=dict)
     family: tuple[StabilityCurve, ...] = ()
+    curve_of_answer: StabilityCurve | None = None
     density: Spectrum | None = None
     average: ModelChoice | None = None
     coefficients: Mapping[CoefficientName, Estimate] = field(default_factory=dict)

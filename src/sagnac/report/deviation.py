@@ -98,7 +98,7 @@ def _name_first(axes: Axes) -> None:
 
 def _draw_over(axes: Axes, analysis: Analysis) -> None:
     """The curve after removal and the fit, in the next colour, beside those that are there."""
-    curve = analysis.curve
+    curve = getattr(analysis, "curve_of_answer", None) or analysis.curve
     _frame(axes, "Allan deviation", _UNIT)
     _limits(axes, curve.tau, *(one / DEGREE_PER_HOUR for one in (curve.deviation, curve.low)))
     color = _points(axes, curve, DEGREE_PER_HOUR, label=frame.channel_of(analysis))
@@ -109,19 +109,20 @@ def _draw_over(axes: Axes, analysis: Analysis) -> None:
 
 def _draw_curves(axes: Axes, analysis: Analysis) -> None:
     """The curves before and after removal, in °/h, with the fit."""
-    after = analysis.curve
+    after, label = analysis.curve, frame.after_removal(analysis)
     # An analysis that was read again holds the curve after removal alone.
-    recorded = getattr(analysis, "curve_before", None)
-    before = after if recorded is None else recorded
+    before = getattr(analysis, "curve_before", None) if frame.removed(analysis) else None
+    if (without := getattr(analysis, "curve_of_answer", None)) is not None:
+        before, after, label = after, without, frame.STATES[0]
     _frame(axes, f"{_OF_CHANNEL}{frame.channel_of(analysis)}", _UNIT)
-    shown = (before.deviation, after.deviation, after.low)
+    shown = (after.deviation, after.low, *([] if before is None else [before.deviation]))
     _limits(axes, after.tau, *(one / DEGREE_PER_HOUR for one in shown))
-    if recorded is not None and frame.removed(analysis):
+    if before is not None:
         axes.plot(
             before.tau, before.deviation / DEGREE_PER_HOUR, color=frame.QUIET, marker="s",
             markersize=2.8, linewidth=0.9, label="before removal",
         )  # fmt: skip
-    _points(axes, after, DEGREE_PER_HOUR, label=frame.after_removal(analysis))
+    _points(axes, after, DEGREE_PER_HOUR, label=label)
     _fitted(axes, analysis)
 
 
