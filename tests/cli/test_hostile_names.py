@@ -13,7 +13,7 @@ from sagnac.cli import main
 from sagnac.core.errors import one_line
 from sagnac.formats import write
 from sagnac.recording.model import Recording
-from sagnac.report.sections import csv_text
+from sagnac.report.tables import csv_text
 
 ESCAPES = "x\x1b[2J\x1b]0;owned\x07\x9b31m\u202e"
 NAME = one_line(ESCAPES)

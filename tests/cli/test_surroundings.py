@@ -13,7 +13,7 @@ import pytest
 import sagnac
 from sagnac.cli import main
 from sagnac.report.page import write_report
-from sagnac.report.sections import folder_name
+from sagnac.report.tables import folder_name
 from tests.cli.examples import STATED, one_line_among
 from tests.handmade import analysis as handmade
 

@@ -9,7 +9,7 @@ from sagnac.core import arrays
 from sagnac.core.errors import RecordingError
 from sagnac.formats import Statement, read
 from sagnac.formats.source import Source, Stored, in_memory
-from sagnac.recording.columns import Sampling, first_at, stretch_of
+from sagnac.recording.stamps import Sampling, first_at, stretch_of
 from tests.formats.examples import SAMPLES, refused, timed, walk
 
 

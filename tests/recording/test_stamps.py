@@ -5,7 +5,7 @@ import pytest
 
 from sagnac.core import arrays
 from sagnac.core.errors import RecordingError
-from sagnac.recording.columns import median_step, require_forwards, sampling
+from sagnac.recording.stamps import median_step, require_forwards, sampling
 
 
 @pytest.mark.parametrize("size", [2, 3, 1000, 1001])

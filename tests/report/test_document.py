@@ -11,7 +11,7 @@ import pytest
 from sagnac.analysis.result import headline_fit
 from sagnac.analysis.spectra import Spectrum
 from sagnac.core.errors import Note
-from sagnac.report import document, page, sections, text
+from sagnac.report import document, page, tables, text
 from tests.handmade import SHA256, N, analysis, estimate
 from tests.report.examples import strict
 
@@ -91,12 +91,12 @@ def test_family_of_curves_and_their_spectrum():
     arcsec = 3600.0 * 180.0 / math.pi
     assert second["high"][0] == pytest.approx(tdev.high[0] * arcsec)
     assert shown["spectrum"]["density"] == pytest.approx([4 * arcsec**2, 2 * arcsec**2, arcsec**2])
-    rows = list(csv.DictReader(io.StringIO(sections.family_table(made))))
+    rows = list(csv.DictReader(io.StringIO(tables.family_table(made))))
     assert [row["estimator"] for row in rows] == ["oadev"] * len(first["tau_s"]) + ["tdev"] * len(
         second["tau_s"]
     )
     assert float(rows[0]["deviation"]) == pytest.approx(first["deviation"][0])
-    rows = list(csv.DictReader(io.StringIO(sections.density_table(made))))
+    rows = list(csv.DictReader(io.StringIO(tables.density_table(made))))
     assert [float(row["frequency[Hz]"]) for row in rows] == [1.0, 2.0, 4.0]
     assert "tdev ″" in text.curve(tdev)
     assert "PSD" in text.density(made)

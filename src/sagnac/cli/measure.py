@@ -197,7 +197,7 @@ def _places(
     recording: "sagnac.Recording", settings: "sagnac.Settings", output: Path
 ) -> Iterator[tuple[Path, str]]:
     """Folders to be written and what goes into them: a gyro's, all gyros', the accelerometers'."""
-    from sagnac.report.sections import folder_name
+    from sagnac.report.tables import folder_name
 
     names = settings.gyros or tuple(gyro.name for gyro in recording.gyros)
     yield from ((output / folder_name(name), "report") for name in names)
@@ -236,7 +236,7 @@ def _bench_reported(
     """
     from sagnac.report.figures import self_noise_figure, write_png
     from sagnac.report.page import write_accelerometers
-    from sagnac.report.sections import folder_name
+    from sagnac.report.tables import folder_name
 
     place = output if analysis.gyros else output / folder_name(analysis.channel)
     reported, written = results.reported(analysis, place, **sheet, with_forces=False)

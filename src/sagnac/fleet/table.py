@@ -21,7 +21,7 @@ from sagnac.fleet.tasks import Row
 from sagnac.formats.files import about
 from sagnac.navigation.noise import GyroNoise
 from sagnac.noise.laws import SYMBOLS
-from sagnac.report.sections import csv_text
+from sagnac.report.tables import csv_text
 from sagnac.verdict.judgement import Decision, overall
 
 # ---- table -------------------------------------------------------------------------

@@ -18,9 +18,10 @@ from sagnac.formats.source import Column, Source, Stored
 from sagnac.formats.statement import Statements
 from sagnac.quality.check import integrity
 from sagnac.recording.channel import Conversion
-from sagnac.recording.columns import GYRO_NAMES, Stretch, gyro_of, pulses_of, stretch_of
+from sagnac.recording.columns import GYRO_NAMES, gyro_of, pulses_of
 from sagnac.recording.encoder_readings import table_of_readings
 from sagnac.recording.model import Provenance, Recording
+from sagnac.recording.stamps import Stretch, stretch_of
 
 
 def assemble(

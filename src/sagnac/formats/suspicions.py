@@ -17,7 +17,8 @@ from sagnac.formats.choice import Choice, is_like_time
 from sagnac.formats.source import Column, Source
 from sagnac.formats.statement import COUNTER_BITS, Statements
 from sagnac.recording.channel import Kind, finite_extent
-from sagnac.recording.columns import ACCELEROMETER_NAMES, Sampling, Span, Stretch
+from sagnac.recording.columns import ACCELEROMETER_NAMES
+from sagnac.recording.stamps import Sampling, Span, Stretch
 
 # A step is a roll-over if it covers more than this part of the range, and the usual ones less than
 # that: no gyro turns through most of its range from one sample to the next.

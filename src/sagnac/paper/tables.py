@@ -18,7 +18,7 @@ from sagnac.paper.trials import FORMS, Form
 from sagnac.report.figures import frames_figure, styled
 from sagnac.report.frame import BLUE, DASHED, GREEN, INK, ORANGE, band, logarithmic
 from sagnac.report.quantities import number
-from sagnac.report.sections import cell, columns_text, csv_text
+from sagnac.report.tables import cell, columns_text, csv_text
 from sagnac.report.text import table
 
 # ---- reproduction values -----------------------------------------------------------

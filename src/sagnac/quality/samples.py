@@ -12,9 +12,9 @@ from sagnac.core.errors import Note, RecordingError, counted, ranked
 from sagnac.quality.effects import finding, remedy_of, remedy_without, seen
 from sagnac.quality.lattice import LEAST_OFTEN, OFTENER, count_step
 from sagnac.quality.profile import LOOKED_AT, Notes, Profile
-from sagnac.recording.columns import GAP_STEPS, median_step, round_figure
 from sagnac.recording.encoder_readings import LARGEST_SHARE_MISSING, MOST_MISSING_IN_A_ROW
 from sagnac.recording.model import Recording, second_of
+from sagnac.recording.stamps import GAP_STEPS, median_step, round_figure
 
 # Share of the scatter of a record below which differences of its samples are rounding.
 _ROUNDING: Final = 1e-9

@@ -14,8 +14,9 @@ from sagnac.core.units import split_header
 from sagnac.recording import channel as channels
 from sagnac.recording import columns as conversions
 from sagnac.recording.channel import Channel, Compared, Conversion, Kind, Pickoff
-from sagnac.recording.columns import NULL_PULSE_NAME, Sampling
+from sagnac.recording.columns import NULL_PULSE_NAME
 from sagnac.recording.encoder_readings import table_of_readings, with_lost_readings
+from sagnac.recording.stamps import Sampling, require_forwards, sampling
 
 __all__ = ["MINIMUM_SAMPLES", "Channel", "Kind", "Provenance", "Recording", "second_of"]
 
@@ -541,7 +542,7 @@ def _sampled(
                 "sampled together"
             )
         if stamps.size:
-            return conversions.require_forwards(conversions.sampling(stamps, sample_rate))
+            return require_forwards(sampling(stamps, sample_rate))
     if sample_rate is None:
         raise ValueError("neither sample_rate nor times is given; give sample_rate in Hz")
     return Sampling(times=None, sample_rate=sample_rate)

@@ -27,7 +27,7 @@ from sagnac.noise.cross_spectra import SelfNoise
 from sagnac.noise.estimates import Estimate, Fit, estimate_units
 from sagnac.noise.laws import COEFFICIENT_NAMES, CoefficientName
 from sagnac.noise.model_average import ModelChoice
-from sagnac.report import error_text, findings_data, note_text, sections
+from sagnac.report import error_text, findings_data, note_text, sections, tables
 from sagnac.report.quantities import curve_columns, curve_unit, shown_density
 from sagnac.stability.curve import StabilityCurve
 
@@ -83,7 +83,7 @@ def analysis_document(analysis: Analysis) -> dict[str, Any]:
             name: _estimate("angle_random_walk", estimate)
             for name, estimate in analysis.per_gyro.items()
         },
-        "lines": [sections.line_data(line) for line in analysis.lines],
+        "lines": [tables.line_data(line) for line in analysis.lines],
         "curve": {"estimator": curve.estimator, **_points(curve, units.UNITS["deg/h"], _DEVIATION)},
         **_family(analysis),
         "findings": findings_data(analysis.findings),
@@ -412,8 +412,8 @@ def _stored_line(stated: Document, channel: str) -> Line:
         return _number(stated.get(key), size)
 
     scale, of_force = stated.get("scale", "time"), "velocity_amplitude_m_per_s"
-    kind, unit = sections.LINE_PLACES[scale]
-    figures = {field: read(key, size) for key, (field, size) in sections.LINE_FIGURES.items()}
+    kind, unit = tables.LINE_PLACES[scale]
+    figures = {field: read(key, size) for key, (field, size) in tables.LINE_FIGURES.items()}
     if of_force in stated:
         figures["amplitude"] = read(of_force)
     return Line(

@@ -26,10 +26,11 @@ from sagnac.navigation.noise import GyroNoise
 from sagnac.noise.estimates import Estimate
 from sagnac.noise.laws import CoefficientName
 from sagnac.report import document as documents
-from sagnac.report import figures, sections
+from sagnac.report import figures, sections, tables
 from sagnac.report.alignment import compass_figure
 from sagnac.report.quantities import FIT_TITLES, subject
-from sagnac.report.sections import TitleBlock, folder_name, rendered, write_pdf
+from sagnac.report.sections import TitleBlock, rendered, write_pdf
+from sagnac.report.tables import folder_name
 from sagnac.report.text import methods_by_gyro
 
 # Figures of a report in words.
@@ -397,7 +398,7 @@ def _write(analysis: Analysis, folder: Path, stated: dict[str, Any], **how: Any)
     else:
         drawn = figures.report_figures(analysis)
         html = page(shown, drawn=drawn, document=stated, **top)
-        texts = sections.tables(analysis)
+        texts = tables.csv_files(analysis)
     pngs = {f"{name}.png": drawn[name] for name in _FILES if name in drawn}
     for png, figure in pngs.items():
         figures.write_png(figure, folder / png)
