@@ -67,6 +67,21 @@ def test_the_table_is_the_one_stated_in_its_unit_or_the_first_of_a_usual_name():
         table_of(table="w:deg")
 
 
+def test_a_column_that_looks_like_the_table_is_offered():
+    def said(*keys, **stated):
+        notes = choose(tuple(map(column, ("x[deg]", *keys))), by_caller(**stated)).notes
+        return [str(note) for note in notes]
+
+    (offer,) = said("EncoderAngle", "temperature[K]")
+    assert "column EncoderAngle looks like the table's angle and is not taken" in offer
+    assert "table=EncoderAngle:UNIT" in offer
+    assert "table=Drehtisch:gon" in said("Drehtisch[gon]")[0]
+    # What is no angle, or a time, or beside a table that is taken or not wanted, is not.
+    for keys in (["encoder_time"], ["table_speed[deg/s]"], ["roll"], ["EncoderAngle", "table"]):
+        assert said(*keys) == []
+    assert said("EncoderAngle", table="none") == said("EncoderAngle", table="EncoderAngle") == []
+
+
 def test_stamps_without_a_unit_are_left_out_if_a_rate_is_stated():
     assert choose(COLUMNS, by_caller(gyros=("y",))).time == COLUMNS[0]
     choice = choose(COLUMNS, by_caller(gyros=("y",), sample_rate=1.0))

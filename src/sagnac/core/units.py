@@ -75,6 +75,7 @@ _SIZES: Final[Mapping[Quantity, Mapping[str, float]]] = {
     "angle": {
         "rad": 1.0, "mrad": 1e-3, "urad": 1e-6, "deg": DEGREE, "arcmin": 60.0 * ARCSECOND,
         "arcsec": ARCSECOND, "mas": 1e-3 * ARCSECOND, "rev": 2.0 * math.pi,
+        "gon": math.pi / 200.0,
     },
     "rate": {
         "rad/s": 1.0, "deg/s": DEGREE, "deg/h": DEGREE_PER_HOUR, "arcsec/s": ARCSECOND,

@@ -22,6 +22,10 @@ _TIME_LIKE: Final = re.compile(
     r"|^(?:t|sec|secs|seconds|X_Value)$|^time|time$|^t[_ ](?:s|ms|us|ns)$|^(?:milli|micro|nano)s",
     re.IGNORECASE,
 )
+# An encoder of a table that is not called as one is by itself.
+_TABLE_LIKE: Final = re.compile(
+    r"^enc|encod|table|^azim|^theta|^angle$|^phi$|drehtisch|^winkel$|rotary|^stage", re.IGNORECASE
+)
 # Role of a column -> the names that it usually has, its own unless listed. No name alone makes a
 # column the temperature of the unit.
 _USUAL_NAMES: Final = {**USUAL_NAMES, TEMPERATURE: ()}
@@ -96,12 +100,24 @@ def choose(columns: Sequence[Column], statements: Statements) -> Choice:
     accelerometers = choose_accelerometers(columns, statements)
     taken = [column.key for column in (*gyros.values(), *accelerometers.values())]
     time, notes = choose_time(columns, statements, taken)
+    table = choose_one(columns, statements, "table", taken)
+    if table is None and statements.role("table") is None:
+        others = {*taken, time.key if time else ""}
+        notes += tuple(
+            Note(
+                channel="table",
+                text=f"column {one.key} looks like the table's angle and is not taken; "
+                f"{{table {one.name}:{one.unit or 'UNIT'}}} takes it",
+            )
+            for one in columns
+            if one.key not in others and is_like_table(one)
+        )
     pickoffs = {gyro: choose_one(columns, statements, PICKOFF + gyro) for gyro in gyros}
     return Choice(
         gyros=gyros,
         accelerometers=accelerometers,
         pickoffs={gyro: column for gyro, column in pickoffs.items() if column is not None},
-        table=choose_one(columns, statements, "table", taken),
+        table=table,
         time=time,
         null_pulse=choose_one(columns, statements, NULL_PULSE_NAME),
         temperature=choose_one(columns, statements, TEMPERATURE),
@@ -313,6 +329,21 @@ def is_like_time(column: Column) -> bool:
     if column.unit is not None:
         return is_time_unit(column.unit)
     return _TIME_LIKE.search(column.name) is not None
+
+
+def is_like_table(column: Column) -> bool:
+    """Whether a column looks like the angle of a table, by its name and unit.
+
+    Examples
+    --------
+    >>> [is_like_table(Column(key=name, name=name)) for name in ("EncoderPos", "enc_time", "gx")]
+    [True, False, False]
+    """
+    unit = column.unit
+    may_be_angle = (
+        unit is None or is_counts(unit) or units.split_factor(unit)[1] in units.ANGLE_UNITS
+    )
+    return may_be_angle and not is_like_time(column) and bool(_TABLE_LIKE.search(column.name))
 
 
 # ---- kinds and units ---------------------------------------------------------------

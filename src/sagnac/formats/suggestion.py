@@ -11,7 +11,7 @@ from sagnac.core.arrays import FloatArray
 from sagnac.core.errors import RecordingError
 from sagnac.core.texts import text_of
 from sagnac.formats import choice
-from sagnac.formats.choice import choose_one, is_like_time
+from sagnac.formats.choice import choose_one, is_like_table, is_like_time
 from sagnac.formats.source import Column, Source
 from sagnac.formats.statement import Statements, is_counts, is_known, is_size
 from sagnac.formats.suspicions import likely_time_unit
@@ -36,10 +36,6 @@ _FORCE_AXIS: Final = (
 )
 _AXIS: Final = (
     r"(?:^|[^a-z]|gyro?|(?:^|[^a-z])g|omega|w|kreisel|rate|cnts?|counts?){axis}(?:$|[^a-z])"
-)
-# An encoder of a table that is not called as one is by itself.
-_TABLE: Final = re.compile(
-    r"^enc|encod|table|^azim|^theta|^angle$|^phi$|drehtisch|^winkel$|rotary|^stage", re.I
 )
 _MARKS: Final = set(",=\"'")
 # Samples by which a column that only rises, falls or stays is known to be no gyro.
@@ -73,8 +69,7 @@ def suggestion(source: Source, statements: Statements) -> dict[str, str]:
     sampling = _sampling(source, statements, taken)
     # A file that lacks nothing is not asked of its encoder.
     if table is None and statements.role("table") is None and (missing or sampling):
-        others = (one for one in source.columns if one.key not in taken and _may_be_angle(one))
-        alike = [one for one in others if _TABLE.search(one.name)]
+        alike = [one for one in source.columns if one.key not in taken and is_like_table(one)]
         if len(alike) == 1:
             unit = "" if alike[0].unit else f":{UNIT}"
             missing["table"] = f"{column_text(alike[0])}{unit}"
@@ -145,11 +140,6 @@ def _may_be_gyro(column: Column) -> bool:
     if unit is None or is_counts(unit) or not is_known(unit):
         return True
     return units.split_factor(unit)[1] in (*units.ANGLE_UNITS, *units.RATE_UNITS)
-
-
-def _may_be_angle(column: Column) -> bool:
-    unit = column.unit
-    return unit is None or is_counts(unit) or units.split_factor(unit)[1] in units.ANGLE_UNITS
 
 
 def _is_no_other(column: Column) -> bool:
