@@ -14,7 +14,7 @@ from sagnac.noise.laws import STOCHASTIC_NAMES, rate_density_basis
 from sagnac.noise.slow_model import untold
 from sagnac.quality.profile import changes_of
 from sagnac.quality.readout import step_shown
-from sagnac.recording.channel import field_unit as unit_of_samples
+from sagnac.recording.channel import unit_of_samples
 
 
 def choice_data(analysis: Analysis) -> dict[str, Any]:

@@ -45,7 +45,7 @@ def quantity_of(kind: Kind, sensor: Sensor = "gyro") -> Quantity:
     return sensed.rate if kind == "rate" else sensed.integral
 
 
-def field_unit(name: str, kind: Kind, sensor: Sensor = "gyro") -> Unit:
+def unit_of_samples(name: str, kind: Kind, sensor: Sensor = "gyro") -> Unit:
     """The unit that the field writes a channel in: deg for ``table``, arcsec or deg/h for a gyro.
 
     Raises
@@ -260,7 +260,7 @@ class Channel(Compared):
     def plain_unit(self) -> Unit:
         """Unit to write the values in: `shown_in`, or the field's if a number stands before it."""
         factor, name = split_factor(self.shown_in)
-        return UNITS[name] if factor == 1.0 else field_unit(self.name, self.kind, self.sensor)
+        return UNITS[name] if factor == 1.0 else unit_of_samples(self.name, self.kind, self.sensor)
 
     def values_in(self, unit: str = "") -> FloatArray:
         """The values in a unit of the field, in `plain_unit` unless stated; a new array.
