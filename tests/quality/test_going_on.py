@@ -60,7 +60,12 @@ def test_a_dead_band_of_any_width_is_found(width, rounded):
     # Without the zeros the samples scatter as much more as there are fewer of them; of the widest
     # band eighty are left, whose mean is good to a tenth of that.
     assert found.effect == pytest.approx(np.sqrt(np.mean(rate != 0.0)), rel=0.05)
-    assert decided(rate) == "undecided"
+    assert found.level == "error"
+
+
+@pytest.mark.parametrize("width", [0.5, 3.0])
+def test_a_dead_band_passes_no_limit(width):
+    assert decided(np.where(np.abs(white()) < width * SIGMA, 0.0, white())) == "undecided"
 
 
 @pytest.mark.parametrize("sigma", [0.2, 0.3, 0.5, 1.0, 5.0])
@@ -86,7 +91,7 @@ def test_counts_of_pulses_are_no_dead_band(size):
     assert not findings(np.diff(angle), "dropouts")
 
 
-@pytest.mark.parametrize("times", [2, 5, 10])
+@pytest.mark.parametrize("times", [2, pytest.param(5, marks=pytest.mark.statistics), 10])
 def test_a_record_that_goes_round_gives_no_estimate(times):
     values = np.tile(white(samples=SAMPLES // times), times)
     (found,) = [note for note in findings(values, "repeats") if "there again" in note.text]
