@@ -60,7 +60,7 @@ def test_a_steady_table_makes_order_one_alone():
     assert found.max() < 0.02 * rippled.max()
 
 
-@pytest.mark.parametrize("draws", [3, pytest.param(8, marks=pytest.mark.statistics)])
+@pytest.mark.parametrize("draws", [5, pytest.param(8, marks=pytest.mark.statistics)])
 @pytest.mark.parametrize("wander", [1e-5, 3e-2])
 def test_the_error_of_order_1_holds_what_earth_rate_trades_with_it(wander, draws):
     """The more evenly a table turns, the less tells Earth rate from order 1."""
