@@ -67,7 +67,9 @@ def test_the_pair_gives_the_walk_that_was_put_in(simulation, answers):
     assert answers["fos"].channel == "x-z"
 
 
-@pytest.mark.parametrize("method", ["fos", "fos-paper", "none"])
+@pytest.mark.parametrize(
+    "method", ["fos", "fos-paper", pytest.param("none", marks=pytest.mark.statistics)]
+)
 def test_the_answer_alone_is_that_of_the_whole_analysis(simulation, answers, method):
     alone, evidence = answer_of(simulation.recording, replace(PAIR, method=method))
     whole = answers[method]
