@@ -37,7 +37,7 @@ def stepping(seed, gyros):
 
 
 @pytest.mark.parametrize("gyros", ["xz", "x"])
-@pytest.mark.parametrize("seed", [1, 2])
+@pytest.mark.parametrize("seed", [1, pytest.param(2, marks=pytest.mark.statistics)])
 def test_a_step_is_replaced_and_said_with_what_it_would_add(gyros, seed):
     analysis = analyze(stepping(seed, gyros))
     walk = analysis.angle_random_walk.to("deg/sqrt(h)")

@@ -1,4 +1,4 @@
-"""One recording at rest, one answer: by `analyze`, and by either command; one axis to six."""
+"""One recording at rest, one answer: by `analyze`, and by either command; one axis or more."""
 
 import json
 from dataclasses import replace
@@ -55,9 +55,9 @@ def of_estimate(estimate, unit):
     ("gyros", "forces"),
     [
         (("x",), ()),
-        (("x", "y", "z"), ("ax", "ay", "az")),
+        (("x", "z"), ("az",)),
     ],
-    ids=["one", "six"],
+    ids=["one", "three"],
 )
 def test_both_commands_and_python_agree(gyros, forces, tmp_path, capsys):
     path = sagnac.write(recording(gyros, forces), tmp_path / "unit.parquet")
@@ -116,7 +116,7 @@ def test_each_holds_its_own_and_the_first_stands_on_top():
 def test_a_stuck_channel_does_not_cost_the_others(tmp_path, capsys):
     gyros, forces, stuck = ("x", "z"), ("ax", "ay"), ("z", "ay")
     whole = recording(gyros, forces)
-    sound = sagnac.analyze(whole)
+    sound = sagnac.analyze(recording(("x",), ("ax",)))
 
     def held(channels):
         return tuple(
@@ -130,9 +130,8 @@ def test_a_stuck_channel_does_not_cost_the_others(tmp_path, capsys):
     assert all("is stuck" in str(why) for why in found.refused.values())
     answers = {**found.gyros, **found.accelerometers}
     assert set(answers) == {*gyros, *forces} - set(stuck)
-    for name, one in answers.items():
-        before = {**sound.gyros, **sound.accelerometers}[name]
-        assert one.angle_random_walk == before.angle_random_walk
+    for name, before in {"x": sound, **sound.accelerometers}.items():
+        assert answers[name].angle_random_walk == before.angle_random_walk
     assert not sound.refused
     path = sagnac.write(spoilt, tmp_path / "unit.parquet")
     for command in ("analyze", "avar"):
@@ -170,13 +169,13 @@ def test_lines_asked_to_stay_are_in_the_answer_of_both_commands(tmp_path, capsys
         replace(whole, gyros=(replace(whole.gyros[0], values=hum),)), tmp_path / "hum.parquet"
     )
     answers = {}
-    for command in ("analyze", "avar"):
-        for method in ("", "none", "fos"):
-            words = [command, str(path), "--json", *(["--method", method] if method else [])]
-            assert main(words) == 0
-            found = json.loads(capsys.readouterr().out)["angle_random_walk"]
-            answers[command, method] = [found[key] for key in KEYS]
-    for method in ("", "none", "fos"):
+    asked = [("analyze", ""), ("analyze", "none"), *(("avar", one) for one in ("", "none", "fos"))]
+    for command, method in asked:
+        words = [command, str(path), "--json", *(["--method", method] if method else [])]
+        assert main(words) == 0
+        found = json.loads(capsys.readouterr().out)["angle_random_walk"]
+        answers[command, method] = [found[key] for key in KEYS]
+    for method in ("", "none"):
         np.testing.assert_allclose(
             answers["avar", method], answers["analyze", method], rtol=1e-12, atol=0.0
         )

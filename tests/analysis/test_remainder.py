@@ -57,7 +57,9 @@ def test_noise_that_is_no_even_noise_is_named(spoil, name, channel):
     assert (name, channel) in found
 
 
-@pytest.mark.parametrize("seed", [1, 2, 3])
+@pytest.mark.parametrize(
+    "seed", [1, *(pytest.param(seed, marks=pytest.mark.statistics) for seed in (2, 3))]
+)
 def test_of_sound_noise_nothing_is_said(seed):
     sound = analyze(turning(lambda noise, random: noise, seed))
     assert [one for one in sound.findings if one.level != "remark"] == []

@@ -126,14 +126,15 @@ def test_an_encoder_that_slips_is_no_walk_that_gyros_share(common):
     assert (walk.high < 0.011) == (common == 0.0)
 
 
-@pytest.mark.parametrize("common", [0.0, 1.5])
+@pytest.mark.parametrize("common", [pytest.param(0.0, marks=pytest.mark.statistics), 1.5])
 def test_what_gyros_share_below_the_noise_of_the_encoder_is_not_told(common):
     analysis = analysis_of(common, jitter=20e-6)
     assert not [note for note in analysis.notes if note.name == "shared"]
     assert [note for note in analysis.notes if "cannot be told beside the noise" in note.text]
 
 
-def test_gyros_that_answer_alike_share_no_walk_where_the_table_turns_round():
+@pytest.mark.parametrize("draws", [1, pytest.param(4, marks=pytest.mark.statistics)])
+def test_gyros_that_answer_alike_share_no_walk_where_the_table_turns_round(draws):
     """They share their bandwidth: 22 % of N was said to be common to both, in 14 of 14 draws."""
     rate, walk, said = 100.0, 0.003, 0
     time = np.arange(900 * 200 + 3) / (2.0 * rate)
@@ -141,7 +142,7 @@ def test_gyros_that_answer_alike_share_no_walk_where_the_table_turns_round():
     turning = 30.0 * np.tanh(45.0 * np.sin(np.pi * time / 60.0))
     table = np.cumsum(turning) / (2.0 * rate)
     answered = (0.25 * (table[:-2] + table[2:]) + 0.5 * table[1:-1])[::2]
-    for seed in range(4):
+    for seed in range(draws):
         random = np.random.default_rng(seed)
         noise = random.normal(size=(2, answered.size)) * walk / 60.0 / np.sqrt(rate)
         x, z = np.array([[0.577], [0.575]]) * answered + np.cumsum(noise, axis=1)
@@ -153,4 +154,4 @@ def test_gyros_that_answer_alike_share_no_walk_where_the_table_turns_round():
         own = analysis.angle_random_walk.to("deg/sqrt(h)")
         assert own.low < walk < own.high < 1.15 * walk
         said += any(note.name == "shared" and note.level == "warning" for note in analysis.notes)
-    assert said <= 1
+    assert said <= draws // 4

@@ -38,8 +38,13 @@ def recording():
 
 
 @pytest.fixture(scope="module")
-def force(recording):
-    return analyze(recording, Settings(gyros=("x",))).accelerometers["az"]
+def both(recording):
+    return analyze(recording)
+
+
+@pytest.fixture(scope="module")
+def force(both):
+    return both.accelerometers["az"]
 
 
 def test_the_velocity_random_walk_that_was_put_in_is_held(force):
@@ -71,8 +76,7 @@ def test_notes_are_in_units_of_force(force):
     assert "°" not in said
 
 
-def test_page_terminal_and_json_hold_both(recording, force):
-    both = analyze(recording, Settings())
+def test_page_terminal_and_json_hold_both(both, force):
     rows = {title: (unit, readings) for title, unit, readings in force_rows([force])}
     unit, (reading,) = rows["N velocity random walk"]
     assert unit == "m/s/√h"
@@ -124,7 +128,7 @@ def test_arrays_in_units_of_force_are_accelerometers(recording, force):
     )
     assert [one.name for one in made.gyros] == ["x"]
     assert [(one.name, one.sensor) for one in made.accelerometers] == [("az", "accelerometer")]
-    found = analyze(made).accelerometers["az"].angle_random_walk
+    found = analyze(made.of_accelerometer("az")).angle_random_walk
     assert found.value == pytest.approx(force.angle_random_walk.value, rel=1e-9)
     only = Recording.from_arrays(az=values, kind="rate", unit="m/s^2", sample_rate=RATE)
     assert analyze(only).angle_random_walk == force.angle_random_walk
@@ -152,7 +156,8 @@ def noisy_half_way(values):
 def test_noise_of_an_accelerometer_that_changes_is_said_in_its_units(recording):
     (force,) = recording.accelerometers
     louder = replace(force, values=noisy_half_way(force.values))
-    found = analyze(replace(recording, accelerometers=(louder,))).accelerometers["az"]
+    spoilt = replace(recording, accelerometers=(louder,))
+    found = analyze(spoilt.of_accelerometer("az"))
     assert "unsteady" in {note.name for note in found.findings}
 
 

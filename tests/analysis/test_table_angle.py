@@ -13,7 +13,8 @@ from tests.analysis.recorded import recorded
 from tests.second_rig import Bench, simulate
 
 WALK = 2.5e-5  # deg/sqrt(h)
-SEEDS = (1, 2, 3)
+# One draw in the default suite; of three one may miss.
+SEEDS = [(1,), pytest.param((1, 2, 3), marks=pytest.mark.statistics)]
 # What an encoder may be said to be, each in the words of its note.
 CAUSES = {
     "delay": "they are shifted",
@@ -43,6 +44,7 @@ def causes(result: Analysis) -> set[str]:
     return {cause for cause, said in CAUSES.items() if any(said in text for text in texts)}
 
 
+@pytest.mark.parametrize("seeds", SEEDS)
 @pytest.mark.parametrize(
     ("settings", "named"),
     [
@@ -54,9 +56,9 @@ def causes(result: Analysis) -> set[str]:
     ],
     ids=["100 us", "500 us", "steps", "drift"],
 )
-def test_the_pair_is_as_good_as_beside_a_perfect_latch(settings, named):
+def test_the_pair_is_as_good_as_beside_a_perfect_latch(settings, named, seeds):
     held = 0
-    for seed in SEEDS:
+    for seed in seeds:
         result = analyzed(seed, **settings)
         low, high = interval(result)
         held += low <= 1.0 <= high
@@ -66,12 +68,12 @@ def test_the_pair_is_as_good_as_beside_a_perfect_latch(settings, named):
         if named is not None:
             assert causes(result)
             assert causes(result) <= named
-    assert held >= len(SEEDS) - 1
+    assert held >= max(len(seeds) - 1, 1)
 
 
-@pytest.mark.parametrize("seed", SEEDS)
-def test_nothing_is_said_of_an_encoder_that_is_read_with_the_gyros(seed):
-    assert causes(analyzed(seed)) == set()
+@pytest.mark.parametrize("seeds", SEEDS)
+def test_nothing_is_said_of_an_encoder_that_is_read_with_the_gyros(seeds):
+    assert not any(causes(analyzed(seed)) for seed in seeds)
 
 
 def test_the_latch_is_said_with_its_size():
@@ -101,24 +103,26 @@ def test_gyros_mounted_against_each_other_are_a_pair():
         assert high - low <= 1.05 * (without_high - without_low)
 
 
-def test_gyros_of_unlike_shares_go_with_the_encoder_or_without_it():
+@pytest.mark.parametrize("seeds", SEEDS)
+def test_gyros_of_unlike_shares_go_with_the_encoder_or_without_it(seeds):
     unlike = (0.9, 0.5773, 0.3)
     held = 0
-    for seed in SEEDS:
+    for seed in seeds:
         for settings in ({}, {"jitter": 100e-6}):
             low, high = interval(analyzed(seed, shares=unlike, **settings))
             held += low <= 1.0 <= high
-    assert held >= 2 * len(SEEDS) - 1
+    assert held >= max(2 * len(seeds) - 1, 2)
 
 
-def test_an_encoder_whose_time_wanders_leaves_the_pair_and_is_named():
+@pytest.mark.parametrize("seeds", SEEDS)
+def test_an_encoder_whose_time_wanders_leaves_the_pair_and_is_named(seeds):
     held = 0
-    for seed in SEEDS:
+    for seed in seeds:
         result = analyzed(seed, latency_walk=100e-6)
         low, high = interval(result)
         held += low <= 1.0 <= high
         assert causes(result) == {"wander"}
-    assert held >= len(SEEDS) - 1
+    assert held >= max(len(seeds) - 1, 1)
 
 
 @pytest.mark.parametrize("rate", [40.0, -40.0])

@@ -30,9 +30,10 @@ def test_a_fourth_cumulant_widens_the_interval_by_what_it_adds(draw):
     # The same order with normal sizes: what differs is the distribution alone.
     normal = ndtri((np.argsort(np.argsort(noise)) + 0.5) / SAMPLES)
     excess = np.mean(noise**4) - 3.0
-    expected = np.hypot(half_width(walk_of(normal)), 1.96 * 0.5 * np.sqrt(excess / SAMPLES))
+    without = half_width(walk_of(normal))
+    expected = np.hypot(without, 1.96 * 0.5 * np.sqrt(excess / SAMPLES))
     assert half_width(walk_of(noise)) == pytest.approx(expected, rel=0.02)
-    assert expected > 1.2 * half_width(walk_of(normal))
+    assert expected > 1.2 * without
 
 
 def with_tails(seed, louder=1.0):
@@ -46,13 +47,14 @@ def is_unsteady(noise):
     return "unsteady" in {note.name for note in analyze(still).findings}
 
 
-def test_even_noise_with_tails_is_steady():
-    """Its parts differ by 5 to 10 %, more than normal noise does: seven in ten had a warning."""
-    assert sum(is_unsteady(with_tails(seed)) for seed in range(8)) <= 1
+@pytest.mark.parametrize("draws", [2, pytest.param(8, marks=pytest.mark.statistics)])
+def test_even_noise_with_tails_is_steady(draws):
+    """Its parts differ by 5 to 10 %, more than normal noise does: these two had a warning each."""
+    assert sum(is_unsteady(with_tails(seed)) for seed in range(draws)) <= draws // 8
 
 
 def test_noise_with_tails_that_grows_is_unsteady():
-    assert all(is_unsteady(with_tails(seed, louder=1.2)) for seed in range(4))
+    assert all(is_unsteady(with_tails(seed, louder=1.2)) for seed in range(2))
 
 
 @pytest.mark.statistics

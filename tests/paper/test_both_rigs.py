@@ -12,7 +12,7 @@ from sagnac.rig.config import preset
 from sagnac.rig.simulate import simulate
 from tests import second_rig
 
-HALF_AN_HOUR = 1800.0
+HALF_AN_HOUR, SAMPLE_RATE = 1800.0, 250.0
 TRUTH = 2.5e-5  # deg/sqrt(h), of every gyro of both
 BY_PAPER = Settings(gyros=("x", "z"), method="fos-paper")
 
@@ -24,6 +24,7 @@ def on_rig(rate: float, jitter: float) -> Recording:
             base,
             seed=round(rate),
             duration_s=HALF_AN_HOUR,
+            sample_rate_hz=SAMPLE_RATE,
             table=replace(base.table, rate_deg_per_s=rate),
             encoder=replace(base.encoder, latch_jitter_s=jitter),
         )
@@ -33,7 +34,13 @@ def on_rig(rate: float, jitter: float) -> Recording:
 def on_second_rig(rate: float, jitter: float) -> Recording:
     """A table whose rate wanders by 3e-4 of itself, and hunts; shares differ by 0.002."""
     made = second_rig.simulate(
-        second_rig.Bench(rate=rate, seconds=HALF_AN_HOUR, jitter=jitter, seed=round(rate))
+        second_rig.Bench(
+            rate=rate,
+            seconds=HALF_AN_HOUR,
+            sample_rate=SAMPLE_RATE,
+            jitter=jitter,
+            seed=round(rate),
+        )
     )
     return Recording.from_arrays(
         **made.angles,

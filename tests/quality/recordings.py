@@ -1,6 +1,7 @@
 """Recordings that are sound, and some whose fault is known because it was put in."""
 
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 
@@ -49,6 +50,7 @@ def levels(recording: Recording) -> dict[str, list[str]]:
     return found
 
 
+@cache
 def faulty() -> dict[str, Recording]:
     """Good and bad recordings whose faults lie on and across the borders of spans."""
     size = 3000

@@ -29,19 +29,20 @@ def test_counts_of_an_angle_are_no_coarse_rate(sigma, turn):
     assert not names(of_counter(sigma, turn, np.random.default_rng(2)))
 
 
+@pytest.mark.parametrize("draws", [1, pytest.param(3, marks=pytest.mark.statistics)])
 @pytest.mark.parametrize("sigma", [0.2, 0.45, 0.8, 1.3])
-def test_an_answer_by_counts_of_an_angle_is_divided_by_nothing(sigma):
+def test_an_answer_by_counts_of_an_angle_is_divided_by_nothing(sigma, draws):
     """N came out 3 to 7 % low within 2 to 4 %, and was refused below 0.7 counts of noise."""
     truth = sigma * STEP * np.sqrt(RATE) * 60.0
     ratios, held = [], 0
-    for seed in range(3):
+    for seed in range(draws):
         walk = analyze(still(of_counter(sigma, 0.37, np.random.default_rng([seed, 5]))))
         estimate = walk.angle_random_walk.to("deg/sqrt(h)")
         assert estimate.status == "estimated"
         ratios.append(estimate.value / truth)
         held += estimate.low <= truth <= estimate.high
     assert np.mean(ratios) == pytest.approx(1.0, abs=0.02)
-    assert held >= 2
+    assert held >= max(draws - 1, 1)
 
 
 def hum(seconds):

@@ -60,7 +60,12 @@ def test_a_dead_band_of_any_width_is_found(width, rounded):
     # Without the zeros the samples scatter as much more as there are fewer of them; of the widest
     # band eighty are left, whose mean is good to a tenth of that.
     assert found.effect == pytest.approx(np.sqrt(np.mean(rate != 0.0)), rel=0.05)
-    assert decided(rate) == "undecided"
+    assert found.level == "error"
+
+
+@pytest.mark.parametrize("width", [0.5, 3.0])
+def test_a_dead_band_passes_no_limit(width):
+    assert decided(np.where(np.abs(white()) < width * SIGMA, 0.0, white())) == "undecided"
 
 
 @pytest.mark.parametrize("sigma", [0.2, 0.3, 0.5, 1.0, 5.0])
@@ -86,12 +91,21 @@ def test_counts_of_pulses_are_no_dead_band(size):
     assert not findings(np.diff(angle), "dropouts")
 
 
+def going_round(times):
+    return np.tile(white(samples=SAMPLES // times), times)
+
+
 @pytest.mark.parametrize("times", [2, 5, 10])
-def test_a_record_that_goes_round_gives_no_estimate(times):
-    values = np.tile(white(samples=SAMPLES // times), times)
-    (found,) = [note for note in findings(values, "repeats") if "there again" in note.text]
+def test_a_record_that_goes_round_is_found(times):
+    (found,) = [n for n in findings(going_round(times), "repeats") if "there again" in n.text]
     assert found.level == "error"
-    assert decided(values) == "undecided"
+
+
+@pytest.mark.parametrize(
+    "times", [2, *(pytest.param(times, marks=pytest.mark.statistics) for times in (5, 10))]
+)
+def test_a_record_that_goes_round_gives_no_estimate(times):
+    assert decided(going_round(times)) == "undecided"
 
 
 def test_a_short_block_twice_moves_the_answer_by_little():

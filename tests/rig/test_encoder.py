@@ -226,7 +226,7 @@ def test_late_and_held_readings_do_not_depend_on_the_blocks(block_samples):
         missing_null_fraction=0.5,
     )
     table = TableConfig(rate_deg_per_s=300.0, jitter_rms_deg_per_s=0.1)
-    config = configured(duration_s=6.0, encoder=encoder, table=table)
+    config = configured(duration_s=2.5, encoder=encoder, table=table)
     parts = list(blocks(config, block_samples))
     joined = np.concatenate([part.table for part in parts])
     np.testing.assert_array_equal(joined, readings_of(config))

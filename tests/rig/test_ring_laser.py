@@ -64,7 +64,7 @@ def test_dithered_random_walk_against_closed_form_and_model(rate):
     laser = RingLaser(lock_in=1.0, fringe=TURN)
     dither = Dither(frequency=1.0 / TURN, rate=peak, amplitude_noise=0.06)
     interval = 2.0 * TURN
-    samples = 8000
+    samples = 4000
     excess = integrate(laser, rate, samples, interval, dither=dither, seed=2, phase_step=0.4)
     measured = random_walk(excess, interval)
     closed_form = 1.0 * math.sqrt(TURN / (2.0 * math.pi * math.sqrt(peak**2 - rate**2)))
@@ -84,7 +84,7 @@ def test_dithered_random_walk_against_closed_form_and_model(rate):
 
 def test_rate_biased_model_against_integration():
     laser = RingLaser(lock_in=5.0, fringe=TURN, backscatter_diffusion=5.0)
-    rate, interval, samples = 50.0, 20.0, 8000
+    rate, interval, samples = 50.0, 20.0, 4000
     excess = integrate(laser, rate, samples, interval, seed=4, phase_step=0.5)
     step = np.diff(excess)
     measured = step.std() / math.sqrt(interval)
@@ -96,7 +96,7 @@ def test_rate_biased_model_against_integration():
 
 def test_quantum_noise_near_lock_in_against_integration():
     laser = RingLaser(lock_in=2.0, fringe=TURN, quantum_noise=0.3)
-    rate, interval, samples = 5.0, 200.0, 3000
+    rate, interval, samples = 5.0, 200.0, 2000
     excess = integrate(laser, rate, samples, interval, seed=5, phase_step=0.3)
     measured = np.diff(excess).std() / math.sqrt(interval)
     assert measured == pytest.approx(float(angle_random_walk(laser, rate)), rel=0.05)

@@ -73,7 +73,7 @@ def test_memory_does_not_grow_with_the_duration():
         tracemalloc.stop()
         return size
 
-    assert peak(4000.0) < 1.1 * peak(250.0)
+    assert peak(1600.0) < 1.1 * peak(100.0)
 
 
 def test_parquet_holds_the_recording_with_all_that_is_needed_to_read_it(tmp_path):

@@ -78,10 +78,10 @@ def test_tone_sums_are_the_direct_sums(samples, tones, seed):
 
 def test_tone_sums_by_spans_and_of_a_mapped_series(monkeypatch):
     generator = np.random.default_rng(5)
-    values = generator.standard_normal(9000)
+    values = generator.standard_normal(1800)
     frequencies = generator.uniform(0.0, 0.5, 40)
     monkeypatch.setattr(arrays, "IN_MEMORY", 100)
-    monkeypatch.setattr(arrays, "BLOCK", 1500)
+    monkeypatch.setattr(arrays, "BLOCK", 300)
     monkeypatch.setattr("sagnac.spectrum.sums._TONES_AT_ONCE", 16)
     sums = tone_sums(as_series(values), frequencies)
     np.testing.assert_allclose(sums, naive_tone_sums(values, frequencies), atol=1e-10)

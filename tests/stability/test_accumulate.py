@@ -12,10 +12,10 @@ from tests.stability.examples import ESTIMATORS, WITH_GAPS
 @pytest.mark.parametrize("kind", ["rate", "increment", "angle"])
 @pytest.mark.parametrize("estimator", ESTIMATORS)
 def test_a_record_out_of_memory_has_the_same_curve(monkeypatch, estimator, kind):
-    values = np.random.default_rng(9).standard_normal(9_001)
+    values = np.random.default_rng(9).standard_normal(2_251)
     inside = stability_curve(values, kind=kind, sample_rate=10.0, estimator=estimator)
-    monkeypatch.setattr(arrays, "IN_MEMORY", 1000)
-    monkeypatch.setattr("sagnac.stability.sums.STARTS", 4096)
+    monkeypatch.setattr(arrays, "IN_MEMORY", 250)
+    monkeypatch.setattr("sagnac.stability.sums.STARTS", 1024)
     mapped = arrays.empty(values.size)
     mapped[:] = values
     outside = stability_curve(mapped, kind=kind, sample_rate=10.0, estimator=estimator)

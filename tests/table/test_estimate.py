@@ -24,6 +24,11 @@ SENSED = np.hypot(SENSED, np.sqrt(0.5 * sum(size**2 for _, size in Bench().tones
 OWN = np.hypot(PERIODIC, SENSED / Bench().shares[2] * ARCSECOND)
 
 
+def first_of(*seeds: int) -> list:
+    """One draw in the default suite, the others in `make test-statistics`."""
+    return [seeds[0], *(pytest.param(seed, marks=pytest.mark.statistics) for seed in seeds[1:])]
+
+
 def bench(**settings) -> Bench:
     return Bench(**{"seconds": SECONDS, "sample_rate": RATE, **settings})
 
@@ -136,7 +141,7 @@ def test_a_delay_is_found_within_its_errors(motion, settings, mean, change):
     assert middle == pytest.approx([delay.mean], abs=1e-12)
 
 
-@pytest.mark.parametrize("seed", [1, 2, 3])
+@pytest.mark.parametrize("seed", first_of(1, 2, 3))
 @pytest.mark.parametrize("motion", MOTIONS)
 @pytest.mark.parametrize("jitter", [0.0, 100e-6])
 def test_no_delay_is_named_if_there_is_none(motion, seed, jitter):
@@ -194,7 +199,7 @@ def test_a_delay_that_drifts_is_read_off_the_orders(rate, seconds):
         assert order_drift(table.with_drift(found), pair, RATE, share=0.0) is None
 
 
-@pytest.mark.parametrize("seed", [1, 2, 3])
+@pytest.mark.parametrize("seed", first_of(1, 2, 3))
 @pytest.mark.parametrize("rate", [20.0, 40.0, 80.0])
 def test_no_drift_is_read_off_orders_that_keep_their_phases(rate, seed):
     recorded = simulate(bench(rate=rate, seed=seed, jitter=20e-6))
@@ -202,7 +207,7 @@ def test_no_drift_is_read_off_orders_that_keep_their_phases(rate, seed):
     assert found is None
 
 
-@pytest.mark.parametrize("seed", [1, 2, 3])
+@pytest.mark.parametrize("seed", first_of(1, 2, 3))
 def test_no_drift_is_read_off_the_motion_of_a_table_that_dwells(seed):
     # One gyro holds the table's starts and stops, beside which its orders are nothing.
     recorded = simulate(bench(motion="dwelling", cycle=30.0, seed=seed, jitter=20e-6))
@@ -218,7 +223,7 @@ def without_table(recorded: Simulated) -> np.ndarray:
     return of_z * recorded.angles["x"] - of_x * recorded.angles["z"]
 
 
-@pytest.mark.parametrize("seed", [41, 42])
+@pytest.mark.parametrize("seed", first_of(41, 42))
 def test_no_delay_is_named_for_a_ripple_that_stands_between_two_groups_of_frequencies(seed):
     # The rig: order 12 is 1.3333 Hz; of 18,000 averages a group ends at 1.3329 Hz.
     base = preset("paper")
@@ -229,7 +234,7 @@ def test_no_delay_is_named_for_a_ripple_that_stands_between_two_groups_of_freque
     assert estimated_table(angles, recording.table.values, 200.0).delay is None
 
 
-@pytest.mark.parametrize("seed", [2, 3])
+@pytest.mark.parametrize("seed", first_of(2, 3))
 def test_no_drift_is_read_off_a_table_that_stands_for_good(seed):
     """It turns at 40 deg/s for the first half; in the other nothing goes with its angle."""
     random, time = np.random.default_rng(seed), np.arange(round(SECONDS * RATE)) / RATE
@@ -264,7 +269,7 @@ def test_smoothed_is_a_butterworth_filter_there_and_back(corner):
     assert smoothed(values, corner) == pytest.approx(expected, abs=1e-6)
 
 
-@pytest.mark.parametrize("seed", [1, 2, 3, 4])
+@pytest.mark.parametrize("seed", first_of(1, 2, 3, 4))
 def test_orders_that_no_column_holds_are_no_delay(seed):
     """Large ones look like a change of the delay, the same however much is taken out."""
     random = np.random.default_rng(seed)
@@ -281,7 +286,7 @@ def test_orders_that_no_column_holds_are_no_delay(seed):
     assert estimated_table([gyro], encoder, RATE).delay is None
 
 
-@pytest.mark.parametrize("seed", [1, 2])
+@pytest.mark.parametrize("seed", first_of(1, 2))
 @pytest.mark.parametrize(
     ("motion", "size"), [("reversing", 60.0), ("dwelling", 60.0), ("swinging", 5.0)]
 )
@@ -295,7 +300,7 @@ def test_a_delay_is_found_beside_large_orders(motion, size, seed):
     assert delay.mean_error < 1e-4
 
 
-@pytest.mark.parametrize("seed", [1, 2])
+@pytest.mark.parametrize("seed", first_of(1, 2))
 @pytest.mark.parametrize("late", [0.0, 2e-3])
 def test_what_gyros_show_at_the_order_of_a_ripple_is_no_delay_of_a_table_that_sweeps(late, seed):
     """Written out: 1 to 100 deg/s and back in 300 s, a motor of 12 poles, gyros with order 12."""

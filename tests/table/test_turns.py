@@ -193,7 +193,7 @@ def test_orders_that_are_not_whole_go_with_the_angle_over_a_few_turns(motion):
     assert (np.std(left) < 1.05 * np.std(np.diff(walk))) == (not even)
 
 
-@pytest.mark.parametrize("turns", [0.4, 0.83, 1.0])
+@pytest.mark.parametrize("turns", [0.4, pytest.param(0.83, marks=pytest.mark.statistics), 1.0])
 def test_over_a_turn_or_less_a_walk_goes_with_no_angle(turns):
     """As many orders as ordinates would take all noise below their frequencies."""
     rate, seconds = 20.0, np.arange(12_000) / 20.0
