@@ -8,6 +8,9 @@ VENV   := .venv
 BIN    := $(VENV)/bin
 OUT    ?= demo
 
+# If it is set, each of the many processes of the tests compiles every module anew.
+unexport PYTHONDONTWRITEBYTECODE
+
 .DELETE_ON_ERROR:
 .PHONY: demo test lint check-style test-statistics test-fuzz test-browser benchmark docs package clean
 
@@ -37,9 +40,10 @@ $(VENV)/docs.stamp: requirements/docs.txt $(VENV)/dev.stamp
 demo: $(VENV)/runtime.stamp
 	$(BIN)/sagnac demo -o $(OUT)
 
-# Two processes: the tests are single-threaded for most of their time.
+# Two processes: the tests are single-threaded for most of their time. Each takes half of the files
+# in a row, so that what the tests of a file share is made once.
 test: lint
-	$(BIN)/python -m pytest -n 2
+	$(BIN)/python -m pytest -n 2 --dist worksteal
 	@command -v chromium >/dev/null && command -v chromedriver >/dev/null || \
 	  echo "left out: the page in a browser (make test-browser), since chromium or chromedriver is not installed"
 
