@@ -5,6 +5,7 @@ import re
 import subprocess
 import sys
 from dataclasses import replace
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -247,6 +248,7 @@ def test_the_answer_as_frames_has_its_units(tmp_path, analyzed):
     assert back["coefficient"].tolist() == [*COEFFICIENT_NAMES] * 3
 
 
+@pytest.mark.usefixtures("in_this_process", "blank_figures")
 def test_a_day_in_a_script(tmp_path, analyzed):
     """Check, judge, report, settings of a filter, a campaign: what the commands do."""
     stuck = bench()
@@ -349,9 +351,15 @@ def test_what_is_no_recording_and_no_specification_is_named(analyzed):
 
 NOISE = np.random.default_rng(4).standard_normal(500)
 AT_10_HZ = {"kind": "rate", "sample_rate": 10.0}
+STILL = sagnac.Recording.from_arrays(x=NOISE, unit="deg/h", **AT_10_HZ)
 BY_FIGURES = {"tool": "kalibr", "datasheet": "N=0.15deg/sqrt(h),B=3deg/h@100s", "rate": 100.0}
 LIMITS = specification_of("N=1deg/sqrt(h)").limits
 HIDDEN = np.ma.masked_array(NOISE, np.arange(500) == 6)
+
+
+@cache
+def answer() -> sagnac.Analysis:
+    return sagnac.analyze(STILL)
 
 
 @pytest.mark.parametrize(
@@ -420,7 +428,7 @@ HIDDEN = np.ma.masked_array(NOISE, np.arange(500) == 6)
             (lambda still, draw=draw: getattr(sagnac.plot, draw)(None), " is None; give an object")
             for draw in sagnac.plot.__all__
         ),
-        (lambda still: sagnac.plot.stability(sagnac.analyze(still), 3), "ax is 3; give axes"),
+        (lambda still: sagnac.plot.stability(answer(), 3), "ax is 3; give axes"),
         *(
             (call, "(path|folder) is 3; give a path")
             for call in (
@@ -428,8 +436,8 @@ HIDDEN = np.ma.masked_array(NOISE, np.arange(500) == 6)
                 lambda still: sagnac.columns(3),
                 lambda still: sagnac.missing(3),
                 lambda still: sagnac.write(still, 3),
-                lambda still: sagnac.write_report(sagnac.analyze(still), 3),
-                lambda still: sagnac.analyze(still).to_json(3),
+                lambda still: sagnac.write_report(answer(), 3),
+                lambda still: answer().to_json(3),
                 lambda still: sagnac.Analysis.from_json(3),
                 lambda still: sagnac.campaign("rack", 3),
             )
@@ -439,7 +447,7 @@ HIDDEN = np.ma.masked_array(NOISE, np.arange(500) == 6)
             for call in (
                 lambda still: sagnac.read(""),
                 lambda still: sagnac.write(still, ""),
-                lambda still: sagnac.write_report(sagnac.analyze(still), ""),
+                lambda still: sagnac.write_report(answer(), ""),
                 lambda still: sagnac.campaign("rack", ""),
             )
         ),
@@ -508,7 +516,7 @@ HIDDEN = np.ma.masked_array(NOISE, np.arange(500) == 6)
         (lambda still: sagnac.Specification(limits=LIMITS, risk="1%"), "risk is '1%'"),
         *(
             (
-                lambda still, wrong=wrong: sagnac.trial(sagnac.analyze(still), **wrong),
+                lambda still, wrong=wrong: sagnac.trial(answer(), **wrong),
                 f"{next(iter(wrong))} (is|has)",
             )
             for wrong in ({"masked": [3.0]}, {"masked": None}, {"left_in": 3}, {"before": 3})
@@ -523,9 +531,8 @@ HIDDEN = np.ma.masked_array(NOISE, np.arange(500) == 6)
     ],
 )
 def test_what_makes_no_sense_is_named(call, said):
-    still = sagnac.Recording.from_arrays(x=NOISE, unit="deg/h", **AT_10_HZ)
     with pytest.raises((ValueError, TypeError, sagnac.RecordingError), match=said):
-        call(still)
+        call(STILL)
 
 
 def test_azimuth_is_foretold_with_the_loudest_gyro(analyzed):

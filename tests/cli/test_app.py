@@ -197,7 +197,7 @@ def test_exit_status_of_the_process(tmp_path):
 
 def test_a_reader_that_leaves_is_no_error(bare):
     process = subprocess.Popen(
-        [*PROCESS, "avar", str(bare), *STATED], stdout=subprocess.PIPE, stderr=subprocess.PIPE
+        [*PROCESS, "check", str(bare), *STATED], stdout=subprocess.PIPE, stderr=subprocess.PIPE
     )
     assert process.stdout is not None
     process.stdout.close()

@@ -8,6 +8,8 @@ import pytest
 from sagnac.cli import main
 from tests.cli.examples import STATED, one_line, strict
 
+pytestmark = pytest.mark.usefixtures("blank_figures")
+
 GAPPED = ("--kind", "rate", "--unit", "deg/h", "--time", "t:s")
 
 

@@ -32,7 +32,7 @@ def rack(tmp_path_factory):
 def done(rack, tmp_path_factory):
     """Its campaign, and the folder of it."""
     output = tmp_path_factory.mktemp("campaign")
-    return campaign(str(rack), "-o", str(output), "--span", "1min", "--workers", "1"), output
+    return campaign(rack, "-o", output, "--span", "1min", "--workers", 1), output
 
 
 def table(output):
@@ -41,10 +41,10 @@ def table(output):
 
 
 def test_every_recording_is_a_row_and_a_damaged_one_says_why(done) -> None:
-    said, output = done
-    assert said.returncode == 1, said.stderr
-    assert "C_day1.parquet" in said.stderr
-    assert "1 row without an answer left out\n" in said.stdout
+    (status, said, errors), output = done
+    assert status == 1, errors
+    assert "C_day1.parquet" in errors
+    assert "1 row without an answer left out\n" in said
     rows = table(output)
     whole = [row for row in rows if not row["start_s"]]
     assert [(row["unit"], row["day"]) for row in whole] == [
@@ -76,10 +76,10 @@ def test_second_start_does_nothing_again_and_says_the_same(rack, done) -> None:
     _, output = done
     before = (output / "campaign.csv").read_bytes()
     times = {path: path.stat().st_mtime_ns for path in (output / "results").iterdir()}
-    said = campaign(str(rack), "-o", str(output), "--span", "1min", "--workers", "1")
-    assert said.returncode == 1
-    assert "0 rows analyzed now, 13 kept from an earlier start, which was resumed" in said.stdout
-    assert "replaced" not in said.stdout
+    status, said, _ = campaign(rack, "-o", output, "--span", "1min", "--workers", 1)
+    assert status == 1
+    assert "0 rows analyzed now, 13 kept from an earlier start, which was resumed" in said
+    assert "replaced" not in said
     assert (output / "campaign.csv").read_bytes() == before
     assert all(path.stat().st_mtime_ns == then for path, then in times.items())
 
@@ -90,7 +90,10 @@ def test_campaign_that_was_ended_goes_on(rack, done, tmp_path, sign) -> None:
     files = [str(rack / f"{name}_day1.parquet") for name in "ABC"]
     arguments = (*files, "-o", str(tmp_path), "--workers", "1")
     with subprocess.Popen(
-        command(*arguments), env=environment(), stdout=subprocess.DEVNULL, stderr=subprocess.PIPE
+        command(*arguments, "--workers", "1"),
+        env=environment(),
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.PIPE,
     ) as process:
         for _ in range(3000):
             if list(tmp_path.glob("results/*.json")):
@@ -103,8 +106,8 @@ def test_campaign_that_was_ended_goes_on(rack, done, tmp_path, sign) -> None:
     if sign == signal.SIGINT:
         assert process.returncode == 130
         assert b"Traceback" not in said
-    again = campaign(*arguments)
-    assert f" analyzed now, {len(kept)} kept from an earlier start" in again.stdout
+    _, again, _ = campaign(*arguments)
+    assert f" analyzed now, {len(kept)} kept from an earlier start" in again
     assert all(path.stat().st_mtime_ns == then for path, then in kept.items())
     wanted = [row for row in table(whole) if not row["start_s"] and row["day"] == "1"]
     assert table(tmp_path) == wanted

@@ -18,8 +18,12 @@ from sagnac.cli.app import Stopped, stopped_by_signals
 from sagnac.cli.output import prefixed
 
 ROOT = Path(sagnac.__file__).parent.parent
-# Parts of a whole run at which a signal comes, drawn for each command and signal.
-INSTANTS = 1
+# Each comes at one part of a whole run, which is drawn; tests/fuzz draws many.
+SIGNALS = {
+    "analyze": (signal.SIGKILL, signal.SIGTERM),
+    "simulate": (signal.SIGKILL, signal.SIGINT),
+    "convert": (signal.SIGTERM,),
+}
 # What an old result differs by, so that a mixture shows.
 OTHER = {
     "analyze": ["--confidence", "0.9"],
@@ -76,8 +80,8 @@ def put_back(result: Path, files: dict[str, bytes]) -> None:
         (folder / name).write_bytes(content)
 
 
-@pytest.mark.parametrize("name", ["analyze", "simulate", "convert"])
-def test_a_result_is_old_or_new_whatever_ends_the_run(name, still, tmp_path):
+@pytest.mark.parametrize(("name", "signals"), SIGNALS.items())
+def test_a_result_is_old_or_new_whatever_ends_the_run(name, signals, still, tmp_path):
     folder = tmp_path / "results"
     folder.mkdir()
     words, result = commands(still, folder)[name]
@@ -90,7 +94,7 @@ def test_a_result_is_old_or_new_whatever_ends_the_run(name, still, tmp_path):
     assert whole.keys() == before.keys()
     assert whole != before
     drawn = random.Random(name)
-    for number in (signal.SIGKILL, signal.SIGTERM, signal.SIGINT) * INSTANTS:
+    for number in signals:
         put_back(result, before)
         run = ended(words, tmp_path, number, drawn.uniform(0.3, 1.0) * lasts)
         after = files_of(result)

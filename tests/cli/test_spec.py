@@ -6,6 +6,8 @@ from sagnac.cli import main
 from sagnac.cli.options import Options, settings_of
 from tests.cli.examples import STATED, one_line, strict
 
+pytestmark = pytest.mark.usefixtures("blank_figures")
+
 # White noise of 1 deg/h at 100 Hz: N = 0.1/60 deg/sqrt(h).
 N = 0.1 / 60.0
 

@@ -37,7 +37,7 @@ def test_killed_worker_is_one_row_and_the_next_start_does_it(folder, tmp_path) -
     assert all(kept[key].stat().st_mtime_ns == then for key, then in times.items())
 
 
-@pytest.mark.usefixtures("in_this_process")
+@pytest.mark.usefixtures("in_this_process", "blank_figures")
 def test_reports_that_were_moved_away_are_made_again(folder, tmp_path) -> None:
     tasks = [
         Task(path=str(path), settings=Settings(method="none"))
