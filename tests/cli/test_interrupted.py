@@ -80,6 +80,7 @@ def put_back(result: Path, files: dict[str, bytes]) -> None:
         (folder / name).write_bytes(content)
 
 
+@pytest.mark.usefixtures("blank_figures")
 @pytest.mark.parametrize(("name", "signals"), SIGNALS.items())
 def test_a_result_is_old_or_new_whatever_ends_the_run(name, signals, still, tmp_path):
     folder = tmp_path / "results"
