@@ -16,7 +16,6 @@ from sagnac.report.page import write_report
 from sagnac.report.sections import folder_name
 from tests.cli.examples import STATED, one_line_among
 from tests.handmade import analysis as handmade
-from tests.navigation.examples import document
 
 ROOT = Path(sagnac.__file__).parent.parent
 
@@ -114,8 +113,8 @@ def test_a_file_that_cannot_be_written_is_named_as_it_would_be_called(tmp_path, 
     assert [entry.name for entry in tmp_path.iterdir()] == []
 
 
-def test_a_stray_matplotlibrc_and_a_backend_that_is_none_are_not_read(tmp_path):
-    words = ["align", str(document(tmp_path)), "--after", "60s", "-o"]
+def test_a_stray_matplotlibrc_and_a_backend_that_is_none_are_not_read(tmp_path, bare):
+    words = ["analyze", str(bare), *STATED, "--method", "none", "-o"]
     (tmp_path / "matplotlibrc").write_bytes(b"backend: nonsense : x\n\xff\xfe")
     done = command(*words, "out", cwd=tmp_path, env={"MPLBACKEND": "no such : window"})
     assert done.returncode == 0, done.stderr
@@ -126,7 +125,7 @@ def test_a_stray_matplotlibrc_and_a_backend_that_is_none_are_not_read(tmp_path):
         for name in ("out", "sound")
     )
     assert made.keys() == sound.keys()
-    assert made["drift.png"] == sound["drift.png"]
+    assert made["stability.png"] == sound["stability.png"]
 
 
 @pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGHUP])

@@ -1,4 +1,4 @@
-"""A real scheduler and its workers on loopback, started as the documentation says."""
+"""A real scheduler and two workers on loopback, started as the documentation says."""
 
 import contextlib
 import csv
@@ -18,20 +18,6 @@ from distributed import Client
 from sagnac.fleet import runner
 from tests.fleet.commands import campaign, command, environment
 from tests.fleet.conftest import write_recording
-
-
-def test_cluster_gives_the_same_table_to_the_last_digit(folder, tmp_path) -> None:
-    # A whole one and a damaged one; spans are tasks as well.
-    words = [str(folder / "A_day1.parquet"), str(folder / "C_day1.parquet"), "--span", "1min"]
-    status, _, errors = campaign(*words, "-o", tmp_path / "local", "--workers", 1)
-    assert status == 1, errors
-    with cluster(tmp_path / "scheduler.json", workers=1) as (address, _, _):
-        status, said, errors = campaign(*words, "-o", tmp_path / "there", "--scheduler", address)
-    assert status == 1, errors
-    assert (tmp_path / "there" / "campaign.csv").read_bytes() == (
-        tmp_path / "local" / "campaign.csv"
-    ).read_bytes()
-    assert "1 row without an answer left out\n" in said
 
 
 @contextmanager
@@ -59,8 +45,20 @@ def rows_of(folder: Path) -> list[dict[str, str]]:
         return list(csv.DictReader(stream))
 
 
-def test_a_scheduler_that_is_killed_costs_no_row_and_the_next_start_goes_on(tmp_path) -> None:
-    """A worker first, then the scheduler, in the middle of the work."""
+def gives_the_same_table(address: str, recordings: Path, place: Path) -> None:
+    """To the last digit, of a whole recording and a damaged one; spans are tasks as well."""
+    files = [str(recordings / f"{name}_day1.parquet") for name in "AC"]
+    tables, shared = [], (*files, "--span", "1min", "-o")
+    for name, where in (("local", ("--workers", 1)), ("there", ("--scheduler", address))):
+        status, said, errors = campaign(*shared, place / name, *where)
+        assert status == 1, errors
+        assert "1 row without an answer left out\n" in said
+        tables.append((place / name / "campaign.csv").read_bytes())
+    assert tables[0] == tables[1]
+
+
+def test_a_cluster_gives_the_same_table_and_one_that_is_lost_costs_no_row(folder, tmp_path) -> None:
+    """A worker is killed first, then the scheduler, in the middle of the work."""
     recordings = tmp_path / "recordings"
     recordings.mkdir()
     names = [f"{unit}_day{day}.parquet" for unit in "ABC" for day in (1, 2)][:5]
@@ -69,6 +67,7 @@ def test_a_scheduler_that_is_killed_costs_no_row_and_the_next_start_goes_on(tmp_
     out = tmp_path / "out"
     words = [str(recordings), "-o", str(out)]
     with cluster(tmp_path / "scheduler.json") as (address, scheduler, workers):
+        gives_the_same_table(address, folder, tmp_path)
         said = tmp_path / "said.txt"
         with said.open("w") as stream:
             running = subprocess.Popen(
