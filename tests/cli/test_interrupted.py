@@ -18,17 +18,15 @@ from sagnac.cli.app import Stopped, stopped_by_signals
 from sagnac.cli.output import prefixed
 
 ROOT = Path(sagnac.__file__).parent.parent
-# Each comes at one part of a whole run, which is drawn; tests/fuzz draws many.
+# Each comes at one part of a whole run, which is drawn; tests/fuzz draws many, and converts.
 SIGNALS = {
     "analyze": (signal.SIGKILL, signal.SIGTERM),
     "simulate": (signal.SIGKILL, signal.SIGINT),
-    "convert": (signal.SIGTERM,),
 }
 # What an old result differs by, so that a mixture shows.
 OTHER = {
     "analyze": ["--confidence", "0.9"],
     "simulate": ["--seed", "2"],
-    "convert": ["--slice", "0:30"],
 }
 
 
@@ -53,12 +51,11 @@ def ended(
 
 def commands(still: Path, folder: Path) -> dict[str, tuple[list[str], Path]]:
     """What is run, and what it makes."""
-    report, made, copy = folder / "report", folder / "made.npz", folder / "copy.csv"
+    report, made = folder / "report", folder / "made.npz"
     one = ("--gyros", "x", "--method", "none")
     return {
         "analyze": (["analyze", str(still), *one, "-o", str(report)], report),
         "simulate": (["simulate", "-o", str(made), "--duration", "60", "--table-rate", "0"], made),
-        "convert": (["convert", str(still), str(copy)], copy),
     }
 
 

@@ -38,20 +38,15 @@ def test_help_ends_in_a_column_of_one_letter():
     assert "Usage" in done.stdout
 
 
-@pytest.mark.parametrize("stream", [1, 2])
-def test_a_closed_stream_is_nothing_to_stumble_over(stream, bare):
+def test_closed_streams_are_nothing_to_stumble_over(bare):
     words = [sys.executable, "-m", "sagnac", "check", str(bare), *STATED]
-    close = f'exec "$@" {stream}>&-'
     done = subprocess.run(
-        ["sh", "-c", close, "sh", *words],
+        ["sh", "-c", 'exec "$@" 1>&- 2>&-', "sh", *words],
         env={**os.environ, "PYTHONPATH": str(ROOT)},
-        capture_output=True,
-        text=True,
         check=False,
         timeout=60.0,
     )
     assert done.returncode == 0
-    assert "internal error" not in done.stdout + done.stderr
 
 
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="no full device here")
