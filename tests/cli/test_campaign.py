@@ -91,7 +91,7 @@ def test_campaign_that_was_ended_goes_on(rack, done, tmp_path, sign) -> None:
     files = [str(rack / f"{name}_day1.parquet") for name in "ABC"]
     arguments = (*files, "-o", str(tmp_path), "--workers", "1")
     with subprocess.Popen(
-        command(*arguments, "--workers", "1"),
+        command(*arguments),
         env=environment(),
         stdout=subprocess.DEVNULL,
         stderr=subprocess.PIPE,

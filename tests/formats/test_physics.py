@@ -8,8 +8,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import pyarrow as pa
-import pyarrow.csv
 import pytest
 
 from sagnac.core.errors import RecordingError
@@ -40,7 +38,8 @@ def turning_rates() -> dict[str, Floats]:
 def said(folder: Path, held: Mapping[str, Floats], **stated: Any) -> list[str]:
     """Every warning and error of a file read so."""
     path = folder / "run.csv"
-    pyarrow.csv.write_csv(pa.table(dict(held)), path)
+    rows = np.stack(list(held.values()), axis=1)
+    np.savetxt(path, rows, fmt="%.12g", delimiter=",", header=",".join(held), comments="")
     try:
         recording = read(path, **stated)
     except RecordingError as error:
