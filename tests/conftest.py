@@ -32,7 +32,24 @@ class _Here(Executor):
         return done
 
 
+def in_one_process(patch: pytest.MonkeyPatch) -> None:
+    patch.setattr("sagnac.core.processes.ProcessPoolExecutor", _Here)
+
+
+def undrawn(patch: pytest.MonkeyPatch) -> None:
+    patch.setattr("matplotlib.figure.Figure.draw", lambda *_: None)
+
+
 @pytest.fixture
 def in_this_process(monkeypatch):
     """Campaigns start no process, which takes longer to start than a short recording takes."""
-    monkeypatch.setattr("sagnac.core.processes.ProcessPoolExecutor", _Here)
+    in_one_process(monkeypatch)
+
+
+@pytest.fixture
+def blank_figures(monkeypatch):
+    """Figures are put together and not drawn, for tests that do not look at a picture.
+
+    To draw them takes longer than to analyze a short recording.
+    """
+    undrawn(monkeypatch)

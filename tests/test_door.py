@@ -5,6 +5,7 @@ import re
 import subprocess
 import sys
 from dataclasses import replace
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -88,24 +89,23 @@ def test_a_name_that_is_not_there_is_an_attribute_error():
         _ = sagnac.likelihood
 
 
-def test_importing_loads_nothing_heavy():
-    heavy = "{'numpy', 'scipy', 'numba', 'matplotlib', 'pyarrow', 'h5py', 'pandas', 'finufft'}"
-    done = run(f"import sagnac, sys; print({heavy} & set(sys.modules))")
-    assert done.stdout.strip() == "set()", done.stderr
+HEAVY = {"numpy", "scipy", "numba", "matplotlib", "pyarrow", "h5py", "pandas", "finufft"}
+# Each takes as long to load as several transforms of two hours.
+SLOW = {"scipy.signal", "scipy.stats", "matplotlib", "pandas"}
 
 
-def test_an_analysis_loads_nothing_that_takes_longer_than_it_saves():
-    # Each takes as long to load as several transforms of two hours.
-    slow = "{'scipy.signal', 'scipy.stats', 'matplotlib', 'pandas'}"
-    done = run(f"import sagnac.analysis.pipeline, sys; print({slow} & set(sys.modules))")
-    assert done.stdout.strip() == "set()", done.stderr
-
-
-def test_a_screen_of_text_loads_nothing_that_draws():
-    done = run(
-        "import sagnac.report.text, sagnac.fleet.table, sys; print('matplotlib' in sys.modules)"
+def test_nothing_is_loaded_before_it_is_needed():
+    """The door nothing heavy, an analysis nothing slow, a screen of text nothing that draws."""
+    asked = {
+        "sagnac": HEAVY,
+        "sagnac.analysis.pipeline": SLOW,
+        "sagnac.report.text, sagnac.fleet.table": {"matplotlib"},
+    }
+    code = "".join(
+        f"import {one}; print({left} & set(sys.modules)); " for one, left in asked.items()
     )
-    assert done.stdout.strip() == "False", done.stderr
+    done = run(f"import sys; {code}")
+    assert done.stdout.split("\n") == [*3 * ["set()"], ""], done.stderr
 
 
 def test_field_units_are_converted_on_the_way_in():
@@ -247,6 +247,7 @@ def test_the_answer_as_frames_has_its_units(tmp_path, analyzed):
     assert back["coefficient"].tolist() == [*COEFFICIENT_NAMES] * 3
 
 
+@pytest.mark.usefixtures("in_this_process", "blank_figures")
 def test_a_day_in_a_script(tmp_path, analyzed):
     """Check, judge, report, settings of a filter, a campaign: what the commands do."""
     stuck = bench()
@@ -295,20 +296,14 @@ def test_a_stretch_and_a_channel_of_a_recording():
         _ = whole["z"]
 
 
-def test_the_page_of_the_library_runs_as_it_is_printed(tmp_path):
+@pytest.mark.usefixtures("in_this_process", "blank_figures")
+def test_the_page_of_the_library_runs_as_it_is_printed(tmp_path, monkeypatch, capsys):
     page = Path(__file__).parents[1] / "docs" / "library.md"
     blocks = re.findall(r"```python\n(.*?)```", page.read_text(encoding="utf-8"), re.DOTALL)
     assert len(blocks) >= 9
-    script = tmp_path / "day.py"
-    # No `if __name__ == "__main__"`: the processes of a campaign do not run the script again.
-    script.write_text("\n".join(blocks))
-    done = subprocess.run(
-        [sys.executable, str(script)], cwd=tmp_path, capture_output=True, text=True, timeout=300,
-        check=False,
-    )  # fmt: skip
-    assert done.returncode == 0, done.stderr
-    assert "unit 7" not in done.stderr
-    assert "Traceback" not in done.stderr
+    monkeypatch.chdir(tmp_path)
+    exec("\n".join(blocks), {})
+    assert capsys.readouterr().err == ""
     assert (tmp_path / "rack report" / "index.html").is_file()
 
 
@@ -349,9 +344,15 @@ def test_what_is_no_recording_and_no_specification_is_named(analyzed):
 
 NOISE = np.random.default_rng(4).standard_normal(500)
 AT_10_HZ = {"kind": "rate", "sample_rate": 10.0}
+STILL = sagnac.Recording.from_arrays(x=NOISE, unit="deg/h", **AT_10_HZ)
 BY_FIGURES = {"tool": "kalibr", "datasheet": "N=0.15deg/sqrt(h),B=3deg/h@100s", "rate": 100.0}
 LIMITS = specification_of("N=1deg/sqrt(h)").limits
 HIDDEN = np.ma.masked_array(NOISE, np.arange(500) == 6)
+
+
+@cache
+def answer() -> sagnac.Analysis:
+    return sagnac.analyze(STILL)
 
 
 @pytest.mark.parametrize(
@@ -420,7 +421,7 @@ HIDDEN = np.ma.masked_array(NOISE, np.arange(500) == 6)
             (lambda still, draw=draw: getattr(sagnac.plot, draw)(None), " is None; give an object")
             for draw in sagnac.plot.__all__
         ),
-        (lambda still: sagnac.plot.stability(sagnac.analyze(still), 3), "ax is 3; give axes"),
+        (lambda still: sagnac.plot.stability(answer(), 3), "ax is 3; give axes"),
         *(
             (call, "(path|folder) is 3; give a path")
             for call in (
@@ -428,8 +429,8 @@ HIDDEN = np.ma.masked_array(NOISE, np.arange(500) == 6)
                 lambda still: sagnac.columns(3),
                 lambda still: sagnac.missing(3),
                 lambda still: sagnac.write(still, 3),
-                lambda still: sagnac.write_report(sagnac.analyze(still), 3),
-                lambda still: sagnac.analyze(still).to_json(3),
+                lambda still: sagnac.write_report(answer(), 3),
+                lambda still: answer().to_json(3),
                 lambda still: sagnac.Analysis.from_json(3),
                 lambda still: sagnac.campaign("rack", 3),
             )
@@ -439,7 +440,7 @@ HIDDEN = np.ma.masked_array(NOISE, np.arange(500) == 6)
             for call in (
                 lambda still: sagnac.read(""),
                 lambda still: sagnac.write(still, ""),
-                lambda still: sagnac.write_report(sagnac.analyze(still), ""),
+                lambda still: sagnac.write_report(answer(), ""),
                 lambda still: sagnac.campaign("rack", ""),
             )
         ),
@@ -508,7 +509,7 @@ HIDDEN = np.ma.masked_array(NOISE, np.arange(500) == 6)
         (lambda still: sagnac.Specification(limits=LIMITS, risk="1%"), "risk is '1%'"),
         *(
             (
-                lambda still, wrong=wrong: sagnac.trial(sagnac.analyze(still), **wrong),
+                lambda still, wrong=wrong: sagnac.trial(answer(), **wrong),
                 f"{next(iter(wrong))} (is|has)",
             )
             for wrong in ({"masked": [3.0]}, {"masked": None}, {"left_in": 3}, {"before": 3})
@@ -523,9 +524,8 @@ HIDDEN = np.ma.masked_array(NOISE, np.arange(500) == 6)
     ],
 )
 def test_what_makes_no_sense_is_named(call, said):
-    still = sagnac.Recording.from_arrays(x=NOISE, unit="deg/h", **AT_10_HZ)
     with pytest.raises((ValueError, TypeError, sagnac.RecordingError), match=said):
-        call(still)
+        call(STILL)
 
 
 def test_azimuth_is_foretold_with_the_loudest_gyro(analyzed):

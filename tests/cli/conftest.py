@@ -9,22 +9,27 @@ from sagnac.cli import main
 
 
 @pytest.fixture(scope="session")
-def recording(tmp_path_factory) -> Path:
-    """Five minutes of the quiet rig at 100 Hz: states everything itself."""
-    folder = tmp_path_factory.mktemp("recording")
-    config = folder / "config.toml"
+def rig(tmp_path_factory) -> Path:
+    """The quiet rig at 100 Hz, which states everything itself."""
+    config = tmp_path_factory.mktemp("rig") / "config.toml"
     config.write_text('preset = "quiet"\nsample_rate_hz = 100.0\n')
-    path = folder / "run.parquet"
-    assert main(["simulate", str(config), "-o", str(path), "--duration", "5min"]) == 0
+    return config
+
+
+@pytest.fixture(scope="session")
+def recording(rig) -> Path:
+    """Five minutes of it."""
+    path = rig.with_name("run.parquet")
+    assert main(["simulate", str(rig), "-o", str(path), "--duration", "5min"]) == 0
     return path
 
 
 @pytest.fixture(scope="session")
-def still(recording) -> Path:
-    """A minute of the same rig at rest."""
-    path = recording.with_name("still.parquet")
-    arguments = ["simulate", str(recording.with_name("config.toml")), "-o", str(path)]
-    assert main([*arguments, "--duration", "60", "--table-rate", "0"]) == 0
+def still(rig) -> Path:
+    """A minute of it at rest."""
+    path = rig.with_name("still.parquet")
+    words = ["simulate", str(rig), "-o", str(path), "--duration", "60", "--table-rate", "0"]
+    assert main(words) == 0
     return path
 
 

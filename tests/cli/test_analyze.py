@@ -96,6 +96,7 @@ def test_options_reach_the_analysis(recording, capsys):
     assert made["lines"] == []
 
 
+@pytest.mark.usefixtures("blank_figures")
 def test_several_files_get_a_folder_each_and_one_failure_spares_the_rest(
     recording, bare, capsys, tmp_path
 ):
@@ -114,6 +115,7 @@ def test_the_folder_one_works_in_is_refused_as_any_other(capsys, tmp_path, monke
     assert "give a file" in said
 
 
+@pytest.mark.usefixtures("blank_figures")
 def test_the_settings_of_a_report_repeat_the_run(bare, capsys, tmp_path):
     typed = ["--method", "none", "--slice", "4:39", "--confidence", "0.9", "--gyros", "x"]
     first, again = tmp_path / "first", tmp_path / "again"

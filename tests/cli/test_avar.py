@@ -8,6 +8,8 @@ import pytest
 from sagnac.cli import main
 from tests.cli.examples import STATED, one_line, strict
 
+pytestmark = pytest.mark.usefixtures("blank_figures")
+
 GAPPED = ("--kind", "rate", "--unit", "deg/h", "--time", "t:s")
 
 
@@ -34,6 +36,7 @@ def test_avar_speaks_of_each_gyro(still, capsys, tmp_path):
     # One table of all at the end.
     assert [row.split()[0] for row in shown.splitlines()[-3:]] == ["x", "y", "z"]
     assert "oadev °/h" in shown
+    assert "Verdict" not in shown  # no limit is stated
     written = {item.name for item in tmp_path.iterdir()}
     assert {"x", "y", "z", "report.html", "analysis.json", "self_noise.png"} <= written
     assert main([*arguments, "--json"]) == 0

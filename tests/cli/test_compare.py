@@ -11,6 +11,8 @@ from sagnac.cli import main
 from sagnac.cli.measure import METHODS
 from tests.cli.examples import STATED, one_line, strict
 
+pytestmark = pytest.mark.usefixtures("blank_figures")
+
 
 def test_the_methods_compared_are_those_there_are():
     assert set(METHODS) == set(get_args(Method))

@@ -6,6 +6,8 @@ import pytest
 from sagnac.cli import main
 from tests.cli.examples import one_line
 
+pytestmark = pytest.mark.usefixtures("blank_figures")
+
 RATE = 5.0
 STATED = ["--kind", "rate", "--unit", "deg/h", "--rate", "5", "--gyros", "x"]
 

@@ -4,10 +4,13 @@ import dataclasses
 import json
 import re
 
+import pytest
+
 from sagnac.cli import main, simulated
 from sagnac.rig.config import PRESETS
 
 
+@pytest.mark.usefixtures("blank_figures")
 def test_demo_prints_the_answer_and_the_truth(capsys, tmp_path, monkeypatch):
     asked = []
 

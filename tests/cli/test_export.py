@@ -12,6 +12,8 @@ from sagnac.report.document import analysis_document, to_json
 from tests.cli.examples import STATED, one_line
 from tests.navigation.examples import changed, document, keys
 
+pytestmark = pytest.mark.usefixtures("blank_figures")
+
 
 def test_from_a_recording_to_imu_yaml(bare, capsys, tmp_path):
     assert main(["avar", str(bare), *STATED, "-o", str(tmp_path)]) == 0
@@ -194,8 +196,7 @@ def test_a_campaign_is_covered_by_the_worst_of_each_axis(tmp_path):
     assert full == pytest.approx(alone_full, rel=1e-6)
 
 
-@pytest.mark.parametrize("hum", [True, False])
-@pytest.mark.parametrize("command", ["avar", "analyze"])
+@pytest.mark.parametrize(("command", "hum"), [("avar", True), ("avar", False), ("analyze", True)])
 def test_an_n_that_lines_inflate_names_them_and_the_command_that_removes_them(
     command, hum, capsys, tmp_path
 ):

@@ -33,7 +33,7 @@ def npz(tmp_path, monkeypatch):
     return make
 
 
-@pytest.mark.usefixtures("in_this_process")
+@pytest.mark.usefixtures("in_this_process", "blank_figures")
 @pytest.mark.parametrize("file", ["run.npz", "run\x1b[2J\n\x9b.npz"])
 def test_no_command_moves_the_cursor(npz, file, capsys):
     path = npz(ESCAPES, file)
@@ -92,6 +92,7 @@ def test_a_header_is_no_formula(name, tmp_path):
         write(recording, tmp_path / "run.csv")
 
 
+@pytest.mark.usefixtures("blank_figures")
 def test_python_runs_nothing_of_an_exported_file(npz, tmp_path):
     """From a path with a line end, by way of analysis.json, into the file of GTSAM."""
     folder = tmp_path / 'x"\nimport pathlib; pathlib.Path("owned").touch()\n#'

@@ -18,13 +18,15 @@ from sagnac.cli.app import Stopped, stopped_by_signals
 from sagnac.cli.output import prefixed
 
 ROOT = Path(sagnac.__file__).parent.parent
-# Parts of a whole run at which a signal comes, drawn for each command and signal.
-INSTANTS = 1
+# Each comes at one part of a whole run, which is drawn; tests/fuzz draws many, and converts.
+SIGNALS = {
+    "analyze": (signal.SIGKILL, signal.SIGTERM),
+    "simulate": (signal.SIGKILL, signal.SIGINT),
+}
 # What an old result differs by, so that a mixture shows.
 OTHER = {
     "analyze": ["--confidence", "0.9"],
     "simulate": ["--seed", "2"],
-    "convert": ["--slice", "0:30"],
 }
 
 
@@ -49,12 +51,11 @@ def ended(
 
 def commands(still: Path, folder: Path) -> dict[str, tuple[list[str], Path]]:
     """What is run, and what it makes."""
-    report, made, copy = folder / "report", folder / "made.npz", folder / "copy.csv"
+    report, made = folder / "report", folder / "made.npz"
     one = ("--gyros", "x", "--method", "none")
     return {
         "analyze": (["analyze", str(still), *one, "-o", str(report)], report),
         "simulate": (["simulate", "-o", str(made), "--duration", "60", "--table-rate", "0"], made),
-        "convert": (["convert", str(still), str(copy)], copy),
     }
 
 
@@ -76,8 +77,9 @@ def put_back(result: Path, files: dict[str, bytes]) -> None:
         (folder / name).write_bytes(content)
 
 
-@pytest.mark.parametrize("name", ["analyze", "simulate", "convert"])
-def test_a_result_is_old_or_new_whatever_ends_the_run(name, still, tmp_path):
+@pytest.mark.usefixtures("blank_figures")
+@pytest.mark.parametrize(("name", "signals"), SIGNALS.items())
+def test_a_result_is_old_or_new_whatever_ends_the_run(name, signals, still, tmp_path):
     folder = tmp_path / "results"
     folder.mkdir()
     words, result = commands(still, folder)[name]
@@ -90,7 +92,7 @@ def test_a_result_is_old_or_new_whatever_ends_the_run(name, still, tmp_path):
     assert whole.keys() == before.keys()
     assert whole != before
     drawn = random.Random(name)
-    for number in (signal.SIGKILL, signal.SIGTERM, signal.SIGINT) * INSTANTS:
+    for number in signals:
         put_back(result, before)
         run = ended(words, tmp_path, number, drawn.uniform(0.3, 1.0) * lasts)
         after = files_of(result)

@@ -14,6 +14,8 @@ from sagnac.core.overwriting import kind_of
 from sagnac.formats import read
 from tests.cli.examples import STATED, one_line, one_line_among
 
+pytestmark = pytest.mark.usefixtures("blank_figures")
+
 SIMULATED = ("--duration", "20", "--table-rate", "0", "--preset", "quiet")
 MINE = "what somebody measured for a week\n"
 

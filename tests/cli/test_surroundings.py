@@ -38,20 +38,15 @@ def test_help_ends_in_a_column_of_one_letter():
     assert "Usage" in done.stdout
 
 
-@pytest.mark.parametrize("stream", [1, 2])
-def test_a_closed_stream_is_nothing_to_stumble_over(stream, bare):
+def test_closed_streams_are_nothing_to_stumble_over(bare):
     words = [sys.executable, "-m", "sagnac", "check", str(bare), *STATED]
-    close = f'exec "$@" {stream}>&-'
     done = subprocess.run(
-        ["sh", "-c", close, "sh", *words],
+        ["sh", "-c", 'exec "$@" 1>&- 2>&-', "sh", *words],
         env={**os.environ, "PYTHONPATH": str(ROOT)},
-        capture_output=True,
-        text=True,
         check=False,
         timeout=60.0,
     )
     assert done.returncode == 0
-    assert "internal error" not in done.stdout + done.stderr
 
 
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="no full device here")
@@ -63,6 +58,7 @@ def test_output_that_has_no_room_is_one_line(asked):
     assert "No space left" in one_line_among(done.stderr)
 
 
+@pytest.mark.usefixtures("blank_figures")
 def test_a_channel_named_like_a_path_stays_in_its_folder(tmp_path):
     name = "../../pwn"
     assert "/" not in folder_name(name)
@@ -78,6 +74,7 @@ def test_a_channel_named_like_a_path_stays_in_its_folder(tmp_path):
         assert not set(safe) & {"/", "\0"}
 
 
+@pytest.mark.usefixtures("blank_figures")
 def test_a_report_is_replaced_whole_or_stays(tmp_path, monkeypatch):
     write_report(handmade(), tmp_path / "report")
     before = {entry.name: entry.read_bytes() for entry in (tmp_path / "report").iterdir()}
@@ -128,8 +125,9 @@ def test_a_stray_matplotlibrc_and_a_backend_that_is_none_are_not_read(tmp_path, 
 
 @pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGHUP])
 def test_a_signal_leaves_nothing_half_written(tmp_path, number):
-    target = tmp_path / "run.parquet"
-    words = [sys.executable, "-m", "sagnac", "simulate", "-o", str(target), "--duration", "2h"]
+    # Text, which takes seconds to write.
+    target = tmp_path / "run.csv"
+    words = [sys.executable, "-m", "sagnac", "simulate", "-o", str(target), "--duration", "10min"]
     running = subprocess.Popen(
         words,
         env={**os.environ, "PYTHONPATH": str(ROOT)},

@@ -2,6 +2,8 @@
 
 import os
 import signal
+import subprocess
+import sys
 import time
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import closing
@@ -58,6 +60,18 @@ def test_jobs_that_need_all_the_memory_run_one_after_another():
     spans = sorted(future.result() for _, future in ended)
     for (_, end), (begin, _) in pairwise(spans):
         assert begin >= end
+
+
+def test_a_script_is_not_run_again_by_its_processes(tmp_path):
+    """Though it has no ``if __name__ == "__main__"``."""
+    script = tmp_path / "script.py"
+    script.write_text(
+        "from sagnac.core.processes import Means, completed\n"
+        "ended = completed([-3], abs, Means(workers=1, memory=1e9), float)\n"
+        "print([future.result() for _, future in ended])\n"
+    )
+    done = subprocess.run([sys.executable, str(script)], capture_output=True, text=True, check=True)
+    assert done.stdout == "[3]\n"
 
 
 def process_of(_):

@@ -1,22 +1,35 @@
-"""The command line in a process of its own."""
+"""Campaigns by the command line, in this process or in one of its own."""
 
 import os
-import subprocess
 import sys
+from contextlib import redirect_stderr, redirect_stdout
+from io import StringIO
 from pathlib import Path
+
+import pytest
+
+from sagnac.cli import main
+from tests.conftest import in_one_process, undrawn
 
 PATTERN = "(?P<unit>[A-Z])_day(?P<day>[0-9])"
 
 
-def campaign(*arguments: str, **more) -> subprocess.CompletedProcess[str]:
-    return subprocess.run(
-        command(*arguments), capture_output=True, text=True, check=False, env=environment(), **more
-    )
+SHARED = ("campaign", "--method", "none", "--pattern", PATTERN)
+
+
+def campaign(*arguments: object) -> tuple[int, str, str]:
+    """Exit status of a campaign in this process, and what it says."""
+    said, errors = StringIO(), StringIO()
+    with redirect_stdout(said), redirect_stderr(errors), pytest.MonkeyPatch.context() as patch:
+        in_one_process(patch)
+        undrawn(patch)
+        status = main([str(word) for word in (*SHARED, *arguments)])
+    return status, said.getvalue(), errors.getvalue()
 
 
 def command(*arguments: str) -> list[str]:
-    shared = ("--method", "none", "--pattern", PATTERN)
-    return [sys.executable, "-m", "sagnac", "campaign", *shared, *arguments]
+    """Words that start one as a process."""
+    return [sys.executable, "-m", "sagnac", *SHARED, *arguments]
 
 
 def environment() -> dict[str, str]:

@@ -28,13 +28,14 @@ def test_run_that_was_spoilt_is_named_and_foretold_from_the_others() -> None:
     assert found.mean_without == pytest.approx(outlook.mean.value, rel=1e-9)
 
 
-def test_sound_campaigns_have_few_outliers() -> None:
+@pytest.mark.parametrize("campaigns", [50, pytest.param(100, marks=pytest.mark.statistics)])
+def test_sound_campaigns_have_few_outliers(campaigns) -> None:
     random = np.random.default_rng(2)
     named = 0
-    for _ in range(100):
+    for _ in range(campaigns):
         design = Campaign(TRUTH, random).design
         named += bool(departures(design, restricted_components(design)))
-    assert named <= 10
+    assert named <= 0.1 * campaigns
 
 
 def test_slope_of_days_is_that_of_their_means() -> None:

@@ -10,8 +10,6 @@ import pytest
 
 from sagnac.analysis.settings import Settings
 from sagnac.core.errors import MissingExtra
-from sagnac.core.processes import GIBIBYTE, Means
-from sagnac.fleet import runner
 from sagnac.fleet.page import control_chart, write_overview, write_page
 from sagnac.fleet.runner import Campaign, run
 from sagnac.fleet.table import groups_of, lines_of, read_table, rows_replaced, write_tables
@@ -20,6 +18,7 @@ from sagnac.formats import read, write
 from sagnac.quality.effects import finding
 from sagnac.report.document import analysis_document
 from sagnac.verdict.limits import specification_of
+from tests.conftest import undrawn
 from tests.fleet.conftest import write_recording
 from tests.fleet.test_prior import TABLE
 from tests.handmade import analysis
@@ -36,10 +35,11 @@ def made(tmp_path_factory):
     tasks = [
         Task(path=str(path), settings=Settings(method="none")) for path in sorted(place.iterdir())
     ]
-    means = Means(workers=1, memory=4.0 * GIBIBYTE)
-    return run(
-        tasks, place / "many", lambda todo, folder: runner.completed_here(todo, folder, means)
-    )
+    with pytest.MonkeyPatch.context() as patch:
+        undrawn(patch)
+        return run(
+            tasks, place / "many", lambda todo, folder: (measure(one, folder) for one in todo)
+        )
 
 
 def test_equal_data_count_once_and_the_row_says_so(made, tmp_path) -> None:

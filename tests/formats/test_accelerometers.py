@@ -7,6 +7,8 @@ from sagnac.formats import Statement, missing, read, write
 from tests.formats.examples import SUFFIXES, refused, save, text
 from tests.formats.instruments import axes, bag
 
+pytestmark = pytest.mark.usefixtures("trusted_hdf5")
+
 ROWS = 300
 NOISE = np.random.default_rng(5).normal(size=(2, ROWS))
 STATED = {"kind": "rate", "sample_rate": 100.0}

@@ -68,6 +68,7 @@ def test_compressed_matlab_elements_are_checked_too(tmp_path, compressed):
     )
 
 
+@pytest.mark.usefixtures("trusted_hdf5")
 def test_a_gyro_without_real_numbers_is_not_left_out_in_silence(tmp_path):
     with h5py.File(tmp_path / "run.h5", "w") as file:
         file["x"] = [b"1", b"2"]
@@ -85,6 +86,7 @@ def _fields(statement: Statement) -> dict[str, object]:
     return {"kind": "rate", "unit": "deg/s", "sample_rate": statement.sample_rate}
 
 
+@pytest.mark.usefixtures("trusted_hdf5")
 def test_holes_of_hdf5_are_no_zeros(tmp_path):
     with h5py.File(tmp_path / "chunks.h5", "w") as file:
         file.create_dataset("x", (1000,), "f8", chunks=(100,))[:500] = walk()[:500]
@@ -120,6 +122,7 @@ def external(path, secret, **attributes):
     return path
 
 
+@pytest.mark.usefixtures("trusted_hdf5")
 @pytest.mark.parametrize("attributes", [{}, {"_FillValue": -999.0}])
 @pytest.mark.parametrize("suffix", ["h5", "nc"])
 def test_external_storage_reads_no_other_file(tmp_path, suffix, attributes):
@@ -135,6 +138,7 @@ def test_external_storage_reads_no_other_file(tmp_path, suffix, attributes):
     np.testing.assert_allclose(read(path, STATED).gyros[0].values, np.deg2rad(walk()), rtol=1e-14)
 
 
+@pytest.mark.usefixtures("trusted_hdf5")
 def test_parts_of_a_virtual_dataset_lie_in_its_folder(tmp_path):
     inside = tmp_path / "in"
     (inside / "below").mkdir(parents=True)
@@ -152,6 +156,7 @@ def test_parts_of_a_virtual_dataset_lie_in_its_folder(tmp_path):
     np.testing.assert_allclose(read(path, STATED).gyros[0].values, np.deg2rad(walk()), rtol=1e-14)
 
 
+@pytest.mark.usefixtures("trusted_hdf5")
 def test_a_part_that_has_parts_leads_nowhere_else(tmp_path):
     inside = tmp_path / "in"
     inside.mkdir()
@@ -182,6 +187,7 @@ def test_an_address_of_a_text_that_ends_the_library_is_refused(tmp_path):
         assert "\n" not in outcome(tmp_path / "run.h5")
 
 
+@pytest.mark.usefixtures("trusted_hdf5")
 def test_datasets_that_are_not_asked_for_cost_nothing(tmp_path):
     with h5py.File(tmp_path / "run.h5", "w") as file:
         file["x"] = walk()

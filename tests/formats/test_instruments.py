@@ -20,6 +20,8 @@ import pytest
 from sagnac.formats import missing, read
 from tests.formats.instruments import EPOCH, RATE, axes, bag, mseed, tdms, ulog
 
+pytestmark = pytest.mark.usefixtures("trusted_hdf5")
+
 VALUES = axes(samples=500)
 X, _, Z = VALUES.gyros.T
 DEGREES = np.rad2deg(VALUES.gyros)

@@ -8,6 +8,8 @@ from scipy.io import netcdf_file
 from sagnac.formats import Statement, columns, read
 from tests.formats.examples import refused
 
+pytestmark = pytest.mark.usefixtures("trusted_hdf5")
+
 
 def saved(path, values, **attributes):
     with h5netcdf.File(path, "w") as file:

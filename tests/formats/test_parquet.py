@@ -11,6 +11,8 @@ from sagnac.formats import Statement, arrow, read, write
 from sagnac.formats.source import Outgoing
 from tests.formats.examples import ARCSECOND, SAMPLES, example, refused, walk
 
+pytestmark = pytest.mark.usefixtures("trusted_hdf5")
+
 
 def test_parquet_metadata_and_hdf5_attributes_state_everything(tmp_path):
     x = walk()

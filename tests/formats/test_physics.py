@@ -372,7 +372,9 @@ def test_stamps_may_be_left_out_knowingly(tmp_path):
     assert said(tmp_path, columns, **{**RATE, "sample_rate": 500.0}, time="none") == []
 
 
-@pytest.mark.parametrize("number", range(12))
+@pytest.mark.parametrize(
+    "number", [*range(4), *(pytest.param(n, marks=pytest.mark.statistics) for n in range(4, 12))]
+)
 def test_a_sound_bench_of_any_bias_is_accepted(tmp_path, number):
     made = bench(
         number + 40, seconds=60.0, sample_rate=100.0, walk=0.3, bias=0.3, low_pass=40.0, forces=True

@@ -10,6 +10,8 @@ from sagnac.core.errors import RecordingError
 from sagnac.recording.channel import Pickoff
 from sagnac.recording.model import Recording
 
+pytestmark = pytest.mark.usefixtures("trusted_hdf5")
+
 
 def recorded(**changes):
     random = np.random.default_rng(1)

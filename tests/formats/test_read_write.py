@@ -24,6 +24,8 @@ from tests.formats.examples import (
     walk,
 )
 
+pytestmark = pytest.mark.usefixtures("trusted_hdf5")
+
 
 def test_a_temperature_is_read_back_if_its_column_is_stated(tmp_path):
     warm = np.linspace(20.0, 25.0, 100)

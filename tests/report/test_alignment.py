@@ -43,6 +43,7 @@ def test_floor_by_flicker_and_by_its_bound():
     assert highest.get_ydata()[0] == pytest.approx(expected / ARCMINUTE, rel=1e-6)
 
 
+@pytest.mark.usefixtures("blank_figures")
 @pytest.mark.parametrize("name", CASES)
 def test_the_page_has_it_wherever_n_was_seen(name):
     text = " ".join(checked(page.page(CASES[name])).text)

@@ -63,6 +63,7 @@ def test_document_units_of_every_coefficient():
     assert made["rate_random_walk"]["value"] == pytest.approx(1e-11 / degree * hour * 60.0)
 
 
+@pytest.mark.usefixtures("blank_figures")
 def test_document_and_tables_have_every_unit():
     made = document.analysis_document(analysis())["coefficients"]["angle_random_walk"]["units"]
     # 2.5e-5 deg/sqrt(h) by hand: 60 deg/h/sqrt(Hz) to each, pi/180/60 rad/sqrt(s) to each.

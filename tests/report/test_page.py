@@ -27,6 +27,7 @@ def test_page_stands_alone(made):
     assert checker.tags >= {"svg", "table", "h1"}
 
 
+@pytest.mark.usefixtures("blank_figures")
 def test_page_says_the_answer_first_and_what_it_rests_on():
     made = analysis(
         notes=(Note(text="first doubt"), Note(text="table & time are <nearly> one basis"))
@@ -56,6 +57,7 @@ def test_page_says_the_answer_first_and_what_it_rests_on():
     assert "run.parquet" in text
 
 
+@pytest.mark.usefixtures("blank_figures")
 def test_page_of_a_bound_and_of_nothing_seen():
     bound = page.page(CASES["upper bound"])
     assert "&lt; 2.50 × 10⁻⁵" in bound
@@ -65,6 +67,7 @@ def test_page_of_a_bound_and_of_nothing_seen():
     assert "For a filter" not in unseen
 
 
+@pytest.mark.usefixtures("blank_figures")
 def test_page_of_a_triad_lists_each_gyro():
     text = page.page(CASES["triad"])
     for name in "xyz":
@@ -73,12 +76,14 @@ def test_page_of_a_triad_lists_each_gyro():
     assert text.index("(worst)") < text.index('class="value below"')
 
 
+@pytest.mark.usefixtures("blank_figures")
 def test_page_does_not_call_removed_what_was_only_found():
     html = page.page(CASES["nothing removed"])
     assert "found, not removed" in html
     assert "before and after" not in html
 
 
+@pytest.mark.usefixtures("blank_figures")
 def test_comparison_page_shows_each_method_and_each_refusal():
     html = page.comparison_page(
         {"none": analysis(method="none"), "fos": analysis()}, {"fris": "never a full turn"}
@@ -97,6 +102,7 @@ def test_report_is_written_whole(tmp_path):
     assert [item.name for item in tmp_path.iterdir()] == ["report.html"]
 
 
+@pytest.mark.usefixtures("blank_figures")
 def test_a_likelihood_whose_interval_was_widened_is_no_average(tmp_path):
     found = analysis()
     answer = found.angle_random_walk

@@ -43,6 +43,7 @@ def test_a_value_has_the_digits_of_its_interval():
     assert with_interval(None) == ""
 
 
+@pytest.mark.usefixtures("blank_figures")
 def test_terminal_and_page_show_a_triad():
     of = triad()
     shown = text.shares(of)
@@ -74,6 +75,7 @@ def test_both_ways_at_two_speeds_everything_is_told():
     assert row[3:] == ("3.00 [2.00, 4.00]", "0.5000 [0.4900, 0.5100]")
 
 
+@pytest.mark.usefixtures("blank_figures")
 def test_at_rest_nothing_is_said():
     at_rest = analysis(table_rate=None)
     assert text.shares(at_rest) == ""

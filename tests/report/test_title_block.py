@@ -13,6 +13,7 @@ from tests.handmade import SHA256, analysis
 from tests.report.examples import checked
 
 
+@pytest.mark.usefixtures("blank_figures")
 def test_a_block_stands_on_top_with_file_and_hash(tmp_path):
     path = tmp_path / "unit.toml"
     path.write_text('title = "Acceptance <RLG 7>"\nserial = 42\noperator = "A. Engineer"\n')
@@ -63,6 +64,7 @@ def luminance(color: str) -> float:
     return 0.2126 * linear[0] + 0.7152 * linear[1] + 0.0722 * linear[2]
 
 
+@pytest.mark.usefixtures("blank_figures")
 def test_text_has_the_contrast_of_wcag_aa_in_both_themes():
     style = page(analysis()).partition("<style>")[2].partition("</style>")[0]
     blocks = [part.partition("}")[0] for part in style.split(":root {")[1:]]
