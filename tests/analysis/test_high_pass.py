@@ -71,3 +71,18 @@ def test_sound_noise_is_behind_no_high_pass(added):
     walk = analysis.angle_random_walk.to("deg/sqrt(h)")
     assert walk.status == "estimated"
     assert walk.low < WALK < walk.high
+
+
+@pytest.mark.parametrize("seed", range(1, 6))
+def test_flicker_that_is_sampled_slowly_is_behind_no_high_pass(seed):
+    # An hour at 1 Hz, of which flicker rules all but the last octaves: means of eight samples of
+    # noise whose two-sided density is N^2 + B^2/(2 pi f).
+    rng, samples = np.random.default_rng(seed), 3600
+    frequency = np.fft.rfftfreq(64 * samples, 1.0 / 8.0)[1:]
+    flicker = np.radians(6.0 / 3600.0) ** 2 / (2.0 * np.pi * frequency)
+    parts = rng.standard_normal((2, frequency.size)) * np.sqrt(flicker * 64 * samples * 8.0 / 2.0)
+    rate = np.fft.irfft(np.append(0.0, parts[0] + 1j * parts[1]))[: 8 * samples]
+    rate = rate.reshape(samples, 8).mean(axis=1)
+    rate += np.radians(0.2 / 60.0) * rng.standard_normal(samples)
+    still = Recording.from_arrays(x=rate, kind="rate", unit="rad/s", sample_rate=1.0)
+    assert "high-pass" not in {note.name for note in analyze(still).findings}

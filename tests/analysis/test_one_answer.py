@@ -113,6 +113,14 @@ def test_each_holds_its_own_and_the_first_stands_on_top():
         assert 0.97 * truth[name] < walk.value < 1.03 * truth[name]
 
 
+def test_a_column_of_times_does_not_cost_the_gyros():
+    whole = recording(("x",))
+    times = sagnac.Channel(name="t", kind="rate", values=np.arange(SAMPLES) / whole.sample_rate)
+    found = sagnac.analyze(replace(whole, gyros=(*whole.gyros, times)))
+    assert found.gyros["x"].angle_random_walk == sagnac.analyze(whole).angle_random_walk
+    assert "t: holds no noise: its rate is even, or a ramp" in str(found.refused["t"].at(""))
+
+
 def test_a_stuck_channel_does_not_cost_the_others(tmp_path, capsys):
     gyros, forces, stuck = ("x", "z"), ("ax", "ay"), ("z", "ay")
     whole = recording(gyros, forces)

@@ -7,8 +7,13 @@ import numpy as np
 import pytest
 
 from sagnac.analysis.pipeline import analyze
+from sagnac.analysis.planning import plan
 from sagnac.analysis.settings import Settings
+from sagnac.analysis.verdict import judge
+from sagnac.core.errors import RecordingError
 from sagnac.formats import Statement, read
+from sagnac.navigation.align import align
+from sagnac.navigation.export import export
 from sagnac.recording.model import Channel, Recording
 from sagnac.report import document, page, text
 from sagnac.report.sections import force_rows
@@ -57,6 +62,21 @@ def test_the_velocity_random_walk_that_was_put_in_is_held(force):
     assert "m/s/sqrt(h)" in repr(walk)
     with pytest.raises(ValueError, match=r"deg/sqrt\(h\)"):
         walk.to("deg/sqrt(h)")
+
+
+@pytest.mark.parametrize(
+    "use",
+    [
+        lambda force: judge(force, "2 deg/sqrt(h)"),  # 5e-4 m/s/sqrt(s), if m were rad: 1.7
+        lambda force: plan(force, within=[], specification="2 deg/sqrt(h)"),
+        lambda force: force.to_json(),
+        align,
+        lambda force: export(force, tool="kalibr"),
+    ],
+)
+def test_an_accelerometer_alone_is_taken_for_no_gyro(force, use):
+    with pytest.raises(RecordingError, match="az: is an accelerometer"):
+        use(force)
 
 
 def test_it_is_what_a_gyro_of_the_same_numbers_has(recording, force):

@@ -28,6 +28,8 @@ from sagnac.formats.statement import VOCABULARY, one_statement
         ({"gyros": 5}, "gyros is 5; give one or more different names"),
         ({"gyros": ("x", "x")}, "gyros is .*different"),
         ({"gyros": ()}, "gyros is .*one or more"),
+        ({"gyros": "x,y"}, r"gyros is 'x,y'; give .* such as \('x', 'z'\)"),
+        ({"accelerometers": "ax"}, r"accelerometers is 'ax'; give .* such as \('x', 'z'\)"),
         ({"gyros": ("x", "")}, "gyros is"),
         ({"span": (5.0, 5.0)}, r"span is \(5.0, 5.0\)"),
         ({"span": (-1.0, None)}, r"span is \(-1.0, None\)"),

@@ -5,7 +5,9 @@ import pytest
 
 from sagnac.core.errors import RecordingError
 from sagnac.core.units import DEGREE_PER_HOUR, DEGREE_PER_ROOT_HOUR
+from sagnac.navigation.align import align
 from sagnac.navigation.noise import GyroNoise
+from sagnac.report.alignment import drift_notes
 from sagnac.report.document import analysis_document
 from tests.handmade import analysis
 
@@ -77,6 +79,43 @@ def test_slow_noise_that_b_and_k_are_not_told_apart_in_is_taken():
     assert GyroNoise.from_document(stated).bias_instability == pytest.approx(
         0.01 * DEGREE_PER_HOUR, abs=0.0
     )
+
+
+def of_gyro(walk, flicker, ends=(1.0, 1.0)):
+    """The document of a gyro of N, °/√h, and B, °/h; `ends` of the interval of N over its value."""
+    stated = document()
+    low, high = (walk * end for end in ends)
+    stated["angle_random_walk"] |= {"value": walk, "low": low, "high": high}
+    stated["coefficients"]["bias_instability"] |= dict.fromkeys(("value", "low", "high"), flicker)
+    return {**stated, "covariance": None}
+
+
+@pytest.mark.parametrize(("flicker", "louder"), [(0.0001, "z"), (0.5, "x")])
+def test_the_louder_of_two_gyros_stands_for_the_third_axis_alone(tmp_path, flicker, louder):
+    # At ten minutes 0.002 °/√h are 0.005 °/h, and a flicker of 0.5 °/h is 0.33 °/h.
+    two = {"x": of_gyro(0.002, flicker), "z": of_gyro(0.003, 0.0001)}
+    path = tmp_path / "analysis.json"
+    path.write_text(json.dumps({**document(), "channel": "x", "gyros": two}))
+    ahead = align(path, after=[60.0])
+    north, east, down = ahead.unaided.noises
+    walks = np.array([north.angle_random_walk, down.angle_random_walk]) / DEGREE_PER_ROOT_HOUR
+    assert walks == pytest.approx([0.002, 0.003])
+    assert east is {"x": north, "z": down}[louder]
+    # Heading goes off by the gyro about down: N² (t + t²/T), and 0.0001 °/h of flicker are nothing.
+    heading = ahead.unaided.drift.heading.deviation(misaligned=False)
+    made = 0.003 * DEGREE_PER_ROOT_HOUR * np.sqrt(60.0 + 60.0**2 / 600.0)
+    assert heading == pytest.approx(made, rel=0.01)
+    assert "the louder of two gyros stands for the third axis" in drift_notes(ahead.unaided)
+
+
+def test_an_interval_of_n_that_reaches_far_up_bounds_heading_by_its_upper_end(tmp_path):
+    path = tmp_path / "analysis.json"
+    path.write_text(json.dumps(of_gyro(0.002, 0.0, ends=(0.5, 40.0))))
+    heading = align(path, after=[60.0]).unaided.drift.heading
+    made = 0.002 * DEGREE_PER_ROOT_HOUR * np.sqrt(60.0 + 60.0**2 / 600.0)
+    low, high = heading.interval
+    assert low < 0.5 * made
+    assert high == pytest.approx(40.0 * made, rel=0.01)
 
 
 def test_accelerometers_are_read_in_their_units():

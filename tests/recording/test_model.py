@@ -213,3 +213,18 @@ def test_a_frame_gives_the_recording_back():
         assert (one.name, one.kind, one.shown_in) == (other.name, other.kind, other.shown_in)
         assert one.values == pytest.approx(other.values, rel=1e-14, abs=1e-20)
     assert np.array_equal(back.null_pulse, recording.null_pulse)
+
+
+@pytest.mark.parametrize(
+    ("wrong", "said"),
+    [
+        ({"fs": 50.0}, "since no argument is called fs"),
+        ({"units": "deg/s"}, "since no argument is called units"),
+        ({"time": [0.0, 0.02, 0.04]}, "give time stamps as times"),
+    ],
+)
+def test_a_keyword_that_is_no_argument_is_not_taken_for_a_gyro(wrong, said):
+    with pytest.raises(ValueError, match=said):
+        Recording.from_arrays(
+            x=[0.0, 1.0, 0.5], kind="rate", unit="deg/s", sample_rate=50.0, **wrong
+        )

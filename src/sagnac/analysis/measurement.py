@@ -127,22 +127,24 @@ def require_sound(recording: Recording, gyros: tuple[str, ...]) -> None:
 
 
 def require_noise(measured: Measurement) -> None:
-    """Refuse a measurement that turns evenly to the last place of its numbers.
+    """Refuse a measurement whose rate is a straight line to the last place of its numbers.
 
     Raises
     ------
     RecordingError
-        If there is no noise in it, as in the difference of two copies of one gyro.
+        If there is no noise in it, as in the difference of two copies of one gyro, or in a column
+        of times that is read as a rate.
     """
     angle = measured.angle
-    slope = (angle[-1] - angle[0]) / max(angle.size - 1, 1)
-    # A departure by fewer units of the last place is rounding.
+    # A rate that bends by fewer units of the last place is rounding.
     rounding = 64.0 * float(np.spacing(max(map(abs, arrays.extent(angle)))))
-    for block in arrays.blocks(angle.size):
-        line = angle[0] + slope * np.arange(block.start, block.stop)
-        if np.abs(angle[block] - line).max() > rounding:
+    lowest, highest = math.inf, -math.inf
+    for block in arrays.blocks(angle.size - 2):
+        bent = np.diff(angle[block.start : block.stop + 2], n=2)
+        lowest, highest = min(lowest, bent.min()), max(highest, bent.max())
+        if highest - lowest > rounding:
             return
-    what = "the two gyros turn alike" if measured.is_pair else "it turns evenly"
+    what = "the two gyros turn alike" if measured.is_pair else "its rate is even, or a ramp"
     problem = f"holds no noise: {what} to the last place of the numbers"
     remedy = "name other gyros with {gyros} or {columns}"
     raise RecordingError(problem, channel=measured.channel, remedy=remedy)

@@ -7,7 +7,12 @@ from typing import Any
 
 from sagnac.analysis.averaged import reaches
 from sagnac.analysis.pipeline import analyze
-from sagnac.analysis.result import Analysis, headline_coefficients, require_analysis
+from sagnac.analysis.result import (
+    Analysis,
+    headline_coefficients,
+    require_analysis,
+    require_gyro,
+)
 from sagnac.core.arrays import pandas_for
 from sagnac.core.errors import RecordingError, as_several, is_finite, quoted
 from sagnac.lines.naming import WIDEST_BINS
@@ -210,6 +215,8 @@ def plan(
     limits = specification.limits if specification else ()
     if not within and not limits:
         raise ValueError("within is empty, and there is no limit; give a half width such as 0.01")
+    if limits:
+        require_gyro(analysis)
     for limit in limits:
         if limit.coefficient != "angle_random_walk":
             raise ValueError(f"spec {limit.letter}: only an interval of N is forecast")

@@ -235,7 +235,8 @@ class Analysis:
         Raises
         ------
         RecordingError
-            If the file cannot be written.
+            If the file cannot be written, or the analysis is of an accelerometer: a document is of
+            gyros, with the accelerometers beside them.
         WouldOverwrite
             If another file is at `path`, and `force` is not set.
         """
@@ -406,6 +407,22 @@ def require_analysis(value: Analysis, *, recorded: bool = False) -> None:
         raise ValueError(
             "analysis was read from a file, which holds neither the recording nor spectra and "
             "residual; analyze the recording again, and give that"
+        )
+
+
+def require_gyro(analysis: Analysis) -> None:
+    """Refuse an accelerometer where figures of gyros are made or compared.
+
+    Raises
+    ------
+    RecordingError
+        If the analysis is of one.
+    """
+    if analysis.sensor == "accelerometer":
+        raise RecordingError(
+            "is an accelerometer, and documents, limits and navigation are of gyros",
+            channel=analysis.channel,
+            remedy="analyze it beside a gyro, and give the analysis of both",
         )
 
 

@@ -3,7 +3,12 @@
 from dataclasses import replace
 from typing import Final
 
-from sagnac.analysis.result import Analysis, answer_coefficients, require_analysis
+from sagnac.analysis.result import (
+    Analysis,
+    answer_coefficients,
+    require_analysis,
+    require_gyro,
+)
 from sagnac.noise.estimates import Estimate, unobserved
 from sagnac.recording.channel import PAIR_SIZE
 from sagnac.verdict.judgement import Verdict, judged
@@ -47,7 +52,7 @@ def judge(
     ValueError
         If the text states no limits, or a risk is given beside a `Specification`.
     RecordingError
-        If the TOML file cannot be read.
+        If the TOML file cannot be read, or the analysis is of an accelerometer.
 
     Examples
     --------
@@ -59,6 +64,7 @@ def judge(
     'pass'
     """
     require_analysis(analysis)
+    require_gyro(analysis)
     specification = specification_of(specification, risk=risk)
     doubt, rows = _doubt(analysis), []
     # One gyro of a pair may have all that the mean square of the two holds.

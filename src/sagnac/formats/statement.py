@@ -189,9 +189,9 @@ def _is_number(value: object) -> bool:
 
 
 def _are_names(names: tuple[object, ...]) -> bool:
-    """Whether there is a name or more, all different and such as can be printed."""
+    """Whether there is a name or more, all different and such as can be printed; not one text."""
     named = all(isinstance(name, str) and name and one_line(name) == name for name in names)
-    return bool(names) and named and len(set(names)) == len(names)
+    return not isinstance(names, str) and bool(names) and named and len(set(names)) == len(names)
 
 
 def _are_columns(columns: Mapping[str, str]) -> bool:
@@ -207,7 +207,7 @@ def _is_span(span: tuple[float | None, float | None]) -> bool:
 _COLUMNS: Final = "give name wanted -> name in the file, the names such as can be printed"
 _SCALE: Final = "give the size of one count such as 0.1arcsec"
 _RATE: Final = "give samples per second, above zero"
-_NAMES: Final = "give one or more different names that can be printed"
+_NAMES: Final = "give one or more different names that can be printed, such as ('x', 'z')"
 # Field of a statement, whether a value is right, and what to do about a wrong one.
 _RULES: Final[tuple[tuple[str, Callable[[Any], bool], str], ...]] = (
     *((name, _is_text, "give text") for name in ("time", "table", "null_pulse")),

@@ -15,7 +15,7 @@ from sagnac.core.arrays import FloatArray
 from sagnac.core.documents import Documented, read_one_analysis
 from sagnac.core.errors import RecordingError
 from sagnac.core.units import SENSED, Sensor
-from sagnac.navigation.models import Markov, require_numbers
+from sagnac.navigation.models import FilterModel, Markov, require_numbers
 from sagnac.navigation.settings import as_written
 from sagnac.noise.laws import CoefficientName
 
@@ -24,6 +24,8 @@ NAMES: Final[tuple[CoefficientName, ...]] = (
     "bias_instability",
     "rate_random_walk",
 )
+
+_LASTS: Final = 600.0  # s: the rest, and a time without aiding
 
 
 def quantile(confidence: float) -> float:
@@ -89,6 +91,14 @@ class GyroNoise:
         unseen: dict[str, Any] = dict.fromkeys({*self.unseen} - {NAMES[0]}, 0.0)
         return replace(self, **unseen)
 
+    def allan_variance(self, tau: float) -> float:
+        """Of the three terms and the Markov rates at a cluster time, s."""
+        model = FilterModel(
+            white=self.angle_random_walk, walk=self.rate_random_walk, markov=self.markov
+        )
+        flicker = 2.0 * math.log(2.0) / math.pi * self.bias_instability**2
+        return flicker + float(model.allan_deviation(np.array([tau]))[0]) ** 2
+
     @classmethod
     def unit(
         cls, source: Documented | Mapping[str, Any] | str | Path
@@ -103,8 +113,8 @@ class GyroNoise:
         Returns
         -------
         gyros
-            x, y and z, each its own if the document has gyros of these names that were taken alone;
-            else the same object thrice, of what the document is of.
+            x, y and z, each its own if the document has a gyro of that name that was taken alone;
+            else the loudest of the gyros, the same object for each axis that it stands for.
         accelerometers
             ax and ay if the document has both; else the loudest of what it has twice, or nothing.
 
@@ -117,11 +127,10 @@ class GyroNoise:
             with as_written(Path(source)):
                 return cls.unit(read_one_analysis(Path(source)))
         document = source if isinstance(source, Mapping) else json.loads(source.to_json())
-        alone = document.get("gyros", {})
-        if set(alone) == {"x", "y", "z"}:
-            x, y, z = (cls.from_document(alone[name]) for name in "xyz")
-        else:
-            x = y = z = cls.from_document(document)
+        alone = document.get("gyros") or {document["channel"]: document}
+        measured = {name: cls.from_document(one) for name, one in alone.items()}
+        stand_in = max(measured.values(), key=lambda one: one.allan_variance(_LASTS))
+        x, y, z = (measured.get(name, stand_in) for name in "xyz")
         forces = {
             name: cls.from_document(one, "accelerometer")
             for name, one in (document.get("accelerometers") or {}).items()
@@ -146,7 +155,7 @@ class GyroNoise:
             If N is not observable.
         """
         sensed, slow = SENSED[sensor], document.get("slow_noise") or {}
-        values, errors = np.zeros(3), np.zeros(3)
+        values, errors, most = np.zeros(3), np.zeros(3), np.full(3, np.inf)
         unseen: list[CoefficientName] = []
         bounds: dict[CoefficientName, float] = {}
         for place, name in enumerate(NAMES):
@@ -158,8 +167,12 @@ class GyroNoise:
             if taken := one if is_taken else slow.get(key):
                 values[place] = taken["value"] * units[taken["unit"]]
             if status == "estimated":
-                width = units[one["unit"]] * (one["high"] - (one["low"] or 0.0))
-                errors[place] = 0.5 * width / quantile(one["confidence"])
+                size, low, high = units[one["unit"]], one["low"] or 0.0, one["high"]
+                errors[place] = 0.5 * size * (high - low) / quantile(one["confidence"])
+                if low:
+                    # Errors count for the logarithm of a variance: they reach to the farther end.
+                    farther = math.log(max(high / one["value"], one["value"] / low))
+                    most[place] = values[place] * farther / quantile(one["confidence"])
                 continue
             unseen.append(name)
             if status == "upper bound":
@@ -168,7 +181,9 @@ class GyroNoise:
             problem = "its angle random walk is not observable"
             raise RecordingError(problem, remedy="give a longer recording")
         confidence = document[sensed.keys["angle_random_walk"]]["confidence"]
-        covariance = document.get("covariance")
+        stated = document.get("covariance")
+        covariance = _covariance(stated, unseen, sensor) if stated else np.diag(errors**2)
+        kept = np.divide(most, errors, out=np.ones(3), where=errors > most)
         return cls(
             **dict(zip(NAMES, values.tolist(), strict=True)),
             markov=tuple(
@@ -176,9 +191,7 @@ class GyroNoise:
                 for key in ("markov", "second_markov")
                 if slow.get(key)
             ),
-            covariance=_covariance(covariance, unseen, sensor)
-            if covariance
-            else np.diag(errors**2),
+            covariance=covariance * np.outer(kept, kept),
             unseen=tuple(unseen),
             bounds=bounds,
         )

@@ -200,7 +200,10 @@ class Shelf:
 
 
 def longest_shelf(levels: Levels) -> Shelf | None:
-    """The longest stretch whose levels differ as by chance; None if none reaches over a decade.
+    """The longest stretch whose levels differ as by chance, if the spectrum is lower below it.
+
+    None if none reaches over a decade. The foot of flicker is as level by chance, since its bins
+    have few degrees of freedom, but lies higher below.
 
     Parameters
     ----------
@@ -217,6 +220,8 @@ def longest_shelf(levels: Levels) -> Shelf | None:
         middle = float(weight @ height[here]) / float(weight.sum())
         # Three standard errors of each bin; a spectrum that rises or falls is beyond at both ends.
         if np.all(np.abs(height[here] - middle) < 3.0 * error[here]):
+            if first == 0 or height[first - 1] > middle:
+                return None
             return Shelf(
                 low=float(levels.low[first]),
                 high=float(levels.high[last]),

@@ -227,6 +227,14 @@ class Recording(Compared):
         """
         if not gyros:
             raise ValueError("no gyro is given; give one or more by name, x=values for one")
+        for name, values in gyros.items():
+            if np.isscalar(values):
+                raise ValueError(
+                    f"{name} has shape (); give one column, shape (samples,), since no argument is "
+                    f"called {name}, and every other keyword is a gyro"
+                )
+            if name == "time":
+                raise ValueError("time is no name of a gyro; give time stamps as times")
         dithers = {} if pickoffs is None else pickoffs
         require_type("pickoffs", dithers, Mapping, "give {'x': readings of its pick-off}")
         taken = [

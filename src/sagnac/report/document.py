@@ -51,6 +51,7 @@ def analysis_document(analysis: Analysis) -> dict[str, Any]:
         at rest all is of the first, ``per_gyro`` holds N of each, and ``gyros`` the document of
         each; ``refused`` says why a channel has none.
     """
+    result.require_gyro(analysis)
     curve, verdict = analysis.curve, verdict_of(analysis)
     answer = _estimate("angle_random_walk", analysis.angle_random_walk)
     covariates = analysis.settings.covariates
