@@ -70,7 +70,7 @@ def test_coarse_counts_are_no_dead_band(sigma):
 
 
 @pytest.mark.parametrize("seed", range(6))
-@pytest.mark.parametrize("sigma", [0.3, 0.6, 1.0, 2.0, 3.0])
+@pytest.mark.parametrize("sigma", [0.3, 0.6, 1.0, 2.0, 3.0, 30.0, 100.0])
 def test_counts_of_an_angle_made_a_rate_are_no_dead_band(sigma, seed):
     """Rounding makes many values of what was one count."""
     walk = np.cumsum(sigma * np.random.default_rng(seed).standard_normal(SAMPLES + 1))

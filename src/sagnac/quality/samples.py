@@ -524,7 +524,7 @@ def dropout_notes(recording: Recording, profile: Profile) -> Notes:
             return ()
         if not (fine or away or _is_dead_band(values)):
             return ()
-        effect = _scatter_with_zeros(values, number)
+        effect = _effect_of_zeros(values, number)
     said = seen(recording, zeros, "sample", "of exactly zero")
     text = (
         f"{said}, as if readings were lost (dropouts), or small ones set to zero (a dead band); "
@@ -546,24 +546,63 @@ def _is_dead_band(values: FloatArray) -> bool:
 
 
 def _beside(values: FloatArray) -> int:
-    """How often the values next to zero stand there, the more frequent of the two."""
-    above = values.min(where=values > 0.0, initial=math.inf)
-    below = values.max(where=values < 0.0, initial=-math.inf)
-    return max(marks.number_of(values == above), marks.number_of(values == below))
+    """How often the values next to zero stand there, the more frequent of the two.
+
+    Steps of a readout that were subtracted from each other differ by their rounding.
+    """
+    above = float(values.min(where=values > 0.0, initial=math.inf))
+    below = float(values.max(where=values < 0.0, initial=-math.inf))
+    return max(
+        marks.number_of(marks.marked(lambda some: (some > 0.0) & (some < 1.5 * above), values)),
+        marks.number_of(marks.marked(lambda some: (some < 0.0) & (some > 1.5 * below), values)),
+    )
 
 
-def _scatter_with_zeros(values: FloatArray, zeros: int) -> float | None:
-    """Scatter of all samples over that without the zeros."""
+def _effect_of_zeros(values: FloatArray, zeros: int) -> float | None:
+    """Factor on N of zeros that stand in the place of samples here and there.
+
+    They take their share p from the noise, and are white noise of p (1 - p) times the mean square
+    of the rest. What that is beside N depends on how far the noise reaches up in frequency: behind
+    a low-pass N^2 times the sample rate is more than the variance of the samples.
+    """
     left = values.size - zeros
     if left <= 1:
         return None
     usual = arrays.mean(values) * values.size / left
     squares = arrays.by_blocks(lambda some: np.square(some[some != 0.0] - usual).sum(), values)
     inside = float(squares.sum()) / left
-    # Zeros lie by the mean off the rest.
+    if not inside > 0.0:
+        return None
     share = zeros / values.size
-    whole = (1.0 - share) * inside + share * (1.0 - share) * usual * usual
-    return math.sqrt(whole / inside) if inside > 0.0 else None
+    slower = _slow_over_fast(values) if share < 0.5 else 1.0
+    white = share * (1.0 - share) * (inside + usual * usual)
+    return math.sqrt((1.0 - share) ** 2 + white / (slower * inside))
+
+
+# Samples whose mean is of noise below a low-pass, and the fewest means.
+_TOGETHER: Final = 64
+_FEWEST_MEANS: Final = 32
+
+
+def _slow_over_fast(values: FloatArray) -> float:
+    """Noise of means of 64 samples over what it would be if the noise were white.
+
+    Samples that are zero are left out; 1 if there are too few means.
+    """
+    values = values[:LOOKED_AT]
+    rows = values[: values.size // _TOGETHER * _TOGETHER].reshape(-1, _TOGETHER)
+    if rows.shape[0] < _FEWEST_MEANS:
+        return 1.0
+    number = np.count_nonzero(rows, axis=1)
+    counted_rows = number > _TOGETHER // 2
+    if np.count_nonzero(counted_rows) < _FEWEST_MEANS:
+        return 1.0
+    rows, number = rows[counted_rows], number[counted_rows]
+    means = rows.sum(axis=1) / number
+    off = np.where(rows == 0.0, 0.0, rows - means[:, np.newaxis])
+    inside = float(np.sum(off**2)) / float(np.sum(number - 1))
+    between = 0.5 * float(np.mean(np.diff(means) ** 2 / (0.5 / number[1:] + 0.5 / number[:-1])))
+    return between / inside if between > 0.0 and inside > 0.0 else 1.0
 
 
 # ---- interleaved -------------------------------------------------------------------
