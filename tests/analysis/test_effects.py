@@ -45,6 +45,27 @@ def held(share: float) -> Callable[[Floats], Floats]:
     return change
 
 
+def lost(share: float, offset: float) -> Callable[[Floats], Floats]:
+    """Zeros in the place of readings about `offset`, in scatters."""
+
+    def change(rate: Floats) -> Floats:
+        read = rate - rate.mean() + offset * SCATTER
+        return np.where(np.random.default_rng(3).random(rate.size) < share, 0.0, read)
+
+    return change
+
+
+def filled(share: float) -> Callable[[Floats], Floats]:
+    """Samples here and there that are lost and filled by straight lines."""
+
+    def change(rate: Floats) -> Floats:
+        place = np.arange(rate.size)
+        there = np.random.default_rng(3).random(rate.size) >= share
+        return np.interp(place, place[there], rate[there])
+
+    return change
+
+
 # Name of the finding, low-pass of the sensor in Hz, and the fault.
 FAULTS: dict[str, tuple[str, float | None, Callable[[Floats], Floats]]] = {
     "counts of white noise": ("resolution", None, rounded(1.2)),
@@ -52,6 +73,10 @@ FAULTS: dict[str, tuple[str, float | None, Callable[[Floats], Floats]]] = {
     "soft limit": ("short-tails", None, bent(3.0)),
     "hard limit": ("clipping", None, clipped(1.7)),
     "held samples": ("repeats", None, held(0.05)),
+    "gaps filled by straight lines": ("repeats", None, filled(0.08)),
+    "many gaps filled by straight lines": ("repeats", None, filled(0.25)),
+    "zeros in white noise": ("dropouts", None, lost(0.05, 1.5)),
+    "zeros behind a low-pass": ("dropouts", 20.0, lost(0.1, 0.2)),
 }
 
 

@@ -1,5 +1,7 @@
 """Which description of a line is taken, and steady lines in a baseband."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -70,3 +72,16 @@ def test_the_simplest_is_beaten_only_by_more_than_chance():
 def test_a_steady_line_in_noise_has_no_description():
     base = made([0.1], [5.0], noise=1.0)
     assert best_description(base, steady_lines(base, np.array([0.1])), 16) is None
+
+
+def test_an_envelope_of_as_many_parameters_as_samples_leaves_nothing():
+    base, few = made([0.1], [5.0], noise=1.0), 7
+    base = replace(
+        base,
+        target=base.target[:few],
+        middles=base.middles[:few],
+        center=0.5 * few * LENGTH,
+        samples=few * LENGTH + 1,
+    )
+    found = best_description(base, steady_lines(base, np.array([0.1])), 4)
+    assert found is None or found.parameters < 2 * few

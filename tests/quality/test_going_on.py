@@ -75,7 +75,7 @@ def test_coarse_counts_are_no_dead_band(sigma):
 
 
 @pytest.mark.parametrize("seed", range(6))
-@pytest.mark.parametrize("sigma", [0.3, 0.6, 1.0, 2.0, 3.0])
+@pytest.mark.parametrize("sigma", [0.3, 0.6, 1.0, 2.0, 3.0, 30.0, 100.0])
 def test_counts_of_an_angle_made_a_rate_are_no_dead_band(sigma, seed):
     """Rounding makes many values of what was one count."""
     walk = np.cumsum(sigma * np.random.default_rng(seed).standard_normal(SAMPLES + 1))
@@ -93,6 +93,27 @@ def test_counts_of_pulses_are_no_dead_band(size):
 
 def going_round(times):
     return np.tile(white(samples=SAMPLES // times), times)
+
+
+@pytest.mark.parametrize("decimals", [None, 3, 4, 6])
+@pytest.mark.parametrize("corner", [None, 10.0, 2.0])
+def test_no_sample_of_sound_noise_is_filled(corner, decimals):
+    kept = 0.0 if corner is None else np.exp(-2.0 * np.pi * corner / RATE)
+    for seed in range(5):
+        rate = lfilter([1.0 - kept], [1.0, -kept], white(seed))
+        rate = rate if decimals is None else np.round(rate, decimals)
+        assert not findings(rate, "repeats")
+        assert not findings(rate.astype(np.float32).astype(float), "repeats")
+
+
+def test_gaps_that_are_filled_behind_a_low_pass_are_named_and_move_nothing():
+    kept = np.exp(-2.0 * np.pi * 10.0 / RATE)
+    rate, place = lfilter([1.0 - kept], [1.0, -kept], white()), np.arange(SAMPLES)
+    there = np.random.default_rng(2).random(SAMPLES) > 0.02
+    (found,) = findings(np.interp(place, place[there], rate[there]), "repeats")
+    assert "straight line" in found.text
+    assert found.level == "warning"
+    assert found.effect == pytest.approx(1.0, abs=0.02)
 
 
 @pytest.mark.parametrize("times", [2, 5, 10])

@@ -98,6 +98,25 @@ def test_a_ripple_of_the_motor_is_no_leap(scale, phase):
     assert len(found) == (scale != 1.0)
 
 
+@pytest.mark.parametrize("scale", [1.0, 0.9999])
+@pytest.mark.parametrize("rate", [8.325, -16.65])
+def test_half_a_step_of_a_coarse_encoder_on_an_even_table_is_no_leap(rate, scale):
+    # Five samples turn by nearly a whole number of steps, so that most excesses are alike.
+    seconds, step = np.arange(100_000) / 250.0, 0.01
+    angle = np.deg2rad(rate * seconds)
+    made = beside(angle, scale=1.0, sample_rate=250.0, walk=1e-9)
+    counts = np.rint((rate * seconds + 0.003 * np.sin(angle)) * scale / step) * step
+    encoder = np.mod(counts, 360.0 * scale)
+    wrapped = Recording.from_arrays(
+        **{one.name: one.values for one in made.gyros},
+        table=encoder,
+        kind="angle",
+        unit="rad",
+        sample_rate=250.0,
+    )
+    assert len(leaps(wrapped)) == (scale != 1.0)
+
+
 def test_one_gyro_beside_such_an_encoder_has_a_bound_and_a_pair_its_noise():
     bad, sound = (recorded(scale, table_rate=40.0) for scale in (0.9999, 1.0))
     alone = [

@@ -89,6 +89,24 @@ def test_a_level_that_no_power_law_follows_is_followed():
     assert np.std(floor[8:] / truth[8:]) < 0.1
 
 
+@pytest.mark.parametrize("corner", [90, 200, 1000])
+@pytest.mark.parametrize("samples", [3000, 30_000])
+def test_the_plateau_ahead_of_a_low_pass_is_reached(samples, corner):
+    # A low-pass of sixth order, whose plateau is narrower than a window of the median.
+    bins = np.arange(samples // 2 + 1)
+    truth = 1.0 / (1.0 + (bins / corner) ** 12.0) + 1e-7
+    power = truth * np.random.default_rng(corner).exponential(size=bins.size)
+    held = noise_floor(power)[20 : corner * 3 // 4]
+    assert held.min() > 0.4
+
+
+def test_a_hump_above_the_lowest_bins_lifts_no_floor():
+    bins = np.arange(3001)
+    truth = 1.0 + 100.0 * np.exp(-(((bins - 150.0) / 15.0) ** 2))
+    power = truth * np.random.default_rng(2).exponential(size=bins.size)
+    assert noise_floor(power)[100:200].max() < 4.0
+
+
 @pytest.mark.parametrize("quantized", [3.0, 10.0])
 def test_a_law_that_rules_few_bins_is_seen(quantized):
     # Readout noise rules all but the lowest bins, where the angle random walk does; a floor that

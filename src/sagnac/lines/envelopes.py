@@ -411,7 +411,8 @@ def best_description(base: Baseband, steady: SteadyLines, most: int) -> Descript
     # A line's own skirts may have raised the floor about it: noise is no more than what the
     # richest description leaves.
     richest = found[len(numbers) - 1]
-    part = min(1.0, richest.cost / (2 * base.target.size - richest.parameters))
+    free = 2 * base.target.size - richest.parameters
+    part = min(1.0, richest.cost / free) if free > 0 else 1.0
     rivals = [(_OF_STEADY * steady.frequencies.size, steady.cost / part)]
     index = simplest(rivals + [(one.parameters, one.cost / part) for one in found])
     if index == 0:

@@ -7,7 +7,8 @@ from typing import Final, NamedTuple
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import ArrayLike
-from scipy.special import ndtr, ndtri, stdtrit
+from scipy.fft import rfft
+from scipy.special import gammainccinv, gammaincinv, ndtr, ndtri, stdtrit
 
 from sagnac.core import arrays
 from sagnac.core.arrays import FloatArray, IntegerArray, blocks
@@ -495,24 +496,47 @@ def unsteady_notes(recording: Recording, profile: Profile) -> Notes:
     if not profile.standing or profile.typical.size < _FEWEST or profile.is_coarse:
         return ()
     found = _loud(recording, profile) or _growing(profile)
-    if not found or not 2 * EDGE < profile.changes.size <= 2**23:
+    if not found or profile.changes.size > 2**23:
         return found
+    if profile.changes.size <= 2 * EDGE:
+        return _loud(recording, profile, _together(profile.changes)) or _growing(profile)
     # Lines and resonances come and go by right: the noise between them tells. A dither wanders by a
     # hundredth of the rate, within one of the bands.
     white = whitened(profile.changes, bands=24, kept=3.0).values
     values = np.pad(white, EDGE, mode="reflect")
     channel = replace(profile.channel, kind="increment", shown_in="", values=values)
     between = Profile(channel=channel, sample_rate=profile.sample_rate)
-    return _loud(recording, between) or _growing(between)
+    return _loud(recording, between, _together(white)) or _growing(between)
 
 
-def _loud(recording: Recording, profile: Profile) -> Notes:
+# Differences of white noise that tell as much as one independent number.
+_WHITE_TOGETHER: Final = 1.5
+
+
+# Chance that the power of one block is as high.
+_BY_CHANCE: Final = 1e-7
+
+
+def _together(changes: FloatArray) -> float:
+    """How many differences of neighbours tell as much as one independent number.
+
+    The sum of the squares of their correlations: mean S^2 / (mean S)^2 of their spectrum S.
+    """
+    transform = rfft(np.diff(changes))
+    power = transform.real**2 + transform.imag**2
+    # Eight ordinates together, which scatter by little whatever their distribution.
+    level = power[: power.size // 8 * 8].reshape(-1, 8).mean(axis=1)
+    mean = float(level.mean())
+    return max(_WHITE_TOGETHER, float(np.mean(level**2)) / mean**2) if mean > 0.0 else math.inf
+
+
+def _loud(recording: Recording, profile: Profile, together: float = _WHITE_TOGETHER) -> Notes:
     power = profile.typical
     quiet, at = float(np.quantile(power, 0.25)), int(np.argmax(power))
-    # Seven scatters of a block's power. The mean of n squares of differences of neighbouring normal
-    # numbers has a variance of 3/n: 2/n of independent ones, and half as much again since
-    # neighbours share one.
-    chance = 1.0 + 7.0 * math.sqrt(3.0 / profile.block)
+    # The mean square of n independent normal numbers follows a gamma law of shape n/2. Behind a
+    # low-pass few of them are independent.
+    shape = profile.block / (2.0 * together)
+    chance = float(gammainccinv(shape, _BY_CHANCE) / gammaincinv(shape, 0.25))
     if quiet <= 0.0 or power[at] <= max(chance, 1.2**2) * quiet:
         return ()
     text = (

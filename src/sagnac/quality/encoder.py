@@ -338,6 +338,9 @@ def turn_notes(recording: Recording, profile: Profile) -> Notes:
     if table is None or profile.standing:
         return ()
     angle, beside = table.values, max(profile.together.values(), key=lambda one: abs(one.share))
+    # At an even rate the steps of the readout fall alike in many turns: half a step is no leap.
+    step = profile.table.step if profile.table is not None else 0.0
+    least = max(10.0 * ARCSECOND, 0.75 * step)
     gyro = angle_of(beside.channel, recording.sample_rate)
     # The share of a gyro across the axis is noise.
     part = 1.0 / beside.share if abs(beside.share) > LEAST_SHARE else 0.0
@@ -362,7 +365,7 @@ def turn_notes(recording: Recording, profile: Profile) -> Notes:
         other = np.linspace(_OUTER, angle.size - 1 - _OUTER, 4001).astype(np.int64)
         # The encoder makes a leap of its own, and the gyro does not. Where a table turns back, an
         # encoder that is read late differs from the gyro without a leap.
-        alone, leap = map(_leap, excess(at), excess(other))
+        alone, leap = (_leap(*each, least) for each in zip(excess(at), excess(other), strict=True))
         if alone * leap <= 0.0:
             continue
         factor, unit = split_factor(table.shown_in)
@@ -378,8 +381,16 @@ def turn_notes(recording: Recording, profile: Profile) -> Notes:
     return ()
 
 
-def _leap(leaps: FloatArray, usual: FloatArray) -> float:
-    """Median leap, rad, beside what is usual elsewhere; 0 if a sound encoder may show it."""
+def _leap(leaps: FloatArray, usual: FloatArray, least: float) -> float:
+    """Median leap, rad, beside what is usual elsewhere; 0 if a sound encoder may show it.
+
+    Parameters
+    ----------
+    leaps, usual
+        (places,) rad, where the readings start over, and elsewhere.
+    least
+        That an encoder whose scale closes does not make, rad.
+    """
     leap = float(np.median(leaps))
     scatter = scatter_of(usual - np.median(usual))
     # What is the same in every turn, a ripple of the motor, scatters elsewhere and not here.
@@ -389,7 +400,7 @@ def _leap(leaps: FloatArray, usual: FloatArray) -> float:
     # times as wide as the mean.
     chance = 8.0 * 1.2533 * scatter / math.sqrt(leaps.size)
     # No peak of a ripple exceeds four deviations: one of a single order is 1.4 times as high.
-    return leap if abs(leap) >= max(10.0 * ARCSECOND, chance, 4.0 * ripple) else 0.0
+    return leap if abs(leap) >= max(least, chance, 4.0 * ripple) else 0.0
 
 
 def _excess(angle: FloatArray, at: IntegerArray) -> tuple[FloatArray, FloatArray]:

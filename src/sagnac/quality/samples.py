@@ -7,10 +7,10 @@ from typing import Final
 import numpy as np
 
 from sagnac.core import arrays, marks
-from sagnac.core.arrays import FloatArray, IntegerArray
+from sagnac.core.arrays import BooleanArray, FloatArray, IntegerArray
 from sagnac.core.errors import Note, RecordingError, counted, ranked
 from sagnac.quality.effects import finding, remedy_of, remedy_without, seen
-from sagnac.quality.lattice import LEAST_OFTEN, OFTENER, count_step
+from sagnac.quality.lattice import LAST_PLACES, LEAST_OFTEN, OFTENER, ROUNDING, count_step
 from sagnac.quality.profile import LOOKED_AT, Notes, Profile
 from sagnac.recording.encoder_readings import LARGEST_SHARE_MISSING, MOST_MISSING_IN_A_ROW
 from sagnac.recording.model import Recording, second_of
@@ -18,6 +18,10 @@ from sagnac.recording.stamps import GAP_STEPS, median_step, round_figure
 
 # Share of the scatter of a record below which differences of its samples are rounding.
 _ROUNDING: Final = 1e-9
+
+# Samples whose mean is of noise below a low-pass, and the fewest means.
+_TOGETHER: Final = 64
+_FEWEST_MEANS: Final = 32
 
 # ---- missing -----------------------------------------------------------------------
 
@@ -421,6 +425,79 @@ def _explained(profile: Profile) -> float:
     return max(0.5 * marks.number_of(smallest), by_values)
 
 
+# ---- filled ------------------------------------------------------------------------
+
+
+def filled_notes(recording: Recording, profile: Profile) -> Notes:
+    """Samples of a rate on the straight line between their neighbours: gaps that were filled."""
+    values, step = profile.channel.values, profile.step
+    # An angle between two others shares out what was turned, and N is as it was.
+    if profile.channel.kind == "angle" or values.size < 4096 or 20.0 * step > profile.scale:
+        return ()
+    reach = max(1.5 * step, LAST_PLACES * ROUNDING * profile.survey.size)
+    three = values[:-2], values[1:-1], values[2:]
+    straight = np.zeros(values.size, dtype=np.bool_)
+    straight[1:-1] = marks.marked(
+        lambda before, here, after: (_bent(before, here, after) <= reach) & (here != after), *three
+    )
+    number = marks.number_of(straight)
+    if number < LEAST_OFTEN:
+        return ()
+
+    def is_beside(before: FloatArray, here: FloatArray, after: FloatArray) -> BooleanArray:
+        bent = _bent(before, here, after)
+        return (bent > reach) & (bent <= 3.0 * reach)
+
+    # By chance as many lie in half of a stretch twice as wide.
+    beside = 0.5 * marks.number_of(marks.marked(is_beside, *three))
+    if number <= LEAST_OFTEN + OFTENER * beside:
+        return ()
+    said = seen(recording, straight, "sample", "on the straight line between two others")
+    if number > 0.45 * values.size:
+        text = f"{said}: it is sampled faster than it measures"
+        return (Note(name="repeats", channel=profile.name, text=text, level="warning"),)
+    text = (
+        f"{said}, as if gaps were filled by interpolation; leave these rows out and keep the time "
+        "stamps"
+    )
+    effect = _effect_of_filling(values, straight)
+    return (finding("repeats", profile.name, text, effect=effect),)
+
+
+# Samples in a row across which the noise of neighbours tells how far a straight line is off.
+_SHORT: Final = 2
+
+
+def _bent(before: FloatArray, here: FloatArray, after: FloatArray) -> FloatArray:
+    """How far samples are off twice the straight line between their neighbours."""
+    return np.abs(after - 2.0 * here + before)
+
+
+def _effect_of_filling(values: FloatArray, straight: BooleanArray) -> float | None:
+    """Factor on N if gaps are filled by straight lines.
+
+    A gap of n samples adds n/2 to what each sample beside it counts, which raises the noise of
+    white samples by n + n^2/2 parts of one of them. Across one or two samples, what is added goes
+    with the noise between neighbours, which behind a low-pass is small; a longer line leaves N's.
+    """
+    firsts, afters = marks.stretches(straight)
+    gaps = (afters - firsts).astype(np.float64)
+    added = (gaps + 0.5 * gaps**2) / values.size
+    is_short = gaps <= _SHORT
+    values, straight = values[:LOOKED_AT], straight[:LOOKED_AT]
+    apart = ~(straight[2:] | straight[1:-1] | straight[:-2])
+    if not apart.any():
+        return None
+    # Of white noise this is six times the variance.
+    bent = _bent(values[:-2], values[1:-1], values[2:])
+    between = float(np.mean(bent[apart] ** 2)) / 6.0
+    means = values[: values.size // _TOGETHER * _TOGETHER].reshape(-1, _TOGETHER).mean(axis=1)
+    slow = 0.5 * _TOGETHER * float(np.mean(np.diff(means) ** 2))
+    # Beyond that it raises N by so much that no more need be known.
+    left = max(slow - float(added[is_short].sum()) * between, 0.5 * slow)
+    return math.sqrt((1.0 + float(added[~is_short].sum())) * slow / left)
+
+
 # ---- twice -------------------------------------------------------------------------
 
 # Samples of a block, at least, and of the windows that are compared.
@@ -524,7 +601,7 @@ def dropout_notes(recording: Recording, profile: Profile) -> Notes:
             return ()
         if not (fine or away or _is_dead_band(values)):
             return ()
-        effect = _scatter_with_zeros(values, number)
+        effect = _effect_of_zeros(values, number)
     said = seen(recording, zeros, "sample", "of exactly zero")
     text = (
         f"{said}, as if readings were lost (dropouts), or small ones set to zero (a dead band); "
@@ -546,24 +623,58 @@ def _is_dead_band(values: FloatArray) -> bool:
 
 
 def _beside(values: FloatArray) -> int:
-    """How often the values next to zero stand there, the more frequent of the two."""
-    above = values.min(where=values > 0.0, initial=math.inf)
-    below = values.max(where=values < 0.0, initial=-math.inf)
-    return max(marks.number_of(values == above), marks.number_of(values == below))
+    """How often the values next to zero stand there, the more frequent of the two.
+
+    Steps of a readout that were subtracted from each other differ by their rounding.
+    """
+    above = float(values.min(where=values > 0.0, initial=math.inf))
+    below = float(values.max(where=values < 0.0, initial=-math.inf))
+    return max(
+        marks.number_of(marks.marked(lambda some: (some > 0.0) & (some < 1.5 * above), values)),
+        marks.number_of(marks.marked(lambda some: (some < 0.0) & (some > 1.5 * below), values)),
+    )
 
 
-def _scatter_with_zeros(values: FloatArray, zeros: int) -> float | None:
-    """Scatter of all samples over that without the zeros."""
+def _effect_of_zeros(values: FloatArray, zeros: int) -> float | None:
+    """Factor on N of zeros that stand in the place of samples here and there.
+
+    They take their share p from the noise, and are white noise of p (1 - p) times the mean square
+    of the rest. What that is beside N depends on how far the noise reaches up in frequency: behind
+    a low-pass N^2 times the sample rate is more than the variance of the samples.
+    """
     left = values.size - zeros
     if left <= 1:
         return None
     usual = arrays.mean(values) * values.size / left
     squares = arrays.by_blocks(lambda some: np.square(some[some != 0.0] - usual).sum(), values)
     inside = float(squares.sum()) / left
-    # Zeros lie by the mean off the rest.
+    if not inside > 0.0:
+        return None
     share = zeros / values.size
-    whole = (1.0 - share) * inside + share * (1.0 - share) * usual * usual
-    return math.sqrt(whole / inside) if inside > 0.0 else None
+    slower = _slow_over_fast(values) if share < 0.5 else 1.0
+    white = share * (1.0 - share) * (inside + usual * usual)
+    return math.sqrt((1.0 - share) ** 2 + white / (slower * inside))
+
+
+def _slow_over_fast(values: FloatArray) -> float:
+    """Noise of means of 64 samples over what it would be if the noise were white.
+
+    Samples that are zero are left out; 1 if there are too few means.
+    """
+    values = values[:LOOKED_AT]
+    rows = values[: values.size // _TOGETHER * _TOGETHER].reshape(-1, _TOGETHER)
+    if rows.shape[0] < _FEWEST_MEANS:
+        return 1.0
+    number = np.count_nonzero(rows, axis=1)
+    counted_rows = number > _TOGETHER // 2
+    if np.count_nonzero(counted_rows) < _FEWEST_MEANS:
+        return 1.0
+    rows, number = rows[counted_rows], number[counted_rows]
+    means = rows.sum(axis=1) / number
+    off = np.where(rows == 0.0, 0.0, rows - means[:, np.newaxis])
+    inside = float(np.sum(off**2)) / float(np.sum(number - 1))
+    between = 0.5 * float(np.mean(np.diff(means) ** 2 / (0.5 / number[1:] + 0.5 / number[:-1])))
+    return between / inside if between > 0.0 and inside > 0.0 else 1.0
 
 
 # ---- interleaved -------------------------------------------------------------------

@@ -1,12 +1,13 @@
 """The noise floor of a spectrum with lines in it, and power laws in frequency fitted to it."""
 
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Final
 
 import numpy as np
 from scipy.optimize import nnls
 
-from sagnac.core.arrays import FloatArray, IntegerArray, blocks, elementwise, release
+from sagnac.core.arrays import FloatArray, IntegerArray, blocks, elementwise, release, values_at
 from sagnac.spectrum import _kernels
 
 # ---- median ------------------------------------------------------------------------
@@ -231,8 +232,38 @@ def noise_floor(power: FloatArray) -> FloatArray:
     if middles.size == 1:
         middles, ratios = np.array([1.0, power.size]), np.repeat(ratios, 2)
     multiply(floor, middles, ratios)
+    _reach_up_to_plateau(floor, power)
     floor[0] = floor[1]
     return floor
+
+
+# Ordinates whose median is a level of a plateau, the fewest: it is good to 25 %. A plateau of more
+# bins than the most fills half of every window ahead of its end.
+_FEWEST: Final = 32
+_MOST: Final = 4 * _MOST_HALF_WIDTH
+
+
+def _reach_up_to_plateau(floor: FloatArray, power: FloatArray) -> None:
+    """Raise a floor, in place, to the level that a spectrum holds from its lowest bins on.
+
+    If the plateau ahead of a low-pass is narrower than a window of the running median, most of
+    what is in the window is what the low-pass leaves. A hump of vibration stands above what lies
+    below it, and is not reached.
+    """
+    edges = [1]
+    while edges[-1] < min(power.size, _MOST):
+        edges.append(edges[-1] + max(_FEWEST, edges[-1] // 10))
+    windows = [slice(*pair) for pair in pairwise(edges[:-1])]
+    if len(windows) < 2:
+        return
+    level = np.array([median(power[window]) for window in windows]) / np.log(2.0)
+    place = np.array([0.5 * (window.start + window.stop - 1) for window in windows])
+    at_place = values_at(floor, place.astype(np.int64))
+    # Chance lets one level of twenty be half of another on the same plateau.
+    held = level < 3.0 * np.minimum.accumulate(level)
+    short = held & (level > 2.0 * at_place)
+    if short.any():
+        multiply(floor[: windows[-1].stop], place, np.where(short, level / at_place, 1.0))
 
 
 def multiply(series: FloatArray, points: FloatArray, levels: FloatArray) -> None:
