@@ -11,7 +11,7 @@ from sagnac.core.arrays import BooleanArray, FloatArray, IntegerArray
 from sagnac.core.errors import Note, RecordingError, counted, ranked
 from sagnac.quality.effects import finding, remedy_of, remedy_without, seen
 from sagnac.quality.lattice import LAST_PLACES, LEAST_OFTEN, OFTENER, ROUNDING, count_step
-from sagnac.quality.profile import LOOKED_AT, Notes, Profile
+from sagnac.quality.profile import LOOKED_AT, Notes, Profile, scatter_of
 from sagnac.recording.encoder_readings import LARGEST_SHARE_MISSING, MOST_MISSING_IN_A_ROW
 from sagnac.recording.model import Recording, second_of
 from sagnac.recording.stamps import GAP_STEPS, median_step, round_figure
@@ -625,13 +625,18 @@ def _is_dead_band(values: FloatArray) -> bool:
 def _beside(values: FloatArray) -> int:
     """How often the values next to zero stand there, the more frequent of the two.
 
-    Steps of a readout that were subtracted from each other differ by their rounding.
+    Counts that were subtracted from each other differ by their rounding: within half of the first
+    one, or of the scatter if they are far from zero, they are one value.
     """
     above = float(values.min(where=values > 0.0, initial=math.inf))
     below = float(values.max(where=values < 0.0, initial=-math.inf))
+    # Lost samples widen a standard deviation, and no median.
+    some = arrays.every(values, arrays.distance_between(20_000, values.size))
+    scatter = scatter_of(some - np.median(some))
+    up, down = above + 0.5 * min(above, scatter), below - 0.5 * min(-below, scatter)
     return max(
-        marks.number_of(marks.marked(lambda some: (some > 0.0) & (some < 1.5 * above), values)),
-        marks.number_of(marks.marked(lambda some: (some < 0.0) & (some > 1.5 * below), values)),
+        marks.number_of(marks.marked(lambda some: (some > 0.0) & (some <= up), values)),
+        marks.number_of(marks.marked(lambda some: (some < 0.0) & (some >= down), values)),
     )
 
 
