@@ -121,6 +121,7 @@ def test_a_column_of_times_does_not_cost_the_gyros():
     assert "t: holds no noise: its rate is even, or a ramp" in str(found.refused["t"].at(""))
 
 
+@pytest.mark.usefixtures("blank_figures")
 def test_a_stuck_channel_does_not_cost_the_others(tmp_path, capsys):
     gyros, forces, stuck = ("x", "z"), ("ax", "ay"), ("z", "ay")
     whole = recording(gyros, forces)
