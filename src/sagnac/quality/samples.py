@@ -625,15 +625,15 @@ def _is_dead_band(values: FloatArray) -> bool:
 def _beside(values: FloatArray) -> int:
     """How often the values next to zero stand there, the more frequent of the two.
 
-    Counts that were subtracted from each other differ by their rounding: within half of the first
-    one, or of the scatter if they are far from zero, they are one value.
+    Counts that were subtracted from each other differ by their rounding: within a tenth of the
+    first one, or of the scatter if they are far from zero, they are one value.
     """
     above = float(values.min(where=values > 0.0, initial=math.inf))
     below = float(values.max(where=values < 0.0, initial=-math.inf))
     # Lost samples widen a standard deviation, and no median.
     some = arrays.every(values, arrays.distance_between(20_000, values.size))
     scatter = scatter_of(some - np.median(some))
-    up, down = above + 0.5 * min(above, scatter), below - 0.5 * min(-below, scatter)
+    up, down = above + 0.1 * min(above, scatter), below - 0.1 * min(-below, scatter)
     return max(
         marks.number_of(marks.marked(lambda some: (some > 0.0) & (some <= up), values)),
         marks.number_of(marks.marked(lambda some: (some < 0.0) & (some >= down), values)),
