@@ -25,7 +25,8 @@ NAMES: Final[tuple[CoefficientName, ...]] = (
     "rate_random_walk",
 )
 
-_LASTS: Final = 600.0  # s: the rest, and a time without aiding
+# Cluster time, s, at which gyros are compared: that of a usual rest, and of a time without aiding.
+_LASTS: Final = 600.0
 
 
 def quantile(confidence: float) -> float:
@@ -92,7 +93,7 @@ class GyroNoise:
         return replace(self, **unseen)
 
     def allan_variance(self, tau: float) -> float:
-        """Of the three terms and the Markov rates at a cluster time, s."""
+        """Allan variance at a cluster time, s: the three terms and the Markov rates together."""
         model = FilterModel(
             white=self.angle_random_walk, walk=self.rate_random_walk, markov=self.markov
         )

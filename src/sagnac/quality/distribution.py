@@ -509,18 +509,16 @@ def unsteady_notes(recording: Recording, profile: Profile) -> Notes:
     return _loud(recording, between, _together(white)) or _growing(between)
 
 
-# Differences of white noise that tell as much as one independent number.
+# `_together` of white noise: its differences of neighbours are correlated by -1/2.
 _WHITE_TOGETHER: Final = 1.5
-
-
-# Chance that the power of one block is as high.
+# Chance that the power of one block of steady noise is as high.
 _BY_CHANCE: Final = 1e-7
 
 
 def _together(changes: FloatArray) -> float:
-    """How many differences of neighbours tell as much as one independent number.
+    """The number of differences of neighbours that are worth one independent number.
 
-    The sum of the squares of their correlations: mean S^2 / (mean S)^2 of their spectrum S.
+    It is the sum of the squares of their correlations: mean S^2 / (mean S)^2 of their spectrum S.
     """
     transform = rfft(np.diff(changes))
     power = transform.real**2 + transform.imag**2

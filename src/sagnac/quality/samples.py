@@ -464,7 +464,7 @@ def filled_notes(recording: Recording, profile: Profile) -> Notes:
     return (finding("repeats", profile.name, text, effect=effect),)
 
 
-# Samples in a row across which the noise of neighbours tells how far a straight line is off.
+# Longest gap, in samples, across which the noise of neighbours tells how far a line is off.
 _SHORT: Final = 2
 
 
