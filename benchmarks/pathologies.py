@@ -117,7 +117,10 @@ def reading(recording: sagnac.Recording) -> Reading:
 def outcome(pathology: Pathology, *, strength: float, seed: int, turning: bool) -> Outcome:
     """What one recording gave."""
     began = time.process_time()
-    found = reading(pathology.recording(strength, seed, turning=turning))
+    try:
+        found = reading(pathology.recording(strength, seed, turning=turning))
+    except RecordingError as error:
+        found = Reading(ratio=math.nan, said=(str(error),), held=True)
     return Outcome(
         name=pathology.name,
         turning=turning,

@@ -76,6 +76,12 @@ def test_a_column_that_looks_like_the_table_is_offered():
     assert "column EncoderAngle looks like the table's angle and is not taken" in offer
     assert "table=EncoderAngle:UNIT" in offer
     assert "table=Drehtisch:gon" in said("Drehtisch[gon]")[0]
+    # A number goes through a shell, and through the braces of a text, as no such name does.
+    named = [
+        replace(column(name), number=number)
+        for number, name in enumerate(("x", "{encoder angle}"), 1)
+    ]
+    assert "table=2:UNIT" in str(choose(named, by_caller(gyros=("x",))).notes[0])
     # What is no angle, or a time, or beside a table that is taken or not wanted, is not.
     for keys in (["encoder_time"], ["table_speed[deg/s]"], ["roll"], ["EncoderAngle", "table"]):
         assert said(*keys) == []

@@ -17,7 +17,7 @@ from sagnac.noise.bounds import longest_shelf, slow_noise
 from sagnac.noise.estimates import Estimate
 from sagnac.noise.laws import CoefficientName
 from sagnac.noise.slow_model import MarkovEstimate, untold
-from sagnac.quality.check import accept, judged, judged_remainder
+from sagnac.quality.check import ACCEPTED, accept, judged, judged_remainder
 from sagnac.quality.effects import DIVIDED, SPANNED, doubt_of
 from sagnac.recording.channel import PAIR_SIZE
 from sagnac.recording.model import Recording, second_of
@@ -319,7 +319,9 @@ class Trust:
 
     @classmethod
     def of(cls, findings: Iterable[Note], *, over_parts: bool) -> "Trust":
-        """The trust after findings of level ``error``, and the known effects of warnings.
+        """The trust after findings of level ``error``, and the known effects of the others.
+
+        What is accepted has no effect.
 
         Parameters
         ----------
@@ -333,7 +335,7 @@ class Trust:
         possible: dict[str, float] = {}
         spread = 1.0
         for note in findings:
-            if note.level != "warning" or note.effect is None:
+            if note.level == "error" or note.effect is None or note.text.startswith(ACCEPTED):
                 continue
             if note.name in DIVIDED:
                 factors[note.channel] = factors.get(note.channel, 1.0) * note.effect

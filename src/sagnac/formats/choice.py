@@ -107,7 +107,9 @@ def choose(columns: Sequence[Column], statements: Statements) -> Choice:
             Note(
                 channel="table",
                 text=f"column {one.key} looks like the table's angle and is not taken; "
-                f"{{table {one.name}:{one.unit or 'UNIT'}}} takes it",
+                # A number goes through a shell as it is, whatever the name.
+                f"{{table {one.name if one.name.isidentifier() else one.number or one.name}:"
+                f"{one.unit or 'UNIT'}}} takes it",
             )
             for one in columns
             if one.key not in others and is_like_table(one)

@@ -12,6 +12,7 @@ from typing import Any, Final, NamedTuple
 from sagnac.core.arrays import FloatArray
 from sagnac.core.errors import Note, choices_of, ranked
 from sagnac.quality import distribution, encoder, physics, readout, samples
+from sagnac.quality.effects import DIVIDED
 from sagnac.quality.profile import Notes, Profile, turned
 from sagnac.recording.channel import Channel
 from sagnac.recording.model import MINIMUM_SAMPLES, Recording, require_recording
@@ -276,6 +277,8 @@ ACCEPTED: Final = "accepted: "
 def accept(notes: Iterable[Note], names: Container[str]) -> Notes:
     """Findings, those that the caller takes knowingly turned into remarks that say so.
 
+    Of what N would be divided by, remarks as well.
+
     Parameters
     ----------
     notes
@@ -285,7 +288,9 @@ def accept(notes: Iterable[Note], names: Container[str]) -> Notes:
     """
     return tuple(
         replace(note, level="remark", text=f"{ACCEPTED}{note.text}")
-        if note.name in names and note.level != "remark"
+        if note.name in names
+        and (note.level != "remark" or note.name in DIVIDED)
+        and not note.text.startswith(ACCEPTED)
         else note
         for note in notes
     )

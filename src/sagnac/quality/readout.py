@@ -256,8 +256,8 @@ def resolution_notes(recording: Recording, profile: Profile) -> Notes:
             f"{_shown(gyro, step)}, beside a scatter of {_shown(gyro, scatter)} from sample to "
             "sample; store it in double precision"
         )
-        level: Level = "error" if step > 0.5 * scatter else "warning"
-        return (finding("resolution", gyro.name, text, effect=None, level=level),)
+        single: Level = "error" if step > 0.5 * scatter else "warning"
+        return (finding("resolution", gyro.name, text, effect=None, level=single),)
     # Counts of an angle lose nothing from one sample to the next; those of a rate do.
     return _coarse(recording, profile) if gyro.kind == "rate" else ()
 
@@ -291,7 +291,8 @@ def _coarse(recording: Recording, profile: Profile) -> Notes:
     variance = float(np.median(profile.power))
     if not math.isfinite(step):
         return ()
-    effect = None
+    effect: float | None = None
+    level: Level | None = None
     read, high = _quiet_density(profile.changes, recording.sample_rate)
     # White steps of a rate add as much at every frequency. A sensor's own low-pass leaves less
     # noise, but no less of it where N is read.
@@ -300,8 +301,12 @@ def _coarse(recording: Recording, profile: Profile) -> Notes:
     # Kollár, Quantization Noise, 2008), and its own variance, 1/12, is in it.
     if variance > (0.125 + 1.0 / 12.0) * step**2:
         effect = math.sqrt(read / (read - added)) if read > added else 1.0
-        if effect < 1.02 or _counts_an_angle(profile.changes[:_MOST], step):
+        # Finer steps are usual, and beside their noise it takes longer to tell whose they are.
+        is_fine = effect < 1.02
+        changes = profile.changes[: 8 * _MOST if is_fine else _MOST]
+        if effect < 1.005 or not _counts_a_rate(changes, step, surely=is_fine):
             return ()
+        level = "remark" if is_fine else None
     elif read < min(added, 0.5 * high):
         # Slow steps of an angle: little of them is left where N is read, and more above.
         return ()
@@ -309,21 +314,24 @@ def _coarse(recording: Recording, profile: Profile) -> Notes:
         f"is read out in steps of {_shown(gyro, step)}, beside a scatter of "
         f"{_shown(gyro, math.sqrt(variance))}: what is read is in part the steps"
     )
-    return (finding("resolution", gyro.name, text, effect=effect),)
+    return (finding("resolution", gyro.name, text, effect=effect, level=level),)
 
 
-def _counts_an_angle(changes: FloatArray, step: float) -> bool:
-    """Whether rates (samples,) are what a counter of the angle advanced by.
+def _counts_a_rate(changes: FloatArray, step: float, *, surely: bool) -> bool:
+    """Whether rates (samples,) are counted themselves: no counter of the angle advanced by them.
 
-    Errors of its steps, of variance step^2/12, are in two neighbouring samples with opposite signs,
-    so that they do not add up.
+    Errors of a counter's steps, of variance step^2/12, are in two neighbouring samples with
+    opposite signs, so that they do not add up. If it has to be sure, it is not so where their
+    error would be less than two and a half standard errors.
     """
     # Fewer samples do not show it.
     if changes.size < 2**12:
-        return False
+        return not surely
     error, doubt = alternating(without_lines(changes))
     expected = step**2 / 12.0
-    return max(3.0 * doubt, 0.5 * expected) < error < 1.5 * expected
+    if surely:
+        return doubt < 0.4 * expected and error < 0.5 * expected
+    return not max(3.0 * doubt, 0.5 * expected) < error < 1.5 * expected
 
 
 def _quiet_density(rates: FloatArray, sample_rate: float) -> tuple[float, float]:
