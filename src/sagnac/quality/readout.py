@@ -304,7 +304,7 @@ def _coarse(recording: Recording, profile: Profile) -> Notes:
         # Finer steps are usual, and beside their noise it takes longer to tell whose they are.
         is_fine = effect < 1.02
         changes = profile.changes[: 8 * _MOST if is_fine else _MOST]
-        if effect < 1.005 or not _counts_a_rate(changes, step, surely=is_fine):
+        if effect < 1.003 or not _counts_a_rate(changes, step, surely=is_fine):
             return ()
         level = "remark" if is_fine else None
     elif read < min(added, 0.5 * high):
