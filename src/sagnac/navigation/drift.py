@@ -23,7 +23,7 @@ from scipy.special import xlogy
 
 from sagnac.core.arrays import FloatArray
 from sagnac.navigation import error_model as model
-from sagnac.navigation.noise import GyroNoise, quantile
+from sagnac.navigation.noise import GyroNoise, Triad, quantile
 
 PARTS: Final = (
     "angle_random_walk",
@@ -96,7 +96,7 @@ class Drift:
 
 
 def drift(
-    noises: Sequence[GyroNoise],
+    noises: Triad,
     *,
     accelerometers: Sequence[GyroNoise] = (),
     latitude: float,
@@ -125,12 +125,9 @@ def drift(
     Raises
     ------
     ValueError
-        If there are not three gyros, a time is not above zero, or the latitude is within a
-        degree of a pole.
+        If a time is not above zero, or the latitude is within a degree of a pole.
     """
     moments = model.moments_of(times)
-    if len(noises) != 3:
-        raise ValueError(f"noises are {len(noises)}; give three, about north, east and down")
     sensors = (*noises, *accelerometers)
     constants = sorted({rate.correlation_time for one in sensors for rate in one.markov})
     found = [_at(time, latitude, priors, constants) for time in moments]

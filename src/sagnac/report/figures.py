@@ -27,7 +27,7 @@ from sagnac.core.whole_files import replacing
 from sagnac.noise.cross_spectra import SelfNoise
 from sagnac.report import density, deviation, frame
 from sagnac.report.quantities import in_field_unit, number
-from sagnac.table.frames import shares_from_deviations, table_to_gyro_matrix
+from sagnac.table.frames import table_to_gyro_matrix
 
 # ---- style -------------------------------------------------------------------------
 
@@ -316,17 +316,10 @@ _LENGTH: Final = 1.15
 _INNER: Final = 0.92  # radius of the inner circle, of the rim's
 
 
-def frames_figure(share_deviation: ArrayLike = (0.0, 0.0, 0.0)) -> Figure:
-    """Local level (n), null (b0), table (b) and gyro (s) frames, true to Eq. 1.
-
-    Parameters
-    ----------
-    share_deviation
-        (3,) of e_x, e_y and e_z from 1/sqrt(3), Eq. 2.
-    """
-    shares = shares_from_deviations(share_deviation)
+def frames_figure() -> Figure:
+    """Local level (n), null (b0), table (b) and gyro (s) frames, true to Eq. 1, of equal shares."""
     null, table = _turned(_HEADING), _turned(_HEADING + _TURNED)
-    gyros = table_to_gyro_matrix(*shares) @ table
+    gyros = table_to_gyro_matrix(*np.full(3, 1.0 / np.sqrt(3.0))) @ table
     with styled() as (figure, axes):
         axes.set_aspect("equal")
         axes.set_axis_off()
