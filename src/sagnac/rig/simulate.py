@@ -31,8 +31,7 @@ from sagnac.recording.model import Channel, Recording
 from sagnac.rig.config import RigConfig
 from sagnac.rig.encoder import Encoder, NullPulse, within_turn
 from sagnac.rig.gyro import Gyro, SensorErrors
-from sagnac.rig.own_motion import Disturbances, Nutation, mount_of
-from sagnac.rig.ring_laser import DitherMotion
+from sagnac.rig.own_motion import Disturbances, DitherMotion, Nutation, mount_of
 from sagnac.rig.sections import SENSOR_NAMES
 from sagnac.rig.table import Differences, Motion, RandomStreams, Table, fastest_rate
 from sagnac.rig.truth import Truth, truth_of
@@ -115,7 +114,7 @@ class Rig:
         self._dithers: list[DitherMotion] = []
         if config.dither.is_left:
             self._dithers = [
-                DitherMotion(config.gyro, config.dither, axis, config.sample_rate_hz, random)
+                DitherMotion(config, axis, random)
                 for axis, random in zip(axes, streams.dither, strict=True)
             ]
         self._accelerometers: list[Gyro] = []
