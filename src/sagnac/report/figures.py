@@ -153,8 +153,10 @@ def report_figures(analysis: Analysis) -> dict[str, Figure]:
     """The figures of one analysis by name, drawn once for the page and for the files beside it.
 
     ``stability``, ``spectrum``, ``parts`` (of two parts or more that show N) and ``residual``; one
-    that there is nothing for is left out.
+    that there is nothing for is left out. Of several gyros at rest ``stability`` alone, of all.
     """
+    if analysis.gyros:
+        return {"stability": curves_figure(list(analysis.gyros.values()))}
     drawn = {"stability": _drawn(deviation.stability, analysis, 4)}
     drawn["spectrum"] = _drawn(density.spectrum, analysis, 3)
     if sum(part.shows for part in analysis.parts) > 1:
@@ -162,11 +164,6 @@ def report_figures(analysis: Analysis) -> dict[str, Figure]:
     if analysis.residual is not None and analysis.residual.time.size > 1:
         drawn["residual"] = _residual_figure(analysis, analysis.residual.by_angle)
     return drawn
-
-
-def unit_figures(analysis: Analysis) -> dict[str, Figure]:
-    """The figure of several gyros at rest by its name, ``stability``."""
-    return {"stability": curves_figure(list(analysis.gyros.values()))}
 
 
 def self_noise_figure(found: SelfNoise) -> Figure:
