@@ -1,4 +1,3 @@
-
 from sagnac.fleet.table import groups_of, lines_of
 from sagnac.fleet.tasks import Row, Task, span_tasks
 from sagnac.formats.statement import Statement

@@ -25,11 +25,7 @@ from sagnac.recording.stamps import Stretch, stretch_of
 
 
 def assemble(
-    source: Source,
-    statements: Statements,
-    provenance: Callable[[], Provenance],
-    *,
-    verify: bool = True,
+    source: Source, statements: Statements, provenance: Callable[[], Provenance], *, verify: bool
 ) -> Recording:
     """Build the recording.
 

@@ -215,10 +215,11 @@ def _by(growth: Growth, row: int, size: float, parts: tuple[str, ...]) -> dict[s
 
 
 def _listed(growth: Growth, unit: str, size: float) -> list[dict[str, Any]]:
+    # Both with the misalignment at the start.
     columns = {
         "after_s": growth.times,
         f"sigma_{unit}": growth.deviation() / size,
-        f"highest_{unit}": growth.highest_misaligned / size,
+        f"highest_{unit}": np.hypot(growth.highest, np.sqrt(growth.variances[:, -1])) / size,
     }
     return [
         {**values, "by": _by(growth, row, size, PARTS)} for row, values in enumerate(_rows(columns))
