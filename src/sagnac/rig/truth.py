@@ -149,10 +149,8 @@ def _dither_truths(config: RigConfig) -> dict[str, dict[str, float]]:
     """Dither of every gyro; empty if the gyros' own stripping leaves nothing."""
     truths = {}
     for g, name in enumerate(GYRO_NAMES if config.dither.is_left else ()):
-        frequency, amplitude = (
-            own_motion.dither_frequency(config, g),
-            own_motion.dither_amplitude(config, g),
-        )
+        frequency = own_motion.dither_frequency(config, g)
+        amplitude = own_motion.dither_amplitude(config, g)
         truths[name] = {
             "frequency_hz": frequency,
             "folded_hz": ring_laser.folded(frequency, config.sample_rate_hz),
