@@ -26,7 +26,7 @@ from sagnac.core.units import DEGREE, DEGREE_PER_HOUR, SENSED, UNITS
 from sagnac.core.whole_files import replacing
 from sagnac.noise.cross_spectra import SelfNoise
 from sagnac.report import density, deviation, frame
-from sagnac.report.quantities import in_field_unit, number
+from sagnac.report.quantities import number
 from sagnac.table.frames import table_to_gyro_matrix
 
 # ---- style -------------------------------------------------------------------------
@@ -294,7 +294,7 @@ def write_png(figure: Figure, path: Path) -> None:
 
 
 def _short_answer(analysis: Analysis) -> str:
-    shown = in_field_unit("angle_random_walk", analysis.angle_random_walk)
+    shown = analysis.angle_random_walk.in_field_unit()
     if shown.status == "not observable":
         return "N not observable"
     relation = "=" if shown.status == "estimated" else "<"
