@@ -23,7 +23,7 @@ from scipy.special import xlogy
 
 from sagnac.core.arrays import FloatArray
 from sagnac.navigation import error_model as model
-from sagnac.navigation.noise import GyroNoise, Triad, quantile
+from sagnac.navigation.noise import GyroNoise, quantile
 
 PARTS: Final = (
     "angle_random_walk",
@@ -91,7 +91,7 @@ class Drift:
 
 
 def drift(
-    noises: Triad,
+    noises: Sequence[GyroNoise],
     *,
     accelerometers: Sequence[GyroNoise] = (),
     latitude: float,
@@ -120,9 +120,12 @@ def drift(
     Raises
     ------
     ValueError
-        If a time is not above zero, or the latitude is within a degree of a pole.
+        If there are not three gyros, a time is not above zero, or the latitude is within a
+        degree of a pole.
     """
     moments = model.moments_of(times)
+    if len(noises) != 3:
+        raise ValueError(f"noises are {len(noises)}; give three, about north, east and down")
     sensors = (*noises, *accelerometers)
     constants = sorted({rate.correlation_time for one in sensors for rate in one.markov})
     found = [_at(time, latitude, priors, constants) for time in moments]
