@@ -55,7 +55,7 @@ class GyroNoise:
     Raises
     ------
     ValueError
-        If one is negative or not finite.
+        If one is negative or not finite, or the covariance has another shape.
     """
 
     angle_random_walk: float
@@ -68,6 +68,8 @@ class GyroNoise:
 
     def __post_init__(self) -> None:
         require_numbers(self, NAMES)
+        if self.covariance.shape != (3, 3):
+            raise ValueError(f"covariance has shape {self.covariance.shape}; give (3, 3)")
 
     @property
     def values(self) -> FloatArray:
