@@ -134,10 +134,9 @@ def reading_cells(
     return (*figures(shown, plain=plain), estimate.status)
 
 
-def unit_cells(name: CoefficientName, estimate: Estimate) -> list[tuple[str, str, str]]:
+def unit_cells(estimate: Estimate) -> list[tuple[str, str, str]]:
     """Value, interval and unit of an estimate in SI, in each unit that it is written in."""
-    units = SENSED["gyro"].coefficients[name]
-    return [(*reading_cells(estimate, unit)[:2], unit) for unit in units]
+    return [(*reading_cells(estimate, unit)[:2], unit) for unit in estimate.units]
 
 
 def reading(estimate: Estimate, unit: str | None = None) -> str:

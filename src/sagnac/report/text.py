@@ -107,7 +107,7 @@ def units(analysis: Analysis) -> str:
     rows = [
         (_titled(name)[0], *cells)
         for name, estimate in headline_estimates(analysis).items()
-        for cells in quantities.unit_cells(name, estimate)
+        for cells in quantities.unit_cells(estimate)
     ]
     return table(("coefficient", "value", "interval", "unit"), rows, right=(1,)) if rows else ""
 
