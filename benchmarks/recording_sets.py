@@ -16,7 +16,8 @@ from sagnac.core.units import ARCSECOND
 from sagnac.recording.channel import angle_of
 from sagnac.recording.model import Channel
 from sagnac.rig.config import RigConfig, preset
-from sagnac.rig.ring_laser import dither_frequency, folded
+from sagnac.rig.own_motion import dither_frequency
+from sagnac.rig.ring_laser import folded
 from sagnac.rig.sections import (
     GYRO_NAMES,
     DisturbancesConfig,
@@ -334,7 +335,7 @@ def disturbed_bands(number: int) -> list[tuple[float, float]]:
             bands.append((middle - width, middle + width))
     if config.dither.is_left:
         for gyro in range(len(GYRO_NAMES)):
-            frequency = dither_frequency(config.gyro, config.dither, gyro)
+            frequency = dither_frequency(config, gyro)
             middle = folded(frequency, config.sample_rate_hz)
             bands.append((middle - _DITHER_WIDTH, middle + _DITHER_WIDTH))
     return bands

@@ -19,20 +19,19 @@ N = 2.5e-5 * DEGREE / 60.0  # 2.5e-5 deg/sqrt(h)
 SHA256 = "0123456789abcdef" * 4
 
 
-def estimate(value: float, spread: float = 0.02, status: str = "estimated") -> Estimate:
-    if status == "not observable":
-        return Estimate(
-            value=math.nan, low=math.nan, high=math.nan, confidence=0.95, status="not observable"
-        )
-    if status == "upper bound":
-        return Estimate(value=value, low=0.0, high=value, confidence=0.95, status="upper bound")
-    return Estimate(
-        value=value,
-        low=value * (1 - spread),
-        high=value * (1 + spread),
-        confidence=0.95,
-        status="estimated",
-    )
+def estimate(
+    value: float,
+    spread: float = 0.02,
+    status: str = "estimated",
+    name: str = "angle_random_walk",
+) -> Estimate:
+    low, high = {
+        "not observable": (math.nan, math.nan),
+        "upper bound": (0.0, value),
+        "estimated": (value * (1 - spread), value * (1 + spread)),
+    }[status]
+    value = math.nan if status == "not observable" else value
+    return Estimate(value=value, low=low, high=high, confidence=0.95, status=status, name=name)
 
 
 def curve(tau: np.ndarray, deviation: np.ndarray) -> StabilityCurve:
@@ -114,12 +113,12 @@ def analysis(
         if provenance
         else None,
     )
-    unseen = estimate(0.0, status="not observable")
+    unseen = estimate(0.0, status="not observable", name="rate_ramp")
     coefficients = {
-        "quantization": estimate(3e-4 * ARCSECOND, 0.2),
+        "quantization": estimate(3e-4 * ARCSECOND, 0.2, name="quantization"),
         "angle_random_walk": answer,
-        "bias_instability": estimate(2e-11, status="upper bound"),
-        "rate_random_walk": estimate(1e-11, 0.35),
+        "bias_instability": estimate(2e-11, status="upper bound", name="bias_instability"),
+        "rate_random_walk": estimate(1e-11, 0.35, name="rate_random_walk"),
         "rate_ramp": unseen,
     }
     return Analysis(

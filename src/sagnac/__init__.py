@@ -26,83 +26,19 @@ Stability of names
     may move.
 """
 
+import ast
 from importlib import import_module
-from typing import TYPE_CHECKING, Any, Final
+from pathlib import Path
+from typing import Any, Final
 
-from sagnac.core.version import __version__
-
-if TYPE_CHECKING:
-    from sagnac import plot
-    from sagnac.analysis.pipeline import analyze
-    from sagnac.analysis.planning import Plans, plan
-    from sagnac.analysis.result import Analysis
-    from sagnac.analysis.settings import Settings
-    from sagnac.analysis.trial import Trial, trial
-    from sagnac.analysis.verdict import judge
-    from sagnac.core.errors import MissingExtra, Note, RecordingError
-    from sagnac.core.texts import keywords
-    from sagnac.fleet.campaign import CampaignReport, campaign
-    from sagnac.formats import Statement, columns, missing, read, write
-    from sagnac.lines.model import Line, Removal
-    from sagnac.lines.orthogonal_search import OrthogonalSearch, fast_orthogonal_search
-    from sagnac.lines.search import remove_lines
-    from sagnac.navigation.align import Foresight, align
-    from sagnac.navigation.export import Exported, export
-    from sagnac.noise.cross_spectra import SelfNoise, self_noise
-    from sagnac.noise.estimates import Estimate, Fit
-    from sagnac.noise.fit import fit_coefficients
-    from sagnac.quality.check import check
-    from sagnac.recording.model import Channel, Recording
-    from sagnac.report.page import Report, write_report
-    from sagnac.rig.config import RigConfig
-    from sagnac.rig.simulate import simulate
-    from sagnac.stability.curve import StabilityCurve, deviation_at_every_tau, stability_curve
-    from sagnac.verdict.judgement import Verdict
-    from sagnac.verdict.limits import Specification
-
-__all__ = [
-    "Analysis", "CampaignReport", "Channel", "Estimate", "Exported", "Fit", "Foresight", "Line",
-    "MissingExtra", "Note", "OrthogonalSearch", "Plans", "Recording", "RecordingError",
-    "Removal", "Report", "RigConfig", "SelfNoise", "Settings", "Specification",
-    "StabilityCurve", "Statement", "Trial", "Verdict", "__version__", "align", "analyze",
-    "campaign", "check", "columns", "deviation_at_every_tau", "export",
-    "fast_orthogonal_search", "fit_coefficients", "judge", "keywords", "missing", "plan", "plot",
-    "read", "remove_lines", "self_noise", "simulate", "stability_curve", "trial", "write",
-    "write_report",
-]  # fmt: skip
-
+# Module of each name: the stub that type checkers read says it once.
 _HOME: Final = {
-    name: f"sagnac.{module}"
-    for module, names in {
-        "navigation.align": "Foresight align",
-        "analysis.pipeline": "analyze",
-        "analysis.planning": "Plans plan",
-        "analysis.result": "Analysis",
-        "analysis.settings": "Settings",
-        "analysis.trial": "Trial trial",
-        "analysis.verdict": "judge",
-        "noise.estimates": "Estimate Fit",
-        "noise.fit": "fit_coefficients",
-        "noise.cross_spectra": "SelfNoise self_noise",
-        "core.errors": "MissingExtra Note RecordingError",
-        "navigation.export": "Exported export",
-        "fleet.campaign": "CampaignReport campaign",
-        "formats": "Statement columns missing read write",
-        "lines.model": "Line Removal",
-        "lines.orthogonal_search": "OrthogonalSearch fast_orthogonal_search",
-        "lines.search": "remove_lines",
-        "recording.model": "Channel Recording",
-        "quality.check": "check",
-        "report.page": "Report write_report",
-        "rig.config": "RigConfig",
-        "rig.simulate": "simulate",
-        "verdict.limits": "Specification",
-        "verdict.judgement": "Verdict",
-        "stability.curve": "StabilityCurve deviation_at_every_tau stability_curve",
-        "core.texts": "keywords",
-    }.items()
-    for name in names.split()
+    name.name: str(line.module)
+    for line in ast.parse(Path(__file__).with_suffix(".pyi").read_text(encoding="utf-8")).body
+    if isinstance(line, ast.ImportFrom)
+    for name in line.names
 }
+__all__ = sorted(_HOME)  # noqa: PLE0605
 
 
 def __getattr__(name: str) -> Any:
@@ -116,4 +52,4 @@ def __getattr__(name: str) -> Any:
 
 
 def __dir__() -> list[str]:
-    return sorted(__all__)
+    return __all__

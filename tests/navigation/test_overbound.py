@@ -116,10 +116,6 @@ def test_a_markov_rate_lasts_as_long_as_the_curve_was_measured():
 def test_too_short_a_curve_is_refused():
     with pytest.raises(RecordingError, match="record longer"):
         upper_limit(TAU, TAU**-0.5, np.full(TAU.size, 3.0))
-    with pytest.raises(ValueError, match="confidence"):
-        upper_limit(TAU, TAU**-0.5, 1e3 / TAU, confidence=95.0)
-    with pytest.raises(ValueError, match="most_markov"):
-        overbound(exact(1.0 / TAU), most_markov=3)
 
 
 def test_a_markov_rate_in_the_place_of_a_walk_forgets_nothing_that_was_measured():

@@ -5,12 +5,13 @@ from dataclasses import replace
 
 import pytest
 
-from sagnac.noise.estimates import Estimate, Fit, estimate_units, rooted
+from sagnac.core.units import SENSED
+from sagnac.noise.estimates import Estimate, Fit, rooted
 from tests.noise.examples import NAMES
 
 
 def in_units(name, value):
-    return {unit: value / size for unit, size in estimate_units(name).items()}
+    return {unit: value / size for unit, size in SENSED["gyro"].coefficients[name].items()}
 
 
 def test_units_of_every_coefficient():

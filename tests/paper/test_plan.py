@@ -82,12 +82,6 @@ def test_digest_follows_everything_the_result_depends_on():
     assert replace(run).key == run.key
 
 
-@pytest.mark.parametrize("days", [0, 4])
-def test_days_the_paper_has_not_are_refused(days):
-    with pytest.raises(ValueError, match="the paper has three"):
-        Scope(days=days)
-
-
 def test_runs_of_one_recording_stand_together_and_names_differ():
     runs = plan(Scope(days=2))
     names = [run.name for run in runs]
@@ -97,8 +91,3 @@ def test_runs_of_one_recording_stand_together_and_names_differ():
     assert names[place - 3 : place] == [cell, f"{cell}-paper", f"{cell}-printed"]
     assert runs[place - 1].config == runs[place].config
     assert names.index("figure2-day2") == place + 4
-
-
-def test_a_scope_that_cannot_be_is_refused():
-    with pytest.raises(ValueError, match=r"table_duration_s is 0\.0; it must be positive"):
-        Scope(table_duration_s=0.0)

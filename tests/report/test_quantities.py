@@ -56,12 +56,12 @@ def test_interval_of_a_person_has_one_power_of_ten():
     ],
 )
 def test_what_each_status_says(status, said):
-    assert quantities.sentence("angle_random_walk", estimate(N, status=status), plain=True) == said
+    assert quantities.sentence(estimate(N, status=status), plain=True) == said
 
 
 def test_zero_is_never_said_of_what_was_not_seen():
     for name in COEFFICIENT_NAMES:
-        said = quantities.sentence(name, estimate(0.0, status="not observable"))
+        said = quantities.sentence(estimate(0.0, status="not observable", name=name))
         assert "0" not in said
 
 

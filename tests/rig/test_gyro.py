@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from sagnac.noise.laws import markov_allan_variance
+from sagnac.rig.config import RigConfig
 from sagnac.rig.gyro import SensorErrors, SlowDrift
 from sagnac.rig.ring_laser import dither_of, ring_lasers_of
 from sagnac.rig.sections import GyroConfig, TableConfig
@@ -200,12 +201,8 @@ def test_slow_drift_that_white_noise_does_not_hide_is_not_held(slow):
 
 def drifted(config, pieces):
     """The drift of gyro x at 500 Hz, and 101 values of it in some pieces."""
-    drift = SlowDrift(
-        SensorErrors.of(config, 0),
-        sample_rate=500.0,
-        duration=60.0,
-        random=np.random.default_rng(5),
-    )
+    rig = RigConfig(duration_s=60.0, sample_rate_hz=500.0)
+    drift = SlowDrift(SensorErrors.of(config, 0), rig, np.random.default_rng(5))
     parts = np.array_split(np.arange(101), pieces)
     return drift, np.concatenate([drift.advance(int(p[0]), p.size) for p in parts])
 

@@ -260,9 +260,7 @@ def test_a_rate_with_less_noise_than_its_steps_would_make_is_a_counted_angle():
                     )
                 }
             },
-            sample_rate=50.0,
-            duration=60.0,
-            kind="rate",
+            recorded={"sample_rate_hz": 50.0, "duration_s": 60.0, "kind": "rate"},
         )
         gyro = RigConfig.from_mapping(unit.keys()).gyro
         assert gyro.rate_step_deg_per_h[0] == (100.0 if by_rate else 0.0)
@@ -355,8 +353,7 @@ def test_two_markov_rates_of_an_analysis_are_the_keys_of_both():
                 "z": MeasuredSensor(coefficients={"angle_random_walk": 0.2}, markov=((7.0, 30.0),)),
             }
         },
-        sample_rate=2.0,
-        duration=100.0,
+        recorded={"sample_rate_hz": 2.0, "duration_s": 100.0},
     )
     gyro = RigConfig.from_mapping(unit.keys()).gyro
     assert gyro.markov_deviation_deg_per_h == (15.0, 15.0, 7.0)

@@ -17,7 +17,7 @@ from sagnac.core.overwriting import Outputs, require_free
 from sagnac.core.units import DEGREE_PER_HOUR, SENSED, Sensor
 from sagnac.core.whole_files import write_text
 from sagnac.lines.model import Line
-from sagnac.noise.estimates import Estimate, Fit, FitName, estimate_units
+from sagnac.noise.estimates import Estimate, Fit, FitName
 from sagnac.noise.laws import COEFFICIENT_NAMES, CoefficientName
 from sagnac.noise.model_average import ModelChoice
 from sagnac.recording.model import Recording
@@ -318,7 +318,7 @@ class Analysis:
             found = {**one.coefficients, "angle_random_walk": one.angle_random_walk}
             for name in (name for name in COEFFICIENT_NAMES if name in found):
                 estimate = found[name]
-                shown = estimate.to(next(iter(estimate_units(name, estimate.sensor))))
+                shown = estimate.in_field_unit()
                 row = {"channel": one.channel, "coefficient": name}
                 row |= {figure: getattr(shown, figure) for figure in (*_FIGURES, "unit")}
                 rows.append({**row, "confidence": estimate.confidence, "status": estimate.status})

@@ -78,11 +78,6 @@ class State:
     sessions: Sessions = field(default_factory=lambda: Sessions(loop=asyncio.get_running_loop()))
     threads: ThreadPoolExecutor = field(default_factory=lambda: ThreadPoolExecutor(4, "sagnac-app"))
 
-    @property
-    def address(self) -> str:
-        """The address that is typed into the browser."""
-        return f"http://{HOST}:{self.port}/{self.token}/"
-
 
 class _Handler(web.RequestHandler):
     """A request, after the checks that hold for every one."""
@@ -368,7 +363,7 @@ async def _served(room: Room, first: str, port: int, opened: Callable[[str], Non
     listening.setblocking(False)
     server.add_socket(listening)
     try:
-        opened(state.address)
+        opened(f"http://{HOST}:{port}/{state.token}/")
         state.threads.submit(_warm_up, room)
         while True:
             await asyncio.sleep(30.0)

@@ -45,16 +45,13 @@ for _command in (*simulated.COMMANDS, *measure.COMMANDS, *look.COMMANDS, *onward
     app.command(_command)
 
 
-class Stopped(KeyboardInterrupt):
-    """A signal other than an interrupt asked the process to end."""
-
-    def __init__(self, number: int) -> None:
-        super().__init__(number)
-        self.signal = signal.Signals(number)
-
-
 def _stop(number: int, _frame: object) -> None:
-    output.stop_by(KeyboardInterrupt() if number == signal.SIGINT else Stopped(number))
+    output.stop_by(KeyboardInterrupt(number))
+
+
+def _signal_of(asked: KeyboardInterrupt) -> signal.Signals:
+    """The signal that asked the process to end; one that Python raised itself is an interrupt."""
+    return signal.Signals(*asked.args or (signal.SIGINT,))
 
 
 @contextmanager
@@ -82,8 +79,7 @@ def _ask_again(lost: "sys.UnraisableHookArgs") -> None:
     if not isinstance(lost.exc_value, KeyboardInterrupt):
         sys.__unraisablehook__(lost)
         return
-    number = getattr(lost.exc_value, "signal", signal.SIGINT)
-    again = threading.Timer(_SOON, os.kill, (os.getpid(), number))
+    again = threading.Timer(_SOON, os.kill, (os.getpid(), _signal_of(lost.exc_value)))
     again.daemon = True
     again.start()
 
@@ -125,12 +121,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
         with stopped_by_signals(), redirect_stdout(_Visible(sys.stdout) if is_ours else sys.stdout):
             status = command(*bound.args, **bound.kwargs)
         sys.stdout.flush()
-    except Stopped as stopped:
-        complain(f"stopped by {stopped.signal.name}")
-        return 128 + stopped.signal
-    except KeyboardInterrupt:
-        complain("interrupted")
-        return output.INTERRUPTED
+    except KeyboardInterrupt as asked:
+        number = _signal_of(asked)
+        complain("interrupted" if number == signal.SIGINT else f"stopped by {number.name}")
+        return 128 + number
     except BrokenPipeError:
         # The reader of our output has left; give the interpreter nowhere to fail at exit.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())

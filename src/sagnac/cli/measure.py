@@ -66,7 +66,9 @@ def analyze(
 
         results.show(text.closing(named, refused), end="\n")
     if options.as_json and done:
-        results.print_documents(done, single=not several, refused=refused)
+        from sagnac.report.document import many_document, to_json
+
+        print(to_json(many_document(done, refused=refused)) if several else done[0].to_json())
     return status or results.verdict_status(done)
 
 
@@ -176,11 +178,13 @@ def avar(
     if output is not None:
         analysis, paths = _bench_reported(analysis, alone, output, sheet)
     if options.as_json:
-        from sagnac.report.document import self_noise_data
+        from sagnac.report import document
 
-        beside = {} if alone is None else self_noise_data(alone)
-        single = not analysis.gyros
-        results.print_documents(analysis.each, single=single, unit=analysis, beside=beside)
+        made = document.analysis_document(analysis)
+        if analysis.gyros:
+            made = document.many_document(analysis.each, analysis)
+        beside = {} if alone is None else document.self_noise_data(alone)
+        print(document.to_json(made | beside))
         return results.verdict_status([analysis])
     curve = report.curve or bench.estimator is not None
     for gyro in analysis.each:
@@ -331,7 +335,7 @@ def lines(file: typed.File, /, *, options: typed.Options = typed.NO_OPTIONS) -> 
     with typed.reading(file, options) as read:
         analysis = read.analyzed(settings)
     if options.as_json:
-        results.print_documents([analysis], single=True)
+        print(analysis.to_json())
     else:
         from sagnac.report import text
 

@@ -301,24 +301,6 @@ def reported(
     return report.analysis, report.paths
 
 
-def print_documents(
-    analyses: "Sequence[sagnac.Analysis]",
-    *,
-    single: bool,
-    unit: "sagnac.Analysis | None" = None,
-    refused: Mapping[str, str] | None = None,
-    beside: Mapping[str, object] | None = None,
-) -> None:
-    """JSON on standard output: one document, or one of several, the gyros of a unit if it is one.
-
-    See `sagnac.report.document.many_document`; `beside` stands under its keys.
-    """
-    from sagnac.report.document import analysis_document, many_document, to_json
-
-    made = analysis_document(analyses[0]) if single else many_document(analyses, unit, refused)
-    print(to_json({**made, **(beside or {})}))
-
-
 def show(*texts: str, end: str = "\n\n") -> None:
     """Print each text that says something."""
     for text in filter(None, texts):

@@ -138,14 +138,12 @@ def _written(config: "sagnac.RigConfig", path: Path) -> tuple[Path, Path]:
 def _like(path: Path) -> "tuple[sagnac.RigConfig, tuple[str, ...]]":
     """The unit that an analysis measured; and what is left out of it, in words."""
     from sagnac.core.documents import read_one_analysis
+    from sagnac.formats.files import about
     from sagnac.rig.measured import Measured
-    from sagnac.rig.sections import ConfigurationError
 
     document = read_one_analysis(path)
-    try:
+    with about(path):
         base = sagnac.RigConfig.from_analysis(document)
-    except ConfigurationError as error:
-        raise sagnac.RecordingError(error.problem, path=str(path), remedy=error.remedy) from None
     return base, tuple(Measured.of_document(document).left_out())
 
 

@@ -215,10 +215,10 @@ def departures(design: Design, components: Components) -> tuple[Outlier, ...]:
     components
         Variances of the effects.
     """
-    metric = designs.residual_metric(designs.covariance_of(design, components))
-    weighted = metric @ design.values
-    weight = np.diag(metric)
-    standard = weighted / np.sqrt(weight)
+    covariance = designs.covariance_of(design, components)
+    metric = designs.residual_metric(covariance)
+    weighted, weight = metric @ design.values, np.diag(metric)
+    standard, off = weighted / np.sqrt(weight), weighted / weight
     freedom = float(design.contrasts("run").shape[1])
     if freedom < 2.0:
         return ()
@@ -226,23 +226,19 @@ def departures(design: Design, components: Components) -> tuple[Outlier, ...]:
     total = design.values.size - 1.0
     deleted = standard * np.sqrt((total - 1.0) / np.maximum(total - standard**2, 1e-9))
     chance = 2.0 * stdtr(freedom - 1.0, -np.abs(deleted)) * design.values.size
+    # A run that lies where the others foretell it leaves their mean as it is.
+    row = np.linalg.inv(covariance).sum(axis=0)
+    mean_without = (row @ design.values - row * off) / row.sum()
     found = [
         Outlier(
             index=index,
-            foretold=float(design.values[index] - weighted[index] / weight[index]),
+            foretold=float(design.values[index] - off[index]),
             deviations=float(deleted[index]),
-            mean_without=_mean_without(design, components, index),
+            mean_without=float(mean_without[index]),
         )
         for index in np.flatnonzero(chance < CHANCE).tolist()
     ]
     return tuple(sorted(found, key=lambda one: -abs(one.deviations)))
-
-
-def _mean_without(design: Design, components: Components, index: int) -> float:
-    kept = np.delete(np.arange(design.values.size), index)
-    covariance = designs.covariance_of(design, components)[np.ix_(kept, kept)]
-    row = np.linalg.inv(covariance).sum(axis=0)
-    return float(row @ design.values[kept] / row.sum())
 
 
 def slope_of_days(design: Design, *, confidence: float) -> Interval | None:

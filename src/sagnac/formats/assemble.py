@@ -25,11 +25,7 @@ from sagnac.recording.stamps import Stretch, stretch_of
 
 
 def assemble(
-    source: Source,
-    statements: Statements,
-    provenance: Callable[[], Provenance],
-    *,
-    verify: bool = True,
+    source: Source, statements: Statements, provenance: Callable[[], Provenance], *, verify: bool
 ) -> Recording:
     """Build the recording.
 
@@ -55,16 +51,13 @@ def assemble(
     _require_readable(source, statements)
     choice = choices.choose(source.columns, statements)
     choices.require_known(choice, source.columns, statements)
-    # By the keys of the columns.
-    sensors = choice.sensors
     scales = {
-        one.key: choices.scale_of(name, one, statements, sensor) for sensor, name, one in sensors
+        one.key: choices.scale_of(name, one, statements, sensor)
+        for sensor, name, one in choice.sensors
     }
     if choice.table is not None:
         choices.role_unit("table", choice.table)
-    by_file, by_toml, by_caller = (
-        one.sample_rate for one in (statements.file, statements.beside, statements.caller)
-    )
+    by_caller, by_toml, by_file = (one.sample_rate for one in statements.in_order)
     if choice.time is None and statements.first("sample_rate") is None:
         remedy = "state {rate HZ} or {time COLUMN:UNIT}"
         raise RecordingError("neither a sample rate nor time stamps are stated", remedy=remedy)

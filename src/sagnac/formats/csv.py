@@ -101,36 +101,25 @@ def check_last(name: str, values: NDArray[Any]) -> None:
 def _parsed(laid_out: Layout, wanted: Mapping[str, int]) -> dict[str, NDArray[Any]]:
     """The wanted columns: key -> values, integers where a float would lose digits.
 
-    `wanted` has the place of each. Batches stand one after the other in place, so that no column
-    is in memory twice.
+    `wanted` has the place of each.
     """
     forms = {key: laid_out.forms[place] for key, place in wanted.items()}
-    row = len(laid_out.delimiter.join(laid_out.first_row))
-    expected = max(laid_out.text.path.stat().st_size // max(1, row), 1)
-    arrays: dict[str, NDArray[Any]] = {
-        key: np.empty(expected, np.float64 if form == "number" else np.int64)
-        for key, form in forms.items()
-    }
-    rows = 0
+    parts: dict[str, list[NDArray[Any]]] = {key: [] for key in wanted}
     try:
         for batch in _batches(laid_out, wanted):
-            stop = rows + batch.num_rows
             for key, form in forms.items():
-                if stop > arrays[key].size:
-                    arrays[key].resize(stop * 5 // 4, refcheck=False)
                 read = batch.column(str(wanted[key]))
-                arrays[key][rows:stop] = _values(read, form, laid_out.style)
-            rows = stop
+                parts[key].append(_values(read, form, laid_out.style))
     except (pa.ArrowInvalid, ValueError) as error:
         wrong = laid_out.fault(wanted)
         if wrong is None:
             raise
         raise wrong from error
-    for key, form in forms.items():
-        arrays[key].resize(rows, refcheck=False)
-        if form == "clock":
-            arrays[key] = past_midnight(arrays[key])
-    return arrays
+    # One after the other, so that no more than one column is in memory twice.
+    arrays = {key: np.concatenate(parts.pop(key)) for key in forms}
+    return {
+        key: past_midnight(one) if forms[key] == "clock" else one for key, one in arrays.items()
+    }
 
 
 def _batches(laid_out: Layout, wanted: Mapping[str, int]) -> Iterator[pa.RecordBatch]:

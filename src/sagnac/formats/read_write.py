@@ -139,14 +139,12 @@ def missing(path: Path | str, statement: Statement | None = None, **stated: Any)
     return suggestion(*_opened(path, statement, stated))
 
 
-def gyros_in(
-    path: Path | str, statement: Statement | None = None, **stated: Any
-) -> tuple[str, ...]:
+def gyros_in(path: Path | str, statement: Statement | None = None) -> tuple[str, ...]:
     """Columns of a file that may be gyros, if nothing says which of them are.
 
     Parameters
     ----------
-    path, statement, **stated
+    path, statement
         See `read`.
 
     Returns
@@ -159,17 +157,15 @@ def gyros_in(
     RecordingError
         If the file cannot be read.
     """
-    return tuple(map(column_text, candidates(*_opened(path, statement, stated))))
+    return tuple(map(column_text, candidates(*_opened(path, statement, {}))))
 
 
-def accelerometers_in(
-    path: Path | str, statement: Statement | None = None, **stated: Any
-) -> dict[str, str]:
+def accelerometers_in(path: Path | str, statement: Statement) -> dict[str, str]:
     """Statements that the accelerometers of a file still need to be read as well.
 
     Parameters
     ----------
-    path, statement, **stated
+    path, statement
         See `read`.
 
     Returns
@@ -183,7 +179,7 @@ def accelerometers_in(
     RecordingError
         If the file cannot be read.
     """
-    return accelerometer_inputs(*_opened(path, statement, stated))
+    return accelerometer_inputs(*_opened(path, statement, {}))
 
 
 def _opened(

@@ -196,20 +196,14 @@ def align(
     longest = float(moments.max())
     # A latitude counts little without aiding over minutes.
     place = 45.0 * DEGREE if latitude is None else latitude
-    how: dict[str, Any] = {
-        "accelerometers": forces,
-        "latitude": place,
-        "priors": start,
-        "confidence": confidence,
-    }
+    how: dict[str, Any] = {"accelerometers": forces, "latitude": place, "confidence": confidence}
+    many = np.geomspace(0.01 * longest, longest, 41)
     unaided = Unaided(
-        drift=drift(noises, times=moments, **how),
-        along=drift(noises, times=np.geomspace(0.01 * longest, longest, 41), **how),
+        drift=drift(noises, times=moments, priors=start, **how),
+        along=drift(noises, times=many, priors=start, **how),
         noises=noises,
-        accelerometers=forces,
-        latitude=place,
         latitude_stated=latitude is not None,
-        confidence=confidence,
+        **how,
     )
     if latitude is None:
         return Foresight(unaided=unaided, prospect=None)

@@ -79,11 +79,6 @@ class Growth:
         raised = model.raised(middle, factor, self.highest)
         return np.minimum(middle, self.lowest) / factor, raised
 
-    @property
-    def highest_misaligned(self) -> FloatArray:
-        """(times,) `highest` with the misalignment at the start."""
-        return np.hypot(self.highest, np.sqrt(self.variances[:, -1]))
-
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Drift:

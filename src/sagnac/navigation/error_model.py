@@ -24,7 +24,7 @@ leaves N^2: which is why N of a rate-biased gyro has to be known.
 """
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from numbers import Real
 from typing import Final, NamedTuple
 
@@ -320,10 +320,10 @@ class AzimuthError:
         bounds of those that were not estimated.
     parts
         (times, 3) variances that N, B and K make, rad^2.
-    floor
-        Deviation that B leaves however long is averaged, rad.
     confidence
         Of the interval.
+    floor
+        Deviation that B leaves however long is averaged, rad.
     """
 
     times: FloatArray
@@ -331,8 +331,8 @@ class AzimuthError:
     low: FloatArray
     high: FloatArray
     parts: FloatArray
-    floor: float
     confidence: float
+    floor: float = 0.0
 
 
 def azimuth_error(
@@ -364,7 +364,7 @@ def azimuth_error(
     # N, B and K are 1 to 3 of the five of Eq. 3.
     weights = 0.5 * allan_variance_basis(0.5 * moments)[:, [1, 2, 3]] / north_rate(latitude) ** 2
     floor = math.sqrt(float(weights[0, 1])) * noise.bias_instability
-    return _of_weights(noise, moments, weights, confidence=confidence, floor=floor)
+    return replace(_of_weights(noise, moments, weights, confidence), floor=floor)
 
 
 def moments_of(times: FloatArray) -> FloatArray:
@@ -402,10 +402,8 @@ def _of_weights(
     noise: GyroNoise,
     moments: FloatArray,
     weights: FloatArray,
-    *,
     confidence: float,
     left: FloatArray | float = 0.0,
-    floor: float = 0.0,
 ) -> AzimuthError:
     """The error by (times, 3) weights of N, B and K squared, and what bias is `left`, rad^2."""
     parts = weights * noise.values**2
@@ -426,7 +424,6 @@ def _of_weights(
         low=np.minimum(deviation, deviation_with(noise.without_likely)) / factor,
         high=raised(deviation, factor, highest),
         parts=parts,
-        floor=floor,
         confidence=confidence,
     )
 
@@ -484,4 +481,4 @@ def rotating_azimuth_error(
     # Half of a bias' square falls on each axis of the plane, and the mean of exp(i W t) is a sinc.
     turned = speed * moments
     left = 2.0 * (1.0 - np.cos(turned)) / turned**2 * (bias / north) ** 2
-    return _of_weights(noise, moments, weights, confidence=confidence, left=left)
+    return _of_weights(noise, moments, weights, confidence, left)

@@ -22,7 +22,7 @@ from scipy.optimize import linprog
 from scipy.special import gammaincinv
 
 from sagnac.core.arrays import FloatArray
-from sagnac.core.errors import RecordingError, is_finite, quoted, require_confidence
+from sagnac.core.errors import RecordingError, is_finite, quoted
 from sagnac.noise.laws import allan_variance_basis, markov_allan_variance
 
 
@@ -226,12 +226,9 @@ def upper_limit(
 
     Raises
     ------
-    ValueError
-        If the confidence is not between 0 and 1.
     RecordingError
         If fewer than two points are left.
     """
-    require_confidence(confidence)
     sound = np.isfinite(deviation) & (deviation > 0.0) & (edf >= LEAST_FREEDOM)
     if sound.sum() < 2:
         raise RecordingError(
@@ -285,14 +282,7 @@ def overbound(
     walks
         Whether it has to have white noise and a random walk, as some tools want: two per cent of
         the variance at the shortest and at the longest cluster time, if nothing asks for more.
-
-    Raises
-    ------
-    ValueError
-        If `most_markov` is none of these.
     """
-    if most_markov not in (0, 1, 2):
-        raise ValueError(f"most_markov is {quoted(most_markov)}; use 0, 1 or 2")
     ends = _LEAST_SHARE * walks * limit.limit[[0, -1]] ** 2
     white = max(least_white**2, float(ends[0] * limit.tau[0]))
     least = (white, float(3.0 * ends[1] / limit.tau[-1]))

@@ -8,24 +8,12 @@ from numbers import Real
 from typing import Literal
 
 from sagnac.core.errors import Note, quoted, require_choice, require_confidence, require_type
-from sagnac.core.units import COEFFICIENT_UNITS, FORCE_COEFFICIENT_UNITS, Sensor, canonical
+from sagnac.core.units import SENSED, Sensor, canonical
 from sagnac.noise.laws import CoefficientName
 from sagnac.noise.slow_laws import SlowLaws
 
 Status = Literal["estimated", "upper bound", "not observable"]
 FitName = Literal["paper", "weighted", "likelihood"]
-
-
-def estimate_units(name: CoefficientName, sensor: Sensor = "gyro") -> Mapping[str, float]:
-    """Units that a coefficient is written in: the size of one in SI.
-
-    Raises
-    ------
-    ValueError
-        If there is no such coefficient.
-    """
-    require_choice("name", name, CoefficientName)
-    return (FORCE_COEFFICIENT_UNITS if sensor == "accelerometer" else COEFFICIENT_UNITS)[name]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -130,7 +118,7 @@ class Estimate(Interval):
         require_choice("sensor", self.sensor, Sensor)
         require_confidence(self.confidence)
         if self.name is not None:
-            estimate_units(self.name, self.sensor)
+            require_choice("name", self.name, CoefficientName)
         figures = (self.value, self.low, self.high)
         if self.status != "not observable":
             Interval.__post_init__(self)
@@ -150,6 +138,19 @@ class Estimate(Interval):
     def __hash__(self) -> int:
         return hash(self._key())
 
+    @property
+    def units(self) -> Mapping[str, float]:
+        """Units that the coefficient is written in, the field's first: the size of one in SI.
+
+        Raises
+        ------
+        ValueError
+            If the coefficient is not known.
+        """
+        if self.name is None:
+            raise ValueError("the estimate has no name, so that its units are not known")
+        return SENSED[self.sensor].coefficients[self.name]
+
     def to(self, unit: str) -> ConvertedEstimate:
         """The figures in a unit of the field.
 
@@ -165,9 +166,7 @@ class Estimate(Interval):
         ValueError
             If the coefficient is not known, or not written in that unit.
         """
-        if self.name is None:
-            raise ValueError("the estimate has no name, so that its units are not known")
-        units = estimate_units(self.name, self.sensor)
+        units = self.units
         unit = canonical(unit) if isinstance(unit, str) else unit
         if unit not in units:
             raise ValueError(
@@ -187,7 +186,7 @@ class Estimate(Interval):
         """The figures in the field's unit, SI if the coefficient is not known."""
         if self.name is None:
             return self._converted("SI", 1.0)
-        return self.to(next(iter(estimate_units(self.name, self.sensor))))
+        return self.to(next(iter(self.units)))
 
     def __format__(self, spec: str) -> str:
         return format(self.in_field_unit(), spec) if spec else str(self)

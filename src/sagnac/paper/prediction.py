@@ -95,6 +95,7 @@ def on_day(config: RigConfig, seed: int) -> RigConfig:
 # ---- published ---------------------------------------------------------------------
 
 PAIR: Final = ("x", "z")
+_PLACES: Final = [GYRO_NAMES.index(name) for name in PAIR]
 # Figures as published, deg/sqrt(h). Figure 3 is by interval in s, the tables are by
 # table rate in deg/s, for three days.
 FIGURE_2: Final = 0.0498
@@ -179,23 +180,11 @@ class Scope:
         fit five terms to.
     days
         Recordings per table cell, 1 to 3: the paper's days, here seeds.
-
-    Raises
-    ------
-    ValueError
-        If `days` is not 1, 2 or 3, or a duration is not positive.
     """
 
     table_duration_s: float = 7200.0
     figure_duration_s: float = 7200.0
     days: int = 3
-
-    def __post_init__(self) -> None:
-        if not 1 <= self.days <= 3:
-            raise ValueError(f"days is {self.days}; the paper has three, give 1 to 3")
-        for name in ("table_duration_s", "figure_duration_s"):
-            if not getattr(self, name) > 0.0:
-                raise ValueError(f"{name} is {getattr(self, name)!r}; it must be positive")
 
 
 FULL: Final = Scope()
@@ -299,22 +288,20 @@ class Prediction:
     lock_in
         N of lock-in by `sagnac.rig.ring_laser` at the rate that each gyro senses: it falls as
         1/rate, with the assumed diffusion of the backscatter phase.
-    jitter_walk
-        N of the servo's angle walk, if the servo holds the rate and the table is not followed.
     encoder
         Q of the encoder: its step over sqrt(12), and the rate times the latch jitter.
     jitter
-        Q of the servo's angle jitter, if the servo holds the angle.
+        Q of the servo's angle jitter, if the servo holds the angle; the table is followed along
+        the encoder, so that it is no part of the sums.
     total
-        N: quantum limit, lock-in and, if the table is not followed, the jitter's walk.
+        N: quantum limit and lock-in.
     quantization
-        Q: the gyros' readout, and the encoder or, if the table is not followed, the jitter.
+        Q: the gyros' readout, and the encoder.
     """
 
     rates: FloatArray
     quantum: FloatArray
     lock_in: FloatArray
-    jitter_walk: FloatArray
     encoder: FloatArray
     jitter: FloatArray
     total: FloatArray
@@ -337,11 +324,9 @@ def predicted_angle_random_walk(
     rates: ArrayLike,
     *,
     config: RigConfig = PRESETS["paper"],
-    pair: tuple[str, str] = PAIR,
-    table_followed: bool = True,
     latch_jitter: float | None = None,
 ) -> Prediction:
-    """N that a rate-biased pair will show at each table rate: the choice of table rate.
+    """N that the rate-biased pair will show at each table rate: the choice of table rate.
 
     The parts of it and where they come from are those of `Prediction`.
 
@@ -351,11 +336,6 @@ def predicted_angle_random_walk(
         (rates,) table rates, rad/s.
     config
         Laser, table, encoder and shares; its mode and rate play no part.
-    pair
-        The gyros differenced.
-    table_followed
-        Whether the table's motion is taken out along the encoder (True) or by the difference
-        alone, the paper's Step 3 (False).
     latch_jitter
         Rms time between the encoder's sample and the gyro's, s; that of `config` if None.
 
@@ -378,38 +358,32 @@ def predicted_angle_random_walk(
     late = config.encoder.latch_jitter_s if latch_jitter is None else latch_jitter
     if late < 0.0:
         raise ValueError(f"latch_jitter is {late:g} s; it must not be negative")
-    for name in pair:
-        if name not in GYRO_NAMES:
-            raise ValueError(f"pair is {pair!r}; use two of {', '.join(GYRO_NAMES)}")
-    quantum = _mean(pair, config.gyro.arw_deg_per_sqrt_h) * DEGREE_PER_ROOT_HOUR
-    step = _mean(pair, config.gyro.quantization_step_arcsec) * ARCSECOND
-    laser = _laser_noise(speeds, config, pair)
+    quantum = _mean(config.gyro.arw_deg_per_sqrt_h) * DEGREE_PER_ROOT_HOUR
+    step = _mean(config.gyro.quantization_step_arcsec) * ARCSECOND
+    laser = _laser_noise(speeds, config)
     lock_in = np.sqrt(np.maximum(laser**2 - quantum**2, 0.0))
-    shares = config.platform.shares
-    first, second = (float(shares[GYRO_NAMES.index(name)]) for name in pair)
+    first, second = config.platform.shares[_PLACES].tolist()
     mismatch = abs(first - second)
     # The encoder's white error of angle, of its steps and of when it is read.
     line = 2.0 * math.pi / config.encoder.lines / math.sqrt(12.0)
     encoder = np.asarray(mismatch * np.hypot(line, speeds * late) / PAIR_SIZE)
-    walk, jitter = (np.full(speeds.size, part) for part in _jitter(config, mismatch))
     return Prediction(
         rates=speeds,
         quantum=np.full(speeds.size, quantum),
         lock_in=lock_in,
-        jitter_walk=walk,
         encoder=encoder,
-        jitter=jitter,
-        total=laser if table_followed else np.hypot(laser, walk),
-        quantization=np.hypot(step / math.sqrt(12.0), encoder if table_followed else jitter),
+        jitter=np.full(speeds.size, _jitter(config, mismatch)),
+        total=laser,
+        quantization=np.hypot(step / math.sqrt(12.0), encoder),
     )
 
 
-def _mean(pair: tuple[str, str], values: Sequence[float]) -> float:
+def _mean(values: Sequence[float]) -> float:
     """Root mean square over the pair of what each gyro has."""
-    return math.sqrt(np.mean([values[GYRO_NAMES.index(name)] ** 2 for name in pair]))
+    return math.sqrt(np.mean(np.square(values)[_PLACES]))
 
 
-def _laser_noise(speeds: FloatArray, config: RigConfig, pair: tuple[str, str]) -> FloatArray:
+def _laser_noise(speeds: FloatArray, config: RigConfig) -> FloatArray:
     """N-bar of quantum limit and lock-in together, by the truth of a rig at each rate."""
     gyro = replace(config.gyro, mode="rate-biased")
     noise = np.empty(speeds.size)
@@ -417,17 +391,16 @@ def _laser_noise(speeds: FloatArray, config: RigConfig, pair: tuple[str, str]) -
     for index, speed in enumerate(speeds / DEGREE):
         table = replace(even, rate_deg_per_s=float(speed))
         gyros = truth_of(replace(config, gyro=gyro, table=table)).gyros
-        noise[index] = _mean(pair, [gyros[name].arw_deg_per_sqrt_h for name in GYRO_NAMES])
+        noise[index] = _mean([gyros[name].arw_deg_per_sqrt_h for name in GYRO_NAMES])
     return noise * DEGREE_PER_ROOT_HOUR
 
 
-def _jitter(config: RigConfig, mismatch: float) -> tuple[float, float]:
-    """N-bar and Q-bar of the table's jitter: one of them, by what the servo holds."""
+def _jitter(config: RigConfig, mismatch: float) -> float:
+    """Q-bar of the table's jitter; zero if the servo holds the rate, so that the angle walks."""
+    if config.table.jitter_spectrum != "position":
+        return 0.0
     natural = 2.0 * math.pi * config.table.jitter_bandwidth_hz
-    servo = config.table.jitter_rms_deg_per_s * DEGREE * mismatch
-    if config.table.jitter_spectrum == "position":
-        return 0.0, servo / natural / PAIR_SIZE
-    return servo * math.sqrt(2.0 / natural) / PAIR_SIZE, 0.0
+    return config.table.jitter_rms_deg_per_s * DEGREE * mismatch / natural / PAIR_SIZE
 
 
 def adequate_rate(prediction: Prediction, excess: float = 0.1) -> float:

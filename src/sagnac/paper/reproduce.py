@@ -25,7 +25,7 @@ from sagnac.core.documents import finite
 from sagnac.core.errors import RecordingError
 from sagnac.core.processes import GIBIBYTE, Means, Standing, completed, nobody
 from sagnac.core.units import DEGREE, DEGREE_PER_ROOT_HOUR
-from sagnac.core.whole_files import write_text
+from sagnac.core.whole_files import made, write_text
 from sagnac.lines.published import AS_PRINTED, FAIR
 from sagnac.noise.curve_fit import is_in_paper, paper_fit
 from sagnac.noise.estimates import Estimate, Status, unobserved
@@ -238,12 +238,7 @@ def reproduce(
         If the folder cannot be written to, or a process dies.
     """
     runs = prediction.plan(scope)
-    store = folder / "runs"
-    try:
-        store.mkdir(exist_ok=True)
-    except OSError as error:
-        problem = f"cannot be written ({error.strerror})"
-        raise RecordingError(problem, path=str(store), remedy="choose another output") from None
+    store = made(folder / "runs")
     kept = {run.name: read_outcome(store / f"{run.key}.json", run) for run in runs}
     outcomes = {name: outcome for name, outcome in kept.items() if outcome is not None}
     missing = [run for run in runs if run.name not in outcomes]

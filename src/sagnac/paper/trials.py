@@ -112,41 +112,46 @@ def trials(duration_s: float = 7200.0) -> tuple[Trial, ...]:
         rate_random_walk_deg_per_h_per_sqrt_h=(0.01, 0.01, 0.01),
         bias_instability_deg_per_h=(1e-3, 1e-3, 1e-3),
     )
-    recordings = {
-        "as-simulated": (base, "the preset as it is, nothing removed"),
-        "white": (quiet, "angle random walk and readout alone: what five terms on few points do"),
-        "aliasing": (
-            with_time_lines(base, fast),
-            "lines above 0.5 Hz alone, ten times the preset: what folding does",
+    rates = "no lines; one mean rate over 1 s in each interval instead of the angle"
+    removed = "the preset as it is, lines removed by fos before sampling"
+    return (
+        Trial("as-simulated", "the preset as it is, nothing removed", base),
+        Trial(
+            "white", "angle random walk and readout alone: what five terms on few points do", quiet
         ),
-        "warm-up": (
-            replace(quiet, gyro=warm),
+        Trial(
+            "aliasing",
+            "lines above 0.5 Hz alone, ten times the preset: what folding does",
+            with_time_lines(base, fast),
+        ),
+        Trial(
+            "warm-up",
             "no lines; warming by 5 K at 0.004 °/h/K, rate random walk 0.01 °/h/√h, bias "
             "instability 0.001 °/h: drift without temperature control",
+            replace(quiet, gyro=warm),
         ),
-        "rate": (quiet, "no lines; one mean rate over 1 s in each interval instead of the angle"),
-        "slow-line": (with_time_lines(base, slow), "the preset's line at 0.0137 Hz alone"),
-        NEAREST_TRIAL: (
-            with_line_in_z(base, 1.0 / 39.9, 0.0387),
+        Trial("rate", rates, quiet, preparation="rate"),
+        Trial("slow-line", "the preset's line at 0.0137 Hz alone", with_time_lines(base, slow)),
+        Trial(
+            NEAREST_TRIAL,
             "one line of 0.039″, period 39.9 s: of the periods from 15 to 150 s and amplitudes "
             "to 0.3″ that python -m benchmarks.figure_3 tries, the nearest to the paper by "
             "relative squares on the deviation",
+            with_line_in_z(base, 1.0 / 39.9, 0.0387),
         ),
-        "slow-39s": (
-            with_line_in_z(base, 1.0 / 38.71, 0.0389),
+        Trial(
+            "slow-39s",
             "one line of 0.039″, period 38.7 s: its neighbour",
+            with_line_in_z(base, 1.0 / 38.71, 0.0389),
         ),
-        "slow-37s": (
-            with_line_in_z(base, 1.0 / 36.6, 0.0257),
+        Trial(
+            "slow-37s",
             "one line of 0.026″, period 36.6 s: the nearest of them by plain squares on the "
             "deviation",
+            with_line_in_z(base, 1.0 / 36.6, 0.0257),
         ),
-        "removed": (base, "the preset as it is, lines removed by fos before sampling"),
-    }
-    made = {name: Trial(name, meaning, config) for name, (config, meaning) in recordings.items()}
-    made["rate"] = made["rate"]._replace(preparation="rate")
-    made["removed"] = made["removed"]._replace(method="fos")
-    return tuple(made.values())
+        Trial("removed", removed, base, method="fos"),
+    )
 
 
 def with_time_lines(base: RigConfig, time: Pairs) -> RigConfig:

@@ -112,9 +112,7 @@ def prospect_document(prospect: Prospect) -> dict[str, Any]:
     ``notes`` are limits of the answer.
     """
     compass, filtered, highest = prospect.compass, prospect.filtered, _highest(prospect)
-    turning = {}
-    if prospect.rotating is not None:
-        turning = {key: values[0] for key, values in _azimuths(prospect.rotating).items()}
+    turning = {} if prospect.rotating is None else _azimuths(prospect.rotating)
     return {
         "schema": SCHEMA,
         "latitude_deg": prospect.latitude / DEGREE,
@@ -133,7 +131,7 @@ def prospect_document(prospect: Prospect) -> dict[str, Any]:
             "drift_process_noise_rad2_per_s3": prospect.noise.rate_random_walk**2,
             "covariance": filtered.covariance.tolist(),
         },
-        **({"rotating_triad": turning} if turning else {}),
+        **({"rotating_triad": {key: one[0] for key, one in turning.items()}} if turning else {}),
         "position": {
             "time_s": prospect.position.times.tolist(),
             "deviation_m": prospect.position.deviation.tolist(),
@@ -215,10 +213,11 @@ def _by(growth: Growth, row: int, size: float, parts: tuple[str, ...]) -> dict[s
 
 
 def _listed(growth: Growth, unit: str, size: float) -> list[dict[str, Any]]:
+    # Both with the misalignment at the start.
     columns = {
         "after_s": growth.times,
         f"sigma_{unit}": growth.deviation() / size,
-        f"highest_{unit}": growth.highest_misaligned / size,
+        f"highest_{unit}": np.hypot(growth.highest, np.sqrt(growth.variances[:, -1])) / size,
     }
     return [
         {**values, "by": _by(growth, row, size, PARTS)} for row, values in enumerate(_rows(columns))

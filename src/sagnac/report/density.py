@@ -218,10 +218,9 @@ def _rested_on(axes: Axes, analysis: Analysis) -> None:
     letters = ", ".join(SYMBOLS[name] for name in choice.terms)
     label = letters + " behind a low-pass" * any(choice.law.falls)
     frame.model(axes, frequency, root, color=frame.ORANGE, linewidth=1.3, label=label)
-    for place, square in enumerate(choice.law.squares):
-        if square > 0.0 and len(choice.terms) > 1:
-            alone = tuple(square if one == place else 0.0 for one in range(len(choice.law.squares)))
-            term = np.sqrt(replace(choice.law, squares=alone).density(frequency))
+    for alone in np.diag(choice.law.squares):
+        if alone.any() and len(choice.terms) > 1:
+            term = np.sqrt(replace(choice.law, squares=tuple(alone)).density(frequency))
             term /= DEGREE_PER_HOUR_PER_ROOT_HERTZ
             frame.model(
                 axes, frequency, term, color=frame.ORANGE, linewidth=0.7, linestyle=frame.DOTTED

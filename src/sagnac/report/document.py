@@ -24,7 +24,7 @@ from sagnac.core.units import Sensor, Unit
 from sagnac.core.version import __version__
 from sagnac.lines.model import Line
 from sagnac.noise.cross_spectra import SelfNoise
-from sagnac.noise.estimates import Estimate, Fit, estimate_units
+from sagnac.noise.estimates import Estimate, Fit
 from sagnac.noise.laws import COEFFICIENT_NAMES, CoefficientName
 from sagnac.noise.model_average import ModelChoice
 from sagnac.report import error_text, findings_data, note_text, sections, tables
@@ -53,7 +53,6 @@ def analysis_document(analysis: Analysis) -> dict[str, Any]:
     """
     result.require_gyro(analysis)
     curve, verdict = analysis.curve, verdict_of(analysis)
-    answer = _estimate("angle_random_walk", analysis.angle_random_walk)
     covariates = analysis.settings.covariates
     document = {
         "schema": ANALYSIS,
@@ -69,7 +68,7 @@ def analysis_document(analysis: Analysis) -> dict[str, Any]:
         "channel": analysis.channel,
         "gyros_differenced": 2 if analysis.is_pair else 1,
         "angle_random_walk": {
-            **answer,
+            **_estimate(analysis.angle_random_walk),
             "source": analysis.source,
             **json_data.choice_data(analysis),
         },
@@ -80,10 +79,7 @@ def analysis_document(analysis: Analysis) -> dict[str, Any]:
         "shares": json_data.shares_data(analysis),
         "triad": json_data.triad_data(analysis),
         "estimates": {name: _coefficients(fit.coefficients) for name, fit in analysis.fits.items()},
-        "per_gyro": {
-            name: _estimate("angle_random_walk", estimate)
-            for name, estimate in analysis.per_gyro.items()
-        },
+        "per_gyro": {name: _estimate(walk) for name, walk in analysis.per_gyro.items()},
         "lines": [tables.line_data(line) for line in analysis.lines],
         "curve": {"estimator": curve.estimator, **_points(curve, units.UNITS["deg/h"], _DEVIATION)},
         **_family(analysis),
@@ -150,7 +146,7 @@ def self_noise_data(found: SelfNoise) -> dict[str, Any]:
     size = units.DEGREE_PER_HOUR**2
     gyros = {
         name: {
-            "angle_random_walk": _estimate("angle_random_walk", estimate),
+            "angle_random_walk": _estimate(estimate),
             "gain": float(found.gains[place]),
             **{
                 key: (getattr(found, key)[place] / size).tolist()
@@ -184,10 +180,9 @@ def _beside(analysis: Analysis, *, gyros: bool = True) -> dict[str, Any]:
 
 def _force_data(analysis: Analysis) -> dict[str, Any]:
     curve, unit = analysis.curve_before, units.UNITS[units.SENSED["accelerometer"].rate_unit]
-    walk = _estimate("angle_random_walk", analysis.angle_random_walk, "accelerometer")
     return {
-        "velocity_random_walk": walk,
-        "coefficients": _coefficients(result.answer_coefficients(analysis), "accelerometer"),
+        "velocity_random_walk": _estimate(analysis.angle_random_walk),
+        "coefficients": _coefficients(result.answer_coefficients(analysis)),
         "source": analysis.source,
         "curve": {"estimator": curve.estimator, "unit": unit.name, **_points(curve, unit)},
         **_of_sensor(analysis),
@@ -255,18 +250,15 @@ def _family(analysis: Analysis) -> dict[str, Any]:
     return {"curves": curves, "spectrum": spectrum}
 
 
-def _coefficients(
-    estimates: Mapping[CoefficientName, Estimate], sensor: Sensor = "gyro"
-) -> dict[str, Any]:
-    keys = units.SENSED[sensor].keys
-    there = [name for name in COEFFICIENT_NAMES if name in estimates]
-    return {keys[name]: _estimate(name, estimates[name], sensor) for name in there}
+def _coefficients(estimates: Mapping[CoefficientName, Estimate]) -> dict[str, Any]:
+    there = {name: estimates[name] for name in COEFFICIENT_NAMES if name in estimates}
+    return {units.SENSED[one.sensor].keys[name]: _estimate(one) for name, one in there.items()}
 
 
-def _estimate(name: CoefficientName, estimate: Estimate, sensor: Sensor = "gyro") -> dict[str, Any]:
-    sizes = estimate_units(name, sensor)
+def _estimate(estimate: Estimate) -> dict[str, Any]:
     units = {
-        unit: {end: getattr(estimate, end) / size for end in _ENDS} for unit, size in sizes.items()
+        unit: {end: getattr(estimate, end) / size for end in _ENDS}
+        for unit, size in estimate.units.items()
     }
     unit = next(iter(units))
     stated = {"confidence": estimate.confidence, "unit": unit, "status": estimate.status}
@@ -372,7 +364,7 @@ def _ends(stated: Document, size: float) -> dict[str, float]:
 
 
 def _stored_estimate(name: CoefficientName, stated: Document, sensor: Sensor = "gyro") -> Estimate:
-    ends = _ends(stated, estimate_units(name, sensor)[stated["unit"]])
+    ends = _ends(stated, units.SENSED[sensor].coefficients[name][stated["unit"]])
     status, confidence = stated["status"], stated["confidence"]
     return Estimate(**ends, confidence=confidence, status=status, name=name, sensor=sensor)
 

@@ -26,8 +26,8 @@ from sagnac.core.units import DEGREE, DEGREE_PER_HOUR, SENSED, UNITS
 from sagnac.core.whole_files import replacing
 from sagnac.noise.cross_spectra import SelfNoise
 from sagnac.report import density, deviation, frame
-from sagnac.report.quantities import in_field_unit, number
-from sagnac.table.frames import shares_from_deviations, table_to_gyro_matrix
+from sagnac.report.quantities import number
+from sagnac.table.frames import table_to_gyro_matrix
 
 # ---- style -------------------------------------------------------------------------
 
@@ -153,8 +153,10 @@ def report_figures(analysis: Analysis) -> dict[str, Figure]:
     """The figures of one analysis by name, drawn once for the page and for the files beside it.
 
     ``stability``, ``spectrum``, ``parts`` (of two parts or more that show N) and ``residual``; one
-    that there is nothing for is left out.
+    that there is nothing for is left out. Of several gyros at rest ``stability`` alone, of all.
     """
+    if analysis.gyros:
+        return {"stability": curves_figure(list(analysis.gyros.values()))}
     drawn = {"stability": _drawn(deviation.stability, analysis, 4)}
     drawn["spectrum"] = _drawn(density.spectrum, analysis, 3)
     if sum(part.shows for part in analysis.parts) > 1:
@@ -162,11 +164,6 @@ def report_figures(analysis: Analysis) -> dict[str, Figure]:
     if analysis.residual is not None and analysis.residual.time.size > 1:
         drawn["residual"] = _residual_figure(analysis, analysis.residual.by_angle)
     return drawn
-
-
-def unit_figures(analysis: Analysis) -> dict[str, Figure]:
-    """The figure of several gyros at rest by its name, ``stability``."""
-    return {"stability": curves_figure(list(analysis.gyros.values()))}
 
 
 def self_noise_figure(found: SelfNoise) -> Figure:
@@ -297,7 +294,7 @@ def write_png(figure: Figure, path: Path) -> None:
 
 
 def _short_answer(analysis: Analysis) -> str:
-    shown = in_field_unit("angle_random_walk", analysis.angle_random_walk)
+    shown = analysis.angle_random_walk.in_field_unit()
     if shown.status == "not observable":
         return "N not observable"
     relation = "=" if shown.status == "estimated" else "<"
@@ -316,17 +313,10 @@ _LENGTH: Final = 1.15
 _INNER: Final = 0.92  # radius of the inner circle, of the rim's
 
 
-def frames_figure(share_deviation: ArrayLike = (0.0, 0.0, 0.0)) -> Figure:
-    """Local level (n), null (b0), table (b) and gyro (s) frames, true to Eq. 1.
-
-    Parameters
-    ----------
-    share_deviation
-        (3,) of e_x, e_y and e_z from 1/sqrt(3), Eq. 2.
-    """
-    shares = shares_from_deviations(share_deviation)
+def frames_figure() -> Figure:
+    """Local level (n), null (b0), table (b) and gyro (s) frames, true to Eq. 1, of equal shares."""
     null, table = _turned(_HEADING), _turned(_HEADING + _TURNED)
-    gyros = table_to_gyro_matrix(*shares) @ table
+    gyros = table_to_gyro_matrix(*np.full(3, 1.0 / np.sqrt(3.0))) @ table
     with styled() as (figure, axes):
         axes.set_aspect("equal")
         axes.set_axis_off()

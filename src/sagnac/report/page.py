@@ -76,7 +76,7 @@ def write_page(analysis: Analysis, path: Path) -> None:
     RecordingError
         If the folder cannot be written to.
     """
-    write_text(path, unit_page(analysis) if analysis.gyros else page(analysis))
+    write_text(path, page(analysis))
 
 
 def page(
@@ -86,8 +86,9 @@ def page(
     document: Mapping[str, Any] | None = None,
     block: TitleBlock | None = None,
     settings: str = "",
+    links: Mapping[str, str] | None = None,
 ) -> str:
-    """The report of one analysis as HTML.
+    """The report of one analysis as HTML; of several gyros at rest one page together.
 
     Parameters
     ----------
@@ -99,8 +100,24 @@ def page(
         What stands on top.
     settings
         TOML that repeats the run.
+    links
+        Gyro -> its own report.
     """
     heading, drawn = block or TitleBlock(), drawn or figures.report_figures(analysis)
+    if analysis.gyros:
+        said = "Allan deviation of the gyros against cluster time"
+        each = analysis.gyros.items()
+        return _rendered(
+            "unit.html",
+            analysis,
+            heading,
+            title=heading.title or f"Gyros {', '.join(analysis.settings.gyros)}",
+            links=links or {},
+            notes=ranked(analysis.notes),
+            figure=figures.svg(drawn["stability"], "unit", said),
+            columns=[(name, result.answer_coefficients(one), False) for name, one in each],
+            settings=settings,
+        )
     pictures = {
         name: figures.svg(drawn[name], name, said) if name in drawn else None
         for name, said in _PICTURES.items()
@@ -119,46 +136,6 @@ def page(
         of_method=True,
         shares=_shares(analysis),
         azimuth=_azimuth(analysis, document),
-    )
-
-
-def unit_page(
-    analysis: Analysis,
-    *,
-    drawn: Mapping[str, Figure] | None = None,
-    block: TitleBlock | None = None,
-    settings: str = "",
-    links: Mapping[str, str] | None = None,
-) -> str:
-    """The gyros of one unit at rest on one page: N of each, verdict, curves and coefficients.
-
-    Parameters
-    ----------
-    analysis
-        Of several gyros at rest.
-    drawn
-        Its figure by name; made here if it is not given.
-    block
-        What stands on top.
-    settings
-        TOML that repeats the run.
-    links
-        Gyro -> its own report.
-    """
-    heading, drawn = block or TitleBlock(), drawn or figures.unit_figures(analysis)
-    said = "Allan deviation of the gyros against cluster time"
-    return _rendered(
-        "unit.html",
-        analysis,
-        heading,
-        title=heading.title or f"Gyros {', '.join(analysis.settings.gyros)}",
-        links=links or {},
-        notes=ranked(analysis.notes),
-        figure=figures.svg(drawn["stability"], "unit", said),
-        columns=[
-            (name, result.answer_coefficients(one), False) for name, one in analysis.gyros.items()
-        ],
-        settings=settings,
     )
 
 
@@ -390,15 +367,10 @@ def _write(analysis: Analysis, folder: Path, stated: dict[str, Any], **how: Any)
     shown = analysis if how["with_forces"] else replace(analysis, accelerometers={})
     top = {"block": how["block"], "settings": how["settings"]}
     places = {name: folder_name(name) for name in analysis.gyros}
-    texts: dict[str, str] = {}
-    if places:
-        links = {name: f"{quote(place)}/report.html" for name, place in places.items()}
-        drawn = figures.unit_figures(shown)
-        html = unit_page(shown, drawn=drawn, links=links, **top)
-    else:
-        drawn = figures.report_figures(analysis)
-        html = page(shown, drawn=drawn, document=stated, **top)
-        texts = tables.csv_files(analysis)
+    links = {name: f"{quote(place)}/report.html" for name, place in places.items()}
+    drawn = figures.report_figures(analysis)
+    html = page(shown, drawn=drawn, document=stated, links=links, **top)
+    texts = {} if places else tables.csv_files(analysis)
     pngs = {f"{name}.png": drawn[name] for name in _FILES if name in drawn}
     for png, figure in pngs.items():
         figures.write_png(figure, folder / png)

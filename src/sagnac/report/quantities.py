@@ -3,7 +3,6 @@
 import math
 import re
 from collections.abc import Mapping
-from dataclasses import replace
 from typing import Final
 
 import numpy as np
@@ -11,7 +10,7 @@ from scipy.special import gammainccinv, gammaincinv
 
 from sagnac.analysis.result import Analysis
 from sagnac.analysis.spectra import Spectrum
-from sagnac.core.units import ARCSECOND, DEGREE_PER_HOUR, SENSED, UNITS, Unit, field_unit
+from sagnac.core.units import ARCSECOND, DEGREE_PER_HOUR, SENSED, UNITS, Unit
 from sagnac.lines.model import Line
 from sagnac.noise.estimates import ConvertedEstimate, Estimate, FitName, Interval
 from sagnac.noise.laws import COEFFICIENT_NAMES, CoefficientName
@@ -29,13 +28,6 @@ FIT_TITLES: Final[Mapping[FitName, str]] = {
 }
 _POWER: Final = re.compile(r"(?<![\w.])(\d+(?:\.\d+)?)e([+-]?\d+)")
 _SUPERSCRIPTS: Final = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
-
-
-def in_field_unit(
-    name: CoefficientName, estimate: Estimate, unit: str | None = None
-) -> ConvertedEstimate:
-    """Three figures of an estimate in a unit: the field's of that coefficient unless given."""
-    return replace(estimate, name=name).to(unit or field_unit(name, estimate.sensor).name)
 
 
 def curve_unit(estimator: Estimator) -> Unit:
@@ -131,10 +123,10 @@ def figures(
 
 
 def reading_cells(
-    name: CoefficientName, estimate: Estimate, unit: str | None = None, *, plain: bool = True
+    estimate: Estimate, unit: str | None = None, *, plain: bool = True
 ) -> tuple[str, str, str]:
     """Value, interval and status of an estimate in SI, in the field's unit unless one is given."""
-    shown = in_field_unit(name, estimate, unit)
+    shown = estimate.in_field_unit() if unit is None else estimate.to(unit)
     if estimate.status == "not observable":
         return "–", "", estimate.status
     if estimate.status == "upper bound":
@@ -142,25 +134,24 @@ def reading_cells(
     return (*figures(shown, plain=plain), estimate.status)
 
 
-def unit_cells(name: CoefficientName, estimate: Estimate) -> list[tuple[str, str, str]]:
+def unit_cells(estimate: Estimate) -> list[tuple[str, str, str]]:
     """Value, interval and unit of an estimate in SI, in each unit that it is written in."""
-    units = SENSED["gyro"].coefficients[name]
-    return [(*reading_cells(name, estimate, unit)[:2], unit) for unit in units]
+    return [(*reading_cells(estimate, unit)[:2], unit) for unit in estimate.units]
 
 
-def reading(name: CoefficientName, estimate: Estimate, unit: str | None = None) -> str:
+def reading(estimate: Estimate, unit: str | None = None) -> str:
     """One estimate in SI as one table cell: value and interval, bound, or neither."""
-    value, interval, status = reading_cells(name, estimate, unit)
+    value, interval, status = reading_cells(estimate, unit)
     if status == "not observable":
         return status
     return f"{value} [{interval.replace(' … ', ', ')}]" if interval else value
 
 
-def sentence(name: CoefficientName, estimate: Estimate, *, plain: bool = False) -> str:
+def sentence(estimate: Estimate, *, plain: bool = False) -> str:
     """One estimate in SI, said in the field's unit: value and interval, bound, or neither."""
-    unit = field_unit(name).symbol
+    unit = UNITS[estimate.in_field_unit().unit].symbol
     percent = f"{100.0 * estimate.confidence:g} %"
-    value, interval, status = reading_cells(name, estimate, plain=plain)
+    value, interval, status = reading_cells(estimate, plain=plain)
     if status == "not observable":
         return status
     if status == "upper bound":

@@ -130,7 +130,7 @@ def force_rows(analyses: Sequence[Analysis]) -> list[tuple[str, str, tuple[str, 
     titles, rows = SENSED["accelerometer"].titles, []
     for name in COEFFICIENT_NAMES:
         found = [answer_coefficients(one).get(name) for one in analyses]
-        said = ("not fitted" if one is None else quantities.reading(name, one) for one in found)
+        said = ("not fitted" if one is None else quantities.reading(one) for one in found)
         unit = field_unit(name, "accelerometer").symbol
         rows.append((f"{SYMBOLS[name]} {titles[name]}", unit, tuple(said)))
     return rows
@@ -175,7 +175,7 @@ def overall_decision(
 def found_text(judgement: Judgement) -> str:
     """Measured value in the unit of its limit: with its interval, a bound, or neither."""
     limit, estimate = judgement.limit, judgement.estimate
-    said = quantities.reading(limit.coefficient, estimate, limit.unit.name)
+    said = quantities.reading(estimate, limit.unit.name)
     return said if estimate.status == "not observable" else f"{said} {limit.unit.symbol}"
 
 
@@ -192,8 +192,7 @@ def gyro_text(judgement: Judgement) -> str:
 
 
 def _judgement(one: Judgement) -> dict[str, Any]:
-    name = one.limit.coefficient
-    shown = quantities.in_field_unit(name, one.estimate)
+    name, shown = one.limit.coefficient, one.estimate.in_field_unit()
     unit = field_unit(name)
     return {
         "gyro": one.gyro,

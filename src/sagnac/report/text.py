@@ -34,7 +34,7 @@ def answer(analysis: Analysis) -> str:
 
 def beside_truth(analysis: Analysis, truth: float) -> str:
     """The answer against the ARW that was put in, `truth` in deg/sqrt(h)."""
-    shown = quantities.in_field_unit("angle_random_walk", analysis.angle_random_walk)
+    shown = analysis.angle_random_walk.in_field_unit()
     return sections.rendered("truth.txt", shown=shown, truth=truth)
 
 
@@ -57,7 +57,7 @@ def verdict(analysis: Analysis) -> str:
 
 def with_lines(analysis: Analysis) -> str:
     """The answer with the lines left in."""
-    said = quantities.sentence("angle_random_walk", analysis.angle_random_walk, plain=True)
+    said = quantities.sentence(analysis.angle_random_walk, plain=True)
     return f"With the lines below left in  {said}"
 
 
@@ -65,7 +65,7 @@ def coefficients(analysis: Analysis) -> str:
     """Q, N, B, K, R by each fit, in the field's units."""
     fits = [analysis.fits[name] for name in quantities.FIT_TITLES if name in analysis.fits]
     rows = [
-        (*_titled(name), *(quantities.reading(name, fit.coefficients[name]) for fit in fits))
+        (*_titled(name), *(quantities.reading(fit.coefficients[name]) for fit in fits))
         for name in COEFFICIENT_NAMES
     ]
     header = ("coefficient", "unit", *(f"{fit.method} fit" for fit in fits))
@@ -107,7 +107,7 @@ def units(analysis: Analysis) -> str:
     rows = [
         (_titled(name)[0], *cells)
         for name, estimate in headline_estimates(analysis).items()
-        for cells in quantities.unit_cells(name, estimate)
+        for cells in quantities.unit_cells(estimate)
     ]
     return table(("coefficient", "value", "interval", "unit"), rows, right=(1,)) if rows else ""
 
@@ -115,7 +115,7 @@ def units(analysis: Analysis) -> str:
 def self_noise(found: SelfNoise, band: tuple[float, float]) -> str:
     """N of each of several gyros alone, and the gain with which it senses what all share."""
     rows = [
-        (name, quantities.sentence("angle_random_walk", walk, plain=True), f"{gain:.5g}")
+        (name, quantities.sentence(walk, plain=True), f"{gain:.5g}")
         for (name, walk), gain in zip(found.angle_random_walk.items(), found.gains, strict=True)
     ]
     said = f"Self-noise from the cross spectra of {len(rows)} gyros, {band[0]:g} to {band[1]:g} Hz"
@@ -191,7 +191,7 @@ def comparison(analyses: Mapping[str, Analysis], refused: Mapping[str, str]) -> 
     rows = [
         (
             method,
-            *quantities.reading_cells("angle_random_walk", analysis.angle_random_walk),
+            *quantities.reading_cells(analysis.angle_random_walk),
             str(len(analysis.lines)),
             str(quantities.residual_peaks(analysis)),
             f"{sum(analysis.seconds.values()):.1f}",
@@ -276,7 +276,7 @@ def main_coefficients(analysis: Analysis) -> str:
     for name in COEFFICIENT_NAMES:
         if name in found:
             title, unit = _titled(name)
-            value, interval, status = quantities.reading_cells(name, found[name])
+            value, interval, status = quantities.reading_cells(found[name])
             rows.append((title, value, interval, unit, status))
     return table(("coefficient", "value", "interval", "unit", "status"), rows) if rows else ""
 
@@ -374,7 +374,7 @@ def _closing_rows(file: str, analysis: Analysis) -> list[tuple[str, ...]]:
         (
             named,
             name,
-            *quantities.reading_cells("angle_random_walk", estimate),
+            *quantities.reading_cells(estimate),
             decisions.get(name, verdict.decision if verdict else ""),
         )
         for name, estimate in estimates.items()

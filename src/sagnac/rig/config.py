@@ -213,13 +213,12 @@ class RigConfig:
         where, remedy = os.fspath(path), "give a TOML configuration"
         try:
             return cls.from_mapping(read_toml(Path(path)), base)
-        except FileNotFoundError:
-            raise RecordingError("no such file", path=where, remedy=remedy) from None
         except OSError as error:
-            problem = f"cannot be opened ({error.strerror})"
+            is_missing = isinstance(error, FileNotFoundError)
+            problem = "no such file" if is_missing else f"cannot be opened ({error.strerror})"
             raise RecordingError(problem, path=where, remedy=remedy) from None
-        except ConfigurationError as error:
-            raise RecordingError(error.problem, path=where, remedy=error.remedy) from None
+        except RecordingError as error:
+            raise error.at(where) from None
         except ValueError as error:
             raise RecordingError(str(error), path=where, remedy="correct it there") from None
 
@@ -241,7 +240,7 @@ class RigConfig:
         name = values.pop("preset", None)
         if name is not None and base is not None:
             problem = f"preset is {quoted(name)}, but the unit is like one that was measured"
-            raise ConfigurationError(problem, "remove preset")
+            raise ConfigurationError(problem, remedy="remove preset")
         begun = base or (RigConfig() if name is None else preset(name))
         changed: Self = sections.overlaid(begun, values)
         return changed
@@ -330,7 +329,8 @@ def _check_modes(config: RigConfig) -> None:
             angle_random_walk(laser, 1.1 * share * float(np.abs(rate).max()), dither)
         except ValueError as error:
             problem, _, remedy = str(error).partition("; ")
-            raise ConfigurationError(f"gyro.mode {gyro.mode!r}: {problem}", remedy) from None
+            problem = f"gyro.mode {gyro.mode!r}: {problem}"
+            raise ConfigurationError(problem, remedy=remedy) from None
 
 
 # ---- presets -------------------------------------------------------------------------
@@ -351,7 +351,7 @@ def preset(name: str) -> RigConfig:
     """
     if name not in PRESETS:
         remedy = f"use one of {', '.join(PRESETS)}"
-        raise ConfigurationError(f"preset {name!r} does not exist", remedy)
+        raise ConfigurationError(f"preset {name!r} does not exist", remedy=remedy)
     return PRESETS[name]
 
 

@@ -113,8 +113,8 @@ class SlowDrift:
     ----------
     errors
         Of the sensor.
-    sample_rate, duration
-        Of the recording, Hz and s.
+    config
+        Of the rig.
     random
         Its stream.
 
@@ -125,25 +125,21 @@ class SlowDrift:
     """
 
     def __init__(
-        self,
-        errors: SensorErrors,
-        *,
-        sample_rate: float,
-        duration: float,
-        random: np.random.Generator,
+        self, errors: SensorErrors, config: RigConfig, random: np.random.Generator
     ) -> None:
+        interval = 1.0 / config.sample_rate_hz
         # Slow errors are held for 0.02 s if nobody sees it.
-        hold = max(1, round(0.02 * sample_rate))
-        step = hold * (1.0 / sample_rate)
+        hold = max(1, round(0.02 * config.sample_rate_hz))
+        step = hold * interval
         unseen = _slow_density(errors, 0.5 / step) <= 3e-3 * errors.random_walk**2
         shortest = step
         if not unseen:
-            hold, step = 1, 1.0 / sample_rate
+            hold, step = 1, interval
             # What is shorter than a ninth of a sample is white there.
             shortest = 1.0 / 9.0 * step
         count = 0
         if errors.instability > 0.0:
-            longest = 10.0 * max(duration, step)
+            longest = 10.0 * max(config.duration_s, step)
             count = 1 + math.ceil(math.log(longest / shortest) / math.log(_MARKOV_RATIO))
         flicker = errors.instability * math.sqrt(math.log(_MARKOV_RATIO) / math.pi)
         own = np.array(errors.markov).reshape(-1, 2)
@@ -241,9 +237,7 @@ class Gyro:
         self._interval = 1.0 / config.sample_rate_hz
         self._white, slow, self._readout = streams
         self._errors = errors = SensorErrors.of(own, axis)
-        self._slow = SlowDrift(
-            errors, sample_rate=config.sample_rate_hz, duration=config.duration_s, random=slow
-        )
+        self._slow = SlowDrift(errors, config, slow)
         lasers = ring_lasers_of(own) if isinstance(own, GyroConfig) else ()
         self._laser = lasers[axis] if lasers else None
         self._dither = dither_of(own) if isinstance(own, GyroConfig) else None

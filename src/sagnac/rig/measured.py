@@ -104,19 +104,12 @@ class Measured:
     ----------
     sensors
         Kind -> name -> sensor; a kind that there is none of is not there.
-    sample_rate, duration
-        Hz and s.
-    kind
-        Of a sample; empty if it is not stated.
-    table_rate
-        deg/s, 0 at rest.
+    recorded
+        ``input`` of the document: how it was sampled, and how the table turned.
     """
 
     sensors: Mapping[Sensor, Mapping[str, MeasuredSensor]]
-    sample_rate: float
-    duration: float
-    table_rate: float = 0.0
-    kind: str = ""
+    recorded: Mapping[str, Any]
 
     @classmethod
     def of_document(cls, document: Mapping[str, Any]) -> Self:
@@ -145,29 +138,25 @@ class Measured:
                 for name, own in document["per_gyro"].items()
                 if own["status"] == "estimated"
             } or sensors["gyro"]
-        read = document["input"]
-        return cls(
-            sensors=sensors,
-            sample_rate=read["sample_rate_hz"],
-            duration=read["duration_s"],
-            table_rate=read.get("table_rate_deg_per_s") or 0.0,
-            kind=read.get("kind") or "",
-        )
+        return cls(sensors=sensors, recorded=document["input"])
 
     def keys(self) -> dict[str, Any]:
         """Nested tables of a `RigConfig`."""
-        tables: dict[str, dict[str, Any]] = {"table": {"rate_deg_per_s": self.table_rate}}
+        table_rate = self.recorded.get("table_rate_deg_per_s") or 0.0
+        tables: dict[str, dict[str, Any]] = {"table": {"rate_deg_per_s": table_rate}}
+        alone = {key: self.recorded[key] for key in ("duration_s", "sample_rate_hz")}
+        if self.recorded.get("kind"):
+            alone["kind"] = self.recorded["kind"]
         for kind, sensors in self.sensors.items():
             three = _three(sensors, SENSOR_NAMES[kind])
-            each = [one.keys(kind, 1.0 / self.sample_rate) for one in three]
+            each = [one.keys(kind, 1.0 / alone["sample_rate_hz"]) for one in three]
             # The rig has one order for all: that of the lowest corner.
             passes = [one.low_pass for one in three if one.low_pass]
             order = {"low_pass_order": min(passes, default=(0.0, 1))[1]}
             tables[kind] = order | {key: [axis[key] for axis in each] for key in each[0]}
         if "accelerometer" in tables:
             tables["accelerometer"]["mode"] = "triad"
-        alone = {"duration_s": self.duration, "sample_rate_hz": self.sample_rate}
-        return {**alone, **({"kind": self.kind} if self.kind else {}), **tables}
+        return {**alone, **tables}
 
     def left_out(self) -> list[str]:
         """Low-passes and readouts, and what is not simulated as it was measured, a line each."""

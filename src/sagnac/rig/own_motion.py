@@ -1,4 +1,4 @@
-"""Motion that gyros on one table do not share, and periodic disturbances of their angles.
+"""Motion that gyros on one table do not share: mounts, nutation, disturbances and their dither.
 
 Mounts that resonate and a shaft that nutates are random and there only while the table turns: the
 part of ``n_alpha`` in Eqs. 12 to 17 that is no multiple of the table's rate. What two gyros sense
@@ -6,14 +6,17 @@ of it differs by more than their shares. Disturbances are periodic in table angl
 time, Eq. 11.
 """
 
+import cmath
 import math
 from dataclasses import replace
 
 import numpy as np
+from scipy.signal import lfilter
 
 from sagnac.core.arrays import FloatArray
-from sagnac.core.units import ARCSECOND
+from sagnac.core.units import ARCSECOND, DEGREE
 from sagnac.recording.columns import GYRO_NAMES
+from sagnac.rig.config import RigConfig
 from sagnac.rig.sections import DisturbancesConfig, MotionConfig, Pairs
 from sagnac.rig.table import Differences, LineSet, Motion, Oscillator, Sums, Table
 
@@ -159,3 +162,85 @@ def _drawn(pairs: Pairs, random: np.random.Generator) -> LineSet:
     phases = random.uniform(-np.pi, np.pi, shape)
     order = np.argsort(position, kind="stable")
     return LineSet(position=position[order], phasor=(amplitudes * np.exp(1j * phases))[:, order])
+
+
+# ---- dither that is left -------------------------------------------------------------
+
+
+def dither_frequency(config: RigConfig, axis: int) -> float:
+    """Frequency of the dither of the gyro x, y or z, Hz."""
+    return config.gyro.dither_frequency_hz + config.dither.detuning_hz[axis]
+
+
+def dither_amplitude(config: RigConfig, axis: int) -> float:
+    """Amplitude of that dither, rad."""
+    turned = 2.0 * math.pi * dither_frequency(config, axis)
+    return config.gyro.dither_rate_deg_per_s * DEGREE / turned
+
+
+def left_of(config: RigConfig, axis: int) -> complex:
+    """Part of the dither that is left in the angle: 1 less the gain, delayed, of the stripping."""
+    late = 2.0 * math.pi * dither_frequency(config, axis) * config.dither.delay_s[axis]
+    return 1.0 - (1.0 - config.dither.residue[axis]) * cmath.exp(-1j * late)
+
+
+class DitherMotion:
+    """The dither of one gyro in its stationary state.
+
+    A dither is a resonator kept swinging by an even drive and shaken by a random one, so that the
+    random part of its complex amplitude decays with the resonator's ring-down::
+
+        p(t) = Re[(1 + u(t)) A exp(i (2 pi f t + phi))],   A = peak rate / (2 pi f)
+
+    with u a complex Ornstein-Uhlenbeck process. The gyro turns with its body, and its readout takes
+    off what the pick-off says, at a slightly wrong gain and a little late. Sampling folds what is
+    left, since f lies above half the sample rate as a rule.
+
+    Parameters
+    ----------
+    config
+        Of the rig.
+    axis
+        0, 1 or 2 of the gyro x, y or z.
+    random
+        Its stream.
+    """
+
+    def __init__(self, config: RigConfig, axis: int, random: np.random.Generator) -> None:
+        noise, dither = config.gyro.dither_amplitude_noise, config.dither
+        self._amplitude = dither_amplitude(config, axis)
+        self._left = self._amplitude * left_of(config, axis)
+        self._cycles = dither_frequency(config, axis) / config.sample_rate_hz
+        self._phase = float(random.uniform(-np.pi, np.pi))
+        # The random part has two components, in parts of the amplitude. From sample to sample each
+        # keeps `_decay` of itself and gains noise of `_spread`; `_shaken` holds the last two.
+        self._decay = math.exp(-1.0 / (config.sample_rate_hz * dither.ring_down_s))
+        self._spread = noise * math.sqrt(1.0 - self._decay**2)
+        self._shaken = noise * random.standard_normal((1, 2))
+        self._noise = dither.pickoff_noise_arcsec * ARCSECOND
+        self._random = random
+
+    def advance(self, first: int, angle: FloatArray) -> FloatArray:
+        """Add what is left at the next samples to the gyro's angle.
+
+        Parameters
+        ----------
+        first
+            Number of the first sample.
+        angle
+            (n,) rad.
+
+        Returns
+        -------
+        FloatArray
+            (n,) what the pick-off shows, arcsec.
+        """
+        drawn = self._random.standard_normal((angle.size, 3))
+        begun = self._decay * self._shaken
+        shaken, _ = lfilter([self._spread], [1.0, -self._decay], drawn[:, :2], axis=0, zi=begun)
+        self._shaken = shaken[-1:]
+        cycles = (first + np.arange(angle.size)) * self._cycles
+        even = np.exp(1j * (2.0 * np.pi * (cycles - np.floor(cycles)) + self._phase))
+        swing = (1.0 + shaken[:, 0] + 1j * shaken[:, 1]) * even
+        angle += (self._left * swing).real
+        return np.asarray((self._amplitude * swing.real + self._noise * drawn[:, 2]) / ARCSECOND)

@@ -1,4 +1,4 @@
-"""The ring laser gyro: a fast model of what the lock-in equation does, and its dither.
+"""The ring laser gyro: a fast model of what the lock-in equation does.
 
 The beat phase psi between the two waves, 2 pi for every `fringe` of input angle, obeys
 
@@ -26,30 +26,19 @@ Dithered
     angle N = rate_L sqrt(fringe/(2 pi peak)), the known law. At an input rate the zero
     lies off the dither's steepest point and the peak becomes sqrt(peak^2 - rate^2). The
     mean of the lock-in term is zero to second order: the scale factor is 1.
-
-A dither is a resonator kept swinging by an even drive and shaken by a random one, so that the
-random part of its complex amplitude decays with the resonator's ring-down::
-
-    p(t) = Re[(1 + u(t)) A exp(i (2 pi f t + phi))],   A = peak rate / (2 pi f)
-
-with u a complex Ornstein-Uhlenbeck process. The gyro turns with its body, and its readout takes off
-what the pick-off says, at a slightly wrong gain and a little late. Sampling folds what is left,
-since f lies above half the sample rate as a rule.
 """
 
-import cmath
 import math
 from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.signal import lfilter
 
 from sagnac.core.arrays import FloatArray
 from sagnac.core.units import ARCSECOND, DEGREE, DEGREE_PER_HOUR, DEGREE_PER_ROOT_HOUR
 from sagnac.recording.columns import GYRO_NAMES
-from sagnac.rig.sections import DitherConfig, GyroConfig
+from sagnac.rig.sections import GyroConfig
 
 # Kicks one swing apart are correlated by exp(-s^2/2) where s is the rms phase between them.
 _RANDOM_ENOUGH: Final = 3.0  # rad: a correlation of 1 %
@@ -196,11 +185,6 @@ def dither_of(config: GyroConfig) -> Dither | None:
     return Dither(frequency=config.dither_frequency_hz, rate=rate, amplitude_noise=noise)
 
 
-def dither_frequency(gyro: GyroConfig, dither: DitherConfig, axis: int) -> float:
-    """Frequency of the dither of the gyro x, y or z, Hz."""
-    return gyro.dither_frequency_hz + dither.detuning_hz[axis]
-
-
 def folded(frequency: float, sample_rate: float) -> float:
     """Where sampling shows a frequency, Hz.
 
@@ -210,74 +194,3 @@ def folded(frequency: float, sample_rate: float) -> float:
     100.0
     """
     return abs(frequency - sample_rate * round(frequency / sample_rate))
-
-
-def left_of(gyro: GyroConfig, dither: DitherConfig, axis: int) -> complex:
-    """Part of the dither that is left in the angle: 1 less the gain, delayed, of the stripping."""
-    late = 2.0 * math.pi * dither_frequency(gyro, dither, axis) * dither.delay_s[axis]
-    return 1.0 - (1.0 - dither.residue[axis]) * cmath.exp(-1j * late)
-
-
-# ---- dither that is left -------------------------------------------------------------
-
-
-class DitherMotion:
-    """The dither of one gyro in its stationary state.
-
-    Parameters
-    ----------
-    gyro, dither
-        Of the rig.
-    axis
-        0, 1 or 2 of the gyro x, y or z.
-    sample_rate
-        Hz.
-    random
-        Its stream.
-    """
-
-    def __init__(
-        self,
-        gyro: GyroConfig,
-        dither: DitherConfig,
-        axis: int,
-        sample_rate: float,
-        random: np.random.Generator,
-    ) -> None:
-        frequency = dither_frequency(gyro, dither, axis)
-        self._amplitude = gyro.dither_rate_deg_per_s * DEGREE / (2.0 * math.pi * frequency)
-        self._left = self._amplitude * left_of(gyro, dither, axis)
-        self._cycles = frequency / sample_rate
-        self._phase = float(random.uniform(-np.pi, np.pi))
-        # The random part has two components, in parts of the amplitude. From sample to sample each
-        # keeps `_decay` of itself and gains noise of `_spread`; `_shaken` holds the last two.
-        self._decay = math.exp(-1.0 / (sample_rate * dither.ring_down_s))
-        self._spread = gyro.dither_amplitude_noise * math.sqrt(1.0 - self._decay**2)
-        self._shaken = gyro.dither_amplitude_noise * random.standard_normal((1, 2))
-        self._noise = dither.pickoff_noise_arcsec * ARCSECOND
-        self._random = random
-
-    def advance(self, first: int, angle: FloatArray) -> FloatArray:
-        """Add what is left at the next samples to the gyro's angle.
-
-        Parameters
-        ----------
-        first
-            Number of the first sample.
-        angle
-            (n,) rad.
-
-        Returns
-        -------
-        FloatArray
-            (n,) what the pick-off shows, arcsec.
-        """
-        drawn = self._random.standard_normal((angle.size, 3))
-        begun = self._decay * self._shaken
-        shaken, _ = lfilter([self._spread], [1.0, -self._decay], drawn[:, :2], axis=0, zi=begun)
-        self._shaken = shaken[-1:]
-        cycles = (first + np.arange(angle.size)) * self._cycles
-        even = np.exp(1j * (2.0 * np.pi * (cycles - np.floor(cycles)) + self._phase))
-        swing = (1.0 + shaken[:, 0] + 1j * shaken[:, 1]) * even
-        angle += (self._left * swing).real
-        return np.asarray((self._amplitude * swing.real + self._noise * drawn[:, 2]) / ARCSECOND)

@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from sagnac.core.arrays import FloatArray
-from sagnac.core.errors import quoted
+from sagnac.core.errors import RecordingError, quoted
 from sagnac.core.units import DEGREE, Sensor
 from sagnac.recording.columns import ACCELEROMETER_NAMES, GYRO_NAMES
 from sagnac.table.frames import earth_rate, shares_from_deviations, table_to_gyro_matrix
@@ -31,12 +31,8 @@ Triple = tuple[float, float, float]
 Pairs = tuple[tuple[float, float], ...]
 
 
-class ConfigurationError(ValueError):
+class ConfigurationError(RecordingError):
     """A key holds what it must not: the key and its value (`problem`), what to do (`remedy`)."""
-
-    def __init__(self, problem: str, remedy: str) -> None:
-        super().__init__(f"{problem}; {remedy}")
-        self.problem, self.remedy = problem, remedy
 
 
 class Number(NamedTuple):
@@ -137,7 +133,7 @@ def _checked(rule: Any, name: str, value: Any) -> Any:
 def require(true: bool, problem: str, remedy: str) -> None:
     """Raise `ConfigurationError` unless something is true."""
     if not true:
-        raise ConfigurationError(problem, remedy)
+        raise ConfigurationError(problem, remedy=remedy)
 
 
 # ---- sections ----------------------------------------------------------------------

@@ -31,8 +31,7 @@ from sagnac.recording.model import Channel, Recording
 from sagnac.rig.config import RigConfig
 from sagnac.rig.encoder import Encoder, NullPulse, within_turn
 from sagnac.rig.gyro import Gyro, SensorErrors
-from sagnac.rig.own_motion import Disturbances, Nutation, mount_of
-from sagnac.rig.ring_laser import DitherMotion
+from sagnac.rig.own_motion import Disturbances, DitherMotion, Nutation, mount_of
 from sagnac.rig.sections import SENSOR_NAMES
 from sagnac.rig.table import Differences, Motion, RandomStreams, Table, fastest_rate
 from sagnac.rig.truth import Truth, truth_of
@@ -62,8 +61,6 @@ class Block:
 
     Attributes
     ----------
-    first
-        Number of the first sample.
     angles
         (3, n) measured angles of x, y, z, rad.
     table
@@ -78,18 +75,12 @@ class Block:
         (3, n) integrals of what ax, ay and az measure, m/s, or None without accelerometers.
     """
 
-    first: int
     angles: FloatArray
     table: FloatArray | None
     null_pulse: BooleanArray | None
     table_angle: FloatArray
     pickoffs: FloatArray | None
     velocities: FloatArray | None
-
-    @property
-    def span(self) -> slice:
-        """Where the block lies in the recording."""
-        return slice(self.first, self.first + self.table_angle.size)
 
 
 class Rig:
@@ -112,12 +103,8 @@ class Rig:
             Gyro(config, config.gyro, axis, own[axis], origin=table.origin, mount=mounts[axis])
             for axis in axes
         ]
-        self._dithers: list[DitherMotion] = []
-        if config.dither.is_left:
-            self._dithers = [
-                DitherMotion(config.gyro, config.dither, axis, config.sample_rate_hz, random)
-                for axis, random in zip(axes, streams.dither, strict=True)
-            ]
+        dithered = axes if config.dither.is_left else ()
+        self._dithers = [DitherMotion(config, axis, streams.dither[axis]) for axis in dithered]
         self._accelerometers: list[Gyro] = []
         if config.accelerometer.mode == "triad":
             own = [streams.of_sensor("accelerometer", axis) for axis in axes]
@@ -137,7 +124,6 @@ class Rig:
         for gyro, angle in zip(self._gyros, angles, strict=True):
             gyro.advance(first, motion, angle)
         return Block(
-            first=first,
             angles=angles,
             table=None if self._encoder is None else self._encoder.read(first, motion.angle),
             null_pulse=None if self._null_pulse is None else self._null_pulse.advance(motion.angle),
@@ -209,21 +195,20 @@ def simulate(config: RigConfig, progress: Progress | None = None) -> Simulation:
 
 def _as_recorded(config: RigConfig, progress: Progress | None) -> Recording:
     """The whole recording, its table angle as the encoder reads, unwrapped."""
-    whole: dict[str, NDArray[Any]] = {}
-    for span, columns in _columns(config, progress):
+    parts: dict[str, list[NDArray[Any]]] = {}
+    for columns in _columns(config, progress):
         for name, part in columns.items():
-            if name not in whole:
-                whole[name] = np.empty(config.samples, part.dtype)
-            whole[name][span] = part
-    return _recording_of(config, whole)
+            parts.setdefault(name, []).append(part)
+    # One after the other, so that no more than one is in memory twice.
+    return _recording_of(config, {name: np.concatenate(parts.pop(name)) for name in list(parts)})
 
 
 def _columns(
     config: RigConfig, progress: Progress | None = None, block_samples: int = BLOCK_SAMPLES
-) -> Iterator[tuple[slice, dict[str, NDArray[Any]]]]:
-    """Columns of each block, the table unwrapped, and where they lie in the recording."""
+) -> Iterator[dict[str, NDArray[Any]]]:
+    """Columns of each block, the table unwrapped."""
     scale = config.sample_rate_hz if config.kind == "rate" else 1.0
-    turned, gained = Differences(), Differences()
+    turned, gained, made = Differences(), Differences(), 0
 
     def of_kind(values: FloatArray, steps: Differences) -> FloatArray:
         return values if config.kind == "angle" else steps.of(values) * scale
@@ -237,9 +222,10 @@ def _columns(
             columns |= {"table": block.table, NULL_PULSE_NAME: block.null_pulse}
         if block.pickoffs is not None:
             columns |= zip(_PICKOFFS, block.pickoffs, strict=True)
-        yield block.span, columns
+        yield columns
+        made += block.table_angle.size
         if progress is not None:
-            progress(block.span.stop / config.samples)
+            progress(made / config.samples)
 
 
 def _recording_of(config: RigConfig, columns: Mapping[str, NDArray[Any]]) -> Recording:
@@ -301,7 +287,7 @@ def write(
     path = path_of("path", path)
     truth_path = path.with_name(path.name + ".truth.json")
     # The heading is that of one sample alone.
-    heading = outgoing(_recording_of(config, next(_columns(config, block_samples=1))[1]))
+    heading = outgoing(_recording_of(config, next(_columns(config, block_samples=1))))
     known = format_to_write(path, heading)
     with replacing_set(path) as folder:
         temporary = folder / path.name
@@ -310,7 +296,7 @@ def write(
         )
         if known is PARQUET:
             with arrow.writer(temporary, heading) as append:
-                for _, columns in _columns(config, progress):
+                for columns in _columns(config, progress):
                     if "table" in columns:
                         columns["table"] = within_turn(columns["table"], config.encoder.lines)
                     append(heading.in_units(columns))

@@ -10,9 +10,8 @@ import numpy as np
 from sagnac.core.arrays import ComplexArray
 from sagnac.core.units import ARCSECOND, DEGREE, DEGREE_PER_HOUR, DEGREE_PER_ROOT_HOUR
 from sagnac.recording.columns import GYRO_NAMES
-from sagnac.rig import ring_laser
+from sagnac.rig import own_motion, ring_laser
 from sagnac.rig.config import RigConfig, TableCommand
-from sagnac.rig.own_motion import Disturbances, nutation_walk
 from sagnac.rig.sections import PlatformConfig, Triple
 from sagnac.rig.table import LineSet, RandomStreams
 
@@ -119,7 +118,7 @@ def _nutation_walks(config: RigConfig, command: TableCommand) -> dict[str, float
     """Nutation's part of N of each gyro and, per gyro, of each pair; empty without any."""
     if config.motion.nutation_rms_arcsec == 0.0 or command.rate.size != 1 or not config.turning:
         return {}
-    walk = nutation_walk(config.motion, float(command.rate[0])) / DEGREE_PER_ROOT_HOUR
+    walk = own_motion.nutation_walk(config.motion, float(command.rate[0])) / DEGREE_PER_ROOT_HOUR
     level = dict(zip(GYRO_NAMES, config.platform.matrix[:, :2], strict=True))
     alone = {name: walk * float(np.linalg.norm(part)) for name, part in level.items()}
     apart = {
@@ -150,15 +149,13 @@ def _dither_truths(config: RigConfig) -> dict[str, dict[str, float]]:
     """Dither of every gyro; empty if the gyros' own stripping leaves nothing."""
     truths = {}
     for g, name in enumerate(GYRO_NAMES if config.dither.is_left else ()):
-        frequency = ring_laser.dither_frequency(config.gyro, config.dither, g)
-        amplitude = config.gyro.dither_rate_deg_per_s * DEGREE / (2.0 * math.pi * frequency)
+        frequency = own_motion.dither_frequency(config, g)
+        amplitude = own_motion.dither_amplitude(config, g)
         truths[name] = {
             "frequency_hz": frequency,
             "folded_hz": ring_laser.folded(frequency, config.sample_rate_hz),
             "amplitude_arcsec": amplitude / ARCSECOND,
-            "left_arcsec": abs(ring_laser.left_of(config.gyro, config.dither, g))
-            * amplitude
-            / ARCSECOND,
+            "left_arcsec": abs(own_motion.left_of(config, g)) * amplitude / ARCSECOND,
         }
     return truths
 
@@ -191,7 +188,7 @@ def _angle_random_walks(config: RigConfig, table_rate: float) -> list[float]:
 
 
 def _line_truths(config: RigConfig) -> tuple[LineTruth, ...]:
-    drawn = Disturbances(config.disturbances, RandomStreams(config.seed).disturbances)
+    drawn = own_motion.Disturbances(config.disturbances, RandomStreams(config.seed).disturbances)
     scales: tuple[tuple[Scale, LineSet], ...] = (("angle", drawn.angle), ("time", drawn.time))
     return tuple(
         _line_truth(scale, float(position), lines.phasor[:, j])
