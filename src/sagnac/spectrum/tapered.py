@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.fft import prev_fast_len
 
-from sagnac.core.arrays import BLOCK, BooleanArray, FloatArray, blocks, empty
+from sagnac.core.arrays import BLOCK, BooleanArray, FloatArray, blocks, empty, less
 from sagnac.spectrum import periodogram
 from sagnac.spectrum.periodogram import CELL, HALF_WIDTH
 from sagnac.spectrum.sums import angle_series
@@ -141,11 +141,8 @@ def _straight(values: FloatArray) -> FloatArray:
         part = values[block]
         sums += [weight @ part, (weight * place) @ part, weight.sum(), weight @ place**2]
     total, moment, weights, spread = sums
-    slope, rest = moment / spread, empty(size)
-    for block in blocks(size):
-        line = slope * (np.arange(block.start, block.stop) - 0.5 * (size - 1))
-        rest[block] = values[block] - total / weights - line
-    return rest
+    slope, level = moment / spread, total / weights
+    return less(values, lambda number: level + slope * (number - 0.5 * (size - 1)))
 
 
 def _cells(values: FloatArray, sample_rate: float, segment: int) -> Cells:

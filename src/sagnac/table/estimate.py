@@ -134,10 +134,8 @@ class EstimatedTable:
 
     def with_drift(self, drift: Drift) -> Self:
         """The same table with a drift added to its angle."""
-        last, angle = max(self.angle.size - 1, 1), arrays.empty(self.angle.size)
-        for block in arrays.blocks(angle.size):
-            off = drift.value * (np.arange(block.start, block.stop) / last - 0.5)
-            np.add(self.angle[block], off, out=angle[block])
+        last = max(self.angle.size - 1, 1)
+        angle = arrays.less(self.angle, lambda number: drift.value * (0.5 - number / last))
         return replace(self, angle=angle)
 
     @property
