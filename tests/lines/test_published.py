@@ -191,21 +191,6 @@ def test_a_search_that_takes_all_its_terms_says_so():
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        ({"angles": {"x": np.zeros((3, 2))}}, r"angle of x has shape \(3, 2\)"),
-        ({"angles": {}}, "angles has 0 gyros"),
-        ({"table": np.zeros(3)}, r"table has shape \(3,\)"),
-        ({"sample_rate": 0.0}, "sample_rate is 0.0"),
-    ],
-)
-def test_refusals(change, message):
-    arguments = {"angles": {"x": angle()}, "table": None, "sample_rate": RATE} | change
-    with pytest.raises(ValueError, match=message):
-        remove_lines_as_published(**arguments)
-
-
-@pytest.mark.parametrize(
-    ("change", "message"),
-    [
         ({"cells": 0}, "cells is 0"),
         ({"slowest": -1.0}, "slowest is -1.0"),
         ({"stop": "never"}, "stop is 'never'"),

@@ -25,16 +25,6 @@ def test_variance_that_lines_took_is_added_and_said():
     assert with_noise_restored(curve, 1e-5 * taken, 1).notes == curve.notes
 
 
-def test_variance_that_lines_took_belongs_to_an_allan_deviation():
-    curve = stability_curve(RATES, kind="rate", sample_rate=1.0, estimator="hdev")
-    with pytest.raises(ValueError, match="give adev or oadev"):
-        with_noise_restored(curve, np.zeros(curve.tau.size), 1)
-    curve = stability_curve(RATES, kind="rate", sample_rate=1.0)
-    for wrong in (np.zeros(1), np.full(curve.tau.size, np.nan)):
-        with pytest.raises(ValueError, match="give one variance, zero or more"):
-            with_noise_restored(curve, wrong, 1)
-
-
 @pytest.mark.parametrize(
     ("kind", "edges", "lines", "parameters", "seen"),
     [

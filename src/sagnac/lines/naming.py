@@ -307,22 +307,7 @@ def with_noise_restored(
     -------
     StabilityCurve
         `deviation`, `low` and `high` all raised by the same factor at each point.
-
-    Raises
-    ------
-    ValueError
-        If `curve` is not an Allan deviation, or `taken` does not fit it.
     """
-    if curve.estimator not in {"adev", "oadev"}:
-        raise ValueError(
-            f"curve is of {curve.estimator}, and what lines took is known for an Allan deviation; "
-            "give adev or oadev"
-        )
-    if taken.shape != curve.tau.shape or not np.all(taken >= 0.0):
-        raise ValueError(
-            f"taken has shape {taken.shape}; give one variance, zero or more, for each of the "
-            f"{curve.tau.size} points"
-        )
     raised = np.hypot(curve.deviation, np.sqrt(taken))
     share = np.divide(taken, raised**2, out=np.zeros_like(raised), where=raised > 0.0)
     changed = curve
