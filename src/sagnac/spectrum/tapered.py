@@ -81,13 +81,10 @@ class TaperedSpectrum:
         In order of frequency.
     interval
         Between the angles whose increments were taken, s.
-    duration
-        Of the record, s.
     """
 
     cells: Cells
     interval: float
-    duration: float
 
 
 def tapered_spectrum(
@@ -120,9 +117,7 @@ def tapered_spectrum(
         coarse = _coarse_cells(values, sample_rate, segment)
         edge = min(float(cells.low[min(64, cells.low.size - 1)]), float(coarse.high[-1]))
         cells = coarse.kept(coarse.high <= edge).followed_by(cells.kept(cells.low >= edge))
-    return TaperedSpectrum(
-        cells=cells, interval=1.0 / sample_rate, duration=values.size / sample_rate
-    )
+    return TaperedSpectrum(cells=cells, interval=1.0 / sample_rate)
 
 
 def _straight(values: FloatArray) -> FloatArray:
