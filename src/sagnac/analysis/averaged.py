@@ -26,13 +26,7 @@ from sagnac.noise.estimates import Estimate, Fit, FitName, Interval
 from sagnac.noise.fit import likelihood_fit
 from sagnac.noise.laws import SLOW_NAMES, CoefficientName
 from sagnac.noise.lowest_ordinates import rate_ramp
-from sagnac.noise.model_average import (
-    RULED,
-    Average,
-    ModelChoice,
-    average,
-    mixture,
-)
+from sagnac.noise.model_average import RULED, Average, ModelChoice, average, mixture
 from sagnac.noise.slow_laws import WALK
 from sagnac.noise.whole_band import levels_bear_out, with_slow_laws, with_slow_terms
 from sagnac.quality import distribution

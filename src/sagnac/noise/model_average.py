@@ -26,14 +26,7 @@ from scipy.special import chdtri, expit, gammaincc, logsumexp, ndtr, ndtri
 
 from sagnac.core.arrays import BooleanArray, FloatArray
 from sagnac.noise import band_models
-from sagnac.noise.band_models import (
-    FALL,
-    FLOOR,
-    BandModel,
-    BandModels,
-    bin_shapes,
-    gamma_deviance,
-)
+from sagnac.noise.band_models import FALL, FLOOR, BandModel, BandModels, bin_shapes, gamma_deviance
 from sagnac.noise.bounds import highest_coefficient
 from sagnac.noise.estimates import Estimate, Interval, unobserved
 from sagnac.noise.laws import (

@@ -55,11 +55,7 @@ from sagnac.core.errors import Note, require_choice, require_confidence, require
 from sagnac.recording.channel import Compared, Kind, require_rate, squarable
 from sagnac.stability import Estimator, Gaps
 from sagnac.stability.estimators import ESTIMATORS, properties_of
-from sagnac.stability.noise_type import (
-    check_noise_type,
-    cluster_sizes,
-    identified_noise_types,
-)
+from sagnac.stability.noise_type import check_noise_type, cluster_sizes, identified_noise_types
 from sagnac.stability.sums import accumulated_track, overlapping_sums, whole_track
 
 # ---- every cluster -----------------------------------------------------------------

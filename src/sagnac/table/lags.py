@@ -101,11 +101,7 @@ def _lag(
 
 
 def _moved(
-    angle: FloatArray,
-    pair: list[FloatArray],
-    shares: FloatArray,
-    lag: float,
-    sample_rate: float,
+    angle: FloatArray, pair: list[FloatArray], shares: FloatArray, lag: float, sample_rate: float
 ) -> FloatArray:
     """(samples,) of a gyro, with the table's motion in it earlier by its lag.
 
