@@ -167,7 +167,7 @@ def test_noise_taken_is_what_the_curve_lost():
         lines = sum(1e-4 * np.cos(k * turns + rng.uniform(0.0, 6.0)) for k in range(1, 41))
         removal = remove_lines_as_published({"x": walk + lines}, None, RATE, search=search)
         assert len(removal.lines) == 40
-        taken[seed] = taken_allan_variance(tau, *removal.taken, interval=1.0 / RATE)
+        taken[seed] = taken_allan_variance(tau, removal.taken, interval=1.0 / RATE)
         curve = stability_curve(removal.residual, kind="angle", sample_rate=RATE, taus=tau)
         left[seed] = curve.deviation**2
     # Fits of a walk's angle reach beyond their bins, so that a fifth of a crowd's noise stays lost.

@@ -60,14 +60,10 @@ def test_noise_that_goes_with_fitted_lines_is_what_is_said(kind, edges, lines, p
             for point, m in enumerate(clusters):
                 difference = angle[2 * m :] - 2.0 * angle[m:-m] + angle[: -2 * m]
                 store[seed, point] = 0.5 * np.mean(difference**2) / m**2
-    taken = taken_allan_variance(
-        clusters.astype(float),
-        frequency,
-        np.full(lines, 0.5 * parameters / (steps * interval)),
-        # One-sided: twice the power of an increment for every hertz to half the sample rate.
-        2.0 / interval * power,
-        interval=interval,
-    )
+    bandwidth = np.full(lines, 0.5 * parameters / (steps * interval))
+    # One-sided: twice the power of an increment for every hertz to half the sample rate.
+    bands = np.stack([frequency, bandwidth, 2.0 / interval * power])
+    taken = taken_allan_variance(clusters.astype(float), bands, interval=interval)
     lost = before - after
     error = lost.std(axis=0, ddof=1) / np.sqrt(seeds)
     share = lost.mean(axis=0) / before.mean(axis=0)

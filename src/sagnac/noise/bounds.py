@@ -20,7 +20,7 @@ from sagnac.core.arrays import BooleanArray, FloatArray
 from sagnac.noise.band_models import FLOOR
 from sagnac.noise.estimates import Estimate
 from sagnac.noise.laws import COEFFICIENT_NAMES, SLOW_NAMES, CoefficientName, allan_variance_basis
-from sagnac.quality.readout import JointReadout
+from sagnac.quality.readout import Readout
 from sagnac.spectrum.levels import Levels
 from sagnac.stability.curve import StabilityCurve
 from sagnac.stability.noise_type import equivalent_degrees_of_freedom
@@ -251,7 +251,7 @@ class CurveBound:
 
 
 def highest_walk(
-    curve: StabilityCurve, readout: JointReadout, *, chance: float, used: BooleanArray
+    curve: StabilityCurve, readout: Readout, *, chance: float, used: BooleanArray
 ) -> CurveBound | None:
     """Largest N that a curve allows.
 
@@ -309,11 +309,7 @@ class SlowNoise:
 
 
 def highest_terms(
-    curve: StabilityCurve,
-    *,
-    confidence: float,
-    shortest: float = 0.0,
-    flicker_end: float = math.inf,
+    curve: StabilityCurve, *, confidence: float, shortest: float, flicker_end: float
 ) -> dict[CoefficientName, float]:
     """Largest Q, B, K and R that a curve allows, SI.
 
