@@ -43,7 +43,7 @@ from sagnac.analysis.evidence import Evidence, Points, curve_of, points_at
 from sagnac.analysis.settings import PUBLISHED
 from sagnac.analysis.trust import apply_findings
 from sagnac.core.errors import Note, RecordingError
-from sagnac.noise.bounds import CurveBound, RollOff, highest_terms, highest_walk, within_curve
+from sagnac.noise.bounds import RollOff, highest_terms, highest_walk, within_curve
 from sagnac.noise.estimates import Fit, unobserved
 from sagnac.noise.fit import likelihood_fit
 from sagnac.noise.whole_band import with_both, with_slow_laws, with_whole_band
@@ -276,24 +276,24 @@ def _likelihood_alone(evidence: Evidence) -> Headline | None:
         return None
     # A fit that is known not to describe its spectrum yields to the curve much sooner.
     chance = 1e-4 if fit.departure == 0.0 else 1.0 - evidence.settings.confidence
-    veto = _highest_walk(evidence, None, chance)
-    if veto is None or walk.low <= veto.value:
+    highest, tau = _highest_walk(evidence, None, chance)
+    if walk.low <= highest:
         return Headline(estimate=walk, source=_likelihood_source(channel, evidence.fine, fit))
     text = (
         f"the likelihood fit of {channel} asks for more angle random walk than the curve shows at "
-        f"{veto.tau:.4g} s: the five terms do not describe this spectrum, and no estimate is given"
+        f"{tau:.4g} s: the five terms do not describe this spectrum, and no estimate is given"
     )
     return _no_walk(evidence, Note(level="warning", text=text))
 
 
 def _curve(evidence: Evidence, finest: AnswerSpectrum | None) -> Headline | None:
     """The lowest point of the curve."""
-    bound = _highest_walk(evidence, finest, 1.0 - evidence.settings.confidence)
-    if bound is None:
+    bound, _ = _highest_walk(evidence, finest, 1.0 - evidence.settings.confidence)
+    if not math.isfinite(bound):
         return None
     channel = _bounded_channel(evidence)
     return Headline(
-        estimate=_no_walk(evidence).estimate.bounded(bound.value),
+        estimate=_no_walk(evidence).estimate.bounded(bound),
         source=f"lowest point of the curve of {channel} against the slope of the ARW",
     )
 
@@ -331,7 +331,7 @@ def _bounded_channel(evidence: Evidence) -> str:
 
 def _highest_walk(
     evidence: Evidence, finest: AnswerSpectrum | None, chance: float
-) -> CurveBound | None:
+) -> tuple[float, float]:
     """Largest N that the curve allows except with a probability.
 
     Of a search that did not come to an end, the curve with all lines in: lines only raise a curve,

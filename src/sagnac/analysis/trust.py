@@ -126,14 +126,15 @@ def _shelf_notes(read: Estimate, spectrum: AnswerSpectrum, sensor: Sensor) -> It
     again when it turns. Noise of an angle behind a low-pass looks alike.
     """
     shelf = None if read.status == "not observable" else longest_shelf(spectrum.levels)
-    if shelf is None or shelf.walk < 1.1 * read.high:
+    if shelf is None or shelf[2] < 1.1 * read.high:
         return
+    low, high, walk = shelf
     yield Note(
         name="high-pass",
-        effect=read.value / shelf.walk,
+        effect=read.value / walk,
         level="warning",
-        text=f"the spectrum is level from {shelf.low:.3g} to {shelf.high:.3g} Hz, at "
-        f"{_walk(sensor, shelf.walk)}, and lower below, as behind a high-pass: if the output takes "
+        text=f"the spectrum is level from {low:.3g} to {high:.3g} Hz, at "
+        f"{_walk(sensor, walk)}, and lower below, as behind a high-pass: if the output takes "
         f"off its own bias at rest, its {SENSED[sensor].titles['angle_random_walk']} is that one; "
         "the interval reaches there; record the output without that correction",
     )
@@ -174,8 +175,9 @@ def _slow_noise_notes(evidence: Evidence, spectrum: AnswerSpectrum) -> Iterator[
         return
     shown = "the lowest frequencies of the spectrum lie above the terms that are estimated"
     if rise is not None:
+        tau, ratio = rise
         shown = (
-            f"at {rise.tau:.3g} s the curve lies {rounded(rise.ratio)} times above the terms that "
+            f"at {tau:.3g} s the curve lies {rounded(ratio)} times above the terms that "
             "are estimated"
         )
     text = (
