@@ -11,7 +11,7 @@ from sagnac.analysis.pipeline import analyze
 from sagnac.analysis.settings import Settings
 from sagnac.lines.search import remove_lines
 from sagnac.noise.estimates import Fit, FitBand
-from sagnac.quality.readout import JointReadout
+from sagnac.quality.readout import Readout
 from sagnac.recording.model import Recording
 
 RATE, SAMPLES = 100.0, 18_000
@@ -80,12 +80,12 @@ def test_vibration_that_leaves_no_band_to_both_pairs_leaves_no_gyro_alone():
     whole = FitBand(low=0.0, high=50.0, interval=0.01, masked=())
     fit = Fit(method="likelihood", coefficients={}, band=whole)
     settings = Settings(gyros=("x", "y", "z"))
-    hat = hat_of(settings, remainders, fine, JointReadout(), fit)
+    hat = hat_of(settings, remainders, fine, Readout(), fit)
     assert not hat.angle_random_walk
     (note,) = hat.notes
     assert note.level == "warning"
     assert "of each gyro alone" in note.text
     # The same pairs without vibration have one.
     sound = [Remainder(removal=removal, rate=rate) for removal in left]
-    hat = hat_of(settings, sound, fine, JointReadout(), fit)
+    hat = hat_of(settings, sound, fine, Readout(), fit)
     assert set(hat.angle_random_walk) == {"x", "y", "z"}

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from sagnac.analysis.measurement import Remainder
-from sagnac.analysis.spectra import figure_spectrum, residual_of
+from sagnac.analysis.spectra import multitaper_density, residual_of
 from sagnac.core import arrays
 from sagnac.lines.model import Removal
 
@@ -61,7 +61,7 @@ def test_a_strong_line_does_not_lift_the_floor_of_the_figures_spectrum():
     noise = random.standard_normal(120_000)
     time = np.arange(noise.size) / rate
     strong = 1e4 * np.cos(2.0 * np.pi * line * time)
-    shown = figure_spectrum(noise + strong, rate)
+    shown = multitaper_density(noise + strong, rate, tapers=1)
     far = shown.frequency > 10.0 * line
     # One-sided density of white increments of variance one, as a rate: 2 * rate.
     assert np.mean(shown.density[far]) == pytest.approx(2.0 * rate, rel=0.1)

@@ -50,19 +50,16 @@ def test_a_full_disk_names_the_file(tmp_path):
     assert list(tmp_path.iterdir()) == []
 
 
-@pytest.mark.parametrize(
-    ("write", "made"),
-    [(replacing, "mkstemp"), (replacing_set, "mkdtemp"), (replacing_folder, "mkdtemp")],
-)
-def test_a_signal_that_comes_with_the_part_takes_it_away(write, made, tmp_path, monkeypatch):
-    makes = getattr(tempfile, made)
+@pytest.mark.parametrize("write", [replacing, replacing_set, replacing_folder])
+def test_a_signal_that_comes_with_the_part_takes_it_away(write, tmp_path, monkeypatch):
+    makes = tempfile.mkdtemp
 
     def makes_and_stops(*given, **named):
         part = makes(*given, **named)
         signal.raise_signal(signal.SIGINT)
         return part
 
-    monkeypatch.setattr(tempfile, made, makes_and_stops)
+    monkeypatch.setattr(tempfile, "mkdtemp", makes_and_stops)
     with pytest.raises(KeyboardInterrupt), write(tmp_path / "run.csv"):
         pass
     assert list(tmp_path.iterdir()) == []

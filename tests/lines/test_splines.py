@@ -69,8 +69,3 @@ def test_least_squares_are_the_dense_ones():
         at_knots[knot, knot : knot + 3] = np.array([1.0, 4.0, 1.0]) / 6.0
     variances = np.diag(at_knots @ np.linalg.inv(normal).real @ at_knots.T)
     assert knot_variances(scipy.linalg.cholesky_banded(bands)) == pytest.approx(variances)
-
-
-def test_no_block_is_refused():
-    with pytest.raises(ValueError, match="blocks is 0"):
-        places(MIDDLES, SAMPLES, 0)

@@ -7,15 +7,9 @@ import pytest
 from scipy.stats import chi2
 
 from sagnac.stability.curve import stability_curve
-from sagnac.stability.noise_type import equivalent_degrees_of_freedom, ieee_relative_error
+from sagnac.stability.noise_type import equivalent_degrees_of_freedom
 from tests import naive_stability as naive
 from tests.stability.examples import THOUSAND_POINTS
-
-
-def test_ieee_error_of_the_ten_percent_cut():
-    assert ieee_relative_error(51 * 7, 7) == pytest.approx(0.1)
-    with pytest.raises(ValueError, match="under two clusters"):
-        ieee_relative_error(10, 6)
 
 
 @pytest.mark.parametrize("m", [1, 2, 7, 20])

@@ -225,7 +225,8 @@ def test_the_table_has_a_row_for_each_name():
 @pytest.mark.parametrize("estimator", ESTIMATORS)
 def test_a_row_counts_the_windows_that_its_sums_take(estimator):
     row = properties.properties_of(estimator)
-    track = accumulated_track(np.random.default_rng(61).standard_normal(120), "rate", 1.0, "reject")
+    rates = np.random.default_rng(61).standard_normal(120)
+    track = accumulated_track(rates, "rate", 1.0, "reject", None)
     cluster = np.array([12])
     points = row.points(track, cluster)
     if estimator != "theoh":  # whose clusters up to a fifth of the record are of oadev

@@ -10,7 +10,7 @@ import math
 from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass, field, replace
 from itertools import pairwise
-from typing import Final
+from typing import Final, TypeVar
 
 import numpy as np
 from scipy.special import chdtri, ndtri
@@ -26,13 +26,7 @@ from sagnac.noise.estimates import Estimate, Fit, FitName, Interval
 from sagnac.noise.fit import likelihood_fit
 from sagnac.noise.laws import SLOW_NAMES, CoefficientName
 from sagnac.noise.lowest_ordinates import rate_ramp
-from sagnac.noise.model_average import (
-    RULED,
-    Average,
-    ModelChoice,
-    average,
-    mixture,
-)
+from sagnac.noise.model_average import RULED, Average, ModelChoice, average, mixture
 from sagnac.noise.slow_laws import WALK
 from sagnac.noise.whole_band import levels_bear_out, with_slow_laws, with_slow_terms
 from sagnac.quality import distribution
@@ -318,18 +312,19 @@ def _parts(basis: AnswerSpectrum, evidence: Evidence) -> Parts:
             return None
         return estimate_in_band(levels, choice, confidence)
 
-    whole, steps = Interval(value=walk.value, low=walk.low, high=walk.high), basis.increments
     return over_parts(
-        steps,
+        basis.increments,
         sample_rate=rate,
         read=read,
-        whole=whole,
+        whole=walk,
         confidence=confidence,
         kurtosis=basis.kurtosis,
     )
 
 
 # ---- noise with frequent large deviations ------------------------------------------------
+
+_Interval = TypeVar("_Interval", bound=Interval)
 
 # Samples that the distribution of the noise is read from.
 _FOR_SHAPE: Final = 2**18
@@ -346,7 +341,7 @@ def _excess_kurtosis(increments: FloatArray) -> float:
     return kurtosis if kurtosis >= _SURE * math.sqrt(24.0 / some.size) else 0.0
 
 
-def with_tails(one: Interval, kurtosis: float, samples: float, confidence: float) -> Interval:
+def with_tails(one: _Interval, kurtosis: float, samples: float, confidence: float) -> _Interval:
     """N with an interval that knows the fourth cumulant of the noise.
 
     Intervals of spectra are those of normal noise. In any other, each ordinate scatters the same,
@@ -359,8 +354,7 @@ def with_tails(one: Interval, kurtosis: float, samples: float, confidence: float
     more = 0.5 * float(ndtri(0.5 + 0.5 * confidence)) * math.sqrt(kurtosis / samples)
     down = math.hypot(math.log(one.value / one.low), more)
     up = math.hypot(math.log(one.high / one.value), more)
-    low, high = one.value * math.exp(-down), one.value * math.exp(up)
-    return Interval(value=one.value, low=low, high=high)
+    return replace(one, low=one.value * math.exp(-down), high=one.value * math.exp(up))
 
 
 # ---- N over parts ------------------------------------------------------------------------

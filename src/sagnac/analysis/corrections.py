@@ -11,7 +11,6 @@ A warm-up is an exponential beside a straight line, in white noise and a random 
 """
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Final
 
@@ -20,7 +19,7 @@ from scipy.linalg import solve_triangular
 from scipy.optimize import minimize_scalar
 
 from sagnac.analysis.settings import Method
-from sagnac.core.arrays import FloatArray, blocks, empty, extent, mean
+from sagnac.core.arrays import FloatArray, extent, less, mean
 from sagnac.core.errors import Note, RecordingError
 from sagnac.core.units import ARCSECOND, SENSED, UNITS, field_unit
 from sagnac.lines.stripping import stripped
@@ -65,12 +64,10 @@ def without_dither(recording: Recording, gyros: tuple[str, ...], method: Method)
             text = f"its pick-off {why} and is not used: dither stays in the angle"
             notes.append(Note(level="warning", channel=gyro.name, text=text))
             continue
-        left = stripped(angle_of(gyro, recording.sample_rate), pickoff.values)
-        channels[gyro.name] = Channel(
-            name=gyro.name, kind="angle", shown_in="arcsec", values=left.angle, sensor=gyro.sensor
-        )
+        left, taken = stripped(angle_of(gyro, recording.sample_rate), pickoff.values)
+        channels[gyro.name] = replace(gyro, kind="angle", shown_in="arcsec", values=left)
         text = (
-            f"{left.taken / ARCSECOND:.3g} arcsec rms that follows its pick-off was taken out of "
+            f"{taken / ARCSECOND:.3g} arcsec rms that follows its pick-off was taken out of "
             "the angle: dither that the gyro's own stripping left"
         )
         notes.append(Note(channel=gyro.name, text=text))
@@ -103,10 +100,7 @@ def without_lags(recording: Recording, gyros: tuple[str, ...], method: Method) -
     for name, angle, lag in zip(gyros, moved, lags, strict=True):
         if lag is None:
             continue
-        sensor = channels[name].sensor
-        channels[name] = Channel(
-            name=name, kind="angle", shown_in="arcsec", values=angle, sensor=sensor
-        )
+        channels[name] = replace(channels[name], kind="angle", shown_in="arcsec", values=angle)
         when = "after" if lag.value > 0.0 else "before"
         text = (
             f"shows the table's motion {1e3 * abs(lag.value):.4g} ms (± {1e3 * lag.error:.1g} ms) "
@@ -289,15 +283,6 @@ def _walk(count: int) -> FloatArray:
     return np.minimum(place, place[:, np.newaxis])
 
 
-def _less(values: FloatArray, drift: Callable[[FloatArray], FloatArray]) -> FloatArray:
-    """Values less a drift, which is made from the numbers of the samples block by block."""
-    left = empty(values.size)
-    for block in blocks(values.size):
-        number = np.arange(block.start, block.stop, dtype=np.float64)
-        np.subtract(values[block], drift(number), out=left[block])
-    return left
-
-
 def _corrected(gyro: Channel, drift: ThermalDrift, sample_rate: float) -> Channel:
     """The same channel without the drift."""
     angle = drift.rate.antiderivative()
@@ -309,7 +294,7 @@ def _corrected(gyro: Channel, drift: ThermalDrift, sample_rate: float) -> Channe
             turned = (turned - angle((number - 1.0) / sample_rate)) / size
         return np.asarray(turned)
 
-    return replace(gyro, values=_less(gyro.values, drifted))
+    return replace(gyro, values=less(gyro.values, drifted))
 
 
 def _note(gyro: Channel, drift: ThermalDrift | None, temperature: FloatArray) -> Note:
@@ -434,4 +419,4 @@ def without_warm_up(increments: FloatArray, warm_up: WarmUp, *, sample_rate: flo
         Samples per second.
     """
     step, constant = warm_up.rate / sample_rate, sample_rate * warm_up.time
-    return _less(increments, lambda number: step * np.exp(-(number + 0.5) / constant))
+    return less(increments, lambda number: step * np.exp(-(number + 0.5) / constant))

@@ -19,7 +19,7 @@ from sagnac.noise.estimates import Fit, FitName, unobserved
 from sagnac.noise.fit import spectrum_fit
 from sagnac.noise.laws import COEFFICIENT_NAMES
 from sagnac.noise.three_cornered_hat import Separation, three_cornered_hat
-from sagnac.quality.readout import JointReadout, joint_readout
+from sagnac.quality.readout import Readout, joint_readout
 from sagnac.recording.channel import PAIR_SIZE
 from sagnac.recording.model import Kind, Recording
 from sagnac.stability import Estimator, Gaps
@@ -91,7 +91,7 @@ class Evidence:
     family: tuple[StabilityCurve, ...]
     taken: FloatArray
     fine: Points
-    readout: JointReadout
+    readout: Readout
     fits: Mapping[FitName, Fit]
     hat: Separation
     bare: bool
@@ -193,7 +193,7 @@ def curve_after(
     curve, removal = curve_of(points.angle, points.rate, settings), left.removal
     if not removal.taken.size:
         return curve, np.zeros(curve.tau.size)
-    taken = taken_allan_variance(curve.tau, *removal.taken, interval=1.0 / sample_rate)
+    taken = taken_allan_variance(curve.tau, removal.taken, interval=1.0 / sample_rate)
     restored = settings.method not in PUBLISHED or settings.step_4.noise_restored
     return with_noise_restored(curve, taken, len(removal.lines), restored=restored), taken
 
@@ -213,7 +213,7 @@ def curve_notes(curve: StabilityCurve, family: tuple[StabilityCurve, ...]) -> tu
 
 def fine_points(
     recording: Recording, settings: Settings, left: Remainder, points: Points
-) -> tuple[Points, JointReadout]:
+) -> tuple[Points, Readout]:
     """The angles that the likelihood fit is of, and what the readout of the gyros allows of them.
 
     Parameters
@@ -225,7 +225,7 @@ def fine_points(
     """
     if left.once_a_turn:
         # An angle between samples has no step.
-        return points, JointReadout()
+        return points, Readout()
     if settings.interval is not None:
         # Ten times the bins of the curve, and still far below the frequencies where readout and
         # bearing noise rule.
@@ -239,7 +239,7 @@ def fine_points(
 def fits_of(
     curve: StabilityCurve,
     fine: Points,
-    readout: JointReadout,
+    readout: Readout,
     masked: Bands,
     settings: Settings,
     *,
@@ -308,7 +308,7 @@ def hat_of(
     settings: Settings,
     remainders: Sequence[Remainder],
     fine: Points,
-    readout: JointReadout,
+    readout: Readout,
     likelihood: Fit,
 ) -> Separation:
     """Each gyro's own N, if both searches came to an end and angles are of samples.

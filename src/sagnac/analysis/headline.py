@@ -36,22 +36,15 @@ from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 
-from sagnac.analysis.averaged import (
-    AnswerSpectrum,
-    Headline,
-    complete,
-    reaches,
-    roll_off_of,
-    spectrum_of,
-    with_tails,
-)
+from sagnac.analysis import averaged
+from sagnac.analysis.averaged import AnswerSpectrum, Headline
 from sagnac.analysis.encoder import WalkOfPair, with_encoder, with_shared_noise
 from sagnac.analysis.evidence import Evidence, Points, curve_of, points_at
 from sagnac.analysis.settings import PUBLISHED
 from sagnac.analysis.trust import apply_findings
 from sagnac.core.errors import Note, RecordingError
-from sagnac.noise.bounds import CurveBound, RollOff, highest_terms, highest_walk, within_curve
-from sagnac.noise.estimates import Fit, Interval, unobserved
+from sagnac.noise.bounds import RollOff, highest_terms, highest_walk, within_curve
+from sagnac.noise.estimates import Fit, unobserved
 from sagnac.noise.fit import likelihood_fit
 from sagnac.noise.whole_band import with_both, with_slow_laws, with_whole_band
 from sagnac.quality.readout import joint_readout
@@ -126,10 +119,9 @@ def _with_tails(headline: Headline) -> Headline:
     estimate, spectrum = headline.estimate, headline.spectrum
     if spectrum is None or estimate.status != "estimated":
         return headline
-    read = Interval(value=estimate.value, low=estimate.low, high=estimate.high)
     samples = spectrum.increments.size
-    wider = with_tails(read, spectrum.kurtosis, samples, estimate.confidence)
-    return replace(headline, estimate=replace(estimate, low=wider.low, high=wider.high))
+    wider = averaged.with_tails(estimate, spectrum.kurtosis, samples, estimate.confidence)
+    return replace(headline, estimate=wider)
 
 
 def _with_parts(headline: Headline) -> Headline:
@@ -183,7 +175,7 @@ def _spectrum(evidence: Evidence) -> AnswerSpectrum | None:
         finer = joint_readout(evidence.recording, gyros, left.rate, with_encoder=slow)
         if finer.every is not None and left.rate / finer.every > points.rate:
             points = points_at(left.removal.residual, left.rate, finer.time)
-    return spectrum_of(evidence, points)
+    return averaged.spectrum_of(evidence, points)
 
 
 # ---- each candidate: the answer, or no N and why, or nothing -----------------------------
@@ -235,9 +227,9 @@ def _whole_band_of_fewer(evidence: Evidence, finest: AnswerSpectrum) -> Headline
     allowed = walk.status == "not observable" or walk.low <= fitted.value <= walk.high
     # Every sample may tell more of N.
     narrower = walk.status != "estimated" or walk.high * fitted.low > fitted.high * walk.low
-    if not (allowed and narrower and reaches(finest.average.rests_on, 0.5 * fine.rate)):
+    if not (allowed and narrower and averaged.reaches(finest.average.rests_on, 0.5 * fine.rate)):
         return None
-    few = spectrum_of(evidence, fine, as_they_are=True)
+    few = averaged.spectrum_of(evidence, fine, as_they_are=True)
     if few is None:
         return None
     average = with_whole_band(few.levels, few.average, fit)
@@ -251,7 +243,7 @@ def _whole_band_of_fewer(evidence: Evidence, finest: AnswerSpectrum) -> Headline
 
 def _by_spectrum(evidence: Evidence, chosen: AnswerSpectrum, fitted: Points) -> Headline:
     """N of the chosen one of 2 to 4, beside which is a likelihood fit of some angles."""
-    spectrum = complete(chosen, evidence)
+    spectrum = averaged.complete(chosen, evidence)
     estimate, choice = spectrum.average.angle_random_walk, spectrum.average.rests_on
     channel = evidence.measured.channel
     if estimate.status != "estimated":
@@ -284,24 +276,24 @@ def _likelihood_alone(evidence: Evidence) -> Headline | None:
         return None
     # A fit that is known not to describe its spectrum yields to the curve much sooner.
     chance = 1e-4 if fit.departure == 0.0 else 1.0 - evidence.settings.confidence
-    veto = _highest_walk(evidence, None, chance)
-    if veto is None or walk.low <= veto.value:
+    highest, tau = _highest_walk(evidence, None, chance)
+    if walk.low <= highest:
         return Headline(estimate=walk, source=_likelihood_source(channel, evidence.fine, fit))
     text = (
         f"the likelihood fit of {channel} asks for more angle random walk than the curve shows at "
-        f"{veto.tau:.4g} s: the five terms do not describe this spectrum, and no estimate is given"
+        f"{tau:.4g} s: the five terms do not describe this spectrum, and no estimate is given"
     )
     return _no_walk(evidence, Note(level="warning", text=text))
 
 
 def _curve(evidence: Evidence, finest: AnswerSpectrum | None) -> Headline | None:
     """The lowest point of the curve."""
-    bound = _highest_walk(evidence, finest, 1.0 - evidence.settings.confidence)
-    if bound is None:
+    bound, _ = _highest_walk(evidence, finest, 1.0 - evidence.settings.confidence)
+    if not math.isfinite(bound):
         return None
     channel = _bounded_channel(evidence)
     return Headline(
-        estimate=_no_walk(evidence).estimate.bounded(bound.value),
+        estimate=_no_walk(evidence).estimate.bounded(bound),
         source=f"lowest point of the curve of {channel} against the slope of the ARW",
     )
 
@@ -339,7 +331,7 @@ def _bounded_channel(evidence: Evidence) -> str:
 
 def _highest_walk(
     evidence: Evidence, finest: AnswerSpectrum | None, chance: float
-) -> CurveBound | None:
+) -> tuple[float, float]:
     """Largest N that the curve allows except with a probability.
 
     Of a search that did not come to an end, the curve with all lines in: lines only raise a curve,
@@ -352,7 +344,7 @@ def _highest_walk(
     if unfinished is not None:
         points = points_at(unfinished, rate, evidence.settings.interval)
         curve = curve_of(points.angle, points.rate, evidence.settings)
-        roll_off = roll_off_of(Points(angle=unfinished, rate=rate))
+        roll_off = averaged.roll_off_of(Points(angle=unfinished, rate=rate))
     # A gyro's low-pass filter may still lower the curve over ten samples.
     used = (curve.tau * rate >= 10.0) & (curve.tau >= roll_off.cluster_time())
     return highest_walk(curve, evidence.readout, chance=chance, used=used)

@@ -48,7 +48,7 @@ def parts_data(analysis: Analysis) -> list[dict[str, Any]]:
     """
     size = field_unit("angle_random_walk").size
     spans = ({"start_s": part.start_s, "stop_s": part.stop_s} for part in analysis.parts)
-    return [span | _interval(part, size) for span, part in zip(spans, analysis.parts, strict=True)]
+    return [span | _ends(part, size) for span, part in zip(spans, analysis.parts, strict=True)]
 
 
 def shares_data(analysis: Analysis) -> dict[str, Any]:
@@ -86,12 +86,9 @@ def triad_data(analysis: Analysis) -> dict[str, Any] | None:
     return {"scale": _ends(triad.scale), "angles_deg": angles}
 
 
-def _ends(interval: Interval | None, size: float = 1.0) -> dict[str, float] | None:
-    return None if interval is None else _interval(interval, size)
-
-
-def _interval(found: Interval | Part, size: float = 1.0) -> dict[str, float]:
-    return {name: getattr(found, name) / size for name in ("value", "low", "high")}
+def _ends(found: Interval | Part | None, size: float = 1.0) -> Any:
+    """Value, low and high in units of a size; None of nothing."""
+    return found and {name: getattr(found, name) / size for name in ("value", "low", "high")}
 
 
 def covariance_data(analysis: Analysis) -> dict[str, Any] | None:
@@ -205,8 +202,8 @@ def slow_noise_data(analysis: Analysis) -> dict[str, dict[str, Any]]:
     unit = field_unit("bias_instability", sensor)
     for key, rate in zip(("markov", "second_markov"), found.rates, strict=False):
         data[key] = {
-            "deviation": {**_interval(rate.deviation, unit.size), "unit": unit.name},
-            "correlation_time_s": _interval(rate.correlation_time),
+            "deviation": {**_ends(rate.deviation, unit.size), "unit": unit.name},
+            "correlation_time_s": _ends(rate.correlation_time),
         }
     return {"slow_noise": data}
 

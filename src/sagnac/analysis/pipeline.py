@@ -29,7 +29,7 @@ from sagnac.analysis.evidence import (
 from sagnac.analysis.headline import answer
 from sagnac.analysis.result import Analysis, Covariance
 from sagnac.analysis.settings import MOST_GYROS, Progress, Settings, Stages
-from sagnac.analysis.spectra import Spectrum, figure_spectrum, multitaper_density, residual_of
+from sagnac.analysis.spectra import Spectrum, multitaper_density, residual_of
 from sagnac.analysis.table_shares import Share, table_shares
 from sagnac.analysis.trust import findings_of, require_strict
 from sagnac.core.arrays import differences, extent
@@ -278,8 +278,10 @@ def _composed(evidence: Evidence, headline: Headline) -> Analysis:
         with suppress(RecordingError):
             shares, triad = table_shares(recording, settings.gyros, settings.confidence)
     spectrum, spectrum_before, rest = Spectrum.empty(), Spectrum.empty(), None
+    # By one sine taper: without it the floor before removal leaks from strong orders.
+    drawn = partial(multitaper_density, tapers=1)
     if not evidence.bare:
-        spectrum = spectrum_before = figure_spectrum(differences(residual), left.rate)
+        spectrum = spectrum_before = drawn(differences(residual), left.rate)
         as_it_is = measurement.measure(evidence.corrected, settings.gyros)
         before = as_it_is.noise(as_it_is.angle)
         # Here and below, an array less in memory.
@@ -288,7 +290,7 @@ def _composed(evidence: Evidence, headline: Headline) -> Analysis:
         if evidence.curve_before is not evidence.curve:
             increments = differences(before)
             del before
-            spectrum_before = figure_spectrum(increments, recording.sample_rate)
+            spectrum_before = drawn(increments, recording.sample_rate)
     of_spectrum: dict[str, Any] = {}
     if headline.spectrum is not None:
         average = headline.spectrum.average

@@ -7,12 +7,7 @@ from typing import Any
 
 from sagnac.analysis.averaged import reaches
 from sagnac.analysis.pipeline import analyze
-from sagnac.analysis.result import (
-    Analysis,
-    headline_coefficients,
-    require_analysis,
-    require_gyro,
-)
+from sagnac.analysis.result import Analysis, headline_coefficients, require_analysis, require_gyro
 from sagnac.core.arrays import pandas_for
 from sagnac.core.errors import RecordingError, as_several, is_finite, quoted
 from sagnac.lines.naming import WIDEST_BINS

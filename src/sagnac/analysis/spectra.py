@@ -48,11 +48,6 @@ def multitaper_density(increments: FloatArray, sample_rate: float, tapers: int =
     return Spectrum(frequency=frequency * sample_rate, density=rate_density(power, sample_rate))
 
 
-def figure_spectrum(increments: FloatArray, sample_rate: float) -> Spectrum:
-    """The same by one sine taper: without it the floor before removal leaks from strong orders."""
-    return multitaper_density(increments, sample_rate, tapers=1)
-
-
 # Parts of a turn; half of them are orders.
 # A power of two, so that a mask folds an angle into one turn.
 _SECTORS: Final = 256

@@ -126,14 +126,15 @@ def _shelf_notes(read: Estimate, spectrum: AnswerSpectrum, sensor: Sensor) -> It
     again when it turns. Noise of an angle behind a low-pass looks alike.
     """
     shelf = None if read.status == "not observable" else longest_shelf(spectrum.levels)
-    if shelf is None or shelf.walk < 1.1 * read.high:
+    if shelf is None or shelf[2] < 1.1 * read.high:
         return
+    low, high, walk = shelf
     yield Note(
         name="high-pass",
-        effect=read.value / shelf.walk,
+        effect=read.value / walk,
         level="warning",
-        text=f"the spectrum is level from {shelf.low:.3g} to {shelf.high:.3g} Hz, at "
-        f"{_walk(sensor, shelf.walk)}, and lower below, as behind a high-pass: if the output takes "
+        text=f"the spectrum is level from {low:.3g} to {high:.3g} Hz, at "
+        f"{_walk(sensor, walk)}, and lower below, as behind a high-pass: if the output takes "
         f"off its own bias at rest, its {SENSED[sensor].titles['angle_random_walk']} is that one; "
         "the interval reaches there; record the output without that correction",
     )
@@ -174,8 +175,9 @@ def _slow_noise_notes(evidence: Evidence, spectrum: AnswerSpectrum) -> Iterator[
         return
     shown = "the lowest frequencies of the spectrum lie above the terms that are estimated"
     if rise is not None:
+        tau, ratio = rise
         shown = (
-            f"at {rise.tau:.3g} s the curve lies {rounded(rise.ratio)} times above the terms that "
+            f"at {tau:.3g} s the curve lies {rounded(ratio)} times above the terms that "
             "are estimated"
         )
     text = (
@@ -234,7 +236,7 @@ def apply_findings(headline: Headline, evidence: Evidence, *, brief: bool = Fals
     require_strict(findings, settings)
     trust = Trust.of(findings, over_parts=spectrum is not None and not spectrum.parts.agree)
     if spectrum is not None:
-        average, own = spectrum.average, trust.factor(channel)
+        average, own = spectrum.average, _of_channel(trust.factors, channel)
         scale = [1.0 / own if name == "angle_random_walk" else 1.0 for name in average.names]
         average = replace(average, covariance=average.covariance * np.outer(scale, scale))
         average = average.with_coefficients(trust.each(average.coefficients, channel))
@@ -246,7 +248,7 @@ def apply_findings(headline: Headline, evidence: Evidence, *, brief: bool = Fals
         names = (f"{note.name} of {note.channel}".removesuffix(" of ") for note in trust.reasons)
         source = f"{given}, for {', '.join(dict.fromkeys(names))} spoils it"
     else:
-        divided, spanned = trust.factor(channel), trust.spanned(channel)
+        divided, spanned = (_of_channel(one, channel) for one in (trust.factors, trust.possible))
         if divided != 1.0:
             source += f", divided by {divided:.4g} for findings"
         if spanned != 1.0:
@@ -352,14 +354,6 @@ class Trust:
         """Whether all of them raise N: what is read is then an upper bound."""
         return all(note.effect is not None and note.effect > 1.0 for note in self.reasons)
 
-    def factor(self, channel: str) -> float:
-        """Factor on the N that is read of one gyro, or of each of two (``x-z``)."""
-        return _of_channel(self.factors, channel)
-
-    def spanned(self, channel: str) -> float:
-        """Factor that the N of one gyro, or of each of two, may have besides, or not."""
-        return _of_channel(self.possible, channel)
-
     def each(
         self, read: Mapping[CoefficientName, Estimate], channel: str
     ) -> dict[CoefficientName, Estimate]:
@@ -382,10 +376,10 @@ class Trust:
             return replace(read, value=nan, low=nan, high=nan, status="not observable")
         if read.name != "angle_random_walk":
             return read
-        factor = self.factor(channel)
+        factor = _of_channel(self.factors, channel)
         doubt = doubt_of(factor)
         value, high = read.value / factor, read.high / factor * (1.0 + doubt)
-        spanned = self.spanned(channel)
+        spanned = _of_channel(self.possible, channel)
         high = high / spanned * (1.0 + doubt_of(spanned))
         if read.status == "upper bound":
             return read.bounded(high)

@@ -3,12 +3,7 @@
 from dataclasses import replace
 from typing import Final
 
-from sagnac.analysis.result import (
-    Analysis,
-    answer_coefficients,
-    require_analysis,
-    require_gyro,
-)
+from sagnac.analysis.result import Analysis, answer_coefficients, require_analysis, require_gyro
 from sagnac.noise.estimates import Estimate, unobserved
 from sagnac.recording.channel import PAIR_SIZE
 from sagnac.verdict.judgement import Verdict, judged

@@ -234,6 +234,21 @@ def elementwise(
     return result
 
 
+def less(values: FloatArray, taken: Callable[[FloatArray], FloatArray]) -> FloatArray:
+    """Values less what a function makes of the numbers of the samples, block by block.
+
+    Examples
+    --------
+    >>> less(np.array([1.0, 2.0, 6.0]), lambda number: 0.5 * number)
+    array([1. , 1.5, 5. ])
+    """
+    left = empty(values.size)
+    for block in blocks(values.size):
+        number = np.arange(block.start, block.stop, dtype=np.float64)
+        np.subtract(values[block], taken(number), out=left[block])
+    return left
+
+
 def by_blocks(
     function: Callable[..., Any], values: NDArray[Any], *others: NDArray[Any]
 ) -> NDArray[Any]:

@@ -25,19 +25,17 @@ _ENDING: Final = {
 
 @contextmanager
 def replacing(path: Path) -> Iterator[Path]:
-    """A temporary path in the same folder that becomes `path` if all goes well.
+    """A temporary path, in a folder beside `path`, that becomes `path` if all goes well.
 
-    Its name holds the number of this process; what processes that have died left beside it goes.
+    The folder's name holds the number of this process; what processes that have died left goes.
 
     Raises
     ------
     RecordingError
         If the folder cannot be written to, or the disk is full.
     """
-    with _part_of(path) as temporary:
-        yield temporary
-        _give_usual_rights(temporary, 0o666)
-        os.replace(temporary, path)
+    with replacing_set(path) as folder:
+        yield folder / path.name
 
 
 def write_text(path: Path, text: str) -> None:
@@ -65,23 +63,17 @@ def write_bytes(path: Path, content: bytes) -> None:
         temporary.write_bytes(content)
 
 
-def _give_usual_rights(path: Path, most: int) -> None:
-    mask = os.umask(0)
-    os.umask(mask)
-    path.chmod(most & ~mask)
-
-
 @contextmanager
-def _part_of(path: Path, *, becomes: Path | None = None) -> Iterator[Path]:
-    """A temporary file beside `path` that goes in the end.
+def _part_of(path: Path, becomes: Path) -> Iterator[Path]:
+    """A temporary folder beside `path` that goes in the end.
 
     Parameters
     ----------
     path
         What it is to be.
     becomes
-        Folder that the files of a temporary folder go to, if it is to be one: what is wrong with
-        one of them is told of the file that it becomes.
+        Folder that its files go to: what is wrong with one of them is told of the file that it
+        becomes.
 
     Raises
     ------
@@ -90,21 +82,16 @@ def _part_of(path: Path, *, becomes: Path | None = None) -> Iterator[Path]:
     """
     temporary: Path | None = None
     try:
-        # A signal between the file and its name here would leave it.
+        # A signal between the folder and its name here would leave it.
         with _signals_waiting():
             remove_leftovers(path)
             prefix = f".{path.name[:_LONGEST]}.{os.getpid()}."
-            if becomes is not None:
-                name = tempfile.mkdtemp(prefix=prefix, suffix=_PART, dir=path.parent)
-            else:
-                handle, name = tempfile.mkstemp(prefix=prefix, suffix=_PART, dir=path.parent)
-                os.close(handle)
-            temporary = Path(name)
+            temporary = Path(tempfile.mkdtemp(prefix=prefix, suffix=_PART, dir=path.parent))
         yield temporary
     except OSError as error:
         raise _unwritable(path, error) from error
     except RecordingError as error:
-        if becomes is not None and Path(error.path).parent == temporary:
+        if Path(error.path).parent == temporary:
             error.path = str(becomes / Path(error.path).name)
         raise
     finally:
@@ -138,7 +125,7 @@ def replacing_set(path: Path) -> Iterator[Path]:
     RecordingError
         If it cannot be written to, or the disk is full.
     """
-    with _part_of(path, becomes=path.parent) as folder:
+    with _part_of(path, path.parent) as folder:
         yield folder
         names = [entry.name for entry in folder.iterdir() if entry.name != path.name]
         with _signals_waiting():
@@ -192,9 +179,12 @@ def replacing_folder(folder: Path, earlier: Iterable[Path] = ()) -> Iterator[Pat
     old = [path.relative_to(folder) for path in earlier]
     folder = folder.absolute()
     made(folder.parent)
-    with _part_of(folder, becomes=folder) as temporary:
+    with _part_of(folder, folder) as temporary:
         yield temporary
-        _give_usual_rights(temporary, 0o777)
+        # A temporary folder is for its maker alone.
+        mask = os.umask(0)
+        os.umask(mask)
+        temporary.chmod(0o777 & ~mask)
         for name in old:
             if not (temporary / name).exists():
                 (folder / name).unlink(missing_ok=True)

@@ -244,15 +244,7 @@ class Places(NamedTuple):
 
 
 def places(middles: FloatArray, samples: int, blocks: int) -> Places:
-    """Places of the sample numbers `middles` in a record of `samples` cut into `blocks`.
-
-    Raises
-    ------
-    ValueError
-        If there is no block.
-    """
-    if blocks < 1:
-        raise ValueError(f"blocks is {blocks}; give 1 or more")
+    """Places of the sample numbers `middles` in a record of `samples` cut into `blocks`."""
     scale = blocks / samples
     block = np.minimum((middles * scale).astype(np.int64), blocks - 1)
     place = middles * scale - block

@@ -69,11 +69,6 @@ def grid_search(
     OrthogonalSearch
         Its phase is the number of the sample, its `spacing` in rad per sample.
 
-    Raises
-    ------
-    ValueError
-        If an argument makes no sense.
-
     Examples
     --------
     A line a quarter of a cycle a record off the Fourier grid, at 100.25 cycles:
@@ -86,10 +81,7 @@ def grid_search(
     array([100.25])
     """
     values = np.asarray(signal, dtype=np.float64)
-    count = _candidates(values, cells)
-    if not 1 <= lowest <= count:
-        raise ValueError(f"lowest is {lowest}; give 1 to {count}, the number of candidates")
-    orthogonal_search.require_rule(stop, false_alarm, most_terms)
+    count = (cells * values.size - 1) // 2
     search = _Search(values, cells, count, lowest)
     independent = math.ceil(count / cells)
     bound = orthogonal_search.share_to_bring(
@@ -120,17 +112,10 @@ def grid_fit(signal: ArrayLike, chosen: ArrayLike, *, cells: int) -> OrthogonalS
     -------
     OrthogonalSearch
         As `grid_search` returns it, without a rule.
-
-    Raises
-    ------
-    ValueError
-        If an argument makes no sense.
     """
     values = np.asarray(signal, dtype=np.float64)
-    count = _candidates(values, cells)
+    count = (cells * values.size - 1) // 2
     places = np.asarray(chosen, dtype=np.int64) + 1
-    if places.ndim != 1 or np.any((places < 1) | (places > count)):
-        raise ValueError(f"chosen has shape {places.shape}; give numbers from 0 to {count - 1}")
     fit = _Fit(values, cells, count)
     for place in places.tolist():
         part = fit.new_part(np.array([place]), place, fit.places)
@@ -159,17 +144,6 @@ def grid_sinusoids(found: OrthogonalSearch, samples: int) -> FloatArray:
     waves = np.zeros(length // 2 + 1, dtype=np.complex128)
     waves[found.chosen + 1] = 0.5 * length * (found.cosine - 1j * found.sine)
     return np.asarray(scipy.fft.irfft(waves, length, workers=THREADS)[:samples])
-
-
-def _candidates(values: FloatArray, cells: int) -> int:
-    """Number of candidates of a signal that can be searched."""
-    if values.ndim != 1 or values.size < 8:
-        raise ValueError(f"signal has shape {values.shape}; give (samples,), 8 or more")
-    if not np.isfinite(values).all():
-        raise ValueError("signal has values that are not finite; leave these samples out")
-    if cells < 1:
-        raise ValueError(f"cells is {cells}; give 1 or more")
-    return (cells * values.size - 1) // 2
 
 
 class _Fit:

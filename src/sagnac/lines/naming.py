@@ -245,14 +245,7 @@ def taken_bands(line: DriftingLine) -> tuple[FloatArray, FloatArray]:
     return frequency, np.full(cells, 0.5 * line.parameters / (line.samples * cells))
 
 
-def taken_allan_variance(
-    tau: FloatArray,
-    frequency: FloatArray,
-    bandwidth: FloatArray,
-    density: FloatArray,
-    *,
-    interval: float,
-) -> FloatArray:
+def taken_allan_variance(tau: FloatArray, taken: FloatArray, *, interval: float) -> FloatArray:
     """Allan variance of the noise that goes with fitted lines when they are removed.
 
     Least squares of p real parameters takes p degrees of freedom of the noise, on average the
@@ -264,13 +257,11 @@ def taken_allan_variance(
     ----------
     tau
         (points,), s, multiples of `interval`.
-    frequency
-        (bands,) where noise was taken, Hz, above zero and below ``0.5 / interval``.
-    bandwidth
-        (bands,) how much, Hz: half the parameters over the length of the record.
-    density
-        (bands,) one-sided rate density of the noise there, (rad/s)^2/Hz, of increments over
-        `interval` as `spectrum.periodogram.density` gives it.
+    taken
+        (3, bands) where noise was taken, Hz, above zero and below ``0.5 / interval``; how much, Hz:
+        half the parameters over the length of the record; and one-sided rate density of the noise
+        there, (rad/s)^2/Hz, of increments over `interval` as `spectrum.periodogram.density` gives
+        it.
     interval
         Of the samples that the lines were fitted to, s.
 
@@ -279,6 +270,7 @@ def taken_allan_variance(
     FloatArray
         (points,), (rad/s)^2.
     """
+    frequency, bandwidth, density = taken
     # Increments over an interval show less of a rate than its amplitude: here it is the angle's.
     amplitude = np.sqrt(2.0 * bandwidth * density) / np.sinc(frequency * interval)
     return np.asarray(
@@ -307,22 +299,7 @@ def with_noise_restored(
     -------
     StabilityCurve
         `deviation`, `low` and `high` all raised by the same factor at each point.
-
-    Raises
-    ------
-    ValueError
-        If `curve` is not an Allan deviation, or `taken` does not fit it.
     """
-    if curve.estimator not in {"adev", "oadev"}:
-        raise ValueError(
-            f"curve is of {curve.estimator}, and what lines took is known for an Allan deviation; "
-            "give adev or oadev"
-        )
-    if taken.shape != curve.tau.shape or not np.all(taken >= 0.0):
-        raise ValueError(
-            f"taken has shape {taken.shape}; give one variance, zero or more, for each of the "
-            f"{curve.tau.size} points"
-        )
     raised = np.hypot(curve.deviation, np.sqrt(taken))
     share = np.divide(taken, raised**2, out=np.zeros_like(raised), where=raised > 0.0)
     changed = curve

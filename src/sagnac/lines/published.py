@@ -8,7 +8,7 @@ from typing import Final
 import numpy as np
 
 from sagnac.core.arrays import FloatArray, IntegerArray
-from sagnac.core.errors import Note, require_count, require_shape
+from sagnac.core.errors import Note, require_count
 from sagnac.lines.grid_search import grid_fit, grid_search, grid_sinusoids
 from sagnac.lines.model import Line, Removal, Scale, lines_of
 from sagnac.lines.naming import TAKEN_BINS
@@ -18,7 +18,6 @@ from sagnac.lines.orthogonal_search import (
     fast_orthogonal_search,
     require_rule,
 )
-from sagnac.recording.channel import require_rate
 from sagnac.spectrum import periodogram
 from sagnac.spectrum.power_laws import noise_floor
 from sagnac.table.kinematics import harmonic_sum, sine_cosine_integrals
@@ -135,16 +134,10 @@ def remove_lines_as_published(
     progress
         Told the share that is done.
 
-    Raises
-    ------
-    ValueError
-        If the arrays or the sample rate make no sense.
-
     References
     ----------
     Eqs. 17-22 of Yu et al. 2013.
     """
-    _check(angles, table, sample_rate)
     report = progress or (lambda _: None)
     turning = table if table is not None and is_turning(table) else None
     alone = len(angles) == 1
@@ -231,19 +224,6 @@ def _difference(
     sensed = (fitted @ (parts * np.array([1.0, -1.0])))[2:]
     difference = parts[0] * first - parts[1] * second
     return np.asarray(difference - (sensed[0] * earth[0] + sensed[1] * earth[1]))
-
-
-def _check(angles: Mapping[str, FloatArray], table: FloatArray | None, sample_rate: float) -> None:
-    """Refuse arrays and rates that make no sense."""
-    if not 1 <= len(angles) <= 2:
-        raise ValueError(f"angles has {len(angles)} gyros; give one or two")
-    shapes = {angle.shape for angle in angles.values()}
-    for name, angle in angles.items():
-        if angle.ndim != 1 or angle.size < 8 or len(shapes) > 1:
-            raise ValueError(f"angle of {name} has shape {angle.shape}; give (samples,), 8 or more")
-    if table is not None:
-        require_shape("table", table.shape, shapes.pop())
-    require_rate(sample_rate)
 
 
 def _lines(found: OrthogonalSearch, scale: Scale, cycles: float, channel: str) -> list[Line]:

@@ -42,26 +42,6 @@ class Blocks(NamedTuple):
     length: FloatArray
 
 
-class OrderProducts(NamedTuple):
-    """Sums from which the products of all pairs of whole orders follow.
-
-    An increment of ``exp(1j k alpha)`` is ``2j sin(k step / 2) exp(1j k middle)``, with the step of
-    the table and the angle in its middle. The product of two has
-    ``cos((k - m) step / 2) - cos((k + m) step / 2)`` for its size, which is expanded in Chebyshev
-    polynomials of the squared step.
-
-    Attributes
-    ----------
-    expansion
-        (degree + 1, orders) coefficients of ``cos(s * step / 2)`` for s = 0, 1, ….
-    sums
-        (degree + 1, orders) sums of each polynomial times ``exp(1j * s * middle)``.
-    """
-
-    expansion: FloatArray
-    sums: ComplexArray
-
-
 class Wander(NamedTuple):
     """How the table strays from a steady rate, mean by mean of `MIX_BLOCK` samples.
 
@@ -162,11 +142,21 @@ class Sampling:
         return Blocks(angle=angle / count, step=step, lag=lag, length=count)
 
     @cached_property
-    def order_products(self) -> OrderProducts:
-        """`OrderProducts` of all whole orders up to twice `MOST_ORDERS`.
+    def order_products(self) -> tuple[FloatArray, ComplexArray]:
+        """Sums from which the products of all pairs of whole orders up to `MOST_ORDERS` follow.
 
-        A single wild step of the encoder is no rate: steps count up to half above the fastest
-        block.
+        An increment of ``exp(1j k alpha)`` is ``2j sin(k step / 2) exp(1j k middle)``, with the
+        step of the table and the angle in its middle. The product of two has
+        ``cos((k - m) step / 2) - cos((k + m) step / 2)`` for its size, which is expanded in
+        Chebyshev polynomials of the squared step. A single wild step of the encoder is no rate:
+        steps count up to half above the fastest block.
+
+        Returns
+        -------
+        expansion
+            (degree + 1, orders) coefficients of ``cos(s * step / 2)`` for s = 0, 1, ….
+        sums
+            (degree + 1, orders) sums of each polynomial times ``exp(1j * s * middle)``.
         """
         table = self.table
         if table is None:
@@ -186,7 +176,7 @@ class Sampling:
             polynomials = chebyshev.chebvander(place, expansion.shape[0] - 1)
             columns = np.ascontiguousarray(polynomials.T, dtype=np.float64)
             sums += angle_sums(0.5 * (here[1:] + here[:-1]), columns, highest).conj()
-        return OrderProducts(expansion=expansion, sums=sums)
+        return expansion, sums
 
     @cached_property
     def wander(self) -> Wander | None:

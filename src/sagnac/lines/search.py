@@ -26,13 +26,7 @@ from sagnac.lines.state import Record, State, first_state
 from sagnac.recording.channel import whole_series
 from sagnac.table.kinematics import KINEMATIC_RATE, averages_of, kinematics
 from sagnac.table.motion import follow_table
-from sagnac.table.turns import (
-    FEW_TURNS,
-    AngleFunction,
-    full_turns,
-    function_of_angle,
-    is_turning,
-)
+from sagnac.table.turns import FEW_TURNS, AngleFunction, full_turns, function_of_angle, is_turning
 
 _MOST_LINES: Final = 250
 # Steps of an angle that vary by no more than this share of its size vary by rounding, and

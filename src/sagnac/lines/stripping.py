@@ -8,7 +8,6 @@ increments, where the walk is white.
 """
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
@@ -19,26 +18,7 @@ _TAPS = 3
 _LEAST_SAMPLES = 100
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Stripped:
-    """An angle without what follows a pick-off.
-
-    Attributes
-    ----------
-    angle
-        (samples,) rad.
-    taps
-        (3,) rad of the angle per unit of the pick-off: one sample earlier, the same, one later.
-    taken
-        Rms of what was taken, rad.
-    """
-
-    angle: FloatArray
-    taps: FloatArray
-    taken: float
-
-
-def stripped(angle: FloatArray, pickoff: FloatArray) -> Stripped:
+def stripped(angle: FloatArray, pickoff: FloatArray) -> tuple[FloatArray, float]:
     """Take what follows the pick-off out of an angle.
 
     Parameters
@@ -47,6 +27,13 @@ def stripped(angle: FloatArray, pickoff: FloatArray) -> Stripped:
         (samples,) rad.
     pickoff
         (samples,) in any unit, sampled with the angle.
+
+    Returns
+    -------
+    angle
+        (samples,) rad.
+    taken
+        Rms of what was taken, rad.
 
     Raises
     ------
@@ -57,8 +44,8 @@ def stripped(angle: FloatArray, pickoff: FloatArray) -> Stripped:
     --------
     >>> turns = 0.613 * np.arange(1000.0)
     >>> swing = np.cos(2.0 * np.pi * turns)
-    >>> left = stripped(1e-3 * np.cos(2.0 * np.pi * turns + 0.3), swing)
-    >>> bool(np.ptp(left.angle) < 1e-12)
+    >>> left, _ = stripped(1e-3 * np.cos(2.0 * np.pi * turns + 0.3), swing)
+    >>> bool(np.ptp(left) < 1e-12)
     True
     """
     if angle.shape != pickoff.shape or angle.size < _LEAST_SAMPLES:
@@ -77,7 +64,7 @@ def stripped(angle: FloatArray, pickoff: FloatArray) -> Stripped:
         follows = sliding_window_view(around, _TAPS) @ taps - middle
         square += float(follows @ follows)
         rest[block] = angle[block] - follows
-    return Stripped(angle=rest, taps=taps, taken=math.sqrt(square / angle.size))
+    return rest, math.sqrt(square / angle.size)
 
 
 def _beyond(pickoff: FloatArray) -> tuple[float, float]:
@@ -99,7 +86,10 @@ def _beyond(pickoff: FloatArray) -> tuple[float, float]:
 
 
 def _fitted(angle: FloatArray, pickoff: FloatArray) -> FloatArray:
-    """Taps by least squares of the angle's increments on the pick-off's, with a constant."""
+    """Taps by least squares of the angle's increments on the pick-off's, with a constant.
+
+    (3,) rad of the angle per unit of the pick-off: one sample earlier, the same, one later.
+    """
     total = np.zeros((_TAPS + 1, _TAPS + 2))
     # Increments whose neighbours all exist.
     for block in blocks(angle.size - 2):

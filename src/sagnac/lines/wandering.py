@@ -136,17 +136,8 @@ def fit_drifting(
     -------
     DriftingLine or None
         It replaces those of the steady lines that lie in its `band`; the others stay.
-
-    Raises
-    ------
-    ValueError
-        If the first frequency is not between 0 and 0.5, or `floor_level` is not positive.
     """
     strongest = float(frequencies[0])
-    if not 0.0 < strongest < 0.5:
-        raise ValueError(f"frequency {strongest!r} is not between 0 and 0.5 cycles per sample")
-    if not floor_level > 0.0:
-        raise ValueError(f"floor_level {floor_level!r} is not a positive power")
     phasors = amplitudes * (np.exp(2j * np.pi * frequencies) - 1.0)
     # With fewer than two cycles of the carrier a block, the envelope could not be told from its own
     # mirror image at the negative frequency.

@@ -388,12 +388,7 @@ def fitted_models(
 
 
 def _scored(
-    scaled: ScaledLaws,
-    bands: IntegerArray,
-    columns: IntegerArray,
-    squares: FloatArray,
-    *,
-    begun: bool,
+    scaled: ScaledLaws, bands: IntegerArray, columns: IntegerArray, squares: FloatArray, begun: bool
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Deviance, information and its product with the next squares: see `score_bands`."""
     models, terms = columns.shape

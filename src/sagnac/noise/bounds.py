@@ -20,7 +20,7 @@ from sagnac.core.arrays import BooleanArray, FloatArray
 from sagnac.noise.band_models import FLOOR
 from sagnac.noise.estimates import Estimate
 from sagnac.noise.laws import COEFFICIENT_NAMES, SLOW_NAMES, CoefficientName, allan_variance_basis
-from sagnac.quality.readout import JointReadout
+from sagnac.quality.readout import Readout
 from sagnac.spectrum.levels import Levels
 from sagnac.stability.curve import StabilityCurve
 from sagnac.stability.noise_type import equivalent_degrees_of_freedom
@@ -182,24 +182,7 @@ def hump_above(levels: Levels, band_hz: tuple[float, float], walk: float) -> Hum
     )
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Shelf:
-    """A stretch of a spectrum, a decade or more, that is level.
-
-    Attributes
-    ----------
-    low, high
-        Ends of it, Hz.
-    walk
-        The N that has its level, rad/sqrt(s).
-    """
-
-    low: float
-    high: float
-    walk: float
-
-
-def longest_shelf(levels: Levels) -> Shelf | None:
+def longest_shelf(levels: Levels) -> tuple[float, float, float] | None:
     """The longest stretch whose levels differ as by chance, if the spectrum is lower below it.
 
     None if none reaches over a decade. The foot of flicker is as level by chance, since its bins
@@ -209,6 +192,13 @@ def longest_shelf(levels: Levels) -> Shelf | None:
     ----------
     levels
         Robust levels.
+
+    Returns
+    -------
+    low, high
+        Ends of it, Hz.
+    walk
+        The N that has its level, rad/sqrt(s).
     """
     height, reach = np.log(levels.level), levels.high / levels.low[:, np.newaxis]
     error = np.sqrt(1.0 / levels.shape + FLOOR**2)
@@ -222,11 +212,8 @@ def longest_shelf(levels: Levels) -> Shelf | None:
         if np.all(np.abs(height[here] - middle) < 3.0 * error[here]):
             if first == 0 or height[first - 1] > middle:
                 return None
-            return Shelf(
-                low=float(levels.low[first]),
-                high=float(levels.high[last]),
-                walk=math.sqrt(0.5 * math.exp(middle)),
-            )
+            walk = math.sqrt(0.5 * math.exp(middle))
+            return float(levels.low[first]), float(levels.high[last]), walk
     return None
 
 
@@ -242,18 +229,10 @@ _NOISE_TYPES: Final[Mapping[CoefficientName, int]] = {
 }
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class CurveBound:
-    """Largest N that a curve allows, rad/sqrt(s), and the cluster time of it, s."""
-
-    value: float
-    tau: float
-
-
 def highest_walk(
-    curve: StabilityCurve, readout: JointReadout, *, chance: float, used: BooleanArray
-) -> CurveBound | None:
-    """Largest N that a curve allows.
+    curve: StabilityCurve, readout: Readout, *, chance: float, used: BooleanArray
+) -> tuple[float, float]:
+    """Largest N that a curve allows, rad/sqrt(s), and the cluster time of it, s.
 
     Every other term only adds to N^2 / tau, so N lies below the curve at every point. If nothing
     dithers the readout within a cluster, its steps hide up to two steps of each second difference:
@@ -273,11 +252,11 @@ def highest_walk(
 
     Returns
     -------
-    CurveBound or None
-        None if no point is used.
+    tuple of float
+        Infinite and NaN if no point is used.
     """
     if not used.any():
-        return None
+        return math.inf, math.nan
     step = readout.step / (np.sqrt(2.0) * curve.tau)
     raised = np.where(
         curve.tau < readout.time,
@@ -289,31 +268,11 @@ def highest_walk(
     factor = _limit_of_variance(_freedom(curve, 0), chance / curve.tau.size)
     highest = np.where(used, raised * np.sqrt(factor * curve.tau), np.inf)
     index = int(np.nanargmin(highest))
-    return CurveBound(value=float(highest[index]), tau=float(curve.tau[index]))
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class SlowNoise:
-    """Slow noise of a curve that no estimated term has.
-
-    Attributes
-    ----------
-    tau
-        Cluster time at which it stands out most, s.
-    ratio
-        Deviation there over that of the terms.
-    """
-
-    tau: float
-    ratio: float
+    return float(highest[index]), float(curve.tau[index])
 
 
 def highest_terms(
-    curve: StabilityCurve,
-    *,
-    confidence: float,
-    shortest: float = 0.0,
-    flicker_end: float = math.inf,
+    curve: StabilityCurve, *, confidence: float, shortest: float, flicker_end: float
 ) -> dict[CoefficientName, float]:
     """Largest Q, B, K and R that a curve allows, SI.
 
@@ -391,7 +350,7 @@ def within_curve(
 
 def slow_noise(
     curve: StabilityCurve, estimates: Mapping[CoefficientName, Estimate]
-) -> SlowNoise | None:
+) -> tuple[float, float] | None:
     """A rise of a curve behind its lowest point that the estimated terms do not make.
 
     Parameters
@@ -403,8 +362,11 @@ def slow_noise(
 
     Returns
     -------
-    SlowNoise or None
-        None if chance explains what there is.
+    tau
+        Cluster time at which it stands out most, s; None in place of both if chance explains what
+        there is.
+    ratio
+        Deviation there over that of the terms.
     """
     squares = np.array([_most(estimates, name) for name in COEFFICIENT_NAMES])
     terms = allan_variance_basis(curve.tau) @ squares
@@ -420,7 +382,7 @@ def slow_noise(
     if excess[most] < 1.2**2:
         return None
     ratio = math.sqrt(float(curve.deviation[most] ** 2 / terms[most]))
-    return SlowNoise(tau=float(curve.tau[most]), ratio=ratio)
+    return float(curve.tau[most]), ratio
 
 
 def _most(estimates: Mapping[CoefficientName, Estimate], name: CoefficientName) -> float:

@@ -8,7 +8,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import ArrayLike
 
-from sagnac.core.arrays import BooleanArray, FloatArray, IntegerArray, blocks, elementwise, empty
+from sagnac.core.arrays import BooleanArray, FloatArray, IntegerArray, blocks, elementwise, less
 from sagnac.core.errors import RecordingError
 from sagnac.noise import laws
 from sagnac.noise.laws import CoefficientName
@@ -101,10 +101,7 @@ def without_slope(increments: FloatArray) -> tuple[float, FloatArray]:
         for block in blocks(size)
     )
     slope = 12.0 * moment / (float(size) * (float(size) ** 2 - 1.0))
-    rest = empty(size)
-    for block in blocks(size):
-        rest[block] = increments[block] - slope * (np.arange(block.start, block.stop) - middle)
-    return slope, rest
+    return slope, less(increments, lambda number: slope * (number - middle))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -30,7 +30,6 @@ from itertools import pairwise
 from typing import Final
 
 import numpy as np
-from numpy.typing import ArrayLike
 from scipy.fft import prev_fast_len, rfft
 from scipy.special import chdtri, stdtrit
 
@@ -44,6 +43,8 @@ from sagnac.recording.channel import Compared, angle_increments
 from sagnac.recording.model import Recording, require_recording
 from sagnac.spectrum.periodogram import CELL, TAPERS, band_degrees_of_freedom, sine_taper
 from sagnac.spectrum.power_laws import running_median
+
+Band = tuple[float, float]
 
 # ---- noise of each alone -----------------------------------------------------------------
 
@@ -334,11 +335,7 @@ def _gains(noise: FloatArray, sensed: ComplexArray) -> FloatArray:
 
 
 def band_cells(
-    increments: ArrayLike,
-    *,
-    sample_rate: float,
-    band_hz: tuple[float, float],
-    masked: Sequence[tuple[float, float]] = (),
+    increments: FloatArray, sample_rate: float, band_hz: Band, masked: Sequence[Band] = ()
 ) -> tuple[FloatArray, FloatArray]:
     """Real spectral matrices of several gyros over a band, in cells that hold no line.
 
@@ -363,14 +360,11 @@ def band_cells(
     Raises
     ------
     ValueError
-        If no ordinate lies in the band or an argument makes no sense.
+        If no ordinate lies in the band.
     """
-    values = np.asarray(increments, dtype=np.float64)
-    if values.ndim != 2 or values.shape[0] < 2 or not np.isfinite(values).all():
-        raise ValueError(f"increments has shape {values.shape}; give two finite gyros or more")
-    length = int(prev_fast_len(values.shape[1], real=True))
+    length = int(prev_fast_len(increments.shape[1], real=True))
     time = np.arange(length) - 0.5 * (length - 1)
-    values = values[:, :length] - values[:, :length].mean(axis=1, keepdims=True)
+    values = increments[:, :length] - increments[:, :length].mean(axis=1, keepdims=True)
     values -= np.outer(values @ time / (time @ time), time)
     unit = sample_rate / length
     first, last = np.searchsorted(np.arange(1, length // 2 + 1) * unit, band_hz, side="left")
@@ -449,11 +443,11 @@ def differenced_factor(shared: float, walk: float) -> float:
 
 
 def common_walk(
-    increments: ArrayLike,
+    increments: FloatArray,
     *,
     sample_rate: float,
-    band_hz: tuple[float, float],
-    masked: Sequence[tuple[float, float]] = (),
+    band_hz: Band,
+    masked: Sequence[Band] = (),
     confidence: float = 0.95,
 ) -> CommonWalk:
     """Angle random walk that two or more gyros share, from their cross spectra.
@@ -483,9 +477,7 @@ def common_walk(
     ValueError
         If the band is too narrow to tell the three from each other.
     """
-    places, matrices = band_cells(
-        increments, sample_rate=sample_rate, band_hz=band_hz, masked=masked
-    )
+    places, matrices = band_cells(increments, sample_rate, band_hz, masked)
     bins = _bins(places)
     if len(bins) < _LEAST_BINS:
         raise ValueError(f"{len(bins)} bins do not tell what gyros share; give {_LEAST_BINS}")

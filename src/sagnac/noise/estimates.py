@@ -33,13 +33,6 @@ class Interval:
                 "value <= high"
             )
 
-    def of(self, name: CoefficientName, confidence: float) -> "Estimate":
-        """The coefficient whose value and interval these are."""
-        value, low, high = self.value, self.low, self.high
-        return Estimate(
-            value=value, low=low, high=high, confidence=confidence, status="estimated", name=name
-        )
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ConvertedEstimate:
@@ -219,12 +212,13 @@ def rooted(
 
     It is not observable if the square is NaN.
     """
+    nothing = unobserved(name, confidence)
     if math.isnan(value):
-        return unobserved(name, confidence)
+        return nothing
     if not low > 0.0:
-        return unobserved(name, confidence).bounded(math.sqrt(high))
-    roots = Interval(value=math.sqrt(value), low=math.sqrt(low), high=math.sqrt(high))
-    return roots.of(name, confidence)
+        return nothing.bounded(math.sqrt(high))
+    value, low, high = math.sqrt(value), math.sqrt(low), math.sqrt(high)
+    return replace(nothing, value=value, low=low, high=high, status="estimated")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -1,7 +1,7 @@
 """Q, N, B, K and R by maximum likelihood from a spectrum, and one way in to this and other fits."""
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from functools import cache
 
@@ -16,7 +16,7 @@ from sagnac.core.kernels import one_thread
 from sagnac.noise import cosine_spectrum
 from sagnac.noise.cosine_spectrum import CosineSpectrum
 from sagnac.noise.curve_fit import paper_fit, weighted_fit
-from sagnac.noise.estimates import Estimate, Fit, FitBand, FitName, unobserved
+from sagnac.noise.estimates import Fit, FitBand, FitName, unobserved
 from sagnac.noise.laws import COEFFICIENT_NAMES, SLOW_NAMES, STOCHASTIC_NAMES, CoefficientName
 from sagnac.noise.likelihood import Ordinates, scaled_covariance
 from sagnac.noise.lowest_ordinates import ramp_estimate
@@ -137,6 +137,9 @@ def spectrum_fit(
     if "rate_ramp" in cosine.terms and cosine.names:
         lowest = bins.starts[bins.count == 1.0]
         found["rate_ramp"] = ramp_estimate(cosine, lowest, confidence)
+    # Other laws are asked for if all four terms were fitted, and B or K is there.
+    there = any(found[name].status == "estimated" for name in SLOW_NAMES[:2])
+    sees_slow_noise = there and cosine.names == STOCHASTIC_NAMES
     low, high = band or (0.0, 0.5 / cosine.interval)
     return Fit(
         method="likelihood",
@@ -150,16 +153,8 @@ def spectrum_fit(
             masked=tuple((float(one[0]), float(one[1])) for one in masked),
         ),
         squares=dict(zip(cosine.names, weighed.best.squares.tolist(), strict=True)),
-        slow=_slow_laws(weighed) if _sees_slow_noise(found, cosine.names) else None,
+        slow=_slow_laws(weighed) if sees_slow_noise else None,
     )
-
-
-def _sees_slow_noise(
-    found: Mapping[CoefficientName, Estimate], names: Sequence[CoefficientName]
-) -> bool:
-    """Whether all four terms were fitted, and B or K is there."""
-    seen = any(found[name].status == "estimated" for name in SLOW_NAMES[:2])
-    return seen and tuple(names) == STOCHASTIC_NAMES
 
 
 def _slow_laws(spectrum: Ordinates) -> SlowLaws:

@@ -293,17 +293,7 @@ def overlapped_allan_covariances(
         (5, 5, points, points), (rad/s)^4 for pairs of terms, in the order of `COEFFICIENT_NAMES`:
         contracted twice with the squared coefficients it is the covariance. Kept, for the fits of
         a curve share it; not to be written to.
-
-    Raises
-    ------
-    ValueError
-        If a cluster time is below one sample interval or longer than half the record.
     """
-    if min(factors) < 1 or 2 * max(factors) >= angles:
-        raise ValueError(
-            f"factors run from {min(factors)} to {max(factors)}; give 1 to {(angles - 1) // 2} for "
-            f"{angles} angles"
-        )
     size = np.array(factors, dtype=np.int64)
     covariances = np.zeros((5, 5, size.size, size.size))
     for place, first in enumerate(factors):

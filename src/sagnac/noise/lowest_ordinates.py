@@ -16,7 +16,7 @@ from scipy.optimize import brentq
 from scipy.special import ndtr, stdtr
 
 from sagnac.core.arrays import FloatArray, IntegerArray
-from sagnac.core.errors import RecordingError, require_confidence
+from sagnac.core.errors import RecordingError
 from sagnac.noise import cosine_spectrum
 from sagnac.noise.cosine_spectrum import SINGLE, CosineSpectrum
 from sagnac.noise.estimates import Estimate, rooted, unobserved
@@ -287,21 +287,8 @@ def highest_walk(
     -------
     float
         rad/sqrt(s); infinite if too few ordinates are left.
-
-    Raises
-    ------
-    ValueError
-        If there are too few averages, or an argument makes no sense.
     """
-    require_confidence(confidence)
     size = averages.size
-    if size < LEAST_AVERAGES or motions.shape[1:] != (size,):
-        raise ValueError(
-            f"averages has shape {averages.shape} and motions {motions.shape}; give "
-            f"{LEAST_AVERAGES} averages or more, and as many of each motion"
-        )
-    if not interval > 0.0:
-        raise ValueError(f"interval is {interval}; give s above zero")
     index = np.arange(1, size)[:_LOWEST]
     frequency, cell = index / (2.0 * size * interval), 1.0 / (size * interval)
     for low, high in masked:

@@ -26,14 +26,7 @@ from scipy.special import chdtri, expit, gammaincc, logsumexp, ndtr, ndtri
 
 from sagnac.core.arrays import BooleanArray, FloatArray
 from sagnac.noise import band_models
-from sagnac.noise.band_models import (
-    FALL,
-    FLOOR,
-    BandModel,
-    BandModels,
-    bin_shapes,
-    gamma_deviance,
-)
+from sagnac.noise.band_models import FALL, FLOOR, BandModel, BandModels, bin_shapes, gamma_deviance
 from sagnac.noise.bounds import highest_coefficient
 from sagnac.noise.estimates import Estimate, Interval, unobserved
 from sagnac.noise.laws import (
@@ -350,13 +343,13 @@ def _averaged(levels: Levels, column: int, models: BandModels, confidence: float
 
     Models have the errors that the levels show.
     """
-    name = STOCHASTIC_NAMES[column]
+    nothing = unobserved(STOCHASTIC_NAMES[column], confidence)
     if models.count == 0:
         bound = highest_coefficient(levels, level_laws(levels)[:, column], confidence)
-        nothing = unobserved(name, confidence)
         return nothing.bounded(bound) if math.isfinite(bound) else nothing
     spread = with_error_of_bins(levels, models, error_of_bins(levels, models))
-    return mixture(spread, column, confidence).of(name, confidence)
+    one = mixture(spread, column, confidence)
+    return replace(nothing, value=one.value, low=one.low, high=one.high, status="estimated")
 
 
 def _unrivalled(models: BandModels, bins: int) -> BooleanArray:

@@ -14,13 +14,7 @@ from scipy.optimize import brentq
 from scipy.special import chdtri, gammainc, gammaincc, ndtr, ndtri
 
 from sagnac.core.arrays import FloatArray
-from sagnac.noise.band_models import (
-    FALL,
-    FLOOR,
-    BandModel,
-    bin_shapes,
-    gamma_deviance,
-)
+from sagnac.noise.band_models import FALL, FLOOR, BandModel, bin_shapes, gamma_deviance
 from sagnac.noise.estimates import Estimate, Fit, FitBand
 from sagnac.noise.laws import COEFFICIENT_NAMES, STOCHASTIC_NAMES
 from sagnac.noise.model_average import (

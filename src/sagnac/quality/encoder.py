@@ -7,7 +7,7 @@ from typing import Final
 
 import numpy as np
 
-from sagnac.core.arrays import FloatArray, IntegerArray, blocks, empty, some_steps, values_at
+from sagnac.core.arrays import FloatArray, IntegerArray, blocks, empty, less, some_steps, values_at
 from sagnac.core.errors import Level, Note, RecordingError, counted
 from sagnac.core.marks import marked, marked_steps
 from sagnac.core.units import ARCSECOND, DEGREE, split_factor
@@ -65,10 +65,7 @@ def without_lost_rows(recording: Recording, gyros: Sequence[Channel]) -> tuple[R
             return channel
         # What is left is the step that is usual there: how the rate changed meanwhile is not known.
         moved = np.append(0.0, np.cumsum(_steps_around(channel.values, places)[1]))
-        values = empty(channel.values.size)
-        for block in blocks(values.size):
-            passed = np.searchsorted(places, np.arange(block.start, block.stop))
-            np.subtract(channel.values[block], moved[passed], out=values[block])
+        values = less(channel.values, lambda number: moved[np.searchsorted(places, number)])
         return replace(channel, values=values)
 
     text = (

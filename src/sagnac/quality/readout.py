@@ -34,32 +34,16 @@ _STEADY: Final = 8
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Readout:
-    """The step of a readout, and from where on its error is white noise of the angle.
+    """The step of a readout, or of several together, and from where on its error is white noise.
 
     Attributes
     ----------
     step
         rad. If the noise crosses several steps from sample to sample, the smallest change there is.
+        Of several readouts the sum of their steps; per gyro of a difference.
     every
-        The error is white if one in `every` samples is taken, a power of two: 1 if the angle is
-        dithered as it is. None if too few samples are left before that.
-    """
-
-    step: float
-    every: int | None
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class JointReadout:
-    """Clusters that the readouts of several gyros together allow.
-
-    Attributes
-    ----------
-    step
-        Sum of their steps, rad; per gyro of a difference.
-    every
-        The readouts are dithered if one in `every` angles is taken. None if too few angles are
-        left for a fit.
+        The error is white if one in `every` angles is taken, a power of two: 1 if the angle is
+        dithered as it is. None if too few angles are left before that, or for a fit.
     time
         Time between angles so taken, s; 0 if all are, infinite if they are dithered at no time.
     notes
@@ -97,7 +81,7 @@ def readout_of(angle: ArrayLike) -> Readout:
     taken, apart = np.asarray(angle, dtype=np.float64), 1
     step = count_step(arrays.differences(taken), rounding_in(taken))
     if not math.isfinite(step):
-        return Readout(step=0.0, every=1)
+        return Readout()
     # Fewer steps have no variance to speak of.
     while taken.size > 32:
         # The error is white from a quarter that the angle turns about its mean (its correlation is
@@ -111,7 +95,7 @@ def readout_of(angle: ArrayLike) -> Readout:
 
 def joint_readout(
     recording: Recording, gyros: Sequence[str], angle_rate: float, *, with_encoder: bool = True
-) -> JointReadout:
+) -> Readout:
     """Clusters that the readouts of gyros allow, differenced or used side by side.
 
     For one gyro alone on a turning table the steps of its encoder count as well, times the share
@@ -149,7 +133,7 @@ def joint_readout(
         step /= PAIR_SIZE
     undithered = {name: readout for name, readout in readouts.items() if readout.every != 1}
     if not undithered:
-        return JointReadout(step=step)
+        return Readout(step=step)
     largest = max(readout.step for readout in undithered.values()) / ARCSECOND
     what = f"the readout step of {', '.join(undithered)} ({largest:.3g} arcsec)"
     counts = [readout.every for readout in undithered.values() if readout.every is not None]
@@ -161,12 +145,12 @@ def joint_readout(
             "finer"
         )
         note = Note(text=text, level="warning")
-        return JointReadout(step=step, every=None, time=apart, notes=(note,))
+        return Readout(step=step, every=None, time=apart, notes=(note,))
     text = (
         f"nothing dithers {what} in less than {apart:.4g} s: coefficients are of angles that far "
         "apart, and the curve at shorter cluster times shows the readout"
     )
-    return JointReadout(step=step, every=max(counts), time=apart, notes=(Note(text=text),))
+    return Readout(step=step, every=max(counts), time=apart, notes=(Note(text=text),))
 
 
 def _encoder_readout(recording: Recording, gyros: Sequence[str], taken: int) -> Readout | None:

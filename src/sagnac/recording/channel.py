@@ -15,14 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from sagnac.core import arrays
 from sagnac.core.arrays import FloatArray, blocks
-from sagnac.core.errors import (
-    Note,
-    RecordingError,
-    is_finite,
-    quoted,
-    require_choice,
-    require_name,
-)
+from sagnac.core.errors import Note, RecordingError, is_finite, quoted, require_choice, require_name
 from sagnac.core.marks import first_of, is_missing, marked, number_of
 from sagnac.core.units import SENSED, UNITS, Quantity, Sensor, Unit, sizes, split_factor, unit_of
 

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.fft import prev_fast_len
 
-from sagnac.core.arrays import BLOCK, BooleanArray, FloatArray, blocks, empty
+from sagnac.core.arrays import BLOCK, BooleanArray, FloatArray, blocks, empty, less
 from sagnac.spectrum import periodogram
 from sagnac.spectrum.periodogram import CELL, HALF_WIDTH
 from sagnac.spectrum.sums import angle_series
@@ -81,13 +81,10 @@ class TaperedSpectrum:
         In order of frequency.
     interval
         Between the angles whose increments were taken, s.
-    duration
-        Of the record, s.
     """
 
     cells: Cells
     interval: float
-    duration: float
 
 
 def tapered_spectrum(
@@ -120,9 +117,7 @@ def tapered_spectrum(
         coarse = _coarse_cells(values, sample_rate, segment)
         edge = min(float(cells.low[min(64, cells.low.size - 1)]), float(coarse.high[-1]))
         cells = coarse.kept(coarse.high <= edge).followed_by(cells.kept(cells.low >= edge))
-    return TaperedSpectrum(
-        cells=cells, interval=1.0 / sample_rate, duration=values.size / sample_rate
-    )
+    return TaperedSpectrum(cells=cells, interval=1.0 / sample_rate)
 
 
 def _straight(values: FloatArray) -> FloatArray:
@@ -141,11 +136,8 @@ def _straight(values: FloatArray) -> FloatArray:
         part = values[block]
         sums += [weight @ part, (weight * place) @ part, weight.sum(), weight @ place**2]
     total, moment, weights, spread = sums
-    slope, rest = moment / spread, empty(size)
-    for block in blocks(size):
-        line = slope * (np.arange(block.start, block.stop) - 0.5 * (size - 1))
-        rest[block] = values[block] - total / weights - line
-    return rest
+    slope, level = moment / spread, total / weights
+    return less(values, lambda number: level + slope * (number - 0.5 * (size - 1)))
 
 
 def _cells(values: FloatArray, sample_rate: float, segment: int) -> Cells:

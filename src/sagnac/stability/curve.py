@@ -55,11 +55,7 @@ from sagnac.core.errors import Note, require_choice, require_confidence, require
 from sagnac.recording.channel import Compared, Kind, require_rate, squarable
 from sagnac.stability import Estimator, Gaps
 from sagnac.stability.estimators import ESTIMATORS, properties_of
-from sagnac.stability.noise_type import (
-    check_noise_type,
-    cluster_sizes,
-    identified_noise_types,
-)
+from sagnac.stability.noise_type import check_noise_type, cluster_sizes, identified_noise_types
 from sagnac.stability.sums import accumulated_track, overlapping_sums, whole_track
 
 # ---- every cluster -----------------------------------------------------------------
@@ -109,7 +105,7 @@ def deviation_at_every_tau(
     samples = squarable(values)
     require_choice("kind", kind, Kind)
     require_rate(sample_rate)
-    angle = np.asarray(accumulated_track(samples, kind, sample_rate, "reject").angle)
+    angle = np.asarray(accumulated_track(samples, kind, sample_rate, "reject", None).angle)
     cluster = np.arange(1, (angle.size - 1) // 2 + 1)
     variance = _sums_of_all_clusters(angle) / (2.0 * cluster**2 * (angle.size - 2.0 * cluster))
     scale = 1.0 if kind == "rate" else sample_rate
@@ -389,7 +385,7 @@ def stability_curve(
         check_noise_type(noise_type, row)
     samples = squarable(values)
     only_whole = estimator if row.whole_record_only else None
-    track = accumulated_track(samples, kind, sample_rate, gaps, only_whole=only_whole)
+    track = accumulated_track(samples, kind, sample_rate, gaps, only_whole)
     angles = track.angle.size
     clusters, of_clusters = cluster_sizes(taus, angles, sample_rate, row)
     points = row.points(track, clusters)

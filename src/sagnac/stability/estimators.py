@@ -34,15 +34,8 @@ import numpy as np
 
 from sagnac.core.arrays import FloatArray, IntegerArray, blocks, empty, release
 from sagnac.core.errors import Note, RecordingError, require_choice, rounded
-from sagnac.stability import Estimator, _kernels
-from sagnac.stability.freedom import (
-    THEO1_EFFECTIVE,
-    FreedomLaw,
-    greenhall_riley_freedom,
-    modified_total_freedom,
-    theo1_freedom,
-    total_freedom,
-)
+from sagnac.stability import Estimator, _kernels, freedom
+from sagnac.stability.freedom import THEO1_EFFECTIVE, FreedomLaw
 from sagnac.stability.sums import (
     Points,
     Track,
@@ -288,7 +281,7 @@ def _differences(
         sums=lambda track, clusters, _: summed(track, clusters, order),
         divisor=2.0 if order == 2 else 6.0,
         freedom=partial(
-            greenhall_riley_freedom, order=order, overlapping=overlapping, modified=False
+            freedom.greenhall_riley_freedom, order=order, overlapping=overlapping, modified=False
         ),
     )
     return replace(row, **others)
@@ -301,7 +294,7 @@ _MODIFIED: Final = Properties(
     windows=lambda cluster, angles: angles - 3 * cluster + 1,
     sums=lambda track, clusters, _: modified_sums(track, clusters),
     power=4,
-    freedom=partial(greenhall_riley_freedom, order=2, overlapping=True, modified=True),
+    freedom=partial(freedom.greenhall_riley_freedom, order=2, overlapping=True, modified=True),
 )
 _THEO1: Final = Properties(
     name="theo1",
@@ -315,7 +308,7 @@ _THEO1: Final = Properties(
     sums=_theo1_sums,
     divisor=THEO1_EFFECTIVE,
     effective=THEO1_EFFECTIVE,
-    freedom=theo1_freedom,
+    freedom=freedom.theo1_freedom,
     remark="theo1 keeps its bias (theoh removes it); taus asked for are its spans m tau0",
 )
 _ROWS: Final = (
@@ -332,7 +325,7 @@ _ROWS: Final = (
         longest=lambda angles: angles - 1,
         windows=lambda cluster, angles: angles - 2,
         sums=_total_sums,
-        freedom=total_freedom,
+        freedom=freedom.total_freedom,
     ),
     Properties(
         name="mtotdev",
@@ -343,7 +336,7 @@ _ROWS: Final = (
         squares=lambda clusters: 6 * clusters,
         sums=_modified_total_sums,
         power=4,
-        freedom=modified_total_freedom,
+        freedom=freedom.modified_total_freedom,
         remark="mtotdev keeps its bias: its variance lies below that of mdev",
     ),
     _THEO1,

@@ -246,25 +246,6 @@ def check_noise_type(noise_type: int, estimator: Properties) -> None:
 # ---- degrees of freedom ------------------------------------------------------------
 
 
-def ieee_relative_error(samples: int, cluster: int) -> float:
-    """Relative error of an Allan deviation, 1/sqrt(2 (N/n - 1)), of IEEE Std 952.
-
-    `samples` rates in clusters of `cluster`; it counts the N/n - 1 independent differences
-    and knows neither overlap nor noise type.
-
-    Raises
-    ------
-    ValueError
-        If there are fewer than two clusters.
-    """
-    if cluster < 1 or samples < 2 * cluster:
-        raise ValueError(
-            f"cluster {cluster} leaves under two clusters in {samples} samples; "
-            f"use 1 to {samples // 2}"
-        )
-    return 1.0 / math.sqrt(2.0 * (samples / cluster - 1.0))
-
-
 def equivalent_degrees_of_freedom(
     estimator: Estimator, noise_type: int, cluster: int, samples: int
 ) -> float:

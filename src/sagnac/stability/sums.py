@@ -64,12 +64,7 @@ def whole_track(angle: FloatArray) -> Track:
 
 
 def accumulated_track(
-    samples: FloatArray,
-    kind: Kind,
-    sample_rate: float,
-    gaps: Gaps,
-    *,
-    only_whole: Estimator | None = None,
+    samples: FloatArray, kind: Kind, sample_rate: float, gaps: Gaps, only_whole: Estimator | None
 ) -> Track:
     """The accumulated angle that an estimator takes its differences of.
 

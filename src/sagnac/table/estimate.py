@@ -14,7 +14,7 @@ a change with time included (a clock that runs fast), and taken out.
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Final, Self
+from typing import Final, NamedTuple, Self
 
 import numpy as np
 from scipy.fft import dst, idst
@@ -88,15 +88,8 @@ class Delay:
         return np.asarray(self.mean + self.change * (seconds / self.duration - 0.5))
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Drift:
-    """By how much a table angle runs off from end to end.
-
-    Attributes
-    ----------
-    value, error
-        rad, to be added, and its standard error.
-    """
+class Shift(NamedTuple):
+    """A shift, in time or in angle, and its standard error in the same unit."""
 
     value: float
     error: float
@@ -132,12 +125,10 @@ class EstimatedTable:
     corner: float = math.inf
     delay: Delay | None = None
 
-    def with_drift(self, drift: Drift) -> Self:
-        """The same table with a drift added to its angle."""
-        last, angle = max(self.angle.size - 1, 1), arrays.empty(self.angle.size)
-        for block in arrays.blocks(angle.size):
-            off = drift.value * (np.arange(block.start, block.stop) / last - 0.5)
-            np.add(self.angle[block], off, out=angle[block])
+    def with_drift(self, drift: Shift) -> Self:
+        """The same table with a drift from end to end, rad, added to its angle."""
+        last = max(self.angle.size - 1, 1)
+        angle = arrays.less(self.angle, lambda number: drift.value * (0.5 - number / last))
         return replace(self, angle=angle)
 
     @property
@@ -241,7 +232,7 @@ def _delay_taken_out(
 
 def order_drift(
     table: EstimatedTable, angle: FloatArray, sample_rate: float, *, share: float
-) -> Drift | None:
+) -> Shift | None:
     """By how much the table angle runs off against what repeats with it in a gyro angle.
 
     On a table that turns evenly, a delay that grows is a rate of its own: neither encoder nor
@@ -261,7 +252,7 @@ def order_drift(
 
     Returns
     -------
-    Drift or None
+    Shift or None
         None if the orders keep their phases, or the table does not turn evenly from stretch to
         stretch.
     """
@@ -290,10 +281,10 @@ def order_drift(
         if abs(moved.value) < seen * moved.error:
             break
         value, error = value + moved.value, moved.error
-    return None if value == 0.0 else Drift(value=value, error=error)
+    return None if value == 0.0 else Shift(value, error)
 
 
-def _phase_drift(shown: FloatArray, known: FloatArray, orders: FloatArray, stretches: int) -> Drift:
+def _phase_drift(shown: FloatArray, known: FloatArray, orders: FloatArray, stretches: int) -> Shift:
     """Rate of the table angle by the phases of orders in averages of a gyro angle.
 
     Each order by itself gives a drift, whose error is that of its phases about a straight line, so
@@ -323,11 +314,11 @@ def _phase_drift(shown: FloatArray, known: FloatArray, orders: FloatArray, stret
             values.append(slope)
             weights.append(1.0 / variance)
     if not values:
-        return Drift(value=0.0, error=math.inf)
+        return Shift(0.0, math.inf)
     slopes, weight = np.array(values), np.array(weights)
     value = float(weight @ slopes) / float(weight.sum())
     excess = float(weight @ (slopes - value) ** 2) / max(slopes.size - 1, 1)
-    return Drift(value=value, error=math.sqrt(max(1.0, excess) / float(weight.sum())))
+    return Shift(value, math.sqrt(max(1.0, excess) / float(weight.sum())))
 
 
 def shares_of_table(coarse: FloatArray, read: FloatArray, step: int) -> tuple[FloatArray, float]:

@@ -7,7 +7,7 @@ speeds up or turns back.
 
 import math
 from collections.abc import Sequence
-from typing import Final, NamedTuple
+from typing import Final
 
 import numpy as np
 
@@ -17,6 +17,7 @@ from sagnac.table.estimate import (
     FIRST_DELAY,
     SEEN,
     SHORTEST_DELAY,
+    Shift,
     columns_beside_delay,
     shares_of_table,
 )
@@ -37,16 +38,9 @@ _AROUND: Final = np.array([1.0, -9.0, 45.0, 0.0, -45.0, 9.0, -1.0]) / 60.0
 _FINEST: Final = 100.0
 
 
-class Lag(NamedTuple):
-    """Time, s, by which a gyro comes after the first one, and its standard error."""
-
-    value: float
-    error: float
-
-
 def without_lags(
     gyros: Sequence[FloatArray], encoder: FloatArray, sample_rate: float
-) -> tuple[list[FloatArray], list[Lag | None]]:
+) -> tuple[list[FloatArray], list[Shift | None]]:
     """Gyros with the table's motion at the instants of the first one.
 
     Only the motion is moved, so that the noise of each gyro stays as it is.
@@ -66,7 +60,7 @@ def without_lags(
         Of each gyro; a gyro without a lag is as it was, and has None.
     """
     angles = list(gyros)
-    lags: list[Lag | None] = [None] * len(gyros)
+    lags: list[Shift | None] = [None] * len(gyros)
     for number in range(1, len(gyros)):
         # Each pass knows the motion better than the one before.
         for most in (_FIRST_LOOK, _MOST, _MOST):
@@ -75,7 +69,7 @@ def without_lags(
             if lag is None and known is None:
                 break
             both = [one for one in (known, lag) if one is not None]
-            total = Lag(sum(one.value for one in both), both[-1].error)
+            total = Shift(sum(one.value for one in both), both[-1].error)
             lags[number] = total
             angles[number] = _moved(gyros[number], pair, shares, total.value, sample_rate)
     return angles, lags
@@ -83,7 +77,7 @@ def without_lags(
 
 def _lag(
     pair: list[FloatArray], encoder: FloatArray, sample_rate: float, most: int
-) -> tuple[FloatArray, Lag | None]:
+) -> tuple[FloatArray, Shift | None]:
     """Shares of two gyros, and the lag of the second; None if none is seen in `most` averages.
 
     A gyro that comes later shows its share times the table's rate times the lag less. That is
@@ -102,16 +96,12 @@ def _lag(
     # A lag does not change.
     columns, prior = columns[: FIRST_DELAY + 1], prior[: FIRST_DELAY + 1]
     fit = whitened(second / shares[1] - first / shares[0], columns, prior)
-    lag = Lag(-float(fit.values[-1]), math.sqrt(float(fit.covariance[-1, -1])))
+    lag = Shift(-float(fit.values[-1]), math.sqrt(float(fit.covariance[-1, -1])))
     return shares, lag if abs(lag.value) > max(SEEN * lag.error, SHORTEST_DELAY) else None
 
 
 def _moved(
-    angle: FloatArray,
-    pair: list[FloatArray],
-    shares: FloatArray,
-    lag: float,
-    sample_rate: float,
+    angle: FloatArray, pair: list[FloatArray], shares: FloatArray, lag: float, sample_rate: float
 ) -> FloatArray:
     """(samples,) of a gyro, with the table's motion in it earlier by its lag.
 

@@ -17,17 +17,8 @@ import scipy.linalg.lapack
 
 from sagnac.core.arrays import ComplexArray, FloatArray, blocks, empty
 from sagnac.core.units import EARTH_RATE
-from sagnac.table import _kernels
-from sagnac.table.kinematics import (
-    LARGEST_EARTH_RATE,
-    Kinematics,
-    are_whole,
-    block_gain,
-    bounded_by_earth,
-    harmonics_of,
-    highest_harmonic,
-    tells_drift,
-)
+from sagnac.table import _kernels, kinematics
+from sagnac.table.kinematics import LARGEST_EARTH_RATE, Kinematics
 from sagnac.table.turns import FEW_TURNS, full_turns, mean_rate
 
 # Averages whose columns are held at a time.
@@ -140,11 +131,11 @@ class Design:
     def increments(self, start: int, stop: int) -> FloatArray:
         """(coefficients, stop - start) increments of every column."""
         of, here = self.kinematic, slice(start, stop + 1)
-        rows, whole = np.empty((self.size, stop - start)), are_whole(self.orders)
+        rows, whole = np.empty((self.size, stop - start)), kinematics.are_whole(self.orders)
         rows[1] = np.diff(of.interval * np.arange(start, stop + 1.0)) * self.with_drift
         for row, column in ((0, of.angle), (2, of.cosine), (3, of.sine)):
             rows[row] = np.diff(column[here])
-        waves = harmonics_of(of.angle[here], int(self.orders[whole].max(initial=0.0)))
+        waves = kinematics.harmonics_of(of.angle[here], int(self.orders[whole].max(initial=0.0)))
         for row, order in enumerate(self.orders):
             wave = waves[int(order)] if whole[row] else np.exp(1j * order * of.angle[here])
             cosine, sine = rows[_PLAIN + 2 * row :][:2]
@@ -172,17 +163,19 @@ def follow_table_together(
     """
     # Orders allowed for while nobody knows which there are.
     orders = np.arange(1.0, 129.0) if harmonics is None else harmonics
-    orders = orders[orders <= highest_harmonic(kinematic)]
+    orders = orders[orders <= kinematics.highest_harmonic(kinematic)]
     # Harmonics are known only after a search, which takes lines in time out as well. If these are
     # still in, they count as noise: they would otherwise buy any Earth rate that lowers them.
     lines_taken = harmonics is not None and harmonics.size > 0
     if full_turns(kinematic.table) < FEW_TURNS:
         # Over part of a turn harmonics can make the table angle itself: share and drift first.
         orders, lines_taken = np.empty(0), False
-    columns = Design(kinematic=kinematic, orders=orders, with_drift=tells_drift(kinematic))
+    columns = Design(
+        kinematic=kinematic, orders=orders, with_drift=kinematics.tells_drift(kinematic)
+    )
     targets = np.diff(averages)
     rows = triangle(columns, targets)
-    gain = np.repeat(block_gain(kinematic, orders), 2)
+    gain = np.repeat(kinematics.block_gain(kinematic, orders), 2)
     motions = []
     for number, target in enumerate(targets):
         reduced = Triangle.of(rows, columns.size, number)
@@ -193,7 +186,7 @@ def follow_table_together(
             noise = reduced.deviation(free, target.size)
         penalty = np.zeros(columns.size)
         penalty[_EARTH] = noise / (LARGEST_EARTH_RATE * reduced.scale[_EARTH])
-        solution = bounded_by_earth(reduced.solution, penalty, _EARTH)
+        solution = kinematics.bounded_by_earth(reduced.solution, penalty, _EARTH)
         share, drift, *earth = solution[:_PLAIN].tolist()
         motion = TableMotion(
             share=share,
@@ -332,6 +325,6 @@ def follow_table(
     (motion,) = follow_table_together(averages[np.newaxis], kinematic, harmonics)
     if harmonics is None or phasor is None:
         return motion
-    fitted = harmonics <= highest_harmonic(kinematic)
+    fitted = harmonics <= kinematics.highest_harmonic(kinematic)
     # No order is fitted over less than a few turns.
     return replace(motion, phasor=motion.phasor + phasor[fitted]) if motion.orders.size else motion

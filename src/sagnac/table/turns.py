@@ -17,17 +17,8 @@ from sagnac.core.arrays import BooleanArray, ComplexArray, FloatArray, IntegerAr
 from sagnac.core.errors import RecordingError
 from sagnac.core.units import ARCSECOND
 from sagnac.recording.model import Recording
-from sagnac.table.kinematics import (
-    KINEMATIC_RATE,
-    LARGEST_EARTH_RATE,
-    Kinematics,
-    averaged,
-    averages_of,
-    block_gain,
-    harmonic_sum,
-    highest_harmonic,
-    rate_variation,
-)
+from sagnac.table import kinematics
+from sagnac.table.kinematics import KINEMATIC_RATE, LARGEST_EARTH_RATE, Kinematics, harmonic_sum
 from sagnac.table.whitened import Whitened, whitened
 
 # ---- turns -------------------------------------------------------------------------
@@ -238,15 +229,15 @@ def function_of_angle(angle: FloatArray, kinematic: Kinematics) -> AngleFunction
     AngleFunction or None
         None if nothing goes with the angle.
     """
-    highest = math.floor(highest_harmonic(kinematic))
+    highest = math.floor(kinematics.highest_harmonic(kinematic))
     # Hz of order 1, the highest being 0.4 of the averages' rate.
     first = 0.4 / (max(highest, 1) * kinematic.interval)
     # A slow table shows every order that is tried in fewer averages.
     times = max(1, min(highest // (2 * _ORDERS[-1]), kinematic.angle.size // 10_000))
     known = (kinematic.angle, kinematic.cosine, kinematic.sine)
-    slow = np.stack([averaged(each, times)[:_MOST] for each in known])
+    slow = np.stack([kinematics.averaged(each, times)[:_MOST] for each in known])
     kinematic = replace(kinematic, block=times * kinematic.block, angle=slow[0])
-    shown = averages_of(angle, kinematic.block)[:_MOST]
+    shown = kinematics.averages_of(angle, kinematic.block)[:_MOST]
     # Fewer averages tell nothing.
     if shown.size < 100:
         return None
@@ -268,7 +259,7 @@ def function_of_angle(angle: FloatArray, kinematic: Kinematics) -> AngleFunction
     # An order that is not whole has another phase in every turn, so that over a few it takes a
     # function of all the angle that they cover. At an even rate it is a line in time.
     covered = math.ceil(full_turns(kinematic.angle) + 0.5)
-    parts = (1, covered) if rate_variation(kinematic) > _UNEVEN else (1,)
+    parts = (1, covered) if kinematics.rate_variation(kinematic) > _UNEVEN else (1,)
     cases = [(count, part) for part in parts for count in counts]
     # All are judged beside the noise that the largest leaves: what is left of lines is no noise.
     largest = [fit_of((max(counts), part), None) for part in parts]
@@ -283,7 +274,7 @@ def function_of_angle(angle: FloatArray, kinematic: Kinematics) -> AngleFunction
         return None
     orders = _terms(*best)
     # The first three are of table angle and Earth rate.
-    values = fits[best].values[3:].reshape(2, -1) / block_gain(kinematic, orders)
+    values = fits[best].values[3:].reshape(2, -1) / kinematics.block_gain(kinematic, orders)
     # A coefficient takes the noise of one of two parts of an ordinate.
     reached, width = first * orders, first * fits[best].freedom / (ordinates * orders.size)
     density = 2.0 * fits[best].walk / kinematic.interval
