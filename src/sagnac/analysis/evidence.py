@@ -306,8 +306,7 @@ def _widest_fit(points: Points, confidence: float, masked: Bands) -> Fit:
 
 def hat_of(
     settings: Settings,
-    pairs: Sequence[Measurement],
-    remainders: Sequence[Remainder],
+    pairs: Sequence[tuple[Measurement, Remainder]],
     fine: Points,
     readout: JointReadout,
     likelihood: Fit,
@@ -318,13 +317,13 @@ def hat_of(
     ----------
     settings
         The gyros by name, and the confidence.
-    pairs, remainders
-        The measurement and, of a triad, the first gyro less the second; what removal left of each.
+    pairs
+        The measurement and, of a triad, the first gyro less the second, with what removal left.
     fine, readout, likelihood
         Of `fine_points`, and the fit of these angles, whose band is used.
     """
-    left, second = remainders[0], remainders[-1]
-    weights = [pair.weights for pair in pairs]
+    left, second = pairs[0][1], pairs[-1][1]
+    weights = [pair.weights for pair, _ in pairs]
     # A gyro that does not count in its pair is not told apart.
     if second is left or not all(map(all, weights)) or readout.every is None or left.once_a_turn:
         return Separation(angle_random_walk={})

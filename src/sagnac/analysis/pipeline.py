@@ -221,7 +221,8 @@ def _evidence(
     with stages.stage("coefficients"):
         fine, readout = fine_points(recording, settings, left, points)
         fits = fits_of(curve, fine, readout, left.removal.masked, settings, bare=bare)
-        hat = hat_of(settings, pairs, remainders, fine, readout, fits["likelihood"])
+        of_pairs = list(zip(pairs, remainders, strict=True))
+        hat = hat_of(settings, of_pairs, fine, readout, fits["likelihood"])
     return Evidence(
         recording=recording,
         corrected=corrected,
