@@ -155,3 +155,26 @@ def test_gyros_that_answer_alike_share_no_walk_where_the_table_turns_round(draws
         assert own.low < walk < own.high < 1.15 * walk
         said += any(note.name == "shared" and note.level == "warning" for note in analysis.notes)
     assert said <= draws // 4
+
+
+def test_an_order_that_is_not_whole_is_no_shared_walk_of_a_table_that_sweeps():
+    """A bearing that both gyros hum with, at an order of 7.25, from 5 to 120 deg/s and back."""
+    rate, samples = 100.0, 60_000
+    random, along = np.random.default_rng(3), np.linspace(-1.0, 1.0, samples)
+    table = np.cumsum(120.0 - 115.0 * np.abs(along)) / rate
+    table += np.cumsum(0.01 / rate * random.standard_normal(samples))
+    hum = {name: size / 3600.0 * np.cos(np.radians(7.25 * table) + phase)
+           for name, size, phase in (("x", 3.0, 0.0), ("z", 1.0, 2.0))}  # fmt: skip
+    angles = {
+        name: share * table
+        + hum[name]
+        + np.cumsum(5e-3 / 60.0 * random.standard_normal(samples)) / 10
+        for name, share in (("x", 0.577), ("z", 0.575))
+    }
+    recording = Recording.from_arrays(
+        **angles, table=table, kind="angle", unit="deg", sample_rate=rate
+    )
+    analysis = analyze(recording, Settings(gyros=("x", "z")))
+    assert not [note for note in analysis.notes if note.name == "shared"]
+    walk = analysis.angle_random_walk.to("deg/sqrt(h)")
+    assert 4.7e-3 < walk.low < 5e-3 < walk.high < 5.3e-3

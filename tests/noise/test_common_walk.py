@@ -75,3 +75,17 @@ def test_intervals_of_a_common_walk_hold(share, gyros):
     assert held >= 184
     mean = np.mean([run.square for run in runs])
     assert mean == pytest.approx(share, abs=0.02)
+
+
+@pytest.mark.parametrize(
+    ("square", "error", "reach"), [(-4.0, 1.0, -2.0), (-0.5, 1.0, 2.0), (4.0, 1.0, 6.0)]
+)
+def test_a_walk_that_is_seen_reaches_to_the_end_of_its_interval(square, error, reach):
+    walk = CommonWalk(
+        square=square,
+        low=square - 2.0 * error,
+        high=square + 2.0 * error,
+        confidence=0.95,
+        error=error,
+    )
+    assert walk.reach == reach

@@ -72,6 +72,21 @@ def test_a_thousandth_missing_is_as_good_as_read(rate, how):
     assert 3600.0 * error < 0.25
 
 
+def test_lost_readings_beside_held_ones_are_interpolated():
+    """A bus that loses readings writes NaN, or gives the last one that it has, by turns."""
+    angle = motion(40.0)
+    random = np.random.default_rng(4).random(SAMPLES)
+    random[[*range(9), *range(-9, 0)]] = 1.0
+    lost, held = random < 0.01, (random >= 0.01) & (random < 0.04)
+    there = np.where(lost | held, 0, np.arange(SAMPLES))
+    values = np.where(lost, np.nan, reading(angle)[np.maximum.accumulate(there)])
+    _, _, marked = mark_missing(values, 360.0)
+    assert marked == np.count_nonzero(held)
+    samples, _, _ = fill_missing(values, 360.0, accuracy=ACCURACY)
+    assert samples == np.count_nonzero(lost | held)
+    assert off_by(values, angle).max() < 1.0
+
+
 def test_repeats_are_found_on_an_even_table_and_not_on_one_at_rest():
     even_table = reading(40.0 * np.arange(SAMPLES) / RATE)
     gone = places(5e-3)

@@ -389,9 +389,7 @@ def with_shared_noise(headline: Headline, evidence: Evidence) -> Headline:
         return headline
     # Two gyros mounted in opposite senses are added, and the sum holds twice what they share.
     left_out = 1.0 - 0.5 * sum(measured.weights) ** 2
-    # If none is seen, a walk as large as half the interval could still be there.
-    reach = max(shared.high, shared.high - shared.square)
-    squares = (left_out * square for square in (reach, shared.square, shared.low))
+    squares = (left_out * square for square in (shared.reach, shared.square, shared.low))
     least, factor, most = sorted(differenced_factor(square, walk.value) for square in squares)
     note = _shared_note(measured.channel, shared, (least, factor, most), lost=left_out > 0.0)
     if note is None:
@@ -435,7 +433,9 @@ def shared_walk(
     kinematic = kinematics(known, recording.sample_rate)
     angles = [angle_of(recording.gyro(name), recording.sample_rate) for name in gyros]
     rate = 1.0 / kinematic.interval
-    steps = np.diff(_without_table(angles, kinematic, readings))
+    beside = {line.frequency for line in evidence.lines if line.scale == "angle"}
+    orders = np.array(sorted(order for order in beside if order != round(order)))
+    steps = np.diff(_without_table(angles, kinematic, readings, orders))
     # Readings that slip at times, or come back, make no walk.
     alike = steps.mean(axis=0)
     # A step that all gyros make against the encoder beyond eight deviations is one of the encoder.
@@ -459,16 +459,16 @@ def shared_walk(
 
 
 def _without_table(
-    angles: list[FloatArray], kinematic: Kinematics, readings: FloatArray
+    angles: list[FloatArray], kinematic: Kinematics, readings: FloatArray, beside: FloatArray
 ) -> FloatArray:
-    """(gyros, averages) of angles, rad, without table motion, Earth rate and whole orders.
+    """(gyros, averages) of angles, rad, without table motion, Earth rate, whole orders and others.
 
     They are fitted to the angle that gyros and encoder know together. The share that each gyro has
     is then taken of the readings: what the encoder errs by is left in all gyros alike.
     """
     averages = np.stack([averages_of(angle, kinematic.block) for angle in angles])
     errors = averages_of(readings, kinematic.block) - kinematic.angle
-    for number, motion in enumerate(follow_table_together(averages, kinematic)):
+    for number, motion in enumerate(follow_table_together(averages, kinematic, beside=beside)):
         of = motion.kinematics
         gain = block_gain(of, motion.orders)
         orders = harmonic_sum(of.angle, motion.orders, motion.phasor * gain)
@@ -486,8 +486,8 @@ def _shared_note(
     """
     low, factor, high = factors
     if not shared.is_present or factor > _ODD:
-        # If differencing may leave less than half of N, nothing is told.
-        if low < 0.5 or factor > _ODD:
+        # If what they share may be more than half of N, or half of what is read, nothing is told.
+        if low < 0.5 or (high > 2.0 and not lost) or factor > _ODD:
             text = (
                 "whether the two gyros share an angle random walk cannot be told beside the noise "
                 "of the encoder"

@@ -306,7 +306,7 @@ def _widest_fit(points: Points, confidence: float, masked: Bands) -> Fit:
 
 def hat_of(
     settings: Settings,
-    remainders: Sequence[Remainder],
+    pairs: Sequence[tuple[Measurement, Remainder]],
     fine: Points,
     readout: Readout,
     likelihood: Fit,
@@ -317,25 +317,29 @@ def hat_of(
     ----------
     settings
         The gyros by name, and the confidence.
-    remainders
-        What removal left of the measurement and, of a triad, of the first gyro less the second.
+    pairs
+        The measurement and, of a triad, the first gyro less the second, with what removal left.
     fine, readout, likelihood
         Of `fine_points`, and the fit of these angles, whose band is used.
     """
-    left, second = remainders[0], remainders[-1]
-    if second is left or readout.every is None or left.once_a_turn:
+    left, second = pairs[0][1], pairs[-1][1]
+    weights = [pair.weights for pair, _ in pairs]
+    # A gyro that does not count in its pair is not told apart.
+    if second is left or not all(map(all, weights)) or readout.every is None or left.once_a_turn:
         return Separation(angle_random_walk={})
     if not (left.is_finished and second.is_finished):
         return Separation(angle_random_walk={})
     first, middle, last = settings.gyros
     step = max(1, round(left.rate / fine.rate))
-    # The hat uses differences only, so the first gyro may stand at zero.
+    # The hat uses differences only, so the first gyro may stand at zero. A pair whose weights are v
+    # and w, over v, is the first gyro less -w/v times the other one.
+    (of_last, last_weight), (of_middle, middle_weight) = weights
     try:
         separation = three_cornered_hat(
             {
-                middle: -PAIR_SIZE * every(second.removal.residual, step),
+                middle: -PAIR_SIZE / of_middle * every(second.removal.residual, step),
                 first: np.zeros(fine.angle.size),
-                last: -PAIR_SIZE * every(left.removal.residual, step),
+                last: -PAIR_SIZE / of_last * every(left.removal.residual, step),
             },
             kind="angle",
             sample_rate=fine.rate,
@@ -347,5 +351,10 @@ def hat_of(
         # Vibration in either difference may leave no band to both.
         note = Note(text=f"no angle random walk of each gyro alone: {error}", level="warning")
         return Separation(angle_random_walk={}, notes=(note,))
-    own = separation.angle_random_walk
-    return replace(separation, angle_random_walk={name: own[name] for name in settings.gyros})
+    sizes = {first: 1.0, middle: of_middle / middle_weight, last: of_last / last_weight}
+    own = {}
+    for name in settings.gyros:
+        one = separation.angle_random_walk[name]
+        value, low, high = (abs(sizes[name]) * end for end in (one.value, one.low, one.high))
+        own[name] = replace(one, value=value, low=low, high=high)
+    return replace(separation, angle_random_walk=own)

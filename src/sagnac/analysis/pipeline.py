@@ -204,10 +204,11 @@ def _evidence(
     with stages.stage("lines") as fraction:
         beside = (table.known, corrected, settings, fraction)
         left = measurement.remainder_of(measured, *beside)
-        remainders = [left]
+        pairs, remainders = [measured], [left]
         if len(gyros) == MOST_GYROS:
             pair = measurement.measure(corrected, gyros[:2])
             pair = measurement.without_encoder_errors(pair, corrected, table)
+            pairs.append(pair)
             remainders.append(measurement.remainder_of(pair, *beside))
         points = points_at(left.removal.residual, left.rate, None if left.once_a_turn else interval)
         require_length(points, recording)
@@ -220,7 +221,8 @@ def _evidence(
     with stages.stage("coefficients"):
         fine, readout = fine_points(recording, settings, left, points)
         fits = fits_of(curve, fine, readout, left.removal.masked, settings, bare=bare)
-        hat = hat_of(settings, remainders, fine, readout, fits["likelihood"])
+        of_pairs = list(zip(pairs, remainders, strict=True))
+        hat = hat_of(settings, of_pairs, fine, readout, fits["likelihood"])
     return Evidence(
         recording=recording,
         corrected=corrected,

@@ -426,6 +426,11 @@ class CommonWalk:
         """
         return self.square**2 > PRESENCE * self.error**2
 
+    @property
+    def reach(self) -> float:
+        """Largest square that may be there: half the interval, at least, if none is seen."""
+        return self.high if self.is_present else max(self.high, self.high - self.square)
+
 
 def differenced_factor(shared: float, walk: float) -> float:
     """Factor that differencing puts on N per gyro: ``sqrt(n^2 / (n^2 + c))``.

@@ -11,7 +11,7 @@ from scipy.fft import rfft
 from scipy.special import gammainccinv, gammaincinv, ndtr, ndtri, stdtrit
 
 from sagnac.core import arrays
-from sagnac.core.arrays import FloatArray, IntegerArray, blocks
+from sagnac.core.arrays import BooleanArray, FloatArray, IntegerArray, blocks
 from sagnac.core.errors import Level, Note, rounded
 from sagnac.core.marks import marked_steps, number_of
 from sagnac.core.units import DEGREE
@@ -62,7 +62,9 @@ class Spikes:
     tail: bool = False
 
 
-def find_spikes(increments: ArrayLike, *, sample_rate: float) -> Spikes:
+def find_spikes(
+    increments: ArrayLike, *, sample_rate: float, among: BooleanArray | None = None
+) -> Spikes:
     """Find single samples that lie farther from their neighbours than chance puts them.
 
     Each sample less the median of the four around it, against the scatter of such differences
@@ -74,6 +76,8 @@ def find_spikes(increments: ArrayLike, *, sample_rate: float) -> Spikes:
         (samples,), rad.
     sample_rate
         Samples per second.
+    among
+        (samples,) which of them are looked at; all unless given.
 
     Returns
     -------
@@ -84,11 +88,13 @@ def find_spikes(increments: ArrayLike, *, sample_rate: float) -> Spikes:
     values = np.asarray(increments, dtype=np.float64)
     # Noise without spikes shows one in a thousand records.
     limit = -float(ndtri(0.5 * 1e-3 / values.size))
-    far = [_spikes_in(values, block, limit) for block in blocks(values.size, 2**16)]
+    among = np.broadcast_to(np.True_, values.shape) if among is None else among
+    looked_at = number_of(among)
+    far = [_spikes_in(values, among, block, limit) for block in blocks(values.size, 2**16)]
     indices, heights, counts, lower = zip(*far, strict=True)
     index, height, beyond = np.concatenate(indices), np.concatenate(heights), sum(counts)
-    many = beyond > _MANY * values.size
-    by_chance = 2.0 * values.size * float(ndtr(-_BELOW * _MARGIN * limit))
+    many = beyond > _MANY * looked_at
+    by_chance = 2.0 * looked_at * float(ndtr(-_BELOW * _MARGIN * limit))
     # A tail that falls as x^-3 has 3.6 times as many from 0.6 of the limit up to it as beyond it,
     # one as x^-6 20 times; spikes whose heights are spread evenly have fewer than one.
     tail = not many and index.size > 0 and sum(lower) - by_chance > 2.0 * beyond
@@ -99,7 +105,7 @@ def find_spikes(increments: ArrayLike, *, sample_rate: float) -> Spikes:
 
 
 def _spikes_in(
-    values: FloatArray, block: slice, limit: float
+    values: FloatArray, among: BooleanArray, block: slice, limit: float
 ) -> tuple[IntegerArray, FloatArray, int, int]:
     """Samples of one block that lie far off their neighbours, and how far.
 
@@ -111,7 +117,11 @@ def _spikes_in(
     padded = np.pad(some, (before, behind), mode="reflect")
     off = np.empty(block.stop - block.start)
     _kernels.off_neighbours(padded, off)
-    some = off[:: arrays.distance_between(2**13, off.size)]
+    off = np.where(among[block], off, math.nan)
+    some = off[among[block]]
+    if not some.size:
+        return np.empty(0, dtype=np.int64), np.empty(0), 0, 0
+    some = some[:: arrays.distance_between(2**13, some.size)]
     low, high = np.quantile(some, (0.25, 0.75))
     # Coarse steps have quartiles of a step or none: the root mean square of the inner part.
     inner = some[np.abs(some) <= np.quantile(np.abs(some), 0.95)]
@@ -158,7 +168,9 @@ def spike_notes(recording: Recording, profile: Profile) -> Notes:
     """Single samples far off, a warning, for the answer goes without them; else single jumps."""
     if profile.changes.size < LEAST_FOR_SPIKES:
         return jump_notes(recording, profile)
-    found = find_spikes(profile.changes, sample_rate=1.0)
+    found = find_spikes(
+        profile.changes, sample_rate=1.0, among=profile.even[-profile.changes.size :]
+    )
     level: Level = "warning"
     effect = None
     if found.many and not profile.is_coarse:
@@ -348,7 +360,10 @@ def jump_notes(recording: Recording, profile: Profile) -> Notes:
     found = profile.survey
     if limit <= 0.0 or max(found.rise - middle, middle - found.fall) <= limit:
         return ()
-    places = np.flatnonzero(marked_steps(values, lambda steps: np.abs(steps - middle) > limit))
+    jumps = marked_steps(values, lambda steps: np.abs(steps - middle) > limit)
+    places = np.flatnonzero(jumps & profile.even)
+    if not places.size:
+        return ()
     sizes = np.abs(values[places] - values[places - 1] - middle)
     parts = sizes / sizes.min()
     whole = np.all(np.abs(parts - np.rint(parts)) < 0.05)

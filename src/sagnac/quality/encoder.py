@@ -53,7 +53,10 @@ def without_lost_rows(recording: Recording, gyros: Sequence[Channel]) -> tuple[R
     for channel in (table, *gyros) if kept.any() else ():
         if channel.kind == "angle":
             usual, beyond, _ = _steps_around(channel.values, places)
-            tells = np.abs(usual) > 8.0 * _scatter(channel.values)
+            # A table that stands shows no scatter, nor one that turns by whole steps of a readout:
+            # the rounding of two readings is 0.4 steps.
+            step = Profile(channel=channel, sample_rate=recording.sample_rate).step
+            tells = np.abs(usual) > 8.0 * max(_scatter(channel.values), 0.4 * step)
             is_met = np.abs(_ratio(beyond, usual) - rows) < 0.15 + 0.01 * rows
             kept &= np.where(tells, is_met, channel is not table)
     places, rows = places[kept], rows[kept]

@@ -9,7 +9,7 @@ from typing import Final, NamedTuple, Self
 import numpy as np
 
 from sagnac.core import arrays
-from sagnac.core.arrays import FloatArray, IntegerArray
+from sagnac.core.arrays import BooleanArray, FloatArray, IntegerArray
 from sagnac.core.errors import Note
 from sagnac.core.marks import number_of
 from sagnac.core.units import DEGREE, UNITS, split_factor
@@ -25,6 +25,10 @@ Notes = tuple[Note, ...]
 
 # Samples, an odd number, whose mean is the motion at the middle one.
 _SLOW: Final = 255
+# A table changes its rate from one second to the next if it does so by this many times the median,
+# and by this many times the scatter of the gyro's samples: less puts none of them far off.
+_USUAL_CHANGES: Final = 3.0
+_SCATTERS: Final = 5.0
 # Changes at the beginning that short searches look at, the most.
 LOOKED_AT: Final = 2**17
 
@@ -231,6 +235,25 @@ class Profile:
         if self.table is None:
             return math.nan
         return share_of_turns(self.rates, self.table.rates, least=0.05 * DEGREE)
+
+    @cached_property
+    def even(self) -> BooleanArray:
+        """(samples,) false in the seconds in which a table speeds up, stops or turns round.
+
+        What a gyro turns there leaves what is usual, and it is the table's. If a table never turns
+        evenly (it swings, or sweeps), no second stands out.
+        """
+        size = self.channel.values.size
+        if self.standing or self.table is None or math.isnan(self.share):
+            return np.broadcast_to(np.True_, size)
+        changes = np.abs(self.share * np.diff(self.table.rates))
+        noise = self.scale * (1.0 if self.channel.kind == "rate" else self.sample_rate)
+        limit = max(_USUAL_CHANGES * float(np.median(changes)), _SCATTERS * noise)
+        uneven = np.flatnonzero(changes > limit)
+        marks = np.ones(size, dtype=np.bool_)
+        for first, after in zip(self.edges[uneven], self.edges[uneven + 2] + 1, strict=True):
+            marks[first:after] = False
+        return marks
 
     @property
     def usual_rate(self) -> float:

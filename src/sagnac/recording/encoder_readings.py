@@ -21,7 +21,7 @@ from typing import Final
 import numpy as np
 
 from sagnac.core import arrays
-from sagnac.core.arrays import FloatArray, IntegerArray
+from sagnac.core.arrays import BooleanArray, FloatArray, IntegerArray
 from sagnac.core.errors import Note, counted
 from sagnac.core.marks import is_missing, marked, number_of, stretches
 from sagnac.core.units import ARCSECOND, DEGREE, split_factor, unit_of
@@ -256,6 +256,7 @@ _LEAST_JUMP: Final = 1.0 / 360.0
 _EVEN: Final = 0.125
 _STEPS_LOOKED_AT: Final = 8
 _STEPS_THAT_AGREE: Final = 6
+_STEPS_THAT_AGREE_IN_BOTH: Final = 8
 _HELD_LOOK_BACK: Final = 64
 _OFTEN: Final = 0.1
 # Changes below this part of a turn are rounding of readings, not their resolution.
@@ -340,7 +341,11 @@ def _off_path(values: FloatArray, turn: float) -> IntegerArray:
 
 
 def _held(values: FloatArray, turn: float) -> IntegerArray:
-    """Samples that repeat the one before while the table turns evenly."""
+    """Samples that repeat the one before while the table turns evenly, missing ones left out.
+
+    A missing reading counts as one more repetition: the step behind it makes up for both.
+    """
+    values, marks = _carried(values)
     # Step n leads from sample n to the next.
     still = marked(lambda here, later: later - here == 0.0, values[:-1], values[1:])
     firsts, afters = stretches(still)
@@ -370,9 +375,26 @@ def _held(values: FloatArray, turn: float) -> IntegerArray:
         earlier = (still[np.maximum(back, 0)] & (back >= 0)).sum(axis=1)
         # A table slower than some counts a sample repeats its readings anyway, and often.
         is_fast = (_EVEN * np.abs(typical) > count) | (earlier < _OFTEN * _HELD_LOOK_BACK)
-        is_sure = np.maximum(agree, agree_behind) >= _STEPS_THAT_AGREE
+        # Where others are held or lost on both sides, the two together tell.
+        most, both = np.maximum(agree, agree_behind), agree + agree_behind
+        is_sure = (most >= _STEPS_THAT_AGREE) | (both >= _STEPS_THAT_AGREE_IN_BOTH)
         is_held[some] = (rest < _EVEN * np.minimum(np.abs(due), turn)) & is_fast & is_sure
-    return _ranges(before[is_held] + 2, late[is_held] + 1)
+    held = _ranges(before[is_held] + 2, late[is_held] + 1)
+    return held[~marks[held]]
+
+
+def _carried(values: FloatArray) -> tuple[FloatArray, BooleanArray]:
+    """Readings with the last one before each that is missing in its place; and which are missing.
+
+    Missing ones at the beginning stay so.
+    """
+    marks = is_missing(values)
+    firsts, afters = stretches(marks)
+    firsts, afters = firsts[firsts > 0], afters[firsts > 0]
+    if firsts.size:
+        values = arrays.elementwise(np.add, values, 0.0)
+        values[_ranges(firsts, afters)] = np.repeat(values[firsts - 1], afters - firsts)
+    return values, marks
 
 
 def _typical(

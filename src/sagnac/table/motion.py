@@ -23,6 +23,7 @@ from sagnac.table.turns import FEW_TURNS, full_turns, mean_rate
 
 # Averages whose columns are held at a time.
 _AT_ONCE: Final = 8192
+_NONE: Final[FloatArray] = np.empty(0)
 # Columns of a `Design` before its orders, and those of Earth rate among them.
 _PLAIN: Final = 4
 _EARTH: Final = slice(2, 4)
@@ -145,7 +146,11 @@ class Design:
 
 
 def follow_table_together(
-    averages: FloatArray, kinematic: Kinematics, harmonics: FloatArray | None = None
+    averages: FloatArray,
+    kinematic: Kinematics,
+    harmonics: FloatArray | None = None,
+    *,
+    beside: FloatArray = _NONE,
 ) -> tuple[TableMotion, ...]:
     """`follow_table` of several gyros on one table.
 
@@ -160,9 +165,11 @@ def follow_table_together(
         Of the table.
     harmonics
         Orders present in the angles; None if that is not known: all are allowed for, up to 128.
+    beside
+        Orders that are not whole, such as of a bearing, allowed for as well.
     """
     # Orders allowed for while nobody knows which there are.
-    orders = np.arange(1.0, 129.0) if harmonics is None else harmonics
+    orders = np.append(np.arange(1.0, 129.0) if harmonics is None else harmonics, beside)
     orders = orders[orders <= kinematics.highest_harmonic(kinematic)]
     # Harmonics are known only after a search, which takes lines in time out as well. If these are
     # still in, they count as noise: they would otherwise buy any Earth rate that lowers them.
