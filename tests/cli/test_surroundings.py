@@ -147,6 +147,25 @@ def test_a_signal_leaves_nothing_half_written(tmp_path, number):
     assert list(tmp_path.iterdir()) == []
 
 
+def test_a_signal_that_is_ignored_from_the_start_ends_nothing(tmp_path):
+    target = tmp_path / "run.csv"
+    words = [sys.executable, "-m", "sagnac", "simulate", "-o", str(target), "--duration", "10min"]
+    running = subprocess.Popen(
+        ["sh", "-c", 'trap "" HUP; exec "$@"', "sh", *words],
+        env={**os.environ, "PYTHONPATH": str(ROOT)},
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.DEVNULL,
+    )
+    try:
+        while not list(tmp_path.glob(".*.part")) and running.poll() is None:
+            time.sleep(0.01)
+        running.send_signal(signal.SIGHUP)
+        assert running.wait(timeout=240.0) == 0
+    finally:
+        running.kill()
+    assert target.exists()
+
+
 def test_memory_is_a_limit_on_what_a_file_declares(tmp_path, capsys):
     np.savez(tmp_path / "run.npz", x=np.random.default_rng(1).normal(size=4000))
     stated = ["--kind", "rate", "--unit", "deg/h", "--rate", "100"]
