@@ -36,7 +36,7 @@ from sagnac.recording.model import Recording, second_of
 # ---- wrong unit --------------------------------------------------------------------
 
 # Factors between units of time.
-_TIMES_FINER: Final = {1e3: "ms", 1e6: "us", 1e9: "ns"}
+_TIMES_FINER: Final = (1e3, 1e6, 1e9)
 
 
 def _doubt(channel: str, text: str, level: Level = "warning") -> Notes:
@@ -111,7 +111,7 @@ def time_notes(recording: Recording, profile: Profile) -> Notes:
     text = (
         f"samples stand {1.0 / rate:.4g} s apart, for {recording.duration / 86_400.0:.3g} days, as "
         f"no gyro is read: the unit of time looks {factor:.0f} times too large; if they are those "
-        f"of {rate * factor:.6g} Hz, state {{time COLUMN:{_TIMES_FINER[factor]}}} or "
+        f"of {rate * factor:.6g} Hz, state that smaller unit, {{time COLUMN:UNIT}}, or "
         f"{{rate {rate * factor:.6g}}}"
     )
     return _doubt("time", text)
