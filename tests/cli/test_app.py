@@ -1,6 +1,7 @@
 """The command as a whole: help, usage, exit status, one line for each error, the process."""
 
 import io
+import os
 import re
 import subprocess
 import sys
@@ -202,6 +203,7 @@ def test_a_reader_that_leaves_takes_neither_verdict_nor_report_with_it(bare, tmp
     words = ["avar", str(bare), *STATED, "--method", "none", "--spec", "1e-9deg/sqrt(h)"]
     process = subprocess.Popen(
         [*PROCESS, *words, "-o", str(tmp_path / "out")],
+        env={**os.environ, "PYTHONUNBUFFERED": ""},
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
     )

@@ -50,10 +50,12 @@ def test_closed_streams_are_nothing_to_stumble_over(bare):
 
 
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="no full device here")
+@pytest.mark.parametrize("unbuffered", ["", "1"])
 @pytest.mark.parametrize("asked", ["--help", "--version"])
-def test_output_that_has_no_room_is_one_line(asked):
+def test_output_that_has_no_room_is_one_line(asked, unbuffered):
+    where = {"env": {"PYTHONUNBUFFERED": unbuffered}, "capture_output": False}
     with Path("/dev/full").open("w") as full:
-        done = command(asked, capture_output=False, stdout=full, stderr=subprocess.PIPE)
+        done = command(asked, stdout=full, stderr=subprocess.PIPE, **where)
     assert done.returncode == 1
     assert "No space left" in one_line_among(done.stderr)
 

@@ -33,4 +33,4 @@ def test_a_unit_of_time_too_large_is_named_by_its_factor():
     gyro = rate_gyro(noise(1e-6)[:30_000])
     (said,) = levels(Recording(gyros=(gyro,), sample_rate=0.1))["warning"]
     assert "1000 times too large" in said
-    assert "COLUMN:UNIT" in said
+    assert "time=COLUMN:ms (in place of s)" in said

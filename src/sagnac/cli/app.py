@@ -100,19 +100,22 @@ def _ask_again(lost: "sys.UnraisableHookArgs") -> None:
 
 
 class _Unread(io.FileIO):
-    """The end of a stream whose reader may leave: what comes after that goes nowhere.
+    """The end of a stream that may have no reader or no room: what comes after goes nowhere.
 
-    A command then ends its files, and with the status of its verdict, all the same.
+    If a reader leaves, a command ends its files, and with the status of its verdict, all the same.
     """
 
     def write(self, data: "ReadableBuffer", /) -> Any:
         """Write bytes."""
         try:
             return super().write(data)
-        except BrokenPipeError:
+        except OSError as error:
+            # Nor does what is still held back fail once more as the interpreter ends.
             nowhere = os.open(os.devnull, os.O_WRONLY)
             os.dup2(nowhere, self.fileno())
             os.close(nowhere)
+            if not isinstance(error, BrokenPipeError):
+                raise
             return super().write(data)
 
 
@@ -123,8 +126,10 @@ def _going_on(stream: TextIO) -> TextIO:
     if not (is_own and isinstance(stream, io.TextIOWrapper)):
         return stream
     stream.flush()
+    end = _Unread(stream.fileno(), "w", closefd=False)
     return io.TextIOWrapper(
-        io.BufferedWriter(_Unread(stream.fileno(), "w", closefd=False)),
+        # Without a buffer (python -u) nothing is held back here either.
+        end if type(buffer) is io.FileIO else io.BufferedWriter(end),
         encoding=stream.encoding,
         errors=stream.errors,
         line_buffering=stream.line_buffering,
@@ -228,9 +233,9 @@ def _prepare_process() -> None:
         warnings.showwarning = lambda *_, **__: None
     # A stream that was closed before the start is None; what goes there goes nowhere.
     for name in ("stdout", "stderr"):
-        if getattr(sys, name) is None:
-            setattr(sys, name, open(os.devnull, "w", encoding="utf-8"))  # noqa: SIM115
-        setattr(sys, name, _going_on(getattr(sys, name)))
+        stream = getattr(sys, name)
+        nowhere = stream is None and open(os.devnull, "w", encoding="utf-8")  # noqa: SIM115
+        setattr(sys, name, nowhere or _going_on(stream))
     # Help in a column of a few letters never ends.
     if os.environ.get("COLUMNS", "").isdigit() and int(os.environ["COLUMNS"]) < _NARROWEST:
         os.environ["COLUMNS"] = str(_NARROWEST)
