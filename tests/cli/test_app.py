@@ -1,6 +1,7 @@
 """The command as a whole: help, usage, exit status, one line for each error, the process."""
 
 import io
+import os
 import re
 import subprocess
 import sys
@@ -195,6 +196,31 @@ def test_a_reader_that_leaves_is_no_error(bare):
     _, errors = process.communicate(timeout=120)
     assert process.returncode == 0
     assert b"Traceback" not in errors
+
+
+@pytest.mark.parametrize("left", ["stdout", "stderr"])
+def test_a_reader_that_leaves_takes_neither_verdict_nor_report_with_it(bare, tmp_path, left):
+    words = ["avar", str(bare), *STATED, "--method", "none", "--spec", "1e-9deg/sqrt(h)"]
+    process = subprocess.Popen(
+        [*PROCESS, *words, "-o", str(tmp_path / "out")],
+        env={**os.environ, "PYTHONUNBUFFERED": ""},
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+    )
+    stream = getattr(process, left)
+    assert stream is not None
+    stream.close()
+    setattr(process, left, None)
+    process.communicate(timeout=240)
+    assert process.returncode == 3
+    assert list(tmp_path.glob("out/**/report.html"))
+
+
+def test_help_whose_reader_leaves_is_no_error():
+    process = subprocess.Popen([*PROCESS, "--help"], stdout=subprocess.PIPE)
+    assert process.stdout is not None
+    process.stdout.close()
+    assert process.wait(timeout=120) == 0
 
 
 def test_a_terminal_without_the_signs_gets_substitutes(bare, monkeypatch):

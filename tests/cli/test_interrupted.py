@@ -147,6 +147,21 @@ def test_a_signal_in_the_callback_of_a_library_ends_the_run_as_well(number, caps
     assert capsys.readouterr().err == ""
 
 
+def test_a_stop_of_which_a_library_makes_another_error_is_one():
+    def imported() -> None:
+        raise ImportError("a part of a library failed to import")
+
+    def imported_as_a_stop_comes() -> None:
+        with contextlib.suppress(KeyboardInterrupt):
+            signal.raise_signal(signal.SIGINT)
+        imported()
+
+    with pytest.raises(KeyboardInterrupt), stopped_by_signals():
+        imported_as_a_stop_comes()
+    with pytest.raises(ImportError), stopped_by_signals():
+        imported()
+
+
 def test_a_stop_that_a_library_swallows_ends_the_command_at_its_next_stage():
     told = []
 

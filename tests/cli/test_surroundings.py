@@ -50,10 +50,12 @@ def test_closed_streams_are_nothing_to_stumble_over(bare):
 
 
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="no full device here")
+@pytest.mark.parametrize("unbuffered", ["", "1"])
 @pytest.mark.parametrize("asked", ["--help", "--version"])
-def test_output_that_has_no_room_is_one_line(asked):
+def test_output_that_has_no_room_is_one_line(asked, unbuffered):
+    where = {"env": {"PYTHONUNBUFFERED": unbuffered}, "capture_output": False}
     with Path("/dev/full").open("w") as full:
-        done = command(asked, capture_output=False, stdout=full, stderr=subprocess.PIPE)
+        done = command(asked, stdout=full, stderr=subprocess.PIPE, **where)
     assert done.returncode == 1
     assert "No space left" in one_line_among(done.stderr)
 
@@ -145,6 +147,25 @@ def test_a_signal_leaves_nothing_half_written(tmp_path, number):
     assert running.returncode == 128 + number
     assert "Traceback" not in said
     assert list(tmp_path.iterdir()) == []
+
+
+def test_a_signal_that_is_ignored_from_the_start_ends_nothing(tmp_path):
+    target = tmp_path / "run.csv"
+    words = [sys.executable, "-m", "sagnac", "simulate", "-o", str(target), "--duration", "10min"]
+    running = subprocess.Popen(
+        ["sh", "-c", 'trap "" HUP; exec "$@"', "sh", *words],
+        env={**os.environ, "PYTHONPATH": str(ROOT)},
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.DEVNULL,
+    )
+    try:
+        while not list(tmp_path.glob(".*.part")) and running.poll() is None:
+            time.sleep(0.01)
+        running.send_signal(signal.SIGHUP)
+        assert running.wait(timeout=240.0) == 0
+    finally:
+        running.kill()
+    assert target.exists()
 
 
 def test_memory_is_a_limit_on_what_a_file_declares(tmp_path, capsys):

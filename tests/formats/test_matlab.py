@@ -30,6 +30,14 @@ def test_matlab_matrix_and_version_7_3(tmp_path):
     np.testing.assert_array_equal(again, values)
 
 
+def test_matlab_4_is_read_too(tmp_path):
+    matrix = np.stack([walk(1), walk(2), walk(3)], axis=1)
+    scipy.io.savemat(tmp_path / "run.mat", {"w": matrix, "kind": "rate"}, format="4")
+    stated = Statement(unit="deg/s", sample_rate=100.0, columns={"z": "w.3"})
+    values = read(tmp_path / "run.mat", stated).gyros[0].values
+    np.testing.assert_allclose(values, np.deg2rad(matrix[:, 2]), rtol=1e-14)
+
+
 def test_columns_of_arrays():
     assert vectors("w", "w", (9, 1)) == {"w": Vector(array="w", index=None)}
     assert list(vectors("w", "g/w", (3, 9))) == ["w.1", "w.2", "w.3"]

@@ -32,6 +32,20 @@ def test_variables_are_scaled_as_their_attributes_say(tmp_path):
     np.testing.assert_allclose(np.rad2deg(recording.gyros[0].values), 0.01 * counts + 1.5)
 
 
+def test_hdf5_is_scaled_as_its_attributes_say_and_that_is_noted(tmp_path):
+    counts = np.random.default_rng(3).integers(-3000, 3000, 500).astype(np.int16)
+    path = saved(tmp_path / "run.h5", counts, scale_factor=0.01, add_offset=1.5)
+    stated = Statement(kind="rate", sample_rate=100.0, time="none")
+    recording = read(path, stated)
+    np.testing.assert_allclose(np.rad2deg(recording.gyros[0].values), 0.01 * counts + 1.5)
+    assert any("x: taken times scale_factor" in str(note) for note in recording.notes)
+    # What is no number is another's attribute.
+    path = saved(tmp_path / "own.h5", counts, scale_factor="0.01 deg/s/LSB", missing_value="none")
+    recording = read(path, stated)
+    np.testing.assert_allclose(np.rad2deg(recording.gyros[0].values), counts)
+    assert not any("scale_factor" in str(note) for note in recording.notes)
+
+
 def test_missing_values_are_not_numbers(tmp_path):
     counts = np.arange(500, dtype=np.int16)
     counts[40] = -999

@@ -79,6 +79,14 @@ def test_every_comma_with_three_digits_behind_it_is_in_doubt_and_said():
     assert "a decimal comma (not a mark between thousands)" in found.doubts
 
 
+@pytest.mark.parametrize("mark", [",", ";", "\t"])
+def test_rows_may_end_with_a_mark_that_the_header_does_not_have(mark):
+    text = mark.join(("x", "z")) + "\n" + rows(mark).replace("\n", f"{mark}\n")
+    found = layout(sample(text))
+    assert keys(found) == ("x", "z", "3")
+    assert found.first_row[2] == ""
+
+
 def test_a_header_with_another_number_of_names_is_refused():
     with pytest.raises(RecordingError, match=r"line 1 names 2 columns .* have 4 fields"):
         layout(sample("t,x\n" + "".join(f"0,{n},1,{n}\n" for n in range(20))))

@@ -8,6 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from sagnac.formats import read
 from sagnac.formats.text import (
     STYLES,
     NumberStyle,
@@ -65,6 +66,18 @@ def test_dates_are_those_of_the_standard_library(moment, form):
     written = datetime.datetime.strptime(text, form)
     expected = (written - datetime.datetime(1970, 1, 1)) // datetime.timedelta(microseconds=1)
     assert nanoseconds(pa.array([text]), "iso").tolist() == [1000 * expected]
+
+
+@pytest.mark.parametrize("form", ["%d/%m/%Y %H:%M:%S.%f", "%m/%d/%Y %H:%M:%S.%f"])
+@pytest.mark.parametrize("date", [(2024, 3, 5), (2024, 2, 29), (2023, 12, 31), (2024, 10, 12)])
+def test_dates_with_strokes_go_on_past_midnight_whichever_number_is_the_day(tmp_path, date, form):
+    start = datetime.datetime(*date, 23, 59, 55)
+    steps = [datetime.timedelta(milliseconds=10 * n) for n in range(1000)]
+    rows = (f"{(start + step).strftime(form)},{n % 7}\n" for n, step in enumerate(steps))
+    path = tmp_path / "run.csv"
+    path.write_text("t,x\n" + "".join(rows), encoding="utf-8")
+    recording = read(path, kind="rate", unit="deg/s", time="t")
+    assert (recording.samples, recording.sample_rate) == (1000, pytest.approx(100.0))
 
 
 def test_zones():

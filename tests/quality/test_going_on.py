@@ -116,6 +116,26 @@ def test_gaps_that_are_filled_behind_a_low_pass_are_named_and_move_nothing():
     assert found.effect == pytest.approx(1.0, abs=0.02)
 
 
+@pytest.mark.parametrize("decimals", [None, 5])
+@pytest.mark.parametrize("times", [2, 3])
+def test_a_rate_that_was_raised_by_straight_lines_is_of_one_sensor_and_keeps_n(times, decimals):
+    slow = white(samples=SAMPLES // times + 1) / np.sqrt(times)
+    values = np.interp(np.arange(SAMPLES) / times, np.arange(slow.size), slow)
+    values = values if decimals is None else np.round(values, decimals)
+    assert not findings(values, "interleaved")
+    (found,) = findings(values, "repeats")
+    assert "faster than it measures" in found.text
+    answer = analyze(still(values)).angle_random_walk.to("deg/sqrt(h)")
+    assert answer.low < 0.15 < answer.high
+
+
+def test_samples_of_two_sensors_by_turns_are_found():
+    values = white()
+    values[::2] *= 0.6
+    (found,) = findings(values, "interleaved")
+    assert found.level == "error"
+
+
 @pytest.mark.parametrize("times", [2, 5, 10])
 def test_a_record_that_goes_round_is_found(times):
     (found,) = [n for n in findings(going_round(times), "repeats") if "there again" in n.text]

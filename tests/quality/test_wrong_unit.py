@@ -26,3 +26,11 @@ def test_vibration_that_is_gone_from_second_to_second_is_no_wrong_unit():
     shaken = np.diff(noise(50.0), append=0.0)
     found = levels(Recording(gyros=(rate_gyro(shaken),), sample_rate=RATE))
     assert not any("looks wrong" in line for line in found["warning"])
+
+
+def test_a_unit_of_time_too_large_is_named_by_its_factor():
+    # Stamps in us called ms, or in ms called s: the samples cannot tell which.
+    gyro = rate_gyro(noise(1e-6)[:30_000])
+    (said,) = levels(Recording(gyros=(gyro,), sample_rate=0.1))["warning"]
+    assert "1000 times too large" in said
+    assert "time=COLUMN:ms (in place of s)" in said

@@ -17,7 +17,7 @@ import warnings
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, redirect_stdout
 from pathlib import Path
-from typing import Final, TextIO
+from typing import TYPE_CHECKING, Any, Final, TextIO
 
 from cyclopts import App, CycloptsError, Parameter, UnusedCliTokensError
 
@@ -25,6 +25,9 @@ from sagnac.cli import look, measure, onward, output, simulated
 from sagnac.cli.output import DONE, complain
 from sagnac.core.errors import visible
 from sagnac.core.version import __version__
+
+if TYPE_CHECKING:
+    from _typeshed import ReadableBuffer
 
 # Columns below which text does not wrap to anything that is read.
 _NARROWEST: Final = 40
@@ -56,9 +59,13 @@ def _signal_of(asked: KeyboardInterrupt) -> signal.Signals:
 
 @contextmanager
 def stopped_by_signals() -> Iterator[None]:
-    """Inside, a signal to end is an exception: as after an interrupt, what is half written goes."""
+    """Inside, a signal to end is an exception: as after an interrupt, what is half written goes.
+
+    One that the process was started to ignore, as `nohup` has it, stays ignored.
+    """
     names = ("SIGINT", "SIGTERM", "SIGHUP")
     known = [getattr(signal, name) for name in names if hasattr(signal, name)]
+    known = [number for number in known if signal.getsignal(number) is not signal.SIG_IGN]
     if threading.current_thread() is not threading.main_thread():
         # Only the main thread may ask for signals.
         known = []
@@ -68,6 +75,10 @@ def stopped_by_signals() -> Iterator[None]:
     try:
         yield
         output.go_on()
+    except Exception:
+        # A library may make another error of what a signal has raised.
+        output.go_on()
+        raise
     finally:
         sys.unraisablehook = shown
         for number, handler in before.items():
@@ -82,6 +93,44 @@ def _ask_again(lost: "sys.UnraisableHookArgs") -> None:
     again = threading.Timer(_SOON, os.kill, (os.getpid(), _signal_of(lost.exc_value)))
     again.daemon = True
     again.start()
+
+
+class _Unread(io.FileIO):
+    """The end of a stream that may have no reader or no room: what comes after goes nowhere.
+
+    If a reader leaves, a command ends its files, and with the status of its verdict, all the same.
+    """
+
+    def write(self, data: "ReadableBuffer", /) -> Any:
+        """Write bytes."""
+        try:
+            return super().write(data)
+        except OSError as error:
+            # Nor does what is still held back fail once more as the interpreter ends.
+            nowhere = os.open(os.devnull, os.O_WRONLY)
+            os.dup2(nowhere, self.fileno())
+            os.close(nowhere)
+            if not isinstance(error, BrokenPipeError):
+                raise
+            return super().write(data)
+
+
+def _going_on(stream: TextIO) -> TextIO:
+    """A stream of the process that survives its reader; another one as it is."""
+    buffer = getattr(stream, "buffer", None)
+    is_own = type(getattr(buffer, "raw", buffer)) is io.FileIO
+    if not (is_own and isinstance(stream, io.TextIOWrapper)):
+        return stream
+    stream.flush()
+    end = _Unread(stream.fileno(), "w", closefd=False)
+    return io.TextIOWrapper(
+        # Without a buffer (python -u) nothing is held back here either.
+        end if type(buffer) is io.FileIO else io.BufferedWriter(end),
+        encoding=stream.encoding,
+        errors=stream.errors,
+        line_buffering=stream.line_buffering,
+        write_through=stream.write_through,
+    )
 
 
 class _Visible(io.TextIOBase):
@@ -125,10 +174,6 @@ def main(arguments: Sequence[str] | None = None) -> int:
         number = _signal_of(asked)
         complain("interrupted" if number == signal.SIGINT else f"stopped by {number.name}")
         return 128 + number
-    except BrokenPipeError:
-        # The reader of our output has left; give the interpreter nowhere to fail at exit.
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        return DONE
     except CycloptsError as error:
         said = _in_several_files(error) or str(error).rstrip()
         end = "" if said.endswith((".", "?")) else "."
@@ -182,8 +227,9 @@ def _prepare_process() -> None:
         warnings.showwarning = lambda *_, **__: None
     # A stream that was closed before the start is None; what goes there goes nowhere.
     for name in ("stdout", "stderr"):
-        if getattr(sys, name) is None:
-            setattr(sys, name, open(os.devnull, "w", encoding="utf-8"))  # noqa: SIM115
+        stream = getattr(sys, name)
+        nowhere = stream is None and open(os.devnull, "w", encoding="utf-8")  # noqa: SIM115
+        setattr(sys, name, nowhere or _going_on(stream))
     # Help in a column of a few letters never ends.
     if os.environ.get("COLUMNS", "").isdigit() and int(os.environ["COLUMNS"]) < _NARROWEST:
         os.environ["COLUMNS"] = str(_NARROWEST)

@@ -34,13 +34,18 @@ def _text_of(metadata: Mapping[bytes, bytes] | None) -> dict[str, str]:
 
 def _is_numeric(kind: pa.DataType) -> bool:
     """Whether columns of that type hold numbers, times among them."""
-    known = (pa.types.is_integer, pa.types.is_floating, pa.types.is_boolean, pa.types.is_timestamp)
+    known = (pa.types.is_integer, pa.types.is_floating, pa.types.is_boolean, _is_time)
     return any(is_one(kind) for is_one in known)
+
+
+def _is_time(kind: pa.DataType) -> bool:
+    """Whether columns of that type hold stamps, or times since some start."""
+    return bool(pa.types.is_timestamp(kind) or pa.types.is_duration(kind))
 
 
 def as_numpy(values: pa.Array) -> NDArray[Any]:
     """Numbers of an array; times as integers in their unit."""
-    if pa.types.is_timestamp(values.type):
+    if _is_time(values.type):
         values = values.cast(pa.int64())
     if pa.types.is_boolean(values.type):
         values = values.cast(pa.uint8())
@@ -104,7 +109,7 @@ def open_source(path: Path) -> Source:
     unreadable: dict[str, str] = {}
     for item in schema:
         metadata = _text_of(item.metadata)
-        unit = item.type.unit if pa.types.is_timestamp(item.type) else metadata.get("unit")
+        unit = item.type.unit if _is_time(item.type) else metadata.get("unit")
         if _is_numeric(item.type):
             columns.append(column(item.name, unit=unit, kind=metadata.get("kind")))
         else:

@@ -130,11 +130,13 @@ def _batches(laid_out: Layout, wanted: Mapping[str, int]) -> Iterator[pa.RecordB
     at a time and reads it in the thread that calls it; those threads are ours and end here.
     """
     number = pa.string() if laid_out.style.thousands else pa.float64()
-    types = {"number": number, "integer": pa.int64(), "clock": pa.string(), "iso": pa.string()}
+    types = {"number": number, "integer": pa.int64()}
     parse = arrow_csv.ParseOptions(delimiter=laid_out.delimiter, invalid_row_handler=_odd_row)
     convert = arrow_csv.ConvertOptions(
         include_columns=[str(place) for place in wanted.values()],
-        column_types={str(place): types[laid_out.forms[place]] for place in wanted.values()},
+        column_types={
+            str(place): types.get(laid_out.forms[place], pa.string()) for place in wanted.values()
+        },
         decimal_point=laid_out.style.decimal,
         true_values=[],
         false_values=[],
@@ -169,7 +171,7 @@ def _odd_row(row: Any) -> str:
 
 def _values(read: Any, form: Form, style: NumberStyle) -> NDArray[Any]:
     """A piece of a column as numbers, times in ns."""
-    if form in ("clock", "iso"):
+    if form in ("clock", "iso", "iso-day-first"):
         return nanoseconds(read, form)
     if form == "integer" and read.null_count:
         raise ValueError("an integer is missing")

@@ -1,6 +1,6 @@
-"""HDF5, datasets in the root or in groups; NetCDF, variables scaled as their attributes say.
+"""HDF5, datasets in the root or in groups; NetCDF, variables. Both are scaled as attributes say.
 
-Attributes state unit, kind and rate. Files over which the library ends, or that lack what they
+Attributes state unit, kind and rate, too. Files over which the library ends, or that lack what they
 declare, are refused before.
 
 A file of NetCDF 4 is one of HDF5 whose datasets are the variables (CF conventions). A classic one
@@ -21,7 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sagnac.core.arrays import blocks
-from sagnac.core.errors import RecordingError, one_line
+from sagnac.core.errors import Note, RecordingError, one_line
 from sagnac.core.whole_files import replacing
 from sagnac.formats import source
 from sagnac.formats.files import AGAIN, require_content
@@ -47,8 +47,8 @@ def open_source(path: Path) -> Source:
     """Datasets of HDF5, by their last name if no other has it; variables of NetCDF.
 
     Attributes of the root, or of the group that holds all datasets, may hold the keys of
-    a `Statement`; those of a dataset ``unit`` (``units``) and ``kind``. Variables of NetCDF have
-    one dimension, and are scaled as their attributes say.
+    a `Statement`; those of a dataset ``unit`` (``units``) and ``kind``, and by which factor and
+    offset its values are packed. Variables of NetCDF have one dimension.
 
     Raises
     ------
@@ -79,6 +79,14 @@ def open_source(path: Path) -> Source:
             elif not is_netcdf:
                 unreadable[short[name]] = f"holds {dataset.dtype} values"
         stated = _stated(file, datasets)
+        packed = [
+            key
+            for key, (_, one) in found.items()
+            if _scale(datasets[one.array].attrs) != (1.0, 0.0)
+        ]
+    # In NetCDF nobody expects anything else.
+    said = f"{', '.join(packed)}: taken times scale_factor, and add_offset added, as attributes say"
+    notes = (Note(text=one_line(said)),) if packed and not is_netcdf else ()
 
     def pieces(keys: Sequence[str], start: int, stop: int) -> source.Pieces:
         with h5py.File(path, "r") as file:
@@ -86,7 +94,7 @@ def open_source(path: Path) -> Source:
                 vector = found[key][1]
                 dataset = file[vector.array]
                 for values in _read(dataset, vector, start, stop):
-                    yield {key: _scaled(values, dataset.attrs) if is_netcdf else values}
+                    yield {key: _scaled(values, dataset.attrs)}
 
     def load(keys: Sequence[str]) -> source.Stored:
         with h5py.File(path, "r") as file:
@@ -100,7 +108,8 @@ def open_source(path: Path) -> Source:
         return source.Stored(lengths=lengths, pieces=pieces)
 
     columns = tuple(one for one, _ in found.values())
-    return Source(columns=columns, load=load, stated=by_attributes(stated), unreadable=unreadable)
+    statement = by_attributes(stated)
+    return Source(columns=columns, load=load, stated=statement, notes=notes, unreadable=unreadable)
 
 
 def _open_classic(path: Path, version: bytes) -> Source:
@@ -176,14 +185,24 @@ def _plain(value: Any) -> Any:
     return plain.decode(errors="replace") if isinstance(plain, bytes) else plain
 
 
+def _number(attributes: Mapping[str, Any], key: str, default: float) -> float:
+    """A number among attributes; another attribute of that name says nothing."""
+    value = _plain(attributes.get(key, default))
+    return value if isinstance(value, int | float) else default
+
+
+def _scale(attributes: Mapping[str, Any]) -> tuple[float, float]:
+    """Factor and offset of packed values (CF conventions, "Packed Data")."""
+    return _number(attributes, "scale_factor", 1.0), _number(attributes, "add_offset", 0.0)
+
+
 def _scaled(raw: NDArray[Any], attributes: Mapping[str, Any]) -> NDArray[Any]:
     """Values as the attributes say: missing ones NaN, scaled, offset."""
     missing = np.zeros(raw.shape, dtype=np.bool_)
     for key in ("_FillValue", "missing_value"):
         if key in attributes:
-            missing |= raw == _plain(attributes[key])
-    scale = float(_plain(attributes.get("scale_factor", 1.0)))
-    offset = float(_plain(attributes.get("add_offset", 0.0)))
+            missing |= raw == _number(attributes, key, math.nan)
+    scale, offset = _scale(attributes)
     if scale == 1.0 and offset == 0.0 and not missing.any():
         return raw
     values = raw.astype(np.float64) * scale + offset

@@ -96,8 +96,10 @@ def _values(path: Path, names: Collection[str]) -> dict[str, NDArray[Any]]:
     if not names:
         return {}
     require_sound(path, names)
-    text = "utf-16-le" if _word_of(path) == "<u4" else "utf-16-be"
-    content = scipy.io.loadmat(path, variable_names=names, mat_dtype=True, uint16_codec=text)
+    codec = {}
+    if scipy.io.matlab.matfile_version(path)[0] == 1:
+        codec["uint16_codec"] = "utf-16-le" if _word_of(path) == "<u4" else "utf-16-be"
+    content = scipy.io.loadmat(path, variable_names=names, mat_dtype=True, **codec)
     return dict(chain.from_iterable(_fields(name, content[name]) for name in names))
 
 

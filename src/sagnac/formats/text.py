@@ -110,12 +110,14 @@ def is_in_doubt(fields: Sequence[str]) -> bool:
 
 # ---- text times --------------------------------------------------------------------
 
-TimeForm = Literal["clock", "iso"]
+# Times of the clock; dates with one; such dates with the day first and strokes between.
+TimeForm = Literal["clock", "iso", "iso-day-first"]
 
 _TIME: Final = r"(?P<h>\d{1,2}):(?P<m>[0-5]\d)(?::(?P<s>[0-5]\d|60)(?:[.,](?P<f>\d{1,9})\d*)?)?"
 _HALF: Final = r"\s*(?P<p>[AaPp]\.?[Mm]\.?)?"
 _ZONE: Final = r"\s*(?:Z|(?P<z>[+-]\d{2}):?(?P<zm>\d{2}))?"
-# Year first as ISO 8601 has it, day first with points, month first with strokes.
+# Year first as ISO 8601 has it, day first with points, month first with strokes unless the dates
+# show that the day stands first.
 _DATES: Final = (
     r"(?P<y>\d{4})[-/.](?P<mo>\d{1,2})[-/.](?P<d>\d{1,2})",
     r"(?P<d>\d{1,2})\.(?P<mo>\d{1,2})\.(?P<y>\d{4})",
@@ -123,6 +125,8 @@ _DATES: Final = (
 )
 _CLOCK: Final = rf"^\s*{_TIME}{_HALF}\s*$"
 _ISO: Final = tuple(rf"^\s*{date}[T ]+{_TIME}{_HALF}{_ZONE}\s*$" for date in _DATES)
+_DAY_FIRST: Final = _ISO[-1].replace("<mo>", "<_>").replace("<d>", "<mo>").replace("<_>", "<d>")
+_STROKES: Final = re.compile(r"\s*(\d{1,2})/(\d{1,2})/\d{4}\b")
 _DAY: Final = 86_400 * 10**9  # ns
 
 
@@ -139,6 +143,23 @@ def form_of(text: str) -> TimeForm | None:
     return "clock" if re.match(_CLOCK, text) else None
 
 
+def is_day_first(texts: Sequence[str]) -> bool:
+    """Whether dates with strokes have the day first: their first number changes from day to day.
+
+    Without a midnight it does not matter which of the two it is.
+
+    Examples
+    --------
+    >>> is_day_first(["05/03/2024 23:59:59", "06/03/2024 00:00:01"])
+    True
+    >>> is_day_first(["03/05/2024 23:59:59", "03/06/2024 00:00:01"])
+    False
+    """
+    dates = {date.groups() for date in map(_STROKES.match, texts) if date}
+    first, second = ({int(date[place]) for date in dates} for place in (0, 1))
+    return max(first, default=0) > 12 or (len(first) > 1 and len(second) == 1)
+
+
 def nanoseconds(texts: Any, form: TimeForm) -> IntegerArray:
     """Times of an Arrow array of text, ns: from midnight, or from 1970.
 
@@ -147,7 +168,8 @@ def nanoseconds(texts: Any, form: TimeForm) -> IntegerArray:
     ValueError
         If one is no such time.
     """
-    for pattern in (_CLOCK,) if form == "clock" else _ISO:
+    patterns = {"clock": (_CLOCK,), "iso": _ISO, "iso-day-first": (_DAY_FIRST,)}
+    for pattern in patterns[form]:
         parts = pc.extract_regex(texts, pattern)
         if parts.null_count < len(parts) or not len(parts):
             break
@@ -165,7 +187,7 @@ def nanoseconds(texts: Any, form: TimeForm) -> IntegerArray:
     half = np.char.lower(words("p"))
     hour = np.where(half == "", number("h"), number("h") % 12) + 12 * np.char.startswith(half, "p")
     seconds = 3600 * hour + 60 * number("m") + number("s")
-    if form == "iso":
+    if form != "clock":
         year = (number("y") - 1970).astype("datetime64[Y]")
         month = year.astype("datetime64[M]") + (number("mo") - 1)
         day = month.astype("datetime64[D]") + (number("d") - 1)

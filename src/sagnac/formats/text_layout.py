@@ -17,13 +17,22 @@ from sagnac.core.errors import RecordingError
 from sagnac.formats.files import AGAIN
 from sagnac.formats.source import Column, column
 from sagnac.formats.statement import Statement, is_known, of_rates
-from sagnac.formats.text import PLAIN, NumberStyle, TextFile, form_of, is_in_doubt, style_of
+from sagnac.formats.text import (
+    PLAIN,
+    NumberStyle,
+    TextFile,
+    TimeForm,
+    form_of,
+    is_day_first,
+    is_in_doubt,
+    style_of,
+)
 
 # ---- layout ------------------------------------------------------------------------
 
-# What a column holds: numbers, integers too long for a float such as stamps in ns since 1970,
-# times of the clock, or dates.
-Form = Literal["number", "integer", "clock", "iso"]
+# What a column holds: numbers, integers too long for a float such as stamps in ns since 1970, or
+# times.
+Form = Literal["number", "integer"] | TimeForm
 # The first that splits rows into equal counts of numbers is taken: a comma may stand before
 # decimals and a blank within a name, a semicolon or a tab does neither.
 _DELIMITERS: Final = (";", "\t", "|", ",", " ")
@@ -38,6 +47,7 @@ _WRONG: Final[Mapping[Form, str]] = {
     "integer": "not an integer as in the rows before",
     "clock": "no time of the clock",
     "iso": "no date with a time",
+    "iso-day-first": "no date with the day first and a time",
 }
 # A column is one of numbers or times if this share of its fields are such.
 _MOSTLY: Final = 0.9
@@ -110,7 +120,7 @@ class Layout:
             return RecordingError(said, remedy=remedy)
         for key, place in wanted.items():
             form, text = self.forms[place], fields[place]
-            is_right = form_of(text) == form
+            is_right = form_of(text) == form.partition("-")[0]
             if form in ("number", "integer"):
                 is_whole = text.lstrip("+-").isdecimal()
                 is_right = self.style.holds(text) and (form == "number" or is_whole)
@@ -159,7 +169,8 @@ def layout(text: TextFile) -> Layout:
     stated, known = _stated(headers, head[:line], split.delimiter)
     columns = []
     for place, (header, form) in enumerate(zip(headers, forms, strict=True)):
-        unit = form if form in ("clock", "iso") else units[place] or known.get(header)
+        is_time = form not in ("number", "integer")
+        unit = form.partition("-")[0] if is_time else units[place] or known.get(header)
         key = f"{header} (column {place + 1})" if headers.count(header) > 1 else header
         columns.append(replace(column(header, unit=unit), key=key, number=place + 1))
     return Layout(
@@ -179,7 +190,7 @@ def _form(texts: Sequence[str]) -> Form:
     """What the fields of a column are."""
     times = [form_of(text) for text in texts]
     if times and times[0] and all(times):
-        return times[0]
+        return "iso-day-first" if is_day_first(texts) else times[0]
     are_whole = all(re.fullmatch(r"[+-]?\d+", text) for text in texts)
     return "integer" if are_whole and any(map(_LONG.match, texts)) else "number"
 
@@ -356,6 +367,9 @@ def _names(line: str, split: _Split) -> list[str]:
                 return other
     while len(names) > split.count and names[-1] in ("", "Comment"):
         names.pop()
+    if len(names) == split.count - 1 and not any(row[-1] for row in split.rows):
+        # Rows end with a mark, and the header does not.
+        names.append("")
     return names
 
 

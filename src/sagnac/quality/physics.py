@@ -35,7 +35,7 @@ from sagnac.recording.model import Recording, second_of
 
 # ---- wrong unit --------------------------------------------------------------------
 
-# Factors between units of time.
+# Factors between units of time, and the unit that is finer than a second by them.
 _TIMES_FINER: Final = {1e3: "ms", 1e6: "us", 1e9: "ns"}
 
 
@@ -111,8 +111,8 @@ def time_notes(recording: Recording, profile: Profile) -> Notes:
     text = (
         f"samples stand {1.0 / rate:.4g} s apart, for {recording.duration / 86_400.0:.3g} days, as "
         f"no gyro is read: the unit of time looks {factor:.0f} times too large; if they are those "
-        f"of {rate * factor:.6g} Hz, state {{time COLUMN:{_TIMES_FINER[factor]}}} or "
-        f"{{rate {rate * factor:.6g}}}"
+        f"of {rate * factor:.6g} Hz, state {{time COLUMN:{_TIMES_FINER[factor]}}} (in place of s) "
+        f"or {{rate {rate * factor:.6g}}}"
     )
     return _doubt("time", text)
 

@@ -430,11 +430,10 @@ def _explained(profile: Profile) -> float:
 
 def filled_notes(recording: Recording, profile: Profile) -> Notes:
     """Samples of a rate on the straight line between their neighbours: gaps that were filled."""
-    values, step = profile.channel.values, profile.step
+    values, reach = profile.channel.values, _reach_of_straight(profile)
     # An angle between two others shares out what was turned, and N is as it was.
-    if profile.channel.kind == "angle" or values.size < 4096 or 20.0 * step > profile.scale:
+    if profile.channel.kind == "angle" or values.size < 4096 or not reach:
         return ()
-    reach = max(1.5 * step, LAST_PLACES * ROUNDING * profile.survey.size)
     three = values[:-2], values[1:-1], values[2:]
     straight = np.zeros(values.size, dtype=np.bool_)
     straight[1:-1] = marks.marked(
@@ -453,7 +452,7 @@ def filled_notes(recording: Recording, profile: Profile) -> Notes:
     if number <= LEAST_OFTEN + OFTENER * beside:
         return ()
     said = seen(recording, straight, "sample", "on the straight line between two others")
-    if number > 0.45 * values.size:
+    if number > _MOST_STRAIGHT * values.size:
         text = f"{said}: it is sampled faster than it measures"
         return (Note(name="repeats", channel=profile.name, text=text, level="warning"),)
     text = (
@@ -464,8 +463,17 @@ def filled_notes(recording: Recording, profile: Profile) -> Notes:
     return (finding("repeats", profile.name, text, effect=effect),)
 
 
+# Share of samples on straight lines above which the rate of all was raised by interpolation.
+_MOST_STRAIGHT: Final = 0.45
 # Longest gap, in samples, across which the noise of neighbours tells how far a line is off.
 _SHORT: Final = 2
+
+
+def _reach_of_straight(profile: Profile) -> float:
+    """How far off a straight line its rounding puts a sample; 0 if that is no less than noise."""
+    if 20.0 * profile.step > profile.scale:
+        return 0.0
+    return max(1.5 * profile.step, LAST_PLACES * ROUNDING * profile.survey.size)
 
 
 def _bent(before: FloatArray, here: FloatArray, after: FloatArray) -> FloatArray:
@@ -690,6 +698,10 @@ def interleaved_notes(recording: Recording, profile: Profile) -> Notes:
 
     One sensor has that only of a line at exactly half its sample rate, or a third.
     """
+    values, reach = profile.channel.values[:LOOKED_AT], _reach_of_straight(profile)
+    if np.mean(_bent(values[:-2], values[1:-1], values[2:]) <= reach) > _MOST_STRAIGHT and reach:
+        # Every second sample is the mean of its neighbours, or so: see `filled_notes`.
+        return ()
     # Of four, a line at a quarter of the sample rate (mains at 200 Hz) looks alike.
     for sensors, ordinal in ((2, "second"), (3, "third")):
         if _take_turns(profile, sensors):
