@@ -130,6 +130,8 @@ def test_a_signal_leaves_nothing_half_written(tmp_path, number):
     # Text, which takes seconds to write.
     target = tmp_path / "run.csv"
     words = [sys.executable, "-m", "sagnac", "simulate", "-o", str(target), "--duration", "10min"]
+    # Tests that run under nohup ignore SIGHUP, and so would what they start.
+    ours = signal.signal(number, signal.SIG_DFL)
     running = subprocess.Popen(
         words,
         env={**os.environ, "PYTHONPATH": str(ROOT)},
@@ -137,6 +139,7 @@ def test_a_signal_leaves_nothing_half_written(tmp_path, number):
         stderr=subprocess.PIPE,
         text=True,
     )
+    signal.signal(number, ours)
     try:
         while not list(tmp_path.glob(".*.part")) and running.poll() is None:
             time.sleep(0.01)
