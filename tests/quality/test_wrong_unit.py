@@ -1,7 +1,9 @@
 """Rates that no gyro has."""
 
 import numpy as np
+import pytest
 
+from sagnac.quality.check import judged
 from sagnac.recording.model import Recording
 from tests.quality.recordings import RATE, levels, noise, rate_gyro
 
@@ -26,3 +28,15 @@ def test_vibration_that_is_gone_from_second_to_second_is_no_wrong_unit():
     shaken = np.diff(noise(50.0), append=0.0)
     found = levels(Recording(gyros=(rate_gyro(shaken),), sample_rate=RATE))
     assert not any("looks wrong" in line for line in found["warning"])
+
+
+@pytest.mark.parametrize("level", [(9.806,), (5.0, 8.437), (0.7, 0.714)])
+def test_what_one_gyro_or_two_show_of_earths_rate_is_not_gravity(level):
+    """An upright gyro shows 9.8 deg/h at 40.7 degrees of latitude; 9.8 deg/s are those of nobody."""
+    for unit, is_said in (("deg/h", False), ("deg/s", True)):
+        shown = {
+            name: rate + 0.2 * np.random.default_rng(seed).standard_normal(6000)
+            for seed, (name, rate) in enumerate(zip("xz", level, strict=False))
+        }
+        still = Recording.from_arrays(**shown, kind="rate", unit=unit, sample_rate=100.0)
+        assert any("gravity" in note.text for note in judged(still)) == is_said
