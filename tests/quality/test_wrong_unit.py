@@ -32,7 +32,7 @@ def test_vibration_that_is_gone_from_second_to_second_is_no_wrong_unit():
 
 @pytest.mark.parametrize("level", [(9.806,), (5.0, 8.437), (0.7, 0.714)])
 def test_what_one_gyro_or_two_show_of_earths_rate_is_not_gravity(level):
-    """An upright gyro shows 9.8 deg/h at 40.7 degrees of latitude; 9.8 deg/s are those of nobody."""
+    """An upright gyro shows 9.8 deg/h at 40.7 degrees of latitude; none shows 9.8 deg/s."""
     for unit, is_said in (("deg/h", False), ("deg/s", True)):
         shown = {
             name: rate + 0.2 * np.random.default_rng(seed).standard_normal(6000)
