@@ -155,3 +155,11 @@ def test_rates_of_blocks_are_those_of_the_samples(sample_rate, samples):
     assert profile.edges[-1] == samples - 1
     means = [rate[one + 1 : other + 1].mean() for one, other in itertools.pairwise(profile.edges)]
     assert profile.rates == pytest.approx(means)
+
+
+def test_the_size_of_a_jump_is_without_what_the_table_turned_meanwhile():
+    whole = turning(np.full(SAMPLES, 20.0), 0.577)
+    jumped = whole.table.values + 2.5 * DEGREE * (np.arange(SAMPLES) >= 7000)
+    said = levels(with_table(whole, jumped))
+    assert all("2.5 deg" in line for line in said["error"] + said["warning"])
+    assert said["error"]

@@ -1,7 +1,9 @@
 """Rates that no gyro has."""
 
 import numpy as np
+import pytest
 
+from sagnac.quality.check import judged
 from sagnac.recording.model import Recording
 from tests.quality.recordings import RATE, levels, noise, rate_gyro
 
@@ -34,3 +36,15 @@ def test_a_unit_of_time_too_large_is_named_by_its_factor():
     (said,) = levels(Recording(gyros=(gyro,), sample_rate=0.1))["warning"]
     assert "1000 times too large" in said
     assert "time=COLUMN:ms (in place of s)" in said
+
+
+@pytest.mark.parametrize("level", [(9.806,), (5.0, 8.437), (0.7, 0.714)])
+def test_what_one_gyro_or_two_show_of_earths_rate_is_not_gravity(level):
+    """An upright gyro shows 9.8 deg/h at 40.7 degrees of latitude; none shows 9.8 deg/s."""
+    for unit, is_said in (("deg/h", False), ("deg/s", True)):
+        shown = {
+            name: rate + 0.2 * np.random.default_rng(seed).standard_normal(6000)
+            for seed, (name, rate) in enumerate(zip("xz", level, strict=False))
+        }
+        still = Recording.from_arrays(**shown, kind="rate", unit=unit, sample_rate=100.0)
+        assert any("gravity" in note.text for note in judged(still)) == is_said

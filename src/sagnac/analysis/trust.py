@@ -66,8 +66,8 @@ def _off_notes(spectrum: AnswerSpectrum, evidence: Evidence) -> Iterator[Note]:
             name="spikes",
             effect=math.hypot(1.0, added / walk.value) if seen else None,
             level="warning" if seen and added > 0.05 * walk.value else "remark",
-            text=f"{counted(int(spikes.index.size), 'sample')} far off their neighbours (spikes) "
-            "were replaced by them for the answer; left in, they would add "
+            text="spikes were replaced by the samples beside them for the answer "
+            f"({counted(int(spikes.index.size), 'sample')}); left in, they would add "
             f"{_walk(sensor, added)} to it in square",
         )
     if warm_up is not None:

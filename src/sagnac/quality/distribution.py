@@ -188,8 +188,8 @@ def spike_notes(recording: Recording, profile: Profile) -> Notes:
     elif found.index.size:
         inside = profile.scale
         effect = math.hypot(1.0, found.added_walk / inside) if inside > 0.0 else None
-        far = seen(recording, found.index, "sample", "far off their neighbours (spikes)")
-        text = f"{far}: an answer goes without them; left in, {effect_words(effect)}"
+        far = seen(recording, found.index, "sample", "far off those beside (spikes)")
+        text = f"{far}: an answer goes without; left in, {effect_words(effect)}"
     else:
         return jump_notes(recording, profile)
     return (Note(name="spikes", channel=profile.name, text=text, level=level, effect=effect),)

@@ -221,10 +221,13 @@ def follow_notes(recording: Recording, profile: Profile) -> Notes:
         return ()
     jumps = jumps_of_encoder(table.channel.values)
     sizes = table.channel.values[jumps + 1] - table.channel.values[jumps]
-    alone = np.abs(turned_around(profile, jumps)) < 0.5 * np.abs(share * sizes)
+    around = turned_around(profile, jumps)
+    alone = np.abs(around) < 0.5 * np.abs(share * sizes)
     if not alone.any():
         return ()
     at = jumps[alone] + 1
+    # The table turned besides, as it did about there.
+    sizes -= around / (share * (2 * _REACH + 1))
     text = (
         f"{counted(at.size, 'jump')} that gyro {name} does not make, the first by "
         f"{sizes[alone][0] / DEGREE:.3g} deg at {second_of(recording, int(at[0])):.3f} s; "

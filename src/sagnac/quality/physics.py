@@ -185,14 +185,16 @@ def earth_notes(recording: Recording, profile: Profile) -> Notes:
     if not profile.standing or any(gyro.sensor != "gyro" for gyro in gyros):
         return ()
     size = _steady_mean(profile.each(recording))
-    text = _as_gravity(gyros[0], size) or _as_earth_rate(gyros, size)
+    text = _as_gravity(gyros, size) or _as_earth_rate(gyros, size)
     return _doubt(", ".join(one.name for one in gyros), text)
 
 
-def _as_gravity(gyro: Channel, size: float) -> str:
+def _as_gravity(gyros: tuple[Channel, ...], size: float) -> str:
     """Sentence on a mean that is gravity, in numbers called rates; empty if it is not."""
-    factor, stated = split_factor(gyro.shown_in)
-    if gyro.kind != "rate" or factor != 1.0:
+    factor, stated = split_factor(gyros[0].shown_in)
+    # One gyro or two may show 9.8 deg/h of Earth's rate, as an upright one does in New York.
+    of_earth = len(gyros) < 3 and size < EARTH_RATE
+    if gyros[0].kind != "rate" or factor != 1.0 or of_earth:
         return ""
     number = size / UNITS[stated].size
     for gravity, unit in ((1.0, "g"), (STANDARD_GRAVITY, "m/s^2")):
