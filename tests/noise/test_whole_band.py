@@ -77,3 +77,22 @@ def test_a_law_that_does_not_need_a_walk_leaves_its_interval_an_end():
     found = with_slow_laws(fit).coefficients["rate_random_walk"]
     assert found.status == "estimated"
     assert found.low < 0.5 < found.value < 1.0 < found.high < 1.25
+
+
+def test_a_walk_that_half_of_the_laws_do_not_need_is_bounded_where_its_interval_would_end():
+    """Of 25 bounds of a true K, 7 lay below it, as far down as 0.92 of it.
+
+    K is doubted where chance made it low: there a bound has to reach as far up as an interval.
+    """
+    slow = SlowLaws(
+        laws=(PLAIN, SlowLaw(corner=0.003)),
+        prior=np.array([0.4, 0.6]),
+        squares=np.ones((2, 4)),
+        errors=np.full((2, 4), 0.2),
+        deviance=np.zeros(2),
+    )
+    coefficients = {name: estimate(1.0, 0.8, 1.25, name) for name in COEFFICIENT_NAMES}
+    fit = Fit(method="likelihood", coefficients=coefficients, slow=slow)
+    found = with_slow_laws(fit).coefficients["rate_random_walk"]
+    assert found.status == "upper bound"
+    assert found.high == pytest.approx(1.25)

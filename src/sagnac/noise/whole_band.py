@@ -154,11 +154,13 @@ def with_slow_laws(fit: Fit) -> Fit:
             coefficients[name] = _moved(one, slow, column)
         elif one.status != "not observable":
             weight = weight / weight.sum()
-            # A bound is no lower than what would have been estimated.
             highest = max(
                 _highest_square(weight, square, error, one.confidence), 3.0 * float(weight @ error)
             )
-            before = one.high if one.status == "upper bound" else 0.0
+            # A bound is no lower than what would have been estimated: K is doubted where chance
+            # made it low.
+            would_be = one if one.status == "upper bound" else _moved(one, slow, column)
+            before = would_be.high
             coefficients[name] = one.bounded(max(before, math.sqrt(highest)))
     return replace(fit, coefficients=coefficients)
 
