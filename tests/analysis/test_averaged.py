@@ -121,7 +121,7 @@ def test_noise_that_changes_is_told_and_covered():
 def test_spikes_are_counted_and_left_out():
     found, truth = analysis_of(spiked, gyro=Gyro(), every=20.0, height=20.0)
     assert holds(found, truth)
-    assert "(spikes)" in texts(found)
+    assert "spikes were replaced by" in texts(found)
 
 
 def test_a_warm_up_is_taken_off():
