@@ -234,7 +234,8 @@ def test_command_refuses_a_file_as_folder(tmp_path, capsys):
     assert capsys.readouterr().err.count("\n") == 1
 
 
-def test_a_folder_that_is_not_there_is_an_error_as_data(tmp_path):
+def test_a_folder_that_cannot_be_made_is_an_error_as_data(tmp_path):
+    (tmp_path / "nowhere").write_text("a file")
     with pytest.raises(RecordingError) as caught:
         reproduce(tmp_path / "nowhere", SMALL)
     assert caught.value.path == str(tmp_path / "nowhere" / "runs")
