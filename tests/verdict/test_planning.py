@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 from scipy.signal import lfilter
-from scipy.special import ndtri
+from scipy.special import ndtr, ndtri
 
 import sagnac
 from sagnac.analysis.planning import shown_by
@@ -163,8 +163,19 @@ def test_from_a_tenth_of_the_record():
     assert forecast == pytest.approx(whole.half_width, rel=0.1)
 
 
-def test_from_a_tenth_that_lines_leave_little_of():
-    """On a table the lines take much of a tenth and little of the whole."""
+def test_what_unlike_weights_leave_open_is_no_shorter_for_time():
+    open_pair = dataclasses.replace(WHITE, apart=0.02)
+    assert open_pair.expected(1e9) == pytest.approx(0.01, rel=0.02)
+    for duration in (100.0, 7200.0):
+        # Beside an end of what is open, the interval holds that end as often as asked for.
+        one = WHITE.expected(duration) / ndtri(0.975)
+        beyond = (open_pair.expected(duration) - 0.01) / one
+        assert ndtr(beyond + 0.02 / one) - ndtr(-beyond) == pytest.approx(0.95, abs=1e-6)
+
+
+@pytest.mark.parametrize("deviation", [0.001, 0.01])
+def test_from_a_tenth_that_lines_leave_little_of(deviation):
+    """On a table the lines take much of a tenth and little of the whole; shares leave N open."""
     base = preset("paper")
     tones = tuple(line for line in base.disturbances.time if line[0] < 25.0)
     config = dataclasses.replace(
@@ -173,6 +184,7 @@ def test_from_a_tenth_that_lines_leave_little_of():
         duration_s=3000.0,
         sample_rate_hz=50.0,
         disturbances=dataclasses.replace(base.disturbances, time=tones),
+        platform=dataclasses.replace(base.platform, share_deviation=(deviation, 0.0, -deviation)),
     )
     recording = sagnac.simulate(config).recording
 

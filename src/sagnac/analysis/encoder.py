@@ -21,8 +21,7 @@ from dataclasses import replace
 from typing import Any, Final
 
 import numpy as np
-from scipy.optimize import brentq
-from scipy.special import ndtr, ndtri
+from scipy.special import ndtri
 
 from sagnac.analysis.averaged import AnswerSpectrum, Headline
 from sagnac.analysis.evidence import Evidence
@@ -30,7 +29,7 @@ from sagnac.analysis.measurement import ALIKE, Measurement, measure
 from sagnac.core.arrays import FloatArray, differences, square
 from sagnac.core.errors import Note, rounded
 from sagnac.noise.cross_spectra import CommonWalk, common_walk, differenced_factor
-from sagnac.noise.estimates import Estimate, rooted
+from sagnac.noise.estimates import Estimate, part_of_errors, rooted
 from sagnac.noise.lowest_ordinates import LEAST_AVERAGES, highest_walk
 from sagnac.quality.encoder import LEAST_SHARE
 from sagnac.quality.profile import Profile, scatter_of
@@ -84,10 +83,8 @@ def for_plain_mean(measured: Measurement, read: Headline) -> Headline:
     """The answer of a pair of which each gyro has a weight, with an interval for the plain mean.
 
     The square of what is read is the mean of N^2 of the two gyros by the squares of their weights,
-    so that N of the pair lies between what is read over the larger weight and over the smaller. An
-    interval that holds any value between the two at the confidence asked for is that of Imbens and
-    Manski (Econometrica 72, 1845, 2004): on either side c standard errors, with
-    ``Phi(c + d) - Phi(-c)`` the confidence and d the distance of the two in standard errors.
+    so that N of the pair lies between what is read over the larger weight and over the smaller. The
+    interval holds any value between the two at the confidence asked for (`part_of_errors`).
 
     Parameters
     ----------
@@ -134,24 +131,11 @@ def of_plain_mean(estimate: Estimate, weights: tuple[float, float]) -> Estimate:
         return replace(estimate, value=nan, low=nan, high=nan, status="not observable")
     if estimate.status != "estimated":
         return estimate.bounded(estimate.high / least)
-    part = _part_of_errors(estimate, math.log(most / least))
+    half_width = 0.5 * math.log(estimate.high / estimate.low) if estimate.low > 0.0 else 0.0
+    part = part_of_errors(math.log(most / least), half_width, estimate.confidence)
     low = estimate.value / most * (estimate.low / estimate.value) ** part
     high = estimate.value / least * (estimate.high / estimate.value) ** part
     return replace(estimate, low=low, high=high)
-
-
-def _part_of_errors(estimate: Estimate, apart: float) -> float:
-    """Part of an interval's reach on either side of two values `apart` in ln N that holds both."""
-    usual = float(ndtri(0.5 + 0.5 * estimate.confidence))
-    if estimate.low <= 0.0 or estimate.low == estimate.high:
-        return 1.0
-    distance = apart * 2.0 * usual / math.log(estimate.high / estimate.low)
-
-    def beyond(deviations: float) -> float:
-        return float(ndtr(deviations + distance) - ndtr(-deviations)) - estimate.confidence
-
-    # Nothing lies beyond 20 standard errors.
-    return max(0.0, float(brentq(beyond, -20.0, 20.0))) / usual
 
 
 # ---- one gyro beside its encoder ---------------------------------------------------------

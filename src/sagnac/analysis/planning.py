@@ -56,6 +56,7 @@ def shown_by(analysis: Analysis) -> Shown:
         highest=choice.band_hz[1],
         interval=1.0 / analysis.recording.sample_rate,
         left_out=() if band is None else tuple(_left_out(*one, duration) for one in band.masked),
+        apart=_apart(analysis),
     )
     # The likelihood of the whole band is the answer, stands beside the average, or nothing speaks
     # against it but that so little of the band is left beside the lines.
@@ -66,6 +67,15 @@ def shown_by(analysis: Analysis) -> Shown:
     whole_band = replace(average, highest=band.high, interval=band.interval, efficient=True)
     # What the answer of a recording ten times as long will rest on.
     return min((whole_band, average), key=lambda one: one.expected(10.0 * duration))
+
+
+def _apart(analysis: Analysis) -> float:
+    """Logarithm of the ratio of the weights of a pair: each gyro counts by the other's share."""
+    ends = analysis.settings.gyros[:1] + analysis.settings.gyros[-1:]
+    if not analysis.is_pair or not all(name in analysis.shares for name in ends):
+        return 0.0
+    first, last = (abs(analysis.shares[name].share.value) for name in ends)
+    return abs(math.log(first / last)) if first > 0.0 and last > 0.0 else 0.0
 
 
 def _left_out(low: float, high: float, duration: float) -> LeftOut:

@@ -7,6 +7,9 @@ from html import escape
 from numbers import Real
 from typing import Literal
 
+from scipy.optimize import brentq
+from scipy.special import ndtr, ndtri
+
 from sagnac.core.errors import Note, quoted, require_choice, require_confidence, require_type
 from sagnac.core.units import SENSED, Sensor, canonical
 from sagnac.noise.laws import CoefficientName
@@ -219,6 +222,33 @@ def rooted(
         return nothing.bounded(math.sqrt(high))
     value, low, high = math.sqrt(value), math.sqrt(low), math.sqrt(high)
     return replace(nothing, value=value, low=low, high=high, status="estimated")
+
+
+def part_of_errors(apart: float, half_width: float, confidence: float) -> float:
+    """Part of an interval's reach that, on either side of two values, holds what lies between them.
+
+    On either side are c standard errors, with ``Phi(c + d) - Phi(-c)`` the confidence and d the
+    distance of the two in standard errors (Imbens and Manski, *Econometrica* 72, 1845, 2004).
+
+    Parameters
+    ----------
+    apart
+        Distance of the two.
+    half_width
+        Of the interval of each.
+    confidence
+        Of the interval.
+    """
+    if not half_width > 0.0:
+        return 1.0
+    usual = float(ndtri(0.5 + 0.5 * confidence))
+    distance = apart * usual / half_width
+
+    def beyond(deviations: float) -> float:
+        return float(ndtr(deviations + distance) - ndtr(-deviations)) - confidence
+
+    # Nothing lies beyond 20 standard errors.
+    return max(0.0, float(brentq(beyond, -20.0, 20.0))) / usual
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

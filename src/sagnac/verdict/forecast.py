@@ -14,7 +14,8 @@ and a tenth more since the models differ, or half as much more if a low-pass of 
 sight. If the interval of the short recording is far wider than
 that, there is another reason, noise that changes say, and a longer one is taken to have it, too.
 
-What is left out for a line is as many cells of 1/T wide at any T: a longer record loses less.
+What is left out for a line is as many cells of 1/T wide at any T: a longer record loses less. What
+unlike weights of a pair leave open stays open at any T.
 """
 
 import math
@@ -28,6 +29,7 @@ from scipy.special import ndtri
 
 from sagnac.core.arrays import FloatArray
 from sagnac.noise.band_models import FLOOR
+from sagnac.noise.estimates import part_of_errors
 from sagnac.noise.laws import STOCHASTIC_NAMES, CoefficientName, rate_density_basis
 from sagnac.spectrum.levels import BINS_A_DECADE
 
@@ -84,6 +86,8 @@ class Shown:
         What lines and vibration take.
     falls
         Whether the answer leaves open where the beginning of a low-pass lies.
+    apart
+        Logarithm of the ratio of the weights of a pair: so far N of their mean is left open.
 
     Raises
     ------
@@ -103,6 +107,7 @@ class Shown:
     efficient: bool = False
     left_out: tuple[LeftOut, ...] = ()
     falls: bool = False
+    apart: float = 0.0
 
     def __post_init__(self) -> None:
         if not 0.0 < self.low < self.value < self.high:
@@ -120,10 +125,15 @@ class Shown:
     def expected(self, duration: float) -> float:
         """Half width that a recording of `duration` s may be expected to have, relative."""
         width = self._by_information(duration)
-        if self.efficient:
-            return width
-        # Chance alone makes a short recording's interval half as wide again as expected.
-        return width * max(1.0, self.half_width / (1.5 * self._by_information(self.duration)))
+        if not self.efficient:
+            # Chance alone makes a short recording's interval half as wide again as expected.
+            usual = self._of_mean(1.5 * self._by_information(self.duration))
+            width *= max(1.0, self.half_width / usual)
+        return self._of_mean(width)
+
+    def _of_mean(self, width: float) -> float:
+        """Half width of the plain mean of a pair, of that of the weighted one."""
+        return 0.5 * self.apart + width * part_of_errors(self.apart, width, self.confidence)
 
     @property
     def _reach(self) -> float:
