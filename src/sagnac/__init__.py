@@ -38,7 +38,7 @@ _HOME: Final = {
     if isinstance(line, ast.ImportFrom)
     for name in line.names
 }
-__all__ = sorted(_HOME)  # noqa: PLE0605
+__all__ = list(_HOME)
 
 
 def __getattr__(name: str) -> Any:
@@ -52,4 +52,4 @@ def __getattr__(name: str) -> Any:
 
 
 def __dir__() -> list[str]:
-    return __all__
+    return sorted(__all__)

@@ -228,8 +228,10 @@ def _prepare_process() -> None:
     # A stream that was closed before the start is None; what goes there goes nowhere.
     for name in ("stdout", "stderr"):
         stream = getattr(sys, name)
-        nowhere = stream is None and open(os.devnull, "w", encoding="utf-8")  # noqa: SIM115
-        setattr(sys, name, nowhere or _going_on(stream))
+        if stream is None:
+            setattr(sys, name, open(os.devnull, "w", encoding="utf-8"))  # noqa: SIM115
+        else:
+            setattr(sys, name, _going_on(stream))
     # Help in a column of a few letters never ends.
     if os.environ.get("COLUMNS", "").isdigit() and int(os.environ["COLUMNS"]) < _NARROWEST:
         os.environ["COLUMNS"] = str(_NARROWEST)

@@ -124,8 +124,10 @@ _DATES: Final = (
     r"(?P<mo>\d{1,2})/(?P<d>\d{1,2})/(?P<y>\d{4})",
 )
 _CLOCK: Final = rf"^\s*{_TIME}{_HALF}\s*$"
-_ISO: Final = tuple(rf"^\s*{date}[T ]+{_TIME}{_HALF}{_ZONE}\s*$" for date in _DATES)
-_DAY_FIRST: Final = _ISO[-1].replace("<mo>", "<_>").replace("<d>", "<mo>").replace("<_>", "<d>")
+*_ISO, _DAY_FIRST = (
+    rf"^\s*{date}[T ]+{_TIME}{_HALF}{_ZONE}\s*$"
+    for date in (*_DATES, r"(?P<d>\d{1,2})/(?P<mo>\d{1,2})/(?P<y>\d{4})")
+)
 _STROKES: Final = re.compile(r"\s*(\d{1,2})/(\d{1,2})/\d{4}\b")
 _DAY: Final = 86_400 * 10**9  # ns
 

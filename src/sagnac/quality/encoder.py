@@ -53,8 +53,8 @@ def without_lost_rows(recording: Recording, gyros: Sequence[Channel]) -> tuple[R
     for channel in (table, *gyros) if kept.any() else ():
         if channel.kind == "angle":
             usual, beyond, _ = _steps_around(channel.values, places)
-            # A table that stands shows no scatter, nor one that turns by whole steps of a readout:
-            # the rounding of two readings is 0.4 steps.
+            # The scatter is zero if the table stands, or turns by whole steps of its readout. The
+            # difference of two rounded readings is off by 0.4 steps (sqrt(1/6)).
             step = Profile(channel=channel, sample_rate=recording.sample_rate).step
             tells = np.abs(usual) > 8.0 * max(_scatter(channel.values), 0.4 * step)
             is_met = np.abs(_ratio(beyond, usual) - rows) < 0.15 + 0.01 * rows
@@ -226,7 +226,7 @@ def follow_notes(recording: Recording, profile: Profile) -> Notes:
     if not alone.any():
         return ()
     at = jumps[alone] + 1
-    # The table turned besides, as it did about there.
+    # Less what the table turned in that sample, as the gyro shows it beside.
     sizes -= around / (share * (2 * _REACH + 1))
     text = (
         f"{counted(at.size, 'jump')} that gyro {name} does not make, the first by "

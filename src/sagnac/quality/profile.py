@@ -25,8 +25,9 @@ Notes = tuple[Note, ...]
 
 # Samples, an odd number, whose mean is the motion at the middle one.
 _SLOW: Final = 255
-# A table changes its rate from one second to the next if it does so by this many times the median,
-# and by this many times the scatter of the gyro's samples: less puts none of them far off.
+# A table counts as speeding up, stopping or turning round if its rate changes from one second to
+# the next by more than this many times the median change, and than this many times the scatter of
+# the gyro's samples. Smaller changes put no sample far off.
 _USUAL_CHANGES: Final = 3.0
 _SCATTERS: Final = 5.0
 # Changes at the beginning that short searches look at, the most.

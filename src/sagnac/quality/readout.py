@@ -285,7 +285,8 @@ def _coarse(recording: Recording, profile: Profile) -> Notes:
     # Kollár, Quantization Noise, 2008), and its own variance, 1/12, is in it.
     if variance > (0.125 + 1.0 / 12.0) * step**2:
         effect = math.sqrt(read / (read - added)) if read > added else 1.0
-        # Finer steps are usual, and beside their noise it takes longer to tell whose they are.
+        # Fine steps are usual. They are small beside the noise, so that more samples are needed to
+        # tell those of a rate from those of a counter.
         is_fine = effect < 1.02
         changes = profile.changes[: 8 * _MOST if is_fine else _MOST]
         if effect < 1.003 or not _counts_a_rate(changes, step, surely=is_fine):
@@ -302,11 +303,11 @@ def _coarse(recording: Recording, profile: Profile) -> Notes:
 
 
 def _counts_a_rate(changes: FloatArray, step: float, *, surely: bool) -> bool:
-    """Whether rates (samples,) are counted themselves: no counter of the angle advanced by them.
+    """Whether rates (samples,) are counted themselves, and are not what a counter of the angle did.
 
-    Errors of a counter's steps, of variance step^2/12, are in two neighbouring samples with
-    opposite signs, so that they do not add up. If it has to be sure, it is not so where their
-    error would be less than two and a half standard errors.
+    Each error of a counter's step, of variance step^2/12, is in two neighbouring samples with
+    opposite signs, so that the errors do not add up. `surely` asks for a variance that would show
+    at two and a half standard errors, and less than half of it seen.
     """
     # Fewer samples do not show it.
     if changes.size < 2**12:

@@ -699,8 +699,8 @@ def interleaved_notes(recording: Recording, profile: Profile) -> Notes:
     One sensor has that only of a line at exactly half its sample rate, or a third.
     """
     values, reach = profile.channel.values[:LOOKED_AT], _reach_of_straight(profile)
-    if np.mean(_bent(values[:-2], values[1:-1], values[2:]) <= reach) > _MOST_STRAIGHT and reach:
-        # Every second sample is the mean of its neighbours, or so: see `filled_notes`.
+    if reach and np.mean(_bent(values[:-2], values[1:-1], values[2:]) <= reach) > _MOST_STRAIGHT:
+        # About half of the samples or more are means of their neighbours: see `filled_notes`.
         return ()
     # Of four, a line at a quarter of the sample rate (mains at 200 Hz) looks alike.
     for sensors, ordinal in ((2, "second"), (3, "third")):
