@@ -17,6 +17,7 @@ import sys
 import tempfile
 import time
 from collections.abc import Callable
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Final
 
@@ -129,14 +130,18 @@ def page() -> str:
     return "\n".join(lines)
 
 
-def main() -> None:
+def main(arguments: list[str]) -> None:
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("--write", action="store_true", help="write the page")
+    given = parser.parse_args(arguments)
+    if find_spec("cupy") is None:
+        print("gpu: CuPy is not installed, nothing is measured")
+        return
     text = page()
-    if parser.parse_args().write:
+    if given.write:
         PAGE.path.write_text(with_stamp(text, PAGE.digest, here()), encoding="utf-8")
     print(text)
 
 
 if __name__ == "__main__":
-    main()
+    main(sys.argv[1:])

@@ -1,6 +1,6 @@
 """Real gyros: every channel of some public recordings, each answer beside a multitaper spectrum.
 
-    python -m benchmarks.real_recordings FOLDER [--only TEXT] [--pictures FOLDER]
+    python -m benchmarks.real_recordings FOLDER [--only TEXT] [--page FILE]
 
 FOLDER holds the recordings, which are not part of the project: `SOURCES` names their files and
 where they are from. The spectrum is made by scipy's Slepian tapers of the raw samples, not by the
