@@ -121,7 +121,9 @@ def mixture_quantile(
     float
         In the unit of `square`.
     """
-    shape = np.clip(shape, 0.05, 1e7)
+    # Below one, where the error of a fit is larger than its value, the law has no mean, and its
+    # upper end lies thousands of times above any level that was seen.
+    shape = np.clip(shape, 1.0, 1e7)
     low, high = math.log(float(square.min())) - 12.0, math.log(float(square.max())) + 25.0
     # From here on the gamma law is normal in its cube root.
     few = shape < 3000.0
