@@ -15,7 +15,7 @@ def test_quantiles_of_a_mixture_of_one():
 
 
 def test_a_fit_whose_error_is_larger_than_its_value_has_an_upper_end():
-    # A variance of 12 squares of the value: taken as a law it reached 10^10 times as high.
+    # A variance of 12 squares of the value: taken as a law it reached 10^18 times as high.
     high = mixture_quantile(0.975, np.array([1.0]), np.array([1.0 / 12.0]), np.array([1.0]))
     assert high == pytest.approx(1.0 / gamma.ppf(0.025, 1.0), rel=1e-6)
 
