@@ -242,7 +242,8 @@ def killed_half_way(rack: Rack, output: Path, seconds: float, verdict: Verdict) 
     lost = sum(row["state"] != "done" for row in rows(output)) + total - len(rows(output))
     verdict.count("rows lost", lost, 0)
     verdict.count("rows made twice", sum(after.get(name) != at for name, at in before.items()), 0)
-    said = f"{total - len(before)} of {total} rows made" in second.said
+    made = f"{total - len(before)} row{'' if total - len(before) == 1 else 's'}"
+    said = f"{made} analyzed now, {len(before)} kept" in second.said
     verdict.count("starts that miscount what they made", int(not said), 0)
 
 
