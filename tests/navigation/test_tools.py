@@ -439,22 +439,6 @@ def test_a_setting_lies_above_the_curve_and_above_the_answer(tmp_path):
     assert measured_in(path)[0].simple.white == pytest.approx(1.1e-6)
 
 
-@pytest.mark.parametrize(
-    ("content", "said"),
-    [
-        ("{", "is no JSON"),
-        ("[]", "is no document of schema"),
-        ('{"schema": "other/1"}', "is no document of schema"),
-        ('{"schema": "sagnac.analysis/1"}', "breaks its schema"),
-    ],
-)
-def test_what_is_no_analysis_is_named(tmp_path, content, said):
-    path = tmp_path / "other.json"
-    path.write_text(content)
-    with pytest.raises(RecordingError, match=rf"other\.json: {said}"):
-        measured_in(path)
-
-
 def test_nothing_is_exported_of_a_gyro_whose_data_are_in_error():
     """Its curve is of the table that it turns with."""
     rate = 40.0 + 0.01 * np.random.default_rng(6).standard_normal(12_000)

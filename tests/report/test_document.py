@@ -12,8 +12,8 @@ from sagnac.analysis.result import headline_fit
 from sagnac.analysis.spectra import Spectrum
 from sagnac.core.errors import Note
 from sagnac.report import document, page, tables, text
+from tests.cli.examples import strict
 from tests.handmade import SHA256, N, analysis, estimate
-from tests.report.examples import strict
 
 
 def test_document_has_the_schema():
@@ -53,14 +53,6 @@ def test_document_has_the_schema():
             }  # fmt: skip
     assert made["curve"]["estimator"] == "oadev"
     assert len({len(made["curve"][key]) for key in ("tau_s", "deviation_deg_per_h", "low")}) == 1
-
-
-def test_document_units_of_every_coefficient():
-    made = document.analysis_document(analysis())["coefficients"]
-    degree, hour = math.pi / 180.0, 3600.0
-    assert made["quantization"]["value"] == pytest.approx(3e-4)
-    assert made["bias_instability"]["high"] == pytest.approx(2e-11 / degree * hour)
-    assert made["rate_random_walk"]["value"] == pytest.approx(1e-11 / degree * hour * 60.0)
 
 
 @pytest.mark.usefixtures("blank_figures")
