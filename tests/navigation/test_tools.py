@@ -68,10 +68,6 @@ def test_kalibr_by_the_worked_formula_of_its_wiki(name):
     # Kalibr: sigma_gd = sigma_g / sqrt(dt) = 3e-4 * 20, sigma_bgd = sigma_bg sqrt(dt) = 2e-6 / 20.
     assert "6.000000e-03 rad/s white, 1.000000e-07 rad/s per step" in text
     assert "accelerometer_noise_density" not in read
-    both = keys(written(name, settings=TRIAD, accelerometers=FORCES))
-    # One noise for all axes covers all: az has the largest N, ay the largest K.
-    assert float(both["accelerometer_noise_density"]) == 4e-3
-    assert float(both["accelerometer_random_walk"]) == 3e-5
 
 
 @pytest.mark.parametrize("name", ["kalibr", "allan-variance-ros", "openvins", "robot-localization"])
@@ -86,7 +82,7 @@ def test_a_yaml_parser_reads_numbers(name):
         assert matrix == pytest.approx(np.diag([6.4e-3] * 3).ravel())  # 1.6e-5 at 400 Hz
         return
     block = read["imu0"] if name == "openvins" else read
-    # Keys of Kalibr's YAML formats.
+    # Keys of Kalibr's YAML formats. One noise covers all axes: az has the largest N, ay K.
     wanted = {
         "accelerometer_noise_density": 4e-3,
         "accelerometer_random_walk": 3e-5,
