@@ -59,7 +59,7 @@ test-statistics: $(VENV)/dev.stamp
 
 # Two processes here as well. 200 runs beside busy processes take a quarter of an hour alone.
 test-fuzz: $(VENV)/dev.stamp
-	timeout 3600 $(BIN)/python -m pytest -m fuzz -n 2 tests/fuzz tests/formats/test_every_run_ends.py
+	timeout 3600 $(BIN)/python -m pytest -m fuzz -n 2 tests/fuzz tests/formats/test_every_run_ends.py tests/core/test_documents.py
 
 # The page, clicked in a Chromium that is installed with its driver; elsewhere it says so.
 test-browser: $(VENV)/browser.stamp

@@ -21,7 +21,6 @@ DEGREE: Final = math.pi / 180.0
 ARCSECOND: Final = DEGREE / 3600.0
 # One deg/sqrt(h) in rad/sqrt(s).
 WALK_UNIT: Final = DEGREE / 60.0
-EARTH_RATE: Final = 15.041067 * DEGREE / 3600.0
 GRAVITY: Final = 9.80665
 
 

@@ -124,7 +124,7 @@ def test_what_the_levels_allow_bounds_a_lone_gyro_behind_jitter():
     ids=["jitter", "delay that drifts", "steps", "swing"],
 )
 def test_the_lowest_frequencies_bound_a_lone_gyro_behind_its_encoder(settings, most):
-    usual = {"seconds": 1800.0, "jitter": 20e-6, "seed": 8}
+    usual = {"seconds": 1800.0, "sample_rate": 50.0, "jitter": 20e-6, "seed": 8}
     result = analyzed(("x",), RING_LASER, **{**usual, **settings})
     answer = result.angle_random_walk
     assert answer.status == "upper bound"

@@ -83,7 +83,7 @@ FAULTS: dict[str, tuple[str, float | None, Callable[[Floats], Floats]]] = {
 @cache
 def sound(low_pass: float | None) -> tuple[Bench, Estimate]:
     """A bench without a fault, and its answer."""
-    made = bench(5, walk=0.3, bias=0.02, low_pass=low_pass, names="x")
+    made = bench(5, seconds=300.0, walk=0.3, bias=0.02, low_pass=low_pass, names="x")
     return made, analyze(recorded(made)).angle_random_walk
 
 

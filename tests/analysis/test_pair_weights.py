@@ -112,12 +112,13 @@ def test_readout_noise_of_an_unlike_pair_is_held_by_its_interval():
     assert found.low < 0.5 / np.sqrt(2.0) < found.high
 
 
-def test_each_gyro_of_a_triad_is_told_apart_though_their_shares_differ():
+@pytest.mark.parametrize("draws", [4, pytest.param(8, marks=pytest.mark.statistics)])
+def test_each_gyro_of_a_triad_is_told_apart_though_their_shares_differ(draws):
     """White noise on a table with ripple; the truth is what was put in."""
     rate, samples = 50.0, 20_000
     walks, shares = {"x": 0.05, "y": 0.1, "z": 0.07}, {"x": 0.5, "y": 0.6, "z": 0.7}
     ratios = []
-    for seed in range(8):
+    for seed in range(draws):
         random, time = np.random.default_rng(seed), np.arange(samples) / rate
         table = 40.0 * time + 0.002 * np.sin(3.0 * time) + 1e-4 * random.standard_normal(samples)
         angles = {
@@ -128,6 +129,6 @@ def test_each_gyro_of_a_triad_is_told_apart_though_their_shares_differ():
         known = {"kind": "angle", "unit": "deg", "sample_rate": rate}
         found = analyze(Recording.from_arrays(**angles, table=table, **known), gyros=tuple("xyz"))
         ratios += [[found.per_gyro[name].to("deg/sqrt(h)").value / walks[name] for name in walks]]
-    mean, error = np.mean(ratios, axis=0), np.std(ratios, axis=0, ddof=1) / np.sqrt(8.0)
+    mean, error = np.mean(ratios, axis=0), np.std(ratios, axis=0, ddof=1) / np.sqrt(draws)
     assert np.all(np.abs(mean - 1.0) < 3.0 * error)
-    assert np.all(error < 0.03)
+    assert np.all(error < 0.085 / np.sqrt(draws))

@@ -8,7 +8,6 @@ import pytest
 from sagnac.analysis.pipeline import analyze
 from sagnac.analysis.settings import Settings
 from sagnac.core.errors import RecordingError
-from sagnac.quality.check import judged
 from tests.quality.pathologies import PATHOLOGIES, SIGMA, of_rate, still, stuck_once
 
 WALK = 0.003  # deg/sqrt(h)
@@ -110,10 +109,3 @@ def test_what_gyros_at_rest_say_of_each_other_is_a_warning_and_each_is_answered(
     alone = analyze(recording, Settings(gyros=("z",), method="none"))
     assert analysis.per_gyro["z"] == alone.angle_random_walk
     assert not alone.findings
-
-
-def test_two_copies_of_one_gyro_at_rest_are_told_and_two_gyros_are_not():
-    other = np.random.default_rng(8).permutation(still())
-    (copied,) = judged(of_rate(still(), z=still()))
-    assert str(copied).startswith("z: is a copy of gyro x; name another gyro (gyros)")
-    assert judged(of_rate(still(), z=other)) == ()

@@ -110,7 +110,7 @@ def analyzed(name: str) -> Analysis:
 
 
 # What lies between two others.
-BETWEEN = ("reverses once", "stops", "two per cent")
+BETWEEN = ("reverses once", "stops", "a thousandth", "two per cent")
 
 
 def most_of(names: Iterable[str]) -> list:

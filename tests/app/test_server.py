@@ -4,8 +4,6 @@ import json
 import os
 import re
 import signal
-import subprocess
-import sys
 import time
 import tomllib
 from pathlib import Path
@@ -18,6 +16,7 @@ from sagnac.app.server import HOST
 from sagnac.app.sessions import Sessions
 from sagnac.cli import main
 from tests.app.conftest import PAGE
+from tests.processes import SAGNAC, started
 
 OTHER = "fedcba9876543210"
 
@@ -441,8 +440,7 @@ def test_a_wrong_choice_starts_no_process(server, still):
 
 
 def test_the_command_prints_one_address_and_leaves_no_process(tmp_path, still):
-    command = [sys.executable, "-m", "sagnac", "app", str(still), "--no-browser"]
-    process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    process = started(*SAGNAC, "app", str(still), "--no-browser")
     try:
         address = process.stdout.readline()
         assert re.fullmatch(rf"http://{re.escape(HOST)}:\d+/[\w-]{{43}}/\n", address)

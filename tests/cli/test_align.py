@@ -143,19 +143,6 @@ def test_an_error_of_more_than_half_a_turn_is_no_heading(walk, observable, capsy
     assert ("not observable by a gyrocompass" in said) != observable
 
 
-def test_each_axis_of_a_triad_counts(capsys, tmp_path):
-    path = document(tmp_path, gyros=("x",))
-    alone = json.loads(path.read_text(encoding="utf-8"))
-    quiet = {**alone["angle_random_walk"], "value": 2.5e-7, "low": 2e-7, "high": 3e-7}
-    unit = {"x": alone, "y": alone, "z": {**alone, "angle_random_walk": quiet}}
-    changed(path, gyros=unit)
-    one = found(capsys, path, "--after", "60s")
-    by = one["heading_drift"][0]["by"]["angle_random_walk"] * DEGREE
-    # z is the vertical one; in a minute the Earth turns a little of the others in.
-    assert by < 0.02 * N * math.sqrt(60.0)
-    assert not any("one gyro stands" in note for note in one["notes"])
-
-
 @pytest.mark.parametrize(
     ("words", "said"),
     [

@@ -16,15 +16,6 @@ def test_no_folder_is_made_for_data_that_fail(bare, capsys, tmp_path, monkeypatc
     assert list(tmp_path.iterdir()) == []
 
 
-def test_fris_needs_a_table_and_names_the_file(bare, capsys):
-    assert main(["analyze", str(bare), *STATED, "--method", "fris", "--json"]) == 1
-    captured = capsys.readouterr()
-    assert captured.out == ""
-    line = one_line_among(captured.err)
-    assert str(bare) in line
-    assert "--table" in line
-
-
 def test_analyze_writes_all_and_says_the_answer_first(recording, capsys, tmp_path):
     folder = tmp_path / "deep" / "out"
     assert main(["analyze", str(recording), "--gyros", "x,z", "-o", str(folder)]) == 0
@@ -105,14 +96,6 @@ def test_several_files_get_a_folder_each_and_one_failure_spares_the_rest(
     assert str(bare) in one_line_among(capsys.readouterr().err)
     assert [item.name for item in tmp_path.iterdir()] == ["run"]
     assert (tmp_path / "run" / "report.html").exists()
-
-
-def test_the_folder_one_works_in_is_refused_as_any_other(capsys, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    assert main(["analyze", "."]) == 1
-    said = one_line_among(capsys.readouterr().err)
-    assert "is a folder without mav0/imu0/data.csv (EuRoC)" in said
-    assert "give a file" in said
 
 
 @pytest.mark.usefixtures("blank_figures")

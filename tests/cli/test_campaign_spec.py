@@ -3,7 +3,6 @@
 import csv
 import json
 import re
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -167,10 +166,3 @@ def test_one_page_is_the_certificate_of_all_axes_of_a_unit(rack, tmp_path):
     assert page.count("N ≤ 0.0015 °/√h") == 2
     assert 'href="x/report.html"' in page
     assert (tmp_path / "y" / "report.html").is_file()
-
-
-def test_a_wrong_gyro_of_a_unit_is_undecided_beside_sound_ones(rack):
-    recording = sagnac.read(rack / "U2.parquet")
-    assert len(recording.gyros) == 3
-    sound = replace(recording, gyros=recording.gyros[:2])
-    assert sagnac.analyze(recording).per_gyro == sagnac.analyze(sound).per_gyro

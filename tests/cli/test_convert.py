@@ -18,13 +18,6 @@ def test_convert_states_what_was_stated(bare, capsys, tmp_path):
     np.testing.assert_allclose(again.gyros[0].values, once, rtol=1e-12)
 
 
-def test_convert_does_not_write_over_what_it_reads(bare, capsys):
-    before = bare.read_bytes()
-    assert main(["convert", str(bare), str(bare.parent / "." / bare.name), *STATED]) == 2
-    assert "is read by this run" in one_line(capsys)
-    assert bare.read_bytes() == before
-
-
 def test_a_name_that_cannot_be_written_is_wrong_usage(bare, capsys, tmp_path):
     target = tmp_path / "same.csv"
     assert main(["convert", str(bare), str(target), *STATED, "--columns", "_x=x"]) == 2

@@ -126,23 +126,6 @@ def test_an_option_that_cannot_be_used_is_refused_with_the_reason(
     assert not path.exists()
 
 
-@pytest.mark.parametrize("name", ["gtsam", "px4", "robot-localization", "kf-gins", "toml"])
-def test_a_stated_accelerometer_is_used_by_all_that_have_one(name, tmp_path):
-    path = tmp_path / "out"
-    words = ["export", str(document(tmp_path)), "--format", name, "--accelerometer", "0.02,3e-4"]
-    assert main([*words, "-o", str(path)]) == 0
-    text = path.read_text(encoding="utf-8")
-    assert "0.02,0.0003 (stated, not measured)" in text
-    shown = {
-        "gtsam": "4.000000e-04",
-        "px4": "2.000000000e-01",
-        "robot-localization": "2.000000e-04",
-        "kf-gins": "1.200000e+00",
-        "toml": "0.02",
-    }
-    assert shown[name] in text
-
-
 def test_a_data_sheet_alone(capsys, tmp_path):
     path = tmp_path / "imu.yaml"
     words = ["export", "--datasheet", "N=0.15deg/sqrt(h),B=3deg/h@100s", "-o", str(path)]

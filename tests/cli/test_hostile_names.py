@@ -2,8 +2,6 @@
 
 import csv
 import json
-import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -90,19 +88,3 @@ def test_a_header_is_no_formula(name, tmp_path):
     )
     with pytest.raises(ValueError, match="cannot stand in a file"):
         write(recording, tmp_path / "run.csv")
-
-
-@pytest.mark.usefixtures("blank_figures")
-def test_python_runs_nothing_of_an_exported_file(npz, tmp_path):
-    """From a path with a line end, by way of analysis.json, into the file of GTSAM."""
-    folder = tmp_path / 'x"\nimport pathlib; pathlib.Path("owned").touch()\n#'
-    folder.mkdir()
-    npz("x\nimport os; os.abort()").rename(folder / "run.npz")
-    stated = ["--gyros", "x\\u000aimport os; os.abort()"]
-    assert main(["avar", str(folder / "run.npz"), *stated, "-o", "out"]) == 0
-    (found,) = Path("out").glob("*/analysis.json")
-    assert str(folder) in json.loads(found.read_text())["input"]["path"]
-    assert main(["export", str(found), "-o", "imu.py"]) == 0
-    ran = subprocess.run([sys.executable, "imu.py"], capture_output=True, text=True, check=False)
-    assert (ran.returncode, ran.stdout, ran.stderr) == (0, "", "")
-    assert not Path("owned").exists()

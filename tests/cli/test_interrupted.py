@@ -6,22 +6,20 @@ import os
 import random
 import signal
 import subprocess
-import sys
 import time
 from pathlib import Path
 
 import pytest
 
-import sagnac
 from sagnac.cli import main
 from sagnac.cli.app import stopped_by_signals
 from sagnac.cli.output import prefixed
+from tests.processes import SAGNAC, started
 
-ROOT = Path(sagnac.__file__).parent.parent
 # Each comes at one part of a whole run, which is drawn; tests/fuzz draws many, and converts.
 SIGNALS = {
-    "analyze": (signal.SIGKILL, signal.SIGTERM),
-    "simulate": (signal.SIGKILL, signal.SIGINT),
+    "analyze": (signal.SIGKILL,),
+    "simulate": (signal.SIGTERM,),
 }
 # What an old result differs by, so that a mixture shows.
 OTHER = {
@@ -30,17 +28,10 @@ OTHER = {
 }
 
 
-def ended(
-    words: list[str], folder: Path, number: signal.Signals, seconds: float
-) -> subprocess.Popen[bytes]:
+def ended(words: list[str], folder: Path, number: int, seconds: float) -> subprocess.Popen:
     """A run that gets a signal after some time, unless it was over before."""
     with (folder / "said.txt").open("wb") as said:
-        running = subprocess.Popen(
-            [sys.executable, "-m", "sagnac", *words],
-            env={**os.environ, "PYTHONPATH": str(ROOT)},
-            stdout=said,
-            stderr=said,
-        )
+        running = started(*words, stdout=said, stderr=said)
         try:
             running.wait(timeout=seconds)
         except subprocess.TimeoutExpired:
@@ -86,7 +77,7 @@ def test_a_result_is_old_or_new_whatever_ends_the_run(name, signals, still, tmp_
     assert main([*words, *OTHER[name]]) == 0
     before = files_of(result)
     began = time.monotonic()
-    assert ended(words, tmp_path, signal.SIGKILL, 120.0).returncode == 0
+    assert ended([*SAGNAC, *words], tmp_path, signal.SIGKILL, 120.0).returncode == 0
     lasts = time.monotonic() - began
     whole = files_of(result)
     assert whole.keys() == before.keys()
@@ -94,7 +85,7 @@ def test_a_result_is_old_or_new_whatever_ends_the_run(name, signals, still, tmp_
     drawn = random.Random(name)
     for number in signals:
         put_back(result, before)
-        run = ended(words, tmp_path, number, drawn.uniform(0.3, 1.0) * lasts)
+        run = ended([*SAGNAC, *words], tmp_path, number, drawn.uniform(0.3, 1.0) * lasts)
         after = files_of(result)
         if number == signal.SIGKILL:
             assert is_of_one(after, result, whole, before)

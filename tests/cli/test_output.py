@@ -7,8 +7,6 @@ import pytest
 from sagnac.cli.output import folders_of, require_place
 from sagnac.core.errors import RecordingError
 from sagnac.core.whole_files import made
-from sagnac.report.page import write_report
-from tests import handmade
 
 
 def test_files_of_one_name_do_not_share_a_folder():
@@ -32,13 +30,3 @@ def test_a_folder_below_a_file_is_refused_and_nothing_is_made(tmp_path):
             made(folder)
     require_place(tmp_path / "none" / "deep", "report")
     assert [item.name for item in tmp_path.iterdir()] == ["file"]
-
-
-def test_a_report_says_how_long_it_took(tmp_path):
-    written = write_report(handmade.analysis(), tmp_path / "out")
-    assert written.analysis.seconds["report"] > 0.0
-    assert all(path.stat().st_size > 0 for path in written.paths)
-    assert {path.name for path in written.paths} == {
-        item.name for item in (tmp_path / "out").iterdir()
-    }
-    assert written.paths[0].name == "report.html"

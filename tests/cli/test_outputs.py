@@ -31,7 +31,8 @@ def place(bare, tmp_path, monkeypatch) -> Path:
 @pytest.fixture(scope="session")
 def analysis(still, tmp_path_factory) -> Path:
     folder = tmp_path_factory.mktemp("analysis")
-    assert main(["analyze", str(still), "--method", "none", "-o", str(folder / "out")]) == 0
+    words = ["analyze", str(still), "--gyros", "x", "--method", "none", "-o"]
+    assert main([*words, str(folder / "out")]) == 0
     return folder / "out" / "analysis.json"
 
 
@@ -83,18 +84,6 @@ def test_only_what_the_same_run_made_is_written_over(name, analysis, still, plac
     # Once made, it may be made again.
     assert main(words) == 0
     assert all(Path(file).exists() for file in files)
-
-
-def test_a_table_of_a_gyro_is_not_written_over(still, place, capsys):
-    shutil.copy(still, "still.parquet")
-    Path("x").mkdir()
-    Path("x/stability.csv").write_text(MINE)
-    assert main(analyze("x,z")) == 2
-    said = one_line_among(capsys.readouterr().err)
-    assert "x/stability.csv" in said
-    assert "--force" in said
-    assert Path("x/stability.csv").read_text() == MINE
-    assert not (place / "analysis.json").exists()
 
 
 # What Python writes, and the file that is there.

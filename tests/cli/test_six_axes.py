@@ -83,11 +83,3 @@ def test_the_accelerometers_page_is_printed_with_the_others(bench):
 def test_without_the_option_there_are_none(file, capsys):
     assert main(["avar", str(file), *STATED[:-2], "--json"]) == 0
     assert "accelerometers" not in strict(capsys.readouterr().out)
-
-
-def test_an_accelerometer_in_a_unit_of_gyros_is_refused(file, capsys):
-    words = ["check", str(file), *STATED, "--accelerometers", "az", "--unit", "az=deg/s"]
-    assert main(words) == 1
-    line = capsys.readouterr().err.splitlines()[-1]
-    assert "az: unit 'deg/s' is not one of acceleration" in line
-    assert "--unit az=m/s^2" in line

@@ -65,17 +65,11 @@ def test_the_risk_sets_the_confidence():
     [
         (("--spec", "3furlong"), "--spec"),
         (("--spec", "1", "--risk", "2"), "--risk"),
-        (("--risk", "0.1"), "give --spec"),
     ],
 )
 def test_what_cannot_be_is_wrong_usage(more, words, bare, capsys):
     assert main(["analyze", str(bare), *STATED, *more]) == 2
     assert words in one_line(capsys)
-
-
-def test_a_specification_that_is_not_there_is_named(bare, capsys):
-    assert main(["avar", str(bare), *STATED, "--spec", "nowhere.toml"]) == 1
-    assert "nowhere.toml" in one_line(capsys)
 
 
 def test_what_was_measured_stands_in_the_unit_of_its_limit(still, capsys):

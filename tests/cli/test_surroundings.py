@@ -3,7 +3,6 @@
 import os
 import signal
 import subprocess
-import sys
 import time
 from pathlib import Path
 
@@ -16,46 +15,26 @@ from sagnac.report.page import write_report
 from sagnac.report.tables import folder_name
 from tests.cli.examples import STATED, one_line_among
 from tests.handmade import analysis as handmade
-
-ROOT = Path(sagnac.__file__).parent.parent
-
-
-def command(*arguments: str, **more: object) -> subprocess.CompletedProcess[str]:
-    environment = {**os.environ, "PYTHONPATH": str(ROOT), **more.pop("env", {})}
-    return subprocess.run(
-        [sys.executable, "-m", "sagnac", *arguments],
-        env=environment,
-        text=True,
-        check=False,
-        timeout=60.0,
-        **({"capture_output": True} | more),
-    )
+from tests.processes import SAGNAC, environment, ran, started
 
 
 def test_help_ends_in_a_column_of_one_letter():
-    done = command("--help", env={"COLUMNS": "1"})
+    done = ran(*SAGNAC, "--help", env=environment(COLUMNS="1"))
     assert done.returncode == 0
     assert "Usage" in done.stdout
 
 
 def test_closed_streams_are_nothing_to_stumble_over(bare):
-    words = [sys.executable, "-m", "sagnac", "check", str(bare), *STATED]
-    done = subprocess.run(
-        ["sh", "-c", 'exec "$@" 1>&- 2>&-', "sh", *words],
-        env={**os.environ, "PYTHONPATH": str(ROOT)},
-        check=False,
-        timeout=60.0,
-    )
-    assert done.returncode == 0
+    closed = ("sh", "-c", 'exec "$@" 1>&- 2>&-', "sh")
+    assert ran(*closed, *SAGNAC, "check", str(bare), *STATED).returncode == 0
 
 
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="no full device here")
-@pytest.mark.parametrize("unbuffered", ["", "1"])
-@pytest.mark.parametrize("asked", ["--help", "--version"])
+@pytest.mark.parametrize(("asked", "unbuffered"), [("--help", ""), ("--version", "1")])
 def test_output_that_has_no_room_is_one_line(asked, unbuffered):
-    where = {"env": {"PYTHONUNBUFFERED": unbuffered}, "capture_output": False}
+    where = {"env": environment(PYTHONUNBUFFERED=unbuffered), "capture_output": False}
     with Path("/dev/full").open("w") as full:
-        done = command(asked, stdout=full, stderr=subprocess.PIPE, **where)
+        done = ran(*SAGNAC, asked, stdout=full, stderr=subprocess.PIPE, **where)
     assert done.returncode == 1
     assert "No space left" in one_line_among(done.stderr)
 
@@ -94,17 +73,9 @@ def test_a_report_is_replaced_whole_or_stays(tmp_path, monkeypatch):
 
 def test_a_file_that_cannot_be_written_is_named_as_it_would_be_called(tmp_path, bare):
     # Half a kilobyte is a full disk.
-    limited = 'ulimit -f 1; exec "$@"'
-    words = [sys.executable, "-m", "sagnac", "convert", str(bare), "out.csv", *STATED]
-    done = subprocess.run(
-        ["sh", "-c", limited, "sh", *words],
-        env={**os.environ, "PYTHONPATH": str(ROOT), "NUMBA_DISABLE_JIT": "1"},
-        cwd=tmp_path,
-        capture_output=True,
-        text=True,
-        check=False,
-        timeout=120.0,
-    )
+    limited = ("sh", "-c", 'ulimit -f 1; exec "$@"', "sh")
+    words = ("convert", str(bare), "out.csv", *STATED)
+    done = ran(*limited, *SAGNAC, *words, cwd=tmp_path, env=environment(NUMBA_DISABLE_JIT="1"))
     assert done.returncode == 1
     assert done.stderr.splitlines()[-1].startswith("sagnac: out.csv: cannot be written")
     assert [entry.name for entry in tmp_path.iterdir()] == []
@@ -113,7 +84,8 @@ def test_a_file_that_cannot_be_written_is_named_as_it_would_be_called(tmp_path, 
 def test_a_stray_matplotlibrc_and_a_backend_that_is_none_are_not_read(tmp_path, bare):
     words = ["analyze", str(bare), *STATED, "--method", "none", "-o"]
     (tmp_path / "matplotlibrc").write_bytes(b"backend: nonsense : x\n\xff\xfe")
-    done = command(*words, "out", cwd=tmp_path, env={"MPLBACKEND": "no such : window"})
+    odd = environment(MPLBACKEND="no such : window")
+    done = ran(*SAGNAC, *words, "out", cwd=tmp_path, env=odd)
     assert done.returncode == 0, done.stderr
     assert "backend" not in done.stderr
     assert main([*words, str(tmp_path / "sound")]) == 0
@@ -125,49 +97,33 @@ def test_a_stray_matplotlibrc_and_a_backend_that_is_none_are_not_read(tmp_path, 
     assert made["stability.png"] == sound["stability.png"]
 
 
-@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGHUP])
-def test_a_signal_leaves_nothing_half_written(tmp_path, number):
-    # Text, which takes seconds to write.
-    target = tmp_path / "run.csv"
-    words = [sys.executable, "-m", "sagnac", "simulate", "-o", str(target), "--duration", "10min"]
+def writing(target: Path, *before: str) -> subprocess.Popen:
+    """A run that has begun to write a text, which takes it a second or two."""
+    words = ("simulate", "-o", str(target), "--duration", "2min")
+    running = started(*before, *SAGNAC, *words)
+    while not list(target.parent.glob(".*.part")) and running.poll() is None:
+        time.sleep(0.01)
+    return running
+
+
+def test_a_signal_leaves_nothing_half_written(tmp_path):
     # Tests that run under nohup ignore SIGHUP, and so would what they start.
-    ours = signal.signal(number, signal.SIG_DFL)
-    running = subprocess.Popen(
-        words,
-        env={**os.environ, "PYTHONPATH": str(ROOT)},
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-    )
-    signal.signal(number, ours)
-    try:
-        while not list(tmp_path.glob(".*.part")) and running.poll() is None:
-            time.sleep(0.01)
-        running.send_signal(number)
+    ours = signal.signal(signal.SIGHUP, signal.SIG_DFL)
+    with writing(tmp_path / "run.csv") as running:
+        signal.signal(signal.SIGHUP, ours)
+        running.send_signal(signal.SIGHUP)
         _, said = running.communicate(timeout=60.0)
-    finally:
-        running.kill()
-    assert running.returncode == 128 + number
+    assert running.returncode == 128 + signal.SIGHUP
     assert "Traceback" not in said
     assert list(tmp_path.iterdir()) == []
 
 
 def test_a_signal_that_is_ignored_from_the_start_ends_nothing(tmp_path):
     target = tmp_path / "run.csv"
-    words = [sys.executable, "-m", "sagnac", "simulate", "-o", str(target), "--duration", "10min"]
-    running = subprocess.Popen(
-        ["sh", "-c", 'trap "" HUP; exec "$@"', "sh", *words],
-        env={**os.environ, "PYTHONPATH": str(ROOT)},
-        stdout=subprocess.DEVNULL,
-        stderr=subprocess.DEVNULL,
-    )
-    try:
-        while not list(tmp_path.glob(".*.part")) and running.poll() is None:
-            time.sleep(0.01)
+    with writing(target, "sh", "-c", 'trap "" HUP; exec "$@"', "sh") as running:
+        assert running.poll() is None
         running.send_signal(signal.SIGHUP)
         assert running.wait(timeout=240.0) == 0
-    finally:
-        running.kill()
     assert target.exists()
 
 

@@ -2,8 +2,6 @@
 
 import os
 import signal
-import subprocess
-import sys
 import time
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import closing
@@ -13,6 +11,7 @@ from itertools import pairwise
 import pytest
 
 from sagnac.core.processes import GIBIBYTE, Means, Standing, completed, means_of
+from tests.processes import PYTHON, ran
 
 TWO = Means(workers=2, memory=4.0 * GIBIBYTE)
 
@@ -70,7 +69,7 @@ def test_a_script_is_not_run_again_by_its_processes(tmp_path):
         "ended = completed([-3], abs, Means(workers=1, memory=1e9), float)\n"
         "print([future.result() for _, future in ended])\n"
     )
-    done = subprocess.run([sys.executable, str(script)], capture_output=True, text=True, check=True)
+    done = ran(PYTHON, str(script), check=True)
     assert done.stdout == "[3]\n"
 
 

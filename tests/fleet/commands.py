@@ -1,15 +1,13 @@
 """Campaigns by the command line, in this process or in one of its own."""
 
-import os
-import sys
 from contextlib import redirect_stderr, redirect_stdout
 from io import StringIO
-from pathlib import Path
 
 import pytest
 
 from sagnac.cli import main
 from tests.conftest import in_one_process, undrawn
+from tests.processes import SAGNAC
 
 PATTERN = "(?P<unit>[A-Z])_day(?P<day>[0-9])"
 
@@ -29,10 +27,4 @@ def campaign(*arguments: object) -> tuple[int, str, str]:
 
 def command(*arguments: str) -> list[str]:
     """Words that start one as a process."""
-    return [sys.executable, "-m", "sagnac", *SHARED, *arguments]
-
-
-def environment() -> dict[str, str]:
-    source = str(Path(__file__).parents[2] / "src")
-    found = os.environ.get("PYTHONPATH")
-    return {**os.environ, "PYTHONPATH": f"{source}{os.pathsep}{found}" if found else source}
+    return [*SAGNAC, *SHARED, *arguments]

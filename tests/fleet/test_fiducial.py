@@ -39,7 +39,7 @@ def test_a_bound_is_above_zero_however_close_the_runs_lie() -> None:
         values = shape * np.sqrt(length * known / (shape @ shape))
         design = Design.of(values, {}, np.full(count, known))
         assert chance_of_less(design) == pytest.approx(law.cdf(length), rel=1e-6, abs=0.0)
-        draws = draws_of(design, count=40_000, bounded="run")["run"]
+        draws = draws_of(design, count=10_000, bounded="run")["run"]
         # The squares over known + s are chi-square.
         wanted = known * (max(length, law.ppf(0.16)) / law.ppf(0.025) - 1.0)
         assert np.quantile(draws, 0.975) == pytest.approx(wanted, rel=0.05)

@@ -19,7 +19,7 @@ from tests.conftest import in_one_process
 def test_killed_worker_is_one_row_and_the_next_start_does_it(folder, tmp_path, monkeypatch):
     tasks = [
         Task(path=str(path), settings=Settings(method="none"))
-        for path in sorted(folder.glob("[AB]_*.parquet"))[:3]
+        for path in sorted(folder.glob("A_*.parquet"))
     ]
     means = Means(workers=2, memory=4.0 * GIBIBYTE)
     killed = threading.Thread(target=_kill_one, daemon=True)
@@ -31,7 +31,7 @@ def test_killed_worker_is_one_row_and_the_next_start_does_it(folder, tmp_path, m
     assert "the worker died" in lost.reason
     kept = {row.task.key: result_path(tmp_path, row.task.key) for row in first.rows}
     times = {key: path.stat().st_mtime_ns for key, path in kept.items() if path.exists()}
-    assert len(times) == 2
+    assert len(times) == 1
     in_one_process(monkeypatch)
     second = run(tasks, tmp_path, lambda todo, place: runner.completed_here(todo, place, means))
     assert second.computed == 1

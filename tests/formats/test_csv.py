@@ -9,32 +9,6 @@ from sagnac.formats.csv import check_last
 from tests.formats.examples import SAMPLES, refused, save, text, timed, walk
 
 
-def test_values_are_in_si_by_the_header(tmp_path):
-    degrees = walk()
-    path = save(tmp_path / "run.csv", text("time[ms],x[deg]", np.arange(SAMPLES) * 2.0, degrees))
-    recording = read(path, Statement(kind="angle"))
-    np.testing.assert_allclose(recording.gyros[0].values, np.deg2rad(degrees), rtol=1e-14)
-    assert recording.sample_rate == 500.0
-    assert recording.times is None
-
-
-def test_delimiters_comments_and_files_without_header(tmp_path):
-    x = walk()
-    plain = read(
-        save(tmp_path / "a.csv", text("x[deg]", x)), Statement(kind="angle", sample_rate=10)
-    )
-    rows = "\n".join(f"{i};{str(float(item)).replace('.', ',')}" for i, item in enumerate(x))
-    german = save(tmp_path / "b.csv", f"# bench 3\nn;x[deg]\n{rows}\n")
-    headless = save(
-        tmp_path / "c.txt", "\n".join(f"{i} {float(item)!r}" for i, item in enumerate(x)) + "\n"
-    )
-    stated = Statement(kind="angle", sample_rate=10.0)
-    np.testing.assert_array_equal(read(german, stated).gyros[0].values, plain.gyros[0].values)
-    stated = Statement(kind="angle", sample_rate=10.0, columns={"x": "2"}, unit="deg")
-    np.testing.assert_array_equal(read(headless, stated).gyros[0].values, plain.gyros[0].values)
-    assert columns(headless) == ("1", "2")
-
-
 def test_csv_cut_off_and_with_text_in_it(tmp_path):
     ramp = 1e4 + 7.0 * np.arange(SAMPLES) + 0.1 * walk()
     whole = timed(tmp_path / "run.csv", ramp).read_text()

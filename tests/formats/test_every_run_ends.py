@@ -6,8 +6,6 @@ processes by ``make test-fuzz``.
 """
 
 import os
-import subprocess
-import sys
 import time
 from collections import Counter
 from collections.abc import Iterator
@@ -19,9 +17,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-import sagnac
+from tests.processes import PYTHON, SAGNAC, ran, started
 
-ROOT = Path(sagnac.__file__).parent.parent
 STATED = ("--kind", "rate", "--unit", "deg/h", "--rate", "100")
 LONGEST = 120.0  # s, of a run that takes two on a machine with nothing else to do
 ROWS = 60_000
@@ -31,22 +28,13 @@ ROWS = 60_000
 def busy_processes(count: int) -> Iterator[None]:
     """Processes that do nothing but take the processor, and end with this one however it ends."""
     code = "import os, sys\nwhile os.getppid() == int(sys.argv[1]): pass"
-    loop = [sys.executable, "-c", code, str(os.getpid())]
-    running = [subprocess.Popen(loop) for _ in range(count)]
+    running = [started(PYTHON, "-c", code, str(os.getpid())) for _ in range(count)]
     try:
         yield
     finally:
         for one in running:
             one.kill()
             one.wait()
-
-
-def ended(words: tuple[str, ...]) -> subprocess.CompletedProcess[str]:
-    environment = {**os.environ, "PYTHONPATH": str(ROOT)}
-    return subprocess.run(
-        [sys.executable, "-m", "sagnac", *words],
-        capture_output=True, text=True, check=False, env=environment, timeout=LONGEST,
-    )  # fmt: skip
 
 
 def texts(folder: Path) -> dict[str, Path]:
@@ -83,7 +71,7 @@ def commands(folder: Path) -> Iterator[tuple[tuple[str, ...], int]]:
 def every_run_ends(folder: Path, runs: int, step: int = 1, busy: int = 2) -> None:
     asked = list(islice(commands(folder), 0, runs * step, step))
     with busy_processes(busy), ThreadPoolExecutor(max_workers=2) as pool:
-        found = list(pool.map(lambda one: ended(one[0]), asked))
+        found = list(pool.map(lambda one: ran(*SAGNAC, *one[0], timeout=LONGEST), asked))
     odd = [
         (words, said.returncode, said.stderr[-300:])
         for (words, status), said in zip(asked, found, strict=True)
@@ -119,8 +107,7 @@ hdf5.require_survivable(Path(sys.argv[1]))
 def test_a_library_that_hangs_ends_though_nobody_waits_for_it(tmp_path):
     """A pipe that nobody writes to hangs for ever; the run is killed while it tries it."""
     os.mkfifo(tmp_path / "run.h5")
-    words = [sys.executable, "-c", TRIAL, str(tmp_path / "run.h5")]
-    with subprocess.Popen(words, env={**os.environ, "PYTHONPATH": str(ROOT)}) as run:
+    with started(PYTHON, "-c", TRIAL, str(tmp_path / "run.h5")) as run:
         children = Path(f"/proc/{run.pid}/task/{run.pid}/children")
         until = time.monotonic() + 60.0
         while not (found := children.read_text().split()):

@@ -96,15 +96,6 @@ def stamped(path: Path) -> Path:
     return written(path / "log.csv", ["time_stamp,gyro_x,gyro_z", *rows])
 
 
-def counters(path: Path) -> Path:
-    """Angles in counts of 1e-6 rad that roll over at 16 bits."""
-    angle = np.rint(
-        np.cumsum(VALUES.gyros[:, [0, 2]], axis=0) / 1e-6 + 300.0 * np.arange(500)[:, None]
-    )
-    rows = [",".join(f"{v:.0f}" for v in row) for row in angle % 65536]
-    return written(path / "counter.csv", ["x,z", *rows])
-
-
 def sixteen(path: Path) -> Path:
     rows = [f"{german(x)}\t{german(z)}" for x, _, z in DEGREES]
     return written(path / "export.txt", ["x (°/s)\tz (°/s)", *rows], "utf-16")
@@ -289,18 +280,6 @@ def test_the_same_samples_come_out_of_every_file(tmp_path, name):
             expected = VALUES.gyros[:, "xyz".index(gyro.name)]
             np.testing.assert_allclose(gyro.values, expected, rtol=1e-14, atol=case.digits)
     assert set(case.gyros) <= {gyro.name for gyro in recording.gyros}
-
-
-def test_counters_of_16_bits_are_named_and_then_unwrapped(tmp_path):
-    path = counters(tmp_path)
-    stated = {"kind": "angle", "scale": "0.000001rad", "sample_rate": RATE}
-    noticed = [note for note in read(path, **stated).notes if note.level == "warning"]
-    assert [note.channel for note in noticed] == ["x", "z"]
-    assert "16 bit counter" in noticed[0].text
-    recording = read(path, counter_bits=16, **stated)
-    assert not any(note.level == "warning" for note in recording.notes)
-    rate = np.diff(recording.gyros[0].values) - 300.0 * 1e-6
-    np.testing.assert_allclose(rate, X[1:], atol=1.01e-6)
 
 
 def test_stamps_in_ns_that_are_called_seconds_are_noticed(tmp_path):

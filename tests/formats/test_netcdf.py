@@ -24,14 +24,6 @@ def saved(path, values, **attributes):
     return path
 
 
-def test_variables_are_scaled_as_their_attributes_say(tmp_path):
-    counts = np.random.default_rng(3).integers(-3000, 3000, 500).astype(np.int16)
-    path = saved(tmp_path / "run.nc", counts, scale_factor=0.01, add_offset=1.5)
-    recording = read(path)
-    assert recording.sample_rate == 100.0
-    np.testing.assert_allclose(np.rad2deg(recording.gyros[0].values), 0.01 * counts + 1.5)
-
-
 def test_hdf5_is_scaled_as_its_attributes_say_and_that_is_noted(tmp_path):
     counts = np.random.default_rng(3).integers(-3000, 3000, 500).astype(np.int16)
     path = saved(tmp_path / "run.h5", counts, scale_factor=0.01, add_offset=1.5)

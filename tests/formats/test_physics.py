@@ -37,9 +37,8 @@ def turning_rates() -> dict[str, Floats]:
 
 def said(folder: Path, held: Mapping[str, Floats], **stated: Any) -> list[str]:
     """Every warning and error of a file read so."""
-    path = folder / "run.csv"
-    rows = np.stack(list(held.values()), axis=1)
-    np.savetxt(path, rows, fmt="%.12g", delimiter=",", header=",".join(held), comments="")
+    path = folder / "run.npz"
+    np.savez(path, **held)
     try:
         recording = read(path, **stated)
     except RecordingError as error:
@@ -217,12 +216,12 @@ def test_what_is_stated_wrongly_is_named_with_what_would_be_right(tmp_path, case
 def test_a_unit_that_the_table_contradicts_leaves_no_figure(tmp_path, case):
     columns, wrong, *_ = STATED[case]
     said(tmp_path, columns, **wrong)
-    found = judged(read(tmp_path / "run.csv", **wrong))
+    found = judged(read(tmp_path / "run.npz", **wrong))
     assert {note.level for note in found if note.channel in "xyz"} == {"error"}
     # One gyro across the axis beside one that senses the table is no such case.
     made = turntable(3, seconds=100.0, sample_rate=100.0, shares={"x": 1.6e-4, "z": 0.98})
     said(tmp_path, {**made.angles, "alpha": made.encoder}, **ANGLE)
-    found = judged(read(tmp_path / "run.csv", **ANGLE))
+    found = judged(read(tmp_path / "run.npz", **ANGLE))
     assert {note.level for note in found} == {"warning"}
 
 
@@ -287,7 +286,7 @@ def test_a_table_without_its_encoder_is_no_bench(tmp_path):
         "the encoder that is named does not: name its column and unit" in one for one in found
     )
     # No bias of such a gyro: no figure may rest on it.
-    found = [note for note in check(read(tmp_path / "run.csv", **wrong)) if note.name == "motion"]
+    found = [note for note in check(read(tmp_path / "run.npz", **wrong)) if note.name == "motion"]
     assert [note.level for note in found] == ["error"]
     assert said(tmp_path, columns, **{**ANGLE, "gyros": ("x",)}) == []
     swinging = turntable(4, seconds=100.0, sample_rate=100.0, motion="reversing")
@@ -403,7 +402,7 @@ def test_a_counter_that_starts_over_is_the_one_finding_of_its_gyro(tmp_path):
     found = said(tmp_path, columns, **stated)
     assert len(found) == 2
     assert all("counter_bits=16" in one for one in found)
-    notes = judged(read(tmp_path / "run.csv", **stated))
+    notes = judged(read(tmp_path / "run.npz", **stated))
     assert {(note.name, note.level) for note in notes} == {("wraps", "error")}
     assert said(tmp_path, columns, **stated, counter_bits=16) == []
 

@@ -13,19 +13,6 @@ from sagnac.recording.stamps import Sampling, first_at, stretch_of
 from tests.formats.examples import SAMPLES, refused, timed, walk
 
 
-def test_stamps_on_a_coarse_clock_are_uniform_and_jitter_is_kept(tmp_path):
-    times = np.round(np.arange(SAMPLES) / 512.0, 3)
-    recording = read(timed(tmp_path / "coarse.csv", walk(), times), Statement(kind="angle"))
-    assert recording.times is None
-    assert recording.sample_rate == pytest.approx(512.0, rel=1e-3)
-    assert any("clock" in str(note) for note in recording.notes)
-    times = np.arange(SAMPLES) / 100.0
-    times[300] = times[299]
-    recording = read(timed(tmp_path / "repeat.csv", walk(), times), Statement(kind="angle"))
-    np.testing.assert_allclose(recording.times, times, atol=1e-12)
-    assert any("1 repeated stamp" in str(note) for note in recording.notes)
-
-
 def test_time_none_ignores_the_stamps(tmp_path):
     times = np.arange(SAMPLES) / 100.0
     times[300:] += 9.0
@@ -45,13 +32,6 @@ def test_slice_takes_the_sound_stretch_that_the_message_names(tmp_path):
     recording = read(path, Statement(kind="angle", span=(start, None)))
     assert recording.samples == SAMPLES - 103
     assert recording.provenance.span_s == pytest.approx((1.03, 6.0))
-
-
-def test_rate_has_to_agree_with_the_stamps(tmp_path):
-    path = timed(tmp_path / "run.csv", walk())
-    refused(
-        path, "100 Hz", "500 Hz", "--rate", statement=Statement(kind="angle", sample_rate=500.0)
-    )
 
 
 @pytest.mark.parametrize("start", [1000.0, SAMPLES / 100.0 - 0.01])

@@ -17,7 +17,7 @@ from sagnac.formats.suspicions import (
 from tests.formats.examples import save, walk
 
 
-@pytest.mark.parametrize("bits", [16, 24, 32])
+@pytest.mark.parametrize("bits", [14, 16, 24, 32])
 @pytest.mark.parametrize("start", [0, 1])
 def test_a_counter_that_rolls_over_is_named(bits, start):
     angle = np.rint(np.arange(20_000) * 2.0**bits / 3000 + walk(samples=20_000))
@@ -39,15 +39,6 @@ def test_a_counter_of_any_modulus_is_named(modulus):
     assert f"about {modulus:.7g} counts" in note.text
     assert counter_notes("x", angle, "angle") == ()
     assert counter_notes("x", angle % modulus, "rate") == ()
-
-
-def test_a_counter_of_an_odd_width_is_read(tmp_path):
-    angle = np.rint(np.arange(5000) * 97.3)
-    path = save(tmp_path / "run.csv", "x\n" + "".join(f"{one:.0f}\n" for one in angle % 2**14))
-    stated = {"kind": "angle", "unit": "arcsec", "sample_rate": 100.0}
-    assert any("a 14 bit counter" in str(note) for note in read(path, **stated).notes)
-    recording = read(path, **stated, counter_bits=14)
-    np.testing.assert_allclose(recording.gyros[0].values_in(), angle, rtol=1e-12)
 
 
 def test_noise_that_fills_its_range_is_no_counter():

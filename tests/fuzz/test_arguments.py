@@ -5,9 +5,7 @@ status of its own, says one line if it is an error, leaves nothing outside its o
 no file.
 """
 
-import contextlib
 import hashlib
-import io
 import os
 import shutil
 import warnings
@@ -21,7 +19,8 @@ import pytest
 from sagnac.cli import main
 from sagnac.cli.app import app
 from tests.cli.test_hostile_names import ESCAPES, TEX
-from tests.fuzz.test_options import SEED, VALUES
+from tests.fuzz.draws import SEED, called, part_of
+from tests.fuzz.test_options import VALUES
 
 # Draws of each command; SAGNAC_FUZZ takes a part of them.
 DRAWS = {
@@ -115,20 +114,15 @@ def output_of(words: list[str]) -> str:
 
 def outcome(words: list[str]) -> str:
     """``done`` or ``refused``, or what must not be."""
-    out, errors = io.StringIO(), io.StringIO()
-    with (
-        warnings.catch_warnings(record=True) as warned,
-        contextlib.redirect_stdout(out), contextlib.redirect_stderr(errors),
-    ):  # fmt: skip
+    with warnings.catch_warnings(record=True) as warned:
         # What a library says of its own future is none of the user's business.
         warnings.simplefilter("always")
-        try:
-            status = main(words)
-        except BaseException as error:
-            return f"ESCAPED {type(error).__name__}: {str(error)[:200]!r}"
+        status, printed, said = called(words)
+    if isinstance(status, str):
+        return status
     if any(issubclass(one.category, RuntimeWarning) for one in warned):
         return f"WARNED {warned[0].message} at {warned[0].filename}:{warned[0].lineno}"
-    return judged(status, out.getvalue(), errors.getvalue())
+    return judged(status, printed, said)
 
 
 def judged(status: int, printed: str, said: str) -> str:
@@ -148,7 +142,7 @@ def judged(status: int, printed: str, said: str) -> str:
 
 @pytest.mark.parametrize("command", DRAWS)
 def test_every_argument_of_every_command(command, prepared, tmp_path, monkeypatch):
-    count = max(1, round(DRAWS[command] * float(os.environ.get("SAGNAC_FUZZ", "1"))))
+    count = part_of(DRAWS[command])
     first = int(os.environ.get("SAGNAC_FUZZ_FIRST", "0"))
     for one in ("run.npz", "analysis.json"):
         shutil.copy(prepared / one, tmp_path / one)

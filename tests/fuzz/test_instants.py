@@ -4,11 +4,8 @@ A signal comes at a random part of a run, or the disk is full after a random num
 a killed process leaves half written goes with the next run.
 """
 
-import os
 import random
 import signal
-import subprocess
-import sys
 import time
 from collections import Counter
 from pathlib import Path
@@ -17,11 +14,11 @@ import numpy as np
 import pytest
 
 import sagnac
-from tests.cli.test_interrupted import files_of, is_new, put_back
+from tests.cli.test_interrupted import ended, files_of, is_new, put_back
+from tests.fuzz.draws import SEED, part_of
 from tests.paper.scope import SMALL
+from tests.processes import PYTHON, SAGNAC
 
-ROOT = Path(sagnac.__file__).parent.parent
-SEED = 20_130_227
 SIGNALS = (signal.SIGKILL, signal.SIGTERM, signal.SIGINT)
 # Instants of each command; SAGNAC_FUZZ takes a part of them. A full disk is one in four.
 INSTANTS = {"analyze": 14, "simulate": 14, "simulate csv": 6, "convert": 10, "reproduce": 6}
@@ -30,30 +27,10 @@ LONGEST = 240.0
 pytestmark = pytest.mark.fuzz
 
 
-def count_of(name: str) -> int:
-    return max(1, round(INSTANTS[name] * float(os.environ.get("SAGNAC_FUZZ", "1"))))
-
-
-def started(command: list[str], folder: Path) -> subprocess.Popen[bytes]:
-    with (folder / "said.txt").open("wb") as said:
-        environment = {**os.environ, "PYTHONPATH": f"{ROOT}{os.pathsep}{ROOT.parent}"}
-        return subprocess.Popen(command, env=environment, stdout=said, stderr=said)
-
-
-def ended(words: list[str], folder: Path, number: int, seconds: float) -> int:
-    """Exit status of a run that gets a signal after some time, unless it was over before."""
-    running = started([sys.executable, *words], folder)
-    try:
-        return running.wait(timeout=seconds)
-    except subprocess.TimeoutExpired:
-        running.send_signal(number)
-        return running.wait(timeout=LONGEST)
-
-
 def with_a_full_disk(words: list[str], folder: Path, blocks: int) -> int:
     """Exit status of a run that can write no more than some blocks of 512 bytes into a file."""
-    limited = ["sh", "-c", f'ulimit -f {blocks}; exec "$@"', "sh", sys.executable, *words]
-    return started(limited, folder).wait(timeout=LONGEST)
+    limited = ["sh", "-c", f'ulimit -f {blocks}; exec "$@"', "sh", *words]
+    return ended(limited, folder, 0, LONGEST).returncode
 
 
 @pytest.fixture
@@ -85,16 +62,16 @@ def test_a_result_is_old_or_new_at_any_instant(name, still, tmp_path):
     folder = tmp_path / "results"
     folder.mkdir()
     words, other, result = commands(still, folder)[name]
-    words = ["-m", "sagnac", *words]
-    assert ended([*words, *other], tmp_path, 0, LONGEST) == 0
+    words = [*SAGNAC, *words]
+    assert ended([*words, *other], tmp_path, 0, LONGEST).returncode == 0
     before = files_of(result)
     began = time.monotonic()
-    assert ended(words, tmp_path, 0, LONGEST) == 0
+    assert ended(words, tmp_path, 0, LONGEST).returncode == 0
     lasts, whole = time.monotonic() - began, files_of(result)
     assert whole.keys() == before.keys()
     assert whole != before
     drawn, seen = random.Random(f"{SEED} {name}"), Counter()
-    for number in range(count_of(name)):
+    for number in range(part_of(INSTANTS[name])):
         put_back(result, before)
         kind = number % (len(SIGNALS) + 1)
         if kind < len(SIGNALS):
@@ -113,7 +90,7 @@ def test_a_result_is_old_or_new_at_any_instant(name, still, tmp_path):
         seen["old" if after == before else "new"] += 1
         # A kill between two names leaves a file without those beside it, never with others.
         assert after == before or is_new(after, whole, before) or is_alone(after, before, whole)
-    assert ended(words, tmp_path, 0, LONGEST) == 0
+    assert ended(words, tmp_path, 0, LONGEST).returncode == 0
     assert not list(folder.glob(".*.part"))
     print(f"\n{name}: {dict(seen)}")
 
@@ -142,8 +119,8 @@ def test_a_reproduction_that_was_ended_goes_on_to_the_same_bytes(tmp_path):
     runs = folder / "runs"
     whole = {entry.name: entry.read_bytes() for entry in runs.iterdir()}
     drawn = random.Random(f"{SEED} reproduce")
-    words = ["-c", REPRODUCE, str(folder)]
-    for number in range(count_of("reproduce")):
+    words = [PYTHON, "-c", REPRODUCE, str(folder)]
+    for number in range(part_of(INSTANTS["reproduce"])):
         for name in drawn.sample(sorted(whole), 6):
             (runs / name).unlink(missing_ok=True)
         kind = number % (len(SIGNALS) + 1)

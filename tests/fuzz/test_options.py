@@ -3,19 +3,15 @@
 Every draw comes from its seed, so that one found runs again with its number.
 """
 
-import contextlib
-import io
-import os
 from collections import Counter
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from sagnac.cli import main
+from tests.fuzz.draws import SEED, called, part_of
 from tests.fuzz.mutations import MUTATIONS
 
-SEED = 20_130_227
 # Draws of each; SAGNAC_FUZZ takes a part of them.
 OPTIONS, STATEMENTS, RIGS, SETTINGS, CAMPAIGNS = 700, 500, 300, 300, 200
 WORDS = """
@@ -68,10 +64,6 @@ day = 1
 pytestmark = pytest.mark.fuzz
 
 
-def count_of(most: int) -> int:
-    return max(1, round(most * float(os.environ.get("SAGNAC_FUZZ", "1"))))
-
-
 @pytest.fixture
 def folder(tmp_path, monkeypatch):
     random = np.random.default_rng(1)
@@ -83,13 +75,9 @@ def folder(tmp_path, monkeypatch):
 
 def outcome(words: list[str]) -> str:
     """``read``, ``refused``, or what must not be."""
-    out, errors = io.StringIO(), io.StringIO()
-    with contextlib.redirect_stdout(out), contextlib.redirect_stderr(errors):
-        try:
-            status = main(words)
-        except BaseException as error:
-            return f"ESCAPED {type(error).__name__}: {str(error)[:200]!r}"
-    said = errors.getvalue()
+    status, printed, said = called(words)
+    if isinstance(status, str):
+        return status
     if "Traceback" in said or "internal error" in said:
         return f"INTERNAL {said[-300:]!r}"
     if status in (0, 3, 4):
@@ -97,7 +85,7 @@ def outcome(words: list[str]) -> str:
     lines = [line for line in said.splitlines() if line.startswith("sagnac: ")]
     last = said.splitlines()[-1:] == lines
     # `check` lists what is wrong with the data on standard output.
-    listed = status == 1 and not said and out.getvalue()
+    listed = status == 1 and not said and printed
     return "refused" if listed or (status in (1, 2) and last) else f"STATUS {status} {said!r}"
 
 
@@ -139,7 +127,7 @@ def test_options_are_taken_or_refused(folder):
     before = {entry.name for entry in folder.iterdir()}
     assert outcome(["check", "run.csv", *WORDS_STATED]) == "read"
     found, wrong = Counter(), []
-    for number in range(count_of(OPTIONS)):
+    for number in range(part_of(OPTIONS)):
         judge(options(np.random.default_rng([SEED, 1, number])), number, found, wrong)
     print(f"\noptions: {dict(found)}")
     assert wrong == []
@@ -155,13 +143,7 @@ TOMLS = {
         SETTINGS,
         'N = "3e-4deg/sqrt(h)"\n',
         "limits.toml",
-        [
-            "check",
-            "run.csv",
-            *(word for pair in STATED.items() for word in pair),
-            "--spec",
-            "limits.toml",
-        ],
+        ["check", "run.csv", *WORDS_STATED, "--spec", "limits.toml"],
     ),
     "campaign": (CAMPAIGNS, CAMPAIGN, "many.toml", ["campaign", "many.toml", "-o", "run.csv"]),
 }
@@ -174,7 +156,7 @@ def test_tomls_are_taken_or_refused(name, folder):
         Path(file).write_text(text)
         assert outcome(words) == "read"
     found, wrong = Counter(), []
-    for number in range(count_of(most)):
+    for number in range(part_of(most)):
         content = damaged(text, np.random.default_rng([SEED, 2, number]))
         Path(file).write_bytes(content)
         judge(words, number, found, wrong)

@@ -1,18 +1,17 @@
 """Every reader, with 20,000 damaged files between them: read or refused, and nothing else."""
 
-import os
 import resource
 import subprocess
-import sys
 from collections import Counter
 from pathlib import Path
 
 import pytest
 
+from tests.fuzz.draws import SEED, part_of
 from tests.fuzz.sound import sound
 from tests.fuzz.worker import PROVEN, STATEMENTS, STATEMENTS_OF, outcome
+from tests.processes import PYTHON, started
 
-SEED = 20_130_227
 # Damaged files of each format; SAGNAC_FUZZ takes a part of them. Those of HDF5 are fewer, since
 # another process tries each first.
 FILES = {
@@ -33,7 +32,7 @@ def test_damaged_files_are_read_or_refused(tmp_path, ending):
     sound(tmp_path, ending)
     for statement in STATEMENTS_OF.get(ending, STATEMENTS):
         assert outcome(tmp_path / f"sound.{ending}", statement) == "read"
-    count = round(FILES[ending] * float(os.environ.get("SAGNAC_FUZZ", "1")))
+    count = part_of(FILES[ending])
     found: Counter[str] = Counter()
     wrong: list[str] = []
     first = 0
@@ -62,16 +61,9 @@ def test_damaged_files_are_read_or_refused(tmp_path, ending):
 
 def _run(folder: Path, ending: str, first: int, count: int) -> list[str]:
     """What a worker said of some files, to the one that ended it."""
-    root = Path(__file__).parents[2]
-    command = [sys.executable, "-m", "tests.fuzz.worker", str(folder), ending]
+    command = [PYTHON, "-m", "tests.fuzz.worker", str(folder), ending]
     with (folder / "stderr").open("wb") as errors:
-        worker = subprocess.Popen(
-            [*command, str(SEED), str(first), str(count)],
-            cwd=root,
-            stdout=subprocess.PIPE,
-            stderr=errors,
-            text=True,
-        )
+        worker = started(*command, str(SEED), str(first), str(count), stderr=errors)
         try:
             said = worker.communicate(timeout=SECONDS + 2.0 * count)[0]
         except subprocess.TimeoutExpired:

@@ -5,21 +5,17 @@ narrow terminals, odd locales, and two runs at once into one folder.
 """
 
 import json
-import os
 import random
 import subprocess
-import sys
 from collections import Counter
-from pathlib import Path
 
 import numpy as np
 import pytest
 
-import sagnac
 from tests.cli.test_interrupted import files_of
+from tests.fuzz.draws import SEED, part_of
+from tests.processes import SAGNAC, environment, ran, started
 
-ROOT = Path(sagnac.__file__).parent.parent
-SEED = 20_130_227
 # SAGNAC_FUZZ takes a part of them.
 DRAWS, PAIRS = 24, 3
 STATED = ["--kind", "rate", "--unit", "deg/h", "--rate", "100"]
@@ -43,10 +39,6 @@ CLOSED = ("", "0<&-", "1>&-", "2>&-", "1>&- 2>&-", "0<&- 1>&- 2>&-")
 pytestmark = pytest.mark.fuzz
 
 
-def count_of(most: int) -> int:
-    return max(1, round(most * float(os.environ.get("SAGNAC_FUZZ", "1"))))
-
-
 @pytest.fixture
 def folder(tmp_path):
     rows = "\n".join(f"{x:.6f}" for x in np.random.default_rng(1).normal(10.0, 1.0, 6000))
@@ -54,9 +46,9 @@ def folder(tmp_path):
     return tmp_path
 
 
-def environment(drawn: random.Random) -> dict[str, str]:
+def odd_environment(drawn: random.Random) -> dict[str, str]:
     """That of the tests with some variables odd or missing."""
-    found = {**os.environ, "PYTHONPATH": str(ROOT)}
+    found = environment()
     for name in drawn.sample(sorted(ODD), drawn.randrange(1, 5)):
         value = drawn.choice(ODD[name])
         found.pop(name, None)
@@ -80,18 +72,12 @@ def words_of(output: str, drawn: random.Random) -> list[str]:
 
 def test_odd_surroundings_are_borne_or_refused(folder):
     found: Counter[str] = Counter()
-    for number in range(count_of(DRAWS)):
+    for number in range(part_of(DRAWS)):
         drawn = random.Random(f"{SEED} {number}")
-        around, output = environment(drawn), drawn.choice(OUTPUTS)
+        around, output = odd_environment(drawn), drawn.choice(OUTPUTS)
         words, closed = words_of(output, drawn), drawn.choice(CLOSED)
-        done = subprocess.run(
-            ["/bin/sh", "-c", f'exec "$@" {closed}', "sh", sys.executable, "-m", "sagnac", *words],
-            env=around,
-            cwd=folder,
-            capture_output=True,
-            check=False,
-            timeout=300.0,
-        )
+        shell = ("/bin/sh", "-c", f'exec "$@" {closed}', "sh")
+        done = ran(*shell, *SAGNAC, *words, env=around, cwd=folder, text=False)
         said = (done.stdout + done.stderr).decode(errors="replace")
         case = f"{number} {words} {closed} {said[-600:]}"
         assert done.returncode in (0, 1), case
@@ -108,18 +94,12 @@ def test_odd_surroundings_are_borne_or_refused(folder):
 def test_two_at_once_leave_one_whole_result(folder):
     words = ["analyze", "run.csv", *STATED, "--method", "none", "-o", "out"]
     values = ("0.9", "0.95")
-    for _ in range(count_of(PAIRS)):
+    for _ in range(part_of(PAIRS)):
         both = [
-            subprocess.Popen(
-                [sys.executable, "-m", "sagnac", *words, "--confidence", value],
-                env={**os.environ, "PYTHONPATH": str(ROOT)},
-                cwd=folder,
-                stdout=subprocess.DEVNULL,
-                stderr=subprocess.PIPE,
-            )
+            started(*SAGNAC, *words, "--confidence", value, cwd=folder, stdout=subprocess.DEVNULL)
             for value in values
         ]
-        said = [one.communicate(timeout=300.0)[1].decode() for one in both]
+        said = [one.communicate(timeout=300.0)[1] for one in both]
         assert [one.returncode for one in both] == [0, 0], said
         assert not list(folder.glob(".*.part"))
         made = files_of(folder / "out")

@@ -68,10 +68,6 @@ def test_kalibr_by_the_worked_formula_of_its_wiki(name):
     # Kalibr: sigma_gd = sigma_g / sqrt(dt) = 3e-4 * 20, sigma_bgd = sigma_bg sqrt(dt) = 2e-6 / 20.
     assert "6.000000e-03 rad/s white, 1.000000e-07 rad/s per step" in text
     assert "accelerometer_noise_density" not in read
-    both = keys(written(name, settings=TRIAD, accelerometers=FORCES))
-    # One noise for all axes covers all: az has the largest N, ay the largest K.
-    assert float(both["accelerometer_noise_density"]) == 4e-3
-    assert float(both["accelerometer_random_walk"]) == 3e-5
 
 
 @pytest.mark.parametrize("name", ["kalibr", "allan-variance-ros", "openvins", "robot-localization"])
@@ -86,7 +82,7 @@ def test_a_yaml_parser_reads_numbers(name):
         assert matrix == pytest.approx(np.diag([6.4e-3] * 3).ravel())  # 1.6e-5 at 400 Hz
         return
     block = read["imu0"] if name == "openvins" else read
-    # Keys of Kalibr's YAML formats.
+    # Keys of Kalibr's YAML formats. One noise covers all axes: az has the largest N, ay K.
     wanted = {
         "accelerometer_noise_density": 4e-3,
         "accelerometer_random_walk": 3e-5,
@@ -437,22 +433,6 @@ def test_a_setting_lies_above_the_curve_and_above_the_answer(tmp_path):
     # N behind a low-pass: the curve shows less than the spectrum does.
     changed(path, angle_random_walk={**walk, "value": 1e-6 / size, "high": 1.1e-6 / size})
     assert measured_in(path)[0].simple.white == pytest.approx(1.1e-6)
-
-
-@pytest.mark.parametrize(
-    ("content", "said"),
-    [
-        ("{", "is no JSON"),
-        ("[]", "is no document of schema"),
-        ('{"schema": "other/1"}', "is no document of schema"),
-        ('{"schema": "sagnac.analysis/1"}', "breaks its schema"),
-    ],
-)
-def test_what_is_no_analysis_is_named(tmp_path, content, said):
-    path = tmp_path / "other.json"
-    path.write_text(content)
-    with pytest.raises(RecordingError, match=rf"other\.json: {said}"):
-        measured_in(path)
 
 
 def test_nothing_is_exported_of_a_gyro_whose_data_are_in_error():

@@ -58,15 +58,6 @@ def test_models_of_one_band_hold_the_walk_and_no_term_outside_the_mask():
     assert models_of_one_band(levels, (49.0, 49.5), 0b0011).count == 0
 
 
-def test_a_plateau_is_fitted_beside_a_deep_roll_off():
-    gyro = low_passed(np.random.default_rng(1), 40_000, 100.0, gyro=Gyro(), corner=0.04, order=2)
-    levels = robust_levels(tapered_spectrum(gyro.increments, sample_rate=100.0))
-    best = band_models(levels).heaviest()
-    assert best.holding(WALK)[0]
-    assert best.ruled[0] > 10
-    assert np.sqrt(best.squares[0, WALK]) == pytest.approx(1.0, rel=0.1)
-
-
 @pytest.mark.parametrize("order", [1, 2])
 def test_a_low_pass_is_a_divisor_of_the_walk_at_its_own_corner(order):
     levels = robust_levels(

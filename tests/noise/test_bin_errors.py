@@ -75,7 +75,7 @@ def test_chance_alone_leaves_no_error_in_half_of_the_recordings(levels, laws, dr
 @pytest.mark.parametrize(
     ("error", "draws"),
     [
-        (0.02, 250),
+        (0.02, 100),
         pytest.param(0.0, 1000, marks=pytest.mark.statistics),
         pytest.param(0.02, 1000, marks=pytest.mark.statistics),
     ],

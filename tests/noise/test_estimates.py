@@ -5,33 +5,7 @@ from dataclasses import replace
 
 import pytest
 
-from sagnac.core.units import SENSED
 from sagnac.noise.estimates import Estimate, Fit, rooted
-from tests.noise.examples import NAMES
-
-
-def in_units(name, value):
-    return {unit: value / size for unit, size in SENSED["gyro"].coefficients[name].items()}
-
-
-def test_units_of_every_coefficient():
-    walk = in_units("angle_random_walk", math.pi / 180.0 / 60.0)
-    assert walk["deg/sqrt(h)"] == pytest.approx(1.0)
-    assert walk["deg/h/sqrt(Hz)"] == pytest.approx(60.0)
-    assert walk["rad/s/sqrt(Hz)"] == walk["rad/sqrt(s)"] == math.pi / 10800.0
-    assert in_units("quantization", 1.0)["arcsec"] == pytest.approx(206264.806, rel=1e-8)
-    assert in_units("bias_instability", math.pi / 180.0)["deg/h"] == pytest.approx(3600.0)
-    assert in_units("rate_random_walk", math.pi / 180.0)["deg/h/sqrt(h)"] == pytest.approx(
-        3600.0 * 60.0
-    )
-    assert in_units("rate_ramp", math.pi / 180.0)["deg/h/h"] == pytest.approx(3600.0**2)
-    assert [next(iter(in_units(name, 1.0))) for name in NAMES] == [
-        "arcsec",
-        "deg/sqrt(h)",
-        "deg/h",
-        "deg/h/sqrt(h)",
-        "deg/h/h",
-    ]
 
 
 def estimate(**change):
@@ -113,13 +87,3 @@ def test_the_root_of_a_square_has_the_roots_of_its_ends():
 def test_an_interval_that_begins_at_zero_is_a_bound():
     found = rooted("bias_instability", 0.95, 4.0, 0.0, 9.0)
     assert (found.status, found.value, found.low, found.high) == ("upper bound", 3.0, 0.0, 3.0)
-
-
-def test_a_printed_bound_shows_that_it_is_one():
-    walk = {"name": "angle_random_walk", "confidence": 0.95}
-    size = math.pi / 180.0 / 60.0
-    bound = Estimate(value=2.0 * size, low=0.0, high=2.0 * size, status="upper bound", **walk)
-    unseen = Estimate(value=math.nan, low=math.nan, high=math.nan, status="not observable", **walk)
-    assert str(bound.to("deg/sqrt(h)")) == "below 2 deg/sqrt(h)"
-    assert "below 2 deg/sqrt(h)" in str(bound)
-    assert str(unseen.to("deg/sqrt(h)")) == "not observable"

@@ -238,14 +238,3 @@ def test_covariance_of_a_day_of_samples_is_one():
     scale = np.sqrt(np.diag(covariance))
     values = np.linalg.eigvalsh(covariance / np.outer(scale, scale))
     assert values[0] > -1e-3
-
-
-def test_compiled_covariance_is_the_interpreted_one(monkeypatch):
-    factors, settings = (1, 9, 130), {"angles": 601, "interval": 1.0}
-    compiled = overlapped_allan_covariances(factors, **settings)
-    for name in dir(_kernels):
-        loop = getattr(_kernels, name)
-        if hasattr(loop, "py_func"):
-            monkeypatch.setattr(_kernels, name, loop.py_func)
-    interpreted = overlapped_allan_covariances.__wrapped__(factors, **settings)
-    assert compiled == pytest.approx(interpreted, rel=1e-9, abs=1e-12)

@@ -22,16 +22,6 @@ def exact(*squares, bins=80):
     return spectrum(ordinates.basis @ np.array(squares))
 
 
-def test_an_exact_spectrum_has_its_squares():
-    best = exact(2.0, 5.0).best
-    assert best.squares == pytest.approx([2.0, 5.0], rel=1e-3)
-    assert exact(2.0, 5.0).fisher(best) == pytest.approx(
-        0.5
-        * (50.0 * exact(2.0, 5.0).basis / best.law[:, np.newaxis] ** 2).T
-        @ exact(2.0, 5.0).basis
-    )
-
-
 def test_a_square_that_is_held_stays():
     best = exact(2.0, 5.0).maximum(start=np.array([0.0, 3.0]), held=1)
     assert best.squares[1] == 3.0

@@ -4,46 +4,11 @@ import numpy as np
 import pytest
 
 from sagnac.quality.check import judged
-from sagnac.quality.lattice import count_step
 from sagnac.quality.readout import joint_readout, readout_of
 from sagnac.recording.model import Recording
 from tests.instruments import ARCSECOND, Readout, turntable
 
 STEP = 0.0008  # arcsec
-RANDOM = np.random.default_rng(3)
-TURNING = turntable(1, seconds=100.0, walk=2.5e-5, jitter=1e-4, readout=Readout(step=STEP))
-
-
-@pytest.mark.parametrize(
-    ("stored", "size"),
-    [
-        (TURNING.angles["x"], 1.0),
-        (TURNING.angles["x"] / 3600.0, 1.0 / 3600.0),
-        (np.round(TURNING.angles["x"] / 3600.0, 9), 1.0 / 3600.0),
-        (TURNING.angles["x"] * ARCSECOND, ARCSECOND),
-        (np.round(TURNING.angles["x"] * ARCSECOND, 10), ARCSECOND),
-    ],
-    ids=["arcsec", "deg", "nine decimals of deg", "rad", "ten decimals of rad"],
-)
-def test_counts_show_through_their_scale(stored, size):
-    assert count_step(np.diff(stored)) == pytest.approx(STEP * size, rel=0.02)
-
-
-def test_counts_show_through_single_precision():
-    increments = np.diff(TURNING.angles["x"]).astype(np.float32).astype(np.float64)
-    # A step of single precision there is 3e-5 arcsec.
-    assert count_step(np.diff(np.cumsum(increments))) == pytest.approx(STEP, rel=0.05)
-
-
-def test_what_is_not_counted_has_no_step_to_speak_of():
-    for values in (
-        RANDOM.standard_normal(40_000),
-        np.cumsum(RANDOM.standard_normal(40_000)),
-        RANDOM.standard_normal(40_000) + 1000.0 * (RANDOM.random(40_000) < 1e-3),
-    ):
-        assert count_step(values) < 1e-3
-    assert count_step(np.zeros(1000)) == np.inf
-    assert count_step(np.ones(3)) == np.inf
 
 
 @pytest.mark.parametrize("motion", ["reversing", "dwelling"])

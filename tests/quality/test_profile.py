@@ -19,14 +19,3 @@ def test_the_step_of_a_readout_is_found_however_far_the_angle_has_turned(turned)
     )
     assert profile.step == pytest.approx(STEP, rel=1e-4)
     assert profile.is_coarse
-
-
-def test_fine_noise_has_no_step_to_speak_of():
-    generator = np.random.default_rng(5)
-    values = generator.standard_normal(50_000)
-    profile = Profile(
-        sample_rate=1.0, channel=Channel(name="x", kind="increment", shown_in="rad", values=values)
-    )
-    assert profile.step < 1e-3
-    assert profile.scale == pytest.approx(1.0, rel=0.03)
-    assert not profile.is_coarse

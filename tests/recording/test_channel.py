@@ -27,12 +27,6 @@ def test_what_is_no_channel_is_refused_with_the_choices(change, words):
     assert "\n" not in str(caught.value)
 
 
-def test_a_unit_of_values_is_no_argument_of_the_constructor():
-    # It once was, and did not convert.
-    with pytest.raises(TypeError, match="unit"):
-        Channel(name="x", kind="rate", unit="deg/s", values=np.zeros(3))
-
-
 @pytest.mark.parametrize(
     ("kind", "unit", "size"),
     [

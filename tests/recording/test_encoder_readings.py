@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from sagnac.core.errors import RecordingError
-from sagnac.core.units import unit_of
 from sagnac.formats import Statement, read
 from sagnac.quality.encoder import require_encoder_follows
 from sagnac.recording.encoder_readings import fill_missing, mark_missing, table_of_readings
@@ -241,51 +240,13 @@ def test_a_long_dropout_is_taken_from_a_gyro_or_refused_with_place_and_remedy(tm
         assert word in message
 
 
-def test_missing_gyro_samples_are_refused(tmp_path):
-    angle = motion(40.0)[:6000]
-    gyro = 0.6 * angle
-    gyro[700] = np.nan
-    path = file(tmp_path / "run.csv", reading(angle), gyro)
-    with pytest.raises(RecordingError, match=r"x: 1 sample NaN or infinite, the first at 1\.400 s"):
-        read(path, Statement(kind="angle", sample_rate=RATE))
-
-
 # --- the angle of a table ---------------------------------------------------------------------
-
-
-@pytest.mark.parametrize("unit", ["deg", "rad", "0.18arcsec"])
-def test_readings_of_a_turn_are_made_continuous(unit):
-    size = math.degrees(unit_of(unit, "angle").size)
-    angle = motion(40.0)[:6000]
-    taken = table_of_readings(np.mod(angle, 360.0) / size, unit)
-    assert np.degrees(taken.channel.values) == pytest.approx(angle, abs=1e-9)
-    assert [note.text for note in taken.notes] == ["unwrapped where it starts over, 2 times"]
-
-
-def test_a_running_angle_and_a_wide_counter_start_over_elsewhere_or_never():
-    unit = "0.1arcsec"
-    counts = np.arange(0.0, 40_000_000.0, 20_000.0)  # three turns
-    assert table_of_readings(counts.copy(), unit).notes == ()
-    wide = table_of_readings(np.mod(counts, 2.0**24), unit, counter_period=2.0**24)
-    assert wide.channel.values == pytest.approx(counts * 0.1 * ARCSECOND, rel=1e-12)
-    assert [note.text for note in wide.notes] == ["unwrapped where it starts over, 2 times"]
 
 
 def test_a_table_that_may_have_gone_either_way_is_warned_of():
     taken = table_of_readings(np.mod(100.0 * np.arange(50.0), 360.0), "deg")
     assert taken.notes[-1].level == "warning"
     assert "moves by up to 0.28 of its range between samples" in taken.notes[-1].text
-
-
-def test_what_was_marked_and_filled_is_noted():
-    angle = motion(40.0)[:6000]
-    values = spoiled(reading(angle), np.array([300, 1200, 1201, 4000]), "minus one")
-    taken = table_of_readings(values, "deg")
-    texts = [note.text for note in taken.notes]
-    assert texts[0] == "4 samples off its path, all reading -1 deg: taken as missing"
-    assert texts[1].startswith("4 missing samples, at most 2 in a row, interpolated")
-    assert np.abs(np.degrees(taken.channel.values) - angle).max() < STEP
-    assert {note.channel for note in taken.notes} == {"table"}
 
 
 @pytest.mark.parametrize(("lost", "longest"), [((), 0), ((40, 300, 301, 800), 2)])

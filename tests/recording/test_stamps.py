@@ -71,12 +71,6 @@ def test_stamps_that_do_not_run_forwards_need_a_rate():
     assert sampling(np.array([0.0, 0.5, 1.0, 1.5, -1.0])).sample_rate == 2.0
 
 
-@pytest.mark.parametrize(("clock", "shown"), [(0.01, "0.01"), (0.001, "0.001")])
-def test_the_clock_is_the_coarsest_power_of_ten(clock, shown):
-    stamps = np.rint(np.arange(3000) / 37.7 / clock) * clock
-    assert f"on a clock of {shown} s" in str(sampling(stamps).notes[0])
-
-
 def test_stamps_off_an_even_spacing_are_noted_with_the_worst():
     stamps = np.arange(100) / 8.0
     stamps[50] += 0.0613

@@ -1,6 +1,5 @@
 """Analyses of every shape, and what a page has to be."""
 
-import json
 from html.parser import HTMLParser
 
 from tests.handmade import N, analysis, estimate
@@ -50,13 +49,6 @@ def checked(html: str) -> Checker:
     checker.close()
     assert checker.open == []
     return checker
-
-
-def strict(text: str):
-    def refuse(name):
-        raise AssertionError(f"{name} is no JSON")
-
-    return json.loads(text, parse_constant=refuse)
 
 
 CASES = {

@@ -8,12 +8,11 @@ import math
 import numpy as np
 import pytest
 
-from sagnac.analysis.result import headline_fit
 from sagnac.analysis.spectra import Spectrum
 from sagnac.core.errors import Note
 from sagnac.report import document, page, tables, text
-from tests.handmade import SHA256, N, analysis, estimate
-from tests.report.examples import strict
+from tests.cli.examples import strict
+from tests.handmade import SHA256, analysis
 
 
 def test_document_has_the_schema():
@@ -53,14 +52,6 @@ def test_document_has_the_schema():
             }  # fmt: skip
     assert made["curve"]["estimator"] == "oadev"
     assert len({len(made["curve"][key]) for key in ("tau_s", "deviation_deg_per_h", "low")}) == 1
-
-
-def test_document_units_of_every_coefficient():
-    made = document.analysis_document(analysis())["coefficients"]
-    degree, hour = math.pi / 180.0, 3600.0
-    assert made["quantization"]["value"] == pytest.approx(3e-4)
-    assert made["bias_instability"]["high"] == pytest.approx(2e-11 / degree * hour)
-    assert made["rate_random_walk"]["value"] == pytest.approx(1e-11 / degree * hour * 60.0)
 
 
 @pytest.mark.usefixtures("blank_figures")
@@ -114,13 +105,6 @@ def test_a_document_from_before_terms_were_stated_is_read():
     assert not read.family
 
 
-def test_what_was_not_observed_is_null():
-    made = strict(document.to_json(document.analysis_document(analysis())))
-    ramp = made["coefficients"]["rate_ramp"]
-    assert ramp["status"] == "not observable"
-    assert ramp["value"] is ramp["low"] is ramp["high"] is None
-
-
 def test_document_of_lines():
     made = document.analysis_document(analysis())["lines"]
     first = made[0]
@@ -149,15 +133,6 @@ def test_document_of_a_triad_and_of_no_file():
     assert set(made["per_gyro"]) == {"x", "y", "z"}
     assert made["input"]["path"] is None
     assert strict(document.to_json(made)) == made
-
-
-def test_headline_is_the_fit_that_the_answer_is_of():
-    fit = headline_fit(analysis())
-    assert fit is not None
-    assert fit.method == "likelihood"
-    other = dataclasses.replace(analysis(), angle_random_walk=estimate(7 * N))
-    assert headline_fit(other) is None
-    assert document.analysis_document(other)["coefficients"] == {}
 
 
 def test_notes_are_texts_for_the_command_line():

@@ -42,13 +42,6 @@ def test_spectrum_lies_at_root_two_n():
     assert np.median(np.asarray(after.get_ydata())[high]) == pytest.approx(level, rel=0.02)
 
 
-def test_lines_in_table_angle_stand_at_order_times_table_rate():
-    axes = figures.report_figures(analysis())["spectrum"].axes[0]
-    drawn = {line.get_label(): line for line in axes.get_lines()}
-    # 40 deg/s is one turn in 9 s.
-    np.testing.assert_allclose(drawn["line in table angle"].get_xdata(), [1 / 9, 2 / 9, 12 / 9])
-
-
 def test_a_spectrum_of_many_bins_keeps_its_peaks():
     random = np.random.default_rng(3)
     frequency = np.linspace(1e-3, 250.0, 400_000)

@@ -58,25 +58,6 @@ def test_page_says_the_answer_first_and_what_it_rests_on():
 
 
 @pytest.mark.usefixtures("blank_figures")
-def test_page_of_a_bound_and_of_nothing_seen():
-    bound = page.page(CASES["upper bound"])
-    assert "&lt; 2.50 × 10⁻⁵" in bound
-    assert "Upper bound at 95 %" in bound
-    unseen = page.page(CASES["not observable"])
-    assert "Not observable" in unseen
-    assert "For a filter" not in unseen
-
-
-@pytest.mark.usefixtures("blank_figures")
-def test_page_of_a_triad_lists_each_gyro():
-    text = page.page(CASES["triad"])
-    for name in "xyz":
-        assert re.search(rf"<tr><th>{name}( \(worst\))?</th>", text)
-    # Each gyro asked for comes before what two of them make.
-    assert text.index("(worst)") < text.index('class="value below"')
-
-
-@pytest.mark.usefixtures("blank_figures")
 def test_page_does_not_call_removed_what_was_only_found():
     html = page.page(CASES["nothing removed"])
     assert "found, not removed" in html
@@ -93,13 +74,6 @@ def test_comparison_page_shows_each_method_and_each_refusal():
     assert "never a full turn" in text
     assert "nothing removed" in text
     assert all(reference.startswith("#") for reference in checker.references)
-
-
-def test_report_is_written_whole(tmp_path):
-    path = tmp_path / "report.html"
-    page.write_page(analysis(), path)
-    assert path.read_text(encoding="utf-8") == page.page(analysis())
-    assert [item.name for item in tmp_path.iterdir()] == ["report.html"]
 
 
 @pytest.mark.usefixtures("blank_figures")

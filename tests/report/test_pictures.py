@@ -84,22 +84,6 @@ def test_several_gyros_on_one_axis_are_told_apart():
         assert axes.get_ylabel() == "Allan deviation (°/h)"
 
 
-def test_a_curve_that_joins_another_leaves_room_for_both():
-    low = analysis(gyros=("x",))
-    high = dataclasses.replace(
-        low, channel="z", curve=dataclasses.replace(
-            low.curve, deviation=100.0 * low.curve.deviation, low=100.0 * low.curve.low,
-            high=100.0 * low.curve.high,
-        ),
-    )  # fmt: skip
-    axes = Figure().add_subplot()
-    for one in (low, high, low):
-        plot.stability(one, axes)
-    bottom, top = axes.get_ylim()
-    assert bottom < low.curve.low.min() / DEGREE_PER_HOUR
-    assert top > high.curve.deviation.max() / DEGREE_PER_HOUR
-
-
 def test_limits_hold_what_is_on_the_axes_already():
     low = analysis(gyros=("x",))
     spectrum = dataclasses.replace(low.spectrum, density=1e-4 * low.spectrum.density)

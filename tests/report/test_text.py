@@ -1,11 +1,7 @@
 """What a terminal shows."""
 
-import dataclasses
-
-import numpy as np
 import pytest
 
-from sagnac.analysis.spectra import Spectrum
 from sagnac.core.errors import Note
 from sagnac.report import text
 from tests import handmade
@@ -73,13 +69,3 @@ def test_notes_and_findings_name_options_as_they_are_typed():
     assert text.notes([note]) == "note: table: does not follow; leave it out (--table none)"
     assert "(--table none)" in text.findings([note])
     assert text.findings([]) == "Nothing was found wrong."
-
-
-def test_family_and_density_are_tables_in_their_units():
-    plain = analysis()
-    tdev = dataclasses.replace(plain.curve, estimator="tdev")
-    spectrum = Spectrum(frequency=np.array([1.0, 2.0, 4.0]), density=np.array([4.0, 2.0, 1.0]))
-    assert "tdev ″" in text.curve(tdev)
-    assert "oadev °/h" in text.curve(plain.curve)
-    assert "PSD" in text.density(dataclasses.replace(plain, density=spectrum))
-    assert text.density(plain) == ""

@@ -52,6 +52,7 @@ def test_toml_is_laid_over_its_preset(tmp_path):
         ("[table]\nripple = [12, 0.1]", r"table\.ripple holds 12; .*pairs \[order, fraction\]"),
         ("[table]\nripple = 12", r"table\.ripple is 12; it must be a list of pairs"),
         ("[gyro]\narw_deg_per_sqrt_h = [1, 2]", r"arw_deg_per_sqrt_h is \[1, 2\]; .*list of three"),
+        ("[gyro]\narw_deg_per_sqrt_h = [1, 2, 30]", r"arw_deg_per_sqrt_h is 30; .*from 0 to 10"),
         ("[gyro]\narw_deg_per_sqrt_h = -1", r"gyro\.arw_deg_per_sqrt_h is -1; .*from 0 to 10"),
         ('[gyro]\nmode = "fast"', r"gyro\.mode is 'fast'; use one of ideal, still, dithered"),
         ('preset = "calm"', r"'calm' does not exist; use one of quiet, paper, dithered, harsh"),

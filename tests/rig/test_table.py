@@ -234,13 +234,6 @@ def test_movers_do_not_depend_on_how_they_are_advanced(config):
     np.testing.assert_array_equal(whole, parts)
 
 
-def test_movers_begin_with_what_they_are_in():
-    held = mover_of(TableConfig(jitter_rms_deg_per_s=0.1))
-    assert held.begin(1.0, 2.0) == (1.0 + held.state[0], 2.0 + held.state[1])
-    wander = mover_of(TableConfig(wander_fraction=0.01))
-    assert wander.begin(1.0, 2.0) == (1.0, 2.0 + 0.01 * 2.0 * wander.level)
-
-
 def test_rate_noise_has_its_size_and_correlation():
     config = TableConfig(jitter_rms_deg_per_s=0.1, jitter_bandwidth_hz=5.0, jitter_spectrum="rate")
     drive, rate = advanced(mover_of(config, 2), np.zeros(200_000), 3)

@@ -2,9 +2,7 @@
 
 import numpy as np
 import pytest
-from scipy.signal import firwin
 
-from sagnac.spectrum import tapered
 from sagnac.spectrum.levels import robust_levels
 from sagnac.spectrum.periodogram import band_degrees_of_freedom, sine_taper
 from sagnac.spectrum.tapered import line_density, tapered_spectrum
@@ -71,13 +69,6 @@ def test_segments_and_decimation_join_without_a_step():
     levels = robust_levels(spectrum)
     pull = (levels.level / (2.0 * RATE) - 1.0) * np.sqrt(levels.shape)
     assert np.abs(pull).max() < 4.0
-
-
-@pytest.mark.parametrize(("step", "left"), [(4, 16), (4, 4), (2, 2)])
-def test_low_pass_is_that_of_scipy(step, left):
-    taps = tapered._anti_alias(step, left)
-    expected = firwin(taps.size, 1.0 / step, window=("kaiser", 0.1102 * (tapered._STOP - 8.7)))
-    np.testing.assert_allclose(taps, expected, atol=1e-15)
 
 
 @pytest.mark.parametrize("frequency", [0.73, 7.03, 49.2, 61.0])

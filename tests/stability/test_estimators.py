@@ -234,11 +234,6 @@ def test_a_row_counts_the_windows_that_its_sums_take(estimator):
         assert points.windows[0] == row.windows(12, track.angle.size)
 
 
-def test_an_estimator_that_is_none_is_refused():
-    with pytest.raises(ValueError, match="estimator is 'allan'; use one of adev"):
-        properties.properties_of("allan")
-
-
 @pytest.mark.parametrize(("estimator", "lowest"), [("oadev", -2), ("theo1", -2), ("ohdev", -4)])
 def test_the_steepest_noise_follows_from_the_order(estimator, lowest):
     assert properties.properties_of(estimator).lowest_exponent == lowest

@@ -5,7 +5,6 @@ import math
 import numpy as np
 import pytest
 
-from sagnac.core.units import EARTH_RATE
 from sagnac.table.frames import earth_rate
 from sagnac.table.kinematics import LARGEST_EARTH_RATE, bounded_by_earth
 
@@ -13,10 +12,6 @@ from sagnac.table.kinematics import LARGEST_EARTH_RATE, bounded_by_earth
 def ridge(free):
     """A solution that shrinks as its penalty grows, as that of one column each does."""
     return lambda penalty: free / (1.0 + penalty**2)
-
-
-def test_the_bound_is_twice_earth_rate():
-    assert LARGEST_EARTH_RATE == 2.0 * EARTH_RATE
 
 
 def test_a_solution_within_the_bound_stays():

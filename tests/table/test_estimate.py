@@ -24,7 +24,7 @@ SENSED = np.hypot(SENSED, np.sqrt(0.5 * sum(size**2 for _, size in Bench().tones
 OWN = np.hypot(PERIODIC, SENSED / Bench().shares[2] * ARCSECOND)
 
 
-def first_of(*seeds: int) -> list:
+def first_of(*seeds: float) -> list:
     """One draw in the default suite, the others in `make test-statistics`."""
     return [seeds[0], *(pytest.param(seed, marks=pytest.mark.statistics) for seed in seeds[1:])]
 
@@ -46,7 +46,7 @@ def error_of(angle: np.ndarray, recorded: Simulated) -> np.ndarray:
 
 
 @pytest.mark.parametrize("gyros", ["x", "xz", "xyz"])
-@pytest.mark.parametrize("jitter", [0.0, 20e-6, 100e-6, 500e-6])
+@pytest.mark.parametrize("jitter", [0.0, *first_of(500e-6, 20e-6, 100e-6)])
 def test_jitter_of_the_latch_leaves_the_angle(jitter, gyros):
     recorded = simulate(bench(jitter=jitter))
     found = estimated(recorded, gyros)
@@ -65,7 +65,7 @@ def test_jitter_of_the_latch_leaves_the_angle(jitter, gyros):
         assert found.noise == pytest.approx(scatter, rel=0.03)
 
 
-@pytest.mark.parametrize("jitter", [0.0, 100e-6])
+@pytest.mark.parametrize("jitter", first_of(100e-6, 0.0))
 @pytest.mark.parametrize("motion", MOTIONS)
 def test_the_angle_follows_tables_that_stop_turn_back_and_swing(motion, jitter):
     recorded = simulate(bench(motion=motion, jitter=jitter))
@@ -143,7 +143,7 @@ def test_a_delay_is_found_within_its_errors(motion, settings, mean, change):
 
 @pytest.mark.parametrize("seed", first_of(1, 2, 3))
 @pytest.mark.parametrize("motion", MOTIONS)
-@pytest.mark.parametrize("jitter", [0.0, 100e-6])
+@pytest.mark.parametrize("jitter", first_of(100e-6, 0.0))
 def test_no_delay_is_named_if_there_is_none(motion, seed, jitter):
     assert estimated(simulate(bench(motion=motion, seed=seed, jitter=jitter))).delay is None
 

@@ -68,12 +68,6 @@ def test_the_highest_harmonic_has_two_and_a_half_averages_a_period():
     assert highest_harmonic(kinematics(np.zeros(10), RATE)) == 0.0
 
 
-def test_a_harmonic_sum_is_written_out():
-    angle = np.linspace(0.0, 9.0, 50)
-    total = harmonic_sum(angle, np.array([1.0, 2.5]), np.array([3.0, -2.0j]))
-    assert total == pytest.approx(3.0 * np.cos(angle) - 2.0 * np.sin(2.5 * angle))
-
-
 def test_harmonics_are_multiples_of_the_angle_and_a_sum_takes_them_with_others():
     angle = np.linspace(-3.0, 9.0, 50)
     waves = harmonics_of(angle, 128)

@@ -115,12 +115,16 @@ def test_gyros_that_follow_one_table_together_do_as_each_by_itself(speed):
     walk = np.cumsum(1e-9 * np.random.default_rng(4).standard_normal(kinematic.angle.size))
     own = averaged(sensed(fine), kinematic.block) + walk
     averages = np.stack([own, 0.5 * own + 1e-7 * np.cos(2.0 * kinematic.angle)])
-    together = follow_table_together(averages, kinematic)
-    for found, one in zip(together, averages, strict=True):
-        alone = follow_table(one, kinematic)
-        assert found.share == pytest.approx(alone.share, rel=1e-9)
-        assert found.earth == pytest.approx(alone.earth, rel=1e-6)
-        assert found.averages == pytest.approx(alone.averages, abs=1e-12)
+    for harmonics in (None, np.array([2.0, 4.5, 999.0])):
+        together = follow_table_together(averages, kinematic, harmonics)
+        for found, one in zip(together, averages, strict=True):
+            alone = follow_table(one, kinematic, harmonics=harmonics)
+            assert found.share == pytest.approx(alone.share, rel=1e-9)
+            assert found.earth == pytest.approx(alone.earth, rel=1e-6)
+            assert found.averages == pytest.approx(alone.averages, abs=1e-12)
+            # 999 is beyond what averages show.
+            assert found.orders.tolist() == alone.orders.tolist()
+            assert 999.0 not in found.orders
 
 
 def test_averages_are_those_of_the_motion():
