@@ -6,6 +6,7 @@ import os
 import random
 import signal
 import subprocess
+import threading
 import time
 from pathlib import Path
 
@@ -135,6 +136,30 @@ def test_a_signal_in_the_callback_of_a_library_ends_the_run_as_well(number, caps
     with ends, stopped_by_signals():
         called_back()
         time.sleep(10.0)
+    assert capsys.readouterr().err == ""
+
+
+def test_a_signal_that_comes_anew_before_its_time_ends_the_run_as_well(monkeypatch, capsys):
+    starts = []
+
+    class Early(threading.Timer):
+        def start(self) -> None:
+            starts.append(self)
+            super().start()
+            if len(starts) == 1:
+                self.cancel()
+                signal.raise_signal(signal.SIGTERM)
+
+    @ctypes.CFUNCTYPE(None)
+    def called_back() -> None:
+        signal.raise_signal(signal.SIGTERM)
+
+    monkeypatch.setattr(threading, "Timer", Early)
+    ends = pytest.raises(KeyboardInterrupt, match=str(int(signal.SIGTERM)))
+    with ends, stopped_by_signals():
+        called_back()
+        time.sleep(10.0)
+    assert len(starts) == 2
     assert capsys.readouterr().err == ""
 
 

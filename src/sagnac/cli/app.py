@@ -92,7 +92,11 @@ def _ask_again(lost: "sys.UnraisableHookArgs") -> None:
         return
     again = threading.Timer(_SOON, os.kill, (os.getpid(), _signal_of(lost.exc_value)))
     again.daemon = True
-    again.start()
+    try:
+        again.start()
+    except KeyboardInterrupt:
+        # On a busy machine the time is over before the thread is known to run.
+        _ask_again(lost)
 
 
 class _Unread(io.FileIO):
