@@ -14,8 +14,8 @@ import numpy as np
 import pytest
 
 import sagnac
-from sagnac.app.server import HOST
 from sagnac.app import results
+from sagnac.app.server import HOST
 from sagnac.app.sessions import Sessions
 from sagnac.cli import main
 from tests.app.conftest import PAGE

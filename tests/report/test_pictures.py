@@ -192,7 +192,14 @@ def test_residuals_against_time_and_table_angle():
     assert axes.lines[0].get_xdata()[-1] == pytest.approx(2.5)
     line = plot.residual_by_angle(made, Figure().add_subplot()).lines[0]
     assert line.get_ydata() * DEGREE_PER_HOUR == pytest.approx(turn.after)
-    assert len(plot.orders(made, Figure().add_subplot()).lines) == 2
+    axes = plot.orders(made, Figure().add_subplot())
+    assert len(axes.lines) == 2
+    # No point lies under the legend.
+    axes.figure.draw_without_rendering()
+    box = axes.get_legend().get_window_extent()
+    points = np.vstack([one.get_xydata() for one in axes.lines])
+    shown = axes.transData.transform(points[points[:, 1] > 0.0])
+    assert not any(box.contains(*point) for point in shown)
     for draw in (plot.residual, plot.residual_by_angle, plot.orders):
         with pytest.raises(ValueError, match="analysis kept no residual"):
             draw(analysis(), Figure().add_subplot())

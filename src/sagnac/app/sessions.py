@@ -332,8 +332,8 @@ class Session:
             self.runs[number].ask(request)
         except (LookupError, OSError):
             raise ValueError(
-                f"this analysis is no longer open: the last {_KEPT_RUNS} can be changed, judged and saved; "
-                "analyze the recording again"
+                f"this analysis is no longer open: the last {_KEPT_RUNS} can be changed, judged "
+                "and saved; analyze the recording again"
             ) from None
 
     def cancel(self, number: int) -> bool:
