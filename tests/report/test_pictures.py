@@ -15,6 +15,7 @@ from sagnac.analysis.settings import Settings
 from sagnac.analysis.spectra import ByAngle, Residual
 from sagnac.noise.cross_spectra import self_noise
 from sagnac.noise.model_average import ModelChoice
+from sagnac.noise.slow_laws import SlowLaw
 from sagnac.recording.model import Recording
 from tests.handmade import N, analysis
 from tests.report.examples import CASES
@@ -172,6 +173,20 @@ def test_the_spectrum_shows_the_band_and_the_model_of_the_answer():
     axes = plot.parts(found, Figure().add_subplot())
     shown = sum(part.shows for part in found.parts)
     assert len(axes.containers) == shown >= 2
+
+
+def test_a_law_in_place_of_flicker_is_named_at_the_spectrum():
+    rate = np.random.default_rng(3).standard_normal(20_000)
+    still = analyze(Recording.from_arrays(x=rate, kind="rate", unit="deg/h", sample_rate=50.0))
+    choice = still.average
+    law = dataclasses.replace(choice.law, slow=SlowLaw(slope=1.4))
+    other = dataclasses.replace(still, average=dataclasses.replace(choice, law=law))
+    labels = [
+        plot.spectrum(one, Figure().add_subplot()).get_legend_handles_labels()[1]
+        for one in (still, other)
+    ]
+    assert "N" in labels[0]
+    assert "N (noise of f^-1.4 in place of B)" in labels[1]
 
 
 def test_residuals_against_time_and_table_angle():
