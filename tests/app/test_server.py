@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 import sagnac
+from sagnac.app import results
 from sagnac.app.server import HOST
 from sagnac.app.sessions import Sessions
 from sagnac.cli import main
@@ -388,6 +389,69 @@ def test_an_analysis_tells_how_far_it_is_answers_and_is_saved(server, still):
     process = server.state.sessions.open["abcdef0123456789"].runs[number].process
     server.call("bye", left=PAGE)
     assert ended(process.pid)
+
+
+def test_an_analysis_that_fails_keeps_its_reason(server, still):
+    stream, page = server.events(page=OTHER), {"page": OTHER, "path": "still.parquet"}
+    number = server.call("analyze", texts={"gyros": "x"}, analysis={"method": "fris"}, **page)[
+        "run"
+    ]
+    assert "needs a turning table" in until(stream, "failed")["line"]
+    session = server.state.sessions.open[OTHER]
+    assert ended(session.runs[number].process.pid)
+    time.sleep(0.3)
+    assert "needs a turning table" in session.said[number]["line"]
+    server.call("bye", page=OTHER, left=OTHER)
+
+
+def test_a_wrong_limit_does_not_cost_the_answer(server, still):
+    stream, page = server.events(page=OTHER), {"page": OTHER, "path": "still.parquet"}
+    server.call("analyze", texts={"gyros": "x"}, analysis={"spec": "3 apples"}, **page)
+    result = until(stream, "done", "failed")["result"]
+    assert result["channels"][0]["answer"]["low"] < 0.003 < result["channels"][0]["answer"]["high"]
+    assert result["verdict"] == []
+    assert "'apples' is not a unit" in result["refused"][0]
+    server.call("bye", page=OTHER, left=OTHER)
+
+
+def test_the_last_four_analyses_are_kept_and_those_that_failed_do_not_count(server, still):
+    stream, page = server.events(page=OTHER), {"page": OTHER, "path": "still.parquet"}
+
+    def started(**analysis):
+        return server.call("analyze", texts={"gyros": "x"}, analysis=analysis, **page)["run"]
+
+    first = started()
+    until(stream, "done", "failed")
+    failed = started(method="fris")
+    until(stream, "failed")
+    session = server.state.sessions.open[OTHER]
+    assert ended(session.runs[failed].process.pid)
+    for _ in range(3):
+        started()
+    request = {"ask": "verdict", "spec": "1deg/sqrt(h)"}
+    assert server.call("ask", page=OTHER, run=first, request=request) == {"asked": True}
+    started()
+    for gone in (first, failed):
+        answer = server.call("ask", page=OTHER, run=gone, request=request)
+        assert "the last 4 can be" in answer["error"]
+    server.call("bye", page=OTHER, left=OTHER)
+
+
+def test_a_triad_on_a_table_shows_each_gyro(server):
+    random, time_s = np.random.default_rng(8), np.arange(6000) / 10.0
+    walk = {"x": 0.02, "y": 0.02, "z": 0.04}
+    arrays = {
+        name: 3600.0 * 40.0 * time_s
+        + one * 60.0 / np.sqrt(10.0) * np.cumsum(random.standard_normal(6000))
+        for name, one in walk.items()
+    }
+    recording = sagnac.Recording.from_arrays(
+        **arrays, table=40.0 * time_s, kind="angle", unit="arcsec", sample_rate=10.0
+    )
+    triad = results.result(sagnac.analyze(recording))["channels"][0]
+    assert set(triad["of_each"]) == {"x", "y", "z"}
+    values = {name: float(text.split()[0]) for name, text in triad["of_each"].items()}
+    assert values["z"] == pytest.approx(0.04, rel=0.2)
 
 
 def test_what_only_the_python_repeats_is_said_in_command_and_toml(server, still):

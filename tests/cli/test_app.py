@@ -95,6 +95,17 @@ def test_wrong_usage_is_2_and_one_line(arguments, capsys, tmp_path, monkeypatch)
     assert list(tmp_path.iterdir()) == []
 
 
+def test_several_files_where_one_is_read_name_the_command_for_many(capsys, tmp_path):
+    paths = [tmp_path / f"U{number}.csv" for number in range(3)]
+    for path in paths:
+        path.write_text("x\n1\n2\n")
+    for command in ("check", "avar", "plan"):
+        assert main([command, *map(str, paths)]) == 2
+        line = one_line(capsys)
+        assert "one recording is read at a time" in line
+        assert "sagnac campaign" in line
+
+
 def test_missing_file(capsys, tmp_path):
     path = tmp_path / "none.csv"
     for command in READING:

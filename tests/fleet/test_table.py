@@ -10,7 +10,7 @@ import pytest
 
 from sagnac.analysis.settings import Settings
 from sagnac.core.errors import MissingExtra
-from sagnac.fleet.page import control_chart, write_overview, write_page
+from sagnac.fleet.page import control_chart, terminal_text, write_overview, write_page
 from sagnac.fleet.runner import Campaign, run
 from sagnac.fleet.table import groups_of, lines_of, read_table, rows_replaced, write_tables
 from sagnac.fleet.tasks import Row, Task, measure
@@ -87,6 +87,61 @@ def test_drift_of_n_is_shown_in_percent_alone(tmp_path) -> None:
     assert "°/√h" not in drift
     (unit,) = re.findall(r"<tr><th>Unit x-z, one recording on a new day.*?</tr>", page)
     assert unit.count("°/√h") == 2
+
+
+def rack_with_a_wrong_unit():
+    """Twelve units of three gyros on three days; one is 57.3 times too low."""
+    random, lines = np.random.default_rng(12), []
+    for place in range(12):
+        for gyro in "xyz":
+            value = 0.15 * math.exp(0.1 * random.standard_normal()) / (57.3 if place == 7 else 1.0)
+            lines.append(
+                replace(
+                    TABLE[0],
+                    file=f"U{place:02d}.csv", unit=f"U{place:02d}", gyros=gyro,
+                    day=f"2026-03-{1 + place % 3:02d}", rate_deg_per_s=0.0,
+                    n_deg_per_sqrt_h=value, low=0.99 * value, high=1.01 * value,
+                )
+            )  # fmt: skip
+    return lines
+
+
+def test_terminal_and_page_name_the_unit_that_the_others_do_not_bear_out(tmp_path) -> None:
+    lines = rack_with_a_wrong_unit()
+    rows = tuple(Row(task=Task(path=one.file), state="done") for one in lines)
+    campaign = Campaign(rows=rows, computed=0)
+    page = write_page(campaign, lines, tmp_path, "rack").read_text()
+    text = terminal_text(campaign, lines, 0)
+    said = re.findall(r"U07.csv: N is .* the others give .* without it the mean is .*°/√h", text)
+    assert len(said) == 3
+    for one in said:
+        assert one in page
+    # The low end keeps its digits, and both places say the same.
+    for value, low, high in re.findall(r"mean N  (\S+) °/√h  \[(\S+), (\S+)\]", text):
+        assert f"{value} <small>" in page
+        assert f"{low} … {high} °/√h" in page
+        assert len(low.lstrip("0.")) >= 2
+
+
+def test_a_drift_of_n_falls_by_no_more_than_its_whole(tmp_path) -> None:
+    lines = rack_with_a_wrong_unit()
+    rows = tuple(Row(task=Task(path=one.file), state="done") for one in lines)
+    page = write_page(Campaign(rows=rows, computed=0), lines, tmp_path, "rack").read_text()
+    drifts = re.findall(r"Drift of N a day.*?([−\d.]+) % … ", page)
+    assert len(drifts) == 3
+    assert all(-100.0 <= float(low.replace("−", "-")) < 0.0 for low in drifts)
+
+
+def test_the_picture_of_a_rack_names_each_recording_once(monkeypatch, tmp_path) -> None:
+    drawn = []
+    monkeypatch.setattr("sagnac.fleet.page.write_png", lambda figure, path: drawn.append(figure))
+    write_overview(rack_with_a_wrong_unit(), (), tmp_path)
+    (axes,) = drawn[0].axes
+    named = {
+        one.get_text(): place
+        for place, one in zip(axes.get_xticks(), axes.get_xticklabels(), strict=True)
+    }
+    assert named == {f"U{place:02d}": 3 * place + 2 for place in range(12)}
 
 
 @pytest.mark.parametrize(

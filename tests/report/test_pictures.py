@@ -15,6 +15,7 @@ from sagnac.analysis.settings import Settings
 from sagnac.analysis.spectra import ByAngle, Residual
 from sagnac.noise.cross_spectra import self_noise
 from sagnac.noise.model_average import ModelChoice
+from sagnac.noise.slow_laws import SlowLaw
 from sagnac.recording.model import Recording
 from tests.handmade import N, analysis
 from tests.report.examples import CASES
@@ -158,6 +159,20 @@ def test_the_spectrum_shows_the_band_and_the_model_of_the_answer():
     assert len(axes.containers) == shown >= 2
 
 
+def test_a_law_in_place_of_flicker_is_named_at_the_spectrum():
+    rate = np.random.default_rng(3).standard_normal(20_000)
+    still = analyze(Recording.from_arrays(x=rate, kind="rate", unit="deg/h", sample_rate=50.0))
+    choice = still.average
+    law = dataclasses.replace(choice.law, slow=SlowLaw(slope=1.4))
+    other = dataclasses.replace(still, average=dataclasses.replace(choice, law=law))
+    labels = [
+        plot.spectrum(one, Figure().add_subplot()).get_legend_handles_labels()[1]
+        for one in (still, other)
+    ]
+    assert "N" in labels[0]
+    assert "N (noise of f^-1.4 in place of B)" in labels[1]
+
+
 def test_residuals_against_time_and_table_angle():
     time, angle = np.linspace(0.0, 9000.0, 50), np.linspace(0.1, 6.2, 8)
     turn = ByAngle(
@@ -176,7 +191,14 @@ def test_residuals_against_time_and_table_angle():
     assert axes.lines[0].get_xdata()[-1] == pytest.approx(2.5)
     line = plot.residual_by_angle(made, Figure().add_subplot()).lines[0]
     assert line.get_ydata() * DEGREE_PER_HOUR == pytest.approx(turn.after)
-    assert len(plot.orders(made, Figure().add_subplot()).lines) == 2
+    axes = plot.orders(made, Figure().add_subplot())
+    assert len(axes.lines) == 2
+    # No point lies under the legend.
+    axes.figure.draw_without_rendering()
+    box = axes.get_legend().get_window_extent()
+    points = np.vstack([one.get_xydata() for one in axes.lines])
+    shown = axes.transData.transform(points[points[:, 1] > 0.0])
+    assert not any(box.contains(*point) for point in shown)
     for draw in (plot.residual, plot.residual_by_angle, plot.orders):
         with pytest.raises(ValueError, match="analysis kept no residual"):
             draw(analysis(), Figure().add_subplot())

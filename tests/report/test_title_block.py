@@ -3,8 +3,10 @@
 from dataclasses import replace
 from typing import get_args
 
+import numpy as np
 import pytest
 
+import sagnac
 from sagnac.analysis.settings import Method
 from sagnac.noise.model_average import ModelChoice
 from sagnac.report.page import page
@@ -54,6 +56,22 @@ def test_methods_are_those_used_and_references_are_numbered_as_cited():
     assert "once a turn" in said_of(analysis(method="fris"))["methods"]
     said = {said_of(analysis(method=method))["methods"] for method in get_args(Method)}
     assert len(said) == len(get_args(Method))
+
+
+def test_methods_at_rest_name_no_table_and_no_differences():
+    random = np.random.default_rng(4)
+    rates = {name: 3.0 * random.standard_normal(6000) for name in "xyz"}
+    still = sagnac.analyze(
+        sagnac.Recording.from_arrays(**rates, kind="rate", unit="deg/h", sample_rate=50.0)
+    )
+    for one in (still, *still.each):
+        said = said_of(one)["methods"]
+        assert "were fitted and taken off" in said
+        for word in ("table", "three-cornered", "differen"):
+            assert word not in said
+    # What the whole of the gyros shows stands on the page of each.
+    assert "likelihood" not in said_of(still)["methods"]
+    assert "likelihood" in said_of(still.each[0])["methods"]
 
 
 def luminance(color: str) -> float:

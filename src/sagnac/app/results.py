@@ -14,6 +14,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 
 import sagnac
+from sagnac.app import stated
 from sagnac.app.looks import noted, numbers
 
 _PER_HOUR: Final = math.degrees(3600.0)
@@ -33,12 +34,19 @@ def result(analysis: sagnac.Analysis, specification: str = "") -> dict[str, Any]
     """Everything that the page shows of an analysis: a part for each gyro and accelerometer."""
     channels = [_channel(one, "gyro") for one in analysis.each]
     channels += [_channel(one, "accelerometer") for one in analysis.accelerometers.values()]
+    refused = [f"{name}: {error.problem}" for name, error in analysis.refused.items()]
+    judged: list[dict[str, str]] = []
+    try:
+        judged = verdict(analysis, specification) if specification else []
+    except (ValueError, OSError) as error:
+        # The answer stands without it, and the page judges again when the limit is corrected.
+        refused.append(stated.line(error))
     return {
         "channels": channels,
-        "refused": [f"{name}: {error.problem}" for name, error in analysis.refused.items()],
+        "refused": refused,
         "notes": [noted(note) for note in analysis.notes],
         "seconds": dict(analysis.seconds),
-        "verdict": verdict(analysis, specification) if specification else [],
+        "verdict": judged,
     }
 
 
@@ -57,6 +65,12 @@ def _channel(analysis: sagnac.Analysis, sensor: str) -> dict[str, Any]:
         "sensor": sensor,
         "source": analysis.source,
         "answer": _estimate(analysis.angle_random_walk),
+        # Each gyro of a triad on a table; the answer is that of a pair of them.
+        "of_each": {
+            name: _estimate(one)["text"]
+            for name, one in analysis.per_gyro.items()
+            if analysis.is_pair
+        },
         "coefficients": {name: _estimate(one) for name, one in analysis.coefficients.items()},
         "lines": lines(analysis),
         "figures": figures(analysis),

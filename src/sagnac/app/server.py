@@ -239,7 +239,7 @@ def _ask(state: State, session: Session, asked: dict[str, Any]) -> dict[str, Any
         target = state.room.path(request["target"], write=True)
         _require_free(target, request["what"])
         request["target"] = str(target)
-    session.runs[asked["run"]].ask(request)
+    session.ask(asked["run"], request)
     return {"asked": True}
 
 

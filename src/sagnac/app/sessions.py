@@ -160,11 +160,18 @@ class Run:
             self.process.join()
 
     def _listen(self) -> None:
+        done = failed = False
         with contextlib.suppress(EOFError, OSError):
             while True:
-                self._tell(self._pipe.recv())
-        if not self._ended:
-            self.process.join(_PATIENCE)
+                event = self._pipe.recv()
+                done = done or event["event"] == "done"
+                failed = failed or (event["event"] == "failed" and not done)
+                self._tell(event)
+        if self._ended:
+            return
+        self.process.join(_PATIENCE)
+        # An analysis that failed has said why; that its process ends then is no news.
+        if not failed:
             self._tell({"event": "failed", "line": "the process of the analysis has ended"})
 
 
@@ -299,8 +306,9 @@ class Session:
         def tell(event: dict[str, Any]) -> None:
             self.loop.call_soon_threadsafe(self._say, number, event)
 
-        while len(self.runs) >= _KEPT_RUNS:
-            self.cancel(next(iter(self.runs)))
+        kept = [one for one, run in self.runs.items() if run.process.is_alive()]
+        for oldest in kept[: max(0, len(kept) + 1 - _KEPT_RUNS)]:
+            self.cancel(oldest)
         self.runs[number] = Run(task, tell)
         return number
 
@@ -314,6 +322,19 @@ class Session:
             self.missed.append(event)
         if self.listener is not None:
             self.listener.put_nowait(event)
+
+    def ask(self, number: int, request: dict[str, Any]) -> None:
+        """Ask something of a run.
+
+        ValueError if its process has ended.
+        """
+        try:
+            self.runs[number].ask(request)
+        except (LookupError, OSError):
+            raise ValueError(
+                f"this analysis is no longer open: the last {_KEPT_RUNS} can be changed, judged "
+                "and saved; analyze the recording again"
+            ) from None
 
     def cancel(self, number: int) -> bool:
         """End a run; whether there was one."""

@@ -200,17 +200,22 @@ def options_of(command: str) -> set[str]:
 
 
 def _in_several_files(error: CycloptsError) -> str:
-    """A remedy for a recording that was given as several files; empty if it was not."""
+    """A remedy for several files where one is read at a time; empty if it is another error."""
     if not isinstance(error, UnusedCliTokensError) or not error.unused_tokens:
         return ""
     from sagnac.formats.registry import MINISEED
 
-    if Path(error.unused_tokens[0]).suffix.lower() not in MINISEED.suffixes:
+    further = Path(error.unused_tokens[0])
+    if further.suffix.lower() in MINISEED.suffixes:
+        remedy = (
+            "channels that stand in a miniSEED file each are put together first: "
+            "cat x.mseed y.mseed z.mseed > xyz.mseed"
+        )
+    elif further.exists():
+        remedy = "many go into a table with sagnac campaign FILE... -o DIR"
+    else:
         return ""
-    return (
-        f"{error.unused_tokens[0]}: one recording is read at a time; channels that stand in a "
-        "miniSEED file each are put together first: cat x.mseed y.mseed z.mseed > xyz.mseed"
-    )
+    return f"{further}: one recording is read at a time; {remedy}"
 
 
 def _prepare_process() -> None:

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from itertools import chain, product
+from itertools import chain, groupby, product
 from pathlib import Path
 from typing import Any, Final
 
@@ -151,13 +151,18 @@ def write_overview(
         path.unlink(missing_ok=True)
         return ()
     figure = control_chart(shown, None, limits)
-    if len(shown) <= _MOST_NAMES:
+    # Gyros of one recording stand side by side: a name for each, or for all of them in the middle.
+    of_files = [list(own) for _, own in groupby(enumerate(shown, 1), lambda one: one[1].file)]
+    if len(of_files) <= _MOST_NAMES:
         (axes,) = figure.axes
-        names = [ending(Path(line.file).stem, _LONGEST_NAME) for line in shown]
-        if len(groups_of(shown)) > 1:
+        many = len(shown) > _MOST_NAMES
+        named = of_files if many else [[one] for one in enumerate(shown, 1)]
+        places = [float(np.mean([place for place, _ in own])) for own in named]
+        names = [ending(Path(own[0][1].file).stem, _LONGEST_NAME) for own in named]
+        if not many and len(groups_of(shown)) > 1:
             names = [f"{name}, {line.gyros}" for name, line in zip(names, shown, strict=True)]
         names = [literal(name) for name in names]
-        axes.set_xticks(range(1, len(shown) + 1), names, rotation=60, ha="right", fontsize=7.0)
+        axes.set_xticks(places, names, rotation=60, ha="right", fontsize=7.0)
         axes.set_xlabel("")
         figure.subplots_adjust(bottom=0.09 + 0.009 * max(map(len, names)))
     write_png(figure, path)
@@ -250,6 +255,8 @@ def write_page(campaign: Campaign, lines: Sequence[Line], folder: Path, title: s
         answer=_answer,
         predictions=_predictions,
         deviation_words=deviation_words,
+        outlier_words=outlier_words,
+        of_logarithm=of_logarithm,
         between=_BETWEEN,
         version=__version__,
     )
@@ -282,9 +289,12 @@ def terminal_text(campaign: Campaign, lines: Sequence[Line], replaced: int) -> s
         lines=lines,
         whole=len(whole),
         groups=[
-            (*key, own, of_group.count(key), table.scatter_of(own).answer)
+            (*key, own, of_group.count(key), scatter.answer, scatter.lines)
             for key, own in groups.items()
+            for scatter in [table.scatter_of(own)]
         ],
+        outlier_words=outlier_words,
+        of_logarithm=of_logarithm,
         several=len({method for method, _ in groups}) > 1,
         left_out=table.left_out(lines),
         told=[line for line in whole if line.state == "done" and line.reason],
@@ -342,17 +352,34 @@ def deviation_words(found: Repeatability) -> list[tuple[str, str, str]]:
     return words
 
 
+def outlier_words(found: Repeatability, lines: Sequence[Line]) -> list[str]:
+    """Runs that the others do not bear out, in words; `lines` are those that show N."""
+    return [
+        f"{Path(lines[one.index].file).name}: N is {number(lines[one.index].n_deg_per_sqrt_h)} "
+        f"°/√h where the others give {number(one.foretold)} °/√h ({abs(one.deviations):.1f} "
+        f"standard deviations); without it the mean is {number(one.mean_without)} °/√h"
+        for one in found.outliers
+    ]
+
+
+def of_logarithm(one: Interval) -> tuple[str, str]:
+    """Value and interval of what has its interval in ln N: digits that its low end needs, too."""
+    return figures(one, width=0.5 * one.low * math.log(one.high / one.low))
+
+
 def _predictions(found: Repeatability) -> list[tuple[str, str, str]]:
     units = {
         f"Unit {unit}, one recording on a new day": one for unit, one in found.next_day.items()
     }
     if found.next_unit is not None:
         units = {"Next unit, one recording": found.next_unit, **units}
-    shown = {what: figures(one) for what, one in units.items()}
+    shown = {what: of_logarithm(one) for what, one in units.items()}
     rows = [(what, f"{value} °/√h", f"{ends} °/√h") for what, (value, ends) in shown.items()]
     if found.drift is not None:
         ends = (found.drift.value, found.drift.low, found.drift.high)
-        value, low, high = (f"{rounded(100.0 * part)} %" for part in ends)
+        # A slope of ln N, of which a few days leave several a day: N falls by its whole at most.
+        changes = (math.expm1(min(part, 300.0)) for part in ends)
+        value, low, high = (_percent(part).replace("-", "−") for part in changes)
         rows.append(("Drift of N a day", value, f"{low} … {high}"))
     return rows
 
@@ -416,4 +443,6 @@ def _answer(line: Line) -> tuple[str, str]:
 
 
 def _percent(part: float) -> str:
-    return f"{rounded(100.0 * part)} %" if part < 9.995 else f"{100.0 * part:.0f} %"
+    if part >= 9.995:
+        return f"{100.0 * part:.0f} %" if part < 1e4 else f"{number(100.0 * part)} %"
+    return f"{rounded(100.0 * part)} %"

@@ -216,7 +216,8 @@ def _rested_on(axes: Axes, analysis: Analysis) -> None:
     frequency = np.geomspace(low, min(high, 0.5 / choice.law.interval), 200)
     root = np.sqrt(choice.law.density(frequency)) / DEGREE_PER_HOUR_PER_ROOT_HERTZ
     letters = ", ".join(SYMBOLS[name] for name in choice.terms)
-    label = letters + " behind a low-pass" * any(choice.law.falls)
+    other = choice.law.slow.in_words()
+    label = letters + f" ({other})" * bool(other) + " behind a low-pass" * any(choice.law.falls)
     frame.model(axes, frequency, root, color=frame.ORANGE, linewidth=1.3, label=label)
     for alone in np.diag(choice.law.squares):
         if alone.any() and len(choice.terms) > 1:

@@ -375,7 +375,10 @@ def orders(analysis: Analysis, ax: Axes | None = None) -> Axes:
     axes.set_yscale("log")
     axes.set_xlabel("order of the table angle")
     axes.set_ylabel("amplitude (°/h)")
-    axes.legend(loc="upper right")
+    # Room above the points for the legend.
+    low, high = axes.get_ylim()
+    axes.set_ylim(low, high * (high / low) ** 0.3)
+    axes.legend(loc="upper right", ncols=2)
     return axes
 
 

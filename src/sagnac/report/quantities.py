@@ -103,14 +103,18 @@ def _raised(mantissa: str, power: str) -> str:
 
 
 def figures(
-    estimate: Estimate | ConvertedEstimate | Interval, *, plain: bool = False
+    estimate: Estimate | ConvertedEstimate | Interval,
+    *,
+    plain: bool = False,
+    width: float | None = None,
 ) -> tuple[str, str]:
     """Value and interval of an estimate, all with the digits that its interval allows.
 
-    For a person the interval is written with one power of ten; `plain` figures can be
+    The digits are those that a half width of `width` leaves; it is that of the interval unless
+    given. For a person the interval is written with one power of ten; `plain` figures can be
     copied into a program one by one.
     """
-    width = 0.5 * (estimate.high - estimate.low)
+    width = 0.5 * (estimate.high - estimate.low) if width is None else width
     value = number(estimate.value, width, plain=plain)
     mantissa, times, power = value.partition(" × ")
     if not times:

@@ -49,6 +49,7 @@ function element(tag, properties = {}, ...children) {
 }
 const row = (...cells) => element("tr", {}, ...cells.map((cell) => (cell instanceof Node ? element("td", {}, cell) : element("td", { textContent: cell ?? "" }))));
 const head = (...cells) => element("tr", {}, ...cells.map((cell) => element("th", { textContent: cell })));
+const answers = (channel) => [...Object.entries(channel.of_each), [channel.name, channel.answer.text]].map(([name, text]) => `${name}  ${text}`).join("\n");
 const digits = (value, count = 4) => (value === null || value === undefined ? "–" : Number(value).toPrecision(count).replace(/\.?0+(e|$)/, "$1"));
 function form(place, fields, changed) {
   place.replaceChildren(...fields.map(([name, hint, choices]) => {
@@ -196,8 +197,9 @@ async function run() {
   await trying("start", async () => {
     const analysis = texts($("analysis-form"));
     const { run: number } = await call("analyze", { path: state.facts.path, texts: state.facts.texts, analysis });
-    const changed = Object.entries(analysis).filter(([name]) => name !== "method").map(([name, text]) => `${name} ${text}`).join(", ");
-    state.runs.set(number, { number, file: state.facts.name, path: state.facts.path, texts: state.facts.texts, analysis, method: analysis.method || "fos", changed, stage: "start", fraction: 0 });
+    const { slice, gyros } = state.facts.texts, chosen = Object.entries({ slice, gyros, ...analysis }).filter(([name, text]) => name !== "method" && text);
+    const changed = chosen.map(([name, text]) => `${name} ${text}`).join(", ");
+    state.runs.set(number, { number, place: (state.started = (state.started ?? 0) + 1), file: state.facts.name, path: state.facts.path, texts: state.facts.texts, analysis, method: analysis.method || "fos", changed, stage: "start", fraction: 0 });
     running(number);
     runs();
   });
@@ -250,19 +252,19 @@ function happened(event) {
 function runs() {
   $("results").hidden = !state.runs.size;
   const rows = [...state.runs.values()].map((one) => {
-    const answers = one.result ? one.result.channels.filter((c) => c.sensor === "gyro").map((c) => `${c.name}  ${c.answer.text}`).join("\n") : one.failed || `${one.stage} …`;
+    const said = one.result ? one.result.channels.filter((c) => c.sensor === "gyro").map(answers).join("\n") : one.failed || `${one.stage} …`;
     const show = element("button", { textContent: "show", disabled: !one.result, type: "button" });
     show.addEventListener("click", () => shown(one.number));
     const decision = one.result?.verdict.length ? one.result.verdict.map((v) => `${v.gyro} ${v.decision}`).join(", ") : "";
-    const made = row(one.file, one.method, one.changed, element("span", { textContent: answers, style: "white-space: pre-line" }), one.result ? String(one.result.channels.reduce((sum, c) => sum + c.lines.length, 0)) : "", decision, show);
+    const made = row(String(one.place), one.file, one.method, one.changed, element("span", { textContent: said, style: "white-space: pre-line" }), one.result ? String(one.result.channels.reduce((sum, c) => sum + c.lines.length, 0)) : "", decision, show);
     if (one.number === state.current) made.className = "chosen";
     return made;
   });
-  $("runs").replaceChildren(head("recording", "method", "choices", "N", "lines", "verdict", ""), ...rows);
+  $("runs").replaceChildren(head("", "recording", "method", "choices", "N", "lines", "verdict", ""), ...rows);
   const done = [...state.runs.values()].filter((one) => one.result).map((one) => one.number).join();
   if (done === state.drawn) return;
   state.drawn = done;
-  const curves = [...state.runs.values()].filter((one) => one.result).flatMap((one) => one.result.channels.filter((c) => c.sensor === "gyro").map((c) => ({ label: `${one.file} ${c.name} ${one.method}`, curve: c.curve })));
+  const curves = [...state.runs.values()].filter((one) => one.result).flatMap((one) => one.result.channels.filter((c) => c.sensor === "gyro").map((c) => ({ label: `${one.place}: ${one.file} ${c.name} ${one.method}`, curve: c.curve })));
   together($("together"), curves);
 }
 // ---- a result -----------------------------------------------------------------------------------------
@@ -288,9 +290,9 @@ async function channelShown() {
   state.off = new Set();
   state.bands = [];
   [...$("tabs").children].forEach((button, place) => { button.className = place === state.channel ? "chosen" : ""; });
-  $("answer").textContent = `N of ${channel.name}: ${channel.answer.text}` + (channel.answer.status === "estimated" ? `, ${100 * channel.answer.confidence} %` : "");
+  $("answer").textContent = `N of ${channel.name}: ${channel.answer.text}` + (channel.answer.status !== "not observable" ? `, ${100 * channel.answer.confidence} %` : "");
   $("source").textContent = `Rests on: ${channel.source}`;
-  $("coefficients").replaceChildren(head("coefficient", "value", "low", "high", "unit", ""), ...Object.entries(channel.coefficients).map(([name, one]) => row(name.replaceAll("_", " "), digits(one.value), digits(one.low), digits(one.high), one.unit, one.status)));
+  $("coefficients").replaceChildren(head("coefficient", "value", "low", "high", "unit", ""), ...Object.entries(channel.coefficients).map(([name, one]) => row(name.replaceAll("_", " "), ...(one.status === "estimated" ? [one.value, one.low, one.high].map((value) => digits(value)) : [one.status === "upper bound" ? `< ${digits(one.high)}` : "–", "", ""]), one.unit, one.status)));
   lines(); bands(); $("trial").hidden = true; repeat(state.runs.get(state.current));
   const figures = channel.figures;
   await drawn($("stability"), figures.stability);
@@ -313,7 +315,7 @@ function verdict(one) {
 function lines() {
   const found = current().lines;
   const rows = found.slice(0, 200).map((one, place) => {
-    const box = element("input", { type: "checkbox", checked: !state.off.has(place), disabled: one.channel !== current().name, title: "taken out" });
+    const box = element("input", { type: "checkbox", checked: !state.off.has(place), disabled: one.channel !== current().name, title: "taken out", ariaLabel: `${digits(one.frequency, 7)} ${one.scale === "time" ? "Hz" : "order"} taken out` });
     box.addEventListener("change", () => { if (box.checked) state.off.delete(place); else state.off.add(place); changed(); });
     const made = row(box, one.scale === "time" ? `${digits(one.frequency, 7)} Hz` : `order ${digits(one.frequency, 7)} (${digits(one.hz, 5)} Hz)`, `${digits(one.amplitude)}″`, one.name);
     if (state.off.has(place)) made.className = "off";
@@ -335,7 +337,8 @@ async function changed() {
   lines(); bands();
   if (!change()) return channelShown();
   state.asked = performance.now();
-  await trying("try", () => call("ask", { run: state.current, request: { ask: "trial", ...change() } }));
+  // What the server refuses is not left ticked as if it had been done.
+  if (!(await trying("try", () => call("ask", { run: state.current, request: { ask: "trial", ...change() } })))) return channelShown();
 }
 async function tried(event) {
   const { off, bands: masked, channel } = event.asked;

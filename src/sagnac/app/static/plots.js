@@ -118,7 +118,7 @@ export async function rawSpectrum(place, spectra) {
   await show(legend(made), place);
 }
 export async function histogram(place, counts) {
-  const made = figure({ height: 300, x: { label: "away from the mean, standard deviations" }, y: { label: "share of samples" }, tools: "pan,wheel_zoom,reset", x_range: new Bokeh.Range1d({ start: -6, end: 6 }) });
+  const made = figure({ height: 300, x: { label: "away from the mean, standard deviations" }, y: { label: "share of samples per deviation" }, tools: "pan,wheel_zoom,reset", x_range: new Bokeh.Range1d({ start: -6, end: 6 }) });
   counts.filter((one) => one.count.length).forEach((one, number) => {
     const total = one.count.reduce((a, b) => a + b, 0);
     const middle = one.count.map((_, k) => 0.5 * (one.edge[k] + one.edge[k + 1]));
@@ -132,7 +132,10 @@ export async function histogram(place, counts) {
   await show(legend(made), place);
 }
 function legend(made) {
-  made.legend.setv({ border_line_color: null, background_fill_alpha: 0.75, label_text_font_size: "11px", label_text_font: "DejaVu Sans", label_text_color: INK, location: "top_right", padding: 4, spacing: 0, glyph_height: 14, label_height: 14 });
+  made.legend.setv({ border_line_color: null, background_fill_alpha: 0.75, label_text_font_size: "11px", label_text_font: "DejaVu Sans", label_text_color: INK, padding: 2, spacing: 8, margin: 0, glyph_height: 14, label_height: 14, orientation: "horizontal", ncols: 3 });
+  // Above the figure, so that it hides no curve.
+  const one = made.center.find((each) => each instanceof Bokeh.Legend);
+  if (one) { made.center = made.center.filter((each) => each !== one); made.add_layout(one, "above"); }
   return made;
 }
 // ---- figures of an analysis ------------------------------------------------------------------
@@ -170,7 +173,7 @@ export async function together(place, runs) {
   runs.forEach((run, number) => {
     const color = COLORS[number % COLORS.length], { tau, deviation, low, high } = run.curve;
     made.varea({ x: tau, y1: low, y2: high, fill_color: color, fill_alpha: 0.15 });
-    made.line(tau, deviation, { line_color: color, line_width: 1.2, legend_label: run.label });
+    made.line(tau, deviation, { line_color: color, line_width: 1.2, line_dash: number < COLORS.length ? "solid" : [6, 4], legend_label: run.label });
     made.scatter(tau, deviation, { size: 4.5, fill_color: color, line_color: color, legend_label: run.label });
   });
   await show(legend(made), place);
