@@ -1,4 +1,4 @@
-"""Units that are turned by hand between stretches at rest, as they are calibrated: no still bench."""
+"""Units that a hand turns between stretches at rest, as for a calibration: no still bench."""
 
 import re
 
@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.signal import butter, lfilter
 
-from sagnac import Recording, check
+from sagnac import Recording, analyze, check
 
 RATE, SAMPLES = 100.0, 16_000
 # A turn by hand of 30 deg/s that lasts about a second, deg/s.
@@ -66,3 +66,15 @@ def test_axes_that_a_hand_turns_together_are_no_copies(seed):
     hand = trembling(np.random.default_rng(seed), SAMPLES + 4)
     rates = np.stack([hand[4:], 0.5 * hand[:-4]]) + turned_by_hand(seed)
     assert {note.name for note in check(recorded(rates)) if note.level != "remark"} == {"motion"}
+
+
+def test_nothing_is_said_of_a_walk_that_is_not_given():
+    """Neither that it is steady nor how slow noise lies beside it, nor that axes are copies."""
+    hand = trembling(np.random.default_rng(1), SAMPLES + 4)
+    rates = np.stack([hand[4:], 0.5 * hand[:-4]]) + turned_by_hand()
+    analysis = analyze(recorded(rates))
+    assert {one.status for one in analysis.per_gyro.values()} == {"not observable"}
+    for one in analysis.gyros.values():
+        assert {note.name for note in one.findings if note.level != "remark"} == {"motion"}
+        said = " ".join(note.text for note in one.notes)
+        assert not re.search("angle random walk|slow noise|falls to half", said), said

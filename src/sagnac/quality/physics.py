@@ -331,8 +331,8 @@ def _turning(profile: Profile) -> BooleanArray:
 
 def _is_long(stretch: slice, profile: Profile) -> bool:
     """Whether a stretch of samples has two seconds, by which motion would show."""
-    least = max(2.0 * profile.sample_rate, MINIMUM_SAMPLES)
-    return stretch.stop - stretch.start >= least
+    samples: int = stretch.stop - stretch.start
+    return samples >= max(2.0 * profile.sample_rate, MINIMUM_SAMPLES)
 
 
 def _longest_rest(profile: Profile) -> slice:
