@@ -1,7 +1,9 @@
 """What would have to be stated for a file to be read."""
 
+import h5py
 import numpy as np
 import pytest
+from scipy.io import savemat
 
 from sagnac.cli import main
 from sagnac.formats import gyros_in, missing, read, write
@@ -169,3 +171,51 @@ def test_a_column_of_words_hides_no_gyro(tmp_path):
     path = save(tmp_path / "run.csv", f"state,one,two,three\n{rows}")
     assert missing(path) == {"columns": "x=COLUMN", "kind": "KIND", "unit": "UNIT", "rate": "HZ"}
     assert gyros_in(path) == ("one", "two", "three")
+
+
+GRAVITY = np.outer([-8.4, 0.1, 5.2], np.ones(ROWS))
+"""Along three axes, m/s²: 9.88 together."""
+
+
+@pytest.mark.parametrize("size", [1.0, 1.0 / 9.81, 1000.0 / 9.81], ids=["m/s^2", "g", "mg"])
+@pytest.mark.parametrize("is_first", [True, False])
+def test_three_columns_without_names_that_show_gravity_are_no_gyros(tmp_path, size, is_first):
+    forces = [one + 0.01 * np.roll(NOISE, 7 * n) for n, one in enumerate(size * GRAVITY)]
+    rates = [0.05 * np.roll(NOISE, n) for n in range(3)]
+    columns = [*forces, *rates] if is_first else [*rates, *forces]
+    expected = "x=5,y=6,z=7" if is_first else "x=2,y=3,z=4"
+    found = missing(table(tmp_path / "run.csv", "", SECONDS, *columns))
+    assert found == {"columns": expected, "kind": "KIND", "unit": "UNIT", "time": "1:s"}
+
+
+@pytest.mark.parametrize("suffix", [".mat", ".h5"])
+def test_the_columns_of_an_only_array_are_those_of_a_table_without_names(tmp_path, suffix):
+    """The rate alone would hide lost samples."""
+    array = np.stack([SECONDS, NOISE, NOISE[::-1], np.roll(NOISE, 5)], axis=1)
+    path = tmp_path / f"run{suffix}"
+    if suffix == ".mat":
+        savemat(path, {"log": array})
+    else:
+        with h5py.File(path, "w") as file:
+            file["log"] = array
+    assert missing(path) == {
+        "columns": "x=log.2,y=log.3,z=log.4",
+        "kind": "KIND",
+        "unit": "UNIT",
+        "time": "log.1:s",
+    }
+
+
+def test_words_before_the_times_hide_them_not(tmp_path):
+    rows = "".join(f"gyro,{at:.2f},{one:.6f}\n" for at, one in zip(SECONDS, NOISE, strict=True))
+    path = save(tmp_path / "run.csv", rows)
+    assert missing(path) == {"columns": "x=3", "kind": "KIND", "unit": "UNIT", "time": "2:s"}
+
+
+def test_a_damaged_file_is_called_so_before_anything_is_asked_for(tmp_path, capsys):
+    path = table(tmp_path / "run.csv", "", NOISE, NOISE, NOISE)
+    path.write_text(path.read_text() + "1,2\n" + "1,2,3\n" * 3)
+    assert main(["check", str(path)]) == 1
+    said = capsys.readouterr()
+    assert not said.out
+    assert f"{path}: line {ROWS + 1} has 2 fields and the first row 3" in said.err

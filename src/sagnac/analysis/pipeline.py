@@ -405,7 +405,7 @@ def _gyros_alone(
     analyses, refused = _each_alone(recordings, settings, run, progress)
     if not analyses:
         raise next(iter(refused.values()))
-    beside = accept(_beside_each_other(recording, tuple(analyses)), settings.accepted)
+    beside = accept(_beside_each_other(recording, analyses), settings.accepted)
     require_strict(beside, settings)
     first, *_ = each = tuple(analyses.values())
     read = first.recording.notes
@@ -432,8 +432,18 @@ def _added_seconds(analyses: Iterable[Analysis]) -> dict[str, float]:
     return added
 
 
-def _beside_each_other(recording: Recording, names: tuple[str, ...]) -> Iterator[Note]:
-    """Findings of gyros on each other; at rest they spoil no answer, since each is taken alone."""
+def _beside_each_other(recording: Recording, analyses: Mapping[str, Analysis]) -> Iterator[Note]:
+    """Findings of gyros on each other; at rest they spoil no answer, since each is taken alone.
+
+    What a hand turns is not compared.
+    """
+    names = [
+        name
+        for name, one in analyses.items()
+        if all(note.name != "motion" or note.level == "remark" for note in one.notes)
+    ]
+    if not names:
+        return
     first, *_ = profiles_of(recording, names)
     for note in (*copy_notes(recording, first), *unequal_notes(recording, first)):
         text = note.text.removesuffix(f"; {effect_words(note.effect)}")

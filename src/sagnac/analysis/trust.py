@@ -224,8 +224,13 @@ def apply_findings(headline: Headline, evidence: Evidence, *, brief: bool = Fals
         If the settings are strict and something is found that they do not accept.
     """
     settings, channel, spectrum = evidence.settings, evidence.measured.channel, headline.spectrum
-    slow = () if brief or spectrum is None else _slow_noise_notes(evidence, spectrum)
-    seen = (*_spectrum_notes(evidence, headline), *slow, *headline.findings)
+    before = Trust.of(evidence.findings, over_parts=False)
+    if before.reasons and not before.only_raised:
+        # Of a spectrum that is none of the noise nothing is said.
+        seen = headline.findings
+    else:
+        slow = () if brief or spectrum is None else _slow_noise_notes(evidence, spectrum)
+        seen = (*_spectrum_notes(evidence, headline), *slow, *headline.findings)
     noticed = accept(seen, settings.accepted)
     # What removal left shows more than the recording, and stands alone.
     known = {note.name for note in noticed if note.name}

@@ -67,11 +67,17 @@ def check(file: typed.File, /, *, options: typed.Options = typed.NO_OPTIONS) -> 
 
 
 def _suggest(file: Path, statement: "sagnac.Statement") -> None:
-    """Print the command that would read a file that states too little; nothing if it is wrong."""
+    """Print the command that would read a file that states too little.
+
+    Raises
+    ------
+    RecordingError
+        If no statement would let it be read, since it is damaged.
+    """
     try:
         lacking = sagnac.missing(file, statement)
-    except sagnac.RecordingError:
-        return
+    except sagnac.RecordingError as error:
+        raise error.at(str(file)) from None
     if not lacking:
         return
     if "columns" in lacking:

@@ -165,12 +165,40 @@ def _gyros(source: Source, statements: Statements, missing: dict[str, str]) -> d
             possible = possible if len(possible) == len(GYRO_NAMES) else []
         if not possible:
             others = candidates(source, statements)
-            is_plain = bool(columns) and columns[0].key == "1"
-            possible = list(others) if len(others) == 1 or is_plain else []
+            possible = list(others) if len(others) == 1 or _is_plain(columns) else []
+            if len(possible) >= 2 * len(GYRO_NAMES):
+                first, second = possible[:3], possible[3:6]
+                # Many loggers write accelerometers first.
+                is_behind = _shows_gravity(source, first) and not _shows_gravity(source, second)
+                possible = second if is_behind else first
         gyros = dict(zip(GYRO_NAMES, possible, strict=False))
     stated = {name: column_text(one) for name, one in gyros.items()}
     missing["columns"] = text_of(stated or {"x": COLUMN})
     return gyros
+
+
+def _is_plain(columns: Sequence[Column]) -> bool:
+    """Whether columns have numbers alone: of a table without names, or of the only array."""
+    numbers = [one.key.rpartition(".") for one in columns]
+    is_counted = [last for *_, last in numbers] == [str(1 + n) for n in range(len(columns))]
+    return is_counted and len({stem for stem, *_ in numbers}) == 1
+
+
+def _shows_gravity(source: Source, columns: Sequence[Column]) -> bool:
+    """Whether three columns without names are as long as gravity, in m/s², g or mg."""
+    numbers = _first_numbers(source, columns)
+    size = float(np.median(np.linalg.norm([numbers[one.key] for one in columns], axis=0)))
+    return any(abs(size / one - 1.0) < 0.05 for one in (units.STANDARD_GRAVITY, 1.0, 1e3))
+
+
+def _first_numbers(
+    source: Source, columns: Sequence[Column], *, by_first: bool = False
+) -> dict[str, FloatArray]:
+    """Key -> the first values of each column, by which it is known what it is."""
+    keys = [one.key for one in columns]
+    stored = source.opened(keys)
+    samples = min(_LOOKED_AT, *stored.lengths.values())
+    return stored.read(keys, 0, samples, by_first=by_first)
 
 
 def candidates(source: Source, statements: Statements) -> tuple[Column, ...]:
@@ -194,11 +222,8 @@ def _wandering(source: Source, columns: Sequence[Column]) -> Iterator[Column]:
     """Those of the columns whose numbers both rise and fall."""
     if not columns:
         return
-    keys = [one.key for one in columns]
     try:
-        stored = source.opened(keys)
-        samples = min(_LOOKED_AT, *stored.lengths.values())
-        numbers = stored.read(keys, 0, samples, by_first=True)
+        numbers = _first_numbers(source, columns, by_first=True)
     except RecordingError:
         # A column of words spoils all that are read with it.
         for one in columns if len(columns) > 1 else ():
@@ -269,11 +294,18 @@ def _sampling(source: Source, statements: Statements, taken: Collection[str]) ->
     if is_rated:
         return {}
     # The first of several columns without names, if its numbers go up evenly.
-    if len(columns) > 1 and columns[0].key == "1" and "1" not in taken:
-        steps = _steps(source, columns[0])
+    if len(columns) > 1 and _is_plain(columns) and columns[0].key not in taken:
+        first = columns[0]
+        try:
+            steps = _steps(source, first)
+        except RecordingError as error:
+            if not error.channel:
+                raise
+            # A word in every row; the times may be after it.
+            first = columns[1]
+            steps = _steps(source, first) if first.key not in taken else np.empty(0)
         is_even = steps.size > 1 and 0.0 < float(np.max(steps)) < 2.0 * float(np.median(steps))
-        text = _time_text(source, columns[0])
-        if is_even and float(np.min(steps)) >= 0.0 and text:
+        if is_even and float(np.min(steps)) >= 0.0 and (text := _time_text(source, first)):
             return {"time": text}
     return {"rate": RATE}
 

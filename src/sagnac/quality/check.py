@@ -121,7 +121,9 @@ _IN_SOUND_DATA: Final[tuple[Detector, ...]] = (
              "take a wider range"),
     Detector("spikes", distribution.heavy_notes, True, _SINGLE, "noise that is no even noise",
              "N holds the spikes or bursts", _STRETCH),
-    Detector("copy", physics.copy_notes, False, (), "a gyro that repeats another, at once or later",
+    # What one hand turns is no copy.
+    Detector("copy", physics.copy_notes, False, ("motion",),
+             "a gyro that repeats another, at once or later",
              "the difference of the two hides the noise that they share",
              "name another gyro ({gyros})"),
     Detector("units", physics.unequal_notes, False, (), "two gyros of which one is far quieter",

@@ -6,6 +6,7 @@ uses; gyros that move while nothing tells how stand on no bench, and one may be 
 
 import math
 from collections.abc import Iterable
+from dataclasses import replace
 from itertools import combinations
 from typing import Final, NamedTuple
 
@@ -13,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.fft import irfft, next_fast_len, rfft
 
-from sagnac.core.arrays import FloatArray, every, values_at
+from sagnac.core.arrays import BooleanArray, FloatArray, every, values_at
 from sagnac.core.errors import Level, Note, counted, rounded
 from sagnac.core.marks import first_of, longest_unmarked, number_of
 from sagnac.core.units import (
@@ -31,7 +32,7 @@ from sagnac.quality.effects import finding, remedy_of
 from sagnac.quality.encoder import LEAST_SHARE, TURNING_RATE
 from sagnac.quality.profile import Notes, Profile, other_units
 from sagnac.recording.channel import Channel, angle_of
-from sagnac.recording.model import Recording, second_of
+from sagnac.recording.model import MINIMUM_SAMPLES, Recording, second_of
 
 # ---- wrong unit --------------------------------------------------------------------
 
@@ -289,21 +290,18 @@ def motion_notes(recording: Recording, profile: Profile) -> Notes:
         return ()
     middle = float(np.median(rates))
     level: Level = "error"
-    limit = max(TURNING_RATE, 10.0 * profile.walk / math.sqrt(recording.duration / rates.size))
-    moves = np.abs(rates - middle) > limit
-    rate = recording.sample_rate
+    moves, rate = _turning(profile), recording.sample_rate
     # A few seconds or samples are said as such, and an answer goes without them.
     if moves.any() and find_bumps(profile.changes, sample_rate=rate, with_spikes=True) is None:
-        between = longest_unmarked(moves)
-        edges = np.append(profile.edges[:-1], recording.samples)
-        still = slice(int(edges[between.start]), int(edges[between.stop]))
-        first = int(edges[first_of(moves)])
+        first = int(profile.edges[first_of(moves)])
+        rest = _longest_rest(profile)
+        remedy = remedy_of(recording, rest) if _is_long(rest, profile) else "record at rest"
         text = (
             f"turns at up to {float(np.abs(rates).max()) / DEGREE:.3g} deg/s, in "
             f"{rounded(100.0 * number_of(moves) / rates.size)} % of the record, first at "
             f"{second_of(recording, first):.1f} s, and no encoder is looked at: this "
             f"is no still bench; use sagnac analyze with the encoder ({{table}}), state the right "
-            f"{{unit}}, or {remedy_of(recording, still)}"
+            f"{{unit}}, or {remedy}"
         )
     else:
         # A rate that never changes is a table's beyond this many times the walk in a root second,
@@ -321,6 +319,40 @@ def motion_notes(recording: Recording, profile: Profile) -> Notes:
             f"right {{unit}}{_half_of_range(profile.channel, middle)}"
         )
     return (Note(name="motion", level=level, channel=profile.name, text=text),)
+
+
+def _turning(profile: Profile) -> BooleanArray:
+    """(rates,) true in the seconds in which a unit on a bench turns."""
+    rates = profile.rates
+    second = profile.channel.values.size / profile.sample_rate / rates.size
+    limit = max(TURNING_RATE, 10.0 * profile.walk / math.sqrt(second))
+    return np.asarray(np.abs(rates - np.median(rates)) > limit)
+
+
+def _is_long(stretch: slice, profile: Profile) -> bool:
+    """Whether a stretch of samples has two seconds, by which motion would show."""
+    samples: int = stretch.stop - stretch.start
+    return samples >= max(2.0 * profile.sample_rate, MINIMUM_SAMPLES)
+
+
+def _longest_rest(profile: Profile) -> slice:
+    """Samples of the longest stretch that does not move by its own noise either.
+
+    In a record that is mostly motion what scatters is the motion, beside which a slower turn does
+    not stand out.
+    """
+    rest = slice(0, profile.channel.values.size)
+    while _is_long(rest, profile):
+        own = replace(profile.channel, values=profile.channel.values[rest])
+        part = Profile(channel=own, sample_rate=profile.sample_rate)
+        moves = _turning(part)
+        if not moves.any():
+            break
+        # A turn begins and ends in the seconds beside.
+        between = longest_unmarked(np.convolve(moves, np.ones(3), mode="same") > 0.0)
+        edges = rest.start + np.append(part.edges[:-1], own.values.size)
+        rest = slice(int(edges[between.start]), int(edges[between.stop]))
+    return rest
 
 
 def _half_of_range(channel: Channel, rate: float) -> str:
