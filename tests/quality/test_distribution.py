@@ -52,6 +52,15 @@ def test_a_soft_limit_is_said_before_it_moves_the_walk_by_five_per_cent():
     assert judged(bent(20.0)) == ()
 
 
+def test_lopsided_noise_is_not_called_spikes():
+    # A gamma law of shape a has the skewness 2 / sqrt(a) and the excess kurtosis 6 / a.
+    random = np.random.default_rng(9)
+    for shape, words in ((25.0, "lopsided"), (4.0, "spikes or bursts")):
+        (found,) = judged(of_rate(MEAN + SIGMA * random.gamma(shape, size=SAMPLES)))
+        assert (found.name, found.level) == ("spikes", "warning")
+        assert words in found.text
+
+
 def quantized(size: float, seed: int) -> np.ndarray:
     """Noise beside a uniform error of the angle, Q being `size` times N in root seconds; deg/h."""
     random = np.random.default_rng([seed, 3])

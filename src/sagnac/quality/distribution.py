@@ -489,10 +489,15 @@ def heavy_notes(recording: Recording, profile: Profile) -> Notes:
     shape = _shape_in(profile) if profile.standing else None
     if shape is None or not (abs(shape.skewness) > 0.3 or shape.kurtosis > 1.0):
         return ()
+    # Of spikes of one size to one side, the kurtosis is the skewness times their size.
+    why = (
+        "spikes or bursts are a part of it, and of its angle random walk"
+        if shape.kurtosis > 1.0
+        else "it is lopsided, as near one end of the range, or is made so, which is sound"
+    )
     text = (
         f"its noise is no even noise (skewness {shape.skewness:.2g}, excess kurtosis "
-        f"{shape.kurtosis:.2g}): spikes or bursts are a part of it, and of its angle random "
-        "walk"
+        f"{shape.kurtosis:.2g}): {why}"
     )
     return (Note(name="spikes", channel=profile.name, text=text, level="warning"),)
 
