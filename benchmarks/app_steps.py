@@ -20,7 +20,7 @@ from benchmarks._made import here, made_page, with_stamp
 from benchmarks._page import Page, chromium, lacking, served
 
 SIZE: Final = "1100,820"
-# So many keep the blue, orange and red of thin curves apart.
+# Fewer would turn the blue, orange and red of thin curves into one grey.
 COLORS: Final = 128
 
 

@@ -522,7 +522,7 @@ def main(arguments: list[str]) -> None:
 
 
 if __name__ == "__main__":
-    # A worker does not see the program, so what it is to do must belong to the module.
+    # Workers do not load the program: they find what they are to do by the name of its module.
     from benchmarks.recordings import main as run
 
     run(sys.argv[1:])

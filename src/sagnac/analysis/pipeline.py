@@ -435,7 +435,7 @@ def _added_seconds(analyses: Iterable[Analysis]) -> dict[str, float]:
 def _beside_each_other(recording: Recording, analyses: Mapping[str, Analysis]) -> Iterator[Note]:
     """Findings of gyros on each other; at rest they spoil no answer, since each is taken alone.
 
-    What a hand turns is not compared.
+    Gyros that were turned by hand are left out: what they share is that motion.
     """
     names = [
         name

@@ -226,7 +226,7 @@ def apply_findings(headline: Headline, evidence: Evidence, *, brief: bool = Fals
     settings, channel, spectrum = evidence.settings, evidence.measured.channel, headline.spectrum
     before = Trust.of(evidence.findings, over_parts=False)
     if before.reasons and not before.only_raised:
-        # Of a spectrum that is none of the noise nothing is said.
+        # A finding has left no answer: the spectrum shows what was found, not the gyro's noise.
         seen = headline.findings
     else:
         slow = () if brief or spectrum is None else _slow_noise_notes(evidence, spectrum)

@@ -324,10 +324,7 @@ class Session:
             self.listener.put_nowait(event)
 
     def ask(self, number: int, request: dict[str, Any]) -> None:
-        """Ask something of a run.
-
-        ValueError if its process has ended.
-        """
+        """Ask something of a run; ValueError if its process has ended."""
         try:
             self.runs[number].ask(request)
         except (LookupError, OSError):

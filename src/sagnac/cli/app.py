@@ -119,8 +119,11 @@ class _Unread(io.FileIO):
             return super().write(data)
 
 
-def _going_on(stream: TextIO) -> TextIO:
+def _going_on(stream: TextIO | None) -> TextIO:
     """A stream of the process that survives its reader; another one as it is."""
+    if stream is None:
+        # It was closed before the start; what goes there goes nowhere.
+        return io.TextIOWrapper(io.FileIO(os.devnull, "w"), encoding="utf-8")
     buffer = getattr(stream, "buffer", None)
     is_own = type(getattr(buffer, "raw", buffer)) is io.FileIO
     if not (is_own and isinstance(stream, io.TextIOWrapper)):
@@ -234,13 +237,7 @@ def _prepare_process() -> None:
     if not sys.warnoptions:
         # Libraries warn those who program with them; -W and PYTHONWARNINGS show it.
         warnings.showwarning = lambda *_, **__: None
-    # A stream that was closed before the start is None; what goes there goes nowhere.
-    for name in ("stdout", "stderr"):
-        stream = getattr(sys, name)
-        if stream is None:
-            setattr(sys, name, open(os.devnull, "w", encoding="utf-8"))  # noqa: SIM115
-        else:
-            setattr(sys, name, _going_on(stream))
+    sys.stdout, sys.stderr = _going_on(sys.stdout), _going_on(sys.stderr)
     # Help in a column of a few letters never ends.
     if os.environ.get("COLUMNS", "").isdigit() and int(os.environ["COLUMNS"]) < _NARROWEST:
         os.environ["COLUMNS"] = str(_NARROWEST)

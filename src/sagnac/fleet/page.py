@@ -289,9 +289,8 @@ def terminal_text(campaign: Campaign, lines: Sequence[Line], replaced: int) -> s
         lines=lines,
         whole=len(whole),
         groups=[
-            (*key, own, of_group.count(key), scatter.answer, scatter.lines)
+            (*key, own, of_group.count(key), (shown := table.scatter_of(own)).answer, shown.lines)
             for key, own in groups.items()
-            for scatter in [table.scatter_of(own)]
         ],
         outlier_words=outlier_words,
         of_logarithm=of_logarithm,

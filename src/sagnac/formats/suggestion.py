@@ -194,7 +194,7 @@ def _shows_gravity(source: Source, columns: Sequence[Column]) -> bool:
 def _first_numbers(
     source: Source, columns: Sequence[Column], *, by_first: bool = False
 ) -> dict[str, FloatArray]:
-    """Key -> the first values of each column, by which it is known what it is."""
+    """Key -> the first values of each column."""
     keys = [one.key for one in columns]
     stored = source.opened(keys)
     samples = min(_LOOKED_AT, *stored.lengths.values())

@@ -121,8 +121,8 @@ def mixture_quantile(
     float
         In the unit of `square`.
     """
-    # Below one, where the error of a fit is larger than its value, the law has no mean, and its
-    # upper end lies thousands of times above any level that was seen.
+    # A fit whose error is larger than its value has a shape below one. A law of that shape has no
+    # mean, and its upper end lies thousands of times above every level of the spectrum.
     shape = np.clip(shape, 1.0, 1e7)
     low, high = math.log(float(square.min())) - 12.0, math.log(float(square.max())) + 25.0
     # From here on the gamma law is normal in its cube root.

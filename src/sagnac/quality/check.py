@@ -121,7 +121,7 @@ _IN_SOUND_DATA: Final[tuple[Detector, ...]] = (
              "take a wider range"),
     Detector("spikes", distribution.heavy_notes, True, _SINGLE, "noise that is no even noise",
              "N holds the spikes or bursts", _STRETCH),
-    # What one hand turns is no copy.
+    # Two gyros that one hand turns share that motion, and neither is a copy.
     Detector("copy", physics.copy_notes, False, ("motion",),
              "a gyro that repeats another, at once or later",
              "the difference of the two hides the noise that they share",

@@ -489,11 +489,12 @@ def heavy_notes(recording: Recording, profile: Profile) -> Notes:
     shape = _shape_in(profile) if profile.standing else None
     if shape is None or not (abs(shape.skewness) > 0.3 or shape.kurtosis > 1.0):
         return ()
-    # Of spikes of one size to one side, the kurtosis is the skewness times their size.
+    # Spikes of one size and sign make a kurtosis of that size, in deviations, times the skewness.
     why = (
         "spikes or bursts are a part of it, and of its angle random walk"
         if shape.kurtosis > 1.0
-        else "it is lopsided, as near one end of the range, or is made so, which is sound"
+        else "it is lopsided: either the range ends near by on one side (take a wider range to "
+        "tell), or this gyro's noise has that shape, which is sound"
     )
     text = (
         f"its noise is no even noise (skewness {shape.skewness:.2g}, excess kurtosis "
