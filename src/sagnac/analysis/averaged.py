@@ -414,7 +414,6 @@ def estimate_in_band(levels: Levels, choice: ModelChoice, confidence: float) -> 
     terms = choice.law.terms(levels)
     means = terms.sum(axis=1)
     share = terms[:, WALK] / means
-    means = means / choice.law.divisor(levels.frequency)
     low, high = choice.band_hz
     inside = (levels.frequency >= low) & (levels.frequency <= high)
     weight = (bin_shapes(levels, FLOOR) * share)[inside]

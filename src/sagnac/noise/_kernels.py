@@ -130,31 +130,50 @@ def score_bands(
 
     Levels are one. A model (row) is that of bins ``bands[n, 0]`` to before ``bands[n, 1]`` and of
     `columns` of the laws. Those from `fall` on are no laws but r of the divisor ``1 + c r`` of all
-    others: with ``m = sum / (1 + c r)`` the derivative is ``-r m / (1 + c r)``, and ``y + c dm/dc``
-    takes the place of the level y. Before a fit has `begun` the levels stand for the means, and c
-    is zero: the residuals are those of ``y (1 + c r) = sum``, which is linear. The deviance is
+    others but the first, Q: with ``m = Q + s``, ``s = sum / (1 + c r)``, the derivative is
+    ``-r s / (1 + c r)``, and ``y + c dm/dc`` takes the place of the level y. Before a fit has
+    `begun` the levels stand for the means, and c is zero: the residuals are those of
+    ``y (1 + c r) = Q + sum``, which is linear. The deviance is
     ``2 sum a (y/m - 1 - ln(y/m))``, infinite if a mean is not above zero.
     """
     size = columns.shape[1]
     slope = np.empty(size)
     for n in range(columns.shape[0]):
+        # Q that a fit with a fall begins with: the highest that no level lies below.
+        highest = 0.0
+        if not begun and columns[n, 0] == 0 and columns[n, size - 1] >= fall:
+            highest = 1.0 / laws[bands[n, 0] : bands[n, 1], 0].max()
         for b in range(bands[n, 0], bands[n, 1]):
-            total, divisor = 0.0, 1.0
+            total, divisor, readout = 0.0, 1.0, 0.0
             for c in range(size):
                 slope[c] = laws[b, columns[n, c]]
-                if columns[n, c] < fall:
+                if columns[n, c] == 0:
+                    readout = squares[n, c] * slope[c]
+                elif columns[n, c] < fall:
                     total += squares[n, c] * slope[c]
                 else:
                     divisor += squares[n, c] * slope[c]
-            mean = total / divisor if begun else 1.0
+            filtered = total / divisor
+            mean = readout + filtered
+            if not begun:
+                filtered = 1.0 - highest * laws[b, 0]
+                mean = 1.0
             if mean <= 1e-6 or divisor < 0.5:
                 deviance[n] = np.inf
                 break
             deviance[n] += 2.0 * shape[b] * (1.0 / mean - 1.0 + np.log(mean))
-            observed = 1.0 - mean * (divisor - 1.0) / divisor
+            observed = 1.0 - filtered * (divisor - 1.0) / divisor
             weight = shape[b] / mean**2
+            if highest > 0.0:
+                observed = filtered
+                weight /= divisor**2
+                divisor = 1.0
+                slope[0] = 0.0
+                information[n, 0, 0] += 1.0
+                vector[n, 0] += highest
             for c in range(size):
-                slope[c] *= (1.0 if columns[n, c] < fall else -mean) / divisor
+                if columns[n, c] > 0:
+                    slope[c] *= (1.0 if columns[n, c] < fall else -filtered) / divisor
                 vector[n, c] += weight * slope[c] * observed
                 for d in range(c + 1):
                     information[n, c, d] += weight * slope[c] * slope[d]

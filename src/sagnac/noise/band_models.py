@@ -32,12 +32,14 @@ FALL: Final = len(STOCHASTIC_NAMES)
 ORDERS: Final = (1, 2)
 # Number of columns.
 _COLUMNS: Final = FALL + len(ORDERS)
-# Choices of terms. One fall at most, with N beside it and without Q, which comes after the filter.
+# Choices of terms. One fall at most, with N beside it.
 _MASKS: Final = [
     mask
     for mask in range(1, 1 << _COLUMNS)
-    if mask < 1 << FALL or ((mask >> FALL).bit_count() == 1 and mask & 0b11 == 1 << WALK)
+    if mask < 1 << FALL or ((mask >> FALL).bit_count() == 1 and mask >> WALK & 1)
 ]
+# Depths of a fall at the top of a band that a fit with Q beside it begins with.
+_DEPTHS: Final = (10.0, 100.0, 1e3, 1e4)
 # Steps of a fit, of which the first is least squares on relative residuals.
 _MOST_STEPS: Final = 21
 # A model is given up if its deviance is this much above that of another.
@@ -68,24 +70,21 @@ class BandModel:
     def density(self, frequency: FloatArray) -> FloatArray:
         """One-sided rate density, (rad/s)^2/Hz, at frequencies (points,), Hz, above zero."""
         laws = rate_density_basis(frequency, self.interval)
-        terms = self._terms(laws, frequency).sum(axis=1)
-        return np.asarray(terms / self.divisor(frequency))
+        return np.asarray(self._terms(laws, frequency).sum(axis=1))
 
     def terms(self, levels: Levels) -> FloatArray:
-        """(bins, 4) levels that Q, N, B and K make, without a low-pass."""
+        """(bins, 4) levels that Q, N, B and K make."""
         return self._terms(level_laws(levels), levels.frequency)
 
     def _terms(self, laws: FloatArray, frequency: FloatArray) -> FloatArray:
-        return np.asarray(laws * np.array(self.squares) * self.slow.shares(frequency))
-
-    def divisor(self, frequency: FloatArray) -> FloatArray:
-        """Divisor of the terms by the low-pass at frequencies (points,), Hz."""
-        return np.asarray(1.0 + divisor_laws(frequency) @ np.array(self.falls))
+        terms = laws * np.array(self.squares) * self.slow.shares(frequency)
+        # Q comes after the low-pass.
+        terms[:, WALK:] /= 1.0 + divisor_laws(frequency) @ np.array(self.falls)[:, np.newaxis]
+        return np.asarray(terms)
 
     def over(self, levels: Levels) -> FloatArray:
         """(bins,) levels over what the model makes of them."""
-        mean = self.terms(levels).sum(axis=1) / self.divisor(levels.frequency)
-        return np.asarray(levels.level / mean)
+        return np.asarray(levels.level / self.terms(levels).sum(axis=1))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -221,8 +220,8 @@ def _scaled(levels: Levels) -> ScaledLaws:
 def band_models(levels: Levels) -> BandModels:
     """Fit every band and every choice of terms.
 
-    Beside Q, N, B and K a low-pass of the sensor is tried (without Q, which it does not lower):
-    N, B and K divided by ``1 + c f^2`` or ``1 + c f^4`` with c >= 0, as behind a Butterworth
+    Beside Q, N, B and K a low-pass of the sensor is tried:
+    N, B and K, not Q of the readout behind it, are divided by ``1 + c f^2`` or ``1 + c f^4`` with c >= 0, as behind a Butterworth
     filter of first or second order. Without it bands that reach into the roll-off pull N down.
     Only the beginning of a fall is fitted; what falls farther lies outside the band.
 
@@ -305,6 +304,7 @@ def _models_of_size(
     deviance, squares, covariance = fitted_models(scaled, bands, columns, hopeless)
     depth = squares * np.take_along_axis(scaled.laws[bands[:, 1] - 1], columns, axis=1)
     shallow = np.where(columns >= FALL, depth, 0.0).sum(axis=1) <= 1.5
+    shallow |= mask & 1 == 1
     stands = np.isfinite(deviance) & (squares > 0.0).all(axis=1) & shallow
     (first, last), columns, mask = bands[stands].T, columns[stands], mask[stands]
     placed, spread = np.zeros((mask.size, _COLUMNS)), np.zeros((mask.size, _COLUMNS, _COLUMNS))
@@ -348,6 +348,22 @@ def fitted_models(
     """
     squares = np.zeros(columns.shape)
     _, information, vector = _scored(scaled, bands, columns, squares, begun=False)
+    both = np.flatnonzero((columns[:, 0] == 0) & (columns[:, -1] >= FALL))
+    if both.size:
+        some, of = bands[both], columns[both]
+        top = scaled.laws[some[:, 1] - 1, of[:, -1]]
+        least = np.full(both.size, math.inf)
+        for depth in _DEPTHS:
+            begin = np.zeros(of.shape)
+            begin[:, -1] = depth / top
+            _, info, vec = _scored(scaled, some, of, begin, begun=False)
+            inverse, regular = _inverted(info)
+            begin = np.einsum("nij,nj->ni", inverse, vec)
+            outcome = _scored(scaled, some, of, begin, begun=True)[0]
+            outcome[~regular] = math.inf
+            better = outcome < least
+            least[better] = outcome[better]
+            information[both[better]], vector[both[better]] = info[better], vec[better]
     deviance, reached = np.full((2, len(columns)), math.inf)
     covariance, settled = np.zeros_like(information), np.zeros(len(columns), dtype=np.bool_)
     # Each band by itself: of a law that falls by sixteen decades, differences of sums are zero.
@@ -421,9 +437,10 @@ def _ruled(
 ) -> IntegerArray:
     """(models,) bins in which N is half of the sum or more, and falls by 0.3 or less."""
     bins = np.arange(scaled.shape.size)
-    sums = squares[:, :FALL] @ scaled.laws[:, :FALL].T
     divisor = 1.0 + squares[:, FALL:] @ scaled.laws[:, FALL:].T
-    rules = np.outer(squares[:, WALK], scaled.laws[:, WALK]) >= 0.5 * sums
+    filtered = squares[:, WALK:FALL] @ scaled.laws[:, WALK:FALL].T / divisor
+    sums = filtered + np.outer(squares[:, 0], scaled.laws[:, 0])
+    rules = np.outer(squares[:, WALK], scaled.laws[:, WALK]) / divisor >= 0.5 * sums
     rules &= divisor <= 1.4
     rules &= (bins >= first[:, np.newaxis]) & (bins < last[:, np.newaxis])
     return np.asarray(rules.sum(axis=1))

@@ -88,11 +88,15 @@ def with_error_of_bins(levels: Levels, models: BandModels, error: float) -> Band
     inside = (bins >= models.first[:, np.newaxis]) & (bins < models.last[:, np.newaxis])
     held = models.mask[:, np.newaxis] >> np.arange(FALL + len(band_models.ORDERS)) & 1 == 1
     # Derivatives of the logarithm of the mean.
-    sums = models.squares[:, :FALL] @ laws.T
     divisor = 1.0 + models.squares[:, FALL:] @ divisors.T
-    slopes = np.concatenate(
-        [laws / sums[:, :, np.newaxis], -divisors / divisor[:, :, np.newaxis]], axis=2
-    )
+    filtered = models.squares[:, WALK:FALL] @ laws[:, WALK:].T / divisor
+    mean = filtered + np.outer(models.squares[:, 0], laws[:, 0])
+    slopes = np.concatenate([
+        np.broadcast_to(laws[:, :1], (*mean.shape, 1)),
+        laws[:, WALK:] / divisor[:, :, np.newaxis],
+        -divisors * (filtered / divisor)[:, :, np.newaxis],
+    ], axis=2)  # fmt: skip
+    slopes /= mean[:, :, np.newaxis]
     slopes *= inside[:, :, np.newaxis] & held[:, np.newaxis, :]
     used = bin_shapes(levels, FLOOR)
     weighed = slopes * (used**2 / bin_shapes(levels, error))[:, np.newaxis]
