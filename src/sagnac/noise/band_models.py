@@ -38,8 +38,8 @@ _MASKS: Final = [
     for mask in range(1, 1 << _COLUMNS)
     if mask < 1 << FALL or ((mask >> FALL).bit_count() == 1 and mask >> WALK & 1)
 ]
-# Depths of a fall at the top of a band that a fit with Q beside it begins with.
-_DEPTHS: Final = (10.0, 100.0, 1e3, 1e4)
+# Depth of a fall at the top of a band that weighs the bins of the first step if Q is beside it.
+_DEPTH: Final = 30.0
 # Steps of a fit, of which the first is least squares on relative residuals.
 _MOST_STEPS: Final = 21
 # A model is given up if its deviance is this much above that of another.
@@ -347,23 +347,10 @@ def fitted_models(
         (models,), infinite if there is no fit; (models, terms); (models, terms, terms).
     """
     squares = np.zeros(columns.shape)
+    both = (columns[:, 0] == 0) & (columns[:, -1] >= FALL)
+    squares[both, -1] = _DEPTH / scaled.laws[bands[both, 1] - 1, columns[both, -1]]
     _, information, vector = _scored(scaled, bands, columns, squares, begun=False)
-    both = np.flatnonzero((columns[:, 0] == 0) & (columns[:, -1] >= FALL))
-    if both.size:
-        some, of = bands[both], columns[both]
-        top = scaled.laws[some[:, 1] - 1, of[:, -1]]
-        least = np.full(both.size, math.inf)
-        for depth in _DEPTHS:
-            begin = np.zeros(of.shape)
-            begin[:, -1] = depth / top
-            _, info, vec = _scored(scaled, some, of, begin, begun=False)
-            inverse, regular = _inverted(info)
-            begin = np.einsum("nij,nj->ni", inverse, vec)
-            outcome = _scored(scaled, some, of, begin, begun=True)[0]
-            outcome[~regular] = math.inf
-            better = outcome < least
-            least[better] = outcome[better]
-            information[both[better]], vector[both[better]] = info[better], vec[better]
+    squares[both, -1] = 0.0
     deviance, reached = np.full((2, len(columns)), math.inf)
     covariance, settled = np.zeros_like(information), np.zeros(len(columns), dtype=np.bool_)
     # Each band by itself: of a law that falls by sixteen decades, differences of sums are zero.
