@@ -291,7 +291,8 @@ def _models_of_size(
     """Fits with choices of one number of terms; logarithms of weights are absolute.
 
     Models with a coefficient at or below zero are those with fewer terms and are left out, and so
-    are bands that reach to where a low-pass leaves less than 1/2.5.
+    are bands that reach to where a low-pass leaves less than 1/2.5. Behind Q that rises above N
+    again a band may reach farther; what is less Q might as well be a floor of slow noise.
     """
     bins = scaled.shape.size
     columns = np.array([np.flatnonzero(mask >> np.arange(_COLUMNS) & 1) for mask in masks])
@@ -302,17 +303,15 @@ def _models_of_size(
     left_out = bins - bands[:, 1] + bands[:, 0]
     hopeless = np.asarray(lightest + _HOPELESS - 2.0 * left_out, dtype=np.float64)
     deviance, squares, covariance = fitted_models(scaled, bands, columns, hopeless)
-    depth = squares * np.take_along_axis(scaled.laws[bands[:, 1] - 1], columns, axis=1)
-    shallow = np.where(columns >= FALL, depth, 0.0).sum(axis=1) <= 1.5
-    shallow |= mask & 1 == 1
-    stands = np.isfinite(deviance) & (squares > 0.0).all(axis=1) & shallow
-    (first, last), columns, mask = bands[stands].T, columns[stands], mask[stands]
-    placed, spread = np.zeros((mask.size, _COLUMNS)), np.zeros((mask.size, _COLUMNS, _COLUMNS))
     row = np.arange(mask.size)[:, np.newaxis]
-    placed[row, columns] = squares[stands]
-    spread[row[..., np.newaxis], columns[:, :, np.newaxis], columns[:, np.newaxis]] = covariance[
-        stands
-    ]
+    placed, spread = np.zeros((mask.size, _COLUMNS)), np.zeros((mask.size, _COLUMNS, _COLUMNS))
+    placed[row, columns] = squares
+    spread[row[..., np.newaxis], columns[:, :, np.newaxis], columns[:, np.newaxis]] = covariance
+    top = placed * scaled.laws[bands[:, 1] - 1]
+    behind = (mask >= 1 << FALL) & (mask & 1 == 1)
+    reached = np.where(behind, top[:, 0] >= top[:, WALK], top[:, FALL:].sum(axis=1) <= 1.5)
+    stands = np.isfinite(deviance) & (squares > 0.0).all(axis=1) & reached
+    (first, last), mask, placed = bands[stands].T, mask[stands], placed[stands]
     lacking = _lacking(scaled, first, placed[:, WALK])
     return BandModels(
         first=first,
@@ -321,7 +320,7 @@ def _models_of_size(
         ruled=_ruled(scaled, first, last, placed),
         deviance=deviance[stands],
         squares=placed / scaled.scale,
-        covariance=spread / (scaled.scale[:, np.newaxis] * scaled.scale),
+        covariance=spread[stands] / (scaled.scale[:, np.newaxis] * scaled.scale),
         logarithm=-0.5 * (deviance[stands] + lacking) - size - left_out[stands],
     )
 
