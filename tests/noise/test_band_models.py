@@ -82,7 +82,7 @@ def test_a_fall_is_fitted_at_the_maximum_of_the_gamma_likelihood():
     shape, rise = np.full(14, 60.0), np.geomspace(1e-3, 1.0, 14)
     laws = np.stack([np.ones(14), rise], axis=1)
     level = rng.gamma(shape, 1.0 / (1.0 + rise) / shape)
-    best, covariance = fitted(level, shape, laws, [0, FALL])
+    best, covariance = fitted(level, shape, laws, [WALK, FALL])
 
     def cost(b):
         mean = b[0] / (1.0 + b[1] * rise)
@@ -92,6 +92,31 @@ def test_a_fall_is_fitted_at_the_maximum_of_the_gamma_likelihood():
         assert cost(best + step) > cost(best) - 1e-5
     slope = np.stack([np.full(14, 1.0 / best[0]), -rise / (1.0 + best[1] * rise)], axis=1)
     assert np.allclose(covariance, np.linalg.inv(slope.T @ np.diag(shape) @ slope))
+
+
+def test_a_readout_behind_a_fall_is_fitted_at_the_maximum_of_the_gamma_likelihood():
+    # Frequencies of 0.1 to 30 corners of a filter of first order, below which 70 times N is read.
+    rng = np.random.default_rng(17)
+    shape, rise = np.full(25, 80.0), np.geomspace(0.01, 900.0, 25) / 900.0
+    truth = np.array([70.0, 1.0, 900.0])
+    laws = np.stack([rise, np.ones(25), rise], axis=1)
+
+    def mean_of(b):
+        return b[0] * rise + b[1] / (1.0 + b[2] * rise)
+
+    level = rng.gamma(shape, mean_of(truth) / shape)
+    best, covariance = fitted(level, shape, laws, [0, WALK, FALL])
+    assert np.all(np.abs(best - truth) < 4.0 * np.sqrt(np.diagonal(covariance)))
+
+    def cost(b):
+        return -gamma.logpdf(level, shape, scale=mean_of(b) / shape).sum()
+
+    for step in np.vstack([np.diag(best), -np.diag(best)]):
+        assert cost(best + 0.01 * step) > cost(best) - 1e-5
+    divisor = 1.0 + best[2] * rise
+    slope = np.stack([rise, 1.0 / divisor, -rise * best[1] / divisor**2], axis=1)
+    slope /= mean_of(best)[:, None]
+    assert np.allclose(covariance, np.linalg.inv(slope.T @ np.diag(shape) @ slope), rtol=1e-4)
 
 
 def test_the_top_of_a_hump_is_no_walk_if_the_spectrum_below_it_is_lower():

@@ -131,18 +131,16 @@ def score_bands(
     Levels are one. A model (row) is that of bins ``bands[n, 0]`` to before ``bands[n, 1]`` and of
     `columns` of the laws. Those from `fall` on are no laws but r of the divisor ``1 + c r`` of all
     others but the first, Q: with ``m = Q + s``, ``s = sum / (1 + c r)``, the derivative is
-    ``-r s / (1 + c r)``, and ``y + c dm/dc`` takes the place of the level y. Before a fit has
-    `begun` the levels stand for the means, and c is zero: the residuals are those of
-    ``y (1 + c r) = Q + sum``, which is linear. The deviance is
+    ``-r s / (1 + c r)``, and ``y + c dm/dc`` takes the place of the level y. The deviance is
     ``2 sum a (y/m - 1 - ln(y/m))``, infinite if a mean is not above zero.
+
+    Before a fit has `begun` the levels stand for the means, and the residuals are those of
+    ``(y - Q) (1 + c r) = sum``, which is linear with Q as it is given, and weighs by the divisor
+    that is given.
     """
     size = columns.shape[1]
     slope = np.empty(size)
     for n in range(columns.shape[0]):
-        # Q that a fit with a fall begins with: the highest that no level lies below.
-        highest = 0.0
-        if not begun and columns[n, 0] == 0 and columns[n, size - 1] >= fall:
-            highest = 1.0 / laws[bands[n, 0] : bands[n, 1], 0].max()
         for b in range(bands[n, 0], bands[n, 1]):
             total, divisor, readout = 0.0, 1.0, 0.0
             for c in range(size):
@@ -153,24 +151,16 @@ def score_bands(
                     total += squares[n, c] * slope[c]
                 else:
                     divisor += squares[n, c] * slope[c]
-            filtered = total / divisor
+            filtered = total / divisor if begun else 1.0 - readout
             mean = readout + filtered
-            if not begun:
-                filtered = 1.0 - highest * laws[b, 0]
-                mean = 1.0
             if mean <= 1e-6 or divisor < 0.5:
                 deviance[n] = np.inf
                 break
             deviance[n] += 2.0 * shape[b] * (1.0 / mean - 1.0 + np.log(mean))
-            observed = 1.0 - filtered * (divisor - 1.0) / divisor
             weight = shape[b] / mean**2
-            if highest > 0.0:
-                observed = filtered
-                weight /= divisor**2
-                divisor = 1.0
-                slope[0] = 0.0
-                information[n, 0, 0] += 1.0
-                vector[n, 0] += highest
+            observed = 1.0 - filtered * (divisor - 1.0) / divisor
+            if not begun:
+                observed, weight, divisor = filtered, weight / divisor**2, 1.0
             for c in range(size):
                 if columns[n, c] > 0:
                     slope[c] *= (1.0 if columns[n, c] < fall else -filtered) / divisor

@@ -220,10 +220,10 @@ def _scaled(levels: Levels) -> ScaledLaws:
 def band_models(levels: Levels) -> BandModels:
     """Fit every band and every choice of terms.
 
-    Beside Q, N, B and K a low-pass of the sensor is tried:
-    N, B and K, not Q of the readout behind it, are divided by ``1 + c f^2`` or ``1 + c f^4`` with c >= 0, as behind a Butterworth
-    filter of first or second order. Without it bands that reach into the roll-off pull N down.
-    Only the beginning of a fall is fitted; what falls farther lies outside the band.
+    Beside Q, N, B and K a low-pass of the sensor is tried: N, B and K, not Q of a readout behind
+    it, are divided by ``1 + c f^2`` or ``1 + c f^4`` with c >= 0, as behind a Butterworth filter of
+    first or second order. Without it bands that reach into the roll-off pull N down. Only the
+    beginning of a fall is fitted; what falls farther lies outside the band, or below Q.
 
     Parameters
     ----------
@@ -291,8 +291,8 @@ def _models_of_size(
     """Fits with choices of one number of terms; logarithms of weights are absolute.
 
     Models with a coefficient at or below zero are those with fewer terms and are left out, and so
-    are bands that reach to where a low-pass leaves less than 1/2.5. Behind Q that rises above N
-    again a band may reach farther; what is less Q might as well be a floor of slow noise.
+    are bands that reach to where a low-pass leaves less than 1/2.5 and Q behind it is not the most
+    of what is there: how far a filter of another kind falls is not known.
     """
     bins = scaled.shape.size
     columns = np.array([np.flatnonzero(mask >> np.arange(_COLUMNS) & 1) for mask in masks])
@@ -307,10 +307,8 @@ def _models_of_size(
     placed, spread = np.zeros((mask.size, _COLUMNS)), np.zeros((mask.size, _COLUMNS, _COLUMNS))
     placed[row, columns] = squares
     spread[row[..., np.newaxis], columns[:, :, np.newaxis], columns[:, np.newaxis]] = covariance
-    top = placed * scaled.laws[bands[:, 1] - 1]
-    behind = (mask >= 1 << FALL) & (mask & 1 == 1)
-    reached = np.where(behind, top[:, 0] >= top[:, WALK], top[:, FALL:].sum(axis=1) <= 1.5)
-    stands = np.isfinite(deviance) & (squares > 0.0).all(axis=1) & reached
+    stands = np.isfinite(deviance) & (squares > 0.0).all(axis=1)
+    stands[stands] = _is_shallow(scaled, bands[stands], placed[stands])
     (first, last), mask, placed = bands[stands].T, mask[stands], placed[stands]
     lacking = _lacking(scaled, first, placed[:, WALK])
     return BandModels(
@@ -346,15 +344,19 @@ def fitted_models(
         (models,), infinite if there is no fit; (models, terms); (models, terms, terms).
     """
     squares = np.zeros(columns.shape)
-    both = (columns[:, 0] == 0) & (columns[:, -1] >= FALL)
-    squares[both, -1] = _DEPTH / scaled.laws[bands[both, 1] - 1, columns[both, -1]]
+    # The highest Q that no level lies below, and a fall of some depth.
+    behind = (columns[:, 0] == 0) & (columns[:, -1] >= FALL)
+    laws = np.vstack([scaled.laws, np.zeros((1, scaled.laws.shape[1]))])
+    squares[behind, 0] = 1.0 / np.maximum.reduceat(laws[:, 0], bands.ravel())[::2][behind]
+    squares[behind, -1] = _DEPTH / scaled.laws[bands[behind, 1] - 1, columns[behind, -1]]
     _, information, vector = _scored(scaled, bands, columns, squares, begun=False)
-    squares[both, -1] = 0.0
+    information[behind, 0] = information[behind, :, 0] = 0.0
+    information[behind, 0, 0], vector[behind, 0] = 1.0, squares[behind, 0]
+    squares[:] = 0.0
     deviance, reached = np.full((2, len(columns)), math.inf)
     covariance, settled = np.zeros_like(information), np.zeros(len(columns), dtype=np.bool_)
     # Each band by itself: of a law that falls by sixteen decades, differences of sums are zero.
-    beyond = np.zeros((1, scaled.laws.shape[1]))
-    sums = np.add.reduceat(np.vstack([scaled.laws, beyond]), bands.ravel(), axis=0)[::2]
+    sums = np.add.reduceat(laws, bands.ravel(), axis=0)[::2]
     typical = sums / np.diff(bands)
     least = 1e-3 / np.take_along_axis(typical, columns, axis=1)
     running = np.arange(len(columns))
@@ -418,18 +420,32 @@ def _inverted(matrices: FloatArray) -> tuple[FloatArray, BooleanArray]:
     return np.moveaxis(inverse, -1, 0), regular
 
 
+def _is_shallow(scaled: ScaledLaws, bands: IntegerArray, squares: FloatArray) -> BooleanArray:
+    """(models,) those of which Q is the most of every bin that a low-pass lowers below 1/2.5."""
+    bins = np.arange(scaled.shape.size)
+    filtered, readout, divisor = _parts(scaled, squares)
+    deep = (divisor > 2.5) & (filtered > readout)
+    inside = (bins >= bands[:, :1]) & (bins < bands[:, 1:])
+    return np.asarray(~(deep & inside).any(axis=1))
+
+
 def _ruled(
     scaled: ScaledLaws, first: IntegerArray, last: IntegerArray, squares: FloatArray
 ) -> IntegerArray:
     """(models,) bins in which N is half of the sum or more, and falls by 0.3 or less."""
     bins = np.arange(scaled.shape.size)
-    divisor = 1.0 + squares[:, FALL:] @ scaled.laws[:, FALL:].T
-    filtered = squares[:, WALK:FALL] @ scaled.laws[:, WALK:FALL].T / divisor
-    sums = filtered + np.outer(squares[:, 0], scaled.laws[:, 0])
-    rules = np.outer(squares[:, WALK], scaled.laws[:, WALK]) / divisor >= 0.5 * sums
-    rules &= divisor <= 1.4
+    filtered, readout, divisor = _parts(scaled, squares)
+    walk = np.outer(squares[:, WALK], scaled.laws[:, WALK]) / divisor
+    rules = (walk >= 0.5 * (filtered + readout)) & (divisor <= 1.4)
     rules &= (bins >= first[:, np.newaxis]) & (bins < last[:, np.newaxis])
     return np.asarray(rules.sum(axis=1))
+
+
+def _parts(scaled: ScaledLaws, squares: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """(models, bins) N, B and K behind the low-pass, Q, and the divisor of the low-pass."""
+    divisor = 1.0 + squares[:, FALL:] @ scaled.laws[:, FALL:].T
+    filtered = squares[:, WALK:FALL] @ scaled.laws[:, WALK:FALL].T / divisor
+    return filtered, np.outer(squares[:, 0], scaled.laws[:, 0]), divisor
 
 
 def _lacking(scaled: ScaledLaws, first: IntegerArray, walk: FloatArray) -> FloatArray:
