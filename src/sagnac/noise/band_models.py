@@ -32,11 +32,15 @@ FALL: Final = len(STOCHASTIC_NAMES)
 ORDERS: Final = (1, 2)
 # Number of columns.
 _COLUMNS: Final = FALL + len(ORDERS)
-# Choices of terms. One fall at most, with N beside it.
+# Choices of terms. One fall at most, with N beside it, and Q or slow noise, but not both: together
+# they take on the shape of a filter of another kind, and N is any value.
 _MASKS: Final = [
     mask
     for mask in range(1, 1 << _COLUMNS)
-    if mask < 1 << FALL or ((mask >> FALL).bit_count() == 1 and mask >> WALK & 1)
+    if mask < 1 << FALL
+    or (
+        (mask >> FALL).bit_count() == 1 and mask >> WALK & 1 and (not mask & 1 or not mask & 0b1100)
+    )
 ]
 # Depth of a fall at the top of a band that weighs the bins of the first step if Q is beside it.
 _DEPTH: Final = 30.0
