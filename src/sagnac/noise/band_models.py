@@ -17,7 +17,7 @@ import numpy as np
 from sagnac.core.arrays import BooleanArray, FloatArray, IntegerArray
 from sagnac.noise._kernels import score_bands
 from sagnac.noise.laws import STOCHASTIC_NAMES, CoefficientName, level_laws, rate_density_basis
-from sagnac.noise.slow_laws import PLAIN, WALK, SlowLaw
+from sagnac.noise.slow_laws import PLAIN, QUANTIZATION, WALK, SlowLaw
 from sagnac.spectrum.levels import Levels
 
 # Relative error of a bin that no model describes: it stands for what is neither chance nor a term.
@@ -349,7 +349,7 @@ def fitted_models(
     """
     squares = np.zeros(columns.shape)
     # The highest Q that no level lies below, and a fall of some depth.
-    behind = (columns[:, 0] == 0) & (columns[:, -1] >= FALL)
+    behind = (columns[:, 0] == QUANTIZATION) & (columns[:, -1] >= FALL)
     laws = np.vstack([scaled.laws, np.zeros((1, scaled.laws.shape[1]))])
     squares[behind, 0] = 1.0 / np.maximum.reduceat(laws[:, 0], bands.ravel())[::2][behind]
     squares[behind, -1] = _DEPTH / scaled.laws[bands[behind, 1] - 1, columns[behind, -1]]
@@ -425,12 +425,19 @@ def _inverted(matrices: FloatArray) -> tuple[FloatArray, BooleanArray]:
 
 
 def _is_shallow(scaled: ScaledLaws, bands: IntegerArray, squares: FloatArray) -> BooleanArray:
-    """(models,) those of which Q is the most of every bin that a low-pass lowers below 1/2.5."""
+    """(models,) those of which Q is the most of every bin that a low-pass lowers below 1/2.5.
+
+    Beside a fall Q has to rise above N, too: what a little of the one adds the other takes off.
+    """
     bins = np.arange(scaled.shape.size)
     filtered, readout, divisor = _parts(scaled, squares)
-    deep = (divisor > 2.5) & (filtered > readout)
     inside = (bins >= bands[:, :1]) & (bins < bands[:, 1:])
-    return np.asarray(~(deep & inside).any(axis=1))
+    deep = (inside & (divisor > 2.5) & (filtered > readout)).any(axis=1)
+    row, top = np.arange(len(bands)), bands[:, 1] - 1
+    walk = squares[:, WALK] * scaled.laws[top, WALK]
+    faint = (divisor[row, top] > 1.0) & (squares[:, QUANTIZATION] > 0.0)
+    faint &= readout[row, top] < walk
+    return np.asarray(~(deep | faint))
 
 
 def _ruled(
@@ -449,7 +456,8 @@ def _parts(scaled: ScaledLaws, squares: FloatArray) -> tuple[FloatArray, FloatAr
     """(models, bins) N, B and K behind the low-pass, Q, and the divisor of the low-pass."""
     divisor = 1.0 + squares[:, FALL:] @ scaled.laws[:, FALL:].T
     filtered = squares[:, WALK:FALL] @ scaled.laws[:, WALK:FALL].T / divisor
-    return filtered, np.outer(squares[:, 0], scaled.laws[:, 0]), divisor
+    readout = np.outer(squares[:, QUANTIZATION], scaled.laws[:, QUANTIZATION])
+    return filtered, readout, divisor
 
 
 def _lacking(scaled: ScaledLaws, first: IntegerArray, walk: FloatArray) -> FloatArray:

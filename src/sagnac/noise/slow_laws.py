@@ -17,6 +17,7 @@ import numpy as np
 from sagnac.core.arrays import BooleanArray, FloatArray
 from sagnac.noise.laws import STOCHASTIC_NAMES, flicker_share
 
+QUANTIZATION: Final = STOCHASTIC_NAMES.index("quantization")
 WALK: Final = STOCHASTIC_NAMES.index("angle_random_walk")
 FLICKER: Final = STOCHASTIC_NAMES.index("bias_instability")
 RATE_WALK: Final = STOCHASTIC_NAMES.index("rate_random_walk")

@@ -24,7 +24,7 @@ from sagnac.noise.model_average import (
     estimated_names,
     mixture_quantile,
 )
-from sagnac.noise.slow_laws import FLICKER, PLAIN, RATE_WALK, WALK, SlowLaws
+from sagnac.noise.slow_laws import FLICKER, PLAIN, QUANTIZATION, RATE_WALK, WALK, SlowLaws
 from sagnac.spectrum.levels import Levels
 
 
@@ -63,7 +63,8 @@ def with_whole_band(levels: Levels, average: Average, fit: Fit) -> Average:
     which finds what bends. No model of fewer bins may outweigh it by more than e^3. And the value
     must lie within 1.3 standard errors of the average, or below its bound. A fit that fails
     these, but passes at a chance of 0.001, e^6 and four standard errors from an estimate, is
-    neither borne out nor rejected.
+    neither borne out nor rejected. It is rejected if a low-pass with Q of a readout behind it
+    outweighs it.
 
     Its Q, N, B and K become those of slow noise whose law is not known (`with_slow_laws`). If the
     fit shows another law than 1/f and 1/f^2, that is tested, and may lie up to six standard errors
@@ -111,6 +112,10 @@ def with_whole_band(levels: Levels, average: Average, fit: Fit) -> Average:
         # The average knows of no such law, and lies apart for that.
         surely = surely._replace(apart=_OF_OTHER_LAWS if outdone > 0.0 else math.inf)
         barely = barely._replace(apart=math.inf)
+    # What falls behind a low-pass, down to a readout, may be taken for a slow law of some corner.
+    bent = models.falling & models.holding(QUANTIZATION) & (models.last == levels.level.size)
+    if models.logarithm[bent].max(initial=-math.inf) > models.logarithm.max() - outdone:
+        return average
     freedom = ratio.size - terms
 
     def passes(test: _Strictness) -> bool:
