@@ -17,7 +17,7 @@ import numpy as np
 from sagnac.core.arrays import BooleanArray, FloatArray, IntegerArray
 from sagnac.noise._kernels import score_bands
 from sagnac.noise.laws import STOCHASTIC_NAMES, CoefficientName, level_laws, rate_density_basis
-from sagnac.noise.slow_laws import PLAIN, QUANTIZATION, WALK, SlowLaw
+from sagnac.noise.slow_laws import FLICKER, PLAIN, QUANTIZATION, WALK, SlowLaw
 from sagnac.spectrum.levels import Levels
 
 # Relative error of a bin that no model describes: it stands for what is neither chance nor a term.
@@ -32,22 +32,25 @@ FALL: Final = len(STOCHASTIC_NAMES)
 ORDERS: Final = (1, 2)
 # Number of columns.
 _COLUMNS: Final = FALL + len(ORDERS)
-# Choices of terms. One fall at most, with N beside it, and Q or slow noise, but not both: together
-# they take on the shape of a filter of another kind, and N is any value.
-_MASKS: Final = [
-    mask
-    for mask in range(1, 1 << _COLUMNS)
-    if mask < 1 << FALL
-    or (
-        (mask >> FALL).bit_count() == 1 and mask >> WALK & 1 and (not mask & 1 or not mask & 0b1100)
-    )
-]
 # Depth of a fall at the top of a band that weighs the bins of the first step if Q is beside it.
 _DEPTH: Final = 30.0
 # Steps of a fit, of which the first is least squares on relative residuals.
 _MOST_STEPS: Final = 21
 # A model is given up if its deviance is this much above that of another.
 _HOPELESS: Final = 60.0
+
+
+def _is_choice(mask: int) -> bool:
+    """Whether these terms are fitted together: one fall at most, with N, and Q or slow noise.
+
+    With both beside it a fall takes on the shape of a filter of another kind, and N is any value.
+    """
+    falls, slow = mask >> FALL, mask >> FLICKER & 0b11
+    with_walk = falls.bit_count() == 1 and bool(mask >> WALK & 1)
+    return falls == 0 or (with_walk and not (mask & 1 and slow))
+
+
+_MASKS: Final = [mask for mask in range(1, 1 << _COLUMNS) if _is_choice(mask)]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
