@@ -138,11 +138,10 @@ class GyroNoise:
             for name, one in (document.get("accelerometers") or {}).items()
             if one["velocity_random_walk"]["status"] != "not observable"
         }
-        level = by_axis(forces)
-        if {"x", "y"} <= set(level):
-            return (x, y, z), (level["x"], level["y"])
-        loudest = sorted(forces.values(), key=lambda one: one.angle_random_walk)[-1:]
-        return (x, y, z), (*loudest, *loudest)
+        level = [one for axis, one in sorted(by_axis(forces).items()) if axis != "z"]
+        if len(level) != 2:
+            level = 2 * sorted(forces.values(), key=lambda one: one.angle_random_walk)[-1:]
+        return (x, y, z), (*level,)
 
     @classmethod
     def from_document(cls, document: Mapping[str, Any], sensor: Sensor = "gyro") -> "GyroNoise":
