@@ -5,7 +5,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
 
+from sagnac import plot
 from sagnac.analysis.pipeline import analyze
 from sagnac.analysis.planning import plan
 from sagnac.analysis.settings import Settings
@@ -185,3 +187,28 @@ def test_a_note_on_an_accelerometer_speaks_of_its_own_random_walk(tmp_path):
     assert "angle random walk" in of_gyro
     assert "velocity random walk" in of_force
     assert "angle random walk" not in of_force
+
+
+def test_pictures_and_datasets_are_in_the_units_of_the_sensor(both, force):
+    milli_g = 9.80665e-3
+    axes = plot.stability(force, ax=Figure().add_subplot())
+    assert axes.get_ylabel() == "Allan deviation, az (mg)"
+    drawn = {line.get_label(): line for line in axes.get_lines()}
+    np.testing.assert_allclose(
+        drawn["after removal"].get_ydata(), force.curve.deviation / milli_g, rtol=1e-12
+    )
+    with pytest.raises(ValueError, match="axes are in °/h"):
+        plot.stability(force, ax=plot.stability(both, ax=Figure().add_subplot()))
+    axes = plot.spectrum(force, ax=Figure().add_subplot())
+    assert axes.get_ylabel() == "acceleration noise density, az (mg/√Hz)"
+    drawn = {line.get_label(): line for line in axes.get_lines()}
+    assert drawn["√2 N"].get_ydata()[0] == pytest.approx(np.sqrt(2.0) * WALK / milli_g, rel=0.05)
+    axes = plot.parts(force, ax=Figure().add_subplot())
+    assert axes.get_ylabel() == "N, az (m/s/√h)"
+    drawn = {line.get_label(): line for line in axes.get_lines()}
+    assert drawn["the answer"].get_ydata()[0] == pytest.approx(WALK / UNIT, rel=0.05)
+    assert plot.lines(force, ax=Figure().add_subplot()).get_ylabel() == "amplitude (m/s)"
+    assert plot.residual(force, ax=Figure().add_subplot()).get_ylabel() == "left (mg)"
+    deviation = force.to_xarray()["deviation"]
+    assert deviation.attrs["units"] == "mg"
+    np.testing.assert_allclose(deviation, force.curve.deviation / milli_g, rtol=1e-12)

@@ -391,6 +391,26 @@ def test_an_analysis_tells_how_far_it_is_answers_and_is_saved(server, still):
     assert ended(process.pid)
 
 
+def test_an_accelerometer_is_shown_in_its_own_units():
+    noise = 1e-3 * np.random.default_rng(3).standard_normal((2, 6000))
+    tone = 0.01 * np.sin(2.0 * np.pi * 11.3 * np.arange(6000) / 100.0)  # of rad/s and of m/s^2
+    unit = {"x": "rad/s", "ax": "m/s^2"}
+    six = sagnac.Recording.from_arrays(
+        x=noise[0] + tone, ax=noise[1] + tone, kind="rate", unit=unit, sample_rate=100.0
+    )
+    shown = results.result(sagnac.analyze(six))["channels"]
+    angle = 0.01 / (200.0 * np.sin(np.pi * 0.113))  # a sample is the mean rate since the last
+    for one, size, mark, rate in zip(
+        shown, (648_000.0 / np.pi, 1.0), ("″", " m/s"), ("°/h", "mg"), strict=True
+    ):
+        (line,) = one["lines"]
+        assert line["amplitude"] == pytest.approx(size * angle, rel=0.02)
+        assert line["unit"] == mark
+        assert (
+            one["figures"]["stability"]["y"]["label"] == f"Allan deviation, {one['name']} ({rate})"
+        )
+
+
 def test_an_analysis_that_fails_keeps_its_reason(server, still):
     stream, page = server.events(page=OTHER), {"page": OTHER, "path": "still.parquet"}
     number = server.call("analyze", texts={"gyros": "x"}, analysis={"method": "fris"}, **page)[

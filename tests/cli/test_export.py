@@ -208,4 +208,15 @@ def test_an_n_that_is_inflated_without_lines_has_another_reason(tmp_path):
     louder = [5.0 * value for value in curve["deviation_deg_per_h"]]
     changed(path, curve={**curve, "deviation_deg_per_h": louder})
     (note,) = (one for one in sagnac.export(path, tool="toml").notes if "estimate" in one.text)
-    assert note.text.endswith("vibration or other noise that N does not describe is in its curve")
+    assert "a readout, vibration or other noise that N does not describe is in its" in note.text
+    assert note.text.endswith("a longer interval leaves the shortest times out")
+
+
+def test_a_longer_interval_leaves_the_steps_of_a_readout_out_of_the_white_noise():
+    random = np.random.default_rng(4)
+    angle = np.cumsum(1e-7 * random.standard_normal(60_000)) + 2e-6 * random.standard_normal(60_000)
+    still = sagnac.Recording.from_arrays(x=angle, kind="angle", unit="rad", sample_rate=100.0)
+    for interval, least, most in ((None, 20.0, 40.0), (10.0, 1.0, 2.0)):
+        made = sagnac.export(sagnac.analyze(still, interval=interval), tool="kalibr")
+        assert least < made.settings[0].excess < most
+        assert ("leaves the shortest times out" in made.text) == (interval is None)

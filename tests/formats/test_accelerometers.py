@@ -55,6 +55,24 @@ def test_what_cannot_be(tmp_path):
     assert (note.name, note.channel, note.level) == ("stuck", "ax", "error")
 
 
+@pytest.mark.parametrize("quantity", ["unit", "kind"])
+def test_what_is_stated_of_accelerometers_is_heard_or_refused(tmp_path, quantity):
+    path = save(tmp_path / "run.csv", text("gx,fx", *NOISE))
+    given = {"unit": {"gyros": "rad/s"}, "kind": {"gyros": "rate"}, "sample_rate": 100.0}
+    of_forces = {"unit": "m/s^2", "kind": "rate"}
+    given[quantity] |= {"accelerometers": of_forces[quantity]}
+    columns = {"x": "gx", "ax": "fx"}
+    said = f"accelerometers: its {quantity} is stated, and there is no such channel"
+    refused(path, said, "--accelerometers", statement=Statement(columns=columns, **given))
+    # Its twins: the accelerometer is named, is not taken, or nothing is stated of accelerometers.
+    given["unit"] |= {"accelerometers": "m/s^2"}
+    six = read(path, columns=columns, accelerometers=("ax",), **given)
+    assert [one.name for one in six.accelerometers] == ["ax"]
+    assert read(path, columns={"x": "gx"}, **given).accelerometers == ()
+    both = read(path, columns=columns, unit="rad/s", kind="rate", sample_rate=100.0)
+    assert [one.name for one in both.gyros] == ["x", "ax"]
+
+
 def test_a_file_that_states_six_axes_needs_no_option_and_three_can_be_left_out(tmp_path):
     values = axes()
     path = bag(tmp_path / "run.bag", values)

@@ -125,8 +125,10 @@ def test_an_accelerometer_without_noise_is_refused():
 def test_one_gyro_for_three_axes_is_said(tmp_path):
     one = document(tmp_path)
     (note,) = export(one, tool="psins").notes
-    assert "stands for all three axes" in str(note)
+    assert "stands for all three axes; it is of the mean square of two: one may have" in str(note)
     assert export(one, tool="toml").notes == ()
+    (note,) = export(document(tmp_path, gyros=("x",)), tool="psins").notes
+    assert str(note).endswith("stands for all three axes")
 
 
 def test_two_gyros_for_three_axes_are_said_and_each_keeps_its_own():

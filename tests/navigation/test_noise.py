@@ -108,6 +108,17 @@ def test_the_louder_of_two_gyros_stands_for_the_third_axis_alone(tmp_path, flick
     assert "the louder of two gyros stands for the third axis" in drift_notes(ahead.unaided)
 
 
+def test_heading_goes_off_by_the_gyro_whose_name_ends_in_z(tmp_path):
+    three = {name: of_gyro(0.002, 0.0001) for name in ("gz", "gx", "gy")}
+    three["gx"] = of_gyro(0.02, 0.0001)
+    path = tmp_path / "analysis.json"
+    path.write_text(json.dumps({**document(), "channel": "gz", "gyros": three}))
+    ahead = align(path, after=[60.0])
+    walks = [one.angle_random_walk / DEGREE_PER_ROOT_HOUR for one in ahead.unaided.noises]
+    assert walks == pytest.approx([0.02, 0.002, 0.002])
+    assert "stands for" not in drift_notes(ahead.unaided)
+
+
 def test_an_interval_of_n_that_reaches_far_up_bounds_heading_by_its_upper_end(tmp_path):
     path = tmp_path / "analysis.json"
     path.write_text(json.dumps(of_gyro(0.002, 0.0, ends=(0.5, 40.0))))

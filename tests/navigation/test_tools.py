@@ -130,6 +130,31 @@ def test_gtsam_is_set_by_the_file_itself():
     assert np.allclose(np.diag(parameters.force_walk), [1e-10, 9e-10, 4e-10])
 
 
+@pytest.mark.parametrize(
+    ("names", "whites", "said"),
+    [
+        (("gz", "gx", "gy"), [3e-4, 2e-4, 1e-4], False),
+        (("Gyro_X", "Gyro_Y", "Gyro_Z"), [1e-4, 3e-4, 2e-4], False),
+        (("yaw", "pitch", "roll"), [1e-4, 3e-4, 2e-4], True),
+        # The name of one tells, and the worst covers the others.
+        (("x", "x2", "x3"), [1e-4, 3e-4, 3e-4], False),
+    ],
+)
+def test_a_gyro_goes_to_the_axis_that_its_name_tells(names, whites, said):
+    settings = [dataclasses.replace(one, name=name) for one, name in zip(TRIAD, names, strict=True)]
+    file = SettingsFile(tool="psins", settings=tuple(settings), each=True)
+    assert [one.simple.white for one in file.three["gyro"]] == whites
+    assert ("taken for x, y and z in this order" in file.text()) == said
+    # A file that names each gyro puts none on an axis.
+    assert SettingsFile(tool="toml", settings=tuple(settings), each=True).notes == ()
+
+
+def test_a_second_triad_is_covered_by_the_worst_of_all():
+    more = tuple(dataclasses.replace(one, name=f"{one.name}2") for one in TRIAD)
+    file = SettingsFile(tool="psins", settings=(*TRIAD, *more), each=True)
+    assert [one.simple.white for one in file.three["gyro"]] == [3e-4] * 3
+
+
 @pytest.mark.parametrize("name", ["robot-localization", "ros-imu"])
 def test_a_message_of_ros_is_given_the_variance_of_a_sample(name):
     wanted = {"settings": TRIAD, "accelerometers": FORCES, "each": True, "rate": 100.0}

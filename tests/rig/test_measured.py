@@ -68,6 +68,22 @@ def test_each_gyro_of_a_triad_has_its_own_and_the_table_its_rate():
         assert made.table.rate_deg_per_s == pytest.approx(40.0)
 
 
+def test_a_gyro_goes_to_the_axis_that_its_name_tells():
+    document = json.loads(to_json(analysis_document(analysis(gyros=("x",), table_rate=None))))
+    walk = document["angle_random_walk"]["value"]
+    louder = {**document, "angle_random_walk": {**document["angle_random_walk"], "value": 2 * walk}}
+    for names, wanted in (
+        (("gz", "gx", "gy"), [1.0, 1.0, 2.0]),
+        (("yaw", "pitch", "roll"), [2.0, 1.0, 1.0]),  # no name tells
+        (("x", "y", "spare"), [2.0, 1.0, 2.0]),  # the first stands for what none tells
+    ):
+        gyros = dict(zip(names, (louder, document, document), strict=True))
+        unit = Measured.of_document({**document, "gyros": gyros})
+        walks = unit.keys()["gyro"]["arw_deg_per_sqrt_h"]
+        assert walks == pytest.approx(walk * np.array(wanted))
+        assert ("z: as x" in unit.left_out()) == ("spare" in names)
+
+
 def test_a_triad_on_a_table_has_the_low_pass_of_its_pair():
     document = json.loads(to_json(analysis_document(analysis(gyros=("x", "y", "z")))))
     document["low_pass"] = {"corner_hz": 0.1, "order": 2}

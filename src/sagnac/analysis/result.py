@@ -14,7 +14,7 @@ from sagnac.analysis.table_shares import Share, Triad
 from sagnac.core.arrays import FloatArray, pandas_for
 from sagnac.core.errors import Note, RecordingError, extra_module, path_of, require_type
 from sagnac.core.overwriting import Outputs, require_free
-from sagnac.core.units import DEGREE_PER_HOUR, SENSED, Sensor
+from sagnac.core.units import SENSED, UNITS, Sensor
 from sagnac.core.whole_files import write_text
 from sagnac.lines.model import Line
 from sagnac.noise.estimates import Estimate, Fit, FitName
@@ -366,10 +366,11 @@ class Analysis:
             variables[name] = (("channel", "figure"), figures, {"units": unit})
             status = [row.get("status", "not observable") for row in found]
             variables[f"{name}_status"] = (("channel",), status, {})
+        rate = UNITS[SENSED[self.sensor].rate_unit]
         for name in ("deviation", "low", "high"):
-            values = getattr(self.curve, name) / DEGREE_PER_HOUR
+            values = getattr(self.curve, name) / rate.size
             variable = name if name == "deviation" else f"deviation_{name}"
-            variables[variable] = (("tau",), values, {"units": "deg/h", "channel": self.channel})
+            variables[variable] = (("tau",), values, {"units": rate.name, "channel": self.channel})
         return xarray.Dataset(
             variables,
             coords={

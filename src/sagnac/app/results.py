@@ -81,14 +81,13 @@ def _channel(analysis: sagnac.Analysis, sensor: str) -> dict[str, Any]:
 def lines(analysis: sagnac.Analysis) -> list[dict[str, Any]]:
     """The lines that were removed, strongest first, where they stand in Hz."""
     turning = abs(analysis.table_rate or 0.0) / (2.0 * math.pi)
+    unit, symbol = ("arcsec", "″") if analysis.sensor == "gyro" else ("m/s", " m/s")
     return [
         {
-            "scale": one.scale,
-            "frequency": one.frequency,
+            **{key: getattr(one, key) for key in ("scale", "frequency", "channel", "name")},
             "hz": one.frequency * (turning if one.scale == "angle" else 1.0),
-            "amplitude": math.degrees(3600.0 * one.amplitude),
-            "channel": one.channel,
-            "name": one.name,
+            "amplitude": one.amplitude_in(unit)[0],
+            "unit": symbol,
         }
         for one in analysis.lines
     ]

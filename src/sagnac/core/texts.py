@@ -26,6 +26,20 @@ OPTION_OF: Final = {
 """Inputs of the library that the command line calls otherwise."""
 
 
+def by_axis(named: Mapping[str, Value]) -> dict[str, Value]:
+    """Sensors by the axis that the last letter of each name tells, else those called x, ay, …
+
+    Examples
+    --------
+    >>> by_axis({"gz": 3, "Gyro_X": 1}), by_axis({"x": 1, "x2": 2}), by_axis({"roll": 1})
+    ({'z': 3, 'x': 1}, {'x': 1}, {})
+    """
+    told = {re.sub("[^a-z]", "", name.lower())[-1:]: one for name, one in named.items()}
+    if len(told) == len(named) and set(told) <= set("xyz"):
+        return told
+    return {name[-1]: one for name, one in named.items() if re.fullmatch("a?[xyz]", name)}
+
+
 def names(text: str) -> tuple[str, ...]:
     """``x,z`` as names.
 

@@ -382,14 +382,17 @@ def require_known(choice: Choice, columns: Sequence[Column], statements: Stateme
     keys = {column.key for column in taken.values()}
     others = {one.name for one in columns if one.key not in keys}
     others |= {name for one in statements.in_order for name in one.columns}
+    # What is stated of accelerometers is not heard if ax is read as a gyro.
+    misread = not choice.accelerometers and bool({"ax", "ay", "az"} & set(choice.gyros))
     for quantity, roles in (("kind", ()), ("unit", ("table", "time"))):
-        known = dict.fromkeys((*taken, "gyros", "accelerometers", *roles))
+        known = dict.fromkeys((*taken, "gyros", *["accelerometers"] * (not misread), *roles))
         for statement in (statements.caller, statements.beside):
             stated = getattr(statement, quantity)
             for name in stated if isinstance(stated, Mapping) else ():
                 if name not in known and name not in others:
                     said = f"its {quantity} is stated, and there is no such channel"
                     remedy = f"state {{{quantity}}} of {', '.join(known)}"
+                    remedy += ", or name the {accelerometers}" if misread else ""
                     raise RecordingError(said, channel=name, remedy=remedy)
 
 

@@ -14,6 +14,7 @@ from scipy.special import ndtri
 from sagnac.core.arrays import FloatArray
 from sagnac.core.documents import Documented, read_one_analysis
 from sagnac.core.errors import RecordingError
+from sagnac.core.texts import by_axis
 from sagnac.core.units import SENSED, Sensor
 from sagnac.navigation.models import FilterModel, Markov, require_numbers
 from sagnac.navigation.settings import as_written
@@ -114,10 +115,10 @@ class GyroNoise:
         Returns
         -------
         gyros
-            x, y and z, each its own if the document has a gyro of that name that was taken alone;
-            else the loudest of the gyros, the same object for each axis that it stands for.
+            About x, y and z, each its own if the names tell and it was taken alone; else the
+            loudest of the gyros, the same object for each axis that it stands for.
         accelerometers
-            ax and ay if the document has both; else the loudest of what it has twice, or nothing.
+            Along x and y if the names tell; else the loudest of what it has twice, or nothing.
 
         Raises
         ------
@@ -131,16 +132,16 @@ class GyroNoise:
         alone = document.get("gyros") or {document["channel"]: document}
         measured = {name: cls.from_document(one) for name, one in alone.items()}
         stand_in = max(measured.values(), key=lambda one: one.allan_variance(_LASTS))
-        x, y, z = (measured.get(name, stand_in) for name in "xyz")
+        x, y, z = (by_axis(measured).get(axis, stand_in) for axis in "xyz")
         forces = {
             name: cls.from_document(one, "accelerometer")
             for name, one in (document.get("accelerometers") or {}).items()
             if one["velocity_random_walk"]["status"] != "not observable"
         }
-        if {"ax", "ay"} <= set(forces):
-            return (x, y, z), (forces["ax"], forces["ay"])
-        loudest = sorted(forces.values(), key=lambda one: one.angle_random_walk)[-1:]
-        return (x, y, z), (*loudest, *loudest)
+        level = [one for axis, one in sorted(by_axis(forces).items()) if axis != "z"]
+        if len(level) != 2:
+            level = 2 * sorted(forces.values(), key=lambda one: one.angle_random_walk)[-1:]
+        return (x, y, z), (*level,)
 
     @classmethod
     def from_document(cls, document: Mapping[str, Any], sensor: Sensor = "gyro") -> "GyroNoise":

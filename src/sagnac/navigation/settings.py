@@ -60,6 +60,8 @@ class FilterSetting:
         What a data sheet states beside the noise, in words: name -> text.
     has_lines
         Whether lines were left in the curve.
+    is_pair
+        Whether it is what two gyros make per gyro.
     """
 
     name: str
@@ -75,6 +77,7 @@ class FilterSetting:
     doubts: tuple[str, ...] = ()
     stated: Mapping[str, str] = field(default_factory=dict)
     has_lines: bool = False
+    is_pair: bool = False
 
     @property
     def excess(self) -> float:
@@ -206,6 +209,7 @@ def _measured(
             doubts=_doubts(name, [sensor[0] for sensor in sensors], document, whole),
             # An analysis takes the lines out of accelerometers whatever is asked for.
             has_lines=kind == "gyro" and whole["settings"]["method"] == "none",
+            is_pair=name == whole.get("channel") and whole.get("gyros_differenced") == 2,
         )
         settings.append(setting)
     return settings

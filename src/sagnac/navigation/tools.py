@@ -11,7 +11,7 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from sagnac.core import units
 from sagnac.core.errors import Note, RecordingError, is_finite, one_line, quoted
-from sagnac.core.texts import toml_tables
+from sagnac.core.texts import by_axis, toml_tables
 from sagnac.core.version import __version__
 from sagnac.navigation.definitions import Definition, ToolName, definition_of
 from sagnac.navigation.models import common_time
@@ -94,11 +94,10 @@ class SettingsFile:
         """Settings about x, y and z by kind: each its own; the worst stands for one without."""
         axes: dict[units.Sensor, tuple[FilterSetting, ...]] = {}
         for kind, settings in self.chosen.items():
-            own = {one.name: one for one in settings}
-            rest = tuple(own) if len(own) == 3 else ("",) * 3
-            named = ("x", "y", "z") if kind == "gyro" else ("ax", "ay", "az")
-            order = named if set(own) <= set(named) else rest
-            axes[kind] = tuple(own.get(name, self.worst[kind]) for name in order)
+            own = by_axis({one.name: one for one in settings}) if len(settings) < 4 else {}
+            if len(settings) == 3 and not own:
+                own = dict(zip("xyz", settings, strict=True))
+            axes[kind] = tuple(own.get(axis, self.worst[kind]) for axis in "xyz")
         return axes
 
     @property
@@ -109,9 +108,17 @@ class SettingsFile:
             names = dict.fromkeys(one.name for one in settings if one.limit is not None)
             if self.definition.axes != "any" and len(names) in {1, 2}:
                 text = f"is the only {kind} that was measured, and stands for all three axes"
+                if any(one.is_pair for one in settings):
+                    text += (
+                        "; it is of the mean square of two: one may have up to 1.41 times as much"
+                    )
                 if len(names) == 2:
                     which = "the third axis" if self.each else "all three axes"
                     text = f"were measured, and the worse of these {kind}s stands for {which}"
+                notes.append(Note(channel=", ".join(names), text=text))
+            in_order = self.each and self.definition.axes == "three" and not by_axis(names)
+            if in_order and len(names) == 3:
+                text = "are taken for x, y and z in this order, which their names do not tell"
                 notes.append(Note(channel=", ".join(names), text=text))
         for one in self.held:
             if one.excess > _INFLATED:
@@ -119,7 +126,8 @@ class SettingsFile:
                 text += (
                     "lines or vibration are in its curve; `sagnac analyze` removes lines"
                     if one.has_lines
-                    else "vibration or other noise that N does not describe is in its curve"
+                    else "a readout, vibration or other noise that N does not describe is in its "
+                    "curve; an analysis with a longer interval leaves the shortest times out"
                 )
                 notes.append(Note(channel=one.name, text=text))
         doubts = dict.fromkeys(doubt for one in self.held for doubt in one.doubts)

@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 
 from sagnac.analysis.result import Analysis
 from sagnac.analysis.spectra import Spectrum
-from sagnac.core.units import ARCSECOND, DEGREE_PER_HOUR_PER_ROOT_HERTZ
+from sagnac.core.units import DEGREE_PER_HOUR_PER_ROOT_HERTZ, SENSED, UNITS
 from sagnac.lines.model import Line, Scale
 from sagnac.noise.cross_spectra import SelfNoise
 from sagnac.noise.laws import SYMBOLS
@@ -42,7 +42,7 @@ def short_position(line: Line) -> str:
 
 
 def lines(analysis: Analysis, ax: Axes | None = None) -> Axes:
-    """Amplitude of each line (″) against its frequency, with one standard deviation.
+    """Amplitude of each line against its frequency, with one standard deviation.
 
     A line in table angle stands at its order times the mean table rate; orders of a table at
     rest have no frequency and are left out.
@@ -72,25 +72,25 @@ def lines(analysis: Analysis, ax: Axes | None = None) -> Axes:
     >>> axes.get_ylabel()
     'amplitude (″)'
     """
-    axes = frame.axes_of(ax, analysis)
-    placed = placed_lines(analysis)
+    axes, placed = frame.axes_of(ax, analysis), placed_lines(analysis)
+    unit = UNITS[SENSED[analysis.sensor].integral_unit]
     for scale, (color, label) in SCALES.items():
         of_scale = [(at, line) for at, line in placed if line.scale == scale]
         if of_scale:
             figures = [(at, line.amplitude, line.amplitude_error) for at, line in of_scale]
             places, amplitude, error = np.array(figures).T
             axes.errorbar(
-                places, amplitude / ARCSECOND, yerr=error / ARCSECOND, linestyle="none",
+                places, amplitude / unit.size, yerr=error / unit.size, linestyle="none",
                 marker="o", markersize=3.6, elinewidth=0.7, color=color, label=label,
             )  # fmt: skip
-    frame.logarithmic(axes, "frequency (Hz)", "amplitude (″)")
+    frame.logarithmic(axes, "frequency (Hz)", f"amplitude ({unit.symbol})")
     if not placed:
         frame.without_data(axes)
         axes.text(0.5, 0.5, "no line", transform=axes.transAxes, ha="center")
         return axes
     for at, line in placed[:LABELLED_LINES]:
         axes.annotate(
-            short_position(line), (at, line.amplitude / ARCSECOND), xytext=(4.0, 4.0),
+            short_position(line), (at, line.amplitude / unit.size), xytext=(4.0, 4.0),
             textcoords="offset points", fontsize=7, color=SCALES[line.scale][0],
         )  # fmt: skip
     axes.legend()
@@ -103,7 +103,7 @@ _DRAWN_BINS: Final = 2400
 
 
 def spectrum(analysis: Analysis, ax: Axes | None = None) -> Axes:
-    """Rate noise density before and after removal (°/h/√Hz, per gyro), its lines marked.
+    """Rate noise density before and after removal, per gyro, its lines marked.
 
     Parameters
     ----------
@@ -131,7 +131,9 @@ def spectrum(analysis: Analysis, ax: Axes | None = None) -> Axes:
     'rate noise density, x (°/h/√Hz)'
     """
     axes = frame.axes_of(ax, analysis)
-    before, after = _drawn_bins(analysis.spectrum_before), _drawn_bins(analysis.spectrum)
+    unit = frame.rate_unit(analysis)
+    shown = (analysis.spectrum_before, analysis.spectrum)
+    before, after = (_drawn_bins(one, unit.size) for one in shown)
     if frame.removed(analysis):
         axes.plot(
             before.frequency, before.density, color=frame.QUIET, linewidth=0.8,
@@ -141,17 +143,15 @@ def spectrum(analysis: Analysis, ax: Axes | None = None) -> Axes:
         after.frequency, after.density, color=frame.next_color(axes), linewidth=0.8, alpha=0.7,
         label=frame.after_removal(analysis),
     )  # fmt: skip
-    frame.logarithmic(
-        axes, "frequency (Hz)", f"rate noise density, {frame.channel_of(analysis)} (°/h/√Hz)"
-    )
+    of = f"{SENSED[analysis.sensor].rate} noise density, {frame.channel_of(analysis)}"
+    frame.logarithmic(axes, "frequency (Hz)", f"{of} ({unit.symbol}/√Hz)")
     if not after.frequency.size:
         frame.without_data(axes)
         axes.text(0.5, 0.5, analysis.source, transform=axes.transAxes, ha="center")
         return axes
     axes.margins(x=0.01)
     if analysis.angle_random_walk.status == "estimated":
-        walk = analysis.angle_random_walk.value / DEGREE_PER_HOUR_PER_ROOT_HERTZ
-        level = math.sqrt(2.0) * walk
+        level = math.sqrt(2.0) * analysis.angle_random_walk.value / unit.size
         axes.axhline(level, color=frame.INK, linewidth=0.9, linestyle=frame.DASHED, label="√2 N")
     _rested_on(axes, analysis)
     _mark_lines(axes, analysis)
@@ -214,15 +214,15 @@ def _rested_on(axes: Axes, analysis: Analysis) -> None:
         low, high, color=frame.ORANGE, alpha=0.08, linewidth=0, label=f"band of the {whose}"
     )
     frequency = np.geomspace(low, min(high, 0.5 / choice.law.interval), 200)
-    root = np.sqrt(choice.law.density(frequency)) / DEGREE_PER_HOUR_PER_ROOT_HERTZ
+    unit = frame.rate_unit(analysis).size
+    root = np.sqrt(choice.law.density(frequency)) / unit
     letters = ", ".join(SYMBOLS[name] for name in choice.terms)
     other = choice.law.slow.in_words()
     label = letters + f" ({other})" * bool(other) + " behind a low-pass" * any(choice.law.falls)
     frame.model(axes, frequency, root, color=frame.ORANGE, linewidth=1.3, label=label)
     for alone in np.diag(choice.law.squares):
         if alone.any() and len(choice.terms) > 1:
-            term = np.sqrt(replace(choice.law, squares=tuple(alone)).density(frequency))
-            term /= DEGREE_PER_HOUR_PER_ROOT_HERTZ
+            term = np.sqrt(replace(choice.law, squares=tuple(alone)).density(frequency)) / unit
             frame.model(
                 axes, frequency, term, color=frame.ORANGE, linewidth=0.7, linestyle=frame.DOTTED
             )
@@ -256,11 +256,11 @@ def _mark_lines(axes: Axes, analysis: Analysis) -> None:
         )  # fmt: skip
 
 
-def _drawn_bins(measured: Spectrum) -> Spectrum:
-    """Root density, lowest and highest of each log-spaced bin: no peak is lost."""
+def _drawn_bins(measured: Spectrum, unit: float) -> Spectrum:
+    """Root density in a unit, lowest and highest of each log-spaced bin: no peak is lost."""
     keep = (measured.frequency > 0.0) & (measured.density > 0.0)
     frequency = measured.frequency[keep]
-    level = np.sqrt(measured.density[keep]) / DEGREE_PER_HOUR_PER_ROOT_HERTZ
+    level = np.sqrt(measured.density[keep]) / unit
     if frequency.size <= _DRAWN_BINS:
         return Spectrum(frequency=frequency, density=level)
     edges = np.geomspace(frequency[0], frequency[-1] * (1.0 + 1e-12), _DRAWN_BINS // 2 + 1)

@@ -12,7 +12,7 @@ from matplotlib.patheffects import withStroke
 from sagnac.analysis.result import Analysis, headline_coefficients, headline_fit
 from sagnac.analysis.spectra import ByAngle, Residual
 from sagnac.core.arrays import FloatArray
-from sagnac.core.units import DEGREE_PER_HOUR, DEGREE_PER_ROOT_HOUR
+from sagnac.core.units import DEGREE_PER_HOUR, SENSED, UNITS, field_unit
 from sagnac.noise.laws import COEFFICIENT_NAMES, SYMBOLS, CoefficientName, allan_variance
 from sagnac.report import frame
 from sagnac.stability.curve import StabilityCurve
@@ -30,7 +30,7 @@ _ROOM_FOR_LABEL: Final = 75.0  # points
 _NAMES: Final = {"average": "average", "both": "N of the likelihood", "whole band": "likelihood"}
 # Label of the axis of deviations before the channel, and the units behind it.
 _OF_CHANNEL: Final = "Allan deviation, "
-_UNIT: Final = " (°/h)"
+_UNITS: Final = tuple(f" ({UNITS[one.rate_unit].symbol})" for one in SENSED.values())
 _OF_VALUES: Final = " (unit of the values per s)"
 _OF_TIME: Final = " (unit of the values)"
 
@@ -41,8 +41,9 @@ def stability(result: Analysis | StabilityCurve, ax: Axes | None = None) -> Axes
     Parameters
     ----------
     result
-        An analysis: Allan deviation before and after removal (°/h), the fit that the answer
-        rests on, and each term that it estimated with its slope. Or one curve, in its own unit.
+        An analysis: Allan deviation before and after removal (°/h, of an accelerometer mg), the
+        fit that the answer rests on, and each term that it estimated with its slope. Or one curve,
+        in its own unit.
         Several gyros that were taken alone are drawn one over the other: of each the curve after
         removal and the fit, in a colour of its own, with its name.
     ax
@@ -90,7 +91,7 @@ def _draw_curve(axes: Axes, curve: StabilityCurve) -> None:
 
 def _name_first(axes: Axes) -> None:
     """The curve of an analysis that stood alone is called by its channel, as others join it."""
-    name = axes.get_ylabel().removeprefix(_OF_CHANNEL).removesuffix(_UNIT)
+    name = axes.get_ylabel().removeprefix(_OF_CHANNEL).rpartition(" (")[0]
     for line in axes.get_lines():
         if line.get_label() in frame.STATES:
             line.set_label(name)
@@ -99,36 +100,38 @@ def _name_first(axes: Axes) -> None:
 def _draw_over(axes: Axes, analysis: Analysis) -> None:
     """The curve after removal and the fit, in the next colour, beside those that are there."""
     curve = getattr(analysis, "curve_of_answer", None) or analysis.curve
-    _frame(axes, "Allan deviation", _UNIT)
-    _limits(axes, curve.tau, *(one / DEGREE_PER_HOUR for one in (curve.deviation, curve.low)))
-    color = _points(axes, curve, DEGREE_PER_HOUR, label=frame.channel_of(analysis))
+    unit = frame.rate_unit(analysis)
+    _frame(axes, "Allan deviation", f" ({unit.symbol})")
+    _limits(axes, curve.tau, *(one / unit.size for one in (curve.deviation, curve.low)))
+    color = _points(axes, curve, unit.size, label=frame.channel_of(analysis))
     if (fit := _fit_of(analysis)) is not None:
         tau, total = fit.sum_over(*axes.get_xlim())
         frame.model(axes, tau, total, color=color, linewidth=1.0)
 
 
 def _draw_curves(axes: Axes, analysis: Analysis) -> None:
-    """The curves before and after removal, in °/h, with the fit."""
+    """The curves before and after removal, with the fit."""
     after, label = analysis.curve, frame.after_removal(analysis)
+    unit = frame.rate_unit(analysis)
     # An analysis that was read again holds the curve after removal alone.
     before = getattr(analysis, "curve_before", None) if frame.removed(analysis) else None
     if (without := getattr(analysis, "curve_of_answer", None)) is not None:
         before, after, label = after, without, frame.STATES[0]
-    _frame(axes, f"{_OF_CHANNEL}{frame.channel_of(analysis)}", _UNIT)
+    _frame(axes, f"{_OF_CHANNEL}{frame.channel_of(analysis)}", f" ({unit.symbol})")
     shown = (after.deviation, after.low, *([] if before is None else [before.deviation]))
-    _limits(axes, after.tau, *(one / DEGREE_PER_HOUR for one in shown))
+    _limits(axes, after.tau, *(one / unit.size for one in shown))
     if before is not None:
         axes.plot(
-            before.tau, before.deviation / DEGREE_PER_HOUR, color=frame.QUIET, marker="s",
+            before.tau, before.deviation / unit.size, color=frame.QUIET, marker="s",
             markersize=2.8, linewidth=0.9, label="before removal",
         )  # fmt: skip
-    _points(axes, after, DEGREE_PER_HOUR, label=label)
+    _points(axes, after, unit.size, label=label)
     _fitted(axes, analysis)
 
 
 def _frame(axes: Axes, name: str, unit: str) -> None:
     """Axes of deviations, which have to be in the unit of those that are there already."""
-    for other in (_UNIT, _OF_VALUES, _OF_TIME):
+    for other in (*_UNITS, _OF_VALUES, _OF_TIME):
         if other != unit and axes.get_ylabel().endswith(other):
             stated, held = (one.strip(" ()") for one in (unit, other))
             raise ValueError(f"result is in {stated} and axes are in {held}; give it other axes")
@@ -159,16 +162,16 @@ def _limits(axes: Axes, tau: FloatArray, *deviations: FloatArray) -> None:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _Drawn:
-    """Terms of the answer that are drawn, SI, and from which cluster time on, s."""
+    """Terms of the answer that are drawn, in the unit of rates, and from which time on, s."""
 
     name: str
     values: Mapping[CoefficientName, float]
     shortest: float
 
     def sum_over(self, left: float, right: float) -> tuple[FloatArray, FloatArray]:
-        """Cluster times between two, s, and the deviation of all terms there, °/h."""
+        """Cluster times between two, s, and the deviation of all terms there."""
         tau = np.geomspace(max(left, self.shortest), right, 200)
-        return tau, np.sqrt(allan_variance(tau, self.values)) / DEGREE_PER_HOUR
+        return tau, np.sqrt(allan_variance(tau, self.values))
 
 
 def _fit_of(analysis: Analysis) -> _Drawn | None:
@@ -176,7 +179,8 @@ def _fit_of(analysis: Analysis) -> _Drawn | None:
     fit, average = headline_fit(analysis), analysis.average
     coefficients = headline_coefficients(analysis) if fit is None else fit.coefficients
     there = {name: coefficients[name] for name in COEFFICIENT_NAMES if name in coefficients}
-    values = {name: one.value for name, one in there.items() if one.status == "estimated"}
+    unit = frame.rate_unit(analysis).size
+    values = {name: one.value / unit for name, one in there.items() if one.status == "estimated"}
     name, shortest = _NAMES["average"], 0.0
     if fit is not None:
         name = fit.method
@@ -196,7 +200,7 @@ def _fitted(axes: Axes, analysis: Analysis) -> None:
     frame.model(axes, tau, total, color=frame.INK, linewidth=1.2, label=f"fit ({fit.name})")
     low, high = axes.get_ylim()
     for name, value in fit.values.items():
-        part = np.sqrt(allan_variance(tau, {name: value})) / DEGREE_PER_HOUR
+        part = np.sqrt(allan_variance(tau, {name: value}))
         frame.model(axes, tau, part, color=frame.INK, linewidth=0.7, linestyle=frame.DOTTED)
         inside = np.flatnonzero((part > low) & (part < high))
         # No term lies above the sum, so the side below its line is free of data.
@@ -226,7 +230,7 @@ _LONG_S: Final = 7_000.0
 
 
 def parts(analysis: Analysis, ax: Axes | None = None) -> Axes:
-    """N over parts of the recording (°/√h) against time, with the answer and its interval.
+    """N over parts of the recording against time, with the answer and its interval.
 
     Parameters
     ----------
@@ -252,18 +256,20 @@ def parts(analysis: Analysis, ax: Axes | None = None) -> Axes:
     """
     axes = frame.axes_of(ax, analysis)
     answer = analysis.angle_random_walk
+    unit = field_unit("angle_random_walk", analysis.sensor)
     if answer.status == "estimated":
-        figures = (answer.value, answer.low, answer.high)
-        level, low, high = (one / DEGREE_PER_ROOT_HOUR for one in figures)
+        shown = answer.to(unit.name)
         interval = f"its {100 * answer.confidence:g} % interval"
         axes.axhline(
-            level, color=frame.INK, linewidth=0.9, linestyle=frame.DASHED, label="the answer"
+            shown.value, color=frame.INK, linewidth=0.9, linestyle=frame.DASHED, label="the answer"
         )
-        axes.axhspan(low, high, color=frame.QUIET, alpha=0.25, linewidth=0, label=interval)
+        axes.axhspan(
+            shown.low, shown.high, color=frame.QUIET, alpha=0.25, linewidth=0, label=interval
+        )
     seen = [part for part in analysis.parts if part.shows]
     for number, part in enumerate(seen):
         middle, half = 0.5 * (part.start_s + part.stop_s), 0.5 * (part.stop_s - part.start_s)
-        value, low, high = (one / DEGREE_PER_ROOT_HOUR for one in (part.value, part.low, part.high))
+        value, low, high = (one / unit.size for one in (part.value, part.low, part.high))
         axes.errorbar(
             [middle], [value], xerr=[half], yerr=[[value - low], [high - value]], color=frame.BLUE,
             marker="o", markersize=3.6, elinewidth=0.9, linestyle="none",
@@ -271,14 +277,14 @@ def parts(analysis: Analysis, ax: Axes | None = None) -> Axes:
         )  # fmt: skip
     if not seen:
         axes.text(0.5, 0.5, "no part shows N", transform=axes.transAxes, ha="center")
-    axes.set(xlabel="time (s)", ylabel=f"N, {frame.channel_of(analysis)} (°/√h)")
+    axes.set(xlabel="time (s)", ylabel=f"N, {frame.channel_of(analysis)} ({unit.symbol})")
     if axes.get_legend_handles_labels()[0]:
         axes.legend()
     return axes
 
 
 def residual(analysis: Analysis, ax: Axes | None = None) -> Axes:
-    """Mean rate of what removal leaves against time, °/h per gyro, less its mean.
+    """Mean rate of what removal leaves against time, per gyro, less its mean.
 
     Parameters
     ----------
@@ -302,11 +308,10 @@ def residual(analysis: Analysis, ax: Axes | None = None) -> Axes:
     >>> plot.residual(analyze(still), ax=Figure().add_subplot()).get_ylabel()
     'left (°/h)'
     """
-    axes, kept = frame.axes_of(ax, analysis), _residual(analysis)
+    axes, kept, unit = frame.axes_of(ax, analysis), _residual(analysis), frame.rate_unit(analysis)
     long = float(kept.time[-1]) > _LONG_S
-    axes.plot(kept.time / (3600.0 if long else 1.0), kept.rate / DEGREE_PER_HOUR, color=frame.BLUE)
-    axes.set_xlabel(f"time ({'h' if long else 's'})")
-    axes.set_ylabel("left (°/h)")
+    axes.plot(kept.time / (3600.0 if long else 1.0), kept.rate / unit.size, color=frame.BLUE)
+    axes.set(xlabel=f"time ({'h' if long else 's'})", ylabel=f"left ({unit.symbol})")
     return axes
 
 
@@ -334,10 +339,8 @@ def residual_by_angle(analysis: Analysis, ax: Axes | None = None) -> Axes:
     """
     axes, turn = frame.axes_of(ax, analysis), _by_angle(analysis)
     axes.plot(np.degrees(turn.angle), turn.after / DEGREE_PER_HOUR, color=frame.BLUE)
-    axes.set_xlim(0.0, 360.0)
-    axes.set_xticks(range(0, 361, 60))
-    axes.set_xlabel("table angle (°)")
-    axes.set_ylabel("left (°/h)")
+    axes.set(xlim=(0.0, 360.0), xticks=range(0, 361, 60))
+    axes.set(xlabel="table angle (°)", ylabel="left (°/h)")
     return axes
 
 
@@ -372,9 +375,7 @@ def orders(analysis: Analysis, ax: Axes | None = None) -> Axes:
             turn.order, amplitude / DEGREE_PER_HOUR, color=color, marker=marker, markersize=2.2,
             linewidth=0.7, label=label,
         )  # fmt: skip
-    axes.set_yscale("log")
-    axes.set_xlabel("order of the table angle")
-    axes.set_ylabel("amplitude (°/h)")
+    axes.set(yscale="log", xlabel="order of the table angle", ylabel="amplitude (°/h)")
     # Room above the points for the legend.
     low, high = axes.get_ylim()
     axes.set_ylim(low, high * (high / low) ** 0.3)

@@ -22,7 +22,7 @@ from numpy.typing import ArrayLike
 from sagnac.analysis.result import Analysis
 from sagnac.analysis.spectra import ByAngle
 from sagnac.core.arrays import FloatArray
-from sagnac.core.units import DEGREE, DEGREE_PER_HOUR, SENSED, UNITS
+from sagnac.core.units import DEGREE, DEGREE_PER_HOUR
 from sagnac.core.whole_files import replacing
 from sagnac.noise.cross_spectra import SelfNoise
 from sagnac.report import density, deviation, frame
@@ -223,7 +223,7 @@ def comparison_figure(analyses: Mapping[str, Analysis]) -> Figure:
 
 def curves_figure(analyses: Sequence[Analysis]) -> Figure:
     """Allan deviation of gyros, or of accelerometers, against cluster time, as recorded."""
-    unit = UNITS[SENSED[analyses[0].sensor].rate_unit]
+    unit = frame.rate_unit(analyses[0])
     colors = cycle((frame.BLUE, frame.ORANGE, frame.GREEN, frame.INK))
     with styled(6) as (figure, axes):
         for analysis, color in zip(analyses, colors, strict=False):

@@ -10,6 +10,7 @@ from matplotlib.lines import Line2D
 from sagnac.analysis.result import Analysis
 from sagnac.core.arrays import FloatArray
 from sagnac.core.errors import require_type
+from sagnac.core.units import SENSED, UNITS, Unit
 
 INK: Final = "#1a1a1a"
 QUIET: Final = "#9a9a9a"
@@ -86,6 +87,11 @@ def channel_of(analysis: Analysis) -> str:
     """Subject of a figure, for a label: ``x − z per gyro``."""
     readable = literal(analysis.channel).replace("-", " − ")
     return f"{readable} per gyro" if analysis.is_pair else readable
+
+
+def rate_unit(analysis: Analysis) -> Unit:
+    """Unit that rates are drawn in: deg/h, or mg of an accelerometer."""
+    return UNITS[SENSED[analysis.sensor].rate_unit]
 
 
 def removed(analysis: Analysis) -> bool:

@@ -5,6 +5,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any, Final, Self
 
+from sagnac.core.texts import by_axis
 from sagnac.core.units import SENSED, SENSORS, UNITS, Sensor, field_unit
 from sagnac.rig.sections import SENSOR_KEYS, SENSOR_NAMES
 
@@ -148,7 +149,7 @@ class Measured:
         if self.recorded.get("kind"):
             alone["kind"] = self.recorded["kind"]
         for kind, sensors in self.sensors.items():
-            three = _three(sensors, SENSOR_NAMES[kind])
+            three = _three(sensors)
             each = [one.keys(kind, 1.0 / alone["sample_rate_hz"]) for one in three]
             # The rig has one order for all: that of the lowest corner.
             passes = [one.low_pass for one in three if one.low_pass]
@@ -184,16 +185,18 @@ class Measured:
                     lines.append(f"{name}: without {', '.join(missing)}, not estimated")
             if len({one.low_pass[1] for one in sensors.values() if one.low_pass}) > 1:
                 lines.append(f"low-passes of the {kind}s: of one order, as the rig has them")
-            others = [name for name in SENSOR_NAMES[kind] if name not in sensors]
-            if others and len(sensors) != 3:
+            told = by_axis(sensors)
+            others = [name for name in SENSOR_NAMES[kind] if name[-1] not in told]
+            if others and (told or len(sensors) != 3):
                 lines.append(f"{', '.join(others)}: as {next(iter(sensors))}")
         lines.append("no mean: neither its biases nor how it stood, which are those of the table")
         return lines
 
 
-def _three(sensors: Mapping[str, MeasuredSensor], names: tuple[str, ...]) -> list[MeasuredSensor]:
-    """Sensors of the three axes: by name, in order if none fits, else the first."""
-    if len(sensors) == 3 and not set(names) & set(sensors):
-        return list(sensors.values())
-    first = next(iter(sensors.values()))
-    return [sensors.get(name, first) for name in names]
+def _three(sensors: Mapping[str, MeasuredSensor]) -> list[MeasuredSensor]:
+    """Sensors of the three axes: by name, three in order if no name tells, else the first."""
+    first, *others = sensors.values()
+    told = by_axis(sensors)
+    if len(others) == 2 and not told:
+        return [first, *others]
+    return [told.get(axis, first) for axis in "xyz"]

@@ -317,7 +317,7 @@ function lines() {
   const rows = found.slice(0, 200).map((one, place) => {
     const box = element("input", { type: "checkbox", checked: !state.off.has(place), disabled: one.channel !== current().name, title: "taken out", ariaLabel: `${digits(one.frequency, 7)} ${one.scale === "time" ? "Hz" : "order"} taken out` });
     box.addEventListener("change", () => { if (box.checked) state.off.delete(place); else state.off.add(place); changed(); });
-    const made = row(box, one.scale === "time" ? `${digits(one.frequency, 7)} Hz` : `order ${digits(one.frequency, 7)} (${digits(one.hz, 5)} Hz)`, `${digits(one.amplitude)}″`, one.name);
+    const made = row(box, one.scale === "time" ? `${digits(one.frequency, 7)} Hz` : `order ${digits(one.frequency, 7)} (${digits(one.hz, 5)} Hz)`, `${digits(one.amplitude)}${one.unit}`, one.name);
     if (state.off.has(place)) made.className = "off";
     return made;
   });
