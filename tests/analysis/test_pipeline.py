@@ -317,8 +317,8 @@ def figures_of(result):
     ids=["lines", "full turns", "single", "triad", "every sample"],
 )
 def test_a_long_recording_gives_the_same_from_its_file(simulation, tmp_path, monkeypatch, settings):
-    # Full turns need many. In the first 20,000 samples rounding decides whether B of the weighted fit
-    # of three gyros is a bound.
+    # Full turns need many. In the first 20,000 samples rounding decides whether B of the weighted
+    # fit of three gyros is a bound.
     part = slice(None) if settings.method == "fris" else slice(20_000, 40_000)
     path = write(simulation.recording[part], tmp_path / "run.parquet")
     whole = analyze(read(path), settings)
