@@ -170,6 +170,24 @@ def test_a_message_of_ros_is_given_the_variance_of_a_sample(name):
     assert "linear_acceleration_covariance" not in alone
 
 
+def test_recordings_of_two_rates_are_told_of_where_a_sample_counts():
+    slow, fast = (
+        dataclasses.replace(setting(name), sample_rate=rate)
+        for name, rate in (("x", 100.0), ("y", 200.0))
+    )
+
+    def said(tool, *settings, rate=None):
+        file = SettingsFile(tool=tool, settings=settings, each=True, rate=rate)
+        return [str(note) for note in file.notes if "Hz" in str(note)]
+
+    (told,) = said("ros-imu", slow, fast)
+    assert "100 and 200 Hz" in told
+    assert "for 100 Hz" in told
+    assert not said("ros-imu", slow, fast, rate=200.0)
+    assert not said("ros-imu", slow, dataclasses.replace(fast, sample_rate=100.0))
+    assert not said("openvins", slow, fast)
+
+
 def walk_as_markov(white, walk, time, tau):
     """Allan variance of the bias that KF-GINS and PSINS model, by the definition of each."""
     deviation, correlation = walk, time

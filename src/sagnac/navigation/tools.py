@@ -130,6 +130,14 @@ class SettingsFile:
                     "curve; an analysis with a longer interval leaves the shortest times out"
                 )
                 notes.append(Note(channel=one.name, text=text))
+        rates = {one.sample_rate for one in self.held} - {None}
+        if self.rate is None and len(rates) > 1 and "rate" not in self.definition.unused:
+            hertz = " and ".join(f"{one:.9g}" for one in sorted(rates))
+            text = (
+                f"the recordings have {hertz} Hz, and what a sample has is for "
+                f"{self.known_rate:.9g} Hz; state the update rate (--rate, in Python rate)"
+            )
+            notes.append(Note(level="warning", text=text))
         doubts = dict.fromkeys(doubt for one in self.held for doubt in one.doubts)
         return (*notes, *(Note(level="warning", text=doubt) for doubt in doubts))
 
