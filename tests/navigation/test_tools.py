@@ -185,7 +185,7 @@ def test_recordings_of_two_rates_are_told_of_where_a_sample_counts():
     assert "for 100 Hz" in told
     assert not said("ros-imu", slow, fast, rate=200.0)
     assert not said("ros-imu", slow, dataclasses.replace(fast, sample_rate=100.0))
-    assert not said("openvins", slow, fast)
+    assert not said("gtsam", slow, fast)
 
 
 def walk_as_markov(white, walk, time, tau):

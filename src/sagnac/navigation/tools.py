@@ -130,7 +130,7 @@ class SettingsFile:
                     "curve; an analysis with a longer interval leaves the shortest times out"
                 )
                 notes.append(Note(channel=one.name, text=text))
-        rates = {one.sample_rate for one in self.held} - {None}
+        rates = {one.sample_rate for one in self.held if one.sample_rate}
         if self.rate is None and len(rates) > 1 and "rate" not in self.definition.unused:
             hertz = " and ".join(f"{one:.9g}" for one in sorted(rates))
             text = (
