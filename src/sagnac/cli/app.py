@@ -180,6 +180,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except KeyboardInterrupt as asked:
         number = _signal_of(asked)
         complain("interrupted" if number == signal.SIGINT else f"stopped by {number.name}")
+        # Raised inside of exec, as a dataclass is made, it would end `python -m` as by SIGINT,
+        # whatever came: Python notes it there, and forgets it at the next one.
+        exec("")
         return 128 + number
     except CycloptsError as error:
         said = _in_several_files(error) or str(error).rstrip()
