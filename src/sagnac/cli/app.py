@@ -115,6 +115,7 @@ class _Unread(io.FileIO):
             os.dup2(nowhere, self.fileno())
             os.close(nowhere)
             if not isinstance(error, BrokenPipeError):
+                error.filename = "standard output"
                 raise
             return super().write(data)
 
