@@ -83,6 +83,21 @@ def test_avar_refuses_gaps_unless_told_to_omit_them(gapped, capsys):
     assert "of 11 to 35 s" in made["angle_random_walk"]["source"]
 
 
+@pytest.mark.parametrize("command", ["avar", "analyze"])
+def test_one_gyro_of_two_with_a_missing_sample_is_not_passed(command, capsys, tmp_path):
+    values = np.random.default_rng(3).standard_normal((3000, 2))
+    values[700, 0] = np.nan
+    path = tmp_path / "two.csv"
+    np.savetxt(path, values, delimiter=",", header="x,y", comments="")
+    judged = [command, str(path), *STATED, "--gyros", "x,y", "--spec", "0.01", "--json"]
+    assert main(judged) == 4
+    made = strict(capsys.readouterr().out)
+    assert made["verdict"]["overall"] == "undecided"
+    assert [one["channel"] for one in made.get("analyses", [made])] == ["y"]
+    if command == "avar":
+        assert main([*judged, "--gaps", "omit"]) == 0
+
+
 @pytest.mark.parametrize(
     ("more", "words"),
     [

@@ -15,7 +15,7 @@ import pytest
 from sagnac.cli import main
 from sagnac.cli.app import stopped_by_signals
 from sagnac.cli.output import prefixed
-from tests.processes import SAGNAC, started
+from tests.processes import PYTHON, SAGNAC, environment, ran, started
 
 # Each comes at one part of a whole run, which is drawn; tests/fuzz draws many, and converts.
 SIGNALS = {
@@ -202,3 +202,25 @@ def test_a_stop_that_a_library_swallows_ends_the_command_at_its_next_stage():
     with stopped_by_signals():
         prefixed(lambda stage, fraction: told.append(stage), "")("check", 0.0)
     assert told[-1] == "check"
+
+
+PROBE = """
+import signal
+import sys
+
+from sagnac.cli import app
+
+
+def probe():
+    exec("signal.raise_signal(signal.SIGTERM)")
+
+
+app.app.command(probe)
+sys.exit(app.main(["probe"]))
+"""
+
+
+def test_a_signal_inside_of_exec_gives_its_own_status_to_a_module_that_runs(tmp_path):
+    (tmp_path / "probe.py").write_text(PROBE)
+    done = ran(PYTHON, "-m", "probe", env=environment(tmp_path))
+    assert (done.returncode, done.stderr) == (143, "sagnac: stopped by SIGTERM\n")

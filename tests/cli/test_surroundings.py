@@ -36,7 +36,7 @@ def test_output_that_has_no_room_is_one_line(asked, unbuffered):
     with Path("/dev/full").open("w") as full:
         done = ran(*SAGNAC, asked, stdout=full, stderr=subprocess.PIPE, **where)
     assert done.returncode == 1
-    assert "No space left" in one_line_among(done.stderr)
+    assert "standard output: No space left" in one_line_among(done.stderr)
 
 
 @pytest.mark.usefixtures("blank_figures")

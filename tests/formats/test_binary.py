@@ -36,6 +36,8 @@ def test_a_layout_beside_the_file_or_in_a_toml_of_its_own(tmp_path):
     own = save(tmp_path / "unit.toml", f'fields = {fields}\nkind = "rate"\n')
     expected = np.deg2rad(NUMBERS[:, 0])
     np.testing.assert_allclose(read(path, layout=str(own)).gyros[0].values, expected, rtol=1e-14)
+    own = own.rename(tmp_path / "run.toml")
+    assert read(path, layout=str(own)).notes == ()
     save(tmp_path / "run.dat.toml", f'kind = "rate"\n[layout]\nfields = {fields}\n')
     np.testing.assert_allclose(read(path).gyros[0].values, expected, rtol=1e-14)
 

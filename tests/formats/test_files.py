@@ -1,6 +1,7 @@
 """Files and folders that change whole or not at all, and what dead processes leave."""
 
 import os
+import re
 import shutil
 import signal
 import subprocess
@@ -11,6 +12,7 @@ import pytest
 
 from sagnac.core.errors import RecordingError
 from sagnac.core.whole_files import (
+    made,
     remove_leftovers,
     replacing,
     replacing_folder,
@@ -46,6 +48,15 @@ def test_a_file_is_replaced_whole_or_stays(tmp_path):
 def test_a_full_disk_names_the_file(tmp_path):
     said = pytest.raises(RecordingError, match=r"run\.csv: cannot be written \(No space left")
     with said, replacing(tmp_path / "run.csv"):
+        raise OSError(28, "No space left on device")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_full_disk_names_a_file_in_a_folder_of_the_report_by_its_place(tmp_path):
+    folder = tmp_path / "report"
+    place = re.escape(str(folder / "x" / "stability.csv"))
+    said = pytest.raises(RecordingError, match=rf"^{place}: cannot be written \(No space left")
+    with said, replacing_folder(folder) as part, replacing(made(part / "x") / "stability.csv"):
         raise OSError(28, "No space left on device")
     assert list(tmp_path.iterdir()) == []
 

@@ -1,5 +1,7 @@
 """Bags of ROS 1 and 2, and MCAP."""
 
+import sqlite3
+
 import numpy as np
 import pytest
 from rosbags.highlevel import AnyReader
@@ -62,6 +64,16 @@ def test_a_bag_that_is_none_or_cut_off(tmp_path):
         path.write_bytes(content)
         with pytest.raises(RecordingError, match="is not ROS bag, or is damaged or cut off"):
             read(path)
+
+
+def test_a_full_disk_is_said_by_the_database_of_a_bag_as_well(tmp_path, monkeypatch):
+    def full(*_):
+        raise sqlite3.OperationalError("database or disk is full")
+
+    monkeypatch.setattr(module, "_write_messages", full)
+    with pytest.raises(RecordingError, match=r"unit\.db3: cannot be written \(database or disk is"):
+        write(GYROS, tmp_path / "unit.db3")
+    assert list(tmp_path.iterdir()) == []
 
 
 @pytest.mark.parametrize("suffix", ["bag", "mcap", "db3"])

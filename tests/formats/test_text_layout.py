@@ -130,7 +130,10 @@ def test_fields():
     assert fields_of('"1,5", "a ""b""",', ",") == ["1,5", 'a "b"', ""]
 
 
-@pytest.mark.parametrize(("values", "second"), [("True\nFalse\n", "True"), ("on\noff\n", "on")])
+@pytest.mark.parametrize(
+    ("values", "second"),
+    [("True\nFalse\n", "True"), ("on\noff\n", "on"), ("0007,FFF1\n00A2,0004\n", "0007,FFF1")],
+)
 def test_a_table_of_words_alone_is_refused_by_its_second_line(tmp_path, values, second):
     path = tmp_path / "run.csv"
     path.write_text("x\n" + values * 100)

@@ -56,6 +56,22 @@ def test_angles_may_be_taken_at_a_part_of_the_rate():
     assert joint_readout(one, ("x",), RATE / 2.0).every == 1
 
 
+@pytest.mark.parametrize(("noise", "is_told"), [(0.001, True), (0.5, False)])
+def test_an_encoder_that_turns_by_whole_steps_from_angle_to_angle_is_not_dithered(noise, is_told):
+    """Eight steps of a tenth of a degree between two angles that are used, ten samples apart."""
+    degree, turned = math.radians(1.0), 0.08 * np.arange(20_000)
+    table = 0.1 * degree * np.floor((turned + 0.001 * np.sin(0.001 * turned) + 0.033) / 0.1)
+    walk = noise * degree * np.random.default_rng(1).standard_normal(turned.size).cumsum()
+    one = Recording(
+        gyros=(Channel(name="x", kind="angle", values=degree * turned + walk),),
+        sample_rate=100.0,
+        table=Channel(name="table", kind="angle", values=table),
+    )
+    joint = joint_readout(one, ("x",), 10.0)
+    assert (joint.every is None) == is_told
+    assert any("the encoder, as x senses the table" in note.text for note in joint.notes) == is_told
+
+
 @pytest.mark.parametrize(
     ("arguments", "error", "words"),
     [

@@ -44,6 +44,7 @@ from sagnac.quality.profile import Profile
 from sagnac.quality.samples import longest_whole_stretch, stuck_notes
 from sagnac.recording.channel import angle_of, same_values
 from sagnac.recording.model import Channel, Recording, require_recording
+from sagnac.stability import Gaps
 from sagnac.stability.curve import StabilityCurve
 from sagnac.table.kinematics import averages_of
 from sagnac.table.turns import mean_rate, turns
@@ -505,6 +506,7 @@ def still_bench(
     *,
     progress: Progress | None = None,
     lines_in: bool = False,
+    gaps: Gaps = "omit",
 ) -> tuple[Analysis, dict[str, AtRest]]:
     """All gyros with the accelerometers, and each gyro with its lines in and out.
 
@@ -523,6 +525,8 @@ def still_bench(
         Called with the stage and the fraction of it done.
     lines_in
         Leave the lines in the answer as well, with the method ``none``.
+    gaps
+        ``reject``: a channel with missing samples is refused, as `analyze` refuses it.
 
     Raises
     ------
@@ -534,7 +538,7 @@ def still_bench(
     def run(one: Recording, chosen: Settings, *, progress: Progress | None = None) -> Analysis:
         gyro = one.gyro(chosen.gyros[0])
         whole = partial(_with_lines_out, progress=progress, lines_in=lines_in)
-        if not math.isnan(extent(gyro.values)[0]):
+        if gaps == "reject" or not math.isnan(extent(gyro.values)[0]):
             bench = whole(one, chosen)
         else:
             try:

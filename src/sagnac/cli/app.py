@@ -115,6 +115,7 @@ class _Unread(io.FileIO):
             os.dup2(nowhere, self.fileno())
             os.close(nowhere)
             if not isinstance(error, BrokenPipeError):
+                error.filename = "standard output"
                 raise
             return super().write(data)
 
@@ -180,6 +181,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except KeyboardInterrupt as asked:
         number = _signal_of(asked)
         complain("interrupted" if number == signal.SIGINT else f"stopped by {number.name}")
+        # Raised inside of exec, as a dataclass is made, it would end `python -m` as by SIGINT,
+        # whatever came: Python notes it there, and forgets it at the next one.
+        exec("")
         return 128 + number
     except CycloptsError as error:
         said = _in_several_files(error) or str(error).rstrip()

@@ -172,7 +172,11 @@ def avar(
         if bench.self_noise is not None:
             alone = _alone(recording, settings, bench.self_noise)
         analysis, benches = still_bench(
-            recording, settings, progress=read.progress, lines_in=options.method == "none"
+            recording,
+            settings,
+            progress=read.progress,
+            lines_in=options.method == "none",
+            gaps=bench.gaps,
         )
         analysis = analysis.with_seconds(read.seconds)
     if output is not None:

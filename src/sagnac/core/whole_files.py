@@ -91,8 +91,8 @@ def _part_of(path: Path, becomes: Path) -> Iterator[Path]:
     except OSError as error:
         raise _unwritable(path, error) from error
     except RecordingError as error:
-        if Path(error.path).parent == temporary:
-            error.path = str(becomes / Path(error.path).name)
+        if temporary is not None and Path(error.path).is_relative_to(temporary):
+            error.path = str(becomes / Path(error.path).relative_to(temporary))
         raise
     finally:
         with _signals_waiting():

@@ -8,6 +8,7 @@ is set beside what the library makes of it before any is read so.
 
 import os
 import shutil
+import sqlite3
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import islice
@@ -207,10 +208,14 @@ def write(path: Path, out: Outgoing) -> None:
                 _write_messages(bag, to, b"\3\0\0\0imu", out)
             return
         whole = folder / "bag"
-        with Writer2(whole, version=9, storage_plugin=plugin) as made:
-            made.set_custom_data("remark", MADE)
-            link = made.add_connection(_WRITTEN, _TYPES[0], typestore=store)
-            _write_messages(made, link, b"\4\0\0\0imu\0", out)
+        try:
+            with Writer2(whole, version=9, storage_plugin=plugin) as made:
+                made.set_custom_data("remark", MADE)
+                link = made.add_connection(_WRITTEN, _TYPES[0], typestore=store)
+                _write_messages(made, link, b"\4\0\0\0imu\0", out)
+        except sqlite3.Error as error:
+            # Its database says so of a disk that is full.
+            raise OSError(str(error)) from error
         os.replace(next(whole.glob(f"*{path.suffix.lower()}")), folder / path.name)
         shutil.rmtree(whole)
 

@@ -372,7 +372,8 @@ def beside(path: Path) -> tuple[Statement, tuple[Note, ...]]:
         unknown = sorted(set(content) - VOCABULARY)
         if unknown and candidate.name != path.name + ".toml":
             text = f"{candidate.name} is not about this file ({unknown[0]}): ignored"
-            return Statement(), (Note(text=text),)
+            # Fields of records make a layout, which --layout names.
+            return Statement(), () if "fields" in content else (Note(text=text),)
         with about(candidate):
             return from_mapping(content), ()
     return Statement(), ()

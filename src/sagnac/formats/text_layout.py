@@ -156,7 +156,7 @@ def layout(text: TextFile) -> Layout:
         delimiter = "\t" if is_tabbed else max((",", "\t", ";", " "), key=header.count)
         names, line = fields_of(header, delimiter), 0
         second = head[plain[1]].strip() if len(plain) > 1 else ""
-        if second and not any(map(PLAIN.holds, fields_of(second, delimiter))):
+        if second and not all(map(PLAIN.holds, fields_of(second, delimiter))):
             said = f"has no line of numbers; line {plain[1] + 1} is {second[:_LONGEST_SHOWN]!r}"
             raise RecordingError(said, remedy="give a file whose columns hold numbers")
         units = [None] * len(names)

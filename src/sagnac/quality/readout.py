@@ -166,6 +166,9 @@ def _encoder_readout(recording: Recording, gyros: Sequence[str], taken: int) -> 
     if taken > 1:
         gyro, table = arrays.every(gyro, taken), arrays.every(table, taken)
     readout = readout_of(table)
+    if readout.step == 0.0:
+        # A table that turns by whole steps from angle to angle dithers none: samples show the step.
+        readout = replace(readout_of(recording.table.values), every=None)
     # Share of the table's steps that the gyro senses, by least squares.
     steps, sensed = arrays.differences(table), arrays.differences(gyro)
     own = arrays.square(steps)
