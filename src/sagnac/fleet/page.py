@@ -12,9 +12,8 @@ from markupsafe import Markup
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from sagnac.core.errors import counted, one_line, rounded
+from sagnac.core.errors import counted, rounded
 from sagnac.core.units import HOUR
-from sagnac.core.version import __version__
 from sagnac.core.whole_files import write_text
 from sagnac.fleet import table
 from sagnac.fleet.runner import Campaign
@@ -254,11 +253,8 @@ def write_page(campaign: Campaign, lines: Sequence[Line], folder: Path, title: s
         else [],
         answer=_answer,
         predictions=_predictions,
-        deviation_words=deviation_words,
-        outlier_words=outlier_words,
-        of_logarithm=of_logarithm,
         between=_BETWEEN,
-        version=__version__,
+        **_IN_WORDS,
     )
     path = folder / "index.html"
     write_text(path, text)
@@ -292,8 +288,6 @@ def terminal_text(campaign: Campaign, lines: Sequence[Line], replaced: int) -> s
             (*key, own, of_group.count(key), (shown := table.scatter_of(own)).answer, shown.lines)
             for key, own in groups.items()
         ],
-        outlier_words=outlier_words,
-        of_logarithm=of_logarithm,
         several=len({method for method, _ in groups}) > 1,
         left_out=table.left_out(lines),
         told=[line for line in whole if line.state == "done" and line.reason],
@@ -301,8 +295,7 @@ def terminal_text(campaign: Campaign, lines: Sequence[Line], replaced: int) -> s
         verdict=yield_of(campaign),
         replaced=replaced,
         counted=counted,
-        deviation_words=deviation_words,
-        one_line=one_line,
+        **_IN_WORDS,
     )
 
 
@@ -364,6 +357,10 @@ def outlier_words(found: Repeatability, lines: Sequence[Line]) -> list[str]:
 def of_logarithm(one: Interval) -> tuple[str, str]:
     """Value and interval of what has its interval in ln N: digits that its low end needs, too."""
     return figures(one, width=0.5 * one.low * math.log(one.high / one.low))
+
+
+# What both templates call.
+_IN_WORDS: Final = {one.__name__: one for one in (deviation_words, outlier_words, of_logarithm)}
 
 
 def _predictions(found: Repeatability) -> list[tuple[str, str, str]]:

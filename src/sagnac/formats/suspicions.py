@@ -10,8 +10,9 @@ from typing import Final
 import numpy as np
 from scipy.fft import rfft
 
-from sagnac.core.arrays import FloatArray, blocks
+from sagnac.core.arrays import FloatArray
 from sagnac.core.errors import Note, RecordingError, counted
+from sagnac.core.marks import marked_steps
 from sagnac.core.units import DEGREE_PER_ROOT_HOUR, TIME_UNITS, canonical, unit_of
 from sagnac.formats.choice import Choice, is_like_time
 from sagnac.formats.source import Column, Source
@@ -67,15 +68,11 @@ def roll_overs(readings: FloatArray, extent: float) -> tuple[int, float] | None:
     usual = np.abs(steps[np.abs(steps) <= limit])
     if usual.size < 2 or float(np.quantile(usual, 0.99)) > _USUAL * extent:
         return None
-    large = []
-    for block in blocks(readings.size - 1):
-        step = np.diff(readings[block.start : block.stop + 1])
-        large.append(step[np.abs(step) > limit])
-    found = np.concatenate(large)
-    if not found.size:
+    places = np.flatnonzero(marked_steps(readings, lambda step: np.abs(step) > limit))
+    if not places.size:
         return None
-    ordinary = float(np.median(steps[np.abs(steps) <= limit]))
-    return int(found.size), abs(float(np.median(found)) - ordinary)
+    leap = float(np.median(readings[places] - readings[places - 1]))
+    return int(places.size), abs(leap - float(np.median(steps[np.abs(steps) <= limit])))
 
 
 def counter_notes(name: str, raw: FloatArray, kind: Kind) -> tuple[Note, ...]:

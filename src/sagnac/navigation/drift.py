@@ -23,17 +23,9 @@ from scipy.special import xlogy
 
 from sagnac.core.arrays import FloatArray
 from sagnac.navigation import error_model as model
-from sagnac.navigation.noise import GyroNoise, quantile
+from sagnac.navigation.noise import NAMES, GyroNoise, quantile
 
-PARTS: Final = (
-    "angle_random_walk",
-    "bias_instability",
-    "rate_random_walk",
-    "markov_rate",
-    "initial_bias",
-    "accelerometers",
-    "misalignment",
-)
+PARTS: Final = (*NAMES, "markov_rate", "initial_bias", "accelerometers", "misalignment")
 """Parts of an error; the first five are of the gyros."""
 
 _GYROS: Final = 3

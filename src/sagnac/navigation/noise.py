@@ -18,13 +18,10 @@ from sagnac.core.texts import by_axis
 from sagnac.core.units import SENSED, Sensor
 from sagnac.navigation.models import FilterModel, Markov, require_numbers
 from sagnac.navigation.settings import as_written
-from sagnac.noise.laws import CoefficientName
+from sagnac.noise.laws import STOCHASTIC_NAMES, CoefficientName
 
-NAMES: Final[tuple[CoefficientName, ...]] = (
-    "angle_random_walk",
-    "bias_instability",
-    "rate_random_walk",
-)
+NAMES: Final = STOCHASTIC_NAMES[1:]
+"""N, B and K, in this order."""
 
 # Cluster time, s, at which gyros are compared: that of a usual rest, and of a time without aiding.
 _LASTS: Final = 600.0

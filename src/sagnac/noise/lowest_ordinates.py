@@ -20,7 +20,7 @@ from sagnac.core.errors import RecordingError
 from sagnac.noise import cosine_spectrum
 from sagnac.noise.cosine_spectrum import SINGLE, CosineSpectrum
 from sagnac.noise.estimates import Estimate, rooted, unobserved
-from sagnac.noise.laws import STOCHASTIC_NAMES, CoefficientName, cosine_power_basis
+from sagnac.noise.laws import STOCHASTIC_NAMES, cosine_power_basis
 from sagnac.noise.likelihood import PRESENCE
 from sagnac.spectrum.periodogram import bin_sums
 from sagnac.spectrum.transforms import cosine_transform
@@ -62,11 +62,7 @@ def _integrated(values: FloatArray, laws: FloatArray, columns: FloatArray) -> _I
 # ---- the rate ramp -----------------------------------------------------------------------
 
 # Terms by the steepness of their fall, and the power of frequency by which each falls.
-_FALLS: Final[dict[CoefficientName, int]] = {
-    "angle_random_walk": 0,
-    "bias_instability": 1,
-    "rate_random_walk": 2,
-}
+_FALLS: Final = {name: falls for falls, name in enumerate(STOCHASTIC_NAMES[1:])}
 # Indices at which a slow term may cross the others: none, then evenly in logarithm.
 _CROSSINGS: Final = np.concatenate([[0.0], np.geomspace(0.05, 16.0 * SINGLE, 31)])
 

@@ -18,13 +18,7 @@ from sagnac.report import frame
 from sagnac.stability.curve import StabilityCurve
 
 # How the Allan deviation of each term rises with tau on a log-log plot.
-_SLOPES: Final[Mapping[CoefficientName, str]] = {
-    "quantization": "−1",
-    "angle_random_walk": "−½",
-    "bias_instability": "0",
-    "rate_random_walk": "+½",
-    "rate_ramp": "+1",
-}
+_SLOPES: Final = dict(zip(COEFFICIENT_NAMES, ("−1", "−½", "0", "+½", "+1"), strict=True))
 _ROOM_FOR_LABEL: Final = 75.0  # points
 # Name of the drawn sum, by the member of the average that gives the answer.
 _NAMES: Final = {"average": "average", "both": "N of the likelihood", "whole band": "likelihood"}
