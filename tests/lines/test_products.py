@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from sagnac.core import arrays
-from sagnac.lines.components import components_of, removed
+from sagnac.lines.components import components_of
 from sagnac.lines.joint_fit import inner_products
 from sagnac.lines.sampling import Sampling
 from tests.lines.test_joint_fit import MIXED, SAMPLES, wandering_table
@@ -49,13 +49,7 @@ def test_blocks_are_long_where_the_table_turns_evenly():
 
 
 def test_what_does_not_go_together_is_refused():
-    with pytest.raises(ValueError, match="table has shape"):
-        sampling(1, np.zeros(1))
-    with pytest.raises(ValueError, match="table has shape"):
-        sampling(4, np.arange(3.0))
     with pytest.raises(ValueError, match=r"free has shape \(0,\); give \(1,\)"):
         replace(components_of(5), orders=np.ones(1))
     with pytest.raises(ValueError, match=r"phasor has shape \(0,\); give \(3,\)"):
         replace(components_of(5), frequencies=np.full(3, 0.1))
-    with pytest.raises(ValueError, match="give the angle"):
-        removed(np.zeros(SAMPLES), None, MIXED)

@@ -126,23 +126,12 @@ def removed(
         What to take away.
     start
         Place of the first sample in the record.
-
-    Raises
-    ------
-    ValueError
-        If there are orders and no table.
     """
     rest = angle.copy()
     orders = components.orders
-    if orders.size and table is None:
-        raise ValueError(f"{orders.size} orders of table angle, and table is None; give the angle")
     in_angle, in_time = np.split(components.phasor, [orders.size])
-    multiples = components.multiples
     if table is not None and orders.size:
-        rest -= harmonic_sum(table, orders[multiples], in_angle[multiples])
-        for order, own in zip(orders[~multiples], in_angle[~multiples], strict=True):
-            rest -= own.real * np.cos(order * table)
-            rest -= own.imag * np.sin(order * table)
+        rest -= harmonic_sum(table, orders, in_angle)
     if in_time.size:
         rest -= tones(start, rest.size, components.center, components.frequencies, in_time)
     return rest

@@ -260,18 +260,10 @@ def fit(
         (orders + 1,) `order_sums` of `steps`, if they are known; made here if not, or if they end
         below the highest whole order.
 
-    Raises
-    ------
-    ValueError
-        If the sizes do not agree.
-
     References
     ----------
     The joint step is the cyclic refinement of NOMP (arXiv:1509.01942) done at once.
     """
-    require_shape("steps", steps.shape, (sampled.samples - 1,))
-    if absent is not None:
-        require_shape("absent", absent.shape, (components.size,))
     tunable = np.concatenate([components.free, np.ones(components.frequencies.size, dtype=bool)])
     tuned = np.flatnonzero(tunable)
     # Every column of the regression is the real part of a factor times the increments of a

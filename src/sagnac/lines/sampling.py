@@ -72,22 +72,11 @@ class Sampling:
         (samples,) angle of a table that turns, rad; None at rest.
     sample_rate
         Hz.
-
-    Raises
-    ------
-    ValueError
-        If the table has another number of samples, or fewer than two.
     """
 
     samples: int
     table: FloatArray | None
     sample_rate: float
-
-    def __post_init__(self) -> None:
-        if self.table is not None and (self.table.shape != (self.samples,) or self.samples < 2):
-            raise ValueError(
-                f"table has shape {self.table.shape}; give one angle a sample, 2 or more"
-            )
 
     @cached_property
     def ends(self) -> tuple[float, float]:

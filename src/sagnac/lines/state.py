@@ -143,13 +143,6 @@ class State:
     rounds: int = 0
     end: End | None = None
 
-    def __post_init__(self) -> None:
-        if self.fit is not None and self.fit.components.size != self.components.size:
-            raise ValueError(
-                f"fit is of {self.fit.components.size} components; give that of the "
-                f"{self.components.size} known ones, or none"
-            )
-
     @property
     def patience(self) -> FloatArray | None:
         """`earth_reach` until Earth rate is settled; None then, and at rest.

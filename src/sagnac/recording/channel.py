@@ -129,10 +129,8 @@ def squarable(values: ArrayLike) -> FloatArray:
         As `numbers`, or if all are smaller, or one is larger, than anything that is measured.
     """
     samples = np.asarray(numbers(values, "values"), dtype=np.float64)
-    sizes = [
-        float(np.nanmax(np.abs(samples[block]), initial=0.0)) for block in blocks(samples.size)
-    ]
-    largest = max(sizes, default=0.0)
+    sizes = arrays.by_blocks(lambda some: np.nanmax(np.abs(some), initial=0.0), samples)
+    largest = float(sizes.max(initial=0.0))
     if 0.0 < largest < 1e-60 or 1e60 < largest < math.inf:
         raise ValueError(f"values reach {largest:.3g}; give them in the unit that is stated")
     return samples
