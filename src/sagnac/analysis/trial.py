@@ -116,8 +116,9 @@ def trial(
         raise ValueError(f"masked is {quoted(masked)}; give bands (low, high), Hz")
     # Amplitudes in what the spectra are of: per gyro, rad.
     size = PAIR_SIZE if analysis.is_pair else 1.0
-    put_back = [(_hertz(analysis, line), line.amplitude / size) for line in left_in]
-    taken = [_hertz(analysis, line) for line in own if not any(line is one for one in left_in)]
+    turning = abs(analysis.table_rate or 0.0) / (2.0 * math.pi)
+    put_back = [(line.hertz(turning), line.amplitude / size) for line in left_in]
+    taken = [line.hertz(turning) for line in own if not any(line is one for one in left_in)]
     bands = tuple(
         (low, high)
         for low, high in analysis.masked
@@ -134,12 +135,6 @@ def trial(
         curve=_curve(analysis.curve, put_back),
         spectrum=_spectrum(analysis.spectrum, put_back),
     )
-
-
-def _hertz(analysis: Analysis, line: Line) -> float:
-    """Frequency of a line, Hz; of one in table angle, at the mean rate of the table."""
-    turning = abs(analysis.table_rate or 0.0) / (2.0 * math.pi)
-    return line.frequency * (turning if line.scale == "angle" else 1.0)
 
 
 def _walk(analysis: Analysis, spectrum: TaperedSpectrum, bands: Bands) -> Estimate:

@@ -98,6 +98,10 @@ class Line:
             raise ValueError(f"unit is {quoted(unit)}; use one of {', '.join(sizes)}")
         return self.amplitude / sizes[unit], self.amplitude_error / sizes[unit]
 
+    def hertz(self, turn_rate: float) -> float:
+        """Frequency, Hz, beside a table that makes `turn_rate` turns a second."""
+        return self.frequency * (turn_rate if self.scale == "angle" else 1.0)
+
 
 def lines_of(scales: Iterable[Scale], channel: str, **columns: ArrayLike) -> list[Line]:
     """Lines of a channel whose other numbers stand in columns, (lines,) or one for all each."""

@@ -125,14 +125,14 @@ def _product(line: Line, stronger: tuple[Line, ...], state: State) -> str:
     too, and so in the phase of every order.
     """
     turn_rate = _turn_rate(state)
-    place = _hertz(line, turn_rate)
+    place = line.hertz(turn_rate)
     for order in (one for one in stronger if one.scale == "angle"):
         moved = order.frequency * turn_rate
         # A product is at most twice the order times both amplitudes, in rad. By theory it is half
         # of that, over the share of the rate that the gyros sense; two orders make it twice.
         reach = 2.0 * order.frequency * order.amplitude
         for other in stronger:
-            base = _hertz(other, turn_rate)
+            base = other.hertz(turn_rate)
             missed = min(abs(place - abs(base + way)) for way in (-moved, moved))
             # An order twice as high is the table's own as likely.
             of_line = other is not order and (other.scale == "angle" or line.scale == "time")
@@ -140,11 +140,6 @@ def _product(line: Line, stronger: tuple[Line, ...], state: State) -> str:
             if of_line and is_there and line.amplitude < reach * other.amplitude:
                 return f"product of {_parent(other)} and order {order.frequency:g}"
     return ""
-
-
-def _hertz(line: Line, turn_rate: float) -> float:
-    """Frequency of a line, Hz, at the mean rate of the table, turns a second."""
-    return line.frequency if line.scale == "time" else line.frequency * turn_rate
 
 
 def _parent(line: Line) -> str:
@@ -163,7 +158,7 @@ def _sideband_in_time(line: Line, other: Line, state: State) -> str:
     if other.amplitude < 10.0 * line.amplitude:
         return ""
     turn_rate, resolution = _turn_rate(state), _resolution(state)
-    base, parent = _hertz(other, turn_rate), _parent(other)
+    base, parent = other.hertz(turn_rate), _parent(other)
     apart = abs(line.frequency - base)
     for multiple, times in ((1, "the table rate"), (2, "twice the table rate")):
         if abs(apart - multiple * turn_rate) < _MISSED * resolution:
@@ -221,7 +216,7 @@ def noise_taken(lines: tuple[Line, ...], state: State) -> FloatArray:
         # Parameters in pairs: two amplitudes, and often a frequency.
         pairs = 1.5 if line.scale == "time" or line.frequency_error > 0.0 else 1.0
         if line.scale == "angle" or line.frequency not in drifting:
-            bands.append((_hertz(line, turn_rate), pairs * cell))
+            bands.append((line.hertz(turn_rate), pairs * cell))
     frequency, bandwidth = np.array(bands).reshape(-1, 2).T
     inside = (frequency > 0.0) & (frequency < 0.5 * rate)
     frequency, bandwidth = frequency[inside], bandwidth[inside]

@@ -13,7 +13,7 @@ from scipy.special import gammainccinv, gammaincinv, ndtr, ndtri, stdtrit
 from sagnac.core import arrays
 from sagnac.core.arrays import BooleanArray, FloatArray, IntegerArray, blocks
 from sagnac.core.errors import Level, Note, rounded
-from sagnac.core.marks import marked_steps, number_of
+from sagnac.core.marks import marked_steps, number_of, stretches
 from sagnac.core.units import DEGREE
 from sagnac.quality import _kernels
 from sagnac.quality.effects import effect_words, remedy_without, seen
@@ -293,8 +293,7 @@ def find_bumps(
         return None
     # A second before and behind, in which it begins and ends.
     wide = np.convolve(far, np.ones(3), mode="same") > 0.0
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], wide, [False]])))
-    pairs = edges.reshape(-1, 2).tolist()
+    pairs = np.transpose(stretches(wide)).tolist()
     return Bumps(
         stretches=tuple(slice(first * length, last * length) for first, last in pairs),
         turned=np.array([np.abs(off[first:last]).max() for first, last in pairs]),

@@ -31,8 +31,7 @@ SCALES: Final[Mapping[Scale, tuple[str, str]]] = {
 def placed_lines(analysis: Analysis) -> list[tuple[float, Line]]:
     """Each line that has a frequency, with it (Hz); strongest first."""
     turns_per_s = abs(analysis.table_rate or 0.0) / (2.0 * math.pi)
-    hertz = {"time": 1.0, "angle": turns_per_s}
-    placed = [(line.frequency * hertz[line.scale], line) for line in analysis.lines]
+    placed = [(line.hertz(turns_per_s), line) for line in analysis.lines]
     return [(at, line) for at, line in placed if line.scale == "time" or turns_per_s]
 
 
