@@ -212,15 +212,19 @@ _HALVINGS: Final = 60
 _POWER: Final = 0.16
 
 
-def draws_of(design: Design, *, bounded: str = "") -> dict[str, FloatArray]:
+def draws_of(
+    design: Design, *, count: int = DRAWS, seed: int = 0, bounded: str = ""
+) -> dict[str, FloatArray]:
     """Variances that the runs allow, each set as likely as the next.
-
-    The same runs always give the same draws, and so the same intervals.
 
     Parameters
     ----------
     design
         With a residual degree of freedom or more.
+    count
+        Number of draws.
+    seed
+        Of the draws: the same runs always give the same intervals.
     bounded
         Factor, or ``run``, of which a bound is wanted.
 
@@ -229,18 +233,18 @@ def draws_of(design: Design, *, bounded: str = "") -> dict[str, FloatArray]:
     dict
         By factor and ``run``: (draws,) variances, zero or more.
     """
-    random = np.random.default_rng(0)
+    random = np.random.default_rng(seed)
     squares, known = _residual_squares(design)
     even = np.ones_like(known)
 
     def of_runs(*, bounded: bool) -> FloatArray:
-        chosen = random.chisquare(known.size, DRAWS)
+        chosen = random.chisquare(known.size, count)
         return _variances(chosen, squares, known, even, bounded=bounded)
 
     run = of_runs(bounded=False)
     draws = {}
     for name in design.seen:
-        chosen = random.chisquare(design.contrasts(name).shape[1], DRAWS)
+        chosen = random.chisquare(design.contrasts(name).shape[1], count)
         squares_of = _factor_squares(design, name, run)
         draws[name] = _variances(chosen, *squares_of, bounded=name == bounded)
     return {**draws, "run": of_runs(bounded=True) if bounded == "run" else run}
