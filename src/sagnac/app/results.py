@@ -85,7 +85,7 @@ def lines(analysis: sagnac.Analysis) -> list[dict[str, Any]]:
     return [
         {
             **{key: getattr(one, key) for key in ("scale", "frequency", "channel", "name")},
-            "hz": one.hertz(turning),
+            "hz": one.frequency * (turning if one.scale == "angle" else 1.0),
             "amplitude": one.amplitude_in(unit)[0],
             "unit": symbol,
         }
