@@ -52,7 +52,7 @@ _SURELY: Final = _Strictness(chance=0.02, outdone=3.0, apart=1.3)
 _BARELY: Final = _Strictness(chance=0.001, outdone=6.0, apart=4.0)
 # Logarithm of the weight by which a fall with a readout behind it has to outweigh the fit: of a
 # hundred recordings of N and Q alone one did, of gyros behind a low-pass most do.
-_BENT: Final = 1.0
+_BENT: Final = 1.5
 # Standard errors by which a fit of another law of slow noise may differ from an average whose
 # heaviest model explains the levels better.
 _OF_OTHER_LAWS: Final = 6.0
@@ -67,7 +67,7 @@ def with_whole_band(levels: Levels, average: Average, fit: Fit) -> Average:
     must lie within 1.3 standard errors of the average, or below its bound. A fit that fails
     these, but passes at a chance of 0.001, e^6 and four standard errors from an estimate, is
     neither borne out nor rejected. It is rejected if a low-pass with Q of a readout behind it
-    outweighs it by more than e.
+    outweighs it by more than e^1.5.
 
     Its Q, N, B and K become those of slow noise whose law is not known (`with_slow_laws`). If the
     fit shows another law than 1/f and 1/f^2, that is tested, and may lie up to six standard errors
