@@ -34,7 +34,7 @@ def busy_processes(count: int) -> Iterator[None]:
     finally:
         for one in running:
             one.kill()
-            one.wait()
+            one.communicate()
 
 
 def texts(folder: Path) -> dict[str, Path]:
