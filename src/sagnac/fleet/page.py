@@ -285,8 +285,9 @@ def terminal_text(campaign: Campaign, lines: Sequence[Line], replaced: int) -> s
         lines=lines,
         whole=len(whole),
         groups=[
-            (*key, own, of_group.count(key), (shown := table.scatter_of(own)).answer, shown.lines)
+            (*key, own, of_group.count(key), scatter.answer, scatter.lines)
             for key, own in groups.items()
+            for scatter in [table.scatter_of(own)]
         ],
         several=len({method for method, _ in groups}) > 1,
         left_out=table.left_out(lines),

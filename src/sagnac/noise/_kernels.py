@@ -134,9 +134,8 @@ def score_bands(
     ``-r s / (1 + c r)``, and ``y + c dm/dc`` takes the place of the level y. The deviance is
     ``2 sum a (y/m - 1 - ln(y/m))``, infinite if a mean is not above zero.
 
-    Before a fit has `begun` the levels stand for the means, and the residuals are those of
-    ``(y - Q) (1 + c r) = sum``, which is linear with Q as it is given, and weighs by the divisor
-    that is given.
+    Before a fit has `begun` the levels stand for the means. Q is then held at its given square, so
+    that ``(y - Q) (1 + c r) = sum`` is linear in all others, and the given c weighs its residuals.
     """
     size = columns.shape[1]
     slope = np.empty(size)
