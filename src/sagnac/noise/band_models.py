@@ -32,8 +32,8 @@ FALL: Final = len(STOCHASTIC_NAMES)
 ORDERS: Final = (1, 2)
 # Number of columns.
 _COLUMNS: Final = FALL + len(ORDERS)
-# Depth of a fall at the top of a band that weighs the bins of the first step if Q is beside it. From
-# 10 to 1000 nearly the same fits are reached, tried behind filters of 2 to 50 Hz and none.
+# Depth of a fall at the top of a band that weighs the bins of the first step if Q is beside it.
+# From 10 to 1000 nearly the same fits are reached, tried behind filters of 2 to 50 Hz and none.
 _DEPTH: Final = 30.0
 # Steps of a fit, of which the first is least squares on relative residuals.
 _MOST_STEPS: Final = 21
