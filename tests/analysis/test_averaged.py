@@ -69,7 +69,7 @@ def test_five_terms_are_answered_by_the_likelihood_of_the_whole_band():
     assert holds(few, truth)
 
 
-def test_where_the_levels_do_not_tell_the_interval_holds_average_and_likelihood():
+def test_where_the_levels_do_not_tell_the_interval_is_of_average_and_likelihood():
     # Two of the first forty records of white noise are so; this is one of them.
     noise = np.random.default_rng(36).standard_normal(4000)
     recording = Recording.from_arrays(x=noise, kind="rate", unit="deg/h", sample_rate=1.0)
@@ -77,8 +77,9 @@ def test_where_the_levels_do_not_tell_the_interval_holds_average_and_likelihood(
     walk, fitted = found.angle_random_walk, found.fits["likelihood"].coefficients
     assert found.average.member == "both"
     assert walk.value == fitted["angle_random_walk"].value
-    assert walk.low <= fitted["angle_random_walk"].low
-    assert walk.high >= fitted["angle_random_walk"].high
+    # The average lies lower, within 0.8 and 1.03 of this.
+    assert walk.low < 0.9 * fitted["angle_random_walk"].low
+    assert walk.high > 1.03 * walk.value
     assert walk.low <= np.radians(1.0) / 3600.0 <= walk.high
     assert "averages over narrow bands do not decide" in found.source
     assert "the whole band, and " in found.average.in_words()
@@ -239,6 +240,8 @@ def test_a_fit_of_fewer_angles_stands_only_where_it_tells_more(seed, member):
     if member == "average":
         assert walk.high / walk.low < fit.high / fit.low
     elif member == "both":
-        assert (walk.value, walk.low <= fit.low, fit.high <= walk.high) == (fit.value, True, True)
+        assert walk.value == fit.value
+        # The average of these lies lower: the mixture reaches further down, and not so far up.
+        assert (walk.low < fit.low, fit.value < walk.high < fit.high) == (True, True)
     else:
         assert walk == fit

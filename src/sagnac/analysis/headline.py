@@ -258,7 +258,7 @@ def _by_spectrum(evidence: Evidence, chosen: AnswerSpectrum, fitted: Points) -> 
         "whole band": f"{of_likelihood}; "
         + (f"the spectrum shows {other}" if other else "averages over narrow bands agree"),
         "both": f"{of_likelihood}; averages over narrow bands do not decide, so "
-        "that the interval also holds the average over bands and terms "
+        "that half of the weight of the interval is of the average over bands and terms "
         f"(heaviest: {replace(choice, member='average').in_words()})",
         "average": f"average over bands and terms of the spectrum of {channel}, "
         f"most on {choice.in_words()}",

@@ -25,25 +25,28 @@ def compiled(**options: Any) -> Callable[[_Function], _Function]:
 
     Without a folder that may be written to (an installation of somebody else's, no home) nothing
     is cached. A cache that is damaged is not used, and is written anew. While a loop runs, other
-    threads of the caller, a window that shows progress, go on.
+    threads of the caller, a window that shows progress, go on. A division by zero gives an infinity
+    or NaN, as in numpy: loops that have to look for one take a quarter longer to compile.
 
     Parameters
     ----------
     **options
-        Of `numba.njit`: ``fastmath``, ``error_model``, ``inline``.
+        Of `numba.njit`: ``fastmath``, ``inline``.
     """
+
+    options = {"nogil": True, "error_model": "numpy", **options}
 
     def decorate(function: _Function) -> _Function:
         loop: _Function
         try:
-            loop = numba.njit(cache=True, nogil=True, **options)(function)
+            loop = numba.njit(cache=True, **options)(function)
             # NUMBA_DISABLE_JIT: it stays an interpreted loop, with nothing to cache.
             if loop is not function:
                 _guard(loop)
         except RuntimeError:
             # There is no folder to cache in.
             _NOT_KEPT.add(function.__qualname__)
-            loop = numba.njit(cache=False, nogil=True, **options)(function)
+            loop = numba.njit(cache=False, **options)(function)
         return loop
 
     return decorate

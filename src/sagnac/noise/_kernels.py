@@ -111,7 +111,7 @@ def lag_breaks(first: int, second: IntegerArray, angles: int) -> FloatArray:
     return np.sort(np.clip(breaks, low, high), axis=1)
 
 
-@compiled(error_model="numpy")
+@compiled()
 def score_bands(
     shape: FloatArray,
     laws: FloatArray,

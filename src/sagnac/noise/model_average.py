@@ -218,7 +218,7 @@ class ModelChoice:
         Highest frequency of that fit; NaN without it.
     member
         ``average``, ``whole band``, or ``both`` if the levels neither bear out nor reject the
-        likelihood of the whole band: its value, and an interval that holds the average's, too.
+        likelihood of the whole band: its value, in an interval of the mixture with the average.
     law
         Of the heaviest model, or of the whole band; None if there is none.
     elsewhere

@@ -247,7 +247,9 @@ def _of_whole_band(average: Average, fit: Fit, band: FitBand, row: int) -> Avera
 
 
 def with_both(average: Average, fit: Fit) -> Average:
-    """The value of a likelihood fit of the whole band, and an interval that holds both.
+    """The value of a likelihood fit of the whole band, in an interval of the mixture of the two.
+
+    Each has half of the weight, and is normal in its logarithm on either side of its value.
 
     Parameters
     ----------
@@ -257,8 +259,21 @@ def with_both(average: Average, fit: Fit) -> Average:
         Of which the levels do not say whether it is right.
     """
     ours, fitted = average.angle_random_walk, fit.coefficients["angle_random_walk"]
-    low, high = min(ours.low, fitted.low), max(ours.high, fitted.high)
-    both = replace(ours, value=fitted.value, low=low, high=high)
+    values, tail = np.log([ours.value, fitted.value]), 0.5 - 0.5 * ours.confidence
+
+    def mixed(first: float, second: float, chance: float) -> float:
+        ends = np.log([first, second])
+        errors = np.maximum((ends - values) / float(ndtri(chance)), 1e-9)
+
+        def excess(place: float) -> float:
+            return float(ndtr((place - values) / errors).mean()) - chance
+
+        return math.exp(brentq(excess, ends.min() - 1e-6, ends.max() + 1e-6))
+
+    low = mixed(max(ours.low, 1e-3 * ours.value), fitted.low, tail)
+    both = replace(
+        ours, value=fitted.value, low=low, high=mixed(ours.high, fitted.high, 1.0 - tail)
+    )
     wider = np.ones(len(average.names))
     wider[average.names.index("angle_random_walk")] = deviation_of(both) / deviation_of(ours)
     return replace(
