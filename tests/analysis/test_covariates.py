@@ -111,7 +111,7 @@ def test_n_is_unchanged_and_slow_noise_gone():
     [
         ({"temperature": None}, "has no column of temperature"),
         ({"temperature": np.full(COUNT, np.nan)}, "missing or infinite"),
-        ({"table": np.zeros(COUNT)}, "motion of a table"),
+        ({"table": 0.3 * TIME}, "motion of a table"),
     ],
 )
 def test_what_cannot_be_fitted_is_refused(change, said):
@@ -122,6 +122,12 @@ def test_what_cannot_be_fitted_is_refused(change, said):
         sagnac.Settings(covariates=("pressure",))
     with pytest.raises(ValueError, match="give names"):
         sagnac.Settings(covariates="temperature")
+
+
+def test_a_table_that_stands_still_hides_no_drift():
+    recording = recorded(noise(6) + drift(), table=np.full(COUNT, 0.2))
+    (note,) = without_temperature(recording, ("x",)).notes
+    assert "was taken off" in note.text
 
 
 def test_a_temperature_is_of_the_length_of_the_gyros_and_stays_with_them(tmp_path):

@@ -24,8 +24,19 @@ def test_what_is_written_keeps_the_schema(made):
     check_analysis(json.loads(json.dumps(analysis_document(made))))
 
 
+def published():
+    return json.loads(files("sagnac").joinpath("analysis-1.schema.json").read_text("utf-8"))
+
+
+@pytest.mark.parametrize("made", CASES.values(), ids=CASES.keys())
+def test_every_key_that_is_written_stands_in_the_schema(made):
+    document, known = analysis_document(made), published()["properties"]
+    assert set(document) <= set(known)
+    assert set(document["input"]) <= set(known["input"]["properties"])
+
+
 def test_the_schema_is_published_with_its_version():
-    schema = json.loads(files("sagnac").joinpath("analysis-1.schema.json").read_text("utf-8"))
+    schema = published()
     assert schema["properties"]["schema"] == {"const": ANALYSIS}
     contract = {
         "input", "settings", "angle_random_walk", "coefficients", "estimates", "lines", "curve",

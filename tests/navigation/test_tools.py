@@ -438,6 +438,14 @@ def test_the_worst_covers_all_at_every_cluster_time():
         assert np.all(found.full.allan_deviation(TAU) >= one.limit.limit * (1.0 - 1e-9))
 
 
+def test_a_walk_that_no_recording_shows_is_told_of_above_its_bound_too():
+    bounded = dataclasses.replace(setting(walk=1e-6), walk_bound=8e-7)
+    assert "not estimated, at most" in bounded.in_words()
+    for walk, is_seen in ((2e-6, True), (5e-7, False)):
+        said = worst([bounded, setting("y", walk=walk)]).in_words()
+        assert ("not estimated" not in said) is is_seen
+
+
 def test_the_worst_is_named_by_all_whether_they_were_measured_or_stated():
     two = (setting("x", 1e-4, 9e-6), setting("y", 3e-4, 2e-6))
     stated = tuple(dataclasses.replace(one, limit=None) for one in two)

@@ -8,6 +8,7 @@ import pytest
 
 import sagnac
 from sagnac.analysis.settings import Method
+from sagnac.lines.published import PublishedSearch
 from sagnac.noise.model_average import ModelChoice
 from sagnac.report.page import page
 from sagnac.report.sections import REFERENCES, TitleBlock, cited, rendered
@@ -56,6 +57,13 @@ def test_methods_are_those_used_and_references_are_numbered_as_cited():
     assert "once a turn" in said_of(analysis(method="fris"))["methods"]
     said = {said_of(analysis(method=method))["methods"] for method in get_args(Method)}
     assert len(said) == len(get_args(Method))
+
+
+@pytest.mark.parametrize(("first", "of"), [(True, "the difference"), (False, "each gyro")])
+def test_the_methods_of_the_paper_say_what_lines_were_taken_off(first, of):
+    paper = analysis(method="fos-paper")
+    settings = replace(paper.settings, published=PublishedSearch(difference_first=first))
+    assert f"taken off {of} by" in said_of(replace(paper, settings=settings))["methods"]
 
 
 def test_methods_at_rest_name_no_table_and_no_differences():

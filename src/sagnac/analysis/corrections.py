@@ -163,7 +163,7 @@ def without_temperature(recording: Recording, names: tuple[str, ...]) -> Recordi
     if temperature is None:
         problem = "has no column of temperature"
         remedy = "name it ({columns temperature=COLUMN}), or leave out {covariates}"
-    elif recording.table is not None:
+    elif recording.table is not None and is_turning(recording.table.values):
         problem = "temperature cannot be told from the motion of a table in the rate of one gyro"
         remedy = "leave out {covariates}, or take a recording at rest"
     elif recording.samples < _LEAST_SAMPLES:

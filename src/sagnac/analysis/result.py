@@ -107,7 +107,7 @@ class Analysis:
     spectrum, spectrum_before
         Rate spectrum of `channel` after and before removal, smoothed for a figure.
     per_gyro
-        With a triad: each gyro's own N by three-cornered hat; else empty.
+        N of each of several gyros: of a triad on a table by three-cornered hat; else empty.
     notes
         Every repair, refusal and doubt.
     seconds

@@ -104,7 +104,7 @@ class FilterSetting:
         walk = field_unit("rate_random_walk", self.kind)
         rate = UNITS[SENSED[self.kind].rate_unit]
         bias = f"K {model.walk / walk.size:.4g} {walk.name}"
-        if self.walk_bound > model.walk:
+        if self.walk_bound > 0.0:
             bias += f" (not estimated, at most {self.walk_bound / walk.size:.4g})"
         for one in model.markov:
             size, time = one.deviation / rate.size, one.correlation_time
@@ -305,20 +305,24 @@ def worst(settings: Sequence[FilterSetting]) -> FilterSetting:
     """
     names = list(dict.fromkeys(one.name for one in settings))
     name = names[0] if len(names) == 1 else f"the worst of {', '.join(names)}"
+    loudest, farthest = (
+        max(settings, key=lambda one: getattr(one.simple, term)) for term in ("white", "walk")
+    )
+    # A walk that one of them shows is no bound.
+    seen = math.isnan(farthest.walk_bound)
     loudest = replace(
-        max(settings, key=lambda one: one.simple.white),
+        loudest,
         name=name,
-        walk_bound=float(np.nanmax([-math.inf, *(one.walk_bound for one in settings)])),
+        walk_bound=math.nan if seen else float(np.nanmax([one.walk_bound for one in settings])),
         doubts=tuple(dict.fromkeys(doubt for one in settings for doubt in one.doubts)),
     )
     limits = [one.limit for one in settings if one.limit is not None]
     if len(settings) == 1 or len(limits) < len(settings):
         return loudest
     limit = models.envelope(limits)
-    walk = max(one.simple.walk for one in settings)
     return replace(
         loudest,
-        simple=models.FilterModel(white=loudest.simple.white, walk=walk),
+        simple=models.FilterModel(white=loudest.simple.white, walk=farthest.simple.walk),
         full=models.overbound(
             limit,
             most_markov=max(len(one.full.markov) for one in settings),

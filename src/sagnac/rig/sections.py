@@ -372,6 +372,7 @@ class GyroConfig(Section):
         white noise of the sampled angle: Q without a readout step
     rate_step_deg_per_h
         readout step of the mean rate of a sample, 0 for none; adds step/sqrt(12 sample_rate) to N
+        as a root of squares
     range_deg_per_h
         largest rate that is shown, 0 for any
     bias_deg_per_h
