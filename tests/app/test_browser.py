@@ -168,6 +168,28 @@ def test_zoom_span_and_a_file_that_is_hostile(server, driver):
     require_quiet(driver, address)
 
 
+def test_a_whole_number_keeps_its_zeros(server, driver):
+    page = Page(driver, server[1])
+    page.until("document.querySelectorAll('#listing button').length >= 2")
+    page.click("#listing li:nth-child(2) button")
+    page.until("document.body.dataset.first")
+    page.state(kind="rate", unit="deg/h", rate="100000")
+    page.until("document.getElementById('facts').textContent.includes('Hz')")
+    assert "30000 samples, 100000 Hz, 0.3 s" in page.text("facts")
+
+
+def test_the_table_of_a_campaign_is_as_wide_as_its_page(folder, tmp_path):
+    made = sagnac.campaign(
+        folder / "run.csv", tmp_path / "rack", pattern="(?P<unit>ben)(?P<day>ch)", workers=1,
+        kind="rate", unit="deg/h", sample_rate=100.0, specification="0.003deg/sqrt(h)",
+    )  # fmt: skip
+    assert {line.verdict for line in made.lines} == {"undecided"}
+    with chromium(tmp_path / "profile", size="1280,1000") as driver:
+        page = Page(driver, made.paths[0].as_uri())
+        wide = "const rows = document.getElementById('rows'); return rows.scrollWidth"
+        assert page.script(wide) <= page.script("return rows.parentElement.clientWidth")
+
+
 def test_a_table_that_turns(server, driver, folder):
     """Ten revolutions at 20 deg/s: the page against the truth that was put in."""
     _, address = server

@@ -66,6 +66,7 @@ def test_status_words_and_page_are_those_of_the_verdict(  # noqa: PLR0917
     assert (decisions.count("pass"), decisions.count("fail")) == (passed, failed)
     assert (found[4]["state"], found[4]["verdict"]) == ("failed", "undecided")
     assert "stuck" in found[4]["reason"]
+    assert "U2.parquet, gyro z: undecided: " in shown
     # A row that passes has no reason; each other one says why, in the table, here and on the page.
     for row in found[:4]:
         why = "" if row["verdict"] == "pass" else "N: the interval lies above the limit"
@@ -100,7 +101,23 @@ def test_a_rack_that_keeps_its_limit_ends_with_zero(rack, tmp_path, capsys):
     for row, line in zip(document["rows"], rows(other), strict=True):
         texts = {key: "" if value is None else str(value) for key, value in row.items()}
         assert texts == line
+    assert document["scatter"][0]["why"].startswith("1 runs cannot tell")
     assert "limit" not in (other / "index.html").read_text()
+
+
+def test_a_gyro_without_an_answer_is_named_and_the_scatter_of_the_others_is_in_the_json(
+    rack, tmp_path, capsys
+):
+    words = ["campaign", str(rack), "-o", str(tmp_path), "--workers", "1"]
+    assert main(words) == 0
+    assert re.search("U2.parquet, gyro z: failed: .*stuck", capsys.readouterr().out)
+    assert main([*words, "--json"]) == 0
+    of_x, of_y = json.loads(capsys.readouterr().out)["scatter"]
+    assert [of_x["gyros"], of_y["gyros"], len(of_x["files"]), of_x["runs"]] == ["x", "y", 3, 3]
+    walk, run = of_x["mean"], of_x["deviations"]["run"]
+    assert walk["low"] < 1e-3 < walk["high"]
+    assert walk["value"] == pytest.approx(1e-3, rel=0.1)
+    assert run["low"] <= run["value"] <= run["high"]
 
 
 def test_a_unit_that_cannot_be_measured_counts_in_the_yield(rack, tmp_path, capsys):

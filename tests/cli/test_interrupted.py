@@ -224,3 +224,27 @@ def test_a_signal_inside_of_exec_gives_its_own_status_to_a_module_that_runs(tmp_
     (tmp_path / "probe.py").write_text(PROBE)
     done = ran(PYTHON, "-m", "probe", env=environment(tmp_path))
     assert (done.returncode, done.stderr) == (143, "sagnac: stopped by SIGTERM\n")
+
+
+EARLY = """
+import signal
+import sys
+
+
+class Interrupt:
+    def find_spec(name, *_):
+        if name == "cyclopts":
+            exec("signal.raise_signal(signal.SIGINT)")
+
+
+sys.meta_path.insert(0, Interrupt)
+from sagnac.cli import main
+
+sys.exit(main(["--version"]))
+"""
+
+
+def test_an_interrupt_among_the_imports_is_one_line(tmp_path):
+    (tmp_path / "early.py").write_text(EARLY)
+    done = ran(PYTHON, "-m", "early", env=environment(tmp_path))
+    assert (done.returncode, done.stdout, done.stderr) == (130, "", "sagnac: interrupted\n")

@@ -39,6 +39,13 @@ def test_output_that_has_no_room_is_one_line(asked, unbuffered):
     assert "standard output: No space left" in one_line_among(done.stderr)
 
 
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="no full device here")
+def test_errors_that_have_no_room_leave_the_status():
+    with Path("/dev/full").open("w") as full:
+        done = ran(*SAGNAC, "nope", stdout=subprocess.PIPE, stderr=full, capture_output=False)
+    assert (done.returncode, done.stdout) == (2, "")
+
+
 @pytest.mark.usefixtures("blank_figures")
 def test_a_channel_named_like_a_path_stays_in_its_folder(tmp_path):
     name = "../../pwn"

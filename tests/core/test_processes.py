@@ -73,6 +73,17 @@ def test_a_script_is_not_run_again_by_its_processes(tmp_path):
     assert done.stdout == "[3]\n"
 
 
+def held_back(_):
+    return signal.pthread_sigmask(signal.SIG_BLOCK, ())
+
+
+@pytest.mark.skipif(not hasattr(signal, "pthread_sigmask"), reason="no masks of signals here")
+def test_an_interrupt_of_a_process_that_still_starts_is_left_to_the_parent():
+    ((_, future),) = completed([0], held_back, TWO, nothing)
+    assert signal.SIGINT in future.result()
+    assert signal.SIGINT not in held_back(0)
+
+
 def process_of(_):
     return os.getpid()
 

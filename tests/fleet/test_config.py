@@ -2,8 +2,10 @@ from pathlib import Path
 
 import pytest
 
+from sagnac.analysis.settings import Settings
 from sagnac.core.errors import RecordingError
 from sagnac.fleet.tasks import Choices, tasks_of
+from sagnac.formats.statement import Statement
 
 
 def written(folder: Path, text: str) -> Path:
@@ -39,6 +41,16 @@ def test_toml_gives_a_row_for_each_method_and_gyro(tmp_path) -> None:
     assert {task.settings.confidence for task in tasks} == {0.9}
     assert {task.statement.kind for task in tasks} == {"rate"}
     assert all(Path(task.path).is_absolute() for task in tasks)
+
+
+def test_what_is_stated_goes_over_the_toml_and_a_limit_stands_once(tmp_path) -> None:
+    path = written(
+        tmp_path, 'files = ["*.csv"]\nspec = "1"\nstatement = {kind="rate", unit="deg/s"}'
+    )
+    (task, _) = tasks_of([path], Choices(statement=Statement(unit="rad/s")))
+    assert (task.statement.kind, task.statement.unit) == ("rate", "rad/s")
+    with pytest.raises(RecordingError, match="a limit is stated here and as a choice"):
+        tasks_of([path], Choices(settings=Settings(specification="2")))
 
 
 def test_folder_gives_its_recordings_in_order(tmp_path) -> None:

@@ -33,6 +33,8 @@ if TYPE_CHECKING:
 _NARROWEST: Final = 40
 # Objects made, less those freed, between two collections of garbage.
 _NEW_OBJECTS: Final = 1_000_000
+# Where errors are told.
+_ERRORS: Final = 2
 # Time after which a signal is sent anew whose exception was lost, s.
 _SOON: Final = 0.02
 
@@ -114,7 +116,8 @@ class _Unread(io.FileIO):
             nowhere = os.open(os.devnull, os.O_WRONLY)
             os.dup2(nowhere, self.fileno())
             os.close(nowhere)
-            if not isinstance(error, BrokenPipeError):
+            # That there is no room to say what is wrong can be said nowhere.
+            if not isinstance(error, BrokenPipeError) and self.fileno() != _ERRORS:
                 error.filename = "standard output"
                 raise
             return super().write(data)
@@ -170,8 +173,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         Exit status.
     """
     tokens = list(sys.argv[1:] if arguments is None else arguments)
-    _prepare_process()
     try:
+        _prepare_process()
         command, bound, _ = app.parse_args(tokens, exit_on_error=False, print_error=False)
         # Names that come from files and paths move no cursor; what the parser shows is its own.
         is_ours = command.__module__.startswith("sagnac.")

@@ -244,9 +244,9 @@ def campaign(
     """Many recordings in; one table and one page out, a report for each.
 
     campaign.csv, campaign.parquet, index.html and campaign.png go into DIR. Started again with the
-    same DIR it does only what is not there yet. --json prints the rows of the table. The exit
-    status is 1 if a recording could not be analyzed; else, with --spec, 3 if a gyro fails and 4 if
-    one is undecided.
+    same DIR it does only what is not there yet. --json prints the rows of the table, and how N
+    scatters. The exit status is 1 if a recording could not be analyzed; else, with --spec, 3 if a
+    gyro fails and 4 if one is undecided.
 
     Parameters
     ----------
@@ -271,7 +271,13 @@ def campaign(
         )  # fmt: skip
     if options.as_json:
         rows = [asdict(line) for line in made.lines]
-        print(to_json(finite({"schema": "sagnac.campaign/1", "rows": rows})))
+        scatter = [
+            {"method": method, "gyros": gyros, "files": [line.file for line in one.lines]}
+            | (asdict(one.answer) if one.answer else {"why": one.why})
+            for (method, gyros), one in made.scatter.items()
+        ]
+        document = {"schema": "sagnac.campaign/1", "rows": rows, "scatter": scatter}
+        print(to_json(finite(document)))
     else:
         print(terminal_text(made.campaign, made.lines, made.replaced))
         results.print_paths([output / path.name for path in made.paths])

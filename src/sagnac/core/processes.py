@@ -191,13 +191,20 @@ class _Worker:
 
 @contextlib.contextmanager
 def _program_hidden() -> Iterator[None]:
-    """While a process is spawned it does not see the program, which it would run once more."""
+    """While a process is spawned it does not see the program, which it would run once more.
+
+    Nor does it see an interrupt, which the parent takes afterwards.
+    """
     program = sys.modules["__main__"]
     sys.modules["__main__"] = ModuleType("__main__")
+    can_wait = hasattr(signal, "pthread_sigmask")
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT}) if can_wait else set()
     try:
         yield
     finally:
         sys.modules["__main__"] = program
+        if can_wait:
+            signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 def _prepare() -> None:

@@ -278,6 +278,8 @@ def terminal_text(campaign: Campaign, lines: Sequence[Line], replaced: int) -> s
         Lines of another campaign that the table had before.
     """
     groups, whole = groups_of(lines), list(filter(is_whole, lines))
+    # Of a file without any answer the command says so where it tells of errors.
+    failed = {row.task.key for row in campaign.failed}
     of_group = [(one.method, one.gyros) for one in whole]
     return rendered(
         "campaign.txt",
@@ -291,7 +293,7 @@ def terminal_text(campaign: Campaign, lines: Sequence[Line], replaced: int) -> s
         ],
         several=len({method for method, _ in groups}) > 1,
         left_out=table.left_out(lines),
-        told=[line for line in whole if line.state == "done" and line.reason],
+        told=[line for line in whole if line.reason and line.key not in failed],
         most=_MOST_REASONS,
         verdict=yield_of(campaign),
         replaced=replaced,

@@ -126,6 +126,8 @@ _REMEDY: Final = "see docs/campaign.md for the keys of a campaign"
 class Choices:
     """Choices for all recordings of a campaign unless its TOML says otherwise.
 
+    What they state of the files goes over its statement, as over the TOML beside a file.
+
     Attributes
     ----------
     settings
@@ -232,6 +234,8 @@ def _common(content: Mapping[str, Any], folder: Path, choices: Choices) -> Choic
     """The choices with what a TOML states; limits in a TOML are looked for beside it."""
     own, risk = choices.settings, content.get("risk")
     specification, confidence = own.specification, own.confidence
+    if specification is not None and not content.keys().isdisjoint({"spec", "risk"}):
+        raise ValueError("a limit is stated here and as a choice for all recordings; state it once")
     if "spec" in content:
         text = content["spec"]
         if text.strip().endswith(".toml"):
@@ -249,7 +253,8 @@ def _common(content: Mapping[str, Any], folder: Path, choices: Choices) -> Choic
     )
     stated, pattern = choices.statement, content.get("pattern", choices.pattern)
     if "statement" in content:
-        stated = from_mapping(content["statement"])
+        typed = {name: value for name, value in asdict(stated).items() if value}
+        stated = replace(from_mapping(content["statement"]), **typed)
     return Choices(settings=settings, statement=stated, pattern=pattern)
 
 

@@ -50,7 +50,7 @@ function element(tag, properties = {}, ...children) {
 const row = (...cells) => element("tr", {}, ...cells.map((cell) => (cell instanceof Node ? element("td", {}, cell) : element("td", { textContent: cell ?? "" }))));
 const head = (...cells) => element("tr", {}, ...cells.map((cell) => element("th", { textContent: cell })));
 const answers = (channel) => [...Object.entries(channel.of_each), [channel.name, channel.answer.text]].map(([name, text]) => `${name}  ${text}`).join("\n");
-const digits = (value, count = 4) => (value === null || value === undefined ? "–" : Number(value).toPrecision(count).replace(/\.?0+(e|$)/, "$1"));
+const digits = (value, count = 4) => (value === null || value === undefined ? "–" : String(Number(Number(value).toPrecision(count))));
 function form(place, fields, changed) {
   place.replaceChildren(...fields.map(([name, hint, choices]) => {
     const input = element("input", { name, placeholder: hint, title: hint, autocomplete: "off", spellcheck: false });
