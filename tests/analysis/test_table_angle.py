@@ -4,6 +4,7 @@ import functools
 
 import numpy as np
 import pytest
+from scipy.signal import butter, sosfilt
 
 import sagnac
 from sagnac.analysis.measurement import Measurement, TurningTable, with_order_phases
@@ -114,6 +115,32 @@ def test_gyros_of_unlike_shares_go_with_the_encoder_or_without_it(seeds):
             low, high = interval(analyzed(seed, shares=unlike, seconds=900.0, **settings))
             held += low <= 1.0 <= high
     assert held >= max(2 * len(seeds) - 1, 2)
+
+
+def test_gyros_of_unlike_shares_behind_a_low_pass_take_the_table_out_by_themselves():
+    """Earth rate hid what the encoder, which has no low-pass, leaves of a table that turns back."""
+    random, rate = np.random.default_rng(6), 100.0
+    time = np.arange(30_000) / rate
+    turn = np.hanning(150) / np.hanning(150).sum()
+    rates = np.convolve(np.where(time % 80.0 < 40.0, 60.0, -60.0), turn, mode="same")
+    table = np.cumsum(rates) / rate
+    rates = rates * (1.0 + 3e-4 * np.cos(np.deg2rad(12.0 * table)))
+    earth = 2.7e-3 * np.cos(np.deg2rad(table))  # deg/s, of a gyro that lies nearly level
+    corner = butter(1, 20.0, fs=rate, output="sos")
+    white = 3e-3 / 60.0 * np.sqrt(rate) * random.normal(size=(2, time.size))
+    senses = {"x": rates + white[0], "z": 0.3 * rates + earth + white[1]}
+    recording = sagnac.Recording.from_arrays(
+        **{name: sosfilt(corner, sensed)[100:] for name, sensed in senses.items()},
+        table=(np.cumsum(rates) / rate)[100:],
+        kind="rate",
+        unit="deg/s",
+        sample_rate=rate,
+    )
+    result = sagnac.analyze(recording)
+    answer = result.angle_random_walk.to("deg/sqrt(h)")
+    assert result.angle_random_walk.status == "estimated"
+    assert answer.low <= 3e-3 <= answer.high
+    assert not result.lines
 
 
 @pytest.mark.parametrize("seeds", SEEDS)

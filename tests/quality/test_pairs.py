@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy.signal import butter, sosfilt
 
 from sagnac.quality import physics as pairs
 from sagnac.quality.check import check
@@ -80,3 +81,23 @@ def test_gyros_of_unlike_kinds_on_one_table_are_sound(kinds):
         sample_rate=rate,
     )
     assert not [note for note in check(recording) if note.name in {"copy", "units"}]
+
+
+@pytest.mark.parametrize(("shaking", "copied"), [(7.0, 0.0), (0.05, 0.3)])
+def test_a_table_that_shakes_is_no_copy_though_one_gyro_has_it_late(shaking, copied):
+    """Of channels that are sampled by turns on such a table, N was refused."""
+    random = np.random.default_rng(5)
+    shakes = butter(2, [0.5, 8.0], btype="bandpass", fs=100.0, output="sos")
+    table = 30.0 + shaking * sosfilt(shakes, random.normal(size=30_001))
+    x, z = 0.05 * random.normal(size=(2, 30_001))
+    recording = Recording.from_arrays(
+        x=table[1:] + x[1:],
+        # The noise of a copy comes late, and the table at once.
+        z=table[1:] + copied * x[:-1] + z[1:] if copied else table[:-1] + z[1:],
+        table=np.cumsum(table[1:]) / 100.0,
+        kind="rate",
+        unit="deg/s",
+        sample_rate=100.0,
+    )
+    said = {note.name for note in check(recording) if note.level != "remark"}
+    assert said == ({"copy"} if copied else set())

@@ -72,3 +72,33 @@ def test_lost_rows_are_found_where_the_table_turns_fast(motion):
     (note,) = found({name: np.delete(values, gone) for name, values in columns.items()})
     assert note.name == "lost"
     assert "4 rows of the file lost at 2 places" in note.text
+
+
+def as_stored(columns, precision):
+    """Rates in single precision, or as text of so many figures."""
+    for name in SHARES:
+        rates = columns[name]
+        if precision == "single":
+            columns[name] = rates.astype(np.float32)
+        else:
+            places = 10.0 ** (precision - 1 - np.floor(np.log10(np.abs(rates))))
+            columns[name] = np.rint(rates * places) / places
+    return columns
+
+
+@pytest.mark.parametrize("motion", ["dwell", "onward", "reverse", "swing"])
+@pytest.mark.parametrize("precision", ["single", 6, 7])
+def test_steps_that_grow_with_the_rate_repeat_no_samples(motion, precision):
+    """Chance was judged by the steps of a table that stands, which are the finest."""
+    columns = of_table(motion, walk=6e-3)
+    assert found(as_stored(columns, precision)) == []
+
+
+@pytest.mark.parametrize("motion", ["dwell", "swing"])
+def test_held_samples_are_found_beside_such_steps(motion):
+    columns = of_table(motion, walk=6e-3)
+    held = 1 + np.flatnonzero(np.random.default_rng(9).random(SAMPLES - 1) < 0.003)
+    for name in SHARES:
+        columns[name][held] = columns[name][held - 1]
+    notes = found(as_stored(columns, "single"))
+    assert {note.channel for note in notes if note.name == "repeats"} == set(SHARES)

@@ -348,9 +348,9 @@ def _takes_table_out(
 
 
 def _step(angle: FloatArray) -> float:
-    """Rms increment about the mean, rad."""
-    steps = arrays.differences(angle)
-    return math.sqrt(max(arrays.square(steps) / steps.size - arrays.mean(steps) ** 2, 0.0))
+    """Rms change from increment to increment, rad, in which Earth rate and drift are little."""
+    changes = arrays.differences(arrays.differences(angle))
+    return math.sqrt(arrays.square(changes) / changes.size)
 
 
 # ---- without its lines -------------------------------------------------------------------

@@ -65,6 +65,36 @@ def count_step(changes: FloatArray, rounding: float = 0.0) -> float:
     return smallest
 
 
+def largest_step(values: FloatArray, *, scatter: float, unit: float) -> float:
+    """The coarsest step of numbers whose steps grow with their size; 0 for numbers in no steps.
+
+    Steps of single precision double from octave to octave, those of six figures in a text are ten
+    times as large from decade to decade. A table that stops has numbers of many sizes.
+
+    Parameters
+    ----------
+    values
+        (samples,).
+    scatter
+        From sample to sample.
+    unit
+        That the values were stored in.
+    """
+    with np.errstate(divide="ignore"):
+        stored = np.abs(values / unit)
+        sizes = np.floor(np.log10(stored)) + np.floor(np.log2(stored))
+    changes = np.abs(np.diff(values))
+    few = (changes > ROUNDING * np.abs(values[1:])) & (changes < scatter)
+    # The steps of the smaller of two numbers divide those of the larger.
+    _, size = np.unique(np.minimum(sizes[1:], sizes[:-1])[few], return_inverse=True)
+    changes, number = changes[few], np.bincount(size)
+    least = np.full(number.size, np.inf)
+    np.minimum.at(least, size, changes)
+    parts = changes / least[size]
+    whole = np.bincount(size, np.abs(parts - np.rint(parts)) < 0.1)
+    return float(least[(number >= LEAST_OFTEN) & (whole > 0.9 * number)].max(initial=0.0))
+
+
 def _whole_step(changes: FloatArray, bound: float) -> float | None:
     """The step of sizes from `bound` on; None if they are not whole numbers of it."""
     # Sizes, and whether the changes go on the same way before and behind.

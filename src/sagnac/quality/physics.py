@@ -374,7 +374,8 @@ def _half_of_range(channel: Channel, rate: float) -> str:
 
 # ---- pairs -------------------------------------------------------------------------
 
-# Parts of a record that all have to show a copy: lines that happen to lie together do not last.
+# Parts of a record, and of its band, that all have to show a copy: lines that happen to lie
+# together do not last, and what shakes two gyros ends at some frequency.
 _PARTS: Final = 4
 # Correlation from which on one gyro is said to copy another.
 _COPIES: Final = 0.05
@@ -424,7 +425,8 @@ def likeness(first: NDArray[np.complex64], second: NDArray[np.complex64], sample
     Every frequency counts alike, whatever its power: the mean cosine of the phase between the two
     (phase transform of Knapp and Carter, 1976). So lines and sway that both sense weigh as little
     as they are wide; a Hann taper keeps them so. The correlation is the mean over four parts of
-    the record; if one of them shows less than half of it, there is none.
+    the record; if one of them shows less than half of it, there is none. So it is with four parts
+    of the band: a table that shakes is no copy, though one gyro has it some samples later.
 
     Parameters
     ----------
@@ -443,6 +445,10 @@ def likeness(first: NDArray[np.complex64], second: NDArray[np.complex64], sample
         lasts = np.all(parts * np.sign(mean) >= 0.5 * np.abs(mean), axis=0)
         best = int(np.argmax(np.abs(mean) * lasts))
         correlation = float(mean[best] * lasts[best])
+        turn = np.exp(2j * np.pi * delays[best] / length * np.arange(cross.shape[1]))
+        bands = np.array_split(cross.mean(axis=0) * turn, _PARTS)
+        if min(abs(band.mean()) for band in bands) < 0.5 * abs(correlation):
+            best, correlation = latest, 0.0
     return Likeness(best - latest, correlation, float(mean[latest]))
 
 

@@ -13,7 +13,7 @@ from sagnac.core.arrays import BooleanArray, FloatArray, IntegerArray
 from sagnac.core.errors import Note
 from sagnac.core.marks import number_of
 from sagnac.core.units import DEGREE, UNITS, split_factor
-from sagnac.quality.lattice import LAST_PLACES, ROUNDING, count_step
+from sagnac.quality.lattice import LAST_PLACES, ROUNDING, count_step, largest_step
 from sagnac.quality.whitening import White, whitened
 from sagnac.recording.channel import Channel
 from sagnac.recording.encoder_readings import share_of_turns
@@ -133,6 +133,16 @@ class Profile:
     def step(self) -> float:
         """Step of the readout; the smallest change if it has none, infinite if nothing changes."""
         return count_step(self.changes, LAST_PLACES * ROUNDING * self.survey.size)
+
+    @cached_property
+    def largest_step(self) -> float:
+        """Step of the largest samples of a rate; `step` if all samples have the same."""
+        if self.channel.kind == "angle":
+            return self.step
+        factor, unit = split_factor(self.channel.shown_in)
+        size = factor * UNITS[unit].size
+        largest = partial(largest_step, scatter=self.scale, unit=size)
+        return max(self.step, float(arrays.by_blocks(largest, self.channel.values).max()))
 
     @property
     def block(self) -> int:

@@ -410,7 +410,7 @@ def _explained(profile: Profile) -> float:
     Noise repeats itself half as often as it makes one of the two smallest changes, if it is read
     out in steps of a third of its scatter or finer.
     """
-    values, step = profile.channel.values, profile.step
+    values, step = profile.channel.values, profile.largest_step
     rounding = _ROUNDING * profile.scale
     if profile.channel.kind == "angle":
         step = count_step(values, rounding)
@@ -471,9 +471,9 @@ _SHORT: Final = 2
 
 def _reach_of_straight(profile: Profile) -> float:
     """How far off a straight line its rounding puts a sample; 0 if that is no less than noise."""
-    if 20.0 * profile.step > profile.scale:
+    if 20.0 * profile.largest_step > profile.scale:
         return 0.0
-    return max(1.5 * profile.step, LAST_PLACES * ROUNDING * profile.survey.size)
+    return max(1.5 * profile.largest_step, LAST_PLACES * ROUNDING * profile.survey.size)
 
 
 def _bent(before: FloatArray, here: FloatArray, after: FloatArray) -> FloatArray:
