@@ -85,6 +85,21 @@ def test_where_the_levels_do_not_tell_the_interval_is_of_average_and_likelihood(
     assert "the whole band, and " in found.average.in_words()
 
 
+@pytest.mark.parametrize("seed", [35, 61])
+def test_an_interval_of_more_confidence_holds_one_of_less(seed):
+    """The choice between fit and average, and the laws of slow noise, are those of 95 %."""
+    draw = np.random.default_rng(seed)
+    noise = draw.standard_normal(12_000) + 0.01 * np.cumsum(draw.standard_normal(12_000))
+    recording = Recording.from_arrays(x=noise, kind="rate", unit="deg/h", sample_rate=1.0)
+    found = [
+        analyze(recording, method="none", confidence=confidence) for confidence in (0.8, 0.95, 0.99)
+    ]
+    low, usual, high = (one.angle_random_walk for one in found)
+    assert len({one.average.member for one in found}) == 1
+    assert high.low < usual.low < low.low < low.value == usual.value == high.value
+    assert low.value < low.high < usual.high < high.high
+
+
 @pytest.mark.parametrize("corner", [0.04, pytest.param(0.08, marks=pytest.mark.statistics)])
 def test_a_low_pass_of_the_sensor_gives_no_false_bound(corner):
     found, truth = analysis_of(low_passed, gyro=Gyro(), corner=corner, order=2)

@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from html import escape
 from numbers import Real
-from typing import Literal
+from typing import Final, Literal
 
 from scipy.optimize import brentq
 from scipy.special import ndtr, ndtri
@@ -17,6 +17,8 @@ from sagnac.noise.slow_laws import SlowLaws
 
 Status = Literal["estimated", "upper bound", "not observable"]
 FitName = Literal["paper", "weighted", "likelihood"]
+USUAL: Final = 0.95
+"""At which models and laws are chosen, so that the choice is the same at any other confidence."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -16,7 +16,7 @@ from sagnac.core.kernels import one_thread
 from sagnac.noise import cosine_spectrum
 from sagnac.noise.cosine_spectrum import CosineSpectrum
 from sagnac.noise.curve_fit import paper_fit, weighted_fit
-from sagnac.noise.estimates import Fit, FitBand, FitName, unobserved
+from sagnac.noise.estimates import USUAL, Estimate, Fit, FitBand, FitName, unobserved
 from sagnac.noise.laws import COEFFICIENT_NAMES, SLOW_NAMES, STOCHASTIC_NAMES, CoefficientName
 from sagnac.noise.likelihood import Ordinates, scaled_covariance
 from sagnac.noise.lowest_ordinates import ramp_estimate
@@ -131,15 +131,23 @@ def spectrum_fit(
             break
     # Of one band alone: intervals take longer than all the rest.
     weighed, bins, band = min(trials, key=lambda trial: trial[0].departure)
+
+    def estimates(confidence: float) -> dict[CoefficientName, Estimate]:
+        return {
+            name: weighed.estimate(weighed.best, column, name, confidence)
+            for column, name in enumerate(cosine.names)
+        }
+
     found = {name: unobserved(name, confidence) for name in COEFFICIENT_NAMES}
-    for column, name in enumerate(cosine.names):
-        found[name] = weighed.estimate(weighed.best, column, name, confidence)
+    found |= estimates(confidence)
     if "rate_ramp" in cosine.terms and cosine.names:
         lowest = bins.starts[bins.count == 1.0]
         found["rate_ramp"] = ramp_estimate(cosine, lowest, confidence)
     # Other laws are asked for if all four terms were fitted, and B or K is there.
-    there = any(found[name].status == "estimated" for name in SLOW_NAMES[:2])
-    sees_slow_noise = there and cosine.names == STOCHASTIC_NAMES
+    usual = found if confidence == USUAL else estimates(USUAL)
+    sees_slow_noise = cosine.names == STOCHASTIC_NAMES and any(
+        usual[name].status == "estimated" for name in SLOW_NAMES[:2]
+    )
     low, high = band or (0.0, 0.5 / cosine.interval)
     return Fit(
         method="likelihood",

@@ -344,6 +344,19 @@ def average(levels: Levels, *, confidence: float = 0.95, ramp: Estimate | None =
     )
 
 
+def walk_at(levels: Levels, average: Average, confidence: float) -> Estimate:
+    """N of an average, which is an estimate, in an interval of another confidence.
+
+    Parameters
+    ----------
+    levels, average
+        The average of these levels.
+    confidence
+        Of the interval.
+    """
+    return _averaged(levels, WALK, average.relied, confidence)
+
+
 def _averaged(levels: Levels, column: int, models: BandModels, confidence: float) -> Estimate:
     """One coefficient by models that hold it; without one, the largest that the levels allow.
 

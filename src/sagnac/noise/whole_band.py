@@ -15,7 +15,7 @@ from scipy.special import chdtri, gammainc, gammaincc, ndtr, ndtri
 
 from sagnac.core.arrays import FloatArray
 from sagnac.noise.band_models import FALL, FLOOR, BandModel, bin_shapes, gamma_deviance
-from sagnac.noise.estimates import Estimate, Fit, FitBand
+from sagnac.noise.estimates import USUAL, Estimate, Fit, FitBand
 from sagnac.noise.laws import COEFFICIENT_NAMES, STOCHASTIC_NAMES
 from sagnac.noise.model_average import (
     Average,
@@ -23,6 +23,7 @@ from sagnac.noise.model_average import (
     deviation_of,
     estimated_names,
     mixture_quantile,
+    walk_at,
 )
 from sagnac.noise.slow_laws import FLICKER, PLAIN, QUANTIZATION, RATE_WALK, WALK, SlowLaws
 from sagnac.spectrum.levels import Levels
@@ -100,6 +101,8 @@ def with_whole_band(levels: Levels, average: Average, fit: Fit) -> Average:
         or not complete.any()
     ):
         return average
+    if walk.status == "estimated" and walk.confidence != USUAL:
+        walk = walk_at(levels, average, USUAL)
     row = int(np.flatnonzero(complete)[np.argmax(models.logarithm[complete])])
     outdone = float(models.logarithm.max() - models.logarithm[row])
     law, surely, barely = models.law(row, levels.spectrum.interval), _SURELY, _BARELY
