@@ -131,13 +131,12 @@ def _product(line: Line, stronger: tuple[Line, ...], state: State) -> str:
         # A product is at most twice the order times both amplitudes, in rad. By theory it is half
         # of that, over the share of the rate that the gyros sense; two orders make it twice.
         reach = 2.0 * order.frequency * order.amplitude
-        for other in stronger:
+        for other in (one for one in stronger if line.amplitude < reach * one.amplitude):
             base = other.hertz(turn_rate)
             missed = min(abs(place - abs(base + way)) for way in (-moved, moved))
             # An order twice as high is the table's own as likely.
             of_line = other is not order and (other.scale == "angle" or line.scale == "time")
-            is_there = missed < _MISSED * _resolution(state)
-            if of_line and is_there and line.amplitude < reach * other.amplitude:
+            if of_line and missed < _MISSED * _resolution(state):
                 return f"product of {_parent(other)} and order {order.frequency:g}"
     return ""
 
