@@ -349,8 +349,11 @@ def _takes_table_out(
 
 def _step(angle: FloatArray) -> float:
     """Rms change from increment to increment, rad, in which Earth rate and drift are little."""
-    changes = arrays.differences(arrays.differences(angle))
-    return math.sqrt(arrays.square(changes) / changes.size)
+    total = 0.0
+    for block in arrays.blocks(angle.size - 2):
+        changes = np.diff(angle[block.start : block.stop + 2], 2)
+        total += float(changes @ changes)
+    return math.sqrt(total / (angle.size - 2))
 
 
 # ---- without its lines -------------------------------------------------------------------
