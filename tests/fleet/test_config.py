@@ -49,7 +49,7 @@ def test_what_is_stated_goes_over_the_toml_and_a_limit_stands_once(tmp_path) -> 
     )
     (task, _) = tasks_of([path], Choices(statement=Statement(unit="rad/s")))
     assert (task.statement.kind, task.statement.unit) == ("rate", "rad/s")
-    with pytest.raises(RecordingError, match="a limit is stated here and as a choice"):
+    with pytest.raises(RecordingError, match="states a limit, and so does the command or call"):
         tasks_of([path], Choices(settings=Settings(specification="2")))
 
 

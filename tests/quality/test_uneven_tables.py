@@ -75,7 +75,7 @@ def test_lost_rows_are_found_where_the_table_turns_fast(motion):
 
 
 def as_stored(columns, precision):
-    """Rates in single precision, or as text of so many figures."""
+    """Round the rates to single precision, or to `precision` figures as a text file does."""
     for name in SHARES:
         rates = columns[name]
         if precision == "single":

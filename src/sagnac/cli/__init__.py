@@ -5,7 +5,7 @@ import sys
 try:
     from sagnac.cli.app import main
 except KeyboardInterrupt:
-    # Nothing has begun. As in `main`, Python is to forget that it came inside of exec.
+    # Nothing has begun. Raised inside of exec, it would end Python as by SIGINT: see `main`.
     exec("")
     print("sagnac: interrupted", file=sys.stderr)
     sys.exit(130)

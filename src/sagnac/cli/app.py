@@ -33,8 +33,8 @@ if TYPE_CHECKING:
 _NARROWEST: Final = 40
 # Objects made, less those freed, between two collections of garbage.
 _NEW_OBJECTS: Final = 1_000_000
-# Where errors are told.
-_ERRORS: Final = 2
+# File descriptor of standard error.
+_STANDARD_ERROR: Final = 2
 # Time after which a signal is sent anew whose exception was lost, s.
 _SOON: Final = 0.02
 
@@ -116,8 +116,8 @@ class _Unread(io.FileIO):
             nowhere = os.open(os.devnull, os.O_WRONLY)
             os.dup2(nowhere, self.fileno())
             os.close(nowhere)
-            # That there is no room to say what is wrong can be said nowhere.
-            if not isinstance(error, BrokenPipeError) and self.fileno() != _ERRORS:
+            # If standard error is full there is nowhere to say so.
+            if not isinstance(error, BrokenPipeError) and self.fileno() != _STANDARD_ERROR:
                 error.filename = "standard output"
                 raise
             return super().write(data)

@@ -197,13 +197,13 @@ def _program_hidden() -> Iterator[None]:
     """
     program = sys.modules["__main__"]
     sys.modules["__main__"] = ModuleType("__main__")
-    can_wait = hasattr(signal, "pthread_sigmask")
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT}) if can_wait else set()
+    has_masks = hasattr(signal, "pthread_sigmask")
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT}) if has_masks else set()
     try:
         yield
     finally:
         sys.modules["__main__"] = program
-        if can_wait:
+        if has_masks:
             signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 

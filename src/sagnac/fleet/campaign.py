@@ -12,10 +12,18 @@ from sagnac.core.arrays import pandas_for
 from sagnac.core.errors import as_several, is_finite, path_of, quoted, require_keywords
 from sagnac.core.overwriting import outputs_in, require_free
 from sagnac.core.processes import Standing, means_of
-from sagnac.fleet import table
 from sagnac.fleet.page import write_overview, write_page
 from sagnac.fleet.runner import Campaign, Completed, completed_here, completed_there, run
-from sagnac.fleet.table import Line, lines_of, rows_replaced, walk_limits, write_tables
+from sagnac.fleet.table import (
+    Line,
+    Scatter,
+    groups_of,
+    lines_of,
+    rows_replaced,
+    scatter_of,
+    walk_limits,
+    write_tables,
+)
 from sagnac.fleet.tasks import Choices, tasks_of
 from sagnac.formats.statement import Statement
 
@@ -50,9 +58,9 @@ class CampaignReport:
     replaced: int = 0
 
     @property
-    def scatter(self) -> dict[tuple[str, str], table.Scatter]:
+    def scatter(self) -> dict[tuple[str, str], Scatter]:
         """How N scatters, deg/sqrt(h), by method and gyros."""
-        return {key: table.scatter_of(own) for key, own in table.groups_of(self.lines).items()}
+        return {key: scatter_of(own) for key, own in groups_of(self.lines).items()}
 
     def to_frame(self) -> Any:
         """The table as a pandas frame; column names carry the units.

@@ -278,7 +278,7 @@ def terminal_text(campaign: Campaign, lines: Sequence[Line], replaced: int) -> s
         Lines of another campaign that the table had before.
     """
     groups, whole = groups_of(lines), list(filter(is_whole, lines))
-    # Of a file without any answer the command says so where it tells of errors.
+    # The command names these files itself, among its errors.
     failed = {row.task.key for row in campaign.failed}
     of_group = [(one.method, one.gyros) for one in whole]
     return rendered(

@@ -235,7 +235,7 @@ def _common(content: Mapping[str, Any], folder: Path, choices: Choices) -> Choic
     own, risk = choices.settings, content.get("risk")
     specification, confidence = own.specification, own.confidence
     if specification is not None and not content.keys().isdisjoint({"spec", "risk"}):
-        raise ValueError("a limit is stated here and as a choice for all recordings; state it once")
+        raise ValueError("states a limit, and so does the command or call; leave one of them out")
     if "spec" in content:
         text = content["spec"]
         if text.strip().endswith(".toml"):

@@ -17,8 +17,8 @@ from sagnac.noise.slow_laws import SlowLaws
 
 Status = Literal["estimated", "upper bound", "not observable"]
 FitName = Literal["paper", "weighted", "likelihood"]
-USUAL: Final = 0.95
-"""At which models and laws are chosen, so that the choice is the same at any other confidence."""
+USUAL_CONFIDENCE: Final = 0.95
+"""Models and laws are chosen at this one, whatever the confidence of the interval."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -16,7 +16,7 @@ from sagnac.core.kernels import one_thread
 from sagnac.noise import cosine_spectrum
 from sagnac.noise.cosine_spectrum import CosineSpectrum
 from sagnac.noise.curve_fit import paper_fit, weighted_fit
-from sagnac.noise.estimates import USUAL, Estimate, Fit, FitBand, FitName, unobserved
+from sagnac.noise.estimates import USUAL_CONFIDENCE, Estimate, Fit, FitBand, FitName, unobserved
 from sagnac.noise.laws import COEFFICIENT_NAMES, SLOW_NAMES, STOCHASTIC_NAMES, CoefficientName
 from sagnac.noise.likelihood import Ordinates, scaled_covariance
 from sagnac.noise.lowest_ordinates import ramp_estimate
@@ -144,7 +144,7 @@ def spectrum_fit(
         lowest = bins.starts[bins.count == 1.0]
         found["rate_ramp"] = ramp_estimate(cosine, lowest, confidence)
     # Other laws are asked for if all four terms were fitted, and B or K is there.
-    usual = found if confidence == USUAL else estimates(USUAL)
+    usual = found if confidence == USUAL_CONFIDENCE else estimates(USUAL_CONFIDENCE)
     sees_slow_noise = cosine.names == STOCHASTIC_NAMES and any(
         usual[name].status == "estimated" for name in SLOW_NAMES[:2]
     )

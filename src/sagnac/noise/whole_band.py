@@ -15,7 +15,7 @@ from scipy.special import chdtri, gammainc, gammaincc, ndtr, ndtri
 
 from sagnac.core.arrays import FloatArray
 from sagnac.noise.band_models import FALL, FLOOR, BandModel, bin_shapes, gamma_deviance
-from sagnac.noise.estimates import USUAL, Estimate, Fit, FitBand
+from sagnac.noise.estimates import USUAL_CONFIDENCE, Estimate, Fit, FitBand
 from sagnac.noise.laws import COEFFICIENT_NAMES, STOCHASTIC_NAMES
 from sagnac.noise.model_average import (
     Average,
@@ -101,8 +101,8 @@ def with_whole_band(levels: Levels, average: Average, fit: Fit) -> Average:
         or not complete.any()
     ):
         return average
-    if walk.status == "estimated" and walk.confidence != USUAL:
-        walk = walk_at(levels, average, USUAL)
+    if walk.status == "estimated" and walk.confidence != USUAL_CONFIDENCE:
+        walk = walk_at(levels, average, USUAL_CONFIDENCE)
     row = int(np.flatnonzero(complete)[np.argmax(models.logarithm[complete])])
     outdone = float(models.logarithm.max() - models.logarithm[row])
     law, surely, barely = models.law(row, levels.spectrum.interval), _SURELY, _BARELY

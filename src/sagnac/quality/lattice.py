@@ -76,12 +76,13 @@ def largest_step(values: FloatArray, *, scatter: float, unit: float) -> float:
     values
         (samples,).
     scatter
-        From sample to sample.
+        Typical change from sample to sample.
     unit
-        That the values were stored in.
+        In which the values were stored, SI.
     """
     with np.errstate(divide="ignore"):
         stored = np.abs(values / unit)
+        # One more at each octave and at each decade.
         sizes = np.floor(np.log10(stored)) + np.floor(np.log2(stored))
     changes = np.abs(np.diff(values))
     few = (changes > ROUNDING * np.abs(values[1:])) & (changes < scatter)
