@@ -53,6 +53,24 @@ def test_what_is_stated_goes_over_the_toml_and_a_limit_stands_once(tmp_path) -> 
         tasks_of([path], Choices(settings=Settings(specification="2")))
 
 
+def test_settings_that_are_stated_go_over_the_toml(tmp_path) -> None:
+    """As by default, too, where they are stated; the rest is of the TOML."""
+    path = written(
+        tmp_path,
+        'files = ["A_1.csv"]\nmethods = ["fos", "none"]\ngyros = ["x,z", "y"]\n'
+        "confidence = 0.9\ninterval_s = 2.0\npattern = '(?P<unit>[A-Z])'",
+    )
+    (task, *_) = tasks = tasks_of([path], Choices(settings=Settings(gyros=("x",), method="fris")))
+    assert len(tasks) == 1
+    assert (task.settings.method, task.settings.gyros) == ("fris", ("x",))
+    assert (task.settings.confidence, task.settings.interval) == (0.9, 2.0)
+    stated = Choices(stated=("confidence", "interval"), pattern="(?P<day>[0-9])[.]csv")
+    (task, *_) = tasks = tasks_of([path], stated)
+    assert len(tasks) == 4
+    assert (task.settings.confidence, task.settings.interval) == (0.95, None)
+    assert task.labels == {"day": "1"}
+
+
 def test_folder_gives_its_recordings_in_order(tmp_path) -> None:
     written(tmp_path, "")
     names = [Path(task.path).name for task in tasks_of([tmp_path], Choices())]

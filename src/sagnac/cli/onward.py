@@ -255,8 +255,8 @@ def campaign(
     output
         Folder.
     """
-    settings, statement = typed.settings_of(options), typed.statement_of(options)
-    stated = {name: value for name, value in asdict(statement).items() if value}
+    of_files = {name: one for name, one in asdict(typed.statement_of(options)).items() if one}
+    stated = typed.settings_typed(options) | of_files
     results.require_place(output, "campaign", force=True)
     from sagnac.core.documents import finite
     from sagnac.fleet.page import reason_text, terminal_text
@@ -265,7 +265,7 @@ def campaign(
 
     with results.resumable(output.absolute()):
         made = sagnac.campaign(
-            sources, output, settings, **asdict(work), memory=options.memory,
+            sources, output, **asdict(work), memory=options.memory,
             told=results.standings(), force=force,
             **stated,
         )  # fmt: skip

@@ -449,14 +449,12 @@ def statement_of(options: Reading) -> "sagnac.Statement":
 
 
 def settings_of(options: Options, **defaults: Any) -> "sagnac.Settings":
-    """Settings that the options choose.
+    """Settings that the options choose, over those of the command itself; raises as below."""
+    return sagnac.Settings(**{**defaults, **settings_typed(options)})
 
-    Parameters
-    ----------
-    options
-        As they were typed.
-    **defaults
-        Settings of the command itself, which stand where nothing was typed.
+
+def settings_typed(options: Options) -> dict[str, Any]:
+    """Settings that were typed, by name.
 
     Raises
     ------
@@ -478,8 +476,7 @@ def settings_of(options: Options, **defaults: Any) -> "sagnac.Settings":
         field.name: getattr(options, texts.OPTION_OF.get(field.name, field.name), None)
         for field in fields(sagnac.Settings)
     } | {"confidence": confidence, "specification": limits}
-    stated = {name: value for name, value in typed.items() if value is not None}
-    return sagnac.Settings(**{**defaults, **stated})
+    return {name: value for name, value in typed.items() if value is not None}
 
 
 def inputs(files: Iterable[Path], options: Reading, *more: Path | None) -> list[Path]:

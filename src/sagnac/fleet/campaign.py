@@ -180,4 +180,5 @@ def _choices(settings: Settings, pattern: str, given: dict[str, Any]) -> Choices
     known = dict.fromkeys((*signature(campaign).parameters, *of_both))
     require_keywords("campaign", given, (name for name in known if name != "choices"))
     own = replace(settings, **of_settings)
-    return Choices(settings=own, statement=Statement(**of_statement), pattern=pattern)
+    of_files = Statement(**of_statement)
+    return Choices(settings=own, stated=of_settings, statement=of_files, pattern=pattern)

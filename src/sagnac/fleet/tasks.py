@@ -120,18 +120,29 @@ _CAMPAIGN: Final = table(
     }
 )
 _REMEDY: Final = "see docs/campaign.md for the keys of a campaign"
+# Keys of a campaign that a command or call may state as well, by what they are called there.
+_KEYS: Final = {
+    "method": "methods",
+    "gyros": "gyros",
+    "interval": "interval_s",
+    "confidence": "confidence",
+    "pattern": "pattern",
+}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Choices:
     """Choices for all recordings of a campaign unless its TOML says otherwise.
 
-    What they state of the files goes over its statement, as over the TOML beside a file.
+    What they state goes over it: of the files over its statement, as over the TOML beside a file,
+    and of the settings those that are stated or are not as by default.
 
     Attributes
     ----------
     settings
         Method, gyros, interval and confidence.
+    stated
+        Names of those settings that are stated, though they may be as by default.
     statement
         What is stated of the files from outside.
     pattern
@@ -145,6 +156,7 @@ class Choices:
     """
 
     settings: Settings = field(default_factory=Settings)
+    stated: Iterable[str] = ()
     statement: Statement = field(default_factory=Statement)
     pattern: str = ""
 
@@ -206,7 +218,7 @@ def _files_of(source: Path) -> list[Path]:
 def _of_toml(path: Path, choices: Choices) -> tuple[Task, ...]:
     """A task for each file, method, and gyro or pair."""
     try:
-        content = read_toml(path, _CAMPAIGN)
+        content = _left_open(read_toml(path, _CAMPAIGN), choices)
         common = _common(content, path.parent, choices)
         listed = [{"file": pattern} for pattern in _texts(content, "files")]
         tasks = [
@@ -228,6 +240,14 @@ def _of_toml(path: Path, choices: Choices) -> tuple[Task, ...]:
         raise error.at(str(path)) from None
     except (ValueError, TypeError) as error:
         raise RecordingError(str(error), path=str(path), remedy=_REMEDY) from None
+
+
+def _left_open(content: Mapping[str, Any], choices: Choices) -> dict[str, Any]:
+    """A TOML without the keys that the command or call states."""
+    own, usual = choices.settings, Settings()
+    stated = {*choices.stated, *(["pattern"] if choices.pattern else [])}
+    stated |= {one for one in _KEYS if getattr(own, one, None) != getattr(usual, one, None)}
+    return {key: content[key] for key in content.keys() - {_KEYS.get(one) for one in stated}}
 
 
 def _common(content: Mapping[str, Any], folder: Path, choices: Choices) -> Choices:
