@@ -221,7 +221,7 @@ def _block_length(table: FloatArray) -> int:
 
 def _long(table: FloatArray) -> Iterator[slice]:
     """Long blocks of steps: what a block costs besides is that of a hundred thousand of them."""
-    return blocks(table.size - 1, 4 * BLOCK)
+    return blocks(table.size - 1, 2 * BLOCK)
 
 
 def _half_cosines_expanded(low: float, high: float, reach: FloatArray) -> FloatArray:

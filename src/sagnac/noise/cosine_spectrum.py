@@ -8,7 +8,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import ArrayLike
 
-from sagnac.core.arrays import BooleanArray, FloatArray, IntegerArray, blocks, elementwise, less
+from sagnac.core.arrays import BooleanArray, FloatArray, IntegerArray, blocks, elementwise
 from sagnac.core.errors import RecordingError
 from sagnac.noise import laws
 from sagnac.noise.laws import CoefficientName
@@ -81,19 +81,15 @@ def cosine_spectrum(
     increments = angle_increments(values, kind=kind, sample_rate=sample_rate)
     require_increments(increments.size)
     increments = increments[: cosine_length(increments.size)]
-    slope = 0.0
-    if "rate_ramp" in terms:
-        slope, increments = without_slope(increments)
+    sloping = "rate_ramp" in terms
+    slope, transform = without_slope(increments) if sloping else (0.0, cosine_transform(increments))
     return CosineSpectrum(
-        transform=cosine_transform(increments),
-        interval=1.0 / sample_rate,
-        terms=tuple(terms),
-        slope=slope,
+        transform=transform, interval=1.0 / sample_rate, terms=tuple(terms), slope=slope
     )
 
 
 def without_slope(increments: FloatArray) -> tuple[float, FloatArray]:
-    """Slope per sample of the increments by least squares, and what is left."""
+    """Slope per sample of the increments by least squares, and the transform of what is left."""
     size = increments.size
     middle = 0.5 * (size - 1)
     moment = sum(
@@ -101,7 +97,11 @@ def without_slope(increments: FloatArray) -> tuple[float, FloatArray]:
         for block in blocks(size)
     )
     slope = 12.0 * moment / (float(size) * (float(size) ** 2 - 1.0))
-    return slope, less(increments, lambda number: slope * (number - middle))
+    transform = cosine_transform(increments)
+    for block in blocks(size, start=1, multiple=2):
+        odd = np.arange(block.start, block.stop, 2.0)
+        transform[block][::2] -= slope * slope_transform(odd, size)
+    return slope, transform
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -18,7 +18,7 @@ from sagnac.noise.laws import STOCHASTIC_NAMES, cosine_power_basis
 from sagnac.noise.likelihood import Likelihood, Place, parabola_move
 from sagnac.recording.channel import angle_increments
 from sagnac.recording.model import Kind
-from sagnac.spectrum.transforms import cosine_length, cosine_transform
+from sagnac.spectrum.transforms import cosine_length
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -95,7 +95,7 @@ def three_cornered_hat(
     bins = cosine_bins(samples, interval, masked, (max(low, lowest), high), narrowest=4)
     basis = bins.mean_of(lambda index: cosine_power_basis(index, samples, interval))
     one, other = (
-        cosine_transform(without_slope(elementwise(np.subtract, first, second)[:samples])[1])
+        without_slope(elementwise(np.subtract, first, second)[:samples])[1]
         for first, second in pairwise(channels)
     )
     moments = np.stack([bins.mean(*pair) for pair in ((one, one), (one, other), (other, other))], 1)
