@@ -32,7 +32,7 @@ from sagnac.analysis.settings import MOST_GYROS, Progress, Settings, Stages
 from sagnac.analysis.spectra import Spectrum, multitaper_density, residual_of
 from sagnac.analysis.table_shares import Share, table_shares
 from sagnac.analysis.trust import findings_of, require_strict
-from sagnac.core.arrays import differences, empty, extent, trim
+from sagnac.core.arrays import differences, empty, extent
 from sagnac.core.errors import Note, RecordingError, require_keywords, require_type
 from sagnac.core.kernels import cache_notes, one_thread
 from sagnac.lines.model import Removal
@@ -163,7 +163,6 @@ def _path(
             # Nothing is read from the increments any more: an array less in memory.
             bare = replace(headline.spectrum, increments=empty(0))
             headline = replace(headline, spectrum=bare)
-            trim()
     with stages.stage("spectrum"):
         analysis = _composed(evidence, headline)
     return replace(analysis, seconds=stages.seconds).with_units_of_sensor(), evidence.findings

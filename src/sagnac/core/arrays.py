@@ -5,14 +5,12 @@ reads and writes like any other. Scratch files lie in the folder for temporary f
 A loop over a long array goes by `blocks`, which give the memory of what they went through back.
 """
 
-import ctypes
 import math
 import mmap
 import os
 import tempfile
 import weakref
 from collections.abc import Callable, Iterator
-from contextlib import suppress
 from itertools import count
 from typing import Any, Final
 
@@ -74,12 +72,6 @@ def empty(size: int) -> FloatArray:
         scratch = _Scratch(file.fileno(), 8 * size)
     _scratches[id(scratch)] = scratch
     return np.frombuffer(scratch, dtype=np.float64)
-
-
-def trim() -> None:
-    """Give back what the C library holds free, if it is one that can; it keeps it otherwise."""
-    with suppress(AttributeError, OSError, TypeError):
-        ctypes.CDLL(None).malloc_trim(0)
 
 
 def is_mapped(values: NDArray[Any]) -> bool:
