@@ -2,7 +2,8 @@ import numpy as np
 import pytest
 
 from sagnac.core.units import DEGREE, EARTH_RATE
-from sagnac.navigation.error_model import azimuth_error
+from sagnac.navigation.align import align
+from sagnac.navigation.error_model import azimuth_error, rotating_azimuth_error
 from sagnac.navigation.noise import GyroNoise
 
 NORTH = EARTH_RATE * np.cos(0.5)
@@ -19,6 +20,23 @@ def test_two_positions_err_as_half_the_difference_of_two_means() -> None:
     noise = GyroNoise(angle_random_walk=walk, rate_random_walk=further)
     found = azimuth_error(noise, latitude=0.5, times=np.array([2.0 * half]))
     assert found.deviation[0] == pytest.approx(means.std() / NORTH, rel=0.04)
+
+
+def test_azimuth_is_that_of_the_gyro_that_is_loudest_over_the_rest() -> None:
+    quiet = GyroNoise(angle_random_walk=3.1e-7)
+    walks = GyroNoise(angle_random_walk=3e-7, rate_random_walk=2e-9)
+    found = align((quiet, walks, quiet), latitude=0.5, rest=600.0, table_rate=0.7).prospect
+    assert found is not None
+    assert found.rotating is not None
+    times = np.array([600.0])
+    for error, noise, how in (
+        (found.compass, walks, {}),
+        # The table turns faster than this gyro walks.
+        (found.rotating, quiet, {"table_rate": 0.7, "bias": 0.0}),
+    ):
+        law = rotating_azimuth_error if how else azimuth_error
+        expected = law(noise, latitude=0.5, times=times, **how).deviation[-1]
+        assert error.deviation[-1] == pytest.approx(expected)
 
 
 def test_flicker_is_a_floor_and_latitude_divides() -> None:

@@ -225,7 +225,8 @@ def test_psins_is_called_with_the_units_of_its_own():
     assert rows[-1] == "imuerr = imuerrset(eb, db, web, wdb, sqrtR0G, TauG, sqrtR0A, TauA);"
     for kind, limits, white, size, deviation, rate, time in (
         ("gyro", TRIAD, "web", math.pi / 180 / 60, "sqrtR0G", math.pi / 180 / 3600, "TauG"),
-        ("force", FORCES, "wdb", 9.80665e-6, "sqrtR0A", 9.80665e-6, "TauA"),
+        # PSINS, glvf.m: glv.g0 = 9.7803267714, and glv.ug = 1e-6 glv.g0.
+        ("force", FORCES, "wdb", 9.7803267714e-6, "sqrtR0A", 9.7803267714e-6, "TauA"),
     ):
         whites = [float(one) * size for one in read[white].split("; ")]
         deviations = [float(one) * rate for one in read[deviation].split("; ")]
@@ -444,6 +445,40 @@ def test_a_walk_that_no_recording_shows_is_told_of_above_its_bound_too():
     for walk, is_seen in ((2e-6, True), (5e-7, False)):
         said = worst([bounded, setting("y", walk=walk)]).in_words()
         assert ("not estimated" not in said) is is_seen
+
+
+@pytest.mark.parametrize("status", ["not observable", None])
+def test_a_walk_of_which_a_recording_tells_nothing_looks_not_measured(tmp_path, status):
+    path = document(tmp_path)
+    stated = json.loads(path.read_text())["coefficients"]
+    nothing = {} if status is None else {**stated["rate_random_walk"], "status": status}
+    changed(path, coefficients={**stated, "rate_random_walk": nothing} if status else {})
+    (found,) = measured_in(path)
+    assert "(not estimated)" in found.in_words()
+    seen = dict(stated["rate_random_walk"], status="estimated", value=1.0, low=0.9, high=1.1)
+    changed(path, coefficients={**stated, "rate_random_walk": seen})
+    (found,) = measured_in(path)
+    assert "not estimated" not in found.in_words()
+
+
+def test_white_noise_far_above_an_upper_bound_is_told_of(tmp_path):
+    path = document(tmp_path)
+    stated = json.loads(path.read_text())["angle_random_walk"]
+    for share, said in ((0.1, True), (1.0, False)):
+        bound = share * stated["high"]
+        walk = {**stated, "status": "upper bound", "low": 0.0, "value": bound, "high": bound}
+        changed(path, angle_random_walk=walk)
+        text = sagnac.export(path, tool="kalibr").text
+        assert f"(not estimated, at most {bound:.4g})" in text
+        assert ("times the upper bound, since" in text) is said
+
+
+def test_the_range_of_a_file_is_that_of_all_that_it_holds():
+    short = dataclasses.replace(TRIAD[2].limit, tau=TAU[:1], deviation=np.ones(1), limit=np.ones(1))
+    settings = (*TRIAD[:2], dataclasses.replace(TRIAD[2], limit=short))
+    assert "at 95 % from 1 to 1 s." in written("gtsam", settings=settings, each=True)
+    assert json.loads(written("json", settings=settings, each=True))["tau_s"] == [1.0, 1.0]
+    assert json.loads(written("json", settings=TRIAD))["tau_s"] == [1.0, 10.0]
 
 
 def test_the_worst_is_named_by_all_whether_they_were_measured_or_stated():

@@ -215,15 +215,19 @@ def _prospect(
     unaided: Unaided, start: model.Start, longest: float, table_rate: float | None, foretold: str
 ) -> Prospect:
     """Azimuth found in the rest, and the position after it for the longest time."""
-    # Which of them lies across the meridian is not known: azimuth is as good as with the loudest.
-    loudest = max(unaided.noises, key=lambda one: one.angle_random_walk)
+    # Which of them lies across the meridian is not known: azimuth is as good as with the loudest
+    # over the rest. N alone does not tell: one of less N may have more B or K.
     latitude, rest = unaided.latitude, start.rest
+    loudest = max(unaided.noises, key=lambda one: one.allan_variance(rest))
     how = {"latitude": latitude, "confidence": unaided.confidence}
     turning = None
     if table_rate is not None:
         known = {"table_rate": table_rate, "bias": start.bias or 0.0}
         try:
-            turning = model.rotating_azimuth_error(loudest, times=np.array([rest]), **known, **how)
+            # Turning takes off what is slower than the table.
+            fast = 1.0 / max(abs(table_rate), 1.0 / rest)
+            louder = max(unaided.noises, key=lambda one: one.allan_variance(fast))
+            turning = model.rotating_azimuth_error(louder, times=np.array([rest]), **known, **how)
         except ValueError as error:
             raise ValueError(f"table rate: {error}") from None
     filtered = model.aligned(loudest, latitude=latitude, seconds=rest, start=start)

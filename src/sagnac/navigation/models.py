@@ -342,22 +342,19 @@ def white_and_markov(limit: UpperLimit, time: float, *, least_white: float = 0.0
 
 
 def common_time(limits: Sequence[UpperLimit]) -> float:
-    """The correlation time, s, with which `white_and_markov` inflates several curves least.
+    """Correlation time, s, of the Markov rates that stand for the walks of several sensors.
 
-    It is the longest cluster time that was measured or more, with a limit or without, so that the
-    Allan deviation of the Markov rate does not fall before twice of that: a shorter time would
-    promise of what was not measured that a bias is forgotten.
+    Ten times the longest cluster time that was measured, with a limit or without: as good as a
+    walk. A shorter time lies no closer to the curves, and promises of what was not measured that a
+    bias is forgotten.
     """
-    longest = max(float(np.append(limit.tau, limit.beyond[0]).max()) for limit in limits)
-    # Ten times the longest cluster time is as good as a walk.
-    times = np.geomspace(longest, 10.0 * longest, 4 * _TIMES_PER_DECADE)
+    return 10.0 * max(float(np.append(limit.tau, limit.beyond[0]).max()) for limit in limits)
 
-    def excess(time: float) -> float:
-        models = [white_and_markov(limit, time).allan_deviation(limit.tau) for limit in limits]
-        ratios = (model / one.limit for model, one in zip(models, limits, strict=True))
-        return float(sum(np.mean(np.log(ratio)) for ratio in ratios))
 
-    return float(min(times, key=excess))
+def common_span(limits: Sequence[UpperLimit]) -> tuple[float, float]:
+    """First and last cluster time, s, at which all of them have a limit."""
+    first, last = (np.array([limit.tau[end] for limit in limits]) for end in (0, -1))
+    return float(first.max()), float(last.min())
 
 
 def envelope(limits: Sequence[UpperLimit]) -> UpperLimit:

@@ -49,10 +49,13 @@ class FilterSetting:
         Of the recording, Hz; None if there is none.
     estimate
         N as estimated, rad/sqrt(s) or m/s/sqrt(s); NaN if it was not.
+    white_bound
+        Its upper bound if it was not estimated, in the same units; NaN if there is none.
     covariance
         Of the coefficients, as the document states it; None if it does not.
     walk_bound
-        Largest K that the recording allows if it shows none, rad/s/sqrt(s); NaN if it shows one.
+        Largest K that the recording allows if it shows none, rad/s/sqrt(s), infinite if it tells
+        nothing of it; NaN if it shows one.
     doubts
         What the analysis found wrong of the recording and did not accept, and what it took off, in
         words.
@@ -72,6 +75,7 @@ class FilterSetting:
     limit: models.UpperLimit | None = None
     sample_rate: float | None = None
     estimate: float = math.nan
+    white_bound: float = math.nan
     covariance: Mapping[str, Any] | None = None
     walk_bound: float = math.nan
     doubts: tuple[str, ...] = ()
@@ -81,8 +85,9 @@ class FilterSetting:
 
     @property
     def excess(self) -> float:
-        """White noise of the simple model over N as estimated; NaN if N was not."""
-        return self.simple.white / self.estimate if self.estimate > 0.0 else math.nan
+        """White noise of the simple model over N as estimated or bounded; NaN if N was not."""
+        known = self.white_bound if math.isnan(self.estimate) else self.estimate
+        return self.simple.white / known if known > 0.0 else math.nan
 
     def inflation(self, model: models.FilterModel) -> float | None:
         """Median over the cluster times of model over measured deviation; None if stated."""
@@ -105,18 +110,23 @@ class FilterSetting:
         rate = UNITS[SENSED[self.kind].rate_unit]
         bias = f"K {model.walk / walk.size:.4g} {walk.name}"
         if self.walk_bound > 0.0:
-            bias += f" (not estimated, at most {self.walk_bound / walk.size:.4g})"
+            bias += f" (not estimated{_at_most(self.walk_bound / walk.size)})"
         for one in model.markov:
             size, time = one.deviation / rate.size, one.correlation_time
             bias = f"Markov bias {size:.4g} {rate.name} over {time:.4g} s"
         inflation, seen, rest = self.inflation(model), "", ", stated, not measured"
         if inflation is not None:
-            seen, rest = " (not estimated)", f", {inflation:.3f} of the Allan deviation (median)"
+            seen = f" (not estimated{_at_most(self.white_bound / white.size)})"
+            rest = f", {inflation:.3f} of the Allan deviation (median)"
             if self.estimate > 0.0:
                 seen = f" ({self.excess:.3f} of the estimate)"
         more = "".join(f", {key} {text}" for key, text in self.stated.items())
         density = f"{model.white / white.size:.4g} {white.name}"
         return f"{self.name}: N {density}{seen}, {bias}{rest}{more}"
+
+
+def _at_most(bound: float) -> str:
+    return f", at most {bound:.4g}" if math.isfinite(bound) else ""
 
 
 # ---- measured ----------------------------------------------------------------------
@@ -204,6 +214,7 @@ def _measured(
             limit=limit,
             sample_rate=float(given["sample_rate_hz"]),
             estimate=white,
+            white_bound=high if math.isnan(white) else math.nan,
             covariance=whole.get("covariance"),
             walk_bound=_walk_bound(slow, kind),
             doubts=_doubts(name, [sensor[0] for sensor in sensors], document, whole),
@@ -223,9 +234,9 @@ _COMPENSATED: Final = (
 
 
 def _walk_bound(slow: Mapping[str, Any], kind: Sensor) -> float:
-    """K that a recording allows if it shows none, rad/s/sqrt(s); NaN if it shows one."""
+    """`FilterSetting.walk_bound`, from the coefficient K of a document."""
     if slow.get("status") != "upper bound":
-        return math.nan
+        return math.nan if slow.get("status") == "estimated" else math.inf
     return float(slow["high"] * SENSED[kind].coefficients["rate_random_walk"][slow["unit"]])
 
 
@@ -360,16 +371,18 @@ def plain(sensors: Mapping[Sensor, Sequence[FilterSetting]], rate: float) -> dic
     rate
         Of the discrete form, Hz.
     """
-    definition, limit = definition_of("toml"), sensors["gyro"][0].limit
+    definition = definition_of("toml")
+    every = (one.limit for settings in sensors.values() for one in settings)
+    limits = [limit for limit in every if limit is not None]
     data: dict[str, Any] = {
         "schema": "sagnac.filter/1",
         "version": __version__,
         "definition": definition.text,
         "reference": definition.reference,
     }
-    if limit is not None:
-        data["confidence"] = limit.confidence
-        data["tau_s"] = [float(limit.tau[0]), float(limit.tau[-1])]
+    if limits:
+        data["confidence"] = limits[0].confidence
+        data["tau_s"] = list(models.common_span(limits))
     data["update_rate_hz"] = rate
     for kind, settings in sensors.items():
         key = "sensors" if kind == "gyro" else "accelerometers"

@@ -14,7 +14,7 @@ from sagnac.core.errors import Note, RecordingError, is_finite, one_line, quoted
 from sagnac.core.texts import by_axis, toml_tables
 from sagnac.core.version import __version__
 from sagnac.navigation.definitions import Definition, ToolName, definition_of
-from sagnac.navigation.models import common_time
+from sagnac.navigation.models import common_span, common_time
 from sagnac.navigation.settings import FilterSetting, by_name, plain, worst
 
 TOOLS: Final[tuple[str, ...]] = get_args(ToolName)
@@ -122,7 +122,8 @@ class SettingsFile:
                 notes.append(Note(channel=", ".join(names), text=text))
         for one in self.held:
             if one.excess > _INFLATED:
-                text = f"N is {one.excess:.3g} times the estimate, since "
+                known = "estimate" if one.estimate > 0.0 else "upper bound"
+                text = f"N is {one.excess:.3g} times the {known}, since "
                 text += (
                     "lines or vibration are in its curve; `sagnac analyze` removes lines"
                     if one.has_lines
@@ -204,14 +205,14 @@ class SettingsFile:
             f"Definition: {self.definition.text}.",
             f"Reference: {self.definition.reference}.",
         ]
-        limits = [one.limit for one in self.held]
-        limit = next((one for one in limits if one is not None), None)
-        if limit is not None:
+        limits = [one.limit for one in self.held if one.limit is not None]
+        if limits:
+            first, last = common_span(limits)
             lines.append(
-                f"The model lies above the Allan deviation at {100.0 * limit.confidence:g} % from "
-                f"{limit.tau[0]:.4g} to {limit.tau[-1]:.4g} s."
+                f"The model lies above the Allan deviation at {100.0 * limits[0].confidence:g} % "
+                f"from {first:.4g} to {last:.4g} s."
             )
-        if None in limits:
+        if len(limits) < len(self.held):
             lines.append("What is stated was not measured, and is not inflated.")
         lines += dict.fromkeys(f"From {one.source}" for one in self.held)
         lines += [f"{note.level.capitalize()}: {note}" for note in self.notes]
@@ -262,7 +263,6 @@ def _environment() -> Environment:
         "deg_per_sqrt_h": units.DEGREE_PER_ROOT_HOUR,
         "deg_per_h": units.DEGREE_PER_HOUR,
         "m_per_s_per_sqrt_h": units.FORCE_COEFFICIENT_UNITS["angle_random_walk"]["m/s/sqrt(h)"],
-        "gravity": units.STANDARD_GRAVITY,
     }
     return environment
 
