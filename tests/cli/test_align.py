@@ -124,6 +124,19 @@ def test_a_filter_that_finds_no_azimuth_says_so_and_one_that_does_says_nothing(c
     assert any(f"{said} of 2.00°: these" in note for note in made["notes"])
 
 
+def test_what_a_filter_leaves_out_does_not_look_measured(capsys, tmp_path):
+    path = document(tmp_path, gyros=("x",))
+    coefficients = json.loads(path.read_text(encoding="utf-8"))["coefficients"]
+    for status, marked in (("estimated", False), ("upper bound", True)):
+        walk = {**coefficients["rate_random_walk"], "status": status, "value": 1.0, "high": 1.0}
+        changed(path, coefficients={**coefficients, "rate_random_walk": {**walk, "low": 0.0}})
+        assert main(["align", str(path), "--latitude", "32"]) == 0
+        shown = capsys.readouterr().out
+        (line,) = re.findall(r"drift's process noise K².*", shown)
+        assert line.endswith("rad²/s³ (not estimated, at most 6.53 × 10⁻¹⁵)") is marked
+        assert re.search(r"a priori drift +0 °/h \(B is not estimated\)\n", shown)
+
+
 @pytest.mark.parametrize(("walk", "observable"), [(1.0, True), (30.0, False)])
 def test_an_error_of_more_than_half_a_turn_is_no_heading(walk, observable, capsys, tmp_path):
     path = document(tmp_path, gyros=("x",))

@@ -108,12 +108,14 @@ class FilterSetting:
         white = field_unit("angle_random_walk", self.kind)
         walk = field_unit("rate_random_walk", self.kind)
         rate = UNITS[SENSED[self.kind].rate_unit]
-        bias = f"K {model.walk / walk.size:.4g} {walk.name}"
-        if self.walk_bound > 0.0:
-            bias += f" (not estimated{_at_most(self.walk_bound / walk.size)})"
+        bound = _at_most(self.walk_bound / walk.size)
+        bias, unseen = f"K {model.walk / walk.size:.4g} {walk.name}", f" (not estimated{bound})"
         for one in model.markov:
             size, time = one.deviation / rate.size, one.correlation_time
             bias = f"Markov bias {size:.4g} {rate.name} over {time:.4g} s"
+            unseen = f" (K not estimated{bound}{f' {walk.name}' * bool(bound)})"
+        if self.walk_bound > 0.0:
+            bias += unseen
         inflation, seen, rest = self.inflation(model), "", ", stated, not measured"
         if inflation is not None:
             seen = f" (not estimated{_at_most(self.white_bound / white.size)})"
