@@ -87,6 +87,8 @@ def test_a_markov_rate_of_the_analysis_counts_and_is_named(capsys, tmp_path):
     flicker = {"value": 1e-6, "unit": "deg/h"}
     changed(path, slow_noise={"bias_instability": flicker, "markov": rate})
     made = found(capsys, path, "--after", "10min")
+    notes = found(capsys, path, "--latitude", "32")["notes"]
+    assert any("Markov rate counts for the gyrocompass; the filter leaves" in one for one in notes)
     (one,) = made["heading_drift"]
     # 2 D^2 T t of the run, twice for a rest as long.
     wanted = 1.0 / 3600.0 * math.sqrt(4.0 * 30.0 * 600.0)

@@ -4,6 +4,7 @@ import pytest
 from sagnac.core.units import DEGREE, EARTH_RATE
 from sagnac.navigation.align import align
 from sagnac.navigation.error_model import azimuth_error, rotating_azimuth_error
+from sagnac.navigation.models import Markov
 from sagnac.navigation.noise import GyroNoise
 
 NORTH = EARTH_RATE * np.cos(0.5)
@@ -20,6 +21,23 @@ def test_two_positions_err_as_half_the_difference_of_two_means() -> None:
     noise = GyroNoise(angle_random_walk=walk, rate_random_walk=further)
     found = azimuth_error(noise, latitude=0.5, times=np.array([2.0 * half]))
     assert found.deviation[0] == pytest.approx(means.std() / NORTH, rel=0.04)
+
+
+def test_a_markov_rate_counts_for_two_positions() -> None:
+    deviation, lasting, rest = 5e-5, 30.0, 600
+    random = np.random.default_rng(2)
+    decay = np.exp(-1.0 / lasting)
+    rate = np.empty((rest, 4000))
+    rate[0] = deviation * random.standard_normal(4000)
+    for now, before in zip(rate[1:], rate, strict=False):
+        now[:] = decay * before + deviation * np.sqrt(1 - decay**2) * random.standard_normal(4000)
+    means = 0.5 * (rate[: rest // 2].mean(axis=0) - rate[rest // 2 :].mean(axis=0))
+    markov = Markov.of_deviation(deviation, lasting, error=0.2)
+    noise = GyroNoise(angle_random_walk=1e-7, markov=(markov,))
+    found = azimuth_error(noise, latitude=0.5, times=np.array([float(rest)]), confidence=0.6827)
+    assert found.deviation[0] == pytest.approx(means.std() / NORTH, rel=0.04)
+    # Half of the relative error of the variance.
+    assert found.high[0] / found.deviation[0] == pytest.approx(np.exp(0.1), rel=1e-3)
 
 
 def test_azimuth_is_that_of_the_gyro_that_is_loudest_over_the_rest() -> None:

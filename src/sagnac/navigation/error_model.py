@@ -36,7 +36,7 @@ from sagnac.core.errors import is_finite, quoted
 from sagnac.core.units import DEGREE, EARTH_RATE, STANDARD_GRAVITY
 from sagnac.navigation.models import require_numbers
 from sagnac.navigation.noise import GyroNoise, quantile
-from sagnac.noise.laws import allan_variance_basis
+from sagnac.noise.laws import allan_variance_basis, markov_allan_variance
 
 
 def north_rate(latitude: float) -> float:
@@ -360,11 +360,17 @@ def azimuth_error(
     ValueError
         If the latitude is within a degree of a pole, or a time is not above zero.
     """
-    moments = moments_of(times)
+    moments, north = moments_of(times), north_rate(latitude)
     # N, B and K are 1 to 3 of the five of Eq. 3.
-    weights = 0.5 * allan_variance_basis(0.5 * moments)[:, [1, 2, 3]] / north_rate(latitude) ** 2
+    weights = 0.5 * allan_variance_basis(0.5 * moments)[:, [1, 2, 3]] / north**2
     floor = math.sqrt(float(weights[0, 1])) * noise.bias_instability
-    return replace(_of_weights(noise, moments, weights, confidence), floor=floor)
+    left, unsure = np.zeros((2, moments.size))
+    for rate in noise.markov:
+        law = markov_allan_variance(0.5 * moments, rate.driving_noise, rate.correlation_time)
+        left += 0.5 * law / north**2
+        unsure += (rate.error * 0.5 * law / north**2) ** 2
+    found = _of_weights(noise, moments, weights, confidence, left=left, unsure=unsure)
+    return replace(found, floor=floor)
 
 
 def moments_of(times: FloatArray) -> FloatArray:
@@ -403,13 +409,16 @@ def _of_weights(
     moments: FloatArray,
     weights: FloatArray,
     confidence: float,
-    left: FloatArray | float = 0.0,
+    *,
+    left: FloatArray,
+    unsure: FloatArray | float = 0.0,
 ) -> AzimuthError:
-    """The error by (times, 3) weights of N, B and K squared, and what bias is `left`, rad^2."""
+    """The error by (times, 3) weights of N, B and K squared, and what is `left` by bias or Markov
+    rates, rad^2, which is `unsure` by a squared standard error."""
     parts = weights * noise.values**2
     variance = parts.sum(axis=1) + left
     slope = 2.0 * weights * noise.values
-    scatter = np.sqrt(np.einsum("ti,ij,tj->t", slope, noise.covariance, slope))
+    scatter = np.sqrt(np.einsum("ti,ij,tj->t", slope, noise.covariance, slope) + unsure)
     # A variance stays above zero, so the interval is taken for its logarithm.
     reach = quantile(confidence) * scatter / np.maximum(variance, 1e-300)
     deviation, factor = np.sqrt(variance), np.exp(0.5 * reach)
@@ -481,4 +490,4 @@ def rotating_azimuth_error(
     # Half of a bias' square falls on each axis of the plane, and the mean of exp(i W t) is a sinc.
     turned = speed * moments
     left = 2.0 * (1.0 - np.cos(turned)) / turned**2 * (bias / north) ** 2
-    return _of_weights(noise, moments, weights, confidence, left)
+    return _of_weights(noise, moments, weights, confidence, left=left)
