@@ -224,10 +224,12 @@ def _prospect(
     if table_rate is not None:
         known = {"table_rate": table_rate, "bias": start.bias or 0.0}
         try:
-            # Turning takes off what is slower than the table.
-            fast = 1.0 / max(abs(table_rate), 1.0 / rest)
-            louder = max(unaided.noises, key=lambda one: one.allan_variance(fast))
-            turning = model.rotating_azimuth_error(louder, times=np.array([rest]), **known, **how)
+            # Turning takes off what is slower than the table: another may be the loudest.
+            errors = [
+                model.rotating_azimuth_error(one, times=np.array([rest]), **known, **how)
+                for one in unaided.noises
+            ]
+            turning = max(errors, key=lambda one: float(one.deviation[-1]))
         except ValueError as error:
             raise ValueError(f"table rate: {error}") from None
     filtered = model.aligned(loudest, latitude=latitude, seconds=rest, start=start)
