@@ -131,3 +131,22 @@ def test_intervals_hold_at_exactly_1600_steps_a_sample():
     assert held >= stats.binom.ppf(0.01, runs, 0.93)
     # Misses lie on either side.
     assert low <= stats.binom.ppf(0.999, runs, 0.025)
+
+
+@pytest.mark.parametrize(("rate", "turns", "walk"), [(50.0, 5.7, 0.01), (100.0, 3.9, 7e-4)])
+def test_steps_of_a_table_that_swings_fold_into_no_estimate(rate, turns, walk):
+    # A tenth of a hertz sweeps how often a step is crossed, so that steps are white nowhere.
+    time, step = np.arange(16_000) / rate, 360.0 / 2**17
+    angle = turns * (time + 0.003 / (2.0 * np.pi * 0.13) * np.sin(2.0 * np.pi * 0.13 * time + 1.0))
+    noise = walk / 60.0 * math.sqrt(rate) * np.random.default_rng(1).standard_normal(time.size)
+    recording = Recording.from_arrays(
+        x=np.gradient(angle, 1.0 / rate) + noise,
+        kind="rate",
+        unit="deg/s",
+        sample_rate=rate,
+        table=step * np.floor(angle / step),
+    )
+    analysis = analyze(recording)
+    assert analysis.angle_random_walk.status == "upper bound"
+    assert walk < analysis.angle_random_walk.to("deg/sqrt(h)").high < 10.0 * walk
+    assert "every sample" in analysis.source

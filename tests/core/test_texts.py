@@ -11,7 +11,7 @@ TYPED = {
     "gyros": "x,z", "columns": "x=A,z=B c", "kind": "x=rate,z=angle", "unit": "deg/h",
     "scale": "0.1arcsec", "rate": "123.456789012", "time": "t:s", "slice": "630:", "table": "none",
     "counter_bits": "16", "accelerometers": "none", "interval": "100ms", "confidence": "0.9",
-    "accept": "clipping,spikes",
+    "accept": "clipping,spikes", "spec": "0.003deg/sqrt(h)",
 }  # fmt: skip
 
 
@@ -21,6 +21,7 @@ def test_what_is_typed_are_the_keywords_of_the_library():
         "unit": "deg/h", "scale": "0.1arcsec", "sample_rate": 123.456789012, "time": "t:s",
         "span": (630.0, None), "table": "none", "counter_bits": 16, "accelerometers": ("none",),
         "interval": 0.1, "confidence": 0.9, "accepted": ("clipping", "spikes"),
+        "specification": "0.003deg/sqrt(h)",
     }  # fmt: skip
 
 

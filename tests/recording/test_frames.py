@@ -54,6 +54,15 @@ def test_the_dates_of_an_index_are_the_time():
     assert Recording.from_frame(frame, kind="rate", unit="deg/s").sample_rate == RATE
     stated = Recording.from_frame(frame, kind="rate", unit="deg/s", sample_rate=10.0)
     assert stated.sample_rate == 10.0
+    (note,) = stated.notes
+    assert (note.level, note.channel) == ("warning", "time")
+    assert "make 50 Hz" in note.text
+    # Dates that bear the rate out say nothing, be they coarse or with a gap.
+    for dates in (index, index.floor("1s"), index[:20].append(index[20:] + pandas.Timedelta("9s"))):
+        agrees = Recording.from_frame(
+            frame.set_index(dates), kind="rate", unit="deg/s", sample_rate=RATE
+        )
+        assert (agrees.sample_rate, agrees.notes) == (RATE, ())
     series = frame["x"].astype("Float64")
     series.iloc[3] = pandas.NA
     made = Recording.from_arrays(x=series, kind="rate", unit="deg/s", sample_rate=RATE)

@@ -61,6 +61,21 @@ def test_gyros_that_are_read_at_once_are_left_as_they_are(turns_back):
     )
 
 
+def test_orders_that_gyros_show_at_phases_of_their_own_are_no_lag():
+    # On a table that turns evenly, nothing else tells the motion that a lag would move.
+    angle = np.radians(59.4) * np.arange(16_000) / 50.0
+    gyros = [
+        angle + 1e-8 * np.cumsum(np.random.default_rng(seed).standard_normal(angle.size))
+        + sum(
+            size * part * np.cos(order * angle + phase)
+            for order, size in ((6, 1e-5), (24, 3e-6), (36, 3e-6))
+        )
+        for seed, phase, part in ((1, 0.0, 1.0), (2, 0.6, 0.7))
+    ]  # fmt: skip
+    step = 2.0 * np.pi / 2**23
+    assert without_lags(gyros, step * np.floor(angle / step), 50.0)[1] == [None, None]
+
+
 @pytest.mark.parametrize("turns_back", [False, True])
 def test_a_pair_keeps_its_interval_if_one_gyro_is_read_late(turns_back):
     """It was +-5 to 15 % on an even table, and a bound of many times N on one that turns back."""

@@ -24,7 +24,7 @@ from sagnac.noise.band_models import FLOOR, bin_shapes, models_of_one_band
 from sagnac.noise.bounds import Hump, RollOff, hump_above, roll_off
 from sagnac.noise.estimates import Estimate, Fit, FitName, Interval
 from sagnac.noise.fit import likelihood_fit
-from sagnac.noise.laws import SLOW_NAMES, CoefficientName
+from sagnac.noise.laws import SLOW_NAMES, CoefficientName, level_laws
 from sagnac.noise.lowest_ordinates import rate_ramp
 from sagnac.noise.model_average import RULED, Average, ModelChoice, average, mixture
 from sagnac.noise.slow_laws import WALK
@@ -198,6 +198,26 @@ def roll_off_of(points: Points) -> RollOff:
     """The frequency from which on the spectrum of angles is lowered; none of too few angles."""
     levels = levels_of(differences(points.angle), points.rate, ())
     return RollOff() if levels is None else roll_off(levels)
+
+
+def highest_of_every_sample(read: AnswerSpectrum, evidence: Evidence) -> float:
+    """Largest N that every sample allows in the band in which fewer angles were read, rad/sqrt(s).
+
+    What lies above half the rate of the angles folds into their band. Steps of an encoder are white
+    there only if the table's rate does not swing. In every sample they only add to N. Infinite if
+    every sample was read, or tells nothing, or at rest.
+    """
+    left, (low, high), levels = evidence.left, read.average.rests_on.band_hz, None
+    if evidence.table.angle is not None and read.points.rate < left.rate:
+        levels = levels_of(differences(left.removal.residual), left.rate, evidence.masked)
+    if levels is None:
+        return math.inf
+    shape = np.where((levels.frequency >= low) & (levels.frequency <= high), levels.shape, 0.0)
+    squares, freedom = levels.level / level_laws(levels)[:, WALK], 2.0 * float(shape.sum())
+    if freedom == 0.0:
+        return math.inf
+    # By the chi-square law of the mean of the squares.
+    return math.sqrt(2.0 * shape @ squares / chdtri(freedom, evidence.settings.confidence))
 
 
 def spectrum_of(

@@ -17,8 +17,9 @@ The rule: **the first candidate of the list that the data bear out is the answer
 ==  ============================  ==================================================================
 
 If the levels neither bear out 2 or 3 nor reject it, this candidate is the answer, and its interval
-holds that of 4, too. The paper's methods know 1 and 6 alone, and a search for lines that did not
-come to an end leaves 6, with the lines in. If nothing is borne out, N is not observable.
+holds that of 4, too. If N of fewer angles is more than every sample allows in the same band, it is
+bounded by what this allows. The paper's methods know 1 and 6 alone, and a search for lines that did
+not come to an end leaves 6, with the lines in. If nothing is borne out, N is not observable.
 
 The answer then goes through six steps, in this order in `answer`:
 
@@ -252,6 +253,9 @@ def _by_spectrum(evidence: Evidence, chosen: AnswerSpectrum, fitted: Points) -> 
             "estimate is given"
         )
         return replace(_no_walk(evidence, Note(text=text)), spectrum=spectrum)
+    if estimate.low > (highest := averaged.highest_of_every_sample(spectrum, evidence)):
+        source = f"every sample of {channel}, whose spectrum contradicts that of fewer angles"
+        return Headline(estimate=estimate.bounded(highest), source=source, spectrum=spectrum)
     of_likelihood = _likelihood_source(channel, fitted, spectrum.likelihood)
     other = "" if choice.law is None else choice.law.slow.in_words()
     source = {

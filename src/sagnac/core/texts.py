@@ -21,6 +21,7 @@ OPTION_OF: Final = {
     "span": "slice",
     "accepted": "accept",
     "estimators": "estimator",
+    "specification": "spec",
     "tool": "format",
 }
 """Inputs of the library that the command line calls otherwise."""

@@ -119,12 +119,12 @@ def campaign(
     Returns
     -------
     CampaignReport
-        A recording that cannot be analyzed is a row that says why.
+        A recording that is not there or cannot be analyzed is a row that says why.
 
     Raises
     ------
     RecordingError
-        If a source is not there, the folder cannot be written to, or there are no workers.
+        If the TOML of a campaign cannot be read, or the folder cannot be written to.
     WouldOverwrite
         If a table or page is there that no campaign made, and `force` is not set.
     ValueError

@@ -16,7 +16,7 @@ from sagnac.recording import columns as conversions
 from sagnac.recording.channel import Channel, Compared, Conversion, Kind, Pickoff
 from sagnac.recording.columns import NULL_PULSE_NAME
 from sagnac.recording.encoder_readings import table_of_readings, with_lost_readings
-from sagnac.recording.stamps import Sampling, require_forwards, sampling
+from sagnac.recording.stamps import RATE_AGREEMENT, Sampling, require_forwards, sampling
 
 __all__ = ["MINIMUM_SAMPLES", "Channel", "Kind", "Provenance", "Recording", "second_of"]
 
@@ -344,7 +344,8 @@ class Recording(Compared):
             shall have, besides ``table``, ``time`` and ``null_pulse``. Without it, the columns
             called so, the gyros ``x``, ``y`` and ``z``, and of the accelerometers ``ax``, ``ay``
             and ``az`` those whose unit is stated are taken, as far as they are there. The dates
-            of an index are the time if there is no such column and no rate is stated.
+            of an index are the time if there is no such column and no rate is stated; a rate that
+            contradicts them counts, and a note says so.
         kind, unit, sample_rate, time_unit, table_unit, period
             See `from_arrays`; a time without a unit is in s and a table in degrees.
 
@@ -375,7 +376,7 @@ class Recording(Compared):
         times, index = values.pop("time", None), getattr(frame, "index", ())
         is_dated = conversions.with_dates(index).dtype.kind in "mM"
         times = index if times is None and sample_rate is None and is_dated else times
-        return cls.from_arrays(
+        made = cls.from_arrays(
             kind=kind,
             unit=unit or {name: units[name] for name in sensors if units[name]},
             sample_rate=sample_rate,
@@ -385,6 +386,16 @@ class Recording(Compared):
             period=period,
             **values,
         )
+        if times is None and is_dated:
+            steps = np.diff(conversions.with_dates(index)) / np.timedelta64(1, "s")
+            # Dates may be coarse, and a gap among them is no other rate.
+            slack = RATE_AGREEMENT * steps.sum() + steps.max(initial=0.0)
+            if 0.0 < slack < abs(steps.sum() - steps.size / made.sample_rate):
+                rate = f"{steps.size / steps.sum():.6g} Hz"
+                text = f"the dates of the index make {rate}, and the rate that is stated counts"
+                note = Note(level="warning", channel="time", text=text)
+                return replace(made, notes=(*made.notes, note))
+        return made
 
     def to_frame(self) -> Any:
         """A pandas frame that `from_frame` takes: ``time[s]`` and a column a channel.

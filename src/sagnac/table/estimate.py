@@ -530,7 +530,8 @@ def columns_beside_delay(
     """(columns, averages) and the standard deviation of the prior of each, inf for none.
 
     The angle itself, slow drift, orders, Earth rate; from `_FIRST_RIPPLE` on the orders of the
-    table's ripple; then from `FIRST_DELAY` on the delay: the rate, and the rate times the time.
+    ripple that the gyros sense; then from `FIRST_DELAY` on the delay: the rate, and the rate times
+    the time.
     """
     time = np.arange(sensed.size) * interval
     part = np.asarray((time + 0.5 * interval) / (sensed.size * interval), dtype=np.float64)
@@ -548,7 +549,7 @@ def columns_beside_delay(
     # What a gyro shows at an order of the ripple would be taken for a delay, which moves the
     # ripple.
     columns[_FIRST_RIPPLE:FIRST_DELAY] = 0.0
-    for place, order in enumerate(_orders_of_ripple(read), start=_FIRST_RIPPLE):
+    for place, order in enumerate(_orders_of_ripple(sensed), start=_FIRST_RIPPLE):
         columns[place], columns[place + _RIPPLES] = np.cos(order * read), np.sin(order * read)
     columns[FIRST_DELAY] = np.gradient(sensed, interval)
     columns[FIRST_DELAY + 1] = columns[FIRST_DELAY] * (part - 0.5)
