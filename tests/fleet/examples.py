@@ -6,9 +6,17 @@ import numpy as np
 
 from sagnac.fleet.design import Design
 
+
+def design_of(values, factors, variances=0.0):
+    """Runs of known variances, one or one each, which are zero if nothing is known."""
+    numbers = np.asarray(values, dtype=np.float64)
+    known = np.broadcast_to(np.asarray(variances, dtype=np.float64), numbers.shape)
+    return Design(values=numbers, factors=factors, variances=known)
+
+
 # Davies, Statistical Methods in Research and Production, 1947: yield of dyestuff in grams, five
 # samples of each of six batches. The restricted estimates are printed in many texts.
-DYESTUFF = Design.of(
+DYESTUFF = design_of(
     [
         *(1545, 1440, 1440, 1520, 1580),
         *(1540, 1555, 1490, 1560, 1495),
@@ -37,7 +45,7 @@ class Campaign:
         values = [self._effects(*cell) for cell in CELLS]
         values += random.normal(0.0, truth["run"], len(CELLS))
         values += random.normal(0.0, np.sqrt(known))
-        self.design = Design.of(
+        self.design = design_of(
             values,
             {
                 name: tuple(str(cell[place]) for cell in CELLS)

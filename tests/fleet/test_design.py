@@ -1,8 +1,7 @@
 import numpy as np
 import pytest
 
-from sagnac.fleet.design import Design
-from tests.fleet.examples import CELLS, DYESTUFF
+from tests.fleet.examples import CELLS, DYESTUFF, design_of
 
 
 def test_contrasts_of_a_balanced_design_are_its_classical_degrees_of_freedom() -> None:
@@ -10,7 +9,7 @@ def test_contrasts_of_a_balanced_design_are_its_classical_degrees_of_freedom() -
         name: tuple(str(cell[place]) for cell in CELLS)
         for place, name in enumerate(("unit", "day", "rate"))
     }
-    design = Design.of(np.arange(36.0), labels)
+    design = design_of(np.arange(36.0), labels)
     assert [design.contrasts(name).shape[1] for name in labels] == [2, 2, 3]
     assert design.contrasts("run").shape[1] == 36 - 1 - 2 - 2 - 3
     for name in labels:
@@ -29,7 +28,7 @@ def test_sum_of_squares_between_batches_is_the_textbook_one() -> None:
 
 def test_factors_that_cannot_be_told_apart_are_hidden_with_the_reason() -> None:
     labels = ("a", "a", "b", "b", "c", "c")
-    design = Design.of(np.arange(6.0), {"unit": labels, "day": labels, "rate": ("10",) * 6})
+    design = design_of(np.arange(6.0), {"unit": labels, "day": labels, "rate": ("10",) * 6})
     assert design.seen == ()
     assert "only together" in design.hidden["unit"]
     assert design.hidden["rate"] == "all runs are of one rate"

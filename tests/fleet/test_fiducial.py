@@ -2,8 +2,8 @@ import numpy as np
 import pytest
 from scipy.stats import chi2
 
-from sagnac.fleet.design import Design, chance_of_less, draws_of
-from tests.fleet.examples import DYESTUFF
+from sagnac.fleet.design import chance_of_less, draws_of
+from tests.fleet.examples import DYESTUFF, design_of
 
 
 def test_draws_of_a_balanced_design_are_generalized_pivots() -> None:
@@ -21,12 +21,12 @@ def test_known_variances_are_taken_from_the_scatter_of_runs() -> None:
     random = np.random.default_rng(3)
     known = np.full(200, 0.04)
     values = random.normal(0.0, np.sqrt(0.04 + 0.01), 200)
-    draws = draws_of(Design.of(values, {}, known), seed=1)
+    draws = draws_of(design_of(values, {}, known), seed=1)
     residual = values - values.mean()
     wanted = residual @ residual / np.random.default_rng(4).chisquare(199, 100_000) - 0.04
     assert np.quantile(draws["run"], 0.5) == pytest.approx(np.quantile(wanted, 0.5), rel=0.02)
     # Errors that are overstated leave nothing for the runs.
-    assert np.quantile(draws_of(Design.of(values, {}, 4.0 * known))["run"], 0.975) == 0.0
+    assert np.quantile(draws_of(design_of(values, {}, 4.0 * known))["run"], 0.975) == 0.0
 
 
 def test_a_bound_is_above_zero_however_close_the_runs_lie() -> None:
@@ -37,7 +37,7 @@ def test_a_bound_is_above_zero_however_close_the_runs_lie() -> None:
     for length in (0.0, 1e-9, 2.0, 12.0):
         # Residual squares that sum up to `length` known variances.
         values = shape * np.sqrt(length * known / (shape @ shape))
-        design = Design.of(values, {}, np.full(count, known))
+        design = design_of(values, {}, np.full(count, known))
         assert chance_of_less(design) == pytest.approx(law.cdf(length), rel=1e-6, abs=0.0)
         draws = draws_of(design, count=10_000, bounded="run")["run"]
         # The squares over known + s are chi-square.
@@ -49,7 +49,7 @@ def test_bounds_hold_at_least_as_often_as_they_say() -> None:
     random, known, held = np.random.default_rng(6), 0.01, 0
     for number in range(300):
         values = random.normal(0.0, np.sqrt(known + 0.25 * known), 8)
-        design = Design.of(values, {}, np.full(values.size, known))
+        design = design_of(values, {}, np.full(values.size, known))
         draws = draws_of(design, count=400, seed=number, bounded="run")["run"]
         held += bool(0.25 * known <= np.quantile(draws, 0.95))
     assert held >= 0.95 * 300 - 3.0 * np.sqrt(0.95 * 0.05 * 300)

@@ -3,8 +3,8 @@ import pytest
 from scipy.optimize import minimize
 from scipy.stats import multivariate_normal
 
-from sagnac.fleet.design import Design, restricted_components
-from tests.fleet.examples import CELLS, DYESTUFF, Campaign
+from sagnac.fleet.design import restricted_components
+from tests.fleet.examples import CELLS, DYESTUFF, Campaign, design_of
 
 TRUTH = {"unit": 0.3, "day": 0.2, "rate": 0.2, "run": 0.05}
 
@@ -32,7 +32,7 @@ def test_balanced_design_gives_the_analysis_of_variance() -> None:
 def test_unbalanced_design_gives_the_most_likely_contrasts() -> None:
     whole = Campaign(TRUTH, np.random.default_rng(4), measured=0.05).design
     kept = [index for index in range(len(CELLS)) if index % 5]
-    design = Design.of(
+    design = design_of(
         whole.values[kept],
         {name: tuple(labels[index] for index in kept) for name, labels in whole.factors.items()},
         whole.variances[kept],

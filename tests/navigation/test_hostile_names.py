@@ -9,9 +9,8 @@ from xml.etree import ElementTree
 import pytest
 import yaml
 
-from sagnac.navigation.tools import TOOLS
 from tests.navigation.examples import written
-from tests.navigation.test_tools import TRIAD, setting
+from tests.navigation.test_tools import TOOLS, TRIAD, setting
 
 HOSTILE = (
     "x\nimport os; os.abort()",

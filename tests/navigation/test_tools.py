@@ -5,6 +5,7 @@ import json
 import math
 import re
 import tomllib
+from typing import get_args
 from xml.etree import ElementTree
 
 import numpy as np
@@ -14,15 +15,16 @@ import yaml
 import sagnac
 from sagnac.core.errors import RecordingError
 from sagnac.core.version import __version__
-from sagnac.navigation.definitions import definition_of
+from sagnac.navigation.definitions import ToolName, definition_of
 from sagnac.navigation.export import datasheet_setting
 from sagnac.navigation.models import FilterModel, Markov, UpperLimit
 from sagnac.navigation.settings import FilterSetting, measured_in, worst
-from sagnac.navigation.tools import TOOLS, SettingsFile
+from sagnac.navigation.tools import SettingsFile
 from sagnac.noise.laws import markov_allan_variance
 from tests.navigation.examples import changed, document, keys, written
 
 TAU = np.array([1.0, 10.0])
+TOOLS = get_args(ToolName)
 
 
 def setting(name="x", white=1e-4, walk=1e-6, kind="gyro"):
@@ -49,7 +51,7 @@ FORCES = tuple(
 )
 
 
-@pytest.mark.parametrize("name", list(TOOLS))
+@pytest.mark.parametrize("name", TOOLS)
 def test_every_file_says_what_it_is_and_where_that_stands(name):
     text = written(name, settings=(setting(),))
     definition = definition_of(name)

@@ -34,7 +34,7 @@ def triad(config):
 
 
 def true_table_angle(config):
-    return np.concatenate([block.table_angle for block in blocks(config)])
+    return np.concatenate([angle for _, angle in blocks(config)])
 
 
 def geometry(config):

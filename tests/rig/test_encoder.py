@@ -124,7 +124,7 @@ def table_of(encoder, rate=40.0, **changes):
 
 def readings_of(config):
     """Readings as they are taken, before anything is made of them."""
-    return np.concatenate([block.table for block in blocks(config)])
+    return np.concatenate([columns["table"] for columns, _ in blocks(config)])
 
 
 @pytest.mark.parametrize(
@@ -227,10 +227,10 @@ def test_late_and_held_readings_do_not_depend_on_the_blocks(block_samples):
     )
     table = TableConfig(rate_deg_per_s=300.0, jitter_rms_deg_per_s=0.1)
     config = configured(duration_s=2.5, encoder=encoder, table=table)
-    parts = list(blocks(config, block_samples))
-    joined = np.concatenate([part.table for part in parts])
+    parts = [columns for columns, _ in blocks(config, block_samples)]
+    joined = np.concatenate([part["table"] for part in parts])
     np.testing.assert_array_equal(joined, readings_of(config))
-    pulses = np.concatenate([part.null_pulse for part in parts])
+    pulses = np.concatenate([part["null_pulse"] for part in parts])
     np.testing.assert_array_equal(pulses, simulate(config).recording.null_pulse)
 
 

@@ -359,17 +359,13 @@ def _beside(look: Look) -> Iterator[dict[str, str]]:
     if table is not None and turning:
         yield _row("table rate" + swings * ", rms", f"{in_hours(table) / 3600.0:.5g} °/s")
         for one in gyros:
-            share = in_hours(one) / in_hours(table)
-            yield _row(
-                f"{one.name} over table rate", f"{share:.4g}", "at most 1", abs(share) < 1.02
-            )
+            share, what = in_hours(one) / in_hours(table), f"{one.name} over table rate"
+            yield _row(what, f"{share:.4g}", "at most 1", abs(share) < 1.02)
     if len(forces) > 1:
         size = math.hypot(*(one.pyramid.mean for one in forces))
-        found, wanted = f"{size:.4g} m/s²", f"gravity {GRAVITY:.2f} m/s²"
+        what = f"mean of {', '.join(one.name for one in forces)} together"
         within = abs(size / GRAVITY - 1.0) < 0.05 if len(forces) == 3 else None
-        yield _row(
-            f"mean of {', '.join(one.name for one in forces)} together", found, wanted, within
-        )
+        yield _row(what, f"{size:.4g} m/s²", f"gravity {GRAVITY:.2f} m/s²", within)
     yield _stamps(look.recording)
 
 

@@ -60,17 +60,14 @@ def verdict(analysis: sagnac.Analysis, specification: str) -> list[dict[str, str
 
 
 def _channel(analysis: sagnac.Analysis, sensor: str) -> dict[str, Any]:
+    # Each gyro of a triad on a table; the answer is that of a pair of them.
+    of_each = analysis.per_gyro if analysis.is_pair else {}
     return {
         "name": analysis.channel,
         "sensor": sensor,
         "source": analysis.source,
         "answer": _estimate(analysis.angle_random_walk),
-        # Each gyro of a triad on a table; the answer is that of a pair of them.
-        "of_each": {
-            name: _estimate(one)["text"]
-            for name, one in analysis.per_gyro.items()
-            if analysis.is_pair
-        },
+        "of_each": {name: _estimate(one)["text"] for name, one in of_each.items()},
         "coefficients": {name: _estimate(one) for name, one in analysis.coefficients.items()},
         "lines": lines(analysis),
         "figures": figures(analysis),

@@ -60,10 +60,8 @@ class Room:
         found = (self.root / text).resolve()
         allowed = (self.root,) if write else (self.root, self.dropped)
         if not any(found == one or one in found.parents for one in allowed):
-            raise ValueError(
-                f"{text} lies outside {self.root}, where the page was started; start sagnac app in "
-                "the folder of the file"
-            )
+            said = f"{text} lies outside {self.root}, where the page was started"
+            raise ValueError(f"{said}; start sagnac app in the folder of the file")
         return found
 
     def listing(self, text: str) -> dict[str, Any]:
@@ -213,8 +211,7 @@ def _analyzed(pipe: Connection, task: Task) -> None:
     def analyze() -> dict[str, Any]:
         progress("read", 0.0)
         recording = sagnac.read(task.path, **stated.reads(task.reading, task.analysis))
-        choices = stated.choices(task.analysis)
-        analysis = sagnac.analyze(recording, progress=progress, **choices)
+        analysis = sagnac.analyze(recording, progress=progress, **stated.choices(task.analysis))
         kept.append((analysis, {}))
         progress("figures", 0.0)
         return {"event": "done", "result": results.result(analysis, task.analysis.get("spec", ""))}
@@ -328,10 +325,8 @@ class Session:
         try:
             self.runs[number].ask(request)
         except (LookupError, OSError):
-            raise ValueError(
-                f"this analysis is no longer open: the last {_KEPT_RUNS} can be changed, judged "
-                "and saved; analyze the recording again"
-            ) from None
+            said = f"this analysis is no longer open: the last {_KEPT_RUNS} can be changed"
+            raise ValueError(f"{said}, judged and saved; analyze the recording again") from None
 
     def cancel(self, number: int) -> bool:
         """End a run; whether there was one."""

@@ -112,6 +112,5 @@ def script(
 def toml(reading: Texts, analysis: Texts) -> str:
     """The TOML that ``sagnac analyze FILE --settings`` takes: each option as it is typed."""
     stated = {**reading, **analysis}
-    return "".join(
-        f"{name} = {json.dumps(text, ensure_ascii=False)}\n" for name, text in stated.items()
-    )
+    typed = {name: json.dumps(text, ensure_ascii=False) for name, text in stated.items()}
+    return "".join(f"{name} = {text}\n" for name, text in typed.items())

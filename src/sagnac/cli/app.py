@@ -217,10 +217,8 @@ def _in_several_files(error: CycloptsError) -> str:
 
     further = Path(error.unused_tokens[0])
     if further.suffix.lower() in MINISEED.suffixes:
-        remedy = (
-            "channels that stand in a miniSEED file each are put together first: "
-            "cat x.mseed y.mseed z.mseed > xyz.mseed"
-        )
+        said = "channels that stand in a miniSEED file each are put together first"
+        remedy = f"{said}: cat x.mseed y.mseed z.mseed > xyz.mseed"
     elif further.exists():
         remedy = "many go into a table with sagnac campaign FILE... -o DIR"
     else:

@@ -25,8 +25,6 @@ if TYPE_CHECKING:
 
 # ---- check -------------------------------------------------------------------------
 
-CHECK_SCHEMA: Final = "sagnac.check/1"
-
 
 def check(file: typed.File, /, *, options: typed.Options = typed.NO_OPTIONS) -> int:
     """Data quality: gaps, jumps, wraps, stuck channels, clipping, units that look wrong.
@@ -55,8 +53,7 @@ def check(file: typed.File, /, *, options: typed.Options = typed.NO_OPTIONS) -> 
         turns = recording.table is not None
         print(f"read with: {_command_for(file, statement, {}, turns=turns)}")
         if besides := accelerometers_in(file, statement):
-            command = _command_for(file, statement, besides, turns=turns)
-            print(f"with its accelerometers: {command}")
+            print(f"with its accelerometers: {_command_for(file, statement, besides, turns=turns)}")
     refused = ("error", "warning") if settings.strict else ("error",)
     errors = [finding for finding in findings if finding.level in refused]
     if not errors:
@@ -140,7 +137,7 @@ def _check_document(
 ) -> dict[str, Any]:
     """Findings in the schema ``sagnac.check/1``."""
     return {
-        "schema": CHECK_SCHEMA,
+        "schema": "sagnac.check/1",
         "version": __version__,
         "input": {
             "path": str(file),
@@ -190,8 +187,6 @@ def convert(
 
 
 # ---- plan --------------------------------------------------------------------------
-
-PLAN_SCHEMA: Final = "sagnac.plan/1"
 
 
 def plan(
@@ -259,7 +254,7 @@ def _spoken(hours: float | None) -> str:
 
 def _plan_document(plans: "Sequence[Plan]", refused: Mapping[str, str]) -> dict[str, Any]:
     """The plan of the first gyro, and if there are several that of each by name."""
-    document = {"schema": PLAN_SCHEMA, "version": __version__, **_plain(plans[0])}
+    document = {"schema": "sagnac.plan/1", "version": __version__, **_plain(plans[0])}
     if len(plans) > 1:
         document["gyros"] = {plan.analysis.channel: _plain(plan) for plan in plans}
     if refused:

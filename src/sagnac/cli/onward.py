@@ -92,8 +92,6 @@ def export(
 
 # ---- align -------------------------------------------------------------------------
 
-_AFTER: Final = (60.0, 600.0, 3600.0)  # s, times without aiding unless stated
-
 
 @Parameter(name="*")
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -132,7 +130,7 @@ class StartOptions:
     after: Annotated[
         tuple[float, ...],
         typed.one_argument(typed.several(seconds), "60s,10min", show_default=False),
-    ] = _AFTER
+    ] = (60.0, 600.0, 3600.0)
     confidence: Annotated[float, Parameter(metavar="0.95")] = 0.95
 
 

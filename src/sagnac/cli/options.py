@@ -194,7 +194,6 @@ SeveralNames = Annotated[
 ]
 _Names = tuple[str, ...] | None
 _OneOrByName = str | Mapping[str, str] | None
-_ByName = Mapping[str, str] | None
 _of_file = partial(one_argument, group=READING)
 of_analysis = partial(one_argument, group=ANALYSIS)
 _Text = Annotated[str | None, Parameter(group=OUTPUT, metavar="TEXT")]
@@ -247,7 +246,7 @@ class Reading:
     rate: Annotated[float | None, Parameter(group=READING, metavar="HZ")] = None
     time: Annotated[str | None, Parameter(group=READING, metavar="COLUMN[:UNIT]")] = None
     table: Annotated[str | None, Parameter(group=READING, metavar="COLUMN[:UNIT]")] = None
-    columns: Annotated[_ByName, _of_file(texts.by_name, "x=NAME,z=NAME")] = None
+    columns: Annotated[Mapping[str, str] | None, _of_file(texts.by_name, "x=NAME,z=NAME")] = None
     slice: Annotated[texts.Span | None, _of_file(texts.span, "START:STOP")] = None
     counter_bits: Annotated[int | None, _of_file(texts.whole_number, "BITS")] = None
     counter_period: Annotated[float | None, Parameter(group=READING, metavar="COUNTS")] = None
@@ -441,11 +440,13 @@ def statement_of(options: Reading) -> "sagnac.Statement":
     columns = dict(options.columns or {})
     for name in getattr(options, "covariates", None) or ():
         columns.setdefault(name, name)
-    stated = {
-        field.name: getattr(options, texts.OPTION_OF.get(field.name, field.name))
-        for field in fields(sagnac.Statement)
-    }
-    return sagnac.Statement(**{**stated, "columns": columns})
+    return sagnac.Statement(**_fields_of(sagnac.Statement, options) | {"columns": columns})
+
+
+def _fields_of(kind: type, options: Reading) -> dict[str, Any]:
+    """What options state of each field of a statement or of settings, by its name."""
+    names = [field.name for field in fields(kind)]
+    return {name: getattr(options, texts.OPTION_OF.get(name, name), None) for name in names}
 
 
 def settings_of(options: Options, **defaults: Any) -> "sagnac.Settings":
@@ -472,10 +473,8 @@ def settings_typed(options: Options) -> dict[str, Any]:
     if confidence is None and limits is not None and limits.risk is not None:
         # A bound may be wrong by all that the confidence lacks.
         confidence = 1.0 - limits.risk
-    typed = {
-        field.name: getattr(options, texts.OPTION_OF.get(field.name, field.name), None)
-        for field in fields(sagnac.Settings)
-    } | {"confidence": confidence, "specification": limits}
+    typed = _fields_of(sagnac.Settings, options)
+    typed |= {"confidence": confidence, "specification": limits}
     return {name: value for name, value in typed.items() if value is not None}
 
 

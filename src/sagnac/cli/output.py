@@ -74,10 +74,8 @@ def explain(error: Exception, options: Container[str] = ()) -> int:
     elif isinstance(error, MemoryError):
         said = "out of memory; take a part of it (--slice START:STOP), or simulate a shorter one"
     else:
-        said = (
-            f"internal error: {type(error).__name__}: {error}; "
-            "run again with --debug for the traceback, and report it"
-        )
+        said = f"internal error: {type(error).__name__}: {error}"
+        said += "; run again with --debug for the traceback, and report it"
     complain(said)
     return status
 
@@ -312,7 +310,6 @@ def print_paths(paths: Sequence[Path]) -> None:
     if len(paths) == 1:
         print(f"wrote {one_line(str(paths[0]))}")
         return
-    folders = dict.fromkeys(path.parent for path in paths)
-    for folder in folders:
+    for folder in dict.fromkeys(path.parent for path in paths):
         names = [path.name for path in paths if path.parent == folder]
         print(wrapped(f"wrote {one_line(str(folder))}/: {', '.join(names)}"))

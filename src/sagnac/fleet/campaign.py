@@ -4,6 +4,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, fields, replace
 from functools import partial
 from inspect import signature
+from itertools import chain
 from pathlib import Path
 from typing import Any
 
@@ -12,18 +13,9 @@ from sagnac.core.arrays import pandas_for
 from sagnac.core.errors import as_several, is_finite, path_of, quoted, require_keywords
 from sagnac.core.overwriting import outputs_in, require_free
 from sagnac.core.processes import Standing, means_of
+from sagnac.fleet import table
 from sagnac.fleet.page import write_overview, write_page
 from sagnac.fleet.runner import Campaign, Completed, completed_here, completed_there, run
-from sagnac.fleet.table import (
-    Line,
-    Scatter,
-    groups_of,
-    lines_of,
-    rows_replaced,
-    scatter_of,
-    walk_limits,
-    write_tables,
-)
 from sagnac.fleet.tasks import Choices, tasks_of
 from sagnac.formats.statement import Statement
 
@@ -53,14 +45,15 @@ class CampaignReport:
     """
 
     campaign: Campaign
-    lines: tuple[Line, ...]
+    lines: tuple[table.Line, ...]
     paths: tuple[Path, ...]
     replaced: int = 0
 
     @property
-    def scatter(self) -> dict[tuple[str, str], Scatter]:
+    def scatter(self) -> dict[tuple[str, str], table.Scatter]:
         """How N scatters, deg/sqrt(h), by method and gyros."""
-        return {key: scatter_of(own) for key, own in groups_of(self.lines).items()}
+        groups = table.groups_of(self.lines)
+        return {key: table.scatter_of(own) for key, own in groups.items()}
 
     def to_frame(self) -> Any:
         """The table as a pandas frame; column names carry the units.
@@ -162,23 +155,19 @@ def campaign(
         completed = partial(completed_there, scheduler=scheduler)
     require_free(outputs_in(place, "campaign"), [Path(task.path) for task in tasks], force=force)
     made = run(tasks, place, completed, span=span, told=told)
-    lines = tuple(lines_of(made.each))
-    replaced = rows_replaced(place, made.rows)
+    lines = tuple(table.lines_of(made.each))
+    replaced = table.rows_replaced(place, made.rows)
     title = paths[0].stem if len(paths) == 1 else f"{len(tasks)} recordings"
-    page, tables = write_page(made, lines, place, title), write_tables(lines, place)
-    written = (page, *tables, *write_overview(lines, walk_limits(made), place))
+    page, tables = write_page(made, lines, place, title), table.write_tables(lines, place)
+    written = (page, *tables, *write_overview(lines, table.walk_limits(made), place))
     return CampaignReport(campaign=made, lines=lines, replaced=replaced, paths=written)
 
 
 def _choices(settings: Settings, pattern: str, given: dict[str, Any]) -> Choices:
     """Each choice where it belongs; the gyros belong to both."""
-    of_settings, of_statement = (
-        {name: given[name] for name in given if name in {one.name for one in fields(kind)}}
-        for kind in (Settings, Statement)
-    )
-    of_both = (field.name for kind in (Settings, Statement) for field in fields(kind))
-    known = dict.fromkeys((*signature(campaign).parameters, *of_both))
+    names = [[one.name for one in fields(kind)] for kind in (Settings, Statement)]
+    known = dict.fromkeys((*signature(campaign).parameters, *chain(*names)))
     require_keywords("campaign", given, (name for name in known if name != "choices"))
-    own = replace(settings, **of_settings)
-    of_files = Statement(**of_statement)
-    return Choices(settings=own, stated=of_settings, statement=of_files, pattern=pattern)
+    own, stated = ({name: given[name] for name in each if name in given} for each in names)
+    settings, statement = replace(settings, **own), Statement(**stated)
+    return Choices(settings=settings, stated=own, statement=statement, pattern=pattern)

@@ -23,7 +23,6 @@ from functools import cached_property, partial
 from typing import Final
 
 import numpy as np
-from numpy.typing import ArrayLike
 from scipy.optimize import minimize
 from scipy.special import chdtri, gammainc
 
@@ -57,15 +56,6 @@ class Design:
     factors: Factors
     variances: FloatArray
 
-    @classmethod
-    def of(
-        cls, values: ArrayLike, factors: Factors, variances: ArrayLike | None = None
-    ) -> "Design":
-        """A design of anything that numpy takes for numbers; see the class."""
-        numbers = np.asarray(values, dtype=np.float64)
-        known = np.zeros(numbers.shape) if variances is None else np.asarray(variances, float)
-        return cls(values=numbers, factors=dict(factors), variances=known)
-
     @cached_property
     def seen(self) -> tuple[str, ...]:
         """Factors whose variance the runs can tell from that of the others."""
@@ -95,9 +85,8 @@ class Design:
         """(runs, levels) 1 where a run is of a level; each run is a level of ``run``."""
         if name == "run":
             return np.eye(self.values.size)
-        levels = self.levels(name)
-        labels = np.array([levels.index(label) for label in self.factors[name]])
-        return np.asarray(labels[:, np.newaxis] == np.arange(len(levels)), dtype=np.float64)
+        labels = np.array(self.factors[name])
+        return np.asarray(labels[:, np.newaxis] == self.levels(name), dtype=np.float64)
 
     def shared(self, name: str) -> FloatArray:
         """(runs, runs) 1 where two runs share a level of a factor, or are one ``run``."""
@@ -136,8 +125,7 @@ class Design:
 def _orthonormal(columns: FloatArray) -> FloatArray:
     """Orthonormal basis of what some columns span."""
     left, sizes, _ = np.linalg.svd(columns, full_matrices=False)
-    kept = sizes**2 > _NOTHING * max(columns.shape[0], 1)
-    return np.asarray(left[:, kept])
+    return np.asarray(left[:, sizes**2 > _NOTHING * max(columns.shape[0], 1)])
 
 
 # ---- restricted --------------------------------------------------------------------

@@ -103,10 +103,9 @@ def control_chart(
             axes.axhline(limit, color=INK, linewidth=1.2, linestyle="-.", label=label)
         _intervals(axes, np.arange(1.0, len(lines) + 1.0), lines)
         if found is not None:
-            axes.axhline(found.mean.value, color=INK, linewidth=0.9, label="mean")
-            axes.axhspan(
-                found.mean.low, found.mean.high, color=GREEN, alpha=0.15, label="its interval"
-            )
+            mean = found.mean
+            axes.axhline(mean.value, color=INK, linewidth=0.9, label="mean")
+            axes.axhspan(mean.low, mean.high, color=GREEN, alpha=0.15, label="its interval")
             if found.next_unit is not None:
                 for limit in (found.next_unit.low, found.next_unit.high):
                     axes.axhline(limit, color=ORANGE, linewidth=0.9, linestyle="--")

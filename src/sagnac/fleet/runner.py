@@ -24,7 +24,6 @@ from sagnac.core.whole_files import made
 from sagnac.fleet.tasks import Row, Task, lost, measure, read_row, span_tasks, with_digest
 from sagnac.verdict.limits import Limit
 
-_DIED: Final = "the worker died; it was killed, or memory ran out"
 _GOES_ON: Final = "start the same campaign again, and it goes on"
 
 
@@ -37,7 +36,7 @@ def _row_of(task: Task, future: Any) -> Row:
     except (Exception, CancelledError) as error:
         name = type(error).__name__
         if name in ("BrokenProcessPool", "KilledWorker"):
-            return lost(task, _DIED)
+            return lost(task, "the worker died; it was killed, or memory ran out")
         if isinstance(error, OSError) or name.endswith("CancelledError"):
             return lost(task, f"the scheduler was lost; {_GOES_ON}")
         return lost(task, f"{name}: {error}")
@@ -178,9 +177,8 @@ def _check_workers(client: Any, folder: Path) -> None:
     finally:
         token.unlink()
     if not workers:
-        raise RecordingError(
-            "the scheduler has no workers", remedy="start some with dask worker ADDRESS"
-        )
+        remedy = "start some with dask worker ADDRESS"
+        raise RecordingError("the scheduler has no workers", remedy=remedy)
     for address, (version, seen) in workers.items():
         if version != __version__:
             said = f"worker {address} has sagnac {version}, this is {__version__}"

@@ -267,8 +267,7 @@ def slope_of_days(design: Design, *, confidence: float) -> Interval | None:
     columns = np.hstack([design.incidence("day"), *others])
     effects = np.linalg.lstsq(columns, design.values, rcond=None)[0][: days.size]
     (slope, _), covariance = np.polyfit(days, effects, 1, cov=True)
-    error = math.sqrt(covariance[0, 0])
-    reach = float(stdtrit(days.size - 2, 0.5 + 0.5 * confidence)) * error
+    reach = float(stdtrit(days.size - 2, 0.5 + 0.5 * confidence)) * math.sqrt(covariance[0, 0])
     return Interval(value=float(slope), low=float(slope - reach), high=float(slope + reach))
 
 
@@ -413,14 +412,12 @@ def repeatability(runs: Sequence[Run], *, confidence: float = 0.95) -> Repeatabi
     used = [name for name in FACTORS if runs and all(run.labels.get(name) for run in runs)]
     labels = {name: tuple(run.labels[name] for run in runs) for name in used}
     labels = {name: found for name, found in labels.items() if len(set(found)) < len(runs)}
-    design = Design.of(
-        np.log([run.value for run in runs]), labels, [run.relative_variance for run in runs]
-    )
+    variances = np.array([run.relative_variance for run in runs])
+    design = Design(values=np.log([run.value for run in runs]), factors=labels, variances=variances)
     if len(runs) < 3 or design.contrasts("run").shape[1] < 1:
-        raise RecordingError(
-            f"{len(runs)} runs cannot tell the scatter of runs from that of units, days and rates",
-            remedy="add runs, or repeat some at the same unit, day and rate",
-        )
+        why = f"{len(runs)} runs cannot tell the scatter of runs from that of units, days and rates"
+        remedy = "add runs, or repeat some at the same unit, day and rate"
+        raise RecordingError(why, remedy=remedy)
     components = designs.restricted_components(design)
     outlook = Outlook(design=design, components=components)
     unseen = _unseen(design, components, confidence)
@@ -448,7 +445,6 @@ def repeatability(runs: Sequence[Run], *, confidence: float = 0.95) -> Repeatabi
     )
 
 
-_ALIKE: Final = "the runs do not differ"
 _TOO_WIDE: Final = (
     "the runs differ by less than their own intervals explain, which are too wide to show it"
 )
@@ -458,7 +454,7 @@ _ALONE: Final = "no two runs share a {}, so that its scatter is that of runs"
 def _unseen(design: Design, components: Components, confidence: float) -> dict[str, str]:
     """Components that runs too close together cannot show, and why."""
     if np.ptp(design.values) == 0.0 and not np.any(design.variances):
-        return dict.fromkeys((*design.seen, "run"), _ALIKE)
+        return dict.fromkeys((*design.seen, "run"), "the runs do not differ")
     too_close = designs.chance_of_less(design) < 0.5 - 0.5 * confidence
     return {"run": _TOO_WIDE} if components["run"] == 0.0 and too_close else {}
 

@@ -198,12 +198,10 @@ def write_tables(lines: Sequence[Line], folder: Path) -> tuple[Path, Path]:
     RecordingError
         If the folder cannot be written to.
     """
-    columns = {
-        column.name: pa.array(
-            [getattr(line, column.name) for line in lines], _TYPES[column.type], from_pandas=True
-        )
-        for column in _FIELDS
-    }
+    columns = {}
+    for column in _FIELDS:
+        held = [getattr(line, column.name) for line in lines]
+        columns[column.name] = pa.array(held, _TYPES[column.type], from_pandas=True)
     rows = zip(*(column.to_pylist() for column in columns.values()), strict=True)
     cells = (["" if value is None else str(value) for value in row] for row in rows)
     write_text(folder / "campaign.csv", csv_text(list(columns), cells))
@@ -443,10 +441,9 @@ class Yield:
         low, high = self.share
         passed, units = self.units.count("pass"), len(self.units)
         without = f", {self.unmeasured} not measured" if self.unmeasured else ""
-        return (
-            f"{passed} of {counted(units, 'unit')} pass{without}, "
-            f"yield {100.0 * passed / units:.0f} % ({100.0 * low:.0f} to {100.0 * high:.0f} %)"
-        )
+        said = f"{passed} of {counted(units, 'unit')} pass{without}"
+        ends = f"{100.0 * low:.0f} to {100.0 * high:.0f} %"
+        return f"{said}, yield {100.0 * passed / units:.0f} % ({ends})"
 
 
 def yield_of(campaign: Campaign) -> Yield | None:
@@ -467,8 +464,7 @@ def yield_of(campaign: Campaign) -> Yield | None:
     gyros = tuple(decision for decisions in units.values() for decision in decisions)
     for unit in unmeasured:
         units[unit].append("undecided")
-    each = tuple(map(overall, units.values()))
-    return Yield(gyros=gyros, units=each, unmeasured=len(unmeasured))
+    return Yield(gyros=gyros, units=tuple(map(overall, units.values())), unmeasured=len(unmeasured))
 
 
 def walk_limits(campaign: Campaign) -> tuple[float, ...]:

@@ -97,11 +97,8 @@ def with_digest(task: Task) -> Task:
 _SUFFIXES: Final = frozenset(suffix for one in FORMATS for suffix in one.suffixes)
 _CAMPAIGN: Final = table(
     {
-        "files": TEXTS,
-        "methods": TEXTS,
-        "gyros": TEXTS,
-        "interval_s": NUMBER,
-        "confidence": NUMBER,
+        **dict.fromkeys(("files", "methods", "gyros"), TEXTS),
+        **dict.fromkeys(("interval_s", "confidence"), NUMBER),
         "pattern": TEXT,
         "spec": {**TEXT, "description": 'give a limit in quotes, such as "3e-4deg/sqrt(h)"'},
         "risk": NUMBER,
@@ -174,12 +171,9 @@ class Choices:
         """The task of a file; labels that are not stated are those of its path."""
         match = re.search(self.pattern, path.as_posix()) if self.pattern else None
         in_path = {} if match is None else match.groupdict()
-        return Task(
-            path=str(path.absolute()),
-            settings=self.settings,
-            statement=self.statement,
-            labels={**{name: label for name, label in in_path.items() if label}, **labels},
-        )
+        where, found = str(path.absolute()), {name: one for name, one in in_path.items() if one}
+        known = {**found, **labels}
+        return Task(path=where, settings=self.settings, statement=self.statement, labels=known)
 
 
 def tasks_of(sources: Sequence[Path], choices: Choices) -> tuple[Task, ...]:
@@ -265,12 +259,9 @@ def _common(content: Mapping[str, Any], folder: Path, choices: Choices) -> Choic
             confidence = 1.0 - specification.risk
     elif risk is not None:
         raise ValueError("risk is stated without spec; state the limit that it is of")
-    settings = replace(
-        own,
-        interval=content.get("interval_s", own.interval),
-        confidence=content.get("confidence", confidence),
-        specification=specification,
-    )
+    interval = content.get("interval_s", own.interval)
+    confidence = content.get("confidence", confidence)
+    settings = replace(own, interval=interval, confidence=confidence, specification=specification)
     stated, pattern = choices.statement, content.get("pattern", choices.pattern)
     if "statement" in content:
         typed = {name: value for name, value in asdict(stated).items() if value}

@@ -130,10 +130,8 @@ def _feather_batches(path: Path, keys: list[str], wanted: range) -> Iterator[pa.
     with pa.memory_map(str(path)) as mapped:
         schema = pa.ipc.open_file(mapped).schema
         fields = [schema.get_field_index(key) for key in keys]
-        options = pa.ipc.IpcReadOptions(included_fields=fields)
-        file = pa.ipc.open_file(mapped, options=options)
-        for number in wanted:
-            yield file.get_batch(number)
+        file = pa.ipc.open_file(mapped, options=pa.ipc.IpcReadOptions(included_fields=fields))
+        yield from map(file.get_batch, wanted)
 
 
 def _parquet_batches(path: Path, keys: list[str], wanted: range) -> Iterator[pa.RecordBatch]:
@@ -160,11 +158,9 @@ def _require_sound(metadata: pq.FileMetaData, rows: int) -> None:
     """
     for group in (metadata.row_group(place) for place in range(metadata.num_row_groups)):
         for chunk in (group.column(place) for place in range(group.num_columns)):
-            flat = "." not in chunk.path_in_schema
-            if flat and chunk.num_values != group.num_rows:
-                raise ValueError(
-                    f"{chunk.path_in_schema} has {chunk.num_values} values in {group.num_rows} rows"
-                )
+            name = chunk.path_in_schema
+            if "." not in name and chunk.num_values != group.num_rows:
+                raise ValueError(f"{name} has {chunk.num_values} values in {group.num_rows} rows")
     if rows != metadata.num_rows:
         raise ValueError(f"{metadata.num_rows} rows are claimed and {rows} are there")
 

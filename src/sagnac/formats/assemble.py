@@ -156,8 +156,7 @@ def _recording(
     if choice.null_pulse is not None:
         # Loaded by itself: it shrinks to an eighth before the next is in memory.
         key = choice.null_pulse.key
-        levels = stored.read([key], stretch.first, stretch.stop).pop(key)
-        pulses = pulses_of(levels, column=key)
+        pulses = pulses_of(stored.read([key], stretch.first, stretch.stop).pop(key), column=key)
     return Recording.from_channels(
         sensors,
         stretch.sampling,
@@ -199,8 +198,7 @@ def verified(recording: Recording) -> Recording:
         If the data are not sound, or none of the gyros is.
     """
     forces = (recording.of_accelerometer(one.name) for one in recording.accelerometers)
-    found = [note for one in (recording, *forces) for note in integrity(one)]
-    found = list(dict.fromkeys(found))
+    found = dict.fromkeys(note for one in (recording, *forces) for note in integrity(one))
     errors = [note for note in found if note.level == "error"]
     gyros = {gyro.name for gyro in recording.gyros}
     spoilt = {note.channel for note in errors}

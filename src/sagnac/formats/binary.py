@@ -64,8 +64,7 @@ _LAYOUT: Final = table(
             "description": 'give a list such as [["time", "f8", "s"]]',
         },
         "byte_order": one_of(_ORDERS),
-        "header_bytes": _BYTES,
-        "record_bytes": _BYTES,
+        **dict.fromkeys(("header_bytes", "record_bytes"), _BYTES),
         "sync": ANY,
         "checksum": one_of(CHECKSUMS),
         "kind": TEXT,
@@ -226,10 +225,8 @@ def open_source(path: Path, layout: str | Mapping[str, Any] | None = None) -> So
         starts, said = _found(content, laid_out)
         records = starts.size
         if records == 0:
-            raise RecordingError(
-                "holds no record with these sync bytes and this checksum",
-                remedy="state the right {layout}",
-            )
+            said = "holds no record with these sync bytes and this checksum"
+            raise RecordingError(said, remedy="state the right {layout}")
 
     def pieces(keys: Sequence[str], start: int, stop: int) -> Pieces:
         for block in blocks(stop, start=start):

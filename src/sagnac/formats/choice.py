@@ -135,10 +135,8 @@ def find(columns: Sequence[Column], name: str) -> Column | None:
     RecordingError
         If several have that name.
     """
-    for column in columns:
-        if column.key == name:
-            return column
-    alike = [column for column in columns if column.name == name]
+    alike = [column for column in columns if column.key == name][:1]
+    alike = alike or [column for column in columns if column.name == name]
     if len(alike) > 1:
         keys = ", ".join(column.key for column in alike)
         said = f"more than one column has this name, {keys}"
@@ -429,20 +427,16 @@ def scale_of(
         stated = "rate"
     kind = next((one for one in KINDS if one == stated), None)
     if kind is None:
-        raise RecordingError(
-            "its kind is not stated"
-            if stated is None
-            else f"the file says kind {stated!r}, which is none",
-            channel=name,
-            remedy=f"state {{kind {of_one}{'|'.join(KINDS)}}}",
-        )
+        said = "its kind is not stated"
+        if stated is not None:
+            said = f"the file says kind {stated!r}, which is none"
+        remedy = f"state {{kind {of_one}{'|'.join(KINDS)}}}"
+        raise RecordingError(said, channel=name, remedy=remedy)
     scale = statements.first("scale") if sensor == "gyro" else None
     if scale is not None and not is_counts(unit or "counts"):
-        raise RecordingError(
-            f"its unit {unit} and a scale per count contradict each other",
-            channel=name,
-            remedy="state {unit counts} and {scale}, or {unit} alone",
-        )
+        said = f"its unit {unit} and a scale per count contradict each other"
+        remedy = "state {unit counts} and {scale}, or {unit} alone"
+        raise RecordingError(said, channel=name, remedy=remedy)
     if scale is None and sensor == "gyro" and is_counts(unit or ""):
         said = "it is in counts and their size is not stated"
         raise RecordingError(said, channel=name, remedy="state {scale 0.1arcsec}")
@@ -474,10 +468,8 @@ def contradiction(by_file: str, taken: str, *, is_typed: bool, channel: str = ""
     """
     text = f"the file says {by_file}, taken as {taken} as stated"
     if not is_typed:
-        text = (
-            f"the file says {by_file} and the TOML beside it {taken}, which is taken; remove the "
-            "TOML if it is of another recording"
-        )
+        said = f"the file says {by_file} and the TOML beside it {taken}, which is taken"
+        text = f"{said}; remove the TOML if it is of another recording"
     return Note(name="units", channel=channel, text=text, level="warning")
 
 

@@ -59,17 +59,14 @@ def source_of(laid_out: Layout) -> Source:
             check_last(last, arrays[last])
         return arrays
 
-    return Source(
-        columns=laid_out.columns, load=load, stated=laid_out.stated, notes=_notes(laid_out)
-    )
+    notes = _notes(laid_out)
+    return Source(columns=laid_out.columns, load=load, stated=laid_out.stated, notes=notes)
 
 
 def _notes(laid_out: Layout) -> tuple[Note, ...]:
-    notes, style = [], laid_out.style
+    notes, style, row = [], laid_out.style, laid_out.first_row
     if laid_out.doubts:
-        texts = [
-            f"{style.value(one):.10g}" if style.holds(one) else one for one in laid_out.first_row
-        ]
+        texts = [f"{style.value(one):.10g}" if style.holds(one) else one for one in row]
         pairs = zip(laid_out.columns, texts, strict=True)
         shown = ", ".join(f"{column.key} = {text}" for column, text in islice(pairs, _FIRST_FIELDS))
         more = " ..." if len(texts) > _FIRST_FIELDS else ""
@@ -108,8 +105,7 @@ def _parsed(laid_out: Layout, wanted: Mapping[str, int]) -> dict[str, NDArray[An
     try:
         for batch in _batches(laid_out, wanted):
             for key, form in forms.items():
-                read = batch.column(str(wanted[key]))
-                parts[key].append(_values(read, form, laid_out.style))
+                parts[key].append(_values(batch.column(str(wanted[key])), form, laid_out.style))
     except (pa.ArrowInvalid, ValueError) as error:
         wrong = laid_out.fault(wanted)
         if wrong is None:
@@ -132,11 +128,10 @@ def _batches(laid_out: Layout, wanted: Mapping[str, int]) -> Iterator[pa.RecordB
     number = pa.string() if laid_out.style.thousands else pa.float64()
     types = {"number": number, "integer": pa.int64()}
     parse = arrow_csv.ParseOptions(delimiter=laid_out.delimiter, invalid_row_handler=_odd_row)
+    forms = {str(place): laid_out.forms[place] for place in wanted.values()}
     convert = arrow_csv.ConvertOptions(
-        include_columns=[str(place) for place in wanted.values()],
-        column_types={
-            str(place): types.get(laid_out.forms[place], pa.string()) for place in wanted.values()
-        },
+        include_columns=list(forms),
+        column_types={name: types.get(form, pa.string()) for name, form in forms.items()},
         decimal_point=laid_out.style.decimal,
         true_values=[],
         false_values=[],

@@ -56,11 +56,9 @@ def require_room(needed: int, what: str) -> None:
     """
     most = _limit.get()
     if needed > most:
-        raise RecordingError(
-            f"{what} takes {needed / GIBIBYTE:.3g} GiB of memory, more than the "
-            f"{most / GIBIBYTE:.3g} GiB that are allowed",
-            remedy="allow more with {memory}, or give a shorter file",
-        )
+        allowed = f"the {most / GIBIBYTE:.3g} GiB that are allowed"
+        said = f"{what} takes {needed / GIBIBYTE:.3g} GiB of memory, more than {allowed}"
+        raise RecordingError(said, remedy="allow more with {memory}, or give a shorter file")
 
 
 def require_content(declared: int, stored: int, what: str) -> None:

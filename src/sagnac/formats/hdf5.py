@@ -33,9 +33,8 @@ from sagnac.formats.statement import ATTRIBUTES, by_attributes
 
 # How NetCDF marks a dimension without values of its own ("NetCDF-4 file format" in the guide).
 _NO_VARIABLE: Final = "This is a netCDF dimension but not a netCDF variable"
-# How the classic formats begin, and their versions.
+# How the classic formats begin, before their version.
 _CLASSIC: Final = b"CDF"
-_VERSIONS: Final = (b"\x01", b"\x02")
 _DATA_OF_64_BITS: Final = b"\x05"
 _OF_VARIABLE: Final = (
     "units", "unit", "kind", "_FillValue", "missing_value", "scale_factor", "add_offset",
@@ -60,7 +59,7 @@ def open_source(path: Path) -> Source:
     is_netcdf = path.suffix.lower() in NETCDF.suffixes
     with path.open("rb") as stream:
         version = stream.read(len(_CLASSIC) + 1).removeprefix(_CLASSIC)
-    if is_netcdf and version in (*_VERSIONS, _DATA_OF_64_BITS):
+    if is_netcdf and version in (b"\x01", b"\x02", _DATA_OF_64_BITS):
         return _open_classic(path, version)
     require_survivable(path)
     with h5py.File(path, "r") as file:
@@ -79,11 +78,8 @@ def open_source(path: Path) -> Source:
             elif not is_netcdf:
                 unreadable[short[name]] = f"holds {dataset.dtype} values"
         stated = _stated(file, datasets)
-        packed = [
-            key
-            for key, (_, one) in found.items()
-            if _scale(datasets[one.array].attrs) != (1.0, 0.0)
-        ]
+        scales = {key: _scale(datasets[one.array].attrs) for key, (_, one) in found.items()}
+    packed = [key for key, scale in scales.items() if scale != (1.0, 0.0)]
     # In NetCDF nobody expects anything else.
     said = f"{', '.join(packed)}: taken times scale_factor, and add_offset added, as attributes say"
     notes = (Note(text=one_line(said)),) if packed and not is_netcdf else ()

@@ -81,8 +81,7 @@ def open_source(path: Path) -> Source:
         arrays = {found[key].array for key in keys}
         for name in sorted(arrays):
             require_room(8 * math.prod(held[name][0]), name)
-        variables = {name.split(".")[0] if name in fields else name for name in arrays}
-        values = _values(path, variables)
+        values = _values(path, {name.split(".")[0] if name in fields else name for name in arrays})
         return {key: found[key].of(values[found[key].array]) for key in keys}
 
     facts = {name: (one.ravel().tolist() or [""])[0] for name, one in _values(path, stated).items()}

@@ -1,6 +1,7 @@
 """miniSEED (2 and 3), which ring lasers of geodesy write: one column a source."""
 
 from collections.abc import Mapping, Sequence
+from operator import attrgetter
 from pathlib import Path
 from typing import Any, Final
 
@@ -33,12 +34,8 @@ def open_source(path: Path) -> Source:
     for _ in MS3Record.from_file(path):
         pass
     with MS3TraceList.from_file(path) as traces:
-        listed = {
-            one.sourceid.removeprefix(_PREFIX): [
-                (segment.starttime, segment.samprate, segment.samplecnt) for segment in one
-            ]
-            for one in traces
-        }
+        facts = attrgetter("starttime", "samprate", "samplecnt")
+        listed = {one.sourceid.removeprefix(_PREFIX): [*map(facts, one)] for one in traces}
     found = {name: some for name, some in listed.items() if sum(count for _, _, count in some)}
     rate = _common_rate(found)
     segments = next(iter(found.values()))

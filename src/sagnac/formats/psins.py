@@ -47,11 +47,9 @@ def open_source(path: Path) -> Source:
     interval_ms, gravity = header[1][4:]
     gyros, forces = header[2][:3], header[2][3:]
     if not (interval_ms > 0.0 and all(size > 0.0 for size in gyros)):
-        raise RecordingError(
-            f"the header states a sampling interval of {interval_ms:g} ms and gyro "
-            f"factors of {', '.join(f'{size:g}' for size in gyros)} arcsec",
-            remedy="all must be positive",
-        )
+        said = f"the header states a sampling interval of {interval_ms:g} ms and gyro factors of "
+        said += f"{', '.join(f'{size:g}' for size in gyros)} arcsec"
+        raise RecordingError(said, remedy="all must be positive")
     units = [f"{size!r}arcsec" for size in gyros]
     micro_g = 1e-6 * gravity
     if all(micro_g * size > 0.0 for size in forces):

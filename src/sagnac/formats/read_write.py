@@ -284,12 +284,10 @@ def format_to_write(path: Path, heading: Outgoing) -> Format:
         wrong.append(f"{gyros} gyros with {forces} accelerometers")
     if known.rates_of and wrong:
         alone = " or none" if _AXES in known.rates_of else ""
-        raise RecordingError(
-            f"{known.name} holds rates of three gyros and three accelerometers{alone}, and cannot "
-            f"hold {', '.join(wrong)}",
-            path=str(path),
-            remedy="give what it holds, or use .parquet, which holds every recording",
-        )
+        said = f"{known.name} holds rates of three gyros and three accelerometers{alone}"
+        said += f", and cannot hold {', '.join(wrong)}"
+        remedy = "give what it holds, or use .parquet, which holds every recording"
+        raise RecordingError(said, path=str(path), remedy=remedy)
     with about(path):
         # A library that is not installed is named before there is anything to write.
         _module(known, "writing")
@@ -329,9 +327,8 @@ def _beginning(path: Path) -> bytes:
         said = f"is a folder without {EUROC_DATA} (EuRoC) or metadata.yaml (ROS 2)"
         raise RecordingError(said, remedy="give a file, or a folder of one of these kinds")
     if path.exists() and not path.is_file():
-        raise RecordingError(
-            "cannot be opened: it is no regular file", remedy="give a file that is stored whole"
-        )
+        said = "cannot be opened: it is no regular file"
+        raise RecordingError(said, remedy="give a file that is stored whole")
     try:
         with path.open("rb") as stream:
             beginning = stream.read(len(_POINTER))
@@ -341,9 +338,8 @@ def _beginning(path: Path) -> bytes:
         remedy = "check the path" if is_missing else "check the path and its permissions"
         raise RecordingError("no such file" if is_missing else why, remedy=remedy) from None
     if beginning == _POINTER:
-        raise RecordingError(
-            "is a pointer of Git LFS: the content was not fetched", remedy="fetch it: git lfs pull"
-        )
+        said = "is a pointer of Git LFS: the content was not fetched"
+        raise RecordingError(said, remedy="fetch it: git lfs pull")
     if beginning and not path.stat().st_size:
         said = "is made by the system as it is read, and states no size"
         raise RecordingError(said, remedy="copy it, and give the copy")

@@ -119,9 +119,8 @@ _EXACT: Final = 2**53
 def _require_exact(key: str, values: NDArray[Any]) -> None:
     """Refuse numbers that lose digits, or a part of them, as float64."""
     if values.dtype.kind == "c":
-        raise RecordingError(
-            "holds complex values", channel=key, remedy="store real and imaginary parts apart"
-        )
+        remedy = "store real and imaginary parts apart"
+        raise RecordingError("holds complex values", channel=key, remedy=remedy)
     large = values.dtype.kind in "iu" and values.dtype.itemsize == 8 and values.size
     if not large or (values.max() <= _EXACT and values.min() >= -_EXACT):
         return
@@ -135,13 +134,8 @@ def _require_exact(key: str, values: NDArray[Any]) -> None:
 
 def _may_be_kept(values: NDArray[Any], column: FloatArray) -> bool:
     """Whether a piece is a whole column already, as it is to be."""
-    return (
-        values.size == column.size
-        and not is_mapped(column)
-        and values.dtype == np.float64
-        and values.flags.writeable
-        and values.flags.c_contiguous
-    )
+    is_plain = values.dtype == np.float64 and values.flags.writeable and values.flags.c_contiguous
+    return is_plain and values.size == column.size and not is_mapped(column)
 
 
 def in_memory(arrays: dict[str, NDArray[Any]]) -> Stored:
@@ -306,9 +300,8 @@ class Outgoing:
     @property
     def accelerometers(self) -> tuple[str, ...]:
         """Which of `kinds` are accelerometers, by their units."""
-        return tuple(
-            name for name in self.kinds if sensor_of(str(self.units[name])) == "accelerometer"
-        )
+        sensors = {name: sensor_of(str(self.units[name])) for name in self.kinds}
+        return tuple(name for name, sensor in sensors.items() if sensor == "accelerometer")
 
     @property
     def gyros(self) -> tuple[str, ...]:
@@ -343,10 +336,8 @@ class Outgoing:
 
     def stamps(self, block: slice) -> IntegerArray:
         """Times of the samples of a block, ns; the first sample is at 1 s, since 0 is no stamp."""
-        times = self.columns.get("time")
-        seconds = (
-            np.arange(self.samples)[block] / self.sample_rate if times is None else times[block]
-        )
+        times, numbers = self.columns.get("time"), np.arange(*block.indices(self.samples))
+        seconds = numbers / self.sample_rate if times is None else times[block]
         return np.asarray(10**9 + np.rint(seconds * 1e9).astype(np.int64))
 
     def rows(self, block: slice) -> Rows:
@@ -365,19 +356,16 @@ def outgoing(recording: Recording) -> Outgoing:
     sensors, table = (*recording.gyros, *recording.accelerometers), recording.table
     for channel in sensors:
         check_name(channel.name)
-    units: dict[str, Unit | None]
-    units = {"time": UNITS["s"], **{one.name: one.plain_unit for one in sensors}}
-    columns: dict[str, NDArray[Any] | None] = {
-        "time": recording.times,
-        **{one.name: one.values for one in sensors},
-    }
+    known = {"time": UNITS["s"], **{one.name: one.plain_unit for one in sensors}}
+    columns: dict[str, NDArray[Any] | None] = {"time": recording.times}
+    columns |= {one.name: one.values for one in sensors}
     if table is not None:
-        columns["table"], units["table"] = table.values, table.plain_unit
+        columns["table"], known["table"] = table.values, table.plain_unit
     columns[NULL_PULSE_NAME] = recording.null_pulse
     columns |= {one.column: one.values for one in recording.pickoffs}
     columns[TEMPERATURE] = recording.temperature
     held = {name: values for name, values in columns.items() if values is not None}
-    units = {name: units.get(name) for name in held}
+    units = {name: known.get(name) for name in held}
     kinds = {channel.name: channel.kind for channel in sensors}
     return Outgoing(columns=held, units=units, kinds=kinds, sample_rate=recording.sample_rate)
 

@@ -24,12 +24,7 @@ from sagnac.recording.columns import ACCELEROMETER_NAMES, GYRO_NAMES, TEMPERATUR
 
 # ---- unit text ---------------------------------------------------------------------
 
-_SENSED: Final = (
-    *units.ANGLE_UNITS,
-    *units.RATE_UNITS,
-    *units.VELOCITY_UNITS,
-    *units.ACCELERATION_UNITS,
-)
+_QUANTITIES: Final = ("angle", "rate", "velocity", "acceleration", "time")
 KNOWN_UNITS: Final = (
     f"use one of {', '.join((*units.ANGLE_UNITS, *units.RATE_UNITS))} or counts; of accelerometers "
     f"{', '.join((*units.ACCELERATION_UNITS, *units.VELOCITY_UNITS))}"
@@ -48,7 +43,7 @@ def is_counts(unit: str) -> bool:
 def is_size(unit: str) -> bool:
     """Whether a text is a unit of a gyro, an accelerometer or time, or a number of them."""
     factor, name = units.split_factor(unit)
-    return factor > 0.0 and name in (*_SENSED, *units.TIME_UNITS)
+    return factor > 0.0 and name in units.UNITS and units.UNITS[name].quantity in _QUANTITIES
 
 
 def is_known(unit: str) -> bool:
@@ -300,23 +295,18 @@ class Statements:
     @property
     def counter_period(self) -> float | None:
         """Counts after which gyro counters start over, or None where nothing is stated."""
-        periods = (
-            one.counter_period or (one.counter_bits and 2.0**one.counter_bits)
-            for one in self.in_order
-        )
-        return next((float(period) for period in periods if period), None)
+        for one in self.in_order:
+            if period := one.counter_period or (one.counter_bits and 2.0**one.counter_bits):
+                return float(period)
+        return None
 
     @property
     def gyros(self) -> tuple[str, ...]:
         """Names of the gyros wanted by the first that names any; empty where none does."""
-        for statement in self.in_order:
-            names = statement.gyros or tuple(
-                name
-                for name in statement.columns
-                if name not in (*ROLES, TEMPERATURE, *self.accelerometers)
-                and not name.startswith(PICKOFF)
-            )
-            if names:
+        others = (*ROLES, TEMPERATURE, *self.accelerometers)
+        for one in self.in_order:
+            named = (name for name in one.columns if not name.startswith(PICKOFF))
+            if names := one.gyros or tuple(name for name in named if name not in others):
                 return names
         return ()
 
@@ -440,5 +430,4 @@ def of_conversion(path: Path) -> Outputs:
 
 def _toml_of(path: Path) -> tuple[Path, ...]:
     """The TOML that says of a text what its columns are."""
-    is_text = path.suffix.lower() in CSV.suffixes
-    return (path.with_name(path.name + ".toml"),) if is_text else ()
+    return (path.with_name(path.name + ".toml"),) if path.suffix.lower() in CSV.suffixes else ()

@@ -20,9 +20,6 @@ from sagnac.recording.columns import ACCELEROMETER_NAMES, GYRO_NAMES
 # What stands for something that no file tells: to be replaced by whoever knows it.
 KIND: Final = "KIND"
 UNIT: Final = "UNIT"
-RATE: Final = "HZ"
-SCALE: Final = "SIZE"
-COLUMN: Final = "COLUMN"
 
 _GYRO: Final = re.compile(r"gyr|kreisel|dreh|omega|ang(?:ular)?[_ ]?(?:vel|rate)|^w[_ ]?", re.I)
 _OTHER: Final = re.compile(
@@ -173,7 +170,7 @@ def _gyros(source: Source, statements: Statements, missing: dict[str, str]) -> d
                 possible = second if is_behind else first
         gyros = dict(zip(GYRO_NAMES, possible, strict=False))
     stated = {name: column_text(one) for name, one in gyros.items()}
-    missing["columns"] = text_of(stated or {"x": COLUMN})
+    missing["columns"] = text_of(stated or {"x": "COLUMN"})
     return gyros
 
 
@@ -197,8 +194,7 @@ def _first_numbers(
     """Key -> the first values of each column."""
     keys = [one.key for one in columns]
     stored = source.opened(keys)
-    samples = min(_LOOKED_AT, *stored.lengths.values())
-    return stored.read(keys, 0, samples, by_first=by_first)
+    return stored.read(keys, 0, min(_LOOKED_AT, *stored.lengths.values()), by_first=by_first)
 
 
 def candidates(source: Source, statements: Statements) -> tuple[Column, ...]:
@@ -251,7 +247,7 @@ def _kind_and_unit(
         elif unit is not None and not is_known(unit):
             found["unit"][name] = "counts"
         if unit is not None and not is_size(unit) and not is_sized:
-            missing["scale"] = SCALE
+            missing["scale"] = "SIZE"
         if not any(choice.stated_for("kind", name, column, statements)):
             is_rate = units.split_factor(unit or "")[1] in units.RATE_UNITS
             found["kind"][name] = "rate" if is_rate else KIND
@@ -307,7 +303,7 @@ def _sampling(source: Source, statements: Statements, taken: Collection[str]) ->
         is_even = steps.size > 1 and 0.0 < float(np.max(steps)) < 2.0 * float(np.median(steps))
         if is_even and float(np.min(steps)) >= 0.0 and (text := _time_text(source, first)):
             return {"time": text}
-    return {"rate": RATE}
+    return {"rate": "HZ"}
 
 
 def _steps(source: Source, column: Column) -> FloatArray:

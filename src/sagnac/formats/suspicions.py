@@ -113,10 +113,8 @@ def table_counter_notes(key: str, raw: FloatArray, unit: str) -> tuple[Note, ...
     if found is None or not found[1] > _FEWEST_PLACES:
         return ()
     period = _likely_period(found[1])
-    text = (
-        f"starts over at {period:.7g} {unit}, not at a full turn: it looks like a counter; "
-        f"if that is one turn, state {{table {key}:{360.0 / period:.12g}deg}}"
-    )
+    said = f"starts over at {period:.7g} {unit}, not at a full turn: it looks like a counter"
+    text = f"{said}; if that is one turn, state {{table {key}:{360.0 / period:.12g}deg}}"
     return (Note(level="warning", channel="table", text=text),)
 
 
@@ -197,10 +195,8 @@ def rate_notes(name: str, values: FloatArray) -> tuple[Note, ...]:
         level = _flat_level(blocks)
         if level is None or not within**2 < _LEVEL * level:
             return ()
-    text = (
-        "stays about one value and scatters from sample to sample as a rate does; if it is one, "
-        "state {kind rate} with its {unit}"
-    )
+    said = "stays about one value and scatters from sample to sample as a rate does"
+    text = f"{said}; if it is one, state {{kind rate}} with its {{unit}}"
     return (Note(name="units", level="warning", channel=name, text=text),)
 
 
@@ -222,10 +218,8 @@ def increment_notes(name: str, values: FloatArray, sample_rate: float) -> tuple[
     if level is None or not level * sample_rate > _LOUDEST**2:
         return ()
     walk = math.sqrt(level * sample_rate) / DEGREE_PER_ROOT_HOUR
-    text = (
-        f"its white noise would be {walk:.3g} deg/sqrt(h), more than that of any gyro; if the "
-        "numbers are rates, state {kind rate} with their {unit}"
-    )
+    said = f"its white noise would be {walk:.3g} deg/sqrt(h), more than that of any gyro"
+    text = f"{said}; if the numbers are rates, state {{kind rate}} with their {{unit}}"
     return (Note(name="units", level="warning", channel=name, text=text),)
 
 
@@ -267,10 +261,8 @@ _WITHIN: Final = 0.5
 
 def force_notes(gyros: Mapping[str, Column]) -> list[Note]:
     """On gyros whose columns are named as those of accelerometers."""
-    said = (
-        "its column is named as that of an accelerometer, and it is read as a gyro; if it is an "
-        "accelerometer, state {{accelerometers {key}}} beside a gyro"
-    )
+    said = "its column is named as that of an accelerometer, and it is read as a gyro"
+    said += "; if it is an accelerometer, state {{accelerometers {key}}} beside a gyro"
     return [
         Note(name="units", level="warning", channel=name, text=said.format(key=column.key))
         for name, column in gyros.items()
@@ -330,13 +322,10 @@ def _require_rate(column: Column, stamps: FloatArray, sampling: Sampling) -> Non
     unit = own if own in TIME_UNITS else likely_time_unit(step)
     agree = any(abs(rate / stated - 1.0) < _AGREES for rate in rates.values())
     if unit is not None and not agree:
-        raise RecordingError(
-            f"its stamps are those of {rates[unit]:.6g} Hz in {unit}, and {stated:.6g} Hz is "
-            "stated",
-            channel=column.key,
-            remedy=f"state {{rate {rates[unit]:.6g}}} or {{time {column.name}:{unit}}}, or ignore "
-            "the stamps with {time none}",
-        )
+        rate = f"{rates[unit]:.6g}"
+        said = f"its stamps are those of {rate} Hz in {unit}, and {stated:.6g} Hz is stated"
+        remedy = f"state {{rate {rate}}} or {{time {column.name}:{unit}}}, or ignore the stamps "
+        raise RecordingError(said, channel=column.key, remedy=remedy + "with {time none}")
 
 
 def _lost(key: str, counts: FloatArray, stretch: Stretch) -> tuple[Note, ...]:
@@ -356,11 +345,9 @@ def _lost(key: str, counts: FloatArray, stretch: Stretch) -> tuple[Note, ...]:
         return ()
     missing = int((np.rint(ahead[places] / one) - 1.0).sum())
     at = stretch.start + (int(places[0]) + 1) / stretch.sampling.sample_rate
-    text = (
-        f"counts {counted(missing, 'sample')} that are not there, at "
-        f"{counted(places.size, 'place')}, the first at {at:.3f} s: they were lost; take a stretch "
-        "without such a place with {slice}"
-    )
+    lost, where = counted(missing, "sample"), counted(places.size, "place")
+    said = f"counts {lost} that are not there, at {where}, the first at {at:.3f} s: they were lost"
+    text = f"{said}; take a stretch without such a place with {{slice}}"
     return (Note(level="warning", channel=key, text=text),)
 
 

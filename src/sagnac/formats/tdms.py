@@ -13,6 +13,7 @@ from nptdms.log import log_manager
 
 from sagnac.core.arrays import blocks
 from sagnac.core.errors import RecordingError
+from sagnac.formats.files import AGAIN
 from sagnac.formats.registry import TDMS
 from sagnac.formats.source import Column, Pieces, Source, Stored, column
 from sagnac.formats.statement import Statement
@@ -117,14 +118,11 @@ def _require_whole(path: Path) -> None:
             if not lead_in.startswith(TDMS.beginning):
                 if position:
                     raise ValueError(f"no segment begins at byte {position}, where one should")
-                raise RecordingError(
-                    "is not TDMS: it does not begin as such a file does",
-                    remedy="give it the suffix of its own format, or get the file again from its "
-                    "source",
-                )
+                said = "is not TDMS: it does not begin as such a file does"
+                remedy = f"give it the suffix of its own format, or {AGAIN}"
+                raise RecordingError(said, remedy=remedy)
             is_big = len(lead_in) == _LEAD_IN and lead_in[4] & _HIGHEST_FIRST
-            follow = int.from_bytes(lead_in[12:20], "big" if is_big else "little")
-            position += _LEAD_IN + follow
+            position += _LEAD_IN + int.from_bytes(lead_in[12:20], "big" if is_big else "little")
     if position > size:
         raise ValueError("its last segment is not all there")
 

@@ -18,7 +18,6 @@ from sagnac.core.errors import RecordingError
 
 # ---- text numbers ------------------------------------------------------------------
 
-_SPACES: Final = "\u00a0\u202f"
 # What stands where a number is missing; pyarrow takes the same.
 MISSING: Final = frozenset(
     {"", "#N/A", "#N/A N/A", "#NA", "-1.#IND", "-1.#QNAN", "-NaN", "-nan", "1.#IND", "1.#QNAN"}
@@ -76,15 +75,10 @@ class NumberStyle:
 
 
 PLAIN: Final = NumberStyle()
-# The first that reads most of a file's numbers is taken.
-STYLES: Final = (
-    PLAIN,
-    NumberStyle(decimal=","),
-    NumberStyle(decimal=",", thousands="."),
-    NumberStyle(decimal=".", thousands=","),
-    NumberStyle(decimal=".", thousands="'"),
-    *(NumberStyle(decimal=",", thousands=space) for space in _SPACES),
-)
+# The decimal mark and, behind it, the mark between thousands. The first style that reads most of a
+# file's numbers is taken.
+_MARKS: Final = (".", ",", ",.", ".,", ".'", ",\u00a0", ",\u202f")
+STYLES: Final = tuple(NumberStyle(decimal=marks[0], thousands=marks[1:]) for marks in _MARKS)
 _EITHER: Final = re.compile(r"[+-]?(?!0,)\d{1,3},\d{3}\Z")
 
 
@@ -232,17 +226,13 @@ def encoding_of(head: bytes) -> str:
     >>> encoding_of("Zähler".encode("cp1252")), encoding_of("x;y".encode("utf-16"))
     ('cp1252', 'utf-16-le')
     """
-    if head.startswith(codecs.BOM_UTF16_LE):
-        return "utf-16-le"
-    if head.startswith(codecs.BOM_UTF16_BE):
-        return "utf-16-be"
-    if b"\0" in head:
+    orders = ("utf-16-le", codecs.BOM_UTF16_LE, 1), ("utf-16-be", codecs.BOM_UTF16_BE, 0)
+    for name, mark, first in orders:
         # Digits and marks of a text without a mark of its order have a zero beside each.
-        half = max(1, len(head) // 2)
-        for name, first in (("utf-16-le", 1), ("utf-16-be", 0)):
-            zeros = head[first::2].count(0)
-            if len(head) >= 4 and zeros > 0.9 * half and not head[1 - first :: 2].count(0):
-                return name
+        is_beside = head[first::2].count(0) > 0.9 * (len(head) // 2) and len(head) >= 4
+        if head.startswith(mark) or (is_beside and not head[1 - first :: 2].count(0)):
+            return name
+    if b"\0" in head:
         remedy = "give it the suffix of its own format"
         raise RecordingError("holds binary data, not text", remedy=remedy)
     try:

@@ -347,11 +347,10 @@ def _header(before: Sequence[str], split: _Split) -> tuple[list[str], list[str |
         return names, units, line
     if is_plain(before[line]) and len(names) > 1 and split.count > 1:
         mark = {"\t": "a tab", " ": "blanks"}.get(split.delimiter, repr(split.delimiter))
-        raise RecordingError(
-            f"line {line + 1} names {len(names)} columns and the rows after it have {split.count}"
-            f" fields with {mark} between them",
-            remedy="give every column a name, or remove that line and name columns by number",
-        )
+        rows = f"the rows after it have {split.count} fields with {mark} between them"
+        said = f"line {line + 1} names {len(names)} columns and {rows}"
+        remedy = "give every column a name, or remove that line and name columns by number"
+        raise RecordingError(said, remedy=remedy)
     return nothing, units, line + 1
 
 
@@ -402,10 +401,7 @@ def _units(fields: Sequence[str], *, is_named: bool) -> list[str | None]:
 
 # ---- known tables ------------------------------------------------------------------
 
-_LABVIEW: Final = "LabVIEW Measurement"
 _X_COLUMN: Final = "X_Value"
-
-
 # Column of the times, its unit, those of the gyros (rad/s) and of the accelerometers (m/s^2), which
 # may be missing, and their axes, of the tables that known programs write.
 PRESETS: Final = (
@@ -437,7 +433,7 @@ def _stated(names: Sequence[str], preamble: Sequence[str], delimiter: str) -> _S
         if {time, *rates} <= set(names):
             units = {**dict.fromkeys(rates, "rad/s"), **dict.fromkeys(forces, "m/s^2"), time: unit}
             return of_rates(rates, forces if set(forces) <= set(names) else (), time), units
-    if preamble and preamble[0].startswith(_LABVIEW):
+    if preamble and preamble[0].startswith("LabVIEW Measurement"):
         return _by_labview(names, preamble, delimiter)
     return Statement(), {}
 

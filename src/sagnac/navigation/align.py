@@ -233,7 +233,6 @@ def _prospect(
         except ValueError as error:
             raise ValueError(f"table rate: {error}") from None
     filtered = model.aligned(loudest, latitude=latitude, seconds=rest, start=start)
-    covariance = filtered.covariance
     return Prospect(
         noise=loudest,
         start=start,
@@ -241,7 +240,7 @@ def _prospect(
         compass=model.azimuth_error(loudest, times=np.geomspace(rest / 100.0, rest, 101), **how),
         filtered=filtered,
         position=model.position_error(
-            loudest, covariance=covariance, seconds=longest, latitude=latitude
+            loudest, covariance=filtered.covariance, seconds=longest, latitude=latitude
         ),
         rotating=turning,
         foretold=foretold,

@@ -68,8 +68,7 @@ class Growth:
         Noise of which only an upper bound is known may be nothing, or up to that bound.
         """
         middle, factor = self.deviation(misaligned=False), np.exp(0.5 * self.reach)
-        raised = model.raised(middle, factor, self.highest)
-        return np.minimum(middle, self.lowest) / factor, raised
+        return np.minimum(middle, self.lowest) / factor, model.raised(middle, factor, self.highest)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -249,8 +248,7 @@ def _beside_rest(
     """
     cells = weights.shape[-1]
     edges = length * np.arange(cells + 1.0)
-    lags = length * np.arange(-1.0, cells + 1.0)
-    within = np.diff(twice_integrated(lags), 2)
+    within = np.diff(twice_integrated(length * np.arange(-1.0, cells + 1.0)), 2)
     mean = total / rest
     between = np.diff(twice_integrated(rest + edges) - twice_integrated(edges))
     flat = weights.reshape(-1, cells)

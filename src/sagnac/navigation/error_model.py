@@ -50,10 +50,8 @@ def north_rate(latitude: float) -> float:
     # Nearer to a pole Earth rate has next to no north component.
     if not (is_finite(latitude) and abs(latitude) <= 89.0 * DEGREE):
         said = f"{latitude / DEGREE:g} deg" if isinstance(latitude, Real) else quoted(latitude)
-        raise ValueError(
-            f"latitude is {said}; give -89 to 89, since azimuth is not found "
-            "from Earth rate nearer to a pole"
-        )
+        why = "azimuth is not found from Earth rate nearer to a pole"
+        raise ValueError(f"latitude is {said}; give -89 to 89, since {why}")
     return EARTH_RATE * math.cos(latitude)
 
 
@@ -479,9 +477,8 @@ def rotating_azimuth_error(
     """
     north = north_rate(latitude)
     if not (is_finite(table_rate) and table_rate != 0.0):
-        raise ValueError(
-            f"table_rate is {quoted(table_rate)}; give the rate of a turning table, rad/s"
-        )
+        remedy = "give the rate of a turning table, rad/s"
+        raise ValueError(f"table_rate is {quoted(table_rate)}; {remedy}")
     speed = abs(table_rate)
     moments = moments_of(times)
     if not np.all(moments * speed >= 2.0 * math.pi * (1.0 - 1e-9)):

@@ -213,10 +213,8 @@ def export(
     tool = tool or _SUFFIXES.get(Path(path or "").suffix.lower())
     if tool is None:
         named = "there is no path" if path is None else f"{path} does not tell it"
-        raise ValueError(
-            f"tool is not stated, and {named}; state it, or name a path that ends in "
-            f"{', '.join(_SUFFIXES)}"
-        )
+        remedy = f"state it, or name a path that ends in {', '.join(_SUFFIXES)}"
+        raise ValueError(f"tool is not stated, and {named}; {remedy}")
     errors.require_choice("tool", tool, ToolName)
     errors.require_choice("axes", axes or "each", Literal["worst", "each"])
     errors.require_confidence(confidence)
@@ -239,10 +237,8 @@ def export(
     stated = [] if accelerometer is None else [_stated(accelerometer)]
     for setting in (*stated, *map(datasheet_setting, datasheet)):
         if setting.kind in [other.kind for other in settings]:
-            raise ValueError(
-                f"{setting.source}: another noise of the {setting.kind}s is there; leave one of "
-                "them out"
-            )
+            said = f"another noise of the {setting.kind}s is there; leave one of them out"
+            raise ValueError(f"{setting.source}: {said}")
         settings.append(setting)
     each = axes == "each" or (axes is None and definition.axes != "one" and tool != "openvins")
     topic, held = topic or "/imu0", tuple(settings)

@@ -231,22 +231,15 @@ def upper_limit(
     """
     sound = np.isfinite(deviation) & (deviation > 0.0) & (edf >= LEAST_FREEDOM)
     if sound.sum() < 2:
-        raise RecordingError(
-            f"{sound.sum()} cluster times have {LEAST_FREEDOM:g} degrees of freedom or more, too "
-            "few for a filter's model",
-            remedy="record longer",
-        )
+        said = f"{sound.sum()} cluster times have {LEAST_FREEDOM:g} degrees of freedom or more"
+        raise RecordingError(f"{said}, too few for a filter's model", remedy="record longer")
     # The value alone of a point that bounds nothing has to be reached, too.
     far = np.isfinite(deviation) & (edf >= 2.0) & (tau > tau[sound].max())
     beyond = np.stack([tau[far], deviation[far]])
     tau, deviation, edf = tau[sound], deviation[sound], edf[sound]
-    lower = 2.0 * gammaincinv(0.5 * edf, 1.0 - confidence)
+    limit = deviation * np.sqrt(edf / (2.0 * gammaincinv(0.5 * edf, 1.0 - confidence)))
     return UpperLimit(
-        tau=tau,
-        deviation=deviation,
-        limit=deviation * np.sqrt(edf / lower),
-        confidence=confidence,
-        beyond=beyond,
+        tau=tau, deviation=deviation, limit=limit, confidence=confidence, beyond=beyond
     )
 
 
@@ -366,19 +359,14 @@ def envelope(limits: Sequence[UpperLimit]) -> UpperLimit:
         for one in limits
     ]
     deviation, limit = np.exp(np.max(logarithms, axis=0))
-    return UpperLimit(
-        tau=tau,
-        deviation=deviation,
-        limit=limit,
-        confidence=min(one.confidence for one in limits),
-        beyond=np.concatenate([one.beyond for one in limits], axis=1),
-    )
+    least = min(one.confidence for one in limits)
+    beyond = np.concatenate([one.beyond for one in limits], axis=1)
+    return UpperLimit(tau=tau, deviation=deviation, limit=limit, confidence=least, beyond=beyond)
 
 
 def _correlation_times(tau: FloatArray) -> tuple[float, ...]:
     """Markov times, s, from the first cluster time to the last, even in the logarithm."""
-    decades = float(np.log10(tau[-1] / tau[0]))
-    count = max(2, 1 + round(_TIMES_PER_DECADE * decades))
+    count = max(2, 1 + round(_TIMES_PER_DECADE * float(np.log10(tau[-1] / tau[0]))))
     return tuple(np.geomspace(tau[0], tau[-1], count).tolist())
 
 

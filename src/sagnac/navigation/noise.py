@@ -92,9 +92,8 @@ class GyroNoise:
 
     def allan_variance(self, tau: float) -> float:
         """Allan variance at a cluster time, s: the three terms and the Markov rates together."""
-        model = FilterModel(
-            white=self.angle_random_walk, walk=self.rate_random_walk, markov=self.markov
-        )
+        white, walk = self.angle_random_walk, self.rate_random_walk
+        model = FilterModel(white=white, walk=walk, markov=self.markov)
         flicker = 2.0 * math.log(2.0) / math.pi * self.bias_instability**2
         return flicker + float(model.allan_deviation(np.array([tau]))[0]) ** 2
 

@@ -177,9 +177,8 @@ def as_written(path: Path) -> Iterator[None]:
     except RecordingError as error:
         raise error.at(str(path)) from None
     except ValueError as error:
-        raise RecordingError(
-            str(error), path=str(path), remedy="give the analysis.json as it was written"
-        ) from None
+        remedy = "give the analysis.json as it was written"
+        raise RecordingError(str(error), path=str(path), remedy=remedy) from None
 
 
 def _measured(
@@ -273,19 +272,16 @@ def _limit(
     """
     curve = whole["curve"]
     if "edf" not in curve:
-        raise RecordingError(
-            "states no degrees of freedom of its curve", remedy="analyze the recording again"
-        )
+        said = "states no degrees of freedom of its curve"
+        raise RecordingError(said, remedy="analyze the recording again")
     key, unit = "deviation_deg_per_h", "deg/h"
     if kind == "accelerometer":
         key, unit = "deviation", curve["unit"]
     columns = {name: np.asarray(curve[name], dtype=np.float64) for name in ("tau_s", key, "edf")}
     tau, deviation, edf = columns.values()
     if not tau.shape == deviation.shape == edf.shape:
-        raise ValueError(
-            f"tau_s, {key} and edf have shapes {tau.shape}, {deviation.shape} and {edf.shape}; "
-            "give one shape"
-        )
+        shapes = f"{tau.shape}, {deviation.shape} and {edf.shape}"
+        raise ValueError(f"tau_s, {key} and edf have shapes {shapes}; give one shape")
     for name, values in columns.items():
         if not values.size or not (np.isfinite(values) & (values > 0.0)).all():
             raise ValueError(f"{name} is not above zero throughout; give finite numbers")
@@ -318,9 +314,8 @@ def worst(settings: Sequence[FilterSetting]) -> FilterSetting:
     """
     names = list(dict.fromkeys(one.name for one in settings))
     name = names[0] if len(names) == 1 else f"the worst of {', '.join(names)}"
-    loudest, farthest = (
-        max(settings, key=lambda one: getattr(one.simple, term)) for term in ("white", "walk")
-    )
+    loudest = max(settings, key=lambda one: one.simple.white)
+    farthest = max(settings, key=lambda one: one.simple.walk)
     # A walk that one of them shows is no bound.
     seen = math.isnan(farthest.walk_bound)
     loudest = replace(
@@ -409,9 +404,8 @@ def _sensor_data(setting: FilterSetting, step: float) -> dict[str, Any]:
 
 def _model(setting: FilterSetting, model: models.FilterModel, step: float) -> dict[str, Any]:
     sample, integral, derivative, white, walk = _KEYS[setting.kind]
-    white_unit, walk_unit = (
-        field_unit(name, setting.kind) for name in ("angle_random_walk", "rate_random_walk")
-    )
+    white_unit = field_unit("angle_random_walk", setting.kind)
+    walk_unit = field_unit("rate_random_walk", setting.kind)
     inflation = setting.inflation(model)
     steps = [{"decay": one.decay(step), f"step_{sample}": one.step(step)} for one in model.markov]
     return {

@@ -5,7 +5,7 @@ import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Final, get_args
+from typing import Final
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
@@ -17,7 +17,6 @@ from sagnac.navigation.definitions import Definition, ToolName, definition_of
 from sagnac.navigation.models import common_span, common_time
 from sagnac.navigation.settings import FilterSetting, by_name, plain, worst
 
-TOOLS: Final[tuple[str, ...]] = get_args(ToolName)
 _INFLATED: Final = 3.0  # times the estimate of N, from which on the reason is said
 
 
@@ -134,10 +133,9 @@ class SettingsFile:
         rates = {one.sample_rate for one in self.held if one.sample_rate}
         if self.rate is None and len(rates) > 1 and "rate" not in self.definition.unused:
             hertz = " and ".join(f"{one:.9g}" for one in sorted(rates))
-            text = (
-                f"the recordings have {hertz} Hz, and what a sample has is for "
-                f"{self.known_rate:.9g} Hz; state the update rate (--rate, in Python rate)"
-            )
+            known = f"what a sample has is for {self.known_rate:.9g} Hz"
+            remedy = "state the update rate (--rate, in Python rate)"
+            text = f"the recordings have {hertz} Hz, and {known}; {remedy}"
             notes.append(Note(level="warning", text=text))
         doubts = dict.fromkeys(doubt for one in self.held for doubt in one.doubts)
         return (*notes, *(Note(level="warning", text=doubt) for doubt in doubts))

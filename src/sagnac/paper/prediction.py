@@ -64,11 +64,8 @@ def on_day(config: RigConfig, seed: int) -> RigConfig:
     random = np.random.default_rng([20130227, seed])
     gyro, disturbances = config.gyro, config.disturbances
     # The lines in time of the two sets, before they are drawn.
-    time = [
-        (frequency, amplitude if frequency >= _MAINS else DRIVEN * amplitude)
-        for frequency, amplitude in disturbances.time
-        if config.turning
-    ]
+    stated = disturbances.time if config.turning else ()
+    time = [(where, size if where >= _MAINS else DRIVEN * size) for where, size in stated]
     common = random.lognormal(0.0, _LOCK_IN)
     diffusion = gyro.backscatter_diffusion_rad2_per_s * random.lognormal(0.0, _DIFFUSION)
     sizes, places = random.lognormal(0.0, _LINES, len(time)), random.normal(size=len(time))
@@ -314,10 +311,9 @@ class Prediction:
         (2 pi f)^2 Q^2 / sample_rate; N has N^2. A record of T seconds holds about `corner` * T
         bins in which N rules, and so N to about 1/sqrt(2 corner T) of itself.
         """
+        walk = self.total * math.sqrt(sample_rate)
         with np.errstate(divide="ignore"):
-            return np.asarray(
-                self.total * math.sqrt(sample_rate) / (2.0 * np.pi * self.quantization)
-            )
+            return np.asarray(walk / (2.0 * np.pi * self.quantization))
 
 
 def predicted_angle_random_walk(

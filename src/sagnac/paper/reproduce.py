@@ -154,8 +154,7 @@ def write_outcome(path: Path, outcome: Outcome) -> None:
     RecordingError
         If the folder cannot be written to.
     """
-    values = finite(asdict(outcome))
-    write_text(path, json.dumps(values, allow_nan=False, indent=1))
+    write_text(path, json.dumps(finite(asdict(outcome)), allow_nan=False, indent=1))
 
 
 def read_outcome(path: Path, run: Run) -> Outcome | None:
@@ -285,11 +284,9 @@ def _made(
             try:
                 yield from future.result()
             except BrokenProcessPool:
-                raise RecordingError(
-                    f"the process that made {runs[0].name} died; it was killed, or memory ran out",
-                    path=str(store),
-                    remedy="start again, with fewer processes ({workers 1}); what is made is kept",
-                ) from None
+                why = f"the process that made {runs[0].name} died; it was killed, or memory ran out"
+                remedy = "start again, with fewer processes ({workers 1}); what is made is kept"
+                raise RecordingError(why, path=str(store), remedy=remedy) from None
 
 
 def _all_of_recording(runs: tuple[Run, ...], store: Path) -> list[Outcome]:

@@ -95,8 +95,7 @@ class ReadingErrors(NamedTuple):
 def errors_of_reading(cells: Sequence[Cell], order: Order, reading: ReadingName) -> ReadingErrors:
     """Errors over the cells on a turning table."""
     errors = [reading_error(one, order, reading) for one in cells if one.rate > 0.0]
-    shown = sum(map(math.isfinite, errors))
-    return ReadingErrors(mean(errors), rms(errors), shown, len(errors))
+    return ReadingErrors(mean(errors), rms(errors), sum(map(math.isfinite, errors)), len(errors))
 
 
 def reading_error(one: Cell, order: Order, reading: ReadingName) -> float:
@@ -170,14 +169,9 @@ def growth(reproduction: Reproduction, trial: str) -> list[str]:
 def cell_texts(one: Cell, size: float) -> dict[str, str]:
     """One cell in units of `size` deg/sqrt(h); with it that of the paper's method."""
     outcome, by_paper = one.outcome, one.by_paper
-    row = {
-        "paper": f"{one.published / size:.2f}",
-        "truth": f"{outcome.truth_deg_per_sqrt_h / size:.3f}",
-        "value": "–",
-        "range": outcome.status,
-        "error": "–",
-        "by_paper": "–",
-    }
+    row = dict.fromkeys(("value", "error", "by_paper"), "–") | {"range": outcome.status}
+    row["paper"] = f"{one.published / size:.2f}"
+    row["truth"] = f"{outcome.truth_deg_per_sqrt_h / size:.3f}"
     if outcome.status == "estimated":
         row["value"] = f"{outcome.value / size:.3f}"
         row["range"] = f"{outcome.low / size:.3f} … {outcome.high / size:.3f}"
@@ -247,12 +241,10 @@ def _curve_figure(outcome: Outcome) -> Figure:
     root, curve = math.sqrt(2.0), outcome.curve
     kept = np.array(curve["shown"])
     tau = np.array(curve["tau"])[kept]
-    low, middle, high = (
-        root * np.array(curve[name])[kept] for name in ("low", "deviation", "high")
-    )
+    ends = [curve[name] for name in ("low", "deviation", "high")]
+    low, middle, high = root * np.array(ends)[:, kept]
     with styled(3) as (figure, axes):
-        interval = f"{100 * outcome.confidence:g} % interval"
-        band(axes, tau, low, high, BLUE, label=interval)
+        band(axes, tau, low, high, BLUE, label=f"{100 * outcome.confidence:g} % interval")
         axes.plot(tau, middle, color=BLUE, marker="o", linestyle="none", label="x − z")
         _truth_line(axes, outcome, root)
         logarithmic(axes, "cluster time τ (s)", "Allan deviation, x − z (°/h)")

@@ -80,13 +80,8 @@ _SLOW_HZ: Final = 0.5  # above, a line folds when the angle is taken once a seco
 def config_of_run(mode: GyroMode, rate: float, seed: int, duration_s: float) -> RigConfig:
     """The preset ``paper`` at one gyro mode and table rate, deg/s."""
     base = preset("paper")
-    return replace(
-        base,
-        seed=seed,
-        duration_s=duration_s,
-        table=replace(base.table, rate_deg_per_s=rate),
-        gyro=replace(base.gyro, mode=mode),
-    )
+    table, gyro = replace(base.table, rate_deg_per_s=rate), replace(base.gyro, mode=mode)
+    return replace(base, seed=seed, duration_s=duration_s, table=table, gyro=gyro)
 
 
 class Trial(NamedTuple):

@@ -165,8 +165,7 @@ def _asked(
     """Findings of detectors, as far as none explains another."""
     notes: list[Note] = []
     for of_each, together in groupby(detectors, lambda one: one.of_each):
-        asked = list(together)
-        for profile, detector in product(profiles if of_each else profiles[:1], asked):
+        for profile, detector in product(profiles if of_each else profiles[:1], list(together)):
             causes = [one for one in notes if one.name in detector.unless and one.level != "remark"]
             explained = any(one.channel == profile.name or not of_each for one in causes)
             if detector.find is not None and not explained:
@@ -191,14 +190,11 @@ def integrity(recording: Recording) -> Notes:
         ``slice`` takes them.
     """
     if recording.samples < MINIMUM_SAMPLES:
-        text = (
-            f"{recording.samples} samples are too few, at least {MINIMUM_SAMPLES} are "
-            "needed; give a longer file or a wider {slice}"
-        )
+        said = f"{recording.samples} samples are too few, at least {MINIMUM_SAMPLES} are needed"
+        text = f"{said}; give a longer file or a wider {{slice}}"
         return (Note(level="error", text=text),)
     channels = [*recording.gyros, *([recording.table] if recording.table else [])]
-    profiles = [Profile.of(recording, one) for one in channels]
-    return ranked(_asked(_ON_READING, recording, profiles))
+    return ranked(_asked(_ON_READING, recording, [Profile.of(recording, one) for one in channels]))
 
 
 def judged(recording: Recording, gyros: Sequence[str] = ()) -> Notes:
@@ -268,8 +264,7 @@ def judged_remainder(
     alone = Recording(gyros=(left,), sample_rate=sample_rate, provenance=recording.provenance)
     profile = Profile.of(alone, left)
     # Steps of two readouts together are flat, and no soft limit.
-    unsteady = distribution.unsteady_notes(alone, profile)
-    return unsteady or distribution.heavy_notes(alone, profile)
+    return distribution.unsteady_notes(alone, profile) or distribution.heavy_notes(alone, profile)
 
 
 ACCEPTED: Final = "accepted: "
@@ -288,14 +283,14 @@ def accept(notes: Iterable[Note], names: Container[str]) -> Notes:
     names
         Of those that are accepted.
     """
-    return tuple(
-        replace(note, level="remark", text=f"{ACCEPTED}{note.text}")
-        if note.name in names
-        and (note.level != "remark" or note.name in DIVIDED)
-        and not note.text.startswith(ACCEPTED)
-        else note
-        for note in notes
-    )
+
+    def accepted(note: Note) -> Note:
+        is_open = note.name in names and not note.text.startswith(ACCEPTED)
+        if is_open and (note.level != "remark" or note.name in DIVIDED):
+            return replace(note, level="remark", text=f"{ACCEPTED}{note.text}")
+        return note
+
+    return tuple(map(accepted, notes))
 
 
 def check(recording: Recording, *, accepted: Iterable[str] = ()) -> Notes:

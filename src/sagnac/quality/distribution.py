@@ -158,8 +158,7 @@ def without_spikes(increments: ArrayLike, spikes: Spikes) -> FloatArray:
     spikes
         Of `find_spikes`.
     """
-    values = np.asarray(increments, dtype=np.float64)
-    cleaned = arrays.elementwise(np.add, values, 0.0)
+    cleaned = arrays.elementwise(np.add, np.asarray(increments, dtype=np.float64), 0.0)
     cleaned[spikes.index] -= spikes.height
     return cleaned
 
@@ -174,17 +173,14 @@ def spike_notes(recording: Recording, profile: Profile) -> Notes:
     level: Level = "warning"
     effect = None
     if found.many and not profile.is_coarse:
-        text = (
-            f"more than one sample in {round(1.0 / _MANY)} lies far off its neighbours: it is no "
-            "even noise, and its angle random walk contains them"
-        )
+        said = f"more than one sample in {round(1.0 / _MANY)} lies far off its neighbours"
+        text = f"{said}: it is no even noise, and its angle random walk contains them"
     elif found.tail and profile.standing:
         # On a bench alone the end of a heavy tail is the noise's: a table that sweeps has one.
         level = "remark"
-        text = (
-            "some samples lie far off their neighbours, as the end of a heavy tail of the noise "
-            "that goes on below them: the angle random walk contains them"
-        )
+        tail = "the end of a heavy tail of the noise that goes on below them"
+        text = f"some samples lie far off their neighbours, as {tail}"
+        text += ": the angle random walk contains them"
     elif found.index.size:
         inside = profile.scale
         effect = math.hypot(1.0, found.added_walk / inside) if inside > 0.0 else None
@@ -233,11 +229,9 @@ class Bumps:
         most = float(self.turned.max())
         within = _samples_of_a_second(sample_rate) / sample_rate
         said = seen(recording, places, "moment", "in which it was moved")
-        text = (
-            f"{said}: it turns by {rounded(most / DEGREE)} deg within {within:.3g} s, "
-            f"{rounded(most / self.scatter)} times its noise; an answer goes without; left in, "
-            f"{effect_words(self.added)}"
-        )
+        turns = f"it turns by {rounded(most / DEGREE)} deg within {within:.3g} s"
+        turns += f", {rounded(most / self.scatter)} times its noise"
+        text = f"{said}: {turns}; an answer goes without; left in, {effect_words(self.added)}"
         added = float(f"{self.added:.4g}")
         return Note(name="moved", level="warning", channel=channel, text=text, effect=added)
 
@@ -476,11 +470,9 @@ def has_uniform_errors(changes: FloatArray) -> bool:
     own, of_two = math.sqrt(24.0 / size), math.sqrt(48.0 / size)
     by_errors = -2.4 * (error / together) ** 2
     by_limit = kurtosis * together / (4.0 * variance)
-    return (
-        abs(kurtosis + 2.4 * (error / variance) ** 2) < _LIKE * own
-        and abs(of_sums - by_errors) < _LIKE * of_two
-        and of_sums < by_limit - _UNLIKE * of_two
-    )
+    alike = abs(kurtosis + 2.4 * (error / variance) ** 2) < _LIKE * own
+    alike = alike and abs(of_sums - by_errors) < _LIKE * of_two
+    return alike and of_sums < by_limit - _UNLIKE * of_two
 
 
 def heavy_notes(recording: Recording, profile: Profile) -> Notes:
@@ -495,10 +487,8 @@ def heavy_notes(recording: Recording, profile: Profile) -> Notes:
         else "it is lopsided: either the range ends near by on one side (take a wider range to "
         "tell), or this gyro's noise has that shape, which is sound"
     )
-    text = (
-        f"its noise is no even noise (skewness {shape.skewness:.2g}, excess kurtosis "
-        f"{shape.kurtosis:.2g}): {why}"
-    )
+    shown = f"skewness {shape.skewness:.2g}, excess kurtosis {shape.kurtosis:.2g}"
+    text = f"its noise is no even noise ({shown}): {why}"
     return (Note(name="spikes", channel=profile.name, text=text, level="warning"),)
 
 
@@ -582,10 +572,9 @@ def _growing(profile: Profile) -> Notes:
     # Twice the change at which an answer moves by 1 %.
     if abs(slope) <= reach * error or effect < 1.02:
         return ()
-    text = (
-        f"its noise {'grows' if slope > 0.0 else 'falls'} in the course of the record, to "
-        f"{math.exp(0.5 * slope):.3g} times its scatter; take an even stretch with {{slice}}"
-    )
+    said = f"its noise {'grows' if slope > 0.0 else 'falls'} in the course of the record"
+    ratio = f"{math.exp(0.5 * slope):.3g} times its scatter"
+    text = f"{said}, to {ratio}; take an even stretch with {{slice}}"
     return _changing(profile.name, text, effect)
 
 
@@ -619,13 +608,9 @@ def step_notes(recording: Recording, profile: Profile) -> Notes:
     first = at + 2 + int(np.argmax(changes[at + 1 : at + 4]))
     size = f"{steps[at] / usual:.3g}"
     period = f"{profile.block / recording.sample_rate:.3g} s"
-    of_what = (
-        f"{size} steps of the readout from one {period} to the next"
-        if usual == profile.step
-        else f"{size} times what it usually changes over {period}"
-    )
-    text = (
-        f"its rate steps by {of_what}, at {second_of(recording, first * profile.block):.6g} s; "
-        "take a stretch without with {slice}"
-    )
+    of_what = f"{size} times what it usually changes over {period}"
+    if usual == profile.step:
+        of_what = f"{size} steps of the readout from one {period} to the next"
+    said = f"its rate steps by {of_what}, at {second_of(recording, first * profile.block):.6g} s"
+    text = f"{said}; take a stretch without with {{slice}}"
     return (Note(name="steps", channel=profile.name, text=text, level="warning"),)

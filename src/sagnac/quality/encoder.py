@@ -71,12 +71,10 @@ def without_lost_rows(recording: Recording, gyros: Sequence[Channel]) -> tuple[R
         values = less(channel.values, lambda number: moved[np.searchsorted(places, number)])
         return replace(channel, values=values)
 
-    text = (
-        f"{counted(int(rows.sum()), 'row')} of the file lost at "
-        f"{counted(places.size, 'place')}, the first at "
-        f"{second_of(recording, int(places[0])):.3f} s, where channels of angle leap by whole "
-        f"steps: lines in time break there; {remedy_without(recording, places + 1)}"
-    )
+    said = f"{counted(int(rows.sum()), 'row')} of the file lost at {counted(places.size, 'place')}"
+    said += f", the first at {second_of(recording, int(places[0])):.3f} s"
+    why = "where channels of angle leap by whole steps: lines in time break there"
+    text = f"{said}, {why}; {remedy_without(recording, places + 1)}"
     whole = replace(recording, gyros=tuple(map(closed, recording.gyros)), table=closed(table))
     return whole, (Note(name="lost", level="warning", channel="table", text=text),)
 
@@ -140,16 +138,13 @@ def slip_notes(recording: Recording, profile: Profile) -> Notes:
     # encoder itself leaps by about as much.
     far = (np.abs(found.height) > max(10.0 * ARCSECOND, 1.5 * table.step)) & inside
     places, height = found.index[far], found.height[far]
-    own = _steps_around(values, places)[1]
-    itself = np.abs(own - height) < 0.3 * np.abs(height)
+    itself = np.abs(_steps_around(values, places)[1] - height) < 0.3 * np.abs(height)
     places, height = places[itself] + 1, height[itself]
     if not places.size:
         return ()
     alone = f"that gyro {gyro.name} does not make, by up to {np.abs(height).max() / DEGREE:.3g} deg"
-    text = (
-        f"{seen(recording, places, 'jump', alone)}; a pair of gyros is free of them; "
-        f"{remedy_without(recording, places)}"
-    )
+    said = f"{seen(recording, places, 'jump', alone)}; a pair of gyros is free of them"
+    text = f"{said}; {remedy_without(recording, places)}"
     return (Note(name="steps", level="warning", channel="table", text=text),)
 
 
@@ -201,21 +196,17 @@ def follow_notes(recording: Recording, profile: Profile) -> Notes:
     disagree = np.flatnonzero(np.abs(profile.rates - share * table.rates) > limit)
     if disagree.size > max(2.0, 0.01 * profile.rates.size):
         first = disagree[0]
-        text = (
-            f"the encoder does not follow gyro {name} in "
-            f"{100.0 * disagree.size / profile.rates.size:.0f} % of the record, first at "
-            f"{second_of(recording, int(profile.edges[first])):.1f} s "
-            f"(gyro {profile.rates[first] / DEGREE:.3g} deg/s, encoder "
-            f"{table.rates[first] / DEGREE:.3g} deg/s); name the right column and unit with "
-            "{table}, or take a sound stretch with {slice}"
-        )
+        part = f"{100.0 * disagree.size / profile.rates.size:.0f} % of the record"
+        when = f"first at {second_of(recording, int(profile.edges[first])):.1f} s"
+        gyro, encoder = (f"{one.rates[first] / DEGREE:.3g} deg/s" for one in (profile, table))
+        said = f"the encoder does not follow gyro {name} in {part}, {when}"
+        remedy = "name the right column and unit with {table}, or take a sound stretch with {slice}"
+        text = f"{said} (gyro {gyro}, encoder {encoder}); {remedy}"
         return (Note(name="encoder", level="error", channel="table", text=text),)
     if abs(share) > LARGEST_SHARE:
-        likely = _likely_unit(profile) or "state {unit} and {kind}"
-        text = (
-            f"turns {share:.3g} times as fast as the table: a unit or kind is wrong; {likely}, or "
-            "the table's with {table COLUMN:UNIT}"
-        )
+        remedy = _likely_unit(profile) or "state {unit} and {kind}"
+        remedy += ", or the table's with {table COLUMN:UNIT}"
+        text = f"turns {share:.3g} times as fast as the table: a unit or kind is wrong; {remedy}"
         return (Note(name="encoder", level="error", channel=name, text=text),)
     if abs(share) < LEAST_SHARE:
         return ()
@@ -228,11 +219,9 @@ def follow_notes(recording: Recording, profile: Profile) -> Notes:
     at = jumps[alone] + 1
     # Less what the table turned in that sample, as the gyro shows it beside.
     sizes -= around / (share * (2 * _REACH + 1))
-    text = (
-        f"{counted(at.size, 'jump')} that gyro {name} does not make, the first by "
-        f"{sizes[alone][0] / DEGREE:.3g} deg at {second_of(recording, int(at[0])):.3f} s; "
-        f"{remedy_without(recording, at)}"
-    )
+    first = f"{sizes[alone][0] / DEGREE:.3g} deg at {second_of(recording, int(at[0])):.3f} s"
+    said = f"{counted(at.size, 'jump')} that gyro {name} does not make, the first by {first}"
+    text = f"{said}; {remedy_without(recording, at)}"
     return (Note(name="encoder", level="error", channel="table", text=text),)
 
 
@@ -273,9 +262,7 @@ def across_notes(recording: Recording, profile: Profile) -> Notes:
     table, share = profile.table, profile.share
     # Below this a gyro is mounted across the axis, or a unit is wrong: a degree called a radian
     # leaves 0.017 of the whole.
-    if table is None or profile.standing or abs(share) >= 0.02:
-        return ()
-    if table.usual_rate <= TURNING_RATE:
+    if table is None or profile.standing or abs(share) >= 0.02 or table.usual_rate <= TURNING_RATE:
         return ()
     gyros = profile.each(recording)
     best = max(gyros, key=lambda one: abs(one.share))
@@ -284,18 +271,14 @@ def across_notes(recording: Recording, profile: Profile) -> Notes:
     text = f"senses {100.0 * share:.2g} % of the table rate"
     across = f"{text}: it is mounted across the axis"
     if abs(best.share) > _SENSES:
-        text = (
-            f"{across}, while gyro {best.name} senses {100.0 * best.share:.3g} %: name that "
-            "({gyros})"
-        )
+        other = f"gyro {best.name} senses {100.0 * best.share:.3g} %"
+        text = f"{across}, while {other}: name that ({{gyros}})"
     elif (
         split_factor(table.channel.shown_in)[1] == "rad"
         and _SENSES < abs(in_degrees) < LARGEST_SHARE
     ):
-        text = (
-            f"{text}, and would sense {100.0 * in_degrees:.3g} % of it if the encoder were in "
-            "degrees: state {table COLUMN:deg}"
-        )
+        sensed = f"would sense {100.0 * in_degrees:.3g} % of it if the encoder were in degrees"
+        text = f"{text}, and {sensed}: state {{table COLUMN:deg}}"
     elif all(_likely_unit(one) for one in gyros):
         level = "error"
         text = f"{text}: {_likely_unit(profile)}"
@@ -374,12 +357,10 @@ def turn_notes(recording: Recording, profile: Profile) -> Notes:
         factor, unit = split_factor(table.shown_in)
         right = f"{factor * turn / (turn - leap):.8g}{unit}"
         where = "short of" if leap > 0.0 else "beyond"
-        text = (
-            f"its readings start over {abs(leap) / DEGREE:.3g} deg {where} a full turn, "
-            f"{counted(at.size, 'time')}: if that is one turn, state "
-            f"{{table COLUMN:{right}}}; a pair of gyros is free of it, and one alone has only an "
-            "upper bound"
-        )
+        over = f"{abs(leap) / DEGREE:.3g} deg {where} a full turn, {counted(at.size, 'time')}"
+        remedy = f"if that is one turn, state {{table COLUMN:{right}}}"
+        text = f"its readings start over {over}: {remedy}"
+        text += "; a pair of gyros is free of it, and one alone has only an upper bound"
         return (Note(name="encoder", level="warning", channel="table", text=text),)
     return ()
 

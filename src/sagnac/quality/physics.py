@@ -38,6 +38,7 @@ from sagnac.recording.model import MINIMUM_SAMPLES, Recording, second_of
 
 # Factors between units of time, and the unit that is finer than a second by them.
 _TIMES_FINER: Final = {1e3: "ms", 1e6: "us", 1e9: "ns"}
+_LOOKS_WRONG: Final = "the unit or kind looks wrong ({unit}, {kind})"
 
 
 def _doubt(channel: str, text: str, level: Level = "warning") -> Notes:
@@ -59,25 +60,17 @@ def rate_notes(recording: Recording, profile: Profile) -> Notes:
     # No gyro turns so fast for long, none is stable to 1e-6 deg/h from sample to sample, and none
     # on sale has a tenth of the last random walk.
     if typical > 5000.0 * DEGREE:
-        text = (
-            f"turns at {typical / DEGREE:.3g} deg/s: the unit, kind or rate looks wrong "
-            "({unit}, {kind}, {rate})"
-        )
+        wrong = "the unit, kind or rate looks wrong ({unit}, {kind}, {rate})"
+        text = f"turns at {typical / DEGREE:.3g} deg/s: {wrong}"
     elif scatter < 1e-6 * DEGREE_PER_HOUR:
-        text = (
-            f"scatters by only {scatter / DEGREE_PER_HOUR:.2g} deg/h from second to second: "
-            "the unit or kind looks wrong ({unit}, {kind})"
-        )
+        size = f"{scatter / DEGREE_PER_HOUR:.2g} deg/h from second to second"
+        text = f"scatters by only {size}: {_LOOKS_WRONG}"
     elif is_bench and walk > 60.0 * DEGREE_PER_ROOT_HOUR:
-        text = (
-            f"scatters like an angle random walk of {walk / DEGREE_PER_ROOT_HOUR:.3g} deg/sqrt(h), "
-            "over ten times that of the noisiest: the unit or kind looks wrong ({unit}, {kind})"
-        )
+        size = f"{walk / DEGREE_PER_ROOT_HOUR:.3g} deg/sqrt(h), over ten times that of the noisiest"
+        text = f"scatters like an angle random walk of {size}: {_LOOKS_WRONG}"
     elif is_bench and profile.channel.kind != "angle" and _adds_up(profile.channel.values):
-        text = (
-            "goes on from sample to sample as an angle does, at any distance: if it is one, state "
-            "{kind angle} with its {unit}"
-        )
+        said = "goes on from sample to sample as an angle does, at any distance"
+        text = f"{said}: if it is one, state {{kind angle}} with its {{unit}}"
     return _doubt(profile.name, text)
 
 
@@ -145,8 +138,7 @@ def gravity_notes(recording: Recording, profile: Profile) -> Notes:
     factor, stated = split_factor(forces[0].shown_in)
     if kind == "angle" or factor != 1.0 or not size > 0.0 or _is_gravity(size):
         return ()
-    samples = {"rate": 1.0, "increment": recording.sample_rate}
-    one = samples[kind] * UNITS[stated].size
+    one = UNITS[stated].size * (1.0 if kind == "rate" else recording.sample_rate)
     sizes = {("rate", unit): size for unit, size in ACCELERATION_UNITS.items()}
     sizes["increment", "m/s"] = recording.sample_rate
     likely = [named for named, other in sizes.items() if _is_gravity(size / one * other)]
@@ -154,17 +146,14 @@ def gravity_notes(recording: Recording, profile: Profile) -> Notes:
         return ()
     # The kind that is stated is the more likely one.
     as_kind, unit = min(likely, key=lambda named: named[0] != kind)
-    text = (
-        f"their mean is {size / one:.4g} {stated}, and gravity is {STANDARD_GRAVITY / one:.4g} "
-        f"{stated}: "
-    )
+    mean, gravity = (f"{each / one:.4g} {stated}" for each in (size, STANDARD_GRAVITY))
+    text = f"their mean is {mean}, and gravity is {gravity}: "
     if as_kind == kind:
         text += f"in {unit} it would be gravity; state {{unit accelerometers={unit}}}"
     else:
-        text += (
-            f"as {as_kind}s in {unit} it would be gravity; state {{kind accelerometers={as_kind}}} "
-            f"with {{unit accelerometers={unit}}}, and see whether the gyros are {as_kind}s, too"
-        )
+        remedy = f"state {{kind accelerometers={as_kind}}} with {{unit accelerometers={unit}}}"
+        remedy += f", and see whether the gyros are {as_kind}s, too"
+        text += f"as {as_kind}s in {unit} it would be gravity; {remedy}"
     return _doubt(", ".join(one.name for one in forces), text)
 
 
@@ -200,10 +189,9 @@ def _as_gravity(gyros: tuple[Channel, ...], size: float) -> str:
     number = size / UNITS[stated].size
     for gravity, unit in ((1.0, "g"), (STANDARD_GRAVITY, "m/s^2")):
         if _is_near(number, gravity, 0.01):
-            return (
-                f"their mean is {number:.4g}, which is gravity in {unit}: they look like "
-                "accelerometers; name the gyros ({columns}), and these with {accelerometers}"
-            )
+            said = f"their mean is {number:.4g}, which is gravity in {unit}"
+            remedy = "name the gyros ({columns}), and these with {accelerometers}"
+            return f"{said}: they look like accelerometers; {remedy}"
     return ""
 
 
@@ -217,11 +205,10 @@ def _as_earth_rate(gyros: tuple[Channel, ...], size: float) -> str:
         # That is hardly chance: the biases of one unit in a hundred make it. A ring laser unit at
         # rest is known to show 14.76 deg/h of 15.04.
         if _is_near(size * times, EARTH_RATE, 0.025):
-            return (
-                f"their mean rate is {size / DEGREE_PER_HOUR:.4g} deg/h, and in {unit} it would be "
-                f"{size * times / DEGREE_PER_HOUR:.4g} deg/h, that of the Earth (15.04): unless "
-                f"biases make that by chance, the unit is wrong; state {{unit {unit}}}"
-            )
+            mean, other = (f"{one / DEGREE_PER_HOUR:.4g} deg/h" for one in (size, size * times))
+            said = f"their mean rate is {mean}, and in {unit} it would be {other}"
+            why = "that of the Earth (15.04): unless biases make that by chance, the unit is wrong"
+            return f"{said}, {why}; state {{unit {unit}}}"
     return ""
 
 
@@ -314,10 +301,9 @@ def motion_notes(recording: Recording, profile: Profile) -> Notes:
         why = "and no encoder is looked at: use sagnac analyze with it ({table})"
         if recording.table is not None:
             why = "and the encoder that is named does not: name its column and unit with {table}"
-        text = (
-            f"turns steadily at {middle / DEGREE:.4g} deg/s, as on a table, {why}, or state the "
-            f"right {{unit}}{_half_of_range(profile.channel, middle)}"
-        )
+        said = f"turns steadily at {middle / DEGREE:.4g} deg/s, as on a table"
+        half = _half_of_range(profile.channel, middle)
+        text = f"{said}, {why}, or state the right {{unit}}{half}"
     return (Note(name="motion", level=level, channel=profile.name, text=text),)
 
 
@@ -366,10 +352,8 @@ def _half_of_range(channel: Channel, rate: float) -> str:
     )
     if not bits:
         return ""
-    return (
-        f"; if its counts begin at {2 ** (bits - 1)}, half of a range of {bits} bits, take that "
-        "knowingly ({accept motion})"
-    )
+    said = f"; if its counts begin at {2 ** (bits - 1)}, half of a range of {bits} bits"
+    return f"{said}, take that knowingly ({{accept motion}})"
 
 
 # ---- pairs -------------------------------------------------------------------------
@@ -486,11 +470,10 @@ def _copied(
         if alike < max(_COPIES, by_chance, 2.0 * abs(found.together)):
             return ()
         late, early = (second, first) if found.delay > 0 else (first, second)
-        text = (
-            f"repeats gyro {early.name} {counted(abs(found.delay), 'sample')} later (correlation "
-            f"{found.correlation:+.3g}): the two share their noise, which their difference hides; "
-            "name another gyro ({gyros})"
-        )
+        later = f"{counted(abs(found.delay), 'sample')} later"
+        shared = "the two share their noise, which their difference hides"
+        text = f"repeats gyro {early.name} {later} (correlation {found.correlation:+.3g}): {shared}"
+        text += "; name another gyro ({gyros})"
         return (finding("copy", late.name, text, effect=math.sqrt(max(1.0 - alike, 0.0))),)
     if found.together < 0.99:
         return ()
@@ -500,8 +483,7 @@ def _copied(
     if float(rest @ rest) >= 1e-12 * float(more @ more):
         return ()
     text = f"is a copy of gyro {first.name}; name another gyro ({{gyros}})"
-    effect = 0.0 if found.correlation > 0.0 else None
-    return (finding("copy", second.name, text, effect=effect),)
+    return (finding("copy", second.name, text, effect=0.0 if found.correlation > 0.0 else None),)
 
 
 def unequal_notes(recording: Recording, profile: Profile) -> Notes:
@@ -522,17 +504,12 @@ def _unequal(first: Profile, second: Profile) -> Notes:
     low, high = sorted((abs(quiet.share), abs(loud.share)))
     # Shares of the table's rate that no wrong unit would leave alike.
     if low > LEAST_SHARE and high < 2.0 * low:
-        text += (
-            f", though both sense the table alike: {loud.name} or its mount may vibrate; see each "
-            "alone ({gyros})"
-        )
+        text += f", though both sense the table alike: {loud.name} or its mount may vibrate"
     else:
         # Between the units that angles and rates are written in.
         sizes = (180.0 / math.pi, 60.0, 3600.0, 648_000.0 / math.pi)
         near = [size for size in sizes if 0.5 < ratio / size < 2.0]
         hint, effect = f", about a unit's {near[0]:.4g}" if near else "", math.sqrt(0.5)
-        text += (
-            f"{hint}: a unit may be wrong ({{unit}}), and their difference is of one gyro alone; "
-            "see each alone ({gyros})"
-        )
+        text += f"{hint}: a unit may be wrong ({{unit}}), and their difference is of one gyro alone"
+    text += "; see each alone ({gyros})"
     return (finding("units", quiet.name, text, effect=effect),)

@@ -140,8 +140,7 @@ class Profile:
         if self.channel.kind == "angle":
             return self.step
         factor, unit = split_factor(self.channel.shown_in)
-        size = factor * UNITS[unit].size
-        largest = partial(largest_step, scatter=self.scale, unit=size)
+        largest = partial(largest_step, scatter=self.scale, unit=factor * UNITS[unit].size)
         return max(self.step, float(arrays.by_blocks(largest, self.channel.values).max()))
 
     @property
@@ -235,8 +234,7 @@ class Profile:
         together = max(1, arrays.BLOCK * turned.size // int(edges[-1]))
         for some in arrays.blocks(turned.size, together):
             first, last = edges[some.start], edges[some.stop]
-            starts = edges[some] - first
-            turned[some] = np.add.reduceat(values[first + 1 : last + 1], starts)
+            turned[some] = np.add.reduceat(values[first + 1 : last + 1], edges[some] - first)
         turned /= self.sample_rate if self.channel.kind == "rate" else 1.0
         return np.asarray(turned / seconds)
 

@@ -144,8 +144,7 @@ def joint_readout(
             "random walk from it, and no fit is an estimate of it; record longer, or read out "
             "finer"
         )
-        note = Note(text=text, level="warning")
-        return Readout(step=step, every=None, time=apart, notes=(note,))
+        return Readout(step=step, every=None, time=apart, notes=(Note(text=text, level="warning"),))
     text = (
         f"nothing dithers {what} in less than {apart:.4g} s: coefficients are of angles that far "
         "apart, and the curve at shorter cluster times shows the readout"
@@ -238,11 +237,9 @@ def resolution_notes(recording: Recording, profile: Profile) -> Notes:
     # The step follows the size of an angle; where that is largest the noise is compared with it.
     scatter = math.sqrt(2.0) * profile.scale
     if step > 0.1 * scatter:
-        text = (
-            "is stored in single precision (float32): its steps grow to "
-            f"{_shown(gyro, step)}, beside a scatter of {_shown(gyro, scatter)} from sample to "
-            "sample; store it in double precision"
-        )
+        shown = f"{_shown(gyro, step)}, beside a scatter of {_shown(gyro, scatter)}"
+        said = f"is stored in single precision (float32): its steps grow to {shown}"
+        text = f"{said} from sample to sample; store it in double precision"
         single: Level = "error" if step > 0.5 * scatter else "warning"
         return (finding("resolution", gyro.name, text, effect=None, level=single),)
     # Counts of an angle lose nothing from one sample to the next; those of a rate do.
@@ -298,10 +295,9 @@ def _coarse(recording: Recording, profile: Profile) -> Notes:
     elif read < min(added, 0.5 * high):
         # Slow steps of an angle: little of them is left where N is read, and more above.
         return ()
-    text = (
-        f"is read out in steps of {_shown(gyro, step)}, beside a scatter of "
-        f"{_shown(gyro, math.sqrt(variance))}: what is read is in part the steps"
-    )
+    steps, scatter = (_shown(gyro, each) for each in (step, math.sqrt(variance)))
+    said = f"is read out in steps of {steps}, beside a scatter of {scatter}"
+    text = f"{said}: what is read is in part the steps"
     return (finding("resolution", gyro.name, text, effect=effect, level=level),)
 
 
@@ -443,10 +439,8 @@ def _falls_of_an_angle(recording: Recording, profile: Profile) -> Notes:
     if not (at.size and rare and covers and np.all(steps * motion < 0.0)):
         return ()
     said = seen(recording, at, "fall", "by all of the angle that it covers")
-    text = (
-        f"{said}, as of a counter that starts over; state the width of the counter with "
-        "{counter-bits}, or make the angle continuous"
-    )
+    remedy = "state the width of the counter with {counter-bits}, or make the angle continuous"
+    text = f"{said}, as of a counter that starts over; {remedy}"
     return (finding("wraps", profile.name, text, effect=None),)
 
 
@@ -472,10 +466,9 @@ def _ends_of_a_range(profile: Profile) -> Notes:
     if not near and (_is_one_value(values, middle) or not _is_by_chance(values, middle)):
         return ()
     width = f"a counter of {near[0]} bits has" if near else "a counter has"
-    text = (
-        f"takes values at the two ends of its range and none between, as {width} if signed counts "
-        "are read as unsigned; read them as signed, or state the width with {counter-bits}"
-    )
+    said = f"takes values at the two ends of its range and none between, as {width}"
+    remedy = "read them as signed, or state the width with {counter-bits}"
+    text = f"{said} if signed counts are read as unsigned; {remedy}"
     effect = _scatter_of_halves(values, middle)
     return (finding("wraps", profile.name, text, effect=effect, level="error"),)
 

@@ -14,11 +14,13 @@ from sagnac.quality.lattice import LAST_PLACES, LEAST_OFTEN, OFTENER, ROUNDING, 
 from sagnac.quality.profile import LOOKED_AT, Notes, Profile, scatter_of
 from sagnac.recording.encoder_readings import LARGEST_SHARE_MISSING, MOST_MISSING_IN_A_ROW
 from sagnac.recording.model import Recording, second_of
-from sagnac.recording.stamps import GAP_STEPS, median_step, round_figure
+from sagnac.recording.stamps import CORRECT_STAMPS, GAP_STEPS, median_step, round_figure
 
 # Share of the scatter of a record below which differences of its samples are rounding.
 _ROUNDING: Final = 1e-9
 
+_STRETCH: Final = "take a stretch without with {slice}"
+_LEAVE_OUT: Final = "leave these rows out and keep the time stamps"
 # Samples whose mean is of noise below a low-pass, and the fewest means.
 _TOGETHER: Final = 64
 _FEWEST_MEANS: Final = 32
@@ -50,7 +52,7 @@ def _no_numbers(recording: Recording, name: str, values: FloatArray) -> Notes:
     firsts, afters = marks.stretches(bad)
     if name != "table" and (afters - firsts).max() <= MOST_MISSING_IN_A_ROW:
         # Rows that stamps show to be missing do not end the record.
-        remedy = f"leave these rows out and keep the time stamps, or {remedy}"
+        remedy = f"{_LEAVE_OUT}, or {remedy}"
     text = f"{seen(recording, bad, 'sample', what)}; {remedy}"
     return (Note(name="missing", level="error", channel=name, text=text),)
 
@@ -76,8 +78,7 @@ def longest_whole_stretch(recording: Recording, name: str) -> tuple[Recording, f
     alone = replace(recording, gyros=(gyro,), pickoffs=own, table=None, null_pulse=None)
     start, provenance = 0.0 if is_empty else second_of(recording, whole.start), alone.provenance
     if provenance is not None and not is_empty:
-        span = (start, second_of(recording, whole.stop - 1))
-        provenance = replace(provenance, span_s=span)
+        provenance = replace(provenance, span_s=(start, second_of(recording, whole.stop - 1)))
     stretch = alone.with_columns(lambda values: values[whole], times=times, provenance=provenance)
     return stretch, start
 
@@ -109,8 +110,7 @@ def stuck_run(values: FloatArray) -> slice | None:
     tenth = np.sort(np.concatenate([ones, lengths]))[-STUCK_RANK]
     outside = values.size - longest
     others = 1.0 - (values.size - marks.number_of(repeats) - 1) / outside
-    few = longest < STUCK_SAMPLES or longest <= STUCK_RATIO * tenth
-    if few or others > STUCK_REPEATS:
+    if longest < STUCK_SAMPLES or longest <= STUCK_RATIO * tenth or others > STUCK_REPEATS:
         return None
     first = int(firsts[np.argmax(lengths)])
     return slice(first, first + longest)
@@ -130,10 +130,8 @@ def stuck_notes(recording: Recording, profile: Profile) -> Notes:
         sound = slice(0, run.start)
         if samples - run.stop > run.start:
             sound = slice(run.stop, samples)
-        text = (
-            f"is stuck at one value for {length} samples from "
-            f"{second_of(recording, run.start):.3f} s; {remedy_of(recording, sound)}"
-        )
+        said = f"{length} samples from {second_of(recording, run.start):.3f} s"
+        text = f"is stuck at one value for {said}; {remedy_of(recording, sound)}"
     return (Note(name="stuck", level="error", channel=profile.name, text=text),)
 
 
@@ -159,11 +157,8 @@ def stamp_notes(recording: Recording, profile: Profile, *, omit_gaps: bool = Fal
     by_rate = f"state {{time none}} and {{rate {recording.sample_rate:.6g}}}"
     if backwards.any():
         first = marks.first_of(backwards)
-        problem = (
-            f"runs backwards {counted(marks.number_of(backwards), 'time')}, first at "
-            f"{second_of(recording, first):.3f} s; correct the stamps, or state "
-            "{time none} with {rate}"
-        )
+        said = f"runs backwards {counted(marks.number_of(backwards), 'time')}, first at "
+        problem = f"{said}{second_of(recording, first):.3f} s; {CORRECT_STAMPS}"
     elif nominal <= 0.0:
         problem = "most stamps repeat the one before: the clock is too coarse for times"
         problem += _rate_of_ticks(times, np.flatnonzero(steps) + 1)
@@ -172,19 +167,16 @@ def stamp_notes(recording: Recording, profile: Profile, *, omit_gaps: bool = Fal
         and recording.sample_rate * nominal < 0.5
         and not omit_gaps
     ):
-        problem = (
-            f"comes in bursts: most stamps lie {nominal:.6g} s after the one before, and "
-            f"{marks.number_of(gaps)} more than {GAP_STEPS:g} times as far. Those are times of "
-            f"arrival; if the samples were taken evenly, {by_rate}"
-        )
+        said = f"comes in bursts: most stamps lie {nominal:.6g} s after the one before"
+        more = f"{marks.number_of(gaps)} more than {GAP_STEPS:g} times as far"
+        remedy = f"if the samples were taken evenly, {by_rate}"
+        problem = f"{said}, and {more}. Those are times of arrival; {remedy}"
     elif gaps.any() and not omit_gaps:
         first = marks.first_of(gaps)
-        problem = (
-            f"has {counted(marks.number_of(gaps), 'gap')} of more than {GAP_STEPS:g} steps of "
-            f"{nominal:.6g} s, the first of {steps[first]:.6g} s at "
-            f"{second_of(recording, first):.3f} s; "
-            f"{remedy_without(recording, np.flatnonzero(gaps) + 1)}"
-        )
+        several = f"{counted(marks.number_of(gaps), 'gap')} of more than {GAP_STEPS:g} steps"
+        when = f"the first of {steps[first]:.6g} s at {second_of(recording, first):.3f} s"
+        remedy = remedy_without(recording, np.flatnonzero(gaps) + 1)
+        problem = f"has {several} of {nominal:.6g} s, {when}; {remedy}"
     if problem:
         return (Note(name="gaps", level="error", channel="time", text=problem),)
     return uneven_notes(times, nominal)
@@ -226,10 +218,9 @@ def uneven_notes(times: FloatArray, nominal: float) -> Notes:
     repeated = marks.number_of(steps == 0.0)
     texts = [counted(repeated, "repeated stamp")] if repeated else []
     if late.any():
-        texts.append(
-            f"{counted(marks.number_of(late), 'interval')} longer than 1.5 steps of {nominal:.6g} "
-            f"s, the longest {steps.max(where=late, initial=0.0):.6g} s"
-        )
+        number, longest = marks.number_of(late), float(steps.max(where=late, initial=0.0))
+        said = f"{counted(number, 'interval')} longer than 1.5 steps of {nominal:.6g} s"
+        texts.append(f"{said}, the longest {longest:.6g} s")
     return tuple(Note(channel="time", text=text) for text in texts)
 
 
@@ -240,10 +231,8 @@ def lost_row_notes(recording: Recording, profile: Profile) -> Notes:
     mean step. An angle holds what was turned meanwhile.
     """
     times, kind = recording.times, profile.channel.kind
-    if times is None or kind == "angle":
-        return ()
-    nominal = median_step(times)
-    if not nominal > 0.0:
+    nominal = 0.0 if times is None or kind == "angle" else median_step(times)
+    if times is None or not nominal > 0.0:
         return ()
 
     def counts(some: FloatArray) -> tuple[float, float]:
@@ -259,12 +248,10 @@ def lost_row_notes(recording: Recording, profile: Profile) -> Notes:
     if not lost or even < 0.95 * steps.size:
         return ()
     more = math.sqrt(1.0 + lost / steps.size)
-    text = (
-        f"{lost:.0f} rows are not there, for its stamps lie {nominal:.6g} s apart or a multiple of "
-        "that; get the file again from its source"
-    )
-    effect = more if kind == "rate" else 1.0 / more
-    return (finding("dropouts", profile.name, text, effect=effect),)
+    apart = f"{nominal:.6g} s apart or a multiple of that"
+    said = f"{lost:.0f} rows are not there, for its stamps lie {apart}"
+    text = f"{said}; get the file again from its source"
+    return (finding("dropouts", profile.name, text, effect=more if kind == "rate" else 1.0 / more),)
 
 
 def with_gaps_marked(recording: Recording) -> Recording:
@@ -304,10 +291,8 @@ def with_gaps_marked(recording: Recording) -> Recording:
         problem = f"its {gaps} would hold {missing} samples and there are {times.size}"
         remedy = remedy_without(recording, later)
         raise RecordingError(problem, path=recording.path, channel="time", remedy=remedy)
-    text = (
-        f"{gaps}, {counted(missing, 'sample')} missing, the first at "
-        f"{second_of(recording, int(later[0]) - 1):.3f} s; {rate:.9g} Hz between"
-    )
+    said, at = f"{gaps}, {counted(missing, 'sample')} missing", int(later[0]) - 1
+    text = f"{said}, the first at {second_of(recording, at):.3f} s; {rate:.9g} Hz between"
 
     def on_grid(values: FloatArray) -> FloatArray:
         """Values at their places, NaN at the others."""
@@ -365,9 +350,7 @@ def repeat_notes(recording: Recording, profile: Profile) -> Notes:
         # The first sample of a run repeats nothing.
         first, length = firsts[is_run] - 1, (afters - firsts)[is_run] + 1
         often = "once, for" if first.size == 1 else f"{first.size} times, for up to"
-        text = (
-            f"sticks {often} {length.max()} samples: {text}; take a stretch without with {{slice}}"
-        )
+        text = f"sticks {often} {length.max()} samples: {text}; {_STRETCH}"
         if _slow_growth(profile, first, length) <= _SMALL_GROWTH:
             return (finding("repeats", profile.name, text, effect=1.0),)
         # That of the noise as far as the runs are long; what they make of slower noise is open.
@@ -455,12 +438,8 @@ def filled_notes(recording: Recording, profile: Profile) -> Notes:
     if number > _MOST_STRAIGHT * values.size:
         text = f"{said}: it is sampled faster than it measures"
         return (Note(name="repeats", channel=profile.name, text=text, level="warning"),)
-    text = (
-        f"{said}, as if gaps were filled by interpolation; leave these rows out and keep the time "
-        "stamps"
-    )
-    effect = _effect_of_filling(values, straight)
-    return (finding("repeats", profile.name, text, effect=effect),)
+    text = f"{said}, as if gaps were filled by interpolation; {_LEAVE_OUT}"
+    return (finding("repeats", profile.name, text, effect=_effect_of_filling(values, straight)),)
 
 
 # Share of samples on straight lines above which the rate of all was raised by interpolation.
@@ -525,11 +504,9 @@ def twice_notes(recording: Recording, profile: Profile) -> Notes:
     # removal leaves little: of a record that stands there twice N came out up to 23 % too small.
     same = marks.longest_unmarked(marks.marked(np.not_equal, values[:-distance], values[distance:]))
     effect = 1.0 if same.stop - same.start <= _REPEATED * values.size else None
-    text = (
-        f"{block.stop - block.start} samples from {second_of(recording, block.start):.3f} s on are "
-        f"there again from {second_of(recording, block.start + distance):.3f} s on: an interval "
-        "counts them twice; take a stretch without with {slice}"
-    )
+    first, again = (second_of(recording, block.start + later) for later in (0, distance))
+    said = f"{block.stop - block.start} samples from {first:.3f} s on are there again"
+    text = f"{said} from {again:.3f} s on: an interval counts them twice; {_STRETCH}"
     return (finding("repeats", profile.name, text, effect=effect),)
 
 
@@ -605,16 +582,13 @@ def dropout_notes(recording: Recording, profile: Profile) -> Notes:
         # A gyro that counts coarsely, and turns little, counts 0 most of the time.
         fine = profile.scale > 20.0 * profile.step
         away = abs(float(np.median(profile.level))) > 4.0 * profile.scale
-        if number < LEAST_OFTEN or number <= OFTENER * beside:
-            return ()
-        if not (fine or away or _is_dead_band(values)):
+        is_rare = number < LEAST_OFTEN or number <= OFTENER * beside
+        if is_rare or not (fine or away or _is_dead_band(values)):
             return ()
         effect = _effect_of_zeros(values, number)
     said = seen(recording, zeros, "sample", "of exactly zero")
-    text = (
-        f"{said}, as if readings were lost (dropouts), or small ones set to zero (a dead band); "
-        "leave these rows out and keep the time stamps"
-    )
+    said += ", as if readings were lost (dropouts), or small ones set to zero (a dead band)"
+    text = f"{said}; {_LEAVE_OUT}"
     return (finding("dropouts", profile.name, text, effect=effect),)
 
 
@@ -705,10 +679,9 @@ def interleaved_notes(recording: Recording, profile: Profile) -> Notes:
     # Of four, a line at a quarter of the sample rate (mains at 200 Hz) looks alike.
     for sensors, ordinal in ((2, "second"), (3, "third")):
         if _take_turns(profile, sensors):
-            text = (
-                f"every {ordinal} sample is of another kind: {sensors} sensors seem to stand in "
-                "this column by turns; write each into a column of its own"
-            )
+            said = f"{sensors} sensors seem to stand in this column by turns"
+            text = f"every {ordinal} sample is of another kind: {said}"
+            text += "; write each into a column of its own"
             return (Note(name="interleaved", level="error", channel=profile.name, text=text),)
     return ()
 

@@ -202,10 +202,8 @@ class Channel(Compared):
             object.__setattr__(self, "shown_in", in_si)
         _unit_of_channel(self.name, self.kind, self.shown_in, self.sensor)
         if held := _no_series(self.values):
-            raise ValueError(
-                f"channel {self.name}: values are {held}; give float64 of shape (samples,) in SI, "
-                "or use Channel.from_values"
-            )
+            remedy = "give float64 of shape (samples,) in SI, or use Channel.from_values"
+            raise ValueError(f"channel {self.name}: values are {held}; {remedy}")
 
     @classmethod
     def from_values(

@@ -55,10 +55,8 @@ def columns_of(
     """
     # What has a type of its numbers, as an array or one column, has no columns by name.
     if not hasattr(frame, "keys") or hasattr(type(frame), "dtype"):
-        raise TypeError(
-            f"frame is {quoted(frame)}; give a frame of pandas or xarray, or a dictionary of "
-            "columns"
-        )
+        remedy = "give a frame of pandas or xarray, or a dictionary of columns"
+        raise TypeError(f"frame is {quoted(frame)}; {remedy}")
     require_type("columns", columns, (Mapping, NoneType), "give {'x': NAME}, NAME in the frame")
     headers = [str(name) for name in (*frame, *getattr(frame, "coords", ()))]
     present, found = ", ".join(headers) or "no column", dict(columns or {})
@@ -71,9 +69,8 @@ def columns_of(
     for name, names in wanted.items() if columns is None else ():
         alike = [header for header in headers if split_header(header)[0] in names]
         if len(alike) > 1:
-            raise ValueError(
-                f"{', '.join(alike)} may each be {name}; name one with columns={{{name!r}: NAME}}"
-            )
+            remedy = f"name one with columns={{{name!r}: NAME}}"
+            raise ValueError(f"{', '.join(alike)} may each be {name}; {remedy}")
         is_named = isinstance(unit, Mapping) and name in unit
         is_gyro = name not in ACCELEROMETER_NAMES
         if alike and (is_gyro or is_named or split_header(alike[0])[1] is not None):
@@ -143,9 +140,8 @@ def gyro_of(
             remedy = f"state {{kind angle}}, or leave out {inputs}"
             raise RecordingError(said, channel=name, remedy=remedy)
         if not (is_finite(period) and period > 0.0):
-            raise ValueError(
-                f"period is {quoted(period)}; give the reading at which the counter starts over"
-            )
+            remedy = "give the reading at which the counter starts over"
+            raise ValueError(f"period is {quoted(period)}; {remedy}")
         readings = np.asarray(numbers(values, name), dtype=np.float64)
         extent = finite_extent(readings)
         if extent >= period:

@@ -97,10 +97,8 @@ def table_of_readings(
     filled, longest, error = fill_missing(readings, period, accuracy=ENCODER_ACCURACY / size)
     if filled:
         met = f" (known ones are met to {error * size / ARCSECOND:.2g} arcsec)"
-        remarks.append(
-            f"{counted(filled, 'missing sample')}, at most {longest} in a row, "
-            f"interpolated from their neighbours{met if math.isfinite(error) else ''}"
-        )
+        said = f"{counted(filled, 'missing sample')}, at most {longest} in a row, interpolated from"
+        remarks.append(f"{said} their neighbours{met if math.isfinite(error) else ''}")
     running, wraps = channel.unwrapped(readings, period)
     if wraps:
         remarks.append(f"unwrapped where it starts over, {counted(wraps, 'time')}")

@@ -129,9 +129,8 @@ class Recording(Compared):
             raise ValueError(f"pick-offs are of {', '.join(dithered)}; give one a gyro at most")
         channels.require_rate(self.sample_rate)
         if self.table is not None and self.table.kind != "angle":
-            raise ValueError(
-                f"table is of kind {self.table.kind!r}; give the angle of the table, kind 'angle'"
-            )
+            remedy = "give the angle of the table, kind 'angle'"
+            raise ValueError(f"table is of kind {self.table.kind!r}; {remedy}")
         self._require_columns()
 
     def _require_columns(self) -> None:
@@ -444,10 +443,8 @@ class Recording(Compared):
             return by_name[which]
         if not isinstance(which, slice):
             # An integer comes from numpy, too, if a recording is given in place of an array.
-            raise TypeError(
-                f"{quoted(which)} is no name and no slice; give 'x', whose values are an array, "
-                "or 0:1000"
-            )
+            remedy = "give 'x', whose values are an array, or 0:1000"
+            raise TypeError(f"{quoted(which)} is no name and no slice; {remedy}")
         start, stop, step = which.indices(self.samples)
         if step != 1 or not start < stop:
             raise ValueError(f"{which} is no stretch; give the first sample and the one after it")
@@ -556,10 +553,8 @@ def _sampled(
     if times is not None:
         stamps = conversions.seconds_of(times, unit=time_unit)
         if stamps.size != samples:
-            raise ValueError(
-                f"times has {stamps.size} samples and the gyros have {samples}: give columns "
-                "sampled together"
-            )
+            said = f"times has {stamps.size} samples and the gyros have {samples}"
+            raise ValueError(f"{said}: give columns sampled together")
         if stamps.size:
             return require_forwards(sampling(stamps, sample_rate))
     if sample_rate is None:

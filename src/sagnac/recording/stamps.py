@@ -22,6 +22,7 @@ GAP_STEPS: Final = MOST_MISSING_IN_A_ROW + 1.0
 _SHORTEST: Final = 1e-15
 # Sampling is called uniform if no stamp is off its place by more than this share of a step.
 UNIFORM: Final = 1e-6
+CORRECT_STAMPS: Final = "correct the stamps, or state {time none} with {rate}"
 # Rates stated twice, by stamps and in words, have to agree to this.
 RATE_AGREEMENT: Final = 0.01
 
@@ -81,10 +82,8 @@ def without_starting_over(times: FloatArray) -> tuple[FloatArray, tuple[Note, ..
         if period > 4.0 * usual and np.all(np.abs(leaps + period - usual) < 0.75 * usual):
             running = period * np.cumsum(backwards, dtype=np.float64)
             running += times
-            text = (
-                f"starts over at {period:.9g} s, {counted(places.size, 'time')}: taken as going on"
-            )
-            return running, (Note(text=text, channel="time"),)
+            text = f"starts over at {period:.9g} s, {counted(places.size, 'time')}"
+            return running, (Note(text=f"{text}: taken as going on", channel="time"),)
     return times, ()
 
 
@@ -148,13 +147,11 @@ def _evenness(times: FloatArray, stated_rate: float | None) -> Sampling:
     if worst <= slack:
         return Sampling(times=None, sample_rate=rate)
     is_uniform = worst <= 0.75 * clock < 0.75 * step
-    text = (
-        f"stamps are those of uniform sampling at {rate:.9g} Hz on a clock of {clock:g} s: "
-        "taken as uniform"
-        if is_uniform
-        else f"sampling is not uniform, mean rate {rate:.6g} Hz, stamps up to {worst:.3g} s off an "
-        "even spacing"
-    )
+    off = f"stamps up to {worst:.3g} s off an even spacing"
+    text = f"sampling is not uniform, mean rate {rate:.6g} Hz, {off}"
+    if is_uniform:
+        text = f"stamps are those of uniform sampling at {rate:.9g} Hz on a clock of {clock:g} s"
+        text += ": taken as uniform"
     notes = (Note(text=text, channel="time"),)
     return Sampling(times=None if is_uniform else times, sample_rate=rate, notes=notes)
 
@@ -191,8 +188,7 @@ def require_forwards(taken: Sampling) -> Sampling:
         said = f"runs backwards {counted(number_of(backwards), 'time')}, first"
         when = float(times[first_of(backwards) - 1])
     if said:
-        remedy = "correct the stamps, or state {time none} with {rate}"
-        raise RecordingError(f"{said} at {when:.3f} s", channel="time", remedy=remedy)
+        raise RecordingError(f"{said} at {when:.3f} s", channel="time", remedy=CORRECT_STAMPS)
     return taken
 
 

@@ -81,8 +81,8 @@ def _draw_compass(axes: Axes, compass: AzimuthError) -> None:
 
 
 def _label_axes(axes: Axes, latitude: float) -> None:
-    across = "time of alignment (s)"
-    logarithmic(axes, across, f"azimuth error at {latitude / DEGREE:g}°, 1 σ (′)")
+    up = f"azimuth error at {latitude / DEGREE:g}°, 1 σ (′)"
+    logarithmic(axes, "time of alignment (s)", up)
 
 
 def prospect_text(prospect: Prospect) -> str:
@@ -95,11 +95,8 @@ def prospect_text(prospect: Prospect) -> str:
 def _why_wide(noises: Sequence[GyroNoise]) -> str:
     """Why an interval is wide, in brackets; empty if no slow noise of these gyros is bounded."""
     # N that is bounded is taken at its bound.
-    bounded = [
-        symbol
-        for name, symbol in zip(NAMES[1:], "BK", strict=True)
-        if any(name in one.bounds for one in noises)
-    ]
+    there = {name for one in noises for name in one.bounds}
+    bounded = [symbol for name, symbol in zip(NAMES[1:], "BK", strict=True) if name in there]
     if not bounded:
         return ""
     have = "have upper bounds" if len(bounded) > 1 else "has an upper bound"

@@ -209,9 +209,8 @@ def _rested_on(axes: Axes, analysis: Analysis) -> None:
     if not low < high:
         return
     whose = "average" if choice.member == "both" else "answer"
-    axes.axvspan(
-        low, high, color=frame.ORANGE, alpha=0.08, linewidth=0, label=f"band of the {whose}"
-    )
+    label = f"band of the {whose}"
+    axes.axvspan(low, high, color=frame.ORANGE, alpha=0.08, linewidth=0, label=label)
     frequency = np.geomspace(low, min(high, 0.5 / choice.law.interval), 200)
     unit = frame.rate_unit(analysis).size
     root = np.sqrt(choice.law.density(frequency)) / unit

@@ -33,7 +33,6 @@ from sagnac.stability.curve import StabilityCurve
 
 # ---- document ----------------------------------------------------------------------
 
-COMPARISON_SCHEMA: Final = "sagnac.comparison/1"
 _ENDS: Final = ("value", "low", "high")
 _DEVIATION: Final = "deviation_deg_per_h"  # of the curve of gyros
 _COUNTS: Final = ("terms", "noise_type")
@@ -133,12 +132,9 @@ def comparison_document(
     refused
         Why, of each method that this recording does not allow.
     """
-    return {
-        "schema": COMPARISON_SCHEMA,
-        "version": __version__,
-        "methods": {method: analysis_document(analysis) for method, analysis in analyses.items()},
-        "refused": dict(refused),
-    }
+    methods = {method: analysis_document(analysis) for method, analysis in analyses.items()}
+    head = {"schema": "sagnac.comparison/1", "version": __version__}
+    return {**head, "methods": methods, "refused": dict(refused)}
 
 
 def self_noise_data(found: SelfNoise) -> dict[str, Any]:

@@ -123,8 +123,7 @@ def legend_above(axes: Axes, columns: int) -> None:
     rows = -(-len(axes.get_legend_handles_labels()[0]) // columns)
     figure = axes.get_figure(root=True)
     assert figure is not None
-    top = 1.0 - (_ABOVE + rows * _LEGEND_ROW) / figure.get_figheight()
-    figure.subplots_adjust(top=top)
+    figure.subplots_adjust(top=1.0 - (_ABOVE + rows * _LEGEND_ROW) / figure.get_figheight())
     axes.legend(
         loc="lower left",
         bbox_to_anchor=(-0.02, 0.995),
@@ -214,10 +213,8 @@ def comparison_figure(analyses: Mapping[str, Analysis]) -> Figure:
                 yerr=np.maximum(reach, 0.0) / DEGREE_PER_HOUR, color=color, marker=marker,
                 linewidth=1.0, elinewidth=0.7, label=f"{method}: {_short_answer(analysis)}",
             )  # fmt: skip
-        one = next(iter(analyses.values()))
-        frame.logarithmic(
-            axes, "cluster time τ (s)", f"Allan deviation, {frame.channel_of(one)} (°/h)"
-        )
+        channel = frame.channel_of(next(iter(analyses.values())))
+        frame.logarithmic(axes, "cluster time τ (s)", f"Allan deviation, {channel} (°/h)")
     return figure
 
 
@@ -257,8 +254,7 @@ def svg(figure: Figure, name: str, description: str) -> Markup:
     text = StringIO()
     with mpl.rc_context({**STYLE, "svg.hashsalt": name}):
         figure.dpi = 72
-        metadata = {"Date": None, "Creator": None}
-        renderer = RendererSVG(*figure.bbox.size, text, metadata=metadata)
+        renderer = RendererSVG(*figure.bbox.size, text, metadata={"Date": None, "Creator": None})
         figure.draw(renderer)
         renderer.finalize()
     drawing = text.getvalue()
@@ -271,10 +267,8 @@ def svg(figure: Figure, name: str, description: str) -> Markup:
     drawing = re.sub(
         r'(?<= d=")M [^"]*(?=")', lambda path: _HUNDREDTHS.sub("", path.group()), drawing
     )
-    head = (
-        f'<svg xmlns:xlink="http://www.w3.org/1999/xlink" {_VIEW.findall(drawing)[0]} role="img" '
-        f'aria-label="{escape(description)}">'
-    )
+    view, label = _VIEW.findall(drawing)[0], f'role="img" aria-label="{escape(description)}"'
+    head = f'<svg xmlns:xlink="http://www.w3.org/1999/xlink" {view} {label}>'
     return Markup(head + drawing.partition(">")[2])
 
 

@@ -65,11 +65,8 @@ def model(axes: Axes, at: FloatArray, values: FloatArray, **style: Any) -> None:
 
 def logarithmic(axes: Axes, across: str, up: str) -> None:
     """Both scales logarithmic, with limits that hold all data, and what they are of."""
-    axes.set_xscale("log")
-    axes.set_yscale("log")
+    axes.set(xscale="log", yscale="log", xlabel=across, ylabel=up)
     axes.autoscale()
-    axes.set_xlabel(across)
-    axes.set_ylabel(up)
 
 
 def without_data(axes: Axes) -> None:

@@ -389,9 +389,8 @@ def _write(analysis: Analysis, folder: Path, stated: dict[str, Any], **how: Any)
         paths += [Path(places[name]) / path for path in own.paths]
     stated["seconds"]["report"] = time.perf_counter() - began
     write_text(folder / "analysis.json", documents.to_json(stated) + "\n")
-    return Report(
-        analysis=replace(analysis, gyros=each, seconds=stated["seconds"]), paths=tuple(paths)
-    )
+    reported = replace(analysis, gyros=each, seconds=stated["seconds"])
+    return Report(analysis=reported, paths=tuple(paths))
 
 
 def _write_page(folder: Path, text: str, *, pdf: bool) -> list[str]:

@@ -52,8 +52,6 @@ def cited(text: str) -> dict[str, Any]:
 
 # ---- shares ------------------------------------------------------------------------
 
-_PPM = 1e-6
-
 HEADER = (
     "gyro",
     "share of the table's rate",
@@ -74,7 +72,7 @@ def share_rows(analysis: Analysis) -> list[tuple[str, ...]]:
             name,
             with_interval(one.share),
             with_interval(angles.get(name) or _axis_angle(one.share), DEGREE),
-            with_interval(one.asymmetry, _PPM),
+            with_interval(one.asymmetry, 1e-6),
             with_interval(one.bias, DEGREE_PER_HOUR),
         )
         for name, one in analysis.shares.items()
@@ -139,9 +137,8 @@ def force_rows(analyses: Sequence[Analysis]) -> list[tuple[str, str, tuple[str, 
 def force_notes(analyses: Sequence[Analysis]) -> tuple[str, ...]:
     """Notes on accelerometers that do not stand among those of the recording."""
     read = [note for one in analyses for note in one.recording.notes]
-    return tuple(
-        dict.fromkeys(note_text(note) for one in analyses for note in one.notes if note not in read)
-    )
+    others = [note for one in analyses for note in one.notes if note not in read]
+    return tuple(dict.fromkeys(map(note_text, others)))
 
 
 # ---- verdicts ----------------------------------------------------------------------

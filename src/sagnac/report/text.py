@@ -370,13 +370,9 @@ def _closing_rows(file: str, analysis: Analysis) -> list[tuple[str, ...]]:
     decisions = {} if verdict is None else dict(verdict.by_gyro)
     estimates = dict(analysis.per_gyro) or {analysis.channel: analysis.angle_random_walk}
     named = quantities.ending(file, 24)
+    overall = verdict.decision if verdict else ""
     rows: list[tuple[str, ...]] = [
-        (
-            named,
-            name,
-            *quantities.reading_cells(estimate),
-            decisions.get(name, verdict.decision if verdict else ""),
-        )
+        (named, name, *quantities.reading_cells(estimate), decisions.get(name, overall))
         for name, estimate in estimates.items()
     ]
     lacking = [name for name in analysis.settings.gyros if name in analysis.refused]

@@ -58,8 +58,7 @@ def table_command(config: sections.TableConfig, duration: float) -> TableCommand
     knots = config.profile or _reversals(config, duration)
     time = np.array([time for time, _ in knots], dtype=np.float64)
     rate = np.array([rate for _, rate in knots]) * DEGREE
-    pieces = 0.5 * (rate[1:] + rate[:-1]) * np.diff(time)
-    angle = np.concatenate([[0.0], np.cumsum(pieces)])
+    angle = np.concatenate([[0.0], np.cumsum(0.5 * (rate[1:] + rate[:-1]) * np.diff(time))])
     command = TableCommand(time=time, rate=rate, angle=angle)
     start = config.start_deg * DEGREE - float(command.angle_at(np.zeros(1))[0])
     return replace(command, angle=angle + start)
@@ -153,10 +152,8 @@ class RigConfig:
         motion = f"at {self.table.rate_deg_per_s:g} deg/s" if self.turning else "at rest"
         if self.table.profile:
             motion = f"on a profile of {len(self.table.profile)} knots"
-        return (
-            f"RigConfig({self.duration_s:g} s at {self.sample_rate_hz:g} Hz, table {motion}, "
-            f"gyros {self.gyro.mode}, seed {self.seed})"
-        )
+        samples = f"{self.duration_s:g} s at {self.sample_rate_hz:g} Hz"
+        return f"RigConfig({samples}, table {motion}, gyros {self.gyro.mode}, seed {self.seed})"
 
     @property
     def samples(self) -> int:
@@ -273,12 +270,10 @@ def _check_table(table: sections.TableConfig) -> None:
     rising = all(earlier < later for earlier, later in pairwise(times))
     require(rising, f"table.profile: times {times} do not increase", "sort them")
     turn_round = 2.0 * abs(table.rate_deg_per_s) / table.acceleration_deg_per_s2 + table.dwell_s
-    require(
-        not 0.0 < table.reversal_interval_s <= turn_round or bool(table.profile),
-        f"table.reversal_interval_s {table.reversal_interval_s:g} leaves no time to "
-        f"turn round in {turn_round:g} s",
-        "raise it or table.acceleration_deg_per_s2",
-    )
+    said = f"{table.reversal_interval_s:g} leaves no time to turn round in {turn_round:g} s"
+    in_time = not 0.0 < table.reversal_interval_s <= turn_round or bool(table.profile)
+    remedy = "raise it or table.acceleration_deg_per_s2"
+    require(in_time, f"table.reversal_interval_s {said}", remedy)
     known = table.dwell_s == 0.0 or (not table.profile and table.reversal_interval_s > 0.0)
     problem = f"table.dwell_s is {table.dwell_s:g}, but nothing says when the table stands"
     require(known, problem, "give table.reversal_interval_s, and no table.profile")
@@ -290,13 +285,10 @@ def _check_table(table: sections.TableConfig) -> None:
 def _check_delay(encoder: sections.EncoderConfig, duration: float) -> None:
     end = float(encoder.delay_at(duration, duration))
     # The difference of drift and clock may leave a rounding below zero.
-    require(
-        -1e-12 <= end <= sections.LONGEST_DELAY_S,
-        f"encoder.latency_s, latency_drift_s and clock_ppm put readings {end:g} s late after "
-        f"{duration:g} s",
-        f"keep it from 0 to {sections.LONGEST_DELAY_S:g} s; a clock that runs slow needs a latency "
-        "to begin with",
-    )
+    most, said = sections.LONGEST_DELAY_S, f"{end:g} s late after {duration:g} s"
+    problem = f"encoder.latency_s, latency_drift_s and clock_ppm put readings {said}"
+    remedy = f"keep it from 0 to {most:g} s; a clock that runs slow needs a latency to begin with"
+    require(-1e-12 <= end <= most, problem, remedy)
 
 
 def _check_modes(config: RigConfig) -> None:
@@ -318,13 +310,11 @@ def _check_modes(config: RigConfig) -> None:
     sensed = zip(GYRO_NAMES, ring_lasers_of(gyro), np.abs(config.platform.shares), strict=False)
     for name, laser, share in sensed:
         needed = _CLEAR_OF_LOCK_IN * laser.lock_in
-        require(
-            gyro.mode != "rate-biased" or share * slowest >= needed,
-            f"gyro.mode is 'rate-biased' but gyro {name} comes down to "
-            f"{share * slowest / DEGREE:.3g} deg/s",
-            f"the table must turn one way and give it {needed / DEGREE:.3g} deg/s, "
-            f"{_CLEAR_OF_LOCK_IN:g} times its lock-in",
-        )
+        is_clear = gyro.mode != "rate-biased" or share * slowest >= needed
+        said = f"gyro {name} comes down to {share * slowest / DEGREE:.3g} deg/s"
+        wanted = f"{needed / DEGREE:.3g} deg/s, {_CLEAR_OF_LOCK_IN:g} times its lock-in"
+        remedy = f"the table must turn one way and give it {wanted}"
+        require(is_clear, f"gyro.mode is 'rate-biased' but {said}", remedy)
         try:
             angle_random_walk(laser, 1.1 * share * float(np.abs(rate).max()), dither)
         except ValueError as error:

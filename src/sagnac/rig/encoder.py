@@ -40,8 +40,7 @@ class Encoder:
         self._config, self._interval, self._duration = own, interval, duration
         self._latch, self._lost, self._delay = streams.latch, streams.lost, streams.delay
         order, size, phase = drawn_orders(own.periodic_error, streams.phases, ARCSECOND).T
-        phasor = (size * np.exp(1j * phase))[np.newaxis]
-        self._graduation = LineSet(position=order, phasor=phasor)
+        self._graduation = LineSet(position=order, phasor=(size * np.exp(1j * phase))[np.newaxis])
         # The walk of the delay, and the largest delay that a recording keeps below.
         self._walk_step, self._walk = own.delay_walk(interval), Sums()
         ends = own.delay_at([0.0, duration], duration)

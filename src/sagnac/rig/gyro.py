@@ -264,8 +264,7 @@ class Gyro:
         errors, interval, count = self._errors, self._interval, motion.angle.size
         if errors.angle_noise > 0.0:
             angles += errors.angle_noise * self._readout.standard_normal(count)
-        own = self._direction[2] * (motion.angle - self._origin)
-        true = self._direction @ motion.turned + own
+        true = self._direction @ motion.turned + self._direction[2] * (motion.angle - self._origin)
         if self._mount is not None:
             true += self._mount.angles(motion.moving) - self._mounted
         # A sample's drift is that of the middle of the interval before it.

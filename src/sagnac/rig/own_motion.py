@@ -94,8 +94,7 @@ class Nutation:
 
     def added_to(self, motion: Motion) -> Motion:
         """The table's motion over the next samples with the shaft's tilting in it."""
-        tilt = np.array([one.angles(motion.moving) for one in self.tilts])
-        first, second = self._tilted.of(tilt)
+        first, second = self._tilted.of(np.array([one.angles(motion.moving) for one in self.tilts]))
         # The tilting of a sample interval is taken at the middle of it.
         middle = motion.angle - 0.5 * self._turned.of(motion.angle)
         cosine, sine = np.cos(middle), np.sin(middle)

@@ -152,11 +152,9 @@ def _check_dither(laser: RingLaser, dither: Dither, rates: FloatArray) -> None:
     swing = 2.0 * dither.rate * laser.phase_per_angle / (2.0 * np.pi * dither.frequency)
     spread = swing * dither.amplitude_noise
     if spread < _RANDOM_ENOUGH:
-        raise ValueError(
-            f"amplitude_noise {dither.amplitude_noise:g} spreads the phase by {spread:.3g} rad "
-            "between turn-arounds, so their kicks are correlated; give at least "
-            f"{_RANDOM_ENOUGH / swing:.3g}"
-        )
+        said = f"amplitude_noise {dither.amplitude_noise:g} spreads the phase by {spread:.3g} rad "
+        said += "between turn-arounds, so their kicks are correlated"
+        raise ValueError(f"{said}; give at least {_RANDOM_ENOUGH / swing:.3g}")
 
 
 # ---- lasers and dither of a configuration ----------------------------------------------

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sagnac import formats
-from sagnac.core.arrays import BooleanArray, FloatArray
+from sagnac.core.arrays import FloatArray
 from sagnac.core.errors import path_of, require_progress, require_type
 from sagnac.core.units import DEGREE_PER_ROOT_HOUR, SENSORS, STANDARD_GRAVITY, Sensor
 from sagnac.core.whole_files import replacing_set
@@ -55,32 +55,8 @@ class Simulation:
     truth: Truth
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Block:
-    """Consecutive samples of the recording.
-
-    Attributes
-    ----------
-    angles
-        (3, n) measured angles of x, y, z, rad.
-    table
-        (n,) encoder reading, unwrapped, rad, or None at rest.
-    null_pulse
-        (n,) bool, or None at rest.
-    table_angle
-        (n,) true table angle, rad (truth, not measured).
-    pickoffs
-        (3, n) dither of x, y, z as the pick-offs show it, arcsec, or None if no dither is left.
-    velocities
-        (3, n) integrals of what ax, ay and az measure, m/s, or None without accelerometers.
-    """
-
-    angles: FloatArray
-    table: FloatArray | None
-    null_pulse: BooleanArray | None
-    table_angle: FloatArray
-    pickoffs: FloatArray | None
-    velocities: FloatArray | None
+Columns = dict[str, NDArray[Any]]
+"""Samples by name: gyros, accelerometers, table (unwrapped), null pulse and pick-offs."""
 
 
 class Rig:
@@ -88,6 +64,7 @@ class Rig:
 
     def __init__(self, config: RigConfig) -> None:
         streams, axes = RandomStreams(config.seed), range(len(GYRO_NAMES))
+        self._config, self._steps = config, {sensor: Differences() for sensor in SENSORS}
         self._table = table = Table(config, streams)
         self._encoder = self._null_pulse = self._nutation = None
         if config.turning:
@@ -111,26 +88,31 @@ class Rig:
             force = config.accelerometer
             self._accelerometers = [Gyro(config, force, axis, own[axis]) for axis in axes]
 
-    def advance(self, first: int, count: int) -> Block:
-        """The next `count` samples, the first of which has number `first`."""
+    def advance(self, first: int, count: int) -> tuple[Columns, FloatArray]:
+        """The next `count` samples from number `first`, and the true table angle, rad."""
         motion = self._table.advance(first, count)
         if self._nutation is not None:
             motion = self._nutation.added_to(motion)
         angles = self._disturbances.advance(first, motion.angle, self._table.interval)
-        shown = [
-            dither.advance(first, angle)
-            for dither, angle in zip(self._dithers, angles, strict=bool(self._dithers))
-        ]
+        dithered = zip(self._dithers, angles, strict=bool(self._dithers))
+        shown = [dither.advance(first, angle) for dither, angle in dithered]
         for gyro, angle in zip(self._gyros, angles, strict=True):
             gyro.advance(first, motion, angle)
-        return Block(
-            angles=angles,
-            table=None if self._encoder is None else self._encoder.read(first, motion.angle),
-            null_pulse=None if self._null_pulse is None else self._null_pulse.advance(motion.angle),
-            table_angle=motion.angle,
-            pickoffs=np.array(shown) if shown else None,
-            velocities=self._velocities(first, motion) if self._accelerometers else None,
-        )
+        columns: Columns = dict(zip(GYRO_NAMES, self._of_kind("gyro", angles), strict=True))
+        if self._accelerometers:
+            velocities = self._of_kind("accelerometer", self._velocities(first, motion))
+            columns |= zip(ACCELEROMETER_NAMES, velocities, strict=True)
+        if self._encoder is not None and self._null_pulse is not None:
+            columns["table"] = self._encoder.read(first, motion.angle)
+            columns[NULL_PULSE_NAME] = self._null_pulse.advance(motion.angle)
+        columns |= zip(_PICKOFFS, shown, strict=bool(shown))
+        return columns, motion.angle
+
+    def _of_kind(self, sensor: Sensor, values: FloatArray) -> FloatArray:
+        if self._config.kind == "angle":
+            return values
+        scale = self._config.sample_rate_hz if self._config.kind == "rate" else 1.0
+        return self._steps[sensor].of(values) * scale
 
     def _velocities(self, first: int, motion: Motion) -> FloatArray:
         """Gravity as the accelerometers sense it, which a level table does not turn."""
@@ -144,14 +126,20 @@ class Rig:
         return velocities
 
 
-def blocks(config: RigConfig, block_samples: int = BLOCK_SAMPLES) -> Iterator[Block]:
-    """The recording block by block; the samples do not depend on `block_samples`.
+def blocks(
+    config: RigConfig, block_samples: int = BLOCK_SAMPLES, progress: Progress | None = None
+) -> Iterator[tuple[Columns, FloatArray]]:
+    """The recording block by block, with the true table angle, rad.
 
-    Memory is that of one block, however long the recording.
+    The samples do not depend on `block_samples`. Memory is that of one block, however long the
+    recording.
     """
     rig = Rig(config)
     for start in range(0, config.samples, block_samples):
-        yield rig.advance(start, min(block_samples, config.samples - start))
+        stop = min(start + block_samples, config.samples)
+        yield rig.advance(start, stop - start)
+        if progress is not None:
+            progress(stop / config.samples)
 
 
 def simulate(config: RigConfig, progress: Progress | None = None) -> Simulation:
@@ -196,36 +184,11 @@ def simulate(config: RigConfig, progress: Progress | None = None) -> Simulation:
 def _as_recorded(config: RigConfig, progress: Progress | None) -> Recording:
     """The whole recording, its table angle as the encoder reads, unwrapped."""
     parts: dict[str, list[NDArray[Any]]] = {}
-    for columns in _columns(config, progress):
+    for columns, _ in blocks(config, progress=progress):
         for name, part in columns.items():
             parts.setdefault(name, []).append(part)
     # One after the other, so that no more than one is in memory twice.
     return _recording_of(config, {name: np.concatenate(parts.pop(name)) for name in list(parts)})
-
-
-def _columns(
-    config: RigConfig, progress: Progress | None = None, block_samples: int = BLOCK_SAMPLES
-) -> Iterator[dict[str, NDArray[Any]]]:
-    """Columns of each block, the table unwrapped."""
-    scale = config.sample_rate_hz if config.kind == "rate" else 1.0
-    turned, gained, made = Differences(), Differences(), 0
-
-    def of_kind(values: FloatArray, steps: Differences) -> FloatArray:
-        return values if config.kind == "angle" else steps.of(values) * scale
-
-    for block in blocks(config, block_samples):
-        columns: dict[str, NDArray[Any]] = {}
-        columns |= zip(GYRO_NAMES, of_kind(block.angles, turned), strict=True)
-        if block.velocities is not None:
-            columns |= zip(ACCELEROMETER_NAMES, of_kind(block.velocities, gained), strict=True)
-        if block.table is not None and block.null_pulse is not None:
-            columns |= {"table": block.table, NULL_PULSE_NAME: block.null_pulse}
-        if block.pickoffs is not None:
-            columns |= zip(_PICKOFFS, block.pickoffs, strict=True)
-        yield columns
-        made += block.table_angle.size
-        if progress is not None:
-            progress(made / config.samples)
 
 
 def _recording_of(config: RigConfig, columns: Mapping[str, NDArray[Any]]) -> Recording:
@@ -287,7 +250,7 @@ def write(
     path = path_of("path", path)
     truth_path = path.with_name(path.name + ".truth.json")
     # The heading is that of one sample alone.
-    heading = outgoing(_recording_of(config, next(_columns(config, block_samples=1))))
+    heading = outgoing(_recording_of(config, next(blocks(config, block_samples=1))[0]))
     known = format_to_write(path, heading)
     with replacing_set(path) as folder:
         temporary = folder / path.name
@@ -296,7 +259,7 @@ def write(
         )
         if known is PARQUET:
             with arrow.writer(temporary, heading) as append:
-                for columns in _columns(config, progress):
+                for columns, _ in blocks(config, progress=progress):
                     if "table" in columns:
                         columns["table"] = within_turn(columns["table"], config.encoder.lines)
                     append(heading.in_units(columns))

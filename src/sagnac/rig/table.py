@@ -208,8 +208,7 @@ class RateNoise:
         """
         normals = self._random.standard_normal(commanded.size)
         spread = math.sqrt(1.0 - self._decay**2)
-        begun = [self._decay * self.level]
-        levels, _ = lfilter([spread], [1.0, -self._decay], normals, zi=begun)
+        levels, _ = lfilter([spread], [1.0, -self._decay], normals, zi=[self._decay * self.level])
         own = (self._rms + self._share * commanded) * levels
         before = np.concatenate([[self._before], own[:-1]])
         self.level, self._before = float(levels[-1]), float(own[-1])

@@ -211,9 +211,8 @@ def _order_one(command: TableCommand, platform: PlatformConfig) -> LineTruth | N
 def _pair_truth(first: NoiseTruth, second: NoiseTruth) -> NoiseTruth:
     both = zip(asdict(first).items(), asdict(second).values(), strict=True)
     mean_square = {name: math.sqrt((a**2 + b**2) / 2.0) for (name, a), b in both}
-    mean_square["rate_ramp_deg_per_h_per_h"] = abs(
-        first.rate_ramp_deg_per_h_per_h - second.rate_ramp_deg_per_h_per_h
-    ) / math.sqrt(2.0)
+    ramp = first.rate_ramp_deg_per_h_per_h - second.rate_ramp_deg_per_h_per_h
+    mean_square["rate_ramp_deg_per_h_per_h"] = abs(ramp) / math.sqrt(2.0)
     return NoiseTruth(**mean_square)
 
 

@@ -79,10 +79,9 @@ class Verdict:
     @property
     def by_gyro(self) -> dict[str, Decision]:
         """The decision on each gyro."""
-        gyros = dict.fromkeys(one.gyro for one in self.judgements)
         return {
             gyro: overall([one.decision for one in self.judgements if one.gyro == gyro])
-            for gyro in gyros
+            for gyro in dict.fromkeys(one.gyro for one in self.judgements)
         }
 
 
@@ -118,10 +117,8 @@ def judged(gyro: str, limit: Limit, estimate: Estimate, specification: Specifica
     if estimate.status == "not observable":
         reason = "not observable in this recording"
     elif allowed is not None and risk > allowed + _ROUNDING:
-        reason = (
-            f"the interval leaves a risk of {rounded(100.0 * risk, 3)} %, more than the "
-            f"{rounded(100.0 * allowed, 3)} % allowed"
-        )
+        more = f"more than the {rounded(100.0 * allowed, 3)} % allowed"
+        reason = f"the interval leaves a risk of {rounded(100.0 * risk, 3)} %, {more}"
     elif estimate.high <= limit.value:
         decision = "pass"
         reason = f"{'the interval' if estimated else 'the upper bound'} lies below the limit"

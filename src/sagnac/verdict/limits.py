@@ -148,9 +148,8 @@ def specification_of(text: str | Specification, *, risk: float | None = None) ->
     """
     if isinstance(text, Specification):
         if risk is not None:
-            raise ValueError(
-                f"risk is {quoted(risk)}, and the specification has its own; state one"
-            )
+            said = "and the specification has its own; state one"
+            raise ValueError(f"risk is {quoted(risk)}, {said}")
         return text
     if not isinstance(text, str):
         raise TypeError(f"specification is {quoted(text)}; give '3e-4deg/sqrt(h)'")
@@ -176,20 +175,16 @@ def _of_file(path: Path, risk: float | None) -> Specification:
             product=str(stated.get("product", "")),
         )
     except OSError as error:
-        raise RecordingError(
-            f"cannot be read ({error.strerror})", path=str(path), remedy="check the path"
-        ) from None
+        said = f"cannot be read ({error.strerror})"
+        raise RecordingError(said, path=str(path), remedy="check the path") from None
     except ValueError as error:
-        said = str(error).removeprefix("spec ")
-        raise ValueError(f"spec {path}: {said}") from None
+        raise ValueError(f"spec {path}: {str(error).removeprefix('spec ')}") from None
 
 
 def _limit(name: str, stated: object) -> Limit:
     if name not in _NAMES:
-        raise ValueError(
-            f"spec {name!r} is no coefficient; use {', '.join(SYMBOLS.values())} "
-            "(risk and product besides in a file)"
-        )
+        remedy = f"use {', '.join(SYMBOLS.values())} (risk and product besides in a file)"
+        raise ValueError(f"spec {name!r} is no coefficient; {remedy}")
     coefficient, text = _NAMES[name], str(stated)
     unit = field_unit(coefficient)
     try:
@@ -197,9 +192,8 @@ def _limit(name: str, stated: object) -> Limit:
     except ValueError:
         number, unit_name = split_factor(text.strip())
         if not text.strip()[:1].isdigit() and not text.strip().startswith("."):
-            raise ValueError(
-                f"spec {text!r} has no number; give a limit such as 3e-4deg/sqrt(h)"
-            ) from None
+            remedy = "give a limit such as 3e-4deg/sqrt(h)"
+            raise ValueError(f"spec {text!r} has no number; {remedy}") from None
         try:
             unit = unit_of(unit_name, unit.quantity)
         except ValueError as error:
