@@ -17,6 +17,7 @@ from tests.processes import PYTHON, ran
 
 NAMES = {
     "Analysis",
+    "ArgumentError",
     "CampaignReport",
     "Channel",
     "Estimate",

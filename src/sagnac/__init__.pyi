@@ -9,6 +9,7 @@ from sagnac.analysis.settings import Settings as Settings
 from sagnac.analysis.trial import Trial as Trial
 from sagnac.analysis.trial import trial as trial
 from sagnac.analysis.verdict import judge as judge
+from sagnac.core.errors import ArgumentError as ArgumentError
 from sagnac.core.errors import MissingExtra as MissingExtra
 from sagnac.core.errors import Note as Note
 from sagnac.core.errors import RecordingError as RecordingError

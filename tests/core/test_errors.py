@@ -12,6 +12,7 @@ import sagnac
 from sagnac import Recording, align, analyze, plan
 from sagnac.analysis.settings import Settings
 from sagnac.core.errors import (
+    ArgumentError,
     MissingExtra,
     Note,
     RecordingError,
@@ -82,9 +83,33 @@ def test_errors_cross_to_another_process():
     for error in (
         MissingExtra("a turning table", "finufft", "table"),
         RecordingError("is stuck", path="run.csv", channel="x", remedy="take another"),
+        ArgumentError("confidence", "is 2; give a number between 0 and 1"),
     ):
         back = pickle.loads(pickle.dumps(error))
         assert (type(back), str(back), vars(back)) == (type(error), str(error), vars(error))
+
+
+@pytest.mark.parametrize(
+    ("argument", "call"),
+    [
+        ("confidence", lambda: Settings(confidence=2.0)),
+        ("sample_rate", lambda: sagnac.stability_curve(LONG, kind="rate", sample_rate=-1.0)),
+        ("span", lambda: sagnac.campaign("a.csv", "b", span=-1.0)),
+        ("spec", lambda: sagnac.judge(analyze(NOISY), "5 apples")),
+        ("path", lambda: sagnac.read("")),
+    ],
+)
+def test_an_error_carries_the_argument_that_it_is_of(argument, call):
+    with pytest.raises(sagnac.ArgumentError, match=rf"^{argument} ") as caught:
+        call()
+    assert caught.value.argument == argument
+    assert isinstance(caught.value, ValueError)
+
+
+def test_an_error_of_a_type_carries_its_argument_too():
+    with pytest.raises(TypeError, match=r"^path is 5") as caught:
+        sagnac.read(5)
+    assert caught.value.argument == "path"
 
 
 def test_one_sample_and_two_samples():

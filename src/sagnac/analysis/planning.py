@@ -9,7 +9,7 @@ from sagnac.analysis.averaged import reaches
 from sagnac.analysis.pipeline import analyze
 from sagnac.analysis.result import Analysis, headline_coefficients, require_analysis, require_gyro
 from sagnac.core.arrays import pandas_for
-from sagnac.core.errors import RecordingError, as_several, is_finite, quoted
+from sagnac.core.errors import RecordingError, as_several, is_finite, quoted, refusal
 from sagnac.lines.naming import WIDEST_BINS
 from sagnac.noise.laws import STOCHASTIC_NAMES
 from sagnac.recording.model import Recording
@@ -211,7 +211,7 @@ def plan(
     within = as_several(within)
     for width in within:
         if not (is_finite(width) and 0.0 < width < 1.0):
-            raise ValueError(f"within is {quoted(width)}; give a half width such as 0.01")
+            raise refusal("within", f"is {quoted(width)}; give a half width such as 0.01")
     if specification is not None:
         specification = specification_of(specification)
     analysis = source if isinstance(source, Analysis) else analyze(source)
@@ -219,7 +219,7 @@ def plan(
     specification = specification or analysis.settings.specification
     limits = specification.limits if specification else ()
     if not within and not limits:
-        raise ValueError("within is empty, and there is no limit; give a half width such as 0.01")
+        raise refusal("within", "is empty, and there is no limit; give a half width such as 0.01")
     if limits:
         require_gyro(analysis)
     for limit in limits:

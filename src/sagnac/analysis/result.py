@@ -12,7 +12,7 @@ from sagnac.analysis.settings import Settings
 from sagnac.analysis.spectra import Residual, Spectrum
 from sagnac.analysis.table_shares import Share, Triad
 from sagnac.core.arrays import FloatArray, pandas_for
-from sagnac.core.errors import Note, RecordingError, extra_module, path_of, require_type
+from sagnac.core.errors import Note, RecordingError, extra_module, path_of, refusal, require_type
 from sagnac.core.overwriting import Outputs, require_free
 from sagnac.core.units import SENSED, UNITS, Sensor
 from sagnac.core.whole_files import write_text
@@ -47,7 +47,7 @@ class Part:
 
     def __post_init__(self) -> None:
         if not self.start_s < self.stop_s:
-            raise ValueError(f"start_s is {self.start_s} and stop_s {self.stop_s}; give them so")
+            raise refusal("start_s", f"is {self.start_s} and stop_s {self.stop_s}; give them so")
         if self.shows and not self.low <= self.value <= self.high:
             raise ValueError(f"value {self.value} must lie within [{self.low}, {self.high}]")
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Final, Literal, get_args
 
 from sagnac.core import errors
-from sagnac.core.errors import RecordingError
+from sagnac.core.errors import RecordingError, refusal
 from sagnac.lines.published import FAIR, PublishedSearch
 from sagnac.noise.readings import PLAIN, READINGS, Reading
 from sagnac.quality.check import FINDINGS
@@ -100,7 +100,7 @@ class Settings:
         names = self.gyros if isinstance(self.gyros, Iterable) else (self.gyros,)
         if isinstance(names, str) or not all(isinstance(name, str) for name in names):
             said = errors.quoted(self.gyros)
-            raise ValueError(f"gyros is {said}; give names, such as ('x', 'z')")
+            raise refusal("gyros", f"is {said}; give names, such as ('x', 'z')")
         object.__setattr__(self, "gyros", tuple(self.gyros))
         errors.require_choice("method", self.method, Method)
         errors.require_choice("strict", self.strict, (False, True))
@@ -109,7 +109,7 @@ class Settings:
             object.__setattr__(self, "step_4", READINGS[self.step_4])
         if not isinstance(self.published, PublishedSearch):
             said = errors.quoted(self.published)
-            raise ValueError(f"published is {said}; give a PublishedSearch")
+            raise refusal("published", f"is {said}; give a PublishedSearch")
         if self.specification is not None:
             object.__setattr__(self, "specification", specification_of(self.specification))
         several = {"accepted": FINDINGS, "covariates": Covariate, "estimators": ESTIMATORS}
@@ -120,7 +120,7 @@ class Settings:
         interval = self.interval
         if interval is not None and not (errors.is_finite(interval) and interval > 0.0):
             said = errors.quoted(interval)
-            raise ValueError(f"interval is {said}; give seconds above zero, or None")
+            raise refusal("interval", f"is {said}; give seconds above zero, or None")
         errors.require_confidence(self.confidence)
 
     def gyros_of(self, recording: Recording) -> tuple[str, ...]:

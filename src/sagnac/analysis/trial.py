@@ -13,7 +13,7 @@ import numpy as np
 
 from sagnac.analysis.result import Analysis, require_analysis
 from sagnac.analysis.spectra import Spectrum
-from sagnac.core.errors import RecordingError, as_several, is_band, quoted, require_type
+from sagnac.core.errors import RecordingError, as_several, is_band, quoted, refusal, require_type
 from sagnac.lines.model import Line
 from sagnac.noise.estimates import Estimate
 from sagnac.noise.model_average import average
@@ -111,9 +111,9 @@ def trial(
     left_in, masked = as_several(left_in), as_several(masked)
     require_type("before", before, (Estimate, NoneType), "give the before of an earlier trial")
     if not all(any(line is one for one in own) for line in left_in):
-        raise ValueError(f"left_in has a line that is none of {analysis.channel}")
+        raise refusal("left_in", f"has a line that is none of {analysis.channel}")
     if not all(map(is_band, masked)):
-        raise ValueError(f"masked is {quoted(masked)}; give bands (low, high), Hz")
+        raise refusal("masked", f"is {quoted(masked)}; give bands (low, high), Hz")
     # Amplitudes in what the spectra are of: per gyro, rad.
     size = PAIR_SIZE if analysis.is_pair else 1.0
     turning = abs(analysis.table_rate or 0.0) / (2.0 * math.pi)

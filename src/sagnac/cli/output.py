@@ -15,7 +15,14 @@ from typing import TYPE_CHECKING, Any, Final, TextIO
 
 import sagnac
 from sagnac.core import overwriting
-from sagnac.core.errors import MissingExtra, RecordingError, WouldOverwrite, one_line, visible
+from sagnac.core.errors import (
+    ArgumentError,
+    MissingExtra,
+    RecordingError,
+    WouldOverwrite,
+    one_line,
+    visible,
+)
 from sagnac.core.texts import OPTION_OF
 from sagnac.report import as_typed, error_text, wrapped
 
@@ -55,14 +62,17 @@ def explain(error: Exception, options: Container[str] = ()) -> int:
     int
         The exit status it means.
     """
-    is_usage = isinstance(error, WouldOverwrite | UsageError) or type(error) is ValueError
+    is_usage = isinstance(error, WouldOverwrite | UsageError | ArgumentError)
+    is_usage |= type(error) is ValueError
     status = USAGE_ERROR if is_usage else DATA_ERROR
     if isinstance(error, RecordingError):
         said = error_text(error)
+    elif isinstance(error, ArgumentError):
+        option = f"--{OPTION_OF.get(error.argument, error.argument).replace('_', '-')}"
+        name = option if option in options else error.argument
+        said = f"{name} {as_typed(error.problem)}"
     elif is_usage:
-        argument, space, rest = as_typed(str(error)).partition(" ")
-        option = f"--{OPTION_OF.get(argument, argument).replace('_', '-')}"
-        said = f"{option if option in options else argument}{space}{rest}"
+        said = as_typed(str(error))
     elif isinstance(error.__cause__, KeyboardInterrupt):
         # An interrupt inside a compiled loop is said to be a failure of that loop.
         said, status = "interrupted", INTERRUPTED

@@ -113,7 +113,7 @@ class Note:
     def __post_init__(self) -> None:
         require_choice("level", self.level, LEVELS)
         if self.effect is not None and not self.effect >= 0.0:
-            raise ValueError(f"effect is {self.effect}; give a factor, 0 or more")
+            raise refusal("effect", f"is {self.effect}; give a factor, 0 or more")
 
     def __str__(self) -> str:
         return worded(f"{self.channel}: {self.text}" if self.channel else self.text)
@@ -293,6 +293,42 @@ def counted(count: int, noun: str) -> str:
     return f"{count} {noun}" if count == 1 else f"{count} {noun}s"
 
 
+class _OfArgument(Exception):
+    """What is wrong with an argument, whose name stands apart from the words on it."""
+
+    def __init__(self, argument: str, problem: str) -> None:
+        super().__init__(argument, problem)
+        self.argument, self.problem = argument, problem
+
+    def __str__(self) -> str:
+        return f"{self.argument} {self.problem}"
+
+
+class ArgumentError(_OfArgument, ValueError):
+    """An argument that cannot be, such as a confidence of 2.
+
+    Attributes
+    ----------
+    argument
+        Its name.
+    problem
+        Its value and what is wrong, with the remedy.
+
+    Examples
+    --------
+    >>> print(ArgumentError("confidence", "is 2; give a number between 0 and 1"))
+    confidence is 2; give a number between 0 and 1
+    """
+
+
+class ArgumentTypeError(_OfArgument, TypeError):
+    """An argument of another type than it may be of; attributes as of `ArgumentError`."""
+
+
+refusal: Final = ArgumentError
+"""The same in a word, for a line that raises it."""
+
+
 def require_type(name: str, value: object, wanted: type | tuple[type, ...], remedy: str) -> None:
     """Refuse a value of another type.
 
@@ -302,7 +338,7 @@ def require_type(name: str, value: object, wanted: type | tuple[type, ...], reme
         With the argument, the value and the remedy.
     """
     if not isinstance(value, wanted):
-        raise TypeError(f"{name} is {quoted(value)}; {remedy}")
+        raise ArgumentTypeError(name, f"is {quoted(value)}; {remedy}")
 
 
 def require_progress(progress: object) -> None:
@@ -314,7 +350,7 @@ def require_progress(progress: object) -> None:
         With the value.
     """
     if not (progress is None or callable(progress)):
-        raise TypeError(f"progress is {quoted(progress)}; give a function, or None")
+        raise ArgumentTypeError("progress", f"is {quoted(progress)}; give a function, or None")
 
 
 def path_of(name: str, path: str | os.PathLike[str]) -> Path:
@@ -329,7 +365,7 @@ def path_of(name: str, path: str | os.PathLike[str]) -> Path:
     """
     require_type(name, path, (str, os.PathLike), "give a path")
     if not os.fspath(path):
-        raise ValueError(f"{name} is empty; give a path")
+        raise refusal(name, "is empty; give a path")
     return Path(path)
 
 
@@ -342,7 +378,7 @@ def require_name(name: str, value: object) -> None:
         With the argument and the value.
     """
     if not isinstance(value, str) or not value:
-        raise ValueError(f"{name} is {quoted(value)}; give the channel a name, x for one")
+        raise refusal(name, f"is {quoted(value)}; give the channel a name, x for one")
 
 
 def require_choice(name: str, value: object, allowed: Any) -> None:
@@ -364,7 +400,7 @@ def require_choice(name: str, value: object, allowed: Any) -> None:
     """
     choices = get_args(allowed) or tuple(allowed)
     if value not in choices:
-        raise ValueError(f"{name} is {quoted(value)}; use one of {', '.join(map(str, choices))}")
+        raise refusal(name, f"is {quoted(value)}; use one of {', '.join(map(str, choices))}")
 
 
 def choices_of(name: str, given: Iterable[str], allowed: Any) -> tuple[str, ...]:
@@ -389,7 +425,7 @@ def choices_of(name: str, given: Iterable[str], allowed: Any) -> tuple[str, ...]
     """
     if isinstance(given, str) or not isinstance(given, Iterable):
         example = (get_args(allowed) or tuple(allowed))[0]
-        raise ValueError(f"{name} is {quoted(given)}; give names, such as ({example!r},)")
+        raise refusal(name, f"is {quoted(given)}; give names, such as ({example!r},)")
     chosen = tuple(given)
     for one in chosen:
         require_choice(name, one, allowed)
@@ -463,7 +499,7 @@ def require_count(name: str, value: object, least: int) -> None:
     """
     number = operator.index(value) if isinstance(value, SupportsIndex) else None
     if number is None or number < least or isinstance(value, bool):
-        raise ValueError(f"{name} is {quoted(value)}; give a whole number of {least} or more")
+        raise refusal(name, f"is {quoted(value)}; give a whole number of {least} or more")
 
 
 def is_band(value: Any) -> bool:
@@ -482,11 +518,11 @@ def require_confidence(confidence: float) -> None:
         If it is not between 0 and 1, or so near to either that its interval is none.
     """
     if not (is_finite(confidence) and 0.0 < confidence < 1.0):
-        raise ValueError(f"confidence is {quoted(confidence)}; give a number between 0 and 1")
+        raise refusal("confidence", f"is {quoted(confidence)}; give a number between 0 and 1")
     if not _SMALLEST_RISK <= confidence <= 1.0 - _SMALLEST_RISK:
-        raise ValueError(
-            f"confidence is {confidence!r}; give {_SMALLEST_RISK:g} or more, and at most that far "
-            "from 1"
+        raise refusal(
+            "confidence",
+            f"is {confidence!r}; give {_SMALLEST_RISK:g} or more, and at most that far from 1",
         )
 
 
@@ -499,4 +535,4 @@ def require_shape(name: str, shape: tuple[int, ...], wanted: tuple[int, ...]) ->
         With the argument, its shape and the one that is wanted.
     """
     if shape != wanted:
-        raise ValueError(f"{name} has shape {shape}; give {wanted}")
+        raise refusal(name, f"has shape {shape}; give {wanted}")

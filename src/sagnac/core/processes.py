@@ -15,7 +15,7 @@ from pathlib import Path
 from types import ModuleType
 from typing import Final, TypeVar
 
-from sagnac.core.errors import is_finite, quoted, require_count
+from sagnac.core.errors import is_finite, quoted, refusal, require_count
 
 Job = TypeVar("Job")
 Made = TypeVar("Made")
@@ -47,7 +47,7 @@ class Means:
     def __post_init__(self) -> None:
         require_count("workers", self.workers, 1)
         if not (is_finite(self.memory) and self.memory > 0.0):
-            raise ValueError(f"memory is {quoted(self.memory)}; give bytes above zero")
+            raise refusal("memory", f"is {quoted(self.memory)}; give bytes above zero")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -10,7 +10,7 @@ from collections.abc import Callable, Mapping
 from functools import wraps
 from typing import Any, Final, TypeVar
 
-from sagnac.core.errors import one_line, require_type
+from sagnac.core.errors import one_line, refusal, require_type
 from sagnac.core.units import unit_of
 
 Value = TypeVar("Value")
@@ -195,7 +195,7 @@ def value_of(option: str, text: str) -> Any:
     try:
         return _VALUES.get(OPTION_OF.get(option, option), str)(text)
     except ValueError as error:
-        raise ValueError(f"{option} is {error}") from None
+        raise refusal(option, f"is {error}") from None
 
 
 def text_of(value: Any) -> str:

@@ -9,7 +9,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Final, Literal, get_args
 
-from sagnac.core.errors import quoted, require_choice
+from sagnac.core.errors import quoted, refusal, require_choice
 
 EARTH_RATE: Final = 7.292115e-5
 """Earth rate, rad/s, sidereal (WGS 84)."""
@@ -64,7 +64,7 @@ class Unit:
     def __post_init__(self) -> None:
         require_choice("quantity", self.quantity, QUANTITIES)
         if not (math.isfinite(self.size) and self.size > 0.0):
-            raise ValueError(f"size is {quoted(self.size)}; give a finite number above zero")
+            raise refusal("size", f"is {quoted(self.size)}; give a finite number above zero")
 
     def __str__(self) -> str:
         return self.name
@@ -297,7 +297,7 @@ def split_factor(unit: str) -> tuple[float, str]:
     (1.0, 'deg/s')
     """
     if not isinstance(unit, str):
-        raise ValueError(f"unit is {quoted(unit)}; give the name of a unit")
+        raise refusal("unit", f"is {quoted(unit)}; give the name of a unit")
     match = _FACTOR.match(unit)
     if match is None:
         return 1.0, canonical(unit)
@@ -353,8 +353,8 @@ def unit_of(text: str, quantity: Quantity) -> Unit:
     factor, name = split_factor(text)
     known = sizes(quantity)
     if name not in known or not factor > 0.0:
-        said = f"unit {text!r} is not a unit of {quantity}; use one of {', '.join(known)}"
-        raise ValueError(said)
+        said = f"{text!r} is not a unit of {quantity}; use one of {', '.join(known)}"
+        raise refusal("unit", said)
     unit, size = UNITS[name], factor * known[name]
     if factor == 1.0:
         return unit

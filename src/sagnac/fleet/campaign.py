@@ -10,7 +10,15 @@ from typing import Any
 
 from sagnac.analysis.settings import Settings
 from sagnac.core.arrays import pandas_for
-from sagnac.core.errors import as_several, is_finite, path_of, quoted, require_keywords
+from sagnac.core.errors import (
+    ArgumentTypeError,
+    as_several,
+    is_finite,
+    path_of,
+    quoted,
+    refusal,
+    require_keywords,
+)
 from sagnac.core.overwriting import outputs_in, require_free
 from sagnac.core.processes import Standing, means_of
 from sagnac.fleet import table
@@ -143,9 +151,11 @@ def campaign(
     """
     listed = as_several(sources)
     if not listed or not all(isinstance(source, str | Path) for source in listed):
-        raise TypeError(f"sources is {quoted(sources)}; give paths of recordings, or of a folder")
+        raise ArgumentTypeError(
+            "sources", f"is {quoted(sources)}; give paths of recordings, or of a folder"
+        )
     if span is not None and not (is_finite(span) and span > 0.0):
-        raise ValueError(f"span is {quoted(span)}; give seconds above zero")
+        raise refusal("span", f"is {quoted(span)}; give seconds above zero")
     paths, place = [Path(source) for source in listed], path_of("folder", folder).absolute()
     tasks = tasks_of(paths, _choices(settings or Settings(), pattern, choices))
     if scheduler is not None and (workers is not None or memory is not None):

@@ -27,7 +27,7 @@ import numpy as np
 from scipy.special import ndtri, stdtr, stdtrit
 
 from sagnac.core.arrays import FloatArray
-from sagnac.core.errors import RecordingError, quoted, require_confidence
+from sagnac.core.errors import RecordingError, quoted, refusal, require_confidence
 from sagnac.fleet import design as designs
 from sagnac.fleet.design import Components, Design
 from sagnac.noise.estimates import Interval
@@ -313,7 +313,7 @@ class Run:
 
     def __post_init__(self) -> None:
         if not (self.value > 0.0 and math.isfinite(self.value)):
-            raise ValueError(f"value is {quoted(self.value)}; give N above zero")
+            raise refusal("value", f"is {quoted(self.value)}; give N above zero")
         if not math.isnan(self.low + self.high) and not self.low <= self.value <= self.high:
             raise ValueError(f"value {self.value} must lie within [{self.low}, {self.high}]")
         require_confidence(self.confidence)

@@ -19,7 +19,7 @@ from typing import Any, Final, Literal
 from sagnac.analysis.pipeline import analyze
 from sagnac.analysis.settings import Settings
 from sagnac.core.documents import ANY, NUMBER, TEXT, TEXTS, read_toml, table
-from sagnac.core.errors import MissingExtra, RecordingError, quoted, require_choice
+from sagnac.core.errors import MissingExtra, RecordingError, quoted, refusal, require_choice
 from sagnac.core.version import __version__
 from sagnac.core.whole_files import made, write_text
 from sagnac.fleet.study import FACTORS
@@ -258,7 +258,7 @@ def _common(content: Mapping[str, Any], folder: Path, choices: Choices) -> Choic
         if specification.risk is not None:
             confidence = 1.0 - specification.risk
     elif risk is not None:
-        raise ValueError("risk is stated without spec; state the limit that it is of")
+        raise refusal("risk", "is stated without spec; state the limit that it is of")
     interval = content.get("interval_s", own.interval)
     confidence = content.get("confidence", confidence)
     settings = replace(own, interval=interval, confidence=confidence, specification=specification)
@@ -323,7 +323,7 @@ class Row:
     def __post_init__(self) -> None:
         require_choice("state", self.state, State)
         if (self.state == "done") == bool(self.reason):
-            raise ValueError(f"state is {self.state!r} with the reason {self.reason!r}")
+            raise refusal("state", f"is {self.state!r} with the reason {self.reason!r}")
 
 
 def result_path(folder: Path, key: str) -> Path:

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from sagnac.core.arrays import IntegerArray, blocks
 from sagnac.core.documents import ANY, NUMBER, TEXT, Schema, keep, one_of, read_toml, table
-from sagnac.core.errors import Note, RecordingError, counted
+from sagnac.core.errors import Note, RecordingError, counted, refusal
 from sagnac.core.texts import giving
 from sagnac.formats.source import Column, Pieces, Source, Stored
 from sagnac.formats.statement import Statement
@@ -161,11 +161,11 @@ def _of_table(content: Mapping[str, Any]) -> BinaryLayout:
         end += _number_in(kind)
     if len(offsets) < len(columns) or not columns:
         named = ", ".join(one.name for one in columns) or "none"
-        raise ValueError(f"fields are {named}; give each a name of its own")
+        raise refusal("fields", f"are {named}; give each a name of its own")
     check = _number_in(checksum) // 8 if checksum else 0
     size = stated.get("record_bytes", end + check)
     if size < end + check:
-        raise ValueError(f"record_bytes is {size}; sync, fields and checksum take {end + check}")
+        raise refusal("record_bytes", f"is {size}; sync, fields and checksum take {end + check}")
     if checksum:
         offsets[CHECK] = (np.dtype(f"{order}u{check}"), size - check)
     types, places = zip(*offsets.values(), strict=True)

@@ -6,7 +6,7 @@ from contextvars import ContextVar
 from pathlib import Path
 from typing import Final
 
-from sagnac.core.errors import MissingExtra, RecordingError
+from sagnac.core.errors import MissingExtra, RecordingError, refusal
 
 # ---- room --------------------------------------------------------------------------
 
@@ -31,7 +31,7 @@ def limited(most: int) -> Iterator[None]:
         If that is not above zero.
     """
     if most <= 0:
-        raise ValueError(f"memory is {most}; give bytes, above zero")
+        raise refusal("memory", f"is {most}; give bytes, above zero")
     before = _limit.set(most)
     try:
         yield

@@ -5,6 +5,8 @@ from dataclasses import dataclass
 from importlib.metadata import entry_points
 from typing import Final
 
+from sagnac.core.errors import refusal
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Format:
@@ -50,7 +52,7 @@ class Format:
     def __post_init__(self) -> None:
         wrong = [one for one in self.suffixes if not one.startswith(".") or one != one.lower()]
         if wrong or not self.suffixes:
-            raise ValueError(f"suffixes is {self.suffixes!r}; give one or more such as .csv")
+            raise refusal("suffixes", f"is {self.suffixes!r}; give one or more such as .csv")
 
 
 CSV: Final = Format(

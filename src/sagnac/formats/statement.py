@@ -13,7 +13,7 @@ from typing import Any, Final, Literal
 
 from sagnac.core import units
 from sagnac.core.documents import read_toml
-from sagnac.core.errors import Note, RecordingError, one_line, quoted
+from sagnac.core.errors import Note, RecordingError, one_line, quoted, refusal
 from sagnac.core.overwriting import Outputs
 from sagnac.core.texts import value_of
 from sagnac.core.units import Sensor
@@ -142,7 +142,7 @@ class Statement:
             is_by_name = name in ("kind", "unit") and isinstance(stated, Mapping)
             for value in stated.values() if is_by_name else (stated,):
                 if value is not None and not _is_kept(is_right, value):
-                    raise ValueError(f"{name} is {quoted(value)}; {remedy}")
+                    raise refusal(name, f"is {quoted(value)}; {remedy}")
         if self.counter_bits is not None and self.counter_period is not None:
             raise ValueError("counter_bits and a period are both given; give one of them")
 

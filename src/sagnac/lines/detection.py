@@ -15,7 +15,7 @@ import scipy.fft
 from scipy.optimize import brentq
 
 from sagnac.core.arrays import BooleanArray, FloatArray, IntegerArray, blocks
-from sagnac.core.errors import is_finite, quoted, require_shape
+from sagnac.core.errors import is_finite, quoted, refusal, require_shape
 from sagnac.lines import _kernels
 from sagnac.lines.components import Components
 from sagnac.lines.joint_fit import ComponentFit
@@ -66,8 +66,8 @@ def detection_threshold(bins: int, false_alarm: float) -> float:
         If `false_alarm` is not between 0 and 1, or so large that every bin would hold a line.
     """
     if not (is_finite(false_alarm) and 0.0 < false_alarm < min(1.0, max(bins, 2) / np.e)):
-        raise ValueError(
-            f"false_alarm is {quoted(false_alarm)}; give a number between 0 and 1, such as 0.01"
+        raise refusal(
+            "false_alarm", f"is {quoted(false_alarm)}; give a number between 0 and 1, such as 0.01"
         )
     scatter = floor_scatter(bins)
 

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from sagnac.core.arrays import FloatArray
-from sagnac.core.errors import Note, quoted, require_choice, require_shape
+from sagnac.core.errors import Note, quoted, refusal, require_choice, require_shape
 from sagnac.core.units import ANGLE_UNITS, VELOCITY_UNITS
 from sagnac.recording.channel import Compared
 
@@ -77,7 +77,7 @@ class Line:
     def __post_init__(self) -> None:
         require_choice("scale", self.scale, Scale)
         if self.amplitude < 0.0:
-            raise ValueError(f"amplitude is {self.amplitude}; give zero or more")
+            raise refusal("amplitude", f"is {self.amplitude}; give zero or more")
 
     def amplitude_in(self, unit: str) -> tuple[float, float]:
         """The amplitude and its standard deviation in a unit of the field.
@@ -95,7 +95,7 @@ class Line:
         """
         sizes = {**ANGLE_UNITS, **VELOCITY_UNITS}
         if unit not in sizes:
-            raise ValueError(f"unit is {quoted(unit)}; use one of {', '.join(sizes)}")
+            raise refusal("unit", f"is {quoted(unit)}; use one of {', '.join(sizes)}")
         return self.amplitude / sizes[unit], self.amplitude_error / sizes[unit]
 
     def hertz(self, turn_rate: float) -> float:
@@ -159,14 +159,14 @@ class Removal(Compared):
 
     def __post_init__(self) -> None:
         if self.residual.ndim != 1:
-            raise ValueError(f"residual has shape {self.residual.shape}; give (samples,)")
+            raise refusal("residual", f"has shape {self.residual.shape}; give (samples,)")
         if self.unfinished is not None:
             require_shape("unfinished", self.unfinished.shape, self.residual.shape)
         if self.taken.ndim != 2 or self.taken.shape[0] != 3:
-            raise ValueError(f"taken has shape {self.taken.shape}; give (3, bands)")
+            raise refusal("taken", f"has shape {self.taken.shape}; give (3, bands)")
         for low, high in self.masked:
             if not low <= high:
-                raise ValueError(f"masked has the band ({low}, {high}); give low, then high")
+                raise refusal("masked", f"has the band ({low}, {high}); give low, then high")
         # A view: the caller's own array stays as it is. The long residual is left writable, since
         # compiled loops would be compiled again for an array that is not.
         taken = np.asarray(self.taken).view()

@@ -20,7 +20,7 @@ from numpy.typing import ArrayLike
 from scipy.special import chdtri
 
 from sagnac.core.arrays import ComplexArray, FloatArray, IntegerArray
-from sagnac.core.errors import is_finite, quoted, require_choice, require_count
+from sagnac.core.errors import is_finite, quoted, refusal, require_choice, require_count
 from sagnac.core.processes import GIBIBYTE, free_memory
 from sagnac.recording.channel import Compared, real_numbers, whole_series
 from sagnac.spectrum.sums import angle_sums
@@ -135,9 +135,9 @@ class OrthogonalSearch(Compared):
         """
         along = None if phase is None else np.asarray(phase, dtype=np.float64)
         if along is None and (self.spacing is not None or self.slope != 0.0):
-            raise ValueError("phase is None; the series has a slope or sinusoids along it")
+            raise refusal("phase", "is None; the series has a slope or sinusoids along it")
         if (candidates is None) != (self.spacing is not None):
-            raise ValueError("candidates are given for a matrix, and not for sinusoids of a phase")
+            raise refusal("candidates", "are given for a matrix, and not for sinusoids of a phase")
         total: FloatArray | float = self.constant
         if along is not None:
             total = self.constant + self.slope * along
@@ -274,36 +274,38 @@ def _check(
 ) -> None:
     """Refuse arrays and frequencies that make no sense."""
     if signal.size == 0:
-        raise ValueError(f"signal has shape {signal.shape}; give (samples,)")
+        raise refusal("signal", f"has shape {signal.shape}; give (samples,)")
     if phase is not None and phase.shape != signal.shape:
-        raise ValueError(
-            f"phase has shape {phase.shape} and signal {signal.shape}; give one of each a sample"
+        raise refusal(
+            "phase", f"has shape {phase.shape} and signal {signal.shape}; give one of each a sample"
         )
     if np.ndim(candidates) > 0:
         matrix = real_numbers(candidates, "candidates")
         if not np.isfinite(matrix).all():
-            raise ValueError("candidates has values that are not finite; leave these samples out")
+            raise refusal("candidates", "has values that are not finite; leave these samples out")
         if spacing is not None:
-            raise ValueError(f"spacing is {spacing}, and candidates is a matrix; give one of them")
+            raise refusal("spacing", f"is {spacing}, and candidates is a matrix; give one of them")
         fits = matrix.ndim == 2 or (matrix.ndim == 3 and matrix.shape[2] in {1, 2})
         if not fits or matrix.shape[0] != signal.size or matrix.shape[1] == 0:
-            raise ValueError(
-                f"candidates has shape {matrix.shape}; give ({signal.size}, candidates), or "
-                f"({signal.size}, candidates, 2) for pairs"
+            raise refusal(
+                "candidates",
+                f"has shape {matrix.shape}; give ({signal.size}, candidates), or "
+                f"({signal.size}, candidates, 2) for pairs",
             )
         return
     if phase is None:
-        raise ValueError("phase is None; sinusoids need one (a matrix of candidates does not)")
+        raise refusal("phase", "is None; sinusoids need one (a matrix of candidates does not)")
     count = np.asarray(candidates).item()
     require_count("candidates", count, 1)
     free = free_memory()
     if _BYTES * count > free:
-        raise ValueError(
-            f"candidates is {count}, for which {_BYTES * count / GIBIBYTE:.3g} GiB of memory are "
-            f"needed, and {free / GIBIBYTE:.3g} are free; give {int(free / _BYTES)} or fewer"
+        raise refusal(
+            "candidates",
+            f"is {count}, for which {_BYTES * count / GIBIBYTE:.3g} GiB of memory are "
+            f"needed, and {free / GIBIBYTE:.3g} are free; give {int(free / _BYTES)} or fewer",
         )
     if spacing is None or not (is_finite(spacing) and spacing > 0.0):
-        raise ValueError(f"spacing is {quoted(spacing)}; give a number above zero")
+        raise refusal("spacing", f"is {quoted(spacing)}; give a number above zero")
 
 
 def require_rule(stop: Stop, false_alarm: float, most_terms: int) -> None:
@@ -316,7 +318,7 @@ def require_rule(stop: Stop, false_alarm: float, most_terms: int) -> None:
     """
     require_choice("stop", stop, Stop)
     if not (is_finite(false_alarm) and 0.0 < false_alarm < 1.0):
-        raise ValueError(f"false_alarm is {quoted(false_alarm)}; give a number between 0 and 1")
+        raise refusal("false_alarm", f"is {quoted(false_alarm)}; give a number between 0 and 1")
     require_count("most_terms", most_terms, 0)
 
 

@@ -8,7 +8,7 @@ from typing import Final
 import numpy as np
 
 from sagnac.core.arrays import FloatArray, IntegerArray
-from sagnac.core.errors import Note, require_count
+from sagnac.core.errors import Note, refusal, require_count
 from sagnac.lines.grid_search import grid_fit, grid_search, grid_sinusoids
 from sagnac.lines.model import Line, Removal, Scale, lines_of
 from sagnac.lines.naming import TAKEN_BINS
@@ -84,7 +84,7 @@ class PublishedSearch:
         for name in ("cells", "orders"):
             require_count(name, getattr(self, name), 1)
         if not 0.0 <= self.slowest < math.inf:
-            raise ValueError(f"slowest is {self.slowest!r}; give cycles a record, zero or more")
+            raise refusal("slowest", f"is {self.slowest!r}; give cycles a record, zero or more")
         for most in (self.most_orders, self.most_lines):
             require_rule(self.stop, self.false_alarm, most)
 

@@ -13,7 +13,7 @@ from typing import Final
 import numpy as np
 
 from sagnac.core.arrays import FloatArray, differences, extent
-from sagnac.core.errors import Note, counted, require_name, require_progress, rounded
+from sagnac.core.errors import Note, counted, refusal, require_name, require_progress, rounded
 from sagnac.core.kernels import one_thread
 from sagnac.lines import detection, passes
 from sagnac.lines.candidates import NewLines, bands_of_peaks, crowded_bands, new_lines
@@ -109,9 +109,10 @@ def remove_lines(
     record = Record(angle=angle, encoder=table, sample_rate=sample_rate, false_alarm=false_alarm)
     _require_noise(angle)
     if table is not None and 2.0 * sample_rate / KINEMATIC_RATE > angle.size:
-        raise ValueError(
-            f"angle has {angle.size} samples at {sample_rate:g} Hz; beside a table give "
-            f"{2.0 / KINEMATIC_RATE:g} s or more"
+        raise refusal(
+            "angle",
+            f"has {angle.size} samples at {sample_rate:g} Hz; beside a table give "
+            f"{2.0 / KINEMATIC_RATE:g} s or more",
         )
     function: AngleFunction | None = None
     notes: tuple[Note, ...] = ()
@@ -134,12 +135,12 @@ def _require_noise(angle: FloatArray) -> None:
     """Refuse an angle that holds no noise, or none that can be squared."""
     low, high = extent(angle)
     if low == high:
-        raise ValueError(f"angle is {low + 0.0:g} throughout; give values that vary")
+        raise refusal("angle", f"is {low + 0.0:g} throughout; give values that vary")
     noise = float(np.ptp(extent(differences(differences(angle)))))
     if noise <= _ROUNDING * max(abs(low), abs(high)):
-        raise ValueError("angle is a straight line, to rounding; give one with noise")
+        raise refusal("angle", "is a straight line, to rounding; give one with noise")
     if not (noise > _SMALLEST and high - low < 1.0 / _SMALLEST):
-        raise ValueError(f"angle runs from {low:g} to {high:g}; give it in rad")
+        raise refusal("angle", f"runs from {low:g} to {high:g}; give it in rad")
 
 
 def _without_table(

@@ -14,7 +14,7 @@ from typing import Any, Literal, TypeVar
 import numpy as np
 
 from sagnac.core.arrays import ComplexArray, FloatArray, blocks, elementwise, empty
-from sagnac.core.errors import require_shape
+from sagnac.core.errors import refusal, require_shape
 from sagnac.lines.components import Components, components_of, removed
 from sagnac.lines.detection import Band, Spectrum, detection_threshold, spectrum
 from sagnac.lines.joint_fit import ComponentFit, earth_amplitudes, order_sums
@@ -59,8 +59,8 @@ class Record:
 
     def __post_init__(self) -> None:
         if self.angle.ndim != 1 or self.angle.size < MINIMUM_SAMPLES:
-            raise ValueError(
-                f"angle has shape {self.angle.shape}; give {MINIMUM_SAMPLES} samples or more"
+            raise refusal(
+                "angle", f"has shape {self.angle.shape}; give {MINIMUM_SAMPLES} samples or more"
             )
         if self.encoder is not None:
             require_shape("table", self.encoder.shape, self.angle.shape)

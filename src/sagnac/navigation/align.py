@@ -8,7 +8,7 @@ from typing import Any, Final
 import numpy as np
 
 from sagnac.core.documents import Documented, require_source
-from sagnac.core.errors import as_several, is_finite, quoted, require_confidence
+from sagnac.core.errors import as_several, is_finite, quoted, refusal, require_confidence
 from sagnac.core.units import DEGREE
 from sagnac.navigation import error_model as model
 from sagnac.navigation.drift import Drift, drift
@@ -173,13 +173,13 @@ def align(
     array([1.e-05])
     """
     if table_rate is not None and latitude is None:
-        raise ValueError("table_rate needs a latitude, since azimuth is found from Earth rate")
+        raise refusal("table_rate", "needs a latitude, since azimuth is found from Earth rate")
     require_confidence(confidence)
     after = as_several(after)
     wrong = [time for time in after if not (is_finite(time) and 0.0 < time <= _LONGEST)]
     if wrong or not after:
         said = f"give seconds, above zero, {_LONGEST:g} at most"
-        raise ValueError(f"after is {quoted([*wrong, after][0])}; {said}")
+        raise refusal("after", f"is {quoted([*wrong, after][0])}; {said}")
     if not isinstance(source, tuple):
         require_source(source)
         noises, forces = GyroNoise.unit(source)
@@ -187,7 +187,7 @@ def align(
         noises, forces = source, ()
     else:
         remedy = "give one analysis of all gyros, or a GyroNoise each"
-        raise ValueError(f"source is {quoted(source)}; {remedy}")
+        raise refusal("source", f"is {quoted(source)}; {remedy}")
     stated = {"azimuth": azimuth, "tilt": tilt}
     known = {name: value for name, value in stated.items() if value is not None}
     start = model.Start(**known, rest=rest, bias=bias)

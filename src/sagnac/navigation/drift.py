@@ -22,6 +22,7 @@ from scipy.linalg import expm, matmul_toeplitz
 from scipy.special import xlogy
 
 from sagnac.core.arrays import FloatArray
+from sagnac.core.errors import refusal
 from sagnac.navigation import error_model as model
 from sagnac.navigation.noise import NAMES, GyroNoise, quantile
 
@@ -116,7 +117,7 @@ def drift(
     """
     moments = model.moments_of(times)
     if len(noises) != 3:
-        raise ValueError(f"noises are {len(noises)}; give three, about north, east and down")
+        raise refusal("noises", f"are {len(noises)}; give three, about north, east and down")
     sensors = (*noises, *accelerometers)
     constants = sorted({rate.correlation_time for one in sensors for rate in one.markov})
     found = [_at(time, latitude, priors, constants) for time in moments]

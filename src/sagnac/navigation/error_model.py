@@ -32,7 +32,7 @@ import numpy as np
 from scipy.linalg import expm
 
 from sagnac.core.arrays import FloatArray
-from sagnac.core.errors import is_finite, quoted
+from sagnac.core.errors import is_finite, quoted, refusal
 from sagnac.core.units import DEGREE, EARTH_RATE, STANDARD_GRAVITY
 from sagnac.navigation.models import require_numbers
 from sagnac.navigation.noise import GyroNoise, quantile
@@ -51,7 +51,7 @@ def north_rate(latitude: float) -> float:
     if not (is_finite(latitude) and abs(latitude) <= 89.0 * DEGREE):
         said = f"{latitude / DEGREE:g} deg" if isinstance(latitude, Real) else quoted(latitude)
         why = "azimuth is not found from Earth rate nearer to a pole"
-        raise ValueError(f"latitude is {said}; give -89 to 89, since {why}")
+        raise refusal("latitude", f"is {said}; give -89 to 89, since {why}")
     return EARTH_RATE * math.cos(latitude)
 
 
@@ -256,7 +256,7 @@ def aligned(
         a pole.
     """
     if not 0.5 * _STEP < seconds <= _LONGEST:
-        raise ValueError(f"seconds is {quoted(seconds)}; give {_STEP:g} to {_LONGEST:g}, a week")
+        raise refusal("seconds", f"is {quoted(seconds)}; give {_STEP:g} to {_LONGEST:g}, a week")
     step, start = step_of(noise, latitude, _STEP), start or Start()
     covariance = initial_covariance(noise, start)
     times = _STEP * np.arange(1.0, round(seconds / _STEP) + 1.0)
@@ -381,7 +381,7 @@ def moments_of(times: FloatArray) -> FloatArray:
     """
     moments = np.atleast_1d(np.asarray(times, dtype=np.float64))
     if not np.all((moments > 0.0) & np.isfinite(moments)):
-        raise ValueError("times must be finite numbers of seconds above zero")
+        raise refusal("times", "must be finite numbers of seconds above zero")
     return moments
 
 
@@ -478,11 +478,11 @@ def rotating_azimuth_error(
     north = north_rate(latitude)
     if not (is_finite(table_rate) and table_rate != 0.0):
         remedy = "give the rate of a turning table, rad/s"
-        raise ValueError(f"table_rate is {quoted(table_rate)}; {remedy}")
+        raise refusal("table_rate", f"is {quoted(table_rate)}; {remedy}")
     speed = abs(table_rate)
     moments = moments_of(times)
     if not np.all(moments * speed >= 2.0 * math.pi * (1.0 - 1e-9)):
-        raise ValueError(f"times must be of a turn, {2.0 * math.pi / speed:.4g} s, and longer")
+        raise refusal("times", f"must be of a turn, {2.0 * math.pi / speed:.4g} s, and longer")
     weights = np.array([1.0, 1.0 / speed, 2.0 / speed**2]) / (north**2 * moments[:, np.newaxis])
     # Half of a bias' square falls on each axis of the plane, and the mean of exp(i W t) is a sinc.
     turned = speed * moments

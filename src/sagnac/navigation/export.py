@@ -214,7 +214,7 @@ def export(
     if tool is None:
         named = "there is no path" if path is None else f"{path} does not tell it"
         remedy = f"state it, or name a path that ends in {', '.join(_SUFFIXES)}"
-        raise ValueError(f"tool is not stated, and {named}; {remedy}")
+        raise errors.refusal("tool", f"is not stated, and {named}; {remedy}")
     errors.require_choice("tool", tool, ToolName)
     errors.require_choice("axes", axes or "each", Literal["worst", "each"])
     errors.require_confidence(confidence)
@@ -225,7 +225,7 @@ def export(
             why = definition.unused[option]
             raise ValueError(f"{option} has no effect on {definition.tool}: {why}; leave it out")
     if markov not in (None, 0, 1, 2):
-        raise ValueError(f"markov is {errors.quoted(markov)}; use 0, 1 or 2")
+        raise errors.refusal("markov", f"is {errors.quoted(markov)}; use 0, 1 or 2")
     errors.require_type("datasheet", datasheet, Sequence, f"give text {FORM}")
     datasheet = [datasheet] if isinstance(datasheet, str) else datasheet
     sources = source if isinstance(source, Sequence) and not isinstance(source, str) else [source]
@@ -258,9 +258,10 @@ def _stated(accelerometer: tuple[float, float]) -> FilterSetting:
     except (TypeError, ValueError):
         density = walk = math.nan
     if not (errors.is_finite(density) and density > 0.0 and errors.is_finite(walk) and walk >= 0.0):
-        raise ValueError(
-            f"accelerometer is {errors.quoted(accelerometer)}; give a density above zero, since no "
-            "accelerometer is without noise, and a walk of zero or more"
+        raise errors.refusal(
+            "accelerometer",
+            f"is {errors.quoted(accelerometer)}; give a density above zero, since no "
+            "accelerometer is without noise, and a walk of zero or more",
         )
     model = FilterModel(white=density, walk=walk)
     kind: units.Sensor = "accelerometer"

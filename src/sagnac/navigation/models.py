@@ -22,7 +22,7 @@ from scipy.optimize import linprog
 from scipy.special import gammaincinv
 
 from sagnac.core.arrays import FloatArray
-from sagnac.core.errors import RecordingError, is_finite, quoted
+from sagnac.core.errors import RecordingError, is_finite, quoted, refusal
 from sagnac.noise.laws import allan_variance_basis, markov_allan_variance
 
 
@@ -38,7 +38,7 @@ def require_numbers(of: object, names: Iterable[str], *, above_zero: bool = Fals
     for name in names:
         value = getattr(of, name)
         if not (is_finite(value) and (value > 0.0 or (value == 0.0 and not above_zero))):
-            raise ValueError(f"{name} is {quoted(value)}; give {allowed}")
+            raise refusal(name, f"is {quoted(value)}; give {allowed}")
 
 
 # ---- model -------------------------------------------------------------------------

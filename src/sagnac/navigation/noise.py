@@ -13,7 +13,7 @@ from scipy.special import ndtri
 
 from sagnac.core.arrays import FloatArray
 from sagnac.core.documents import Documented, read_one_analysis
-from sagnac.core.errors import RecordingError
+from sagnac.core.errors import RecordingError, refusal
 from sagnac.core.texts import by_axis
 from sagnac.core.units import SENSED, Sensor
 from sagnac.navigation.models import FilterModel, Markov, require_numbers
@@ -67,7 +67,7 @@ class GyroNoise:
     def __post_init__(self) -> None:
         require_numbers(self, NAMES)
         if self.covariance.shape != (3, 3):
-            raise ValueError(f"covariance has shape {self.covariance.shape}; give (3, 3)")
+            raise refusal("covariance", f"has shape {self.covariance.shape}; give (3, 3)")
 
     @property
     def values(self) -> FloatArray:

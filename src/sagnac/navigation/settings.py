@@ -17,7 +17,7 @@ from typing import Any, Final, Self
 import numpy as np
 
 from sagnac.core.documents import Documented, documents_of, read_analyses
-from sagnac.core.errors import RecordingError
+from sagnac.core.errors import RecordingError, refusal
 from sagnac.core.units import SENSED, UNITS, Sensor, field_unit
 from sagnac.core.version import __version__
 from sagnac.navigation import models
@@ -284,7 +284,7 @@ def _limit(
         raise ValueError(f"tau_s, {key} and edf have shapes {shapes}; give one shape")
     for name, values in columns.items():
         if not values.size or not (np.isfinite(values) & (values > 0.0)).all():
-            raise ValueError(f"{name} is not above zero throughout; give finite numbers")
+            raise refusal(name, "is not above zero throughout; give finite numbers")
     deviation = UNITS[unit].size * deviation
     white, high = _walk(walk, kind)
     shared, _ = _walk(whole[SENSED[kind].keys["angle_random_walk"]], kind)

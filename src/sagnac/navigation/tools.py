@@ -10,7 +10,7 @@ from typing import Final
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from sagnac.core import units
-from sagnac.core.errors import Note, RecordingError, is_finite, one_line, quoted
+from sagnac.core.errors import Note, RecordingError, is_finite, one_line, quoted, refusal
 from sagnac.core.texts import by_axis, toml_tables
 from sagnac.core.version import __version__
 from sagnac.navigation.definitions import Definition, ToolName, definition_of
@@ -56,10 +56,10 @@ class SettingsFile:
             raise ValueError("no gyro; give an analysis of one, or its data sheet")
         # No filter reaches 1 GHz.
         if self.rate is not None and not (is_finite(self.rate) and 0.0 < self.rate < 1e9):
-            raise ValueError(f"rate is {quoted(self.rate)}; give Hz above zero")
+            raise refusal("rate", f"is {quoted(self.rate)}; give Hz above zero")
         # Names that ROS allows.
         if not re.fullmatch(r"[A-Za-z~/][A-Za-z0-9_/~]*", str(self.topic)):
-            raise ValueError(f"topic is {quoted(self.topic)}; give a name of ROS such as /imu0")
+            raise refusal("topic", f"is {quoted(self.topic)}; give a name of ROS such as /imu0")
         if self.definition.axes == "one" and len(self.chosen["gyro"]) > 1:
             problem = f"{self.definition.tool} has one gyro noise for all axes"
             raise RecordingError(problem, remedy="take the worst of them ({axes worst})")

@@ -35,7 +35,7 @@ from scipy.special import chdtri, stdtrit
 
 from sagnac.core import errors
 from sagnac.core.arrays import ComplexArray, FloatArray, IntegerArray
-from sagnac.core.errors import RecordingError, quoted
+from sagnac.core.errors import RecordingError, quoted, refusal
 from sagnac.noise.estimates import Estimate, rooted
 from sagnac.noise.laws import STOCHASTIC_NAMES, rate_density_basis
 from sagnac.noise.likelihood import PRESENCE
@@ -148,8 +148,9 @@ def self_noise(
     every = tuple(one.name for one in recording.gyros)
     names = every if gyros is None else errors.choices_of("gyros", gyros, every)
     if len(set(names)) < _FOR_EACH * motions:
-        raise ValueError(
-            f"gyros are {', '.join(names)}; give {_FOR_EACH} or more for each of {motions} motions"
+        raise refusal(
+            "gyros",
+            f"are {', '.join(names)}; give {_FOR_EACH} or more for each of {motions} motions",
         )
     turned = [
         angle_increments(gyro.values, kind=gyro.kind, sample_rate=recording.sample_rate)
@@ -161,8 +162,9 @@ def self_noise(
     frequency = np.arange(length // 2 + 1) * recording.sample_rate / length
     half = 0.5 * recording.sample_rate
     if band is not None and not (errors.is_band(band) and band[1] <= half * (1.0 + 1e-9)):
-        raise ValueError(
-            f"band is {quoted(band)}; give two frequencies in Hz, the lower first, up to {half:g}"
+        raise refusal(
+            "band",
+            f"is {quoted(band)}; give two frequencies in Hz, the lower first, up to {half:g}",
         )
     segments = rates.shape[1] // length
     cross = _cross_spectra(rates, length) / recording.sample_rate

@@ -10,7 +10,14 @@ from typing import Final, Literal
 from scipy.optimize import brentq
 from scipy.special import ndtr, ndtri
 
-from sagnac.core.errors import Note, quoted, require_choice, require_confidence, require_type
+from sagnac.core.errors import (
+    Note,
+    quoted,
+    refusal,
+    require_choice,
+    require_confidence,
+    require_type,
+)
 from sagnac.core.units import SENSED, Sensor, canonical
 from sagnac.noise.laws import CoefficientName
 from sagnac.noise.slow_laws import SlowLaws
@@ -121,7 +128,7 @@ class Estimate(Interval):
         if self.status != "not observable":
             Interval.__post_init__(self)
             if self.low < 0.0:
-                raise ValueError(f"low is {self.low:g}; give zero or more")
+                raise refusal("low", f"is {self.low:g}; give zero or more")
         elif not all(map(math.isnan, figures)):
             raise ValueError(f"{figures}: what is not observable has NaN for all three")
 
@@ -332,4 +339,4 @@ class Fit:
         for name in self.coefficients:
             require_choice("coefficients: name", name, CoefficientName)
         if not self.departure >= 0.0:
-            raise ValueError(f"departure is {quoted(self.departure)}; give zero or more")
+            raise refusal("departure", f"is {quoted(self.departure)}; give zero or more")

@@ -24,7 +24,7 @@ from numpy.typing import ArrayLike
 from sagnac.analysis.evidence import Evidence
 from sagnac.analysis.settings import Method
 from sagnac.core.arrays import FloatArray
-from sagnac.core.errors import RecordingError
+from sagnac.core.errors import RecordingError, refusal
 from sagnac.core.units import ARCSECOND, DEGREE, DEGREE_PER_ROOT_HOUR
 from sagnac.core.version import __version__
 from sagnac.lines.naming import with_noise_restored
@@ -353,7 +353,7 @@ def predicted_angle_random_walk(
     speeds = np.array(rates, dtype=np.float64, ndmin=1)
     late = config.encoder.latch_jitter_s if latch_jitter is None else latch_jitter
     if late < 0.0:
-        raise ValueError(f"latch_jitter is {late:g} s; it must not be negative")
+        raise refusal("latch_jitter", f"is {late:g} s; it must not be negative")
     quantum = _mean(config.gyro.arw_deg_per_sqrt_h) * DEGREE_PER_ROOT_HOUR
     step = _mean(config.gyro.quantization_step_arcsec) * ARCSECOND
     laser = _laser_noise(speeds, config)

@@ -15,7 +15,15 @@ from numpy.typing import ArrayLike, NDArray
 
 from sagnac.core import arrays
 from sagnac.core.arrays import FloatArray, blocks
-from sagnac.core.errors import Note, RecordingError, is_finite, quoted, require_choice, require_name
+from sagnac.core.errors import (
+    Note,
+    RecordingError,
+    is_finite,
+    quoted,
+    refusal,
+    require_choice,
+    require_name,
+)
 from sagnac.core.marks import first_of, is_missing, marked, number_of
 from sagnac.core.units import SENSED, UNITS, Quantity, Sensor, Unit, sizes, split_factor, unit_of
 
@@ -76,7 +84,7 @@ def real_numbers(values: ArrayLike, argument: str) -> NDArray[Any]:
         with suppress(TypeError, ValueError):
             return np.asarray(values, dtype=np.float64)
     if given.dtype.kind not in "iuf" and given.size:
-        raise ValueError(f"{argument} holds {given.dtype} values; give real numbers")
+        raise refusal(argument, f"holds {given.dtype} values; give real numbers")
     return given
 
 
@@ -90,7 +98,7 @@ def numbers(values: ArrayLike, argument: str) -> NDArray[Any]:
     """
     given = np.asanyarray(values)
     if given.ndim != 1:
-        raise ValueError(f"{argument} has shape {given.shape}; give one column, shape (samples,)")
+        raise refusal(argument, f"has shape {given.shape}; give one column, shape (samples,)")
     return real_numbers(given, argument)
 
 
@@ -132,7 +140,7 @@ def squarable(values: ArrayLike) -> FloatArray:
     sizes = arrays.by_blocks(lambda some: np.nanmax(np.abs(some), initial=0.0), samples)
     largest = float(sizes.max(initial=0.0))
     if 0.0 < largest < 1e-60 or 1e60 < largest < math.inf:
-        raise ValueError(f"values reach {largest:.3g}; give them in the unit that is stated")
+        raise refusal("values", f"reach {largest:.3g}; give them in the unit that is stated")
     return samples
 
 
@@ -314,11 +322,11 @@ def require_rate(sample_rate: float) -> None:
     ValueError
         If it is not a finite number above zero, or one that no instrument has.
     """
-    said = f"sample_rate is {quoted(sample_rate)}; give samples per second, "
+    said = f"is {quoted(sample_rate)}; give samples per second,"
     if not (is_finite(sample_rate) and sample_rate > 0.0):
-        raise ValueError(f"{said}above zero")
+        raise refusal("sample_rate", f"{said} above zero")
     if not _SLOWEST <= sample_rate <= _FASTEST:
-        raise ValueError(f"{said}{_SLOWEST:g} to {_FASTEST:g}")
+        raise refusal("sample_rate", f"{said} {_SLOWEST:g} to {_FASTEST:g}")
 
 
 # ---- pickoff -----------------------------------------------------------------------

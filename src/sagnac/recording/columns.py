@@ -14,7 +14,16 @@ from numpy.typing import ArrayLike, NDArray
 
 from sagnac.core import arrays
 from sagnac.core.arrays import BooleanArray, FloatArray
-from sagnac.core.errors import Note, RecordingError, counted, is_finite, quoted, require_type
+from sagnac.core.errors import (
+    ArgumentTypeError,
+    Note,
+    RecordingError,
+    counted,
+    is_finite,
+    quoted,
+    refusal,
+    require_type,
+)
 from sagnac.core.units import sensor_of, split_header, unit_of
 from sagnac.recording.channel import Channel, Conversion, Kind, finite_extent, numbers, unwrapped
 
@@ -56,7 +65,7 @@ def columns_of(
     # What has a type of its numbers, as an array or one column, has no columns by name.
     if not hasattr(frame, "keys") or hasattr(type(frame), "dtype"):
         remedy = "give a frame of pandas or xarray, or a dictionary of columns"
-        raise TypeError(f"frame is {quoted(frame)}; {remedy}")
+        raise ArgumentTypeError("frame", f"is {quoted(frame)}; {remedy}")
     require_type("columns", columns, (Mapping, NoneType), "give {'x': NAME}, NAME in the frame")
     headers = [str(name) for name in (*frame, *getattr(frame, "coords", ()))]
     present, found = ", ".join(headers) or "no column", dict(columns or {})
@@ -141,7 +150,7 @@ def gyro_of(
             raise RecordingError(said, channel=name, remedy=remedy)
         if not (is_finite(period) and period > 0.0):
             remedy = "give the reading at which the counter starts over"
-            raise ValueError(f"period is {quoted(period)}; {remedy}")
+            raise refusal("period", f"is {quoted(period)}; {remedy}")
         readings = np.asarray(numbers(values, name), dtype=np.float64)
         extent = finite_extent(readings)
         if extent >= period:
@@ -187,7 +196,7 @@ def seconds_of(values: ArrayLike, *, unit: str) -> FloatArray:
     stamps = with_dates(values)
     if stamps.dtype.kind in "mM":
         if stamps.ndim != 1:
-            raise ValueError(f"times has shape {stamps.shape}; give one column, shape (samples,)")
+            raise refusal("times", f"has shape {stamps.shape}; give one column, shape (samples,)")
         return np.asarray((stamps - stamps[:1]) / np.timedelta64(1, "s"), dtype=np.float64)
     scale = unit_of(unit, "time").size
     column = numbers(values, "times")

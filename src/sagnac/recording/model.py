@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from sagnac.core.arrays import BooleanArray, FloatArray, pandas_for
-from sagnac.core.errors import Note, RecordingError, quoted, require_choice, require_type
+from sagnac.core.errors import Note, RecordingError, quoted, refusal, require_choice, require_type
 from sagnac.core.units import split_header
 from sagnac.recording import channel as channels
 from sagnac.recording import columns as conversions
@@ -48,7 +48,7 @@ class Provenance:
 
     def __post_init__(self) -> None:
         if self.span_s is not None and not self.span_s[0] <= self.span_s[1]:
-            raise ValueError(f"span_s is {self.span_s}; give (start, stop) in s, start first")
+            raise refusal("span_s", f"is {self.span_s}; give (start, stop) in s, start first")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False, repr=False)
@@ -120,17 +120,17 @@ class Recording(Compared):
         for several in ("gyros", "accelerometers", "notes", "pickoffs"):
             object.__setattr__(self, several, tuple(getattr(self, several)))
         if not self.gyros:
-            raise ValueError("gyros is empty; give one channel or more")
+            raise refusal("gyros", "is empty; give one channel or more")
         names = [channel.name for channel in (*self.gyros, *self.accelerometers)]
         if len(set(names)) < len(names):
-            raise ValueError(f"gyros are called {', '.join(names)}; give each a name of its own")
+            raise refusal("gyros", f"are called {', '.join(names)}; give each a name of its own")
         dithered = [pickoff.gyro for pickoff in self.pickoffs]
         if len(set(dithered)) < len(dithered) or not set(dithered) <= set(names):
             raise ValueError(f"pick-offs are of {', '.join(dithered)}; give one a gyro at most")
         channels.require_rate(self.sample_rate)
         if self.table is not None and self.table.kind != "angle":
             remedy = "give the angle of the table, kind 'angle'"
-            raise ValueError(f"table is of kind {self.table.kind!r}; {remedy}")
+            raise refusal("table", f"is of kind {self.table.kind!r}; {remedy}")
         self._require_columns()
 
     def _require_columns(self) -> None:
@@ -150,11 +150,12 @@ class Recording(Compared):
             wanted = np.bool_ if argument == "null_pulse" else np.float64
             held = getattr(values, "dtype", type(values).__name__)
             if held != wanted:
-                raise ValueError(f"{argument} holds {held}; give an array of {wanted.__name__}")
+                raise refusal(argument, f"holds {held}; give an array of {wanted.__name__}")
             if values.shape != (self.samples,):
-                raise ValueError(
-                    f"{argument} has shape {values.shape}; gyro {self.gyros[0].name} has "
-                    f"{self.samples} samples: give columns sampled together"
+                raise refusal(
+                    argument,
+                    f"has shape {values.shape}; gyro {self.gyros[0].name} has "
+                    f"{self.samples} samples: give columns sampled together",
                 )
 
     @classmethod
@@ -228,12 +229,13 @@ class Recording(Compared):
             raise ValueError("no gyro is given; give one or more by name, x=values for one")
         for name, values in gyros.items():
             if np.isscalar(values):
-                raise ValueError(
-                    f"{name} has shape (); give one column, shape (samples,), since no argument is "
-                    f"called {name}, and every other keyword is a gyro"
+                raise refusal(
+                    name,
+                    f"has shape (); give one column, shape (samples,), since no argument is "
+                    f"called {name}, and every other keyword is a gyro",
                 )
             if name == "time":
-                raise ValueError("time is no name of a gyro; give time stamps as times")
+                raise refusal("time", "is no name of a gyro; give time stamps as times")
         dithers = {} if pickoffs is None else pickoffs
         require_type("pickoffs", dithers, Mapping, "give {'x': readings of its pick-off}")
         taken = [
@@ -250,7 +252,7 @@ class Recording(Compared):
             for name in stated if isinstance(stated, Mapping) else ():
                 require_choice(f"{argument}: name", name, gyros)
         if table is None and table_unit is not None:
-            raise ValueError(f"table_unit is {quoted(table_unit)}, and there is no table; give one")
+            raise refusal("table_unit", f"is {quoted(table_unit)}, and there is no table; give one")
         return cls.from_channels(
             taken,
             _sampled(sample_rate, times, time_unit, taken[0].channel.values.size),
@@ -371,7 +373,7 @@ class Recording(Compared):
             if isinstance(kind, Mapping):
                 kind = {name: kind[name] for name in sensors if name in kind}
         if kind is None:
-            raise ValueError("kind is not stated; state angle, increment or rate")
+            raise refusal("kind", "is not stated; state angle, increment or rate")
         times, index = values.pop("time", None), getattr(frame, "index", ())
         is_dated = conversions.with_dates(index).dtype.kind in "mM"
         times = index if times is None and sample_rate is None and is_dated else times

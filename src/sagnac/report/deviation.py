@@ -12,6 +12,7 @@ from matplotlib.patheffects import withStroke
 from sagnac.analysis.result import Analysis, headline_coefficients, headline_fit
 from sagnac.analysis.spectra import ByAngle, Residual
 from sagnac.core.arrays import FloatArray
+from sagnac.core.errors import refusal
 from sagnac.core.units import DEGREE_PER_HOUR, SENSED, UNITS, field_unit
 from sagnac.noise.laws import COEFFICIENT_NAMES, SYMBOLS, CoefficientName, allan_variance
 from sagnac.report import frame
@@ -128,7 +129,7 @@ def _frame(axes: Axes, name: str, unit: str) -> None:
     for other in (*_UNITS, _OF_VALUES, _OF_TIME):
         if other != unit and axes.get_ylabel().endswith(other):
             stated, held = (one.strip(" ()") for one in (unit, other))
-            raise ValueError(f"result is in {stated} and axes are in {held}; give it other axes")
+            raise refusal("result", f"is in {stated} and axes are in {held}; give it other axes")
     frame.logarithmic(axes, "cluster time τ (s)", f"{name}{unit}")
 
 
@@ -385,5 +386,5 @@ def _residual(analysis: Analysis) -> Residual:
 
 def _by_angle(analysis: Analysis) -> ByAngle:
     if (turn := _residual(analysis).by_angle) is None:
-        raise ValueError("analysis has no table that turns")
+        raise refusal("analysis", "has no table that turns")
     return turn

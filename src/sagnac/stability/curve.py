@@ -51,7 +51,7 @@ from scipy import fft
 from scipy.special import gammaincinv
 
 from sagnac.core.arrays import FloatArray, pandas_for
-from sagnac.core.errors import Note, require_choice, require_confidence, require_shape
+from sagnac.core.errors import Note, refusal, require_choice, require_confidence, require_shape
 from sagnac.recording.channel import Compared, Kind, require_rate, squarable
 from sagnac.stability import Estimator, Gaps
 from sagnac.stability.estimators import ESTIMATORS, properties_of
@@ -258,7 +258,7 @@ class StabilityCurve(Compared):
             array.flags.writeable = False
             object.__setattr__(self, name, array)
         if not np.all(self.tau > 0.0):
-            raise ValueError("tau holds a value that is not above zero; give cluster times in s")
+            raise refusal("tau", "holds a value that is not above zero; give cluster times in s")
         require_choice("estimator", self.estimator, Estimator)
         require_choice("kind", self.kind, Kind)
         require_rate(self.sample_rate)

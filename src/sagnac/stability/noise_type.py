@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from sagnac.core.arrays import FloatArray
-from sagnac.core.errors import Note, quoted
+from sagnac.core.errors import Note, quoted, refusal
 from sagnac.stability import Estimator
 from sagnac.stability.estimators import Properties, properties_of
 from sagnac.stability.sums import Track
@@ -52,12 +52,12 @@ def cluster_sizes(
         return sizes[(sizes >= smallest) & (sizes <= largest)], ()
     given = np.atleast_1d(np.asarray(taus))
     if given.dtype.kind not in "iuf" and given.size:
-        raise ValueError(f"taus is {quoted(taus)}; give cluster times in s")
+        raise refusal("taus", f"is {quoted(taus)}; give cluster times in s")
     wanted = given.astype(np.float64)
     if wanted.ndim != 1 or wanted.size == 0:
-        raise ValueError(f"taus has shape {wanted.shape}; give one or more cluster times in s")
+        raise refusal("taus", f"has shape {wanted.shape}; give one or more cluster times in s")
     if not np.isfinite(wanted).all():
-        raise ValueError("taus holds a value that is not finite; give cluster times in s")
+        raise refusal("taus", "holds a value that is not finite; give cluster times in s")
     rounded = np.rint(wanted * sample_rate / estimator.step) * estimator.step
     outside = (rounded < smallest) | (rounded > largest)
     if outside.any():

@@ -13,7 +13,7 @@ from typing import Final
 import numpy as np
 
 from sagnac.core.arrays import FloatArray, IntegerArray, blocks, empty, every
-from sagnac.core.errors import Note, RecordingError
+from sagnac.core.errors import Note, RecordingError, refusal
 from sagnac.core.marks import first_of, marked, number_of
 from sagnac.core.marks import stretches as present_stretches
 from sagnac.recording.model import Kind
@@ -86,8 +86,8 @@ def accumulated_track(
     """
     smallest = 3 if kind == "angle" else 2
     if samples.size < smallest:
-        raise ValueError(
-            f"values has {samples.size} samples; an Allan variance takes {smallest} or more"
+        raise refusal(
+            "values", f"has {samples.size} samples; an Allan variance takes {smallest} or more"
         )
     missing = _count_gaps(samples, sample_rate, gaps, only_whole)
     present = samples.size - missing

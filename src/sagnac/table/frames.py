@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from sagnac.core.arrays import FloatArray
+from sagnac.core.errors import refusal
 from sagnac.core.units import EARTH_RATE
 
 _UNIT_NORM_TOLERANCE = 1e-9
@@ -104,7 +105,7 @@ def earth_rate(latitude: float, heading: float) -> FloatArray:
     if not abs(latitude) <= math.pi / 2:
         raise ValueError(f"latitude {latitude:g} rad lies beyond a pole; give -pi/2 to pi/2")
     if not math.isfinite(heading):
-        raise ValueError(f"heading is {heading!r}; give an angle in rad")
+        raise refusal("heading", f"is {heading!r}; give an angle in rad")
     north = EARTH_RATE * math.cos(latitude)
     return np.array(
         [north * math.cos(heading), -north * math.sin(heading), -EARTH_RATE * math.sin(latitude)]

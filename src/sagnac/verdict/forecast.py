@@ -28,6 +28,7 @@ from scipy.optimize import bisect
 from scipy.special import ndtri
 
 from sagnac.core.arrays import FloatArray
+from sagnac.core.errors import refusal
 from sagnac.noise.band_models import FLOOR
 from sagnac.noise.estimates import part_of_errors
 from sagnac.noise.laws import STOCHASTIC_NAMES, CoefficientName, rate_density_basis
@@ -113,7 +114,7 @@ class Shown:
         if not 0.0 < self.low < self.value < self.high:
             raise ValueError(f"value {self.value} must lie within ({self.low}, {self.high})")
         if "angle_random_walk" not in self.terms:
-            raise ValueError("terms lacks angle_random_walk")
+            raise refusal("terms", "lacks angle_random_walk")
         if not self.highest * self.duration > 1.0:
             raise ValueError(f"{self.duration} s hold no period of {self.highest} Hz")
 

@@ -12,7 +12,14 @@ from pathlib import Path
 from typing import Final
 
 from sagnac.core.documents import ANY, NUMBER, read_toml, table
-from sagnac.core.errors import RecordingError, is_finite, quoted, require_choice
+from sagnac.core.errors import (
+    ArgumentTypeError,
+    RecordingError,
+    is_finite,
+    quoted,
+    refusal,
+    require_choice,
+)
 from sagnac.core.units import Unit, field_unit, split_factor, unit_of
 from sagnac.noise.laws import COEFFICIENT_NAMES, SYMBOLS, CoefficientName
 
@@ -60,9 +67,9 @@ class Limit:
     def __post_init__(self) -> None:
         require_choice("coefficient", self.coefficient, CoefficientName)
         if not (math.isfinite(self.value) and self.value > 0.0):
-            raise ValueError(f"value is {quoted(self.value)}; give a finite number above zero")
+            raise refusal("value", f"is {quoted(self.value)}; give a finite number above zero")
         if self.unit.quantity != field_unit(self.coefficient).quantity:
-            raise ValueError(f"unit {self.unit} is not a unit of {self.coefficient}")
+            raise refusal("unit", f"{self.unit} is not a unit of {self.coefficient}")
 
     @property
     def letter(self) -> str:
@@ -113,9 +120,9 @@ class Specification:
     def __post_init__(self) -> None:
         names = [limit.coefficient for limit in self.limits]
         if not names or len(set(names)) != len(names):
-            raise ValueError("spec needs one limit or more, one for each coefficient at most")
+            raise refusal("spec", "needs one limit or more, one for each coefficient at most")
         if self.risk is not None and not (is_finite(self.risk) and 0.0 < self.risk < 0.5):
-            raise ValueError(f"risk is {quoted(self.risk)}; give a number between 0 and 0.5")
+            raise refusal("risk", f"is {quoted(self.risk)}; give a number between 0 and 0.5")
 
 
 def specification_of(text: str | Specification, *, risk: float | None = None) -> Specification:
@@ -149,16 +156,16 @@ def specification_of(text: str | Specification, *, risk: float | None = None) ->
     if isinstance(text, Specification):
         if risk is not None:
             said = "and the specification has its own; state one"
-            raise ValueError(f"risk is {quoted(risk)}, {said}")
+            raise refusal("risk", f"is {quoted(risk)}, {said}")
         return text
     if not isinstance(text, str):
-        raise TypeError(f"specification is {quoted(text)}; give '3e-4deg/sqrt(h)'")
+        raise ArgumentTypeError("specification", f"is {quoted(text)}; give '3e-4deg/sqrt(h)'")
     if text.strip().endswith(".toml"):
         return _of_file(Path(text.strip()), risk)
     if not text.strip():
-        raise ValueError("spec is empty; give a limit such as 3e-4deg/sqrt(h)")
+        raise refusal("spec", "is empty; give a limit such as 3e-4deg/sqrt(h)")
     if re.match(r"\s*(\w\s*=\s*)?\d+,\d", text):
-        raise ValueError(f"spec {text!r} has a decimal comma; give a decimal point")
+        raise refusal("spec", f"{text!r} has a decimal comma; give a decimal point")
     stated = [item.rpartition("=") for item in text.split(",")]
     limits = tuple(_limit(name.strip() or "N", value) for name, _, value in stated)
     return Specification(limits=limits, risk=risk)
@@ -178,13 +185,13 @@ def _of_file(path: Path, risk: float | None) -> Specification:
         said = f"cannot be read ({error.strerror})"
         raise RecordingError(said, path=str(path), remedy="check the path") from None
     except ValueError as error:
-        raise ValueError(f"spec {path}: {str(error).removeprefix('spec ')}") from None
+        raise refusal("spec", f"{path}: {str(error).removeprefix('spec ')}") from None
 
 
 def _limit(name: str, stated: object) -> Limit:
     if name not in _NAMES:
         remedy = f"use {', '.join(SYMBOLS.values())} (risk and product besides in a file)"
-        raise ValueError(f"spec {name!r} is no coefficient; {remedy}")
+        raise refusal("spec", f"{name!r} is no coefficient; {remedy}")
     coefficient, text = _NAMES[name], str(stated)
     unit = field_unit(coefficient)
     try:
@@ -193,11 +200,11 @@ def _limit(name: str, stated: object) -> Limit:
         number, unit_name = split_factor(text.strip())
         if not text.strip()[:1].isdigit() and not text.strip().startswith("."):
             remedy = "give a limit such as 3e-4deg/sqrt(h)"
-            raise ValueError(f"spec {text!r} has no number; {remedy}") from None
+            raise refusal("spec", f"{text!r} has no number; {remedy}") from None
         try:
             unit = unit_of(unit_name, unit.quantity)
         except ValueError as error:
-            raise ValueError(f"spec {text!r} of {SYMBOLS[coefficient]}: {error}") from None
+            raise refusal("spec", f"{text!r} of {SYMBOLS[coefficient]}: {error}") from None
     if not (math.isfinite(number) and number > 0.0):
-        raise ValueError(f"spec {text.strip()!r} is no limit; give a number above zero")
+        raise refusal("spec", f"{text.strip()!r} is no limit; give a number above zero")
     return Limit(coefficient=coefficient, value=number * unit.size, unit=unit)
