@@ -5,6 +5,7 @@ import pytest
 import scipy.linalg
 from scipy.interpolate import BSpline
 
+from sagnac.lines._kernels import drifting_tone
 from sagnac.lines.envelopes import (
     knot_values,
     knot_variances,
@@ -48,6 +49,20 @@ def test_a_sample_later_goes_on_with_the_same_piece():
         for block, middle in zip(at.block, MIDDLES, strict=True)
     ]
     assert spline_values(at, at.after, COEFFICIENTS) == pytest.approx(expected, abs=1e-12)
+
+
+@pytest.mark.parametrize(("start", "count"), [(0, SAMPLES), (437, 129), (999, 1)])
+def test_a_drifting_tone_is_its_splines_times_its_carrier(start, count):
+    """Over steep phases, blocks that begin between samples and stretches that begin anywhere."""
+    random, number = np.random.default_rng(2), np.arange(start, start + count)
+    phase, real, imaginary = random.standard_normal((3, BLOCKS + 3)) * [[9.0], [1.0], [1.0]]
+    knots = np.arange(-3, BLOCKS + 4) * (SAMPLES / BLOCKS)
+    angle, *parts = (BSpline(knots, one, 3)(number) for one in (phase, real, imaginary))
+    turns = 0.0793 * (number - 499.5)
+    expected = ((parts[0] + 1j * parts[1]) * np.exp(1j * (angle + 2.0 * np.pi * turns))).real
+    out, envelope = np.empty(count), pieces(real + 1j * imaginary)
+    drifting_tone(start, 0.0793, 499.5, BLOCKS / SAMPLES, envelope, pieces(phase), out)
+    assert out == pytest.approx(expected, abs=1e-10)
 
 
 def test_least_squares_are_the_dense_ones():

@@ -8,6 +8,9 @@ import numpy as np
 from sagnac.core.arrays import BooleanArray, ComplexArray, FloatArray, IntegerArray
 from sagnac.core.kernels import compiled
 
+# Samples over which the phase of a tone is carried on by products.
+_RUN = 64
+
 
 @compiled(fastmath=True)
 def paired_sums(
@@ -132,6 +135,28 @@ def spline_products(
     return products
 
 
+@compiled()
+def inverse_bands(factor: ComplexArray, inverse: ComplexArray) -> None:
+    """Fill `inverse` with upper bands of the inverse of a matrix, (4, size), first the diagonal.
+
+    `factor` is its upper Cholesky factor in bands, (4, size), the last of which is the diagonal.
+    Outside the bands the inverse is full, and is not needed for them (Takahashi, Fagan and Chin
+    1973): from the last row to the first, each element follows from those of the rows below.
+    """
+    size = factor.shape[1]
+    for i in range(size - 1, -1, -1):
+        own = factor[3, i]
+        last = min(i + 4, size)
+        # The diagonal comes last: it takes the row's other elements.
+        for j in range(last - 1, i - 1, -1):
+            total = 0j
+            for k in range(i + 1, last):
+                one = inverse[j - k, k] if k <= j else np.conj(inverse[k - j, j])
+                total -= factor[3 + i - k, k] * one
+            inverse[j - i, i] = total / own
+        inverse[0, i] += 1.0 / (own.real**2 + own.imag**2)
+
+
 @compiled(fastmath=True)
 def drifting_tone(
     start: int,
@@ -147,17 +172,34 @@ def drifting_tone(
     `envelope` and `phase` are (4, blocks) polynomials of a and phi, highest power first, in
     blocks from the start of each; there are `scale` blocks a sample.
     """
-    blocks = envelope.shape[1]
-    for n in range(out.size):
-        place = (start + n) * scale
-        k = min(int(place), blocks - 1)
-        x = place - k
-        a = envelope[3, k] + x * (envelope[2, k] + x * (envelope[1, k] + x * envelope[0, k]))
-        phi = phase[3, k] + x * (phase[2, k] + x * (phase[1, k] + x * phase[0, k]))
+    blocks, n = envelope.shape[1], 0
+    while n < out.size:
+        k = min(int((start + n) * scale), blocks - 1)
+        # Few enough that rounding does not add up, and none of the next block.
+        stop = min(out.size, n + _RUN)
+        if k < blocks - 1:
+            stop = max(n + 1, min(stop, int(np.ceil((k + 1) / scale)) - start))
+        x = (start + n) * scale - k
+        # The phase from here on is a cubic of the number of the sample: its third difference is
+        # constant, so that a sample takes three products and neither sine nor cosine.
         turns = frequency * (start + n - center)
-        turns -= np.floor(turns)
-        phi += 2.0 * np.pi * turns
-        out[n] = a.real * np.cos(phi) - a.imag * np.sin(phi)
+        cubed = phase[0, k] * scale**3
+        squared = (phase[1, k] + 3.0 * x * phase[0, k]) * scale**2
+        straight = (phase[2, k] + x * (2.0 * phase[1, k] + 3.0 * x * phase[0, k])) * scale
+        straight += 2.0 * np.pi * frequency
+        phi = phase[3, k] + x * (phase[2, k] + x * (phase[1, k] + x * phase[0, k]))
+        wave = np.exp(1j * (phi + 2.0 * np.pi * (turns - np.floor(turns))))
+        first = np.exp(1j * (straight + squared + cubed))
+        second = np.exp(1j * (2.0 * squared + 6.0 * cubed))
+        third = np.exp(6.0j * cubed)
+        for m in range(n, stop):
+            x = (start + m) * scale - k
+            a = envelope[3, k] + x * (envelope[2, k] + x * (envelope[1, k] + x * envelope[0, k]))
+            out[m] = a.real * wave.real - a.imag * wave.imag
+            wave *= first
+            first *= second
+            second *= third
+        n = stop
 
 
 @compiled()

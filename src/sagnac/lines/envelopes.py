@@ -287,16 +287,13 @@ def knot_variances(factor: ComplexArray) -> FloatArray:
 
     `factor` is the banded Cholesky factor of the normal matrix.
     """
-    size = factor.shape[1]
-    variances = np.empty(size - 2)
-    # The inverse of a banded matrix is full: some columns at a time.
-    for some in arrays.blocks(variances.size, 64):
-        columns = np.zeros((size, some.stop - some.start))
-        for part in range(3):
-            np.fill_diagonal(columns[some.start + part :], _CUBIC[3, part])
-        solved = scipy.linalg.cho_solve_banded((factor, False), columns)
-        variances[some] = np.einsum("ij,ij->j", columns, solved.real)
-    return variances
+    inverse = np.empty(factor.shape, dtype=np.complex128)
+    _kernels.inverse_bands(factor, inverse)
+    count, (first, middle, last) = factor.shape[1] - 2, _CUBIC[3, :3]
+    own, beside, across = inverse.real[:3]
+    variances = first**2 * own[:count] + middle**2 * own[1:-1] + last**2 * own[2:]
+    variances += 2.0 * middle * (first * beside[:count] + last * beside[1:-1])
+    return np.asarray(variances + 2.0 * first * last * across[:count])
 
 
 # ---- envelopes ---------------------------------------------------------------------
