@@ -1,11 +1,12 @@
 """The uniform splines against scipy's, and their least squares against dense ones."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 import scipy.linalg
 from scipy.interpolate import BSpline
 
-from sagnac.lines._kernels import drifting_tone
 from sagnac.lines.envelopes import (
     knot_values,
     knot_variances,
@@ -15,6 +16,7 @@ from sagnac.lines.envelopes import (
     spline_products,
     spline_values,
 )
+from sagnac.lines.wandering import values
 
 SAMPLES, BLOCKS = 1000, 8
 MIDDLES = np.arange(4.5, SAMPLES - 1, 10.0)
@@ -60,9 +62,9 @@ def test_a_drifting_tone_is_its_splines_times_its_carrier(start, count):
     angle, *parts = (BSpline(knots, one, 3)(number) for one in (phase, real, imaginary))
     turns = 0.0793 * (number - 499.5)
     expected = ((parts[0] + 1j * parts[1]) * np.exp(1j * (angle + 2.0 * np.pi * turns))).real
-    out, envelope = np.empty(count), pieces(real + 1j * imaginary)
-    drifting_tone(start, 0.0793, 499.5, BLOCKS / SAMPLES, envelope, pieces(phase), out)
-    assert out == pytest.approx(expected, abs=1e-10)
+    line = SimpleNamespace(carrier=0.0793, center=499.5, blocks=BLOCKS, samples=SAMPLES)
+    line.envelope, line.phase = pieces(real + 1j * imaginary), pieces(phase)
+    assert values(line, start, count) == pytest.approx(expected, abs=1e-10)
 
 
 def test_least_squares_are_the_dense_ones():
