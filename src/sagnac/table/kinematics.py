@@ -206,7 +206,7 @@ def harmonic_sum(angle: FloatArray, orders: FloatArray, phasor: ComplexArray) ->
         np.add.at(sums, places, phasor[whole].conj())
         total += angle_series(angle, sums)
     for order, own in zip(orders[~whole], phasor[~whole], strict=True):
-        total += own.real * np.cos(order * angle) + own.imag * np.sin(order * angle)
+        total += np.abs(own) * np.cos(order * angle - np.angle(own))
     return total
 
 
