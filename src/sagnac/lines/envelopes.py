@@ -24,6 +24,7 @@ from sagnac.core import arrays
 from sagnac.core.arrays import BooleanArray, ComplexArray, FloatArray, IntegerArray
 from sagnac.lines import _kernels
 from sagnac.lines.components import mixed_down
+from sagnac.spectrum.transforms import TONE_WIDTH
 
 # ---- baseband --------------------------------------------------------------------
 
@@ -157,11 +158,19 @@ def steady_lines(base: Baseband, frequencies: FloatArray) -> SteadyLines:
 
 
 def _tones(base: Baseband, frequencies: FloatArray, middles: FloatArray) -> ComplexArray:
-    """(tones, middles) steady tones of amplitude one as the means over each length show them."""
+    """(tones, middles) steady tones of amplitude one as the means over each length show them.
+
+    The middles are evenly apart: a wave is the product of one at every `TONE_WIDTH`-th of them and
+    of one from there on, and few exponentials are taken.
+    """
     apart = frequencies - base.frequency
     gain = np.sinc(base.length * apart) / np.sinc(apart)
-    phase = np.outer(apart, middles - base.center)
-    return np.asarray(gain[:, np.newaxis] * np.exp(2j * np.pi * phase))
+    turned = 2j * np.pi * apart[:, np.newaxis]
+    starts = np.exp(turned * (middles[::TONE_WIDTH] - base.center)) * gain[:, np.newaxis]
+    along = np.exp(turned * (middles[:TONE_WIDTH] - middles[0]))
+    waves = starts[:, :, np.newaxis] * along[:, np.newaxis]
+    size = starts.shape[1] * along.shape[1]
+    return np.asarray(waves.reshape(apart.size, size)[:, : middles.size])
 
 
 def _products(base: Baseband, frequencies: FloatArray) -> tuple[ComplexArray, ComplexArray]:
