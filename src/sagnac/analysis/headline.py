@@ -16,10 +16,11 @@ The rule: **the first candidate of the list that the data bear out is the answer
 7   levels below a roll-off       two bins or more lie there (`noise.bounds`): an upper bound
 ==  ============================  ==================================================================
 
-If the levels neither bear out 2 or 3 nor reject it, this candidate is the answer, and its interval
-holds that of 4, too. If N of fewer angles is more than every sample allows in the same band, it is
-bounded by what this allows. The paper's methods know 1 and 6 alone, and a search for lines that did
-not come to an end leaves 6, with the lines in. If nothing is borne out, N is not observable.
+If the levels neither bear out 2 or 3 nor reject it, this candidate is the answer, and half of the
+weight of its interval is that of 4. If N of fewer angles is more than every sample allows in the
+same band, it is bounded by what this allows. The paper's methods know 1 and 6 alone, and a search
+for lines that did not come to an end leaves 6, with the lines in. If nothing is borne out, N is not
+observable.
 
 The answer then goes through six steps, in this order in `answer`:
 
