@@ -78,10 +78,10 @@ class Settings:
     --------
     >>> Settings(gyros=("x", "z"), confidence=0.9).method
     'fos'
-    >>> Settings(method="fft")
+    >>> Settings(confidence=2.0)
     Traceback (most recent call last):
         ...
-    ValueError: method is 'fft'; use one of fos, fos-paper, fos-korenberg, fris, none
+    sagnac.core.errors.ArgumentError: confidence is 2.0; give a number between 0 and 1
     """
 
     gyros: tuple[str, ...] = ()

@@ -23,7 +23,7 @@ from cyclopts import App, CycloptsError, Parameter, UnusedCliTokensError
 
 from sagnac.cli import look, measure, onward, output, simulated
 from sagnac.cli.output import DONE, complain
-from sagnac.core.errors import visible
+from sagnac.core.errors import ArgumentError, visible
 from sagnac.core.version import __version__
 
 if TYPE_CHECKING:
@@ -197,7 +197,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         if "--debug" in tokens:
             raise
         # Of no other error are options named, and there may be no command: --help > /dev/full.
-        return output.explain(error, options_of(tokens[0]) if type(error) is ValueError else ())
+        of_argument = isinstance(error, ArgumentError)
+        return output.explain(error, options_of(tokens[0]) if of_argument else ())
     return status if isinstance(status, int) else DONE
 
 

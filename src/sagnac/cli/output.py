@@ -62,8 +62,8 @@ def explain(error: Exception, options: Container[str] = ()) -> int:
     int
         The exit status it means.
     """
-    is_usage = isinstance(error, WouldOverwrite | UsageError | ArgumentError)
-    is_usage |= type(error) is ValueError
+    is_usage = isinstance(error, WouldOverwrite | UsageError)
+    is_usage |= type(error) in (ValueError, ArgumentError)
     status = USAGE_ERROR if is_usage else DATA_ERROR
     if isinstance(error, RecordingError):
         said = error_text(error)

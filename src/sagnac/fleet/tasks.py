@@ -158,14 +158,14 @@ class Choices:
     pattern: str = ""
 
     def __post_init__(self) -> None:
-        stated = f"pattern is {quoted(self.pattern)}"
+        stated = f"is {quoted(self.pattern)}"
         try:
             groups = set(re.compile(self.pattern).groupindex)
         except re.error as error:
-            raise ValueError(f"{stated}; give a regular expression ({error})") from None
+            raise refusal("pattern", f"{stated}; give a regular expression ({error})") from None
         if self.pattern and (not groups or groups - set(FACTORS)):
             among = ", ".join(FACTORS)
-            raise ValueError(f"{stated}; give it groups such as (?P<unit>…), of {among}")
+            raise refusal("pattern", f"{stated}; give it groups such as (?P<unit>…), of {among}")
 
     def task(self, path: Path, labels: Mapping[str, str]) -> Task:
         """The task of a file; labels that are not stated are those of its path."""

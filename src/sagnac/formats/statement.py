@@ -117,7 +117,7 @@ class Statement:
     >>> Statement(kind="angel")
     Traceback (most recent call last):
         ...
-    ValueError: kind is 'angel'; use one of angle, increment, rate
+    sagnac.core.errors.ArgumentError: kind is 'angel'; use one of angle, increment, rate
     """
 
     gyros: tuple[str, ...] | None = None

@@ -223,7 +223,7 @@ def export(
     for option, value in given.items():
         if value is not None and option in definition.unused:
             why = definition.unused[option]
-            raise ValueError(f"{option} has no effect on {definition.tool}: {why}; leave it out")
+            raise errors.refusal(option, f"has no effect on {definition.tool}: {why}; leave it out")
     if markov not in (None, 0, 1, 2):
         raise errors.refusal("markov", f"is {errors.quoted(markov)}; use 0, 1 or 2")
     errors.require_type("datasheet", datasheet, Sequence, f"give text {FORM}")

@@ -11,7 +11,7 @@ from scipy.optimize import brentq
 from scipy.special import chdtrc
 
 from sagnac.core.arrays import FloatArray
-from sagnac.core.errors import Note, require_choice, require_confidence, rounded
+from sagnac.core.errors import Note, refusal, require_choice, require_confidence, rounded
 from sagnac.core.kernels import one_thread
 from sagnac.noise import cosine_spectrum
 from sagnac.noise.cosine_spectrum import CosineSpectrum
@@ -244,7 +244,7 @@ def fit_coefficients(
             )
         if kind is None or sample_rate is None:
             missing = "kind" if kind is None else "sample_rate"
-            raise ValueError(f"{missing} is missing; samples take kind and sample_rate")
+            raise refusal(missing, "is missing; samples take kind and sample_rate")
         values, rate = curve_or_values, sample_rate
         with one_thread():
             return likelihood_fit(values, kind=kind, sample_rate=rate, confidence=confidence)

@@ -19,7 +19,7 @@ from sagnac.analysis.verdict import verdict_of
 from sagnac.core import units
 from sagnac.core.arrays import FloatArray
 from sagnac.core.documents import ANALYSES, ANALYSIS, AS_WRITTEN, finite, read_one_analysis
-from sagnac.core.errors import Note, RecordingError, path_of
+from sagnac.core.errors import ArgumentError, Note, RecordingError, path_of
 from sagnac.core.units import Sensor, Unit
 from sagnac.core.version import __version__
 from sagnac.lines.model import Line
@@ -279,7 +279,7 @@ def read_analysis(path: str | Path) -> Analysis:
     try:
         return analysis_from(document)
     except (ValueError, KeyError, TypeError) as error:
-        why = f": {error}" if type(error) is ValueError else ""
+        why = f": {error}" if type(error) in (ValueError, ArgumentError) else ""
         where, said = "text" if is_text else str(path), f"states what cannot be{why}"
         raise RecordingError(said, path=where, remedy=AS_WRITTEN) from None
 
