@@ -211,7 +211,8 @@ def test_a_day_in_a_script(tmp_path, analyzed):
     assert made.text == sagnac.export(tmp_path / "unit", tool="kalibr").text
     with pytest.raises(ValueError, match="markov has no effect on Kalibr") as error:
         sagnac.export(analyzed, tmp_path / "imu.yaml", markov=1)
-    assert type(error.value) is ValueError
+    assert isinstance(error.value, sagnac.ArgumentError)
+    assert error.value.argument == "markov"
     wide, narrow = sagnac.plan(analyzed, within=[0.02, 0.01]).to_frame().hours[:2]
     assert 3.0 < narrow / wide < 6.0
     ahead = sagnac.align(analyzed, after=[100.0], latitude=0.8)
