@@ -450,7 +450,7 @@ def _fields_of(kind: type, options: Reading) -> dict[str, Any]:
 
 
 def settings_of(options: Options, **defaults: Any) -> "sagnac.Settings":
-    """Settings that the options choose, over those of the command itself; raises as below."""
+    """Settings that were typed, over those of the command itself; raises as `settings_typed`."""
     return sagnac.Settings(**{**defaults, **settings_typed(options)})
 
 

@@ -326,7 +326,7 @@ class ArgumentTypeError(_OfArgument, TypeError):
 
 
 refusal: Final = ArgumentError
-"""The same in a word, for a line that raises it."""
+"""`ArgumentError` by a shorter name, for the many lines that raise it."""
 
 
 def require_type(name: str, value: object, wanted: type | tuple[type, ...], remedy: str) -> None:

@@ -125,7 +125,8 @@ def campaign(
     Raises
     ------
     RecordingError
-        If the TOML of a campaign cannot be read, or the folder cannot be written to.
+        If the TOML of a campaign cannot be read, a folder holds no recording, the one for the
+        results cannot be written to, or a cluster has no workers.
     WouldOverwrite
         If a table or page is there that no campaign made, and `force` is not set.
     ValueError

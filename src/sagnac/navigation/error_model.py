@@ -411,8 +411,10 @@ def _of_weights(
     left: FloatArray,
     unsure: FloatArray | float = 0.0,
 ) -> AzimuthError:
-    """The error by (times, 3) weights of N, B and K squared, and what is `left` by bias or Markov
-    rates, rad^2, which is `unsure` by a squared standard error."""
+    """The error by (times, 3) weights of N, B and K squared.
+
+    `left` is what a bias or Markov rates add, rad^2, and `unsure` the square of its standard error.
+    """
     parts = weights * noise.values**2
     variance = parts.sum(axis=1) + left
     slope = 2.0 * weights * noise.values

@@ -231,8 +231,10 @@ def lost_row_notes(recording: Recording, profile: Profile) -> Notes:
     mean step. An angle holds what was turned meanwhile.
     """
     times, kind = recording.times, profile.channel.kind
-    nominal = 0.0 if times is None or kind == "angle" else median_step(times)
-    if times is None or not nominal > 0.0:
+    if times is None or kind == "angle":
+        return ()
+    nominal = median_step(times)
+    if not nominal > 0.0:
         return ()
 
     def counts(some: FloatArray) -> tuple[float, float]:

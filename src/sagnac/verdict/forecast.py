@@ -158,8 +158,9 @@ class Shown:
         if excess(longest) > 0.0:
             return math.inf
         found = bisect(excess, shortest, longest) if excess(shortest) > 0.0 else shortest
-        within = min if half_width >= self.half_width else max
-        return within(math.exp(found), self.duration)
+        if half_width >= self.half_width:
+            return min(math.exp(found), self.duration)
+        return max(math.exp(found), self.duration)
 
     def duration_to_decide(self, limit: float) -> float:
         """Duration, s, after which the interval leaves a limit of N, rad/sqrt(s), to one side.
