@@ -198,15 +198,15 @@ def _evidence(
             # Known before the search, which takes what time there is.
             require_length(before, recording)
         table = measurement.turning_table(corrected, gyros, settings.method)
-        measured = measurement.without_encoder_errors(as_it_is, corrected, table)
-        table = measurement.with_order_phases(table, measured)
     with stages.stage("check"):
         if findings is None:
             findings = findings_of(recording, settings)
         measurement.require_noise(as_it_is)
-        # Lines are sought with an array less in memory.
-        del as_it_is
     with stages.stage("lines") as fraction:
+        # The check before and the search after this have an array less in memory.
+        measured = measurement.without_encoder_errors(as_it_is, corrected, table)
+        del as_it_is
+        table = measurement.with_order_phases(table, measured)
         beside = (table.known, corrected, settings, fraction)
         left = measurement.remainder_of(measured, *beside)
         pairs, remainders = [measured], [left]
