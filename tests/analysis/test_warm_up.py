@@ -20,11 +20,26 @@ def test_warm_up_is_found_and_a_walk_is_none():
     assert found.time == pytest.approx(50.0, rel=0.2)
     rest = without_warm_up(gyro.increments, found, sample_rate=RATE)
     assert abs(rest[:1000].mean()) < 0.05 * gyro.increments[:1000].mean()
-    misses = 0
+
+
+@pytest.mark.parametrize("walk", [0.0, 0.1, 0.3, 1.0, 1e3])
+def test_a_walk_does_not_settle(walk):
+    rng = np.random.default_rng(16)
     for _ in range(20):
-        walk = np.cumsum(rng.standard_normal(8000)) / RATE
-        misses += find_warm_up(walk, sample_rate=RATE) is not None
-    assert misses <= 1
+        wandering = walk * np.cumsum(rng.standard_normal(20_000)) / RATE
+        rate = rng.standard_normal(20_000) + wandering
+        assert find_warm_up(rate / RATE, sample_rate=RATE) is None
+
+
+@pytest.mark.parametrize("time", [5.0, 20.0])
+def test_what_settles_by_the_noise_of_a_sample_is_found(time):
+    rng = np.random.default_rng(17)
+    settling = np.exp(-np.arange(20_000) / RATE / time)
+    for _ in range(20):
+        rate = rng.standard_normal(20_000) + settling
+        found = find_warm_up(rate / RATE, sample_rate=RATE)
+        assert found is not None
+        assert found.time == pytest.approx(time, rel=0.5)
 
 
 def test_what_a_pair_drifts_apart_is_said_in_full():

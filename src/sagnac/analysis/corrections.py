@@ -251,8 +251,7 @@ def _fitted(rates: FloatArray, columns: FloatArray) -> tuple[FloatArray, FloatAr
     count, scale = rates.size, columns.std(axis=0)
     freedom = count - 1 - scale.size
     both = np.column_stack([np.ones(count), columns / scale, rates])
-    # Of means of a walk over stretches of one: i + 1/2 for i < j, and i + 1/3 of its own.
-    wandering = _walk(count) + 0.5 - np.eye(count) / 6.0
+    wandering = _walk_of_means(count)
 
     def fit(logarithm: float) -> tuple[float, FloatArray, FloatArray, float]:
         ratio = math.exp(logarithm)
@@ -277,10 +276,13 @@ def _fitted(rates: FloatArray, columns: FloatArray) -> tuple[FloatArray, FloatAr
     return fit(float(best.x))[1:]
 
 
-def _walk(count: int) -> FloatArray:
-    """(count, count) covariance of a random walk of unit steps that starts at zero."""
+def _walk_of_means(count: int) -> FloatArray:
+    """(count, count) covariance of means over stretches of one of a walk from zero.
+
+    It is i + 1/2 for i < j, and i + 1/3 of a mean itself.
+    """
     place = np.arange(count, dtype=np.float64)
-    return np.minimum(place, place[:, np.newaxis])
+    return np.minimum(place, place[:, np.newaxis]) + 0.5 - np.eye(count) / 6.0
 
 
 def _corrected(gyro: Channel, drift: ThermalDrift, sample_rate: float) -> Channel:
@@ -346,8 +348,8 @@ def find_warm_up(increments: FloatArray, *, sample_rate: float) -> WarmUp | None
     """Fit ``rate exp(-t/time)`` besides a straight line, and keep it if chance does not make it.
 
     The fit is by generalized least squares to 200 block means of the rate, in white noise and a
-    random walk whose sizes come from the steps between the means that the fit leaves. So the
-    wandering of a rate random walk is not taken for a warm-up.
+    random walk. Twice the logarithm of the restricted likelihood has to rise by 20, with the
+    likeliest walk each time: what an exponential takes up, a walk takes up nearly as well.
 
     Parameters
     ----------
@@ -365,45 +367,34 @@ def find_warm_up(increments: FloatArray, *, sample_rate: float) -> WarmUp | None
         return None
     size = increments.size // _WARM_UP_MEANS
     means = averages_of(increments[: size * _WARM_UP_MEANS], size) * sample_rate
-    width = size / sample_rate
-    time: FloatArray = (np.arange(_WARM_UP_MEANS, dtype=np.float64) + 0.5) * width
-    # First in the differences alone, which a walk leaves white.
-    significance, constant, rate = _settling(means, time, white=0.0, walk=1.0)
-    for _ in range(2):
-        rest = np.diff(means - rate * np.exp(-time / constant))
-        rest -= rest.mean()
-        variance, beside = float(rest @ rest) / rest.size, float(rest[1:] @ rest[:-1]) / rest.size
-        white = max(-beside, 0.0)
-        walk = max(variance - 2.0 * white, 0.02 * variance / _WARM_UP_MEANS)
-        significance, constant, rate = _settling(means, time, white=white, walk=walk)
-    if not significance >= 30.0:
+    if not np.ptp(means) > 0.0:
         return None
-    until = min(math.log(100.0) * constant, increments.size / sample_rate)
-    return WarmUp(rate=rate, time=constant, until_s=until)
-
-
-def _settling(
-    means: FloatArray, time: FloatArray, *, white: float, walk: float
-) -> tuple[float, float, float]:
-    """The best exponential beside a line: squared significance, constant (s) and rate (rad/s).
-
-    In noise of these variances and a walk that starts anywhere.
-    """
-    width = time[1] - time[0]
-    constants = np.geomspace(2.0 * width, time.size * width / 3.0, 40)
-    factor = np.linalg.cholesky(white * np.eye(time.size) + walk * (_walk(time.size) + 1.0))
-    line = np.stack([np.ones(time.size), time / time[-1] - 0.5], axis=1)
-    shapes = np.exp(-time[:, np.newaxis] / constants)
-    columns = solve_triangular(factor, np.column_stack([line, means, shapes]), lower=True)
-    line, _ = np.linalg.qr(columns[:, :2])
-    beside = columns[:, 2:] - line @ (line.T @ columns[:, 2:])
-    shown, shapes = beside[:, 0], beside[:, 1:]
-    size = (shapes**2).sum(axis=0)
-    rates = shown @ shapes / size
-    scatter = ((shown[:, np.newaxis] - shapes * rates) ** 2).sum(axis=0) / (time.size - 4)
-    significance = rates**2 * size / scatter
-    best = int(np.argmax(significance))
-    return float(significance[best]), float(constants[best]), float(rates[best])
+    place = np.arange(_WARM_UP_MEANS) + 0.5
+    constants = np.geomspace(2.0, _WARM_UP_MEANS / 3.0, 40)
+    shapes = np.exp(-place[:, np.newaxis] / constants)
+    columns = np.column_stack([np.ones(place.size), place / place.size - 0.5, means, shapes])
+    line_alone, settling = math.inf, (math.inf, 0.0, 0.0)
+    # The variance of a step of the walk, in that of the white noise of a mean.
+    for ratio in np.geomspace(1e-5, 1e3, 17):
+        factor = np.linalg.cholesky(np.eye(place.size) + ratio * _walk_of_means(place.size))
+        white = solve_triangular(factor, columns, lower=True)
+        line, corner = np.linalg.qr(white[:, :2])
+        beside = white[:, 2:] - line @ (line.T @ white[:, 2:])
+        shown, shapes = beside[:, 0], beside[:, 1:]
+        information = (shapes**2).sum(axis=0)
+        rates = shown @ shapes / information
+        rest = np.maximum(shown @ shown - rates**2 * information, np.finfo(float).tiny)
+        best = int(np.argmin(rest))
+        volume = 2.0 * float(np.log(np.abs([*np.diag(factor), *np.diag(corner)])).sum())
+        lacking = (place.size - 2) * np.log([shown @ shown, rest[best]]) + volume
+        line_alone = min(line_alone, float(lacking[0]))
+        settling = min(settling, (float(lacking[1]), float(constants[best]), float(rates[best])))
+    lacking_least, constant, rate = settling
+    if line_alone - lacking_least < 20.0:
+        return None
+    time = constant * size / sample_rate
+    until = min(math.log(100.0) * time, increments.size / sample_rate)
+    return WarmUp(rate=rate, time=time, until_s=until)
 
 
 def without_warm_up(increments: FloatArray, warm_up: WarmUp, *, sample_rate: float) -> FloatArray:
