@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from benchmarks.gallery import Gyro, five_terms, low_passed
-from scipy.signal import iirpeak, lfilter
+from scipy.signal import butter, iirpeak, lfilter
 
 from sagnac.noise import model_average
 from sagnac.noise.band_models import BandModels
@@ -53,6 +53,19 @@ def test_white_walk_is_found_and_named():
     assert result.coefficients["quantization"].value == pytest.approx(0.05, rel=0.1)
     assert np.all(np.linalg.eigvalsh(result.covariance) > 0.0)
     assert result.rests_on.band_hz[0] < 1.0 < result.rests_on.band_hz[1]
+
+
+@pytest.mark.parametrize("floor", [0.1, 0.3])
+def test_the_floor_of_a_converter_is_no_walk_if_a_low_pass_lies_far_below(floor):
+    held = 0
+    for seed in range(8):
+        rng = np.random.default_rng(seed)
+        behind = lfilter(*butter(2, 0.4, fs=RATE), rng.standard_normal(150_000))
+        increments = (behind + floor * rng.standard_normal(150_000)) / math.sqrt(RATE)
+        walk = average(levels_of(increments)).angle_random_walk
+        # Below the low-pass the floor adds to it.
+        held += walk.low <= math.hypot(1.0, floor) <= walk.high
+    assert held == 8
 
 
 def test_no_walk_gives_a_bound():

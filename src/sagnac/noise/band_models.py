@@ -4,6 +4,11 @@ A model weighs ``exp(-(deviance + 2 terms + 2 bins left out)/2)``: the Akaike we
 also choose their data (Jay and Neil, Phys. Rev. D 103, 114502, 2021). Nothing lowers N at low
 frequency, so that bins left out below the band have to lie above N: what they lack is added to the
 deviance. A hump of vibration is flat at its top, but the spectrum below it is lower.
+
+A low-pass may lower what lies above the band. A bin that is lower there costs one more than the
+deviance to be expected of it if it were described, which is less than one if most of the error that
+a fit allows it is no chance: else the floor of a converter above a low-pass, in bins of many cells,
+would outweigh the plateau below.
 """
 
 import math
@@ -194,9 +199,12 @@ class ScaledLaws:
         (bins, 6) of Q, N, B and K, and f^2 and f^4 of the divisors, one at the highest bin.
     scale
         (6,) by which these were divided.
+    chance
+        (bins,) share of it in the variance that a fit allows a bin.
     """
 
     shape: FloatArray
+    chance: FloatArray
     laws: FloatArray
     scale: FloatArray
 
@@ -222,7 +230,9 @@ def _scaled(levels: Levels) -> ScaledLaws:
     relative = level_laws(levels) / levels.level[:, np.newaxis]
     laws = np.column_stack([relative, divisor_laws(levels.frequency)])
     scale = np.abs(laws).max(axis=0)
-    return ScaledLaws(shape=bin_shapes(levels, FLOOR), laws=laws / scale, scale=scale)
+    shape = bin_shapes(levels, FLOOR)
+    chance = shape / bin_shapes(levels, 0.0)
+    return ScaledLaws(shape=shape, chance=chance, laws=laws / scale, scale=scale)
 
 
 def band_models(levels: Levels) -> BandModels:
@@ -267,7 +277,8 @@ def models_of_one_band(levels: Levels, band_hz: tuple[float, float], mask: int) 
     """
     scaled = _scaled(levels)
     inside = (levels.frequency >= band_hz[0]) & (levels.frequency <= band_hz[1])
-    some = replace(scaled, shape=scaled.shape[inside], laws=scaled.laws[inside])
+    of_bins = {name: getattr(scaled, name)[inside] for name in ("shape", "chance", "laws")}
+    some = replace(scaled, **of_bins)
     bands = np.array([[0, some.shape.size]])
     masks = [one for one in _MASKS if one >> WALK & 1 and not one & ~mask]
     return _models(some, bands[bands[:, 1] >= LEAST_BINS], masks)
@@ -302,14 +313,15 @@ def _models_of_size(
     are bands that reach to where a low-pass leaves less than 1/2.5 and Q behind it is not the most
     of what is there: how far a filter of another kind falls is not known.
     """
-    bins = scaled.shape.size
     columns = np.array([np.flatnonzero(mask >> np.arange(_COLUMNS) & 1) for mask in masks])
     bands = bands[bands[:, 1] - bands[:, 0] > size]
-    bands = bands[2.0 * (bins - bands[:, 1] + bands[:, 0]) <= lightest + _HOPELESS]
+    # At least, if all that is above is lower.
+    above = np.append(np.cumsum(1.0 + scaled.chance[::-1])[::-1], 0.0)
+    outside = 2.0 * bands[:, 0] + above[bands[:, 1]]
+    bands, outside = (one[outside <= lightest + _HOPELESS] for one in (bands, outside))
     mask, columns = np.repeat(masks, len(bands)), np.repeat(columns, len(bands), axis=0)
     bands = np.tile(bands, (len(masks), 1))
-    left_out = bins - bands[:, 1] + bands[:, 0]
-    hopeless = np.asarray(lightest + _HOPELESS - 2.0 * left_out, dtype=np.float64)
+    hopeless = lightest + _HOPELESS - np.tile(outside, len(masks))
     deviance, squares, covariance = fitted_models(scaled, bands, columns, hopeless)
     row = np.arange(mask.size)[:, np.newaxis]
     placed, spread = np.zeros((mask.size, _COLUMNS)), np.zeros((mask.size, _COLUMNS, _COLUMNS))
@@ -318,7 +330,7 @@ def _models_of_size(
     stands = np.isfinite(deviance) & (squares > 0.0).all(axis=1)
     stands[stands] = _is_shallow(scaled, bands[stands], placed[stands])
     (first, last), mask, placed = bands[stands].T, mask[stands], placed[stands]
-    lacking = _lacking(scaled, first, placed[:, WALK])
+    outside = _outside(scaled, first, last, placed[:, WALK])
     return BandModels(
         first=first,
         last=last,
@@ -327,7 +339,7 @@ def _models_of_size(
         deviance=deviance[stands],
         squares=placed / scaled.scale,
         covariance=spread[stands] / (scaled.scale[:, np.newaxis] * scaled.scale),
-        logarithm=-0.5 * (deviance[stands] + lacking) - size - left_out[stands],
+        logarithm=-0.5 * (deviance[stands] + outside) - size,
     )
 
 
@@ -464,10 +476,15 @@ def _parts(scaled: ScaledLaws, squares: FloatArray) -> tuple[FloatArray, FloatAr
     return filtered, readout, divisor
 
 
-def _lacking(scaled: ScaledLaws, first: IntegerArray, walk: FloatArray) -> FloatArray:
-    """(models,) gamma deviance of the bins below each band that are lower than N alone."""
-    mean = np.outer(walk, scaled.laws[:, WALK])
-    lower = (mean > 1.0) & (np.arange(scaled.shape.size) < first[:, np.newaxis])
-    mean[~lower] = 1.0
+def _outside(
+    scaled: ScaledLaws, first: IntegerArray, last: IntegerArray, walk: FloatArray
+) -> FloatArray:
+    """(models,) what the bins outside of each band cost."""
+    bins, mean = np.arange(scaled.shape.size), np.outer(walk, scaled.laws[:, WALK])
+    below, above = bins < first[:, np.newaxis], bins >= last[:, np.newaxis]
     # Levels are one.
-    return np.asarray((1.0 / mean - 1.0 + np.log(mean)) @ (2.0 * scaled.shape))
+    lower = mean > 1.0
+    mean[~lower] = 1.0
+    lacking = 2.0 * scaled.shape * (1.0 / mean - 1.0 + np.log(mean))
+    cost = below * (2.0 + lacking) + above * np.where(lower, 1.0 + scaled.chance, 2.0)
+    return np.asarray(cost.sum(axis=1))
