@@ -177,15 +177,9 @@ def stamp_notes(recording: Recording, profile: Profile, *, omit_gaps: bool = Fal
         when = f"the first of {steps[first]:.6g} s at {second_of(recording, first):.3f} s"
         remedy = remedy_without(recording, np.flatnonzero(gaps) + 1)
         problem = f"has {several} of {nominal:.6g} s, {when}; {remedy}"
-    else:
-        problem = _change_of_rate(recording, times)
-    if problem:
+    if problem := problem or _change_of_rate(recording, times):
         return (Note(name="gaps", level="error", channel="time", text=problem),)
     return uneven_notes(times, nominal)
-
-
-# Fewest samples on either side of a change of rate.
-_FEWEST_BESIDE: Final = 64
 
 
 def _change_of_rate(recording: Recording, times: FloatArray) -> str:
@@ -198,7 +192,7 @@ def _change_of_rate(recording: Recording, times: FloatArray) -> str:
     some = arrays.every(times, apart)
     at = apart * int(np.abs(some - np.linspace(some[0], some[-1], some.size)).argmax())
     fewest, sides = min(at, times.size - at), (times[: at + 1], times[at:])
-    if fewest < max(0.05 * times.size, _FEWEST_BESIDE):
+    if fewest < max(0.05 * times.size, 64):
         return ""
     mean = np.array([(one[-1] - one[0]) / (one.size - 1) for one in sides])
     longer = int(mean.argmax())
