@@ -99,3 +99,9 @@ def test_wrong_toml_is_refused_with_its_path(tmp_path, text, said) -> None:
 def test_pattern_without_known_groups_is_refused() -> None:
     with pytest.raises(ValueError, match="give it groups"):
         Choices(pattern="(?P<colour>.)")
+
+
+def test_a_rate_that_is_no_number_is_refused(tmp_path) -> None:
+    path = written(tmp_path, '[[recording]]\nfile = "b.parquet"\nrate = "slow"\n')
+    with pytest.raises(RecordingError, match=r"rate is 'slow'; give deg/s as a number"):
+        tasks_of([path], Choices())

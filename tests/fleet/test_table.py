@@ -211,3 +211,13 @@ def test_gyros_that_do_not_pass_are_of_another_color(made):
         "N: undecided": [3],
     }
     assert len({one.get_color() for one in drawn.values()}) == 3
+
+
+def test_a_name_that_is_none_in_the_systems_encoding_is_in_every_table(tmp_path):
+    path = "/rack/A\udcff_day1.csv"
+    task = Task(path=path, labels={"unit": "A\udcff"})
+    rows = (Row(task=task, state="failed", reason="is empty"),)
+    (line,) = lines_of(rows)
+    assert line.file == r"/rack/A\udcff_day1.csv"
+    write_tables(lines_of(rows), tmp_path)
+    assert [one.file for one in read_table(tmp_path)] == [line.file]

@@ -74,3 +74,20 @@ def test_the_minus_that_is_printed_is_one(tmp_path, encoding):
     path.write_text(printed.replace("e\N{MINUS SIGN}", "e-"), encoding=encoding)
     values = read(path, Statement(kind="angle", sample_rate=10.0)).gyros[0].values
     np.testing.assert_allclose(values, np.deg2rad(degrees), rtol=1e-14)
+
+
+def test_comments_of_as_many_fields_as_a_row_are_passed_over(tmp_path):
+    rows = [f"{0.01 * n:.2f},{n % 7}" for n in range(SAMPLES)]
+    rows[40:40] = ["# door,open", "  % 3,4"]
+    rows.append("# mean,3")
+    path = save(tmp_path / "run.csv", "\n".join(["time[s],x[deg]", *rows]) + "\n")
+    recording = read(path, Statement(kind="angle"))
+    np.testing.assert_allclose(np.rad2deg(recording["x"].values), np.arange(SAMPLES) % 7)
+
+
+def test_fields_of_blanks_are_empty(tmp_path):
+    rows = [f"{0.01 * n:.2f},{n % 7:12d}" for n in range(SAMPLES)]
+    rows[40] = "0.40," + 12 * " "
+    path = save(tmp_path / "run.csv", "\n".join(["time[s],x[deg]", *rows]) + "\n")
+    values = read(path, Statement(kind="angle"), verify=False)["x"].values
+    assert np.flatnonzero(np.isnan(values)).tolist() == [40]

@@ -129,3 +129,14 @@ def test_leftovers_of_dead_processes_go_and_those_of_the_living_stay(tmp_path):
         path.write_text("half")
     remove_leftovers(tmp_path / "run.csv")
     assert sorted(tmp_path.iterdir()) == sorted(kept)
+
+
+def test_a_full_disk_refuses_a_file_of_hdf5_in_one_line(tmp_path):
+    made = "sagnac.Recording.from_arrays(x=range(2000), kind='rate', unit='deg/s', sample_rate=10)"
+    full = "import resource; resource.setrlimit(resource.RLIMIT_FSIZE, (5000, 5000))"
+    run = f"{full}; import sys, sagnac; sagnac.write({made}, sys.argv[1])"
+    given = [sys.executable, "-B", "-c", run, str(tmp_path / "run.h5")]
+    done = subprocess.run(given, capture_output=True, text=True, check=False)
+    assert done.returncode == 1
+    assert "run.h5: cannot be written (File too large)" in done.stderr.splitlines()[-1]
+    assert list(tmp_path.iterdir()) == []

@@ -108,7 +108,7 @@ def test_a_format_is_known_by_suffix_and_by_beginning(known):
 @pytest.mark.parametrize(
     ("suffix", "beginning", "said"),
     [
-        (".xyz", b"1", "no format has this suffix; convert the file to one of .csv"),
+        (".xyz", b"1", "no format has this suffix; unpack it, or convert it to one of .csv"),
         (".csv", b"", "is empty"),
         (".csv", b"PAR1", "is Parquet, not what its suffix claims; rename it to end in .parquet"),
         (".mat", b"PK\x03\x04", "is NumPy npz"),

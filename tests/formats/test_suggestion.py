@@ -6,6 +6,8 @@ import pytest
 from scipy.io import savemat
 
 from sagnac.cli import main
+from sagnac.core.errors import RecordingError
+from sagnac.core.texts import keywords
 from sagnac.formats import gyros_in, missing, read, write
 from tests.formats.examples import example, save
 
@@ -219,3 +221,30 @@ def test_a_damaged_file_is_called_so_before_anything_is_asked_for(tmp_path, caps
     said = capsys.readouterr()
     assert not said.out
     assert f"{path}: line {ROWS + 1} has 2 fields and the first row 3" in said.err
+
+
+def test_a_unit_that_is_not_known_is_asked_for(tmp_path):
+    with h5py.File(tmp_path / "run.h5", "w") as file:
+        file.attrs["sample_rate"] = 50.0
+        for name, unit in (("x", "deg per s"), ("z", "deg/s")):
+            file[name] = NOISE
+            file[name].attrs["unit"] = unit
+    assert missing(tmp_path / "run.h5") == {"kind": "x=KIND,z=rate", "unit": "x=UNIT"}
+    stated = keywords({"kind": "rate", "unit": "x=deg/s"})
+    values = read(tmp_path / "run.h5", **stated)["x"].values
+    np.testing.assert_allclose(np.rad2deg(values), NOISE)
+
+
+@pytest.mark.parametrize(("kind", "scale"), [("angle", "0.1arcsec"), ("rate", "0.1deg/h")])
+def test_counts_are_read_with_the_size_that_is_asked_for(tmp_path, kind, scale):
+    path = table(tmp_path / "run.csv", "x", np.rint(100 * NOISE))
+    with pytest.raises(RecordingError, match=f"state scale={scale}$"):
+        read(path, kind=kind, unit="counts", sample_rate=50.0)
+    assert read(path, kind=kind, unit="counts", scale=scale, sample_rate=50.0).samples == ROWS
+
+
+def test_what_is_wrong_with_a_file_that_is_asked_about_names_it(tmp_path):
+    rows = "".join(f"{n},{n % 7},3\n" for n in range(ROWS))
+    path = save(tmp_path / "run.csv", f"{rows}time,x,z\n{rows}")
+    with pytest.raises(RecordingError, match=r"run\.csv: .*line 301: 'x' is not a number"):
+        missing(path)

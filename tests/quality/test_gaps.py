@@ -98,6 +98,42 @@ def test_packets_are_told_from_losses(times, said):
     assert (f"{{time none}} and {{rate {rate:.6g}}}" in found.text) == (said == "bursts")
 
 
+@pytest.mark.parametrize(
+    ("name", "rates"),
+    [
+        ("halves", ("100", "200")),
+        ("drops", ("100", "80")),
+        # Sound twins: a clock of 1 ms, a third of a stretch lost, random times, drift of 2 %.
+        ("ticks", ()),
+        ("lost", ()),
+        ("random", ()),
+        ("drift", ()),
+    ],
+)
+def test_a_rate_that_changes_is_told_from_lost_rows_and_coarse_clocks(name, rates):
+    generator, places = np.random.default_rng(3), np.arange(SAMPLES)
+    steps = np.full(SAMPLES, 1.0 / RATE)
+    if rates:
+        steps[4000:] = 1.0 / float(rates[1])
+    times = np.cumsum(steps) - steps[0]
+    if name == "ticks":
+        times = np.round(places / 153.8, 3)
+    elif name == "lost":
+        times = times[(places > SAMPLES // 4) | (generator.random(SAMPLES) > 0.3)]
+    elif name == "random":
+        times = np.cumsum(generator.exponential(1.0 / RATE, SAMPLES))
+        times = times[:2000] - times[0]
+    elif name == "drift":
+        times = times + 0.01 * times**2 / times[-1]
+    gyro, rate = rate_gyro(noise(0.05)[: times.size]), (times.size - 1) / float(times[-1])
+    recording = Recording(gyros=(gyro,), sample_rate=rate, times=times)
+    said = [one.text for one in integrity(recording) if "the samples come at" in one.text]
+    assert len(said) == bool(rates)
+    for text in said:
+        assert text.startswith(f"the samples come at {rates[0]} Hz, and at {rates[1]} Hz")
+        assert not [one for one in integrity(recording[4010:]) if one.level == "error"]
+
+
 def test_late_and_repeated_stamps_are_told_from_gaps():
     steps = np.array([1.0, 0.0, 2.0, 1.0, 4.0, 1.0, 9.0, 0.0])
     notes = uneven_notes(np.concatenate([[0.0], np.cumsum(steps)]), 1.0)

@@ -5,9 +5,11 @@ import math
 import numpy as np
 import pytest
 
+from sagnac.quality.check import judged
 from sagnac.quality.readout import readout_of, step_shown
 from sagnac.recording.model import Channel
 from tests.noise.examples import read_out
+from tests.quality.pathologies import unsigned
 
 
 @pytest.mark.parametrize("rate", [0.0, 0.5, 1.0, 0.0137, 1000.0, 12.3456])
@@ -78,3 +80,10 @@ def test_samples_that_are_not_counted_show_no_step():
     assert shown(np.zeros(100)) == shown(np.full(5, np.nan)) == 0.0
     # A turn that speeds up evenly is no lattice either.
     assert shown(1e-6 * np.arange(20_000.0) ** 2 + noise, "angle") == 0.0
+
+
+def test_rates_that_are_read_as_unsigned_are_not_called_counters():
+    (found,) = (one for one in judged(unsigned(16)) if one.name == "wraps")
+    assert (
+        "write them as signed, or state the width of an angle's with {counter-bits}" in found.text
+    )

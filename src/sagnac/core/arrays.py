@@ -64,14 +64,23 @@ def empty(size: int) -> FloatArray:
     if size <= IN_MEMORY:
         return np.empty(size)
     with tempfile.TemporaryFile(prefix="sagnac-") as file:
-        if hasattr(os, "posix_fallocate"):
-            # A full disk is an error here and now, not a signal at the first write.
-            os.posix_fallocate(file.fileno(), 0, 8 * size)
-        else:
-            file.truncate(8 * size)
+        reserve(file.fileno(), 8 * size)
         scratch = _Scratch(file.fileno(), 8 * size)
     _scratches[id(scratch)] = scratch
     return np.frombuffer(scratch, dtype=np.float64)
+
+
+def reserve(file: int, size: int) -> None:
+    """Room for `size` bytes in an open file: a full disk is an error now, not at a later write.
+
+    Raises
+    ------
+    OSError
+        If the disk is full.
+    """
+    # Not every system can promise room.
+    promise = getattr(os, "posix_fallocate", lambda file, _, size: os.truncate(file, size))
+    promise(file, 0, size)
 
 
 def is_mapped(values: NDArray[Any]) -> bool:

@@ -12,7 +12,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 from scipy.special import betaincinv, ndtri
 
-from sagnac.core.errors import RecordingError, counted
+from sagnac.core.errors import RecordingError, counted, visible
 from sagnac.core.units import DEGREE_PER_ROOT_HOUR, field_unit
 from sagnac.core.whole_files import replacing, write_text
 from sagnac.fleet.runner import Campaign
@@ -126,9 +126,9 @@ class Line:
         File of an earlier row with the same data, which count once; empty if there is none.
     """
 
-    file: str = _column(lambda row: row.task.path)
-    unit: str = _column(lambda row: row.task.labels.get("unit", ""))
-    day: str = _column(lambda row: row.task.labels.get("day", ""))
+    file: str = _column(lambda row: visible(row.task.path))
+    unit: str = _column(lambda row: visible(row.task.labels.get("unit", "")))
+    day: str = _column(lambda row: visible(row.task.labels.get("day", "")))
     rate_deg_per_s: float = _column(_rate)
     method: str = _column(lambda row: row.task.settings.method)
     gyros: str = _column(lambda row: ",".join(_gyros(row) or row.task.settings.gyros))
@@ -171,7 +171,7 @@ def lines_of(rows: Iterable[Row]) -> list[Line]:
         same_as = first.get(data, "") if data is not None else ""
         first.setdefault(data, row.task.path)
         values = {column.name: column.metadata["of"](row) for column in columns}
-        lines.append(Line(**values, same_as=same_as))
+        lines.append(Line(**values, same_as=visible(same_as)))
     return lines
 
 

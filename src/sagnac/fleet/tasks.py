@@ -108,7 +108,8 @@ _CAMPAIGN: Final = table(
             "items": table(
                 {
                     "file": {**TEXT, "description": "give file, the path of a recording"},
-                    **dict.fromkeys(FACTORS, ANY),
+                    **dict.fromkeys(("unit", "day"), ANY),
+                    "rate": {**NUMBER, "description": "give deg/s as a number"},
                 },
                 needed=("file",),
             ),
@@ -421,7 +422,9 @@ def _measured(task: Task, folder: Path) -> Row:
         raise RecordingError(said, path=task.path, remedy=remedy)
     analysis = analyze(recording, task.settings)
     document = analysis_document(analysis)
-    report = Path("reports", f"{Path(task.path).stem}-{task.key[:12]}")
+    # A page links to it, and a name that is none in the system's encoding has no link.
+    name = Path(task.path).stem.encode(errors="backslashreplace").decode()
+    report = Path("reports", f"{name}-{task.key[:12]}")
     made(folder / report)
     # A table of results needs no plots, which are slow to load: only who measures draws.
     import_module("sagnac.report.page").write_page(analysis, folder / report / "report.html")

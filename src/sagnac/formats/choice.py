@@ -439,7 +439,8 @@ def scale_of(
         raise RecordingError(said, channel=name, remedy=remedy)
     if scale is None and sensor == "gyro" and is_counts(unit or ""):
         said = "it is in counts and their size is not stated"
-        raise RecordingError(said, channel=name, remedy="state {scale 0.1arcsec}")
+        size = "0.1deg/h" if kind == "rate" else "0.1arcsec"
+        raise RecordingError(said, channel=name, remedy=f"state {{scale {size}}}")
     unit, quantity = scale or unit, quantity_of(kind, sensor)
     usual = next(iter(units.sizes(quantity)))
     other = f"another of {quantity}" if sensor == "gyro" else "{unit gyros=deg/s,accelerometers=g}"

@@ -5,6 +5,7 @@ A folder of EuRoC holds one, ``mav0/imu0/data.csv`` with the six axes of an IMU,
 The EuRoC micro aerial vehicle datasets, *Int. J. Robot. Res.* 35, 1157, 2016; ASL format).
 """
 
+import re
 from collections import deque
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
@@ -133,12 +134,17 @@ def _batches(laid_out: Layout, wanted: Mapping[str, int]) -> Iterator[pa.RecordB
         include_columns=list(forms),
         column_types={name: types.get(form, pa.string()) for name, form in forms.items()},
         decimal_point=laid_out.style.decimal,
+        # An empty field may be as wide as its column.
+        null_values=[*MISSING, *(" " * width for width in range(1, 33))],
         true_values=[],
         false_values=[],
     )
     names = [str(place) for place in range(len(laid_out.forms))]
 
     def table(block: bytes, skip: int) -> pa.Table:
+        # A comment may have as many fields as a row.
+        if b"#" in block or b"%" in block:
+            block = re.sub(rb"(?m)^[ \t]*[#%].*", b"", block)
         held = pa.BufferOutputStream()
         held.write(block)
         read = arrow_csv.ReadOptions(

@@ -20,7 +20,7 @@ import h5py
 import numpy as np
 from numpy.typing import NDArray
 
-from sagnac.core.arrays import blocks
+from sagnac.core.arrays import blocks, reserve
 from sagnac.core.errors import Note, RecordingError, one_line
 from sagnac.core.whole_files import replacing
 from sagnac.formats import source
@@ -311,17 +311,19 @@ def _require_written(dataset: h5py.Dataset, path: Path) -> None:
 
 def write(path: Path, out: source.Outgoing) -> None:
     """One dataset per column with unit and kind, and the rate in the root's attributes."""
-    with replacing(path) as temporary, h5py.File(temporary, "w") as file:
-        file.attrs["remark"] = np.bytes_(source.MADE)
-        file.attrs["sample_rate"] = out.sample_rate
-        for sensor, names in out.sensors.items():
-            file.attrs[sensor] = names
-        for name, values in out.rows(slice(0)).items():
-            dataset = file.create_dataset(name, (out.samples,), values.dtype)
-            if (unit := out.units[name]) is not None:
-                dataset.attrs["unit"] = unit.name
-            if name in out.kinds:
-                dataset.attrs["kind"] = out.kinds[name]
-        for block in blocks(out.samples):
-            for name, values in out.rows(block).items():
-                file[name][block] = values
+    with replacing(path) as temporary:
+        # The library takes the process with it when a disk fills up.
+        with temporary.open("wb") as room:
+            reserve(room.fileno(), 2**14 + 8 * out.samples * len(out.units))
+        with h5py.File(temporary, "w") as file:
+            facts = {"remark": np.bytes_(source.MADE), "sample_rate": out.sample_rate}
+            file.attrs.update({**facts, **out.sensors})
+            for name, values in out.rows(slice(0)).items():
+                dataset = file.create_dataset(name, (out.samples,), values.dtype)
+                if (unit := out.units[name]) is not None:
+                    dataset.attrs["unit"] = unit.name
+                if name in out.kinds:
+                    dataset.attrs["kind"] = out.kinds[name]
+            for block in blocks(out.samples):
+                for name, values in out.rows(block).items():
+                    file[name][block] = values

@@ -136,7 +136,8 @@ def missing(path: Path | str, statement: Statement | None = None, **stated: Any)
     ...     missing(path)
     {'columns': 'x=gyro_x[deg/s]', 'kind': 'rate', 'time': 'stamp:s'}
     """
-    return suggestion(*_opened(path, statement, stated))
+    with about(_file_of(path)):
+        return suggestion(*_opened(path, statement, stated))
 
 
 def gyros_in(path: Path | str, statement: Statement | None = None) -> tuple[str, ...]:
@@ -371,7 +372,7 @@ def format_of(suffix: str, beginning: bytes) -> Format:
     if by_suffix is None:
         suffixes = ", ".join(dict.fromkeys(own for one in formats() for own in one.suffixes))
         said = "no format has this suffix"
-        raise RecordingError(said, remedy=f"convert the file to one of {suffixes}")
+        raise RecordingError(said, remedy=f"unpack it, or convert it to one of {suffixes}")
     if not beginning:
         raise RecordingError("is empty", remedy="get the file again from its source")
     for known in chain([by_suffix], formats()):

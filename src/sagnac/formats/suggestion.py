@@ -13,7 +13,7 @@ from sagnac.core.texts import text_of
 from sagnac.formats import choice
 from sagnac.formats.choice import choose_one, is_like_table, is_like_time
 from sagnac.formats.source import Column, Source
-from sagnac.formats.statement import Statements, is_counts, is_known, is_size
+from sagnac.formats.statement import Statements, is_counts, is_known
 from sagnac.formats.suspicions import likely_time_unit
 from sagnac.recording.columns import ACCELEROMETER_NAMES, GYRO_NAMES
 
@@ -242,11 +242,9 @@ def _kind_and_unit(
     is_sized = statements.first("scale") is not None
     for name, column in gyros.items():
         unit = next(filter(None, choice.stated_for("unit", name, column, statements)), None)
-        if unit is None and not is_sized:
-            found["unit"][name] = UNIT
-        elif unit is not None and not is_known(unit):
-            found["unit"][name] = "counts"
-        if unit is not None and not is_size(unit) and not is_sized:
+        if not is_known(unit or ""):
+            found["unit"][name] = UNIT if not is_sized else "counts" if unit else ""
+        if not is_sized and is_counts(unit or ""):
             missing["scale"] = "SIZE"
         if not any(choice.stated_for("kind", name, column, statements)):
             is_rate = units.split_factor(unit or "")[1] in units.RATE_UNITS

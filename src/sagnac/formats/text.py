@@ -233,7 +233,7 @@ def encoding_of(head: bytes) -> str:
         if head.startswith(mark) or (is_beside and not head[1 - first :: 2].count(0)):
             return name
     if b"\0" in head:
-        remedy = "give it the suffix of its own format"
+        remedy = "unpack it if it is packed, or give it the suffix of its own format"
         raise RecordingError("holds binary data, not text", remedy=remedy)
     try:
         codecs.getincrementaldecoder("utf-8")().decode(head)

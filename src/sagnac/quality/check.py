@@ -62,7 +62,7 @@ _ON_READING: Final[tuple[Detector, ...]] = (
     Detector("missing", samples.missing_notes, True, (), "samples that are no finite numbers",
              "nothing is read of that gyro", _STRETCH),
     Detector("gaps", samples.stamp_notes, False, (),
-             "time stamps that jump, stand still or run back", "nothing is read", _STRETCH),
+             "stamps that jump, stand still, run back or change rate", "nothing is read", _STRETCH),
     Detector("stuck", samples.stuck_notes, True, (), "a gyro that gives one value for a while",
              "nothing is read of that gyro", _STRETCH),
     Detector("units", physics.gravity_notes, False, _UNREAD,

@@ -467,7 +467,7 @@ def _ends_of_a_range(profile: Profile) -> Notes:
         return ()
     width = f"a counter of {near[0]} bits has" if near else "a counter has"
     said = f"takes values at the two ends of its range and none between, as {width}"
-    remedy = "read them as signed, or state the width with {counter-bits}"
+    remedy = "write them as signed, or state the width of an angle's with {counter-bits}"
     text = f"{said} if signed counts are read as unsigned; {remedy}"
     effect = _scatter_of_halves(values, middle)
     return (finding("wraps", profile.name, text, effect=effect, level="error"),)

@@ -177,9 +177,34 @@ def stamp_notes(recording: Recording, profile: Profile, *, omit_gaps: bool = Fal
         when = f"the first of {steps[first]:.6g} s at {second_of(recording, first):.3f} s"
         remedy = remedy_without(recording, np.flatnonzero(gaps) + 1)
         problem = f"has {several} of {nominal:.6g} s, {when}; {remedy}"
-    if problem:
+    if problem := problem or _change_of_rate(recording, times):
         return (Note(name="gaps", level="error", channel="time", text=problem),)
     return uneven_notes(times, nominal)
+
+
+def _change_of_rate(recording: Recording, times: FloatArray) -> str:
+    """Whether the rate changes by over a tenth somewhere, and what to do; empty if not.
+
+    Lost rows move a mean step alone, and the ticks of a coarse clock a median one, so both have to,
+    by six deviations of a mean of random steps.
+    """
+    apart = -(-times.size // 10_000)
+    some = arrays.every(times, apart)
+    at = apart * int(np.abs(some - np.linspace(some[0], some[-1], some.size)).argmax())
+    fewest, sides = min(at, times.size - at), (times[: at + 1], times[at:])
+    if fewest < max(0.05 * times.size, 64):
+        return ""
+    mean = np.array([(one[-1] - one[0]) / (one.size - 1) for one in sides])
+    longer = int(mean.argmax())
+    if not mean[longer] > 1.1 * mean[1 - longer] > 0.0:
+        return ""
+    usual = [median_step(one, repeats=False) for one in sides]
+    scatter = np.std(arrays.differences(times)) / math.sqrt(fewest)
+    if not usual[longer] > 1.1 * usual[1 - longer] or np.ptp(mean) < 6.0 * scatter:
+        return ""
+    remedy = remedy_without(recording, np.arange(max(0, at - apart + 1), at + apart))
+    said = f"the samples come at {1.0 / mean[0]:.3g} Hz, and at {1.0 / mean[1]:.3g} Hz from about"
+    return f"{said} {second_of(recording, at):.3f} s on; {remedy}"
 
 
 def _rate_of_ticks(times: FloatArray, ticks: IntegerArray) -> str:
