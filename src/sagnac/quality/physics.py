@@ -278,6 +278,9 @@ def motion_notes(recording: Recording, profile: Profile) -> Notes:
     middle = float(np.median(rates))
     level: Level = "error"
     moves, rate = _turning(profile), recording.sample_rate
+    why = "and no encoder is looked at: use sagnac analyze with it ({table})"
+    if recording.table is not None:
+        why = "and the encoder that is named does not: name its column and unit with {table}"
     # A few seconds or samples are said as such, and an answer goes without them.
     if moves.any() and find_bumps(profile.changes, sample_rate=rate, with_spikes=True) is None:
         first = int(profile.edges[first_of(moves)])
@@ -286,9 +289,8 @@ def motion_notes(recording: Recording, profile: Profile) -> Notes:
         text = (
             f"turns at up to {float(np.abs(rates).max()) / DEGREE:.3g} deg/s, in "
             f"{rounded(100.0 * number_of(moves) / rates.size)} % of the record, first at "
-            f"{second_of(recording, first):.1f} s, and no encoder is looked at: this "
-            f"is no still bench; use sagnac analyze with the encoder ({{table}}), state the right "
-            f"{{unit}}, or {remedy}"
+            f"{second_of(recording, first):.1f} s, as no still bench does, {why}, "
+            f"state the right {{unit}}, or {remedy}"
         )
     else:
         # A rate that never changes is a table's beyond this many times the walk in a root second,
@@ -298,9 +300,6 @@ def motion_notes(recording: Recording, profile: Profile) -> Notes:
         if abs(middle) < min(25.0 * DEGREE, largest):
             return ()
         level = "error" if abs(middle) >= largest else "warning"
-        why = "and no encoder is looked at: use sagnac analyze with it ({table})"
-        if recording.table is not None:
-            why = "and the encoder that is named does not: name its column and unit with {table}"
         said = f"turns steadily at {middle / DEGREE:.4g} deg/s, as on a table"
         half = _half_of_range(profile.channel, middle)
         text = f"{said}, {why}, or state the right {{unit}}{half}"
