@@ -269,8 +269,8 @@ def motion_notes(recording: Recording, profile: Profile) -> Notes:
 
     Means over seconds that lie farther than 2 deg/s from their median, and farther than noise puts
     them, are motion. What is read then is that of the motion. A mean rate beyond the bias of any
-    gyro is a warning; beyond the largest that one of such noise has it is an error, since what is
-    read then is the error of the table.
+    gyro is a warning; beyond the largest that one of such noise has, by steps between samples and
+    within seconds, it is an error, since what is read then is the error of the table.
     """
     rates = profile.rates
     if not profile.standing or profile.channel.sensor != "gyro" or rates.size < 2:
@@ -296,10 +296,13 @@ def motion_notes(recording: Recording, profile: Profile) -> Notes:
         # A rate that never changes is a table's beyond this many times the walk in a root second,
         # 200 deg/s for 1 deg/sqrt(h); of MEMS units as they are sold it is 70 at most. Up to
         # 25 deg/s it is the bias of the cheapest gyros.
-        largest = max(TURNING_RATE, 12_000.0 * profile.walk)
-        if abs(middle) < min(25.0 * DEGREE, largest):
+        # Behind a low-pass the steps between samples hide the noise; on a table its ripple adds.
+        least, largest = (
+            max(TURNING_RATE, 12_000.0 * walk) for walk in (profile.walk, profile.walk_in_seconds)
+        )
+        if abs(middle) < min(25.0 * DEGREE, least):
             return ()
-        level = "error" if abs(middle) >= largest else "warning"
+        level = "error" if abs(middle) >= max(least, largest) else "warning"
         said = f"turns steadily at {middle / DEGREE:.4g} deg/s, as on a table"
         half = _half_of_range(profile.channel, middle)
         text = f"{said}, {why}, or state the right {{unit}}{half}"
