@@ -296,13 +296,14 @@ def motion_notes(recording: Recording, profile: Profile) -> Notes:
         # A rate that never changes is a table's beyond this many times the walk in a root second,
         # 200 deg/s for 1 deg/sqrt(h); of MEMS units as they are sold it is 70 at most. Up to
         # 25 deg/s it is the bias of the cheapest gyros.
-        # Behind a low-pass the steps between samples hide the noise; on a table its ripple adds.
-        least, largest = (
-            max(TURNING_RATE, 12_000.0 * walk) for walk in (profile.walk, profile.walk_in_seconds)
-        )
+        least = largest = max(TURNING_RATE, 12_000.0 * profile.walk)
         if abs(middle) < min(25.0 * DEGREE, least):
             return ()
-        level = "error" if abs(middle) >= max(least, largest) else "warning"
+        # Behind a low-pass the steps between samples hide the noise. What scatters within a second
+        # may be ripple of a table: if one is named, it is.
+        if recording.table is None:
+            largest = max(least, 12_000.0 * profile.walk_in_seconds)
+        level = "error" if abs(middle) >= largest else "warning"
         said = f"turns steadily at {middle / DEGREE:.4g} deg/s, as on a table"
         half = _half_of_range(profile.channel, middle)
         text = f"{said}, {why}, or state the right {{unit}}{half}"
