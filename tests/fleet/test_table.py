@@ -123,6 +123,17 @@ def test_terminal_and_page_name_the_unit_that_the_others_do_not_bear_out(tmp_pat
         assert len(low.lstrip("0.")) >= 2
 
 
+def test_terminal_counts_the_recordings_that_show_no_n(tmp_path) -> None:
+    lines = [replace(one, gyros="x") for one in rack_with_a_wrong_unit() if one.gyros == "x"]
+    lines[0] = replace(lines[0], status="not observable")
+    lines[1] = replace(lines[1], status="upper bound")
+    rows = tuple(Row(task=Task(path=one.file), state="done") for one in lines)
+    text = terminal_text(Campaign(rows=rows, computed=0), lines, 0)
+    assert "x: 12 of 12 recordings analyzed, 2 without an estimate of N\n" in text
+    text = terminal_text(Campaign(rows=rows[2:], computed=0), lines[2:], 0)
+    assert "x: 10 of 10 recordings analyzed\n" in text
+
+
 def test_a_drift_of_n_falls_by_no_more_than_its_whole(tmp_path) -> None:
     lines = rack_with_a_wrong_unit()
     rows = tuple(Row(task=Task(path=one.file), state="done") for one in lines)

@@ -41,6 +41,15 @@ def test_counters_that_roll_over(tmp_path, bits):
     )
 
 
+@pytest.mark.parametrize("bits", [20, 24])
+def test_a_counter_of_the_encoder_beside_gyros_that_are_none(tmp_path, bits):
+    turned = np.rint(np.linspace(0.0, 5.3 * 2**bits, SAMPLES))
+    content = text("time[s],x[deg/s],table", np.arange(SAMPLES) / 100, walk(), turned % 2**bits)
+    stated = Statement(kind="rate", table="table:arcsec", counter_bits=bits)
+    table = read(save(tmp_path / "run.csv", content), stated, verify=False).table
+    np.testing.assert_allclose((table.values - table.values[0]) / ARCSECOND, turned, atol=1e-3)
+
+
 def test_a_counter_of_any_modulus(tmp_path):
     counts = np.rint(np.linspace(0.0, 5.3 * 36_000, SAMPLES)) + np.rint(10.0 * walk())
     content = text("time[s],x", np.arange(SAMPLES) / 100, counts % 36_000)

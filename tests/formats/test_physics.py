@@ -293,6 +293,10 @@ def test_a_table_without_its_encoder_is_no_bench(tmp_path):
     columns = {**swinging.angles, "alpha": swinging.encoder}
     assert any("no still bench" in one for one in said(tmp_path, columns, **steady))
     assert said(tmp_path, columns, **{**ANGLE, "gyros": ("x",)}) == []
+    # An encoder that died is named, and is what has to be looked at.
+    dead = {**columns, "alpha": np.full(10_000, 0.5)}
+    (found,) = (one for one in said(tmp_path, dead, **wrong) if "no still bench" in one)
+    assert "the encoder that is named does not: name its column and unit" in found
 
 
 @pytest.mark.parametrize("sensors", [2, 3])

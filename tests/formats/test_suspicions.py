@@ -56,6 +56,16 @@ def test_an_encoder_in_counts_that_is_called_degrees():
     assert table_counter_notes("enc", np.arange(5000.0), "deg") == ()
 
 
+@pytest.mark.parametrize("bits", [20, 24])
+def test_an_encoder_whose_counter_starts_over_beside_a_turn(bits):
+    counts = (np.arange(5000) * 2.0**bits / 700.0).round() % 2**bits
+    (note,) = table_counter_notes("enc", counts, "arcsec")
+    assert note.text.endswith(f"if arcsec is right, state {{counter-bits {bits}}}")
+    # A turn is a turn, whatever number of arc seconds the readings reach; a swing leaps nowhere.
+    assert table_counter_notes("enc", (np.arange(5000) * 7001.0) % 1_296_000, "arcsec") == ()
+    assert table_counter_notes("enc", np.rint(5e5 * np.sin(np.arange(5e3) / 300)), "arcsec") == ()
+
+
 @pytest.mark.parametrize(("unit", "likely"), [("ns", "ns"), ("us", "us"), ("ms", "ms")])
 def test_stamps_in_a_small_unit_called_seconds(unit, likely):
     rate = 20.0 * {"ns": 1e-9, "us": 1e-6, "ms": 1e-3}[unit]

@@ -78,3 +78,23 @@ def test_nothing_is_said_of_a_walk_that_is_not_given():
         assert {note.name for note in one.findings if note.level != "remark"} == {"motion"}
         said = " ".join(note.text for note in one.notes)
         assert not re.search("angle random walk|slow noise|falls to half", said), said
+
+
+@pytest.mark.parametrize(
+    ("walk", "bias", "rate", "corner"),
+    [(0.2, 3.0, 1000.0, 10.0), (0.2, -4.0, 1000.0, 10.0), (0.3, 12.0, 100.0, 5.0)],
+)
+def test_a_bias_behind_a_low_pass_costs_no_answer(walk, bias, rate, corner):
+    """Steps between samples are a twelfth of the noise there, and told of a table."""
+    white = walk / 60.0 * np.sqrt(rate) * np.random.default_rng(3).standard_normal(int(122 * rate))
+    still = lfilter(*butter(2, corner, fs=rate), white)[int(2 * rate) :] + bias
+    made = Recording.from_arrays(x=still, kind="rate", unit="deg/s", sample_rate=rate)
+    assert [one.level for one in check(made) if one.name == "motion"] == ["warning"]
+    answer = analyze(made).angle_random_walk.to("deg/sqrt(h)")
+    assert answer.status == "estimated"
+    assert answer.low < walk < answer.high
+    # A fibre gyro of a twentieth of the noise has no such bias, filtered or not.
+    for values in (still, white):
+        quiet = 0.05 * (values - np.mean(values)) + bias
+        made = Recording.from_arrays(x=quiet, kind="rate", unit="deg/s", sample_rate=rate)
+        assert [one.level for one in check(made) if one.name == "motion"] == ["error"]

@@ -144,8 +144,16 @@ def _recording(
     apart = [one.key for one in (choice.time, choice.null_pulse) if one is not None]
     keys = [key for key in choice.keys if key not in apart]
     columns = stored.read(keys, stretch.first, stretch.stop)
+    # Beside a gyro that counts no angle it is the encoder that starts over.
+    of_table = choice.table is not None
     sensors = [
-        _sensor(name, columns.pop(one.key), scales[one.key], period, rate)
+        _sensor(
+            name,
+            columns.pop(one.key),
+            scales[one.key],
+            None if of_table and scales[one.key].kind != "angle" else period,
+            rate,
+        )
         for _, name, one in choice.sensors
     ]
     if choice.table is not None:

@@ -107,14 +107,19 @@ def counter_notes(name: str, raw: FloatArray, kind: Kind) -> tuple[Note, ...]:
 def table_counter_notes(key: str, raw: FloatArray, unit: str) -> tuple[Note, ...]:
     """Encoder readings that start over elsewhere than at a turn of their unit: a warning."""
     turn = 2.0 * math.pi / unit_of(unit, "angle").size
-    extent = finite_extent(raw)
-    found = roll_overs(raw, extent) if extent > 1.001 * turn else None
+    found = roll_overs(raw, finite_extent(raw))
     # No counter has fewer places in a turn; damaged readings may seem to.
     if found is None or not found[1] > _FEWEST_PLACES:
         return ()
     period = _likely_period(found[1])
+    bits, is_whole = math.log2(period), np.array_equal(raw[:_LOOKED_AT], np.rint(raw[:_LOOKED_AT]))
+    # Below a turn readings may leap for another reason, unless a counter has that many places.
+    if not (period > 1.001 * turn or (period < 0.95 * turn and bits.is_integer() and is_whole)):
+        return ()
     said = f"starts over at {period:.7g} {unit}, not at a full turn: it looks like a counter"
     text = f"{said}; if that is one turn, state {{table {key}:{360.0 / period:.12g}deg}}"
+    if bits.is_integer():
+        text += f"; if {unit} is right, state {{counter-bits {bits:g}}}"
     return (Note(level="warning", channel="table", text=text),)
 
 

@@ -269,8 +269,8 @@ def motion_notes(recording: Recording, profile: Profile) -> Notes:
 
     Means over seconds that lie farther than 2 deg/s from their median, and farther than noise puts
     them, are motion. What is read then is that of the motion. A mean rate beyond the bias of any
-    gyro is a warning; beyond the largest that one of such noise has it is an error, since what is
-    read then is the error of the table.
+    gyro is a warning; beyond the largest that one of such noise has, by steps between samples and
+    within seconds, it is an error, since what is read then is the error of the table.
     """
     rates = profile.rates
     if not profile.standing or profile.channel.sensor != "gyro" or rates.size < 2:
@@ -278,6 +278,9 @@ def motion_notes(recording: Recording, profile: Profile) -> Notes:
     middle = float(np.median(rates))
     level: Level = "error"
     moves, rate = _turning(profile), recording.sample_rate
+    why = "and no encoder is looked at: use sagnac analyze with it ({table})"
+    if recording.table is not None:
+        why = "and the encoder that is named does not: name its column and unit with {table}"
     # A few seconds or samples are said as such, and an answer goes without them.
     if moves.any() and find_bumps(profile.changes, sample_rate=rate, with_spikes=True) is None:
         first = int(profile.edges[first_of(moves)])
@@ -286,21 +289,21 @@ def motion_notes(recording: Recording, profile: Profile) -> Notes:
         text = (
             f"turns at up to {float(np.abs(rates).max()) / DEGREE:.3g} deg/s, in "
             f"{rounded(100.0 * number_of(moves) / rates.size)} % of the record, first at "
-            f"{second_of(recording, first):.1f} s, and no encoder is looked at: this "
-            f"is no still bench; use sagnac analyze with the encoder ({{table}}), state the right "
-            f"{{unit}}, or {remedy}"
+            f"{second_of(recording, first):.1f} s, as no still bench does, {why}, "
+            f"state the right {{unit}}, or {remedy}"
         )
     else:
         # A rate that never changes is a table's beyond this many times the walk in a root second,
         # 200 deg/s for 1 deg/sqrt(h); of MEMS units as they are sold it is 70 at most. Up to
         # 25 deg/s it is the bias of the cheapest gyros.
-        largest = max(TURNING_RATE, 12_000.0 * profile.walk)
-        if abs(middle) < min(25.0 * DEGREE, largest):
+        least = largest = max(TURNING_RATE, 12_000.0 * profile.walk)
+        if abs(middle) < min(25.0 * DEGREE, least):
             return ()
+        # Behind a low-pass the steps between samples hide the noise. What scatters within a second
+        # may be ripple of a table: if one is named, it is.
+        if recording.table is None:
+            largest = max(least, 12_000.0 * profile.walk_in_seconds)
         level = "error" if abs(middle) >= largest else "warning"
-        why = "and no encoder is looked at: use sagnac analyze with it ({table})"
-        if recording.table is not None:
-            why = "and the encoder that is named does not: name its column and unit with {table}"
         said = f"turns steadily at {middle / DEGREE:.4g} deg/s, as on a table"
         half = _half_of_range(profile.channel, middle)
         text = f"{said}, {why}, or state the right {{unit}}{half}"

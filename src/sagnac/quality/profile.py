@@ -211,7 +211,18 @@ class Profile:
     @property
     def walk(self) -> float:
         """Random walk that would scatter a gyro from sample to sample as it does, rad/sqrt(s)."""
-        turned = self.scale / (self.sample_rate if self.channel.kind == "rate" else 1.0)
+        return self._walk_of(self.scale)
+
+    @cached_property
+    def walk_in_seconds(self) -> float:
+        """Random walk that would scatter the samples within a second as they do, rad/sqrt(s)."""
+        size = min(max(16, round(self.sample_rate)), self.changes.size)
+        rows = self.changes[:LOOKED_AT]
+        seconds = rows[: rows.size // size * size].reshape(-1, size)
+        return self._walk_of(math.sqrt(float(np.median(seconds.var(axis=1)))))
+
+    def _walk_of(self, scatter: float) -> float:
+        turned = scatter / (self.sample_rate if self.channel.kind == "rate" else 1.0)
         return turned * math.sqrt(self.sample_rate)
 
     @cached_property

@@ -24,7 +24,7 @@ from sagnac.core import arrays
 from sagnac.core.arrays import BooleanArray, FloatArray, IntegerArray
 from sagnac.core.errors import Note, counted
 from sagnac.core.marks import is_missing, marked, number_of, stretches
-from sagnac.core.units import ARCSECOND, DEGREE, split_factor, unit_of
+from sagnac.core.units import ARCSECOND, DEGREE, unit_of
 from sagnac.recording import channel
 from sagnac.recording.channel import Channel, Conversion, finite_extent
 
@@ -62,7 +62,7 @@ def table_of_readings(
     unit
         Of angle, ``deg``; of a counter that of one count, ``0.1arcsec``.
     counter_period
-        Reading at which counters start over, if they do. A table in a plain unit is none.
+        Reading at which counters start over, if they do.
 
     Returns
     -------
@@ -92,8 +92,9 @@ def table_of_readings(
     if covered > turn * (1.0 + 1e-9) and not (
         covered < _BEYOND * turn and _largest_step(readings) > (1.0 - _IN_DOUBT) * turn
     ):
-        period = counter_period if counter_period and split_factor(unit)[0] != 1.0 else 0.0
-        period = period if covered < period else math.inf
+        period = counter_period if counter_period and covered < counter_period else math.inf
+    elif counter_period and covered < counter_period < turn:
+        period = counter_period
     filled, longest, error = fill_missing(readings, period, accuracy=ENCODER_ACCURACY / size)
     if filled:
         met = f" (known ones are met to {error * size / ARCSECOND:.2g} arcsec)"
