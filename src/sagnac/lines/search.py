@@ -216,7 +216,9 @@ def next_round(state: State) -> State:
     # An order that smears looks like a line that drifts: what follows the table moves to its own
     # scale first.
     state = passes.followed(passes.without_earth_orders(state))
-    state = passes.rescaled_and_pruned(passes.looked(passes.refitted(state)))
+    state = passes.looked(passes.refitted(state))
+    # By itself, so that the noise floor of the last look is not held beside the next.
+    state = passes.rescaled_and_pruned(state)
     if found_none or (number >= _SURE_ROUNDS and not new.waiting):
         state = passes.gathered(state, new.restless)
     if number > 0 and _same_lines(before, state):
