@@ -250,7 +250,8 @@ def function_of_angle(angle: FloatArray, kinematic: Kinematics) -> AngleFunction
 
     counts = dict.fromkeys(min(count, highest, shown.size // 20) for count in (0, *_ORDERS))
     # An order that is not whole has another phase in every turn, so that over a few it takes a
-    # function of all the angle that they cover. At an even rate it is a line in time.
+    # function of all the angle that they cover. At a rate that varies by less than a tenth it is a
+    # line in time.
     covered = math.ceil(full_turns(kinematic.angle) + 0.5)
     parts = (1, covered) if kinematics.rate_variation(kinematic) > 0.1 else (1,)
     cases = [(count, part) for part in parts for count in counts]
