@@ -212,12 +212,14 @@ def next_round(state: State) -> State:
     expected = pairs_summed(state.record.sampled, joined(state.components, new.lines))
     if state.passes + 3.0 * expected > 500.0:
         return replace(state, end="too many pairs")
-    state = passes.pruned(passes.joined_by(state, new.lines))
+    state = passes.joined_by(state, new.lines)
+    state = passes.pruned(state)
     # An order that smears looks like a line that drifts: what follows the table moves to its own
     # scale first.
-    state = passes.followed(passes.without_earth_orders(state))
-    state = passes.looked(passes.refitted(state))
-    # By itself, so that the noise floor of the last look is not held beside the next.
+    state = passes.without_earth_orders(state)
+    state = passes.followed(state)
+    state = passes.refitted(state)
+    state = passes.looked(state)
     state = passes.rescaled_and_pruned(state)
     if found_none or (number >= _SURE_ROUNDS and not new.waiting):
         state = passes.gathered(state, new.restless)
