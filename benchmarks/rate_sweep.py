@@ -16,7 +16,8 @@ from scipy.special import ndtri
 
 from sagnac.analysis.result import Analysis
 from sagnac.core.arrays import FloatArray
-from sagnac.noise.estimates import Estimate, Interval, require_confidence
+from sagnac.core.errors import require_confidence
+from sagnac.noise.estimates import Estimate, Interval
 
 _HELIUM_NEON: Final = 632.8e-9  # m
 _ROUNDS: Final = 20

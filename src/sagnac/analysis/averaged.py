@@ -10,7 +10,7 @@ import math
 from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass, field, replace
 from itertools import pairwise
-from typing import Final, TypeVar
+from typing import Any, Final, TypeVar
 
 import numpy as np
 from scipy.special import chdtri, ndtri
@@ -30,7 +30,6 @@ from sagnac.noise.model_average import RULED, Average, ModelChoice, average, mix
 from sagnac.noise.slow_laws import WALK
 from sagnac.noise.whole_band import levels_bear_out, with_slow_laws, with_slow_terms
 from sagnac.quality import distribution
-from sagnac.quality.distribution import Bumps, Spikes, shape_of
 from sagnac.quality.whitening import whitened
 from sagnac.spectrum.levels import Levels, robust_levels
 from sagnac.spectrum.periodogram import bin_sums
@@ -65,19 +64,9 @@ class Parts:
         return self.walks_agree and self.spectra_agree
 
     @property
-    def seen(self) -> tuple[Part, ...]:
-        """Parts that show N."""
-        return tuple(part for part in self.parts if part.shows)
-
-    @property
-    def smallest(self) -> float:
-        """Lowest value of a part, rad/sqrt(s)."""
-        return min(part.value for part in self.seen)
-
-    @property
-    def largest(self) -> float:
-        """Highest value of a part, rad/sqrt(s)."""
-        return max(part.value for part in self.seen)
+    def values(self) -> list[float]:
+        """N of those that show it, rad/sqrt(s)."""
+        return [part.value for part in self.parts if part.shows]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -114,8 +103,8 @@ class AnswerSpectrum:
 
     points: Points
     increments: FloatArray
-    bumps: Bumps | None
-    spikes: Spikes | None
+    bumps: distribution.Bumps | None
+    spikes: distribution.Spikes | None
     warm_up: WarmUp | None
     levels: Levels
     average: Average
@@ -176,8 +165,7 @@ class Headline:
         if spectrum is not None:
             average = spectrum.average
             beside = each(average.coefficients) | {"angle_random_walk": average.angle_random_walk}
-            average = average.with_coefficients(beside)
-            spectrum = replace(spectrum, average=average)
+            spectrum = replace(spectrum, average=average.with_coefficients(beside))
         return replace(self, fits=fits, spectrum=spectrum)
 
 
@@ -238,8 +226,7 @@ def spectrum_of(
     bumps = spikes = warm_up = None
     if not as_they_are:
         # A table's own motion comes in bumps, too; accelerometers are not looked at for any.
-        sensor = evidence.recording.gyros[0].sensor
-        if evidence.table.angle is None and sensor == "gyro":
+        if evidence.table.angle is None and evidence.recording.gyros[0].sensor == "gyro":
             bumps = distribution.find_bumps(increments, sample_rate=rate)
         if bumps is not None:
             increments = distribution.without_bumps(increments, bumps)
@@ -293,15 +280,11 @@ def _with_slow_terms(basis: AnswerSpectrum, evidence: Evidence) -> Average:
     step = math.ceil(rate / min(wanted, 0.5 * choice.band_hz[1]))
     # Fitted where it is not seen, Q would take from N what a low-pass takes.
     quantization = tuple(name for name in choice.terms if name == "quantization")
+    terms = (*quantization, "angle_random_walk", *SLOW_NAMES)
+    how = {**evidence.how, "band": (0.0, 0.25 * rate / step), "terms": terms}
+    sums = bin_sums(increments, step * np.arange(increments.size // step + 1))
     try:
-        fit = likelihood_fit(
-            bin_sums(increments, step * np.arange(increments.size // step + 1)),
-            kind="increment",
-            sample_rate=rate / step,
-            **evidence.how,
-            band=(0.0, 0.25 * rate / step),
-            terms=(*quantization, "angle_random_walk", *SLOW_NAMES),
-        )
+        fit = likelihood_fit(sums, kind="increment", sample_rate=rate / step, **how)
     except RecordingError:
         return basis.average
     if not levels_bear_out(basis.levels, fit, basis.average.angle_random_walk):
@@ -332,14 +315,8 @@ def _parts(basis: AnswerSpectrum, evidence: Evidence) -> Parts:
             return None
         return estimate_in_band(levels, choice, confidence)
 
-    return over_parts(
-        basis.increments,
-        sample_rate=rate,
-        read=read,
-        whole=walk,
-        confidence=confidence,
-        kurtosis=basis.kurtosis,
-    )
+    how: dict[str, Any] = {"whole": walk, "confidence": confidence, "kurtosis": basis.kurtosis}
+    return over_parts(basis.increments, sample_rate=rate, read=read, **how)
 
 
 # ---- noise with frequent large deviations ------------------------------------------------
@@ -357,7 +334,7 @@ def _excess_kurtosis(increments: FloatArray) -> float:
     some = increments[:_FOR_SHAPE]
     if some.size < _FOR_SHAPE // 64:
         return 0.0
-    kurtosis = shape_of(whitened(some).values).kurtosis
+    kurtosis = distribution.shape_of(whitened(some).values).kurtosis
     return kurtosis if kurtosis >= _SURE * math.sqrt(24.0 / some.size) else 0.0
 
 
@@ -439,9 +416,8 @@ def estimate_in_band(levels: Levels, choice: ModelChoice, confidence: float) -> 
     weight = (bin_shapes(levels, FLOOR) * share)[inside]
     information = float(weight @ share[inside])
     higher = np.log(levels.level / means)[inside]
-    return PartEstimate(
-        walk=walk, change=float(weight @ higher) / information, error=1.0 / math.sqrt(information)
-    )
+    change, error = float(weight @ higher) / information, 1.0 / math.sqrt(information)
+    return PartEstimate(walk=walk, change=change, error=error)
 
 
 def walk_in_band(levels: Levels, choice: ModelChoice, confidence: float) -> Interval | None:
@@ -507,8 +483,7 @@ def over_parts(
     tried: list[Parts] = []
     # Quarters, or halves if quarters do not show N.
     for count in (4, 2):
-        edges = [number * increments.size // count for number in range(count + 1)]
-        ends = list(pairwise(edges))
+        ends = list(pairwise(number * increments.size // count for number in range(count + 1)))
         found = [read(increments[start:stop]) for start, stop in ends]
         samples = increments.size / count
         readings = [one and one.with_tails(kurtosis, samples, confidence) for one in found]
@@ -520,7 +495,7 @@ def over_parts(
         tried.append(_compared(parts, seen, whole, confidence) if several else Parts(parts=parts))
         if len(seen) == count:
             return tried[-1]
-    return next((one for one in tried if len(one.seen) > 1), tried[-1])
+    return next((one for one in tried if len(one.values) > 1), tried[-1])
 
 
 def _compared(

@@ -66,10 +66,9 @@ def without_dither(recording: Recording, gyros: tuple[str, ...], method: Method)
             continue
         left, taken = stripped(angle_of(gyro, recording.sample_rate), pickoff.values)
         channels[gyro.name] = replace(gyro, kind="angle", shown_in="arcsec", values=left)
-        text = (
-            f"{taken / ARCSECOND:.3g} arcsec rms that follows its pick-off was taken out of "
-            "the angle: dither that the gyro's own stripping left"
-        )
+        what = f"{taken / ARCSECOND:.3g} arcsec rms that follows its pick-off"
+        why = "dither that the gyro's own stripping left"
+        text = f"{what} was taken out of the angle: {why}"
         notes.append(Note(channel=gyro.name, text=text))
     return replace(recording, gyros=tuple(channels.values()), notes=(*recording.notes, *notes))
 
@@ -102,10 +101,8 @@ def without_lags(recording: Recording, gyros: tuple[str, ...], method: Method) -
             continue
         channels[name] = replace(channels[name], kind="angle", shown_in="arcsec", values=angle)
         when = "after" if lag.value > 0.0 else "before"
-        text = (
-            f"shows the table's motion {1e3 * abs(lag.value):.4g} ms (± {1e3 * lag.error:.1g} ms) "
-            f"{when} gyro {gyros[0]}; the motion is shifted by that"
-        )
+        late = f"{1e3 * abs(lag.value):.4g} ms (± {1e3 * lag.error:.1g} ms) {when} gyro {gyros[0]}"
+        text = f"shows the table's motion {late}; the motion is shifted by that"
         notes.append(Note(channel=name, text=text))
     return replace(recording, gyros=tuple(channels.values()), notes=(*recording.notes, *notes))
 
@@ -216,9 +213,8 @@ def thermal_drift(
     taken: list[int] = []
     scaled = columns / np.abs(columns).max(axis=0).clip(min=np.finfo(float).tiny)
     for place in range(columns.shape[1]):
-        beside = np.column_stack([np.ones(_MEANS), scaled[:, [*taken, place]]])
         # Above this condition one of the columns is made of the others.
-        if np.linalg.cond(beside) < 1e6:
+        if np.linalg.cond(np.column_stack([np.ones(_MEANS), scaled[:, [*taken, place]]])) < 1e6:
             taken.append(place)
     # The least seen of the terms is left out until all are seen.
     values, errors, walk = _fitted(rates, columns[:, taken])
@@ -231,13 +227,12 @@ def thermal_drift(
     coefficients[:, taken] = values, errors
     drift = columns @ coefficients[0]
     times = (edges[:-1] + 0.5 * size + 0.5) / sample_rate
-    _, _, walk_before = _fitted(rates, columns[:, :0])
     return ThermalDrift(
         coefficients=coefficients[0],
         errors=coefficients[1],
         temperature=centre,
         walk=walk / math.sqrt(width),
-        walk_before=walk_before / math.sqrt(width),
+        walk_before=_fitted(rates, columns[:, :0])[2] / math.sqrt(width),
         rate=make_interp_spline(times, drift - drift.mean(), k=1),
         deviation=float(drift.std()),
     )
@@ -262,11 +257,8 @@ def _fitted(rates: FloatArray, columns: FloatArray) -> tuple[FloatArray, FloatAr
         values = inverse @ (basis.T @ shown)
         rest = shown - basis @ values
         variance = float(rest @ rest) / freedom
-        lacking = (
-            freedom * math.log(variance)
-            + 2.0 * float(np.log(np.diag(factor)).sum())
-            - float(np.linalg.slogdet(inverse)[1])
-        )
+        lacking = freedom * math.log(variance) + 2.0 * float(np.log(np.diag(factor)).sum())
+        lacking -= float(np.linalg.slogdet(inverse)[1])
         errors = np.sqrt(variance * np.diag(inverse))
         return lacking, values[1:] / scale, errors[1:] / scale, math.sqrt(ratio * variance)
 

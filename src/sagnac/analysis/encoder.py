@@ -27,22 +27,16 @@ from sagnac.analysis.averaged import AnswerSpectrum, Headline
 from sagnac.analysis.evidence import Evidence
 from sagnac.analysis.measurement import ALIKE, Measurement, measure
 from sagnac.core.arrays import FloatArray, differences, square
-from sagnac.core.errors import Note, rounded
+from sagnac.core.errors import Level, Note, rounded
 from sagnac.noise.cross_spectra import CommonWalk, common_walk, differenced_factor
 from sagnac.noise.estimates import Estimate, part_of_errors, rooted
 from sagnac.noise.lowest_ordinates import LEAST_AVERAGES, highest_walk
 from sagnac.quality.encoder import LEAST_SHARE
 from sagnac.quality.profile import Profile, scatter_of
 from sagnac.recording.channel import PAIR_SIZE, angle_of
+from sagnac.table import kinematics
 from sagnac.table.estimate import EstimatedTable
-from sagnac.table.kinematics import (
-    KINEMATIC_RATE,
-    Kinematics,
-    averages_of,
-    block_gain,
-    harmonic_sum,
-    kinematics,
-)
+from sagnac.table.kinematics import KINEMATIC_RATE, Kinematics, averages_of
 from sagnac.table.motion import follow_table_together
 from sagnac.table.turns import FEW_TURNS, full_turns, mean_rate
 
@@ -102,19 +96,15 @@ def for_plain_mean(measured: Measurement, read: Headline) -> Headline:
         # If one weight is far larger, N is that of its gyro alone.
         alone = most > _ONE_ALONE * least
         shown = first if abs(measured.weights[0]) == most else second
-        what = (
-            f"it shows {shown} alone, whose angle random walk reads "
-            f"{estimate.in_field_unit()}, and not their mean"
-            if alone
-            else "the interval holds their plain mean whichever of the two has the noise"
-        )
-        note = Note(
-            channel=measured.channel,
-            level="warning" if alone else "remark",
-            text=f"{first} counts {abs(measured.weights[0]):.2f} times and {second} "
-            f"{abs(measured.weights[1]):.2f} times, so that the two take the table out; {what}",
-        )
-        notes = (*notes, note)
+        what = "the interval holds their plain mean whichever of the two has the noise"
+        if alone:
+            reads = f"whose angle random walk reads {estimate.in_field_unit()}"
+            what = f"it shows {shown} alone, {reads}, and not their mean"
+        one, other = (f"{abs(weight):.2f} times" for weight in measured.weights)
+        counts = f"{first} counts {one} and {second} {other}"
+        text = f"{counts}, so that the two take the table out; {what}"
+        level: Level = "warning" if alone else "remark"
+        notes = (*notes, Note(channel=measured.channel, level=level, text=text))
     return replace(read, estimate=of_plain_mean(estimate, measured.weights), notes=notes)
 
 
@@ -165,14 +155,13 @@ def _of_one(
             return replace(headline, estimate=replace(own, low=low))
     seen = shared is not None and shared.low > 0.0
     why = f"{other} shows the same wander" if seen else "it hides the gyro's noise"
-    return _decided_by_encoder(
-        headline,
-        name,
+    text = (
         f"the encoder decides what {name} alone can show: {why}; the bound is of {name} and "
-        f"{other} together, which take the table out by themselves (name both with {{gyros}})",
-        estimate=own.bounded(shown if own.status == "not observable" else min(shown, own.high)),
-        source=f"{name} and {other} together, all of whose noise may be that of {name}",
+        f"{other} together, which take the table out by themselves (name both with {{gyros}})"
     )
+    bound = own.bounded(shown if own.status == "not observable" else min(shown, own.high))
+    source = f"{name} and {other} together, all of whose noise may be that of {name}"
+    return _decided_by_encoder(headline, name, text, estimate=bound, source=source)
 
 
 def _decided_by_encoder(headline: Headline, name: str, text: str, **changes: Any) -> Headline:
@@ -212,10 +201,6 @@ def _without_second_gyro(headline: Headline, evidence: Evidence, table: Estimate
     return _decided_by_encoder(headline, name, text, estimate=own.bounded(own.high))
 
 
-# Confidence at which the lowest frequencies contradict what was read.
-_CONTRADICTED: Final = 0.999
-
-
 def _by_lowest_frequencies(answer: Headline, read: Estimate, evidence: Evidence) -> Headline:
     """The answer, its bound lowered to what the lowest frequencies allow.
 
@@ -236,11 +221,11 @@ def _by_lowest_frequencies(answer: Headline, read: Estimate, evidence: Evidence)
     averages, angle = averages_of(residual, block), averages_of(readings, block)
     rate = np.gradient(angle)
     columns = np.stack([angle, rate, rate * np.linspace(-1.0, 1.0, rate.size)])
-    interval = block / evidence.measured.sample_rate
-    how = {**evidence.how, "interval": interval}
+    how = {**evidence.how, "interval": block / evidence.measured.sample_rate}
     if read.status == "estimated":
-        most = highest_walk(averages, columns, **{**how, "confidence": _CONTRADICTED})
-        if most >= read.low:
+        # At this confidence the lowest frequencies contradict what was read.
+        surely = {**how, "confidence": 0.999}
+        if highest_walk(averages, columns, **surely) >= read.low:
             return answer
     highest = highest_walk(averages, columns, **how)
     if not highest < (own.value if own.status == "upper bound" else math.inf):
@@ -271,18 +256,15 @@ def _with_latch_note(answer: Headline, read: Estimate, evidence: Evidence) -> He
     if narrowed > _WORTH * half:
         return answer
     # Two gyros whose weights are nearly alike are never taken beside the encoder.
-    by_shares = _half(read) <= _WORTH * half and evidence.measured.weighs_alike
-    what = (
-        "the shares of the table's rate that the two gyros sense differ, which decides the "
-        "interval: alike, they"
-        if by_shares
-        else "the noise of the encoder decides the interval: latched with the gyros, it"
-    )
+    what = "the noise of the encoder decides the interval: latched with the gyros, it"
+    if _half(read) <= _WORTH * half and evidence.measured.weighs_alike:
+        what = (
+            "the shares of the table's rate that the two gyros sense differ, which decides the "
+            "interval: alike, they"
+        )
     now, then = rounded(100.0 * half), rounded(100.0 * narrowed)
-    note = Note(
-        channel=evidence.measured.channel,
-        text=f"{what} would narrow it from ± {now} % to about ± {then} %",
-    )
+    text = f"{what} would narrow it from ± {now} % to about ± {then} %"
+    note = Note(channel=evidence.measured.channel, text=text)
     return replace(answer, notes=(*answer.notes, note))
 
 
@@ -297,8 +279,7 @@ def _bounds(
     in_all = quantization.value if quantization.status == "estimated" else of_encoder
     of_gyros = white_noise(measure(evidence.corrected, evidence.settings.gyros).angle)
     own = min(math.sqrt(max(in_all**2 - of_encoder**2, 0.0)), of_gyros / measured.size)
-    seconds = measured.angle.size / rate
-    how = {"sample_rate": rate, "seconds": seconds, "confidence": confidence}
+    how = {"sample_rate": rate, "seconds": measured.angle.size / rate, "confidence": confidence}
     return half_interval(walk, in_all, **how), half_interval(walk, own, **how)
 
 
@@ -347,10 +328,6 @@ def white_noise(angle: FloatArray) -> float:
 
 # ---- noise that two gyros share ----------------------------------------------------------
 
-# Times its usual size from which on a change of the table's rate is one of its pattern, and the
-# part of the record up to which such changes are left out.
-_HARD: Final = 20.0
-_RARE: Final = 0.1
 # More than this it adds to no N: gyros do not lean on each other so.
 _ODD: Final = 1.5
 
@@ -414,7 +391,7 @@ def shared_walk(
     if known is None or readings is None or full_turns(known) < FEW_TURNS:
         # Table motion and its orders are nearly one basis: nothing is left of a gyro alone.
         return None
-    kinematic = kinematics(known, recording.sample_rate)
+    kinematic = kinematics.kinematics(known, recording.sample_rate)
     angles = [angle_of(recording.gyro(name), recording.sample_rate) for name in gyros]
     rate = 1.0 / kinematic.interval
     beside = {line.frequency for line in evidence.lines if line.scale == "angle"}
@@ -429,8 +406,10 @@ def shared_walk(
     # A gyro answers within its bandwidth: where the table turns round, all gyros lag alike by more
     # than a delay.
     turned = np.diff(kinematic.angle, 2)
-    hard = np.convolve(np.abs(turned) > _HARD * scatter_of(turned), (1.0, 1.0)) > 0.0
-    if hard.mean() < _RARE:
+    # A change of the rate of twenty times the usual size is one of the table's pattern. Such
+    # changes are left out of up to a tenth of the record.
+    hard = np.convolve(np.abs(turned) > 20.0 * scatter_of(turned), (1.0, 1.0)) > 0.0
+    if hard.mean() < 0.1:
         steps[:, hard] = 0.0
         steps /= math.sqrt(1.0 - hard.mean())
     try:
@@ -454,8 +433,8 @@ def _without_table(
     errors = averages_of(readings, kinematic.block) - kinematic.angle
     for number, motion in enumerate(follow_table_together(averages, kinematic, beside=beside)):
         of = motion.kinematics
-        gain = block_gain(of, motion.orders)
-        orders = harmonic_sum(of.angle, motion.orders, motion.phasor * gain)
+        phasor = motion.phasor * kinematics.block_gain(of, motion.orders)
+        orders = kinematics.harmonic_sum(of.angle, motion.orders, phasor)
         averages[number] -= motion.averages + orders + motion.share * errors
     return averages
 
@@ -472,16 +451,14 @@ def _shared_note(
     if not shared.is_present or factor > _ODD:
         # If what they share may be more than half of N, or half of what is read, nothing is told.
         if low < 0.5 or (high > 2.0 and not lost) or factor > _ODD:
-            text = (
-                "whether the two gyros share an angle random walk cannot be told beside the noise "
-                "of the encoder"
-            )
+            walk = "whether the two gyros share an angle random walk"
+            text = f"{walk} cannot be told beside the noise of the encoder"
         else:
             most, which = (1.0 - low, "low") if lost else (high - 1.0, "high")
+            reads = f"reads at most {rounded(100.0 * most)} % {which} against the gyros themselves"
             text = (
                 "no angle random walk that the two gyros share is seen beside the table's motion: "
-                f"the difference reads at most {rounded(100.0 * most)} % {which} against the gyros "
-                "themselves"
+                f"the difference {reads}"
             )
         return Note(channel=channel, text=text)
     # Below this it is the encoder that wanders: two gyros hardly share more noise than they have of
@@ -491,20 +468,17 @@ def _shared_note(
         if shared.square <= 5.0 * (shared.square - shared.low):
             return None
         squares = shared.square, shared.low, shared.high
-        walk = rooted("angle_random_walk", shared.confidence, *squares)
+        own = rooted("angle_random_walk", shared.confidence, *squares)
         text = (
             "its readings wander: each gyro taken against them shows "
-            f"{walk.to('deg/sqrt(h)')} that is taken to be the encoder's; the answer of the two "
+            f"{own.to('deg/sqrt(h)')} that is taken to be the encoder's; the answer of the two "
             "gyros is free of it, and too low if it is their own and common to both"
         )
         return Note(channel="table", text=text)
     off, ends = 100.0 * (factor - 1.0), sorted(abs(100.0 * (end - 1.0)) for end in (low, high))
     matters = abs(factor - 1.0) >= 0.01
-    shows = (
-        "does not show"
-        if off < 0.0
-        else "counts twice, since the two are mounted, or move, in opposite senses"
-    )
+    shows = "counts twice, since the two are mounted, or move, in opposite senses"
+    shows = "does not show" if off < 0.0 else shows
     return Note(
         name="shared",
         effect=factor,

@@ -21,8 +21,8 @@ from sagnac.noise.laws import COEFFICIENT_NAMES
 from sagnac.noise.three_cornered_hat import Separation, three_cornered_hat
 from sagnac.quality.readout import Readout, joint_readout
 from sagnac.recording.channel import PAIR_SIZE
-from sagnac.recording.model import Kind, Recording
-from sagnac.stability import Estimator, Gaps
+from sagnac.recording.model import Recording
+from sagnac.stability import Estimator
 from sagnac.stability.curve import StabilityCurve, stability_curve
 
 # A curve of fewer points than this has no cluster time whose deviation means anything.
@@ -146,25 +146,18 @@ def require_length(points: Points, recording: Recording) -> None:
 
 
 def curve_of(
-    values: FloatArray,
-    sample_rate: float,
-    settings: Settings,
-    estimator: Estimator = "oadev",
-    *,
-    kind: Kind = "angle",
-    gaps: Gaps = "reject",
+    values: FloatArray, rate: float, settings: Settings, estimator: Estimator = "oadev", **how: Any
 ) -> StabilityCurve:
-    """The curve of angles, or of other samples, at the confidence asked for.
+    """The curve of angles, or of other samples of a `kind` and with `gaps`, at the confidence.
 
     Raises
     ------
     RecordingError
         If the record is too short for the estimator, or has gaps that it cannot leave out.
     """
-    how: dict[str, Any] = {"kind": kind, "estimator": estimator, "gaps": gaps}
-    confidence = settings.confidence
+    how = {"kind": "angle", "confidence": settings.confidence, **how}
     try:
-        return stability_curve(values, sample_rate=sample_rate, confidence=confidence, **how)
+        return stability_curve(values, sample_rate=rate, estimator=estimator, **how)
     except ValueError as error:
         raise RecordingError(f"{estimator}: {error}") from None
 
@@ -229,8 +222,7 @@ def fine_points(
     if settings.interval is not None:
         # Ten times the bins of the curve, and still far below the frequencies where readout and
         # bearing noise rule.
-        interval = settings.interval / 10
-        points = points_at(left.removal.residual, recording.sample_rate, interval)
+        points = points_at(left.removal.residual, recording.sample_rate, settings.interval / 10)
     readout = joint_readout(recording, settings.gyros, points.rate)
     dithered = None if readout.every is None else readout.time
     return points_at(points.angle, points.rate, dithered), readout
@@ -304,12 +296,11 @@ def _widest_fit(points: Points, confidence: float, masked: Bands) -> Fit:
     return spectrum_fit(cosine, confidence=confidence, masked=masked, bands=bands)
 
 
+Pairs = Sequence[tuple[Measurement, Remainder]]
+
+
 def hat_of(
-    settings: Settings,
-    pairs: Sequence[tuple[Measurement, Remainder]],
-    fine: Points,
-    readout: Readout,
-    likelihood: Fit,
+    settings: Settings, pairs: Pairs, fine: Points, readout: Readout, likelihood: Fit
 ) -> Separation:
     """Each gyro's own N, if both searches came to an end and angles are of samples.
 
@@ -324,29 +315,25 @@ def hat_of(
     """
     left, second = pairs[0][1], pairs[-1][1]
     weights = [pair.weights for pair, _ in pairs]
+    finished = second is not left and left.is_finished and second.is_finished
     # A gyro that does not count in its pair is not told apart.
-    if second is left or not all(map(all, weights)) or readout.every is None or left.once_a_turn:
-        return Separation(angle_random_walk={})
-    if not (left.is_finished and second.is_finished):
+    if not (finished and all(map(all, weights))) or readout.every is None or left.once_a_turn:
         return Separation(angle_random_walk={})
     first, middle, last = settings.gyros
     step = max(1, round(left.rate / fine.rate))
     # The hat uses differences only, so the first gyro may stand at zero. A pair whose weights are v
     # and w, over v, is the first gyro less -w/v times the other one.
     (of_last, last_weight), (of_middle, middle_weight) = weights
+    angles = {
+        middle: -PAIR_SIZE / of_middle * every(second.removal.residual, step),
+        first: np.zeros(fine.angle.size),
+        last: -PAIR_SIZE / of_last * every(left.removal.residual, step),
+    }
+    band = (0.0, 0.0 if likelihood.band is None else likelihood.band.high)
+    masked = left.removal.masked + second.removal.masked
+    how: dict[str, Any] = {"band": band, "masked": masked, "confidence": settings.confidence}
     try:
-        separation = three_cornered_hat(
-            {
-                middle: -PAIR_SIZE / of_middle * every(second.removal.residual, step),
-                first: np.zeros(fine.angle.size),
-                last: -PAIR_SIZE / of_last * every(left.removal.residual, step),
-            },
-            kind="angle",
-            sample_rate=fine.rate,
-            confidence=settings.confidence,
-            masked=left.removal.masked + second.removal.masked,
-            band=(0.0, 0.0 if likelihood.band is None else likelihood.band.high),
-        )
+        separation = three_cornered_hat(angles, kind="angle", sample_rate=fine.rate, **how)
     except RecordingError as error:
         # Vibration in either difference may leave no band to both.
         note = Note(text=f"no angle random walk of each gyro alone: {error}", level="warning")

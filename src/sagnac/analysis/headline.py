@@ -24,7 +24,7 @@ observable.
 
 The answer then goes through six steps, in this order in `answer`:
 
-1. its interval is wider if large deviations are more frequent than in normal noise (`_with_tails`);
+1. its interval is wider if large deviations are more frequent than in normal noise (`_widened`);
 2. it holds N over parts of the record if these disagree (`averaged.Parts`);
 3. Q, B, K and R beside it are no more than the curve allows (`noise.bounds`), and B is not bounded
    below what it may be if flicker ends (`noise.slow_laws`);
@@ -72,8 +72,7 @@ def answer(evidence: Evidence, walk_of_pair: WalkOfPair, *, brief: bool = False)
     RecordingError
         If the settings are strict and something is found that they do not accept.
     """
-    headline = _with_parts(_with_tails(first_candidate(evidence)))
-    headline = _within_curve(evidence, headline)
+    headline = _within_curve(evidence, _widened(first_candidate(evidence)))
     headline = with_encoder(headline, evidence, walk_of_pair)
     if not brief:
         headline = with_shared_noise(headline, evidence)
@@ -116,23 +115,17 @@ def first_candidate(evidence: Evidence) -> Headline:
     return replace(headline, fits=fits)
 
 
-def _with_tails(headline: Headline) -> Headline:
-    """The answer with an interval that knows the fourth cumulant of the noise."""
+def _widened(headline: Headline) -> Headline:
+    """The answer for the fourth cumulant of the noise, and for parts that disagree on N."""
     estimate, spectrum = headline.estimate, headline.spectrum
     if spectrum is None or estimate.status != "estimated":
         return headline
-    samples = spectrum.increments.size
-    wider = averaged.with_tails(estimate, spectrum.kurtosis, samples, estimate.confidence)
-    return replace(headline, estimate=wider)
-
-
-def _with_parts(headline: Headline) -> Headline:
-    """The answer with an interval that reaches to N of all parts if these disagree."""
-    estimate, parts = headline.estimate, headline.spectrum and headline.spectrum.parts
-    if not parts or parts.agree or estimate.status != "estimated":
-        return headline
-    low, high = min(estimate.low, parts.smallest), max(estimate.high, parts.largest)
-    return replace(headline, estimate=replace(estimate, low=low, high=high))
+    samples, values = spectrum.increments.size, spectrum.parts.values
+    estimate = averaged.with_tails(estimate, spectrum.kurtosis, samples, estimate.confidence)
+    if not spectrum.parts.agree:
+        low, high = min(estimate.low, *values), max(estimate.high, *values)
+        estimate = replace(estimate, low=low, high=high)
+    return replace(headline, estimate=estimate)
 
 
 def _within_curve(evidence: Evidence, headline: Headline) -> Headline:
@@ -142,9 +135,8 @@ def _within_curve(evidence: Evidence, headline: Headline) -> Headline:
     confidence, shortest = evidence.settings.confidence, max(lowered, evidence.readout.time)
     other = fit.slow
     end = math.inf if other is None else other.lowest_end
-    highest = highest_terms(
-        evidence.curve, confidence=confidence, shortest=shortest, flicker_end=end
-    )
+    limits = {"confidence": confidence, "shortest": shortest, "flicker_end": end}
+    highest = highest_terms(evidence.curve, **limits)
     slow = with_slow_laws(fit).coefficients["bias_instability"]
     fit = replace(fit, coefficients=within_curve(fit.coefficients, highest))
     if spectrum is not None:
@@ -188,15 +180,10 @@ def _step_4(evidence: Evidence) -> Headline:
     fitted = evidence.fits["paper"].coefficients["angle_random_walk"]
     channel, reading = evidence.measured.channel, evidence.settings.step_4.in_words
     if fitted.status != "estimated" or not fitted.low > 0.0:
-        text = (
-            f"Step 4 of the paper ({reading}) shows no angle random walk of {channel}: only an "
-            "upper bound is given"
-        )
-        return _no_walk(evidence, Note(text=text))
-    source = (
-        f"least squares on the Allan variance of {channel} at "
-        f"{1.0 / evidence.curve.sample_rate:.4g} s (Step 4 of the paper): {reading}"
-    )
+        why = f"Step 4 of the paper ({reading}) shows no angle random walk of {channel}"
+        return _no_walk(evidence, Note(text=f"{why}: only an upper bound is given"))
+    interval = f"{1.0 / evidence.curve.sample_rate:.4g} s (Step 4 of the paper)"
+    source = f"least squares on the Allan variance of {channel} at {interval}: {reading}"
     return Headline(estimate=fitted, source=source)
 
 
@@ -249,11 +236,9 @@ def _by_spectrum(evidence: Evidence, chosen: AnswerSpectrum, fitted: Points) -> 
     estimate, choice = spectrum.average.angle_random_walk, spectrum.average.rests_on
     channel = evidence.measured.channel
     if estimate.status != "estimated":
-        text = (
-            f"the spectrum of {channel} shows no band in which the angle random walk rules: no "
-            "estimate is given"
-        )
-        return replace(_no_walk(evidence, Note(text=text)), spectrum=spectrum)
+        why = f"the spectrum of {channel} shows no band in which the angle random walk rules"
+        nothing = _no_walk(evidence, Note(text=f"{why}: no estimate is given"))
+        return replace(nothing, spectrum=spectrum)
     if estimate.low > (highest := averaged.highest_of_every_sample(spectrum, evidence)):
         source = f"every sample of {channel}, whose spectrum contradicts that of fewer angles"
         return Headline(estimate=estimate.bounded(highest), source=source, spectrum=spectrum)
@@ -284,11 +269,9 @@ def _likelihood_alone(evidence: Evidence) -> Headline | None:
     highest, tau = _highest_walk(evidence, None, chance)
     if walk.low <= highest:
         return Headline(estimate=walk, source=_likelihood_source(channel, evidence.fine, fit))
-    text = (
-        f"the likelihood fit of {channel} asks for more angle random walk than the curve shows at "
-        f"{tau:.4g} s: the five terms do not describe this spectrum, and no estimate is given"
-    )
-    return _no_walk(evidence, Note(level="warning", text=text))
+    asks = f"the likelihood fit of {channel} asks for more angle random walk than the curve shows"
+    why = "the five terms do not describe this spectrum, and no estimate is given"
+    return _no_walk(evidence, Note(level="warning", text=f"{asks} at {tau:.4g} s: {why}"))
 
 
 def _curve(evidence: Evidence, finest: AnswerSpectrum | None) -> Headline | None:
@@ -296,11 +279,9 @@ def _curve(evidence: Evidence, finest: AnswerSpectrum | None) -> Headline | None
     bound, _ = _highest_walk(evidence, finest, 1.0 - evidence.settings.confidence)
     if not math.isfinite(bound):
         return None
-    channel = _bounded_channel(evidence)
-    return Headline(
-        estimate=_no_walk(evidence).estimate.bounded(bound),
-        source=f"lowest point of the curve of {channel} against the slope of the ARW",
-    )
+    curve = f"lowest point of the curve of {_bounded_channel(evidence)}"
+    estimate = _no_walk(evidence).estimate.bounded(bound)
+    return Headline(estimate=estimate, source=f"{curve} against the slope of the ARW")
 
 
 def _levels(evidence: Evidence, finest: AnswerSpectrum | None) -> Headline:
@@ -322,11 +303,9 @@ def _no_walk(evidence: Evidence, *why: Note) -> Headline:
 
 
 def _likelihood_source(channel: str, points: Points, fit: Fit) -> str:
-    return (
-        f"likelihood fit of the spectrum of {points.angle.size} angles of "
-        f"{channel} at {1.0 / points.rate:.4g} s, to "
-        f"{0.0 if fit.band is None else fit.band.high:.4g} Hz"
-    )
+    highest = 0.0 if fit.band is None else fit.band.high
+    angles = f"{points.angle.size} angles of {channel} at {1.0 / points.rate:.4g} s"
+    return f"likelihood fit of the spectrum of {angles}, to {highest:.4g} Hz"
 
 
 def _bounded_channel(evidence: Evidence) -> str:

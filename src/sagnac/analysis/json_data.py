@@ -155,8 +155,7 @@ def low_pass_data(analysis: Analysis) -> dict[str, dict[str, float]]:
         return {}
     # What is left below a hundredth is a floor of another kind, such as steps of the readout.
     kept = share > np.maximum(0.01, steps / filtered)
-    fits = [_fitted(frequency[kept], share[kept], rate, order) for order in ORDERS]
-    _, corner, order = min(fits)
+    _, corner, order = min(_fitted(frequency[kept], share[kept], rate, one) for one in ORDERS)
     return {"low_pass": {"corner_hz": corner, "order": order}}
 
 
@@ -197,8 +196,7 @@ def slow_noise_data(analysis: Analysis) -> dict[str, dict[str, Any]]:
     data: dict[str, Any] = {"markov": None}
     for name in ("bias_instability", "rate_random_walk"):
         unit = field_unit(name, sensor)
-        value = getattr(found, name) / unit.size
-        data[sensed.keys[name]] = {"value": value, "unit": unit.name}
+        data[sensed.keys[name]] = {"value": getattr(found, name) / unit.size, "unit": unit.name}
     unit = field_unit("bias_instability", sensor)
     for key, rate in zip(("markov", "second_markov"), found.rates, strict=False):
         data[key] = {

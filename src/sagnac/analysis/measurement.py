@@ -202,11 +202,9 @@ def turning_table(recording: Recording, gyros: tuple[str, ...], method: Method) 
         note = Note(text="the table does not turn: its angle is not used")
         return TurningTable(angle=None, notes=(note,))
     if method == "fos" and recording.duration < SHORTEST:
-        raise RecordingError(
-            f"{recording.duration:.4g} s of a turning table do not tell its motion from the "
-            "gyro's noise",
-            remedy=f"take {SHORTEST:g} s or more, or the standing part ({{slice}})",
-        )
+        short = f"{recording.duration:.4g} s of a turning table do not tell its motion"
+        remedy = f"take {SHORTEST:g} s or more, or the standing part ({{slice}})"
+        raise RecordingError(f"{short} from the gyro's noise", remedy=remedy)
     for name in gyros:
         require_encoder_follows(recording, recording.gyro(name))
     if method != "fos":
@@ -220,19 +218,13 @@ def turning_table(recording: Recording, gyros: tuple[str, ...], method: Method) 
 
 def _encoder_notes(estimate: EstimatedTable, sample_rate: float) -> tuple[Note, ...]:
     """Notes on the encoder's readings beside the gyros."""
-    texts = []
-    delay = estimate.delay
+    texts, delay = [], estimate.delay
     if delay is not None:
-        late = "after" if delay.mean > 0.0 else "before"
-        text = (
-            f"its readings come {1e3 * abs(delay.mean):.4g} ms (± {1e3 * delay.mean_error:.1g} ms) "
-            f"{late} the gyros'"
-        )
+        late = f"{1e3 * abs(delay.mean):.4g} ms (± {1e3 * delay.mean_error:.1g} ms)"
+        text = f"its readings come {late} {'after' if delay.mean > 0.0 else 'before'} the gyros'"
         if abs(delay.change) > max(_SURE * delay.change_error, _CHANGES):
-            text += (
-                f", and the delay changes by {1e3 * delay.change:+.4g} ms (± "
-                f"{1e3 * delay.change_error:.1g} ms) over the record"
-            )
+            change = f"{1e3 * delay.change:+.4g} ms (± {1e3 * delay.change_error:.1g} ms)"
+            text += f", and the delay changes by {change} over the record"
         texts.append(f"{text}; they are shifted by that")
     # Less is not worth a note.
     if estimate.smoothed and estimate.noise > ARCSECOND:
@@ -273,12 +265,10 @@ def with_order_phases(table: TurningTable, measured: Measurement) -> TurningTabl
     change, error = fitted + drift.value / rate, drift.error / abs(rate)
     if fitted and abs(change) < max(_SURE * error, _CHANGES):
         return led
-    note = Note(
-        channel="table",
-        text=f"its angle runs off by {-change * rate / ARCSECOND:+.4g} arcsec (± "
-        f"{rounded(drift.error / ARCSECOND, 1)} arcsec) over the record against what repeats with "
-        f"it, as if its delay changed by {1e3 * change:.3g} ms; the angle is brought to that",
-    )
+    size, spread = -change * rate / ARCSECOND, rounded(drift.error / ARCSECOND, 1)
+    off = f"its angle runs off by {size:+.4g} arcsec (± {spread} arcsec) over the record"
+    delay = f"against what repeats with it, as if its delay changed by {1e3 * change:.3g} ms"
+    note = Note(channel="table", text=f"{off} {delay}; the angle is brought to that")
     return replace(led, notes=(*table.notes, note))
 
 
@@ -313,10 +303,8 @@ def without_encoder_errors(
     if estimate.angle is estimate.readings:
         return measured
     share = measured.share(table.shares)
-    own = arrays.elementwise(
-        lambda angle, readings, known: angle - share * (readings - known),
-        measured.angle, estimate.readings, estimate.angle,
-    )  # fmt: skip
+    three = measured.angle, estimate.readings, estimate.angle
+    own = arrays.elementwise(lambda angle, read, known: angle - share * (read - known), *three)
     return replace(measured, angle=own)
 
 
@@ -339,9 +327,8 @@ def _takes_table_out(
     if alone.weighs_alike:
         return True
     share = measured.share(table.shares)
-    by_encoder = arrays.elementwise(
-        lambda angle, readings: angle - share * readings, measured.angle, estimate.readings
-    )
+    both = measured.angle, estimate.readings
+    by_encoder = arrays.elementwise(lambda angle, readings: angle - share * readings, *both)
     block = max(1, round(measured.sample_rate / KINEMATIC_RATE))
     slow = _step(averages_of(alone.angle, block)) < _QUIETER * _step(averages_of(by_encoder, block))
     return slow or _step(alone.angle) < _QUIETER * _step(by_encoder)
@@ -420,11 +407,9 @@ def remainder_of(
     elif settings.method == "fris":
         removal, rate = _once_a_turn(measured, table, recording.null_pulse)
     elif settings.method == "none":
-        left_in = Note(
-            level="warning",
-            text="no line was removed: on a turning table the value and its bounds are of table "
-            "motion and lines, not of the gyro (use {method fos})",
-        )
+        value = "the value and its bounds are of table motion and lines, not of the gyro"
+        text = f"no line was removed: on a turning table {value} (use {{method fos}})"
+        left_in = Note(level="warning", text=text)
         removal = _nothing_removed(measured.angle, *([] if table is None else [left_in]))
     else:
         # Steps 1 to 3 of the paper; `search` says whether the difference comes first.
@@ -433,13 +418,10 @@ def remainder_of(
             angles = {name: angle_of(recording.gyro(name), rate) for name in measured.gyros}
         search = settings.published if settings.method == "fos-paper" else LITERAL
         removal = remove_lines_as_published(angles, table, rate, search=search, progress=progress)
-    unfinished = removal.unfinished
-    removal = replace(
-        removal,
-        residual=measured.noise(removal.residual),
-        taken=removal.taken / [[1.0], [1.0], [measured.size**2]],
-        unfinished=None if unfinished is None else measured.noise(unfinished),
-    )
+    unfinished, residual = removal.unfinished, measured.noise(removal.residual)
+    unfinished = None if unfinished is None else measured.noise(unfinished)
+    taken = removal.taken / [[1.0], [1.0], [measured.size**2]]
+    removal = replace(removal, residual=residual, taken=taken, unfinished=unfinished)
     return Remainder(removal=removal, rate=rate, once_a_turn=settings.method == "fris")
 
 
@@ -452,11 +434,9 @@ def _once_a_turn(
 ) -> tuple[Removal, float]:
     """Full rotation interval sampling (FRIS), Eqs. 8 and 9: the angles left, and their rate, Hz."""
     if table is None and pulse is None:
-        raise RecordingError(
-            "full rotation interval sampling ({method fris}) needs a turning table",
-            remedy="name its encoder ({table COLUMN:UNIT}) or its null pulse "
-            "({null-pulse COLUMN}), or use {method fos}",
-        )
+        problem = "full rotation interval sampling ({method fris}) needs a turning table"
+        remedy = "name its encoder ({table COLUMN:UNIT}) or its null pulse ({null-pulse COLUMN})"
+        raise RecordingError(problem, remedy=remedy + ", or use {method fos}")
     times, values = full_rotation_samples(measured.angle, table, pulse)
     rate = float((times.size - 1) / (times[-1] - times[0]) * measured.sample_rate)
     note = Note(

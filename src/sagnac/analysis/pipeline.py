@@ -5,27 +5,17 @@ Read from top to bottom: what is asked for (`analyze`, `answer_of`), the path of
 """
 
 import math
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, fields, replace
 from functools import partial
 from typing import Any
 
+from sagnac.analysis import evidence as basis
 from sagnac.analysis import measurement
 from sagnac.analysis.averaged import Headline
 from sagnac.analysis.corrections import without_dither, without_lags, without_temperature
-from sagnac.analysis.evidence import (
-    Evidence,
-    Points,
-    curve_after,
-    curve_notes,
-    curve_of,
-    fine_points,
-    fits_of,
-    hat_of,
-    points_at,
-    require_length,
-)
+from sagnac.analysis.evidence import Evidence, Points, curve_notes, curve_of, points_at
 from sagnac.analysis.headline import answer
 from sagnac.analysis.result import Analysis, Covariance
 from sagnac.analysis.settings import MOST_GYROS, Progress, Settings, Stages
@@ -161,8 +151,7 @@ def _path(
         headline = answer(evidence, _of_pair)
         if headline.spectrum is not None:
             # Nothing is read from the increments any more: an array less in memory.
-            bare = replace(headline.spectrum, increments=empty(0))
-            headline = replace(headline, spectrum=bare)
+            headline = replace(headline, spectrum=replace(headline.spectrum, increments=empty(0)))
     with stages.stage("spectrum"):
         analysis = _composed(evidence, headline)
     return replace(analysis, seconds=stages.seconds).with_units_of_sensor(), evidence.findings
@@ -196,7 +185,7 @@ def _evidence(
         before = replace(before, angle=as_it_is.noise(before.angle))
         if settings.method != "fris":
             # Known before the search, which takes what time there is.
-            require_length(before, recording)
+            basis.require_length(before, recording)
         table = measurement.turning_table(corrected, gyros, settings.method)
     with stages.stage("check"):
         if findings is None:
@@ -216,18 +205,18 @@ def _evidence(
             pairs.append(pair)
             remainders.append(measurement.remainder_of(pair, *beside))
         points = points_at(left.removal.residual, left.rate, None if left.once_a_turn else interval)
-        require_length(points, recording)
+        basis.require_length(points, recording)
         bare |= bare_if_taken and _is_taken(recording, left.removal)
     with stages.stage("stability"):
-        curve, taken = curve_after(points, left, rate, settings)
+        curve, taken = basis.curve_after(points, left, rate, settings)
         nothing_taken = not left.removal.lines and same_values(before.angle, points.angle)
         curve_before = curve if nothing_taken else curve_of(before.angle, before.rate, settings)
         family = _family(points, curve if nothing_taken else None, settings)
     with stages.stage("coefficients"):
-        fine, readout = fine_points(recording, settings, left, points)
-        fits = fits_of(curve, fine, readout, left.removal.masked, settings, bare=bare)
+        fine, readout = basis.fine_points(recording, settings, left, points)
+        fits = basis.fits_of(curve, fine, readout, left.removal.masked, settings, bare=bare)
         of_pairs = list(zip(pairs, remainders, strict=True))
-        hat = hat_of(settings, of_pairs, fine, readout, fits["likelihood"])
+        hat = basis.hat_of(settings, of_pairs, fine, readout, fits["likelihood"])
     return Evidence(
         recording=recording,
         corrected=corrected,
@@ -428,13 +417,10 @@ def _gyros_alone(
     )
 
 
-def _added_seconds(analyses: Iterable[Analysis]) -> dict[str, float]:
+def _added_seconds(analyses: Sequence[Analysis]) -> dict[str, float]:
     """Wall time by stage of several analyses together."""
-    added: dict[str, float] = {}
-    for analysis in analyses:
-        for stage, seconds in analysis.seconds.items():
-            added[stage] = added.get(stage, 0.0) + seconds
-    return added
+    stages = dict.fromkeys(stage for one in analyses for stage in one.seconds)
+    return {stage: sum(one.seconds.get(stage, 0.0) for one in analyses) for stage in stages}
 
 
 def _beside_each_other(recording: Recording, analyses: Mapping[str, Analysis]) -> Iterator[Note]:
@@ -575,14 +561,11 @@ def _with_lines_out(
     notes = (*searched.notes, *curve_notes(analysis.curve, analysis.family), *of_fits)
     # Vibration and lines are no angle random walk: the answer is the one without them.
     of_answer = ("lines", "angle_random_walk", "average", "coefficients", "covariance", "parts")
-    with_answer = replace(
-        analysis,
-        source=f"{searched.source}; lines removed" if searched.lines else searched.source,
-        notes=tuple(dict.fromkeys(notes)),
-        seconds=_added_seconds((searched, analysis)),
-        curve_of_answer=searched.curve,
-        **{name: getattr(searched, name) for name in of_answer},
-    )
+    figures = {name: getattr(searched, name) for name in of_answer}
+    source = f"{searched.source}; lines removed" if searched.lines else searched.source
+    with_answer = replace(analysis, source=source, curve_of_answer=searched.curve, **figures)
+    seconds = _added_seconds((searched, analysis))
+    with_answer = replace(with_answer, notes=tuple(dict.fromkeys(notes)), seconds=seconds)
     return AtRest(analysis=with_answer, without_lines=searched, as_it_is=analysis)
 
 
@@ -595,14 +578,10 @@ def _with_family(
         rate, angle = recording.sample_rate, measurement.measure(recording, settings.gyros).angle
         family = _family(points_at(angle, rate, settings.interval), analysis.curve, settings)
         density = multitaper_density(differences(angle), rate) if family else None
-    return replace(
-        analysis,
-        settings=settings,
-        family=family,
-        density=density,
-        notes=tuple(dict.fromkeys((*analysis.notes, *curve_notes(analysis.curve, family)))),
-        seconds={**analysis.seconds, **stages.seconds},
-    )
+    notes = tuple(dict.fromkeys((*analysis.notes, *curve_notes(analysis.curve, family))))
+    seconds = {**analysis.seconds, **stages.seconds}
+    analysis = replace(analysis, settings=settings, notes=notes, seconds=seconds)
+    return replace(analysis, family=family, density=density)
 
 
 def _with_gaps(
@@ -650,10 +629,8 @@ def _with_gaps(
         )
         made = AtRest(analysis=analysis, without_lines=analysis, as_it_is=analysis)
         why = RecordingError(error.problem, channel=error.channel, remedy=error.remedy)
-        text = (
-            "no coefficients, lines or spectra: the longest stretch without a gap, "
-            f"{span}, does not give them ({why})"
-        )
+        longest = f"the longest stretch without a gap, {span}"
+        text = f"no coefficients, lines or spectra: {longest}, does not give them ({why})"
         of_stretch = Note(channel=gyro.name, level="warning", text=text)
     notes = (
         *recording.notes,
@@ -662,17 +639,9 @@ def _with_gaps(
         *(note for note in analysis.notes if note not in analysis.curve.notes),
         *curve_notes(curve, family),
     )
-    analysis = replace(
-        analysis,
-        recording=recording,
-        settings=settings,
-        curve=curve,
-        curve_before=curve,
-        family=family,
-        density=density,
-        notes=tuple(dict.fromkeys(notes)),
-    )
-    return replace(made, analysis=analysis)
+    analysis = replace(analysis, curve=curve, curve_before=curve, family=family, density=density)
+    analysis = replace(analysis, recording=recording, settings=settings)
+    return replace(made, analysis=replace(analysis, notes=tuple(dict.fromkeys(notes))))
 
 
 def _require_no_fit_across_gaps(gyro: Channel, settings: Settings) -> None:
@@ -683,12 +652,11 @@ def _require_no_fit_across_gaps(gyro: Channel, settings: Settings) -> None:
     RecordingError
         If lines or temperature are to be removed.
     """
+    method = settings.method
+    if method == "none" and not settings.covariates:
+        return
+    choice, cannot = "method", f"lines cannot be removed across gaps ({{method {method}}})"
     if settings.covariates:
         choice, cannot = "covariates", "temperature cannot be fitted across gaps ({covariates})"
-    elif settings.method != "none":
-        choice = "method"
-        cannot = f"lines cannot be removed across gaps ({{method {settings.method}}})"
-    else:
-        return
     remedy = f"leave {{{choice}}} out, or take a whole stretch with {{slice START:STOP}}"
     raise RecordingError(cannot, channel=gyro.name, remedy=remedy)

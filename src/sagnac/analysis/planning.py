@@ -36,8 +36,8 @@ def shown_by(analysis: Analysis) -> Shown:
         remedy = "record four times as long and ask again"
         raise RecordingError(problem, channel=analysis.channel, remedy=remedy)
     if choice is None or not choice.terms:
-        problem = "the answer rests on no band of the spectrum"
-        raise RecordingError(problem, channel=analysis.channel, remedy="record longer")
+        problem, remedy = "the answer rests on no band of the spectrum", "record longer"
+        raise RecordingError(problem, channel=analysis.channel, remedy=remedy)
     fit = analysis.fits.get("likelihood")
     band = None if fit is None else fit.band
     average = Shown(
@@ -86,9 +86,6 @@ def _left_out(low: float, high: float, duration: float) -> LeftOut:
     middle = 0.5 * (low + high)
     ends = min(low + beside, middle), max(high - beside, middle)
     return LeftOut(low=ends[0], high=ends[1], cells=cells + 1.0)
-
-
-"""Half widths of the interval of N that a plan is for unless others are asked for."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -235,8 +232,7 @@ def plan(
             continue
         rows = [PlanRow(half_width=each, hours=_hours(shown.duration_for(each))) for each in within]
         for limit in limits:
-            hours = _hours(shown.duration_to_decide(limit.value))
-            rows.append(PlanRow(limit=limit, hours=hours))
+            rows.append(PlanRow(limit=limit, hours=_hours(shown.duration_to_decide(limit.value))))
         plans.append(Plan(analysis=one, shown=shown, rows=tuple(rows)))
     if not plans:
         raise next(iter(refused.values()))

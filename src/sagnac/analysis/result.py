@@ -262,15 +262,16 @@ class Analysis:
 
         each = self.fits.items()
         fits = {name: replace(fit, coefficients=named(fit.coefficients)) for name, fit in each}
-        walk, coefficients = replace(self.angle_random_walk, sensor=self.sensor), self.coefficients
+        walk = replace(self.angle_random_walk, sensor=self.sensor)
+        name, own = (SENSED[one].titles["angle_random_walk"] for one in ("gyro", self.sensor))
         # Notes of reading stand among those of the recording as they are.
+        read = self.recording.notes
         notes = tuple(
-            note if note in self.recording.notes else _of_sensor(note, self.sensor)
+            note if note in read else replace(note, text=note.text.replace(name, own))
             for note in self.notes
         )
-        return replace(
-            self, angle_random_walk=walk, coefficients=named(coefficients), fits=fits, notes=notes
-        )
+        changed = replace(self, angle_random_walk=walk, fits=fits, notes=notes)
+        return replace(changed, coefficients=named(self.coefficients))
 
     @property
     def is_pair(self) -> bool:
@@ -285,14 +286,10 @@ class Analysis:
     def __repr__(self) -> str:
         if self.gyros:
             each = (f"{name} {one.angle_random_walk!r}" for name, one in self.gyros.items())
-            return (
-                f"<Analysis of {len(self.gyros)} gyros, each alone in .gyros: {', '.join(each)}; "
-                f"all else is of {self.channel}, {len(self.notes)} notes>"
-            )
-        return (
-            f"<Analysis of {self.channel}: {self.angle_random_walk!r}, {len(self.lines)} lines, "
-            f"{len(self.notes)} notes>"
-        )
+            gyros = f"{len(self.gyros)} gyros, each alone in .gyros: {', '.join(each)}"
+            return f"<Analysis of {gyros}; all else is of {self.channel}, {len(self.notes)} notes>"
+        walk, counts = self.angle_random_walk, f"{len(self.lines)} lines, {len(self.notes)} notes"
+        return f"<Analysis of {self.channel}: {walk!r}, {counts}>"
 
     def _repr_html_(self) -> str:
         notes = "".join(f"<li>{escape(str(note))}</li>" for note in self.notes)
@@ -371,26 +368,15 @@ class Analysis:
             values = getattr(self.curve, name) / rate.size
             variable = name if name == "deviation" else f"deviation_{name}"
             variables[variable] = (("tau",), values, {"units": rate.name, "channel": self.channel})
-        return xarray.Dataset(
-            variables,
-            coords={
-                "channel": channels,
-                "figure": list(_FIGURES),
-                "tau": ("tau", self.curve.tau, {"units": "s"}),
-            },
-            attrs={"source": self.source, "confidence": self.angle_random_walk.confidence},
-        )
+        tau = ("tau", self.curve.tau, {"units": "s"})
+        coordinates = {"channel": channels, "figure": list(_FIGURES), "tau": tau}
+        stated = {"source": self.source, "confidence": self.angle_random_walk.confidence}
+        return xarray.Dataset(variables, coords=coordinates, attrs=stated)
 
     def with_seconds(self, before: Mapping[str, float]) -> "Analysis":
         """The same with stages that came before it and its gyros, such as reading."""
         gyros = {name: one.with_seconds(before) for name, one in self.gyros.items()}
         return replace(self, seconds={**before, **self.seconds}, gyros=gyros)
-
-
-def _of_sensor(note: Note, sensor: Sensor) -> Note:
-    """The same note with the coefficient N named as that of the sensor."""
-    name, own = (SENSED[one].titles["angle_random_walk"] for one in ("gyro", sensor))
-    return replace(note, text=note.text.replace(name, own))
 
 
 def require_analysis(value: Analysis, *, recorded: bool = False) -> None:
@@ -405,10 +391,9 @@ def require_analysis(value: Analysis, *, recorded: bool = False) -> None:
     """
     require_type("analysis", value, Analysis, "give what analyze(recording) returns")
     if recorded and value.stored is not None:
-        raise ValueError(
-            "analysis was read from a file, which holds neither the recording nor spectra and "
-            "residual; analyze the recording again, and give that"
-        )
+        lacking = "neither the recording nor spectra and residual"
+        remedy = "analyze the recording again, and give that"
+        raise ValueError(f"analysis was read from a file, which holds {lacking}; {remedy}")
 
 
 def require_gyro(analysis: Analysis) -> None:
@@ -420,11 +405,9 @@ def require_gyro(analysis: Analysis) -> None:
         If the analysis is of one.
     """
     if analysis.sensor == "accelerometer":
-        raise RecordingError(
-            "is an accelerometer, and documents, limits and navigation are of gyros",
-            channel=analysis.channel,
-            remedy="analyze it beside a gyro, and give the analysis of both",
-        )
+        problem = "is an accelerometer, and documents, limits and navigation are of gyros"
+        remedy = "analyze it beside a gyro, and give the analysis of both"
+        raise RecordingError(problem, channel=analysis.channel, remedy=remedy)
 
 
 def headline_fit(analysis: Analysis) -> Fit | None:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Final, Literal, get_args
 
 from sagnac.core import errors
-from sagnac.core.errors import RecordingError, refusal
+from sagnac.core.errors import RecordingError, quoted, refusal
 from sagnac.lines.published import FAIR, PublishedSearch
 from sagnac.noise.readings import PLAIN, READINGS, Reading
 from sagnac.quality.check import FINDINGS
@@ -99,8 +99,7 @@ class Settings:
     def __post_init__(self) -> None:
         names = self.gyros if isinstance(self.gyros, Iterable) else (self.gyros,)
         if isinstance(names, str) or not all(isinstance(name, str) for name in names):
-            said = errors.quoted(self.gyros)
-            raise refusal("gyros", f"is {said}; give names, such as ('x', 'z')")
+            raise refusal("gyros", f"is {quoted(self.gyros)}; give names, such as ('x', 'z')")
         object.__setattr__(self, "gyros", tuple(self.gyros))
         errors.require_choice("method", self.method, Method)
         errors.require_choice("strict", self.strict, (False, True))
@@ -108,8 +107,7 @@ class Settings:
             errors.require_choice("step_4", self.step_4, READINGS)
             object.__setattr__(self, "step_4", READINGS[self.step_4])
         if not isinstance(self.published, PublishedSearch):
-            said = errors.quoted(self.published)
-            raise refusal("published", f"is {said}; give a PublishedSearch")
+            raise refusal("published", f"is {quoted(self.published)}; give a PublishedSearch")
         if self.specification is not None:
             object.__setattr__(self, "specification", specification_of(self.specification))
         several = {"accepted": FINDINGS, "covariates": Covariate, "estimators": ESTIMATORS}
@@ -119,8 +117,7 @@ class Settings:
         object.__setattr__(self, "estimators", in_order)
         interval = self.interval
         if interval is not None and not (errors.is_finite(interval) and interval > 0.0):
-            said = errors.quoted(interval)
-            raise refusal("interval", f"is {said}; give seconds above zero, or None")
+            raise refusal("interval", f"is {quoted(interval)}; give seconds above zero, or None")
         errors.require_confidence(self.confidence)
 
     def gyros_of(self, recording: Recording) -> tuple[str, ...]:
@@ -134,9 +131,8 @@ class Settings:
         names = self.gyros or tuple(channel.name for channel in recording.gyros)
         most = MOST_GYROS if turns(recording) else len(recording.gyros)
         if len(names) > most or len(set(names)) != len(names):
-            problem = f"gyros {','.join(names)}"
             remedy = "name one gyro, a pair or a triad, each once ({gyros x,z})"
-            raise RecordingError(problem, remedy=remedy)
+            raise RecordingError(f"gyros {','.join(names)}", remedy=remedy)
         for name in names:
             # One that is not there is no gyro that was refused.
             recording.gyro(name)

@@ -7,8 +7,7 @@ import numpy as np
 
 from sagnac.analysis.measurement import Remainder
 from sagnac.core.arrays import FloatArray, blocks, elementwise, mean, values_at
-from sagnac.spectrum.periodogram import density as rate_density
-from sagnac.spectrum.periodogram import multitaper, smoothed
+from sagnac.spectrum import periodogram
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -44,8 +43,9 @@ class Spectrum:
 def multitaper_density(increments: FloatArray, sample_rate: float, tapers: int = 5) -> Spectrum:
     """One-sided rate density of increments (rad), centred in place, in log-spaced bins."""
     elementwise(np.subtract, increments, mean(increments), out=increments)
-    frequency, power = smoothed(multitaper(increments, tapers))
-    return Spectrum(frequency=frequency * sample_rate, density=rate_density(power, sample_rate))
+    frequency, power = periodogram.smoothed(periodogram.multitaper(increments, tapers))
+    density = periodogram.density(power, sample_rate)
+    return Spectrum(frequency=frequency * sample_rate, density=density)
 
 
 # Parts of a turn; half of them are orders.
@@ -112,11 +112,9 @@ def residual_of(before: FloatArray, left: Remainder, table: FloatArray | None) -
     # Mean rates of 240 equal parts of the record.
     edges = np.unique(np.linspace(0, angle.size - 1, 241).round().astype(np.int64))
     rate = np.diff(values_at(angle, edges)) / np.diff(edges) * left.rate
-    return Residual(
-        time=np.asarray(0.5 * (edges[1:] + edges[:-1]) / left.rate, dtype=np.float64),
-        rate=rate - rate.mean(),
-        by_angle=None if table is None or left.once_a_turn else _by_angle(before, left, table),
-    )
+    time = np.asarray(0.5 * (edges[1:] + edges[:-1]) / left.rate, dtype=np.float64)
+    by_angle = None if table is None or left.once_a_turn else _by_angle(before, left, table)
+    return Residual(time=time, rate=rate - rate.mean(), by_angle=by_angle)
 
 
 def _by_angle(before: FloatArray, left: Remainder, table: FloatArray) -> ByAngle | None:

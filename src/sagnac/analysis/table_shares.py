@@ -98,12 +98,9 @@ def table_shares(
     table = _table_angle(recording, step)
     columns, kept = _columns(table, np.diff(table) / interval)
     if np.count_nonzero(kept) < _LEAST:
-        raise RecordingError(
-            f"the table keeps its way over {np.count_nonzero(kept)} seconds only: too few for "
-            "shares of its rate",
-            channel="table",
-            remedy=f"turn it for {_LEAST} s or more without turning round",
-        )
+        few = f"the table keeps its way over {np.count_nonzero(kept)} seconds only: too few"
+        remedy = f"turn it for {_LEAST} s or more without turning round"
+        raise RecordingError(f"{few} for shares of its rate", channel="table", remedy=remedy)
     angles = (angle_of(recording.gyro(name), recording.sample_rate) for name in gyros)
     shown = np.stack([np.diff(every(angle, step)) / interval for angle in angles], axis=1)
     stretch = np.arange(kept.size) * _STRETCHES // kept.size

@@ -129,12 +129,10 @@ def trial(
     cells = levels.spectrum.cells
     density = cells.density + sum(line_density(levels.spectrum, *line) for line in put_back)
     with_lines = replace(levels.spectrum, cells=replace(cells, density=density))
-    return Trial(
-        angle_random_walk=_walk(analysis, with_lines, bands + more),
-        before=before or _walk(analysis, levels.spectrum, analysis.masked),
-        curve=_curve(analysis.curve, put_back),
-        spectrum=_spectrum(analysis.spectrum, put_back),
-    )
+    walk = _walk(analysis, with_lines, bands + more)
+    before = before or _walk(analysis, levels.spectrum, analysis.masked)
+    curve, spectrum = _curve(analysis.curve, put_back), _spectrum(analysis.spectrum, put_back)
+    return Trial(angle_random_walk=walk, before=before, curve=curve, spectrum=spectrum)
 
 
 def _walk(analysis: Analysis, spectrum: TaperedSpectrum, bands: Bands) -> Estimate:

@@ -47,6 +47,11 @@ def _spectrum_notes(evidence: Evidence, headline: Headline) -> tuple[Note, ...]:
     return noticed + tuple(note for note in of_remainder if agree or note.name != "unsteady")
 
 
+def _title(sensor: Sensor) -> str:
+    """Name of N."""
+    return SENSED[sensor].titles["angle_random_walk"]
+
+
 def _walk(sensor: Sensor, *values: float) -> str:
     """N, or several, in the unit of the field."""
     unit = field_unit("angle_random_walk", sensor)
@@ -95,10 +100,9 @@ def _shape_notes(spectrum: AnswerSpectrum, sensor: Sensor) -> Iterator[Note]:
     if fall.is_there:
         is_halved = math.isfinite(fall.half)
         falls = f"to half at {fall.half:.3g}" if is_halved else f"beyond {fall.frequency:.3g}"
-        yield Note(
-            text=f"the spectrum falls {falls} Hz, as behind a low-pass or a hump: cluster times "
-            f"below {fall.cluster_time():.3g} s bound nothing"
-        )
+        short = f"cluster times below {fall.cluster_time():.3g} s bound nothing"
+        text = f"the spectrum falls {falls} Hz, as behind a low-pass or a hump: {short}"
+        yield Note(text=text)
     if hump is not None:
         top = _walk(sensor, hump.walk).split()[0]
         yield Note(
@@ -113,7 +117,7 @@ def _shape_notes(spectrum: AnswerSpectrum, sensor: Sensor) -> Iterator[Note]:
             level="warning",
             text="the spectrum is level in more than one band: "
             f"{rounded(100.0 * elsewhere.share)} % of the weight reads another "
-            f"{SENSED[sensor].titles['angle_random_walk']}, most of it "
+            f"{_title(sensor)}, most of it "
             f"{_walk(sensor, elsewhere.walk)} at {elsewhere.low:.3g} to {elsewhere.high:.3g} Hz; "
             "the interval spans both",
         )
@@ -135,29 +139,26 @@ def _shelf_notes(read: Estimate, spectrum: AnswerSpectrum, sensor: Sensor) -> It
         level="warning",
         text=f"the spectrum is level from {low:.3g} to {high:.3g} Hz, at "
         f"{_walk(sensor, walk)}, and lower below, as behind a high-pass: if the output takes "
-        f"off its own bias at rest, its {SENSED[sensor].titles['angle_random_walk']} is that one; "
+        f"off its own bias at rest, its {_title(sensor)} is that one; "
         "the interval reaches there; record the output without that correction",
     )
 
 
 def _parts_notes(parts: Parts, sensor: Sensor) -> Iterator[Note]:
     """On whether N stands still over the parts that show it, two or more."""
-    if len(parts.seen) < 2:
+    if len(parts.values) < 2:
         return
-    walk = SENSED[sensor].titles["angle_random_walk"]
-    values = _walk(sensor, parts.smallest, parts.largest)
-    reach = f"{len(parts.seen)} parts of the recording read {values}"
+    walk, lowest, highest = _title(sensor), min(parts.values), max(parts.values)
+    reach = f"{len(parts.values)} parts of the recording read {_walk(sensor, lowest, highest)}"
     if parts.agree:
         yield Note(text=f"the {walk} is steady: {reach}, as far apart as by chance")
         return
     if parts.walks_agree:
         effect, changed = parts.spread, f"noise in the band of the {walk}"
-        apart = (
-            f"which chance could do, but their spectra differ as if it were {rounded(effect, 3)} "
-            "times as large in one as in another"
-        )
+        times = f"{rounded(effect, 3)} times as large in one as in another"
+        apart = f"which chance could do, but their spectra differ as if it were {times}"
     else:
-        effect, changed = parts.largest / parts.smallest, walk
+        effect, changed = highest / lowest, walk
         apart = f"{rounded(100.0 * (effect - 1.0))} % apart, more than by chance"
     text = f"the {changed} changes: {reach}, {apart}; the interval covers them"
     yield Note(name="unsteady", effect=effect, level="warning", text=text)
@@ -173,17 +174,12 @@ def _slow_noise_notes(evidence: Evidence, spectrum: AnswerSpectrum) -> Iterator[
         model = untold(spectrum.levels, spectrum.average.rests_on, terms)
     if rise is None and model is None:
         return
-    shown = "the lowest frequencies of the spectrum lie above the terms that are estimated"
+    shown = "the lowest frequencies of the spectrum lie"
     if rise is not None:
         tau, ratio = rise
-        shown = (
-            f"at {tau:.3g} s the curve lies {rounded(ratio)} times above the terms that "
-            "are estimated"
-        )
-    text = (
-        f"slow noise, K or R or B: {shown}, and the recording does not show which of the three it "
-        "is; record longer"
-    )
+        shown = f"at {tau:.3g} s the curve lies {rounded(ratio)} times"
+    which = "the recording does not show which of the three it is; record longer"
+    text = f"slow noise, K or R or B: {shown} above the terms that are estimated, and {which}"
     if model is not None and model.rates:
         text = f"slow noise: {_markov_text(model.rates, sensor)}; B and K are bounds"
     yield Note(channel=evidence.measured.channel, text=text)
@@ -258,18 +254,12 @@ def apply_findings(headline: Headline, evidence: Evidence, *, brief: bool = Fals
             source += f", divided by {divided:.4g} for findings"
         if spanned != 1.0:
             source += f"; the interval holds N divided by {spanned:.4g}, too, for findings"
-    return replace(
-        headline,
-        estimate=estimate,
-        source=source,
-        spectrum=spectrum,
-        findings=findings,
-        fits={
-            name: replace(fit, coefficients=trust.each(fit.coefficients, channel))
-            for name, fit in headline.fits.items()
-        },
-        per_gyro={name: trust.estimate(own, name) for name, own in alone},
-    )
+    fits = dict(headline.fits)
+    for name, fit in headline.fits.items():
+        fits[name] = replace(fit, coefficients=trust.each(fit.coefficients, channel))
+    per_gyro = {name: trust.estimate(own, name) for name, own in alone}
+    headline = replace(headline, spectrum=spectrum, findings=findings, fits=fits)
+    return replace(headline, estimate=estimate, source=source, per_gyro=per_gyro)
 
 
 def findings_of(recording: Recording, settings: Settings) -> tuple[Note, ...]:

@@ -68,11 +68,8 @@ def judge(
         for one in analysis.each:
             for name, estimate in _measured(one, limit).items():
                 row = judged(name, limit, estimate, specification)
-                if (
-                    name in mixed
-                    and row.decision == "pass"
-                    and PAIR_SIZE * estimate.high > limit.value
-                ):
+                breaks = PAIR_SIZE * estimate.high > limit.value
+                if name in mixed and row.decision == "pass" and breaks:
                     row = replace(row, reason=f"{row.reason}; {EITHER}")
                 rows.append(replace(row, decision="undecided", reason=doubt) if doubt else row)
     for limit in specification.limits:

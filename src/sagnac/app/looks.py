@@ -422,8 +422,8 @@ def _spectrum(pyramid: Pyramid, rate: float) -> dict[str, Any]:
         return {"frequency": [], "low": [], "high": []}
     frequency, densities = periodogram(parts, rate, window=np.hanning(length), detrend="constant")
     frequency, density = frequency[2:-1], densities.mean(axis=0)[2:-1]
-    edges = np.geomspace(frequency[0], frequency[-1], _BINS)
-    first = np.unique(np.searchsorted(frequency, edges))
+    first = np.searchsorted(frequency, np.geomspace(frequency[0], frequency[-1], _BINS))
+    first = np.unique(first)
     low, high = (one.reduceat(np.sqrt(density), first) for one in (np.minimum, np.maximum))
     return {"frequency": numbers(frequency[first]), "low": numbers(low), "high": numbers(high)}
 

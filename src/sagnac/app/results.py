@@ -146,12 +146,12 @@ def drawn(draw: Callable[..., Axes], *given: Any) -> dict[str, Any]:
     draw
         Takes `given` and an axis.
     """
-    figure = Figure(figsize=(9.0, 4.5))
-    axes = draw(*given, ax=figure.add_subplot())
+    axes = draw(*given, ax=Figure(figsize=(9.0, 4.5)).add_subplot())
     across, up = axes.get_xlim(), axes.get_ylim()
     of_errors = (one for one in axes.collections if isinstance(one, LineCollection))
     bands = (one for one in axes.collections if isinstance(one, PolyCollection))
     spans = (one for one in axes.patches if isinstance(one, Rectangle))
+    named = (one for one in axes.texts if hasattr(one, "xy"))
     return {
         "x": {"label": axes.get_xlabel(), "log": axes.get_xscale() == "log", "range": list(across)},
         "y": {"label": axes.get_ylabel(), "log": axes.get_yscale() == "log", "range": list(up)},
@@ -163,11 +163,7 @@ def drawn(draw: Callable[..., Axes], *given: Any) -> dict[str, Any]:
             *(_filled(one.get_paths()[0].vertices, one) for one in bands),
             *(_filled(_in_data(one, one.get_path().vertices, axes), one) for one in spans),
         ],
-        "texts": [
-            {**_points(np.array([one.xy])), "text": one.get_text()}
-            for one in axes.texts
-            if hasattr(one, "xy")
-        ],
+        "texts": [{**_points(np.array([one.xy])), "text": one.get_text()} for one in named],
     }
 
 

@@ -291,17 +291,14 @@ def bokeh_scripts() -> Path:
 def application(state: State) -> web.Application:
     """The addresses and what answers them."""
     given = {"state": state}
-    return web.Application(
-        [
-            (r"/([^/]+)/events", _Events, given),
-            (r"/([^/]+)/drop", _Drop, given),
-            (r"/([^/]+)/call/([a-z]+)", _Call, given),
-            (r"/([^/]+)/([a-z.-]*)", _File, given),
-        ],
-        default_handler_class=_Nothing,
-        default_handler_args=given,
-        log_function=lambda handler: None,
-    )
+    handlers = [
+        (r"/([^/]+)/events", _Events, given),
+        (r"/([^/]+)/drop", _Drop, given),
+        (r"/([^/]+)/call/([a-z]+)", _Call, given),
+        (r"/([^/]+)/([a-z.-]*)", _File, given),
+    ]
+    others: dict[str, Any] = {"default_handler_class": _Nothing, "default_handler_args": given}
+    return web.Application(handlers, **others, log_function=lambda handler: None)
 
 
 @contextlib.contextmanager

@@ -251,9 +251,8 @@ def _answered(kept: tuple[Any, Any], task: Task, request: dict[str, Any]) -> dic
 
 # ---- sessions ----------------------------------------------------------------------
 
-# Runs whose process is kept to be asked again, and events that a page may have missed.
-_KEPT_RUNS: Final = 4
-_KEPT_LOOKS: Final = 4
+# Runs whose process is kept to be asked again, and recordings that are kept to be looked at.
+_KEPT: Final = 4
 
 
 @dataclass(slots=True, kw_only=True, eq=False)
@@ -291,7 +290,7 @@ class Session:
         """A number by which the page names a recording; the oldest of many is forgotten."""
         self.count += 1
         self.looks[self.count] = look
-        while len(self.looks) > _KEPT_LOOKS:
+        while len(self.looks) > _KEPT:
             self.looks.pop(next(iter(self.looks)))
         return self.count
 
@@ -304,7 +303,7 @@ class Session:
             self.loop.call_soon_threadsafe(self._say, number, event)
 
         kept = [one for one, run in self.runs.items() if run.process.is_alive()]
-        for oldest in kept[: max(0, len(kept) + 1 - _KEPT_RUNS)]:
+        for oldest in kept[: max(0, len(kept) + 1 - _KEPT)]:
             self.cancel(oldest)
         self.runs[number] = Run(task, tell)
         return number
@@ -325,7 +324,7 @@ class Session:
         try:
             self.runs[number].ask(request)
         except (LookupError, OSError):
-            said = f"this analysis is no longer open: the last {_KEPT_RUNS} can be changed"
+            said = f"this analysis is no longer open: the last {_KEPT} can be changed"
             raise ValueError(f"{said}, judged and saved; analyze the recording again") from None
 
     def cancel(self, number: int) -> bool:

@@ -24,9 +24,6 @@ from sagnac.spectrum.sums import tone_sums
 PEAKS_A_ROUND: Final = 200
 # Half width of a peak, in bins: what stands so near on the same scale is that peak.
 _MAIN_LOBE: Final = 1.5
-# Sidelobes of a rectangular window fall as 1 / (pi * bins)^2; ten times that leaves room for
-# several of them adding up.
-_ROOM: Final = 10.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -88,7 +85,9 @@ def strongest(candidates: Candidates, most: int = PEAKS_A_ROUND) -> tuple[Boolea
     for at in np.argsort(height)[::-1].tolist():
         if claimed[at]:
             continue
-        if height[at] >= _ROOM * leakage[at]:
+        # Sidelobes of a rectangular window fall as 1 / (pi * bins)^2; ten times that leaves room
+        # for several of them adding up.
+        if height[at] >= 10.0 * leakage[at]:
             alike = candidates.in_angle == candidates.in_angle[at]
             bins = 0.5 * np.abs(place - place[at])
             cells = candidates.samples * np.maximum(high - low, high[at] - low[at])
@@ -191,9 +190,8 @@ def bands_of_peaks(peaks: Peaks, bins: int) -> tuple[Band, ...]:
     """
     found = plain_peaks(peaks).place / (4.0 * (bins - 1))
     margin = 2.0 ** (0.5 * detection.WIDTH)
-    return detection.joined_bands(
-        tuple((place / margin, min(place * margin, 0.5)) for place in found.tolist())
-    )
+    bands = ((place / margin, min(place * margin, 0.5)) for place in found.tolist())
+    return detection.joined_bands(tuple(bands))
 
 
 def _crowds(found: FloatArray, crowd: int, spread: float) -> list[Band]:
@@ -322,14 +320,10 @@ def broken_orders(state: State, frequencies: FloatArray) -> Peaks:
     if sampled.table is None:
         return detection.NO_PEAKS
     beyond = frequencies > MOST_ORDERS * np.median(sampled.speeds / (2.0 * np.pi))
-    peaks = detection.peaks_in_order(
-        state.steps,
-        sampled,
-        state.look().floor,
-        state.record.threshold,
-        # So many may be the smear of orders that are not looked for as a rule.
-        crowded=int(beyond.sum()) > 100,
-    )
+    # So many may be the smear of orders that are not looked for as a rule.
+    crowded, floor = int(beyond.sum()) > 100, state.look().floor
+    level = state.record.threshold
+    peaks = detection.peaks_in_order(state.steps, sampled, floor, level, crowded=crowded)
     orders = peaks.place * (0.5 / sampled.turns)
     off = np.abs(orders - np.rint(orders)) * sampled.turns > 1.0
     off |= orders > MOST_ORDERS + 0.5

@@ -8,7 +8,7 @@ import numpy as np
 from sagnac.core.arrays import BooleanArray, ComplexArray, FloatArray, blocks
 from sagnac.core.errors import require_shape
 from sagnac.lines.sampling import MIX_BLOCK, MOST_ORDERS
-from sagnac.spectrum.sums import tones
+from sagnac.spectrum import sums
 from sagnac.table.kinematics import harmonic_sum
 
 
@@ -68,13 +68,9 @@ class Components:
     def select(self, keep: BooleanArray) -> "Components":
         """The components where `keep`, (components,) bool, is true."""
         angle, time = np.split(keep, [self.orders.size])
-        return replace(
-            self,
-            orders=self.orders[angle],
-            free=self.free[angle],
-            frequencies=self.frequencies[time],
-            phasor=self.phasor[keep],
-        )
+        orders, free, frequencies = self.orders[angle], self.free[angle], self.frequencies[time]
+        phasor = self.phasor[keep]
+        return replace(self, orders=orders, free=free, frequencies=frequencies, phasor=phasor)
 
 
 def components_of(
@@ -87,13 +83,11 @@ def components_of(
 ) -> Components:
     """Components for a record of `samples` angles; none of what is not given, no order free."""
     orders = np.empty(0) if orders is None else orders
-    return Components(
-        orders=orders,
-        free=np.zeros(orders.size, dtype=bool) if free is None else free,
-        frequencies=np.empty(0) if frequencies is None else frequencies,
-        center=0.5 * (samples - 1),
-        phasor=np.empty(0, dtype=np.complex128) if phasor is None else phasor,
-    )
+    free = np.zeros(orders.size, dtype=bool) if free is None else free
+    tones = np.empty(0) if frequencies is None else frequencies
+    phasor = np.empty(0, dtype=np.complex128) if phasor is None else phasor
+    center = 0.5 * (samples - 1)
+    return Components(orders=orders, free=free, frequencies=tones, center=center, phasor=phasor)
 
 
 def joined(first: Components, second: Components) -> Components:
@@ -102,13 +96,10 @@ def joined(first: Components, second: Components) -> Components:
     ascending = np.argsort(orders, kind="stable")
     parts = [np.split(one.phasor, [one.orders.size]) for one in (first, second)]
     in_angle, in_time = (np.concatenate(both) for both in zip(*parts, strict=True))
-    return replace(
-        first,
-        orders=orders[ascending],
-        free=np.concatenate([first.free, second.free])[ascending],
-        frequencies=np.concatenate([first.frequencies, second.frequencies]),
-        phasor=np.concatenate([in_angle[ascending], in_time]),
-    )
+    free = np.concatenate([first.free, second.free])[ascending]
+    tones = np.concatenate([first.frequencies, second.frequencies])
+    phasor = np.concatenate([in_angle[ascending], in_time])
+    return replace(first, orders=orders[ascending], free=free, frequencies=tones, phasor=phasor)
 
 
 def removed(
@@ -133,7 +124,7 @@ def removed(
     if table is not None and orders.size:
         rest -= harmonic_sum(table, orders, in_angle)
     if in_time.size:
-        rest -= tones(start, rest.size, components.center, components.frequencies, in_time)
+        rest -= sums.tones(start, rest.size, components.center, components.frequencies, in_time)
     return rest
 
 

@@ -66,9 +66,8 @@ def detection_threshold(bins: int, false_alarm: float) -> float:
         If `false_alarm` is not between 0 and 1, or so large that every bin would hold a line.
     """
     if not (is_finite(false_alarm) and 0.0 < false_alarm < min(1.0, max(bins, 2) / np.e)):
-        raise refusal(
-            "false_alarm", f"is {quoted(false_alarm)}; give a number between 0 and 1, such as 0.01"
-        )
+        remedy = "give a number between 0 and 1, such as 0.01"
+        raise refusal("false_alarm", f"is {quoted(false_alarm)}; {remedy}")
     scatter = floor_scatter(bins)
 
     def excess(p: float) -> float:
@@ -116,9 +115,8 @@ def significances(fit: ComponentFit, levels: FloatArray) -> FloatArray:
         (components,) noise floor of each, rad^2.
     """
     pair = fit.components.phasor.view(np.float64).reshape(-1, 2)
-    block = fit.covariance[:, :2, :2]
     # A pseudo-inverse: if two components coincide, each direction counts once.
-    precision = np.linalg.pinv(block, rcond=1e-9, hermitian=True)
+    precision = np.linalg.pinv(fit.covariance[:, :2, :2], rcond=1e-9, hermitian=True)
     return np.asarray(np.einsum("ni,nij,nj->n", pair, precision, pair) / levels)
 
 
@@ -231,8 +229,7 @@ def peaks_in_order(
     coarse = np.geomspace(LOWEST_CYCLES / sampled.turns, highest, 400)
     level = floor_of_orders(coarse, sampled.speeds, floor)
     level = np.interp(np.arange(power.size) * spacing, coarse, level)
-    first = max(2 * LOWEST_CYCLES, int(lowest / spacing))
-    found = peaks(power, level, threshold, first)
+    found = peaks(power, level, threshold, max(2 * LOWEST_CYCLES, int(lowest / spacing)))
     # Below order 64 nothing more is asked, since bearings and gears make orders that stand close.
     high = found.place * spacing >= 64.0
     if np.any(high):
@@ -276,12 +273,11 @@ def _power_over_angle(
     return power, _ANGLES_A_CYCLE * highest / length
 
 
+_NONE: Final[FloatArray] = np.empty(0)
+
+
 def peaks(
-    power: FloatArray,
-    floor: FloatArray,
-    threshold: float,
-    first: int,
-    halves: FloatArray | None = None,
+    power: FloatArray, floor: FloatArray, threshold: float, first: int, halves: FloatArray = _NONE
 ) -> Peaks:
     """Where power over floor peaks above the threshold, at the top of a parabola.
 
@@ -299,7 +295,6 @@ def peaks(
         Floor at the bins between: a half bin has the mean of the whole ones beside it, or that of
         the halves if it is higher.
     """
-    halves = np.empty(0) if halves is None else halves
     # A peak midway between half bins shows 0.9 of its height: one below the threshold by that much
     # may be above it once refined, and is pruned there if it is not.
     least, found = 0.9 * threshold, [np.empty((2, 0))]

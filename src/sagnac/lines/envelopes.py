@@ -207,13 +207,9 @@ def _frequency_step(
     plain, once, twice = between
     turned = 1j * amplitudes
     moved = once * turned
-    normal = np.block(
-        [
-            [plain.real, -plain.imag, moved.real],
-            [plain.imag, plain.real, moved.imag],
-            [moved.real.T, moved.imag.T, (np.outer(turned.conj(), turned) * twice).real],
-        ]
-    )
+    real, imaginary = [plain.real, -plain.imag, moved.real], [plain.imag, plain.real, moved.imag]
+    turning = (np.outer(turned.conj(), turned) * twice).real
+    normal = np.block([real, imaginary, [moved.real.T, moved.imag.T, turning]])
     left = data[0] - plain @ amplitudes
     slope = turned.conj() * (data[1] - once @ amplitudes)
     rest = np.concatenate([left.real, left.imag, slope.real])
@@ -352,8 +348,7 @@ class Description:
 
     def shown_by(self, base: Baseband) -> ComplexArray:
         """(values,) the line as another baseband shows it."""
-        apart = self.base.frequency - base.frequency
-        at, rows, _ = _columns(base, self.blocks, self.phase, apart)
+        at, rows, _ = _columns(base, self.blocks, self.phase, self.base.frequency - base.frequency)
         return spline_values(at, rows, self.coefficients)
 
 
@@ -416,12 +411,8 @@ def best_description(base: Baseband, steady: SteadyLines, most: int) -> Descript
     if index == 0:
         return None
     best = found[index - 1]
-    return replace(
-        best,
-        base=replace(base, variance=base.variance * part),
-        cost=best.cost / part,
-        significance=best.significance / part,
-    )
+    base, significance = replace(base, variance=base.variance * part), best.significance / part
+    return replace(best, base=base, cost=best.cost / part, significance=significance)
 
 
 def simplest(rivals: list[tuple[int, float]]) -> int:

@@ -15,7 +15,7 @@ Biomed. Eng. 31 (2003) 741, for grids finer than one cycle a record.
 """
 
 import math
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 import scipy.fft
@@ -29,12 +29,6 @@ from sagnac.spectrum.transforms import THREADS
 # A candidate with less mean square than this beside the chosen terms is rejected: neighbours on a
 # fine grid would cancel each other with coefficients without bound.
 _DEPENDENT: Final = 5e-5
-# Changes of products below this share of what a candidate has to bring are left out.
-_NEGLIGIBLE: Final = 1e-4
-# Cycles a record around a chosen term within which others are made orthogonal to it.
-_NEAR: Final = 128
-# Cycles a record from both ends of the grid within which the constant and the ramp count.
-_FAR: Final = 1 << 14
 
 
 def grid_search(
@@ -84,15 +78,14 @@ def grid_search(
     count = (cells * values.size - 1) // 2
     search = _Search(values, cells, count, lowest)
     independent = math.ceil(count / cells)
-    bound = orthogonal_search.share_to_bring(
-        stop, false_alarm, terms=2, candidates=independent, samples=values.size
-    )
+    sizes = {"terms": 2, "candidates": independent, "samples": values.size}
+    bound = orthogonal_search.share_to_bring(stop, false_alarm, **sizes)
     if lowest > 1 and stop == "false-alarm":
         search.times_noise, bound = math.log(independent / false_alarm), 0.0
-    orthogonal_search.choose_all(
-        search.best, search.choose, search.fit.mean_square, bound, most_terms
-    )
-    return search.fit.result(count, stop, false_alarm, most_terms)
+    fit = search.fit
+    orthogonal_search.choose_all(search.best, search.choose, fit.mean_square, bound, most_terms)
+    rule = {"stop": stop, "false_alarm": false_alarm, "most_terms": most_terms}
+    return fit.result(candidates=count, **rule)
 
 
 def grid_fit(signal: ArrayLike, chosen: ArrayLike, *, cells: int) -> OrthogonalSearch:
@@ -118,10 +111,9 @@ def grid_fit(signal: ArrayLike, chosen: ArrayLike, *, cells: int) -> OrthogonalS
     places = np.asarray(chosen, dtype=np.int64) + 1
     fit = _Fit(values, cells, count)
     for place in places.tolist():
-        part = fit.new_part(np.array([place]), place, fit.places)
-        if part.min() > _DEPENDENT:
+        if fit.new_part(np.array([place]), place, fit.places).min() > _DEPENDENT:
             fit.add(place)
-    return fit.result(count, "none", 0.5, places.size)
+    return fit.result(candidates=count, stop="none", false_alarm=0.5, most_terms=places.size)
 
 
 def grid_sinusoids(found: OrthogonalSearch, samples: int) -> FloatArray:
@@ -174,8 +166,7 @@ class _Fit:
         self._data = np.append(self._data, self.from_middle(self.places[-1:]), axis=1)
         solved = np.linalg.solve(self._gram(self.places), self._data[..., np.newaxis])[..., 0]
         self.coefficients = np.asarray(solved, dtype=np.float64)
-        explained = float((self.coefficients * self._data).sum())
-        left = max(self.mean_square[0] - explained, 0.0)
+        left = max(self.mean_square[0] - float((self.coefficients * self._data).sum()), 0.0)
         # A candidate that brings all that is left brings more by rounding as often as less.
         self.mean_square.append(min(left, self.mean_square[-1]))
 
@@ -190,10 +181,8 @@ class _Fit:
         part = self._with_pairs(around, here)[..., 0] - self._with_line(around) * weights[:, 0]
         return np.asarray(part - (self._with_pairs(around, others) @ weights[:, 1:])[..., 0])
 
-    def result(
-        self, candidates: int, stop: Stop, false_alarm: float, most_terms: int
-    ) -> OrthogonalSearch:
-        """The fitted series, along the number of the sample."""
+    def result(self, **settings: Any) -> OrthogonalSearch:
+        """The fitted series, along the number of the sample, of a search of some settings."""
         middle = 0.5 * (self.samples - 1)
         level, ramp = self.coefficients[:, 0]
         slope = float(self._slope + ramp) / middle
@@ -207,10 +196,7 @@ class _Fit:
             coefficients=np.stack([pair.real, -pair.imag], axis=1),
             mean_square=np.array(self.mean_square),
             spacing=2.0 * np.pi / self.length,
-            candidates=candidates,
-            stop=stop,
-            false_alarm=false_alarm,
-            most_terms=most_terms,
+            **settings,
         )
 
     def from_middle(self, places: IntegerArray) -> FloatArray:
@@ -277,7 +263,7 @@ class _Search:
             self.overlap[some] = fit.cosines(np.arange(some.start, some.stop))
         # Far from both ends a pair is orthogonal to the constant and the ramp, and as long as any.
         self.power = np.full((2, count), 0.5)
-        far = min(_FAR * cells, count)
+        far = min((1 << 14) * cells, count)
         for places in (np.arange(1, far + 1), np.arange(count - far + 1, count + 1)):
             double = fit.cosines(2 * places)
             self.power[0, places - 1] = 0.5 * (1.0 + double) - fit.cosines(places) ** 2
@@ -304,8 +290,8 @@ class _Search:
 
     def choose(self, index: int) -> None:
         """Add the pair at a place, if enough of it is new beside those that are in."""
-        # It is taken out of the powers of the candidates around it.
-        fit, width = self.fit, _NEAR * self.fit.cells
+        # It is taken out of the powers of the candidates around it, to 128 cycles a record.
+        fit, width = self.fit, 128 * self.fit.cells
         around = np.arange(max(1, index - width), min(self.power.shape[1], index + width) + 1)
         shared = fit.new_part(around, index, fit.places[np.abs(fit.places - index) <= 2 * width])
         own = shared[:, index - around[0]]
@@ -331,22 +317,17 @@ class _Search:
         """Every product after a change of the coefficients, as far as it is not negligible."""
         fit = self.fit
         left = max(self.noise, orthogonal_search.NOTHING_LEFT * fit.mean_square[0])
-        least = max(_NEGLIGIBLE * math.sqrt(8.0 / (fit.samples + 1) * left), 1e-300)
+        # Changes below a ten thousandth of what a candidate has to bring are left out.
+        least = max(1e-4 * math.sqrt(8.0 / (fit.samples + 1) * left), 1e-300)
         tilt, pairs = change[1, 0], change.copy()
         pairs[1, 0] = 0.0
         reach = np.abs(pairs).max(axis=0) * fit.cells / (2.0 * np.pi * least)
         # The overlap of a pair with the constant counts twice, as sum and as difference of places.
         reach[0] *= 2.0
-        _kernels.take_pairs(
-            self.left,
-            self.overlap,
-            np.append(0, fit.places),
-            0.5 * pairs,
-            np.minimum(reach, fit.length).astype(np.int64),
-            fit.length,
-            # Beyond half a cycle a sample the overlaps mirror those below.
-            1.0 if fit.samples % 2 else -1.0,
-        )
+        places, reached = np.append(0, fit.places), np.minimum(reach, fit.length).astype(np.int64)
+        # Beyond half a cycle a sample the overlaps mirror those below.
+        lengths = reached, fit.length, 1.0 if fit.samples % 2 else -1.0
+        _kernels.take_pairs(self.left, self.overlap, places, 0.5 * pairs, *lengths)
         tilted = min(abs(tilt) * fit.cells / (np.pi * least), self.left.shape[1])
         places = np.arange(1, int(tilted) + 1)
         self.left[1, : places.size] -= tilt * fit.tilts(places)

@@ -31,10 +31,6 @@ from sagnac.table.turns import mean_rate
 # Two components whose frequencies come no closer than this, in Hz times seconds of record or
 # cycles over the whole range, are orthogonal to within a third of a per cent.
 _APART: Final = 100.0
-# An order that comes that close to a tone on less than this share of the record does not count.
-_LEAST_MEETING: Final = 1e-2
-# If there are fewer pairs times blocks than this, all count: leaving some out would gain nothing.
-_FEW: Final = 2_000_000
 
 
 def inner_products(sampled: Sampling, components: Components) -> tuple[ComplexArray, ComplexArray]:
@@ -51,8 +47,7 @@ def inner_products(sampled: Sampling, components: Components) -> tuple[ComplexAr
         The same of every one with the other itself.
     """
     size = components.size
-    straight = np.zeros((2 * size, 2 * size), dtype=np.complex128)
-    mirrored = np.zeros((2 * size, 2 * size), dtype=np.complex128)
+    straight, mirrored = np.zeros((2, 2 * size, 2 * size), dtype=np.complex128)
     multiples = np.flatnonzero(components.multiples)
     orders = components.orders[multiples].astype(np.int64)
     # What mirrors a component is the conjugate of one whose phase runs backwards.
@@ -113,11 +108,8 @@ def _moments(frequency: FloatArray, samples: int) -> tuple[FloatArray, ComplexAr
     sine, cosine = np.sin(0.5 * steps * safe), np.cos(0.5 * steps * safe)
     zero = sine / half_sine
     first = 0.5 * (steps * cosine / half_sine - tangent * zero)
-    second = 0.25 * (
-        -(steps**2) * zero
-        - 2.0 * steps * cosine * tangent / half_sine
-        + zero * (1.0 + 2.0 * tangent**2)
-    )
+    second = -(steps**2) * zero - 2.0 * steps * cosine * tangent / half_sine
+    second = 0.25 * (second + zero * (1.0 + 2.0 * tangent**2))
     # At the middle: sums of even powers of x, in a Taylor series.
     squares = steps * (steps**2 - 1.0) / 12.0
     fourths = steps * (steps**2 - 1.0) * (3.0 * steps**2 - 7.0) / 240.0
@@ -135,16 +127,11 @@ def _add_pairs(
     if first.size == 0:
         return
     size = components.size
-    plus, minus = _kernels.paired_sums(
-        # Radians of phase for one of table angle, or for one sample.
-        np.concatenate([components.orders, 2.0 * np.pi * components.frequencies]),
-        np.arange(size) < components.orders.size,
-        first,
-        second,
-        *sampled.blocks,
-        *sampled.phase_range,
-        2.0 * np.pi / sampled.samples,
-    )
+    # Radians of phase for one of table angle, or for one sample.
+    rates = np.concatenate([components.orders, 2.0 * np.pi * components.frequencies])
+    in_angle = np.arange(size) < components.orders.size
+    along = *sampled.blocks, *sampled.phase_range, 2.0 * np.pi / sampled.samples
+    plus, minus = _kernels.paired_sums(rates, in_angle, first, second, *along)
     for kind, (rows, columns) in enumerate(((0, 0), (1, 0), (0, 1), (1, 1))):
         here, there = first + rows * size, second + columns * size
         straight[here, there] = plus[:, kind]
@@ -160,7 +147,8 @@ def _meeting(sampled: Sampling, components: Components) -> tuple[IntegerArray, I
     """
     orders, loose = components.orders, ~components.multiples
     possible = (np.count_nonzero(loose) + components.frequencies.size) * orders.size
-    everything = possible * sampled.blocks.length.size <= _FEW
+    # All of few pairs times blocks count: leaving some out would gain nothing.
+    everything = possible * sampled.blocks.length.size <= 2_000_000
     turns = sampled.phase_range[1] / (2.0 * np.pi)
     apart = np.minimum(np.abs(orders[:, np.newaxis] - orders), orders[:, np.newaxis] + orders)
     near = loose[:, np.newaxis] & (everything | (apart * turns < _APART))
@@ -174,7 +162,8 @@ def _meeting(sampled: Sampling, components: Components) -> tuple[IntegerArray, I
         low = np.searchsorted(steps, (sign * rates - reach) / orders[:, np.newaxis])
         high = np.searchsorted(steps, (sign * rates + reach) / orders[:, np.newaxis])
         share += (high - low) / steps.size
-    first, second = np.nonzero(np.hstack([near, everything | (share > _LEAST_MEETING)]))
+    # An order that comes that close to a tone on less of the record does not count.
+    first, second = np.nonzero(np.hstack([near, everything | (share > 1e-2)]))
     return first, second
 
 
@@ -276,8 +265,7 @@ def fit(
     normal = np.outer(factor, factor.conj()) * straight[places]
     normal += np.outer(factor, factor) * mirrored[places]
     inverse, collinear = _inverse(np.asarray(0.5 * normal.real))
-    sums = _data_sums(steps, sampled, components, known_sums)
-    solution = inverse @ (factor * sums[phasor]).real
+    solution = inverse @ (factor * _data_sums(steps, sampled, components, known_sums)[phasor]).real
     kept = 1.0 if absent is None else 1.0 - absent
     amplitudes = solution[: 2 * components.size].view(np.complex128)
     started = replace(components, phasor=amplitudes + kept * components.phasor)
@@ -333,8 +321,7 @@ def _inverse(normal: FloatArray) -> tuple[FloatArray, int]:
     eigenvalues, vectors = scipy.linalg.eigh(normal / np.outer(scale, scale))
     keep = eigenvalues > _COLLINEAR * eigenvalues[-1] if eigenvalues.size else eigenvalues > 0
     used = vectors[:, keep]
-    inverse = (used / eigenvalues[keep]) @ used.T
-    return inverse / np.outer(scale, scale), int((~keep).sum())
+    return (used / eigenvalues[keep]) @ used.T / np.outer(scale, scale), int((~keep).sum())
 
 
 def order_sums(steps: FloatArray, table: FloatArray, highest: int) -> ComplexArray:
@@ -391,9 +378,8 @@ def _data_sums(
             known_sums = order_sums(steps, table, int(orders[-1]))
         sums[:angles][multiples] = known_sums[orders]
     loose = np.flatnonzero(~multiples)
-    sums[loose], sums[components.size + loose] = sums_at_orders(
-        steps, sampled, components.orders[loose]
-    )
+    of_loose = sums_at_orders(steps, sampled, components.orders[loose])
+    sums[loose], sums[components.size + loose] = of_loose
     if components.frequencies.size:
         plain, tilted = tone_sums(steps, components.frequencies)
         size, slope = tone_factors(components.frequencies, sampled.samples)

@@ -132,8 +132,7 @@ def _product(line: Line, stronger: tuple[Line, ...], state: State) -> str:
         # of that, over the share of the rate that the gyros sense; two orders make it twice.
         reach = 2.0 * order.frequency * order.amplitude
         for other in (one for one in stronger if line.amplitude < reach * one.amplitude):
-            base = other.hertz(turn_rate)
-            missed = min(abs(place - abs(base + way)) for way in (-moved, moved))
+            missed = min(abs(place - abs(other.hertz(turn_rate) + way)) for way in (-moved, moved))
             # An order twice as high is the table's own as likely.
             of_line = other is not order and (other.scale == "angle" or line.scale == "time")
             if of_line and missed < _MISSED * _resolution(state):
@@ -267,9 +266,8 @@ def taken_allan_variance(tau: FloatArray, taken: FloatArray, *, interval: float)
     frequency, bandwidth, density = taken
     # Increments over an interval show less of a rate than its amplitude: here it is the angle's.
     amplitude = np.sqrt(2.0 * bandwidth * density) / np.sinc(frequency * interval)
-    return np.asarray(
-        sinusoid_allan_variance(np.asarray(tau)[:, np.newaxis], amplitude, frequency).sum(axis=1)
-    )
+    each = sinusoid_allan_variance(np.asarray(tau)[:, np.newaxis], amplitude, frequency)
+    return np.asarray(each.sum(axis=1))
 
 
 def with_noise_restored(
@@ -298,9 +296,8 @@ def with_noise_restored(
     share = np.divide(taken, raised**2, out=np.zeros_like(raised), where=raised > 0.0)
     changed = curve
     if restored:
-        factor = np.divide(
-            raised, curve.deviation, out=np.ones_like(raised), where=curve.deviation > 0.0
-        )
+        there, factor = curve.deviation > 0.0, np.ones_like(raised)
+        np.divide(raised, curve.deviation, out=factor, where=there)
         changed = replace(curve, deviation=raised, low=curve.low * factor, high=curve.high * factor)
     most = int(np.argmax(share))
     # Nobody asks for less than a thousandth.
@@ -309,8 +306,6 @@ def with_noise_restored(
     back = "it is added back" if restored else "it is not added back, as in the paper"
     # A function of the table angle is no line.
     what = f"removal of {counted(lines, 'line')}" if lines else "what was taken out"
-    note = Note(
-        text=f"{what} took up to {rounded(100.0 * share[most])} % of the "
-        f"noise variance (at tau = {curve.tau[most]:.4g} s); {back}"
-    )
+    took = f"{what} took up to {rounded(100.0 * share[most])} % of the noise variance"
+    note = Note(text=f"{took} (at tau = {curve.tau[most]:.4g} s); {back}")
     return replace(changed, notes=(*curve.notes, note))

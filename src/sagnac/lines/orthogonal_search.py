@@ -88,10 +88,9 @@ class OrthogonalSearch(Compared):
     def __post_init__(self) -> None:
         count = self.chosen.size
         if len(self.coefficients) != count or self.mean_square.shape != (count + 1,):
-            raise ValueError(
-                f"chosen, coefficients and mean_square have shapes {self.chosen.shape}, "
-                f"{self.coefficients.shape} and {self.mean_square.shape}; they do not go together"
-            )
+            shapes = f"{self.chosen.shape}, {self.coefficients.shape} and {self.mean_square.shape}"
+            have = f"chosen, coefficients and mean_square have shapes {shapes}"
+            raise ValueError(f"{have}; they do not go together")
         for array in (self.chosen, self.coefficients, self.mean_square):
             array.flags.writeable = False
 
@@ -138,13 +137,10 @@ class OrthogonalSearch(Compared):
             raise refusal("phase", "is None; the series has a slope or sinusoids along it")
         if (candidates is None) != (self.spacing is not None):
             raise refusal("candidates", "are given for a matrix, and not for sinusoids of a phase")
-        total: FloatArray | float = self.constant
-        if along is not None:
-            total = self.constant + self.slope * along
+        total = self.constant + (0.0 if along is None else self.slope * along)
         if self.spacing is not None and along is not None:
-            for frequency, cosine, sine in zip(
-                self.frequencies, self.cosine, self.sine, strict=True
-            ):
+            terms = zip(self.frequencies, self.cosine, self.sine, strict=True)
+            for frequency, cosine, sine in terms:
                 argument = frequency * along
                 total += cosine * np.cos(argument) + sine * np.sin(argument)
             return np.asarray(total)
@@ -241,17 +237,15 @@ def fast_orthogonal_search(
     slope = float(ramp @ (values - level)) / values.size / ramp_power if ramp_power else 0.0
     rest = values - level - slope * ramp
     if along is not None and spacing is not None:
-        pairs = int(np.asarray(candidates))
-        search = _search_of_sinusoids(spacing * along, ramp, rest, pairs)
+        search = _search_of_sinusoids(spacing * along, ramp, rest, int(np.asarray(candidates)))
     else:
         search = _search_of_columns(np.asarray(candidates, dtype=np.float64), ramp, rest)
     search.take(np.array([1.0, 0.0]), search.with_one, 1.0, 0.0)
     if ramp_power > 0.0:
         search.take(np.array([0.0, 1.0]), search.with_ramp, ramp_power, 0.0)
     count = search.data.size
-    bound = share_to_bring(
-        stop, false_alarm, terms=search.terms, candidates=count, samples=values.size
-    )
+    sizes = {"terms": search.terms, "candidates": count, "samples": values.size}
+    bound = share_to_bring(stop, false_alarm, **sizes)
     choose_all(search.best, search.choose, search.mean_square, bound, most_terms)
     total = search.coefficients()
     slope = (slope + float(total[1])) / half
@@ -276,9 +270,8 @@ def _check(
     if signal.size == 0:
         raise refusal("signal", f"has shape {signal.shape}; give (samples,)")
     if phase is not None and phase.shape != signal.shape:
-        raise refusal(
-            "phase", f"has shape {phase.shape} and signal {signal.shape}; give one of each a sample"
-        )
+        shapes = f"has shape {phase.shape} and signal {signal.shape}"
+        raise refusal("phase", f"{shapes}; give one of each a sample")
     if np.ndim(candidates) > 0:
         matrix = real_numbers(candidates, "candidates")
         if not np.isfinite(matrix).all():
@@ -287,11 +280,8 @@ def _check(
             raise refusal("spacing", f"is {spacing}, and candidates is a matrix; give one of them")
         fits = matrix.ndim == 2 or (matrix.ndim == 3 and matrix.shape[2] in {1, 2})
         if not fits or matrix.shape[0] != signal.size or matrix.shape[1] == 0:
-            raise refusal(
-                "candidates",
-                f"has shape {matrix.shape}; give ({signal.size}, candidates), or "
-                f"({signal.size}, candidates, 2) for pairs",
-            )
+            wanted = f"({signal.size}, candidates), or ({signal.size}, candidates, 2) for pairs"
+            raise refusal("candidates", f"has shape {matrix.shape}; give {wanted}")
         return
     if phase is None:
         raise refusal("phase", "is None; sinusoids need one (a matrix of candidates does not)")
@@ -299,11 +289,9 @@ def _check(
     require_count("candidates", count, 1)
     free = free_memory()
     if _BYTES * count > free:
-        raise refusal(
-            "candidates",
-            f"is {count}, for which {_BYTES * count / GIBIBYTE:.3g} GiB of memory are "
-            f"needed, and {free / GIBIBYTE:.3g} are free; give {int(free / _BYTES)} or fewer",
-        )
+        needed = f"{_BYTES * count / GIBIBYTE:.3g} GiB of memory are needed"
+        there = f"{free / GIBIBYTE:.3g} are free; give {int(free / _BYTES)} or fewer"
+        raise refusal("candidates", f"is {count}, for which {needed}, and {there}")
     if spacing is None or not (is_finite(spacing) and spacing > 0.0):
         raise refusal("spacing", f"is {quoted(spacing)}; give a number above zero")
 
@@ -345,12 +333,11 @@ def share_to_bring(
     return float(chdtri(terms, false_alarm / candidates)) / samples
 
 
+Best = Callable[[], tuple[float, int]]
+
+
 def choose_all(
-    best: Callable[[], tuple[float, int]],
-    choose: Callable[[int], None],
-    left: list[float],
-    bound: float,
-    most_terms: int,
+    best: Best, choose: Callable[[int], None], left: list[float], bound: float, most_terms: int
 ) -> None:
     """Choose until the best candidate brings too little of what is left.
 

@@ -45,13 +45,8 @@ def refitted(state: State) -> State:
 
 def _stepped(state: State, components: Components, absent: BooleanArray | None = None) -> State:
     """A joint step of `components`, those but the `absent` ones being out of the increments."""
-    fit = joint_fit.fit(
-        state.steps,
-        state.record.sampled,
-        components,
-        absent=absent,
-        known_sums=state.order_sums if components.orders.size else None,
-    )
+    sampled, known = state.record.sampled, state.order_sums if components.orders.size else None
+    fit = joint_fit.fit(state.steps, sampled, components, absent=absent, known_sums=known)
     after = fit.components
     levels = detection.floors(after, state.record.sampled, state.floor)
     errors = np.sqrt(np.einsum("nii->ni", fit.covariance) * levels[:, np.newaxis])
@@ -68,9 +63,8 @@ def pruned(state: State) -> State:
     """Without the lines that do not stand above the floor."""
     if state.fit is None:
         return state
-    kept = detection.significant(
-        state.fit, state.record.sampled, state.floor, state.record.threshold
-    )
+    threshold = state.record.threshold
+    kept = detection.significant(state.fit, state.record.sampled, state.floor, threshold)
     return state if kept.size == state.components.size else _with_components(state, kept)
 
 
@@ -104,9 +98,8 @@ def without_vibration(state: State) -> State:
     wandering = detection.wandering_bands(tuple(line.band for line in state.drifting))
     state = replace(state, bands=detection.joined_bands((*state.bands, *wandering)))
     known = state.components
-    keep = np.append(
-        np.ones(known.orders.size, bool), ~detection.inside(known.frequencies, state.bands)
-    )
+    outside = ~detection.inside(known.frequencies, state.bands)
+    keep = np.append(np.ones(known.orders.size, bool), outside)
     stay = ~detection.inside(np.array([line.frequency for line in state.drifting]), state.bands)
     if keep.all() and stay.all():
         return state
@@ -131,23 +124,17 @@ def followed(state: State) -> State:
     motion = state.motion
     if motion is None:
         return state
-    known, angles = state.components, state.components.orders.size
-    after = follow_table(
-        state.averages + motion.averages,
-        motion.kinematics,
-        harmonics=known.orders,
-        phasor=known.phasor[:angles],
-    )
+    known, averages = state.components, state.averages + motion.averages
+    own = known.phasor[: known.orders.size]
+    after = follow_table(averages, motion.kinematics, harmonics=known.orders, phasor=own)
     moved = max(abs(now - was) for now, was in zip(after.earth, motion.earth, strict=True))
     # What harmonics and motion trade with each other, they trade here: nothing of it is left to
     # the fit of the lines, which would meet a residual far above the noise.
     phasor = known.phasor.copy()
     phasor[np.flatnonzero(np.isin(known.orders, after.orders))] = after.phasor
-    return replace(
-        _with_components(state, replace(known, phasor=phasor)),
-        motion=after,
-        earth_settled=state.earth_settled or moved <= 0.02 * EARTH_RATE,
-    )
+    settled = state.earth_settled or moved <= 0.02 * EARTH_RATE
+    state = _with_components(state, replace(known, phasor=phasor))
+    return replace(state, motion=after, earth_settled=settled)
 
 
 def rescaled(state: State) -> State:
@@ -161,9 +148,7 @@ def rescaled(state: State) -> State:
     moved = state.record.kept(
         "rescaled", state.key, lambda: rescaled_components(components, state.steps, sampled, levels)
     )
-    if moved is None:
-        return state
-    return refitted(refitted(_with_components(state, moved)))
+    return state if moved is None else refitted(refitted(_with_components(state, moved)))
 
 
 def rescaled_and_pruned(state: State) -> State:
@@ -233,12 +218,8 @@ def rescaled_components(
     orders = orders[moved[angles:]]
     # Whole where it is not told from whole.
     whole = np.abs(orders - np.rint(orders)) * sampled.turns < 0.5
-    in_angle = replace(
-        components.select(moved),
-        orders=np.where(whole, np.rint(orders), orders),
-        free=~whole,
-        frequencies=np.empty(0),
-    )
+    orders, none = np.where(whole, np.rint(orders), orders), np.empty(0)
+    in_angle = replace(components.select(moved), orders=orders, free=~whole, frequencies=none)
     return joined(components.select(~moved), in_angle)
 
 
@@ -311,10 +292,8 @@ def _with_one_gathered(state: State, restless: FloatArray) -> State:
         key = tuple(np.rint(4.0 * frequencies[group] * samples).astype(int).tolist())
         if key in state.steady:
             continue
-        level = float(levels[angles + group[0]])
-        found = fit_drifting(
-            state.steps, frequencies[group], amplitudes[group], level, center=components.center
-        )
+        tones = frequencies[group], amplitudes[group], float(levels[angles + group[0]])
+        found = fit_drifting(state.steps, *tones, center=components.center)
         if found is None:
             state = replace(state, steady=state.steady | {key})
             continue

@@ -3,21 +3,17 @@
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 
 from sagnac.core.arrays import FloatArray, IntegerArray
 from sagnac.core.errors import Note, refusal, require_count
+from sagnac.lines import orthogonal_search
 from sagnac.lines.grid_search import grid_fit, grid_search, grid_sinusoids
 from sagnac.lines.model import Line, Removal, Scale, lines_of
 from sagnac.lines.naming import TAKEN_BINS
-from sagnac.lines.orthogonal_search import (
-    OrthogonalSearch,
-    Stop,
-    fast_orthogonal_search,
-    require_rule,
-)
+from sagnac.lines.orthogonal_search import OrthogonalSearch, Stop
 from sagnac.spectrum import periodogram
 from sagnac.spectrum.power_laws import noise_floor
 from sagnac.table.kinematics import harmonic_sum, sine_cosine_integrals
@@ -86,7 +82,7 @@ class PublishedSearch:
         if not 0.0 <= self.slowest < math.inf:
             raise refusal("slowest", f"is {self.slowest!r}; give cycles a record, zero or more")
         for most in (self.most_orders, self.most_lines):
-            require_rule(self.stop, self.false_alarm, most)
+            orthogonal_search.require_rule(self.stop, self.false_alarm, most)
 
 
 FAIR: Final = PublishedSearch()
@@ -140,7 +136,7 @@ def remove_lines_as_published(
     """
     report = progress or (lambda _: None)
     turning = table if table is not None and is_turning(table) else None
-    alone = len(angles) == 1
+    alone, rule = len(angles) == 1, {"stop": search.stop, "false_alarm": search.false_alarm}
     if len(angles) == 2 and search.difference_first:
         angles = {"-".join(angles): _difference(tuple(angles.values()), turning, sample_rate)}
     left: list[FloatArray] = []
@@ -150,26 +146,19 @@ def remove_lines_as_published(
     for number, (name, angle) in enumerate(angles.items()):
         rest = angle
         if turning is not None:
-            found = fast_orthogonal_search(
-                turning, angle, spacing=1.0, candidates=search.orders, stop=search.stop,
-                false_alarm=search.false_alarm, most_terms=search.most_orders,
-            )  # fmt: skip
-            phasor = found.cosine + 1j * found.sine
-            rest = angle - harmonic_sum(turning, found.frequencies, phasor)
+            how: dict[str, Any] = {**rule, "spacing": 1.0, "most_terms": search.most_orders}
+            how["candidates"] = search.orders
+            found = orthogonal_search.fast_orthogonal_search(turning, angle, **how)
+            rest = angle - harmonic_sum(turning, found.frequencies, found.cosine + 1j * found.sine)
             # Alone, a gyro loses what it senses of the table as well.
             rest = rest - found.slope * turning if alone else rest
             in_angle += _lines(found, "angle", 1.0, name)
         report((number + 0.3) / (len(angles) + 1))
         # Step 2.
         half = (search.cells * rest.size - 1) // 2
-        found = grid_search(
-            rest,
-            cells=search.cells,
-            lowest=min(max(1, math.ceil(search.slowest * search.cells)), half),
-            stop=search.stop,
-            false_alarm=search.false_alarm,
-            most_terms=search.most_lines,
-        )
+        lowest = min(max(1, math.ceil(search.slowest * search.cells)), half)
+        how = {**rule, "cells": search.cells, "lowest": lowest, "most_terms": search.most_lines}
+        found = grid_search(rest, **how)
         in_time += _lines(found, "time", sample_rate / (2.0 * np.pi), name)
         chosen[name] = found.chosen
         left.append(rest)
@@ -183,10 +172,8 @@ def remove_lines_as_published(
     frequency = fitted.frequencies * sample_rate / (2.0 * np.pi)
     width = TAKEN_BINS * sample_rate / rest.size
     full = [name for name, own in chosen.items() if own.size >= max(search.most_lines, 1)]
-    text = (
-        f"the orthogonal search of {', '.join(full)} ended at its {search.most_lines} terms in "
-        "time, not by its rule: the last of them may be noise"
-    )
+    ended = f"ended at its {search.most_lines} terms in time, not by its rule"
+    text = f"the orthogonal search of {', '.join(full)} {ended}: the last of them may be noise"
     report(1.0)
     return Removal(
         residual=rest,
@@ -215,10 +202,8 @@ def _difference(
     sizes = np.array([max(float(np.linalg.norm(column)), 1e-300) for column in columns])
     gram = np.array([[one @ other for other in columns] for one in columns])
     data = np.array([[column @ own for own in pair] for column in columns])
-    fitted = np.linalg.lstsq(
-        gram / np.outer(sizes, sizes), data / sizes[:, np.newaxis], rcond=1e-13
-    )[0]
-    fitted /= sizes[:, np.newaxis]
+    scaled = gram / np.outer(sizes, sizes), data / sizes[:, np.newaxis]
+    fitted = np.linalg.lstsq(*scaled, rcond=1e-13)[0] / sizes[:, np.newaxis]
     shares = fitted[1]
     parts = math.sqrt(2.0) * shares[::-1] / max(float(np.hypot(*shares)), 1e-300)
     sensed = (fitted @ (parts * np.array([1.0, -1.0])))[2:]
@@ -265,8 +250,7 @@ def _noise_taken(frequency: FloatArray, residual: FloatArray, sample_rate: float
     # What is left of the table's rate would leak through the zeros that follow in the transform.
     increments -= increments.mean()
     floor = noise_floor(periodogram.periodogram(increments))
-    gaps = np.minimum(
-        np.diff(frequency, prepend=-np.inf, append=np.inf), sample_rate / residual.size
-    )
+    apart = np.diff(frequency, prepend=-np.inf, append=np.inf)
+    gaps = np.minimum(apart, sample_rate / residual.size)
     density = periodogram.density_at(frequency, floor, sample_rate)
     return np.stack([frequency, 0.5 * (gaps[1:] + gaps[:-1]), density])

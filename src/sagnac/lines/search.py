@@ -109,11 +109,8 @@ def remove_lines(
     record = Record(angle=angle, encoder=table, sample_rate=sample_rate, false_alarm=false_alarm)
     _require_noise(angle)
     if table is not None and 2.0 * sample_rate / KINEMATIC_RATE > angle.size:
-        raise refusal(
-            "angle",
-            f"has {angle.size} samples at {sample_rate:g} Hz; beside a table give "
-            f"{2.0 / KINEMATIC_RATE:g} s or more",
-        )
+        remedy = f"beside a table give {2.0 / KINEMATIC_RATE:g} s or more"
+        raise refusal("angle", f"has {angle.size} samples at {sample_rate:g} Hz; {remedy}")
     function: AngleFunction | None = None
     notes: tuple[Note, ...] = ()
     if table is not None and is_turning(table) and full_turns(table) < FEW_TURNS:
@@ -259,11 +256,8 @@ def _may_be_images(state: State, new: NewLines) -> bool:
 def _same_lines(before: State, after: State) -> bool:
     """Whether two states hold the same lines, to within a bin."""
     first, second, turns = before.components, after.components, after.record.sampled.turns
-    sizes = [
-        (len(one.drifting), one.components.orders.size, one.components.size)
-        for one in (before, after)
-    ]
-    if sizes[0] != sizes[1]:
+    same = len(before.drifting) == len(after.drifting) and first.size == second.size
+    if not (same and first.orders.size == second.orders.size):
         return False
     orders = np.abs(first.orders - second.orders) * turns
     tones = np.abs(np.sort(first.frequencies) - np.sort(second.frequencies)) * (2.0 * first.center)
@@ -310,17 +304,14 @@ def _notes(state: State, vibration: tuple[Band, ...], ended: State, channel: str
         drift = "drifts in phase"
         if line.drift >= 0.005:
             drift = f"drifts, by {rounded(100.0 * line.drift)} % in amplitude"
-        text = (
-            f"the line at {line.frequency * state.record.sample_rate:.6g} Hz {drift}; it is "
-            f"fitted in {counted(line.blocks, 'block')} with {line.parameters} parameters"
-        )
+        fitted = f"fitted in {counted(line.blocks, 'block')} with {line.parameters} parameters"
+        hertz = line.frequency * state.record.sample_rate
+        text = f"the line at {hertz:.6g} Hz {drift}; it is {fitted}"
         yield Note(channel=channel, text=text)
     if vibration:
         named = ", ".join(f"{low:.3g} to {high:.3g} Hz" for low, high in vibration)
-        text = (
-            f"vibration at {named}: peaks crowd there and are no lines; it is left in the "
-            "curve, and left out of what is fitted to the spectrum"
-        )
+        left = "it is left in the curve, and left out of what is fitted to the spectrum"
+        text = f"vibration at {named}: peaks crowd there and are no lines; {left}"
         yield Note(level="warning", channel=channel, text=text)
     stopped = f"the search stopped at {ended.components.size} lines"
     text = {

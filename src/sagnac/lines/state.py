@@ -59,9 +59,8 @@ class Record:
 
     def __post_init__(self) -> None:
         if self.angle.ndim != 1 or self.angle.size < MINIMUM_SAMPLES:
-            raise refusal(
-                "angle", f"has shape {self.angle.shape}; give {MINIMUM_SAMPLES} samples or more"
-            )
+            remedy = f"give {MINIMUM_SAMPLES} samples or more"
+            raise refusal("angle", f"has shape {self.angle.shape}; {remedy}")
         if self.encoder is not None:
             require_shape("table", self.encoder.shape, self.angle.shape)
         require_rate(self.sample_rate)
@@ -232,13 +231,9 @@ class State:
         """Terms taken out of the angle, by value."""
         motion, known = self.motion, self.components
         arrays = (known.orders, known.free, known.frequencies, known.phasor)
-        return (
-            None if motion is None else (motion.share, motion.drift, motion.earth),
-            tuple(array.tobytes() for array in arrays),
-            tuple(
-                (one.carrier, one.envelope.tobytes(), one.phase.tobytes()) for one in self.drifting
-            ),
-        )
+        moved = None if motion is None else (motion.share, motion.drift, motion.earth)
+        each = ((one.carrier, one.envelope.tobytes(), one.phase.tobytes()) for one in self.drifting)
+        return moved, tuple(array.tobytes() for array in arrays), tuple(each)
 
 
 def first_state(record: Record) -> State:

@@ -49,10 +49,8 @@ def stripped(angle: FloatArray, pickoff: FloatArray) -> tuple[FloatArray, float]
     True
     """
     if angle.shape != pickoff.shape or angle.size < _LEAST_SAMPLES:
-        raise ValueError(
-            f"angle {angle.shape} and pickoff {pickoff.shape}; give two series of one length, "
-            f"{_LEAST_SAMPLES} samples or more"
-        )
+        remedy = f"give two series of one length, {_LEAST_SAMPLES} samples or more"
+        raise ValueError(f"angle {angle.shape} and pickoff {pickoff.shape}; {remedy}")
     taps = _fitted(angle, pickoff)
     before, after = _beyond(pickoff)
     middle = taps.sum() * mean(pickoff)
@@ -79,10 +77,8 @@ def _beyond(pickoff: FloatArray) -> tuple[float, float]:
         both += float((here[:-2] + here[2:]) @ here[1:-1])
         square += float(here[1:-1] @ here[1:-1])
     ratio = both / square if square > 0.0 else 0.0
-    return (
-        float(middle + ratio * (pickoff[0] - middle) - (pickoff[1] - middle)),
-        float(middle + ratio * (pickoff[-1] - middle) - (pickoff[-2] - middle)),
-    )
+    beyond = middle + ratio * (pickoff[[0, -1]] - middle) - (pickoff[[1, -2]] - middle)
+    return float(beyond[0]), float(beyond[1])
 
 
 def _fitted(angle: FloatArray, pickoff: FloatArray) -> FloatArray:

@@ -159,9 +159,8 @@ def fit_drifting(
             target = base.target + envelopes.sum_of_tones(base, frequencies, phasors)
             target = target if best is None else target + best.shown_by(base)
             base = replace(base, target=target)
-            best = envelopes.best_description(
-                base, envelopes.steady_lines(base, frequencies), blocks
-            )
+            steady = envelopes.steady_lines(base, frequencies)
+            best = envelopes.best_description(base, steady, blocks)
             if best is None:
                 return None
             line = _described(best)
@@ -192,8 +191,7 @@ def _described(found: envelopes.Description) -> DriftingLine:
     base, at = found.base, envelopes.places(found.base.middles, found.base.samples, found.blocks)
     now, after = (envelopes.spline_values(at, rows, found.phase) for rows in (at.now, at.after))
     # Mean frequency off the carrier weighted by power.
-    carrier = np.exp(1j * now)[:, np.newaxis]
-    rows = at.now * carrier
+    rows = at.now * np.exp(1j * now)[:, np.newaxis]
     slopes = at.after * np.exp(1j * after)[:, np.newaxis] - rows
     turning = envelopes.spline_values(at, rows, found.coefficients)
     slope = envelopes.spline_values(at, slopes, found.coefficients)
@@ -213,9 +211,10 @@ def _described(found: envelopes.Description) -> DriftingLine:
     # Where the envelope is nearly gone, the phase is not asked what it does.
     turned = (after - now)[size > 0.1 * np.sqrt(power)] / (2.0 * np.pi)
     half = 0.5 * (found.blocks + 3) / base.samples
-    knots = envelopes.knot_values(found.coefficients) * np.exp(
-        1j * envelopes.knot_values(found.phase)
-    )
+    lowest = max(base.frequency + float(turned.min()) - half, 0.0)
+    highest = min(base.frequency + float(turned.max()) + half, 0.5)
+    turns = np.exp(1j * envelopes.knot_values(found.phase))
+    knots = envelopes.knot_values(found.coefficients) * turns
     knots.flags.writeable = errors.flags.writeable = False
     return DriftingLine(
         frequency=base.frequency + offset / (2.0 * np.pi),
@@ -230,10 +229,7 @@ def _described(found: envelopes.Description) -> DriftingLine:
         knot_errors=errors,
         parameters=2 * (found.blocks + 3),
         significance=found.significance,
-        band=(
-            max(base.frequency + float(turned.min()) - half, 0.0),
-            min(base.frequency + float(turned.max()) + half, 0.5),
-        ),
+        band=(lowest, highest),
         replaced=np.flatnonzero(~found.kept),
         # These two stay writable: kernels compile anew for arrays that are not.
         envelope=envelopes.pieces(found.coefficients),

@@ -197,10 +197,9 @@ def align(
     # A latitude counts little without aiding over minutes.
     place = 45.0 * DEGREE if latitude is None else latitude
     how: dict[str, Any] = {"accelerometers": forces, "latitude": place, "confidence": confidence}
-    many = np.geomspace(0.01 * longest, longest, 41)
     unaided = Unaided(
         drift=drift(noises, times=moments, priors=start, **how),
-        along=drift(noises, times=many, priors=start, **how),
+        along=drift(noises, times=np.geomspace(0.01 * longest, longest, 41), priors=start, **how),
         noises=noises,
         latitude_stated=latitude is not None,
         **how,
@@ -219,29 +218,26 @@ def _prospect(
     # over the rest. N alone does not tell: one of less N may have more B or K.
     latitude, rest = unaided.latitude, start.rest
     loudest = max(unaided.noises, key=lambda one: one.allan_variance(rest))
-    how = {"latitude": latitude, "confidence": unaided.confidence}
+    how: dict[str, Any] = {"latitude": latitude, "confidence": unaided.confidence}
     turning = None
     if table_rate is not None:
-        known = {"table_rate": table_rate, "bias": start.bias or 0.0}
+        turned = {**how, "table_rate": table_rate, "bias": start.bias or 0.0}
+        turned["times"] = np.array([rest])
         try:
             # Turning takes off what is slower than the table: another may be the loudest.
-            errors = [
-                model.rotating_azimuth_error(one, times=np.array([rest]), **known, **how)
-                for one in unaided.noises
-            ]
+            errors = [model.rotating_azimuth_error(one, **turned) for one in unaided.noises]
             turning = max(errors, key=lambda one: float(one.deviation[-1]))
         except ValueError as error:
             raise ValueError(f"table rate: {error}") from None
     filtered = model.aligned(loudest, latitude=latitude, seconds=rest, start=start)
+    course = {"seconds": longest, "latitude": latitude}
     return Prospect(
         noise=loudest,
         start=start,
         latitude=latitude,
         compass=model.azimuth_error(loudest, times=np.geomspace(rest / 100.0, rest, 101), **how),
         filtered=filtered,
-        position=model.position_error(
-            loudest, covariance=filtered.covariance, seconds=longest, latitude=latitude
-        ),
+        position=model.position_error(loudest, covariance=filtered.covariance, **course),
         rotating=turning,
         foretold=foretold,
     )

@@ -235,12 +235,11 @@ def _at(
     return made, _OUTPUTS @ (rows @ grown) ** 2 @ start
 
 
+Integral = Callable[[FloatArray], FloatArray]
+
+
 def _beside_rest(
-    weights: FloatArray,
-    total: FloatArray,
-    length: float,
-    rest: float,
-    twice_integrated: Callable[[FloatArray], FloatArray],
+    weights: FloatArray, total: FloatArray, length: float, rest: float, twice_integrated: Integral
 ) -> FloatArray:
     """(5, 5) variance of a noise less its mean over the rest.
 
@@ -255,8 +254,7 @@ def _beside_rest(
     flat = weights.reshape(-1, cells)
     square = (flat.T * matmul_toeplitz(within, flat.T)).sum(axis=0).reshape(total.shape)
     square += mean**2 * 2.0 * float(twice_integrated(np.array([rest]))[0])
-    square -= 2.0 * mean * (weights @ between)
-    return np.asarray(square)
+    return np.asarray(square - 2.0 * mean * (weights @ between))
 
 
 def _of_logarithm(lag: FloatArray) -> FloatArray:

@@ -231,8 +231,7 @@ def export(
     sources = source if isinstance(source, Sequence) and not isinstance(source, str) else [source]
     for one in sources:
         require_source(one)
-    most_markov = 2 if markov is None else markov
-    read = partial(measured_in, confidence=confidence, most_markov=most_markov)
+    read = partial(measured_in, confidence=confidence, most_markov=2 if markov is None else markov)
     settings = [setting for one in sources for setting in read(one)]
     stated = [] if accelerometer is None else [_stated(accelerometer)]
     for setting in (*stated, *map(datasheet_setting, datasheet)):
@@ -258,11 +257,9 @@ def _stated(accelerometer: tuple[float, float]) -> FilterSetting:
     except (TypeError, ValueError):
         density = walk = math.nan
     if not (errors.is_finite(density) and density > 0.0 and errors.is_finite(walk) and walk >= 0.0):
-        raise errors.refusal(
-            "accelerometer",
-            f"is {errors.quoted(accelerometer)}; give a density above zero, since no "
-            "accelerometer is without noise, and a walk of zero or more",
-        )
+        remedy = "since no accelerometer is without noise, and a walk of zero or more"
+        said = f"is {errors.quoted(accelerometer)}; give a density above zero, {remedy}"
+        raise errors.refusal("accelerometer", said)
     model = FilterModel(white=density, walk=walk)
     kind: units.Sensor = "accelerometer"
     source = f"accelerometer {density:g},{walk:g} (stated, not measured)"

@@ -169,8 +169,6 @@ class FilterModel:
 # Fewest degrees of freedom of a point that bounds the model. At ten the limit is 1.6 of the curve,
 # and white noise and a walk above it lie far above the rest.
 LEAST_FREEDOM: Final = 20.0
-# Correlation times tried per decade of cluster time.
-_TIMES_PER_DECADE: Final = 2
 # Share of the variance at the shortest and the longest cluster time that white noise and a walk
 # make if they have to be there.
 _LEAST_SHARE: Final = 0.02
@@ -238,9 +236,8 @@ def upper_limit(
     beyond = np.stack([tau[far], deviation[far]])
     tau, deviation, edf = tau[sound], deviation[sound], edf[sound]
     limit = deviation * np.sqrt(edf / (2.0 * gammaincinv(0.5 * edf, 1.0 - confidence)))
-    return UpperLimit(
-        tau=tau, deviation=deviation, limit=limit, confidence=confidence, beyond=beyond
-    )
+    curve = {"tau": tau, "deviation": deviation, "limit": limit}
+    return UpperLimit(**curve, confidence=confidence, beyond=beyond)
 
 
 def overbound(
@@ -366,7 +363,8 @@ def envelope(limits: Sequence[UpperLimit]) -> UpperLimit:
 
 def _correlation_times(tau: FloatArray) -> tuple[float, ...]:
     """Markov times, s, from the first cluster time to the last, even in the logarithm."""
-    count = max(2, 1 + round(_TIMES_PER_DECADE * float(np.log10(tau[-1] / tau[0]))))
+    # Two a decade.
+    count = max(2, 1 + round(2 * float(np.log10(tau[-1] / tau[0]))))
     return tuple(np.geomspace(tau[0], tau[-1], count).tolist())
 
 
@@ -396,8 +394,7 @@ def _white_and_slow(
     wanted = np.stack([floors[first], floors[second]], axis=1)[crossing]
     corners = np.linalg.solve(pairs[crossing], wanted[..., np.newaxis])[..., 0]
     # A corner may lie below the limit by rounding before it is scaled up.
-    allowed = np.all(corners @ bounds.T >= floors - 1e-9, axis=1)
-    corners = np.maximum(corners[allowed], 0.0)
+    corners = np.maximum(corners[np.all(corners @ bounds.T >= floors - 1e-9, axis=1)], 0.0)
     best = corners[np.argmin(np.log(corners @ laws.T).mean(axis=1))]
     # Above means above.
     white, size = np.sqrt(best * max(1.0, 1.0 / float((laws @ best).min())) / scale)
@@ -432,12 +429,8 @@ def _least_sum(laws: FloatArray, least: Sequence[float]) -> tuple[float, FloatAr
     """
     scale = laws.max(axis=0)
     relative = laws / scale
-    result = linprog(
-        relative.mean(axis=0),
-        A_ub=-relative,
-        b_ub=-np.ones(len(laws)),
-        bounds=[(low, None) for low in np.array(least) * scale],
-    )
+    bounds = [(low, None) for low in np.array(least) * scale]
+    result = linprog(relative.mean(axis=0), -relative, -np.ones(len(laws)), bounds=bounds)
     if result.x is None:
         raise ArithmeticError(f"no model above the limit was found: {result.message}")
     # Smaller terms are left out.

@@ -182,13 +182,11 @@ class GyroNoise:
         stated = document.get("covariance")
         covariance = _covariance(stated, unseen, sensor) if stated else np.diag(errors**2)
         kept = np.divide(most, errors, out=np.ones(3), where=errors > most)
+        sizes = sensed.coefficients["bias_instability"]
+        rates = (slow[key] for key in ("markov", "second_markov") if slow.get(key))
         return cls(
             **dict(zip(NAMES, values.tolist(), strict=True)),
-            markov=tuple(
-                _markov(slow[key], sensed.coefficients["bias_instability"], confidence)
-                for key in ("markov", "second_markov")
-                if slow.get(key)
-            ),
+            markov=tuple(_markov(one, sizes, confidence) for one in rates),
             covariance=covariance * np.outer(kept, kept),
             unseen=tuple(unseen),
             bounds=bounds,

@@ -290,8 +290,7 @@ def _limit(
     shared, _ = _walk(whole[SENSED[kind].keys["angle_random_walk"]], kind)
     if whole.get("per_gyro") and not math.isnan(high + shared):
         square = (high if math.isnan(white) else white) ** 2
-        variance = deviation**2 + (square - shared**2) / tau
-        deviation = np.sqrt(np.maximum(variance, square / tau))
+        deviation = np.sqrt(np.maximum(deviation**2 + (square - shared**2) / tau, square / tau))
     return models.upper_limit(tau, deviation, edf, confidence=confidence), white, high
 
 
@@ -318,27 +317,19 @@ def worst(settings: Sequence[FilterSetting]) -> FilterSetting:
     farthest = max(settings, key=lambda one: one.simple.walk)
     # A walk that one of them shows is no bound.
     seen = math.isnan(farthest.walk_bound)
-    loudest = replace(
-        loudest,
-        name=name,
-        walk_bound=math.nan if seen else float(np.nanmax([one.walk_bound for one in settings])),
-        doubts=tuple(dict.fromkeys(doubt for one in settings for doubt in one.doubts)),
-    )
+    bound = math.nan if seen else float(np.nanmax([one.walk_bound for one in settings]))
+    doubts = tuple(dict.fromkeys(doubt for one in settings for doubt in one.doubts))
+    loudest = replace(loudest, name=name, walk_bound=bound, doubts=doubts)
     limits = [one.limit for one in settings if one.limit is not None]
     if len(settings) == 1 or len(limits) < len(settings):
         return loudest
     limit = models.envelope(limits)
-    return replace(
-        loudest,
-        simple=models.FilterModel(white=loudest.simple.white, walk=farthest.simple.walk),
-        full=models.overbound(
-            limit,
-            most_markov=max(len(one.full.markov) for one in settings),
-            least_white=max(one.full.white for one in settings),
-            angle=any(one.full.angle > 0.0 for one in settings),
-        ),
-        limit=limit,
-    )
+    full = [one.full for one in settings]
+    most, least = max(len(one.markov) for one in full), max(one.white for one in full)
+    angle = any(one.angle > 0.0 for one in full)
+    covering = models.overbound(limit, most_markov=most, least_white=least, angle=angle)
+    simple = models.FilterModel(white=loudest.simple.white, walk=farthest.simple.walk)
+    return replace(loudest, simple=simple, full=covering, limit=limit)
 
 
 def by_name(settings: Sequence[FilterSetting]) -> tuple[FilterSetting, ...]:

@@ -108,9 +108,8 @@ class SettingsFile:
             if self.definition.axes != "any" and len(names) in {1, 2}:
                 text = f"is the only {kind} that was measured, and stands for all three axes"
                 if any(one.is_pair for one in settings):
-                    text += (
-                        "; it is of the mean square of two: one may have up to 1.41 times as much"
-                    )
+                    of_two = "it is of the mean square of two"
+                    text += f"; {of_two}: one may have up to 1.41 times as much"
                 if len(names) == 2:
                     which = "the third axis" if self.each else "all three axes"
                     text = f"were measured, and the worse of these {kind}s stands for {which}"
@@ -206,10 +205,8 @@ class SettingsFile:
         limits = [one.limit for one in self.held if one.limit is not None]
         if limits:
             first, last = common_span(limits)
-            lines.append(
-                f"The model lies above the Allan deviation at {100.0 * limits[0].confidence:g} % "
-                f"from {first:.4g} to {last:.4g} s."
-            )
+            reach = f"at {100.0 * limits[0].confidence:g} % from {first:.4g} to {last:.4g} s"
+            lines.append(f"The model lies above the Allan deviation {reach}.")
         if len(limits) < len(self.held):
             lines.append("What is stated was not measured, and is not inflated.")
         lines += dict.fromkeys(f"From {one.source}" for one in self.held)

@@ -11,6 +11,7 @@ shows, and the curve may show slow noise that no term has.
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Final
 
 import numpy as np
@@ -83,10 +84,8 @@ def roll_off(levels: Levels) -> RollOff:
         if fall - rise < -max(0.6, 4.0 * math.hypot(of_fall, of_rise)) and fall < -0.3:
             # Half a decade of bins averages the bend: the fall begins up to a third of it before.
             first = max(0, middle - 2)
-            return RollOff(
-                frequency=float(levels.frequency[first]),
-                half=_half_of(place[first:], height[first:]),
-            )
+            half = _half_of(place[first:], height[first:])
+            return RollOff(frequency=float(levels.frequency[first]), half=half)
     return RollOff()
 
 
@@ -174,12 +173,8 @@ def hump_above(levels: Levels, band_hz: tuple[float, float], walk: float) -> Hum
     # A hump is twice as high as N, and behind it the spectrum is at two thirds of N or below.
     if walks[top] < 2.0 * walk or walks[least] > walk / 1.5:
         return None
-    return Hump(
-        frequency=float(levels.frequency[above[top]]),
-        walk=float(walks[top]),
-        behind=float(levels.frequency[above[least]]),
-        least=float(walks[least]),
-    )
+    place, behind = levels.frequency[above[[top, least]]].tolist()
+    return Hump(frequency=place, walk=float(walks[top]), behind=behind, least=float(walks[least]))
 
 
 def longest_shelf(levels: Levels) -> tuple[float, float, float] | None:
@@ -258,11 +253,8 @@ def highest_walk(
     if not used.any():
         return math.inf, math.nan
     step = readout.step / (np.sqrt(2.0) * curve.tau)
-    raised = np.where(
-        curve.tau < readout.time,
-        curve.deviation + 2.0 * step,
-        np.hypot(curve.deviation, 0.5 * step),
-    )
+    dithered = np.hypot(curve.deviation, 0.5 * step)
+    raised = np.where(curve.tau < readout.time, curve.deviation + 2.0 * step, dithered)
     # The point asks what N could be if it ruled there, so the degrees of freedom are those of
     # white rate, whatever noise was identified.
     factor = _limit_of_variance(_freedom(curve, 0), chance / curve.tau.size)
@@ -296,8 +288,7 @@ def highest_terms(
     highest: dict[CoefficientName, float] = {}
     for name, noise_type in _NOISE_TYPES.items():
         # From a dozen of its shortest relaxation times on, flicker is nearly all there.
-        least = 2.0 / flicker_end if name == "bias_instability" else 0.0
-        used = curve.tau >= max(shortest, least)
+        used = curve.tau >= max(shortest, 2.0 / flicker_end if name == "bias_instability" else 0.0)
         if not used.any():
             continue
         share = (1.0 - confidence) / np.count_nonzero(used)
@@ -310,10 +301,8 @@ def _freedom(curve: StabilityCurve, noise_type: int) -> FloatArray:
     """(points,) degrees of freedom, were the noise of a type."""
     angles = curve.samples + (curve.kind != "angle")
     clusters = np.rint(curve.tau * curve.sample_rate).astype(np.int64).tolist()
-    name = curve.estimator
-    return np.array(
-        [equivalent_degrees_of_freedom(name, noise_type, one, angles) for one in clusters]
-    )
+    freedom = partial(equivalent_degrees_of_freedom, curve.estimator, noise_type, samples=angles)
+    return np.array([freedom(cluster) for cluster in clusters])
 
 
 def _limit_of_variance(freedom: FloatArray, chance: float) -> FloatArray:
@@ -375,19 +364,16 @@ def slow_noise(
     if not behind.any() or not squares.any():
         return None
     # Chance alone is called slow noise in one of a hundred; slow noise is 1.2 times the terms.
-    share = 1.0 - 0.01 / np.count_nonzero(behind)
-    low = curve.deviation**2 * _limit_of_variance(freedom, share)
+    low = curve.deviation**2 * _limit_of_variance(freedom, 1.0 - 0.01 / np.count_nonzero(behind))
     excess = np.where(behind, low / terms, 0.0)
     most = int(np.argmax(excess))
     if excess[most] < 1.2**2:
         return None
-    ratio = math.sqrt(float(curve.deviation[most] ** 2 / terms[most]))
-    return float(curve.tau[most]), ratio
+    return float(curve.tau[most]), math.sqrt(float(curve.deviation[most] ** 2 / terms[most]))
 
 
 def _most(estimates: Mapping[CoefficientName, Estimate], name: CoefficientName) -> float:
     """Largest square of a term; zero of a slow one that is not estimated."""
     found = estimates.get(name)
-    if found is None or found.status == "not observable":
-        return 0.0
-    return 0.0 if found.status == "upper bound" and name in SLOW_NAMES else found.high**2
+    unseen = ("not observable", "upper bound") if name in SLOW_NAMES else ("not observable",)
+    return 0.0 if found is None or found.status in unseen else found.high**2

@@ -54,12 +54,11 @@ class CosineSpectrum:
         return basis[:, [laws.STOCHASTIC_NAMES.index(name) for name in self.names]]
 
 
+Terms = Sequence[CoefficientName]
+
+
 def cosine_spectrum(
-    values: ArrayLike,
-    *,
-    kind: Kind,
-    sample_rate: float,
-    terms: Sequence[CoefficientName] = laws.COEFFICIENT_NAMES,
+    values: ArrayLike, *, kind: Kind, sample_rate: float, terms: Terms = laws.COEFFICIENT_NAMES
 ) -> CosineSpectrum:
     """Transform once what is to be fitted over several bands.
 
@@ -83,19 +82,17 @@ def cosine_spectrum(
     increments = increments[: cosine_length(increments.size)]
     sloping = "rate_ramp" in terms
     slope, transform = without_slope(increments) if sloping else (0.0, cosine_transform(increments))
-    return CosineSpectrum(
-        transform=transform, interval=1.0 / sample_rate, terms=tuple(terms), slope=slope
-    )
+    interval = 1.0 / sample_rate
+    return CosineSpectrum(transform=transform, interval=interval, terms=tuple(terms), slope=slope)
 
 
 def without_slope(increments: FloatArray) -> tuple[float, FloatArray]:
     """Slope per sample of the increments by least squares, and the transform of what is left."""
     size = increments.size
-    middle = 0.5 * (size - 1)
-    moment = sum(
-        float((np.arange(block.start, block.stop) - middle) @ increments[block])
-        for block in blocks(size)
-    )
+    moment = 0.0
+    for block in blocks(size):
+        place = np.arange(block.start, block.stop) - 0.5 * (size - 1)
+        moment += float(place @ increments[block])
     slope = 12.0 * moment / (float(size) * (float(size) ** 2 - 1.0))
     transform = cosine_transform(increments)
     for block in blocks(size, start=1, multiple=2):
@@ -148,9 +145,8 @@ class SpectrumBins:
 def require_increments(samples: int) -> None:
     """Refuse a record too short for a spectrum."""
     if samples <= LEAST_BINS:
-        raise RecordingError(
-            f"{samples} increments are too few for a spectrum", remedy="record longer"
-        )
+        problem = f"{samples} increments are too few for a spectrum"
+        raise RecordingError(problem, remedy="record longer")
 
 
 def cosine_bins(
@@ -194,9 +190,8 @@ def cosine_bins(
     closed = np.searchsorted(np.sort(excluded[:, 1]), edges[:-1], side="right")
     keep = (opened <= closed) & (np.diff(edges) >= narrowest)
     if np.count_nonzero(keep) < LEAST_BINS:
-        raise RecordingError(
-            "masked and band leave too few frequencies to fit", remedy="mask less or record longer"
-        )
+        problem = "masked and band leave too few frequencies to fit"
+        raise RecordingError(problem, remedy="mask less or record longer")
     return SpectrumBins(edges=edges, keep=keep)
 
 
@@ -233,9 +228,8 @@ def ordinates(cosine: CosineSpectrum, bins: SpectrumBins) -> Ordinates:
     power = bins.mean(cosine.transform, cosine.transform)
     # A single square may be zero, of angles a few readout steps apart.
     if not np.median(power) > 0.0:
-        raise RecordingError(
-            "the values do not vary", remedy="a spectrum needs noise, check the channel"
-        )
+        remedy = "a spectrum needs noise, check the channel"
+        raise RecordingError("the values do not vary", remedy=remedy)
     basis, used = bins.mean_of(cosine.expected), np.ones(starts.size, dtype=np.bool_)
     if "rate_ramp" in cosine.terms:
         index = np.arange(1.0, min(SINGLE, samples), 2.0)

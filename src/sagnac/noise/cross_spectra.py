@@ -37,8 +37,9 @@ from sagnac.core import errors
 from sagnac.core.arrays import ComplexArray, FloatArray, IntegerArray
 from sagnac.core.errors import RecordingError, quoted, refusal
 from sagnac.noise.estimates import Estimate, rooted
-from sagnac.noise.laws import STOCHASTIC_NAMES, rate_density_basis
+from sagnac.noise.laws import rate_density_basis
 from sagnac.noise.likelihood import PRESENCE
+from sagnac.noise.slow_laws import QUANTIZATION, RATE_WALK, WALK
 from sagnac.recording.channel import Compared, angle_increments
 from sagnac.recording.model import Recording, require_recording
 from sagnac.spectrum.periodogram import CELL, TAPERS, band_degrees_of_freedom, sine_taper
@@ -148,24 +149,18 @@ def self_noise(
     every = tuple(one.name for one in recording.gyros)
     names = every if gyros is None else errors.choices_of("gyros", gyros, every)
     if len(set(names)) < _FOR_EACH * motions:
-        raise refusal(
-            "gyros",
-            f"are {', '.join(names)}; give {_FOR_EACH} or more for each of {motions} motions",
-        )
-    turned = [
-        angle_increments(gyro.values, kind=gyro.kind, sample_rate=recording.sample_rate)
-        for gyro in map(recording.gyro, names)
-    ]
+        remedy = f"give {_FOR_EACH} or more for each of {motions} motions"
+        raise refusal("gyros", f"are {', '.join(names)}; {remedy}")
+    gyros_taken, rate = map(recording.gyro, names), recording.sample_rate
+    turned = [angle_increments(one.values, kind=one.kind, sample_rate=rate) for one in gyros_taken]
     samples = min(one.size for one in turned)
     rates = np.array([one[:samples] for one in turned]) * recording.sample_rate
     length = min(rates.shape[1], 2**17)
     frequency = np.arange(length // 2 + 1) * recording.sample_rate / length
     half = 0.5 * recording.sample_rate
     if band is not None and not (errors.is_band(band) and band[1] <= half * (1.0 + 1e-9)):
-        raise refusal(
-            "band",
-            f"is {quoted(band)}; give two frequencies in Hz, the lower first, up to {half:g}",
-        )
+        remedy = f"give two frequencies in Hz, the lower first, up to {half:g}"
+        raise refusal("band", f"is {quoted(band)}; {remedy}")
     segments = rates.shape[1] // length
     cross = _cross_spectra(rates, length) / recording.sample_rate
     first, last = CELL, frequency.size - CELL
@@ -173,11 +168,9 @@ def self_noise(
     least = 30 * motions**2
     edges = _edges(first, last, segments, least)
     if edges.size < 2:
-        raise RecordingError(
-            f"{errors.counted(rates.shape[1], 'sample')} are too few for cross spectra of "
-            f"{len(names)} gyros",
-            remedy="record longer",
-        )
+        few = f"{errors.counted(rates.shape[1], 'sample')} are too few"
+        problem = f"{few} for cross spectra of {len(names)} gyros"
+        raise RecordingError(problem, remedy="record longer")
     bands = list(pairwise(edges))
     apart = [_apart(cross[slice(*each)], motions, segments, confidence) for each in bands]
     noise, low, high, sensed, left_out = map(np.array, zip(*apart, strict=True))
@@ -185,17 +178,13 @@ def self_noise(
     if band is not None:
         ends = np.clip(np.searchsorted(frequency, band), first, last)
         if band_degrees(int(ends[1] - ends[0]), segments) < least:
-            raise RecordingError(
-                f"holds too little between {band[0]:g} and {band[1]:g} Hz",
-                remedy="give a wider band, or record longer",
-            )
+            problem = f"holds too little between {band[0]:g} and {band[1]:g} Hz"
+            raise RecordingError(problem, remedy="give a wider band, or record longer")
         in_band = _apart(cross[slice(*ends)], motions, segments, confidence)
         # N^2 is half of the one-sided density.
-        squares = 0.5 * np.transpose(in_band[:3])
-        walks = {
-            name: rooted("angle_random_walk", confidence, *each)
-            for name, each in zip(names, squares.tolist(), strict=True)
-        }
+        squares = (0.5 * np.transpose(in_band[:3])).tolist()
+        found = (rooted("angle_random_walk", confidence, *each) for each in squares)
+        walks = dict(zip(names, found, strict=True))
     return SelfNoise(
         gyros=names,
         frequency=np.array([frequency[slice(*each)].mean() for each in bands]),
@@ -392,10 +381,7 @@ def band_cells(
 
 
 # Terms that the cross spectra may have, and fewest bins to tell them from each other.
-_TERMS: Final = tuple(
-    STOCHASTIC_NAMES.index(name)
-    for name in ("quantization", "angle_random_walk", "rate_random_walk")
-)
+_TERMS: Final = (QUANTIZATION, WALK, RATE_WALK)
 _LEAST_BINS: Final = 5
 
 
@@ -492,10 +478,9 @@ def common_walk(
     basis = rate_density_basis(frequency, 1.0 / sample_rate)[:, _TERMS]
     # Averages over the interval make of a walk's increments c_0 = 2/3 and c_1 = 1/6; white noise of
     # the angle stays white.
-    averaged = (2.0 + np.cos(2.0 * np.pi * frequency / sample_rate)) / 3.0
-    basis[:, 1:] *= averaged[:, np.newaxis]
+    basis[:, 1:] *= ((2.0 + np.cos(2.0 * np.pi * frequency / sample_rate)) / 3.0)[:, np.newaxis]
     scale = np.sqrt(np.mean(basis**2, axis=0))
-    own = _TERMS.index(STOCHASTIC_NAMES.index("angle_random_walk"))
+    own = _TERMS.index(WALK)
     freedom = np.array([band_degrees_of_freedom(CELL * (one.stop - one.start)) for one in bins])
     spectra = np.stack([matrices[:, :, one].mean(axis=2) for one in bins])
     solution, covariance, chi_square = _fitted_terms(spectra, basis / scale, freedom)
@@ -503,9 +488,8 @@ def common_walk(
     square = float(solution[own] / scale[own])
     error = math.sqrt(max(1.0, chi_square / left) * float(covariance[own, own])) / scale[own]
     reach = float(stdtrit(left, 0.5 + 0.5 * confidence)) * error
-    return CommonWalk(
-        square=square, low=square - reach, high=square + reach, confidence=confidence, error=error
-    )
+    ends = {"low": square - reach, "high": square + reach}
+    return CommonWalk(square=square, **ends, confidence=confidence, error=error)
 
 
 def _fitted_terms(
@@ -537,12 +521,11 @@ def _smooth(spectra: FloatArray, basis: FloatArray, freedom: FloatArray) -> Floa
     own = np.einsum("bgg->bg", spectra)
     model = own
     for _ in range(4):
-        weight = np.sqrt(freedom)[:, np.newaxis] / model
-        fitted = [
-            basis @ np.linalg.lstsq(basis * part[:, np.newaxis], part * seen, rcond=None)[0]
-            for part, seen in zip(weight.T, own.T, strict=True)
-        ]
-        model = np.clip(np.stack(fitted, axis=1), own / 3.0, own * 3.0)
+        weight, fitted = np.sqrt(freedom)[:, np.newaxis] / model, np.empty_like(own)
+        for gyro, part in enumerate(weight.T):
+            weighed = basis * part[:, np.newaxis]
+            fitted[:, gyro] = basis @ np.linalg.lstsq(weighed, part * own[:, gyro], rcond=None)[0]
+        model = np.clip(fitted, own / 3.0, own * 3.0)
     size, seen = np.sqrt(model), np.sqrt(own)
     coherency = spectra / (seen[:, :, np.newaxis] * seen[:, np.newaxis, :])
     # Coherency changes slowly, and that of a bin itself would weigh it: its neighbours say it.
@@ -560,8 +543,7 @@ def _bins(frequency: FloatArray) -> list[slice]:
     bins: list[slice] = []
     start = 0
     for stop in range(1, frequency.size + 1):
-        wide = frequency[stop - 1] >= frequency[start] * 10.0 ** (1.0 / 6.0)
-        if wide and stop - start >= 6:
+        if stop - start >= 6 and frequency[stop - 1] >= frequency[start] * 10.0 ** (1.0 / 6.0):
             bins.append(slice(start, stop))
             start = stop
     return bins

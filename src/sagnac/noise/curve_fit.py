@@ -112,8 +112,7 @@ class CurveModel:
             if not squares.any():
                 # Without noise there is no covariance to weigh with, and nothing to weigh.
                 break
-            root = positive_root(self.covariance(squares))
-            whitened = _divided(root, columns)
+            whitened = _divided(positive_root(self.covariance(squares)), columns)
             before, squares[free] = squares[free], non_negative(whitened[:, :-1], whitened[:, -1])
             if _agree(squares[free], before, 1e-4):
                 break
@@ -136,8 +135,8 @@ class CurveModel:
 
     def chi_square(self, squares: FloatArray) -> float:
         """Chi-square of the points."""
-        root = positive_root(self.covariance(squares))
-        residual = _divided(root, self.variance - self.basis @ squares)
+        missed = self.variance - self.basis @ squares
+        residual = _divided(positive_root(self.covariance(squares)), missed)
         return float(residual @ residual)
 
     def estimate(
@@ -164,20 +163,17 @@ class CurveModel:
             return (estimate - square) / spread
 
         if unlimited > 0.0 and value > 0.0 and deviations(0.0) > max(PRESENCE**0.5, two_sided):
-            high = crossing(
-                lambda square: -deviations(square) - two_sided, unlimited, two_sided * error
-            )
-            low = crossing(
-                lambda square: deviations(square) - two_sided, unlimited, -two_sided * error, 0.0
-            )
+            reach = two_sided * error
+            high = crossing(lambda square: -deviations(square) - two_sided, unlimited, reach)
+            low = crossing(lambda square: deviations(square) - two_sided, unlimited, -reach, 0.0)
             if math.isfinite(high):
                 return rooted(name, confidence, value, min(low, value), max(high, value))
         inside = max(unlimited, 0.0)
-        high = crossing(
-            lambda square: min(-deviations(square), (square - inside) / error) - one_sided,
-            inside,
-            one_sided * error,
-        )
+
+        def beyond(square: float) -> float:
+            return min(-deviations(square), (square - inside) / error) - one_sided
+
+        high = crossing(beyond, inside, one_sided * error)
         nothing = unobserved(name, confidence)
         if not high < typical_square(self.basis[:, column], self.basis @ weighed):
             return nothing
@@ -251,8 +247,7 @@ def paper_fit(
     ValueError
         If the curve is of another estimator.
     """
-    model, notes = _model(curve, squares)
-    return _curve_fit("paper", model, confidence, notes)
+    return _curve_fit("paper", *_model(curve, squares), confidence)
 
 
 def paper_squares(curve: StabilityCurve, *, squares: Squares) -> float:
@@ -306,8 +301,7 @@ def weighted_fit(curve: StabilityCurve, *, confidence: float = 0.95) -> Fit:
     ValueError
         If the curve is of another estimator.
     """
-    model, notes = _model(curve, None)
-    return _curve_fit("weighted", model, confidence, notes)
+    return _curve_fit("weighted", *_model(curve, None), confidence)
 
 
 def is_in_paper(curve: StabilityCurve) -> BooleanArray:
@@ -329,9 +323,8 @@ def _model(curve: StabilityCurve, squares: Squares | None) -> tuple[CurveModel, 
     """
     estimators = ("oadev",) if squares is None else ("oadev", "adev")
     if curve.estimator not in estimators:
-        raise ValueError(
-            f"the curve is {curve.estimator}; this fit of Eq. 3 takes {' or '.join(estimators)}"
-        )
+        takes = f"this fit of Eq. 3 takes {' or '.join(estimators)}"
+        raise ValueError(f"the curve is {curve.estimator}; {takes}")
     angles = curve.samples + (curve.kind != "angle")
     every = np.round(curve.tau * curve.sample_rate).astype(np.int64)
     interval = 1.0 / curve.sample_rate
@@ -344,10 +337,8 @@ def _model(curve: StabilityCurve, squares: Squares | None) -> tuple[CurveModel, 
         wanted = _FIRST_TERMS[:2]
     factors = every[kept]
     if factors.size < 2:
-        raise RecordingError(
-            f"{factors.size} points of the curve can be fitted and Eq. 3 needs 2 or more",
-            remedy="record longer",
-        )
+        problem = f"{factors.size} points of the curve can be fitted and Eq. 3 needs 2 or more"
+        raise RecordingError(problem, remedy="record longer")
     names = tuple(name for name in COEFFICIENT_NAMES if name in wanted[: factors.size - 1])
     notes: tuple[Note, ...] = ()
     if len(names) < len(wanted):
@@ -359,9 +350,8 @@ def _model(curve: StabilityCurve, squares: Squares | None) -> tuple[CurveModel, 
     @cache
     def pairs() -> FloatArray:
         # Of every point: the fits of a curve share them.
-        of_all = laws.overlapped_allan_covariances(
-            tuple(every.tolist()), angles=angles, interval=interval
-        )
+        sizes = {"angles": angles, "interval": interval}
+        of_all = laws.overlapped_allan_covariances(tuple(every.tolist()), **sizes)
         places = np.flatnonzero(kept)
         covariances = of_all[np.ix_(columns, columns, places, places)]
         if overlapped:
@@ -381,34 +371,27 @@ def _model(curve: StabilityCurve, squares: Squares | None) -> tuple[CurveModel, 
 
 
 def _curve_fit(
-    method: FitName, model: CurveModel, confidence: float, notes: tuple[Note, ...]
+    method: FitName, model: CurveModel, notes: tuple[Note, ...], confidence: float
 ) -> Fit:
     """Fit of Eq. 3 to points of a curve."""
     require_confidence(confidence)
     relative = model.relative()
     weighed = model.generalized(relative)
     # A departure of the points, if chance does not explain their misfit.
-    chance = model.freedom + 6.0 * math.sqrt(2.0 * model.freedom) + 12.0
-    if model.chi_square(weighed) > chance:
+    by_chance = model.freedom + 6.0 * math.sqrt(2.0 * model.freedom) + 12.0
+    if model.chi_square(weighed) > by_chance:
         model, weighed = _with_departure(model, relative)
         # No warning: the intervals allow for it, and any low-pass of a sensor makes one.
-        text = (
-            f"the curve departs from the fitted terms by {rounded(100.0 * model.departure)} % of "
-            f"the variance at a point; the {method} intervals allow for it"
-        )
-        notes += (Note(text=text),)
+        apart = f"by {rounded(100.0 * model.departure)} % of the variance at a point"
+        allowed = f"the {method} intervals allow for it"
+        notes += (Note(text=f"the curve departs from the fitted terms {apart}; {allowed}"),)
     squares = weighed if model.reading is None else model.published()
     found = {
         name: model.estimate(weighed, column, float(squares[column]), confidence)
         for column, name in enumerate(model.names)
     }
-    return Fit(
-        method=method,
-        coefficients={
-            name: found.get(name) or unobserved(name, confidence) for name in COEFFICIENT_NAMES
-        },
-        notes=notes,
-    )
+    every = {name: found.get(name) or unobserved(name, confidence) for name in COEFFICIENT_NAMES}
+    return Fit(method=method, coefficients=every, notes=notes)
 
 
 def _with_departure(model: CurveModel, squares: FloatArray) -> tuple[CurveModel, FloatArray]:
@@ -418,6 +401,5 @@ def _with_departure(model: CurveModel, squares: FloatArray) -> tuple[CurveModel,
         middle = 0.5 * (low + high)
         model = replace(model, departure=math.exp(middle))
         squares = model.generalized(squares)
-        explained = model.chi_square(squares) <= model.freedom
-        low, high = (low, middle) if explained else (middle, high)
+        low, high = (low, middle) if model.chi_square(squares) <= model.freedom else (middle, high)
     return model, squares

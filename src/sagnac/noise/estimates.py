@@ -5,19 +5,13 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from html import escape
 from numbers import Real
-from typing import Final, Literal
+from typing import Any, Final, Literal
 
 from scipy.optimize import brentq
 from scipy.special import ndtr, ndtri
 
-from sagnac.core.errors import (
-    Note,
-    quoted,
-    refusal,
-    require_choice,
-    require_confidence,
-    require_type,
-)
+from sagnac.core import errors
+from sagnac.core.errors import Note, quoted, refusal, require_choice
 from sagnac.core.units import SENSED, Sensor, canonical
 from sagnac.noise.laws import CoefficientName
 from sagnac.noise.slow_laws import SlowLaws
@@ -38,12 +32,10 @@ class Interval:
 
     def __post_init__(self) -> None:
         for name in ("value", "low", "high"):
-            require_type(name, getattr(self, name), Real, "give a number")
+            errors.require_type(name, getattr(self, name), Real, "give a number")
         if not self.low <= self.value <= self.high:
-            raise ValueError(
-                f"value {self.value:g} lies outside {self.low:g} to {self.high:g}; give low <= "
-                "value <= high"
-            )
+            outside = f"value {self.value:g} lies outside {self.low:g} to {self.high:g}"
+            raise ValueError(f"{outside}; give low <= value <= high")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -121,7 +113,7 @@ class Estimate(Interval):
     def __post_init__(self) -> None:
         require_choice("status", self.status, Status)
         require_choice("sensor", self.sensor, Sensor)
-        require_confidence(self.confidence)
+        errors.require_confidence(self.confidence)
         if self.name is not None:
             require_choice("name", self.name, CoefficientName)
         figures = (self.value, self.low, self.high)
@@ -174,9 +166,8 @@ class Estimate(Interval):
         units = self.units
         unit = canonical(unit) if isinstance(unit, str) else unit
         if unit not in units:
-            raise ValueError(
-                f"unit {unit!r} is not one of {self.name}; use one of {', '.join(units)}"
-            )
+            known = ", ".join(units)
+            raise ValueError(f"unit {unit!r} is not one of {self.name}; use one of {known}")
         return self._converted(unit, units[unit])
 
     def _converted(self, unit: str, size: float) -> ConvertedEstimate:
@@ -211,10 +202,8 @@ class Estimate(Interval):
 
 def unobserved(name: CoefficientName, confidence: float) -> Estimate:
     """A coefficient of which nothing is known."""
-    value = low = high = math.nan
-    return Estimate(
-        value=value, low=low, high=high, confidence=confidence, status="not observable", name=name
-    )
+    nothing: dict[str, Any] = dict.fromkeys(("value", "low", "high"), math.nan)
+    return Estimate(**nothing, confidence=confidence, status="not observable", name=name)
 
 
 def rooted(

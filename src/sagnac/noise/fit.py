@@ -4,6 +4,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import cache
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -90,9 +91,8 @@ def likelihood_fit(
     ValueError
         If an argument makes no sense.
     """
-    cosine = cosine_spectrum.cosine_spectrum(
-        values, kind=kind, sample_rate=sample_rate, terms=terms
-    )
+    how: dict[str, Any] = {"kind": kind, "sample_rate": sample_rate, "terms": terms}
+    cosine = cosine_spectrum.cosine_spectrum(values, **how)
     return spectrum_fit(cosine, confidence=confidence, masked=masked, bands=(band,))
 
 
@@ -141,27 +141,20 @@ def spectrum_fit(
     found = {name: unobserved(name, confidence) for name in COEFFICIENT_NAMES}
     found |= estimates(confidence)
     if "rate_ramp" in cosine.terms and cosine.names:
-        lowest = bins.starts[bins.count == 1.0]
-        found["rate_ramp"] = ramp_estimate(cosine, lowest, confidence)
+        found["rate_ramp"] = ramp_estimate(cosine, bins.starts[bins.count == 1.0], confidence)
     # Other laws are asked for if all four terms were fitted, and B or K is there.
     usual = found if confidence == USUAL_CONFIDENCE else estimates(USUAL_CONFIDENCE)
-    sees_slow_noise = cosine.names == STOCHASTIC_NAMES and any(
-        usual[name].status == "estimated" for name in SLOW_NAMES[:2]
-    )
+    is_slow = any(usual[name].status == "estimated" for name in SLOW_NAMES[:2])
     low, high = band or (0.0, 0.5 / cosine.interval)
+    left_out = tuple((float(one[0]), float(one[1])) for one in masked)
     return Fit(
         method="likelihood",
         coefficients=found,
         notes=weighed.notes,
         departure=weighed.departure,
-        band=FitBand(
-            low=low,
-            high=high,
-            interval=cosine.interval,
-            masked=tuple((float(one[0]), float(one[1])) for one in masked),
-        ),
+        band=FitBand(low=low, high=high, interval=cosine.interval, masked=left_out),
         squares=dict(zip(cosine.names, weighed.best.squares.tolist(), strict=True)),
-        slow=_slow_laws(weighed) if sees_slow_noise else None,
+        slow=_slow_laws(weighed) if is_slow and cosine.names == STOCHASTIC_NAMES else None,
     )
 
 
@@ -175,10 +168,8 @@ def _slow_laws(spectrum: Ordinates) -> SlowLaws:
         errors = scale * np.sqrt(np.maximum(covariance.diagonal(), 1.0))
         fits.append((data.best.squares, errors, data.best.deviance))
     squares, errors, deviance = (np.array(each) for each in zip(*fits, strict=True))
-    prior = np.array(list(tried.values()))
-    return SlowLaws(
-        laws=tuple(tried), prior=prior, squares=squares, errors=errors, deviance=deviance
-    )
+    prior, found = np.array(list(tried.values())), {"squares": squares, "errors": errors}
+    return SlowLaws(laws=tuple(tried), prior=prior, **found, deviance=deviance)
 
 
 def fit_coefficients(
@@ -238,10 +229,9 @@ def fit_coefficients(
     require_choice("method", method, FitName)
     if not isinstance(curve_or_values, StabilityCurve):
         if method != "likelihood":
-            raise ValueError(
-                f"method {method!r} fits a StabilityCurve and was given samples; "
-                "give stability_curve(...) of them, or method 'likelihood'"
-            )
+            problem = f"method {method!r} fits a StabilityCurve and was given samples"
+            remedy = "give stability_curve(...) of them, or method 'likelihood'"
+            raise ValueError(f"{problem}; {remedy}")
         if kind is None or sample_rate is None:
             missing = "kind" if kind is None else "sample_rate"
             raise refusal(missing, "is missing; samples take kind and sample_rate")
@@ -249,10 +239,9 @@ def fit_coefficients(
         with one_thread():
             return likelihood_fit(values, kind=kind, sample_rate=rate, confidence=confidence)
     if method == "likelihood":
-        raise ValueError(
-            "method 'likelihood' fits the spectrum of samples and was given a StabilityCurve; "
-            "give the samples with their kind and sample_rate, or method 'weighted' or 'paper'"
-        )
+        problem = "method 'likelihood' fits the spectrum of samples and was given a StabilityCurve"
+        remedy = "give the samples with their kind and sample_rate, or method 'weighted' or 'paper'"
+        raise ValueError(f"{problem}; {remedy}")
     if kind is not None or sample_rate is not None:
         raise ValueError("kind and sample_rate are those of the curve; leave them out")
     fit = weighted_fit if method == "weighted" else paper_fit
@@ -275,10 +264,9 @@ def with_departure(spectrum: Ordinates) -> Ordinates:
     standing = np.zeros(spectrum.power.size, dtype=np.bool_)
     while weighed.departure > 0.0:
         ratio = spectrum.power / weighed.best.law
-        by_chance = chdtrc(spectrum.count, spectrum.count * ratio)
         # Half as much again as the terms, and not by chance, is something else. Less is taken for a
         # departure of the terms.
-        more = (ratio > 1.5) & (by_chance < 1e-7) & ~standing
+        more = (chdtrc(spectrum.count, spectrum.count * ratio) < 1e-7) & (ratio > 1.5) & ~standing
         if not more.any() or np.count_nonzero(standing | more) > 0.5 * standing.size:
             break
         standing |= more
@@ -287,27 +275,21 @@ def with_departure(spectrum: Ordinates) -> Ordinates:
     texts = []
     if standing.any():
         frequency = spectrum.frequency[standing]
-        texts.append(
-            f"{frequency.size} of {standing.size} bins of the spectrum, from {frequency[0]:.4g} "
-            f"to {frequency[-1]:.4g} Hz, stand far above the fitted terms (a line or a resonance "
-            "is left) and are left out of the likelihood fit"
-        )
+        span = f"from {frequency[0]:.4g} to {frequency[-1]:.4g} Hz"
+        bins = f"{frequency.size} of {standing.size} bins of the spectrum, {span}, stand far above"
+        why = "the fitted terms (a line or a resonance is left)"
+        texts.append(f"{bins} {why} and are left out of the likelihood fit")
     if weighed.departure > 0.0:
         ratio = spectrum.power / weighed.best.law
         worst = int(np.argmax(weighed.weight * (ratio - 1.0) ** 2))
-        texts.append(
-            "the spectrum departs from the fitted terms by "
-            f"{rounded(100.0 * weighed.departure)} % of the power in a bin, most at "
-            f"{spectrum.frequency[worst]:.4g} Hz (x {ratio[worst]:.3g}); the likelihood intervals "
-            "allow for it"
-        )
+        share = f"by {rounded(100.0 * weighed.departure)} % of the power in a bin"
+        most = f"most at {spectrum.frequency[worst]:.4g} Hz (x {ratio[worst]:.3g})"
+        departs = f"the spectrum departs from the fitted terms {share}, {most}"
+        texts.append(f"{departs}; the likelihood intervals allow for it")
     if not texts:
         return weighed
-    return replace(
-        weighed,
-        departure=weighed.departure + float(standing.any()),
-        notes=tuple(Note(level="warning", text=text) for text in texts),
-    )
+    notes = tuple(Note(level="warning", text=text) for text in texts)
+    return replace(weighed, departure=weighed.departure + float(standing.any()), notes=notes)
 
 
 def _weighed(spectrum: Ordinates, start: FloatArray) -> Ordinates:
@@ -322,8 +304,8 @@ def _weighed(spectrum: Ordinates, start: FloatArray) -> Ordinates:
     def misfit(departure: float) -> float:
         """Chi-square over its degrees of freedom with the weights of a departure."""
         nonlocal start, trial
-        weight = 1.0 / (1.0 / spectrum.count + 0.5 * departure**2)
-        weight = np.where(spectrum.weight > 0.0, weight, 0.0)
+        allowed = 1.0 / (1.0 / spectrum.count + 0.5 * departure**2)
+        weight = np.where(spectrum.weight > 0.0, allowed, 0.0)
         trial = replace(spectrum, weight=weight, departure=departure)
         best = trial.maximum(start)
         start = best.squares

@@ -132,6 +132,8 @@ def detected(confidence: float) -> float:
 
 # ---- likelihoods -------------------------------------------------------------------------
 
+Curvature = Callable[[], FloatArray]
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Place:
@@ -239,12 +241,11 @@ class Likelihood(ABC):
 
         def limit(reference: float, far: float, end: float = math.inf) -> float:
             """Where the deviance has risen by `far` standard deviations, squared."""
-            return crossing(
-                lambda square: math.sqrt(max(deviance(square) - reference, 0.0)) - abs(far),
-                max(value, 0.0),
-                error * far,
-                end,
-            )
+
+            def short(square: float) -> float:
+                return math.sqrt(max(deviance(square) - reference, 0.0)) - abs(far)
+
+            return crossing(short, max(value, 0.0), error * far, end)
 
         two_sided, one_sided = interval_ends(confidence)
         absent = deviance(0.0)
@@ -253,10 +254,8 @@ class Likelihood(ABC):
         if math.isfinite(down):
             high = limit(best.deviance, two_sided)
             if math.isfinite(high):
-                low = limit(best.deviance, -down, 0.0)
-                return rooted(name, confidence, value, low, high)
-        reference = best.deviance if value > 0.0 else absent
-        high = limit(reference, one_sided)
+                return rooted(name, confidence, value, limit(best.deviance, -down, 0.0), high)
+        high = limit(best.deviance if value > 0.0 else absent, one_sided)
         nothing = unobserved(name, confidence)
         if high < self.typical(column, best):
             return nothing.bounded(math.sqrt(max(high, self.missed(column, error, confidence))))
@@ -321,9 +320,8 @@ class Ordinates(Likelihood):
         result, columns = squares.copy(), self.basis[:, free]
         # Single squares have a chi-square of one degree of freedom: smooth before weighting.
         kernel = np.ones(min(9, self.power.size))
-        smooth = np.convolve(self.power * self.count, kernel, "same") / np.convolve(
-            self.count, kernel, "same"
-        )
+        smooth = np.convolve(self.power * self.count, kernel, "same")
+        smooth /= np.convolve(self.count, kernel, "same")
         root = np.sqrt(self.weight) / smooth
         result[free] = non_negative(columns * root[:, np.newaxis], self.power * root)
         return result
@@ -354,10 +352,7 @@ class Ordinates(Likelihood):
 
 
 def parabola_move(
-    observed: FloatArray,
-    expected: Callable[[], FloatArray],
-    gradient: FloatArray,
-    squares: FloatArray,
+    observed: FloatArray, expected: Curvature, gradient: FloatArray, squares: FloatArray
 ) -> FloatArray:
     """Step to the maximum of the parabola that touches the likelihood.
 

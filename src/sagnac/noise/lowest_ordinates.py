@@ -51,12 +51,10 @@ def _integrated(values: FloatArray, laws: FloatArray, columns: FloatArray) -> _I
     normal, right = weighted @ columns.T, weighted @ values
     factors = np.linalg.solve(normal, right[..., np.newaxis])[..., 0]
     determinant = np.linalg.slogdet(normal)[1]
-    return _Integrated(
-        logarithm=-0.5 * (np.log(laws).sum(axis=1) + determinant),
-        rest=(values**2 / laws).sum(axis=1) - (right * factors).sum(axis=1),
-        factor=np.asarray(factors[:, 0]),
-        information=np.exp(determinant - np.linalg.slogdet(normal[:, 1:, 1:])[1]),
-    )
+    logarithm = -0.5 * (np.log(laws).sum(axis=1) + determinant)
+    rest = (values**2 / laws).sum(axis=1) - (right * factors).sum(axis=1)
+    information = np.exp(determinant - np.linalg.slogdet(normal[:, 1:, 1:])[1])
+    return _Integrated(logarithm, rest, np.asarray(factors[:, 0]), information)
 
 
 # ---- the rate ramp -----------------------------------------------------------------------
@@ -133,9 +131,8 @@ def rate_ramp(
     step = max(1, increments.size // (64 * SINGLE))
     sums = bin_sums(increments, step * np.arange(increments.size // step + 1))
     try:
-        cosine = cosine_spectrum.cosine_spectrum(
-            sums, kind="increment", sample_rate=sample_rate / step
-        )
+        rate = sample_rate / step
+        cosine = cosine_spectrum.cosine_spectrum(sums, kind="increment", sample_rate=rate)
         bins = cosine_spectrum.cosine_bins(cosine.transform.size, cosine.interval, masked, None)
     except RecordingError:
         return unobserved("rate_ramp", confidence)
@@ -177,15 +174,14 @@ def ramp_estimate(
     slopes = _slopes(cosine, index, np.stack(columns))
     tail, unit = 0.5 - 0.5 * confidence, cosine.interval**-2
     if slopes.below(0.0) < min(float(ndtr(-math.sqrt(PRESENCE))), tail):
-        value, low, high = (
-            (slopes.quantile(chance) * unit) ** 2 for chance in (0.5, tail, 1.0 - tail)
-        )
-        return rooted("rate_ramp", confidence, value, low, high)
-    # Whatever its sign.
-    largest = slopes.where(
-        lambda size: slopes.below(size) - slopes.below(-size) - confidence, begin=0.0
-    )
-    return nothing.bounded(largest * unit)
+        squares = ((slopes.quantile(chance) * unit) ** 2 for chance in (0.5, tail, 1.0 - tail))
+        return rooted("rate_ramp", confidence, *squares)
+
+    def excess(size: float) -> float:
+        # Whatever its sign.
+        return slopes.below(size) - slopes.below(-size) - confidence
+
+    return nothing.bounded(slopes.where(excess, begin=0.0) * unit)
 
 
 def _slopes(cosine: CosineSpectrum, index: IntegerArray, columns: FloatArray) -> _Slopes:
@@ -204,12 +200,10 @@ def _slopes(cosine: CosineSpectrum, index: IntegerArray, columns: FloatArray) ->
     weight /= weight.sum()
     kept = weight > 1e-9
     slope = cosine.slope + found.factor
-    return _Slopes(
-        weight=weight[kept] / weight[kept].sum(),
-        centre=math.copysign(1.0, float(weight @ slope)) * slope[kept],
-        scale=np.sqrt(rest / (freedom * found.information))[kept],
-        freedom=freedom,
-    )
+    centre = math.copysign(1.0, float(weight @ slope)) * slope[kept]
+    scale = np.sqrt(rest / (freedom * found.information))[kept]
+    weight = weight[kept] / weight[kept].sum()
+    return _Slopes(weight=weight, centre=centre, scale=scale, freedom=freedom)
 
 
 def _laws(cosine: CosineSpectrum, index: IntegerArray) -> tuple[FloatArray, FloatArray]:
@@ -303,8 +297,7 @@ def highest_walk(
     readings = np.geomspace(1e-6, 1e2, 80) * float(np.median(rest**2 / of_reading))
     logarithm = np.empty((walks.size, readings.size))
     for row, walk in enumerate(walks):
-        laws = walk * of_walk + readings[:, np.newaxis] * of_reading
-        found = _integrated(rest, laws, columns)
+        found = _integrated(rest, walk * of_walk + readings[:, np.newaxis] * of_reading, columns)
         logarithm[row] = found.logarithm - 0.5 * found.rest
     density = np.exp(logarithm - logarithm.max()).sum(axis=1) * np.sqrt(walks)
     below = (np.cumsum(density) - 0.5 * density) / density.sum()

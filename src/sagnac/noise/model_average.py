@@ -17,7 +17,7 @@ would hold in 93 to 94 of 100, and of four bins in 89; the scatter between model
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from typing import Final, Literal
 
 import numpy as np
@@ -26,16 +26,11 @@ from scipy.special import chdtri, expit, gammaincc, logsumexp, ndtr, ndtri
 
 from sagnac.core.arrays import BooleanArray, FloatArray
 from sagnac.noise import band_models
+from sagnac.noise import laws as noise_laws
 from sagnac.noise.band_models import FALL, FLOOR, BandModel, BandModels, bin_shapes, gamma_deviance
 from sagnac.noise.bounds import highest_coefficient
-from sagnac.noise.estimates import Estimate, Interval, unobserved
-from sagnac.noise.laws import (
-    COEFFICIENT_NAMES,
-    STOCHASTIC_NAMES,
-    SYMBOLS,
-    CoefficientName,
-    level_laws,
-)
+from sagnac.noise.estimates import USUAL_CONFIDENCE, Estimate, Interval, unobserved
+from sagnac.noise.laws import COEFFICIENT_NAMES, STOCHASTIC_NAMES, CoefficientName, level_laws
 from sagnac.noise.slow_laws import WALK
 from sagnac.spectrum.levels import Levels
 
@@ -98,9 +93,8 @@ def with_error_of_bins(levels: Levels, models: BandModels, error: float) -> Band
     ], axis=2)  # fmt: skip
     slopes /= mean[:, :, np.newaxis]
     slopes *= inside[:, :, np.newaxis] & held[:, np.newaxis, :]
-    used = bin_shapes(levels, FLOOR)
-    weighed = slopes * (used**2 / bin_shapes(levels, error))[:, np.newaxis]
-    found = slopes.transpose(0, 2, 1) @ weighed
+    weight = bin_shapes(levels, FLOOR) ** 2 / bin_shapes(levels, error)
+    found = slopes.transpose(0, 2, 1) @ (slopes * weight[:, np.newaxis])
     return replace(models, covariance=models.covariance @ found @ models.covariance)
 
 
@@ -170,8 +164,6 @@ def mixture(models: BandModels, column: int, confidence: float) -> Interval:
 
 # Bins in which N has to be half of the spectrum or more.
 RULED: Final = 3
-# Share of the weight that needs a term for the term to be called estimated.
-_NEEDED: Final = 0.95
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -240,15 +232,14 @@ class ModelChoice:
         """One phrase for a person: ``0.01 to 4 Hz with N, B (93 % of the weight)``."""
         if not self.terms:
             return "no band in which the angle random walk rules"
-        letters = ", ".join(SYMBOLS[name] for name in self.terms)
+        letters = ", ".join(noise_laws.SYMBOLS[name] for name in self.terms)
         low, high = self.band_hz
         if self.member == "whole band":
             slow = "" if self.law is None else self.law.slow.in_words()
             with_slow = f", with {slow}" if slow else ""
             return f"the whole band to {high:.3g} Hz, which {letters} describe{with_slow}"
-        average = (
-            f"{low:.3g} to {high:.3g} Hz with {letters} ({100.0 * self.share:.0f} % of the weight)"
-        )
+        weight = f"{100.0 * self.share:.0f} % of the weight"
+        average = f"{low:.3g} to {high:.3g} Hz with {letters} ({weight})"
         return f"the whole band, and {average}" if self.member == "both" else average
 
 
@@ -327,12 +318,12 @@ def average(levels: Levels, *, confidence: float = 0.95, ramp: Estimate | None =
     ruling = (models.ruled >= RULED) & _unrivalled(models, levels.level.size)
     answering = models.kept(ruling).heaviest()
     relied = answering if answering.count else models.heaviest()
-    coefficients: dict[CoefficientName, Estimate] = {
-        "rate_ramp": ramp or unobserved("rate_ramp", confidence)
-    }
+    coefficients = {name: unobserved(name, confidence) for name in COEFFICIENT_NAMES}
+    coefficients["rate_ramp"] = ramp or coefficients["rate_ramp"]
     for column, name in enumerate(STOCHASTIC_NAMES):
         holding = models.holding(column)
-        needed = _need(models, holding) >= _NEEDED
+        # Share of the weight that needs a term for the term to be called estimated.
+        needed = _need(models, holding) >= 0.95
         read = answering if column == WALK else models.kept(holding & needed).heaviest()
         coefficients[name] = _averaged(levels, column, read, confidence)
     return Average(
@@ -344,17 +335,15 @@ def average(levels: Levels, *, confidence: float = 0.95, ramp: Estimate | None =
     )
 
 
-def walk_at(levels: Levels, average: Average, confidence: float) -> Estimate:
-    """N of an average, which is an estimate, in an interval of another confidence.
+def walk_at(levels: Levels, average: Average) -> Estimate:
+    """N of an average, which is an estimate, in an interval of the usual confidence.
 
     Parameters
     ----------
     levels, average
         The average of these levels.
-    confidence
-        Of the interval.
     """
-    return _averaged(levels, WALK, average.relied, confidence)
+    return _averaged(levels, WALK, average.relied, USUAL_CONFIDENCE)
 
 
 def _averaged(levels: Levels, column: int, models: BandModels, confidence: float) -> Estimate:
@@ -367,8 +356,7 @@ def _averaged(levels: Levels, column: int, models: BandModels, confidence: float
         bound = highest_coefficient(levels, level_laws(levels)[:, column], confidence)
         return nothing.bounded(bound) if math.isfinite(bound) else nothing
     spread = with_error_of_bins(levels, models, error_of_bins(levels, models))
-    one = mixture(spread, column, confidence)
-    return replace(nothing, value=one.value, low=one.low, high=one.high, status="estimated")
+    return replace(nothing, **asdict(mixture(spread, column, confidence)), status="estimated")
 
 
 def _unrivalled(models: BandModels, bins: int) -> BooleanArray:
@@ -425,12 +413,9 @@ def other_walk(models: BandModels, levels: Levels) -> Elsewhere | None:
     if share < 0.02:
         return None
     heaviest = int(np.flatnonzero(another)[np.argmax(weight[another])])
-    return Elsewhere(
-        low=float(levels.low[models.first[heaviest]]),
-        high=float(levels.high[models.last[heaviest] - 1]),
-        share=share,
-        walk=math.exp(float(logarithm[heaviest])),
-    )
+    low, high = levels.low[models.first[heaviest]], levels.high[models.last[heaviest] - 1]
+    walk = math.exp(float(logarithm[heaviest]))
+    return Elsewhere(low=float(low), high=float(high), share=share, walk=walk)
 
 
 def covariance_of(
@@ -462,5 +447,4 @@ def covariance_of(
 
 def deviation_of(estimate: Estimate) -> float:
     """Standard deviation that an interval says."""
-    reach = float(ndtri(0.5 + 0.5 * estimate.confidence))
-    return 0.5 * (estimate.high - estimate.low) / reach
+    return 0.5 * (estimate.high - estimate.low) / float(ndtri(0.5 + 0.5 * estimate.confidence))

@@ -23,10 +23,6 @@ FLICKER: Final = STOCHASTIC_NAMES.index("bias_instability")
 RATE_WALK: Final = STOCHASTIC_NAMES.index("rate_random_walk")
 # Slopes of flicker besides 1.
 _SLOPES: Final = (0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.1, 1.2, 1.3, 1.4, 1.5)
-# Chance of each kind of law before the data are asked, chosen on sums of Markov rates and on 1/f.
-_PRIOR: Final = {"plain": 0.3, "end": 0.25, "slope": 0.2, "corner": 0.25}
-# Gain of twice the logarithm of the likelihood from which on another law is seen: 2.5 deviations.
-_SEEN: Final = 6.0
 
 
 class SlowLaw(NamedTuple):
@@ -73,17 +69,16 @@ def laws_to_try(frequency: FloatArray) -> dict[SlowLaw, float]:
     # apart, since they are sharper: N and Q make up for what the nearest one lacks.
     octaves = 2.0 ** np.arange(math.ceil(math.log2(highest / lowest)))
     halves = np.union1d(octaves, math.sqrt(2.0) * octaves)
-    kinds = {
-        "plain": [PLAIN],
-        "end": [
-            SlowLaw(end=one) for one in (2.0 * highest / octaves).tolist() if one > 8.0 * lowest
-        ],
-        "slope": [SlowLaw(slope=one) for one in _SLOPES],
-        "corner": [
-            SlowLaw(corner=one) for one in (2.0 * lowest * halves).tolist() if one < highest / 8.0
-        ],
-    }
-    return {law: _PRIOR[kind] / len(tried) for kind, tried in kinds.items() for law in tried}
+    ends, corners = (2.0 * highest / octaves).tolist(), (2.0 * lowest * halves).tolist()
+    # Beside the chance of each kind before the data are asked, chosen on sums of Markov rates and
+    # on 1/f.
+    kinds = (
+        (0.3, [PLAIN]),
+        (0.25, [SlowLaw(end=one) for one in ends if one > 8.0 * lowest]),
+        (0.2, [SlowLaw(slope=one) for one in _SLOPES]),
+        (0.25, [SlowLaw(corner=one) for one in corners if one < highest / 8.0]),
+    )
+    return {law: chance / len(tried) for chance, tried in kinds for law in tried}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -123,7 +118,8 @@ class SlowLaws:
     def seen(self) -> int:
         """Row of the law that the data show; 0 if they show no other than the first."""
         best = int(np.argmax(self.weight))
-        return best if self.deviance[best] < self.deviance[0] - _SEEN else 0
+        # A gain of twice the logarithm of the likelihood of 6 is 2.5 standard deviations.
+        return best if self.deviance[best] < self.deviance[0] - 6.0 else 0
 
     @property
     def lowest_end(self) -> float:

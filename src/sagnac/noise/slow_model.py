@@ -14,20 +14,22 @@ from scipy.special import ndtri
 from sagnac.core.arrays import FloatArray
 from sagnac.noise.estimates import Estimate, Interval
 from sagnac.noise.laws import CoefficientName, level_laws, markov_density
-from sagnac.noise.likelihood import non_negative
+from sagnac.noise.likelihood import PRESENCE, non_negative
 from sagnac.noise.model_average import ModelChoice
 from sagnac.noise.whole_band import describes
 from sagnac.spectrum.levels import Levels
 
 # Twice the logarithm of the likelihood that slow noise, or each Markov rate in it, has to add: five
-# standard deviations; and B or K beside others: three.
+# standard deviations.
 _EARNED: Final = 25.0
-_PRESENT: Final = 9.0
 # Sets of terms, by their places among Q, N, B and K.
 _B: Final = 2
 _K: Final = 3
 _TERMS: Final = ((0, 1), (0, 1, _B), (0, 1, _K), (0, 1, _B, _K))
 _STEP: Final = 1.01  # by which a time is changed for a slope
+
+Terms = tuple[int, ...]
+Times = tuple[float, ...]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -91,8 +93,8 @@ def slow_model(levels: Levels, *, highest: float, confidence: float = 0.95) -> S
     plain = [seen.fitted(terms) for terms in _TERMS]
     chosen = min(plain, key=attrgetter("weighed"))
     if seen.with_rate(_TERMS[-1], levels.frequency[used], plain[-1].deviance - _EARNED):
-        rates = [seen.with_rate(terms, levels.frequency[used], math.inf) for terms in _TERMS]
-        best = min((one for one in rates if one is not None), key=attrgetter("weighed"))
+        each = [seen.with_rate(terms, levels.frequency[used], math.inf) for terms in _TERMS]
+        best = min((one for one in each if one is not None), key=attrgetter("weighed"))
         two = seen.with_second(best, levels.frequency[used])
         if two is not None and best.weighed - two.weighed >= _EARNED:
             best = two
@@ -103,11 +105,9 @@ def slow_model(levels: Levels, *, highest: float, confidence: float = 0.95) -> S
     if plain[0].deviance - chosen.deviance < _EARNED:
         return None
     square = dict(zip(chosen.terms, chosen.squares, strict=False))
-    return SlowModel(
-        bias_instability=math.sqrt(square.get(_B, 0.0)),
-        rate_random_walk=math.sqrt(square.get(_K, 0.0)),
-        rates=seen.estimates(chosen, confidence),
-    )
+    flicker, walk = (math.sqrt(square.get(term, 0.0)) for term in (_B, _K))
+    rates = seen.estimates(chosen, confidence)
+    return SlowModel(bias_instability=flicker, rate_random_walk=walk, rates=rates)
 
 
 def untold(
@@ -150,8 +150,8 @@ def untold(
 class _Fit:
     """Squares of some terms, and of a Markov rate of each time behind them, with their law."""
 
-    terms: tuple[int, ...]
-    times: tuple[float, ...]
+    terms: Terms
+    times: Times
     squares: FloatArray
     mean: FloatArray
     deviance: float
@@ -159,7 +159,8 @@ class _Fit:
     @property
     def weighed(self) -> float:
         """Minus twice the logarithm of the likelihood, and what each term has to earn."""
-        return self.deviance + _PRESENT * len(self.terms)
+        # B or K beside others earns three standard deviations.
+        return self.deviance + PRESENCE * len(self.terms)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -171,7 +172,7 @@ class _Seen:
     laws: FloatArray
     markov: Callable[[float], FloatArray]
 
-    def fitted(self, terms: tuple[int, ...], times: tuple[float, ...] = ()) -> _Fit:
+    def fitted(self, terms: Terms, times: Times = ()) -> _Fit:
         """The most likely squares of some terms and of Markov rates of some times."""
         laws = self.law(terms, times)
         squares, mean, deviance = np.zeros(laws.shape[1]), self.level, math.inf
@@ -184,16 +185,12 @@ class _Seen:
                 break
         return _Fit(terms=terms, times=times, squares=squares, mean=mean, deviance=deviance)
 
-    def law(self, terms: tuple[int, ...], times: tuple[float, ...]) -> FloatArray:
+    def law(self, terms: Terms, times: Times) -> FloatArray:
         """(bins, terms and times) laws of some terms and of Markov rates at one."""
         return np.column_stack([self.laws[:, terms], *map(self.markov, times)])
 
     def with_rate(
-        self,
-        terms: tuple[int, ...],
-        frequency: FloatArray,
-        highest: float,
-        beside: tuple[float, ...] = (),
+        self, terms: Terms, frequency: FloatArray, highest: float, beside: Times = ()
     ) -> _Fit | None:
         """The same with a Markov rate of the most likely time, beside others of given times.
 
@@ -215,8 +212,8 @@ class _Seen:
         bounds, precision = grid[[at - 1, at + 1]], {"xatol": 1e-3}
         best = minimize_scalar(deviance, bounds=bounds, method="bounded", options=precision)
         fit = fitted(best.x)
-        rates = fit.squares[len(terms) :]
-        return fit if rates.min() > 0.0 and fit.deviance <= highest else None
+        stands = fit.squares[len(terms) :].min() > 0.0
+        return fit if stands and fit.deviance <= highest else None
 
     def with_second(self, one: _Fit, frequency: FloatArray) -> _Fit | None:
         """The most likely fit of two Markov rates that lies beside the best of one.
@@ -241,10 +238,8 @@ class _Seen:
         """Intervals by the information of the levels on the logarithms of the terms there are."""
         count, rates = len(fit.times), fit.squares[len(fit.terms) :]
         steps = (self.markov(time * _STEP) - self.markov(time / _STEP) for time in fit.times)
-        slopes = [
-            square * step / (2.0 * math.log(_STEP))
-            for square, step in zip(rates, steps, strict=True)
-        ]
+        pairs = zip(rates, steps, strict=True)
+        slopes = [square * step / (2.0 * math.log(_STEP)) for square, step in pairs]
         there = (self.law(fit.terms, fit.times) * fit.squares)[:, fit.squares > 0.0]
         terms = np.column_stack([there, *slopes]) / fit.mean[:, np.newaxis]
         covariance = np.linalg.pinv(terms.T @ (self.shape[:, np.newaxis] * terms))

@@ -3,7 +3,7 @@
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 from itertools import pairwise
 from typing import Final
 
@@ -83,9 +83,8 @@ def three_cornered_hat(
     RecordingError
         If a sample is not finite, the differences do not vary, or too little is left.
     """
-    channels = [
-        angle_increments(values, kind=kind, sample_rate=sample_rate) for values in gyros.values()
-    ]
+    increments = partial(angle_increments, kind=kind, sample_rate=sample_rate)
+    channels = [increments(values) for values in gyros.values()]
     require_increments(channels[0].size)
     samples, interval = cosine_length(channels[0].size), 1.0 / sample_rate
     # A ramp lives in the lowest indices, and least squares took what noise looks like one.
@@ -94,16 +93,12 @@ def three_cornered_hat(
     # One product of two transforms fits a singular matrix, at infinite likelihood.
     bins = cosine_bins(samples, interval, masked, (max(low, lowest), high), narrowest=4)
     basis = bins.mean_of(lambda index: cosine_power_basis(index, samples, interval))
-    one, other = (
-        without_slope(elementwise(np.subtract, first, second)[:samples])[1]
-        for first, second in pairwise(channels)
-    )
+    differences = (elementwise(np.subtract, *pair) for pair in pairwise(channels))
+    one, other = (without_slope(each[:samples])[1] for each in differences)
     moments = np.stack([bins.mean(*pair) for pair in ((one, one), (one, other), (other, other))], 1)
     if not min(moments[:, 0].min(), moments[:, 2].min()) > 0.0:
-        raise RecordingError(
-            f"two of the gyros {', '.join(gyros)} are the same",
-            remedy="check the columns ({columns})",
-        )
+        problem = f"two of the gyros {', '.join(gyros)} are the same"
+        raise RecordingError(problem, remedy="check the columns ({columns})")
     spectra = _PairSpectra(basis=basis, moments=moments, count=bins.count)
     white = spectra.start(np.zeros(spectra.terms), np.ones(spectra.terms, dtype=np.bool_))
     best = spectra.maximum(white)
@@ -114,10 +109,10 @@ def three_cornered_hat(
         if estimates[name].status == "upper bound":
             negative = best.squares[column] < 0.0
             what = "negative" if negative else "within three standard deviations of zero"
+            square = f"the squared angle random walk of {name} alone came out {what}"
             text = (
-                f"the squared angle random walk of {name} alone came out {what}: it is much "
-                "quieter than the others, or their noises are not independent; an upper bound is "
-                "given"
+                f"{square}: it is much quieter than the others, or their noises are not "
+                "independent; an upper bound is given"
             )
             notes.append(Note(text=text))
     return Separation(angle_random_walk=estimates, notes=tuple(notes))
@@ -187,12 +182,8 @@ class _PairSpectra(Likelihood):
         own = np.einsum("bgg->bg", law - seen)
         gradient = 0.5 * np.einsum("b,bs,bg->gs", self.count, self.basis, own).ravel()
         both = np.ix_(free, free)
-        return parabola_move(
-            self._curvature(law * (2.0 * seen - law))[both],
-            lambda: self._curvature(law**2)[both],
-            gradient[free],
-            place.squares[free],
-        )
+        observed, here = self._curvature(law * (2.0 * seen - law))[both], place.squares[free]
+        return parabola_move(observed, lambda: self._curvature(law**2)[both], gradient[free], here)
 
     def start(self, squares: FloatArray, free: BooleanArray) -> FloatArray:
         """White noise of the three spectra by covariances, averaged over all bins."""

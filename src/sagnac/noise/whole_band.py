@@ -14,17 +14,11 @@ from scipy.optimize import brentq
 from scipy.special import chdtri, gammainc, gammaincc, ndtr, ndtri
 
 from sagnac.core.arrays import FloatArray
+from sagnac.noise import model_average
 from sagnac.noise.band_models import FALL, FLOOR, BandModel, bin_shapes, gamma_deviance
 from sagnac.noise.estimates import USUAL_CONFIDENCE, Estimate, Fit, FitBand
 from sagnac.noise.laws import COEFFICIENT_NAMES, STOCHASTIC_NAMES
-from sagnac.noise.model_average import (
-    Average,
-    covariance_of,
-    deviation_of,
-    estimated_names,
-    mixture_quantile,
-    walk_at,
-)
+from sagnac.noise.model_average import Average, covariance_of, deviation_of, mixture_quantile
 from sagnac.noise.slow_laws import FLICKER, PLAIN, QUANTIZATION, RATE_WALK, WALK, SlowLaws
 from sagnac.spectrum.levels import Levels
 
@@ -102,7 +96,7 @@ def with_whole_band(levels: Levels, average: Average, fit: Fit) -> Average:
     ):
         return average
     if walk.status == "estimated" and walk.confidence != USUAL_CONFIDENCE:
-        walk = walk_at(levels, average, USUAL_CONFIDENCE)
+        walk = model_average.walk_at(levels, average)
     row = int(np.flatnonzero(complete)[np.argmax(models.logarithm[complete])])
     outdone = float(models.logarithm.max() - models.logarithm[row])
     law, surely, barely = models.law(row, levels.spectrum.interval), _SURELY, _BARELY
@@ -165,14 +159,12 @@ def with_slow_laws(fit: Fit) -> Fit:
             coefficients[name] = _moved(one, slow, column)
         elif one.status != "not observable":
             weight = weight / weight.sum()
-            highest = max(
-                _highest_square(weight, square, error, one.confidence), 3.0 * float(weight @ error)
-            )
+            highest = _highest_square(weight, square, error, one.confidence)
+            highest = max(highest, 3.0 * float(weight @ error))
             # A bound is no lower than what would have been estimated: K is doubted where chance
             # made it low.
             would_be = one if one.status == "upper bound" else _moved(one, slow, column)
-            before = would_be.high
-            coefficients[name] = one.bounded(max(before, math.sqrt(highest)))
+            coefficients[name] = one.bounded(max(would_be.high, math.sqrt(highest)))
     return replace(fit, coefficients=coefficients)
 
 
@@ -241,12 +233,9 @@ def _of_whole_band(average: Average, fit: Fit, band: FitBand, row: int) -> Avera
         elsewhere=None,
         law=BandModel(squares=tuple(squares), interval=band.interval, slow=law),
     )
-    return replace(
-        average,
-        coefficients={name: fit.coefficients[name] for name in COEFFICIENT_NAMES},
-        rests_on=choice,
-        covariance=covariance_of(average.relied, fit.coefficients),
-    )
+    coefficients = {name: fit.coefficients[name] for name in COEFFICIENT_NAMES}
+    covariance = covariance_of(average.relied, coefficients)
+    return replace(average, coefficients=coefficients, rests_on=choice, covariance=covariance)
 
 
 def with_both(average: Average, fit: Fit) -> Average:
@@ -274,17 +263,14 @@ def with_both(average: Average, fit: Fit) -> Average:
         return math.exp(brentq(excess, ends.min() - 1e-6, ends.max() + 1e-6))
 
     low = mixed(max(ours.low, 1e-3 * ours.value), fitted.low, tail)
-    both = replace(
-        ours, value=fitted.value, low=low, high=mixed(ours.high, fitted.high, 1.0 - tail)
-    )
+    high = mixed(ours.high, fitted.high, 1.0 - tail)
+    both = replace(ours, value=fitted.value, low=low, high=high)
     wider = np.ones(len(average.names))
     wider[average.names.index("angle_random_walk")] = deviation_of(both) / deviation_of(ours)
-    return replace(
-        average,
-        coefficients={**average.coefficients, "angle_random_walk": both},
-        rests_on=replace(average.rests_on, member="both"),
-        covariance=average.covariance * wider * wider[:, np.newaxis],
-    )
+    coefficients = {**average.coefficients, "angle_random_walk": both}
+    choice = replace(average.rests_on, member="both")
+    covariance = average.covariance * wider * wider[:, np.newaxis]
+    return replace(average, coefficients=coefficients, rests_on=choice, covariance=covariance)
 
 
 def with_slow_terms(average: Average, fit: Fit) -> Average:
@@ -298,22 +284,16 @@ def with_slow_terms(average: Average, fit: Fit) -> Average:
         By likelihood, of what the average is of.
     """
     low_band = ("bias_instability", "rate_random_walk")
-    coefficients = {
-        name: (fit if name in low_band else average).coefficients[name]
-        for name in COEFFICIENT_NAMES
-    }
-    names = estimated_names(coefficients)
+    read = {name: fit if name in low_band else average for name in COEFFICIENT_NAMES}
+    coefficients = {name: one.coefficients[name] for name, one in read.items()}
+    names = model_average.estimated_names(coefficients)
     covariance = np.diag([deviation_of(coefficients[name]) ** 2 for name in names])
     kept = [name for name in names if name not in low_band]
     to, of = [names.index(name) for name in kept], [average.names.index(name) for name in kept]
     covariance[np.ix_(to, to)] = average.covariance[np.ix_(of, of)]
     highest = math.nan if fit.band is None else fit.band.high
-    return replace(
-        average,
-        coefficients=coefficients,
-        rests_on=replace(average.rests_on, slow_terms="low band", low_band_hz=highest),
-        covariance=covariance,
-    )
+    choice = replace(average.rests_on, slow_terms="low band", low_band_hz=highest)
+    return replace(average, coefficients=coefficients, rests_on=choice, covariance=covariance)
 
 
 def levels_bear_out(levels: Levels, fit: Fit, walk: Estimate) -> bool:
@@ -368,9 +348,8 @@ def _agrees(fitted: Estimate, walk: Estimate, apart: float) -> bool:
     """Whether a fit differs from the average by no more than chance, or lies below its bound."""
     if walk.status != "estimated":
         return walk.status == "not observable" or fitted.value <= walk.high
-    above = fitted.value >= walk.value
     # The interval may be lopsided: the error is that of the side on which the fit lies.
-    end = walk.high if above else max(walk.low, 1e-3 * walk.value)
+    end = walk.high if fitted.value >= walk.value else max(walk.low, 1e-3 * walk.value)
     error = abs(math.log(end / walk.value)) / float(ndtri(0.5 + 0.5 * walk.confidence))
     return abs(math.log(fitted.value / walk.value)) <= apart * error
 
@@ -387,8 +366,7 @@ def largest_run(shape: FloatArray, ratio: FloatArray) -> float:
     """
     upper = np.clip(gammaincc(shape, shape * ratio), 1e-300, 1.0)
     lower = np.clip(gammainc(shape, shape * ratio), 1e-300, 1.0)
-    deviate = np.where(ratio > 1.0, -ndtri(upper), ndtri(lower))
-    total = np.concatenate([[0.0], np.cumsum(deviate)])
+    total = np.append(0.0, np.cumsum(np.where(ratio > 1.0, -ndtri(upper), ndtri(lower))))
     place = np.arange(total.size)
     length = np.maximum(np.abs(place - place[:, np.newaxis]), 1)
     return float((np.abs(total - total[:, np.newaxis]) / np.sqrt(length)).max())

@@ -125,10 +125,8 @@ def robust_levels(
         flat = np.zeros(height.size)
         for some in kept:
             flat[some] = np.exp(law[some] - law[some].mean())
-        found = [
-            _level(cells.density[some] / flat[some], shape)
-            for some, shape in zip(kept, shapes, strict=True)
-        ]
+        pairs = zip(kept, shapes, strict=True)
+        found = [_level(cells.density[some] / flat[some], shape) for some, shape in pairs]
         level, shape, outstanding = np.array(found).T.copy()
         # Straight in logarithms between the levels; one bin of lines tilts no neighbour.
         law = np.interp(height, place, running_median(np.log(level), 3))
@@ -155,8 +153,7 @@ def _members(spectrum: TaperedSpectrum) -> list[tuple[int, int]]:
     index = np.floor(BINS_A_DECADE * np.log10(frequency * 2.0 * spectrum.interval))
     others = np.abs(np.diff(np.log(freedom))) > math.log(1.5)
     edges = np.flatnonzero((np.diff(index) > 0.0) | others) + 1
-    bounds = [0, *edges.tolist(), frequency.size]
-    return list(pairwise(bounds))
+    return list(pairwise([0, *edges.tolist(), frequency.size]))
 
 
 def _level(density: FloatArray, shape: float) -> tuple[float, float, float]:
@@ -167,11 +164,8 @@ def _level(density: FloatArray, shape: float) -> tuple[float, float, float]:
     # Neighbouring cells share a little; the whole of them is worth less than their sum.
     joint = band_degrees_of_freedom(CELL * used.size)
     joint /= used.size * band_degrees_of_freedom(CELL)
-    return (
-        float(used[:kept].mean()) / expected,
-        shape * used.size * min(joint, 1.0) * efficiency,
-        np.count_nonzero(standing) / standing.size,
-    )
+    own = shape * used.size * min(joint, 1.0) * efficiency
+    return float(used[:kept].mean()) / expected, own, np.count_nonzero(standing) / standing.size
 
 
 def _standing(cells: FloatArray, shape: float) -> BooleanArray:

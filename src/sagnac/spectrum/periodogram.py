@@ -74,8 +74,7 @@ def smoothed(power: FloatArray, points: int = 2000) -> tuple[FloatArray, FloatAr
     bins = power.size
     edges = np.unique(np.geomspace(1, bins, points + 1).astype(np.int64))
     mean = bin_sums(power, edges) / np.diff(edges)
-    center = (edges[:-1] + edges[1:] - 1) / 2.0
-    return center / (2.0 * (bins - 1)), mean
+    return (edges[:-1] + edges[1:] - 1) / 2.0 / (2.0 * (bins - 1)), mean
 
 
 def bin_sums(values: FloatArray, edges: IntegerArray) -> FloatArray:
@@ -141,8 +140,7 @@ def multitaper(increments: FloatArray, tapers: int = 5) -> FloatArray:
     scale = 2.0 / ((increments.size + 1) * tapers)
     power = power_spectrum(increments, length, scale, 1)
     for order in range(2, tapers + 1):
-        more = power_spectrum(increments, length, scale, order)
-        elementwise(np.add, power, more, out=power)
+        elementwise(np.add, power, power_spectrum(increments, length, scale, order), out=power)
     return power
 
 
@@ -219,8 +217,7 @@ def _correlation() -> FloatArray:
 
     ``c(d) = sum_kl |sum_t v_k v_l e^(-2 pi i d t/n)|^2 / K^2``, Percival and Walden (1993), 7.7.
     """
-    samples = 4096
-    tapers = np.stack([sine_taper(order, samples) for order in range(1, TAPERS + 1)])
+    tapers = np.stack([sine_taper(order, 4096) for order in range(1, TAPERS + 1)])
     total = np.zeros(2 * CELL + 1)
     for taper in tapers:
         total += (np.abs(rfft(tapers * taper, axis=1)[:, : total.size]) ** 2).sum(axis=0)

@@ -5,6 +5,7 @@ from itertools import pairwise
 from typing import Final
 
 import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
 from scipy.optimize import nnls
 
 from sagnac.core.arrays import FloatArray, IntegerArray, blocks, elementwise, release, values_at
@@ -57,8 +58,7 @@ def running_median(values: FloatArray, width: int) -> FloatArray:
     array([1., 2., 3., 3.])
     """
     around = np.pad(values, width // 2, mode="edge")
-    windows = np.lib.stride_tricks.sliding_window_view(around, width)
-    return np.asarray(np.median(windows, axis=1))
+    return np.asarray(np.median(sliding_window_view(around, width), axis=1))
 
 
 # ---- power laws --------------------------------------------------------------------
@@ -260,8 +260,7 @@ def _reach_up_to_plateau(floor: FloatArray, power: FloatArray) -> None:
     place = np.array([0.5 * (window.start + window.stop - 1) for window in windows])
     at_place = values_at(floor, place.astype(np.int64))
     # Chance lets one level of twenty be half of another on the same plateau.
-    held = level < 3.0 * np.minimum.accumulate(level)
-    short = held & (level > 2.0 * at_place)
+    short = (level < 3.0 * np.minimum.accumulate(level)) & (level > 2.0 * at_place)
     if short.any():
         multiply(floor[: windows[-1].stop], place, np.where(short, level / at_place, 1.0))
 

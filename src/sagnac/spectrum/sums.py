@@ -97,14 +97,8 @@ def angle_sums(phase: FloatArray, strengths: FloatArray, orders: int) -> Complex
         # transform, as real and as imaginary part, and come apart again.
         paired = several[0::2].astype(np.complex128)
         paired.imag[: several.shape[0] // 2] = several[1::2]
-        modes = _finufft().nufft1d1(
-            np.remainder(phase, _TURN),
-            paired,
-            2 * orders + 1,
-            eps=_NUFFT_TOLERANCE,
-            isign=-1,
-            nthreads=THREADS,
-        )
+        how = {"eps": _NUFFT_TOLERANCE, "isign": -1, "nthreads": THREADS}
+        modes = _finufft().nufft1d1(np.remainder(phase, _TURN), paired, 2 * orders + 1, **how)
         modes = modes.reshape(paired.shape[0], 2 * orders + 1)
         ahead, behind = modes[:, orders:], modes[:, orders::-1].conj()
         sums = np.empty((several.shape[0], orders + 1), dtype=np.complex128)
@@ -141,9 +135,8 @@ def angle_series(phase: FloatArray, sums: ComplexArray) -> FloatArray:
         return series
     modes = np.zeros(2 * sums.size - 1, dtype=np.complex128)
     modes[sums.size - 1 :] = sums
-    values = _finufft().nufft1d2(
-        np.remainder(phase, _TURN), modes, eps=_NUFFT_TOLERANCE, isign=1, nthreads=THREADS
-    )
+    how = {"eps": _NUFFT_TOLERANCE, "isign": 1, "nthreads": THREADS}
+    values = _finufft().nufft1d2(np.remainder(phase, _TURN), modes, **how)
     return np.ascontiguousarray(values.real)
 
 

@@ -63,12 +63,9 @@ class Cells:
 
     def followed_by(self, other: "Cells") -> "Cells":
         """These and others above them."""
-        return Cells(
-            **{
-                item.name: np.concatenate([getattr(self, item.name), getattr(other, item.name)])
-                for item in fields(Cells)
-            }
-        )
+        names = [item.name for item in fields(Cells)]
+        both = {name: (getattr(self, name), getattr(other, name)) for name in names}
+        return Cells(**{name: np.concatenate(pair) for name, pair in both.items()})
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -197,9 +194,8 @@ def _decimated(values: FloatArray, taps: FloatArray, step: int) -> FloatArray:
     outputs = empty((values.size - taps.size) // step + 1)
     for block in blocks(outputs.size, BLOCK // step):
         inputs = values[block.start * step : (block.stop - 1) * step + taps.size]
-        rows = np.append(inputs, np.zeros(-inputs.size % step)).reshape(-1, step)
         # One product for all phases; then each output is the sum of a diagonal.
-        partial = phases @ rows.T
+        partial = phases @ np.append(inputs, np.zeros(-inputs.size % step)).reshape(-1, step).T
         count = block.stop - block.start
         outputs[block] = partial[0, :count]
         for lag in range(1, phases.shape[0]):
@@ -232,11 +228,8 @@ def line_density(spectrum: TaperedSpectrum, frequency: float, amplitude: float) 
     seen = abs(frequency - round(frequency * interval) / interval)
     offset, kernel = periodogram.response()
     below = np.concatenate([[0.0], np.cumsum(0.5 * (kernel[1:] + kernel[:-1]))])
-    unit = cells.half_width / HALF_WIDTH
-    low, high = (
-        np.interp((edge - seen) / unit, offset, below / below[-1])
-        for edge in (cells.low, cells.high)
-    )
+    places = (np.stack([cells.low, cells.high]) - seen) / (cells.half_width / HALF_WIDTH)
+    low, high = np.interp(places, offset, below / below[-1])
     return np.asarray(0.5 * rate**2 * (high - low) / (cells.high - cells.low))
 
 

@@ -108,8 +108,7 @@ def deviation_at_every_tau(
     angle = np.asarray(accumulated_track(samples, kind, sample_rate, "reject", None).angle)
     cluster = np.arange(1, (angle.size - 1) // 2 + 1)
     variance = _sums_of_all_clusters(angle) / (2.0 * cluster**2 * (angle.size - 2.0 * cluster))
-    scale = 1.0 if kind == "rate" else sample_rate
-    return cluster / sample_rate, scale * np.sqrt(variance)
+    return cluster / sample_rate, (1.0 if kind == "rate" else sample_rate) * np.sqrt(variance)
 
 
 def _sums_of_all_clusters(angle: FloatArray) -> FloatArray:
@@ -157,8 +156,7 @@ def _sums_in_rows(rows: FloatArray, longest: int) -> FloatArray:
     middle = squares[length - m] - squares[m]
     # Sums of x[k] x[k + lag] over each row.
     size = fft.next_fast_len(length + 2 * longest, real=True)
-    power = np.abs(fft.rfft(rows, size, axis=1)) ** 2
-    correlation = fft.irfft(power.sum(axis=0), size)
+    correlation = fft.irfft((np.abs(fft.rfft(rows, size, axis=1)) ** 2).sum(axis=0), size)
     neighbours = 2.0 * correlation[m] - _triangle(rows, longest) - _triangle(rows[:, ::-1], longest)
     return np.asarray(ends + 4.0 * middle + 2.0 * correlation[2 * m] - 4.0 * neighbours)
 
@@ -266,20 +264,16 @@ class StabilityCurve(Compared):
 
     def __repr__(self) -> str:
         taus = f", tau {self.tau[0]:.4g} s to {self.tau[-1]:.4g} s" if self.tau.size else ""
-        return (
-            f"<StabilityCurve {self.estimator}, {self.tau.size} points{taus}, "
-            f"{self.samples} samples of {self.kind} at {self.sample_rate:g} Hz>"
-        )
+        samples = f"{self.samples} samples of {self.kind} at {self.sample_rate:g} Hz"
+        return f"<StabilityCurve {self.estimator}, {self.tau.size} points{taus}, {samples}>"
 
     def _repr_html_(self) -> str:
-        chosen = np.unique(
-            np.linspace(0, self.tau.size - 1, min(self.tau.size, 12)).round().astype(int)
-        )
+        some = np.linspace(0, self.tau.size - 1, min(self.tau.size, 12))
         rows = "".join(
             f"<tr><td>{self.tau[i]:.4g}</td><td>{self.deviation[i]:.4g}</td>"
             f"<td>{self.low[i]:.4g}</td><td>{self.high[i]:.4g}</td>"
             f"<td>{self.edf[i]:.3g}</td><td>{self.noise_type[i]}</td></tr>"
-            for i in chosen
+            for i in np.unique(some.round().astype(int))
         )
         return (
             f"<table><caption>{escape(repr(self)[1:-1])}</caption>"
@@ -391,8 +385,7 @@ def stability_curve(
     points = row.points(track, clusters)
     laws = [ESTIMATORS[rule] for rule in points.rules]
     tau = np.array([law.effective for law in laws]) * points.clusters / sample_rate
-    scale = 1.0 if kind == "rate" else sample_rate
-    deviation = np.sqrt(points.variance) * scale
+    deviation = np.sqrt(points.variance) * (1.0 if kind == "rate" else sample_rate)
     if row.is_time:
         deviation *= tau / np.sqrt(3.0)
     of_noise: tuple[Note, ...] = ()
@@ -400,15 +393,12 @@ def stability_curve(
     if noise_type is None:
         exponents, of_noise = identified_noise_types(track, points.clusters, row)
     settings = zip(laws, exponents, points.clusters, points.windows, strict=True)
-    edf = np.array(
-        [law.freedom(int(alpha), int(m), angles, int(some)) for law, alpha, m, some in settings]
-    )
+    each = (law.freedom(int(alpha), int(m), angles, int(some)) for law, alpha, m, some in settings)
+    edf = np.array(list(each))
     # Degrees of freedom times s^2 / sigma^2 are chi-squared.
     upper = 0.5 * (1.0 + confidence)
-    low, high = (
-        deviation * np.sqrt(0.5 * edf / gammaincinv(0.5 * edf, chance))
-        for chance in (upper, 1.0 - upper)
-    )
+    squares = (gammaincinv(0.5 * edf, chance) for chance in (upper, 1.0 - upper))
+    low, high = (deviation * np.sqrt(0.5 * edf / square) for square in squares)
     missing = Note(text=f"{track.missing} of {samples.size} samples are missing")
     return StabilityCurve(
         tau=tau,

@@ -27,7 +27,6 @@ Total and modified total variance, Theo1 and its bias-removed hybrid: SP1065, se
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import partial
-from types import MappingProxyType
 from typing import Any, Final
 
 import numpy as np
@@ -137,11 +136,8 @@ class Properties:
         sums, windows = self.sums(track, clusters, strides)
         kept = windows > 0
         if clusters.size and not kept.any():
-            raise RecordingError(
-                f"the gaps leave no term of {self.name} at any tau asked for",
-                channel="values",
-                remedy="ask for shorter",
-            )
+            problem = f"the gaps leave no term of {self.name} at any tau asked for"
+            raise RecordingError(problem, channel="values", remedy="ask for shorter")
         m = clusters[kept]
         notes = _gap_notes(whole, windows) if track.missing else ()
         notes += _stride_notes(self.name, strides, clusters)
@@ -162,10 +158,8 @@ class Properties:
 
 def _gap_notes(whole: IntegerArray, terms: IntegerArray) -> tuple[Note, ...]:
     lost = whole - terms
-    note = Note(
-        text=f"gaps left out {int(lost.sum())} of {int(whole.sum())} terms, "
-        f"at most {rounded(100.0 * float((lost / whole).max()), 3)} % of those at one tau"
-    )
+    most = f"at most {rounded(100.0 * float((lost / whole).max()), 3)} % of those at one tau"
+    note = Note(text=f"gaps left out {int(lost.sum())} of {int(whole.sum())} terms, {most}")
     without = int(np.count_nonzero(terms <= 0))
     left_out = Note(text=f"{without} taus have no term free of gaps and are left out")
     return (note, left_out) if without else (note,)
@@ -179,12 +173,9 @@ def _stride_notes(
     if not skipped.any():
         return ()
     some = strides[skipped]
-    text = (
-        f"{name} averages every k-th window at {some.size} of {strides.size} taus, "
-        f"k = {some.min()} to {some.max()}, "
-        f"at most {(some / clusters[skipped]).max():.2g} of a cluster"
-    )
-    return (Note(text=text),)
+    taus = f"{name} averages every k-th window at {some.size} of {strides.size} taus"
+    most = f"at most {(some / clusters[skipped]).max():.2g} of a cluster"
+    return (Note(text=f"{taus}, k = {some.min()} to {some.max()}, {most}"),)
 
 
 # ---- how the total family and Theo1 sum ----------------------------------------------------
@@ -205,8 +196,7 @@ def _theo1_sums(
 
 def _hybrid_points(row: Properties, track: Track, clusters: IntegerArray) -> Points:
     """Overlapping Allan up to a fifth of the record, Theo1 less its bias beyond."""
-    last = track.angle.size - 1
-    short = clusters[clusters <= 0.2 * last]
+    short = clusters[clusters <= 0.2 * (track.angle.size - 1)]
     spans = np.unique(2 * np.rint(clusters[short.size :] / (2 * THEO1_EFFECTIVE)).astype(np.int64))
     allan = ESTIMATORS["oadev"].points(track, short)
     if not spans.size:
@@ -223,8 +213,7 @@ def _hybrid_points(row: Properties, track: Track, clusters: IntegerArray) -> Poi
     upper = ESTIMATORS["oadev"].points(track, 9 + 3 * steps).variance
     usable = lower > 0.0
     ratio = float(np.mean(upper[usable] / lower[usable])) if usable.any() else 1.0
-    beyond = replace(theo1, variance=theo1.variance * ratio, notes=notes)
-    return allan.followed_by(beyond)
+    return allan.followed_by(replace(theo1, variance=theo1.variance * ratio, notes=notes))
 
 
 def _total_sums(
@@ -243,10 +232,9 @@ def _total_sums(
     whole, sums = whole_track(longer), np.zeros(clusters.size)
     for number, m in enumerate(clusters.tolist()):
         for block in blocks(2 * size - 2 - m, start=size - m):
-            here = clusters[number : number + 1], 2, block.start, block.stop
-            _kernels.sum_squared_differences(
-                longer, whole.stretches, *here, sums[number : number + 1]
-            )
+            own = slice(number, number + 1)
+            here = clusters[own], 2, block.start, block.stop, sums[own]
+            _kernels.sum_squared_differences(longer, whole.stretches, *here)
     return sums, np.full(clusters.size, size - 2)
 
 
@@ -352,9 +340,7 @@ _ROWS: Final = (
     ),
     _differences("haar", "Haar wavelet", divisor=4.0, octaves=True),
 )
-ESTIMATORS: Final[Mapping[Estimator, Properties]] = MappingProxyType(
-    {row.name: row for row in _ROWS}
-)
+ESTIMATORS: Final[Mapping[Estimator, Properties]] = {row.name: row for row in _ROWS}
 
 
 def properties_of(estimator: Estimator) -> Properties:

@@ -30,6 +30,7 @@ FreedomLaw = Callable[[int, int, int, int], float]
 # Effective cluster time of Theo1 as a share of its span.
 THEO1_EFFECTIVE: Final = 0.75
 # edf = b T / tau - c: SP1065 Tables 7 and 8.
+Table = Mapping[int, tuple[float, float]]
 _TOTAL: Final = {0: (1.50, 0.0), -1: (1.17, 0.22), -2: (0.93, 0.36)}
 _MODIFIED_TOTAL: Final = {
     2: (1.90, 2.10),
@@ -87,8 +88,7 @@ def greenhall_riley_freedom(
         filter_factor = float(cluster)
     steps = cluster if overlapping else 1
     lags, weights = _lags(min(windows, (order + 1) * steps), steps)
-    places = np.append(0.0, lags / steps)
-    shares = difference_covariance(places, filter_factor, noise_type, order)
+    shares = difference_covariance(np.append(0.0, lags / steps), filter_factor, noise_type, order)
     shares /= shares[0]
     total = float(np.sum(weights * (1.0 - lags / windows) * shares[1:] ** 2))
     return 1.0 / ((1.0 + 2.0 * total) / windows)
@@ -105,9 +105,7 @@ def total_freedom(noise_type: int, cluster: int, angles: int, windows: int) -> f
             inner = n - 2.0 * m
             return (6.0 * inner + 20.0 * m) ** 2 / (70.0 * inner + 32.0 * m * m + 340.0 * m)
         one, both = n - m, 2.0 * m - n  # differences that hold one end, and both
-        return (20.0 * one + 14.0 * both) ** 2 / (
-            32.0 * one**2 + 64.0 * both**2 + 64.0 * one * both
-        )
+        return (20.0 * one + 14.0 * both) ** 2 / (32.0 * (one + both) ** 2 + 32.0 * both**2)
     # The table is for long clusters; Stein's factor for white rate leads up to them.
     led_up = 4.0 * cluster**2 / (4.0 * cluster**2 + 5.0) if noise_type == 0 else 1.0
     return _tabled_freedom(_TOTAL, noise_type, cluster, angles, led_up)
@@ -119,11 +117,7 @@ def modified_total_freedom(noise_type: int, cluster: int, angles: int, windows: 
 
 
 def _tabled_freedom(
-    table: Mapping[int, tuple[float, float]],
-    noise_type: int,
-    cluster: int,
-    angles: int,
-    factor: float = 1.0,
+    table: Table, noise_type: int, cluster: int, angles: int, factor: float = 1.0
 ) -> float:
     """By slope and offset of a noise type, and no more than at one sample.
 
@@ -187,9 +181,8 @@ def _lags(stop: int, steps: int) -> tuple[FloatArray, FloatArray]:
         middle = (knot + end) // 2
         for origin, length, sign in ((knot, middle - knot, 1), (end - 1, end - middle, -1)):
             near = np.arange(min(_DIRECT, length))
-            starts = _DIRECT * 2 ** np.arange(
-                max(0, math.ceil(math.log2(max(length, 1) / _DIRECT)))
-            )
+            octaves = max(0, math.ceil(math.log2(max(length, 1) / _DIRECT)))
+            starts = _DIRECT * 2 ** np.arange(octaves)
             stops = np.minimum(2 * starts, length)
             # The sum over whole j from a start to before a stop is the integral half a step wider.
             half = 0.5 * (stops - starts)[:, np.newaxis]
@@ -233,13 +226,10 @@ def _filtered_structure(t: FloatArray, h: float, alpha: int) -> FloatArray:
 
 def _far_power(t: FloatArray, h: float | FloatArray, power: int) -> FloatArray:
     """((t - h)^p - 2 t^p + (t + h)^p) / h^2 of an integer power, t >= h, without cancellation."""
-    return sum(
-        (
-            2.0 * math.comb(power, k) * t ** (power - k) * h ** (k - 2)
-            for k in range(2, power + 1, 2)
-        ),
-        start=np.zeros_like(t),
-    )
+    total = np.zeros_like(t)
+    for k in range(2, power + 1, 2):
+        total += 2.0 * math.comb(power, k) * t ** (power - k) * h ** (k - 2)
+    return total
 
 
 def _far_flicker(t: FloatArray, h: float, power: int) -> FloatArray:
@@ -249,5 +239,4 @@ def _far_flicker(t: FloatArray, h: float, power: int) -> FloatArray:
     v = np.where((u < 1e-4) | (u >= 1.0), 0.5, u)
     odd = ((1.0 + v) ** power * np.log1p(v) + (1.0 - v) ** power * np.log1p(-v)) / v**2
     odd = np.where(u < 1e-4, 2.0 * power - 1.0, np.where(u < 1.0, odd, 2.0**power * math.log(2.0)))
-    even = _far_power(np.ones_like(t), u, power)
-    return np.asarray(t ** (power - 2) * (even * np.log(t) + odd))
+    return np.asarray(t ** (power - 2) * (_far_power(np.ones_like(t), u, power) * np.log(t) + odd))

@@ -38,10 +38,8 @@ def cluster_sizes(
     """
     smallest, largest = estimator.shortest, estimator.longest(angles)
     if largest < smallest or angles < estimator.fewest_angles:
-        raise ValueError(
-            f"values: {angles} accumulated angles are too few for {estimator.name}; "
-            "record longer or use oadev"
-        )
+        few = f"{angles} accumulated angles are too few for {estimator.name}"
+        raise ValueError(f"values: {few}; record longer or use oadev")
     if taus is None and estimator.octaves:
         return 2 ** np.arange(int(largest).bit_length(), dtype=np.int64), ()
     if taus is None:
@@ -61,10 +59,9 @@ def cluster_sizes(
     rounded = np.rint(wanted * sample_rate / estimator.step) * estimator.step
     outside = (rounded < smallest) | (rounded > largest)
     if outside.any():
-        raise ValueError(
-            f"taus: {wanted[outside][0]:.12g} s is out of range for {estimator.name}; "
-            f"use {smallest / sample_rate:.12g} s to {largest / sample_rate:.12g} s"
-        )
+        span = f"use {smallest / sample_rate:.12g} s to {largest / sample_rate:.12g} s"
+        first = wanted[outside][0]
+        raise ValueError(f"taus: {first:.12g} s is out of range for {estimator.name}; {span}")
     sizes = np.unique(rounded.astype(np.int64))
     moved = np.abs(rounded - wanted * sample_rate) > 1e-6 * rounded
     notes = []
@@ -118,26 +115,21 @@ def identified_noise_types(
         exponent, scatter = _read_noise(track, m, estimator.order)
         if math.isnan(exponent):
             break
-        nearest, above, below = (
-            max(_nearest_type(one, m), estimator.lowest_exponent)
-            for one in (exponent, exponent + scatter, exponent - scatter)
-        )
+        readings = (exponent, exponent + scatter, exponent - scatter)
+        types = [max(_nearest_type(one, m), estimator.lowest_exponent) for one in readings]
+        nearest, above, below = types
         # Noise only gets redder with the cluster time: in a sum of power laws the redder rules
         # the longer, and a reading that says otherwise is scatter, or a line.
         stands = found and (below <= found[-1] <= above or nearest > found[-1])
         found.append(found[-1] if stands else nearest)
     if not found:
-        note = Note(
-            text="noise type taken as 0 (angle random walk) for the intervals: "
-            f"under {_FEWEST_FOR_NOISE} angles, or no noise, to tell it from"
-        )
-        return np.zeros(clusters.size, dtype=np.int64), (note,)
+        few = f"under {_FEWEST_FOR_NOISE} angles, or no noise, to tell it from"
+        text = f"noise type taken as 0 (angle random walk) for the intervals: {few}"
+        return np.zeros(clusters.size, dtype=np.int64), (Note(text=text),)
     ladder = ladder[: len(found)]
     carried = int((clusters > usable).sum())
-    text = (
-        f"the intervals of the {carried} longest cluster times take the noise to be what it is at "
-        f"{ladder[-1]} samples"
-    )
+    longest_times = f"the intervals of the {carried} longest cluster times"
+    text = f"{longest_times} take the noise to be what it is at {ladder[-1]} samples"
     notes = (Note(text=text),) if carried else ()
     place = np.maximum(np.searchsorted(ladder, clusters, side="right") - 1, 0)
     return np.array(found, dtype=np.int64)[place], notes
@@ -150,8 +142,7 @@ def _read_noise(track: Track, cluster: int, order: int) -> tuple[float, float]:
     enough = counts >= _FEWEST_FOR_NOISE
     first, count = _sample_stretches(starts[enough], lengths[enough], cluster)
     level = lag_one_order(track.angle, first, count, cluster, order)
-    fewest = min(int(counts[enough].sum()), int(count.sum()))
-    return 2.0 - 2.0 * level, 2.0 / math.sqrt(fewest)
+    return 2.0 - 2.0 * level, 2.0 / math.sqrt(min(int(counts[enough].sum()), int(count.sum())))
 
 
 def lag_one_order(
@@ -238,9 +229,8 @@ def check_noise_type(noise_type: int, estimator: Properties) -> None:
     """
     lowest = estimator.lowest_exponent
     if noise_type not in range(lowest, 3):
-        raise ValueError(
-            f"noise_type {noise_type!r} is out of range for {estimator.name}; use {lowest} to 2"
-        )
+        outside = f"noise_type {noise_type!r} is out of range for {estimator.name}"
+        raise ValueError(f"{outside}; use {lowest} to 2")
 
 
 # ---- degrees of freedom ------------------------------------------------------------

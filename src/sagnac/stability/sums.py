@@ -48,9 +48,8 @@ class Track:
     def every(self, step: int) -> "Track":
         """Every `step`-th angle."""
         stretches = -(-self.stretches // step)
-        return replace(
-            self, angle=every(self.angle, step), stretches=stretches[np.diff(stretches)[:, 0] > 0]
-        )
+        held = stretches[np.diff(stretches)[:, 0] > 0]
+        return replace(self, angle=every(self.angle, step), stretches=held)
 
     def within(self, block: slice) -> IntegerArray:
         """The stretches that have an angle in a block."""
@@ -85,35 +84,26 @@ def accumulated_track(
         If there are too few samples.
     """
     smallest = 3 if kind == "angle" else 2
+    takes = f"an Allan variance takes {smallest} or more"
     if samples.size < smallest:
-        raise refusal(
-            "values", f"has {samples.size} samples; an Allan variance takes {smallest} or more"
-        )
+        raise refusal("values", f"has {samples.size} samples; {takes}")
     missing = _count_gaps(samples, sample_rate, gaps, only_whole)
     present = samples.size - missing
     if present < smallest:
-        raise RecordingError(
-            f"{present} of {samples.size} samples are present; "
-            f"an Allan variance takes {smallest} or more",
-            channel="values",
-        )
+        problem = f"{present} of {samples.size} samples are present; {takes}"
+        raise RecordingError(problem, channel="values")
     stretches = np.stack(present_stretches(~marked(np.isnan, samples)), axis=1)
     if kind == "angle":
         first, last = int(stretches[0, 0]), int(stretches[-1, 1]) - 1
         slope = _exact_slope((samples[last] - samples[first]) / (last - first), samples.size)
         offset, angle = float(samples[first]), empty(samples.size)
         for block in blocks(samples.size):
-            ramp = slope * np.arange(block.start, block.stop)
-            angle[block] = (samples[block] - ramp) - offset
+            angle[block] = (samples[block] - slope * np.arange(block.start, block.stop)) - offset
         return Track(angle=angle, stretches=stretches, missing=missing)
     usual = sum(float(np.nansum(samples[block])) for block in blocks(samples.size)) / present
     # Each stretch of rates ends at an angle more, where the next one may begin.
-    return Track(
-        angle=_accumulated(samples, usual),
-        stretches=stretches + np.array([0, 1]),
-        missing=missing,
-        broken=missing > 0,
-    )
+    angle, longer = _accumulated(samples, usual), stretches + np.array([0, 1])
+    return Track(angle=angle, stretches=longer, missing=missing, broken=missing > 0)
 
 
 def _accumulated(samples: FloatArray, mean: float) -> FloatArray:
@@ -226,10 +216,8 @@ class Points:
 
     def followed_by(self, other: "Points") -> "Points":
         """These and others behind them."""
-        joined = {
-            name: np.concatenate([getattr(self, name), getattr(other, name)])
-            for name in ("variance", "terms", "windows", "clusters")
-        }
+        names = ("variance", "terms", "windows", "clusters")
+        joined = {one: np.concatenate([getattr(self, one), getattr(other, one)]) for one in names}
         rules, notes = self.rules + other.rules, self.notes + other.notes
         return Points(**joined, rules=rules, notes=notes)
 
@@ -252,9 +240,8 @@ def overlapping_sums(
         return _sums_across_gaps(track.angle, clusters, order)
     sums = np.zeros(clusters.size)
     for block in blocks(track.angle.size, STARTS):
-        _kernels.sum_squared_differences(
-            track.angle, track.within(block), clusters, order, block.start, block.stop, sums
-        )
+        here = track.within(block), clusters, order, block.start, block.stop
+        _kernels.sum_squared_differences(track.angle, *here, sums)
     return sums, _counts(track, order * clusters)
 
 
@@ -262,9 +249,8 @@ def modified_sums(track: Track, clusters: IntegerArray) -> tuple[FloatArray, Int
     """Sums and numbers of squared second differences of sums over a cluster."""
     sums, windows = np.zeros((2, clusters.size))
     for block in blocks(track.angle.size, STARTS):
-        _kernels.sum_squared_window_differences(
-            track.angle, track.within(block), clusters, block.start, block.stop, sums, windows
-        )
+        here = track.within(block), clusters, block.start, block.stop
+        _kernels.sum_squared_window_differences(track.angle, *here, sums, windows)
     return sums, _counts(track, 3 * clusters - 1)
 
 

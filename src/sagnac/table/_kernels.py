@@ -16,6 +16,7 @@ _POINTS: Final = 512
 _COSINES: Final = np.cos(2.0 * np.pi / _POINTS * np.arange(_POINTS))
 _SINES: Final = np.sin(2.0 * np.pi / _POINTS * np.arange(_POINTS))
 _A_RADIAN: Final = _POINTS / (2.0 * np.pi)
+Pair = tuple[float, float]
 # A step between them in two parts. The first has 26 bits, so that its product with a whole number
 # below 2^27 is exact; the second is the rest.
 _STEP: Final = 2.0 * np.pi / _POINTS
@@ -60,12 +61,7 @@ def sine_cosine_integrals(
 
 @compiled()
 def table_motion(
-    table: FloatArray,
-    share: float,
-    dt: float,
-    earth: tuple[float, float],
-    begin: float,
-    motion: FloatArray,
+    table: FloatArray, share: float, dt: float, earth: Pair, begin: float, motion: FloatArray
 ) -> None:
     """Fill `motion` with ``share * alpha`` and the running trapezoid of Earth rate from `begin` on.
 

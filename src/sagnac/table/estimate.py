@@ -22,13 +22,8 @@ from scipy.fft import dst, idst
 from sagnac.core import arrays
 from sagnac.core.arrays import BooleanArray, FloatArray, IntegerArray
 from sagnac.core.units import ARCSECOND
-from sagnac.table.kinematics import (
-    KINEMATIC_RATE,
-    LARGEST_EARTH_RATE,
-    averages_of,
-    harmonics_of,
-    sine_cosine_integrals,
-)
+from sagnac.table import kinematics
+from sagnac.table.kinematics import KINEMATIC_RATE, averages_of
 from sagnac.table.turns import FEW_TURNS, full_turns
 from sagnac.table.whitened import Whitened, whitened
 
@@ -162,8 +157,9 @@ def estimated_table(
     # Rates over a second tell the shares.
     shares, alike = shares_of_table(coarse, read, max(1, round(sample_rate / block)))
     strength = float(shares @ shares)
+    plain = EstimatedTable(angle=encoder, readings=encoder, shares=shares, alike=alike)
     if not strength > 0.0 or read.size < 4 * _PIECES:
-        return EstimatedTable(angle=encoder, readings=encoder, shares=shares, alike=alike)
+        return plain
     sensed = shares @ coarse / strength
     interval = block / sample_rate
     fit = _Fit.of(read, sensed, interval)
@@ -184,15 +180,7 @@ def estimated_table(
         corner = math.inf
     else:
         angle = _led(gyro, fit.guide(corner), block)
-    return EstimatedTable(
-        angle=angle,
-        readings=readings,
-        shares=shares,
-        noise=noise,
-        corner=corner,
-        delay=delay,
-        alike=alike,
-    )
+    return replace(plain, angle=angle, readings=readings, noise=noise, corner=corner, delay=delay)
 
 
 def _delay_taken_out(
@@ -261,8 +249,8 @@ def order_drift(
     shown = averages_of(angle, block) - share * known
     turned = abs(float(known[-1] - known[0])) / (2.0 * np.pi)
     # Averages show orders up to about a third of their rate.
-    highest = math.floor(0.35 * known.size / max(turned, 1e-12))
-    orders = np.arange(1.0, min(36, highest) + 1.0)
+    highest = min(_HIGHEST, math.floor(0.35 * known.size / max(turned, 1e-12)))
+    orders = np.arange(1.0, highest + 1.0)
     # The phases of orders are followed over stretches of four turns or more.
     stretches = min(24, math.floor(turned / 4.0))
     if stretches < 8 or orders.size == 0:
@@ -470,8 +458,7 @@ class _Fit:
             return lowest if self.fit.walk > 0.0 or readings > 0.0 else math.inf
         if more >= readings:
             return math.inf
-        known_alike = math.asin(math.sqrt(more / readings))
-        return max(known_alike / (math.pi * self.interval), lowest)
+        return max(math.asin(math.sqrt(more / readings)) / (math.pi * self.interval), lowest)
 
     def guide(self, corner: float) -> FloatArray:
         """(averages,) what leads the gyros to the readings: orders as fitted, the rest smoothed."""
@@ -519,8 +506,7 @@ def smoothed(values: FloatArray, corner: float) -> FloatArray:
     frequency = np.arange(1, values.size - 1) / (2.0 * (values.size - 1))
     # A higher corner, in cycles a sample, would let everything through.
     ratio = np.tan(np.pi * frequency) / math.tan(math.pi * min(corner, 0.495))
-    sines = dst((values - line)[1:-1], type=1)
-    line[1:-1] += idst(sines / (1.0 + ratio**4), type=1)
+    line[1:-1] += idst(dst((values - line)[1:-1], type=1) / (1.0 + ratio**4), type=1)
     return line
 
 
@@ -542,10 +528,10 @@ def columns_beside_delay(
     columns[0] = sensed
     columns[1:_FIRST_ORDER] = np.maximum(1.0 - np.abs(part * _PIECES - knots), 0.0)
     # What goes with the angle goes with the encoder's: the gyros' drifts by degrees an hour.
-    waves = harmonics_of(read, _ORDERS)[1:]
+    waves = kinematics.harmonics_of(read, _ORDERS)[1:]
     columns[_FIRST_ORDER : _FIRST_ORDER + _ORDERS] = waves.real
     columns[_FIRST_ORDER + _ORDERS : _FIRST_ORDER + 2 * _ORDERS] = waves.imag
-    columns[_FIRST_RIPPLE - 2 : _FIRST_RIPPLE] = sine_cosine_integrals(read, interval)
+    columns[_FIRST_RIPPLE - 2 : _FIRST_RIPPLE] = kinematics.sine_cosine_integrals(read, interval)
     # What a gyro shows at an order of the ripple would be taken for a delay, which moves the
     # ripple.
     columns[_FIRST_RIPPLE:FIRST_DELAY] = 0.0
@@ -558,7 +544,7 @@ def columns_beside_delay(
     # evenly.
     prior[0] = 0.01
     prior[_FIRST_ORDER:FIRST_DELAY] = 30.0 * ARCSECOND
-    prior[_FIRST_RIPPLE - 2 : _FIRST_RIPPLE] = LARGEST_EARTH_RATE
+    prior[_FIRST_RIPPLE - 2 : _FIRST_RIPPLE] = kinematics.LARGEST_EARTH_RATE
     prior[FIRST_DELAY:] = 1.0
     return columns, prior
 

@@ -41,10 +41,8 @@ def shares_from_deviations(deviations: ArrayLike) -> FloatArray:
     """
     values = np.asarray(deviations, dtype=np.float64)
     if values.shape != (3,) or not np.all(np.abs(values) < 0.1):
-        raise ValueError(
-            f"deviations {values.tolist()} must be three numbers below 0.1; "
-            "the shares stay near 1/sqrt(3)"
-        )
+        wanted = "must be three numbers below 0.1; the shares stay near 1/sqrt(3)"
+        raise ValueError(f"deviations {values.tolist()} {wanted}")
     shares = 1.0 / math.sqrt(3.0) + values
     return np.asarray(shares / np.linalg.norm(shares))
 
@@ -70,10 +68,9 @@ def table_to_gyro_matrix(e_x: float, e_y: float, e_z: float) -> FloatArray:
     """
     square = e_x * e_x + e_y * e_y + e_z * e_z
     if not abs(square - 1.0) <= _UNIT_NORM_TOLERANCE:
-        raise ValueError(
-            f"e_x^2 + e_y^2 + e_z^2 is {square:.12g}, not 1, so Eq. 1 is no rotation; "
-            "scale the shares to unit length (shares_from_deviations)"
-        )
+        why = f"e_x^2 + e_y^2 + e_z^2 is {square:.12g}, not 1, so Eq. 1 is no rotation"
+        remedy = "scale the shares to unit length (shares_from_deviations)"
+        raise ValueError(f"{why}; {remedy}")
     in_plane = math.sqrt(max(0.0, 1.0 - e_x * e_x))
     if in_plane < _UNIT_NORM_TOLERANCE:
         raise ValueError(f"e_x = {e_x:g} leaves x_s no projection on the table; keep |e_x| below 1")
@@ -107,6 +104,5 @@ def earth_rate(latitude: float, heading: float) -> FloatArray:
     if not math.isfinite(heading):
         raise refusal("heading", f"is {heading!r}; give an angle in rad")
     north = EARTH_RATE * math.cos(latitude)
-    return np.array(
-        [north * math.cos(heading), -north * math.sin(heading), -EARTH_RATE * math.sin(latitude)]
-    )
+    level = north * math.cos(heading), -north * math.sin(heading)
+    return np.array([*level, -EARTH_RATE * math.sin(latitude)])

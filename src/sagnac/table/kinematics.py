@@ -241,6 +241,5 @@ def averaged(angle: FloatArray, block: int) -> FloatArray:
 
 def averages_of(angle: FloatArray, block: int) -> FloatArray:
     """(averages,) of a long (samples,) angle over its whole blocks of `block` samples."""
-    return np.concatenate(
-        [averaged(angle[some], block) for some in blocks(angle.size, multiple=block)]
-    )
+    parts = [averaged(angle[some], block) for some in blocks(angle.size, multiple=block)]
+    return np.concatenate(parts)

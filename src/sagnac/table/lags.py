@@ -13,14 +13,8 @@ import numpy as np
 
 from sagnac.core import arrays
 from sagnac.core.arrays import FloatArray
-from sagnac.table.estimate import (
-    FIRST_DELAY,
-    SEEN,
-    SHORTEST_DELAY,
-    Shift,
-    columns_beside_delay,
-    shares_of_table,
-)
+from sagnac.table import estimate
+from sagnac.table.estimate import FIRST_DELAY, SEEN, SHORTEST_DELAY, Shift
 from sagnac.table.kinematics import averages_of
 from sagnac.table.whitened import whitened
 
@@ -34,8 +28,6 @@ _LEAST_SHARE: Final = 0.05
 # Weights of the averages around one, of which its rate is: exact for polynomials of degree 6, as
 # those of ``scipy.signal.savgol_filter``, whose import takes as long as the fit.
 _AROUND: Final = np.array([1.0, -9.0, 45.0, 0.0, -45.0, 9.0, -1.0]) / 60.0
-# Samples a second that the motion to be moved is made of: what lies above is noise of the gyros.
-_FINEST: Final = 100.0
 
 
 def without_lags(
@@ -86,12 +78,12 @@ def _lag(
     block = max(1, round(sample_rate / _RATE))
     first, second, read = (averages_of(one[: most * block], block) for one in (*pair, encoder))
     coarse = np.stack([first, second])
-    shares, _ = shares_of_table(coarse, read, max(1, round(sample_rate / block)))
+    shares, _ = estimate.shares_of_table(coarse, read, max(1, round(sample_rate / block)))
     if read.size < 10 * _AROUND.size or not np.abs(shares).min() > _LEAST_SHARE:
         return shares, None
     interval = block / sample_rate
     sensed = shares @ coarse / float(shares @ shares)
-    columns, prior = columns_beside_delay(read, sensed, interval)
+    columns, prior = estimate.columns_beside_delay(read, sensed, interval)
     columns[FIRST_DELAY, 3:-3] = np.convolve(sensed, _AROUND / interval, mode="valid")
     # A lag does not change.
     columns, prior = columns[: FIRST_DELAY + 1], prior[: FIRST_DELAY + 1]
@@ -108,7 +100,8 @@ def _moved(
     The motion is what two gyros sense together. It is taken at two times by cubic convolution
     (Keys, 1981), which lets motion through and less of the noise that is faster.
     """
-    step = max(1, round(sample_rate / _FINEST))
+    # The motion to be moved is made of 100 samples a second: what lies above is noise of the gyros.
+    step = max(1, round(sample_rate / 100.0))
     late = lag * sample_rate
     reach = 2 * step + math.ceil(abs(late))
     places = np.arange(-reach, reach + 1.0)

@@ -100,8 +100,7 @@ class TableMotion:
     def averages(self) -> FloatArray:
         """(averages,) of the motion, rad, except for a constant."""
         of = self.kinematics
-        time = np.arange(of.angle.size) * of.interval
-        motion = self.share * of.angle + self.drift * time
+        motion = self.share * of.angle + self.drift * (np.arange(of.angle.size) * of.interval)
         return np.asarray(motion + self.earth[0] * of.cosine + self.earth[1] * of.sine)
 
 
@@ -177,9 +176,8 @@ def follow_table_together(
     if full_turns(kinematic.table) < FEW_TURNS:
         # Over part of a turn harmonics can make the table angle itself: share and drift first.
         orders, lines_taken = np.empty(0), False
-    columns = Design(
-        kinematic=kinematic, orders=orders, with_drift=kinematics.tells_drift(kinematic)
-    )
+    drifts = kinematics.tells_drift(kinematic)
+    columns = Design(kinematic=kinematic, orders=orders, with_drift=drifts)
     targets = np.diff(averages)
     rows = triangle(columns, targets)
     gain = np.repeat(kinematics.block_gain(kinematic, orders), 2)
@@ -225,8 +223,7 @@ def triangle(columns: Design, targets: FloatArray) -> FloatArray:
         rows[:size, known:] = columns.increments(block.start, block.stop)
         rows[size:, known:] = targets[:, block]
         # LAPACK works on 64 columns at once, at the most.
-        work = 64 * width
-        factor = scipy.linalg.lapack.dgeqrf(rows.T, lwork=work, overwrite_a=True)[0]
+        factor = scipy.linalg.lapack.dgeqrf(rows.T, lwork=64 * width, overwrite_a=True)[0]
         stacked = np.triu(factor[:width])
     return stacked
 
@@ -265,9 +262,8 @@ class Triangle:
         """(coefficients,) of the ridge regression with a penalty on each scaled coefficient."""
         stacked = np.vstack([self.factor, np.diag(penalty)])
         target = np.concatenate([self.right, np.zeros(self.scale.size)])
-        return np.asarray(
-            scipy.linalg.lstsq(stacked, target, cond=_COLLINEAR)[0] / self.scale, dtype=np.float64
-        )
+        scaled = scipy.linalg.lstsq(stacked, target, cond=_COLLINEAR)[0]
+        return np.asarray(scaled / self.scale, dtype=np.float64)
 
     def deviations(self, penalty: FloatArray) -> FloatArray:
         """(coefficients,) standard errors of `solution` in those of the target; 0 for no column."""

@@ -156,12 +156,9 @@ def full_rotation_samples(
     # Two full turns are three passes.
     if times.size < 3:
         covered = "" if table is None else f" (it covers {360.0 * full_turns(table):.1f} deg)"
-        raise RecordingError(
-            f"the table never completes two full turns{covered}, so full rotation interval "
-            "sampling has nothing to sample",
-            channel="table",
-            remedy="use {method fos}",
-        )
+        nothing = "full rotation interval sampling has nothing to sample"
+        problem = f"the table never completes two full turns{covered}, so {nothing}"
+        raise RecordingError(problem, channel="table", remedy="use {method fos}")
     first = np.minimum(times.astype(np.int64), angle.size - 2)
     fraction = times - first
     before = angle[first]
@@ -173,16 +170,13 @@ def _null_angle(table: FloatArray, pulses: IntegerArray) -> float:
     if pulses.size == 0:
         return 0.0
     # It lies somewhere in the step before; the mean over the turns is finer than a step.
-    middles = 0.5 * (table[pulses] + table[pulses - 1])
-    return float(np.angle(np.exp(1j * middles).sum()))
+    return float(np.angle(np.exp(0.5j * (table[pulses] + table[pulses - 1])).sum()))
 
 
 # ---- part turn ---------------------------------------------------------------------
 
 # Numbers of orders that are tried.
 _ORDERS: Final = (4, 8, 16, 32, 64, 128)
-# Variation of the rate from which on an order that is not whole is no line in time.
-_UNEVEN: Final = 0.1
 # The most averages, those of some hours.
 _MOST: Final = 2**17
 
@@ -254,12 +248,12 @@ def function_of_angle(angle: FloatArray, kinematic: Kinematics) -> AngleFunction
         prior = np.concatenate([free, np.full(2 * case[0], size)])
         return whitened(shown, columns, prior, noises, groups=0, crowded=True)
 
-    most = min(highest, shown.size // 20)
-    counts = dict.fromkeys(min(count, most) for count in (0, *_ORDERS))
+    counts = dict.fromkeys(min(count, highest, shown.size // 20) for count in (0, *_ORDERS))
     # An order that is not whole has another phase in every turn, so that over a few it takes a
-    # function of all the angle that they cover. At an even rate it is a line in time.
+    # function of all the angle that they cover. At a rate that varies by less than a tenth it is a
+    # line in time.
     covered = math.ceil(full_turns(kinematic.angle) + 0.5)
-    parts = (1, covered) if kinematics.rate_variation(kinematic) > _UNEVEN else (1,)
+    parts = (1, covered) if kinematics.rate_variation(kinematic) > 0.1 else (1,)
     cases = [(count, part) for part in parts for count in counts]
     # All are judged beside the noise that the largest leaves: what is left of lines is no noise.
     largest = [fit_of((max(counts), part), None) for part in parts]
@@ -279,12 +273,10 @@ def function_of_angle(angle: FloatArray, kinematic: Kinematics) -> AngleFunction
     reached, width = first * orders, first * fits[best].freedom / (ordinates * orders.size)
     density = 2.0 * fits[best].walk / kinematic.interval
     much_taken = fits[best].freedom > 0.2 * ordinates * orders[-1]
-    return AngleFunction(
-        orders=orders,
-        phasor=values[0] + 1j * values[1],
-        taken=np.stack([reached, np.full(orders.size, width), np.full(orders.size, density)]),
-        masked=((0.0, float(reached[-1]) + first),) if much_taken else (),
-    )
+    taken = np.stack([reached, np.full(orders.size, width), np.full(orders.size, density)])
+    masked = ((0.0, float(reached[-1]) + first),) if much_taken else ()
+    phasor = values[0] + 1j * values[1]
+    return AngleFunction(orders=orders, phasor=phasor, taken=taken, masked=masked)
 
 
 def _terms(count: int, parts: int) -> FloatArray:

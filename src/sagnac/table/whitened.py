@@ -20,8 +20,6 @@ from sagnac.spectrum.power_laws import median
 # Times that an ordinate may stand above the noise; one that stands higher counts for less, as under
 # a distribution with long tails: it is of a line that no column holds.
 _LINE: Final = 10.0
-# Ordinates from which on a bin counts no more.
-_ENOUGH: Final = 30.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -201,20 +199,20 @@ def _laws(count: int) -> FloatArray:
 def _two_noises(power: FloatArray, laws: FloatArray, kept: FloatArray) -> tuple[float, float]:
     """Levels of noise of each reading and of an angle that walks, from medians of bins.
 
-    By the gamma likelihood, with as much weight to a bin as it has ordinates, up to `_ENOUGH`: the
+    By the gamma likelihood, with as much weight to a bin as it has ordinates, up to thirty: the
     coefficients of a fit take most of the power of the few lowest ordinates with them, and a level
     that is too low there must not count for more than those that are right. (ordinates,) `kept` is
     the part of the noise that many coefficients leave; an ordinate counts by it.
     """
     # Eight bins a decade tell the two noises.
-    edges = _edges(power.size, 8)
-    pairs = list(pairwise(edges))
+    pairs = list(pairwise(_edges(power.size, 8)))
     # The median of a chi-square of two degrees of freedom is ln 2 of its mean.
     level = np.array([median(power[low:high]) for low, high in pairs]) / math.log(2.0)
     means = np.stack([(laws * kept)[:, low:high].mean(axis=1) for low, high in pairs])
     level = np.maximum(level, 1e-300)
     sizes = np.array([kept[low:high].sum() for low, high in pairs])
-    weight = np.sqrt(sizes / (1.0 + sizes / _ENOUGH))
+    # From some thirty ordinates on a bin counts no more.
+    weight = np.sqrt(sizes / (1.0 + sizes / 30.0))
     noises, expected = np.zeros(2), level
     for _ in range(12):
         scale = weight / expected
