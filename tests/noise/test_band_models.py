@@ -22,8 +22,10 @@ def fitted(level, shape, laws, columns):
     relative = np.zeros((level.size, FALL + 1))
     relative[:, columns] = laws
     relative[:, :FALL] /= level[:, None]
-    chance = np.ones(level.size)
-    scaled = ScaledLaws(shape=shape, chance=chance, laws=relative, scale=np.ones(FALL + 1))
+    ones = np.ones(level.size)
+    scaled = ScaledLaws(
+        shape=shape, chance=ones, low_passed=ones > 0.0, laws=relative, scale=np.ones(FALL + 1)
+    )
     _, squares, covariance = fitted_models(
         scaled, np.array([[0, level.size]]), np.array([columns]), np.array([np.inf])
     )

@@ -60,9 +60,10 @@ def test_the_floor_of_a_converter_is_no_walk_if_a_low_pass_lies_far_below(floor)
     held = 0
     for seed in range(8):
         rng = np.random.default_rng(seed)
-        behind = lfilter(*butter(2, 0.4, fs=RATE), rng.standard_normal(150_000))
-        increments = (behind + floor * rng.standard_normal(150_000)) / math.sqrt(RATE)
-        walk = average(levels_of(increments)).angle_random_walk
+        behind = lfilter(*butter(2, 2.0, fs=500.0), rng.standard_normal(150_000))
+        increments = (behind + floor * rng.standard_normal(150_000)) / math.sqrt(500.0)
+        levels = robust_levels(tapered_spectrum(increments, sample_rate=500.0))
+        walk = average(levels).angle_random_walk
         # Below the low-pass the floor adds to it.
         held += walk.low <= math.hypot(1.0, floor) <= walk.high
     assert held == 8

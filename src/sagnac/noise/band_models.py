@@ -5,10 +5,10 @@ also choose their data (Jay and Neil, Phys. Rev. D 103, 114502, 2021). Nothing l
 frequency, so that bins left out below the band have to lie above N: what they lack is added to the
 deviance. A hump of vibration is flat at its top, but the spectrum below it is lower.
 
-A low-pass may lower what lies above the band. A bin that is lower there costs one more than the
-deviance to be expected of it if it were described, which is less than one if most of the error that
-a fit allows it is no chance: else the floor of a converter above a low-pass, in bins of many cells,
-would outweigh the plateau below.
+A low-pass may lower what lies above a band that reaches to half a hertz. A bin that is lower there
+costs one more than the deviance to be expected of it if it were described, which is less than one
+if most of the error that a fit allows it is no chance: else the floor of a converter above a
+low-pass, in bins of many cells, would outweigh the plateau below.
 """
 
 import math
@@ -27,6 +27,9 @@ from sagnac.spectrum.levels import Levels
 
 # Relative error of a bin that no model describes: it stands for what is neither chance nor a term.
 FLOOR: Final = 0.03
+# Sensors are low-passed from here on, Hz. What falls below is slow noise: Markov rates of gyros
+# last a second to hours.
+_LOW_PASS: Final = 0.5
 # Fewest bins of a band.
 LEAST_BINS: Final = 4
 # Models lighter than this, relative to the heaviest, are dropped.
@@ -195,10 +198,13 @@ class ScaledLaws:
         (6,) by which these were divided.
     chance
         (bins,) share of it in the variance that a fit allows a bin.
+    low_passed
+        (bins,) whether a low-pass may begin to fall there.
     """
 
     shape: FloatArray
     chance: FloatArray
+    low_passed: BooleanArray
     laws: FloatArray
     scale: FloatArray
 
@@ -225,7 +231,8 @@ def _scaled(levels: Levels) -> ScaledLaws:
     scale = np.abs(laws).max(axis=0)
     shape = bin_shapes(levels, FLOOR)
     chance = shape / bin_shapes(levels, 0.0)
-    return ScaledLaws(shape=shape, chance=chance, laws=laws / scale, scale=scale)
+    passed = levels.frequency >= _LOW_PASS
+    return ScaledLaws(shape=shape, chance=chance, low_passed=passed, laws=laws / scale, scale=scale)
 
 
 def band_models(levels: Levels) -> BandModels:
@@ -270,7 +277,9 @@ def models_of_one_band(levels: Levels, band_hz: tuple[float, float], mask: int) 
     """
     scaled = _scaled(levels)
     inside = (levels.frequency >= band_hz[0]) & (levels.frequency <= band_hz[1])
-    of_bins = {name: getattr(scaled, name)[inside] for name in ("shape", "chance", "laws")}
+    of_bins = {
+        name: getattr(scaled, name)[inside] for name in ("shape", "chance", "low_passed", "laws")
+    }
     some = replace(scaled, **of_bins)
     bands = np.array([[0, some.shape.size]])
     masks = [one for one in _MASKS if one >> WALK & 1 and not one & ~mask]
@@ -474,8 +483,8 @@ def _outside(
     bins, mean = np.arange(scaled.shape.size), np.outer(walk, scaled.laws[:, WALK])
     below, above = bins < first[:, np.newaxis], bins >= last[:, np.newaxis]
     # Levels are one.
-    lower = mean > 1.0
+    lower, passed = mean > 1.0, scaled.low_passed[last - 1, np.newaxis]
     mean[~lower] = 1.0
     lacking = 2.0 * scaled.shape * (1.0 / mean - 1.0 + np.log(mean))
-    cost = below * (2.0 + lacking) + above * np.where(lower, 1.0 + scaled.chance, 2.0)
+    cost = below * (2.0 + lacking) + above * np.where(lower & passed, 1.0 + scaled.chance, 2.0)
     return np.asarray(cost.sum(axis=1))
