@@ -397,3 +397,11 @@ def test_azimuth_is_foretold_with_the_loudest_gyro(analyzed):
     loud = replace(quiet, angle_random_walk=9.0 * quiet.angle_random_walk)
     for triad in ((quiet, loud, quiet), (quiet, quiet, loud)):
         assert sagnac.align(triad, latitude=0.8).prospect.noise is loud
+
+
+@pytest.mark.parametrize("of", [np.float32, np.int64, np.array])
+def test_numbers_of_numpy_are_numbers_in_the_document(of):
+    rate = np.random.default_rng(3).standard_normal(4000)
+    recording = sagnac.Recording.from_arrays(x=rate, kind="rate", unit="deg/s", sample_rate=of(100))
+    written = sagnac.analyze(recording, interval=of(1), confidence=np.float32(0.9)).to_json()
+    assert sagnac.Analysis.from_json(written).settings.interval == 1.0

@@ -128,6 +128,8 @@ class Recording(Compared):
         if len(set(dithered)) < len(dithered) or not set(dithered) <= set(names):
             raise ValueError(f"pick-offs are of {', '.join(dithered)}; give one a gyro at most")
         channels.require_rate(self.sample_rate)
+        # An array of one number, too.
+        object.__setattr__(self, "sample_rate", float(self.sample_rate))
         if self.table is not None and self.table.kind != "angle":
             remedy = "give the angle of the table, kind 'angle'"
             raise refusal("table", f"is of kind {self.table.kind!r}; {remedy}")

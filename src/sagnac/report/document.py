@@ -7,6 +7,7 @@ curve before removal and the residual are not set, and asking for one of them sa
 import json
 import math
 from collections.abc import Iterable, Mapping, Sequence
+from operator import methodcaller
 from pathlib import Path
 from typing import Any, Final
 
@@ -157,7 +158,9 @@ def self_noise_data(found: SelfNoise) -> dict[str, Any]:
 
 def to_json(document: Mapping[str, Any]) -> str:
     """The document as text that strict readers accept: no NaN, no infinity."""
-    return json.dumps(document, allow_nan=False, ensure_ascii=False, indent=1)
+    # Numbers of numpy's that stand in the settings.
+    own = methodcaller("item")
+    return json.dumps(document, allow_nan=False, ensure_ascii=False, indent=1, default=own)
 
 
 def _beside(analysis: Analysis, *, gyros: bool = True) -> dict[str, Any]:
