@@ -319,10 +319,8 @@ def split_header(header: str) -> tuple[str, str | None]:
     ('x', None)
     """
     match = _HEADER.match(header)
-    if match is None:
-        match = _IN_PARENTHESES.match(header)
-        if match is not None and split_factor(match.group(2))[1] not in UNITS:
-            match = None
+    if match is None and (other := _IN_PARENTHESES.match(header)) is not None:
+        match = other if split_factor(other.group(2))[1] in UNITS else None
     if match is None or not match.group(1):
         return header.strip(), None
     return match.group(1), match.group(2).strip() or None
