@@ -203,8 +203,7 @@ def differences(values: FloatArray) -> FloatArray:
     """
     result = empty(max(values.size - 1, 0))
     for block in blocks(result.size):
-        later = values[block.start + 1 : block.stop + 1]
-        np.subtract(later, values[block], out=result[block])
+        np.subtract(values[block.start + 1 : block.stop + 1], values[block], out=result[block])
     return result
 
 

@@ -33,10 +33,6 @@ _CONTROLS: Final = re.compile(
 _INPUT: Final = re.compile(r"\{([a-z]+(?:-[a-z]+)*)(?: ([^{}]*))?\}")
 
 
-# Inputs whose keyword in Python is not the name of the option.
-_KEYWORDS: Final = {"slice": "span", "rate": "sample_rate"}
-
-
 def as_keyword(name: str, value: str) -> str:
     """An input as a program gives it.
 
@@ -45,7 +41,8 @@ def as_keyword(name: str, value: str) -> str:
     >>> as_keyword("slice", "30:"), as_keyword("kind", "rate"), as_keyword("null-pulse", "")
     ('span=(30, None)', 'kind=rate', 'null_pulse')
     """
-    key = _KEYWORDS.get(name, name.replace("-", "_"))
+    # Inputs whose keyword in Python is not the name of the option.
+    key = {"slice": "span", "rate": "sample_rate"}.get(name, name.replace("-", "_"))
     if key == "span" and value:
         start, _, stop = value.partition(":")
         value = f"({start or None}, {stop or None})"

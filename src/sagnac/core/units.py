@@ -196,6 +196,10 @@ class Sensed:
 
 
 _TITLES: Final = {name: name.replace("_", " ") for name in COEFFICIENT_UNITS}
+_FORCE_TITLES: Final = {
+    name: title.replace("angle", "velocity").replace("rate", "acceleration")
+    for name, title in _TITLES.items()
+}
 SENSED: Final[Mapping[Sensor, Sensed]] = {
     "gyro": Sensed(
         rate="rate",
@@ -211,13 +215,7 @@ SENSED: Final[Mapping[Sensor, Sensed]] = {
         rate_unit="mg",
         integral_unit="m/s",
         coefficients=FORCE_COEFFICIENT_UNITS,
-        titles={
-            **_TITLES,
-            "quantization": "velocity quantization",
-            "angle_random_walk": "velocity random walk",
-            "rate_random_walk": "acceleration random walk",
-            "rate_ramp": "acceleration ramp",
-        },
+        titles={**_FORCE_TITLES, "quantization": "velocity quantization"},
     ),
 }
 

@@ -244,8 +244,6 @@ def between_ticks(readings: FloatArray, clock: Clock, samples: int) -> FloatArra
 # next one makes up for.
 _EVEN: Final = 0.125
 _HELD_LOOK_BACK: Final = 64
-# Changes below this part of a turn are rounding of readings, not their resolution.
-_ROUNDING: Final = 1e-10
 
 
 def mark_missing(values: FloatArray, turn: float) -> tuple[int, float | None, int]:
@@ -344,7 +342,8 @@ def _held(values: FloatArray, turn: float) -> IntegerArray:
 
     def smallest_change(first: FloatArray, second: FloatArray, third: FloatArray) -> float:
         changes = np.abs((third - second) - (second - first))
-        return float(changes[changes > _ROUNDING * turn].min(initial=turn))
+        # Changes below this part of a turn are rounding of readings, not their resolution.
+        return float(changes[changes > 1e-10 * turn].min(initial=turn))
 
     # The resolution of the readings.
     count = float(arrays.by_blocks(smallest_change, values[:-2], values[1:-1], values[2:]).min())

@@ -228,8 +228,7 @@ class Recording(Compared):
         for name, values in gyros.items():
             if np.isscalar(values):
                 why = f"no argument is called {name}, and every other keyword is a gyro"
-                said = f"has shape (); give one column, shape (samples,), since {why}"
-                raise refusal(name, said)
+                raise refusal(name, f"has shape (); give one column, shape (samples,), since {why}")
             if name == "time":
                 raise refusal("time", "is no name of a gyro; give time stamps as times")
         dithers = {} if pickoffs is None else pickoffs
