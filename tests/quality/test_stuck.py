@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from sagnac.quality.check import integrity
-from sagnac.quality.samples import STUCK_RANK, stuck_run
+from sagnac.quality.samples import stuck_run
 from sagnac.recording.channel import Channel
 from sagnac.recording.model import Recording
 from tests.quality.recordings import RATE, SAMPLES, noise, rate_gyro
@@ -39,6 +39,6 @@ def test_a_run_is_stuck_beside_short_ones_only():
     stuck = np.concatenate([short, np.full(150, 9.0), short])
     assert stuck_run(stuck) == slice(500, 650)
     # The tenth longest run is a tenth as long.
-    often = np.concatenate([stuck, *[np.full(15, 20.0 + n) for n in range(STUCK_RANK)]])
+    often = np.concatenate([stuck, *[np.full(15, 20.0 + n) for n in range(10)]])
     assert stuck_run(often) is None
     assert stuck_run(np.zeros(20)) == slice(0, 20)

@@ -23,6 +23,9 @@ FloatArray = NDArray[np.float64]
 IntegerArray = NDArray[np.int64]
 BooleanArray = NDArray[np.bool_]
 ComplexArray = NDArray[np.complex128]
+AnyArray = NDArray[Any]
+# What makes an array of arrays, value by value.
+Operation = Callable[..., AnyArray]
 
 # Eight million samples are 64 MiB an array, and a search holds some ten.
 IN_MEMORY: Final = 2**23
@@ -30,12 +33,6 @@ IN_MEMORY: Final = 2**23
 # two threads that shared them took a quarter more processor time and no less time in all
 # (two-hour recordings, three presets and methods).
 BLOCK: Final = 2**18
-# Blocks read or written before their memory is given back.
-_RELEASE_EVERY: Final = 4
-# Product of the primes below eleven.
-_SHORT_PERIODS: Final = 2 * 3 * 5 * 7
-# Places that are read at once.
-_PLACES: Final = 8
 
 
 # --- memory -----------------------------------------------------------------------------------
@@ -97,8 +94,7 @@ def release() -> None:
     if hasattr(mmap, "MADV_DONTNEED"):
         # A list: another thread may map more meanwhile.
         for reference in _scratches.valuerefs():
-            scratch = reference()
-            if scratch is not None:
+            if (scratch := reference()) is not None:
                 scratch.madvise(mmap.MADV_DONTNEED)
 
 
@@ -132,7 +128,8 @@ def blocks(
     try:
         for number, first in enumerate(range(start, stop, length), start=1):
             yield slice(first, min(first + length, stop))
-            if number % _RELEASE_EVERY == 0:
+            # Not after every one: giving back takes a call of the system.
+            if number % 4 == 0:
                 release()
     finally:
         release()
@@ -206,16 +203,12 @@ def differences(values: FloatArray) -> FloatArray:
     """
     result = empty(max(values.size - 1, 0))
     for block in blocks(result.size):
-        later = values[block.start + 1 : block.stop + 1]
-        np.subtract(later, values[block], out=result[block])
+        np.subtract(values[block.start + 1 : block.stop + 1], values[block], out=result[block])
     return result
 
 
 def elementwise(
-    operation: Callable[..., NDArray[Any]],
-    values: NDArray[Any],
-    *others: NDArray[Any] | float,
-    out: FloatArray | None = None,
+    operation: Operation, values: AnyArray, *others: AnyArray | float, out: FloatArray | None = None
 ) -> FloatArray:
     """An operation on values and numbers, or on values and others, one by one.
 
@@ -258,9 +251,7 @@ def less(values: FloatArray, taken: Callable[[FloatArray], FloatArray]) -> Float
     return left
 
 
-def by_blocks(
-    function: Callable[..., Any], values: NDArray[Any], *others: NDArray[Any]
-) -> NDArray[Any]:
+def by_blocks(function: Callable[..., Any], values: AnyArray, *others: AnyArray) -> AnyArray:
     """Results of a function for blocks of long arrays, (blocks, ...): to be summed, or the like.
 
     Parameters
@@ -300,7 +291,8 @@ def distance_between(most: int, size: int) -> int:
     (11, 1)
     """
     apart = size // most
-    whole = (one for one in count(apart) if math.gcd(one, _SHORT_PERIODS) == 1)
+    # It has no prime below eleven in it.
+    whole = (one for one in count(apart) if math.gcd(one, 2 * 3 * 5 * 7) == 1)
     return next(whole) if apart > 7 else 1
 
 
@@ -324,7 +316,8 @@ def values_at(values: FloatArray, places: IntegerArray) -> FloatArray:
     if not is_mapped(values):
         return values[places]
     result = np.empty(places.shape)
-    for some in blocks(places.shape[0], _PLACES):
+    # Eight places are read at once.
+    for some in blocks(places.shape[0], 8):
         result[some] = values[places[some]]
     return result
 

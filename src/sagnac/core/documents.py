@@ -39,10 +39,15 @@ def table(keys: Mapping[str, Schema], needed: Iterable[str] = ()) -> Schema:
     }
 
 
+def listed(items: Schema | list[Schema], description: str) -> Schema:
+    """Schema of a list, of items that are alike or each of its own."""
+    return {"type": "array", "items": items, "description": description}
+
+
 def one_of(choices: Iterable[str]) -> Schema:
     """Schema of a text that is one of a few."""
-    listed = list(choices)
-    return {"enum": listed, "description": f"use one of {', '.join(listed)}"}
+    known = list(choices)
+    return {"enum": known, "description": f"use one of {', '.join(known)}"}
 
 
 def read_toml(path: Path, schema: Schema = ANY) -> dict[str, Any]:

@@ -33,10 +33,6 @@ _CONTROLS: Final = re.compile(
 _INPUT: Final = re.compile(r"\{([a-z]+(?:-[a-z]+)*)(?: ([^{}]*))?\}")
 
 
-# Inputs whose keyword in Python is not the name of the option.
-_KEYWORDS: Final = {"slice": "span", "rate": "sample_rate"}
-
-
 def as_keyword(name: str, value: str) -> str:
     """An input as a program gives it.
 
@@ -45,7 +41,8 @@ def as_keyword(name: str, value: str) -> str:
     >>> as_keyword("slice", "30:"), as_keyword("kind", "rate"), as_keyword("null-pulse", "")
     ('span=(30, None)', 'kind=rate', 'null_pulse')
     """
-    key = _KEYWORDS.get(name, name.replace("-", "_"))
+    # Inputs whose keyword in Python is not the name of the option.
+    key = {"slice": "span", "rate": "sample_rate"}.get(name, name.replace("-", "_"))
     if key == "span" and value:
         start, _, stop = value.partition(":")
         value = f"({start or None}, {stop or None})"
@@ -163,9 +160,8 @@ class RecordingError(ValueError):
 
     def at(self, path: str) -> Self:
         """The same error; names the file if it named none."""
-        return type(self)(
-            self.problem, path=self.path or path, channel=self.channel, remedy=self.remedy
-        )
+        where = self.path or path
+        return type(self)(self.problem, path=where, channel=self.channel, remedy=self.remedy)
 
     def line(self, form: Callable[[str, str], str] = as_keyword) -> str:
         """The whole line, inputs of the package written by `form` (see `worded`)."""
@@ -202,11 +198,9 @@ class MissingExtra(ImportError):
     """
 
     def __init__(self, purpose: str, package: str, extra: str) -> None:
-        super().__init__(
-            f"{purpose} needs {package}, which is not installed; "
-            f"install it with pip install '.[{extra}]' in the folder of sagnac's source",
-            name=package,
-        )
+        remedy = f"install it with pip install '.[{extra}]' in the folder of sagnac's source"
+        said = f"{purpose} needs {package}, which is not installed; {remedy}"
+        super().__init__(said, name=package)
         self.purpose, self.package, self.extra = purpose, package, extra
 
     def at(self, path: str) -> Self:
@@ -520,10 +514,8 @@ def require_confidence(confidence: float) -> None:
     if not (is_finite(confidence) and 0.0 < confidence < 1.0):
         raise refusal("confidence", f"is {quoted(confidence)}; give a number between 0 and 1")
     if not _SMALLEST_RISK <= confidence <= 1.0 - _SMALLEST_RISK:
-        raise refusal(
-            "confidence",
-            f"is {confidence!r}; give {_SMALLEST_RISK:g} or more, and at most that far from 1",
-        )
+        remedy = f"give {_SMALLEST_RISK:g} or more, and at most that far from 1"
+        raise refusal("confidence", f"is {confidence!r}; {remedy}")
 
 
 def require_shape(name: str, shape: tuple[int, ...], wanted: tuple[int, ...]) -> None:

@@ -69,11 +69,9 @@ def cache_notes() -> tuple[Note, ...]:
     """That compiled loops are lost with this process, if any of those used so far is."""
     if not _NOT_KEPT:
         return ()
-    text = (
-        "compiled loops are not kept, since no folder for them may be written to: every run "
-        "compiles them anew, which takes five seconds and more; name a folder in "
-        "NUMBA_CACHE_DIR"
-    )
+    why = "since no folder for them may be written to"
+    cost = "every run compiles them anew, which takes five seconds and more"
+    text = f"compiled loops are not kept, {why}: {cost}; name a folder in NUMBA_CACHE_DIR"
     return (Note(text=text),)
 
 

@@ -1,17 +1,11 @@
 """Samples for which a test holds: marks, an array of booleans beside the values."""
 
-from collections.abc import Callable
-from typing import Any
-
 import numpy as np
-from numpy.typing import NDArray
 
-from sagnac.core.arrays import BooleanArray, FloatArray, IntegerArray, blocks
+from sagnac.core.arrays import BooleanArray, FloatArray, IntegerArray, Operation, blocks
 
 
-def marked(
-    test: Callable[..., NDArray[Any]], values: FloatArray, *others: FloatArray
-) -> BooleanArray:
+def marked(test: Operation, values: FloatArray, *others: FloatArray) -> BooleanArray:
     """Samples for which a test holds, as booleans, (samples,).
 
     Parameters
@@ -27,14 +21,14 @@ def marked(
     return marks
 
 
-def marked_steps(values: FloatArray, test: Callable[[FloatArray], NDArray[Any]]) -> BooleanArray:
+def marked_steps(values: FloatArray, test: Operation) -> BooleanArray:
     """Samples (samples,) for which a test holds of the step that leads to them; never the first."""
     marks = np.zeros(values.size, dtype=np.bool_)
     marks[1:] = marked(lambda before, here: test(here - before), values[:-1], values[1:])
     return marks
 
 
-def number_of(marks: NDArray[np.bool_]) -> int:
+def number_of(marks: BooleanArray) -> int:
     """How many are true."""
     return int(np.count_nonzero(marks))
 

@@ -80,9 +80,8 @@ class Standing:
     @property
     def left_s(self) -> float | None:
         """Time left at this rate, s; None before the first."""
-        if self.computed == 0:
-            return None
-        return (self.total - self.done) * self.elapsed_s / self.computed
+        left = self.total - self.done
+        return left * self.elapsed_s / self.computed if self.computed else None
 
 
 def nobody(_: Standing) -> None:
@@ -92,10 +91,8 @@ def nobody(_: Standing) -> None:
 def means_of(workers: int | None = None, memory: float | None = None) -> Means:
     """The share that is stated; else a worker for each core, and the memory that is free now."""
     cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
-    return Means(
-        workers=workers if workers is not None else (cores or 1),
-        memory=memory if memory is not None else free_memory(),
-    )
+    number = (cores or 1) if workers is None else workers
+    return Means(workers=number, memory=free_memory() if memory is None else memory)
 
 
 def completed(
@@ -165,9 +162,8 @@ class _Worker:
 
     def _started(self) -> ProcessPoolExecutor:
         # Spawned, not forked: a fork would copy threads of the libraries in mid-step.
-        self.pool = ProcessPoolExecutor(
-            max_workers=1, mp_context=multiprocessing.get_context("spawn"), initializer=_prepare
-        )
+        context = multiprocessing.get_context("spawn")
+        self.pool = ProcessPoolExecutor(max_workers=1, mp_context=context, initializer=_prepare)
         with _program_hidden():
             self.process = self.pool.submit(os.getpid).result()
         return self.pool
@@ -222,11 +218,9 @@ def _prepare() -> None:
 
 def free_memory() -> float:
     """Bytes that can be taken without swapping; two gibibytes if nobody says."""
-    try:
+    with contextlib.suppress(OSError, ValueError, IndexError):
         for line in Path("/proc/meminfo").read_text(encoding="ascii").splitlines():
             name, _, rest = line.partition(":")
             if name == "MemAvailable":
                 return float(rest.split()[0]) * 1024.0
-    except (OSError, ValueError, IndexError):
-        pass
     return 2.0 * GIBIBYTE

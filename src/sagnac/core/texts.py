@@ -137,9 +137,6 @@ def is_bare(text: str) -> bool:
     return text.replace(".", "", 1).isdigit()
 
 
-_NUMBER: Final = giving("a number")(float)
-
-
 whole_number: Final = giving("a whole number")(int)
 """``7`` as a number; ``1.5`` is none."""
 
@@ -147,7 +144,7 @@ whole_number: Final = giving("a whole number")(int)
 _VALUES: Final[Mapping[str, Callable[[str], Any]]] = {
     **dict.fromkeys(("gyros", "accelerometers", "covariates", "accept", "estimator"), names),
     **dict.fromkeys(("kind", "unit"), one_or_by_name),
-    **dict.fromkeys(("rate", "counter_period", "confidence"), _NUMBER),
+    **dict.fromkeys(("rate", "counter_period", "confidence"), giving("a number")(float)),
     "columns": by_name,
     "counter_bits": whole_number,
     "interval": seconds,

@@ -196,6 +196,10 @@ class Sensed:
 
 
 _TITLES: Final = {name: name.replace("_", " ") for name in COEFFICIENT_UNITS}
+_FORCE_TITLES: Final = {
+    name: title.replace("angle", "velocity").replace("rate", "acceleration")
+    for name, title in _TITLES.items()
+}
 SENSED: Final[Mapping[Sensor, Sensed]] = {
     "gyro": Sensed(
         rate="rate",
@@ -211,13 +215,7 @@ SENSED: Final[Mapping[Sensor, Sensed]] = {
         rate_unit="mg",
         integral_unit="m/s",
         coefficients=FORCE_COEFFICIENT_UNITS,
-        titles={
-            **_TITLES,
-            "quantization": "velocity quantization",
-            "angle_random_walk": "velocity random walk",
-            "rate_random_walk": "acceleration random walk",
-            "rate_ramp": "acceleration ramp",
-        },
+        titles={**_FORCE_TITLES, "quantization": "velocity quantization"},
     ),
 }
 
@@ -319,10 +317,8 @@ def split_header(header: str) -> tuple[str, str | None]:
     ('x', None)
     """
     match = _HEADER.match(header)
-    if match is None:
-        match = _IN_PARENTHESES.match(header)
-        if match is not None and split_factor(match.group(2))[1] not in UNITS:
-            match = None
+    if match is None and (other := _IN_PARENTHESES.match(header)) is not None:
+        match = other if split_factor(other.group(2))[1] in UNITS else None
     if match is None or not match.group(1):
         return header.strip(), None
     return match.group(1), match.group(2).strip() or None

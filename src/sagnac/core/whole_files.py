@@ -47,8 +47,7 @@ def write_text(path: Path, text: str) -> None:
         If the folder cannot be written to.
     """
     # A name that the system's encoding did not read is its bytes, of UTF-8 in most cases.
-    as_bytes = text.encode(errors="surrogateescape")
-    write_bytes(path, as_bytes.decode(errors="replace").encode())
+    write_bytes(path, text.encode(errors="surrogateescape").decode(errors="replace").encode())
 
 
 def write_bytes(path: Path, content: bytes) -> None:
@@ -266,8 +265,7 @@ def _is_alive(process: int) -> bool:
 def _change_places(one: Path, other: Path) -> None:
     """Let two folders change their names."""
     # renameat2(AT_FDCWD, ..., RENAME_EXCHANGE) of Linux; Python has no name for it.
-    library = ctypes.CDLL(None, use_errno=True)
-    rename = getattr(library, "renameat2", None)
+    rename = getattr(ctypes.CDLL(None, use_errno=True), "renameat2", None)
     if rename and rename(-100, os.fsencode(one), -100, os.fsencode(other), 2) == 0:
         return
     aside = one.with_name(f"{one.name}.old{_PART}")
@@ -277,7 +275,5 @@ def _change_places(one: Path, other: Path) -> None:
 
 
 def _unwritable(path: Path, error: OSError) -> RecordingError:
-    why = error.strerror or " ".join(str(error).split())[:160]
-    return RecordingError(
-        f"cannot be written ({why})", path=str(path), remedy="choose another output"
-    )
+    said = f"cannot be written ({error.strerror or ' '.join(str(error).split())[:160]})"
+    return RecordingError(said, path=str(path), remedy="choose another output")

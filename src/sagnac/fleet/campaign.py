@@ -9,16 +9,9 @@ from pathlib import Path
 from typing import Any
 
 from sagnac.analysis.settings import Settings
+from sagnac.core import errors
 from sagnac.core.arrays import pandas_for
-from sagnac.core.errors import (
-    ArgumentTypeError,
-    as_several,
-    is_finite,
-    path_of,
-    quoted,
-    refusal,
-    require_keywords,
-)
+from sagnac.core.errors import is_finite, path_of, quoted, refusal
 from sagnac.core.overwriting import outputs_in, require_free
 from sagnac.core.processes import Standing, means_of
 from sagnac.fleet import table
@@ -60,8 +53,7 @@ class CampaignReport:
     @property
     def scatter(self) -> dict[tuple[str, str], table.Scatter]:
         """How N scatters, deg/sqrt(h), by method and gyros."""
-        groups = table.groups_of(self.lines)
-        return {key: table.scatter_of(own) for key, own in groups.items()}
+        return {key: table.scatter_of(own) for key, own in table.groups_of(self.lines).items()}
 
     def to_frame(self) -> Any:
         """The table as a pandas frame; column names carry the units.
@@ -150,11 +142,10 @@ def campaign(
     >>> [(Path(line.file).name, line.state, line.gyros) for line in report.lines]
     [('A.npz', 'done', 'x')]
     """
-    listed = as_several(sources)
+    listed = errors.as_several(sources)
     if not listed or not all(isinstance(source, str | Path) for source in listed):
-        raise ArgumentTypeError(
-            "sources", f"is {quoted(sources)}; give paths of recordings, or of a folder"
-        )
+        said = f"is {quoted(sources)}; give paths of recordings, or of a folder"
+        raise errors.ArgumentTypeError("sources", said)
     if span is not None and not (is_finite(span) and span > 0.0):
         raise refusal("span", f"is {quoted(span)}; give seconds above zero")
     paths, place = [Path(source) for source in listed], path_of("folder", folder).absolute()
@@ -178,7 +169,7 @@ def _choices(settings: Settings, pattern: str, given: dict[str, Any]) -> Choices
     """Each choice where it belongs; the gyros belong to both."""
     names = [[one.name for one in fields(kind)] for kind in (Settings, Statement)]
     known = dict.fromkeys((*signature(campaign).parameters, *chain(*names)))
-    require_keywords("campaign", given, (name for name in known if name != "choices"))
+    errors.require_keywords("campaign", given, (name for name in known if name != "choices"))
     own, stated = ({name: given[name] for name in each if name in given} for each in names)
     settings, statement = replace(settings, **own), Statement(**stated)
     return Choices(settings=settings, stated=own, statement=statement, pattern=pattern)

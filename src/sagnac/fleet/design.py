@@ -30,11 +30,6 @@ from sagnac.core.arrays import FloatArray
 
 # ---- design ------------------------------------------------------------------------
 
-# Share of a squared length that rounding leaves of a direction that others already span.
-_NOTHING: Final = 1e-10
-# Name of a factor -> the label of each run.
-Factors = Mapping[str, tuple[str, ...]]
-
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Design:
@@ -53,7 +48,7 @@ class Design:
     """
 
     values: FloatArray
-    factors: Factors
+    factors: Mapping[str, tuple[str, ...]]
     variances: FloatArray
 
     @cached_property
@@ -125,14 +120,11 @@ class Design:
 def _orthonormal(columns: FloatArray) -> FloatArray:
     """Orthonormal basis of what some columns span."""
     left, sizes, _ = np.linalg.svd(columns, full_matrices=False)
-    return np.asarray(left[:, sizes**2 > _NOTHING * max(columns.shape[0], 1)])
+    # Share of a squared length that rounding leaves of a direction that others already span.
+    return np.asarray(left[:, sizes**2 > 1e-10 * max(columns.shape[0], 1)])
 
 
 # ---- restricted --------------------------------------------------------------------
-
-# A component below this share of the variance of all values is none.
-_ABSENT = 1e-7
-
 
 Components = Mapping[str, float]
 """Variance of the effects of each factor and, as ``run``, between runs beyond what is known."""
@@ -141,8 +133,7 @@ Components = Mapping[str, float]
 def covariance_of(design: Design, components: Components) -> FloatArray:
     """(runs, runs) covariance of the values."""
     # A trace on the diagonal keeps it invertible where nothing is known to scatter.
-    floor = 1e-12 * design.spread**2
-    covariance = np.diag(components["run"] + design.variances + floor)
+    covariance = np.diag(components["run"] + design.variances + 1e-12 * design.spread**2)
     for name in design.seen:
         covariance += components[name] * design.shared(name)
     return np.asarray(covariance)
@@ -189,15 +180,13 @@ def restricted_components(design: Design) -> Components:
     stop = {"ftol": 1e-14, "gtol": 1e-9, "maxiter": 500}
     fit = partial(minimize, loss, jac=True, method="L-BFGS-B", bounds=bounds, options=stop)
     best = min(map(fit, starts), key=lambda found: float(found.fun)).x
-    return components_of(np.where(best < _ABSENT, 0.0, best))
+    # A component below this share of the variance of all values is none.
+    return components_of(np.where(best < 1e-7, 0.0, best))
 
 
 # ---- fiducial ----------------------------------------------------------------------
 
 DRAWS: Final = 4000
-_HALVINGS: Final = 60
-# Chance of contrasts shorter than a bound takes them to be.
-_POWER: Final = 0.16
 
 
 def draws_of(
@@ -254,8 +243,7 @@ def _residual_squares(design: Design) -> tuple[FloatArray, FloatArray]:
     contrasts = design.contrasts("run")
     known = contrasts.T @ (design.variances[:, np.newaxis] * contrasts)
     sizes, directions = np.linalg.eigh(known)
-    squares = (directions.T @ (contrasts.T @ design.values)) ** 2
-    return squares, np.maximum(sizes, 0.0)
+    return (directions.T @ (contrasts.T @ design.values)) ** 2, np.maximum(sizes, 0.0)
 
 
 def _factor_squares(
@@ -273,8 +261,7 @@ def _factor_squares(
     white = np.linalg.solve(root, contrasts.T @ design.incidence(name))
     sizes, directions = np.linalg.eigh(white @ white.transpose(0, 2, 1))
     whitened = np.linalg.solve(root, (contrasts.T @ design.values)[:, np.newaxis])
-    squares = (directions.transpose(0, 2, 1) @ whitened)[..., 0] ** 2
-    return squares, np.ones_like(sizes), sizes
+    return (directions.transpose(0, 2, 1) @ whitened)[..., 0] ** 2, np.ones_like(sizes), sizes
 
 
 def _variances(
@@ -293,14 +280,15 @@ def _variances(
     """
     if bounded and np.all(fixed > 0.0):
         freedom = squares.shape[-1]
-        least = float(chdtri(freedom, 1.0 - _POWER))
+        # Contrasts are shorter than a bound takes them to be with a chance of 16 %.
+        least = float(chdtri(freedom, 1.0 - 0.16))
         length = np.sum(squares / fixed, axis=-1, keepdims=True)
         with np.errstate(divide="ignore", invalid="ignore"):
             longer = squares * np.maximum(1.0, least / length)
         squares = np.where(length > 0.0, longer, least * fixed / freedom)
     high = np.sum(squares / slope, axis=-1) / wanted
     low = np.zeros_like(high)
-    for _ in range(_HALVINGS):
+    for _ in range(60):
         middle = 0.5 * (low + high)
         reached = np.sum(squares / (fixed + slope * middle[:, np.newaxis]), axis=-1) < wanted
         high = np.where(reached, middle, high)

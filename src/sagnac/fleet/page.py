@@ -29,6 +29,7 @@ from sagnac.report.sections import rendered
 
 Curve = Mapping[str, Any]
 """A curve as an ``analysis.json`` holds it."""
+Lines = Sequence[Line]
 
 # Panels beyond this are too small to read.
 MOST_PANELS: Final = 48
@@ -39,7 +40,6 @@ _LONGEST_NAME: Final = 20
 _PANEL: Final = (1.65, 1.5)
 # Color of a point by its verdict; the empty one stands for a pass and for no stated limit.
 _VERDICT_COLORS: Final = {"": BLUE, "fail": ORANGE, "undecided": OCHRE}
-_TITLE: Final = {"fontsize": 7.0, "loc": "left", "pad": 3.0}
 
 
 def curve_panels(panels: Mapping[str, Sequence[Curve]]) -> Figure:
@@ -60,7 +60,7 @@ def curve_panels(panels: Mapping[str, Sequence[Curve]]) -> Figure:
                 axes.loglog(*_points(curve), color="#dcdcdc", linewidth=0.5)
             for curve in curves:
                 axes.loglog(*_points(curve), color=BLUE, linewidth=0.9)
-            axes.set_title(literal(title), **_TITLE)
+            axes.set_title(literal(title), fontsize=7.0, loc="left", pad=3.0)
             axes.tick_params(labelsize=7.0)
             for axis in (axes.xaxis, axes.yaxis):
                 axis.set_major_formatter(PowersOfTen())
@@ -84,7 +84,7 @@ def panel_title(line: Line) -> str:
 
 
 def control_chart(
-    lines: Sequence[Line], found: Repeatability | None, limits: Sequence[float] = ()
+    lines: Lines, found: Repeatability | None, limits: Sequence[float] = ()
 ) -> Figure:
     """N of every recording in its order, with the mean and where the next run will lie.
 
@@ -119,9 +119,7 @@ def control_chart(
     return figure
 
 
-def write_overview(
-    lines: Sequence[Line], limits: Sequence[float], folder: Path
-) -> tuple[Path, ...]:
+def write_overview(lines: Lines, limits: Sequence[float], folder: Path) -> tuple[Path, ...]:
     """Write ``campaign.png``: N of every gyro of every whole recording, in the table's order.
 
     Parameters
@@ -167,12 +165,10 @@ def write_overview(
     return (path,)
 
 
-def _intervals(axes: Axes, place: Any, lines: Sequence[Line]) -> None:
+def _intervals(axes: Axes, place: Any, lines: Lines) -> None:
     """Values with bars; bounds as arrows that point down. What does not pass has its own color."""
-    kinds = (
-        ("estimated", "o", "N", "N with its interval"),
-        ("upper bound", "v", "bound", "upper bound"),
-    )
+    estimated = ("estimated", "o", "N", "N with its interval")
+    kinds = (estimated, ("upper bound", "v", "bound", "upper bound"))
     verdicts = [line.verdict if line.verdict in _VERDICT_COLORS else "" for line in lines]
     for (status, marker, short, label), (verdict, color) in product(kinds, _VERDICT_COLORS.items()):
         shown = [line.status == status for line in lines]
@@ -208,7 +204,7 @@ def _points(curve: Curve) -> tuple[list[float], list[float]]:
 _BETWEEN: Final = {name: f"between {name}s" for name in (*FACTORS, "run")}
 
 
-def write_page(campaign: Campaign, lines: Sequence[Line], folder: Path, title: str) -> Path:
+def write_page(campaign: Campaign, lines: Lines, folder: Path, title: str) -> Path:
     """Write ``index.html``; it links to the report of each row.
 
     Parameters
@@ -234,22 +230,18 @@ def write_page(campaign: Campaign, lines: Sequence[Line], folder: Path, title: s
     twice = sum(bool(line.same_as) for line in lines)
     equal = f" {twice} have the data of another and do not count." * bool(twice)
     rows = [(line, _cells(line)) for line in lines]
+    columns = rows[0][1] if rows else {}
     text = rendered(
         "campaign.html",
         title=title,
         counts=f"{len(lines)} rows, {len(lines) - len(failed)} done, {len(failed)} not.{equal}",
         failed=[reason_text(line.file, line.reason) for line in failed],
-        groups=[
-            _group(f"{method}-{gyros}".replace(",", "-"), own, curves, limits)
-            for (method, gyros), own in groups_of(lines).items()
-        ],
+        groups=[_group(own, curves, limits) for own in groups_of(lines).values()],
         verdict=yield_of(campaign),
         limits=[typeset(limit.in_words) for limit in campaign.limits],
         spans=_span_figures(lines),
         rows=rows,
-        columns=[name for name in _cells(lines[0]) if any(cells[name][0] for _, cells in rows)]
-        if lines
-        else [],
+        columns=[name for name in columns if any(cells[name][0] for _, cells in rows)],
         answer=_answer,
         predictions=_predictions,
         between=_BETWEEN,
@@ -260,11 +252,7 @@ def write_page(campaign: Campaign, lines: Sequence[Line], folder: Path, title: s
     return path
 
 
-# Rows with a reason that a terminal shows.
-_MOST_REASONS: Final = 20
-
-
-def terminal_text(campaign: Campaign, lines: Sequence[Line], replaced: int) -> str:
+def terminal_text(campaign: Campaign, lines: Lines, replaced: int) -> str:
     """A campaign as a terminal shows it.
 
     Rows without an estimate, or that do not pass, stand with their reason; the table has all.
@@ -293,7 +281,8 @@ def terminal_text(campaign: Campaign, lines: Sequence[Line], replaced: int) -> s
         several=len({method for method, _ in groups}) > 1,
         left_out=table.left_out(lines),
         told=[line for line in whole if line.reason and line.key not in failed],
-        most=_MOST_REASONS,
+        # Rows with a reason that a terminal shows.
+        most=20,
         verdict=yield_of(campaign),
         replaced=replaced,
         counted=counted,
@@ -306,11 +295,10 @@ def reason_text(file: str, reason: str) -> str:
     return reason if reason.startswith(file) else f"{file}: {reason}"
 
 
-def _group(
-    name: str, lines: Sequence[Line], curves: Mapping[Line, Curve], limits: Sequence[float]
-) -> dict[str, Any]:
+def _group(lines: Lines, curves: Mapping[Line, Curve], limits: Sequence[float]) -> dict[str, Any]:
     """Lines of one method and one choice of gyros: their scatter and figures."""
-    scatter, gyros = table.scatter_of(lines), lines[0].gyros
+    scatter, method, gyros = table.scatter_of(lines), lines[0].method, lines[0].gyros
+    name = f"{method}-{gyros}".replace(",", "-")
     panels: dict[str, list[Curve]] = {}
     for line in lines:
         if line in curves:
@@ -327,26 +315,23 @@ def _group(
         chart = control_chart(scatter.lines, scatter.answer, limits)
         drawn.append((Markup(svg(chart, f"chart-{name}", "N by recording")), caption))
     of_gyros = f"Gyros {gyros.replace(',', ' − ')}" if "," in gyros else f"Gyro {gyros}"
-    title = f"{of_gyros}, method {lines[0].method}"
+    title = f"{of_gyros}, method {method}"
     return {"title": title, "lines": lines, "scatter": scatter, "figures": drawn}
 
 
 def deviation_words(found: Repeatability) -> list[tuple[str, str, str]]:
     """Components of the scatter of N: standard deviation and its interval."""
-    words = [
-        (
-            _BETWEEN.get(name, name),
-            _percent(one.value) if one.status == "estimated" else f"at most {_percent(one.value)}",
-            f"{_percent(one.low)} … {_percent(one.high)}",
-        )
-        for name, one in found.deviations.items()
-    ]
+    words = []
+    for name, one in found.deviations.items():
+        most = "" if one.status == "estimated" else "at most "
+        ends = f"{_percent(one.low)} … {_percent(one.high)}"
+        words.append((_BETWEEN.get(name, name), f"{most}{_percent(one.value)}", ends))
     if found.within > 0.0:
         words.append(("within a run, of its own interval", _percent(found.within), "known"))
     return words
 
 
-def outlier_words(found: Repeatability, lines: Sequence[Line]) -> list[str]:
+def outlier_words(found: Repeatability, lines: Lines) -> list[str]:
     """Runs that the others do not bear out, in words; `lines` are those that show N."""
     return [
         f"{Path(lines[one.index].file).name}: N is {number(lines[one.index].n_deg_per_sqrt_h)} "
@@ -366,11 +351,9 @@ _IN_WORDS: Final = {one.__name__: one for one in (deviation_words, outlier_words
 
 
 def _predictions(found: Repeatability) -> list[tuple[str, str, str]]:
-    units = {
-        f"Unit {unit}, one recording on a new day": one for unit, one in found.next_day.items()
-    }
-    if found.next_unit is not None:
-        units = {"Next unit, one recording": found.next_unit, **units}
+    units = {} if found.next_unit is None else {"Next unit, one recording": found.next_unit}
+    for unit, one in found.next_day.items():
+        units[f"Unit {unit}, one recording on a new day"] = one
     shown = {what: of_logarithm(one) for what, one in units.items()}
     rows = [(what, f"{value} °/√h", f"{ends} °/√h") for what, (value, ends) in shown.items()]
     if found.drift is not None:

@@ -47,18 +47,17 @@ def _row_of(task: Task, future: Any) -> Row:
 
 # An analysis works by blocks, with what is too long in scratch files.
 _ANALYSIS: Final = 1.0 * GIBIBYTE
-# Formats that are read column by column and block by block; others are loaded whole.
-_BY_BLOCKS: Final = frozenset({".parquet", ".pq", ".h5", ".hdf5", ".he5", ".nc"})
-# Memory for each byte of such a file: its text, its numbers, and those of each stage.
-_WHOLE: Final = 4.0
 
 
 def needed_memory(task: Task) -> float:
     """Bytes that a task may take."""
     path = Path(task.path)
-    if path.suffix.lower() in _BY_BLOCKS or not path.is_file():
+    # These are read column by column and block by block; other formats are loaded whole.
+    by_blocks = path.suffix.lower() in (".parquet", ".pq", ".h5", ".hdf5", ".he5", ".nc")
+    if by_blocks or not path.is_file():
         return _ANALYSIS
-    return _ANALYSIS + _WHOLE * path.stat().st_size
+    # For each byte of such a file: its text, its numbers, and those of each stage.
+    return _ANALYSIS + 4.0 * path.stat().st_size
 
 
 def completed_here(tasks: Sequence[Task], folder: Path, means: Means) -> Iterator[Row]:
@@ -80,12 +79,9 @@ def completed_here(tasks: Sequence[Task], folder: Path, means: Means) -> Iterato
 
 # ---- cluster -----------------------------------------------------------------------
 
-# Time that a scheduler has to answer, and after which one that is silent is lost, s.
+# Time that a scheduler has to answer, and between two looks at what has ended, s.
 _PATIENCE: Final = 20.0
-_MOST_SILENT: Final = 10.0
-# Between two looks at what has ended, and for a client to close, s.
 _BETWEEN: Final = 0.2
-_TO_CLOSE: Final = 5.0
 
 
 def completed_there(tasks: Sequence[Task], folder: Path, scheduler: str) -> Iterator[Row]:
@@ -115,7 +111,8 @@ def completed_there(tasks: Sequence[Task], folder: Path, scheduler: str) -> Iter
             client.submit(measure, task, folder, pure=False, retries=0): task for task in tasks
         }
         silent = 0.0
-        while waiting and silent <= _MOST_SILENT:
+        # A scheduler that is silent for ten seconds is lost.
+        while waiting and silent <= 10.0:
             ended = [future for future in waiting if future.done()]
             for future in ended:
                 yield _row_of(waiting.pop(future), future)
@@ -129,7 +126,7 @@ def completed_there(tasks: Sequence[Task], folder: Path, scheduler: str) -> Iter
         raise RecordingError(said, remedy=_GOES_ON) from None
     finally:
         # What it still waits for is given up; one that has lost its scheduler would wait for it.
-        client.close(timeout=_TO_CLOSE)
+        client.close(timeout=5.0)
 
 
 def _connected(scheduler: str) -> Any:

@@ -34,10 +34,6 @@ from sagnac.noise.estimates import Interval
 
 # ---- prediction --------------------------------------------------------------------
 
-# Power of the shares of the variance, of the mean and of a further run.
-_OF_MEAN: Final = 2.0
-_OF_FURTHER_RUN: Final = (1.0, 1.0, 1.6, 1.8)  # by the number of factors that are new
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Forecast:
@@ -146,7 +142,8 @@ class Outlook:
         parts = {name: share * squares[name].value for name, share in shares.items()}
         variance = max(fixed + sum(parts.values()), least, 1e-24 * design.spread**2)
         new = sum(name not in known for name in design.seen)
-        power = _OF_FURTHER_RUN[min(new, 3)] if further else _OF_MEAN
+        # Power of the shares of the variance: of a further run by how many factors are new.
+        power = (1.0, 1.0, 1.6, 1.8)[min(new, 3)] if further else 2.0
         scatter = sum(
             abs(part / variance) ** power / squares[name].freedom for name, part in parts.items()
         )
@@ -166,9 +163,8 @@ class Outlook:
             known = float(design.variances @ np.sum(contrasts**2, axis=1)) / freedom
             per_variance = float(np.sum((contrasts.T @ design.incidence(name)) ** 2)) / freedom
             value = max(value, known + beyond)
-            squares[name] = MeanSquare(
-                value=value, per_variance=per_variance, known=known, freedom=freedom
-            )
+            own = MeanSquare(value=value, per_variance=per_variance, known=known, freedom=freedom)
+            squares[name] = own
             beyond = max(squares["run"].value - squares["run"].known, 0.0)
         return squares
 
@@ -416,13 +412,14 @@ def repeatability(runs: Sequence[Run], *, confidence: float = 0.95) -> Repeatabi
     design = Design(values=np.log([run.value for run in runs]), factors=labels, variances=variances)
     if len(runs) < 3 or design.contrasts("run").shape[1] < 1:
         why = f"{len(runs)} runs cannot tell the scatter of runs from that of units, days and rates"
-        remedy = "add runs, or repeat some at the same unit, day and rate"
-        raise RecordingError(why, remedy=remedy)
+        raise RecordingError(why, remedy="add runs, or repeat some at the same unit, day and rate")
     components = designs.restricted_components(design)
     outlook = Outlook(design=design, components=components)
     unseen = _unseen(design, components, confidence)
     deviations = _deviations(design, components, set(unseen), confidence)
-    hidden = {name: _ALONE.format(name) for name in used if name not in labels}
+    of_runs = "so that its scatter is that of runs"
+    alone = [name for name in used if name not in labels]
+    hidden = {name: f"no two runs share a {name}, {of_runs}" for name in alone}
     units = design.levels("unit") if "unit" in labels and "day" in design.seen else ()
 
     def next_run(known: Mapping[str, str]) -> Interval:
@@ -445,18 +442,14 @@ def repeatability(runs: Sequence[Run], *, confidence: float = 0.95) -> Repeatabi
     )
 
 
-_TOO_WIDE: Final = (
-    "the runs differ by less than their own intervals explain, which are too wide to show it"
-)
-_ALONE: Final = "no two runs share a {}, so that its scatter is that of runs"
-
-
 def _unseen(design: Design, components: Components, confidence: float) -> dict[str, str]:
     """Components that runs too close together cannot show, and why."""
     if np.ptp(design.values) == 0.0 and not np.any(design.variances):
         return dict.fromkeys((*design.seen, "run"), "the runs do not differ")
     too_close = designs.chance_of_less(design) < 0.5 - 0.5 * confidence
-    return {"run": _TOO_WIDE} if components["run"] == 0.0 and too_close else {}
+    why = "the runs differ by less than their own intervals explain"
+    too_wide = {"run": f"{why}, which are too wide to show it"}
+    return too_wide if components["run"] == 0.0 and too_close else {}
 
 
 def _deviations(
@@ -469,12 +462,11 @@ def _deviations(
     for name, variance in components.items():
         if name in unseen:
             continue
-        low, high = np.quantile(draws[name], [tail, 1.0 - tail])
+        low, high = np.sqrt(np.quantile(draws[name], [tail, 1.0 - tail])).tolist()
+        value = math.sqrt(variance)
         # Draws that are nearly all zero allow no more than a bound either.
-        if high > variance > 0.0:
-            seen[name] = Deviation(
-                value=math.sqrt(variance), low=math.sqrt(low), high=math.sqrt(high)
-            )
+        if high > value > 0.0:
+            seen[name] = Deviation(value=value, low=low, high=high)
         else:
             bounded = designs.draws_of(design, bounded=name)[name]
             bound = math.sqrt(float(np.quantile(bounded, 1.0 - tail)))

@@ -376,22 +376,16 @@ def prior_of(path: Path, *, confidence: float = 0.95) -> tuple[GyroNoise, str]:
             what = f"unit {unit} on a new day, at a new rate"
     reach = math.log(foretold.high / foretold.low) / (2.0 * float(ndtri(0.5 + 0.5 * confidence)))
     value = foretold.value * DEGREE_PER_ROOT_HOUR
-    noise = GyroNoise(
-        angle_random_walk=value,
-        covariance=np.diag([(value * reach) ** 2, 0.0, 0.0]),
-        unseen=("bias_instability", "rate_random_walk"),
-    )
-    words = (
-        f"N is that foretold for {what} by {scatter.answer.runs} runs "
-        f"({lines[0].method}, {lines[0].gyros}): {foretold.value:.3g} "
-        f"[{foretold.low:.3g}, {foretold.high:.3g}] deg/sqrt(h), {100.0 * confidence:g} %"
-    )
+    covariance = np.diag([(value * reach) ** 2, 0.0, 0.0])
+    unseen: Final = ("bias_instability", "rate_random_walk")
+    noise = GyroNoise(angle_random_walk=value, covariance=covariance, unseen=unseen)
+    runs = f"{scatter.answer.runs} runs ({lines[0].method}, {lines[0].gyros})"
+    ends = f"[{foretold.low:.3g}, {foretold.high:.3g}] deg/sqrt(h), {100.0 * confidence:g} %"
+    words = f"N is that foretold for {what} by {runs}: {foretold.value:.3g} {ends}"
     return noise, "; ".join(filter(None, (words, left_out(table))))
 
 
 # ---- verdicts ----------------------------------------------------------------------
-
-_CONFIDENCE: Final = 0.95
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -424,7 +418,7 @@ class Yield:
 
         Units, since the gyros of one are not independent of each other.
         """
-        tail = 0.5 * (1.0 - _CONFIDENCE)
+        tail = 0.5 * (1.0 - 0.95)
         passed = self.units.count("pass")
         bad = len(self.units) - passed
         low = float(betaincinv(passed, bad + 1.0, tail)) if passed else 0.0

@@ -9,6 +9,7 @@ import json
 import math
 import re
 from collections.abc import Iterable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import asdict, dataclass, field, replace
 from functools import cached_property
 from importlib import import_module
@@ -18,7 +19,7 @@ from typing import Any, Final, Literal
 
 from sagnac.analysis.pipeline import analyze
 from sagnac.analysis.settings import Settings
-from sagnac.core.documents import ANY, NUMBER, TEXT, TEXTS, read_toml, table
+from sagnac.core.documents import ANY, NUMBER, TEXT, TEXTS, listed, read_toml, table
 from sagnac.core.errors import MissingExtra, RecordingError, quoted, refusal, require_choice
 from sagnac.core.version import __version__
 from sagnac.core.whole_files import made, write_text
@@ -85,16 +86,22 @@ def with_digest(task: Task) -> Task:
 
     What is wrong with such a file is said by its row, not by the plan.
     """
-    try:
-        with open(task.path, "rb") as stream:
-            return replace(task, sha256=hashlib.file_digest(stream, "sha256").hexdigest())
-    except OSError:
-        return task
+    with suppress(OSError), open(task.path, "rb") as stream:
+        return replace(task, sha256=hashlib.file_digest(stream, "sha256").hexdigest())
+    return task
 
 
 # ---- config ------------------------------------------------------------------------
 
 _SUFFIXES: Final = frozenset(suffix for one in FORMATS for suffix in one.suffixes)
+_RECORDING: Final = table(
+    {
+        "file": {**TEXT, "description": "give file, the path of a recording"},
+        **dict.fromkeys(("unit", "day"), ANY),
+        "rate": {**NUMBER, "description": "give deg/s as a number"},
+    },
+    needed=("file",),
+)
 _CAMPAIGN: Final = table(
     {
         **dict.fromkeys(("files", "methods", "gyros"), TEXTS),
@@ -103,28 +110,15 @@ _CAMPAIGN: Final = table(
         "spec": {**TEXT, "description": 'give a limit in quotes, such as "3e-4deg/sqrt(h)"'},
         "risk": NUMBER,
         "statement": {"type": "object", "description": "it is a table, write [statement]"},
-        "recording": {
-            "type": "array",
-            "items": table(
-                {
-                    "file": {**TEXT, "description": "give file, the path of a recording"},
-                    **dict.fromkeys(("unit", "day"), ANY),
-                    "rate": {**NUMBER, "description": "give deg/s as a number"},
-                },
-                needed=("file",),
-            ),
-            "description": "it is a list of tables, write [[recording]]",
-        },
+        "recording": listed(_RECORDING, "it is a list of tables, write [[recording]]"),
     }
 )
 _REMEDY: Final = "see docs/campaign.md for the keys of a campaign"
 # Keys of a campaign that a command or call may state as well, by what they are called there.
 _KEYS: Final = {
+    **{name: name for name in ("gyros", "confidence", "pattern")},
     "method": "methods",
-    "gyros": "gyros",
     "interval": "interval_s",
-    "confidence": "confidence",
-    "pattern": "pattern",
 }
 
 
@@ -215,10 +209,10 @@ def _of_toml(path: Path, choices: Choices) -> tuple[Task, ...]:
     try:
         content = _left_open(read_toml(path, _CAMPAIGN), choices)
         common = _common(content, path.parent, choices)
-        listed = [{"file": pattern} for pattern in _texts(content, "files")]
+        patterns = [{"file": pattern} for pattern in _texts(content, "files")]
         tasks = [
             common.task(file, {name: _label(one[name]) for name in FACTORS if name in one})
-            for one in (*listed, *content.get("recording", []))
+            for one in (*patterns, *content.get("recording", []))
             for file in _matching(path.parent, one["file"])
         ]
         if not tasks:

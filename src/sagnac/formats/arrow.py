@@ -18,18 +18,13 @@ from sagnac.formats.statement import by_attributes
 from sagnac.recording.columns import NULL_PULSE_NAME
 
 ROWS_PER_GROUP: Final = 500_000
-_BUFFER: Final = 2**20  # bytes
-# Rows decoded at once: half a mebibyte a column stays in cache.
-_BATCH: Final = 2**16
 
 # ---- arrow columns -----------------------------------------------------------------
 
 
 def _text_of(metadata: Mapping[bytes, bytes] | None) -> dict[str, str]:
-    return {
-        key.decode(errors="replace"): value.decode(errors="replace")
-        for key, value in (metadata or {}).items()
-    }
+    pairs = (metadata or {}).items()
+    return {key.decode(errors="replace"): value.decode(errors="replace") for key, value in pairs}
 
 
 def _is_numeric(kind: pa.DataType) -> bool:
@@ -141,9 +136,10 @@ def _parquet_batches(path: Path, keys: list[str], wanted: range) -> Iterator[pa.
     threads take a third more processor time than one, and hardly less in all.
     """
     with pq.ParquetFile(
-        path, pre_buffer=False, buffer_size=_BUFFER, page_checksum_verification=True
+        path, pre_buffer=False, buffer_size=2**20, page_checksum_verification=True
     ) as file:
-        yield from file.iter_batches(_BATCH, row_groups=wanted, columns=keys, use_threads=False)
+        # Rows decoded at once: half a mebibyte a column stays in cache.
+        yield from file.iter_batches(2**16, row_groups=wanted, columns=keys, use_threads=False)
     # Arrow would keep what it has decoded in for the next file.
     pa.default_memory_pool().release_unused()
 

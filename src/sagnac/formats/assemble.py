@@ -5,6 +5,7 @@ Columns that are not taken may speak against what is: time stamps, and counters 
 
 from collections.abc import Callable, Mapping
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
@@ -140,22 +141,17 @@ def _recording(
     RecordingError
         If a counter or the null pulse cannot be one.
     """
-    rate, table, pulses = stretch.sampling.sample_rate, None, None
+    sampling, table, pulses = stretch.sampling, None, None
     apart = [one.key for one in (choice.time, choice.null_pulse) if one is not None]
     keys = [key for key in choice.keys if key not in apart]
     columns = stored.read(keys, stretch.first, stretch.stop)
-    # Beside a gyro that counts no angle it is the encoder that starts over.
-    of_table = choice.table is not None
-    sensors = [
-        _sensor(
-            name,
-            columns.pop(one.key),
-            scales[one.key],
-            None if of_table and scales[one.key].kind != "angle" else period,
-            rate,
-        )
-        for _, name, one in choice.sensors
-    ]
+    sensors = []
+    for _, name, one in choice.sensors:
+        scale = scales[one.key]
+        # Beside a gyro that counts no angle it is the encoder that starts over.
+        own_period = period if choice.table is None or scale.kind == "angle" else None
+        raw = columns.pop(one.key)
+        sensors.append(_sensor(name, raw, scale, own_period, sampling.sample_rate))
     if choice.table is not None:
         raw, unit = columns.pop(choice.table.key), choice.table.unit or ""
         doubts = suspicions.table_counter_notes(choice.table.name, raw, unit)
@@ -165,13 +161,10 @@ def _recording(
         # Loaded by itself: it shrinks to an eighth before the next is in memory.
         key = choice.null_pulse.key
         pulses = pulses_of(stored.read([key], stretch.first, stretch.stop).pop(key), column=key)
+    dithers = {name: columns[one.key] for name, one in choice.pickoffs.items()}
+    warmth = columns[choice.temperature.key] if choice.temperature else None
     return Recording.from_channels(
-        sensors,
-        stretch.sampling,
-        table=table,
-        null_pulse=pulses,
-        pickoffs={name: columns[one.key] for name, one in choice.pickoffs.items()},
-        temperature=columns[choice.temperature.key] if choice.temperature else None,
+        sensors, sampling, table=table, null_pulse=pulses, pickoffs=dithers, temperature=warmth
     )
 
 
@@ -179,14 +172,12 @@ def _sensor(
     name: str, raw: FloatArray, scale: Scale, period: float | None, sample_rate: float
 ) -> Conversion:
     """A gyro, with what its numbers speak against, or an accelerometer."""
+    channel_of = partial(gyro_of, name, raw, kind=scale.kind, unit=scale.unit, out=raw)
     if sensor_of(scale.unit) == "accelerometer":
-        return gyro_of(name, raw, kind=scale.kind, unit=scale.unit, out=raw)
+        return channel_of()
     # The channel is made in place: what the raw numbers tell has to be asked before.
     doubts = suspicions.counter_notes(name, raw, scale.kind) if period is None else ()
-    inputs = "{counter-bits} or {counter-period}"
-    taken = gyro_of(
-        name, raw, kind=scale.kind, unit=scale.unit, period=period, out=raw, inputs=inputs
-    )
+    taken = channel_of(period=period, inputs="{counter-bits} or {counter-period}")
     if scale.kind == "angle" and not doubts:
         doubts = suspicions.rate_notes(name, taken.channel.values)
     if scale.kind == "increment":

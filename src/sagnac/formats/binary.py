@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sagnac.core.arrays import IntegerArray, blocks
-from sagnac.core.documents import ANY, NUMBER, TEXT, Schema, keep, one_of, read_toml, table
+from sagnac.core.documents import ANY, NUMBER, TEXT, Schema, keep, listed, one_of, read_toml, table
 from sagnac.core.errors import Note, RecordingError, counted, refusal
 from sagnac.core.texts import giving
 from sagnac.formats.source import Column, Pieces, Source, Stored
@@ -42,27 +42,19 @@ CHECKSUMS: Final[Mapping[str, Callable[[Bytes], NDArray[Any]]]] = {
 _ORDERS: Final = {"little": "<", "big": ">"}
 _SYNC: Final = giving("bytes of sync such as aa55")(bytes.fromhex)
 _BYTES: Final[Schema] = {"type": "integer", "minimum": 0, "description": "give 0 or more"}
+_TYPE: Final[Schema] = {
+    "type": "string",
+    "pattern": r"^([iu][1248]|f[48]|pad\d+)\Z",
+    "description": "use f4, f8, i1 to i8, u1 to u8 or pad3",
+}
 _FIELD: Final[Schema] = {
-    "type": "array",
+    **listed([ANY, _TYPE], "give a list of name, type and, if known, unit"),
     "minItems": 2,
     "maxItems": 3,
-    "items": [
-        ANY,
-        {
-            "type": "string",
-            "pattern": r"^([iu][1248]|f[48]|pad\d+)\Z",
-            "description": "use f4, f8, i1 to i8, u1 to u8 or pad3",
-        },
-    ],
-    "description": "give a list of name, type and, if known, unit",
 }
 _LAYOUT: Final = table(
     {
-        "fields": {
-            "type": "array",
-            "items": _FIELD,
-            "description": 'give a list such as [["time", "f8", "s"]]',
-        },
+        "fields": listed(_FIELD, 'give a list such as [["time", "f8", "s"]]'),
         "byte_order": one_of(_ORDERS),
         **dict.fromkeys(("header_bytes", "record_bytes"), _BYTES),
         "sync": ANY,
@@ -169,19 +161,16 @@ def _of_table(content: Mapping[str, Any]) -> BinaryLayout:
     if checksum:
         offsets[CHECK] = (np.dtype(f"{order}u{check}"), size - check)
     types, places = zip(*offsets.values(), strict=True)
-    names = list(offsets)
-    has_forces = set(ACCELEROMETER_NAMES) <= set(offsets)
+    record: Any = {"names": list(offsets), "formats": types, "offsets": places, "itemsize": size}
+    forces = ACCELEROMETER_NAMES if set(ACCELEROMETER_NAMES) <= set(offsets) else None
+    kind, rate = stated.get("kind"), stated.get("sample_rate")
     return BinaryLayout(
         columns=tuple(columns),
-        dtype=np.dtype({"names": names, "formats": types, "offsets": places, "itemsize": size}),
+        dtype=np.dtype(record),
         header_bytes=stated.get("header_bytes", 0),
         sync=sync,
         checksum=checksum,
-        stated=Statement(
-            kind=stated.get("kind"),
-            sample_rate=stated.get("sample_rate"),
-            accelerometers=ACCELEROMETER_NAMES if has_forces else None,
-        ),
+        stated=Statement(kind=kind, sample_rate=rate, accelerometers=forces),
     )
 
 
@@ -190,8 +179,6 @@ def _number_in(word: str) -> int:
 
 
 # ---- read --------------------------------------------------------------------------
-
-_LOOKED_THROUGH: Final = 1 << 24
 
 
 def open_source(path: Path, layout: str | Mapping[str, Any] | None = None) -> Source:
@@ -252,8 +239,8 @@ def _records(content: Bytes, starts: IntegerArray, dtype: np.dtype[Any]) -> NDAr
 def _found(content: Bytes, laid_out: BinaryLayout) -> tuple[IntegerArray, str]:
     """Where the records with right sync bytes and checksums start, and what lies between them."""
     length, found, wrong = laid_out.dtype.itemsize, [np.empty(0, np.int64)], 0
-    # Looked through in parts; a record that begins in one may end in the next.
-    for part in blocks(content.size - length + 1, _LOOKED_THROUGH):
+    # Looked through in parts of 16 MiB; a record that begins in one may end in the next.
+    for part in blocks(content.size - length + 1, 1 << 24):
         places = _places(content, laid_out, part)
         for some in blocks(places.size):
             is_right = _are_right(_records(content, places[some], laid_out.dtype), laid_out)

@@ -7,8 +7,9 @@ from typing import Final, Literal
 
 from sagnac.core import units
 from sagnac.core.errors import Note, RecordingError
+from sagnac.core.units import Sensor
 from sagnac.formats.source import Column
-from sagnac.formats.statement import Statements, is_counts
+from sagnac.formats.statement import Aspect, Statements, is_counts
 from sagnac.recording.channel import KINDS, PICKOFF, Kind, quantity_of
 from sagnac.recording.columns import GYRO_NAMES, NULL_PULSE_NAME, TEMPERATURE, USUAL_NAMES
 
@@ -73,11 +74,10 @@ class Choice:
                 raise RecordingError(said, channel=key, remedy=remedy)
 
     @property
-    def sensors(self) -> list[tuple[units.Sensor, str, Column]]:
+    def sensors(self) -> list[tuple[Sensor, str, Column]]:
         """Gyros and accelerometers: what each is, the name wanted, and its column."""
-        named: dict[units.Sensor, Mapping[str, Column]]
-        named = {"gyro": self.gyros, "accelerometer": self.accelerometers}
-        return [(sensor, *item) for sensor, own in named.items() for item in own.items()]
+        gyros: list[tuple[Sensor, str, Column]] = [("gyro", *one) for one in self.gyros.items()]
+        return gyros + [("accelerometer", *one) for one in self.accelerometers.items()]
 
     @property
     def keys(self) -> tuple[str, ...]:
@@ -103,17 +103,13 @@ def choose(columns: Sequence[Column], statements: Statements) -> Choice:
     table = choose_one(columns, statements, "table", taken)
     if table is None and statements.role("table") is None:
         others = {*taken, time.key if time else ""}
-        notes += tuple(
-            Note(
-                channel="table",
-                text=f"column {one.key} looks like the table's angle and is not taken; "
+        for one in columns:
+            if one.key not in others and is_like_table(one):
                 # A number goes through a shell as it is, whatever the name.
-                f"{{table {one.name if one.name.isidentifier() else one.number or one.name}:"
-                f"{one.unit or 'UNIT'}}} takes it",
-            )
-            for one in columns
-            if one.key not in others and is_like_table(one)
-        )
+                name = one.name if one.name.isidentifier() else one.number or one.name
+                said = f"column {one.key} looks like the table's angle and is not taken"
+                text = f"{said}; {{table {name}:{one.unit or 'UNIT'}}} takes it"
+                notes = (*notes, Note(channel="table", text=text))
     pickoffs = {gyro: choose_one(columns, statements, PICKOFF + gyro) for gyro in gyros}
     return Choice(
         gyros=gyros,
@@ -138,8 +134,7 @@ def find(columns: Sequence[Column], name: str) -> Column | None:
     alike = [column for column in columns if column.key == name][:1]
     alike = alike or [column for column in columns if column.name == name]
     if len(alike) > 1:
-        keys = ", ".join(column.key for column in alike)
-        said = f"more than one column has this name, {keys}"
+        said = f"more than one column has this name, {', '.join(one.key for one in alike)}"
         raise RecordingError(said, channel=name, remedy="give the full name with {columns}")
     if not alike and name.isdecimal():
         alike = [column for column in columns if column.number == int(name)]
@@ -246,23 +241,18 @@ def choose_time(
             first = one
         else:
             left_out.append(one)
-    texts = [
-        f"column {one.key} has no unit and is left out, the rate is stated; "
-        f"{{time {one.key}:UNIT}} takes it"
-        for one in left_out
-    ]
+    said = "has no unit and is left out, the rate is stated"
+    texts = [f"column {one.key} {said}; {{time {one.key}:UNIT}} takes it" for one in left_out]
     if first is None:
         # The only column of times by its unit, where no rate is stated; else an offer of each.
         others = {*taken, *(one.key for one in left_out)}
         like = [one for one in columns if one.key not in others and is_like_time(one)]
         sure = [one for one in like if one.unit is not None]
         if is_rated:
-            texts += [
-                f"column {one.key} looks like time stamps and is not taken, the rate is stated; "
-                f"{{time {one.name}:{one.unit or 'UNIT'}}} takes it and shows samples that are "
-                "missing"
-                for one in like
-            ]
+            said = "looks like time stamps and is not taken, the rate is stated"
+            for one in like:
+                takes = f"{{time {one.name}:{one.unit or 'UNIT'}}} takes it"
+                texts.append(f"column {one.key} {said}; {takes} and shows samples that are missing")
         elif len(sure) == 1:
             (first,) = sure
             texts.append(f"column {first.key} is taken as the time")
@@ -339,10 +329,9 @@ def is_like_table(column: Column) -> bool:
     >>> [is_like_table(Column(key=name, name=name)) for name in ("EncoderPos", "enc_time", "gx")]
     [True, False, False]
     """
-    unit = column.unit
-    may_be_angle = (
-        unit is None or is_counts(unit) or units.split_factor(unit)[1] in units.ANGLE_UNITS
-    )
+    # One without a unit may be an angle.
+    unit = "deg" if column.unit is None else column.unit
+    may_be_angle = is_counts(unit) or units.split_factor(unit)[1] in units.ANGLE_UNITS
     return may_be_angle and not is_like_time(column) and bool(_TABLE_LIKE.search(column.name))
 
 
@@ -395,11 +384,7 @@ def require_known(choice: Choice, columns: Sequence[Column], statements: Stateme
 
 
 def stated_for(
-    quantity: Literal["kind", "unit"],
-    name: str,
-    column: Column,
-    statements: Statements,
-    sensor: units.Sensor = "gyro",
+    quantity: Aspect, name: str, column: Column, statements: Statements, sensor: Sensor = "gyro"
 ) -> tuple[str | None, str | None, str | None]:
     """Kind or unit of a channel as caller, TOML, and its column or else the file state it."""
     caller, beside, file = (one.of_channel(quantity, name, sensor) for one in statements.in_order)
@@ -407,9 +392,7 @@ def stated_for(
     return caller, beside, by_column or file
 
 
-def scale_of(
-    name: str, column: Column, statements: Statements, sensor: units.Sensor = "gyro"
-) -> Scale:
+def scale_of(name: str, column: Column, statements: Statements, sensor: Sensor = "gyro") -> Scale:
     """Kind and unit of a channel: as caller or TOML state it, else its column, else the file.
 
     The kind of an accelerometer is ``rate`` unless another is stated.
@@ -482,8 +465,7 @@ def role_unit(role: Literal["table", "time"], column: Column) -> units.Unit:
     RecordingError
         If none is stated, or it is one of something else.
     """
-    quantity: units.Quantity = "angle" if role == "table" else "time"
-    usual = "deg" if role == "table" else "s"
+    quantity, usual = ("angle", "deg") if role == "table" else ("time", "s")
     if is_counts(column.unit or ""):
         # What a count is worth stands before its unit.
         usual = f"0.01{usual}"

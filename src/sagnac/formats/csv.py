@@ -74,8 +74,7 @@ def _notes(laid_out: Layout) -> tuple[Note, ...]:
         said = f"read with {', '.join(laid_out.doubts)}; the first row: {shown}{more}"
         notes.append(Note(text=said))
     if not laid_out.text.is_ended:
-        text = "the last line has no line end: it may be cut off"
-        notes.append(Note(text=text, level="warning"))
+        notes.append(Note(text="the last line has no line end: it may be cut off", level="warning"))
     return tuple(notes)
 
 
@@ -210,13 +209,11 @@ def _write_table(
     path: Path, headers: Sequence[str], parts: Iterable[Rows], delimiter: str = ","
 ) -> None:
     """A header, and the rows of each part."""
-    options = arrow_csv.WriteOptions(
-        include_header=False, delimiter=delimiter, quoting_style="none"
-    )
+    plain = arrow_csv.WriteOptions(include_header=False, delimiter=delimiter, quoting_style="none")
     with path.open("wb") as stream:
         stream.write((delimiter.join(headers) + "\n").encode())
         for rows in parts:
-            arrow_csv.write_csv(pa.table(rows), stream, options)
+            arrow_csv.write_csv(pa.table(rows), stream, plain)
 
 
 _TIME, _, _RATE, _FORCE, _ = PRESETS[0]

@@ -13,9 +13,6 @@ from sagnac.core.errors import MissingExtra, RecordingError, refusal
 GIBIBYTE: Final = 2**30
 # What to do about a damaged file.
 AGAIN: Final = "get the file again from its source"
-# Largest ratio that any of the compressions here reaches, twice over: a file that declares more has
-# nothing behind it.
-_TIGHTEST: Final = 2064
 # What may be loaded unless the caller says otherwise, bytes.
 USUAL: Final = 4 * GIBIBYTE
 _limit: ContextVar[int] = ContextVar("memory limit", default=USUAL)
@@ -76,7 +73,9 @@ def require_content(declared: int, stored: int, what: str) -> None:
     RecordingError
         If it cannot be.
     """
-    if declared > _TIGHTEST * max(stored, 1):
+    # Largest ratio that any of the compressions here reaches, twice over: a file that declares more
+    # has nothing behind it.
+    if declared > 2064 * max(stored, 1):
         said = f"{what} declares {declared} bytes, and the file has {stored}: nothing is behind it"
         raise RecordingError(said, remedy=AGAIN)
 

@@ -263,8 +263,7 @@ def _require_own(dataset: h5py.Dataset, path: Path) -> None:
         raise RecordingError(said, channel=name, remedy=remedy)
     for part in dataset.virtual_sources() if dataset.is_virtual else ():
         file = path if part.file_name == "." else path.parent / part.file_name
-        problem = one_line(_problem_of_part(file, part.dset_name, path.parent))
-        if problem:
+        if problem := one_line(_problem_of_part(file, part.dset_name, path.parent)):
             raise RecordingError(problem, channel=name, remedy=AGAIN)
 
 

@@ -128,14 +128,8 @@ def _problem_of(kind: str) -> str:
 
 # ---- tags --------------------------------------------------------------------------
 
-_FLAGS: Final = 6
 _MATRIX: Final = 14
 _COMPRESSED: Final = 15
-# Types of data: numbers of 1 to 8 bytes, and text of UTF-8, -16 and -32.
-_DATA: Final = (1, 2, 3, 4, 5, 6, 7, 9, 12, 13, 16, 17, 18)
-# Classes of arrays that hold others: cells, structs, objects, functions and opaque ones.
-_HOLDERS: Final = (1, 2, 3, 16, 17)
-_COMPLEX: Final = 0x800
 # Bytes of a matrix up to its flags, and these.
 _HEAD: Final = 24
 
@@ -172,7 +166,8 @@ def require_sound(path: Path, names: Collection[str] = ()) -> set[int]:
             raise ValueError(f"an element of type {kind} holds no matrix")
         if is_wanted:
             _require_matrix(part, word)
-        if int(part[8:12].view(word)[0]) & _COMPLEX:
+        # The flag of complex numbers.
+        if int(part[8:12].view(word)[0]) & 0x800:
             found.add(place)
     return found
 
@@ -188,12 +183,14 @@ def _unpacked(packed: Bytes, most: int) -> Bytes:
 
 def _require_matrix(content: Bytes, word: np.dtype[Any]) -> None:
     """Refuse a matrix with an element of a type that is none, or that its class cannot have."""
-    known = {*_DATA}
+    # Types of data: numbers of 1 to 8 bytes, and text of UTF-8, -16 and -32.
+    known = {1, 2, 3, 4, 5, 6, 7, 9, 12, 13, 16, 17, 18}
     for number, (kind, part) in enumerate(_elements(content, word)):
         if number == 0:
-            if (kind, part.size) != (_FLAGS, 8):
+            if (kind, part.size) != (6, 8):
                 raise ValueError("a matrix does not begin with its flags")
-            known |= {_MATRIX} if part[:4].view(word)[0] & 0xFF in _HOLDERS else set()
+            # Cells, structs, objects, functions and opaque arrays hold others.
+            known |= {_MATRIX} if part[:4].view(word)[0] & 0xFF in (1, 2, 3, 16, 17) else set()
         if kind not in known:
             raise ValueError(f"an element of a matrix is of type {kind}")
         if kind == _MATRIX:
@@ -228,9 +225,6 @@ def _elements(content: Bytes, word: np.dtype[Any]) -> Iterator[tuple[int, Bytes]
 
 # ---- write -------------------------------------------------------------------------
 
-# Bytes of a file that say in words what it is.
-_DESCRIPTION: Final = 116
-
 
 def write(path: Path, out: Outgoing) -> None:
     """A MATLAB 5 file: one variable per column and the statement as text and numbers."""
@@ -238,4 +232,5 @@ def write(path: Path, out: Outgoing) -> None:
         columns = {name: values[:, None] for name, values in out.rows(slice(None)).items()}
         scipy.io.savemat(stream, {**columns, **out.statement()})
         stream.seek(0)
-        stream.write(f"MATLAB 5.0 MAT-file, {MADE}".ljust(_DESCRIPTION).encode())
+        # The first 116 bytes of a file say in words what it is.
+        stream.write(f"MATLAB 5.0 MAT-file, {MADE}".ljust(116).encode())

@@ -18,8 +18,6 @@ Segment = tuple[int, float, int]
 
 _TIME: Final = "time"
 _PREFIX: Final = "FDSN:"
-# In a warning of the library that a last sample is not the one stated.
-_SUM: Final = "integrity check"
 
 
 def open_source(path: Path) -> Source:
@@ -55,7 +53,7 @@ def open_source(path: Path) -> Source:
             # It warns of samples that do not add up to the last one that their record states
             # (Steim 1 and 2), and hands them over.
             for text in get_error_messages():
-                if _SUM in text:
+                if "integrity check" in text:
                     raise ValueError(text)
             for one in traces:
                 name = one.sourceid.removeprefix(_PREFIX)

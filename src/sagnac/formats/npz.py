@@ -4,7 +4,7 @@ import math
 import zipfile
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any, Final
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,9 +17,6 @@ from sagnac.formats.files import require_content, require_room
 from sagnac.formats.registry import NPY
 from sagnac.formats.source import MOST_COLUMNS, Column, Source
 from sagnac.formats.statement import ARRAYS_STATED, from_mapping
-
-# Bytes of a text that states something.
-_MOST_STATED: Final = 2**16
 
 
 def open_source(path: Path) -> Source:
@@ -86,7 +83,8 @@ def _open_archive(path: Path) -> Source:
     with np.load(path, allow_pickle=False) as archive:
         for name, (shape, kind) in heads.items():
             size = _bytes(shape, kind)
-            if name in ARRAYS_STATED and shape in ((), (1,)) and size > _MOST_STATED:
+            # No text that states something is as long.
+            if name in ARRAYS_STATED and shape in ((), (1,)) and size > 2**16:
                 raise ValueError(f"{name} has {size} bytes")
             if kind.kind in "biuf" and shape not in ((), (1,)):
                 found.update(source.vectors(name, name, shape))

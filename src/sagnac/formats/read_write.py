@@ -273,11 +273,10 @@ def format_to_write(path: Path, heading: Outgoing) -> Format:
         remedy = f"use one of {suffixes}"
         raise RecordingError("no format to write has this suffix", path=str(path), remedy=remedy)
     if known is not CSV and beside(path)[0] != Statement():
-        raise RecordingError(
-            "a TOML beside it states how a file of this name is to be read, and would be believed",
-            path=str(path),
-            remedy="remove the TOML, or choose another output",
-        )
+        how = "how a file of this name is to be read"
+        said = f"a TOML beside it states {how}, and would be believed"
+        remedy = "remove the TOML, or choose another output"
+        raise RecordingError(said, path=str(path), remedy=remedy)
     kinds, gyros, forces = heading.kinds, len(heading.gyros), len(heading.accelerometers)
     wrong = [name for name in heading.units if name not in (*kinds, "time")]
     wrong += [f"{name} of kind {kind}" for name, kind in kinds.items() if kind != "rate"]
@@ -371,8 +370,8 @@ def format_of(suffix: str, beginning: bytes) -> Format:
     by_suffix = next((one for one in formats() if suffix in one.suffixes), None)
     if by_suffix is None:
         suffixes = ", ".join(dict.fromkeys(own for one in formats() for own in one.suffixes))
-        said = "no format has this suffix"
-        raise RecordingError(said, remedy=f"unpack it, or convert it to one of {suffixes}")
+        remedy = f"unpack it, or convert it to one of {suffixes}"
+        raise RecordingError("no format has this suffix", remedy=remedy)
     if not beginning:
         raise RecordingError("is empty", remedy="get the file again from its source")
     for known in chain([by_suffix], formats()):

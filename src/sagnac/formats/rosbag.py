@@ -36,8 +36,7 @@ _DOUBLES: Final = 37
 _STAMP_AT: Final = 4
 _GYRO_AT: Final = 13
 _ACCELEROMETER_AT: Final = 25
-# Places of the first number of two covariances; it is -1 if the quantity is not measured.
-_ATTITUDE_SPREAD_AT: Final = 4
+# Place of the first number of a covariance; it is -1 if the quantity is not measured.
 _ACCELERATION_SPREAD_AT: Final = 28
 _NOT_MEASURED: Final = -1.0
 _BLOCK: Final = 1 << 15
@@ -45,13 +44,11 @@ _MOST_LISTED: Final = 8
 _STAMP: Final = "stamp"
 _RECEIVED: Final = "received"
 _NUMBERS: Final = "numbers"
+_AXES: Final = tuple(enumerate("xyz"))
 # Column -> place among the doubles, and unit.
 _FIELDS: Final = {
-    **{f"angular_velocity.{axis}": (_GYRO_AT + i, "rad/s") for i, axis in enumerate("xyz")},
-    **{
-        f"linear_acceleration.{axis}": (_ACCELEROMETER_AT + i, "m/s^2")
-        for i, axis in enumerate("xyz")
-    },
+    **{f"angular_velocity.{axis}": (_GYRO_AT + i, "rad/s") for i, axis in _AXES},
+    **{f"linear_acceleration.{axis}": (_ACCELEROMETER_AT + i, "m/s^2") for i, axis in _AXES},
 }
 
 
@@ -109,8 +106,7 @@ def open_source(path: Path) -> Source:
     if len(topics) == 1:
         said = f"gyros are those of topic {names}"
         forces = tuple(_FIELDS)[3:] if topics[0].has_forces else ()
-        time = _STAMP if topics[0].is_stamped else _RECEIVED
-        stated = of_rates(tuple(_FIELDS)[:3], forces, time)
+        stated = of_rates(tuple(_FIELDS)[:3], forces, _STAMP if topics[0].is_stamped else _RECEIVED)
     units = {key: _FIELDS[name][1] if name in _FIELDS else "ns" for key, (_, name) in keys.items()}
     columns = tuple(Column(key=key, name=key, unit=unit) for key, unit in units.items())
     return Source(columns=columns, stated=stated, load=load, notes=(Note(text=said),))
@@ -168,8 +164,7 @@ def _read(bag: AnyReader, topic: _Topic, fields: dict[str, str]) -> dict[str, ND
         key: np.empty(topic.messages, np.float64 if field in _FIELDS else np.int64)
         for key, field in fields.items()
     }
-    connections = [one for one in bag.connections if one.topic == topic.name]
-    messages = bag.messages(connections=connections)
+    messages = bag.messages(connections=[one for one in bag.connections if one.topic == topic.name])
     done = 0
     while some := list(islice(messages, _BLOCK)):
         block = slice(done, done + len(some))
@@ -187,10 +182,6 @@ def _read(bag: AnyReader, topic: _Topic, fields: dict[str, str]) -> dict[str, ND
 # ---- write -------------------------------------------------------------------------
 
 _WRITTEN: Final = "/imu"
-# Beginning of a message of ROS 2, as a number; place of the real part of an orientation.
-_LOWEST_FIRST: Final = 0x100
-_REAL_PART_AT: Final = 3
-_PLUGINS: Final = {".mcap": StoragePlugin.MCAP, ".db3": StoragePlugin.SQLITE3}
 
 
 def write(path: Path, out: Outgoing) -> None:
@@ -199,7 +190,8 @@ def write(path: Path, out: Outgoing) -> None:
     A covariance is zero, which says that it is not known, or begins with -1 of what is not there:
     the orientation, and the acceleration without accelerometers.
     """
-    plugin = _PLUGINS.get(path.suffix.lower())
+    plugins = {".mcap": StoragePlugin.MCAP, ".db3": StoragePlugin.SQLITE3}
+    plugin = plugins.get(path.suffix.lower())
     store = get_typestore(Stores.ROS1_NOETIC if plugin is None else Stores.ROS2_HUMBLE)
     with replacing_set(path) as folder:
         if plugin is None:
@@ -228,13 +220,14 @@ def _write_messages(bag: Writer1 | Writer2, to: Any, frame: bytes, out: Outgoing
     for block in blocks(out.samples, _BLOCK):
         stamps = out.stamps(block)
         made = np.zeros(stamps.size, message)
-        # ROS 1 begins with the number of a message, ROS 2 with the order of bytes.
+        # ROS 1 begins with the number of a message, ROS 2 with the order of bytes, lowest first.
         is_numbered = isinstance(bag, Writer1)
-        made["start"] = np.arange(block.start, block.stop) if is_numbered else _LOWEST_FIRST
+        made["start"] = np.arange(block.start, block.stop) if is_numbered else 0x100
         made["stamp"] = np.stack(np.divmod(stamps, 10**9), axis=1)
         made["frame"] = np.void(frame)
-        made["doubles"][:, _REAL_PART_AT] = 1.0
-        made["doubles"][:, _ATTITUDE_SPREAD_AT] = _NOT_MEASURED
+        # The real part of an orientation, and the first number of its covariance.
+        made["doubles"][:, 3] = 1.0
+        made["doubles"][:, 4] = _NOT_MEASURED
         if not out.accelerometers:
             made["doubles"][:, _ACCELERATION_SPREAD_AT] = _NOT_MEASURED
         for at, names in sensors:

@@ -21,6 +21,8 @@ from sagnac.recording.model import Kind, Recording
 
 # Pieces of columns that follow one another, each with values of one key or more.
 Pieces = Iterator[dict[str, NDArray[Any]]]
+# Columns of numbers by their keys.
+Values = dict[str, FloatArray]
 # A matrix of more columns than this is no recording.
 MOST_COLUMNS: Final = 4096
 
@@ -67,9 +69,7 @@ class Stored:
     pieces: Callable[[Sequence[str], int, int], Pieces]
     format: str = ""
 
-    def read(
-        self, keys: Sequence[str], first: int, stop: int, *, by_first: bool = False
-    ) -> dict[str, FloatArray]:
+    def read(self, keys: Sequence[str], first: int, stop: int, *, by_first: bool = False) -> Values:
         """Samples of columns as float64; no column is in memory twice.
 
         Parameters
@@ -382,8 +382,7 @@ def check_name(name: str) -> None:
     odd = set(name) & set(",;=[]:\"'#%") or not name.isprintable() or name != name.strip()
     # A spreadsheet computes what begins with one of the last three.
     if not name or reserved or odd or name.startswith((PICKOFF, "_", "+", "-", "@")):
-        raise ValueError(
-            f"gyro name is {name!r}, which cannot stand in a file; choose another without "
-            "quotes, brackets, separators or a leading underscore, sign or @, and none that a file "
-            "states something by, such as time, kind or unit"
-        )
+        without = "quotes, brackets, separators or a leading underscore, sign or @"
+        why = "none that a file states something by, such as time, kind or unit"
+        remedy = f"choose another without {without}, and {why}"
+        raise ValueError(f"gyro name is {name!r}, which cannot stand in a file; {remedy}")

@@ -62,6 +62,8 @@ def is_known(unit: str) -> bool:
 COUNTER_BITS: Final = range(8, 49)
 # Columns that are no gyros, by the names that `Statement.columns` has for them.
 ROLES: Final = ("time", "table", "null_pulse")
+# What is stated of each channel by itself.
+Aspect = Literal["kind", "unit"]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -146,9 +148,7 @@ class Statement:
         if self.counter_bits is not None and self.counter_period is not None:
             raise ValueError("counter_bits and a period are both given; give one of them")
 
-    def of_channel(
-        self, quantity: Literal["kind", "unit"], name: str, sensor: Sensor = "gyro"
-    ) -> str | None:
+    def of_channel(self, quantity: Aspect, name: str, sensor: Sensor = "gyro") -> str | None:
         """Statement of ``kind`` or ``unit`` of a channel: its own, or that of all of its sensor.
 
         One that names no channels is that of the gyros.
@@ -379,8 +379,7 @@ def from_mapping(content: Mapping[str, Any]) -> Statement:
     RecordingError
         If a key is not of the vocabulary or a value cannot be.
     """
-    unknown = sorted(set(content) - VOCABULARY)
-    if unknown:
+    if unknown := sorted(set(content) - VOCABULARY):
         known = ", ".join(sorted(VOCABULARY))
         raise RecordingError(f"{unknown[0]!r} is not known", remedy=f"use {known}")
     try:

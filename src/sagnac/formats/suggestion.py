@@ -2,6 +2,8 @@
 
 import re
 from collections.abc import Collection, Iterator, Mapping, Sequence
+from contextlib import suppress
+from functools import partial
 from typing import Final
 
 import numpy as np
@@ -12,7 +14,7 @@ from sagnac.core.errors import RecordingError
 from sagnac.core.texts import text_of
 from sagnac.formats import choice
 from sagnac.formats.choice import choose_one, is_like_table, is_like_time
-from sagnac.formats.source import Column, Source
+from sagnac.formats.source import Column, Source, Values
 from sagnac.formats.statement import Statements, is_counts, is_known
 from sagnac.formats.suspicions import likely_time_unit
 from sagnac.recording.columns import ACCELEROMETER_NAMES, GYRO_NAMES
@@ -20,6 +22,9 @@ from sagnac.recording.columns import ACCELEROMETER_NAMES, GYRO_NAMES
 # What stands for something that no file tells: to be replaced by whoever knows it.
 KIND: Final = "KIND"
 UNIT: Final = "UNIT"
+Columns = Sequence[Column]
+# Option -> what is to be stated by it.
+Inputs = dict[str, str]
 
 _GYRO: Final = re.compile(r"gyr|kreisel|dreh|omega|ang(?:ular)?[_ ]?(?:vel|rate)|^w[_ ]?", re.I)
 _OTHER: Final = re.compile(
@@ -34,12 +39,9 @@ _FORCE_AXIS: Final = (
 _AXIS: Final = (
     r"(?:^|[^a-z]|gyro?|(?:^|[^a-z])g|omega|w|kreisel|rate|cnts?|counts?){axis}(?:$|[^a-z])"
 )
-_MARKS: Final = set(",=\"'")
-# Samples by which a column that only rises, falls or stays is known to be no gyro.
-_LOOKED_AT: Final = 10_000
 
 
-def suggestion(source: Source, statements: Statements) -> dict[str, str]:
+def suggestion(source: Source, statements: Statements) -> Inputs:
     """Inputs to state besides what is stated: name -> value.
 
     Parameters
@@ -55,7 +57,7 @@ def suggestion(source: Source, statements: Statements) -> dict[str, str]:
         ``{"columns": "x=2,z=4", "kind": "rate", "unit": "UNIT"}``. A word in capitals stands for
         what cannot be guessed. Empty if nothing is missing.
     """
-    missing: dict[str, str] = {}
+    missing: Inputs = {}
     gyros = _gyros(source, statements, missing)
     _kind_and_unit(gyros, statements, missing)
     _unit_of_forces(source.columns, statements, missing)
@@ -73,7 +75,7 @@ def suggestion(source: Source, statements: Statements) -> dict[str, str]:
     return missing | sampling
 
 
-def accelerometer_inputs(source: Source, statements: Statements) -> dict[str, str]:
+def accelerometer_inputs(source: Source, statements: Statements) -> Inputs:
     """Inputs by which the accelerometers of a file that states none are read as well.
 
     Parameters
@@ -116,7 +118,7 @@ def _may_be_force(column: Column) -> bool:
     return units.sensor_of(column.unit) == "accelerometer"
 
 
-def named(columns: Sequence[Column], gyro: str) -> Column | None:
+def named(columns: Columns, gyro: str) -> Column | None:
     """The column that seems to be gyro ``x``, ``y`` or ``z`` by its name, None if several may be.
 
     Examples
@@ -145,17 +147,14 @@ def _is_no_other(column: Column) -> bool:
     return not is_other and _may_be_gyro(column)
 
 
-def _gyros(source: Source, statements: Statements, missing: dict[str, str]) -> dict[str, Column]:
+def _gyros(source: Source, statements: Statements, missing: Inputs) -> dict[str, Column]:
     columns = source.columns
-    try:
+    with suppress(RecordingError):
         return choice.choose_gyros(columns, statements)
-    except RecordingError:
-        pass
     gyros = {name: one for name in GYRO_NAMES if (one := named(columns, name)) is not None}
     if not gyros:
-        possible = [
-            one for one in columns if units.split_factor(one.unit or "")[1] in units.RATE_UNITS
-        ]
+        rates = units.RATE_UNITS
+        possible = [one for one in columns if units.split_factor(one.unit or "")[1] in rates]
         if not possible:
             # Columns of one array, such as gyro.1, gyro.2 and gyro.3.
             possible = [one for one in columns if _GYRO.search(one.name) and _may_be_gyro(one)]
@@ -174,27 +173,26 @@ def _gyros(source: Source, statements: Statements, missing: dict[str, str]) -> d
     return gyros
 
 
-def _is_plain(columns: Sequence[Column]) -> bool:
+def _is_plain(columns: Columns) -> bool:
     """Whether columns have numbers alone: of a table without names, or of the only array."""
     numbers = [one.key.rpartition(".") for one in columns]
     is_counted = [last for *_, last in numbers] == [str(1 + n) for n in range(len(columns))]
     return is_counted and len({stem for stem, *_ in numbers}) == 1
 
 
-def _shows_gravity(source: Source, columns: Sequence[Column]) -> bool:
+def _shows_gravity(source: Source, columns: Columns) -> bool:
     """Whether three columns without names are as long as gravity, in m/s², g or mg."""
     numbers = _first_numbers(source, columns)
     size = float(np.median(np.linalg.norm([numbers[one.key] for one in columns], axis=0)))
     return any(abs(size / one - 1.0) < 0.05 for one in (units.STANDARD_GRAVITY, 1.0, 1e3))
 
 
-def _first_numbers(
-    source: Source, columns: Sequence[Column], *, by_first: bool = False
-) -> dict[str, FloatArray]:
+def _first_numbers(source: Source, columns: Columns, *, by_first: bool = False) -> Values:
     """Key -> the first values of each column."""
     keys = [one.key for one in columns]
     stored = source.opened(keys)
-    return stored.read(keys, 0, min(_LOOKED_AT, *stored.lengths.values()), by_first=by_first)
+    # By ten thousand samples a column that only rises, falls or stays is known to be no gyro.
+    return stored.read(keys, 0, min(10_000, *stored.lengths.values()), by_first=by_first)
 
 
 def candidates(source: Source, statements: Statements) -> tuple[Column, ...]:
@@ -214,7 +212,7 @@ def candidates(source: Source, statements: Statements) -> tuple[Column, ...]:
     return tuple(_wandering(source, left))
 
 
-def _wandering(source: Source, columns: Sequence[Column]) -> Iterator[Column]:
+def _wandering(source: Source, columns: Columns) -> Iterator[Column]:
     """Those of the columns whose numbers both rise and fall."""
     if not columns:
         return
@@ -232,12 +230,10 @@ def _wandering(source: Source, columns: Sequence[Column]) -> Iterator[Column]:
 
 def column_text(column: Column) -> str:
     """How a column is named in a list of them: by its number if its name holds a mark of lists."""
-    return str(column.number) if set(column.key) & _MARKS and column.number else column.key
+    return str(column.number) if set(column.key) & set(",=\"'") and column.number else column.key
 
 
-def _kind_and_unit(
-    gyros: Mapping[str, Column], statements: Statements, missing: dict[str, str]
-) -> None:
+def _kind_and_unit(gyros: Mapping[str, Column], statements: Statements, missing: Inputs) -> None:
     found = {"kind": dict.fromkeys(gyros, ""), "unit": dict.fromkeys(gyros, "")}
     is_sized = statements.first("scale") is not None
     for name, column in gyros.items():
@@ -257,16 +253,11 @@ def _kind_and_unit(
             missing[quantity] = text
 
 
-def _unit_of_forces(
-    columns: Sequence[Column], statements: Statements, missing: dict[str, str]
-) -> None:
+def _unit_of_forces(columns: Columns, statements: Statements, missing: Inputs) -> None:
     """A unit of the accelerometers that are stated, beside that of the gyros."""
     forces = choice.choose_accelerometers(columns, statements)
-    sensor: Final = "accelerometer"
-    if all(
-        any(choice.stated_for("unit", name, one, statements, sensor))
-        for name, one in forces.items()
-    ):
+    units_of = partial(choice.stated_for, "unit", statements=statements, sensor="accelerometer")
+    if all(any(units_of(name, one)) for name, one in forces.items()):
         return
     of_gyros = missing.get("unit", text_of(statements.caller.unit or ""))
     if of_gyros and "=" not in of_gyros:
@@ -274,7 +265,7 @@ def _unit_of_forces(
     missing["unit"] = ",".join(filter(None, (of_gyros, f"accelerometers={UNIT}")))
 
 
-def _sampling(source: Source, statements: Statements, taken: Collection[str]) -> dict[str, str]:
+def _sampling(source: Source, statements: Statements, taken: Collection[str]) -> Inputs:
     """The time or the rate, if neither is stated."""
     columns = source.columns
     chosen, _ = choice.choose_time(columns, statements, taken)

@@ -21,30 +21,15 @@ from sagnac.recording.channel import Kind, finite_extent
 from sagnac.recording.columns import ACCELEROMETER_NAMES
 from sagnac.recording.stamps import Sampling, Span, Stretch
 
-# A step is a roll-over if it covers more than this part of the range, and the usual ones less than
-# that: no gyro turns through most of its range from one sample to the next.
-_ROLLED: Final = 0.75
-_USUAL: Final = 0.1
 _LOOKED_AT: Final = 100_000
-# Rates that recorders of gyros have, Hz; far outside, the unit of the stamps is wrong.
-_SLOWEST: Final = 0.01
-_FASTEST: Final = 1e6
+# Rates that recorders of gyros have, Hz.
 _USUAL_RATES: Final = (1.0, 2e4)
-_COMMON: Final = 200.0
 _BLOCKS: Final = 64
 # Bands of ordinates of such a block that are level to this factor if its low frequencies are white:
 # those of a random walk differ twentyfold.
 _BANDS: Final = (2, 5, 11, 24)
 _LEVEL: Final = 1.5
-# No gyro has more white noise: the worst have 6 deg/sqrt(h).
-_LOUDEST: Final = 10.0 * DEGREE_PER_ROOT_HOUR
 _LEAST_SAMPLES: Final = 10 * _BLOCKS
-# How nearly leaps are those of a width.
-_SAME_PERIOD: Final = 0.05
-# Fewest counts before a counter starts over.
-_LEAST_MODULUS: Final = 100.0
-# Fewest places that an encoder in counts has in a turn.
-_FEWEST_PLACES: Final = 10.0
 
 
 def roll_overs(readings: FloatArray, extent: float) -> tuple[int, float] | None:
@@ -64,9 +49,11 @@ def roll_overs(readings: FloatArray, extent: float) -> tuple[int, float] | None:
         return None
     steps = np.diff(readings[:_LOOKED_AT])
     steps = steps[np.isfinite(steps)]
-    limit = _ROLLED * extent
+    # A step is a roll-over if it covers more than this part of the range, and the usual ones less
+    # than a tenth: no gyro turns through most of its range from one sample to the next.
+    limit = 0.75 * extent
     usual = np.abs(steps[np.abs(steps) <= limit])
-    if usual.size < 2 or float(np.quantile(usual, 0.99)) > _USUAL * extent:
+    if usual.size < 2 or float(np.quantile(usual, 0.99)) > 0.1 * extent:
         return None
     places = np.flatnonzero(marked_steps(readings, lambda step: np.abs(step) > limit))
     if not places.size:
@@ -89,10 +76,11 @@ def counter_notes(name: str, raw: FloatArray, kind: Kind) -> tuple[Note, ...]:
     (count, period), is_angle = found, kind == "angle"
     size, what = f"{2**bits}", f"a {bits} bit counter that rolls over"
     remedy = f"state {{counter-bits {bits}}}"
-    if abs(period / 2.0**bits - 1.0) <= _SAME_PERIOD:
+    if abs(period / 2.0**bits - 1.0) <= 0.05:
         if not is_angle:
             remedy = f"if it counts angle, state {{kind angle}} and {{counter-bits {bits}}}"
-    elif is_angle and period >= _LEAST_MODULUS:
+    elif is_angle and period >= 100.0:
+        # No counter starts over after fewer counts.
         likely = _likely_period(period)
         size = f"{likely:.7g}"
         what = "a counter that starts over there, which is no number of bits"
@@ -108,8 +96,8 @@ def table_counter_notes(key: str, raw: FloatArray, unit: str) -> tuple[Note, ...
     """Encoder readings that start over elsewhere than at a turn of their unit: a warning."""
     turn = 2.0 * math.pi / unit_of(unit, "angle").size
     found = roll_overs(raw, finite_extent(raw))
-    # No counter has fewer places in a turn; damaged readings may seem to.
-    if found is None or not found[1] > _FEWEST_PLACES:
+    # No counter has ten places in a turn or fewer; damaged readings may seem to.
+    if found is None or not found[1] > 10.0:
         return ()
     period = _likely_period(found[1])
     bits, is_whole = math.log2(period), np.array_equal(raw[:_LOOKED_AT], np.rint(raw[:_LOOKED_AT]))
@@ -141,11 +129,12 @@ def stamp_unit_notes(column: Column, sample_rate: float) -> tuple[Note, ...]:
         Samples per second that they give.
     """
     key, unit = column.name, column.unit or ""
-    if canonical(unit) not in TIME_UNITS or _SLOWEST <= sample_rate <= _USUAL_RATES[1]:
+    if canonical(unit) not in TIME_UNITS or 0.01 <= sample_rate <= _USUAL_RATES[1]:
         return ()
     size = TIME_UNITS[canonical(unit)]
     likely = likely_time_unit(1.0 / (sample_rate * size))
-    if sample_rate <= _FASTEST and likely is None:
+    # Far outside of the usual rates the unit is wrong, whichever is right.
+    if sample_rate <= 1e6 and likely is None:
         return ()
     text = f"stamps are {1.0 / sample_rate:.3g} s apart on average: the unit {unit} looks wrong"
     if likely is not None:
@@ -170,7 +159,8 @@ def likely_time_unit(step: float) -> str | None:
     rates = {unit: 1.0 / (step * TIME_UNITS[unit]) for unit in ("s", "ms", "us", "ns", "d")}
     low, high = _USUAL_RATES
     usual = {unit: rate for unit, rate in rates.items() if low <= rate <= high}
-    return min(usual, key=lambda unit: abs(math.log(usual[unit] / _COMMON)), default=None)
+    # A usual rate is most often near 200 Hz.
+    return min(usual, key=lambda unit: abs(math.log(usual[unit] / 200.0)), default=None)
 
 
 def rate_notes(name: str, values: FloatArray) -> tuple[Note, ...]:
@@ -220,7 +210,8 @@ def increment_notes(name: str, values: FloatArray, sample_rate: float) -> tuple[
         Hz.
     """
     level = _flat_level(_blocks(values)) if values.size >= _LEAST_SAMPLES else None
-    if level is None or not level * sample_rate > _LOUDEST**2:
+    # No gyro has more white noise than 10 deg/sqrt(h): the worst have 6.
+    if level is None or not level * sample_rate > (10.0 * DEGREE_PER_ROOT_HOUR) ** 2:
         return ()
     walk = math.sqrt(level * sample_rate) / DEGREE_PER_ROOT_HOUR
     said = f"its white noise would be {walk:.3g} deg/sqrt(h), more than that of any gyro"
@@ -257,11 +248,6 @@ _COUNTER: Final = re.compile(
     r"num(?:ber)?|row|n|#|zähler|lfd)(?:$|[^a-z])",
     re.IGNORECASE,
 )
-# How nearly stamps and a stated rate agree, and share of the steps that are usual ones: within half
-# of the median for stamps, and one of a counter exactly.
-_AGREES: Final = 0.02
-_MOSTLY: Final = 0.9
-_WITHIN: Final = 0.5
 
 
 def force_notes(gyros: Mapping[str, Column]) -> list[Note]:
@@ -318,14 +304,14 @@ def _require_rate(column: Column, stamps: FloatArray, sampling: Sampling) -> Non
     usual = float(np.median(steps)) if steps.size else 0.0
     # A column without a unit that goes 0, 1, 2 numbers the rows.
     is_number = usual == 1.0 and column.unit is None
-    if not usual > 0.0 or is_number or not _mostly(np.abs(steps - usual) < _WITHIN * usual):
+    if not usual > 0.0 or is_number or not _mostly(np.abs(steps - usual) < 0.5 * usual):
         return
     step, stated = float(stamps[-1] - stamps[0]) / steps.size, sampling.sample_rate
     own = canonical(column.unit or "")
     units = (own,) if own in TIME_UNITS else tuple(TIME_UNITS)
     rates = {unit: 1.0 / (step * TIME_UNITS[unit]) for unit in units}
     unit = own if own in TIME_UNITS else likely_time_unit(step)
-    agree = any(abs(rate / stated - 1.0) < _AGREES for rate in rates.values())
+    agree = any(abs(rate / stated - 1.0) < 0.02 for rate in rates.values())
     if unit is not None and not agree:
         rate = f"{rates[unit]:.6g}"
         said = f"its stamps are those of {rate} Hz in {unit}, and {stated:.6g} Hz is stated"
@@ -357,7 +343,7 @@ def _lost(key: str, counts: FloatArray, stretch: Stretch) -> tuple[Note, ...]:
 
 
 def _mostly(usual: np.ndarray) -> bool:
-    return bool(np.count_nonzero(usual) >= _MOSTLY * usual.size)
+    return bool(np.count_nonzero(usual) >= 0.9 * usual.size)
 
 
 def _loaded(source: Source, column: Column, stretch: Stretch) -> FloatArray:

@@ -26,9 +26,8 @@ _KNOWN_SCALES: Final = frozenset(
 _SCALE: Final = re.compile(r"NI_Scale\[\d+\]_Scale_Type$")
 # What it warns of is refused here.
 log_manager.set_level(logging.CRITICAL)
-# Bytes that a segment begins with, and the bit of its contents for the highest byte first.
+# Bytes that a segment begins with.
 _LEAD_IN: Final = 28
-_HIGHEST_FIRST: Final = 1 << 6
 _UNIT_PROPERTIES: Final = ("unit_string", "NI_UnitDescription", "Unit", "unit")
 
 
@@ -121,7 +120,8 @@ def _require_whole(path: Path) -> None:
                 said = "is not TDMS: it does not begin as such a file does"
                 remedy = f"give it the suffix of its own format, or {AGAIN}"
                 raise RecordingError(said, remedy=remedy)
-            is_big = len(lead_in) == _LEAD_IN and lead_in[4] & _HIGHEST_FIRST
+            # The bit of its contents for the highest byte first.
+            is_big = len(lead_in) == _LEAD_IN and lead_in[4] & 0x40
             position += _LEAD_IN + int.from_bytes(lead_in[12:20], "big" if is_big else "little")
     if position > size:
         raise ValueError("its last segment is not all there")

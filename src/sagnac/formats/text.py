@@ -333,8 +333,7 @@ def text_file(path: Path) -> TextFile:
 
 def _lines(part: bytes, encoding: str) -> list[str]:
     """Lines of a part of a file, the last one up to its end; empty if that has one."""
-    text = _plain(part.decode(encoding, errors="replace").lstrip("\ufeff"))
-    return re.split(r"\r\n|\n|\r", text)
+    return re.split(r"\r\n|\n|\r", _plain(part.decode(encoding, errors="replace").lstrip("\ufeff")))
 
 
 def _plain(text: str) -> str:

@@ -14,30 +14,17 @@ from dataclasses import dataclass, replace
 from typing import Final, Literal
 
 from sagnac.core.errors import RecordingError
+from sagnac.formats import text as texts
 from sagnac.formats.files import AGAIN
 from sagnac.formats.source import Column, column
 from sagnac.formats.statement import Statement, is_known, of_rates
-from sagnac.formats.text import (
-    PLAIN,
-    NumberStyle,
-    TextFile,
-    TimeForm,
-    form_of,
-    is_day_first,
-    is_in_doubt,
-    style_of,
-)
+from sagnac.formats.text import PLAIN, NumberStyle, TextFile, TimeForm, form_of, style_of
 
 # ---- layout ------------------------------------------------------------------------
 
 # What a column holds: numbers, integers too long for a float such as stamps in ns since 1970, or
 # times.
 Form = Literal["number", "integer"] | TimeForm
-# The first that splits rows into equal counts of numbers is taken: a comma may stand before
-# decimals and a blank within a name, a semicolon or a tab does neither.
-_DELIMITERS: Final = (";", "\t", "|", ",", " ")
-# Stands between the fields of a file of one column: no number holds it.
-_NOTHING: Final = ";"
 COMMENT: Final = ("#", "%")
 _MOST_ROWS: Final = 200
 _LONGEST_SHOWN: Final = 40
@@ -49,8 +36,6 @@ _WRONG: Final[Mapping[Form, str]] = {
     "iso": "no date with a time",
     "iso-day-first": "no date with the day first and a time",
 }
-# A column is one of numbers or times if this share of its fields are such.
-_MOSTLY: Final = 0.9
 # An integer of more digits loses some as a float of 64 bits.
 _LONG: Final = re.compile(r"[+-]?\d{16,}")
 
@@ -142,13 +127,14 @@ def layout(text: TextFile) -> Layout:
     plain = [number for number, line in enumerate(head) if is_plain(line)]
     if not plain:
         raise RecordingError("has no header line", remedy="it must start with one like x[arcsec]")
-    split = _judged(text, ("\t",) if is_tabbed else _DELIMITERS)
-    starts = (
-        line
-        for place, line in enumerate(plain)
-        if all(split.is_row(split.fields(head[i])) for i in plain[place : place + 3])
-    )
-    start = next(starts, None)
+    # The first that splits rows into equal counts of numbers is taken: a comma may stand before
+    # decimals and a blank within a name, a semicolon or a tab does neither.
+    split = _judged(text, ("\t",) if is_tabbed else (";", "\t", "|", ",", " "))
+
+    def begins(place: int) -> bool:
+        return all(split.is_row(split.fields(head[i])) for i in plain[place : place + 3])
+
+    start = next((line for place, line in enumerate(plain) if begins(place)), None)
     units: list[str | None]
     if start is None:
         # A header and no table under it.
@@ -186,13 +172,13 @@ def layout(text: TextFile) -> Layout:
     )
 
 
-def _form(texts: Sequence[str]) -> Form:
+def _form(held: Sequence[str]) -> Form:
     """What the fields of a column are."""
-    times = [form_of(text) for text in texts]
+    times = [form_of(text) for text in held]
     if times and times[0] and all(times):
-        return "iso-day-first" if is_day_first(texts) else times[0]
-    are_whole = all(re.fullmatch(r"[+-]?\d+", text) for text in texts)
-    return "integer" if are_whole and any(map(_LONG.match, texts)) else "number"
+        return "iso-day-first" if texts.is_day_first(held) else times[0]
+    are_whole = all(re.fullmatch(r"[+-]?\d+", text) for text in held)
+    return "integer" if are_whole and any(map(_LONG.match, held)) else "number"
 
 
 def fields_of(line: str, delimiter: str) -> list[str]:
@@ -221,7 +207,7 @@ def _doubts(split: "_Split", encoding: str, *, is_named: bool) -> tuple[str, ...
     doubts = []
     numbers = [text for row in split.rows for text in row if form_of(text) is None]
     if split.style.decimal == ",":
-        said = " (not a mark between thousands)" if is_in_doubt(numbers) else ""
+        said = " (not a mark between thousands)" if texts.is_in_doubt(numbers) else ""
         doubts.append(f"a decimal comma{said}")
     if mark := split.style.thousands:
         doubts.append(f"{mark!r} between thousands" if mark.isprintable() else "a blank there")
@@ -268,8 +254,9 @@ class _Split:
         rows = [row for row in self.rows if any(text and self.holds(text) for text in row)]
         numeric = []
         for place in range(self.count):
-            texts = [row[place] for row in rows if row[place]]
-            if texts and sum(map(self.holds, texts)) >= _MOSTLY * len(texts):
+            held = [row[place] for row in rows if row[place]]
+            # A column is one of numbers or times if nine fields in ten are such.
+            if held and sum(map(self.holds, held)) >= 0.9 * len(held):
                 numeric.append(place)
         known = replace(self, numeric=tuple(numeric))
         return replace(known, rows=tuple(filter(known.is_row, self.rows)))
@@ -300,7 +287,8 @@ def _judged(text: TextFile, delimiters: Sequence[str]) -> _Split:
     # The last of the first lines that holds a word is the header if there is one.
     words = [line for line in head[:_MOST_ROWS] if re.search(r"[^\W\d_]{2,}|^[a-zA-Z]", line)]
     tried = [_split(last + later, one) for one in delimiters]
-    single = _split(last + later, _NOTHING, 1)
+    # No number holds what stands between the fields of a file of one column.
+    single = _split(last + later, ";", 1)
     several = [one for one in tried if one.count > 1]
     best = max(several, key=lambda one: round(one.share, 2), default=single)
     # "0,5" is one number with a decimal comma, or two: the header tells.

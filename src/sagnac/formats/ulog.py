@@ -22,8 +22,6 @@ _FIELDS: Final = {
         **{f"accelerometer_m_s2[{i}]": "m/s^2" for i in range(3)},
     },
 }
-# Bytes of a message that say its length and type.
-_MESSAGE_HEAD: Final = 3
 _TIMES: Final = ("timestamp_sample", "timestamp")
 
 
@@ -37,7 +35,8 @@ class _Stream(io.BufferedReader):
 
     def read(self, size: int | None = -1, /) -> bytes:
         content = super().read(size)
-        is_end = not content and size == _MESSAGE_HEAD
+        # Three bytes of a message say its length and type.
+        is_end = not content and size == 3
         self.lacking = 0 if is_end or size is None else max(size - len(content), 0)
         return content
 

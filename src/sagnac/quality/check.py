@@ -191,8 +191,7 @@ def integrity(recording: Recording) -> Notes:
     """
     if recording.samples < MINIMUM_SAMPLES:
         said = f"{recording.samples} samples are too few, at least {MINIMUM_SAMPLES} are needed"
-        text = f"{said}; give a longer file or a wider {{slice}}"
-        return (Note(level="error", text=text),)
+        return (Note(level="error", text=f"{said}; give a longer file or a wider {{slice}}"),)
     channels = [*recording.gyros, *([recording.table] if recording.table else [])]
     return ranked(_asked(_ON_READING, recording, [Profile.of(recording, one) for one in channels]))
 

@@ -167,9 +167,8 @@ def spike_notes(recording: Recording, profile: Profile) -> Notes:
     """Single samples far off, a warning, for the answer goes without them; else single jumps."""
     if profile.changes.size < LEAST_FOR_SPIKES:
         return jump_notes(recording, profile)
-    found = find_spikes(
-        profile.changes, sample_rate=1.0, among=profile.even[-profile.changes.size :]
-    )
+    among = profile.even[-profile.changes.size :]
+    found = find_spikes(profile.changes, sample_rate=1.0, among=among)
     level: Level = "warning"
     effect = None
     if found.many and not profile.is_coarse:
@@ -192,13 +191,6 @@ def spike_notes(recording: Recording, profile: Profile) -> Notes:
 
 
 # ---- bumps -------------------------------------------------------------------------
-
-# Standard deviations from which on the turn of a second is none of the noise; a heavy tail goes on
-# below it, from the other on.
-_TURNED: Final = 10.0
-_TURNED_BELOW: Final = 6.0
-# Fewest stretches to tell their scatter by.
-_FEWEST_STRETCHES: Final = 60
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -268,7 +260,8 @@ def find_bumps(
     values = np.asarray(increments, dtype=np.float64)
     length = _samples_of_a_second(sample_rate)
     count = values.size // length
-    if count < _FEWEST_STRETCHES:
+    # Fewer stretches do not tell their scatter.
+    if count < 60:
         return None
     turns = np.add.reduceat(values[: count * length], np.arange(0, count * length, length))
     around = np.median(sliding_window_view(np.pad(turns, 4, mode="reflect"), 9), axis=1)
@@ -278,8 +271,10 @@ def find_bumps(
     wander = float(np.quantile(np.abs(around[9:] - around[:-9]), 0.99))
     if scatter == 0.0:
         return None
-    far = np.abs(off) > max(_TURNED * scatter, 2.0 * wander)
-    below = number_of(np.abs(off) > _TURNED_BELOW * scatter) - number_of(far)
+    # From ten standard deviations on the turn of a second is none of the noise; a heavy tail goes
+    # on below, from six on.
+    far = np.abs(off) > max(10.0 * scatter, 2.0 * wander)
+    below = number_of(np.abs(off) > 6.0 * scatter) - number_of(far)
     for place in [] if with_spikes else np.flatnonzero(far).tolist():
         own = values[place * length : (place + 1) * length]
         far[place] = np.abs(own - np.median(own)).max() < 0.5 * abs(off[place])
@@ -288,12 +283,10 @@ def find_bumps(
     # A second before and behind, in which it begins and ends.
     wide = np.convolve(far, np.ones(3), mode="same") > 0.0
     pairs = np.transpose(stretches(wide)).tolist()
-    return Bumps(
-        stretches=tuple(slice(first * length, last * length) for first, last in pairs),
-        turned=np.array([np.abs(off[first:last]).max() for first, last in pairs]),
-        scatter=scatter,
-        added=math.hypot(1.0, float(np.linalg.norm(off[far])) / scatter / math.sqrt(count)),
-    )
+    moved = tuple(slice(first * length, last * length) for first, last in pairs)
+    turned = np.array([np.abs(off[first:last]).max() for first, last in pairs])
+    added = math.hypot(1.0, float(np.linalg.norm(off[far])) / scatter / math.sqrt(count))
+    return Bumps(stretches=moved, turned=turned, scatter=scatter, added=added)
 
 
 def without_bumps(increments: ArrayLike, bumps: Bumps) -> FloatArray:
@@ -409,12 +402,8 @@ def _shape_in(profile: Profile) -> Shape | None:
     return None if 2.0 * profile.step > found.innovation else shape_of(found.values)
 
 
-# Excess kurtosis down to which the effect of a soft limit is known to 0.005, whether it is a
-# hyperbolic tangent, an arc tangent or x / sqrt(1 + x^2).
-_FLATTEST: Final = -0.64
-# Standard errors within which a kurtosis is the one expected, and beyond which it is another.
+# Standard errors within which a kurtosis is the one expected.
 _LIKE: Final = 4.0
-_UNLIKE: Final = 3.0
 
 
 def flat_notes(recording: Recording, profile: Profile) -> Notes:
@@ -432,7 +421,9 @@ def flat_notes(recording: Recording, profile: Profile) -> Notes:
     # Standard deviation behind a soft limit, of a normal number's of 1. That of x - a x^3 is
     # 1 - 3 a and its excess kurtosis -24 a. The next order is that of a hyperbolic tangent.
     effect = float(f"{1.0 + shape.kurtosis / 8.0 - 0.075 * shape.kurtosis**2:.4g}")
-    level: Level = "error" if shape.kurtosis < _FLATTEST else "warning"
+    # Down to this excess kurtosis the effect is known to 0.005, whether the limit is a hyperbolic
+    # tangent, an arc tangent or x / sqrt(1 + x^2).
+    level: Level = "error" if shape.kurtosis < -0.64 else "warning"
     text = (
         f"large deviations are missing (excess kurtosis {shape.kurtosis:.2g}): either it comes "
         "near the end of its range (a soft saturation), or its noise is a sum of few errors, "
@@ -472,7 +463,8 @@ def has_uniform_errors(changes: FloatArray) -> bool:
     by_limit = kurtosis * together / (4.0 * variance)
     alike = abs(kurtosis + 2.4 * (error / variance) ** 2) < _LIKE * own
     alike = alike and abs(of_sums - by_errors) < _LIKE * of_two
-    return alike and of_sums < by_limit - _UNLIKE * of_two
+    # Beyond three standard errors it is another.
+    return alike and of_sums < by_limit - 3.0 * of_two
 
 
 def heavy_notes(recording: Recording, profile: Profile) -> Notes:
@@ -481,12 +473,10 @@ def heavy_notes(recording: Recording, profile: Profile) -> Notes:
     if shape is None or not (abs(shape.skewness) > 0.3 or shape.kurtosis > 1.0):
         return ()
     # Spikes of one size and sign make a kurtosis of that size, in deviations, times the skewness.
-    why = (
-        "spikes or bursts are a part of it, and of its angle random walk"
-        if shape.kurtosis > 1.0
-        else "it is lopsided: either the range ends near by on one side (take a wider range to "
-        "tell), or this gyro's noise has that shape, which is sound"
-    )
+    why = "spikes or bursts are a part of it, and of its angle random walk"
+    if shape.kurtosis <= 1.0:
+        ends = "the range ends near by on one side (take a wider range to tell)"
+        why = f"it is lopsided: either {ends}, or this gyro's noise has that shape, which is sound"
     shown = f"skewness {shape.skewness:.2g}, excess kurtosis {shape.kurtosis:.2g}"
     text = f"its noise is no even noise ({shown}): {why}"
     return (Note(name="spikes", channel=profile.name, text=text, level="warning"),)
@@ -521,8 +511,6 @@ def unsteady_notes(recording: Recording, profile: Profile) -> Notes:
 
 # `_together` of white noise: its differences of neighbours are correlated by -1/2.
 _WHITE_TOGETHER: Final = 1.5
-# Chance that the power of one block of steady noise is as high.
-_BY_CHANCE: Final = 1e-7
 
 
 def _together(changes: FloatArray) -> float:
@@ -544,15 +532,15 @@ def _loud(recording: Recording, profile: Profile, together: float = _WHITE_TOGET
     # The mean square of n independent normal numbers follows a gamma law of shape n/2. Behind a
     # low-pass few of them are independent.
     shape = profile.block / (2.0 * together)
-    chance = float(gammainccinv(shape, _BY_CHANCE) / gammaincinv(shape, 0.25))
+    # The power of one block of steady noise is as high with a chance of 1e-7.
+    chance = float(gammainccinv(shape, 1e-7) / gammaincinv(shape, 0.25))
     if quiet <= 0.0 or power[at] <= max(chance, 1.2**2) * quiet:
         return ()
-    text = (
-        f"its noise changes: the loudest {profile.block / recording.sample_rate:.3g} s, at "
-        f"{second_of(recording, at * profile.block):.6g} s, have {math.sqrt(power[at] / quiet):.3g}"
-        " times the scatter of the quiet quarter; take an even stretch with {slice}"
-    )
-    return _changing(profile.name, text, math.sqrt(float(power.mean()) / quiet))
+    when = f"{second_of(recording, at * profile.block):.6g} s"
+    louder = f"{math.sqrt(power[at] / quiet):.3g} times the scatter of the quiet quarter"
+    said = f"the loudest {profile.block / recording.sample_rate:.3g} s, at {when}, have {louder}"
+    effect = math.sqrt(float(power.mean()) / quiet)
+    return _changing(profile.name, f"its noise changes: {said}", effect)
 
 
 def _growing(profile: Profile) -> Notes:
@@ -574,13 +562,13 @@ def _growing(profile: Profile) -> Notes:
         return ()
     said = f"its noise {'grows' if slope > 0.0 else 'falls'} in the course of the record"
     ratio = f"{math.exp(0.5 * slope):.3g} times its scatter"
-    text = f"{said}, to {ratio}; take an even stretch with {{slice}}"
-    return _changing(profile.name, text, effect)
+    return _changing(profile.name, f"{said}, to {ratio}", effect)
 
 
-def _changing(channel: str, text: str, effect: float) -> Notes:
+def _changing(channel: str, said: str, effect: float) -> Notes:
     """Noise of which the mean is `effect` times the quietest: no one N is that of the record."""
-    text = f"{text}; the angle random walk of all of it is about {effect:.3g} times the least"
+    walk = f"the angle random walk of all of it is about {effect:.3g} times the least"
+    text = f"{said}; take an even stretch with {{slice}}; {walk}"
     # The interval of an answer reaches as far as that.
     level: Level = "error" if effect > 1.5 else "warning"
     known = float(f"{effect:.4g}")

@@ -106,9 +106,8 @@ def remedy_of(recording: Recording, stretch: slice) -> str:
     # Stamps of a damaged file may be any number.
     if stretch.stop - first < MINIMUM_SAMPLES or not math.isfinite(begin):
         return "get the file again from its source"
-    start = math.ceil(begin) / 1e3
     stop = "" if last == recording.samples - 1 else f"{second_of(recording, last):.3f}"
-    return f"take the sound stretch with {{slice {start:g}:{stop}}}"
+    return f"take the sound stretch with {{slice {math.ceil(begin) / 1e3:g}:{stop}}}"
 
 
 def remedy_without(recording: Recording, bad: BooleanArray | IntegerArray) -> str:

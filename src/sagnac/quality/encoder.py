@@ -244,8 +244,7 @@ def table_notes(recording: Recording, profile: Profile) -> Notes:
     """How a gyro and the encoder go together."""
     if profile.table is None:
         return ()
-    wrong = follow_notes(recording, profile)
-    if wrong:
+    if wrong := follow_notes(recording, profile):
         return wrong
     if math.isnan(profile.share):
         return (Note(channel="table", text="the table does not turn"),)
@@ -266,17 +265,14 @@ def across_notes(recording: Recording, profile: Profile) -> Notes:
         return ()
     gyros = profile.each(recording)
     best = max(gyros, key=lambda one: abs(one.share))
-    in_degrees = share / DEGREE
+    in_degrees, unit = share / DEGREE, split_factor(table.channel.shown_in)[1]
     level: Level = "warning"
     text = f"senses {100.0 * share:.2g} % of the table rate"
     across = f"{text}: it is mounted across the axis"
     if abs(best.share) > _SENSES:
         other = f"gyro {best.name} senses {100.0 * best.share:.3g} %"
         text = f"{across}, while {other}: name that ({{gyros}})"
-    elif (
-        split_factor(table.channel.shown_in)[1] == "rad"
-        and _SENSES < abs(in_degrees) < LARGEST_SHARE
-    ):
+    elif unit == "rad" and _SENSES < abs(in_degrees) < LARGEST_SHARE:
         sensed = f"would sense {100.0 * in_degrees:.3g} % of it if the encoder were in degrees"
         text = f"{text}, and {sensed}: state {{table COLUMN:deg}}"
     elif all(_likely_unit(one) for one in gyros):
@@ -293,10 +289,9 @@ def _likely_unit(profile: Profile) -> str:
     found = [(times, unit, f"{{unit {unit}}}") for unit, times in units]
     if profile.channel.kind == "rate":
         # The table's rate has the unit of time, and that of the gyro has its own.
-        found += [
-            (times, f"a unit of time a thousand times {which}", "{time COLUMN:UNIT}")
-            for times, which in ((1e-3, "larger"), (1e3, "smaller"))
-        ]
+        of_time = "a unit of time a thousand times"
+        found.append((1e-3, f"{of_time} larger", "{time COLUMN:UNIT}"))
+        found.append((1e3, f"{of_time} smaller", "{time COLUMN:UNIT}"))
     for times, where, statement in found:
         if _SENSES < abs(profile.share * times) < LARGEST_SHARE:
             sensed = 100.0 * profile.share * times

@@ -14,19 +14,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.fft import irfft, next_fast_len, rfft
 
+from sagnac.core import units
 from sagnac.core.arrays import BooleanArray, FloatArray, every, values_at
 from sagnac.core.errors import Level, Note, counted, rounded
 from sagnac.core.marks import first_of, longest_unmarked, number_of
-from sagnac.core.units import (
-    ACCELERATION_UNITS,
-    DEGREE,
-    DEGREE_PER_HOUR,
-    DEGREE_PER_ROOT_HOUR,
-    EARTH_RATE,
-    STANDARD_GRAVITY,
-    UNITS,
-    split_factor,
-)
+from sagnac.core.units import DEGREE, DEGREE_PER_HOUR, EARTH_RATE, STANDARD_GRAVITY, split_factor
 from sagnac.quality.distribution import find_bumps
 from sagnac.quality.effects import finding, remedy_of
 from sagnac.quality.encoder import LEAST_SHARE, TURNING_RATE
@@ -65,17 +57,14 @@ def rate_notes(recording: Recording, profile: Profile) -> Notes:
     elif scatter < 1e-6 * DEGREE_PER_HOUR:
         size = f"{scatter / DEGREE_PER_HOUR:.2g} deg/h from second to second"
         text = f"scatters by only {size}: {_LOOKS_WRONG}"
-    elif is_bench and walk > 60.0 * DEGREE_PER_ROOT_HOUR:
-        size = f"{walk / DEGREE_PER_ROOT_HOUR:.3g} deg/sqrt(h), over ten times that of the noisiest"
-        text = f"scatters like an angle random walk of {size}: {_LOOKS_WRONG}"
+    elif is_bench and walk > 60.0 * units.DEGREE_PER_ROOT_HOUR:
+        size = f"{walk / units.DEGREE_PER_ROOT_HOUR:.3g} deg/sqrt(h)"
+        said = f"scatters like an angle random walk of {size}, over ten times that of the noisiest"
+        text = f"{said}: {_LOOKS_WRONG}"
     elif is_bench and profile.channel.kind != "angle" and _adds_up(profile.channel.values):
         said = "goes on from sample to sample as an angle does, at any distance"
         text = f"{said}: if it is one, state {{kind angle}} with its {{unit}}"
     return _doubt(profile.name, text)
-
-
-# Fewest samples between which it shows that a channel adds up, and distances that are compared.
-_FARTHEST: Final = 256
 
 
 def _adds_up(values: FloatArray) -> bool:
@@ -85,7 +74,8 @@ def _adds_up(values: FloatArray) -> bool:
     square.
     """
     farthest = values.size // 64
-    if farthest < _FARTHEST:
+    # Between fewer samples it does not show.
+    if farthest < 256:
         return False
     apart = np.geomspace(1, farthest, 6).astype(np.int64)
     starts = np.linspace(0, values.size - farthest - 1, 4096).astype(np.int64)
@@ -102,13 +92,12 @@ def time_notes(recording: Recording, profile: Profile) -> Notes:
     if factor is None:
         return ()
     rate = recording.sample_rate
-    text = (
-        f"samples stand {1.0 / rate:.4g} s apart, for {recording.duration / 86_400.0:.3g} days, as "
-        f"no gyro is read: the unit of time looks {factor:.0f} times too large; if they are those "
-        f"of {rate * factor:.6g} Hz, state {{time COLUMN:{_TIMES_FINER[factor]}}} (in place of s) "
-        f"or {{rate {rate * factor:.6g}}}"
-    )
-    return _doubt("time", text)
+    apart = f"{1.0 / rate:.4g} s apart, for {recording.duration / 86_400.0:.3g} days"
+    said = f"samples stand {apart}, as no gyro is read"
+    why = f"the unit of time looks {factor:.0f} times too large"
+    likely, finer = f"{rate * factor:.6g}", _TIMES_FINER[factor]
+    remedy = f"state {{time COLUMN:{finer}}} (in place of s) or {{rate {likely}}}"
+    return _doubt("time", f"{said}: {why}; if they are those of {likely} Hz, {remedy}")
 
 
 def likely_time_factor(recording: Recording) -> float | None:
@@ -138,8 +127,8 @@ def gravity_notes(recording: Recording, profile: Profile) -> Notes:
     factor, stated = split_factor(forces[0].shown_in)
     if kind == "angle" or factor != 1.0 or not size > 0.0 or _is_gravity(size):
         return ()
-    one = UNITS[stated].size * (1.0 if kind == "rate" else recording.sample_rate)
-    sizes = {("rate", unit): size for unit, size in ACCELERATION_UNITS.items()}
+    one = units.UNITS[stated].size * (1.0 if kind == "rate" else recording.sample_rate)
+    sizes = {("rate", unit): size for unit, size in units.ACCELERATION_UNITS.items()}
     sizes["increment", "m/s"] = recording.sample_rate
     likely = [named for named, other in sizes.items() if _is_gravity(size / one * other)]
     if not likely:
@@ -186,7 +175,7 @@ def _as_gravity(gyros: tuple[Channel, ...], size: float) -> str:
     of_earth = len(gyros) < 3 and size < EARTH_RATE
     if gyros[0].kind != "rate" or factor != 1.0 or of_earth:
         return ""
-    number = size / UNITS[stated].size
+    number = size / units.UNITS[stated].size
     for gravity, unit in ((1.0, "g"), (STANDARD_GRAVITY, "m/s^2")):
         if _is_near(number, gravity, 0.01):
             said = f"their mean is {number:.4g}, which is gravity in {unit}"
@@ -249,16 +238,13 @@ def earth_on_table_notes(recording: Recording, profile: Profile) -> Notes:
         return ()
     across = math.hypot(cosine, sine) * turned / recording.duration / math.sqrt(1.0 - share**2)
     # Below lie only the poles of the Earth, and tables whose axis points there.
-    least = 0.02 * EARTH_RATE
-    if not (across < least < across * factor < 1.2 * EARTH_RATE):
+    if not (across < 0.02 * EARTH_RATE < across * factor < 1.2 * EARTH_RATE):
         return ()
-    text = (
-        f"shows {across / DEGREE_PER_HOUR:.3g} deg/h of Earth rate across a table at "
-        f"{turned / recording.duration / DEGREE:.3g} deg/s; if the unit of time is {factor:g} "
-        f"times smaller, it shows {factor:g} times as much, as it may: state the right "
-        f"{{time COLUMN:UNIT}} or {{rate {recording.sample_rate * factor:.6g}}}"
-    )
-    return _doubt(gyro.name, text, "error")
+    shown = f"{across / DEGREE_PER_HOUR:.3g} deg/h of Earth rate across a table"
+    said = f"shows {shown} at {turned / recording.duration / DEGREE:.3g} deg/s"
+    why = f"if the unit of time is {factor:g} times smaller, it shows {factor:g} times as much"
+    remedy = f"{{time COLUMN:UNIT}} or {{rate {recording.sample_rate * factor:.6g}}}"
+    return _doubt(gyro.name, f"{said}; {why}, as it may: state the right {remedy}", "error")
 
 
 # ---- motion ------------------------------------------------------------------------
@@ -286,12 +272,10 @@ def motion_notes(recording: Recording, profile: Profile) -> Notes:
         first = int(profile.edges[first_of(moves)])
         rest = _longest_rest(profile)
         remedy = remedy_of(recording, rest) if _is_long(rest, profile) else "record at rest"
-        text = (
-            f"turns at up to {float(np.abs(rates).max()) / DEGREE:.3g} deg/s, in "
-            f"{rounded(100.0 * number_of(moves) / rates.size)} % of the record, first at "
-            f"{second_of(recording, first):.1f} s, as no still bench does, {why}, "
-            f"state the right {{unit}}, or {remedy}"
-        )
+        part = f"{rounded(100.0 * number_of(moves) / rates.size)} % of the record"
+        when = f"in {part}, first at {second_of(recording, first):.1f} s"
+        said = f"turns at up to {float(np.abs(rates).max()) / DEGREE:.3g} deg/s, {when}"
+        text = f"{said}, as no still bench does, {why}, state the right {{unit}}, or {remedy}"
     else:
         # A rate that never changes is a table's beyond this many times the walk in a root second,
         # 200 deg/s for 1 deg/sqrt(h); of MEMS units as they are sold it is 70 at most. Up to
@@ -349,14 +333,12 @@ def _half_of_range(channel: Channel, rate: float) -> str:
     size, unit = split_factor(channel.shown_in)
     if channel.kind != "rate" or size == 1.0:
         return ""
-    counts = abs(rate) / (size * UNITS[unit].size)
-    bits = next(
-        (bits for bits in (12, 14, 16, 20, 24) if abs(counts / 2.0 ** (bits - 1) - 1.0) < 0.05), 0
-    )
-    if not bits:
-        return ""
-    said = f"; if its counts begin at {2 ** (bits - 1)}, half of a range of {bits} bits"
-    return f"{said}, take that knowingly ({{accept motion}})"
+    counts = abs(rate) / (size * units.UNITS[unit].size)
+    for bits in (12, 14, 16, 20, 24):
+        if abs(counts / 2.0 ** (bits - 1) - 1.0) < 0.05:
+            said = f"; if its counts begin at {2 ** (bits - 1)}, half of a range of {bits} bits"
+            return f"{said}, take that knowingly ({{accept motion}})"
+    return ""
 
 
 # ---- pairs -------------------------------------------------------------------------

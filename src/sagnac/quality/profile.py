@@ -25,11 +25,6 @@ Notes = tuple[Note, ...]
 
 # Samples, an odd number, whose mean is the motion at the middle one.
 _SLOW: Final = 255
-# A table counts as speeding up, stopping or turning round if its rate changes from one second to
-# the next by more than this many times the median change, and than this many times the scatter of
-# the gyro's samples. Smaller changes put no sample far off.
-_USUAL_CHANGES: Final = 3.0
-_SCATTERS: Final = 5.0
 # Changes at the beginning that short searches look at, the most.
 LOOKED_AT: Final = 2**17
 
@@ -175,11 +170,9 @@ class Profile:
     def spread(self) -> FloatArray:
         """(blocks,) mean square of the changes about their median, those far off cut down."""
         # Beyond three roots of that power a sample counts as if it were there.
-        farthest = 3.0 * np.sqrt(2.0 * self.typical)
-        each = zip(self._rows(), self.level, farthest, strict=True)
-        return np.array(
-            [arrays.square(np.clip(row - level, -far, far)) / row.size for row, level, far in each]
-        )
+        each = zip(self._rows(), self.level, 3.0 * np.sqrt(2.0 * self.typical), strict=True)
+        clipped = (np.clip(row - level, -far, far) for row, level, far in each)
+        return np.array([arrays.square(row) / row.size for row in clipped])
 
     @cached_property
     def white(self) -> White:
@@ -268,8 +261,10 @@ class Profile:
             return np.broadcast_to(np.True_, size)
         changes = np.abs(self.share * np.diff(self.table.rates))
         noise = self.scale * (1.0 if self.channel.kind == "rate" else self.sample_rate)
-        limit = max(_USUAL_CHANGES * float(np.median(changes)), _SCATTERS * noise)
-        uneven = np.flatnonzero(changes > limit)
+        # A table counts as speeding up, stopping or turning round if its rate changes from one
+        # second to the next by more than three times the median change, and than five times the
+        # scatter of the gyro's samples. Smaller changes put no sample far off.
+        uneven = np.flatnonzero(changes > max(3.0 * float(np.median(changes)), 5.0 * noise))
         marks = np.ones(size, dtype=np.bool_)
         for first, after in zip(self.edges[uneven], self.edges[uneven + 2] + 1, strict=True):
             marks[first:after] = False

@@ -24,10 +24,6 @@ from sagnac.recording.model import Recording, second_of
 
 # ---- readout -----------------------------------------------------------------------
 
-# Angles that a readout step has to leave for a fit. If there are fewer, five terms are not told
-# apart: even with white readout noise nine intervals in ten hold N, and what is estimated lies
-# half an error high.
-LEAST_DITHERED: Final = 320
 # Steps of angle over which a rate counts as steady: the variance of this many is about their mean.
 _STEADY: Final = 8
 
@@ -138,17 +134,16 @@ def joint_readout(
     what = f"the readout step of {', '.join(undithered)} ({largest:.3g} arcsec)"
     counts = [readout.every for readout in undithered.values() if readout.every is not None]
     apart = max(counts) / angle_rate if len(counts) == len(undithered) else math.inf
-    if not recording.duration / apart >= LEAST_DITHERED:
-        text = (
-            f"{recording.duration:.4g} s dither {what} too few times for a fit to tell angle "
-            "random walk from it, and no fit is an estimate of it; record longer, or read out "
-            "finer"
-        )
+    # If the step leaves fewer angles, five terms are not told apart: even with white readout noise
+    # nine intervals in ten hold N, and what is estimated lies half an error high.
+    if not recording.duration / apart >= 320:
+        said = f"{recording.duration:.4g} s dither {what} too few times"
+        why = "for a fit to tell angle random walk from it, and no fit is an estimate of it"
+        text = f"{said} {why}; record longer, or read out finer"
         return Readout(step=step, every=None, time=apart, notes=(Note(text=text, level="warning"),))
-    text = (
-        f"nothing dithers {what} in less than {apart:.4g} s: coefficients are of angles that far "
-        "apart, and the curve at shorter cluster times shows the readout"
-    )
+    said = f"nothing dithers {what} in less than {apart:.4g} s"
+    why = "coefficients are of angles that far apart"
+    text = f"{said}: {why}, and the curve at shorter cluster times shows the readout"
     return Readout(step=step, every=max(counts), time=apart, notes=(Note(text=text),))
 
 
@@ -416,8 +411,7 @@ _FALL: Final = 0.8
 def wrap_notes(recording: Recording, profile: Profile) -> Notes:
     """A counter that starts over, which reading saw already or the samples show: an error."""
     noticed = (note for note in recording.notes if note.name == "wraps")
-    known = [note for note in noticed if note.channel == profile.name]
-    if known:
+    if known := [note for note in noticed if note.channel == profile.name]:
         return tuple(replace(note, level="error") for note in known)
     if profile.channel.kind == "angle":
         return _falls_of_an_angle(recording, profile)

@@ -44,10 +44,9 @@ def _no_numbers(recording: Recording, name: str, values: FloatArray) -> Notes:
         what += ", at an end of the record, where nothing lies beyond to interpolate to"
     elif name == "table":
         # Reading has interpolated what it could.
-        what += (
-            f", more than can be interpolated ({MOST_MISSING_IN_A_ROW} in a row, or as long as a "
-            f"gyro tells the turn; {100.0 * LARGEST_SHARE_MISSING:g} % of all)"
-        )
+        most = f"{MOST_MISSING_IN_A_ROW} in a row, or as long as a gyro tells the turn"
+        share = f"{100.0 * LARGEST_SHARE_MISSING:g} % of all"
+        what += f", more than can be interpolated ({most}; {share})"
     remedy = remedy_without(recording, bad)
     firsts, afters = marks.stretches(bad)
     if name != "table" and (afters - firsts).max() <= MOST_MISSING_IN_A_ROW:
@@ -85,17 +84,6 @@ def longest_whole_stretch(recording: Recording, name: str) -> tuple[Recording, f
 
 # ---- stuck -------------------------------------------------------------------------
 
-# A run of one value is a stuck channel if it is this long, and this many times longer than
-# the tenth longest. A quantized quiet gyro repeats itself for long, but then it does so all
-# over the record (ten runs of noise differ by less than a factor of two or three in length),
-# while a channel that sticks does so once or a few times. Nothing can be said of a channel that
-# repeats itself nine times out of ten anyway: an angle read out coarsely is a random walk over
-# its steps, and the stays of a walk have no typical length.
-STUCK_SAMPLES: Final = 100
-STUCK_RATIO: Final = 10.0
-STUCK_RANK: Final = 10
-STUCK_REPEATS: Final = 0.9
-
 
 def stuck_run(values: FloatArray) -> slice | None:
     """The longest run of one value, if it is longer than noise explains."""
@@ -106,11 +94,15 @@ def stuck_run(values: FloatArray) -> slice | None:
     longest = int(lengths.max(initial=min(1, values.size)))
     if longest == values.size:
         return slice(0, longest)
-    ones = np.ones(STUCK_RANK, dtype=np.int64)
-    tenth = np.sort(np.concatenate([ones, lengths]))[-STUCK_RANK]
-    outside = values.size - longest
-    others = 1.0 - (values.size - marks.number_of(repeats) - 1) / outside
-    if longest < STUCK_SAMPLES or longest <= STUCK_RATIO * tenth or others > STUCK_REPEATS:
+    tenth = np.sort(np.concatenate([np.ones(10, dtype=np.int64), lengths]))[-10]
+    others = 1.0 - (values.size - marks.number_of(repeats) - 1) / (values.size - longest)
+    # A run of one value is a stuck channel if it is of a hundred samples, and ten times longer than
+    # the tenth longest. A quantized quiet gyro repeats itself for long, but then it does so all
+    # over the record (ten runs of noise differ by less than a factor of two or three in length),
+    # while a channel that sticks does so once or a few times. Nothing can be said of a channel that
+    # repeats itself nine times out of ten anyway: an angle read out coarsely is a random walk over
+    # its steps, and the stays of a walk have no typical length.
+    if longest < 100 or longest <= 10.0 * tenth or others > 0.9:
         return None
     first = int(firsts[np.argmax(lengths)])
     return slice(first, first + longest)
@@ -138,23 +130,20 @@ def stuck_notes(recording: Recording, profile: Profile) -> Notes:
 # ---- stamps ------------------------------------------------------------------------
 
 
-# Share of the stamps that follow a gap from which on they may come in bursts, of packets of two
-# hundred samples. Then most of the time lies in the gaps, unlike where packets were lost.
-_BURSTS: Final = 0.005
-
-
 def stamp_notes(recording: Recording, profile: Profile, *, omit_gaps: bool = False) -> Notes:
     """Faults of the time stamps of a recording, if there are any; gaps may be none."""
     times = recording.times
     if times is None:
         return ()
-    not_finite = _no_numbers(recording, "time", times)
-    if not_finite:
+    if not_finite := _no_numbers(recording, "time", times):
         return not_finite
     nominal, problem = median_step(times), ""
     steps = arrays.differences(times)
     backwards, gaps = steps < 0.0, steps > GAP_STEPS * nominal
-    by_rate = f"state {{time none}} and {{rate {recording.sample_rate:.6g}}}"
+    number = 0 if omit_gaps else marks.number_of(gaps)
+    # Bursts may be packets of two hundred samples. Then most of the time lies in the gaps, unlike
+    # where packets were lost.
+    in_bursts = number > 0.005 * steps.size and recording.sample_rate * nominal < 0.5
     if backwards.any():
         first = marks.first_of(backwards)
         said = f"runs backwards {counted(marks.number_of(backwards), 'time')}, first at "
@@ -162,18 +151,15 @@ def stamp_notes(recording: Recording, profile: Profile, *, omit_gaps: bool = Fal
     elif nominal <= 0.0:
         problem = "most stamps repeat the one before: the clock is too coarse for times"
         problem += _rate_of_ticks(times, np.flatnonzero(steps) + 1)
-    elif (
-        marks.number_of(gaps) > _BURSTS * steps.size
-        and recording.sample_rate * nominal < 0.5
-        and not omit_gaps
-    ):
+    elif in_bursts:
         said = f"comes in bursts: most stamps lie {nominal:.6g} s after the one before"
-        more = f"{marks.number_of(gaps)} more than {GAP_STEPS:g} times as far"
+        more = f"{number} more than {GAP_STEPS:g} times as far"
+        by_rate = f"state {{time none}} and {{rate {recording.sample_rate:.6g}}}"
         remedy = f"if the samples were taken evenly, {by_rate}"
         problem = f"{said}, and {more}. Those are times of arrival; {remedy}"
-    elif gaps.any() and not omit_gaps:
+    elif number:
         first = marks.first_of(gaps)
-        several = f"{counted(marks.number_of(gaps), 'gap')} of more than {GAP_STEPS:g} steps"
+        several = f"{counted(number, 'gap')} of more than {GAP_STEPS:g} steps"
         when = f"the first of {steps[first]:.6g} s at {second_of(recording, first):.3f} s"
         remedy = remedy_without(recording, np.flatnonzero(gaps) + 1)
         problem = f"has {several} of {nominal:.6g} s, {when}; {remedy}"
@@ -308,8 +294,7 @@ def with_gaps_marked(recording: Recording) -> Recording:
     if not later.size:
         return recording
     jumps = times[later] - times[later - 1]
-    between = float(times[-1] - times[0] - jumps.sum())
-    rate = (times.size - 1 - later.size) / between
+    rate = (times.size - 1 - later.size) / float(times[-1] - times[0] - jumps.sum())
     skipped = np.rint(jumps * rate).astype(np.int64) - 1
     before = np.concatenate([[0], np.cumsum(skipped)])
     missing, gaps = int(before[-1]), counted(int(later.size), "gap")
@@ -356,10 +341,6 @@ def _sound_apart_from_gaps(recording: Recording) -> Notes:
 
 # ---- repeats -----------------------------------------------------------------------
 
-# Growth of slow noise up to which an answer stands in spite of runs of one value. N is of faster
-# noise, too, and moved by 0.7 % at most, as tried with one run and three of 15 to 99 samples.
-_SMALL_GROWTH: Final = 1.04
-
 
 def repeat_notes(recording: Recording, profile: Profile) -> Notes:
     """Samples that repeat the one before, if no readout step explains them."""
@@ -378,7 +359,9 @@ def repeat_notes(recording: Recording, profile: Profile) -> Notes:
         first, length = firsts[is_run] - 1, (afters - firsts)[is_run] + 1
         often = "once, for" if first.size == 1 else f"{first.size} times, for up to"
         text = f"sticks {often} {length.max()} samples: {text}; {_STRETCH}"
-        if _slow_growth(profile, first, length) <= _SMALL_GROWTH:
+        # If slow noise grows by no more, an answer stands. N is of faster noise, too, and moved by
+        # 0.7 % at most, as tried with one run and three of 15 to 99 samples.
+        if _slow_growth(profile, first, length) <= 1.04:
             return (finding("repeats", profile.name, text, effect=1.0),)
         # That of the noise as far as the runs are long; what they make of slower noise is open.
         effect = math.sqrt(1.0 - in_runs / samples)
@@ -458,8 +441,7 @@ def filled_notes(recording: Recording, profile: Profile) -> Notes:
         return (bent > reach) & (bent <= 3.0 * reach)
 
     # By chance as many lie in half of a stretch twice as wide.
-    beside = 0.5 * marks.number_of(marks.marked(is_beside, *three))
-    if number <= LEAST_OFTEN + OFTENER * beside:
+    if number <= LEAST_OFTEN + OFTENER * 0.5 * marks.number_of(marks.marked(is_beside, *three)):
         return ()
     said = seen(recording, straight, "sample", "on the straight line between two others")
     if number > _MOST_STRAIGHT * values.size:
@@ -471,8 +453,6 @@ def filled_notes(recording: Recording, profile: Profile) -> Notes:
 
 # Share of samples on straight lines above which the rate of all was raised by interpolation.
 _MOST_STRAIGHT: Final = 0.45
-# Longest gap, in samples, across which the noise of neighbours tells how far a line is off.
-_SHORT: Final = 2
 
 
 def _reach_of_straight(profile: Profile) -> float:
@@ -497,14 +477,14 @@ def _effect_of_filling(values: FloatArray, straight: BooleanArray) -> float | No
     firsts, afters = marks.stretches(straight)
     gaps = (afters - firsts).astype(np.float64)
     added = (gaps + 0.5 * gaps**2) / values.size
-    is_short = gaps <= _SHORT
+    # Across longer gaps the noise of neighbours does not tell how far a line is off.
+    is_short = gaps <= 2
     values, straight = values[:LOOKED_AT], straight[:LOOKED_AT]
     apart = ~(straight[2:] | straight[1:-1] | straight[:-2])
     if not apart.any():
         return None
     # Of white noise this is six times the variance.
-    bent = _bent(values[:-2], values[1:-1], values[2:])
-    between = float(np.mean(bent[apart] ** 2)) / 6.0
+    between = float(np.mean(_bent(values[:-2], values[1:-1], values[2:])[apart] ** 2)) / 6.0
     means = values[: values.size // _TOGETHER * _TOGETHER].reshape(-1, _TOGETHER).mean(axis=1)
     slow = 0.5 * _TOGETHER * float(np.mean(np.diff(means) ** 2))
     # Beyond that it raises N by so much that no more need be known.
@@ -517,8 +497,6 @@ def _effect_of_filling(values: FloatArray, straight: BooleanArray) -> float | No
 # Samples of a block, at least, and of the windows that are compared.
 _LEAST: Final = 64
 _WINDOW: Final = 8
-# Part of a record up to which repeated samples move N by less than 5 %, as tried.
-_REPEATED: Final = 0.25
 
 
 def twice_notes(recording: Recording, profile: Profile) -> Notes:
@@ -530,7 +508,8 @@ def twice_notes(recording: Recording, profile: Profile) -> Notes:
     # A record that goes round repeats a block again and again. Its noise is lines then, of which
     # removal leaves little: of a record that stands there twice N came out up to 23 % too small.
     same = marks.longest_unmarked(marks.marked(np.not_equal, values[:-distance], values[distance:]))
-    effect = 1.0 if same.stop - same.start <= _REPEATED * values.size else None
+    # Up to a quarter of it, repeated samples move N by less than 5 %, as tried.
+    effect = 1.0 if same.stop - same.start <= 0.25 * values.size else None
     first, again = (second_of(recording, block.start + later) for later in (0, distance))
     said = f"{block.stop - block.start} samples from {first:.3f} s on are there again"
     text = f"{said} from {again:.3f} s on: an interval counts them twice; {_STRETCH}"
@@ -605,18 +584,16 @@ def dropout_notes(recording: Recording, profile: Profile) -> Notes:
             return ()
     else:
         number = marks.number_of(zeros)
-        beside = _beside(values)
         # A gyro that counts coarsely, and turns little, counts 0 most of the time.
         fine = profile.scale > 20.0 * profile.step
         away = abs(float(np.median(profile.level))) > 4.0 * profile.scale
-        is_rare = number < LEAST_OFTEN or number <= OFTENER * beside
+        is_rare = number < LEAST_OFTEN or number <= OFTENER * _beside(values)
         if is_rare or not (fine or away or _is_dead_band(values)):
             return ()
         effect = _effect_of_zeros(values, number)
     said = seen(recording, zeros, "sample", "of exactly zero")
     said += ", as if readings were lost (dropouts), or small ones set to zero (a dead band)"
-    text = f"{said}; {_LEAVE_OUT}"
-    return (finding("dropouts", profile.name, text, effect=effect),)
+    return (finding("dropouts", profile.name, f"{said}; {_LEAVE_OUT}", effect=effect),)
 
 
 def _is_dead_band(values: FloatArray) -> bool:
@@ -643,10 +620,9 @@ def _beside(values: FloatArray) -> int:
     some = arrays.every(values, arrays.distance_between(20_000, values.size))
     scatter = scatter_of(some - np.median(some))
     up, down = above + 0.1 * min(above, scatter), below - 0.1 * min(-below, scatter)
-    return max(
-        marks.number_of(marks.marked(lambda some: (some > 0.0) & (some <= up), values)),
-        marks.number_of(marks.marked(lambda some: (some < 0.0) & (some >= down), values)),
-    )
+    higher = marks.marked(lambda some: (some > 0.0) & (some <= up), values)
+    lower = marks.marked(lambda some: (some < 0.0) & (some >= down), values)
+    return max(marks.number_of(higher), marks.number_of(lower))
 
 
 def _effect_of_zeros(values: FloatArray, zeros: int) -> float | None:

@@ -11,19 +11,11 @@ from datetime import date
 from typing import Any, ClassVar, Final, Literal, Self, get_args
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from sagnac.core import arrays
-from sagnac.core.arrays import FloatArray, blocks
-from sagnac.core.errors import (
-    Note,
-    RecordingError,
-    is_finite,
-    quoted,
-    refusal,
-    require_choice,
-    require_name,
-)
+from sagnac.core import arrays, errors
+from sagnac.core.arrays import AnyArray, FloatArray, blocks
+from sagnac.core.errors import Note, RecordingError, is_finite, quoted, refusal, require_choice
 from sagnac.core.marks import first_of, is_missing, marked, number_of
 from sagnac.core.units import SENSED, UNITS, Quantity, Sensor, Unit, sizes, split_factor, unit_of
 
@@ -61,7 +53,7 @@ def unit_of_samples(name: str, kind: Kind, sensor: Sensor = "gyro") -> Unit:
     return UNITS[sensed.rate_unit if kind == "rate" else sensed.integral_unit]
 
 
-def real_numbers(values: ArrayLike, argument: str) -> NDArray[Any]:
+def real_numbers(values: ArrayLike, argument: str) -> AnyArray:
     """Real numbers of whatever shape and type they have.
 
     Parameters
@@ -78,7 +70,7 @@ def real_numbers(values: ArrayLike, argument: str) -> NDArray[Any]:
     """
     if isinstance(values, np.ma.MaskedArray) and values.dtype.kind in "iufO":
         values = np.ma.filled(values.astype(np.float64), np.nan)
-    given: NDArray[Any] = np.asarray(values)
+    given: AnyArray = np.asarray(values)
     # Dates of a frame would pass as their nanoseconds.
     if given.dtype.kind == "O" and not isinstance(next(given.flat, None), date):
         with suppress(TypeError, ValueError):
@@ -88,7 +80,7 @@ def real_numbers(values: ArrayLike, argument: str) -> NDArray[Any]:
     return given
 
 
-def numbers(values: ArrayLike, argument: str) -> NDArray[Any]:
+def numbers(values: ArrayLike, argument: str) -> AnyArray:
     """A column of real numbers, shape (samples,), of whatever type they have.
 
     Raises
@@ -202,7 +194,7 @@ class Channel(Compared):
     sensor: Sensor = "gyro"
 
     def __post_init__(self) -> None:
-        require_name("name", self.name)
+        errors.require_name("name", self.name)
         require_choice("sensor", self.sensor, Sensor)
         if not self.shown_in:
             known = sizes(quantity_of(self.kind, self.sensor))

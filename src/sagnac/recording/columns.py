@@ -10,20 +10,11 @@ from types import NoneType
 from typing import Any, Final, TypeVar
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from sagnac.core import arrays
-from sagnac.core.arrays import BooleanArray, FloatArray
-from sagnac.core.errors import (
-    ArgumentTypeError,
-    Note,
-    RecordingError,
-    counted,
-    is_finite,
-    quoted,
-    refusal,
-    require_type,
-)
+from sagnac.core import arrays, errors
+from sagnac.core.arrays import AnyArray, BooleanArray, FloatArray
+from sagnac.core.errors import Note, RecordingError, counted, is_finite, quoted, refusal
 from sagnac.core.units import sensor_of, split_header, unit_of
 from sagnac.recording.channel import Channel, Conversion, Kind, finite_extent, numbers, unwrapped
 
@@ -65,17 +56,16 @@ def columns_of(
     # What has a type of its numbers, as an array or one column, has no columns by name.
     if not hasattr(frame, "keys") or hasattr(type(frame), "dtype"):
         remedy = "give a frame of pandas or xarray, or a dictionary of columns"
-        raise ArgumentTypeError("frame", f"is {quoted(frame)}; {remedy}")
-    require_type("columns", columns, (Mapping, NoneType), "give {'x': NAME}, NAME in the frame")
+        raise errors.ArgumentTypeError("frame", f"is {quoted(frame)}; {remedy}")
+    remedy = "give {'x': NAME}, NAME in the frame"
+    errors.require_type("columns", columns, (Mapping, NoneType), remedy)
     headers = [str(name) for name in (*frame, *getattr(frame, "coords", ()))]
     present, found = ", ".join(headers) or "no column", dict(columns or {})
     for name, header in found.items():
         if header not in headers:
             raise ValueError(f"columns[{name!r}] is {quoted(header)}; the frame has {present}")
-    wanted: dict[str, tuple[str, ...]]
     wanted = {name: (name,) for name in (*GYRO_NAMES, *ACCELEROMETER_NAMES, NULL_PULSE_NAME)}
-    wanted |= USUAL_NAMES
-    for name, names in wanted.items() if columns is None else ():
+    for name, names in {**wanted, **USUAL_NAMES}.items() if columns is None else ():
         alike = [header for header in headers if split_header(header)[0] in names]
         if len(alike) > 1:
             remedy = f"name one with columns={{{name!r}: NAME}}"
@@ -165,7 +155,7 @@ def gyro_of(
     return Conversion(channel=channel, notes=notes)
 
 
-def with_dates(values: ArrayLike) -> NDArray[Any]:
+def with_dates(values: ArrayLike) -> AnyArray:
     """An array of values; dates of Python or of a frame become those of numpy, in UTC.
 
     Examples

@@ -33,15 +33,11 @@ from sagnac.recording.channel import Channel, Conversion, finite_extent
 # gaps come close to one another, and it is no recording but what is left of one.
 MOST_MISSING_IN_A_ROW: Final = 4
 LARGEST_SHARE_MISSING: Final = 0.05
-# Twice the periodic error that an encoder may have: what an interpolated reading may be off by.
-ENCODER_ACCURACY: Final = 10.0 * ARCSECOND
 # Rows of an array that are worked on at once.
 _AT_ONCE: Final = 2**14
 # A table that moves by more than this part of the range between two samples may have gone either
 # way round.
 _IN_DOUBT: Final = 0.25
-# Readings that go beyond a turn by no more than this start over there all the same.
-_BEYOND: Final = 1.001
 _NONE: Final[IntegerArray] = np.empty(0, dtype=np.int64)
 
 
@@ -88,14 +84,14 @@ def table_of_readings(
     if repeated:
         remarks.append(f"{counted(repeated, 'repeated sample')} while it turns: taken as missing")
     period, covered = turn, finite_extent(readings)
-    # Readings that go a little beyond a turn may start over there.
-    if covered > turn * (1.0 + 1e-9) and not (
-        covered < _BEYOND * turn and _largest_step(readings) > (1.0 - _IN_DOUBT) * turn
-    ):
+    # Readings that go beyond a turn by a thousandth at most may start over there all the same.
+    starts_over = covered < 1.001 * turn and _largest_step(readings) > (1.0 - _IN_DOUBT) * turn
+    if covered > turn * (1.0 + 1e-9) and not starts_over:
         period = counter_period if counter_period and covered < counter_period else math.inf
     elif counter_period and covered < counter_period < turn:
         period = counter_period
-    filled, longest, error = fill_missing(readings, period, accuracy=ENCODER_ACCURACY / size)
+    # Twice the periodic error that an encoder may have: what an interpolated reading may be off by.
+    filled, longest, error = fill_missing(readings, period, accuracy=10.0 * ARCSECOND / size)
     if filled:
         met = f" (known ones are met to {error * size / ARCSECOND:.2g} arcsec)"
         said = f"{counted(filled, 'missing sample')}, at most {longest} in a row, interpolated from"
@@ -137,8 +133,6 @@ _NEARLY_ALL: Final = 0.95
 _SLOWER: Final = 1.5
 # Fewer changes tell no clock.
 _FEWEST: Final = 20
-# More changes than this part of the samples are no steps.
-_MOST_CHANGES: Final = 1.0 / _SLOWER
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -177,8 +171,8 @@ def clock_of(angle: FloatArray) -> Clock | None:
     if angle.size < _FEWEST or not np.isfinite(arrays.mean(angle)):
         return None
     changes = marked(np.not_equal, angle[1:], angle[:-1])
-    # Counted first: the places of millions of them take far longer.
-    if not _FEWEST <= number_of(changes) <= _MOST_CHANGES * angle.size:
+    # Counted first: the places of millions of them take far longer. More changes are no steps.
+    if not _FEWEST <= number_of(changes) <= angle.size / _SLOWER:
         return None
     changed = np.flatnonzero(changes) + 1
     gaps = np.diff(changed)
@@ -246,20 +240,10 @@ def between_ticks(readings: FloatArray, clock: Clock, samples: int) -> FloatArra
 
 # ---- readings that stand for missing ones ------------------------------------------
 
-# A reading is off the path if it leaves by more than this many usual steps, and than this part of
-# a turn, and is back within `MOST_MISSING_IN_A_ROW` samples: no table does that.
-_USUAL_STEPS: Final = 5.0
-_LEAST_JUMP: Final = 1.0 / 360.0
 # A reading is held if the table steps evenly, to this part, apart from steps of nothing that the
-# next one makes up for. This many of the steps behind it have to agree, of this many looked at.
+# next one makes up for.
 _EVEN: Final = 0.125
-_STEPS_LOOKED_AT: Final = 8
-_STEPS_THAT_AGREE: Final = 6
-_STEPS_THAT_AGREE_IN_BOTH: Final = 8
 _HELD_LOOK_BACK: Final = 64
-_OFTEN: Final = 0.1
-# Changes below this part of a turn are rounding of readings, not their resolution.
-_ROUNDING: Final = 1e-10
 
 
 def mark_missing(values: FloatArray, turn: float) -> tuple[int, float | None, int]:
@@ -315,7 +299,9 @@ def _off_path(values: FloatArray, turn: float) -> IntegerArray:
     if usual_steps.size == 0:
         return _NONE
     usual = float(np.quantile(usual_steps, 0.9))
-    limit = max(_USUAL_STEPS * usual, _LEAST_JUMP * turn)
+    # A reading is off the path if it leaves by more than five usual steps, and than a degree, and
+    # is back within `MOST_MISSING_IN_A_ROW` samples: no table does that.
+    limit = max(5.0 * usual, turn / 360.0)
     large = marked(
         lambda here, later: np.abs(_folded(later - here, turn)) > limit, values[:-1], values[1:]
     )
@@ -356,12 +342,14 @@ def _held(values: FloatArray, turn: float) -> IntegerArray:
 
     def smallest_change(first: FloatArray, second: FloatArray, third: FloatArray) -> float:
         changes = np.abs((third - second) - (second - first))
-        return float(changes[changes > _ROUNDING * turn].min(initial=turn))
+        # Changes below this part of a turn are rounding of readings, not their resolution.
+        return float(changes[changes > 1e-10 * turn].min(initial=turn))
 
     # The resolution of the readings.
     count = float(arrays.by_blocks(smallest_change, values[:-2], values[1:-1], values[2:]).min())
     is_held = np.zeros(late.size, dtype=np.bool_)
-    ahead = np.arange(1, _STEPS_LOOKED_AT + 1)
+    # Eight steps are looked at on either side.
+    ahead = np.arange(1, 9)
     for some in arrays.blocks(late.size, _AT_ONCE):
         start, stop = before[some], late[some]
         typical, agree = _typical(values, stop[:, np.newaxis] + ahead, turn)
@@ -373,10 +361,10 @@ def _held(values: FloatArray, turn: float) -> IntegerArray:
         back = start[:, np.newaxis] - np.arange(_HELD_LOOK_BACK)
         earlier = (still[np.maximum(back, 0)] & (back >= 0)).sum(axis=1)
         # A table slower than some counts a sample repeats its readings anyway, and often.
-        is_fast = (_EVEN * np.abs(typical) > count) | (earlier < _OFTEN * _HELD_LOOK_BACK)
-        # Where others are held or lost on both sides, the two together tell.
-        most, both = np.maximum(agree, agree_behind), agree + agree_behind
-        is_sure = (most >= _STEPS_THAT_AGREE) | (both >= _STEPS_THAT_AGREE_IN_BOTH)
+        is_fast = (_EVEN * np.abs(typical) > count) | (earlier < 0.1 * _HELD_LOOK_BACK)
+        # Six of them have to agree. Where others are held or lost on both sides, the two together
+        # tell: eight of both.
+        is_sure = (np.maximum(agree, agree_behind) >= 6) | (agree + agree_behind >= 8)
         is_held[some] = (rest < _EVEN * np.minimum(np.abs(due), turn)) & is_fast & is_sure
     held = _ranges(before[is_held] + 2, late[is_held] + 1)
     return held[~marks[held]]
@@ -416,9 +404,6 @@ def _typical(
 # Interpolation takes two readings on each side; a third on each side tells what it may be wrong by.
 _SIDE: Final = 2
 _WIDE_SIDE: Final = 3
-# It is trusted to this many times the error that known samples show.
-_USUAL_ERRORS: Final = 10.0
-_KNOWN: Final = 1000
 
 
 def fill_missing(values: FloatArray, period: float, *, accuracy: float) -> tuple[int, int, float]:
@@ -459,7 +444,8 @@ def fill_missing(values: FloatArray, period: float, *, accuracy: float) -> tuple
     for length in range(1, MOST_MISSING_IN_A_ROW + 1):
         starts = firsts[afters - firsts == length]
         usual = _error_on_known(values, length, period)
-        limit = max(accuracy, _USUAL_ERRORS * usual) if np.isfinite(usual) else accuracy
+        # It is trusted to ten times the error that known samples show.
+        limit = max(accuracy, 10.0 * usual) if np.isfinite(usual) else accuracy
         good = 0
         for some in arrays.blocks(starts.size, _AT_ONCE):
             around = _neighbours(missing, starts[some], length, values.size)
@@ -529,7 +515,7 @@ def _error_on_known(values: FloatArray, length: int, period: float) -> float:
     last = values.size - length - _WIDE_SIDE
     if last <= _WIDE_SIDE:
         return math.nan
-    starts = np.unique(np.linspace(_WIDE_SIDE, last, _KNOWN).astype(np.int64))
+    starts = np.unique(np.linspace(_WIDE_SIDE, last, 1000).astype(np.int64))
     whole = np.isfinite(values[starts[:, np.newaxis] + np.arange(-_WIDE_SIDE, length + _WIDE_SIDE)])
     starts = starts[whole.all(axis=1)]
     if starts.size == 0:
@@ -542,15 +528,6 @@ def _error_on_known(values: FloatArray, length: int, period: float) -> float:
 
 # ---- lost readings -----------------------------------------------------------------
 
-# Places that tell a gyro's share, seconds that each looks ahead, and the least share, as it is for
-# a gyro that senses its table.
-_PLACES: Final = 2000
-_AHEAD: Final = 1.0
-_LEAST_SHARE: Final = 0.05
-# A gyro and the readings on both sides agree to this part of what was turned, and this angle; the
-# readings may have started over meanwhile.
-_AGREE: Final = 0.03
-_AT_LEAST: Final = 0.1 * DEGREE
 _TURN: Final = 2.0 * math.pi
 
 
@@ -582,33 +559,32 @@ def with_lost_readings(
     if marks[0] or marks[-1] or not 0 < lost <= LARGEST_SHARE_MISSING * values.size:
         return table
     whole = [gyro for gyro in gyros if math.isfinite(arrays.mean(gyro.values))]
-    shares = [
-        (_share(channel.angle_of(one, sample_rate), values, sample_rate), one) for one in whole
-    ]
+    shares = [(_share(one, values, sample_rate), one) for one in whole]
     share, gyro = max(shares, key=lambda one: abs(one[0]), default=(0.0, None))
-    if gyro is None or not abs(share) > _LEAST_SHARE:
+    # The least share of a gyro that senses its table.
+    if gyro is None or not abs(share) > 0.05:
         return table
     firsts, afters = stretches(marks)
     filled = _bridged(values, firsts, afters, channel.angle_of(gyro, sample_rate), share)
     if filled is None:
         return table
-    text = (
-        f"{counted(lost, 'reading')} lost at {counted(int(firsts.size), 'place')}, the "
-        f"longest for {(afters - firsts).max() / sample_rate:.3g} s, the first at "
-        f"{firsts[0] / sample_rate:.3f} s: gyro {gyro.name} tells how the table turned meanwhile"
-    )
+    longest, first = (afters - firsts).max() / sample_rate, firsts[0] / sample_rate
+    said = f"{counted(lost, 'reading')} lost at {counted(int(firsts.size), 'place')}"
+    said += f", the longest for {longest:.3g} s, the first at {first:.3f} s"
+    text = f"{said}: gyro {gyro.name} tells how the table turned meanwhile"
     note = Note(name="lost", level="warning", channel="table", text=text)
     return replace(table, channel=replace(table.channel, values=filled), notes=(*table.notes, note))
 
 
-def _share(angle: FloatArray, table: FloatArray, sample_rate: float) -> float:
+def _share(gyro: Channel, table: FloatArray, sample_rate: float) -> float:
     """Share of the table's rate that a gyro senses, by some of its angles; 0 if nothing turns."""
-    ahead = max(1, round(_AHEAD * sample_rate))
+    # Each of two thousand places looks a second ahead.
+    ahead = max(1, round(sample_rate))
     if table.size <= ahead:
         return 0.0
-    places = np.linspace(0, table.size - 1 - ahead, _PLACES).astype(np.int64)
-    by_table = table[places + ahead] - table[places]
-    by_gyro = angle[places + ahead] - angle[places]
+    places = np.linspace(0, table.size - 1 - ahead, 2000).astype(np.int64)
+    angle = channel.angle_of(gyro, sample_rate)
+    by_table, by_gyro = (one[places + ahead] - one[places] for one in (table, angle))
     known = np.isfinite(by_table)
     return float(np.nan_to_num(share_of_turns(by_gyro[known], by_table[known])))
 
@@ -638,7 +614,9 @@ def _bridged(
         gap = float(filled[after] - filled[first - 1])
         around = _TURN * round((float(path[-1]) - gap) / _TURN)
         rest = gap + around - float(path[-1])
-        if abs(rest) > max(_AT_LEAST, _AGREE * abs(float(path[-1]))):
+        # A gyro and the readings on both sides agree to this part of what was turned, and this
+        # angle; the readings may have started over meanwhile.
+        if abs(rest) > max(0.1 * DEGREE, 0.03 * abs(float(path[-1]))):
             return None
         if around:
             # What is behind was unwrapped without what passed meanwhile.

@@ -154,11 +154,9 @@ class Recording(Compared):
             if held != wanted:
                 raise refusal(argument, f"holds {held}; give an array of {wanted.__name__}")
             if values.shape != (self.samples,):
-                raise refusal(
-                    argument,
-                    f"has shape {values.shape}; gyro {self.gyros[0].name} has "
-                    f"{self.samples} samples: give columns sampled together",
-                )
+                first = f"gyro {self.gyros[0].name} has {self.samples} samples"
+                said = f"has shape {values.shape}; {first}: give columns sampled together"
+                raise refusal(argument, said)
 
     @classmethod
     def from_arrays(
@@ -231,44 +229,36 @@ class Recording(Compared):
             raise ValueError("no gyro is given; give one or more by name, x=values for one")
         for name, values in gyros.items():
             if np.isscalar(values):
-                raise refusal(
-                    name,
-                    f"has shape (); give one column, shape (samples,), since no argument is "
-                    f"called {name}, and every other keyword is a gyro",
-                )
+                why = f"no argument is called {name}, and every other keyword is a gyro"
+                raise refusal(name, f"has shape (); give one column, shape (samples,), since {why}")
             if name == "time":
                 raise refusal("time", "is no name of a gyro; give time stamps as times")
         dithers = {} if pickoffs is None else pickoffs
         require_type("pickoffs", dithers, Mapping, "give {'x': readings of its pick-off}")
-        taken = [
-            conversions.gyro_of(
-                name,
-                values,
-                kind=conversions.stated_for(name, kind, "kind"),
-                unit=conversions.stated_for(name, unit, "unit"),
-                period=period,
-            )
-            for name, values in gyros.items()
-        ]
+        taken = []
+        for name, values in gyros.items():
+            own_kind = conversions.stated_for(name, kind, "kind")
+            own_unit = conversions.stated_for(name, unit, "unit")
+            one = conversions.gyro_of(name, values, kind=own_kind, unit=own_unit, period=period)
+            taken.append(one)
         for argument, stated in (("kind", kind), ("unit", unit)):
             for name in stated if isinstance(stated, Mapping) else ():
                 require_choice(f"{argument}: name", name, gyros)
         if table is None and table_unit is not None:
             raise refusal("table_unit", f"is {quoted(table_unit)}, and there is no table; give one")
-        return cls.from_channels(
-            taken,
-            _sampled(sample_rate, times, time_unit, taken[0].channel.values.size),
-            table=None
-            if table is None
-            else table_of_readings(channels.series(table, "table"), table_unit or "deg"),
-            null_pulse=None if null_pulse is None else conversions.pulses_of(null_pulse),
-            pickoffs={
-                name: channels.series(one, channels.PICKOFF + name) for name, one in dithers.items()
-            },
-            temperature=None
-            if temperature is None
-            else channels.series(temperature, "temperature"),
-        )
+        sampling = _sampled(sample_rate, times, time_unit, taken[0].channel.values.size)
+        others: dict[str, Any] = {}
+        if table is not None:
+            angle = channels.series(table, "table")
+            others["table"] = table_of_readings(angle, table_unit or "deg")
+        if null_pulse is not None:
+            others["null_pulse"] = conversions.pulses_of(null_pulse)
+        others["pickoffs"] = {
+            name: channels.series(one, channels.PICKOFF + name) for name, one in dithers.items()
+        }
+        if temperature is not None:
+            others["temperature"] = channels.series(temperature, "temperature")
+        return cls.from_channels(taken, sampling, **others)
 
     @classmethod
     def from_channels(

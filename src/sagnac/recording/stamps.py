@@ -18,10 +18,6 @@ from sagnac.recording.encoder_readings import MOST_MISSING_IN_A_ROW
 # from sound recordings); from more than four samples missing, the angle turned meanwhile is a
 # guess. Shorter ones are a remark.
 GAP_STEPS: Final = MOST_MISSING_IN_A_ROW + 1.0
-# Stamps closer than this, s, are no times, or in another unit.
-_SHORTEST: Final = 1e-15
-# Sampling is called uniform if no stamp is off its place by more than this share of a step.
-UNIFORM: Final = 1e-6
 CORRECT_STAMPS: Final = "correct the stamps, or state {time none} with {rate}"
 # Rates stated twice, by stamps and in words, have to agree to this.
 RATE_AGREEMENT: Final = 0.01
@@ -133,8 +129,9 @@ def _evenness(times: FloatArray, stated_rate: float | None) -> Sampling:
     ticks = ((exponent, sample * 10.0**exponent) for exponent in range(10))
     whole = (one for one, some in ticks if np.abs(some - np.rint(some)).max() < 1e-3)
     clock = next((float(10.0**-exponent) for exponent in whole), 0.0)
-    # Stamps are exact only to the last digit that was written, or that a float holds.
-    slack = max(UNIFORM * step, 1e-9 * clock, 4.0 * float(np.spacing(times[-1])))
+    # Sampling is uniform if no stamp is off its place by more than a millionth of a step. Stamps
+    # are exact only to the last digit that was written, or that a float holds.
+    slack = max(1e-6 * step, 1e-9 * clock, 4.0 * float(np.spacing(times[-1])))
     # The round figure that the rate cannot be told from, or the rate.
     rate, unsure = 1.0 / step, (min(worst, clock) + slack) / float(times[-1])
     rate = round_figure(rate, unsure)
@@ -200,7 +197,7 @@ def _plausible(step: float) -> float:
     RecordingError
         If no sensor samples as fast: the stamps are no times, or in another unit.
     """
-    if step >= _SHORTEST:
+    if step >= 1e-15:
         return step
     said = f"the stamps are {step:.3g} s apart, faster than any sensor samples"
     remedy = "state their unit ({time COLUMN:UNIT}), or {time none} and {rate HZ}"
@@ -235,9 +232,6 @@ def median_step(times: FloatArray, *, repeats: bool = True) -> float:
 # ---- slices ------------------------------------------------------------------------
 
 Span = tuple[float | None, float | None]
-
-# A stamp that misses the limit of a slice by less than this, s, is at it.
-_SLACK: Final = 1e-9
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -312,7 +306,8 @@ def stretch_of(
 def first_at(times: FloatArray, limit: float) -> int:
     """First sample at or after `limit`, s; their number if there is none."""
     for block in arrays.blocks(times.size):
-        reached = times[block] >= limit - _SLACK
+        # A stamp that misses the limit of a slice by a nanosecond is at it.
+        reached = times[block] >= limit - 1e-9
         if reached.any():
             return int(block.start + reached.argmax())
     return times.size
