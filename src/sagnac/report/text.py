@@ -148,9 +148,9 @@ def lines(analysis: Analysis, most: int | None = 20) -> str:
     of_table.sort(key=lambda line: line.frequency)
     rows = []
     for line in of_table + [line for line in analysis.lines if line.scale == "time"][:most]:
-        scale, position = line.scale.replace("angle", "table angle"), quantities.line_position(line)
+        where = "table angle" if line.scale == "angle" else "time", quantities.line_position(line)
         figures = (*quantities.line_amplitude(line), f"{line.significance:.4g}")
-        rows.append((scale, position, *figures, line.channel, line.name))
+        rows.append((*where, *figures, line.channel, line.name))
     header = ("periodic in", "position", "amplitude ″", "± ″", "significance", "channel")
     return _listed(analysis, table((*header, "known as"), rows, right=(2, 3, 4)), len(rows), "ones")
 
