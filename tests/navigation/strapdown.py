@@ -25,12 +25,11 @@ from sagnac.navigation.noise import GyroNoise
 from sagnac.rig.config import RigConfig
 from sagnac.rig.gyro import Gyro
 from sagnac.rig.sections import GyroConfig, TableConfig
-from sagnac.rig.table import Motion
+from sagnac.rig.table import Motion, RandomStreams, Table
 
 
 def rig_noise(config: GyroConfig, *, runs: int, steps: int, seed: int) -> np.ndarray:
     """(runs, steps, 3) angle errors of the rig's gyros in each second, rad."""
-    random = np.random.default_rng(seed)
     still = Motion(
         angle=np.zeros(steps), turned=np.zeros((3, steps)), moving=np.zeros(steps, dtype=bool)
     )
@@ -41,10 +40,12 @@ def rig_noise(config: GyroConfig, *, runs: int, steps: int, seed: int) -> np.nda
         table=TableConfig(rate_deg_per_s=0.0),
         gyro=config,
     )
+    streams = RandomStreams(seed)
+    table = Table(rig, streams)
     noise = np.empty((runs, steps, 3))
     for run in range(runs):
         for axis in range(3):
-            gyro = Gyro(rig, config, axis, (random, random, random))
+            gyro = Gyro(rig, "gyro", axis, streams, table)
             angles = np.zeros(steps)
             gyro.advance(0, still, angles)
             noise[run, :, axis] = np.diff(angles, prepend=0.0)

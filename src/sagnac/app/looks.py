@@ -296,7 +296,10 @@ def _shown(recording: sagnac.Recording, *, raw: bool) -> tuple[DrawnChannel, ...
 
 def facts(look: Look) -> dict[str, Any]:
     """Facts beside a recording, as plain data; lines of it say what gives itself away."""
-    recording = look.recording
+    recording, channels = look.recording, []
+    for one in look.shown:
+        moments = {name: _plain(getattr(one.pyramid, name)) for name in ("mean", "deviation")}
+        channels.append({**_name(one), **moments})
     return {
         "path": str(look.path),
         "name": look.path.name,
@@ -309,16 +312,10 @@ def facts(look: Look) -> dict[str, Any]:
         "texts": dict(look.texts),
         "columns": list(sagnac.columns(look.path)),
         "format": recording.provenance.format if recording.provenance else "",
-        "channels": [
-            {
-                **_name(one), "mean": _plain(one.pyramid.mean),
-                "deviation": _plain(one.pyramid.deviation),
-            }
-            for one in look.shown
-        ],
+        "channels": channels,
         "beside": [] if look.refusal else list(_beside(look)),
         "notes": [str(note) for note in recording.notes],
-    }  # fmt: skip
+    }
 
 
 def _name(one: DrawnChannel) -> dict[str, str]:
@@ -402,10 +399,9 @@ def window(look: Look, start: float, stop: float, pixels: int) -> list[dict[str,
 def spectra_of(look: Look) -> dict[str, Any]:
     """Root density of each sensor as it stands, and its histogram."""
     sensors, rate = [one for one in look.shown if one.of != "table"], look.recording.sample_rate
-    return {
-        "spectra": [{**_name(one), **_spectrum(one.pyramid, rate)} for one in sensors],
-        "histograms": [{**_name(one), **_histogram(one.pyramid)} for one in sensors],
-    }
+    spectra = [{**_name(one), **_spectrum(one.pyramid, rate)} for one in sensors]
+    histograms = [{**_name(one), **_histogram(one.pyramid)} for one in sensors]
+    return {"spectra": spectra, "histograms": histograms}
 
 
 def _spectrum(pyramid: Pyramid, rate: float) -> dict[str, Any]:

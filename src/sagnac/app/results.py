@@ -129,12 +129,9 @@ def figures(analysis: sagnac.Analysis) -> dict[str, Any]:
     """The figures of the report as plain data; one that the analysis has not is not among them."""
     residual = analysis.residual
     turned = residual is not None and residual.by_angle is not None
-    has = {
-        "parts": sum(part.shows for part in analysis.parts) > 1,
-        "residual": residual is not None and residual.time.size > 1,
-        "angle": turned,
-        "orders": turned,
-    }
+    several = sum(part.shows for part in analysis.parts) > 1
+    drawable = residual is not None and residual.time.size > 1
+    has = {"parts": several, "residual": drawable, "angle": turned, "orders": turned}
     return {name: drawn(draw, analysis) for name, draw in _FIGURES.items() if has.get(name, True)}
 
 

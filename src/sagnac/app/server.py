@@ -226,11 +226,8 @@ def _repeat(state: State, session: Session, asked: dict[str, Any]) -> dict[str, 
     task, changed = _task(state, asked), asked.get("changed")
     named = task.path.name if state.room.dropped in task.path.parents else str(task.path)
     remark, stated_so = stated.remark(changed), (task.reading, task.analysis)
-    return {
-        "command": remark + stated.command(named, *stated_so),
-        "script": stated.script(named, *stated_so, changed),
-        "toml": remark + stated.toml(*stated_so),
-    }
+    command, toml = remark + stated.command(named, *stated_so), remark + stated.toml(*stated_so)
+    return {"command": command, "script": stated.script(named, *stated_so, changed), "toml": toml}
 
 
 def _ask(state: State, session: Session, asked: dict[str, Any]) -> dict[str, Any]:

@@ -31,12 +31,6 @@ if TYPE_CHECKING:
 
 # Columns below which text does not wrap to anything that is read.
 _NARROWEST: Final = 40
-# Objects made, less those freed, between two collections of garbage.
-_NEW_OBJECTS: Final = 1_000_000
-# File descriptor of standard error.
-_STANDARD_ERROR: Final = 2
-# Time after which a signal is sent anew whose exception was lost, s.
-_SOON: Final = 0.02
 
 app: Final = App(
     name="sagnac",
@@ -92,7 +86,7 @@ def _ask_again(lost: "sys.UnraisableHookArgs") -> None:
     if not isinstance(lost.exc_value, KeyboardInterrupt):
         sys.__unraisablehook__(lost)
         return
-    again = threading.Timer(_SOON, os.kill, (os.getpid(), _signal_of(lost.exc_value)))
+    again = threading.Timer(0.02, os.kill, (os.getpid(), _signal_of(lost.exc_value)))
     again.daemon = True
     try:
         again.start()
@@ -116,8 +110,8 @@ class _Unread(io.FileIO):
             nowhere = os.open(os.devnull, os.O_WRONLY)
             os.dup2(nowhere, self.fileno())
             os.close(nowhere)
-            # If standard error is full there is nowhere to say so.
-            if not isinstance(error, BrokenPipeError) and self.fileno() != _STANDARD_ERROR:
+            # If standard error, 2, is full there is nowhere to say so.
+            if not isinstance(error, BrokenPipeError) and self.fileno() != 2:
                 error.filename = "standard output"
                 raise
             return super().write(data)
@@ -134,14 +128,11 @@ def _going_on(stream: TextIO | None) -> TextIO:
         return stream
     stream.flush()
     end = _Unread(stream.fileno(), "w", closefd=False)
-    return io.TextIOWrapper(
-        # Without a buffer (python -u) nothing is held back here either.
-        end if type(buffer) is io.FileIO else io.BufferedWriter(end),
-        encoding=stream.encoding,
-        errors=stream.errors,
-        line_buffering=stream.line_buffering,
-        write_through=stream.write_through,
-    )
+    # Without a buffer (python -u) nothing is held back here either.
+    held = end if type(buffer) is io.FileIO else io.BufferedWriter(end)
+    going_on = io.TextIOWrapper(held, encoding=stream.encoding, errors=stream.errors)
+    going_on.reconfigure(line_buffering=stream.line_buffering, write_through=stream.write_through)
+    return going_on
 
 
 class _Visible(io.TextIOBase):
@@ -230,8 +221,9 @@ def _in_several_files(error: CycloptsError) -> str:
 def _prepare_process() -> None:
     """Threads of linear algebra, garbage, streams, and the signs that a terminal may lack."""
     # Imports make hundreds of thousands of objects that stay. Going through them every few hundred
-    # new ones takes a twentieth of an analysis; large arrays are freed without that.
-    gc.set_threshold(_NEW_OBJECTS)
+    # new ones takes a twentieth of an analysis, every million none of it; large arrays are freed
+    # without that.
+    gc.set_threshold(1_000_000)
     # Nor are they looked through as the process ends, which takes half a second.
     atexit.register(gc.freeze)
     # The fits are thousands of small factorizations. Several threads of linear algebra only slow

@@ -188,16 +188,15 @@ def convert(
 
 # ---- plan --------------------------------------------------------------------------
 
+_half_widths = typed.of_analysis(typed.several(typed.half_width), "1%,…", show_default=False)
+
 
 def plan(
     file: typed.File,
     /,
     *,
     options: typed.Options = typed.NO_OPTIONS,
-    within: Annotated[
-        tuple[float, ...],
-        typed.of_analysis(typed.several(typed.half_width), "1%,…", show_default=False),
-    ] = (0.1, 0.05, 0.02, 0.01),
+    within: Annotated[tuple[float, ...], _half_widths] = (0.1, 0.05, 0.02, 0.01),
 ) -> int:
     """How long to record for an interval of N, or to decide --spec, from a short recording.
 
@@ -234,14 +233,12 @@ def _text(plan: "Plan") -> str:
     from sagnac.report import sections, text
 
     shown = plan.shown
+    interval = f"± {rounded(100.0 * shown.half_width)} % at {100.0 * shown.confidence:g} %"
+    reached = f"After {_spoken(shown.duration / 3600.0)} the interval is {interval}."
+    forecast = sections.rendered("forecast.txt", analysis=plan.analysis, shown=shown)
     listed = [(_wanted(row), _spoken(row.hours)) for row in plan.rows]
-    return text.blocks(
-        text.answer(plan.analysis),
-        f"After {_spoken(shown.duration / 3600.0)} the interval is "
-        f"± {rounded(100.0 * shown.half_width)} % at {100.0 * shown.confidence:g} %.",
-        sections.rendered("forecast.txt", analysis=plan.analysis, shown=shown),
-        text.table(("interval of N", "record"), listed),
-    )
+    table = text.table(("interval of N", "record"), listed)
+    return text.blocks(text.answer(plan.analysis), reached, forecast, table)
 
 
 def _spoken(hours: float | None) -> str:

@@ -1,6 +1,6 @@
 """``sagnac analyze``, ``avar``, ``compare`` and ``lines``: recordings in, answers out."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Final, Literal
@@ -16,6 +16,9 @@ if TYPE_CHECKING:
     from sagnac.analysis.pipeline import AtRest
     from sagnac.analysis.settings import Method
 
+
+_Sheet = dict[str, Any]
+_Band = tuple[float, float]
 
 # ---- analyze -----------------------------------------------------------------------
 
@@ -72,7 +75,7 @@ def analyze(
     return status or results.verdict_status(done)
 
 
-def _sheet(options: typed.Options, report: typed.ReportOptions, *, written: bool) -> dict[str, Any]:
+def _sheet(options: typed.Options, report: typed.ReportOptions, *, written: bool) -> _Sheet:
     """Keywords of `sagnac.write_report` that hold for every report of a run.
 
     Raises
@@ -82,12 +85,8 @@ def _sheet(options: typed.Options, report: typed.ReportOptions, *, written: bool
     """
     if report.stated and not written:
         raise results.UsageError(f"--{report.stated[0]} is of a report; name its folder with -o")
-    return {
-        "block": report.title_block,
-        "settings": options.as_toml,
-        "pdf": report.pdf,
-        "force": report.force,
-    }
+    block, settings = report.title_block, options.as_toml
+    return {"block": block, "settings": settings, "pdf": report.pdf, "force": report.force}
 
 
 def _print_analysis(analysis: "sagnac.Analysis", paths: Sequence[Path], *, curve: bool) -> None:
@@ -126,9 +125,7 @@ class BenchOptions:
 
     estimator: typed.SeveralNames = None
     gaps: Annotated[Literal["reject", "omit"], Parameter(group=typed.ANALYSIS)] = "reject"
-    self_noise: Annotated[tuple[float, float] | None, typed.of_analysis(typed.band, "LOW:HIGH")] = (
-        None
-    )
+    self_noise: Annotated[_Band | None, typed.of_analysis(typed.band, "LOW:HIGH")] = None
 
 
 NO_BENCH: Final = BenchOptions()
@@ -171,12 +168,9 @@ def avar(
             recording = with_gaps_marked(recording)
         if bench.self_noise is not None:
             alone = _alone(recording, settings, bench.self_noise)
+        lines_in = options.method == "none"
         analysis, benches = still_bench(
-            recording,
-            settings,
-            progress=read.progress,
-            lines_in=options.method == "none",
-            gaps=bench.gaps,
+            recording, settings, progress=read.progress, lines_in=lines_in, gaps=bench.gaps
         )
         analysis = analysis.with_seconds(read.seconds)
     if output is not None:
@@ -216,7 +210,7 @@ def _places(
 
 
 def _alone(
-    recording: "sagnac.Recording", settings: "sagnac.Settings", band: tuple[float, float]
+    recording: "sagnac.Recording", settings: "sagnac.Settings", band: _Band
 ) -> "sagnac.SelfNoise":
     """The noise of each gyro without what all of them turn.
 
@@ -233,10 +227,7 @@ def _alone(
 
 
 def _bench_reported(
-    analysis: "sagnac.Analysis",
-    alone: "sagnac.SelfNoise | None",
-    output: Path,
-    sheet: Mapping[str, Any],
+    analysis: "sagnac.Analysis", alone: "sagnac.SelfNoise | None", output: Path, sheet: _Sheet
 ) -> "tuple[sagnac.Analysis, list[Path]]":
     """The analysis with the time of its report, and every file written.
 

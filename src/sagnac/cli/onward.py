@@ -15,6 +15,8 @@ from sagnac.navigation.definitions import ToolName
 
 # ---- export ------------------------------------------------------------------------
 
+_densities = typed.one_argument(typed.two_numbers, "DENSITY,WALK")
+
 
 @Parameter(name="*")
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -49,9 +51,7 @@ class FilterOptions:
     confidence: Annotated[float, Parameter(metavar="0.95")] = 0.95
     markov: Literal[0, 1, 2] | None = None
     topic: Annotated[str | None, Parameter(metavar="/imu0")] = None
-    accelerometer: Annotated[
-        tuple[float, float] | None, typed.one_argument(typed.two_numbers, "DENSITY,WALK")
-    ] = None
+    accelerometer: Annotated[tuple[float, float] | None, _densities] = None
     datasheet: Annotated[tuple[str, ...], Parameter(metavar="N=…,B=…@TIME")] = ()
 
 
@@ -92,6 +92,9 @@ def export(
 
 # ---- align -------------------------------------------------------------------------
 
+_duration = typed.one_argument(seconds, "10min", name="--time", show_default=False)
+_times = typed.one_argument(typed.several(seconds), "60s,10min", show_default=False)
+
 
 @Parameter(name="*")
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -120,17 +123,12 @@ class StartOptions:
     """
 
     latitude: Annotated[float | None, typed.one_argument(typed.degrees, "DEG")] = None
-    rest: Annotated[
-        float, typed.one_argument(seconds, "10min", name="--time", show_default=False)
-    ] = 600.0
+    rest: Annotated[float, _duration] = 600.0
     azimuth: Annotated[float | None, typed.one_argument(typed.angle, "2deg")] = None
     tilt: Annotated[float | None, typed.one_argument(typed.angle, "0.5deg")] = None
     bias: Annotated[float | None, typed.one_argument(typed.turn_rate, "3deg/h")] = None
     table_rate: Annotated[float | None, typed.one_argument(typed.degrees, "DEG/S")] = None
-    after: Annotated[
-        tuple[float, ...],
-        typed.one_argument(typed.several(seconds), "60s,10min", show_default=False),
-    ] = (60.0, 600.0, 3600.0)
+    after: Annotated[tuple[float, ...], _times] = (60.0, 600.0, 3600.0)
     confidence: Annotated[float, Parameter(metavar="0.95")] = 0.95
 
 
@@ -254,7 +252,7 @@ def campaign(
         Folder.
     """
     of_files = {name: one for name, one in asdict(typed.statement_of(options)).items() if one}
-    stated = typed.settings_typed(options) | of_files
+    stated = typed.settings_typed(options) | of_files | asdict(work)
     results.require_place(output, "campaign", force=True)
     from sagnac.core.documents import finite
     from sagnac.fleet.page import reason_text, terminal_text
@@ -263,10 +261,8 @@ def campaign(
 
     with results.resumable(output.absolute()):
         made = sagnac.campaign(
-            sources, output, **asdict(work), memory=options.memory,
-            told=results.standings(), force=force,
-            **stated,
-        )  # fmt: skip
+            sources, output, memory=options.memory, told=results.standings(), force=force, **stated
+        )
     if options.as_json:
         rows = [asdict(line) for line in made.lines]
         scatter = [

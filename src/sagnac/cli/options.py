@@ -175,24 +175,20 @@ def _each(_hint: object, tokens: Sequence[Token]) -> tuple[str, ...]:
 
 Files = Annotated[list[Path], Parameter(name="FILE", help="Recordings.")]
 File = Annotated[Path, Parameter(name="FILE", help="A recording.")]
-_OUTPUT: Final = ["-o", "--output"]
-Folder = Annotated[
-    Path | None, one_argument(path, "DIR", name=_OUTPUT, group=OUTPUT, help="Folder.")
-]
-NeededFolder = Annotated[Path, one_argument(path, "DIR", name=_OUTPUT, group=OUTPUT)]
-Workers = Annotated[
-    int | None,
-    one_argument(texts.whole_number, "N", help="Processes; one for each core unless stated."),
-]
-Force = Annotated[
-    bool, Parameter(group=OUTPUT, help="Write over files that are read, or that no such run made.")
-]
+_to = partial(one_argument, path, name=["-o", "--output"], group=OUTPUT)
+Folder = Annotated[Path | None, _to(metavar="DIR", help="Folder.")]
+NeededFolder = Annotated[Path, _to(metavar="DIR")]
+NeededFile = Annotated[Path, _to(metavar="FILE")]
+_PROCESSES: Final = "Processes; one for each core unless stated."
+Workers = Annotated[int | None, one_argument(texts.whole_number, "N", help=_PROCESSES)]
+_OVERWRITES: Final = "Write over files that are read, or that no such run made."
+Force = Annotated[bool, Parameter(group=OUTPUT, help=_OVERWRITES)]
 Debug = Annotated[bool, Parameter(group=OUTPUT, help="Traceback on errors.")]
 Json = Annotated[bool, Parameter(group=OUTPUT, name="--json")]
-SeveralNames = Annotated[
-    tuple[str, ...] | None, Parameter(converter=_each, n_tokens=1, group=ANALYSIS, metavar="NAME,…")
-]
 _Names = tuple[str, ...] | None
+_names = Parameter(converter=_each, n_tokens=1, group=ANALYSIS, metavar="NAME,…")
+SeveralNames = Annotated[_Names, _names]
+_Method = Literal["fos", "fos-paper", "fos-korenberg", "fris", "none"]
 _OneOrByName = str | Mapping[str, str] | None
 _of_file = partial(one_argument, group=READING)
 of_analysis = partial(one_argument, group=ANALYSIS)
@@ -368,10 +364,7 @@ class Options(Reading):
         If it cannot be read.
     """
 
-    method: Annotated[
-        Literal["fos", "fos-paper", "fos-korenberg", "fris", "none"] | None,
-        Parameter(group=ANALYSIS),
-    ] = None
+    method: Annotated[_Method | None, Parameter(group=ANALYSIS)] = None
     step_4: Annotated[str | None, Parameter(group=ANALYSIS, metavar="NAME")] = None
     interval: Annotated[float | None, of_analysis(texts.seconds, "1s")] = None
     confidence: Annotated[float | None, Parameter(group=ANALYSIS, metavar="0.95")] = None
@@ -408,9 +401,8 @@ class Options(Reading):
 
 _DEFAULTS: Final = {field.name: field.default for field in fields(Options)}
 # What a settings file holds: all but what belongs to one run alone.
-_REPEATED: Final = tuple(
-    name for name in _DEFAULTS if name not in ("debug", "as_json", "settings", "memory")
-)
+_OF_ONE_RUN: Final = ("debug", "as_json", "settings", "memory")
+_REPEATED: Final = tuple(name for name in _DEFAULTS if name not in _OF_ONE_RUN)
 NO_STATEMENT: Final = Reading()
 NO_OPTIONS: Final = Options()
 NO_REPORT: Final = ReportOptions()

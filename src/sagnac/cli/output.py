@@ -14,15 +14,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, TextIO
 
 import sagnac
-from sagnac.core import overwriting
-from sagnac.core.errors import (
-    ArgumentError,
-    MissingExtra,
-    RecordingError,
-    WouldOverwrite,
-    one_line,
-    visible,
-)
+from sagnac.core import errors, overwriting
 from sagnac.core.texts import OPTION_OF
 from sagnac.report import as_typed, error_text, wrapped
 
@@ -62,12 +54,12 @@ def explain(error: Exception, options: Container[str] = ()) -> int:
     int
         The exit status it means.
     """
-    is_usage = isinstance(error, WouldOverwrite | UsageError)
-    is_usage |= type(error) in (ValueError, ArgumentError)
+    is_usage = isinstance(error, errors.WouldOverwrite | UsageError)
+    is_usage |= type(error) in (ValueError, errors.ArgumentError)
     status = USAGE_ERROR if is_usage else DATA_ERROR
-    if isinstance(error, RecordingError):
+    if isinstance(error, errors.RecordingError):
         said = error_text(error)
-    elif isinstance(error, ArgumentError):
+    elif isinstance(error, errors.ArgumentError):
         option = f"--{OPTION_OF.get(error.argument, error.argument).replace('_', '-')}"
         name = option if option in options else error.argument
         said = f"{name} {as_typed(error.problem)}"
@@ -76,7 +68,7 @@ def explain(error: Exception, options: Container[str] = ()) -> int:
     elif isinstance(error.__cause__, KeyboardInterrupt):
         # An interrupt inside a compiled loop is said to be a failure of that loop.
         said, status = "interrupted", INTERRUPTED
-    elif isinstance(error, MissingExtra):
+    elif isinstance(error, errors.MissingExtra):
         said = str(error)
     elif isinstance(error, OSError):
         where = f"{error.filename}: " if error.filename else ""
@@ -92,7 +84,7 @@ def explain(error: Exception, options: Container[str] = ()) -> int:
 
 def complain(message: str) -> None:
     """One line on standard error, of which a screen shows no more than ten."""
-    line = visible(" ".join(message.split()))
+    line = errors.visible(" ".join(message.split()))
     if len(line) > _LONGEST:
         # What is wrong stands at the beginning, what to do at the end.
         half = _LONGEST // 2
@@ -181,7 +173,7 @@ def stage_lines(stream: TextIO) -> Progress:
 
 def prefixed(progress: Progress, prefix: str) -> Progress:
     """The same with `prefix` before each stage, unless a signal asks to stop."""
-    before = f"{one_line(prefix)}: " if prefix else ""
+    before = f"{errors.one_line(prefix)}: " if prefix else ""
 
     def show(stage: str, fraction: float) -> None:
         go_on()
@@ -270,7 +262,7 @@ def require_place(
     if not there.is_dir() or not os.access(there, os.W_OK | os.X_OK):
         why = "is no folder" if not there.is_dir() else "may not be written to"
         remedy = "choose another folder (-o)"
-        raise RecordingError(f"{there} {why}", path=str(folder), remedy=remedy)
+        raise errors.RecordingError(f"{there} {why}", path=str(folder), remedy=remedy)
     overwriting.require_free(overwriting.outputs_in(folder, what), reads, force=force)
     ready_to_draw()
 
@@ -318,8 +310,8 @@ def show(*texts: str, end: str = "\n\n") -> None:
 def print_paths(paths: Sequence[Path]) -> None:
     """A line for each file written."""
     if len(paths) == 1:
-        print(f"wrote {one_line(str(paths[0]))}")
+        print(f"wrote {errors.one_line(str(paths[0]))}")
         return
     for folder in dict.fromkeys(path.parent for path in paths):
         names = [path.name for path in paths if path.parent == folder]
-        print(wrapped(f"wrote {one_line(str(folder))}/: {', '.join(names)}"))
+        print(wrapped(f"wrote {errors.one_line(str(folder))}/: {', '.join(names)}"))

@@ -11,7 +11,7 @@ from cyclopts import Parameter
 import sagnac
 from sagnac.cli import options as typed
 from sagnac.cli import output as results
-from sagnac.cli.options import OUTPUT, Debug, Folder, Force, Workers, one_argument
+from sagnac.cli.options import Debug, Folder, Force, Workers, one_argument
 from sagnac.core import overwriting
 from sagnac.core.errors import one_line
 from sagnac.core.texts import seconds as in_seconds
@@ -79,9 +79,7 @@ def simulate(
     config: Annotated[Path | None, Parameter(name="CONFIG.toml")] = None,
     /,
     *,
-    output: Annotated[
-        Path, one_argument(typed.path, "FILE", name=["-o", "--output"], group=OUTPUT)
-    ],
+    output: typed.NeededFile,
     preset: Literal["quiet", "paper", "dithered", "harsh"] | None = None,
     like: Annotated[Path | None, Parameter(metavar="ANALYSIS.json|DIR")] = None,
     options: RigOptions = AS_IT_IS,

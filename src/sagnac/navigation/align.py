@@ -197,13 +197,10 @@ def align(
     # A latitude counts little without aiding over minutes.
     place = 45.0 * DEGREE if latitude is None else latitude
     how: dict[str, Any] = {"accelerometers": forces, "latitude": place, "confidence": confidence}
-    unaided = Unaided(
-        drift=drift(noises, times=moments, priors=start, **how),
-        along=drift(noises, times=np.geomspace(0.01 * longest, longest, 41), priors=start, **how),
-        noises=noises,
-        latitude_stated=latitude is not None,
-        **how,
-    )
+    reached = drift(noises, times=moments, priors=start, **how)
+    times, is_stated = np.geomspace(0.01 * longest, longest, 41), latitude is not None
+    along = drift(noises, times=times, priors=start, **how)
+    unaided = Unaided(drift=reached, along=along, noises=noises, latitude_stated=is_stated, **how)
     if latitude is None:
         return Foresight(unaided=unaided, prospect=None)
     prospect = _prospect(unaided, start, longest, table_rate, foretold)

@@ -86,14 +86,11 @@ def _stated_models(text: str) -> FilterSetting:
     # lowest long before.
     if not 0.01 <= times <= 3.0:
         raise ValueError(f"N alone makes {times:.3g} times B at that time: a unit is wrong")
-    return FilterSetting(
-        name=kind,
-        kind=kind,
-        simple=FilterModel(white=white, walk=lowest * math.sqrt(3.0 / tau)),
-        full=FilterModel(white=white, markov=(Markov.of_peak(tau, lowest),)),
-        source=f"a data sheet: {text} (stated, not measured)",
-        stated={key: parts[key] for key in ("bandwidth", "range") if key in parts},
-    )
+    simple = FilterModel(white=white, walk=lowest * math.sqrt(3.0 / tau))
+    full = FilterModel(white=white, markov=(Markov.of_peak(tau, lowest),))
+    source = f"a data sheet: {text} (stated, not measured)"
+    more: dict[str, str] = {key: parts[key] for key in ("bandwidth", "range") if key in parts}
+    return FilterSetting(name=kind, kind=kind, simple=simple, full=full, source=source, stated=more)
 
 
 def _number(stated: str, sizes: Mapping[str, float]) -> float:

@@ -282,11 +282,8 @@ def overbound(
     excess, best = _smallest(limit, (), least)
     chosen: tuple[float, ...] = ()
     for _ in range(most_markov):
-        tried = {
-            (*chosen, time): _smallest(limit, (*chosen, time), least)
-            for time in _correlation_times(limit.tau)
-            if time not in chosen
-        }
+        further = [time for time in _correlation_times(limit.tau) if time not in chosen]
+        tried = {(*chosen, time): _smallest(limit, (*chosen, time), least) for time in further}
         times = min(tried, key=lambda each: tried[each][0])
         # A further Markov rate has to lower the mean excess by 5 %.
         if tried[times][0] > 0.95 * excess:

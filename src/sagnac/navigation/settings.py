@@ -379,11 +379,8 @@ def plain(sensors: Mapping[Sensor, Sequence[FilterSetting]], rate: float) -> dic
 
 
 def _sensor_data(setting: FilterSetting, step: float) -> dict[str, Any]:
-    optional = {
-        "covariance": dict(setting.covariance or {}),
-        "stated": dict(setting.stated),
-        "warnings": list(setting.doubts),
-    }
+    covariance, doubts = dict(setting.covariance or {}), list(setting.doubts)
+    optional = {"covariance": covariance, "stated": dict(setting.stated), "warnings": doubts}
     return {
         "source": setting.source,
         "measured": setting.limit is not None,

@@ -121,13 +121,12 @@ class SettingsFile:
         for one in self.held:
             if one.excess > _INFLATED:
                 known = "estimate" if one.estimate > 0.0 else "upper bound"
-                text = f"N is {one.excess:.3g} times the {known}, since "
-                text += (
-                    "lines or vibration are in its curve; `sagnac analyze` removes lines"
-                    if one.has_lines
-                    else "a readout, vibration or other noise that N does not describe is in its "
-                    "curve; an analysis with a longer interval leaves the shortest times out"
-                )
+                why = "lines or vibration are in its curve; `sagnac analyze` removes lines"
+                if not one.has_lines:
+                    noise = "a readout, vibration or other noise that N does not describe"
+                    remedy = "an analysis with a longer interval leaves the shortest times out"
+                    why = f"{noise} is in its curve; {remedy}"
+                text = f"N is {one.excess:.3g} times the {known}, since {why}"
                 notes.append(Note(channel=one.name, text=text))
         rates = {one.sample_rate for one in self.held if one.sample_rate}
         if self.rate is None and len(rates) > 1 and "rate" not in self.definition.unused:
@@ -196,12 +195,10 @@ class SettingsFile:
 
     def heading(self, *, in_words: bool = True, mark: str = "#") -> str:
         """Comment on what is in the file, by what definition, and from what."""
-        lines = [
-            f"{self.definition.tool}: noise of {', '.join(one.name for one in self.held)}, "
-            f"made by sagnac {__version__}",
-            f"Definition: {self.definition.text}.",
-            f"Reference: {self.definition.reference}.",
-        ]
+        names, definition = ", ".join(one.name for one in self.held), self.definition
+        made = f"{definition.tool}: noise of {names}, made by sagnac {__version__}"
+        basis = f"Definition: {definition.text}.", f"Reference: {definition.reference}."
+        lines = [made, *basis]
         limits = [one.limit for one in self.held if one.limit is not None]
         if limits:
             first, last = common_span(limits)

@@ -38,9 +38,9 @@ def page(reproduction: Reproduction, figures: Mapping[str, Figure]) -> str:
     ours = values.QUANTITIES["ours"]
     fast = [one for one in cells["table2"] if one.rate > 20.0]
     dithered = [value for days in TABLE_1.values() for value in days]
-    fris = [
-        reproduction.outcomes[f"figure2-day{day}"] for day in range(1, reproduction.scope.days + 1)
-    ]
+    days = range(1, reproduction.scope.days + 1)
+    fris = [reproduction.outcomes[f"figure2-day{day}"] for day in days]
+    drawn = {name: svg(figure, name, f"{name}: see caption") for name, figure in figures.items()}
     biased = [value for rate, days in TABLE_2.items() if rate > 20.0 for value in days]
     return rendered(
         "reproduction.html",
@@ -50,9 +50,7 @@ def page(reproduction: Reproduction, figures: Mapping[str, Figure]) -> str:
         reproduction=reproduction,
         scope=reproduction.scope,
         outcomes=reproduction.outcomes,
-        figures={
-            name: svg(figure, name, f"{name}: see caption") for name, figure in figures.items()
-        },
+        figures=drawn,
         fris=fris,
         highest=max(map(values.excess, fris)),
         white=values.readings(reproduction, "white", FORM),
@@ -109,9 +107,8 @@ def _day_spread(cells: Sequence[Cell], value: Callable[[Cell], float]) -> float:
     for one in cells:
         if math.isfinite(value(one)):
             by_rate.setdefault(one.rate, []).append(value(one))
-    return values.rms(
-        float(np.std(days, ddof=1) / np.mean(days)) for days in by_rate.values() if len(days) > 1
-    )
+    several = [days for days in by_rate.values() if len(days) > 1]
+    return values.rms(float(np.std(days, ddof=1) / np.mean(days)) for days in several)
 
 
 # ---- reproduction ------------------------------------------------------------------

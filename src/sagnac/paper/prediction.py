@@ -76,17 +76,14 @@ def on_day(config: RigConfig, seed: int) -> RigConfig:
         for (frequency, amplitude), size, place in zip(time, sizes, places, strict=True)
     )
     x, y, z = (float(one * common) for one in gyro.lock_in_deg_per_h)
-    return replace(
-        config,
-        gyro=replace(
-            gyro,
-            lock_in_deg_per_h=(x, y, z),
-            backscatter_diffusion_rad2_per_s=float(diffusion),
-            temperature_coefficient_deg_per_h_per_k=_PER_KELVIN,
-            warm_up_k=float(_WARM_UP * random.normal()),
-        ),
-        disturbances=replace(disturbances, time=moved),
+    gyro = replace(
+        gyro,
+        lock_in_deg_per_h=(x, y, z),
+        backscatter_diffusion_rad2_per_s=float(diffusion),
+        temperature_coefficient_deg_per_h_per_k=_PER_KELVIN,
+        warm_up_k=float(_WARM_UP * random.normal()),
     )
+    return replace(config, gyro=gyro, disturbances=replace(disturbances, time=moved))
 
 
 # ---- published ---------------------------------------------------------------------
@@ -226,18 +223,11 @@ def cell_name(table: Table, rate: float, day: int, by: Literal["", "paper", "pri
 def plan(scope: Scope) -> tuple[Run, ...]:
     """Every run; those of one recording stand together."""
     of_tables = [run for table in TABLES for run in _runs_of_table(table, scope)]
-    of_figure_3 = [
-        Run(
-            name=f"figure3-{trial.name}-{interval:g}s",
-            config=trial.config,
-            gyros=("z",),
-            method=trial.method,
-            interval_s=interval,
-            preparation=trial.preparation,
-        )
-        for trial in trials(scope.figure_duration_s)
-        for interval in FIGURE_3
-    ]
+    of_figure_3: list[Run] = []
+    for trial, interval in product(trials(scope.figure_duration_s), FIGURE_3):
+        name = f"figure3-{trial.name}-{interval:g}s"
+        run = Run(name=name, config=trial.config, gyros=("z",), method=trial.method)
+        of_figure_3.append(replace(run, interval_s=interval, preparation=trial.preparation))
     return (*of_tables, *of_figure_3)
 
 
@@ -317,10 +307,7 @@ class Prediction:
 
 
 def predicted_angle_random_walk(
-    rates: ArrayLike,
-    *,
-    config: RigConfig = PRESETS["paper"],
-    latch_jitter: float | None = None,
+    rates: ArrayLike, *, config: RigConfig = PRESETS["paper"], latch_jitter: float | None = None
 ) -> Prediction:
     """N that the rate-biased pair will show at each table rate: the choice of table rate.
 

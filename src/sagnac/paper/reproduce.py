@@ -83,9 +83,8 @@ def outcome_of(run: Run, simulation: Simulation) -> Outcome:
     """Analyze the recording of a run, and set the estimate beside its truth."""
     recording, truth = simulation.recording, simulation.truth
     search = AS_PRINTED if run.as_printed else FAIR
-    settings = Settings(
-        gyros=run.gyros, method=run.method, interval=run.interval_s, published=search
-    )
+    interval = run.interval_s
+    settings = Settings(gyros=run.gyros, method=run.method, interval=interval, published=search)
     if run.preparation == "rate":
         recording = _rate_sampled(recording, run.gyros[0], run.interval_s)
     answer, evidence = answer_of(recording, settings)
@@ -140,10 +139,8 @@ def least_squares_of(curve: StabilityCurve) -> dict[Form, float]:
     kept = is_in_paper(curve)
     if np.count_nonzero(kept) < FITTED_TERMS:
         return {}
-    return {
-        form: least_squares(curve.tau[kept], curve.deviation[kept], form) / DEGREE_PER_ROOT_HOUR
-        for form in FORMS
-    }
+    tau, deviation = curve.tau[kept], curve.deviation[kept]
+    return {form: least_squares(tau, deviation, form) / DEGREE_PER_ROOT_HOUR for form in FORMS}
 
 
 def write_outcome(path: Path, outcome: Outcome) -> None:
@@ -205,12 +202,11 @@ class Reproduction:
     computed: int = 0
 
 
+Told = Callable[[Standing], None]
+
+
 def reproduce(
-    folder: Path,
-    scope: Scope = prediction.FULL,
-    *,
-    means: Means | None = None,
-    told: Callable[[Standing], None] = nobody,
+    folder: Path, scope: Scope = prediction.FULL, *, means: Means | None = None, told: Told = nobody
 ) -> Reproduction:
     """Make every run that `folder` does not hold yet.
 

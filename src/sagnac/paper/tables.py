@@ -23,9 +23,6 @@ from sagnac.report.text import table
 
 # ---- reproduction values -----------------------------------------------------------
 
-# N of a white rate at tau = 1 s in deg/h is 60 of its figure in deg/sqrt(h).
-_ROOT_SECONDS_IN_HOUR: Final = 60.0
-
 
 def curves_of(reproduction: Reproduction) -> dict[str, list[Outcome]]:
     """The runs whose curves each figure shows."""
@@ -41,7 +38,8 @@ def curves_of(reproduction: Reproduction) -> dict[str, list[Outcome]]:
 
 def white_deviation(deg_per_sqrt_h: float, tau: ArrayLike) -> FloatArray:
     """Allan deviation of a white rate in deg/h."""
-    return np.asarray(deg_per_sqrt_h * _ROOT_SECONDS_IN_HOUR / np.sqrt(tau))
+    # N of a white rate at tau = 1 s in deg/h is 60 of its figure in deg/sqrt(h).
+    return np.asarray(deg_per_sqrt_h * 60.0 / np.sqrt(tau))
 
 
 def excess(outcome: Outcome) -> float:
@@ -148,10 +146,8 @@ def trial_runs(
 
 def readings(reproduction: Reproduction, trial: str, form: Form) -> list[str]:
     """N by least squares at each interval, 1e-4 deg/sqrt(h)."""
-    return [
-        f"{outcome.least_squares[form] * 1e4:.1f}" if form in outcome.least_squares else "–"
-        for outcome in intervals_of(reproduction, trial)
-    ]
+    found = [outcome.least_squares for outcome in intervals_of(reproduction, trial)]
+    return [f"{by_form[form] * 1e4:.1f}" if form in by_form else "–" for by_form in found]
 
 
 def growth(reproduction: Reproduction, trial: str) -> list[str]:
@@ -159,10 +155,9 @@ def growth(reproduction: Reproduction, trial: str) -> list[str]:
 
     By the form in which no square may be below zero.
     """
-    first, *rest = (
-        outcome.least_squares.get("variance, plain, none below zero", math.nan)
-        for outcome in intervals_of(reproduction, trial)
-    )
+    form: Form = "variance, plain, none below zero"
+    found = (one.least_squares.get(form, math.nan) for one in intervals_of(reproduction, trial))
+    first, *rest = found
     return [f"{value / first:.1f}" if first else "–" for value in rest]
 
 
@@ -260,11 +255,10 @@ def _truth_line(axes: Axes, outcome: Outcome, times: float = 1.0) -> None:
 def _rate_figure(reproduction: Reproduction) -> Figure:
     prediction, cells = reproduction.prediction, outcomes_of_table(reproduction, "table2")
     with styled(3) as (figure, axes):
-        for values, label, color, style in (
-            (prediction.total, "predicted", INK, "-"),
-            (prediction.lock_in, "lock-in", BLUE, "--"),
-            (prediction.quantum, "quantum limit", GREEN, "--"),
-        ):
+        total = (prediction.total, "predicted", INK, "-")
+        lock_in = (prediction.lock_in, "lock-in", BLUE, "--")
+        quantum = (prediction.quantum, "quantum limit", GREEN, "--")
+        for values, label, color, style in (total, lock_in, quantum):
             rates, sizes = prediction.rates / DEGREE, values / DEGREE_PER_ROOT_HOUR
             axes.plot(rates, sizes, color=color, linestyle=style, label=label)
         for name, marker, color in (("ours", "o", BLUE), ("paper", "x", ORANGE)):
@@ -382,6 +376,7 @@ def _trials(reproduction: Reproduction) -> str:
 
 
 def _curves(outcomes: list[Outcome]) -> str:
+    names = ("tau", "deviation", "low", "high")
     return _csv(
         {
             "run": outcome.run.name,
@@ -392,9 +387,7 @@ def _curves(outcomes: list[Outcome]) -> str:
             "truth[deg/h]": cell(float(white_deviation(outcome.truth_deg_per_sqrt_h, tau))),
         }
         for outcome in outcomes
-        for tau, deviation, low, high in zip(
-            *(outcome.curve[name] for name in ("tau", "deviation", "low", "high")), strict=True
-        )
+        for tau, deviation, low, high in zip(*(outcome.curve[name] for name in names), strict=True)
     )
 
 

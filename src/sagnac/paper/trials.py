@@ -107,24 +107,22 @@ def trials(duration_s: float = 7200.0) -> tuple[Trial, ...]:
         rate_random_walk_deg_per_h_per_sqrt_h=(0.01, 0.01, 0.01),
         bias_instability_deg_per_h=(1e-3, 1e-3, 1e-3),
     )
+    white = "angle random walk and readout alone: what five terms on few points do"
+    folding = "lines above 0.5 Hz alone, ten times the preset: what folding does"
+    drifting = (
+        "no lines; warming by 5 K at 0.004 °/h/K, rate random walk 0.01 °/h/√h, bias "
+        "instability 0.001 °/h: drift without temperature control"
+    )
+    neighbour = "one line of 0.039″, period 38.7 s: its neighbour"
+    nearest = "the nearest of them by plain squares on the deviation"
+    by_plain_squares = f"one line of 0.026″, period 36.6 s: {nearest}"
     rates = "no lines; one mean rate over 1 s in each interval instead of the angle"
     removed = "the preset as it is, lines removed by fos before sampling"
     return (
         Trial("as-simulated", "the preset as it is, nothing removed", base),
-        Trial(
-            "white", "angle random walk and readout alone: what five terms on few points do", quiet
-        ),
-        Trial(
-            "aliasing",
-            "lines above 0.5 Hz alone, ten times the preset: what folding does",
-            with_time_lines(base, fast),
-        ),
-        Trial(
-            "warm-up",
-            "no lines; warming by 5 K at 0.004 °/h/K, rate random walk 0.01 °/h/√h, bias "
-            "instability 0.001 °/h: drift without temperature control",
-            replace(quiet, gyro=warm),
-        ),
+        Trial("white", white, quiet),
+        Trial("aliasing", folding, with_time_lines(base, fast)),
+        Trial("warm-up", drifting, replace(quiet, gyro=warm)),
         Trial("rate", rates, quiet, preparation="rate"),
         Trial("slow-line", "the preset's line at 0.0137 Hz alone", with_time_lines(base, slow)),
         Trial(
@@ -134,17 +132,8 @@ def trials(duration_s: float = 7200.0) -> tuple[Trial, ...]:
             "relative squares on the deviation",
             with_line_in_z(base, 1.0 / 39.9, 0.0387),
         ),
-        Trial(
-            "slow-39s",
-            "one line of 0.039″, period 38.7 s: its neighbour",
-            with_line_in_z(base, 1.0 / 38.71, 0.0389),
-        ),
-        Trial(
-            "slow-37s",
-            "one line of 0.026″, period 36.6 s: the nearest of them by plain squares on the "
-            "deviation",
-            with_line_in_z(base, 1.0 / 36.6, 0.0257),
-        ),
+        Trial("slow-39s", neighbour, with_line_in_z(base, 1.0 / 38.71, 0.0389)),
+        Trial("slow-37s", by_plain_squares, with_line_in_z(base, 1.0 / 36.6, 0.0257)),
         Trial("removed", removed, base, method="fos"),
     )
 

@@ -81,8 +81,7 @@ def _draw_compass(axes: Axes, compass: AzimuthError) -> None:
 
 
 def _label_axes(axes: Axes, latitude: float) -> None:
-    up = f"azimuth error at {latitude / DEGREE:g}°, 1 σ (′)"
-    logarithmic(axes, "time of alignment (s)", up)
+    logarithmic(axes, "time of alignment (s)", f"azimuth error at {latitude / DEGREE:g}°, 1 σ (′)")
 
 
 def prospect_text(prospect: Prospect) -> str:
@@ -216,9 +215,8 @@ def _listed(growth: Growth, unit: str, size: float) -> list[dict[str, Any]]:
         f"sigma_{unit}": growth.deviation() / size,
         f"highest_{unit}": np.hypot(growth.highest, np.sqrt(growth.variances[:, -1])) / size,
     }
-    return [
-        {**values, "by": _by(growth, row, size, PARTS)} for row, values in enumerate(_rows(columns))
-    ]
+    rows = enumerate(_rows(columns))
+    return [{**values, "by": _by(growth, row, size, PARTS)} for row, values in rows]
 
 
 def _rows(columns: Mapping[str, FloatArray]) -> list[dict[str, float]]:
@@ -269,22 +267,20 @@ def _bounded_axes(unaided: Unaided, name: CoefficientName) -> tuple[str, str]:
 
 def drift_figure(unaided: Unaided) -> Figure:
     """Heading drift against time with its interval, what makes it, and the pessimistic line."""
-    heading = unaided.along.heading
+    heading, times = unaided.along.heading, unaided.along.heading.times
     sigma = heading.deviation(misaligned=False) / DEGREE
     low, high = (one / DEGREE for one in heading.interval)
     interval = f"its {100 * unaided.confidence:g} % interval"
     with styled(3) as (figure, axes):
-        axes.plot(heading.times, sigma, color=BLUE, label="heading drift")
-        band(axes, heading.times, low, high, BLUE, alpha=0.18, label=interval)
+        axes.plot(times, sigma, color=BLUE, label="heading drift")
+        band(axes, times, low, high, BLUE, alpha=0.18, label=interval)
         for place, (name, style) in enumerate(zip(PARTS[:-1], _STYLES, strict=True)):
             part = np.sqrt(heading.variances[:, place]) / DEGREE
             if np.any(part > 0.0):
                 label = f"by {_SYMBOLS[name]}"
-                axes.plot(
-                    heading.times, part, color=INK, linewidth=0.8, linestyle=style, label=label
-                )
+                axes.plot(times, part, color=INK, linewidth=0.8, linestyle=style, label=label)
         highest = heading.highest / DEGREE
         if np.any(highest > _RAISED * sigma):
-            axes.plot(heading.times, highest, color=ORANGE, label="with the worst upper bound")
+            axes.plot(times, highest, color=ORANGE, label="with the worst upper bound")
         logarithmic(axes, "time without aiding (s)", "heading drift, 1 σ (°)")
     return figure

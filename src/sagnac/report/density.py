@@ -187,9 +187,8 @@ def self_noise(found: SelfNoise, ax: Axes | None = None) -> Axes:
     axes = frame.axes_of(ax, found, SelfNoise, name="found")
     frequency, unit = found.frequency, DEGREE_PER_HOUR_PER_ROOT_HERTZ
     axes.plot(frequency, np.sqrt(found.motion) / unit, color=frame.QUIET, label="what all share")
-    for place, (name, color) in enumerate(
-        zip(found.gyros, cycle((frame.BLUE, frame.ORANGE, frame.GREEN, frame.INK)), strict=False)
-    ):
+    colors = cycle((frame.BLUE, frame.ORANGE, frame.GREEN, frame.INK))
+    for place, (name, color) in enumerate(zip(found.gyros, colors, strict=False)):
         ends = (found.density, found.low, found.high)
         density, low, high = (np.sqrt(one[place]) / unit for one in ends)
         axes.plot(frequency, density, color=color, label=frame.literal(name))

@@ -66,7 +66,10 @@ def stability(result: Analysis | StabilityCurve, ax: Axes | None = None) -> Axes
     """
     axes = frame.axes_of(ax, result, Analysis, StabilityCurve, name="result")
     if isinstance(result, StabilityCurve):
-        _draw_curve(axes, result)
+        # In the unit of the values that it was made of.
+        _frame(axes, result.estimator, _OF_TIME if result.estimator == "tdev" else _OF_VALUES)
+        _limits(axes, result.tau, result.deviation, result.low)
+        _points(axes, result, 1.0, label=result.estimator)
     elif result.gyros or axes.collections:
         _name_first(axes)
         for analysis in result.each:
@@ -75,13 +78,6 @@ def stability(result: Analysis | StabilityCurve, ax: Axes | None = None) -> Axes
         _draw_curves(axes, result)
     axes.legend()
     return axes
-
-
-def _draw_curve(axes: Axes, curve: StabilityCurve) -> None:
-    """One curve, in the unit of the values that it was made of."""
-    _frame(axes, curve.estimator, _OF_TIME if curve.estimator == "tdev" else _OF_VALUES)
-    _limits(axes, curve.tau, curve.deviation, curve.low)
-    _points(axes, curve, 1.0, label=curve.estimator)
 
 
 def _name_first(axes: Axes) -> None:
@@ -362,10 +358,9 @@ def orders(analysis: Analysis, ax: Axes | None = None) -> Axes:
     'order of the table angle'
     """
     axes, turn = frame.axes_of(ax, analysis), _by_angle(analysis)
-    for amplitude, color, marker, label in (
-        (turn.amplitude_before, frame.QUIET, "s", "before removal"),
-        (turn.amplitude_after, frame.BLUE, "o", "after removal"),
-    ):
+    before = (turn.amplitude_before, frame.QUIET, "s", "before removal")
+    after = (turn.amplitude_after, frame.BLUE, "o", "after removal")
+    for amplitude, color, marker, label in (before, after):
         axes.plot(
             turn.order, amplitude / DEGREE_PER_HOUR, color=color, marker=marker, markersize=2.2,
             linewidth=0.7, label=label,

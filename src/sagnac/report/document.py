@@ -34,6 +34,8 @@ from sagnac.stability.curve import StabilityCurve
 
 # ---- document ----------------------------------------------------------------------
 
+Refused = Mapping[str, str]
+
 _ENDS: Final = ("value", "low", "high")
 _DEVIATION: Final = "deviation_deg_per_h"  # of the curve of gyros
 _COUNTS: Final = ("terms", "noise_type")
@@ -93,9 +95,7 @@ def analysis_document(analysis: Analysis) -> dict[str, Any]:
 
 
 def many_document(
-    analyses: Iterable[Analysis],
-    unit: Analysis | None = None,
-    refused: Mapping[str, str] | None = None,
+    analyses: Iterable[Analysis], unit: Analysis | None = None, refused: Refused | None = None
 ) -> dict[str, Any]:
     """One document of several analyses (several files, or several gyros of one).
 
@@ -121,9 +121,7 @@ def many_document(
     }
 
 
-def comparison_document(
-    analyses: Mapping[str, Analysis], refused: Mapping[str, str]
-) -> dict[str, Any]:
+def comparison_document(analyses: Mapping[str, Analysis], refused: Refused) -> dict[str, Any]:
     """One document of several methods on one recording.
 
     Parameters
@@ -141,17 +139,12 @@ def comparison_document(
 def self_noise_data(found: SelfNoise) -> dict[str, Any]:
     """Self-noise of several gyros, in the field's units; what cannot be told is None."""
     size = units.DEGREE_PER_HOUR**2
-    gyros = {
-        name: {
-            "angle_random_walk": _estimate(estimate),
-            "gain": float(found.gains[place]),
-            **{
-                key: (getattr(found, key)[place] / size).tolist()
-                for key in ("density", "low", "high")
-            },
-        }
-        for place, (name, estimate) in enumerate(found.angle_random_walk.items())
-    }
+    gyros: dict[str, dict[str, Any]] = {}
+    for place, (name, estimate) in enumerate(found.angle_random_walk.items()):
+        ends = {"density": found.density, "low": found.low, "high": found.high}
+        densities = {key: (each[place] / size).tolist() for key, each in ends.items()}
+        gain = float(found.gains[place])
+        gyros[name] = {"angle_random_walk": _estimate(estimate), "gain": gain, **densities}
     shared = {"frequency_hz": found.frequency.tolist(), "motion": (found.motion / size).tolist()}
     return {"self_noise": finite({"unit": "(deg/h)^2/Hz", **shared, "gyros": gyros})}
 
@@ -167,13 +160,10 @@ def _beside(analysis: Analysis, *, gyros: bool = True) -> dict[str, Any]:
     """The document of each gyro that was taken alone beside others; the accelerometers, and why
     there is no analysis of a channel. What there is none of is left out.
     """
-    found = {
-        "gyros": {name: analysis_document(one) for name, one in analysis.gyros.items() if gyros},
-        "accelerometers": {
-            name: finite(_force_data(one)) for name, one in analysis.accelerometers.items()
-        },
-        "refused": {name: error_text(why) for name, why in analysis.refused.items()},
-    }
+    alone = {name: analysis_document(one) for name, one in analysis.gyros.items() if gyros}
+    forces = {name: finite(_force_data(one)) for name, one in analysis.accelerometers.items()}
+    refused = {name: error_text(why) for name, why in analysis.refused.items()}
+    found = {"gyros": alone, "accelerometers": forces, "refused": refused}
     return {key: each for key, each in found.items() if each}
 
 
@@ -309,6 +299,7 @@ def analysis_from(document: Document, channel: str = "", of: Document | None = N
     channel = channel or document["channel"]
     rate = said.get("table_rate_deg_per_s") if of is None else None
     forces = document.get("accelerometers") or {}
+    fits, walks = (document.get(key, {}).items() for key in ("estimates", "per_gyro"))
     family = tuple(_curve(one, sensor, whole) for one in document.get("curves") or ())
     return Analysis.of_fields(
         stored=document,
@@ -327,14 +318,8 @@ def analysis_from(document: Document, channel: str = "", of: Document | None = N
         average=_average(stated),
         coefficients=_stored_coefficients(document["coefficients"], sensor),
         covariance=_covariance(document.get("covariance")) if of is None else None,
-        fits={
-            name: Fit(method=name, coefficients=_stored_coefficients(found))
-            for name, found in document.get("estimates", {}).items()
-        },
-        per_gyro={
-            name: _stored_estimate("angle_random_walk", one)
-            for name, one in document.get("per_gyro", {}).items()
-        },
+        fits={name: Fit(method=name, coefficients=_stored_coefficients(one)) for name, one in fits},
+        per_gyro={name: _stored_estimate("angle_random_walk", one) for name, one in walks},
         parts=tuple(map(_part, document.get("parts") or ())),
         lines=tuple(_stored_line(one, channel) for one in document["lines"]),
         curve=_curve(document["curve"], sensor, whole),
@@ -368,9 +353,10 @@ def _stored_estimate(name: CoefficientName, stated: Document, sensor: Sensor = "
     return Estimate(**ends, confidence=confidence, status=status, name=name, sensor=sensor)
 
 
-def _stored_coefficients(
-    stated: Document, sensor: Sensor = "gyro"
-) -> dict[CoefficientName, Estimate]:
+Coefficients = dict[CoefficientName, Estimate]
+
+
+def _stored_coefficients(stated: Document, sensor: Sensor = "gyro") -> Coefficients:
     keys = units.SENSED[sensor].keys
     there = [name for name in COEFFICIENT_NAMES if keys[name] in stated]
     return {name: _stored_estimate(name, stated[keys[name]], sensor) for name in there}

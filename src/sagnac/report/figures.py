@@ -31,9 +31,8 @@ from sagnac.table.frames import table_to_gyro_matrix
 
 # ---- style -------------------------------------------------------------------------
 
-STYLE: Final = mpl.rc_params_from_file(
-    Path(__file__).with_name("report.mplstyle"), use_default_template=False
-)
+_STYLE_FILE: Final = Path(__file__).with_name("report.mplstyle")
+STYLE: Final = mpl.rc_params_from_file(_STYLE_FILE, use_default_template=False)
 _SIZE: Final = (6.6, 4.5)
 _FRAME: Final = {"left": 0.115, "right": 0.975, "bottom": 0.115}
 _LEGEND_ROW: Final = 0.165  # inches
@@ -144,7 +143,6 @@ _METHOD_STYLES: Final = {
     "fos-korenberg": (frame.INK, "v"), "fos": (frame.BLUE, "o"),
 }  # fmt: skip
 
-_VIEW: Final = re.compile(r'viewBox="[^"]*"')
 _HUNDREDTHS: Final = re.compile(r"(?<=\.\d{2})\d+")
 
 
@@ -264,10 +262,10 @@ def svg(figure: Figure, name: str, description: str) -> Markup:
     for mark in (' id="', 'href="#', "url(#"):
         drawing = drawing.replace(mark, f"{mark}{before}-")
     # A hundredth of a point is finer than any printer; glyphs (in font units) stay as they are.
-    drawing = re.sub(
-        r'(?<= d=")M [^"]*(?=")', lambda path: _HUNDREDTHS.sub("", path.group()), drawing
-    )
-    view, label = _VIEW.findall(drawing)[0], f'role="img" aria-label="{escape(description)}"'
+    outline = re.compile(r'(?<= d=")M [^"]*(?=")')
+    drawing = outline.sub(lambda path: _HUNDREDTHS.sub("", path.group()), drawing)
+    view = re.findall(r'viewBox="[^"]*"', drawing)[0]
+    label = f'role="img" aria-label="{escape(description)}"'
     head = f'<svg xmlns:xlink="http://www.w3.org/1999/xlink" {view} {label}>'
     return Markup(head + drawing.partition(">")[2])
 
@@ -282,9 +280,9 @@ def write_png(figure: Figure, path: Path) -> None:
     """
     with mpl.rc_context(STYLE), replacing(path) as temporary:
         figure.dpi = DOTS
-        FigureCanvasAgg(figure).print_png(
-            temporary, metadata={"Software": None}, pil_kwargs={"compress_level": 1}
-        )
+        fast = {"compress_level": 1}
+        canvas = FigureCanvasAgg(figure)
+        canvas.print_png(temporary, metadata={"Software": None}, pil_kwargs=fast)
 
 
 def _short_answer(analysis: Analysis) -> str:

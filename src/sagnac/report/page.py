@@ -53,18 +53,12 @@ _ANSWERS: Final = {
 }
 
 
-def _rendered(
-    template: str, analysis: Analysis, block: TitleBlock | None = None, **facts: Any
-) -> str:
+def _rendered(template: str, analysis: Analysis, block: TitleBlock, **facts: Any) -> str:
     """A page on an analysis."""
+    facts |= sections.cited(rendered("methods.txt", analysis=analysis))
+    verdict, forces = verdict_of(analysis), _forces(analysis)
     return rendered(
-        template,
-        **sections.cited(rendered("methods.txt", analysis=analysis)),
-        analysis=analysis,
-        block=block or TitleBlock(),
-        verdict=verdict_of(analysis),
-        forces=_forces(analysis),
-        **facts,
+        template, analysis=analysis, block=block, verdict=verdict, forces=forces, **facts
     )
 
 
@@ -156,19 +150,17 @@ def comparison_page(analyses: Mapping[str, Analysis], refused: Mapping[str, str]
         figure += figures.svg(figures.comparison_figure(each), f"comparison-{name}", said)
     what = ", ".join(by_gyro) if len(by_gyro) > 1 else subject(one)
     facts: dict[str, Any] = {"by_gyro": by_gyro, "refused": refused, "figure": figure}
-    return _rendered("comparison.html", one, title=f"Methods compared, {what}", **facts)
+    title = f"Methods compared, {what}"
+    return _rendered("comparison.html", one, TitleBlock(), title=title, **facts)
 
 
 def accelerometers_page(analysis: Analysis) -> str:
     """The accelerometers of a recording as HTML."""
-    forces = list(analysis.accelerometers.values())
-    shown = (f"{one.channel} ({one.recording.gyro(one.channel).shown_in})" for one in forces)
+    forces, shown = list(analysis.accelerometers.values()), _forces(analysis)
+    named = (f"{one.channel} ({one.recording.gyro(one.channel).shown_in})" for one in forces)
+    title, sensors = f"Accelerometers {', '.join(analysis.accelerometers)}", ", ".join(named)
     return rendered(
-        "accelerometers.html",
-        analysis=forces[0],
-        title=f"Accelerometers {', '.join(analysis.accelerometers)}",
-        forces=_forces(analysis),
-        sensors=", ".join(shown),
+        "accelerometers.html", analysis=forces[0], title=title, forces=shown, sensors=sensors
     )
 
 

@@ -13,14 +13,13 @@ from sagnac.analysis.spectra import Spectrum
 from sagnac.core.units import ARCSECOND, DEGREE_PER_HOUR, SENSED, UNITS, Unit
 from sagnac.lines.model import Line
 from sagnac.noise.estimates import ConvertedEstimate, Estimate, FitName, Interval
-from sagnac.noise.laws import COEFFICIENT_NAMES, CoefficientName
+from sagnac.noise.laws import COEFFICIENT_NAMES
 from sagnac.spectrum.power_laws import running_median
 from sagnac.stability import Estimator
 from sagnac.stability.curve import StabilityCurve
 
-TITLES: Final[Mapping[CoefficientName, str]] = {
-    name: SENSED["gyro"].titles[name].capitalize() for name in COEFFICIENT_NAMES
-}
+_OF_GYROS: Final = SENSED["gyro"].titles
+TITLES: Final = {name: _OF_GYROS[name].capitalize() for name in COEFFICIENT_NAMES}
 FIT_TITLES: Final[Mapping[FitName, str]] = {
     "likelihood": "Likelihood on the spectrum",
     "weighted": "Weighted, non-negative",
@@ -102,11 +101,11 @@ def _raised(mantissa: str, power: str) -> str:
     return f"{mantissa} × 10{str(int(power)).translate(_SUPERSCRIPTS)}"
 
 
+WithInterval = Estimate | ConvertedEstimate | Interval
+
+
 def figures(
-    estimate: Estimate | ConvertedEstimate | Interval,
-    *,
-    plain: bool = False,
-    width: float | None = None,
+    estimate: WithInterval, *, plain: bool = False, width: float | None = None
 ) -> tuple[str, str]:
     """Value and interval of an estimate, all with the digits that its interval allows.
 
@@ -188,10 +187,8 @@ def kalman_figures(angle_random_walk: Estimate) -> tuple[tuple[str, str], ...]:
     width = 0.5 * (angle_random_walk.high - angle_random_walk.low)
     units = (UNITS[name] for name in ("deg/sqrt(h)", "deg/h/sqrt(Hz)", "rad/sqrt(s)"))
     # One digit more than the interval asks: these are to be pasted and squared.
-    return tuple(
-        (number(value / unit.size, 0.1 * width / unit.size, plain=True), unit.symbol)
-        for unit in units
-    )
+    sized = ((value / unit.size, 0.1 * width / unit.size, unit.symbol) for unit in units)
+    return tuple((number(size, last, plain=True), symbol) for size, last, symbol in sized)
 
 
 def line_position(line: Line) -> str:
@@ -232,10 +229,9 @@ def coarser(spectrum: Spectrum, most: int) -> Spectrum:
     # Bins that were log-spaced before are wider at high frequency and count by their width.
     width = np.gradient(spectrum.frequency)
     total = np.add.reduceat(width, starts)
-    return Spectrum(
-        frequency=np.add.reduceat(width * spectrum.frequency, starts) / total,
-        density=np.add.reduceat(width * spectrum.density, starts) / total,
-    )
+    frequency = np.add.reduceat(width * spectrum.frequency, starts) / total
+    density = np.add.reduceat(width * spectrum.density, starts) / total
+    return Spectrum(frequency=frequency, density=density)
 
 
 def residual_peaks(analysis: Analysis, false_alarm: float = 1e-3) -> int:

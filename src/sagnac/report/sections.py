@@ -52,13 +52,8 @@ def cited(text: str) -> dict[str, Any]:
 
 # ---- shares ------------------------------------------------------------------------
 
-HEADER = (
-    "gyro",
-    "share of the table's rate",
-    "angle to the table's axis °",
-    "asymmetry ppm",
-    "bias °/h",
-)
+_OF_AXIS: Final = ("share of the table's rate", "angle to the table's axis °")
+HEADER: Final = ("gyro", *_OF_AXIS, "asymmetry ppm", "bias °/h")
 
 
 def share_rows(analysis: Analysis) -> list[tuple[str, ...]]:
@@ -67,16 +62,13 @@ def share_rows(analysis: Analysis) -> list[tuple[str, ...]]:
     What the recording does not tell is an empty cell.
     """
     angles = analysis.triad.angles if analysis.triad is not None else {}
-    return [
-        (
-            name,
-            with_interval(one.share),
-            with_interval(angles.get(name) or _axis_angle(one.share), DEGREE),
-            with_interval(one.asymmetry, 1e-6),
-            with_interval(one.bias, DEGREE_PER_HOUR),
-        )
-        for name, one in analysis.shares.items()
-    ]
+    rows: list[tuple[str, ...]] = []
+    for name, one in analysis.shares.items():
+        angle = with_interval(angles.get(name) or _axis_angle(one.share), DEGREE)
+        asymmetry = with_interval(one.asymmetry, 1e-6)
+        bias = with_interval(one.bias, DEGREE_PER_HOUR)
+        rows.append((name, with_interval(one.share), angle, asymmetry, bias))
+    return rows
 
 
 def share_remarks(analysis: Analysis) -> list[str]:
@@ -247,11 +239,10 @@ def require_pdf() -> None:
     except ImportError as error:
         raise MissingExtra("report.pdf", "weasyprint", "pdf") from error
     except OSError as error:
-        raise RecordingError(
-            "report.pdf cannot be written without the Pango library",
-            remedy="install Pango (Debian and Ubuntu: libpango-1.0-0 and libpangoft2-1.0-0; "
-            "elsewhere: pango), or leave {pdf} out",
-        ) from error
+        where = "Debian and Ubuntu: libpango-1.0-0 and libpangoft2-1.0-0; elsewhere: pango"
+        remedy = f"install Pango ({where}), or leave {{pdf}} out"
+        said = "report.pdf cannot be written without the Pango library"
+        raise RecordingError(said, remedy=remedy) from error
 
 
 def write_pdf(page: str, path: Path) -> None:
@@ -329,9 +320,10 @@ class TitleBlock:
 # ---- placed notes ------------------------------------------------------------------
 
 
-def placed_notes(
-    analysis: Analysis, others: Sequence[Analysis] = ()
-) -> dict[Literal["answer", "reading", "curve", "fits"], list[Note]]:
+Place = Literal["answer", "reading", "curve", "fits"]
+
+
+def placed_notes(analysis: Analysis, others: Sequence[Analysis] = ()) -> dict[Place, list[Note]]:
     """The notes of an analysis by what they are of, each once, errors and warnings first.
 
     ``answer``: what touches the answer. ``reading``: remarks on how the file was read. ``curve``:

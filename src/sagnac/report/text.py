@@ -6,7 +6,6 @@ The one screen of a command has no line wider than 80 columns.
 import math
 import textwrap
 from collections.abc import Collection, Mapping, Sequence
-from typing import Final
 
 from rich.cells import cell_len
 
@@ -21,9 +20,6 @@ from sagnac.report import as_typed, error_text, note_text, quantities, sections,
 from sagnac.stability.curve import StabilityCurve
 
 # ---- text --------------------------------------------------------------------------
-
-_MOST_LINES: Final = 20
-_DENSITY_ROWS: Final = 24
 
 
 def answer(analysis: Analysis) -> str:
@@ -135,7 +131,7 @@ def density(analysis: Analysis) -> str:
     """The power spectral density per gyro, averaged into few bins; the table has them all."""
     if analysis.density is None or not analysis.density.frequency.size:
         return ""
-    shown = quantities.coarser(quantities.shown_density(analysis), _DENSITY_ROWS)
+    shown = quantities.coarser(quantities.shown_density(analysis), most=24)
     rows = [
         tuple(f"{value:.4g}" for value in (place, square, math.sqrt(square)))
         for place, square in zip(shown.frequency, shown.density, strict=True)
@@ -143,21 +139,18 @@ def density(analysis: Analysis) -> str:
     return table(("f Hz", "PSD, one-sided (°/h)²/Hz", "its root °/h/√Hz"), rows, right=(0, 1, 2))
 
 
-def lines(analysis: Analysis, most: int | None = _MOST_LINES) -> str:
+def lines(analysis: Analysis, most: int | None = 20) -> str:
     """Periodic components: the table's by order, then those in time, the strongest first.
 
     At most `most` of each, the strongest; None shows all.
     """
     of_table = [line for line in analysis.lines if line.scale == "angle"][:most]
     of_table.sort(key=lambda line: line.frequency)
-    listed = of_table + [line for line in analysis.lines if line.scale == "time"][:most]
-    rows = [
-        (
-            "table angle" if line.scale == "angle" else "time", quantities.line_position(line),
-            *quantities.line_amplitude(line), f"{line.significance:.4g}", line.channel, line.name,
-        )
-        for line in listed
-    ]  # fmt: skip
+    rows = []
+    for line in of_table + [line for line in analysis.lines if line.scale == "time"][:most]:
+        where = "table angle" if line.scale == "angle" else "time", quantities.line_position(line)
+        figures = (*quantities.line_amplitude(line), f"{line.significance:.4g}")
+        rows.append((*where, *figures, line.channel, line.name))
     header = ("periodic in", "position", "amplitude ″", "± ″", "significance", "channel")
     return _listed(analysis, table((*header, "known as"), rows, right=(2, 3, 4)), len(rows), "ones")
 
@@ -188,16 +181,11 @@ def methods_by_gyro(analyses: Mapping[str, Analysis]) -> dict[str, dict[str, Ana
 def comparison(analyses: Mapping[str, Analysis], refused: Mapping[str, str]) -> str:
     """The methods side by side; why, of each that the recording does not allow."""
     one = next(iter(analyses.values()))
-    rows = [
-        (
-            method,
-            *quantities.reading_cells(analysis.angle_random_walk),
-            str(len(analysis.lines)),
-            str(quantities.residual_peaks(analysis)),
-            f"{sum(analysis.seconds.values()):.1f}",
-        )
-        for method, analysis in analyses.items()
-    ]
+    rows = []
+    for method, analysis in analyses.items():
+        cells = quantities.reading_cells(analysis.angle_random_walk)
+        counts = str(len(analysis.lines)), str(quantities.residual_peaks(analysis))
+        rows.append((method, *cells, *counts, f"{sum(analysis.seconds.values()):.1f}"))
     header = ("method", "N °/√h", "interval", "status", "lines", "peaks left", "s")
     read = [note_text(note) for note in one.recording.notes]
     noticed = [f"note: {said}" for said in read]
@@ -266,9 +254,6 @@ def blocks(*parts: str) -> str:
 
 # ---- brief -------------------------------------------------------------------------
 
-_STRONGEST_SHOWN: Final = 5
-_MOST_REMARKS: Final = 4
-
 
 def main_coefficients(analysis: Analysis) -> str:
     """Q, N, B, K and R beside the answer, in the field's units; empty if there are none."""
@@ -283,15 +268,11 @@ def main_coefficients(analysis: Analysis) -> str:
 
 def strongest_lines(analysis: Analysis) -> str:
     """How many periodic components there are, and the strongest five."""
-    rows = [
-        (
-            quantities.line_position(line),
-            *quantities.line_amplitude(line),
-            line.channel,
-            line.name if len(line.name) <= 32 else f"{line.name[:31]}…",
-        )
-        for line in analysis.lines[:_STRONGEST_SHOWN]
-    ]
+    rows = []
+    for line in analysis.lines[:5]:
+        position, amplitude = quantities.line_position(line), quantities.line_amplitude(line)
+        known_as = line.name if len(line.name) <= 32 else f"{line.name[:31]}…"
+        rows.append((position, *amplitude, line.channel, known_as))
     header = ("periodic", "amplitude ″", "± ″", "channel", "known as")
     return _listed(analysis, table(header, rows, right=(1, 2)), len(rows))
 
@@ -311,7 +292,7 @@ def short_notes(analysis: Analysis, others: Sequence[Analysis] = ()) -> str:
     placed = sections.placed_notes(analysis, others)
     ordered = (*placed["answer"], *placed["reading"])
     urgent = [note for note in ordered if note.level != "remark"]
-    shown = (*urgent, *ordered[len(urgent) :][:_MOST_REMARKS])
+    shown = (*urgent, *ordered[len(urgent) :][:4])
     said = [_levelled(note) for note in shown]
     more = len(set(analysis.notes)) - len(shown)
     if more:
@@ -387,12 +368,6 @@ def brief(analysis: Analysis, others: Sequence[Analysis] = ()) -> tuple[str, ...
 
 def full(analysis: Analysis) -> tuple[str, ...]:
     """The same with curves, spectrum, every fit, every unit and every note."""
-    return (
-        *map(curve, analysis.family or (analysis.curve,)),
-        density(analysis),
-        coefficients(analysis),
-        units(analysis),
-        shares(analysis),
-        lines(analysis),
-        every_note(analysis.notes),
-    )
+    curves = map(curve, analysis.family or (analysis.curve,))
+    fits = coefficients(analysis), units(analysis), shares(analysis)
+    return (*curves, density(analysis), *fits, lines(analysis), every_note(analysis.notes))

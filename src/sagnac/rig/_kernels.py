@@ -73,20 +73,13 @@ def null_pulse(
 
 
 @compiled()
-def slow_drift(
-    normals: FloatArray,
-    decay: FloatArray,
-    spread: FloatArray,
-    before: FloatArray,
-    after: FloatArray,
-    levels: FloatArray,
-    out: FloatArray,
-) -> None:
+def slow_drift(normals: FloatArray, processes: FloatArray, out: FloatArray) -> None:
     """Add independent first-order Markov processes, each at the last step and at this one.
 
-    `normals` (n, processes); the others (processes,), weights `before` and `after`; `levels` holds
-    the processes' state and is changed.
+    `normals` (n, processes). Rows of `processes` (5, processes): decay, spread, the weights before
+    and after a step, and the state, which is changed.
     """
+    decay, spread, before, after, levels = processes
     for n in range(out.size):
         total = 0.0
         for j in range(decay.size):

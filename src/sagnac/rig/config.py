@@ -296,10 +296,8 @@ def _check_modes(config: RigConfig) -> None:
     problem = "gyro.mode is 'still' on a turning table"
     remedy = "set table.rate_deg_per_s = 0, or mode rate-biased or dithered"
     require(gyro.mode != "still" or not config.turning, problem, remedy)
-    problem = (
-        f"dither.residue and dither.delay_s are of mode 'dithered'; gyro.mode is {gyro.mode!r}"
-    )
-    dithered = gyro.mode == "dithered" or not config.dither.is_left
+    dithered, said = gyro.mode == "dithered" or not config.dither.is_left, "of mode 'dithered'"
+    problem = f"dither.residue and dither.delay_s are {said}; gyro.mode is {gyro.mode!r}"
     require(dithered, problem, "set gyro.mode to 'dithered', or both to 0")
     problem = f"dither.detuning_hz {detuning:g} leaves no frequency"
     remedy = "keep it above -gyro.dither_frequency_hz"

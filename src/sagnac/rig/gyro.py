@@ -9,15 +9,17 @@ from dataclasses import dataclass
 from typing import Final, Self
 
 import numpy as np
+from numpy.random import Generator
 from scipy.signal import butter, sosfilt, sosfilt_zi
 
 from sagnac.core.arrays import FloatArray
 from sagnac.core.units import DEGREE_PER_HOUR, Sensor, field_unit
 from sagnac.rig import _kernels
 from sagnac.rig.config import RigConfig
+from sagnac.rig.own_motion import mount_of
 from sagnac.rig.ring_laser import angle_random_walk, dither_of, mean_rate, ring_lasers_of
 from sagnac.rig.sections import SENSOR_KEYS, AccelerometerConfig, GyroConfig
-from sagnac.rig.table import Differences, Motion, Oscillator, Sums
+from sagnac.rig.table import Differences, Motion, RandomStreams, Sums, Table
 
 # ---- sensor errors -----------------------------------------------------------------
 
@@ -75,12 +77,11 @@ class SensorErrors:
             per_kelvin = config.temperature_coefficient_deg_per_h_per_k[axis]
             sized["per_kelvin"] = per_kelvin * DEGREE_PER_HOUR
             sized["warm_up"], sized["warm_up_time"] = config.warm_up_k, config.warm_up_time_s
-        rates = (
-            (sized.pop("markov_deviation"), config.markov_time_s[axis]),
-            (sized.pop("second_markov_deviation"), config.second_markov_time_s[axis]),
-        )
-        markov, corner = tuple(rate for rate in rates if rate[0] > 0.0), config.low_pass_hz[axis]
-        return cls(**sized, markov=markov, corner=corner, order=config.low_pass_order)
+        deviations = sized.pop("markov_deviation"), sized.pop("second_markov_deviation")
+        times = config.markov_time_s[axis], config.second_markov_time_s[axis]
+        markov = tuple(rate for rate in zip(deviations, times, strict=True) if rate[0] > 0.0)
+        corner, order = config.low_pass_hz[axis], config.low_pass_order
+        return cls(**sized, markov=markov, corner=corner, order=order)
 
     def trend(self, seconds: FloatArray) -> FloatArray:
         """(n,) rate of bias, ramp and warming up at `seconds` from the first sample, rad/s."""
@@ -124,9 +125,7 @@ class SlowDrift:
         Samples that one value holds for.
     """
 
-    def __init__(
-        self, errors: SensorErrors, config: RigConfig, random: np.random.Generator
-    ) -> None:
+    def __init__(self, errors: SensorErrors, config: RigConfig, random: Generator) -> None:
         interval = 1.0 / config.sample_rate_hz
         # Slow errors are held for 0.02 s if nobody sees it.
         hold = max(1, round(0.02 * config.sample_rate_hz))
@@ -163,16 +162,15 @@ class SlowDrift:
             last = (0.0, math.sqrt(white), 0.0, 1.0, 0.0)
             processes = [np.append(each, one) for each, one in zip(processes, last, strict=True)]
         self.hold = hold
-        self._processes, self._random, self._held = processes, random, 0.0
+        self._processes, self._random, self._held = np.array(processes), random, 0.0
 
     def advance(self, first: int, count: int) -> FloatArray:
         """(count,) rates of the next samples, the first of which has number `first`, rad/s."""
         begun = -(-first // self.hold)
         ended = -(-(first + count) // self.hold)
         values = np.zeros(ended - begun)
-        decay, spread, before, after, levels = self._processes
-        normals = self._random.standard_normal((values.size, decay.size))
-        _kernels.slow_drift(normals, decay, spread, before, after, levels, values)
+        normals = self._random.standard_normal((values.size, self._processes.shape[1]))
+        _kernels.slow_drift(normals, self._processes, values)
         # The last value of a block holds on into the next.
         held = np.concatenate([[self._held], values])
         self._held = float(held[-1])
@@ -211,36 +209,29 @@ class Gyro:
 
     Parameters
     ----------
-    config, own
-        Of the rig, and of its gyros or its accelerometers.
+    config, sensor
+        Of the rig, and whether it is one of its gyros or of its accelerometers.
     axis
         0, 1 or 2 of x, y and z.
     streams
-        Its own.
-    origin
-        Table angle one sample before the first, rad.
-    mount
-        That it stands on; None if that is rigid.
+        Those of the rig.
+    table
+        That it stands on, one sample before the first: an accelerometer is not turned by it.
     """
 
     def __init__(
-        self,
-        config: RigConfig,
-        own: GyroConfig | AccelerometerConfig,
-        axis: int,
-        streams: tuple[np.random.Generator, ...],
-        *,
-        origin: float = 0.0,
-        mount: Oscillator | None = None,
+        self, config: RigConfig, sensor: Sensor, axis: int, streams: RandomStreams, table: Table
     ) -> None:
-        self._direction, self._origin = config.platform.matrix[axis], origin
-        self._interval = 1.0 / config.sample_rate_hz
-        self._white, slow, self._readout = streams
-        self._errors = errors = SensorErrors.of(own, axis)
+        self._direction, self._interval = config.platform.matrix[axis], 1.0 / config.sample_rate_hz
+        self._white, slow, self._readout = streams.of_sensor(sensor, axis)
+        self._errors = errors = SensorErrors.of(getattr(config, sensor), axis)
         self._slow = SlowDrift(errors, config, slow)
-        lasers = ring_lasers_of(own) if isinstance(own, GyroConfig) else ()
-        self._laser = lasers[axis] if lasers else None
-        self._dither = dither_of(own) if isinstance(own, GyroConfig) else None
+        self._origin, self._laser, self._dither, mount = 0.0, None, None, None
+        if sensor == "gyro":
+            lasers = ring_lasers_of(config.gyro)
+            self._laser, self._dither = lasers[axis] if lasers else None, dither_of(config.gyro)
+            self._origin = table.origin
+            mount = mount_of(config.motion, axis, table, streams.mount[axis])
         self._low_pass, self._passing = None, None
         if errors.corner > 0.0:
             rate = config.sample_rate_hz

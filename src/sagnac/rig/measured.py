@@ -51,16 +51,13 @@ class MeasuredSensor:
         known = [(key, one) for key, one in measured.items() if one is not None]
         estimated = {key: one["value"] for key, one in known if one["status"] == "estimated"}
         low_pass, readouts = stated.get("low_pass"), stated.get("readout") or {name: {}}
-        return cls(
-            coefficients={one: value for one, value in shows.items() if value > 0.0} | estimated,
-            low_pass=(low_pass["corner_hz"], low_pass["order"]) if low_pass else None,
-            markov=tuple(
-                (slow[key]["deviation"]["value"], slow[key]["correlation_time_s"]["value"])
-                for key in _MARKOV
-                if slow.get(key)
-            ),
-            readout=readouts.get(name) or next(iter(readouts.values())),
-        )
+        passing = (low_pass["corner_hz"], low_pass["order"]) if low_pass else None
+        rates = [slow[key] for key in _MARKOV if slow.get(key)]
+        times = [one["correlation_time_s"]["value"] for one in rates]
+        markov = tuple(zip([one["deviation"]["value"] for one in rates], times, strict=True))
+        put_in = {one: value for one, value in shows.items() if value > 0.0} | estimated
+        readout = readouts.get(name) or next(iter(readouts.values()))
+        return cls(coefficients=put_in, low_pass=passing, markov=markov, readout=readout)
 
     def keys(self, kind: Sensor, interval: float) -> dict[str, float]:
         """Keys of the rig for one axis, each with its value; `interval` is that of samples, s.
@@ -70,10 +67,8 @@ class MeasuredSensor:
         step of a rate would make it, an angle was counted.
         """
         units = {error: field_unit(own, kind).size for error, own, *_ in SENSOR_KEYS}
-        errors = {
-            error: self.coefficients.get(own, 0.0) if error in _MEASURED else 0.0
-            for error, own, *_ in SENSOR_KEYS
-        }
+        stated = {error: self.coefficients.get(own, 0.0) for error, own, *_ in SENSOR_KEYS}
+        errors = {error: one if error in _MEASURED else 0.0 for error, one in stated.items()}
         keys = {"low_pass_hz": self.low_pass[0] if self.low_pass else 0.0}
         for place, which in enumerate(_MARKOV):
             # A Markov rate that is not there has any correlation time.
@@ -118,10 +113,9 @@ class Measured:
 
         A triad on a table has only N of each gyro; all else is that of the pair.
         """
-        stated: dict[Sensor, Mapping[str, Any]] = {
-            "gyro": document.get("gyros") or {document["channel"]: document},
-            "accelerometer": document.get("accelerometers") or {},
-        }
+        gyros = document.get("gyros") or {document["channel"]: document}
+        forces = document.get("accelerometers") or {}
+        stated: dict[Sensor, Mapping[str, Any]] = {"gyro": gyros, "accelerometer": forces}
         sensors = {
             kind: {name: MeasuredSensor.of_document(one, name, kind) for name, one in each.items()}
             for kind, each in stated.items()
@@ -129,16 +123,12 @@ class Measured:
         }
         if not document.get("gyros"):
             (pair,) = sensors["gyro"].values()
-            readouts = document.get("readout") or {}
-            sensors["gyro"] = {
-                name: replace(
-                    pair,
-                    coefficients={**pair.coefficients, "angle_random_walk": own["value"]},
-                    readout=readouts.get(name, {}),
-                )
-                for name, own in document["per_gyro"].items()
-                if own["status"] == "estimated"
-            } or sensors["gyro"]
+            readouts, alone = document.get("readout") or {}, {}
+            for name, own in document["per_gyro"].items():
+                if own["status"] == "estimated":
+                    put_in = {**pair.coefficients, "angle_random_walk": own["value"]}
+                    alone[name] = replace(pair, coefficients=put_in, readout=readouts.get(name, {}))
+            sensors["gyro"] = alone or sensors["gyro"]
         return cls(sensors=sensors, recorded=document["input"])
 
     def keys(self) -> dict[str, Any]:
@@ -162,11 +152,9 @@ class Measured:
     def left_out(self) -> list[str]:
         """Low-passes and readouts, and what is not simulated as it was measured, a line each."""
         each = [one for sensors in self.sensors.values() for one in sensors.items()]
-        lines = [
-            f"{name}: low-pass of {one.low_pass[0]:.4g} Hz, order {one.low_pass[1]}"
-            for name, one in each
-            if one.low_pass
-        ] or ["no low-pass, since the spectrum shows none"]
+        passes = [(name, *one.low_pass) for name, one in each if one.low_pass]
+        lines = [f"{name}: low-pass of {hz:.4g} Hz, order {order}" for name, hz, order in passes]
+        lines = lines or ["no low-pass, since the spectrum shows none"]
         lines += [
             f"{name}: readout {what} of {one.readout[what]:.4g} {one.readout['unit']}"
             for name, one in each

@@ -11,6 +11,7 @@ import math
 from dataclasses import replace
 
 import numpy as np
+from numpy.random import Generator
 from scipy.signal import lfilter
 
 from sagnac.core.arrays import FloatArray
@@ -24,25 +25,21 @@ from sagnac.rig.table import Differences, LineSet, Motion, Oscillator, Sums, Tab
 
 
 def _structure(
-    band: tuple[float, float], rms: float, table: Table, random: np.random.Generator
+    band: tuple[float, float], rms: float, table: Table, random: Generator
 ) -> Oscillator:
     """An oscillator by frequency, Hz, and quality, and its rms angle, arcsec, at every sample.
 
     It rests if the table is not moving yet.
     """
-    frequency, quality = band
+    (frequency, quality), step = band, table.interval
     damping, rate = 0.5 / quality, 2.0 * math.pi * frequency * rms * ARCSECOND
-    made = Oscillator(
-        frequency=frequency, damping=damping, rms_rate=rate, step=table.interval, random=random
-    )
+    made = Oscillator(frequency=frequency, damping=damping, rms_rate=rate, step=step, random=random)
     if not table.moving:
         made.state[:] = 0.0
     return made
 
 
-def mount_of(
-    config: MotionConfig, gyro: int, table: Table, random: np.random.Generator
-) -> Oscillator | None:
+def mount_of(config: MotionConfig, gyro: int, table: Table, random: Generator) -> Oscillator | None:
     """The mount of one gyro: a structure that the turning table shakes about the input axis.
 
     The gyro turns with it, by an angle that comes back: it adds to the density of the rate a peak
@@ -86,7 +83,7 @@ class Nutation:
         Of the two axes.
     """
 
-    def __init__(self, config: MotionConfig, table: Table, random: np.random.Generator) -> None:
+    def __init__(self, config: MotionConfig, table: Table, random: Generator) -> None:
         band, rms = (config.nutation_hz, config.nutation_quality), config.nutation_rms_arcsec
         self.tilts = [_structure(band, rms, table, one) for one in random.spawn(2)]
         self._turned, self._level = Differences(table.origin), Sums()
@@ -128,7 +125,7 @@ class Disturbances:
         As they were drawn.
     """
 
-    def __init__(self, config: DisturbancesConfig, random: np.random.Generator) -> None:
+    def __init__(self, config: DisturbancesConfig, random: Generator) -> None:
         self.angle, self.time = _drawn(config.angle, random), _drawn(config.time, random)
 
     def advance(self, first: int, alpha: FloatArray, interval: float) -> FloatArray:
@@ -153,7 +150,7 @@ class Disturbances:
         return np.asarray(self.angle.at(alpha) + in_time - offset[:, np.newaxis])
 
 
-def _drawn(pairs: Pairs, random: np.random.Generator) -> LineSet:
+def _drawn(pairs: Pairs, random: Generator) -> LineSet:
     position = np.array([position for position, _ in pairs], dtype=np.float64)
     amplitude = np.array([amplitude for _, amplitude in pairs], dtype=np.float64) * ARCSECOND
     shape = (len(GYRO_NAMES), len(pairs))
@@ -205,7 +202,7 @@ class DitherMotion:
         Its stream.
     """
 
-    def __init__(self, config: RigConfig, axis: int, random: np.random.Generator) -> None:
+    def __init__(self, config: RigConfig, axis: int, random: Generator) -> None:
         noise, dither = config.gyro.dither_amplitude_noise, config.dither
         self._amplitude = dither_amplitude(config, axis)
         self._left = self._amplitude * left_of(config, axis)

@@ -145,10 +145,9 @@ def angle_random_walk(
 def _check_dither(laser: RingLaser, dither: Dither, rates: FloatArray) -> None:
     fastest = float(np.max(np.abs(rates), initial=0.0))
     if fastest >= dither.rate:
-        raise ValueError(
-            f"input rate {fastest:.6g} rad/s is not below the dither's peak {dither.rate:.6g} "
-            "rad/s, so the rate never turns round; raise the dither's rate"
-        )
+        peak = f"the dither's peak {dither.rate:.6g} rad/s, so the rate never turns round"
+        said = f"input rate {fastest:.6g} rad/s is not below {peak}"
+        raise ValueError(f"{said}; raise the dither's rate")
     swing = 2.0 * dither.rate * laser.phase_per_angle / (2.0 * np.pi * dither.frequency)
     spread = swing * dither.amplitude_noise
     if spread < _RANDOM_ENOUGH:

@@ -31,17 +31,14 @@ from sagnac.recording.model import Channel, Recording
 from sagnac.rig.config import RigConfig
 from sagnac.rig.encoder import Encoder, NullPulse, within_turn
 from sagnac.rig.gyro import Gyro, SensorErrors
-from sagnac.rig.own_motion import Disturbances, DitherMotion, Nutation, mount_of
+from sagnac.rig.own_motion import Disturbances, DitherMotion, Nutation
 from sagnac.rig.sections import SENSOR_NAMES
 from sagnac.rig.table import Differences, Motion, RandomStreams, Table, fastest_rate
 from sagnac.rig.truth import Truth, truth_of
 
 BLOCK_SAMPLES: Final = 65_536
 # Units of angles and increments, and of rates.
-_SHOWN_IN: Final[tuple[Mapping[Sensor, str], Mapping[Sensor, str]]] = (
-    {"gyro": "arcsec", "accelerometer": "m/s"},
-    {"gyro": "deg/h", "accelerometer": "m/s^2"},
-)
+_SHOWN_IN: Final = (("arcsec", "m/s"), ("deg/h", "m/s^2"))
 _PICKOFFS: Final = tuple(PICKOFF + name for name in GYRO_NAMES)
 
 Progress = Callable[[float], None]
@@ -74,19 +71,12 @@ class Rig:
             way = fastest_rate(config.table, config.command) * config.duration_s
             self._null_pulse = NullPulse(config.encoder, table.origin, way, streams)
         self._disturbances = Disturbances(config.disturbances, streams.disturbances)
-        own = [streams.of_sensor("gyro", axis) for axis in axes]
-        mounts = [mount_of(config.motion, axis, table, streams.mount[axis]) for axis in axes]
-        self._gyros = [
-            Gyro(config, config.gyro, axis, own[axis], origin=table.origin, mount=mounts[axis])
-            for axis in axes
-        ]
+        self._gyros = [Gyro(config, "gyro", axis, streams, table) for axis in axes]
         dithered = axes if config.dither.is_left else ()
         self._dithers = [DitherMotion(config, axis, streams.dither[axis]) for axis in dithered]
-        self._accelerometers: list[Gyro] = []
-        if config.accelerometer.mode == "triad":
-            own = [streams.of_sensor("accelerometer", axis) for axis in axes]
-            force = config.accelerometer
-            self._accelerometers = [Gyro(config, force, axis, own[axis]) for axis in axes]
+        felt = axes if config.accelerometer.mode == "triad" else ()
+        forces = [Gyro(config, "accelerometer", axis, streams, table) for axis in felt]
+        self._accelerometers = forces
 
     def advance(self, first: int, count: int) -> tuple[Columns, FloatArray]:
         """The next `count` samples from number `first`, and the true table angle, rad."""
@@ -170,8 +160,7 @@ def simulate(config: RigConfig, progress: Progress | None = None) -> Simulation:
     >>> simulation.truth.pairs["x-z"].arw_deg_per_sqrt_h
     2.5e-05
     """
-    _require_config(config)
-    require_progress(progress)
+    _require(config, progress)
     recording = _as_recorded(config, progress)
     if recording.table is not None:
         read = table_of_readings(recording.table.values, "rad")
@@ -199,7 +188,7 @@ def _recording_of(config: RigConfig, columns: Mapping[str, NDArray[Any]]) -> Rec
             for name in SENSOR_NAMES[sensor]
             if name in columns
         )
-        for sensor, unit in _SHOWN_IN[config.kind == "rate"].items()
+        for sensor, unit in zip(SENSORS, _SHOWN_IN[config.kind == "rate"], strict=True)
     )
     dithered = [name for name in GYRO_NAMES if PICKOFF + name in columns]
     table = None
@@ -245,8 +234,7 @@ def write(
     TypeError
         If `config` is not a `RigConfig`.
     """
-    _require_config(config)
-    require_progress(progress)
+    _require(config, progress)
     path = path_of("path", path)
     truth_path = path.with_name(path.name + ".truth.json")
     # The heading is that of one sample alone.
@@ -254,9 +242,8 @@ def write(
     known = format_to_write(path, heading)
     with replacing_set(path) as folder:
         temporary = folder / path.name
-        (folder / truth_path.name).write_text(
-            json.dumps(asdict(truth_of(config)), indent=1, allow_nan=False) + "\n", encoding="utf-8"
-        )
+        stated = json.dumps(asdict(truth_of(config)), indent=1, allow_nan=False)
+        (folder / truth_path.name).write_text(f"{stated}\n", encoding="utf-8")
         if known is PARQUET:
             with arrow.writer(temporary, heading) as append:
                 for columns, _ in blocks(config, progress=progress):
@@ -290,6 +277,7 @@ def _densities(config: RigConfig) -> dict[Sensor, tuple[float, float]]:
     return densities
 
 
-def _require_config(config: object) -> None:
+def _require(config: object, progress: Progress | None) -> None:
     remedy = "give a RigConfig, for one RigConfig() or sagnac.rig.config.preset('paper')"
     require_type("config", config, RigConfig, remedy)
+    require_progress(progress)

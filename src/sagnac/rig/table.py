@@ -12,6 +12,7 @@ from typing import Final
 
 import numpy as np
 import scipy.linalg
+from numpy.random import Generator
 from scipy.signal import lfilter
 
 from sagnac.core.arrays import BooleanArray, ComplexArray, FloatArray
@@ -37,7 +38,7 @@ class RandomStreams:
     def __init__(self, seed: int) -> None:
         spawned = map(np.random.default_rng, np.random.SeedSequence(seed).spawn(35))
 
-        def three() -> tuple[np.random.Generator, ...]:
+        def three() -> tuple[Generator, ...]:
             return tuple(islice(spawned, 3))
 
         # In the order in which they are spawned: new ones come last, so that a seed keeps its
@@ -49,7 +50,7 @@ class RandomStreams:
         self.readout = three()
         self.force_white, self.force_slow, self.force_readout = three(), three(), three()
 
-    def of_sensor(self, sensor: Sensor, axis: int) -> tuple[np.random.Generator, ...]:
+    def of_sensor(self, sensor: Sensor, axis: int) -> tuple[Generator, ...]:
         """Those of one gyro or accelerometer: of its random walk, slow errors and readout."""
         streams = (self.white, self.slow, self.readout)
         if sensor == "accelerometer":
@@ -122,13 +123,7 @@ class Oscillator:
     """
 
     def __init__(
-        self,
-        *,
-        frequency: float,
-        damping: float,
-        rms_rate: float,
-        step: float,
-        random: np.random.Generator,
+        self, *, frequency: float, damping: float, rms_rate: float, step: float, random: Generator
     ) -> None:
         natural = 2.0 * math.pi * frequency
         slope = np.array([[0.0, 1.0], [-natural * natural, -2.0 * damping * natural]])
@@ -188,7 +183,7 @@ class RateNoise:
     """
 
     def __init__(
-        self, *, rms: float, share: float, decay: float, step: float, random: np.random.Generator
+        self, *, rms: float, share: float, decay: float, step: float, random: Generator
     ) -> None:
         self._rms, self._share, self._decay, self._step = rms, share, decay, step
         self._random, self._angle = random, Sums()
@@ -229,11 +224,11 @@ def movers_of(config: TableConfig, step: float, streams: RandomStreams) -> tuple
     if not config.turning:
         return ()
 
-    def oscillator(rms: float, hertz: float, damping: float, random: np.random.Generator) -> Mover:
+    def oscillator(rms: float, hertz: float, damping: float, random: Generator) -> Mover:
         rate = rms * DEGREE
         return Oscillator(frequency=hertz, damping=damping, rms_rate=rate, step=step, random=random)
 
-    def noise(rms: float, share: float, decay: float, random: np.random.Generator) -> Mover:
+    def noise(rms: float, share: float, decay: float, random: Generator) -> Mover:
         return RateNoise(rms=rms * DEGREE, share=share, decay=decay, step=step, random=random)
 
     jitter, hertz = config.jitter_rms_deg_per_s, config.jitter_bandwidth_hz
@@ -254,8 +249,6 @@ def movers_of(config: TableConfig, step: float, streams: RandomStreams) -> tuple
 
 # ---- table -----------------------------------------------------------------------------
 
-# Between nodes the integrand cos(alpha) is taken by Simpson's rule, whose error is
-# turn^4/2880 of the Earth-rate harmonic (15 arcsec): below 1e-6 arcsec at this turn.
 _TOGETHER: Final = 256  # samples of a line that begin at a phase of their own
 
 
@@ -299,7 +292,7 @@ class LineSet:
         return np.asarray((self.phasor @ np.reshape(waves, (-1, count))).real)
 
 
-def drawn_orders(pairs: Pairs, random: np.random.Generator, unit: float) -> FloatArray:
+def drawn_orders(pairs: Pairs, random: Generator, unit: float) -> FloatArray:
     """(terms, 3) ascending orders, their sizes times `unit`, and phases that are drawn, rad."""
     order, size = np.reshape(sorted(pairs), (-1, 2)).T
     return np.column_stack([order, size * unit, random.uniform(-np.pi, np.pi, order.size)])
@@ -423,12 +416,10 @@ def substeps_of(config: TableConfig, command: TableCommand, interval: float) -> 
     # Between nodes the integrand cos(alpha) is taken by Simpson's rule, whose error is turn^4/2880
     # of the Earth-rate harmonic (15 arcsec): below 1e-6 arcsec at a turn of 0.02 rad.
     needed = [1, math.ceil(fastest_rate(config, command) * interval / 0.02)]
-    for rms, frequency in (
-        (config.jitter_rms_deg_per_s, config.jitter_bandwidth_hz),
-        (config.hunting_rms_deg_per_s, config.hunting_hz),
-    ):
+    jitter = config.jitter_rms_deg_per_s, config.jitter_bandwidth_hz
+    hunting = config.hunting_rms_deg_per_s, config.hunting_hz
+    for rms, frequency in (jitter, hunting):
         if config.turning and rms > 0.0:
-            natural = 2.0 * math.pi * frequency
             # A step is half of the servo's natural period over 2 pi at the most.
-            needed.append(math.ceil(natural * interval / 0.5))
+            needed.append(math.ceil(2.0 * math.pi * frequency * interval / 0.5))
     return max(needed)

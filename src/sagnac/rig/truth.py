@@ -181,10 +181,9 @@ def _angle_random_walks(config: RigConfig, table_rate: float) -> list[float]:
     if config.turning:
         # The Earth's horizontal part averages out.
         turned = np.array([0.0, 0.0, table_rate + turned[2]])
-    return [
-        float(ring_laser.angle_random_walk(laser, rate, dither)) / DEGREE_PER_ROOT_HOUR
-        for laser, rate in zip(lasers, platform.matrix @ turned, strict=True)
-    ]
+    sensed = zip(lasers, platform.matrix @ turned, strict=True)
+    walks = [ring_laser.angle_random_walk(laser, rate, dither) for laser, rate in sensed]
+    return [float(walk) / DEGREE_PER_ROOT_HOUR for walk in walks]
 
 
 def _line_truths(config: RigConfig) -> tuple[LineTruth, ...]:

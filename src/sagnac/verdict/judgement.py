@@ -1,17 +1,13 @@
 """Pass, fail or undecided: a coefficient beside its limit."""
 
 from dataclasses import dataclass
-from typing import Final, Literal
+from typing import Literal
 
 from sagnac.core.errors import rounded
 from sagnac.noise.estimates import Estimate
 from sagnac.verdict.limits import Limit, Specification
 
 Decision = Literal["pass", "fail", "undecided"]
-
-# By this much rounding may move a sum of confidence and risk off one.
-_ROUNDING: Final = 1e-9
-_DIGITS: Final = 12
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -110,13 +106,13 @@ def judged(gyro: str, limit: Limit, estimate: Estimate, specification: Specifica
     lies at its limit or above passes with that probability at most.
     """
     # In decimals, as a confidence is stated: 0.05, not 0.050000000000000044.
-    lacking = round(1.0 - estimate.confidence, _DIGITS)
+    lacking = round(1.0 - estimate.confidence, 12)
     estimated, allowed = estimate.status == "estimated", specification.risk
     risk = 0.5 * lacking if estimated else lacking
     decision: Decision = "undecided"
     if estimate.status == "not observable":
         reason = "not observable in this recording"
-    elif allowed is not None and risk > allowed + _ROUNDING:
+    elif allowed is not None and risk > allowed + 1e-9:  # rounding of a sum of confidence and risk
         more = f"more than the {rounded(100.0 * allowed, 3)} % allowed"
         reason = f"the interval leaves a risk of {rounded(100.0 * risk, 3)} %, {more}"
     elif estimate.high <= limit.value:

@@ -6,39 +6,24 @@ for a product.
 
 import math
 import re
-from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
+from sagnac.core import errors
 from sagnac.core.documents import ANY, NUMBER, read_toml, table
-from sagnac.core.errors import (
-    ArgumentTypeError,
-    RecordingError,
-    is_finite,
-    quoted,
-    refusal,
-    require_choice,
-)
+from sagnac.core.errors import quoted, refusal
 from sagnac.core.units import Unit, field_unit, split_factor, unit_of
 from sagnac.noise.laws import COEFFICIENT_NAMES, SYMBOLS, CoefficientName
 
-_NAMES: Final[Mapping[str, CoefficientName]] = {
-    **{letter: name for name, letter in SYMBOLS.items()},
-    **{name: name for name in COEFFICIENT_NAMES},
-}
+_BY_LETTER: Final = {letter: name for name, letter in SYMBOLS.items()}
+_NAMES: Final = _BY_LETTER | {name: name for name in COEFFICIENT_NAMES}
 # A limit stands in the table of them or beside it.
-_FILE: Final = table(
-    {
-        "product": ANY,
-        "risk": {**NUMBER, "description": "give a number between 0 and 0.5"},
-        "limits": {
-            "type": "object",
-            "description": 'write [limits] and N = "3e-4 deg/sqrt(h)" below it',
-        },
-    }
-    | dict.fromkeys(_NAMES, ANY)
-)
+_EXAMPLE: Final = 'write [limits] and N = "3e-4 deg/sqrt(h)" below it'
+_LIMITS: Final = {"type": "object", "description": _EXAMPLE}
+_RISK: Final = {**NUMBER, "description": "give a number between 0 and 0.5"}
+_KEYS: Final = {"product": ANY, "risk": _RISK, "limits": _LIMITS}
+_FILE: Final = table(_KEYS | dict.fromkeys(_NAMES, ANY))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -65,7 +50,7 @@ class Limit:
     unit: Unit
 
     def __post_init__(self) -> None:
-        require_choice("coefficient", self.coefficient, CoefficientName)
+        errors.require_choice("coefficient", self.coefficient, CoefficientName)
         if not (math.isfinite(self.value) and self.value > 0.0):
             raise refusal("value", f"is {quoted(self.value)}; give a finite number above zero")
         if self.unit.quantity != field_unit(self.coefficient).quantity:
@@ -121,7 +106,7 @@ class Specification:
         names = [limit.coefficient for limit in self.limits]
         if not names or len(set(names)) != len(names):
             raise refusal("spec", "needs one limit or more, one for each coefficient at most")
-        if self.risk is not None and not (is_finite(self.risk) and 0.0 < self.risk < 0.5):
+        if self.risk is not None and not (errors.is_finite(self.risk) and 0.0 < self.risk < 0.5):
             raise refusal("risk", f"is {quoted(self.risk)}; give a number between 0 and 0.5")
 
 
@@ -159,7 +144,8 @@ def specification_of(text: str | Specification, *, risk: float | None = None) ->
             raise refusal("risk", f"is {quoted(risk)}, {said}")
         return text
     if not isinstance(text, str):
-        raise ArgumentTypeError("specification", f"is {quoted(text)}; give '3e-4deg/sqrt(h)'")
+        problem = f"is {quoted(text)}; give '3e-4deg/sqrt(h)'"
+        raise errors.ArgumentTypeError("specification", problem)
     if text.strip().endswith(".toml"):
         return _of_file(Path(text.strip()), risk)
     if not text.strip():
@@ -176,14 +162,12 @@ def _of_file(path: Path, risk: float | None) -> Specification:
         stated = read_toml(path, _FILE)
         limits = {name: stated[name] for name in _NAMES if name in stated}
         limits |= stated.get("limits", {})
-        return Specification(
-            limits=tuple(_limit(name, value) for name, value in limits.items()),
-            risk=stated.get("risk") if risk is None else risk,
-            product=str(stated.get("product", "")),
-        )
+        listed = tuple(_limit(name, value) for name, value in limits.items())
+        product, risk = str(stated.get("product", "")), stated.get("risk") if risk is None else risk
+        return Specification(limits=listed, risk=risk, product=product)
     except OSError as error:
         said = f"cannot be read ({error.strerror})"
-        raise RecordingError(said, path=str(path), remedy="check the path") from None
+        raise errors.RecordingError(said, path=str(path), remedy="check the path") from None
     except ValueError as error:
         raise refusal("spec", f"{path}: {str(error).removeprefix('spec ')}") from None
 
