@@ -5,7 +5,7 @@ also choose their data (Jay and Neil, Phys. Rev. D 103, 114502, 2021). Nothing l
 frequency, so that bins left out below the band have to lie above N: what they lack is added to the
 deviance. A hump of vibration is flat at its top, but the spectrum below it is lower.
 
-A low-pass may lower what lies above a band that reaches to half a hertz. A bin that is lower there
+A low-pass may lower what lies above a band that reaches to 0.2 Hz. A bin that is lower there
 costs one more than the deviance to be expected of it if it were described, which is less than one
 if most of the error that a fit allows it is no chance: else the floor of a converter above a
 low-pass, in bins of many cells, would outweigh the plateau below.
@@ -29,7 +29,7 @@ from sagnac.spectrum.levels import Levels
 FLOOR: Final = 0.03
 # Sensors are low-passed from here on, Hz. What falls below is slow noise: Markov rates of gyros
 # last a second to hours.
-_LOW_PASS: Final = 0.5
+_LOW_PASS: Final = 0.2
 # Fewest bins of a band.
 LEAST_BINS: Final = 4
 # Models lighter than this, relative to the heaviest, are dropped.
