@@ -113,6 +113,15 @@ def test_the_change_is_found_under_a_low_pass_and_beside_bias_instability():
         assert found.change == pytest.approx(change, abs=0.015)
 
 
+def test_no_change_is_told_by_a_law_in_which_the_walk_does_not_rule():
+    # The law of the heaviest model need not be of the band of most weight.
+    seen = levels(1.0, 0.0, np.random.default_rng(3))
+    law = BandModel(squares=(0.0, 1e-12, 0.0, 1e6), interval=1.0 / RATE)
+    terms = ("angle_random_walk", "rate_random_walk")
+    choice = ModelChoice(band_hz=(0.1, 24.0), terms=terms, mask=0b1010, share=1.0, law=law)
+    assert estimate_in_band(seen, choice, 0.95) is None
+
+
 def test_noise_that_grows_behind_a_low_pass_is_told_by_its_spectrum():
     # N of each half rests on few bins and passes for the same by chance.
     rng = np.random.default_rng(3)
