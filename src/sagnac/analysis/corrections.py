@@ -361,20 +361,39 @@ def find_warm_up(increments: FloatArray, *, sample_rate: float) -> WarmUp | None
     means = averages_of(increments[: size * _WARM_UP_MEANS], size) * sample_rate
     if not np.ptp(means) > 0.0:
         return None
-    place = np.arange(_WARM_UP_MEANS) + 0.5
-    constants = np.geomspace(2.0, _WARM_UP_MEANS / 3.0, 40)
+    gain, constant, rate = _settling(means)
+    if gain < 20.0:
+        return None
+    time = constant * size / sample_rate
+    until = min(math.log(100.0) * time, increments.size / sample_rate)
+    return WarmUp(rate=rate, time=time, until_s=until)
+
+
+def _settling(means: FloatArray) -> tuple[float, float, float]:
+    """The likeliest exponential beside a line, in white noise and a walk.
+
+    Returns
+    -------
+    gain, constant, rate
+        By how much it raises twice the logarithm of the restricted likelihood, its constant in
+        stretches of a mean, and its value at the start.
+    """
+    place = np.arange(means.size) + 0.5
+    constants = np.geomspace(2.0, means.size / 3.0, 40)
     shapes = np.exp(-place[:, np.newaxis] / constants)
     columns = np.column_stack([np.ones(place.size), place / place.size - 0.5, means, shapes])
+    wandering = _walk_of_means(means.size)
+    # Minus twice the logarithms of the likelihoods, the second with the exponential beside it.
     line_alone, settling = math.inf, (math.inf, 0.0, 0.0)
     # The variance of a step of the walk, in that of the white noise of a mean.
     for ratio in np.geomspace(1e-5, 1e3, 17):
-        factor = np.linalg.cholesky(np.eye(place.size) + ratio * _walk_of_means(place.size))
+        factor = np.linalg.cholesky(np.eye(place.size) + ratio * wandering)
         white = solve_triangular(factor, columns, lower=True)
         line, corner = np.linalg.qr(white[:, :2])
         beside = white[:, 2:] - line @ (line.T @ white[:, 2:])
-        shown, shapes = beside[:, 0], beside[:, 1:]
-        information = (shapes**2).sum(axis=0)
-        rates = shown @ shapes / information
+        shown, settles = beside[:, 0], beside[:, 1:]
+        information = (settles**2).sum(axis=0)
+        rates = shown @ settles / information
         rest = np.maximum(shown @ shown - rates**2 * information, np.finfo(float).tiny)
         best = int(np.argmin(rest))
         volume = 2.0 * float(np.log(np.abs([*np.diag(factor), *np.diag(corner)])).sum())
@@ -382,11 +401,7 @@ def find_warm_up(increments: FloatArray, *, sample_rate: float) -> WarmUp | None
         line_alone = min(line_alone, float(lacking[0]))
         settling = min(settling, (float(lacking[1]), float(constants[best]), float(rates[best])))
     lacking_least, constant, rate = settling
-    if line_alone - lacking_least < 20.0:
-        return None
-    time = constant * size / sample_rate
-    until = min(math.log(100.0) * time, increments.size / sample_rate)
-    return WarmUp(rate=rate, time=time, until_s=until)
+    return line_alone - lacking_least, constant, rate
 
 
 def without_warm_up(increments: FloatArray, warm_up: WarmUp, *, sample_rate: float) -> FloatArray:

@@ -135,8 +135,9 @@ def _within_curve(evidence: Evidence, headline: Headline) -> Headline:
     confidence, shortest = evidence.settings.confidence, max(lowered, evidence.readout.time)
     other = fit.slow
     end = math.inf if other is None else other.lowest_end
-    limits = {"confidence": confidence, "shortest": shortest, "flicker_end": end}
-    highest = highest_terms(evidence.curve, **limits)
+    highest = highest_terms(
+        evidence.curve, confidence=confidence, shortest=shortest, flicker_end=end
+    )
     slow = with_slow_laws(fit).coefficients["bias_instability"]
     fit = replace(fit, coefficients=within_curve(fit.coefficients, highest))
     if spectrum is not None:

@@ -563,9 +563,14 @@ def _with_lines_out(
     of_answer = ("lines", "angle_random_walk", "average", "coefficients", "covariance", "parts")
     figures = {name: getattr(searched, name) for name in of_answer}
     source = f"{searched.source}; lines removed" if searched.lines else searched.source
-    with_answer = replace(analysis, source=source, curve_of_answer=searched.curve, **figures)
-    seconds = _added_seconds((searched, analysis))
-    with_answer = replace(with_answer, notes=tuple(dict.fromkeys(notes)), seconds=seconds)
+    with_answer = replace(
+        analysis,
+        source=source,
+        notes=tuple(dict.fromkeys(notes)),
+        seconds=_added_seconds((searched, analysis)),
+        curve_of_answer=searched.curve,
+        **figures,
+    )
     return AtRest(analysis=with_answer, without_lines=searched, as_it_is=analysis)
 
 
@@ -579,9 +584,14 @@ def _with_family(
         family = _family(points_at(angle, rate, settings.interval), analysis.curve, settings)
         density = multitaper_density(differences(angle), rate) if family else None
     notes = tuple(dict.fromkeys((*analysis.notes, *curve_notes(analysis.curve, family))))
-    seconds = {**analysis.seconds, **stages.seconds}
-    analysis = replace(analysis, settings=settings, notes=notes, seconds=seconds)
-    return replace(analysis, family=family, density=density)
+    return replace(
+        analysis,
+        settings=settings,
+        family=family,
+        density=density,
+        notes=notes,
+        seconds={**analysis.seconds, **stages.seconds},
+    )
 
 
 def _with_gaps(
@@ -639,9 +649,17 @@ def _with_gaps(
         *(note for note in analysis.notes if note not in analysis.curve.notes),
         *curve_notes(curve, family),
     )
-    analysis = replace(analysis, curve=curve, curve_before=curve, family=family, density=density)
-    analysis = replace(analysis, recording=recording, settings=settings)
-    return replace(made, analysis=replace(analysis, notes=tuple(dict.fromkeys(notes))))
+    analysis = replace(
+        analysis,
+        recording=recording,
+        settings=settings,
+        curve=curve,
+        curve_before=curve,
+        family=family,
+        density=density,
+        notes=tuple(dict.fromkeys(notes)),
+    )
+    return replace(made, analysis=analysis)
 
 
 def _require_no_fit_across_gaps(gyro: Channel, settings: Settings) -> None:

@@ -270,8 +270,10 @@ class Analysis:
             note if note in read else replace(note, text=note.text.replace(name, own))
             for note in self.notes
         )
-        changed = replace(self, angle_random_walk=walk, fits=fits, notes=notes)
-        return replace(changed, coefficients=named(self.coefficients))
+        coefficients = named(self.coefficients)
+        return replace(
+            self, angle_random_walk=walk, fits=fits, notes=notes, coefficients=coefficients
+        )
 
     @property
     def is_pair(self) -> bool:

@@ -27,8 +27,8 @@ from sagnac.spectrum.levels import Levels
 
 # Relative error of a bin that no model describes: it stands for what is neither chance nor a term.
 FLOOR: Final = 0.03
-# Sensors are low-passed from here on, Hz. What falls below is slow noise: Markov rates of gyros
-# last a second to hours.
+# Lowest frequency at which the low-pass of a sensor may begin, Hz. What falls below it is a Markov
+# rate: those of gyros last from a second to hours.
 _LOW_PASS: Final = 0.2
 # Fewest bins of a band.
 LEAST_BINS: Final = 4
@@ -315,7 +315,7 @@ def _models_of_size(
     """
     columns = np.array([np.flatnonzero(mask >> np.arange(_COLUMNS) & 1) for mask in masks])
     bands = bands[bands[:, 1] - bands[:, 0] > size]
-    # At least, if all that is above is lower.
+    # The least that the bins outside may cost: all above the band are lower than N.
     above = np.append(np.cumsum(1.0 + scaled.chance[::-1])[::-1], 0.0)
     outside = 2.0 * bands[:, 0] + above[bands[:, 1]]
     bands, outside = (one[outside <= lightest + _HOPELESS] for one in (bands, outside))

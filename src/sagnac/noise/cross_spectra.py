@@ -488,8 +488,8 @@ def common_walk(
     square = float(solution[own] / scale[own])
     error = math.sqrt(max(1.0, chi_square / left) * float(covariance[own, own])) / scale[own]
     reach = float(stdtrit(left, 0.5 + 0.5 * confidence)) * error
-    ends = {"low": square - reach, "high": square + reach}
-    return CommonWalk(square=square, **ends, confidence=confidence, error=error)
+    low, high = square - reach, square + reach
+    return CommonWalk(square=square, low=low, high=high, confidence=confidence, error=error)
 
 
 def _fitted_terms(

@@ -350,8 +350,8 @@ def _model(curve: StabilityCurve, squares: Squares | None) -> tuple[CurveModel, 
     @cache
     def pairs() -> FloatArray:
         # Of every point: the fits of a curve share them.
-        sizes = {"angles": angles, "interval": interval}
-        of_all = laws.overlapped_allan_covariances(tuple(every.tolist()), **sizes)
+        clusters = tuple(every.tolist())
+        of_all = laws.overlapped_allan_covariances(clusters, angles=angles, interval=interval)
         places = np.flatnonzero(kept)
         covariances = of_all[np.ix_(columns, columns, places, places)]
         if overlapped:

@@ -168,8 +168,10 @@ def _slow_laws(spectrum: Ordinates) -> SlowLaws:
         errors = scale * np.sqrt(np.maximum(covariance.diagonal(), 1.0))
         fits.append((data.best.squares, errors, data.best.deviance))
     squares, errors, deviance = (np.array(each) for each in zip(*fits, strict=True))
-    prior, found = np.array(list(tried.values())), {"squares": squares, "errors": errors}
-    return SlowLaws(laws=tuple(tried), prior=prior, **found, deviance=deviance)
+    prior = np.array(list(tried.values()))
+    return SlowLaws(
+        laws=tuple(tried), prior=prior, squares=squares, errors=errors, deviance=deviance
+    )
 
 
 def fit_coefficients(
