@@ -114,7 +114,7 @@ def test_the_change_is_found_under_a_low_pass_and_beside_bias_instability():
 
 
 def test_no_change_is_told_by_a_law_in_which_the_walk_does_not_rule():
-    # The law of the heaviest model need not be of the band of most weight.
+    # A part need not reach to where the walk rules; without this its change overflowed.
     seen = levels(1.0, 0.0, np.random.default_rng(3))
     law = BandModel(squares=(0.0, 1e-12, 0.0, 1e6), interval=1.0 / RATE)
     terms = ("angle_random_walk", "rate_random_walk")

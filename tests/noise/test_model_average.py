@@ -69,6 +69,22 @@ def test_the_floor_of_a_converter_is_no_walk_if_a_low_pass_lies_far_below(floor)
     assert held == 8
 
 
+def test_the_law_named_is_of_the_band_that_is_named():
+    others = 0
+    for seed in range(5):
+        behind = lfilter(*butter(2, 0.2), np.random.default_rng(seed).standard_normal(100_000))
+        levels = levels_of(behind)
+        result = average(levels)
+        choice, models = result.rests_on, result.relied
+        bands = zip(levels.low[models.first], levels.high[models.last - 1], strict=True)
+        heaviest = list(bands).index(choice.band_hz)
+        assert choice.law == models.law(heaviest, levels.spectrum.interval)
+        assert (choice.terms, choice.mask) == (models.terms(heaviest), models.mask[heaviest])
+        others += heaviest > 0
+    # The bands that several models share outweigh that of the heaviest model in some.
+    assert others >= 2
+
+
 def test_no_walk_gives_a_bound():
     rng = np.random.default_rng(11)
     increments = 0.5 * np.diff(rng.standard_normal(20_001))

@@ -413,7 +413,7 @@ def estimate_in_band(levels: Levels, choice: ModelChoice, confidence: float) -> 
     share = terms[:, WALK] / means
     low, high = choice.band_hz
     inside = (levels.frequency >= low) & (levels.frequency <= high)
-    # The law is that of the heaviest model, whose band need not be the one of most weight.
+    # A part need not reach down to where N rules in the law of the whole.
     if np.count_nonzero(share[inside] >= 0.5) < RULED:
         return None
     weight = (bin_shapes(levels, FLOOR) * share)[inside]

@@ -193,11 +193,12 @@ class ModelChoice:
     Attributes
     ----------
     band_hz
-        Lowest and highest frequency of the heaviest model, Hz; NaN if there is none.
+        Lowest and highest frequency of the band that all its models together make the heaviest,
+        Hz; NaN if there is none.
     terms
-        Of the heaviest model.
+        Of the heaviest model of that band.
     mask
-        Bits of the terms of the heaviest model, its fall included.
+        Bits of the terms of that model, its fall included.
     share
         Share of the weight that models of these very terms hold, over all their bands.
     falls
@@ -212,7 +213,7 @@ class ModelChoice:
         ``average``, ``whole band``, or ``both`` if the levels neither bear out nor reject the
         likelihood of the whole band: its value, in an interval of the mixture with the average.
     law
-        Of the heaviest model, or of the whole band; None if there is none.
+        Of that model, or of the whole band; None if there is none.
     elsewhere
         Models that read another N; None if they hold next to no weight.
     """
@@ -384,20 +385,21 @@ def _need(models: BandModels, holding: BooleanArray) -> float:
 
 
 def _choice(models: BandModels, levels: Levels) -> ModelChoice:
-    """The heaviest band and terms, and the share of weight."""
+    """The band of most weight and the heaviest of its models, with its share of the weight."""
     if models.count == 0:
         return ModelChoice()
     weight = models.weights
     bands = np.zeros((levels.level.size, levels.level.size + 1))
     np.add.at(bands, (models.first, models.last), weight)
     first, last = np.unravel_index(int(np.argmax(bands)), bands.shape)
+    heaviest = int(np.argmax((models.first == first) & (models.last == last)))
     return ModelChoice(
         band_hz=(float(levels.low[first]), float(levels.high[last - 1])),
-        terms=models.terms(0),
-        mask=int(models.mask[0]),
-        share=float(weight[models.mask == models.mask[0]].sum()),
+        terms=models.terms(heaviest),
+        mask=int(models.mask[heaviest]),
+        share=float(weight[models.mask == models.mask[heaviest]].sum()),
         falls=float(weight[models.falling].sum()),
-        law=models.law(0, levels.spectrum.interval),
+        law=models.law(heaviest, levels.spectrum.interval),
         elsewhere=other_walk(models, levels),
     )
 
