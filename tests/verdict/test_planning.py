@@ -8,14 +8,14 @@ from scipy.signal import lfilter
 from scipy.special import ndtr, ndtri
 
 import sagnac
-from sagnac.analysis.planning import shown_by
+from sagnac.analysis.planning import short_recording
 from sagnac.noise.laws import STOCHASTIC_NAMES
 from sagnac.rig.config import preset
 from sagnac.spectrum.levels import robust_levels
 from sagnac.spectrum.tapered import tapered_spectrum
-from sagnac.verdict.forecast import LeftOut, Shown
+from sagnac.verdict.forecast import LeftOut, ShortRecording
 
-WHITE = Shown(
+WHITE = ShortRecording(
     value=1.0,
     low=0.9,
     high=1.1,
@@ -158,8 +158,8 @@ def test_from_a_tenth_of_the_record():
         )
         return sagnac.analyze(recording, sagnac.Settings(method="none"))
 
-    whole = shown_by(analyzed(angle))
-    forecast = shown_by(analyzed(angle[: samples // 10])).expected(whole.duration)
+    whole = short_recording(analyzed(angle))
+    forecast = short_recording(analyzed(angle[: samples // 10])).expected(whole.duration)
     assert forecast == pytest.approx(whole.half_width, rel=0.1)
 
 
@@ -200,11 +200,11 @@ def test_from_a_tenth_that_lines_leave_little_of(deviation):
         return sagnac.analyze(part, sagnac.Settings(gyros=("x", "z")))
 
     early = analyzed(15_000)
-    shown = shown_by(early)
+    shown = short_recording(early)
     assert len(shown.left_out) > 10
     whole = analyzed(150_000)
     assert whole.average.member == early.average.member == "whole band"
-    found = shown_by(whole)
+    found = short_recording(whole)
     assert shown.expected(found.duration) == pytest.approx(found.half_width, rel=0.1)
 
 
@@ -217,6 +217,6 @@ def test_an_average_that_a_low_pass_keeps_stays_an_average():
     recording = sagnac.Recording.from_arrays(
         x=low_passed, kind="rate", unit="deg/s", sample_rate=rate
     )
-    shown = shown_by(sagnac.analyze(recording, sagnac.Settings(method="none")))
+    shown = short_recording(sagnac.analyze(recording, sagnac.Settings(method="none")))
     assert not shown.efficient
     assert shown.highest < 5.0

@@ -5,7 +5,7 @@ import pytest
 from scipy.signal import butter, lfilter
 
 import sagnac
-from sagnac.analysis.planning import shown_by
+from sagnac.analysis.planning import short_recording
 from sagnac.noise.model_average import average
 from sagnac.spectrum.levels import robust_levels
 from sagnac.spectrum.tapered import tapered_spectrum
@@ -48,7 +48,7 @@ def test_a_plan_beside_flicker_and_a_low_pass_holds(flicker):
         noise = walk * np.sqrt(rate) * random.standard_normal(samples) + slow_rate
         values = lfilter(*filtered, noise)
         early, whole = (
-            shown_by(
+            short_recording(
                 sagnac.analyze(
                     sagnac.Recording.from_arrays(
                         x=some, kind="rate", unit="rad/s", sample_rate=rate

@@ -487,9 +487,9 @@ def over_parts(
     # Quarters, or halves if quarters do not show N.
     for count in (4, 2):
         ends = list(pairwise(number * increments.size // count for number in range(count + 1)))
-        found = [read(increments[start:stop]) for start, stop in ends]
+        estimates = [read(increments[start:stop]) for start, stop in ends]
         samples = increments.size / count
-        readings = [one and one.with_tails(kurtosis, samples, confidence) for one in found]
+        readings = [one and one.with_tails(kurtosis, samples, confidence) for one in estimates]
         spans = [{"start_s": one / sample_rate, "stop_s": two / sample_rate} for one, two in ends]
         walks = [{} if one is None else asdict(one.walk) for one in readings]
         parts = tuple(Part(**span, **walk) for span, walk in zip(spans, walks, strict=True))

@@ -252,10 +252,10 @@ def _fitted(rates: FloatArray, columns: FloatArray) -> tuple[FloatArray, FloatAr
         ratio = math.exp(logarithm)
         factor = np.linalg.cholesky(np.eye(count) + ratio * wandering)
         white = solve_triangular(factor, both, lower=True)
-        basis, shown = white[:, :-1], white[:, -1]
+        basis, observed = white[:, :-1], white[:, -1]
         inverse = np.linalg.inv(basis.T @ basis)
-        values = inverse @ (basis.T @ shown)
-        rest = shown - basis @ values
+        values = inverse @ (basis.T @ observed)
+        rest = observed - basis @ values
         variance = float(rest @ rest) / freedom
         lacking = freedom * math.log(variance) + 2.0 * float(np.log(np.diag(factor)).sum())
         lacking -= float(np.linalg.slogdet(inverse)[1])
@@ -391,13 +391,13 @@ def _settling(means: FloatArray) -> tuple[float, float, float]:
         white = solve_triangular(factor, columns, lower=True)
         line, corner = np.linalg.qr(white[:, :2])
         beside = white[:, 2:] - line @ (line.T @ white[:, 2:])
-        shown, settles = beside[:, 0], beside[:, 1:]
+        observed, settles = beside[:, 0], beside[:, 1:]
         information = (settles**2).sum(axis=0)
-        rates = shown @ settles / information
-        rest = np.maximum(shown @ shown - rates**2 * information, np.finfo(float).tiny)
+        rates = observed @ settles / information
+        rest = np.maximum(observed @ observed - rates**2 * information, np.finfo(float).tiny)
         best = int(np.argmin(rest))
         volume = 2.0 * float(np.log(np.abs([*np.diag(factor), *np.diag(corner)])).sum())
-        lacking = (place.size - 2) * np.log([shown @ shown, rest[best]]) + volume
+        lacking = (place.size - 2) * np.log([observed @ observed, rest[best]]) + volume
         line_alone = min(line_alone, float(lacking[0]))
         settling = min(settling, (float(lacking[1]), float(constants[best]), float(rates[best])))
     lacking_least, constant, rate = settling

@@ -95,11 +95,11 @@ def for_plain_mean(measured: Measurement, read: Headline) -> Headline:
         first, second = measured.gyros
         # If one weight is far larger, N is that of its gyro alone.
         alone = most > _ONE_ALONE * least
-        shown = first if abs(measured.weights[0]) == most else second
+        heavier = first if abs(measured.weights[0]) == most else second
         what = "the interval holds their plain mean whichever of the two has the noise"
         if alone:
             reads = f"whose angle random walk reads {estimate.in_field_unit()}"
-            what = f"it shows {shown} alone, {reads}, and not their mean"
+            what = f"it shows {heavier} alone, {reads}, and not their mean"
         one, other = (f"{abs(weight):.2f} times" for weight in measured.weights)
         counts = f"{first} counts {one} and {second} {other}"
         text = f"{counts}, so that the two take the table out; {what}"
@@ -147,9 +147,9 @@ def _of_one(
         alone = _without_second_gyro(headline, evidence, table)
         return _by_lowest_frequencies(alone, own, evidence)
     # All of what the two hold may be the noise of one, whose weight is one within their shares.
-    shown = PAIR_SIZE * two.high
+    both = PAIR_SIZE * two.high
     shared = shared_walk(evidence, (name, other))
-    if own.status == "estimated" and own.low < shown and shared and not shared.is_present:
+    if own.status == "estimated" and own.low < both and shared and not shared.is_present:
         low = math.sqrt(max(own.low**2 - max(shared.high, 0.0), 0.0))
         if low > 0.0:
             return replace(headline, estimate=replace(own, low=low))
@@ -159,7 +159,7 @@ def _of_one(
         f"the encoder decides what {name} alone can show: {why}; the bound is of {name} and "
         f"{other} together, which take the table out by themselves (name both with {{gyros}})"
     )
-    bound = own.bounded(shown if own.status == "not observable" else min(shown, own.high))
+    bound = own.bounded(both if own.status == "not observable" else min(both, own.high))
     source = f"{name} and {other} together, all of whose noise may be that of {name}"
     return _decided_by_encoder(headline, name, text, estimate=bound, source=source)
 
@@ -184,8 +184,8 @@ def _without_second_gyro(headline: Headline, evidence: Evidence, table: Estimate
             "gyros"
         )
         return _decided_by_encoder(headline, name, text) if table.smoothed else headline
-    found = {(note.name, note.channel, note.level) for note in evidence.findings}
-    if ("encoder", "table", "warning") in found:
+    names = {(note.name, note.channel, note.level) for note in evidence.findings}
+    if ("encoder", "table", "warning") in names:
         return replace(headline, estimate=own.bounded(own.high), by_encoder=True)
     rate = mean_rate(table.angle, evidence.measured.sample_rate)
     unseen = abs(evidence.table.shares[name] * rate) * _WANDERS / math.sqrt(1800.0)
@@ -279,7 +279,8 @@ def _bounds(
     in_all = quantization.value if quantization.status == "estimated" else of_encoder
     of_gyros = white_noise(measure(evidence.corrected, evidence.settings.gyros).angle)
     own = min(math.sqrt(max(in_all**2 - of_encoder**2, 0.0)), of_gyros / measured.size)
-    how = {"sample_rate": rate, "seconds": measured.angle.size / rate, "confidence": confidence}
+    seconds = evidence.recording.samples / rate
+    how = {"sample_rate": rate, "seconds": seconds, "confidence": confidence}
     return half_interval(walk, in_all, **how), half_interval(walk, own, **how)
 
 

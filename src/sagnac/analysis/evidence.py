@@ -253,9 +253,9 @@ def fits_of(
         Whether to leave out the fits of the curve that the answer does not rest on.
     """
     confidence, by_paper = settings.confidence, settings.method in PUBLISHED
-    kept = curve.tau >= readout.time * (1.0 - 1e-9)
+    resolved = curve.tau >= readout.time * (1.0 - 1e-9)
     names = ("tau", "deviation", "terms", "edf", "low", "high", "noise_type")
-    of_gyro = replace(curve, **{name: getattr(curve, name)[kept] for name in names})
+    of_gyro = replace(curve, **{name: getattr(curve, name)[resolved] for name in names})
     # Beside another method's answer, relative squares tell of all five terms.
     squares = settings.step_4.squares if by_paper else "relative"
     nothing = {name: unobserved(name, confidence) for name in COEFFICIENT_NAMES}

@@ -86,9 +86,9 @@ def triad_data(analysis: Analysis) -> dict[str, Any] | None:
     return {"scale": _ends(triad.scale), "angles_deg": angles}
 
 
-def _ends(found: Interval | Part | None, size: float = 1.0) -> Any:
+def _ends(interval: Interval | Part | None, size: float = 1.0) -> Any:
     """Value, low and high in units of a size; None of nothing."""
-    return found and {name: getattr(found, name) / size for name in ("value", "low", "high")}
+    return interval and {name: getattr(interval, name) / size for name in ("value", "low", "high")}
 
 
 def covariance_data(analysis: Analysis) -> dict[str, Any] | None:
@@ -138,8 +138,8 @@ def low_pass_data(analysis: Analysis) -> dict[str, dict[str, float]]:
     rate, gyro = analysis.recording.sample_rate, analysis.settings.gyros[0]
     sound = (frequency > 0.0) & (frequency < 0.49 * rate) & (density > 0.0)
     frequency, density = frequency[sound], density[sound]
-    found = answer_coefficients(analysis)
-    terms = [found.get(name) for name in STOCHASTIC_NAMES[1:]]
+    coefficients = answer_coefficients(analysis)
+    terms = [coefficients.get(name) for name in STOCHASTIC_NAMES[1:]]
     squares = [one.value**2 if one and one.status == "estimated" else 0.0 for one in terms]
     laws = rate_density_basis(frequency, 1.0 / rate)[:, 1:]
     channel, added = analysis.recording.gyro(gyro), 0.0
@@ -154,8 +154,8 @@ def low_pass_data(analysis: Analysis) -> dict[str, dict[str, float]]:
     if not share.size or not float(np.median(share[-5:])) < 0.5:
         return {}
     # What is left below a hundredth is a floor of another kind, such as steps of the readout.
-    kept = share > np.maximum(0.01, steps / filtered)
-    _, corner, order = min(_fitted(frequency[kept], share[kept], rate, one) for one in ORDERS)
+    clear = share > np.maximum(0.01, steps / filtered)
+    _, corner, order = min(_fitted(frequency[clear], share[clear], rate, one) for one in ORDERS)
     return {"low_pass": {"corner_hz": corner, "order": order}}
 
 
@@ -166,17 +166,17 @@ def readout_data(analysis: Analysis) -> dict[str, dict[str, dict[str, float | st
     the angle that samples are or add up to. ``{}`` if they show neither.
     """
     clipped = {note.channel for note in analysis.findings if note.name == "clipping"}
-    found: dict[str, dict[str, float | str]] = {}
+    readouts: dict[str, dict[str, float | str]] = {}
     for name in analysis.settings.gyros:
         channel = analysis.recording.gyro(name)
         unit = unit_of_samples(name, channel.kind, channel.sensor)
-        shown = {"step": step_shown(channel)}
+        sizes_si = {"step": step_shown(channel)}
         if name in clipped:
-            shown["range"] = max(map(abs, extent(changes_of(channel))))
-        sizes = {what: value / unit.size for what, value in shown.items() if value > 0.0}
+            sizes_si["range"] = max(map(abs, extent(changes_of(channel))))
+        sizes = {what: value / unit.size for what, value in sizes_si.items() if value > 0.0}
         if sizes:
-            found[name] = {**sizes, "unit": unit.name}
-    return {"readout": found} if found else {}
+            readouts[name] = {**sizes, "unit": unit.name}
+    return {"readout": readouts} if readouts else {}
 
 
 def slow_noise_data(analysis: Analysis) -> dict[str, dict[str, Any]]:
@@ -189,16 +189,16 @@ def slow_noise_data(analysis: Analysis) -> dict[str, dict[str, Any]]:
     """
     if analysis.table_rate is not None:
         return {}
-    found = untold(analysis.levels, analysis.average, answer_coefficients(analysis))
-    if found is None:
+    model = untold(analysis.levels, analysis.average, answer_coefficients(analysis))
+    if model is None:
         return {}
     sensed, sensor = SENSED[analysis.sensor], analysis.sensor
     data: dict[str, Any] = {"markov": None}
     for name in ("bias_instability", "rate_random_walk"):
         unit = field_unit(name, sensor)
-        data[sensed.keys[name]] = {"value": getattr(found, name) / unit.size, "unit": unit.name}
+        data[sensed.keys[name]] = {"value": getattr(model, name) / unit.size, "unit": unit.name}
     unit = field_unit("bias_instability", sensor)
-    for key, rate in zip(("markov", "second_markov"), found.rates, strict=False):
+    for key, rate in zip(("markov", "second_markov"), model.rates, strict=False):
         data[key] = {
             "deviation": {**_ends(rate.deviation, unit.size), "unit": unit.name},
             "correlation_time_s": _ends(rate.correlation_time),

@@ -204,6 +204,8 @@ def _evidence(
             pair = measurement.without_encoder_errors(pair, corrected, table)
             pairs.append(pair)
             remainders.append(measurement.remainder_of(pair, *beside))
+        # Only what is left of these angles is read from here on.
+        measured, *_ = pairs = [replace(one, angle=empty(0)) for one in pairs]
         points = points_at(left.removal.residual, left.rate, None if left.once_a_turn else interval)
         basis.require_length(points, recording)
         bare |= bare_if_taken and _is_taken(recording, left.removal)
@@ -327,7 +329,7 @@ def _composed(evidence: Evidence, headline: Headline) -> Analysis:
 
 def _notes(evidence: Evidence, headline: Headline) -> tuple[Note, ...]:
     """All notes, in the order of the stages, each once; errors in the data come first."""
-    said = {note.text.removeprefix(ACCEPTED) for note in headline.findings}
+    of_findings = {note.text.removeprefix(ACCEPTED) for note in headline.findings}
     rounding = []
     interval, rate = evidence.settings.interval, evidence.curve.sample_rate
     # Rounding by a hundredth is not worth a note.
@@ -335,7 +337,7 @@ def _notes(evidence: Evidence, headline: Headline) -> tuple[Note, ...]:
         text = f"interval {interval:g} s is no whole number of samples: {1.0 / rate:.4g} s taken"
         rounding.append(Note(text=text))
     notes = (
-        *(note for note in evidence.corrected.notes if note.text not in said),
+        *(note for note in evidence.corrected.notes if note.text not in of_findings),
         *(note for note in headline.findings if note.level == "error"),
         *evidence.table.notes,
         *(note for one in evidence.remainders for note in one.removal.notes),
@@ -614,10 +616,10 @@ def _with_gaps(
     part, start = longest_whole_stretch(recording, gyro.name)
     span = f"{start:.6g} to {start + part.samples / part.sample_rate:.6g} s"
     try:
-        made = whole(part, replace(settings, estimators=()))
+        bench = whole(part, replace(settings, estimators=()))
         steps = differences(angle_of(part.gyro(gyro.name), part.sample_rate))
         density = multitaper_density(steps, part.sample_rate)
-        analysis = replace(made.analysis, source=f"{made.analysis.source} (of {span})")
+        analysis = replace(bench.analysis, source=f"{bench.analysis.source} (of {span})")
         of_stretch = Note(
             channel=gyro.name,
             text="coefficients, lines and spectra are of the longest stretch without a gap, "
@@ -637,7 +639,7 @@ def _with_gaps(
             spectrum=density,
             spectrum_before=density,
         )
-        made = AtRest(analysis=analysis, without_lines=analysis, as_it_is=analysis)
+        bench = AtRest(analysis=analysis, without_lines=analysis, as_it_is=analysis)
         why = RecordingError(error.problem, channel=error.channel, remedy=error.remedy)
         longest = f"the longest stretch without a gap, {span}"
         text = f"no coefficients, lines or spectra: {longest}, does not give them ({why})"
@@ -659,7 +661,7 @@ def _with_gaps(
         density=density,
         notes=tuple(dict.fromkeys(notes)),
     )
-    return replace(made, analysis=analysis)
+    return replace(bench, analysis=analysis)
 
 
 def _require_no_fit_across_gaps(gyro: Channel, settings: Settings) -> None:

@@ -13,11 +13,11 @@ from sagnac.core.errors import RecordingError, as_several, is_finite, quoted, re
 from sagnac.lines.naming import WIDEST_BINS
 from sagnac.noise.laws import STOCHASTIC_NAMES
 from sagnac.recording.model import Recording
-from sagnac.verdict.forecast import LeftOut, Shown
+from sagnac.verdict.forecast import LeftOut, ShortRecording
 from sagnac.verdict.limits import Limit, Specification, specification_of
 
 
-def shown_by(analysis: Analysis) -> Shown:
+def short_recording(analysis: Analysis) -> ShortRecording:
     """N of an analysis with its interval, and what a longer recording's answer will rest on.
 
     That is the likelihood of the whole band or the average over bands, whichever is narrower after
@@ -40,15 +40,15 @@ def shown_by(analysis: Analysis) -> Shown:
         raise RecordingError(problem, channel=analysis.channel, remedy=remedy)
     fit = analysis.fits.get("likelihood")
     band = None if fit is None else fit.band
-    average = Shown(
+    average = ShortRecording(
         value=walk.value,
         low=walk.low,
         high=walk.high,
         confidence=walk.confidence,
         coefficients={
-            name: found.value
-            for name, found in headline_coefficients(analysis).items()
-            if found.status == "estimated" and name in STOCHASTIC_NAMES
+            name: estimate.value
+            for name, estimate in headline_coefficients(analysis).items()
+            if estimate.status == "estimated" and name in STOCHASTIC_NAMES
         },
         terms=STOCHASTIC_NAMES,
         falls=choice.falls > 0.1,
@@ -122,7 +122,7 @@ class Plan:
     """
 
     analysis: Analysis
-    shown: Shown
+    shown: ShortRecording
     rows: tuple[PlanRow, ...]
 
 
@@ -226,14 +226,14 @@ def plan(
     refused = dict(analysis.refused)
     for name, one in (analysis.gyros or {analysis.channel: analysis}).items():
         try:
-            shown = shown_by(one)
+            short = short_recording(one)
         except RecordingError as error:
             refused[name] = error
             continue
-        rows = [PlanRow(half_width=each, hours=_hours(shown.duration_for(each))) for each in within]
+        rows = [PlanRow(half_width=each, hours=_hours(short.duration_for(each))) for each in within]
         for limit in limits:
-            rows.append(PlanRow(limit=limit, hours=_hours(shown.duration_to_decide(limit.value))))
-        plans.append(Plan(analysis=one, shown=shown, rows=tuple(rows)))
+            rows.append(PlanRow(limit=limit, hours=_hours(short.duration_to_decide(limit.value))))
+        plans.append(Plan(analysis=one, shown=short, rows=tuple(rows)))
     if not plans:
         raise next(iter(refused.values()))
     return Plans(plans=tuple(plans), refused=refused)

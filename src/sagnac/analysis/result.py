@@ -198,20 +198,20 @@ class Analysis:
     def __getattr__(self, name: str) -> Any:
         # Asked only for what is not set.
         if name in type(self).__dataclass_fields__:
-            said = "is not in analysis.json; analyze the recording again to have it"
-            raise AttributeError(f"{name} {said}")
+            problem = "is not in analysis.json; analyze the recording again to have it"
+            raise AttributeError(f"{name} {problem}")
         raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}")
 
     @classmethod
     def of_fields(cls, **given: Any) -> Self:
         """One that has the fields given, and the defaults of others; the rest stays unset."""
-        made = object.__new__(cls)
+        analysis = object.__new__(cls)
         for one in fields(cls):
             # Defaults that are made for each stand in no class.
             if one.default_factory is not MISSING:
                 given.setdefault(one.name, one.default_factory())
-        made.__dict__.update(given)
-        return made
+        analysis.__dict__.update(given)
+        return analysis
 
     @classmethod
     def from_json(cls, path: str | Path) -> "Analysis":
@@ -314,12 +314,12 @@ class Analysis:
         rows = []
         for one in (*self.each, *self.accelerometers.values()):
             # N of the answer, which the coefficients beside it may hold as another fit has it.
-            found = {**one.coefficients, "angle_random_walk": one.angle_random_walk}
-            for name in (name for name in COEFFICIENT_NAMES if name in found):
-                estimate = found[name]
-                shown = estimate.in_field_unit()
+            coefficients = {**one.coefficients, "angle_random_walk": one.angle_random_walk}
+            for name in (name for name in COEFFICIENT_NAMES if name in coefficients):
+                estimate = coefficients[name]
+                in_field = estimate.in_field_unit()
                 row = {"channel": one.channel, "coefficient": name}
-                row |= {figure: getattr(shown, figure) for figure in (*_FIGURES, "unit")}
+                row |= {figure: getattr(in_field, figure) for figure in (*_FIGURES, "unit")}
                 rows.append({**row, "confidence": estimate.confidence, "status": estimate.status})
         return rows
 
@@ -359,11 +359,11 @@ class Analysis:
         channels = [one.channel for one in self.each]
         variables: dict[str, tuple[tuple[str, ...], Any, dict[str, str]]] = {}
         for name in dict.fromkeys(coefficient for _, coefficient in rows):
-            found = [rows.get((channel, name), {}) for channel in channels]
-            figures = [[row.get(one, math.nan) for one in _FIGURES] for row in found]
-            unit = next(row["unit"] for row in found if row)
+            of_channels = [rows.get((channel, name), {}) for channel in channels]
+            figures = [[row.get(one, math.nan) for one in _FIGURES] for row in of_channels]
+            unit = next(row["unit"] for row in of_channels if row)
             variables[name] = (("channel", "figure"), figures, {"units": unit})
-            status = [row.get("status", "not observable") for row in found]
+            status = [row.get("status", "not observable") for row in of_channels]
             variables[f"{name}_status"] = (("channel",), status, {})
         rate = UNITS[SENSED[self.sensor].rate_unit]
         for name in ("deviation", "low", "high"):

@@ -96,16 +96,16 @@ def table_shares(
     step = max(1, round(recording.sample_rate))
     interval = step / recording.sample_rate
     table = _table_angle(recording, step)
-    columns, kept = _columns(table, np.diff(table) / interval)
-    if np.count_nonzero(kept) < _LEAST:
-        few = f"the table keeps its way over {np.count_nonzero(kept)} seconds only: too few"
+    columns, one_way = _columns(table, np.diff(table) / interval)
+    if np.count_nonzero(one_way) < _LEAST:
+        few = f"the table keeps its way over {np.count_nonzero(one_way)} seconds only: too few"
         remedy = f"turn it for {_LEAST} s or more without turning round"
         raise RecordingError(f"{few} for shares of its rate", channel="table", remedy=remedy)
     angles = (angle_of(recording.gyro(name), recording.sample_rate) for name in gyros)
-    shown = np.stack([np.diff(every(angle, step)) / interval for angle in angles], axis=1)
-    stretch = np.arange(kept.size) * _STRETCHES // kept.size
+    rates = np.stack([np.diff(every(angle, step)) / interval for angle in angles], axis=1)
+    stretch = np.arange(one_way.size) * _STRETCHES // one_way.size
     design = np.stack(list(columns.values()), axis=1)
-    values, moves = _fitted(design[kept], shown[kept], stretch[kept])
+    values, moves = _fitted(design[one_way], rates[one_way], stretch[one_way])
     reach = float(stdtrit(_STRETCHES - len(columns), 0.5 + 0.5 * confidence))
     errors = reach * np.linalg.norm(moves, axis=0)
     triad = _triad(gyros, values[0], moves[:, 0], reach) if len(gyros) == 3 else None
@@ -143,21 +143,21 @@ def _columns(table: FloatArray, rates: FloatArray) -> tuple[dict[str, FloatArray
     speeds = np.abs(rates)
     # A second below a tenth of the fastest rate counts for neither way.
     way = np.sign(rates) * (speeds > 0.1 * speeds.max())
-    columns, kept = {"share": rates}, np.ones(rates.size, dtype=np.bool_)
+    columns, one_way = {"share": rates}, np.ones(rates.size, dtype=np.bool_)
     # A table that turns each way tells the bias from the share.
     if min(np.mean(way > 0.0), np.mean(way < 0.0)) > 0.1:
         columns["bias"] = np.ones_like(rates)
-        kept[1:] &= way[1:] == way[:-1]
-        kept[:-1] &= way[1:] == way[:-1]
+        one_way[1:] &= way[1:] == way[:-1]
+        one_way[:-1] &= way[1:] == way[:-1]
         # Speeds that vary tell an asymmetry from a bias.
         if np.std(speeds[way != 0.0]) > 0.1 * np.mean(speeds):
             columns["asymmetry"] = speeds
     middle = 0.5 * (table[1:] + table[:-1])
-    return {**columns, "cosine": np.cos(middle), "sine": np.sin(middle)}, kept
+    return {**columns, "cosine": np.cos(middle), "sine": np.sin(middle)}, one_way
 
 
 def _fitted(
-    design: FloatArray, shown: FloatArray, stretch: IntegerArray
+    design: FloatArray, rates: FloatArray, stretch: IntegerArray
 ) -> tuple[FloatArray, FloatArray]:
     """Least squares of (seconds, gyros) on (seconds, columns), and what each stretch moves it by.
 
@@ -166,8 +166,8 @@ def _fitted(
     size = np.linalg.norm(design, axis=0)
     columns = design / size
     inverse = np.linalg.inv(columns.T @ columns)
-    solution = inverse @ (columns.T @ shown)
-    rest = shown - columns @ solution
+    solution = inverse @ (columns.T @ rates)
+    rest = rates - columns @ solution
     of_stretch = [columns[stretch == one].T @ rest[stretch == one] for one in range(_STRETCHES)]
     scale = math.sqrt(_STRETCHES / (_STRETCHES - size.size)) / size[:, np.newaxis]
     return solution / size[:, np.newaxis], inverse @ np.stack(of_stretch) * scale

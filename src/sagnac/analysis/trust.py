@@ -174,18 +174,18 @@ def _slow_noise_notes(evidence: Evidence, spectrum: AnswerSpectrum) -> Iterator[
         model = untold(spectrum.levels, spectrum.average.rests_on, terms)
     if rise is None and model is None:
         return
-    shown = "the lowest frequencies of the spectrum lie"
+    what = "the lowest frequencies of the spectrum lie"
     if rise is not None:
         tau, ratio = rise
-        shown = f"at {tau:.3g} s the curve lies {rounded(ratio)} times"
+        what = f"at {tau:.3g} s the curve lies {rounded(ratio)} times"
     which = "the recording does not show which of the three it is; record longer"
-    text = f"slow noise, K or R or B: {shown} above the terms that are estimated, and {which}"
+    text = f"slow noise, K or R or B: {what} above the terms that are estimated, and {which}"
     if model is not None and model.rates:
         text = f"slow noise: {_markov_text(model.rates, sensor)}; B and K are bounds"
     yield Note(channel=evidence.measured.channel, text=text)
 
 
-def _markov_text(found: Sequence[MarkovEstimate], sensor: Sensor) -> str:
+def _markov_text(markov: Sequence[MarkovEstimate], sensor: Sensor) -> str:
     """The Markov rates that describe slow noise where B and K are bounds at most."""
     unit = UNITS[SENSED[sensor].rate_unit]
     rate = "rate" if sensor == "gyro" else "acceleration"
@@ -194,7 +194,7 @@ def _markov_text(found: Sequence[MarkovEstimate], sensor: Sensor) -> str:
         f"({one.deviation.low / unit.size:.3g} to {one.deviation.high / unit.size:.3g}) with a "
         f"correlation time of {one.correlation_time.value:.3g} s "
         f"({one.correlation_time.low:.3g} to {one.correlation_time.high:.3g})"
-        for one in found
+        for one in markov
     ]
     return f"{' and '.join(each)} {'describes it' if len(each) == 1 else 'describe it together'}"
 
@@ -272,9 +272,9 @@ def findings_of(recording: Recording, settings: Settings) -> tuple[Note, ...]:
     """
     used = (*settings.gyros, "time")
     doubts = (one for one in recording.notes if one.name == "units" and one.channel in used)
-    found = accept((*doubts, *judged(recording, settings.gyros)), settings.accepted)
-    require_strict(found, settings)
-    return found
+    findings = accept((*doubts, *judged(recording, settings.gyros)), settings.accepted)
+    require_strict(findings, settings)
+    return findings
 
 
 def require_strict(notes: Iterable[Note], settings: Settings) -> None:

@@ -292,14 +292,14 @@ def _models(scaled: ScaledLaws, bands: IntegerArray, masks: Sequence[int]) -> Ba
     def order(mask: int) -> tuple[bool, int]:
         return mask >= 1 << FALL, mask.bit_count()
 
-    found: list[BandModels] = []
+    fits: list[BandModels] = []
     lightest = math.inf
     # Without a low-pass and the fewest terms first: what weighs nothing beside is not finished.
     for size, alike in groupby(sorted(masks, key=order), key=order):
-        found.append(_models_of_size(scaled, bands, list(alike), size[1], lightest))
-        lightest = min(lightest, -2.0 * float(found[-1].logarithm.max(initial=-math.inf)))
+        fits.append(_models_of_size(scaled, bands, list(alike), size[1], lightest))
+        lightest = min(lightest, -2.0 * float(fits[-1].logarithm.max(initial=-math.inf)))
     names = [item.name for item in fields(BandModels)]
-    joined = {name: np.concatenate([getattr(one, name) for one in found]) for name in names}
+    joined = {name: np.concatenate([getattr(one, name) for one in fits]) for name in names}
     joined["logarithm"] -= joined["logarithm"].max(initial=-math.inf)
     return BandModels(**joined)
 

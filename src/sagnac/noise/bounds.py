@@ -374,6 +374,6 @@ def slow_noise(
 
 def _most(estimates: Mapping[CoefficientName, Estimate], name: CoefficientName) -> float:
     """Largest square of a term; zero of a slow one that is not estimated."""
-    found = estimates.get(name)
+    estimate = estimates.get(name)
     unseen = ("not observable", "upper bound") if name in SLOW_NAMES else ("not observable",)
-    return 0.0 if found is None or found.status in unseen else found.high**2
+    return 0.0 if estimate is None or estimate.status in unseen else estimate.high**2

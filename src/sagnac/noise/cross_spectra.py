@@ -98,8 +98,8 @@ class SelfNoise(Compared):
     confidence: float
 
     def __repr__(self) -> str:
-        found = [f"{name} {one!r}" for name, one in self.angle_random_walk.items()]
-        parts = [f"{self.frequency.size} bands", *([", ".join(found)] if found else [])]
+        walks = [f"{name} {one!r}" for name, one in self.angle_random_walk.items()]
+        parts = [f"{self.frequency.size} bands", *([", ".join(walks)] if walks else [])]
         return f"<SelfNoise of {', '.join(self.gyros)}: {'; '.join(parts)}>"
 
 
@@ -183,8 +183,8 @@ def self_noise(
         in_band = _apart(cross[slice(*ends)], motions, segments, confidence)
         # N^2 is half of the one-sided density.
         squares = (0.5 * np.transpose(in_band[:3])).tolist()
-        found = (rooted("angle_random_walk", confidence, *each) for each in squares)
-        walks = dict(zip(names, found, strict=True))
+        estimates = (rooted("angle_random_walk", confidence, *each) for each in squares)
+        walks = dict(zip(names, estimates, strict=True))
     return SelfNoise(
         gyros=names,
         frequency=np.array([frequency[slice(*each)].mean() for each in bands]),
@@ -250,19 +250,19 @@ def _apart(
     left_out
         Number of ordinates.
     """
-    kept = np.ones(len(cross), dtype=np.bool_)
+    noise_alone = np.ones(len(cross), dtype=np.bool_)
     for _ in range(2):
-        noise, _, _, beside = _factored(cross[kept].mean(axis=0), motions)
+        noise, _, _, beside = _factored(cross[noise_alone].mean(axis=0), motions)
         # What is not motion, of each ordinate, over what is to be expected of it.
         whitened = beside / np.sqrt(noise)
         residual = np.einsum("ij,fjk,ik->f", whitened, cross, whitened.conj()).real
         freedom = 2.0 * TAPERS * segments * len(beside)
         # An ordinate of noise is taken for a line in one of ten thousand.
-        kept = residual / len(beside) < chdtri(freedom, 1e-4) / freedom
-        if kept.all() or band_degrees(int(kept.sum()), segments) < 2 * motions:
+        noise_alone = residual / len(beside) < chdtri(freedom, 1e-4) / freedom
+        if noise_alone.all() or band_degrees(int(noise_alone.sum()), segments) < 2 * motions:
             break
-    left_out = int(np.count_nonzero(~kept))
-    some = cross[kept] if kept.any() else cross
+    left_out = int(np.count_nonzero(~noise_alone))
+    some = cross[noise_alone] if noise_alone.any() else cross
     noise, variance, sensed, _ = _factored(some.mean(axis=0), motions)
     degrees = band_degrees(len(some), segments)
     # Fewer than four degrees of freedom tell next to nothing of a noise.
@@ -314,8 +314,8 @@ def _gains(noise: FloatArray, sensed: ComplexArray) -> FloatArray:
 
     Bands count by how far the motion stands out.
     """
-    told = ~np.isnan(noise).all(axis=1)
-    noise, sensed = noise[told], sensed[told]
+    measured = ~np.isnan(noise).all(axis=1)
+    noise, sensed = noise[measured], sensed[measured]
     along = (sensed * sensed.mean(axis=1, keepdims=True).conj()).real
     total = (along / np.nanmean(noise, axis=1, keepdims=True)).sum(axis=0)
     mean = float(total.mean())

@@ -328,14 +328,14 @@ def _model(curve: StabilityCurve, squares: Squares | None) -> tuple[CurveModel, 
     angles = curve.samples + (curve.kind != "angle")
     every = np.round(curve.tau * curve.sample_rate).astype(np.int64)
     interval = 1.0 / curve.sample_rate
-    kept = (curve.deviation > 0.0) & (curve.terms > 0)
+    fitted = (curve.deviation > 0.0) & (curve.terms > 0)
     wanted = _FIRST_TERMS
     if squares is not None:
-        kept &= is_in_paper(curve)
+        fitted &= is_in_paper(curve)
     if squares == "two terms":
-        kept &= every * interval <= SHORT * (1.0 + 1e-9)
+        fitted &= every * interval <= SHORT * (1.0 + 1e-9)
         wanted = _FIRST_TERMS[:2]
-    factors = every[kept]
+    factors = every[fitted]
     if factors.size < 2:
         problem = f"{factors.size} points of the curve can be fitted and Eq. 3 needs 2 or more"
         raise RecordingError(problem, remedy="record longer")
@@ -352,20 +352,20 @@ def _model(curve: StabilityCurve, squares: Squares | None) -> tuple[CurveModel, 
         # Of every point: the fits of a curve share them.
         clusters = tuple(every.tolist())
         of_all = laws.overlapped_allan_covariances(clusters, angles=angles, interval=interval)
-        places = np.flatnonzero(kept)
+        places = np.flatnonzero(fitted)
         covariances = of_all[np.ix_(columns, columns, places, places)]
         if overlapped:
             # Points that overlap less, of a record with gaps, have the same correlation.
-            shortfall = np.sqrt((angles - 2 * factors) / curve.terms[kept])
+            shortfall = np.sqrt((angles - 2 * factors) / curve.terms[fitted])
             covariances *= shortfall * shortfall[:, np.newaxis]
         return np.asarray(covariances.reshape(len(names) ** 2, -1))
 
     return CurveModel(
         names=names,
         basis=laws.allan_variance_basis(np.asarray(factors * interval))[:, columns],
-        variance=curve.deviation[kept] ** 2,
+        variance=curve.deviation[fitted] ** 2,
         pairs=pairs,
-        edf=None if overlapped else curve.edf[kept],
+        edf=None if overlapped else curve.edf[fitted],
         reading=squares,
     ), notes
 
@@ -386,11 +386,11 @@ def _curve_fit(
         allowed = f"the {method} intervals allow for it"
         notes += (Note(text=f"the curve departs from the fitted terms {apart}; {allowed}"),)
     squares = weighed if model.reading is None else model.published()
-    found = {
+    fitted = {
         name: model.estimate(weighed, column, float(squares[column]), confidence)
         for column, name in enumerate(model.names)
     }
-    every = {name: found.get(name) or unobserved(name, confidence) for name in COEFFICIENT_NAMES}
+    every = {name: fitted.get(name) or unobserved(name, confidence) for name in COEFFICIENT_NAMES}
     return Fit(method=method, coefficients=every, notes=notes)
 
 

@@ -138,18 +138,18 @@ def spectrum_fit(
             for column, name in enumerate(cosine.names)
         }
 
-    found = {name: unobserved(name, confidence) for name in COEFFICIENT_NAMES}
-    found |= estimates(confidence)
+    every = {name: unobserved(name, confidence) for name in COEFFICIENT_NAMES}
+    every |= estimates(confidence)
     if "rate_ramp" in cosine.terms and cosine.names:
-        found["rate_ramp"] = ramp_estimate(cosine, bins.starts[bins.count == 1.0], confidence)
+        every["rate_ramp"] = ramp_estimate(cosine, bins.starts[bins.count == 1.0], confidence)
     # Other laws are asked for if all four terms were fitted, and B or K is there.
-    usual = found if confidence == USUAL_CONFIDENCE else estimates(USUAL_CONFIDENCE)
+    usual = every if confidence == USUAL_CONFIDENCE else estimates(USUAL_CONFIDENCE)
     is_slow = any(usual[name].status == "estimated" for name in SLOW_NAMES[:2])
     low, high = band or (0.0, 0.5 / cosine.interval)
     left_out = tuple((float(one[0]), float(one[1])) for one in masked)
     return Fit(
         method="likelihood",
-        coefficients=found,
+        coefficients=every,
         notes=weighed.notes,
         departure=weighed.departure,
         band=FitBand(low=low, high=high, interval=cosine.interval, masked=left_out),

@@ -343,8 +343,8 @@ class Ordinates(Likelihood):
             truth = float(self.weight @ (np.log(mean) + 1.0))
             return math.sqrt(max(fitted.deviance - truth, 0.0)) - wanted
 
-        found = crossing(short, 0.0, wanted * error)
-        return found if math.isfinite(found) else 0.0
+        crossed = crossing(short, 0.0, wanted * error)
+        return crossed if math.isfinite(crossed) else 0.0
 
     def typical(self, column: int, best: Place) -> float:
         """Square at which a term alone would make the mean of half of the bins."""

@@ -192,17 +192,17 @@ def _slopes(cosine: CosineSpectrum, index: IntegerArray, columns: FloatArray) ->
     Inference in Econometrics, 1971, ch. 3). What is beside the slope is integrated over as well.
     """
     laws, prior = _laws(cosine, index)
-    found = _integrated(cosine.transform[index], laws, columns)
+    integrated = _integrated(cosine.transform[index], laws, columns)
     freedom = index.size - len(columns)
-    rest = np.maximum(found.rest, np.finfo(np.float64).tiny)
-    logarithm = found.logarithm - 0.5 * freedom * np.log(rest)
+    rest = np.maximum(integrated.rest, np.finfo(np.float64).tiny)
+    logarithm = integrated.logarithm - 0.5 * freedom * np.log(rest)
     weight = prior * np.exp(logarithm - logarithm.max())
     weight /= weight.sum()
-    kept = weight > 1e-9
-    slope = cosine.slope + found.factor
-    centre = math.copysign(1.0, float(weight @ slope)) * slope[kept]
-    scale = np.sqrt(rest / (freedom * found.information))[kept]
-    weight = weight[kept] / weight[kept].sum()
+    heavy = weight > 1e-9
+    slope = cosine.slope + integrated.factor
+    centre = math.copysign(1.0, float(weight @ slope)) * slope[heavy]
+    scale = np.sqrt(rest / (freedom * integrated.information))[heavy]
+    weight = weight[heavy] / weight[heavy].sum()
     return _Slopes(weight=weight, centre=centre, scale=scale, freedom=freedom)
 
 
@@ -297,8 +297,8 @@ def highest_walk(
     readings = np.geomspace(1e-6, 1e2, 80) * float(np.median(rest**2 / of_reading))
     logarithm = np.empty((walks.size, readings.size))
     for row, walk in enumerate(walks):
-        found = _integrated(rest, walk * of_walk + readings[:, np.newaxis] * of_reading, columns)
-        logarithm[row] = found.logarithm - 0.5 * found.rest
+        fit = _integrated(rest, walk * of_walk + readings[:, np.newaxis] * of_reading, columns)
+        logarithm[row] = fit.logarithm - 0.5 * fit.rest
     density = np.exp(logarithm - logarithm.max()).sum(axis=1) * np.sqrt(walks)
     below = (np.cumsum(density) - 0.5 * density) / density.sum()
     return math.sqrt(float(np.interp(confidence, below, walks)) / interval)

@@ -94,8 +94,8 @@ def with_error_of_bins(levels: Levels, models: BandModels, error: float) -> Band
     slopes /= mean[:, :, np.newaxis]
     slopes *= inside[:, :, np.newaxis] & held[:, np.newaxis, :]
     weight = bin_shapes(levels, FLOOR) ** 2 / bin_shapes(levels, error)
-    found = slopes.transpose(0, 2, 1) @ (slopes * weight[:, np.newaxis])
-    return replace(models, covariance=models.covariance @ found @ models.covariance)
+    scatter = slopes.transpose(0, 2, 1) @ (slopes * weight[:, np.newaxis])
+    return replace(models, covariance=models.covariance @ scatter @ models.covariance)
 
 
 def mixture_quantile(
@@ -280,8 +280,8 @@ class Average:
 
     def with_coefficients(self, coefficients: Mapping[CoefficientName, Estimate]) -> "Average":
         """The same with other estimates; the covariance is of those that are still estimated."""
-        kept = [self.names.index(name) for name in estimated_names(coefficients)]
-        covariance = self.covariance[np.ix_(kept, kept)].copy()
+        places = [self.names.index(name) for name in estimated_names(coefficients)]
+        covariance = self.covariance[np.ix_(places, places)].copy()
         return replace(self, coefficients=coefficients, covariance=covariance)
 
 

@@ -135,15 +135,15 @@ def untold(
     slow = estimates.get("bias_instability"), estimates.get("rate_random_walk")
     if any(one is not None and one.status == "estimated" for one in slow):
         return None
-    found = slow_model(levels, highest=choice.band_hz[1], confidence=walk.confidence)
-    if found is None:
+    model = slow_model(levels, highest=choice.band_hz[1], confidence=walk.confidence)
+    if model is None:
         return None
     # The curve may allow no more than an upper bound.
     flicker, further = (
         value if bound is None or bound.status != "upper bound" else min(value, bound.high)
-        for value, bound in zip((found.bias_instability, found.rate_random_walk), slow, strict=True)
+        for value, bound in zip((model.bias_instability, model.rate_random_walk), slow, strict=True)
     )
-    return replace(found, bias_instability=flicker, rate_random_walk=further)
+    return replace(model, bias_instability=flicker, rate_random_walk=further)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -222,7 +222,7 @@ class _Seen:
         stays; the shorter is first. The terms beside are those of the best of one, or white noise
         alone. None if there is none.
         """
-        found: list[_Fit] = []
+        fits: list[_Fit] = []
         for terms in {one.terms, _TERMS[0]}:
             fit = anew = self.with_rate(terms, frequency, math.inf, one.times)
             for _ in range(20):
@@ -231,8 +231,8 @@ class _Seen:
                 fit = anew
                 anew = self.with_rate(terms, frequency, fit.deviance - 0.1, fit.times[-1:])
             if fit is not None:
-                found.append(self.fitted(terms, tuple(sorted(fit.times))))
-        return min(found, key=attrgetter("weighed"), default=None)
+                fits.append(self.fitted(terms, tuple(sorted(fit.times))))
+        return min(fits, key=attrgetter("weighed"), default=None)
 
     def estimates(self, fit: _Fit, confidence: float) -> tuple[MarkovEstimate, ...]:
         """Intervals by the information of the levels on the logarithms of the terms there are."""

@@ -288,8 +288,8 @@ def with_slow_terms(average: Average, fit: Fit) -> Average:
     coefficients = {name: one.coefficients[name] for name, one in read.items()}
     names = model_average.estimated_names(coefficients)
     covariance = np.diag([deviation_of(coefficients[name]) ** 2 for name in names])
-    kept = [name for name in names if name not in low_band]
-    to, of = [names.index(name) for name in kept], [average.names.index(name) for name in kept]
+    others = [name for name in names if name not in low_band]
+    to, of = [names.index(name) for name in others], [average.names.index(name) for name in others]
     covariance[np.ix_(to, to)] = average.covariance[np.ix_(of, of)]
     highest = math.nan if fit.band is None else fit.band.high
     choice = replace(average.rests_on, slow_terms="low band", low_band_hz=highest)

@@ -61,8 +61,8 @@ class LeftOut:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Shown:
-    """Estimate of N by a short recording.
+class ShortRecording:
+    """A short recording: what it shows of N, and so what a longer one may be expected to.
 
     Attributes
     ----------
@@ -173,33 +173,33 @@ class Shown:
         return self.duration_for(distance * reach / (reach + float(ndtri(0.9))))
 
 
-def _variance_of_walk(shown: Shown, duration: float) -> float:
+def _variance_of_walk(short: ShortRecording, duration: float) -> float:
     """Variance of N^2 over N^4 by the information of a record."""
-    frequency, weight = _bins(duration, shown.highest, shown.left_out)
-    columns = [STOCHASTIC_NAMES.index(name) for name in shown.terms]
-    squares = np.array([shown.coefficients.get(name, 0.0) ** 2 for name in STOCHASTIC_NAMES])
-    laws = rate_density_basis(frequency, shown.interval)
+    frequency, weight = _bins(duration, short.highest, short.left_out)
+    columns = [STOCHASTIC_NAMES.index(name) for name in short.terms]
+    squares = np.array([short.coefficients.get(name, 0.0) ** 2 for name in STOCHASTIC_NAMES])
+    laws = rate_density_basis(frequency, short.interval)
     relative = laws / (laws @ squares)[:, np.newaxis]
     if weight.sum() < 4.0 * len(columns):
         return math.inf
     # In units of N^2, so that nothing is small or large.
-    relative = relative[:, columns] * shown.value**2
+    relative = relative[:, columns] * short.value**2
     scale = np.sqrt((relative**2 * weight[:, np.newaxis]).sum(axis=0))
     scaled = relative / scale
     # An ordinate of the cosine transform is chi-square of one degree of freedom.
     shape = 0.5 * weight
     heeded, wider = np.ones(shape.size), 1.0
-    if not shown.efficient:
+    if not short.efficient:
         # A level keeps so much of what many cells tell (`spectrum.levels` heeds the lower half):
         # 0.59 of ten thousand samples, 0.69 of millions.
         shape *= 0.62
         # An average has a tenth more variance than one fit of all terms (`benchmarks.planning`).
         # If a low-pass is in sight, fits with its beginning, and those of bands below it, share the
         # weight, and their means scatter (`tests/verdict/test_statistics.py`).
-        heeded, wider = _heeded(frequency, shape), 1.5 if shown.falls else 1.1
+        heeded, wider = _heeded(frequency, shape), 1.5 if short.falls else 1.1
     inverse = np.linalg.pinv(scaled.T @ (scaled * (heeded * shape)[:, np.newaxis]))
     scatter = scaled.T @ (scaled * (heeded**2 * shape)[:, np.newaxis])
-    walk = shown.terms.index("angle_random_walk")
+    walk = short.terms.index("angle_random_walk")
     return wider * float((inverse @ scatter @ inverse)[walk, walk]) / float(scale[walk]) ** 2
 
 
