@@ -205,9 +205,7 @@ def write(path: Path, out: Outgoing) -> None:
         _write_table(folder / path.name, headers, map(out.rows, blocks(out.samples)), delimiter)
 
 
-def _write_table(
-    path: Path, headers: Sequence[str], parts: Iterable[Rows], delimiter: str = ","
-) -> None:
+def _write_table(path: Path, headers: Sequence[str], parts: Iterable[Rows], delimiter: str) -> None:
     """A header, and the rows of each part."""
     plain = arrow_csv.WriteOptions(include_header=False, delimiter=delimiter, quoting_style="none")
     with path.open("wb") as stream:
@@ -216,7 +214,7 @@ def _write_table(
             arrow_csv.write_csv(pa.table(rows), stream, plain)
 
 
-_TIME, _, _RATE, _FORCE, _ = PRESETS[0]
+_TIME, _, _RATE, _FORCE = PRESETS[0]
 _HEADERS: Final = (f"#{_TIME}", *map(_RATE.format, "xyz"), *map(_FORCE.format, "xyz"))
 
 
@@ -249,4 +247,4 @@ def write_euroc(
             rates = [out.columns[name][block] for name in (*out.gyros, *out.accelerometers)]
             return dict(zip(_HEADERS, (out.stamps(block), *rates), strict=True))
 
-        _write_table(folder / EUROC_DATA, _HEADERS, map(rows, blocks(out.samples)))
+        _write_table(folder / EUROC_DATA, _HEADERS, map(rows, blocks(out.samples)), ",")

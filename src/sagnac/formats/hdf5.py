@@ -36,9 +36,8 @@ _NO_VARIABLE: Final = "This is a netCDF dimension but not a netCDF variable"
 # How the classic formats begin, before their version.
 _CLASSIC: Final = b"CDF"
 _DATA_OF_64_BITS: Final = b"\x05"
-_OF_VARIABLE: Final = (
-    "units", "unit", "kind", "_FillValue", "missing_value", "scale_factor", "add_offset",
-)  # fmt: skip
+_MISSING: Final = ("_FillValue", "missing_value")
+_OF_VARIABLE: Final = ("units", "unit", "kind", *_MISSING, "scale_factor", "add_offset")
 _SINCE: Final = re.compile(r"^\s*(\w+)\s+since\s.*", re.IGNORECASE)
 
 
@@ -195,7 +194,7 @@ def _scale(attributes: Mapping[str, Any]) -> tuple[float, float]:
 def _scaled(raw: NDArray[Any], attributes: Mapping[str, Any]) -> NDArray[Any]:
     """Values as the attributes say: missing ones NaN, scaled, offset."""
     missing = np.zeros(raw.shape, dtype=np.bool_)
-    for key in ("_FillValue", "missing_value"):
+    for key in _MISSING:
         if key in attributes:
             missing |= raw == _number(attributes, key, math.nan)
     scale, offset = _scale(attributes)

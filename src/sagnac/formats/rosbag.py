@@ -190,8 +190,7 @@ def write(path: Path, out: Outgoing) -> None:
     A covariance is zero, which says that it is not known, or begins with -1 of what is not there:
     the orientation, and the acceleration without accelerometers.
     """
-    plugins = {".mcap": StoragePlugin.MCAP, ".db3": StoragePlugin.SQLITE3}
-    plugin = plugins.get(path.suffix.lower())
+    plugin = {".mcap": StoragePlugin.MCAP, ".db3": StoragePlugin.SQLITE3}.get(path.suffix.lower())
     store = get_typestore(Stores.ROS1_NOETIC if plugin is None else Stores.ROS2_HUMBLE)
     with replacing_set(path) as folder:
         if plugin is None:
@@ -221,8 +220,7 @@ def _write_messages(bag: Writer1 | Writer2, to: Any, frame: bytes, out: Outgoing
         stamps = out.stamps(block)
         made = np.zeros(stamps.size, message)
         # ROS 1 begins with the number of a message, ROS 2 with the order of bytes, lowest first.
-        is_numbered = isinstance(bag, Writer1)
-        made["start"] = np.arange(block.start, block.stop) if is_numbered else 0x100
+        made["start"] = np.arange(block.start, block.stop) if isinstance(bag, Writer1) else 0x100
         made["stamp"] = np.stack(np.divmod(stamps, 10**9), axis=1)
         made["frame"] = np.void(frame)
         # The real part of an orientation, and the first number of its covariance.

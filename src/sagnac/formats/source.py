@@ -50,6 +50,9 @@ class Column:
     number: int = 0
 
 
+Columns = Sequence[Column]
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Stored:
     """Columns that are read when they are asked for.

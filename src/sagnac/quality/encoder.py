@@ -3,7 +3,7 @@
 import math
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 
@@ -82,18 +82,15 @@ def without_lost_rows(recording: Recording, gyros: Sequence[Channel]) -> tuple[R
 def _leaps(values: FloatArray) -> IntegerArray:
     """Samples before steps that are longer than those around them by 0.6 of these or more."""
     steps = values.size - 2 * _SIDE - 1
-    longer = marked(
-        lambda first, here, behind, last: (
-            np.abs(behind - here) > 0.4 * np.abs(here - first + last - behind)
-        ),
-        *(values[n : n + steps] for n in (0, _SIDE, _SIDE + 1, 2 * _SIDE + 1)),
-    )
-    return np.flatnonzero(longer) + _SIDE
+    four = (values[n : n + steps] for n in (0, _SIDE, _SIDE + 1, 2 * _SIDE + 1))
+
+    def is_leap(first: FloatArray, here: FloatArray, behind: FloatArray, last: FloatArray) -> Any:
+        return np.abs(behind - here) > 0.4 * np.abs(here - first + last - behind)
+
+    return np.flatnonzero(marked(is_leap, *four)) + _SIDE
 
 
-def _steps_around(
-    values: FloatArray, places: IntegerArray
-) -> tuple[FloatArray, FloatArray, FloatArray]:
+def _steps_around(values: FloatArray, places: IntegerArray) -> tuple[FloatArray, ...]:
     """(places,) usual step around places, by how much the step there is longer, and how uneven."""
     at = places[:, np.newaxis] + np.array([-_SIDE, 0, 1, 1 + _SIDE])
     first, before, behind, last = values_at(values, at).T
