@@ -19,17 +19,13 @@ _MOST_LISTED: Final = 400
 # with it.
 TIME_FORMS: Final = ("clock", "iso")
 _TIME_LIKE: Final = re.compile(
-    r"(?:^|[^a-z])(?:time|timestamps?|stamps?|utc|zeit|uhrzeit|datetime|epoch)(?:$|[^a-z])"
-    r"|^(?:t|sec|secs|seconds|X_Value)$|^time|time$|^t[_ ](?:s|ms|us|ns)$|^(?:milli|micro|nano)s",
-    re.IGNORECASE,
+    r"(?i)(?:^|[^a-z])(?:time|timestamps?|stamps?|utc|zeit|uhrzeit|datetime|epoch)(?:$|[^a-z])"
+    r"|^(?:t|sec|secs|seconds|X_Value)$|^time|time$|^t[_ ](?:s|ms|us|ns)$|^(?:milli|micro|nano)s"
 )
 # An encoder of a table that is not called as one is by itself.
 _TABLE_LIKE: Final = re.compile(
     r"^enc|encod|table|^azim|^theta|^angle$|^phi$|drehtisch|^winkel$|rotary|^stage", re.IGNORECASE
 )
-# Role of a column -> the names that it usually has, its own unless listed. No name alone makes a
-# column the temperature of the unit.
-_USUAL_NAMES: Final = {**USUAL_NAMES, TEMPERATURE: ()}
 # Roles with an input of their own, by which a column of it is stated.
 _INPUTS: Final = {
     "table": "{table COLUMN:UNIT}",
@@ -265,7 +261,8 @@ def _possible(
     """
     stated, unit = statements.role(role), statements.own_unit(role)
     if stated is None:
-        for name in _USUAL_NAMES.get(role, (role,)):
+        # No name alone makes a column the temperature of the unit.
+        for name in {**USUAL_NAMES, TEMPERATURE: ()}.get(role, (role,)):
             column = find(columns, name)
             if column is not None and column.key not in taken:
                 yield _in_unit(column, role, unit)
@@ -382,8 +379,7 @@ def stated_for(
 ) -> tuple[str | None, str | None, str | None]:
     """Kind or unit of a channel as caller, TOML, and its column or else the file state it."""
     caller, beside, file = (one.of_channel(quantity, name, sensor) for one in statements.in_order)
-    by_column: str | None = getattr(column, quantity)
-    return caller, beside, by_column or file
+    return caller, beside, getattr(column, quantity) or file
 
 
 def scale_of(name: str, column: Column, statements: Statements, sensor: Sensor = "gyro") -> Scale:

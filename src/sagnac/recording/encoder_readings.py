@@ -25,8 +25,7 @@ from sagnac.core.arrays import BooleanArray, FloatArray, IntegerArray
 from sagnac.core.errors import Note, counted
 from sagnac.core.marks import is_missing, marked, marked_steps, number_of, stretches
 from sagnac.core.units import ARCSECOND, DEGREE, unit_of
-from sagnac.recording import channel
-from sagnac.recording.channel import Channel, Conversion, finite_extent
+from sagnac.recording.channel import Channel, Conversion, angle_of, finite_extent, unwrapped
 
 # As many missing encoder samples in a row are interpolated: as with time stamps, the angle turned
 # during a longer run is a guess, unless a gyro tells it. If more than this share is missing, the
@@ -96,7 +95,7 @@ def table_of_readings(
         met = f" (known ones are met to {error * size / ARCSECOND:.2g} arcsec)"
         said = f"{counted(filled, 'missing sample')}, at most {longest} in a row, interpolated from"
         remarks.append(f"{said} their neighbours{met if math.isfinite(error) else ''}")
-    running, wraps = channel.unwrapped(readings, period)
+    running, wraps = unwrapped(readings, period)
     if wraps:
         remarks.append(f"unwrapped where it starts over, {counted(wraps, 'time')}")
     notes = [Note(text=text, channel="table") for text in remarks]
@@ -558,7 +557,7 @@ def with_lost_readings(
     if gyro is None or not abs(share) > 0.05:
         return table
     firsts, afters = stretches(marks)
-    filled = _bridged(values, firsts, afters, channel.angle_of(gyro, sample_rate), share)
+    filled = _bridged(values, firsts, afters, angle_of(gyro, sample_rate), share)
     if filled is None:
         return table
     longest, first = (afters - firsts).max() / sample_rate, firsts[0] / sample_rate
@@ -576,7 +575,7 @@ def _share(gyro: Channel, table: FloatArray, sample_rate: float) -> float:
     if table.size <= ahead:
         return 0.0
     places = np.linspace(0, table.size - 1 - ahead, 2000).astype(np.int64)
-    angle = channel.angle_of(gyro, sample_rate)
+    angle = angle_of(gyro, sample_rate)
     by_table, by_gyro = (one[places + ahead] - one[places] for one in (table, angle))
     known = np.isfinite(by_table)
     return float(np.nan_to_num(share_of_turns(by_gyro[known], by_table[known])))
