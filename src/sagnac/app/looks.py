@@ -26,12 +26,6 @@ GRAVITY: Final = 9.80665  # m/s^2, the standard one
 _PER_HOUR: Final = math.degrees(3600.0)
 # Readings of a table at rest do not stray so far, rad.
 _TURNED: Final = 0.01
-# Rates beyond this, deg/h, are shown in deg/s.
-_FAST: Final = 1800.0
-# What stands in for words that no file tells: numbers then come as they are written.
-_STAND_INS: Final = (("rate", "rad/s"), ("angle", "rad"), ("increment", "rad"))
-_MOST_COLUMNS: Final = 6
-_LIKE_GYRO: Final = re.compile("gyr|omega|rate", re.IGNORECASE)
 # Segments of the spectrum, samples of one at most, and bins that are drawn.
 _SEGMENTS: Final = 48
 _SEGMENT: Final = 2**16
@@ -117,9 +111,7 @@ class Pyramid:
             steps = np.concatenate([steps[:1], steps])[:stop] if steps.size else np.zeros(1)
         return np.multiply(steps, self.factor, out=steps)
 
-    def window(
-        self, start: int, stop: int, most: int
-    ) -> tuple[NDArray[np.int64], FloatArray, FloatArray]:
+    def window(self, start: int, stop: int, most: int) -> tuple[NDArray[Any], ...]:
         """Lowest and highest values between two samples, in neighbouring blocks.
 
         Parameters
@@ -253,9 +245,10 @@ def _as_written(
     if "COLUMN" in columns:
         taken = {lacking.get(name, "").rpartition(":")[0] for name in ("time", "table")}
         names = [one for one in sagnac.columns(path) if not ({one} & taken or set(one) & set("=,"))]
-        names.sort(key=lambda one: _LIKE_GYRO.search(one) is None)
-        columns = ",".join(f"{name}={name}" for name in names[:_MOST_COLUMNS])
-    for kind, unit in _STAND_INS:
+        names.sort(key=lambda one: re.search("gyr|omega|rate", one, re.IGNORECASE) is None)
+        columns = ",".join(f"{name}={name}" for name in names[:6])
+    # What stands in for words that no file tells: numbers then come as they are written.
+    for kind, unit in (("rate", "rad/s"), ("angle", "rad"), ("increment", "rad")):
         words = {"KIND": kind, "UNIT": unit, "HZ": "1", "SIZE": f"1{unit}"}
         given = dict(texts)
         for name, text in lacking.items():
@@ -281,7 +274,8 @@ def _shown(recording: sagnac.Recording, *, raw: bool) -> tuple[DrawnChannel, ...
             of = "table" if one is recording.table else one.sensor
             in_si.append(DrawnChannel(name=one.name, unit="", pyramid=pyramid, of=of))
     turns = [one.pyramid for one in in_si if one.of != "accelerometer"]
-    fast = any(max(abs(one.mean), one.deviation) * _PER_HOUR > _FAST for one in turns)
+    # Rates beyond this, deg/h, are shown in deg/s.
+    fast = any(max(abs(one.mean), one.deviation) * _PER_HOUR > 1800.0 for one in turns)
     of_rate = ("°/s", math.degrees(1.0)) if fast else ("°/h", _PER_HOUR)
     units = {"gyro": of_rate, "accelerometer": ("m/s²", 1.0), "table": of_rate}
     if raw:

@@ -36,7 +36,6 @@ except ImportError as error:
 
 HOST: Final = "127.0.0.1"
 _STATIC: Final = Path(__file__).parent / "static"
-_SCRIPTS: Final = ("bokeh.min.js", "bokeh-api.min.js")
 _HEADERS: Final = {
     "Content-Security-Policy": (
         "default-src 'none'; script-src 'self'; style-src 'self' 'unsafe-inline'; "
@@ -51,10 +50,6 @@ _HEADERS: Final = {
     "Server": "sagnac",
 }
 _TYPES: Final = {".html": "text/html", ".js": "text/javascript", ".css": "text/css"}
-# Seconds between two signs of life, by which a closed page is noticed.
-_BEAT: Final = 15.0
-_LARGEST_REQUEST: Final = 2**20
-_LARGEST_DROP: Final = 8 * 2**30
 
 
 @dataclass(slots=True, kw_only=True, eq=False)
@@ -121,7 +116,7 @@ class _File(_Handler):
     def get(self, _token: str, name: str) -> None:
         name = name or "page.html"
         path = _STATIC / name
-        if name in _SCRIPTS:
+        if name in ("bokeh.min.js", "bokeh-api.min.js"):
             path = bokeh_scripts() / name
         elif name not in {one.name for one in _STATIC.iterdir()}:
             raise web.HTTPError(404, reason="No such file")
@@ -166,7 +161,8 @@ class _Events(_Handler):
                 self.write(f"{text}\n\n")
                 await self.flush()
                 try:
-                    event = await asyncio.wait_for(queue.get(), _BEAT)
+                    # Seconds between two signs of life, by which a closed page is noticed.
+                    event = await asyncio.wait_for(queue.get(), 15.0)
                     text = f"data: {json.dumps(event, allow_nan=False)}"
                 except TimeoutError:
                     text = ": beat"
@@ -182,7 +178,7 @@ class _Drop(_Handler):
         if not name or len(name) > 200 or not name.isprintable():
             raise web.HTTPError(400, reason="No name of a file")
         self.session()
-        self.request.connection.set_max_body_size(_LARGEST_DROP)  # type: ignore[union-attr]
+        self.request.connection.set_max_body_size(8 * 2**30)  # type: ignore[union-attr]
         self.folder = Path(tempfile.mkdtemp(dir=self.state.room.dropped))
         self.file = (self.folder / name).open("wb")
 
@@ -288,12 +284,8 @@ def bokeh_scripts() -> Path:
 def application(state: State) -> web.Application:
     """The addresses and what answers them."""
     given = {"state": state}
-    handlers = [
-        (r"/([^/]+)/events", _Events, given),
-        (r"/([^/]+)/drop", _Drop, given),
-        (r"/([^/]+)/call/([a-z]+)", _Call, given),
-        (r"/([^/]+)/([a-z.-]*)", _File, given),
-    ]
+    places = {"events": _Events, "drop": _Drop, "call/([a-z]+)": _Call, "([a-z.-]*)": _File}
+    handlers = [(rf"/([^/]+)/{place}", handler, given) for place, handler in places.items()]
     others: dict[str, Any] = {"default_handler_class": _Nothing, "default_handler_args": given}
     return web.Application(handlers, **others, log_function=lambda handler: None)
 
@@ -353,7 +345,7 @@ async def _served(room: Room, first: str, port: int, opened: Callable[[str], Non
         raise sagnac.RecordingError(said, remedy="give another, or none ({port})") from None
     port = listening.getsockname()[1]
     state = State(token=secrets.token_urlsafe(32), port=port, room=room, first=first)
-    server = HTTPServer(application(state), max_body_size=_LARGEST_REQUEST)
+    server = HTTPServer(application(state), max_body_size=2**20)
     listening.setblocking(False)
     server.add_socket(listening)
     try:

@@ -29,9 +29,8 @@ from sagnac.app.looks import Look
 
 _MOST: Final = 500
 _RECORDINGS: Final = re.compile(
-    r"\.(?:csv|txt|dat|tsv|parquet|pq|np[yz]|hdf5?|h5|mat|nc|tdms|ulg|bag|db3|mcap|mseed|feather|arrow|"
-    r"imu|bin|ins|lvm)$",
-    re.IGNORECASE,
+    r"(?i)\.(?:csv|txt|dat|tsv|parquet|pq|np[yz]|hdf5?|h5|mat|nc|tdms|ulg|bag|db3|mcap|mseed|feather|"
+    r"arrow|imu|bin|ins|lvm)$"
 )
 
 

@@ -79,9 +79,7 @@ def command(path: str, reading: Texts, analysis: Texts) -> str:
     return " ".join([*words, "-o", "report"])
 
 
-def script(
-    path: str, reading: Texts, analysis: Texts, changed: Mapping[str, Any] | None = None
-) -> str:
+def script(path: str, reading: Texts, analysis: Texts, changed: Mapping[str, Any] | None) -> str:
     """The Python that repeats a run, and the lines put back and bands masked after it."""
 
     def keywords(found: Mapping[str, Any]) -> str:

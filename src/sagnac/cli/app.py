@@ -44,10 +44,6 @@ for _command in (*simulated.COMMANDS, *measure.COMMANDS, *look.COMMANDS, *onward
     app.command(_command)
 
 
-def _stop(number: int, _frame: object) -> None:
-    output.stop_by(KeyboardInterrupt(number))
-
-
 def _signal_of(asked: KeyboardInterrupt) -> signal.Signals:
     """The signal that asked the process to end; one that Python raised itself is an interrupt."""
     return signal.Signals(*asked.args or (signal.SIGINT,))
@@ -65,9 +61,9 @@ def stopped_by_signals() -> Iterator[None]:
     if threading.current_thread() is not threading.main_thread():
         # Only the main thread may ask for signals.
         known = []
-    before = {number: signal.signal(number, _stop) for number in known}
+    before = {number: signal.signal(number, output.stop) for number in known}
     shown, sys.unraisablehook = sys.unraisablehook, _ask_again
-    output.forget_stops()
+    output.asked.clear()
     try:
         yield
         output.go_on()

@@ -13,6 +13,7 @@ from cyclopts import Parameter
 import sagnac
 from sagnac.cli import options as typed
 from sagnac.cli import output as results
+from sagnac.cli.options import NO_OPTIONS, File, Options
 from sagnac.core import overwriting
 from sagnac.core.errors import rounded
 from sagnac.core.texts import OPTION_OF, by_name, text_of, whole_number
@@ -26,7 +27,7 @@ if TYPE_CHECKING:
 # ---- check -------------------------------------------------------------------------
 
 
-def check(file: typed.File, /, *, options: typed.Options = typed.NO_OPTIONS) -> int:
+def check(file: File, /, *, options: Options = NO_OPTIONS) -> int:
     """Data quality: gaps, jumps, wraps, stuck channels, clipping, units that look wrong.
 
     Exit status 1 if an error was found, or with --strict a warning.
@@ -162,7 +163,7 @@ def convert(
     *,
     options: typed.Reading = typed.NO_STATEMENT,
     force: typed.Force = False,
-) -> int:
+) -> None:
     """Read a recording and write it so that reading it again needs no option.
 
     Parameters
@@ -183,21 +184,17 @@ def convert(
         written = sagnac.write(recording, target, force=force)
     print(text.blocks(text.recording(recording), text.notes(recording.notes)))
     results.print_paths([written])
-    return results.DONE
 
 
 # ---- plan --------------------------------------------------------------------------
 
 _half_widths = typed.of_analysis(typed.several(typed.half_width), "1%,…", show_default=False)
+_Within = Annotated[tuple[float, ...], _half_widths]
 
 
 def plan(
-    file: typed.File,
-    /,
-    *,
-    options: typed.Options = typed.NO_OPTIONS,
-    within: Annotated[tuple[float, ...], _half_widths] = (0.1, 0.05, 0.02, 0.01),
-) -> int:
+    file: File, /, *, options: Options = NO_OPTIONS, within: _Within = (0.1, 0.05, 0.02, 0.01)
+) -> None:
     """How long to record for an interval of N, or to decide --spec, from a short recording.
 
     Several gyros at rest have a plan each; --gyros picks one.
@@ -220,7 +217,6 @@ def plan(
     else:
         said = [f"{name}: {why}" for name, why in refused.items()]
         print("\n\n".join([*(_text(one) for one in found.plans), *said]))
-    return results.DONE
 
 
 def _wanted(row: "PlanRow") -> str:
@@ -286,7 +282,7 @@ def app(
     port: Annotated[int, typed.one_argument(whole_number, "N", group=typed.OUTPUT)] = 0,
     no_browser: Annotated[bool, Parameter(group=typed.OUTPUT)] = False,
     debug: typed.Debug = False,
-) -> int:
+) -> None:
     """A page to work in, for this machine alone: open, understand and analyze a recording.
 
     Prints its address, which holds a token, on one line, and serves it until it is interrupted.
@@ -314,7 +310,6 @@ def app(
             threading.Thread(target=webbrowser.open, args=(address,), daemon=True).start()
 
     serve(file, port=port, opened=opened)
-    return results.DONE
 
 
 COMMANDS: Final = (check, convert, plan, app)

@@ -10,9 +10,11 @@ from cyclopts import Parameter
 import sagnac
 from sagnac.cli import options as typed
 from sagnac.cli import output as results
+from sagnac.cli.options import NO_OPTIONS, NO_REPORT, File, Folder, Force, Options, ReportOptions
 from sagnac.report import as_typed, error_text
 
 if TYPE_CHECKING:
+    from sagnac import Analysis, Recording, SelfNoise, Settings
     from sagnac.analysis.pipeline import AtRest
     from sagnac.analysis.settings import Method
 
@@ -24,11 +26,7 @@ _Band = tuple[float, float]
 
 
 def analyze(
-    files: typed.Files,
-    /,
-    *,
-    options: typed.Options = typed.NO_OPTIONS,
-    report: typed.ReportOptions = typed.NO_REPORT,
+    files: typed.Files, /, *, options: Options = NO_OPTIONS, report: ReportOptions = NO_REPORT
 ) -> int:
     """A recording in; report.html, analysis.json, tables and figures out.
 
@@ -42,7 +40,7 @@ def analyze(
         reads = typed.inputs(files, options, report.heading)
         results.require_place(folder, "report", reads, force=report.force)
     several, status = len(files) > 1, results.DONE
-    named: list[tuple[str, sagnac.Analysis]] = []
+    named: list[tuple[str, Analysis]] = []
     refused: dict[str, str] = {}
     for file, folder in zip(files, folders, strict=True):
         try:
@@ -75,7 +73,7 @@ def analyze(
     return status or results.verdict_status(done)
 
 
-def _sheet(options: typed.Options, report: typed.ReportOptions, *, written: bool) -> _Sheet:
+def _sheet(options: Options, report: ReportOptions, *, written: bool) -> _Sheet:
     """Keywords of `sagnac.write_report` that hold for every report of a run.
 
     Raises
@@ -89,7 +87,7 @@ def _sheet(options: typed.Options, report: typed.ReportOptions, *, written: bool
     return {"block": block, "settings": settings, "pdf": report.pdf, "force": report.force}
 
 
-def _print_analysis(analysis: "sagnac.Analysis", paths: Sequence[Path], *, curve: bool) -> None:
+def _print_analysis(analysis: "Analysis", paths: Sequence[Path], *, curve: bool) -> None:
     from sagnac.report import text
 
     for gyro in analysis.each:
@@ -134,12 +132,12 @@ _ACCELEROMETERS: Final = "accelerometers"
 
 
 def avar(
-    file: typed.File,
+    file: File,
     /,
     *,
-    options: typed.Options = typed.NO_OPTIONS,
+    options: Options = NO_OPTIONS,
     bench: BenchOptions = NO_BENCH,
-    report: typed.ReportOptions = typed.NO_REPORT,
+    report: ReportOptions = NO_REPORT,
 ) -> int:
     """The still bench: the ARW of each gyro, its curves, and the lines in it.
 
@@ -154,7 +152,7 @@ def avar(
     settings = typed.settings_of(options, method="none", estimators=bench.estimator or ("oadev",))
     output = report.output
     sheet = _sheet(options, report, written=output is not None)
-    alone: sagnac.SelfNoise | None = None
+    alone: SelfNoise | None = None
     paths: Sequence[Path] = ()
     with typed.reading(file, options, verify=bench.gaps == "reject") as read:
         recording = read.recording
@@ -196,22 +194,20 @@ def avar(
 
 
 def _places(
-    recording: "sagnac.Recording", settings: "sagnac.Settings", output: Path
+    recording: "Recording", settings: "Settings", place: Path
 ) -> Iterator[tuple[Path, str]]:
     """Folders to be written and what goes into them: a gyro's, all gyros', the accelerometers'."""
     from sagnac.report.tables import folder_name
 
     names = settings.gyros or tuple(gyro.name for gyro in recording.gyros)
-    yield from ((output / folder_name(name), "report") for name in names)
+    yield from ((place / folder_name(name), "report") for name in names)
     if len(names) > 1:
-        yield output, "report"
+        yield place, "report"
     if recording.accelerometers:
-        yield output / _ACCELEROMETERS, "accelerometers"
+        yield place / _ACCELEROMETERS, "accelerometers"
 
 
-def _alone(
-    recording: "sagnac.Recording", settings: "sagnac.Settings", band: _Band
-) -> "sagnac.SelfNoise":
+def _alone(recording: "Recording", settings: "Settings", band: _Band) -> "SelfNoise":
     """The noise of each gyro without what all of them turn.
 
     Raises
@@ -227,8 +223,8 @@ def _alone(
 
 
 def _bench_reported(
-    analysis: "sagnac.Analysis", alone: "sagnac.SelfNoise | None", output: Path, sheet: _Sheet
-) -> "tuple[sagnac.Analysis, list[Path]]":
+    analysis: "Analysis", alone: "SelfNoise | None", output: Path, sheet: _Sheet
+) -> "tuple[Analysis, list[Path]]":
     """The analysis with the time of its report, and every file written.
 
     One gyro's report goes into a folder of its own, too.
@@ -248,7 +244,7 @@ def _bench_reported(
     return reported, paths
 
 
-def _print_bench(bench: "AtRest", analysis: "sagnac.Analysis", *, curve: bool) -> None:
+def _print_bench(bench: "AtRest", analysis: "Analysis", *, curve: bool) -> None:
     """One gyro."""
     from sagnac.report import text
 
@@ -257,8 +253,7 @@ def _print_bench(bench: "AtRest", analysis: "sagnac.Analysis", *, curve: bool) -
         print(text.with_lines(bench.as_it_is))
     others = (bench.without_lines, bench.as_it_is)
     shown = text.full(analysis) if curve else text.brief(analysis, others)
-    below = text.blocks(text.verdict(analysis), *shown, text.seconds(analysis))
-    print(f"\n{below}", end="\n\n")
+    print(f"\n{text.blocks(text.verdict(analysis), *shown, text.seconds(analysis))}", end="\n\n")
 
 
 # ---- compare -----------------------------------------------------------------------
@@ -267,12 +262,7 @@ METHODS: "Final[tuple[Method, ...]]" = ("none", "fris", "fos-korenberg", "fos-pa
 
 
 def compare(
-    file: typed.File,
-    /,
-    *,
-    options: typed.Options = typed.NO_OPTIONS,
-    output: typed.Folder = None,
-    force: typed.Force = False,
+    file: File, /, *, options: Options = NO_OPTIONS, output: Folder = None, force: Force = False
 ) -> int:
     """No removal, fris, fos-korenberg, fos-paper and fos, side by side; with -o also as a page.
 
@@ -302,13 +292,13 @@ def compare(
 
 
 def _compared(
-    read: typed.ReadFile, settings: "sagnac.Settings", methods: "Sequence[Method]"
-) -> "tuple[dict[str, sagnac.Analysis], dict[str, str]]":
+    read: typed.ReadFile, settings: "Settings", methods: "Sequence[Method]"
+) -> "tuple[dict[str, Analysis], dict[str, str]]":
     """The analysis by each method; and why, of each method that the recording does not allow.
 
     A refusal is an error only if no method gives anything.
     """
-    analyses: dict[str, sagnac.Analysis] = {}
+    analyses: dict[str, Analysis] = {}
     errors: dict[str, sagnac.RecordingError] = {}
     for method in methods:
         progress = results.prefixed(read.progress, method)
@@ -324,7 +314,7 @@ def _compared(
 # ---- lines -------------------------------------------------------------------------
 
 
-def lines(file: typed.File, /, *, options: typed.Options = typed.NO_OPTIONS) -> int:
+def lines(file: File, /, *, options: Options = NO_OPTIONS) -> int:
     """The periodic components found, strongest first."""
     settings = typed.settings_of(options)
     with typed.reading(file, options) as read:

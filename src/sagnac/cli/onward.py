@@ -144,7 +144,7 @@ def align(
     as_json: typed.Json = False,
     force: typed.Force = False,
     debug: typed.Debug = False,
-) -> int:
+) -> None:
     """Heading, attitude and position without aiding, and azimuth found, from N, B and K.
 
     With -o, alignment.json, drift.png and, with --latitude, alignment.png go into DIR.
@@ -196,15 +196,12 @@ def align(
                 write_png(shown.azimuth_figure(prospect), folder / names[-1])
         if not as_json:
             results.print_paths([output / name for name in names])
-    return results.DONE
 
 
 # ---- campaign ----------------------------------------------------------------------
 
-_WORK: Final = Group("Work", sort_key=2)
 
-
-@Parameter(name="*", group=_WORK)
+@Parameter(name="*", group=Group("Work", sort_key=2))
 @dataclass(frozen=True, slots=True, kw_only=True)
 class WorkOptions:
     """How the work of a campaign is divided.
@@ -270,8 +267,7 @@ def campaign(
             | (asdict(one.answer) if one.answer else {"why": one.why})
             for (method, gyros), one in made.scatter.items()
         ]
-        document = {"schema": "sagnac.campaign/1", "rows": rows, "scatter": scatter}
-        print(to_json(finite(document)))
+        print(to_json(finite({"schema": "sagnac.campaign/1", "rows": rows, "scatter": scatter})))
     else:
         print(terminal_text(made.campaign, made.lines, made.replaced))
         results.print_paths([output / path.name for path in made.paths])

@@ -16,6 +16,7 @@ from sagnac.core import texts
 from sagnac.core.units import DEGREE, RATE_UNITS, split_factor, unit_of
 
 if TYPE_CHECKING:
+    from sagnac import Analysis, Settings
     from sagnac.report.sections import TitleBlock
 
 READING: Final = Group("What the file does not say", sort_key=1)
@@ -133,8 +134,7 @@ def memory_size(text: str) -> int:
     """
     stripped = text.strip()
     number = stripped.rstrip("BGMKTibgmkt ")
-    size = _BYTES[stripped[len(number) :].strip().lower()]
-    found = int(float(number) * size)
+    found = int(float(number) * _BYTES[stripped[len(number) :].strip().lower()])
     if found <= 0:
         raise ValueError
     return found
@@ -295,8 +295,7 @@ class ReportOptions:
     @property
     def stated(self) -> list[str]:
         """Names of the options given that say what stands in a report."""
-        of_terminal = ("curve", "output", "force")
-        names = [one.name for one in fields(self) if one.name not in of_terminal]
+        names = [one.name for one in fields(self) if one.name not in ("curve", "output", "force")]
         return [name for name in names if getattr(self, name)]
 
     @property
@@ -441,7 +440,7 @@ def _fields_of(kind: type, options: Reading) -> dict[str, Any]:
     return {name: getattr(options, texts.OPTION_OF.get(name, name), None) for name in names}
 
 
-def settings_of(options: Options, **defaults: Any) -> "sagnac.Settings":
+def settings_of(options: Options, **defaults: Any) -> "Settings":
     """Settings that were typed, over those of the command itself; raises as `settings_typed`."""
     return sagnac.Settings(**{**defaults, **settings_typed(options)})
 
@@ -501,9 +500,7 @@ class ReadFile:
     seconds: dict[str, float]
     progress: Progress
 
-    def analyzed(
-        self, settings: "sagnac.Settings", progress: Progress | None = None
-    ) -> "sagnac.Analysis":
+    def analyzed(self, settings: "Settings", progress: Progress | None = None) -> "Analysis":
         """The analysis, with the time of reading."""
         analysis = sagnac.analyze(self.recording, settings, progress=progress or self.progress)
         return analysis.with_seconds(self.seconds)

@@ -19,6 +19,7 @@ from sagnac.core.texts import OPTION_OF
 from sagnac.report import as_typed, error_text, wrapped
 
 if TYPE_CHECKING:
+    from sagnac import Analysis
     from sagnac.core.processes import Standing
 
 
@@ -61,8 +62,7 @@ def explain(error: Exception, options: Container[str] = ()) -> int:
         said = error_text(error)
     elif isinstance(error, errors.ArgumentError):
         option = f"--{OPTION_OF.get(error.argument, error.argument).replace('_', '-')}"
-        name = option if option in options else error.argument
-        said = f"{name} {as_typed(error.problem)}"
+        said = f"{option if option in options else error.argument} {as_typed(error.problem)}"
     elif is_usage:
         said = as_typed(str(error))
     elif isinstance(error.__cause__, KeyboardInterrupt):
@@ -100,29 +100,22 @@ Progress = Callable[[str, float], None]
 PATIENCE_S: Final = 1.0
 # Between two lines on how far many pieces are.
 BETWEEN_LINES_S: Final = 60.0
-# Takes away what a longer line left behind this one on a terminal.
-_CLEAR: Final = "\x1b[K"
 
 
 # What signals have raised since the command began.
-_asked: Final[list[KeyboardInterrupt]] = []
+asked: Final[list[KeyboardInterrupt]] = []
 
 
-def stop_by(asked: KeyboardInterrupt) -> None:
+def stop(number: int, _frame: object) -> None:
     """Raise what a signal asks for, and keep it: some libraries swallow what is raised in them."""
-    _asked.append(asked)
-    raise asked
+    asked.append(KeyboardInterrupt(number))
+    raise asked[-1]
 
 
 def go_on() -> None:
     """Raise what a signal has asked for, if that was swallowed."""
-    if _asked:
-        raise _asked[0]
-
-
-def forget_stops() -> None:
-    """Begin a command that nobody has asked to stop."""
-    _asked.clear()
+    if asked:
+        raise asked[0]
 
 
 @contextmanager
@@ -194,7 +187,8 @@ def standings() -> "Callable[[Standing], None]":
         if not (over or last or standing.done == 0 or now - latest >= BETWEEN_LINES_S):
             return
         latest = now
-        before, after = ("\r", _CLEAR) if over else ("", "")
+        # On a terminal the last mark takes away what a longer line left behind this one.
+        before, after = ("\r", "\x1b[K") if over else ("", "")
         end = "\n" if last or not over else ""
         print(f"{before}{standing_text(standing)}{after}", file=sys.stderr, end=end, flush=True)
 
@@ -283,7 +277,7 @@ def ready_to_draw() -> None:
         importlib.import_module("matplotlib")
 
 
-def verdict_status(analyses: "Sequence[sagnac.Analysis]") -> int:
+def verdict_status(analyses: "Sequence[Analysis]") -> int:
     """Exit status that the verdicts on some analyses mean; 0 without a specification."""
     from sagnac.report.sections import overall_decision
 
@@ -291,9 +285,7 @@ def verdict_status(analyses: "Sequence[sagnac.Analysis]") -> int:
     return DONE if decision is None else STATUS[decision]
 
 
-def reported(
-    analysis: "sagnac.Analysis", folder: Path, **how: Any
-) -> "tuple[sagnac.Analysis, tuple[Path, ...]]":
+def reported(analysis: "Analysis", folder: Path, **how: Any) -> "tuple[Analysis, tuple[Path, ...]]":
     """The analysis with the time of its report, and the files of that (`sagnac.write_report`)."""
     with progress_shown() as progress:
         progress("report", 0.0)

@@ -12,10 +12,8 @@ import sagnac
 from sagnac.cli import options as typed
 from sagnac.cli import output as results
 from sagnac.cli.options import Debug, Folder, Force, Workers, one_argument
-from sagnac.core import overwriting
+from sagnac.core import overwriting, texts
 from sagnac.core.errors import one_line
-from sagnac.core.texts import seconds as in_seconds
-from sagnac.core.texts import whole_number
 
 # ---- simulate ----------------------------------------------------------------------
 
@@ -38,9 +36,9 @@ class RigOptions:
     """
 
     kind: Literal["angle", "increment", "rate"] | None = None
-    seed: Annotated[int | None, one_argument(whole_number, "N")] = None
+    seed: Annotated[int | None, one_argument(texts.whole_number, "N")] = None
     table_rate: Annotated[float | None, Parameter(metavar="DEG/S")] = None
-    duration: Annotated[float | None, one_argument(in_seconds, "2h")] = None
+    duration: Annotated[float | None, one_argument(texts.seconds, "2h")] = None
 
     def applied_to(self, config: "sagnac.RigConfig") -> "sagnac.RigConfig":
         """A configuration with what the options state instead.
@@ -55,20 +53,15 @@ class RigOptions:
         if self.table_rate is not None and config.table.profile:
             said = "--table-rate has no effect on a table.profile; remove one of them"
             raise results.UsageError(said)
-        stated = {
-            "--kind": ("kind", self.kind),
-            "--seed": ("seed", self.seed),
-            "--duration": ("duration_s", self.duration),
-            "--table-rate": ("rate_deg_per_s", self.table_rate),
-        }
-        for option, (key, value) in stated.items():
-            if value is None:
+        keys = {"duration": "duration_s", "table_rate": "rate_deg_per_s"}
+        for name in ("kind", "seed", "duration", "table_rate"):
+            if getattr(self, name) is None:
                 continue
-            change = {key: value}
+            change = {keys.get(name, name): getattr(self, name)}
             try:
-                config = overlaid(config, {"table": change} if "table" in option else change)
+                config = overlaid(config, {"table": change} if name == "table_rate" else change)
             except ConfigurationError as error:
-                raise results.UsageError(f"{option}: {error}") from None
+                raise results.UsageError(f"--{name.replace('_', '-')}: {error}") from None
         return config
 
 
@@ -85,7 +78,7 @@ def simulate(
     options: RigOptions = AS_IT_IS,
     force: Force = False,
     debug: Debug = False,
-) -> int:
+) -> None:
     """Simulate a rig recording into FILE, its truth beside it as FILE.truth.json.
 
     Parameters
@@ -122,7 +115,6 @@ def simulate(
         print(one_line(line))
     print(f"{chosen.samples} samples at {chosen.sample_rate_hz:g} Hz, seed {chosen.seed}")
     results.print_paths([path, truth_path])
-    return results.DONE
 
 
 def _written(config: "sagnac.RigConfig", path: Path) -> tuple[Path, Path]:
@@ -155,10 +147,10 @@ def demo(
     *,
     output: Folder = None,
     quick: bool = False,
-    seed: Annotated[int, one_argument(whole_number, "N")] = 1,
+    seed: Annotated[int, one_argument(texts.whole_number, "N")] = 1,
     force: Force = False,
     debug: Debug = False,
-) -> int:
+) -> None:
     """Simulate the paper's two-hour run, analyze it, print the ARW beside the truth.
 
     Parameters
@@ -193,7 +185,6 @@ def demo(
     print(text.beside_truth(analysis, put_in), end="\n\n")
     results.print_paths([path, truth_path, *paths])
     print(text.seconds(analysis))
-    return results.DONE
 
 
 # ---- reproduce ---------------------------------------------------------------------
@@ -206,7 +197,7 @@ def reproduce(
     workers: Workers = None,
     force: Force = False,
     debug: Debug = False,
-) -> int:
+) -> None:
     """The paper's Figures 1 to 6 and Tables 1 and 2 on the simulated rig, truth beside.
 
     Page, pictures and tables go into DIR, by default reproduction. Started again in the
@@ -233,7 +224,6 @@ def reproduce(
     print(summary(found), end="\n\n")
     print(f"{found.computed} of {len(found.outcomes)} runs made, the others were there")
     results.print_paths(written)
-    return results.DONE
 
 
 COMMANDS: Final = (simulate, demo, reproduce)

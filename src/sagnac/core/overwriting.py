@@ -85,27 +85,23 @@ def require_free(outputs: Outputs, reads: Iterable[Path] = (), *, force: bool = 
         raise WouldOverwrite(said, path=str(there[0]))
 
 
-# Files that go into a folder together: the mark, what it says, and all of them. Results and reports
-# of a campaign are named by their content.
-_FOLDERS: Final[Mapping[str, tuple[str, str, str]]] = {
+# Files that go into a folder together, and the mark among them: a page, or a document that says of
+# what kind it is. Results and reports of a campaign are named by their content.
+_FOLDERS: Final[Mapping[str, tuple[str, str]]] = {
     "report": (
-        "analysis.json", "analysis",
+        "analysis.json",
         "report.html report.pdf analysis.json settings.toml stability.csv lines.csv family.csv "
         "psd.csv stability.png spectrum.png parts.png self_noise.png",
     ),
-    "accelerometers": ("report.html", "page", "report.html report.pdf stability.png"),
-    "comparison": (
-        "comparison.json", "comparison", "comparison.html comparison.json comparison.png",
-    ),
-    "alignment": ("alignment.json", "alignment", "alignment.json alignment.png drift.png"),
-    "campaign": (
-        "index.html", "page", "campaign.csv campaign.parquet campaign.png index.html",
-    ),
+    "accelerometers": ("report.html", "report.html report.pdf stability.png"),
+    "comparison": ("comparison.json", "comparison.html comparison.json comparison.png"),
+    "alignment": ("alignment.json", "alignment.json alignment.png drift.png"),
+    "campaign": ("index.html", "campaign.csv campaign.parquet campaign.png index.html"),
     "reproduction": (
-        "reproduction.html", "page",
+        "reproduction.html",
         "reproduction.html figure*.png table*.png figure*.csv table*.csv",
     ),
-}  # fmt: skip
+}
 
 
 def outputs_in(folder: Path, what: str) -> Outputs:
@@ -119,11 +115,13 @@ def outputs_in(folder: Path, what: str) -> Outputs:
         ``report`` on one analysis, page on its ``accelerometers``, ``comparison`` of methods,
         ``alignment``, ``campaign`` or ``reproduction``.
     """
-    mark, kind, listed = _FOLDERS[what]
+    name_of_mark, listed = _FOLDERS[what]
+    mark = folder / name_of_mark
     paths: list[Path] = []
     for name in listed.split():
         paths += sorted(folder.glob(name)) if "*" in name else [folder / name]
-    return Outputs(paths=tuple(paths), mark=folder / mark, kind=kind)
+    kind = "page" if mark.suffix == ".html" else mark.stem
+    return Outputs(paths=tuple(paths), mark=mark, kind=kind)
 
 
 def earlier_files(outputs: Outputs) -> list[Path]:

@@ -208,9 +208,6 @@ def text_of(value: Any) -> str:
 
 # ---- toml --------------------------------------------------------------------------
 
-# Names that TOML takes without quotes.
-_BARE: Final = re.compile(r"[A-Za-z0-9_-]+")
-
 
 def toml_table(table: Mapping[str, Any]) -> str:
     """A table as TOML, a line for each key; a table in it stands in braces.
@@ -236,7 +233,8 @@ def toml_tables(table: Mapping[str, Any], path: str = "") -> str:
 
 
 def _key(key: str) -> str:
-    return key if _BARE.fullmatch(key) else _value(key)
+    # TOML takes these names without quotes.
+    return key if re.fullmatch(r"[A-Za-z0-9_-]+", key) else _value(key)
 
 
 def _value(value: Any) -> str:

@@ -227,13 +227,11 @@ _SPELLINGS: Final = {
     "m/s^2": ("m s^-2", "m/s2", "m/s**2", "m/s/s", "m*s^-2"),
     "mg": ("milli-g",),
     "ug": ("micro-g",),
-    "s": ("sec", "sek", "second", "seconds"),
     "ms": ("msec", "milliseconds"),
     "us": ("usec", "microseconds", "μs"),
     "ns": ("nsec", "nanoseconds"),
     "min": ("minutes",),
     "d": ("day", "days"),
-    "h": ("hr", "hours"),
     # One over a root hertz is a root second.
     "deg/s/sqrt(Hz)": ("deg/sqrt(s)",),
     "mdeg/s/sqrt(Hz)": ("mdeg/sqrt(s)",),

@@ -11,9 +11,8 @@ from typing import Any
 from sagnac.analysis.settings import Settings
 from sagnac.core import errors
 from sagnac.core.arrays import pandas_for
-from sagnac.core.errors import is_finite, path_of, quoted, refusal
 from sagnac.core.overwriting import outputs_in, require_free
-from sagnac.core.processes import Standing, means_of
+from sagnac.core.processes import Standing, means_of, nobody
 from sagnac.fleet import table
 from sagnac.fleet.page import write_overview, write_page
 from sagnac.fleet.runner import Campaign, Completed, completed_here, completed_there, run
@@ -144,11 +143,11 @@ def campaign(
     """
     listed = errors.as_several(sources)
     if not listed or not all(isinstance(source, str | Path) for source in listed):
-        said = f"is {quoted(sources)}; give paths of recordings, or of a folder"
+        said = f"is {errors.quoted(sources)}; give paths of recordings, or of a folder"
         raise errors.ArgumentTypeError("sources", said)
-    if span is not None and not (is_finite(span) and span > 0.0):
-        raise refusal("span", f"is {quoted(span)}; give seconds above zero")
-    paths, place = [Path(source) for source in listed], path_of("folder", folder).absolute()
+    if span is not None and not (errors.is_finite(span) and span > 0.0):
+        raise errors.refusal("span", f"is {errors.quoted(span)}; give seconds above zero")
+    paths, place = [Path(source) for source in listed], errors.path_of("folder", folder).absolute()
     tasks = tasks_of(paths, _choices(settings or Settings(), pattern, choices))
     if scheduler is not None and (workers is not None or memory is not None):
         raise ValueError("workers and memory are of this machine; a cluster has its own")
@@ -156,7 +155,7 @@ def campaign(
     if scheduler is not None:
         completed = partial(completed_there, scheduler=scheduler)
     require_free(outputs_in(place, "campaign"), [Path(task.path) for task in tasks], force=force)
-    made = run(tasks, place, completed, span=span, told=told)
+    made = run(tasks, place, completed, span, told or nobody)
     lines = tuple(table.lines_of(made.each))
     replaced = table.rows_replaced(place, made.rows)
     title = paths[0].stem if len(paths) == 1 else f"{len(tasks)} recordings"

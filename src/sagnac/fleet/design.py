@@ -169,9 +169,7 @@ def restricted_components(design: Design) -> Components:
         weighted = metric @ design.values
         total = float(np.linalg.inv(covariance).sum())
         value = np.linalg.slogdet(covariance)[1] + np.log(total) + design.values @ weighted
-        slope = [
-            float(np.sum(metric * block)) - float(weighted @ block @ weighted) for block in shared
-        ]
+        slope = [float(np.sum(metric * one)) - float(weighted @ one @ weighted) for one in shared]
         return float(value), scale * np.array(slope)
 
     factors, count = len(design.seen), len(names)
@@ -241,14 +239,11 @@ def chance_of_less(design: Design) -> float:
 def _residual_squares(design: Design) -> tuple[FloatArray, FloatArray]:
     """(contrasts,) squared residual contrasts, and what the known variances make of each."""
     contrasts = design.contrasts("run")
-    known = contrasts.T @ (design.variances[:, np.newaxis] * contrasts)
-    sizes, directions = np.linalg.eigh(known)
+    sizes, directions = np.linalg.eigh(contrasts.T @ (design.variances[:, np.newaxis] * contrasts))
     return (directions.T @ (contrasts.T @ design.values)) ** 2, np.maximum(sizes, 0.0)
 
 
-def _factor_squares(
-    design: Design, name: str, run: FloatArray
-) -> tuple[FloatArray, FloatArray, FloatArray]:
+def _factor_squares(design: Design, name: str, run: FloatArray) -> tuple[FloatArray, ...]:
     """(draws, contrasts) squared contrasts of a factor, what runs make of each, and the factor.
 
     They are whitened by the known variances and those of `run` (draws,): runs make one.

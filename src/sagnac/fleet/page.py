@@ -77,12 +77,6 @@ def curve_panels(panels: Mapping[str, Sequence[Curve]]) -> Figure:
     return figure
 
 
-def panel_title(line: Line) -> str:
-    """Subject of a panel: unit and rate, or the file's name if the unit is not known."""
-    unit = line.unit or line.file.rpartition("/")[2].partition(".")[0]
-    return f"{unit}, {line.rate_deg_per_s:g} °/s"
-
-
 def control_chart(
     lines: Lines, found: Repeatability | None, limits: Sequence[float] = ()
 ) -> Figure:
@@ -111,10 +105,8 @@ def control_chart(
                     axes.axhline(limit, color=ORANGE, linewidth=0.9, linestyle="--")
                 axes.plot([], [], "--", color=ORANGE, label="next unit")
             for outlier in found.outliers:
-                axes.plot(
-                    outlier.index + 1.0, lines[outlier.index].n_deg_per_sqrt_h, "o",
-                    markersize=9.0, markerfacecolor="none", color=ORANGE,
-                )  # fmt: skip
+                x, y = outlier.index + 1.0, lines[outlier.index].n_deg_per_sqrt_h
+                axes.plot(x, y, "o", markersize=9.0, markerfacecolor="none", color=ORANGE)
         _scale(axes, "recording, in the order of the table")
     return figure
 
@@ -302,7 +294,8 @@ def _group(lines: Lines, curves: Mapping[Line, Curve], limits: Sequence[float]) 
     panels: dict[str, list[Curve]] = {}
     for line in lines:
         if line in curves:
-            panels.setdefault(panel_title(line), []).append(curves[line])
+            unit = line.unit or line.file.rpartition("/")[2].partition(".")[0]
+            panels.setdefault(f"{unit}, {line.rate_deg_per_s:g} °/s", []).append(curves[line])
     many = len(panels) > MOST_PANELS
     of_each = f"the first {MOST_PANELS} units and rates" if many else "each unit and rate"
     drawn = []

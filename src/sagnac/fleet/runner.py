@@ -8,7 +8,6 @@ import asyncio
 import logging
 import time
 import uuid
-from asyncio import CancelledError
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
@@ -25,6 +24,9 @@ from sagnac.fleet.tasks import Row, Task, lost, measure, read_row, span_tasks, w
 from sagnac.verdict.limits import Limit
 
 _GOES_ON: Final = "start the same campaign again, and it goes on"
+Tasks = Sequence[Task]
+Completed = Callable[[Tasks, Path], Iterator[Row]]
+Told = Callable[[Standing], None]
 
 
 def _row_of(task: Task, future: Any) -> Row:
@@ -33,7 +35,7 @@ def _row_of(task: Task, future: Any) -> Row:
         row: Row = future.result()
     except RecordingError:
         raise
-    except (Exception, CancelledError) as error:
+    except (Exception, asyncio.CancelledError) as error:
         name = type(error).__name__
         if name in ("BrokenProcessPool", "KilledWorker"):
             return lost(task, "the worker died; it was killed, or memory ran out")
@@ -60,7 +62,7 @@ def needed_memory(task: Task) -> float:
     return _ANALYSIS + 4.0 * path.stat().st_size
 
 
-def completed_here(tasks: Sequence[Task], folder: Path, means: Means) -> Iterator[Row]:
+def completed_here(tasks: Tasks, folder: Path, means: Means) -> Iterator[Row]:
     """Rows of tasks, in the order in which they end.
 
     Parameters
@@ -84,7 +86,7 @@ _PATIENCE: Final = 20.0
 _BETWEEN: Final = 0.2
 
 
-def completed_there(tasks: Sequence[Task], folder: Path, scheduler: str) -> Iterator[Row]:
+def completed_there(tasks: Tasks, folder: Path, scheduler: str) -> Iterator[Row]:
     """Rows of tasks, in the order in which they end; all that wait are lost if the scheduler is.
 
     Parameters
@@ -107,9 +109,7 @@ def completed_there(tasks: Sequence[Task], folder: Path, scheduler: str) -> Iter
     client = _connected(scheduler)
     try:
         _check_workers(client, folder)
-        waiting = {
-            client.submit(measure, task, folder, pure=False, retries=0): task for task in tasks
-        }
+        waiting = {client.submit(measure, one, folder, pure=False, retries=0): one for one in tasks}
         silent = 0.0
         # A scheduler that is silent for ten seconds is lost.
         while waiting and silent <= 10.0:
@@ -146,8 +146,7 @@ def _connected(scheduler: str) -> Any:
 
     async def greet() -> None:
         connect = distributed.comm.connect(scheduler, timeout=_PATIENCE)
-        comm = await asyncio.wait_for(connect, _PATIENCE)
-        comm.abort()
+        (await asyncio.wait_for(connect, _PATIENCE)).abort()
 
     try:
         # A client waits for ever for one that takes the call and says nothing.
@@ -192,8 +191,6 @@ def _facts(token: Path) -> tuple[str, bool]:
 
 
 # ---- runner ------------------------------------------------------------------------
-
-Completed = Callable[[Sequence[Task], Path], Iterator[Row]]
 
 
 def by_gyro(row: Row) -> tuple[Row, ...]:
@@ -266,12 +263,7 @@ class Campaign:
 
 
 def run(
-    tasks: Sequence[Task],
-    folder: Path,
-    completed: Completed,
-    *,
-    span: float | None = None,
-    told: Callable[[Standing], None] | None = None,
+    tasks: Tasks, folder: Path, completed: Completed, span: float | None = None, told: Told = nobody
 ) -> Campaign:
     """Do every task whose result the folder does not hold.
 
@@ -295,17 +287,15 @@ def run(
         If the folder cannot be written to, or there are no workers.
     """
     made(folder)
-    campaign = _rows([with_digest(task) for task in tasks], folder, completed, told or nobody)
+    campaign = _rows([with_digest(task) for task in tasks], folder, completed, told)
     if span is None:
         return campaign
     spans = [one for row in campaign.rows for one in span_tasks(row, span)]
-    more = _rows(spans, folder, completed, told or nobody)
+    more = _rows(spans, folder, completed, told)
     return Campaign(rows=campaign.rows + more.rows, computed=campaign.computed + more.computed)
 
 
-def _rows(
-    tasks: Sequence[Task], folder: Path, completed: Completed, told: Callable[[Standing], None]
-) -> Campaign:
+def _rows(tasks: Tasks, folder: Path, completed: Completed, told: Told) -> Campaign:
     """Rows of the tasks in their order."""
     rows: dict[str, Row] = {}
     todo: dict[str, Task] = {}

@@ -94,32 +94,22 @@ def with_digest(task: Task) -> Task:
 # ---- config ------------------------------------------------------------------------
 
 _SUFFIXES: Final = frozenset(suffix for one in FORMATS for suffix in one.suffixes)
-_RECORDING: Final = table(
-    {
-        "file": {**TEXT, "description": "give file, the path of a recording"},
-        **dict.fromkeys(("unit", "day"), ANY),
-        "rate": {**NUMBER, "description": "give deg/s as a number"},
-    },
-    needed=("file",),
-)
-_CAMPAIGN: Final = table(
-    {
-        **dict.fromkeys(("files", "methods", "gyros"), TEXTS),
-        **dict.fromkeys(("interval_s", "confidence"), NUMBER),
-        "pattern": TEXT,
-        "spec": {**TEXT, "description": 'give a limit in quotes, such as "3e-4deg/sqrt(h)"'},
-        "risk": NUMBER,
-        "statement": {"type": "object", "description": "it is a table, write [statement]"},
-        "recording": listed(_RECORDING, "it is a list of tables, write [[recording]]"),
-    }
-)
+_FILE: Final = {**TEXT, "description": "give file, the path of a recording"}
+_RATE: Final = {**NUMBER, "description": "give deg/s as a number"}
+_RECORDING: Final = table({"file": _FILE, "unit": ANY, "day": ANY, "rate": _RATE}, ("file",))
+_CAMPAIGN: Final = {
+    **dict.fromkeys(("files", "methods", "gyros"), TEXTS),
+    **dict.fromkeys(("interval_s", "confidence"), NUMBER),
+    "pattern": TEXT,
+    "spec": {**TEXT, "description": 'give a limit in quotes, such as "3e-4deg/sqrt(h)"'},
+    "risk": NUMBER,
+    "statement": {"type": "object", "description": "it is a table, write [statement]"},
+    "recording": listed(_RECORDING, "it is a list of tables, write [[recording]]"),
+}
 _REMEDY: Final = "see docs/campaign.md for the keys of a campaign"
 # Keys of a campaign that a command or call may state as well, by what they are called there.
-_KEYS: Final = {
-    **{name: name for name in ("gyros", "confidence", "pattern")},
-    "method": "methods",
-    "interval": "interval_s",
-}
+_RENAMED: Final = {"method": "methods", "interval": "interval_s"}
+_KEYS: Final = {name: name for name in ("gyros", "confidence", "pattern")} | _RENAMED
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -207,7 +197,7 @@ def _files_of(source: Path) -> list[Path]:
 def _of_toml(path: Path, choices: Choices) -> tuple[Task, ...]:
     """A task for each file, method, and gyro or pair."""
     try:
-        content = _left_open(read_toml(path, _CAMPAIGN), choices)
+        content = _left_open(read_toml(path, table(_CAMPAIGN)), choices)
         common = _common(content, path.parent, choices)
         patterns = [{"file": pattern} for pattern in _texts(content, "files")]
         tasks = [

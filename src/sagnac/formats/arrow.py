@@ -3,14 +3,13 @@
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any, Final
+from typing import Final
 
 import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
-from numpy.typing import NDArray
 
-from sagnac.core.arrays import blocks
+from sagnac.core.arrays import AnyArray, blocks
 from sagnac.core.whole_files import replacing
 from sagnac.formats.registry import FEATHER
 from sagnac.formats.source import MADE, Column, Outgoing, Pieces, Rows, Source, Stored, column
@@ -38,14 +37,13 @@ def _is_time(kind: pa.DataType) -> bool:
     return bool(pa.types.is_timestamp(kind) or pa.types.is_duration(kind))
 
 
-def as_numpy(values: pa.Array) -> NDArray[Any]:
+def as_numpy(values: pa.Array) -> AnyArray:
     """Numbers of an array; times as integers in their unit."""
     if _is_time(values.type):
         values = values.cast(pa.int64())
     if pa.types.is_boolean(values.type) and not values.null_count:
         # Not by a cast, which imports what takes as long as all numbers of two hours.
-        packed = np.frombuffer(values.buffers()[1], dtype=np.uint8)
-        bits = np.unpackbits(packed, bitorder="little")
+        bits = np.unpackbits(np.frombuffer(values.buffers()[1], dtype=np.uint8), bitorder="little")
         return bits[values.offset : values.offset + len(values)]
     if values.null_count:
         values = values.cast(pa.float64(), safe=False).fill_null(np.nan)

@@ -14,7 +14,7 @@ from sagnac.core.errors import RecordingError
 from sagnac.core.units import sensor_of
 from sagnac.formats import choice as choices
 from sagnac.formats import suspicions
-from sagnac.formats.choice import Choice, Scale
+from sagnac.formats.choice import Choice, Scale, scale_of
 from sagnac.formats.source import Column, Source, Stored
 from sagnac.formats.statement import Statements
 from sagnac.quality.check import integrity
@@ -52,10 +52,8 @@ def assemble(
     _require_readable(source, statements)
     choice = choices.choose(source.columns, statements)
     choices.require_known(choice, source.columns, statements)
-    scales = {
-        one.key: choices.scale_of(name, one, statements, sensor)
-        for sensor, name, one in choice.sensors
-    }
+    sensors = choice.sensors
+    scales = {one.key: scale_of(name, one, statements, sensor) for sensor, name, one in sensors}
     if choice.table is not None:
         choices.role_unit("table", choice.table)
     by_caller, by_toml, by_file = (one.sample_rate for one in statements.in_order)

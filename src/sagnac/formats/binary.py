@@ -42,28 +42,19 @@ CHECKSUMS: Final[Mapping[str, Callable[[Bytes], NDArray[Any]]]] = {
 _ORDERS: Final = {"little": "<", "big": ">"}
 _SYNC: Final = giving("bytes of sync such as aa55")(bytes.fromhex)
 _BYTES: Final[Schema] = {"type": "integer", "minimum": 0, "description": "give 0 or more"}
-_TYPE: Final[Schema] = {
-    "type": "string",
-    "pattern": r"^([iu][1248]|f[48]|pad\d+)\Z",
-    "description": "use f4, f8, i1 to i8, u1 to u8 or pad3",
+_KNOWN_TYPES: Final = "use f4, f8, i1 to i8, u1 to u8 or pad3"
+_TYPE: Final = {**TEXT, "pattern": r"^([iu][1248]|f[48]|pad\d+)\Z", "description": _KNOWN_TYPES}
+_ITEMS: Final = listed([ANY, _TYPE], "give a list of name, type and, if known, unit")
+_FIELD: Final = {**_ITEMS, "minItems": 2, "maxItems": 3}
+_LAYOUT: Final = {
+    "fields": listed(_FIELD, 'give a list such as [["time", "f8", "s"]]'),
+    "byte_order": one_of(_ORDERS),
+    **dict.fromkeys(("header_bytes", "record_bytes"), _BYTES),
+    "sync": ANY,
+    "checksum": one_of(CHECKSUMS),
+    "kind": TEXT,
+    "sample_rate": NUMBER,
 }
-_FIELD: Final[Schema] = {
-    **listed([ANY, _TYPE], "give a list of name, type and, if known, unit"),
-    "minItems": 2,
-    "maxItems": 3,
-}
-_LAYOUT: Final = table(
-    {
-        "fields": listed(_FIELD, 'give a list such as [["time", "f8", "s"]]'),
-        "byte_order": one_of(_ORDERS),
-        **dict.fromkeys(("header_bytes", "record_bytes"), _BYTES),
-        "sync": ANY,
-        "checksum": one_of(CHECKSUMS),
-        "kind": TEXT,
-        "sample_rate": NUMBER,
-    },
-    needed=("fields",),
-)
 
 
 def _seven_doubles(unit: str) -> dict[str, Any]:
@@ -141,7 +132,7 @@ def declared(layout: str | Mapping[str, Any]) -> BinaryLayout:
 
 def _of_table(content: Mapping[str, Any]) -> BinaryLayout:
     stated = content.get("layout", content)
-    keep(_LAYOUT, stated)
+    keep(table(_LAYOUT, needed=("fields",)), stated)
     order = _ORDERS[stated.get("byte_order", "little")]
     sync, checksum = _SYNC(str(stated.get("sync", ""))), stated.get("checksum", "")
     columns, offsets, end = [], {}, len(sync)

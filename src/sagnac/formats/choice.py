@@ -1,14 +1,14 @@
 """Which columns of a file are the gyros, the table, the time; of which kind and in which unit."""
 
 import re
-from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Final, Literal
 
 from sagnac.core import units
 from sagnac.core.errors import Note, RecordingError
 from sagnac.core.units import Sensor
-from sagnac.formats.source import Column
+from sagnac.formats.source import Column, Columns
 from sagnac.formats.statement import Aspect, Statements, is_counts
 from sagnac.recording.channel import KINDS, PICKOFF, Kind, quantity_of
 from sagnac.recording.columns import GYRO_NAMES, NULL_PULSE_NAME, TEMPERATURE, USUAL_NAMES
@@ -19,17 +19,13 @@ _MOST_LISTED: Final = 400
 # with it.
 TIME_FORMS: Final = ("clock", "iso")
 _TIME_LIKE: Final = re.compile(
-    r"(?:^|[^a-z])(?:time|timestamps?|stamps?|utc|zeit|uhrzeit|datetime|epoch)(?:$|[^a-z])"
-    r"|^(?:t|sec|secs|seconds|X_Value)$|^time|time$|^t[_ ](?:s|ms|us|ns)$|^(?:milli|micro|nano)s",
-    re.IGNORECASE,
+    r"(?i)(?:^|[^a-z])(?:time|timestamps?|stamps?|utc|zeit|uhrzeit|datetime|epoch)(?:$|[^a-z])"
+    r"|^(?:t|sec|secs|seconds|X_Value)$|^time|time$|^t[_ ](?:s|ms|us|ns)$|^(?:milli|micro|nano)s"
 )
 # An encoder of a table that is not called as one is by itself.
 _TABLE_LIKE: Final = re.compile(
     r"^enc|encod|table|^azim|^theta|^angle$|^phi$|drehtisch|^winkel$|rotary|^stage", re.IGNORECASE
 )
-# Role of a column -> the names that it usually has, its own unless listed. No name alone makes a
-# column the temperature of the unit.
-_USUAL_NAMES: Final = {**USUAL_NAMES, TEMPERATURE: ()}
 # Roles with an input of their own, by which a column of it is stated.
 _INPUTS: Final = {
     "table": "{table COLUMN:UNIT}",
@@ -88,7 +84,7 @@ class Choice:
         return tuple(column.key for column in taken if column is not None)
 
 
-def choose(columns: Sequence[Column], statements: Statements) -> Choice:
+def choose(columns: Columns, statements: Statements) -> Choice:
     """The columns that are taken, by what is stated and by their names.
 
     Raises
@@ -97,7 +93,7 @@ def choose(columns: Sequence[Column], statements: Statements) -> Choice:
         If a column is not there, or stands for two channels.
     """
     gyros = choose_gyros(columns, statements)
-    accelerometers = choose_accelerometers(columns, statements)
+    accelerometers = stated_sensors(columns, statements, "accelerometers")
     taken = [column.key for column in (*gyros.values(), *accelerometers.values())]
     time, notes = choose_time(columns, statements, taken)
     table = choose_one(columns, statements, "table", taken)
@@ -123,7 +119,7 @@ def choose(columns: Sequence[Column], statements: Statements) -> Choice:
     )
 
 
-def find(columns: Sequence[Column], name: str) -> Column | None:
+def find(columns: Columns, name: str) -> Column | None:
     """The column of that full name; else the only one of that name without a unit; else by number.
 
     Raises
@@ -141,7 +137,7 @@ def find(columns: Sequence[Column], name: str) -> Column | None:
     return alike[0] if alike else None
 
 
-def _named(columns: Sequence[Column], name: str, inputs: str) -> Column:
+def _named(columns: Columns, name: str, inputs: str) -> Column:
     """The column of a name that is stated by `inputs`.
 
     Raises
@@ -159,7 +155,7 @@ def _named(columns: Sequence[Column], name: str, inputs: str) -> Column:
     raise RecordingError(f"no such column; the file has {present}", channel=name, remedy=remedy)
 
 
-def choose_gyros(columns: Sequence[Column], statements: Statements) -> dict[str, Column]:
+def choose_gyros(columns: Columns, statements: Statements) -> dict[str, Column]:
     """The gyros that are stated, else those of ``x``, ``y`` and ``z`` that there are.
 
     Raises
@@ -168,7 +164,7 @@ def choose_gyros(columns: Sequence[Column], statements: Statements) -> dict[str,
         If one that is stated is not there, or there is none.
     """
     if statements.gyros:
-        return _stated(columns, statements, statements.gyros, "{gyros}")
+        return stated_sensors(columns, statements, "gyros")
     usual = {name: column for name in GYRO_NAMES if (column := find(columns, name)) is not None}
     if not usual:
         inputs = "{columns x=COLUMN} or {gyros COLUMN}, as sagnac check suggests"
@@ -176,26 +172,20 @@ def choose_gyros(columns: Sequence[Column], statements: Statements) -> dict[str,
     return usual
 
 
-def choose_accelerometers(columns: Sequence[Column], statements: Statements) -> dict[str, Column]:
-    """The accelerometers that are stated.
+def stated_sensors(columns: Columns, statements: Statements, which: str) -> dict[str, Column]:
+    """The ``gyros`` or ``accelerometers`` that are stated.
 
     Raises
     ------
     RecordingError
         If one is not there.
     """
-    return _stated(columns, statements, statements.accelerometers, "{accelerometers}")
-
-
-def _stated(
-    columns: Sequence[Column], statements: Statements, names: Iterable[str], option: str
-) -> dict[str, Column]:
-    inputs = f"{option} or {{columns NAME=COLUMN}}"
+    names, inputs = getattr(statements, which), f"{{{which}}} or {{columns NAME=COLUMN}}"
     return {name: _named(columns, statements.column(name) or name, inputs) for name in names}
 
 
 def choose_one(
-    columns: Sequence[Column], statements: Statements, role: str, taken: Collection[str] = ()
+    columns: Columns, statements: Statements, role: str, taken: Collection[str] = ()
 ) -> Column | None:
     """The column of a role: the one stated, else the first of a usual name that is not `taken`.
 
@@ -219,7 +209,7 @@ def choose_one(
 
 
 def choose_time(
-    columns: Sequence[Column], statements: Statements, taken: Collection[str] = ()
+    columns: Columns, statements: Statements, taken: Collection[str] = ()
 ) -> tuple[Column | None, tuple[Note, ...]]:
     """The time stamps, and notes: the column stated, else the first of a usual name not `taken`.
 
@@ -260,7 +250,7 @@ def choose_time(
 
 
 def _possible(
-    columns: Sequence[Column], statements: Statements, role: str, taken: Collection[str]
+    columns: Columns, statements: Statements, role: str, taken: Collection[str]
 ) -> Iterator[Column]:
     """Columns of a role: the one stated as ``COLUMN`` or ``COLUMN:UNIT``, else of usual names.
 
@@ -271,7 +261,8 @@ def _possible(
     """
     stated, unit = statements.role(role), statements.own_unit(role)
     if stated is None:
-        for name in _USUAL_NAMES.get(role, (role,)):
+        # No name alone makes a column the temperature of the unit.
+        for name in {**USUAL_NAMES, TEMPERATURE: ()}.get(role, (role,)):
             column = find(columns, name)
             if column is not None and column.key not in taken:
                 yield _in_unit(column, role, unit)
@@ -357,7 +348,7 @@ class Scale:
     notes: tuple[Note, ...] = ()
 
 
-def require_known(choice: Choice, columns: Sequence[Column], statements: Statements) -> None:
+def require_known(choice: Choice, columns: Columns, statements: Statements) -> None:
     """Refuse a kind or unit of a name that is no channel and no column of the file.
 
     Raises
@@ -388,8 +379,7 @@ def stated_for(
 ) -> tuple[str | None, str | None, str | None]:
     """Kind or unit of a channel as caller, TOML, and its column or else the file state it."""
     caller, beside, file = (one.of_channel(quantity, name, sensor) for one in statements.in_order)
-    by_column: str | None = getattr(column, quantity)
-    return caller, beside, by_column or file
+    return caller, beside, getattr(column, quantity) or file
 
 
 def scale_of(name: str, column: Column, statements: Statements, sensor: Sensor = "gyro") -> Scale:

@@ -18,9 +18,8 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.compute as pc
 import pyarrow.csv as arrow_csv
-from numpy.typing import NDArray
 
-from sagnac.core.arrays import blocks
+from sagnac.core.arrays import AnyArray, blocks
 from sagnac.core.errors import Note, RecordingError
 from sagnac.core.texts import toml_table
 from sagnac.core.units import Sensor
@@ -50,7 +49,7 @@ def open_source(path: Path) -> Source:
 def source_of(laid_out: Layout) -> Source:
     """The columns of a text file of that layout."""
 
-    def load(keys: Sequence[str]) -> dict[str, NDArray[Any]]:
+    def load(keys: Sequence[str]) -> dict[str, AnyArray]:
         wanted = {one.key: one.number - 1 for one in laid_out.columns if one.key in keys}
         if not laid_out.first_row:
             return {key: np.empty(0) for key in keys}
@@ -78,7 +77,7 @@ def _notes(laid_out: Layout) -> tuple[Note, ...]:
     return tuple(notes)
 
 
-def check_last(name: str, values: NDArray[Any]) -> None:
+def check_last(name: str, values: AnyArray) -> None:
     """Refuse a last number that is cut short: it leaps twice as far as any shortly before.
 
     Raises
@@ -95,13 +94,13 @@ def check_last(name: str, values: NDArray[Any]) -> None:
 # ---- numbers -----------------------------------------------------------------------
 
 
-def _parsed(laid_out: Layout, wanted: Mapping[str, int]) -> dict[str, NDArray[Any]]:
+def _parsed(laid_out: Layout, wanted: Mapping[str, int]) -> dict[str, AnyArray]:
     """The wanted columns: key -> values, integers where a float would lose digits.
 
     `wanted` has the place of each.
     """
     forms = {key: laid_out.forms[place] for key, place in wanted.items()}
-    parts: dict[str, list[NDArray[Any]]] = {key: [] for key in wanted}
+    parts: dict[str, list[AnyArray]] = {key: [] for key in wanted}
     try:
         for batch in _batches(laid_out, wanted):
             for key, form in forms.items():
@@ -169,7 +168,7 @@ def _odd_row(row: Any) -> str:
     return "skip" if not text or text.startswith(COMMENT) else "error"
 
 
-def _values(read: Any, form: Form, style: NumberStyle) -> NDArray[Any]:
+def _values(read: Any, form: Form, style: NumberStyle) -> AnyArray:
     """A piece of a column as numbers, times in ns."""
     if form in ("clock", "iso", "iso-day-first"):
         return nanoseconds(read, form)
@@ -180,7 +179,7 @@ def _values(read: Any, form: Form, style: NumberStyle) -> NDArray[Any]:
         plain = pc.replace_substring(plain, style.decimal, ".")
         missing = pc.is_in(plain, value_set=pa.array(sorted(MISSING)))
         read = pc.if_else(missing, None, plain).cast(pa.float64())
-    values: NDArray[Any] = read.to_numpy(zero_copy_only=False)
+    values: AnyArray = read.to_numpy(zero_copy_only=False)
     return values
 
 
@@ -205,9 +204,7 @@ def write(path: Path, out: Outgoing) -> None:
         _write_table(folder / path.name, headers, map(out.rows, blocks(out.samples)), delimiter)
 
 
-def _write_table(
-    path: Path, headers: Sequence[str], parts: Iterable[Rows], delimiter: str = ","
-) -> None:
+def _write_table(path: Path, headers: Sequence[str], parts: Iterable[Rows], delimiter: str) -> None:
     """A header, and the rows of each part."""
     plain = arrow_csv.WriteOptions(include_header=False, delimiter=delimiter, quoting_style="none")
     with path.open("wb") as stream:
@@ -216,7 +213,7 @@ def _write_table(
             arrow_csv.write_csv(pa.table(rows), stream, plain)
 
 
-_TIME, _, _RATE, _FORCE, _ = PRESETS[0]
+_TIME, _, _RATE, _FORCE = PRESETS[0]
 _HEADERS: Final = (f"#{_TIME}", *map(_RATE.format, "xyz"), *map(_FORCE.format, "xyz"))
 
 
@@ -249,4 +246,4 @@ def write_euroc(
             rates = [out.columns[name][block] for name in (*out.gyros, *out.accelerometers)]
             return dict(zip(_HEADERS, (out.stamps(block), *rates), strict=True))
 
-        _write_table(folder / EUROC_DATA, _HEADERS, map(rows, blocks(out.samples)))
+        _write_table(folder / EUROC_DATA, _HEADERS, map(rows, blocks(out.samples)), ",")

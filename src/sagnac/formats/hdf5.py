@@ -18,15 +18,14 @@ from typing import Any, Final
 
 import h5py
 import numpy as np
-from numpy.typing import NDArray
 
-from sagnac.core.arrays import blocks, reserve
+from sagnac.core.arrays import AnyArray, blocks, reserve
 from sagnac.core.errors import Note, RecordingError, one_line
 from sagnac.core.whole_files import replacing
 from sagnac.formats import source
 from sagnac.formats.files import AGAIN, require_content
 from sagnac.formats.registry import NETCDF
-from sagnac.formats.source import Column, Source
+from sagnac.formats.source import Column, Source, Vector
 from sagnac.formats.statement import ATTRIBUTES, by_attributes
 
 # ---- read --------------------------------------------------------------------------
@@ -36,9 +35,8 @@ _NO_VARIABLE: Final = "This is a netCDF dimension but not a netCDF variable"
 # How the classic formats begin, before their version.
 _CLASSIC: Final = b"CDF"
 _DATA_OF_64_BITS: Final = b"\x05"
-_OF_VARIABLE: Final = (
-    "units", "unit", "kind", "_FillValue", "missing_value", "scale_factor", "add_offset",
-)  # fmt: skip
+_MISSING: Final = ("_FillValue", "missing_value")
+_OF_VARIABLE: Final = ("units", "unit", "kind", *_MISSING, "scale_factor", "add_offset")
 _SINCE: Final = re.compile(r"^\s*(\w+)\s+since\s.*", re.IGNORECASE)
 
 
@@ -68,7 +66,7 @@ def open_source(path: Path) -> Source:
         datasets = {name: one for name, one in items.items() if isinstance(one, h5py.Dataset)}
         short = {name: name.rpartition("/")[2] for name in datasets}
         often = Counter(short.values())
-        found: dict[str, tuple[Column, source.Vector]] = {}
+        found: dict[str, tuple[Column, Vector]] = {}
         unreadable: dict[str, str] = {}
         for name, dataset in datasets.items():
             if _is_numeric(dataset, is_netcdf=is_netcdf):
@@ -124,7 +122,7 @@ def _open_classic(path: Path, version: bytes) -> Source:
         }
         stated = {key: _plain(getattr(file, key)) for key in ATTRIBUTES if hasattr(file, key)}
 
-    def load(keys: Sequence[str]) -> dict[str, NDArray[Any]]:
+    def load(keys: Sequence[str]) -> dict[str, AnyArray]:
         with netcdf_file(path, "r", mmap=False) as file:
             # They are stored with the highest byte first.
             values = {key: file.variables[key].data for key in keys}
@@ -159,9 +157,7 @@ def _column(name: str, attributes: Mapping[str, Any]) -> Column:
     return source.column(name, unit=unit and _SINCE.sub(r"\1", unit), kind=stated.get("kind"))
 
 
-def _read(
-    dataset: h5py.Dataset, vector: source.Vector, start: int, stop: int
-) -> Iterator[NDArray[Any]]:
+def _read(dataset: h5py.Dataset, vector: Vector, start: int, stop: int) -> Iterator[AnyArray]:
     """One column from sample `start` to the one before `stop`, in pieces of whole chunks."""
     axis = int(np.argmax(dataset.shape))
     # A compressed chunk is unpacked as often as it is touched.
@@ -192,10 +188,10 @@ def _scale(attributes: Mapping[str, Any]) -> tuple[float, float]:
     return _number(attributes, "scale_factor", 1.0), _number(attributes, "add_offset", 0.0)
 
 
-def _scaled(raw: NDArray[Any], attributes: Mapping[str, Any]) -> NDArray[Any]:
+def _scaled(raw: AnyArray, attributes: Mapping[str, Any]) -> AnyArray:
     """Values as the attributes say: missing ones NaN, scaled, offset."""
     missing = np.zeros(raw.shape, dtype=np.bool_)
-    for key in ("_FillValue", "missing_value"):
+    for key in _MISSING:
         if key in attributes:
             missing |= raw == _number(attributes, key, math.nan)
     scale, offset = _scale(attributes)

@@ -29,9 +29,6 @@ Bytes = NDArray[np.uint8]
 
 # ---- read --------------------------------------------------------------------------
 
-# Classes of arrays of numbers as MATLAB and as numpy call them.
-_NUMERIC: Final = re.compile(r"double|single|logical|bool|float\d+|u?int\d+")
-
 # The beginning of a table of numbers in text.
 _NUMBERS: Final = re.compile(rb"[\s\d.,;+\-eE]+")
 
@@ -121,7 +118,8 @@ def _class_of(value: Any) -> str:
 
 def _problem_of(kind: str) -> str:
     """Why an array of a class is no column; empty if it may be one or more."""
-    if _NUMERIC.fullmatch(kind):
+    # Classes of arrays of numbers as MATLAB and as numpy call them.
+    if re.fullmatch(r"double|single|logical|bool|float\d+|u?int\d+", kind):
         return ""
     return "holds text" if kind == "char" else f"holds {kind} values"
 

@@ -7,9 +7,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from sagnac.core.arrays import blocks
+from sagnac.core.arrays import AnyArray, blocks
 from sagnac.core.errors import RecordingError
 from sagnac.core.whole_files import replacing
 from sagnac.formats import source
@@ -42,7 +41,7 @@ def _open_array(path: Path) -> Source:
     """
     array = np.load(path, mmap_mode="r", allow_pickle=False)
     require_content(array.nbytes, path.stat().st_size, path.name)
-    columns: dict[str, NDArray[Any]] = {}
+    columns: dict[str, AnyArray] = {}
     if array.dtype.names is not None and array.ndim == 1:
         columns = {name: array[name] for name in array.dtype.names}
     elif array.ndim in (1, 2):
@@ -94,7 +93,7 @@ def _open_archive(path: Path) -> Source:
             elif kind.kind not in "biuf":
                 unreadable[name] = f"holds values of kind {kind.kind!r}"
 
-    def load(keys: Sequence[str]) -> dict[str, NDArray[Any]]:
+    def load(keys: Sequence[str]) -> dict[str, AnyArray]:
         for name in {found[key].array for key in keys}:
             size = _bytes(*heads[name])
             require_room(size, name)

@@ -58,14 +58,13 @@ def open_source(path: Path) -> Source:
         Column(key=name, name=name, unit=unit, kind="increment", number=number)
         for number, (name, unit) in enumerate(zip(_ROW, units, strict=False), start=1)
     )
-    return source_of(
-        Layout(
-            text=text,
-            columns=tuple(columns),
-            forms=tuple("number" for _ in _ROW),
-            delimiter=" ",
-            stated=Statement(sample_rate=round(1e3 / interval_ms, 9)),
-            skip=plain[_HEADER_ROWS - 1] + 1,
-            first_row=tuple(*rows[_HEADER_ROWS:]),
-        )
+    laid_out = Layout(
+        text=text,
+        columns=tuple(columns),
+        forms=tuple("number" for _ in _ROW),
+        delimiter=" ",
+        stated=Statement(sample_rate=round(1e3 / interval_ms, 9)),
+        skip=plain[_HEADER_ROWS - 1] + 1,
+        first_row=tuple(*rows[_HEADER_ROWS:]),
     )
+    return source_of(laid_out)

@@ -1,16 +1,16 @@
 """The file formats there are, one entry each. Nothing heavy is imported here."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import KW_ONLY, dataclass
 from importlib.metadata import entry_points
 from typing import Final
 
 from sagnac.core.errors import refusal
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True)
 class Format:
-    """One file format.
+    """One file format; what not every one has is stated by name.
 
     Attributes
     ----------
@@ -43,6 +43,7 @@ class Format:
     name: str
     suffixes: tuple[str, ...]
     module: str
+    _: KW_ONLY
     writes: bool = True
     beginning: bytes = b""
     also: tuple[str, ...] = ()
@@ -55,62 +56,37 @@ class Format:
             raise refusal("suffixes", f"is {self.suffixes!r}; give one or more such as .csv")
 
 
-CSV: Final = Format(
-    name="CSV", suffixes=(".csv", ".tsv", ".txt", ".lvm", ".dat", ".log", ".asc"), module="csv"
-)
-PARQUET: Final = Format(
-    name="Parquet", suffixes=(".parquet", ".pq"), module="arrow", beginning=b"PAR1"
-)
-FEATHER: Final = Format(
-    name="Feather", suffixes=(".feather", ".arrow"), module="arrow", beginning=b"ARROW1"
-)
-MATLAB: Final = Format(name="MATLAB", suffixes=(".mat",), module="matlab", beginning=b"MATLAB 5")
-NPZ: Final = Format(name="NumPy npz", suffixes=(".npz",), module="npz", beginning=b"PK\x03\x04")
-NPY: Final = Format(
-    name="NumPy npy", suffixes=(".npy",), module="npz", writes=False, beginning=b"\x93NUMPY"
-)
-PSINS: Final = Format(name="PSINS imu", suffixes=(".imu",), module="psins", writes=False)
-HDF5: Final = Format(
-    name="HDF5", suffixes=(".h5", ".hdf5", ".he5"), module="hdf5", also=MATLAB.suffixes,
-    beginning=b"\x89HDF\r\n\x1a\n",
-)  # fmt: skip
+CSV: Final = Format("CSV", (".csv", ".tsv", ".txt", ".lvm", ".dat", ".log", ".asc"), "csv")
+PARQUET: Final = Format("Parquet", (".parquet", ".pq"), "arrow", beginning=b"PAR1")
+FEATHER: Final = Format("Feather", (".feather", ".arrow"), "arrow", beginning=b"ARROW1")
+MATLAB: Final = Format("MATLAB", (".mat",), "matlab", beginning=b"MATLAB 5")
+NPZ: Final = Format("NumPy npz", (".npz",), "npz", beginning=b"PK\x03\x04")
+NPY: Final = Format("NumPy npy", (".npy",), "npz", writes=False, beginning=b"\x93NUMPY")
+PSINS: Final = Format("PSINS imu", (".imu",), "psins", writes=False)
+_HDF: Final = b"\x89HDF\r\n\x1a\n"
+HDF5: Final = Format("HDF5", (".h5", ".hdf5", ".he5"), "hdf5", also=MATLAB.suffixes, beginning=_HDF)
 # Version 7.3 is HDF5 behind a header of MATLAB's.
 MATLAB_7_3: Final = Format(
-    name="MATLAB", suffixes=MATLAB.suffixes, module="hdf5", writes=False, also=HDF5.suffixes,
-    beginning=b"MATLAB 7.3",
-)  # fmt: skip
-# NetCDF 4 is HDF5 within.
-NETCDF: Final = Format(
-    name="NetCDF", suffixes=(".nc", ".nc4"), module="hdf5", writes=False, beginning=HDF5.beginning
+    "MATLAB", MATLAB.suffixes, "hdf5", writes=False, also=HDF5.suffixes, beginning=b"MATLAB 7.3"
 )
-ROSBAG: Final = Format(
-    name="ROS bag", suffixes=(".bag", ".mcap", ".db3"), module="rosbag", extra="ros",
-    rates_of=(3, 6),
-)  # fmt: skip
-EUROC: Final = Format(name="EuRoC", suffixes=(".euroc",), module="csv", rates_of=(6,))
+# NetCDF 4 is HDF5 within.
+NETCDF: Final = Format("NetCDF", (".nc", ".nc4"), "hdf5", writes=False, beginning=_HDF)
+ROSBAG: Final = Format("ROS bag", (".bag", ".mcap", ".db3"), "rosbag", extra="ros", rates_of=(3, 6))
+EUROC: Final = Format("EuRoC", (".euroc",), "csv", rates_of=(6,))
 # Where a folder of EuRoC holds the samples of its IMU, and what it states of it.
 EUROC_DATA: Final = "mav0/imu0/data.csv"
 EUROC_SENSOR: Final = "mav0/imu0/sensor.yaml"
-TDMS: Final = Format(
-    name="TDMS", suffixes=(".tdms",), module="tdms", writes=False, beginning=b"TDSm", extra="tdms"
-)
+TDMS: Final = Format("TDMS", (".tdms",), "tdms", writes=False, beginning=b"TDSm", extra="tdms")
 ULOG: Final = Format(
-    name="ULog", suffixes=(".ulg", ".ulog"), module="ulog", writes=False, extra="ulog",
-    beginning=b"ULog\x01\x125",
-)  # fmt: skip
-MINISEED: Final = Format(
-    name="miniSEED", suffixes=(".mseed", ".miniseed", ".ms", ".msd"), module="miniseed",
-    writes=False, extra="miniseed",
-)  # fmt: skip
-BINARY: Final = Format(
-    name="binary", suffixes=(".bin", ".ins", ".raw"), module="binary", writes=False
+    "ULog", (".ulg", ".ulog"), "ulog", writes=False, extra="ulog", beginning=b"ULog\x01\x125"
 )
+_SEED: Final = (".mseed", ".miniseed", ".ms", ".msd")
+MINISEED: Final = Format("miniSEED", _SEED, "miniseed", writes=False, extra="miniseed")
+BINARY: Final = Format("binary", (".bin", ".ins", ".raw"), "binary", writes=False)
 
 # A suffix that several have is that of the first.
-FORMATS: Final = (
-    CSV, PARQUET, MATLAB, NPZ, NPY, PSINS, HDF5, MATLAB_7_3, FEATHER, NETCDF, ROSBAG, EUROC, TDMS,
-    ULOG, MINISEED, BINARY,
-)  # fmt: skip
+_TABLES: Final = (CSV, PARQUET, MATLAB, NPZ, NPY, PSINS, HDF5, MATLAB_7_3, FEATHER, NETCDF)
+FORMATS: Final = (*_TABLES, ROSBAG, EUROC, TDMS, ULOG, MINISEED, BINARY)
 # Entry points of this group name a `Format` that another package reads.
 GROUP: Final = "sagnac.formats"
 

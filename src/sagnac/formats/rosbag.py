@@ -16,14 +16,13 @@ from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
-from numpy.typing import NDArray
 from rosbags.highlevel import AnyReader
 from rosbags.rosbag1 import Writer as Writer1
 from rosbags.rosbag2 import StoragePlugin
 from rosbags.rosbag2 import Writer as Writer2
 from rosbags.typesys import Stores, get_typestore
 
-from sagnac.core.arrays import blocks
+from sagnac.core.arrays import AnyArray, blocks
 from sagnac.core.errors import Note, RecordingError
 from sagnac.core.whole_files import replacing_set
 from sagnac.formats.source import MADE, Column, Outgoing, Source
@@ -91,8 +90,8 @@ def open_source(path: Path) -> Source:
         for field in (_STAMP, _RECEIVED, *_FIELDS)
     }
 
-    def load(wanted: Sequence[str]) -> dict[str, NDArray[Any]]:
-        arrays: dict[str, NDArray[Any]] = {}
+    def load(wanted: Sequence[str]) -> dict[str, AnyArray]:
+        arrays: dict[str, AnyArray] = {}
         with _reader(path) as bag:
             for topic in topics:
                 fields = {key: keys[key][1] for key in wanted if keys[key][0] is topic}
@@ -147,7 +146,7 @@ def _topic(bag: AnyReader, name: str) -> _Topic | None:
     return _Topic(name=name, messages=count, order=order, is_stamped=is_stamped, has_forces=forces)
 
 
-def _numbers(topic: str, order: str, raw: Sequence[bytes]) -> dict[str, NDArray[Any]]:
+def _numbers(topic: str, order: str, raw: Sequence[bytes]) -> dict[str, AnyArray]:
     """Stamps, ns, and the doubles of some messages, (messages, 37)."""
     if any(len(message) < _STAMP_AT + 8 + 8 * _DOUBLES for message in raw):
         raise ValueError(f"a message of {topic} is cut off")
@@ -158,9 +157,9 @@ def _numbers(topic: str, order: str, raw: Sequence[bytes]) -> dict[str, NDArray[
     return {_STAMP: seconds * 10**9 + nano, _NUMBERS: doubles}
 
 
-def _read(bag: AnyReader, topic: _Topic, fields: dict[str, str]) -> dict[str, NDArray[Any]]:
+def _read(bag: AnyReader, topic: _Topic, fields: dict[str, str]) -> dict[str, AnyArray]:
     """Columns of one topic: key -> values."""
-    arrays: dict[str, NDArray[Any]] = {
+    arrays: dict[str, AnyArray] = {
         key: np.empty(topic.messages, np.float64 if field in _FIELDS else np.int64)
         for key, field in fields.items()
     }
@@ -190,8 +189,7 @@ def write(path: Path, out: Outgoing) -> None:
     A covariance is zero, which says that it is not known, or begins with -1 of what is not there:
     the orientation, and the acceleration without accelerometers.
     """
-    plugins = {".mcap": StoragePlugin.MCAP, ".db3": StoragePlugin.SQLITE3}
-    plugin = plugins.get(path.suffix.lower())
+    plugin = {".mcap": StoragePlugin.MCAP, ".db3": StoragePlugin.SQLITE3}.get(path.suffix.lower())
     store = get_typestore(Stores.ROS1_NOETIC if plugin is None else Stores.ROS2_HUMBLE)
     with replacing_set(path) as folder:
         if plugin is None:
@@ -221,8 +219,7 @@ def _write_messages(bag: Writer1 | Writer2, to: Any, frame: bytes, out: Outgoing
         stamps = out.stamps(block)
         made = np.zeros(stamps.size, message)
         # ROS 1 begins with the number of a message, ROS 2 with the order of bytes, lowest first.
-        is_numbered = isinstance(bag, Writer1)
-        made["start"] = np.arange(block.start, block.stop) if is_numbered else 0x100
+        made["start"] = np.arange(block.start, block.stop) if isinstance(bag, Writer1) else 0x100
         made["stamp"] = np.stack(np.divmod(stamps, 10**9), axis=1)
         made["frame"] = np.void(frame)
         # The real part of an orientation, and the first number of its covariance.

@@ -2,12 +2,11 @@
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any, Final
+from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
-from sagnac.core.arrays import FloatArray, IntegerArray, empty, is_mapped, release
+from sagnac.core.arrays import AnyArray, FloatArray, IntegerArray, empty, is_mapped, release
 from sagnac.core.errors import Note, RecordingError, one_line
 from sagnac.core.texts import text_of
 from sagnac.core.units import UNITS, Unit, sensor_of, split_header
@@ -20,7 +19,7 @@ from sagnac.recording.model import Kind, Recording
 # ---- source ------------------------------------------------------------------------
 
 # Pieces of columns that follow one another, each with values of one key or more.
-Pieces = Iterator[dict[str, NDArray[Any]]]
+Pieces = Iterator[dict[str, AnyArray]]
 # Columns of numbers by their keys.
 Values = dict[str, FloatArray]
 # A matrix of more columns than this is no recording.
@@ -48,6 +47,9 @@ class Column:
     unit: str | None = None
     kind: str | None = None
     number: int = 0
+
+
+Columns = Sequence[Column]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -89,7 +91,7 @@ class Stored:
         """
         columns = {key: empty(stop - first) for key in keys}
         sizes = dict.fromkeys(keys, 0)
-        origins: dict[str, NDArray[Any]] = {}
+        origins: dict[str, AnyArray] = {}
         with damaged(self.format):
             for piece in self.pieces(keys, first, stop):
                 for key, raw in piece.items():
@@ -116,7 +118,7 @@ class Stored:
 _EXACT: Final = 2**53
 
 
-def _require_exact(key: str, values: NDArray[Any]) -> None:
+def _require_exact(key: str, values: AnyArray) -> None:
     """Refuse numbers that lose digits, or a part of them, as float64."""
     if values.dtype.kind == "c":
         remedy = "store real and imaginary parts apart"
@@ -132,13 +134,13 @@ def _require_exact(key: str, values: NDArray[Any]) -> None:
         raise RecordingError(said, channel=key, remedy=remedy)
 
 
-def _may_be_kept(values: NDArray[Any], column: FloatArray) -> bool:
+def _may_be_kept(values: AnyArray, column: FloatArray) -> bool:
     """Whether a piece is a whole column already, as it is to be."""
     is_plain = values.dtype == np.float64 and values.flags.writeable and values.flags.c_contiguous
     return is_plain and values.size == column.size and not is_mapped(column)
 
 
-def in_memory(arrays: dict[str, NDArray[Any]]) -> Stored:
+def in_memory(arrays: dict[str, AnyArray]) -> Stored:
     """Columns of a format that is read whole; each is let go as it is taken over."""
 
     def pieces(keys: Sequence[str], start: int, stop: int) -> Pieces:
@@ -171,7 +173,7 @@ class Source:
     """
 
     columns: tuple[Column, ...]
-    load: Callable[[Sequence[str]], "Stored | dict[str, NDArray[Any]]"]
+    load: Callable[[Sequence[str]], "Stored | dict[str, AnyArray]"]
     stated: Statement = field(default_factory=Statement)
     notes: tuple[Note, ...] = ()
     unreadable: Mapping[str, str] = field(default_factory=dict)
@@ -233,7 +235,7 @@ class Vector:
     array: str
     index: int | None
 
-    def of(self, array: NDArray[Any]) -> NDArray[Any]:
+    def of(self, array: AnyArray) -> AnyArray:
         """Its values, (samples,)."""
         if self.index is None:
             return array.reshape(-1)
@@ -267,7 +269,7 @@ def vectors(key: str, array: str, shape: tuple[int, ...]) -> dict[str, Vector]:
 
 # ---- outgoing ----------------------------------------------------------------------
 
-Rows = dict[str, NDArray[Any]]
+Rows = dict[str, AnyArray]
 
 # Each recording that is written says so, in whatever its format has for remarks.
 MADE: Final = "recording made by sagnac"
@@ -295,7 +297,7 @@ class Outgoing:
     units: Mapping[str, Unit | None]
     kinds: Mapping[str, Kind]
     sample_rate: float
-    columns: Mapping[str, NDArray[Any]] = field(default_factory=dict)
+    columns: Mapping[str, AnyArray] = field(default_factory=dict)
 
     @property
     def accelerometers(self) -> tuple[str, ...]:
@@ -320,7 +322,7 @@ class Outgoing:
         stated = {"kind": text_of(self.kinds), "unit": text_of(units)}
         return {**self.sensors, **stated, "sample_rate": self.sample_rate}
 
-    def in_units(self, columns: Mapping[str, NDArray[Any]]) -> Rows:
+    def in_units(self, columns: Mapping[str, AnyArray]) -> Rows:
         """Columns in SI as they are written: in their units, the null pulse as 0 or 1."""
         return {
             name: values / unit.size
@@ -357,7 +359,7 @@ def outgoing(recording: Recording) -> Outgoing:
     for channel in sensors:
         check_name(channel.name)
     known = {"time": UNITS["s"], **{one.name: one.plain_unit for one in sensors}}
-    columns: dict[str, NDArray[Any] | None] = {"time": recording.times}
+    columns: dict[str, AnyArray | None] = {"time": recording.times}
     columns |= {one.name: one.values for one in sensors}
     if table is not None:
         columns["table"], known["table"] = table.values, table.plain_unit

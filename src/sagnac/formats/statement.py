@@ -16,7 +16,6 @@ from sagnac.core.documents import read_toml
 from sagnac.core.errors import Note, RecordingError, one_line, quoted, refusal
 from sagnac.core.overwriting import Outputs
 from sagnac.core.texts import value_of
-from sagnac.core.units import Sensor
 from sagnac.formats.files import about
 from sagnac.formats.registry import CSV, EUROC, EUROC_SENSOR
 from sagnac.recording.channel import KINDS, PICKOFF
@@ -25,10 +24,9 @@ from sagnac.recording.columns import ACCELEROMETER_NAMES, GYRO_NAMES, TEMPERATUR
 # ---- unit text ---------------------------------------------------------------------
 
 _QUANTITIES: Final = ("angle", "rate", "velocity", "acceleration", "time")
-KNOWN_UNITS: Final = (
-    f"use one of {', '.join((*units.ANGLE_UNITS, *units.RATE_UNITS))} or counts; of accelerometers "
-    f"{', '.join((*units.ACCELERATION_UNITS, *units.VELOCITY_UNITS))}"
-)
+_OF_GYROS: Final = ", ".join((*units.ANGLE_UNITS, *units.RATE_UNITS))
+_OF_FORCES: Final = ", ".join((*units.ACCELERATION_UNITS, *units.VELOCITY_UNITS))
+_UNITS: Final = f"use one of {_OF_GYROS} or counts; of accelerometers {_OF_FORCES}"
 _COUNTS: Final = frozenset(
     {"count", "counts", "lsb", "pulse", "pulses", "digit", "digits", "tick", "ticks", "zähler"}
 )
@@ -148,7 +146,7 @@ class Statement:
         if self.counter_bits is not None and self.counter_period is not None:
             raise ValueError("counter_bits and a period are both given; give one of them")
 
-    def of_channel(self, quantity: Aspect, name: str, sensor: Sensor = "gyro") -> str | None:
+    def of_channel(self, quantity: Aspect, name: str, sensor: units.Sensor = "gyro") -> str | None:
         """Statement of ``kind`` or ``unit`` of a channel: its own, or that of all of its sensor.
 
         One that names no channels is that of the gyros.
@@ -209,7 +207,7 @@ _RULES: Final[tuple[tuple[str, Callable[[Any], bool], str], ...]] = (
     *((name, _are_names, _NAMES) for name in ("gyros", "accelerometers")),
     ("columns", _are_columns, _COLUMNS),
     ("kind", lambda kind: _is_text(kind) and kind in KINDS, f"use one of {', '.join(KINDS)}"),
-    ("unit", lambda unit: _is_text(unit) and is_known(unit), KNOWN_UNITS),
+    ("unit", lambda unit: _is_text(unit) and is_known(unit), _UNITS),
     ("scale", lambda one: _is_text(one) and is_size(one), _SCALE),
     ("sample_rate", lambda rate: _is_number(rate) and 0.0 < rate < math.inf, _RATE),
     ("layout", lambda layout: isinstance(layout, str | Mapping), "give its TOML or a table"),

@@ -1,7 +1,7 @@
 """Statements that a file needs to be read, guessed from names, units and numbers."""
 
 import re
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping
 from contextlib import suppress
 from functools import partial
 from typing import Final
@@ -14,7 +14,7 @@ from sagnac.core.errors import RecordingError
 from sagnac.core.texts import text_of
 from sagnac.formats import choice
 from sagnac.formats.choice import choose_one, is_like_table, is_like_time
-from sagnac.formats.source import Column, Source, Values
+from sagnac.formats.source import Column, Columns, Source, Values
 from sagnac.formats.statement import Statements, is_counts, is_known
 from sagnac.formats.suspicions import likely_time_unit
 from sagnac.recording.columns import ACCELEROMETER_NAMES, GYRO_NAMES
@@ -22,23 +22,19 @@ from sagnac.recording.columns import ACCELEROMETER_NAMES, GYRO_NAMES
 # What stands for something that no file tells: to be replaced by whoever knows it.
 KIND: Final = "KIND"
 UNIT: Final = "UNIT"
-Columns = Sequence[Column]
 # Option -> what is to be stated by it.
 Inputs = dict[str, str]
 
 _GYRO: Final = re.compile(r"gyr|kreisel|dreh|omega|ang(?:ular)?[_ ]?(?:vel|rate)|^w[_ ]?", re.I)
 _OTHER: Final = re.compile(
-    r"acc|beschl|mag|temp|orient|quat|cov|force|pos|vel(?!oc)|euler|roll|pitch|yaw"
-    r"|(?:^|[^a-z])q(?:$|[^a-z]|[wxyz](?:$|[^a-z]))",
-    re.I,
+    r"(?i)acc|beschl|mag|temp|orient|quat|cov|force|pos|vel(?!oc)|euler|roll|pitch|yaw"
+    r"|(?:^|[^a-z])q(?:$|[^a-z]|[wxyz](?:$|[^a-z]))"
 )
 _FORCE: Final = re.compile(r"acc|beschl|force|kraft|^f[_ ]?[xyz]|^a[_ ]?[xyz]", re.I)
-_FORCE_AXIS: Final = (
-    r"(?:^|[^a-z]|acc|accel|acceleration|beschleunigung|force|kraft|^[af]){axis}(?:$|[^a-z])"
-)
-_AXIS: Final = (
-    r"(?:^|[^a-z]|gyro?|(?:^|[^a-z])g|omega|w|kreisel|rate|cnts?|counts?){axis}(?:$|[^a-z])"
-)
+# An axis, and what may stand before it: of an accelerometer, and of a gyro.
+_AXIS: Final = r"(?:^|[^a-z]|{before}){axis}(?:$|[^a-z])"
+_BEFORE_FORCE: Final = r"acc|accel|acceleration|beschleunigung|force|kraft|^[af]"
+_BEFORE_GYRO: Final = r"gyro?|(?:^|[^a-z])g|omega|w|kreisel|rate|cnts?|counts?"
 
 
 def suggestion(source: Source, statements: Statements) -> Inputs:
@@ -95,7 +91,7 @@ def accelerometer_inputs(source: Source, statements: Statements) -> Inputs:
     numbered = [one for one in source.columns if _may_be_force(one)]
     found = {}
     for name, axis in zip(ACCELEROMETER_NAMES, "xyz", strict=True):
-        pattern = re.compile(_FORCE_AXIS.format(axis=axis), re.I)
+        pattern = re.compile(_AXIS.format(before=_BEFORE_FORCE, axis=axis), re.I)
         alike = [one for one in numbered if pattern.search(one.name)]
         alike += [one for one in source.columns if one.name == name and one not in alike]
         if len(alike) == 1:
@@ -127,7 +123,7 @@ def named(columns: Columns, gyro: str) -> Column | None:
     >>> named(columns, "x").key
     'gyro_x'
     """
-    axis = _AXIS.format(axis=gyro)
+    axis = _AXIS.format(before=_BEFORE_GYRO, axis=gyro)
     found = [one for one in columns if re.search(axis, one.name, re.I) and _is_no_other(one)]
     if len(found) > 1:
         found = [one for one in found if _GYRO.search(one.name)] or found
@@ -255,7 +251,7 @@ def _kind_and_unit(gyros: Mapping[str, Column], statements: Statements, missing:
 
 def _unit_of_forces(columns: Columns, statements: Statements, missing: Inputs) -> None:
     """A unit of the accelerometers that are stated, beside that of the gyros."""
-    forces = choice.choose_accelerometers(columns, statements)
+    forces = choice.stated_sensors(columns, statements, "accelerometers")
     units_of = partial(choice.stated_for, "unit", statements=statements, sensor="accelerometer")
     if all(any(units_of(name, one)) for name, one in forces.items()):
         return

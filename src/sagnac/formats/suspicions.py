@@ -244,9 +244,8 @@ def _flat_level(blocks: FloatArray) -> float | None:
 # ---- unused ------------------------------------------------------------------------
 
 _COUNTER: Final = re.compile(
-    r"(?:^|[^a-z])(?:count(?:er)?s?|cnt|seq(?:uence)?|samples?|index|idx|frames?|packets?|pkt|nr|no|"
-    r"num(?:ber)?|row|n|#|zähler|lfd)(?:$|[^a-z])",
-    re.IGNORECASE,
+    r"(?i)(?:^|[^a-z])(?:count(?:er)?s?|cnt|seq(?:uence)?|samples?|index|idx|frames?|packets?|pkt|"
+    r"nr|no|num(?:ber)?|row|n|#|zähler|lfd)(?:$|[^a-z])"
 )
 
 

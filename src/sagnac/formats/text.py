@@ -116,12 +116,10 @@ _DATES: Final = (
     r"(?P<y>\d{4})[-/.](?P<mo>\d{1,2})[-/.](?P<d>\d{1,2})",
     r"(?P<d>\d{1,2})\.(?P<mo>\d{1,2})\.(?P<y>\d{4})",
     r"(?P<mo>\d{1,2})/(?P<d>\d{1,2})/(?P<y>\d{4})",
+    r"(?P<d>\d{1,2})/(?P<mo>\d{1,2})/(?P<y>\d{4})",
 )
 _CLOCK: Final = rf"^\s*{_TIME}{_HALF}\s*$"
-*_ISO, _DAY_FIRST = (
-    rf"^\s*{date}[T ]+{_TIME}{_HALF}{_ZONE}\s*$"
-    for date in (*_DATES, r"(?P<d>\d{1,2})/(?P<mo>\d{1,2})/(?P<y>\d{4})")
-)
+*_ISO, _DAY_FIRST = (rf"^\s*{date}[T ]+{_TIME}{_HALF}{_ZONE}\s*$" for date in _DATES)
 _STROKES: Final = re.compile(r"\s*(\d{1,2})/(\d{1,2})/\d{4}\b")
 _DAY: Final = 86_400 * 10**9  # ns
 

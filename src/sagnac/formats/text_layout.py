@@ -11,6 +11,7 @@ import re
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import accumulate
 from typing import Final, Literal
 
 from sagnac.core.errors import RecordingError
@@ -366,10 +367,7 @@ def _groups(line: str, split: _Split) -> list[str]:
     fields += [""] * (split.count - len(fields))
     if len(fields) != split.count or any(PLAIN.holds(one) for one in fields if one):
         return []
-    groups, last = [], ""
-    for one in fields:
-        last = one or last
-        groups.append(last)
+    groups = list(accumulate(fields, lambda last, one: one or last, initial=""))[1:]
     return groups if len({*groups}) > 1 else []
 
 
@@ -390,23 +388,17 @@ def _units(fields: Sequence[str], *, is_named: bool) -> list[str | None]:
 # ---- known tables ------------------------------------------------------------------
 
 _X_COLUMN: Final = "X_Value"
-# Column of the times, its unit, those of the gyros (rad/s) and of the accelerometers (m/s^2), which
-# may be missing, and their axes, of the tables that known programs write.
+# Column of the times, its unit, and those of the gyros (rad/s) and of the accelerometers (m/s^2),
+# which may be missing, by the name and the number of an axis, of tables that known programs write.
 PRESETS: Final = (
     # The data sets' own descriptions: "EuRoC MAV" (ASL format), which TUM-VI follows.
-    ("timestamp [ns]", "ns", "w_RS_S_{} [rad s^-1]", "a_RS_S_{} [m s^-2]", "xyz"),
+    ("timestamp [ns]", "ns", "w_RS_S_{} [rad s^-1]", "a_RS_S_{} [m s^-2]"),
     # Kalibr, kalibr_bagextractor and kalibr_bagcreater: imu0.csv.
-    ("timestamp", "ns", "omega_{}", "alpha_{}", "xyz"),
+    ("timestamp", "ns", "omega_{}", "alpha_{}"),
     # ROS, rostopic echo -p: of a sensor_msgs/Imu, in SI.
-    (
-        "field.header.stamp",
-        "ns",
-        "field.angular_velocity.{}",
-        "field.linear_acceleration.{}",
-        "xyz",
-    ),
+    ("field.header.stamp", "ns", "field.angular_velocity.{}", "field.linear_acceleration.{}"),
     # PX4, ulog2csv: sensor_combined.
-    ("timestamp", "us", "gyro_rad[{}]", "accelerometer_m_s2[{}]", "012"),
+    ("timestamp", "us", "gyro_rad[{1}]", "accelerometer_m_s2[{1}]"),
 )
 
 
@@ -416,8 +408,8 @@ _Stated = tuple[Statement, Mapping[str, str]]
 
 def _stated(names: Sequence[str], preamble: Sequence[str], delimiter: str) -> _Stated:
     """Statements of a known program by header and preamble, and units by the names of columns."""
-    for time, unit, rate, force, axes in PRESETS:
-        rates, forces = ([one.format(axis) for axis in axes] for one in (rate, force))
+    for time, unit, *quantities in PRESETS:
+        rates, forces = (list(map(one.format, "xyz", range(3))) for one in quantities)
         if {time, *rates} <= set(names):
             units = {**dict.fromkeys(rates, "rad/s"), **dict.fromkeys(forces, "m/s^2"), time: unit}
             return of_rates(rates, forces if set(forces) <= set(names) else (), time), units
@@ -428,10 +420,8 @@ def _stated(names: Sequence[str], preamble: Sequence[str], delimiter: str) -> _S
 
 def _by_labview(names: Sequence[str], preamble: Sequence[str], delimiter: str) -> _Stated:
     """Units of the channels, and the rate where no column holds the times."""
-    values: dict[str, list[str]] = {}
-    for line in preamble:
-        key, *rest = (word.strip() for word in line.split(delimiter))
-        values[key] = rest
+    rows = ([word.strip() for word in line.split(delimiter)] for line in preamble)
+    values = {key: rest for key, *rest in rows}
     channels = [name for name in names if name != _X_COLUMN]
     stated = zip(channels, values.get("Y_Unit_Label", []), strict=False)
     units = {name: unit for name, unit in stated if is_known(unit)}

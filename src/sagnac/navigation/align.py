@@ -201,9 +201,7 @@ def align(
     times, is_stated = np.geomspace(0.01 * longest, longest, 41), latitude is not None
     along = drift(noises, times=times, priors=start, **how)
     unaided = Unaided(drift=reached, along=along, noises=noises, latitude_stated=is_stated, **how)
-    if latitude is None:
-        return Foresight(unaided=unaided, prospect=None)
-    prospect = _prospect(unaided, start, longest, table_rate, foretold)
+    prospect = _prospect(unaided, start, longest, table_rate, foretold) if is_stated else None
     return Foresight(unaided=unaided, prospect=prospect)
 
 

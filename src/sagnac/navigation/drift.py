@@ -12,7 +12,7 @@ That of a Markov rate is ``D^2 e^(-|s - u|/T)``; of it, too, its mean over the r
 """
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import Final
@@ -21,7 +21,7 @@ import numpy as np
 from scipy.linalg import expm, matmul_toeplitz
 from scipy.special import xlogy
 
-from sagnac.core.arrays import FloatArray
+from sagnac.core.arrays import FloatArray, Operation
 from sagnac.core.errors import refusal
 from sagnac.navigation import error_model as model
 from sagnac.navigation.noise import NAMES, GyroNoise, quantile
@@ -235,11 +235,8 @@ def _at(
     return made, _OUTPUTS @ (rows @ grown) ** 2 @ start
 
 
-Integral = Callable[[FloatArray], FloatArray]
-
-
 def _beside_rest(
-    weights: FloatArray, total: FloatArray, length: float, rest: float, twice_integrated: Integral
+    weights: FloatArray, total: FloatArray, length: float, rest: float, twice_integrated: Operation
 ) -> FloatArray:
     """(5, 5) variance of a noise less its mean over the rest.
 

@@ -365,9 +365,11 @@ def _correlation_times(tau: FloatArray) -> tuple[float, ...]:
     return tuple(np.geomspace(tau[0], tau[-1], count).tolist())
 
 
-def _white_and_slow(
-    limit: UpperLimit, slow: FloatArray, least: tuple[float, float]
-) -> tuple[float, float]:
+# White noise, and a slow term.
+_Two = tuple[float, float]
+
+
+def _white_and_slow(limit: UpperLimit, slow: FloatArray, least: _Two) -> _Two:
     """White noise and a slow term, of the least mean logarithm above the limit.
 
     The logarithm of a sum is concave in its terms, so that the best pair is a corner of what the
@@ -398,9 +400,7 @@ def _white_and_slow(
     return float(white), float(size)
 
 
-def _smallest(
-    limit: UpperLimit, times: tuple[float, ...], least: tuple[float, float]
-) -> tuple[float, FilterModel]:
+def _smallest(limit: UpperLimit, times: Sequence[float], least: _Two) -> tuple[float, FilterModel]:
     """Least mean of the variance over the squared limit, and its model with angle noise.
 
     `least` are the smallest squares of the white noise and of the walk.

@@ -2,7 +2,7 @@
 
 import json
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import product
 from pathlib import Path
@@ -15,16 +15,13 @@ from sagnac.core.arrays import FloatArray
 from sagnac.core.documents import Documented, read_one_analysis
 from sagnac.core.errors import RecordingError, refusal
 from sagnac.core.texts import by_axis
-from sagnac.core.units import SENSED, Sensor
+from sagnac.core.units import SENSED, Sensed, Sensor
 from sagnac.navigation.models import FilterModel, Markov, require_numbers
 from sagnac.navigation.settings import as_written
 from sagnac.noise.laws import STOCHASTIC_NAMES, CoefficientName
 
 NAMES: Final = STOCHASTIC_NAMES[1:]
 """N, B and K, in this order."""
-
-# Cluster time, s, at which gyros are compared: that of a usual rest, and of a time without aiding.
-_LASTS: Final = 600.0
 
 
 def quantile(confidence: float) -> float:
@@ -127,7 +124,8 @@ class GyroNoise:
         document = source if isinstance(source, Mapping) else json.loads(source.to_json())
         alone = document.get("gyros") or {document["channel"]: document}
         measured = {name: cls.from_document(one) for name, one in alone.items()}
-        stand_in = max(measured.values(), key=lambda one: one.allan_variance(_LASTS))
+        # Compared at the cluster time, s, of a usual rest, and of a time without aiding.
+        stand_in = max(measured.values(), key=lambda one: one.allan_variance(600.0))
         x, y, z = (by_axis(measured).get(axis, stand_in) for axis in "xyz")
         forces = {
             name: cls.from_document(one, "accelerometer")
@@ -180,7 +178,7 @@ class GyroNoise:
             raise RecordingError(problem, remedy="give a longer recording")
         confidence = document[sensed.keys["angle_random_walk"]]["confidence"]
         stated = document.get("covariance")
-        covariance = _covariance(stated, unseen, sensor) if stated else np.diag(errors**2)
+        covariance = _covariance(stated, unseen, sensed) if stated else np.diag(errors**2)
         kept = np.divide(most, errors, out=np.ones(3), where=errors > most)
         sizes = sensed.coefficients["bias_instability"]
         rates = (slow[key] for key in ("markov", "second_markov") if slow.get(key))
@@ -208,11 +206,9 @@ def _markov(stated: Mapping[str, Any], sizes: Mapping[str, float], confidence: f
     return Markov.of_deviation(size["value"] * sizes[size["unit"]], time["value"], error=error)
 
 
-def _covariance(
-    stated: Mapping[str, Any], unseen: list[CoefficientName], sensor: Sensor
-) -> FloatArray:
+def _covariance(stated: Mapping[str, Any], unseen: Sequence[str], sensed: Sensed) -> FloatArray:
     """(3, 3) of N, B and K in SI as a document states it."""
-    sensed, covariance = SENSED[sensor], np.zeros((3, 3))
+    covariance = np.zeros((3, 3))
     # Places of N, B and K here and there, and the size of the unit that each has there.
     seen = [
         (row, place, sensed.coefficients[name][stated["units"][place]])

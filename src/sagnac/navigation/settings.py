@@ -227,13 +227,6 @@ def _measured(
     return settings
 
 
-# A filter that is given the rates as they are does not expect that drift.
-_COMPENSATED: Final = (
-    "the analysis took off what followed the temperature, and no setting holds it: give the filter "
-    "rates that are compensated alike"
-)
-
-
 def _walk_bound(slow: Mapping[str, Any], kind: Sensor) -> float:
     """`FilterSetting.walk_bound`, from the coefficient K of a document."""
     if slow.get("status") != "upper bound":
@@ -249,7 +242,9 @@ def _doubts(name: str, names: Sequence[str], *documents: Mapping[str, Any]) -> t
         if one["level"] != "remark" and (name in of or not of <= set(names)):
             doubts.append(f"{one['channel']}: {one['text']}".removeprefix(": "))
     if any(document.get("settings", {}).get("covariates") for document in documents):
-        doubts.append(_COMPENSATED)
+        # A filter that is given the rates as they are does not expect that drift.
+        said = "the analysis took off what followed the temperature, and no setting holds it"
+        doubts.append(f"{said}: give the filter rates that are compensated alike")
     return tuple(dict.fromkeys(doubts))
 
 

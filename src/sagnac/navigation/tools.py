@@ -5,7 +5,6 @@ import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Final
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
@@ -16,8 +15,6 @@ from sagnac.core.version import __version__
 from sagnac.navigation.definitions import Definition, ToolName, definition_of
 from sagnac.navigation.models import common_span, common_time
 from sagnac.navigation.settings import FilterSetting, by_name, plain, worst
-
-_INFLATED: Final = 3.0  # times the estimate of N, from which on the reason is said
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -119,7 +116,8 @@ class SettingsFile:
                 text = "are taken for x, y and z in this order, which their names do not tell"
                 notes.append(Note(channel=", ".join(names), text=text))
         for one in self.held:
-            if one.excess > _INFLATED:
+            # The reason is stated if N is more than three times its estimate.
+            if one.excess > 3.0:
                 known = "estimate" if one.estimate > 0.0 else "upper bound"
                 why = "lines or vibration are in its curve; `sagnac analyze` removes lines"
                 if not one.has_lines:
@@ -197,8 +195,7 @@ class SettingsFile:
         """Comment on what is in the file, by what definition, and from what."""
         names, definition = ", ".join(one.name for one in self.held), self.definition
         made = f"{definition.tool}: noise of {names}, made by sagnac {__version__}"
-        basis = f"Definition: {definition.text}.", f"Reference: {definition.reference}."
-        lines = [made, *basis]
+        lines = [made, f"Definition: {definition.text}.", f"Reference: {definition.reference}."]
         limits = [one.limit for one in self.held if one.limit is not None]
         if limits:
             first, last = common_span(limits)

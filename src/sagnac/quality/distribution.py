@@ -424,11 +424,10 @@ def flat_notes(recording: Recording, profile: Profile) -> Notes:
     # Down to this excess kurtosis the effect is known to 0.005, whether the limit is a hyperbolic
     # tangent, an arc tangent or x / sqrt(1 + x^2).
     level: Level = "error" if shape.kurtosis < -0.64 else "warning"
-    text = (
-        f"large deviations are missing (excess kurtosis {shape.kurtosis:.2g}): either it comes "
-        "near the end of its range (a soft saturation), or its noise is a sum of few errors, "
-        f"which is sound; take a wider range to tell; if it saturates, {effect_words(effect)}"
-    )
+    near = "it comes near the end of its range (a soft saturation)"
+    why = f"either {near}, or its noise is a sum of few errors, which is sound"
+    said = f"large deviations are missing (excess kurtosis {shape.kurtosis:.2g}): {why}"
+    text = f"{said}; take a wider range to tell; if it saturates, {effect_words(effect)}"
     if level == "warning":
         text = f"{text}, and an interval reaches up to N divided by that"
     return (Note(name="short-tails", channel=profile.name, text=text, level=level, effect=effect),)

@@ -3,7 +3,7 @@
 import math
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 
@@ -82,18 +82,15 @@ def without_lost_rows(recording: Recording, gyros: Sequence[Channel]) -> tuple[R
 def _leaps(values: FloatArray) -> IntegerArray:
     """Samples before steps that are longer than those around them by 0.6 of these or more."""
     steps = values.size - 2 * _SIDE - 1
-    longer = marked(
-        lambda first, here, behind, last: (
-            np.abs(behind - here) > 0.4 * np.abs(here - first + last - behind)
-        ),
-        *(values[n : n + steps] for n in (0, _SIDE, _SIDE + 1, 2 * _SIDE + 1)),
-    )
-    return np.flatnonzero(longer) + _SIDE
+    four = (values[n : n + steps] for n in (0, _SIDE, _SIDE + 1, 2 * _SIDE + 1))
+
+    def is_leap(first: FloatArray, here: FloatArray, behind: FloatArray, last: FloatArray) -> Any:
+        return np.abs(behind - here) > 0.4 * np.abs(here - first + last - behind)
+
+    return np.flatnonzero(marked(is_leap, *four)) + _SIDE
 
 
-def _steps_around(
-    values: FloatArray, places: IntegerArray
-) -> tuple[FloatArray, FloatArray, FloatArray]:
+def _steps_around(values: FloatArray, places: IntegerArray) -> tuple[FloatArray, ...]:
     """(places,) usual step around places, by how much the step there is longer, and how uneven."""
     at = places[:, np.newaxis] + np.array([-_SIDE, 0, 1, 1 + _SIDE])
     first, before, behind, last = values_at(values, at).T
@@ -315,13 +312,13 @@ def turn_notes(recording: Recording, profile: Profile) -> Notes:
     What the gyro that senses the table most turns there is no leap: a table that steps from
     position to position speeds up or brakes at the same angle in every turn.
     """
-    table, turn = recording.table, 2.0 * math.pi
+    table, turn = profile.table, 2.0 * math.pi
     if table is None or profile.standing:
         return ()
-    angle, beside = table.values, max(profile.together.values(), key=lambda one: abs(one.share))
+    gyros, angle = profile.together.values(), table.channel.values
+    beside = max(gyros, key=lambda one: abs(one.share))
     # At an even rate the steps of the readout fall alike in many turns: half a step is no leap.
-    step = profile.table.step if profile.table is not None else 0.0
-    least = max(10.0 * ARCSECOND, 0.75 * step)
+    least = max(10.0 * ARCSECOND, 0.75 * table.step)
     gyro = angle_of(beside.channel, recording.sample_rate)
     # The share of a gyro across the axis is noise.
     part = 1.0 / beside.share if abs(beside.share) > LEAST_SHARE else 0.0
@@ -349,7 +346,7 @@ def turn_notes(recording: Recording, profile: Profile) -> Notes:
         alone, leap = (_leap(*each, least) for each in zip(excess(at), excess(other), strict=True))
         if alone * leap <= 0.0:
             continue
-        factor, unit = split_factor(table.shown_in)
+        factor, unit = split_factor(table.channel.shown_in)
         right = f"{factor * turn / (turn - leap):.8g}{unit}"
         where = "short of" if leap > 0.0 else "beyond"
         over = f"{abs(leap) / DEGREE:.3g} deg {where} a full turn, {counted(at.size, 'time')}"

@@ -5,8 +5,7 @@ from typing import Final
 
 import numpy as np
 
-from sagnac.core import arrays
-from sagnac.core.arrays import FloatArray
+from sagnac.core.arrays import FloatArray, blocks, extent
 from sagnac.core.marks import number_of
 from sagnac.quality import _kernels
 
@@ -47,7 +46,7 @@ def count_step(changes: FloatArray, rounding: float = 0.0) -> float:
     # Sizes in half octaves, which the exponents of their squares count.
     counts, smallest, nothing = np.zeros(2048, dtype=np.int64), math.inf, 0
     # What is made of so few samples together stays in cache.
-    for block in arrays.blocks(changes.size - 2 * _SIDE, 2**15):
+    for block in blocks(changes.size - 2 * _SIDE, 2**15):
         sizes = _kernels.off_nearer_side(changes[block.start : block.stop + 2 * _SIDE])
         nothing += number_of(sizes <= rounding)
         sizes = sizes[(sizes > rounding) & (sizes < math.inf)]
@@ -100,7 +99,7 @@ def _whole_step(changes: FloatArray, bound: float) -> float | None:
     """The step of sizes from `bound` on; None if they are not whole numbers of it."""
     # Sizes, and whether the changes go on the same way before and behind.
     parts = []
-    for block in arrays.blocks(changes.size - 2 * _SIDE):
+    for block in blocks(changes.size - 2 * _SIDE):
         off = _kernels.off_nearer_side(changes[block.start : block.stop + 2 * _SIDE])
         steps = np.diff(changes[block.start + _SIDE - 1 : block.stop + _SIDE + 1])
         taken = (off >= bound) & (off < 2.0 * _WITHIN * bound)
@@ -124,4 +123,4 @@ def _whole_step(changes: FloatArray, bound: float) -> float | None:
 
 def rounding_in(values: FloatArray) -> float:
     """Changes up to which those of a series are rounding, in its unit."""
-    return LAST_PLACES * ROUNDING * max(map(abs, arrays.extent(values)))
+    return LAST_PLACES * ROUNDING * max(map(abs, extent(values)))

@@ -433,25 +433,23 @@ def copy_notes(recording: Recording, profile: Profile) -> Notes:
     samples = min(2**15, *(one.size for one in turns))
     turns = [one[:samples] for one in turns]
     brought = [(gyro, one, phases_of(one)) for gyro, one in zip(gyros, turns, strict=True)]
-    return tuple(
-        note
-        for (first, some, one), (second, more, other) in combinations(brought, 2)
-        for note in _copied(first, second, (some, more), likeness(one, other, samples))
-    )
+    return tuple(note for pair in combinations(brought, 2) for note in _copied(*pair))
 
 
-def _copied(
-    first: Profile, second: Profile, turns: tuple[FloatArray, FloatArray], found: Likeness
-) -> Notes:
+_Brought = tuple[Profile, FloatArray, NDArray[np.complex64]]
+
+
+def _copied(one: _Brought, other: _Brought) -> Notes:
     """A gyro that is another, or comes after it.
 
     `turns` are (samples,) what both turned, from one sample on.
     """
-    samples = turns[0].size
+    (first, some, _), (second, more, _) = one, other
+    found = likeness(one[2], other[2], some.size)
     if found.delay:
         alike = abs(found.correlation)
         # Beyond what chance makes, and what two gyros on one table have without delay.
-        by_chance = 7.0 / math.sqrt(_PARTS * (samples // _PARTS))
+        by_chance = 7.0 / math.sqrt(_PARTS * (some.size // _PARTS))
         if alike < max(_COPIES, by_chance, 2.0 * abs(found.together)):
             return ()
         late, early = (second, first) if found.delay > 0 else (first, second)
@@ -463,7 +461,7 @@ def _copied(
     if found.together < 0.99:
         return ()
     # One is the other times a number, to a millionth of the noise.
-    some, more = map(np.diff, turns)
+    some, more = np.diff(some), np.diff(more)
     rest = more - some * float(some @ more) / float(some @ some)
     if float(rest @ rest) >= 1e-12 * float(more @ more):
         return ()

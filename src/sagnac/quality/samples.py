@@ -20,7 +20,7 @@ from sagnac.recording.stamps import CORRECT_STAMPS, GAP_STEPS, median_step, roun
 _ROUNDING: Final = 1e-9
 
 _STRETCH: Final = "take a stretch without with {slice}"
-_LEAVE_OUT: Final = "leave these rows out and keep the time stamps"
+LEAVE_OUT: Final = "leave these rows out and keep the time stamps"
 # Samples whose mean is of noise below a low-pass, and the fewest means.
 _TOGETHER: Final = 64
 _FEWEST_MEANS: Final = 32
@@ -51,7 +51,7 @@ def _no_numbers(recording: Recording, name: str, values: FloatArray) -> Notes:
     firsts, afters = marks.stretches(bad)
     if name != "table" and (afters - firsts).max() <= MOST_MISSING_IN_A_ROW:
         # Rows that stamps show to be missing do not end the record.
-        remedy = f"{_LEAVE_OUT}, or {remedy}"
+        remedy = f"{LEAVE_OUT}, or {remedy}"
     text = f"{seen(recording, bad, 'sample', what)}; {remedy}"
     return (Note(name="missing", level="error", channel=name, text=text),)
 
@@ -119,9 +119,7 @@ def stuck_notes(recording: Recording, profile: Profile) -> Notes:
         said = "is stuck: every sample is the same" if samples > 1 else "has too few samples"
         text = f"{said}; name another channel with {{gyros}} or {{columns}}"
     else:
-        sound = slice(0, run.start)
-        if samples - run.stop > run.start:
-            sound = slice(run.stop, samples)
+        sound = slice(run.stop, samples) if samples - run.stop > run.start else slice(0, run.start)
         said = f"{length} samples from {second_of(recording, run.start):.3f} s"
         text = f"is stuck at one value for {said}; {remedy_of(recording, sound)}"
     return (Note(name="stuck", level="error", channel=profile.name, text=text),)
@@ -295,8 +293,7 @@ def with_gaps_marked(recording: Recording) -> Recording:
         return recording
     jumps = times[later] - times[later - 1]
     rate = (times.size - 1 - later.size) / float(times[-1] - times[0] - jumps.sum())
-    skipped = np.rint(jumps * rate).astype(np.int64) - 1
-    before = np.concatenate([[0], np.cumsum(skipped)])
+    before = np.concatenate([[0], np.cumsum(np.rint(jumps * rate).astype(np.int64) - 1)])
     missing, gaps = int(before[-1]), counted(int(later.size), "gap")
     # Such gaps belong to no one recording.
     if missing > 9 * times.size:
@@ -447,7 +444,7 @@ def filled_notes(recording: Recording, profile: Profile) -> Notes:
     if number > _MOST_STRAIGHT * values.size:
         text = f"{said}: it is sampled faster than it measures"
         return (Note(name="repeats", channel=profile.name, text=text, level="warning"),)
-    text = f"{said}, as if gaps were filled by interpolation; {_LEAVE_OUT}"
+    text = f"{said}, as if gaps were filled by interpolation; {LEAVE_OUT}"
     return (finding("repeats", profile.name, text, effect=_effect_of_filling(values, straight)),)
 
 
@@ -593,7 +590,7 @@ def dropout_notes(recording: Recording, profile: Profile) -> Notes:
         effect = _effect_of_zeros(values, number)
     said = seen(recording, zeros, "sample", "of exactly zero")
     said += ", as if readings were lost (dropouts), or small ones set to zero (a dead band)"
-    return (finding("dropouts", profile.name, f"{said}; {_LEAVE_OUT}", effect=effect),)
+    return (finding("dropouts", profile.name, f"{said}; {LEAVE_OUT}", effect=effect),)
 
 
 def _is_dead_band(values: FloatArray) -> bool:

@@ -5,10 +5,9 @@ from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.fft import irfft, rfft
 
-from sagnac.core.arrays import FloatArray
+from sagnac.core.arrays import ComplexArray, FloatArray
 
 # Frequencies whose median is the level of the noise there.
 _TOGETHER: Final = 64
@@ -49,7 +48,7 @@ def whitened(changes: FloatArray, *, bands: int | None = None, kept: float = 12.
     kept
         Times the level that a line keeps.
     """
-    transform, level = _by_level(changes, bands, kept)
+    transform, level = _by_level(changes, bands or 0, kept)
     held = level[level > 0.0]
     innovation = math.exp(0.5 * float(np.log(held).mean())) if held.size else 0.0
     values = _inner(transform, changes.size)
@@ -61,7 +60,7 @@ def without_lines(changes: FloatArray) -> FloatArray:
 
     `changes` are (samples,), more than 1024; the first value is of sample 512.
     """
-    transform, level = _by_level(changes, None, 12.0)
+    transform, level = _by_level(changes, 0, 12.0)
     return _inner(transform * np.sqrt(level), changes.size)
 
 
@@ -78,9 +77,7 @@ def alternating(values: FloatArray) -> tuple[float, float]:
     return two_apart - one_apart, variance * math.sqrt(2.0 / size)
 
 
-def _by_level(
-    changes: FloatArray, bands: int | None, kept: float
-) -> tuple[NDArray[np.complex128], FloatArray]:
+def _by_level(changes: FloatArray, bands: int, kept: float) -> tuple[ComplexArray, FloatArray]:
     """The transform divided by the root of the level around each frequency, and that level."""
     transform = rfft(changes)
     power = transform.real**2 + transform.imag**2
@@ -96,7 +93,7 @@ def _by_level(
     return transform, level
 
 
-def _inner(transform: NDArray[np.complex128], samples: int) -> FloatArray:
+def _inner(transform: ComplexArray, samples: int) -> FloatArray:
     """What a transform is of, without both ends.
 
     The end does not go on at the beginning, and what that makes of both is no noise.

@@ -23,10 +23,9 @@ import numpy as np
 from sagnac.core import arrays
 from sagnac.core.arrays import BooleanArray, FloatArray, IntegerArray
 from sagnac.core.errors import Note, counted
-from sagnac.core.marks import is_missing, marked, number_of, stretches
+from sagnac.core.marks import is_missing, marked, marked_steps, number_of, stretches
 from sagnac.core.units import ARCSECOND, DEGREE, unit_of
-from sagnac.recording import channel
-from sagnac.recording.channel import Channel, Conversion, finite_extent
+from sagnac.recording.channel import Channel, Conversion, angle_of, finite_extent, unwrapped
 
 # As many missing encoder samples in a row are interpolated: as with time stamps, the angle turned
 # during a longer run is a guess, unless a gyro tells it. If more than this share is missing, the
@@ -96,7 +95,7 @@ def table_of_readings(
         met = f" (known ones are met to {error * size / ARCSECOND:.2g} arcsec)"
         said = f"{counted(filled, 'missing sample')}, at most {longest} in a row, interpolated from"
         remarks.append(f"{said} their neighbours{met if math.isfinite(error) else ''}")
-    running, wraps = channel.unwrapped(readings, period)
+    running, wraps = unwrapped(readings, period)
     if wraps:
         remarks.append(f"unwrapped where it starts over, {counted(wraps, 'time')}")
     notes = [Note(text=text, channel="table") for text in remarks]
@@ -114,10 +113,9 @@ def table_of_readings(
 
 def _largest_step(values: FloatArray) -> float:
     """Largest step between two samples that are there."""
+    ends = values[:-1], values[1:]
     with np.errstate(invalid="ignore"):
-        steps = arrays.by_blocks(
-            lambda here, later: np.fmax.reduce(np.abs(later - here)), values[:-1], values[1:]
-        )
+        steps = arrays.by_blocks(lambda here, later: np.fmax.reduce(np.abs(later - here)), *ends)
     return float(np.fmax.reduce(steps, initial=0.0))
 
 
@@ -302,9 +300,7 @@ def _off_path(values: FloatArray, turn: float) -> IntegerArray:
     # A reading is off the path if it leaves by more than five usual steps, and than a degree, and
     # is back within `MOST_MISSING_IN_A_ROW` samples: no table does that.
     limit = max(5.0 * usual, turn / 360.0)
-    large = marked(
-        lambda here, later: np.abs(_folded(later - here, turn)) > limit, values[:-1], values[1:]
-    )
+    large = marked_steps(values, lambda steps: np.abs(_folded(steps, turn)) > limit)[1:]
     if number_of(large) > 2.0 * LARGEST_SHARE_MISSING * values.size + 2:
         # That is how this table moves.
         return _NONE
@@ -332,7 +328,7 @@ def _held(values: FloatArray, turn: float) -> IntegerArray:
     """
     values, marks = _carried(values)
     # Step n leads from sample n to the next.
-    still = marked(lambda here, later: later - here == 0.0, values[:-1], values[1:])
+    still = marked_steps(values, lambda steps: steps == 0.0)[1:]
     firsts, afters = stretches(still)
     inside = (firsts > 0) & (afters < still.size)
     # The step that makes up for steps of nothing, and the last one before them.
@@ -384,16 +380,14 @@ def _carried(values: FloatArray) -> tuple[FloatArray, BooleanArray]:
     return values, marks
 
 
-def _typical(
-    values: FloatArray, places: IntegerArray, turn: float
-) -> tuple[FloatArray, IntegerArray]:
+def _typical(values: FloatArray, at: IntegerArray, turn: float) -> tuple[FloatArray, IntegerArray]:
     """(rows,) median of the steps at (rows, some) places, and how many of them are about that.
 
     None are if a place lies outside the steps.
     """
-    inside = np.asarray(((places >= 0) & (places < values.size - 1)).all(axis=1))
-    places = np.where(inside[:, np.newaxis], places, 0)
-    rows = _folded(values[places + 1] - values[places], turn)
+    inside = np.asarray(((at >= 0) & (at < values.size - 1)).all(axis=1))
+    at = np.where(inside[:, np.newaxis], at, 0)
+    rows = _folded(values[at + 1] - values[at], turn)
     middle: FloatArray = np.asarray(np.median(rows, axis=1, keepdims=True))
     even = np.abs(rows - middle) < _EVEN * np.abs(middle)
     return middle[:, 0], np.asarray(even.sum(axis=1) * inside)
@@ -448,7 +442,7 @@ def fill_missing(values: FloatArray, period: float, *, accuracy: float) -> tuple
         limit = max(accuracy, 10.0 * usual) if np.isfinite(usual) else accuracy
         good = 0
         for some in arrays.blocks(starts.size, _AT_ONCE):
-            around = _neighbours(missing, starts[some], length, values.size)
+            around = _nearest(missing, starts[some], length, values.size)
             usable = around[:, 0] >= 0
             here, around = starts[some][usable], around[usable]
             cubic, quintic = _interpolated(values, here, around, length, period)
@@ -463,9 +457,7 @@ def fill_missing(values: FloatArray, period: float, *, accuracy: float) -> tuple
     return samples, longest, error
 
 
-def _neighbours(
-    missing: IntegerArray, starts: IntegerArray, length: int, size: int
-) -> IntegerArray:
+def _nearest(missing: IntegerArray, starts: IntegerArray, length: int, size: int) -> IntegerArray:
     """(runs, 6) nearest samples that are there, three before and three behind runs of `length`.
 
     All are -1 if there are fewer, or some lie too far.
@@ -565,7 +557,7 @@ def with_lost_readings(
     if gyro is None or not abs(share) > 0.05:
         return table
     firsts, afters = stretches(marks)
-    filled = _bridged(values, firsts, afters, channel.angle_of(gyro, sample_rate), share)
+    filled = _bridged(values, firsts, afters, angle_of(gyro, sample_rate), share)
     if filled is None:
         return table
     longest, first = (afters - firsts).max() / sample_rate, firsts[0] / sample_rate
@@ -583,7 +575,7 @@ def _share(gyro: Channel, table: FloatArray, sample_rate: float) -> float:
     if table.size <= ahead:
         return 0.0
     places = np.linspace(0, table.size - 1 - ahead, 2000).astype(np.int64)
-    angle = channel.angle_of(gyro, sample_rate)
+    angle = angle_of(gyro, sample_rate)
     by_table, by_gyro = (one[places + ahead] - one[places] for one in (table, angle))
     known = np.isfinite(by_table)
     return float(np.nan_to_num(share_of_turns(by_gyro[known], by_table[known])))

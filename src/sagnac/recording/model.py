@@ -13,7 +13,7 @@ from sagnac.core.errors import Note, RecordingError, quoted, refusal, require_ch
 from sagnac.core.units import split_header
 from sagnac.recording import channel as channels
 from sagnac.recording import columns as conversions
-from sagnac.recording.channel import Channel, Compared, Conversion, Kind, Pickoff
+from sagnac.recording.channel import PICKOFF, Channel, Compared, Conversion, Kind, Pickoff
 from sagnac.recording.columns import NULL_PULSE_NAME
 from sagnac.recording.encoder_readings import table_of_readings, with_lost_readings
 from sagnac.recording.stamps import RATE_AGREEMENT, Sampling, require_forwards, sampling
@@ -142,9 +142,7 @@ class Recording(Compared):
             **{f"accelerometer {one.name}": one.values for one in self.accelerometers},
             **{f"pick-off of gyro {one.gyro}": one.values for one in self.pickoffs},
             "table": None if self.table is None else self.table.values,
-            "times": self.times,
-            "temperature": self.temperature,
-            "null_pulse": self.null_pulse,
+            **{name: getattr(self, name) for name in ("times", "temperature", "null_pulse")},
         }
         for argument, values in columns.items():
             if values is None:
@@ -253,9 +251,8 @@ class Recording(Compared):
             others["table"] = table_of_readings(angle, table_unit or "deg")
         if null_pulse is not None:
             others["null_pulse"] = conversions.pulses_of(null_pulse)
-        others["pickoffs"] = {
-            name: channels.series(one, channels.PICKOFF + name) for name, one in dithers.items()
-        }
+        pairs = dithers.items()
+        others["pickoffs"] = {name: channels.series(one, PICKOFF + name) for name, one in pairs}
         if temperature is not None:
             others["temperature"] = channels.series(temperature, "temperature")
         return cls.from_channels(taken, sampling, **others)

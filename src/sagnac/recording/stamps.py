@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import dataclass, replace
+from itertools import product
 from typing import Final
 
 import numpy as np
@@ -45,11 +46,8 @@ class Sampling:
 # What stamps start over at, s: counters of 16, 24 and 32 bits in us, ms and ns, a GPS week, a day.
 # Minutes and hours are not among them: logs last as long, and begin at 0 again if several are put
 # together.
-_STARTING_OVER: Final = (
-    604_800.0,
-    86_400.0,
-    *(size * 2.0**bits for size in (1e-3, 1e-6, 1e-9) for bits in (32, 24, 16)),
-)
+_COUNTERS: Final = [tick * 2.0**bits for tick, bits in product((1e-3, 1e-6, 1e-9), (32, 24, 16))]
+_STARTING_OVER: Final = (604_800.0, 86_400.0, *_COUNTERS)
 
 
 def without_starting_over(times: FloatArray) -> tuple[FloatArray, tuple[Note, ...]]:

@@ -23,7 +23,6 @@ _EXAMPLE: Final = 'write [limits] and N = "3e-4 deg/sqrt(h)" below it'
 _LIMITS: Final = {"type": "object", "description": _EXAMPLE}
 _RISK: Final = {**NUMBER, "description": "give a number between 0 and 0.5"}
 _KEYS: Final = {"product": ANY, "risk": _RISK, "limits": _LIMITS}
-_FILE: Final = table(_KEYS | dict.fromkeys(_NAMES, ANY))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -159,7 +158,7 @@ def specification_of(text: str | Specification, *, risk: float | None = None) ->
 
 def _of_file(path: Path, risk: float | None) -> Specification:
     try:
-        stated = read_toml(path, _FILE)
+        stated = read_toml(path, table(_KEYS | dict.fromkeys(_NAMES, ANY)))
         limits = {name: stated[name] for name in _NAMES if name in stated}
         limits |= stated.get("limits", {})
         listed = tuple(_limit(name, value) for name, value in limits.items())
