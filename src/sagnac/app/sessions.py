@@ -59,8 +59,8 @@ class Room:
         found = (self.root / text).resolve()
         allowed = (self.root,) if write else (self.root, self.dropped)
         if not any(found == one or one in found.parents for one in allowed):
-            said = f"{text} lies outside {self.root}, where the page was started"
-            raise ValueError(f"{said}; start sagnac app in the folder of the file")
+            problem = f"{text} lies outside {self.root}, where the page was started"
+            raise ValueError(f"{problem}; start sagnac app in the folder of the file")
         return found
 
     def listing(self, text: str) -> dict[str, Any]:
@@ -323,8 +323,8 @@ class Session:
         try:
             self.runs[number].ask(request)
         except (LookupError, OSError):
-            said = f"this analysis is no longer open: the last {_KEPT} can be changed"
-            raise ValueError(f"{said}, judged and saved; analyze the recording again") from None
+            problem = f"this analysis is no longer open: the last {_KEPT} can be changed"
+            raise ValueError(f"{problem}, judged and saved; analyze the recording again") from None
 
     def cancel(self, number: int) -> bool:
         """End a run; whether there was one."""

@@ -67,8 +67,8 @@ def remark(changed: Mapping[str, Any] | None) -> str:
         return ""
     lines = ", ".join(str(int(one) + 1) for one in changed["off"]) or "none"
     bands = [f"{float(low):.6g} to {float(high):.6g} Hz" for low, high in changed["bands"]]
-    said = f"lines put back: {lines}; bands masked: {', '.join(bands) or 'none'}"
-    return f"# {said}; only the Python repeats this\n"
+    changes = f"lines put back: {lines}; bands masked: {', '.join(bands) or 'none'}"
+    return f"# {changes}; only the Python repeats this\n"
 
 
 def command(path: str, reading: Texts, analysis: Texts) -> str:

@@ -176,9 +176,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
         exec("")
         return 128 + number
     except CycloptsError as error:
-        said = _in_several_files(error) or str(error).rstrip()
-        end = "" if said.endswith((".", "?")) else "."
-        complain(f"{said}{end} See {' '.join(['sagnac', *(error.command_chain or ())])} --help")
+        line = _in_several_files(error) or str(error).rstrip()
+        end = "" if line.endswith((".", "?")) else "."
+        complain(f"{line}{end} See {' '.join(['sagnac', *(error.command_chain or ())])} --help")
         return output.USAGE_ERROR
     except Exception as error:
         if "--debug" in tokens:
@@ -205,8 +205,8 @@ def _in_several_files(error: CycloptsError) -> str:
 
     further = Path(error.unused_tokens[0])
     if further.suffix.lower() in MINISEED.suffixes:
-        said = "channels that stand in a miniSEED file each are put together first"
-        remedy = f"{said}: cat x.mseed y.mseed z.mseed > xyz.mseed"
+        problem = "channels that stand in a miniSEED file each are put together first"
+        remedy = f"{problem}: cat x.mseed y.mseed z.mseed > xyz.mseed"
     elif further.exists():
         remedy = "many go into a table with sagnac campaign FILE... -o DIR"
     else:

@@ -89,18 +89,18 @@ def _suggest(file: Path, statement: "sagnac.Statement") -> None:
     turns = any(split_header(name)[0] in USUAL_NAMES["table"] for name in sagnac.columns(file))
     command = _command_for(file, statement, lacking, turns=turns)
     words = re.findall(r"\b(?:KIND|UNIT|HZ|SIZE|COLUMN)\b", command)
-    said = "To read it, put in what stands in capitals"
+    heading = "To read it, put in what stands in capitals"
     if not words:
-        said = "This reads it"
+        heading = "This reads it"
         try:
             together = _options_of(statement, lacking)
             added = sagnac.keywords({name: together[name] for name in lacking})
             sagnac.read(file, replace(statement, **added), verify=False)
         except sagnac.RecordingError as error:
-            said = f"Even with what is missing stated it cannot be read: {error_text(error)}"
+            heading = f"Even with what is missing stated it cannot be read: {error_text(error)}"
     found = gyros_in(file, statement) if "COLUMN" in words else ()
     are_forces = {*found} <= {*ACCELEROMETER_NAMES}
-    facts = {"said": said, "command": command, "found": found, "are_forces": are_forces}
+    facts = {"said": heading, "command": command, "found": found, "are_forces": are_forces}
     print(sections.rendered("to_read.txt", **facts), end="\n\n")
 
 
@@ -215,8 +215,8 @@ def plan(
     if options.as_json:
         print(json.dumps(_plan_document(found.plans, refused), allow_nan=False, indent=1))
     else:
-        said = [f"{name}: {why}" for name, why in refused.items()]
-        print("\n\n".join([*(_text(one) for one in found.plans), *said]))
+        lines = [f"{name}: {why}" for name, why in refused.items()]
+        print("\n\n".join([*(_text(one) for one in found.plans), *lines]))
 
 
 def _wanted(row: "PlanRow") -> str:

@@ -80,8 +80,8 @@ def export(
         File to write.
     """
     if not (analyses or options.accelerometer or options.datasheet):
-        said = "give an analysis.json, or what a data sheet states with --datasheet"
-        raise results.UsageError(said)
+        problem = "give an analysis.json, or what a data sheet states with --datasheet"
+        raise results.UsageError(problem)
     made = sagnac.export(analyses or (), output, **asdict(options), force=force)
     for setting in made.settings:
         print(one_line(setting.in_words()))
@@ -158,8 +158,8 @@ def align(
         JSON, nothing else.
     """
     if start.table_rate is not None and start.latitude is None:
-        said = "--table-rate needs --latitude, since azimuth is found from Earth rate"
-        raise results.UsageError(said)
+        problem = "--table-rate needs --latitude, since azimuth is found from Earth rate"
+        raise results.UsageError(problem)
     results.require_place(output, "alignment", [source], force=force)
     results.ready_to_draw()
     from sagnac.core.overwriting import earlier_files, outputs_in

@@ -546,16 +546,16 @@ def reading(
             raise error.at(str(file)) from error
         except (ValueError, ArithmeticError) as error:
             # numpy's LinAlgError is a ValueError.
-            said = f"the analysis fails ({error}) on {_numbers(recording)}"
+            problem = f"the analysis fails ({error}) on {_numbers(recording)}"
             remedy = "look at the data with sagnac check"
-            raise sagnac.RecordingError(said, path=str(file), remedy=remedy) from error
+            raise sagnac.RecordingError(problem, path=str(file), remedy=remedy) from error
 
 
 def _numbers(recording: "sagnac.Recording") -> str:
     """The samples of each channel in one line: how many, and between which values they lie."""
-    said = []
+    numbers = []
     for channel in (*recording.gyros, *recording.accelerometers):
         unit, values = channel.plain_unit, channel.values
         ends = f"{values.min() / unit.size:.4g} to {values.max() / unit.size:.4g}"
-        said.append(f"{channel.name}: {values.size} samples from {ends} {unit.name}")
-    return ", ".join(said)
+        numbers.append(f"{channel.name}: {values.size} samples from {ends} {unit.name}")
+    return ", ".join(numbers)

@@ -59,26 +59,26 @@ def explain(error: Exception, options: Container[str] = ()) -> int:
     is_usage |= type(error) in (ValueError, errors.ArgumentError)
     status = USAGE_ERROR if is_usage else DATA_ERROR
     if isinstance(error, errors.RecordingError):
-        said = error_text(error)
+        line = error_text(error)
     elif isinstance(error, errors.ArgumentError):
         option = f"--{OPTION_OF.get(error.argument, error.argument).replace('_', '-')}"
-        said = f"{option if option in options else error.argument} {as_typed(error.problem)}"
+        line = f"{option if option in options else error.argument} {as_typed(error.problem)}"
     elif is_usage:
-        said = as_typed(str(error))
+        line = as_typed(str(error))
     elif isinstance(error.__cause__, KeyboardInterrupt):
         # An interrupt inside a compiled loop is said to be a failure of that loop.
-        said, status = "interrupted", INTERRUPTED
+        line, status = "interrupted", INTERRUPTED
     elif isinstance(error, errors.MissingExtra):
-        said = str(error)
+        line = str(error)
     elif isinstance(error, OSError):
         where = f"{error.filename}: " if error.filename else ""
-        said = f"{where}{error.strerror or error}; check the path and its rights"
+        line = f"{where}{error.strerror or error}; check the path and its rights"
     elif isinstance(error, MemoryError):
-        said = "out of memory; take a part of it (--slice START:STOP), or simulate a shorter one"
+        line = "out of memory; take a part of it (--slice START:STOP), or simulate a shorter one"
     else:
-        said = f"internal error: {type(error).__name__}: {error}"
-        said += "; run again with --debug for the traceback, and report it"
-    complain(said)
+        line = f"internal error: {type(error).__name__}: {error}"
+        line += "; run again with --debug for the traceback, and report it"
+    complain(line)
     return status
 
 

@@ -51,8 +51,8 @@ class RigOptions:
         from sagnac.rig.sections import ConfigurationError, overlaid
 
         if self.table_rate is not None and config.table.profile:
-            said = "--table-rate has no effect on a table.profile; remove one of them"
-            raise results.UsageError(said)
+            problem = "--table-rate has no effect on a table.profile; remove one of them"
+            raise results.UsageError(problem)
         keys = {"duration": "duration_s", "table_rate": "rate_deg_per_s"}
         for name in ("kind", "seed", "duration", "table_rate"):
             if getattr(self, name) is None:

@@ -92,13 +92,13 @@ def keep(schema: Schema, content: Any) -> None:
         # A key that is misspelt is better named than missed.
         unknown = sorted(set(found) - set(known)) if known and isinstance(found, dict) else []
         if unknown:
-            said = f"{unknown[0]!r} is not known; use {', '.join(known)}"
+            problem = f"{unknown[0]!r} is not known; use {', '.join(known)}"
         elif error.rule == "required":
             lacking = next(key for key in rule["required"] if key not in found)
-            said = f"{lacking} is not stated; {known[lacking]['description']}"
+            problem = f"{lacking} is not stated; {known[lacking]['description']}"
         else:
-            said = f"{'.'.join(error.path[1:])} is {quoted(found)}; {rule['description']}"
-        raise ValueError(said) from None
+            problem = f"{'.'.join(error.path[1:])} is {quoted(found)}; {rule['description']}"
+        raise ValueError(problem) from None
 
 
 def finite(value: Any) -> Any:
@@ -164,14 +164,14 @@ def read_analyses(source: Path | str) -> tuple[Mapping[str, Any], ...]:
     elif schema == ANALYSIS:
         several = [content]
     else:
-        said = f"is no document of schema {ANALYSIS}"
-        raise RecordingError(said, path=str(path), remedy=AS_WRITTEN)
+        problem = f"is no document of schema {ANALYSIS}"
+        raise RecordingError(problem, path=str(path), remedy=AS_WRITTEN)
     for one in several:
         try:
             check_analysis(one)
         except ValueError as error:
-            said = f"breaks its schema {ANALYSIS}: {error}"
-            raise RecordingError(said, path=str(path), remedy=AS_WRITTEN) from None
+            problem = f"breaks its schema {ANALYSIS}: {error}"
+            raise RecordingError(problem, path=str(path), remedy=AS_WRITTEN) from None
     return tuple(several)
 
 
@@ -186,8 +186,8 @@ def read_one_analysis(source: Path | str) -> Mapping[str, Any]:
     documents = read_analyses(source)
     if len(documents) > 1:
         where = str(source) if isinstance(source, Path) else "text"
-        said = f"holds {len(documents)} analyses"
-        raise RecordingError(said, path=where, remedy="give the analysis.json of one recording")
+        problem = f"holds {len(documents)} analyses"
+        raise RecordingError(problem, path=where, remedy="give the analysis.json of one recording")
     return documents[0]
 
 
@@ -219,10 +219,10 @@ def check_analysis(document: object) -> None:
     try:
         _validator()(document)
     except fastjsonschema.JsonSchemaValueException as error:
-        said = error.message.removeprefix("data.").split(" definition", 1)[0]
+        fact = error.message.removeprefix("data.").split(" definition", 1)[0]
         if error.rule == "anyOf":
-            said = f"{'.'.join(error.path[1:])} is {quoted(error.value)}, which it does not allow"
-        raise ValueError(said) from None
+            fact = f"{'.'.join(error.path[1:])} is {quoted(error.value)}, which it does not allow"
+        raise ValueError(fact) from None
 
 
 def _json(path: Path, text: str | None) -> Any:
@@ -230,11 +230,11 @@ def _json(path: Path, text: str | None) -> Any:
         text = path.read_text(encoding="utf-8") if text is None else text
         return json.loads(text, parse_constant=_refused)
     except OSError as error:
-        said = f"cannot be read ({error.strerror})"
-        raise RecordingError(said, path=str(path), remedy="check the path") from None
+        problem = f"cannot be read ({error.strerror})"
+        raise RecordingError(problem, path=str(path), remedy="check the path") from None
     except (ValueError, RecursionError) as error:
-        said = f"is no JSON: {_reason(error)}"
-        raise RecordingError(said, path=str(path), remedy=AS_WRITTEN) from None
+        problem = f"is no JSON: {_reason(error)}"
+        raise RecordingError(problem, path=str(path), remedy=AS_WRITTEN) from None
 
 
 def _reason(error: Exception) -> str:

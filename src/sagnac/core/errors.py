@@ -165,8 +165,8 @@ class RecordingError(ValueError):
 
     def line(self, form: Callable[[str, str], str] = as_keyword) -> str:
         """The whole line, inputs of the package written by `form` (see `worded`)."""
-        said = f"{self.problem}; {self.remedy}" if self.remedy else self.problem
-        return ": ".join(part for part in (self.path, self.channel, worded(said, form)) if part)
+        problem = f"{self.problem}; {self.remedy}" if self.remedy else self.problem
+        return ": ".join(part for part in (self.path, self.channel, worded(problem, form)) if part)
 
     def __str__(self) -> str:
         return self.line()
@@ -199,8 +199,8 @@ class MissingExtra(ImportError):
 
     def __init__(self, purpose: str, package: str, extra: str) -> None:
         remedy = f"install it with pip install '.[{extra}]' in the folder of sagnac's source"
-        said = f"{purpose} needs {package}, which is not installed; {remedy}"
-        super().__init__(said, name=package)
+        problem = f"{purpose} needs {package}, which is not installed; {remedy}"
+        super().__init__(problem, name=package)
         self.purpose, self.package, self.extra = purpose, package, extra
 
     def at(self, path: str) -> Self:

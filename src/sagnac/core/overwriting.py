@@ -81,8 +81,8 @@ def require_free(outputs: Outputs, reads: Iterable[Path] = (), *, force: bool = 
         if any(one.exists() and path.exists() and path.samefile(one) for one in reads):
             raise WouldOverwrite("is read by this run, and would be lost", path=str(path))
     if kind_of(outputs.mark) != outputs.kind:
-        said = "is there, and no such run made it, so it would be lost"
-        raise WouldOverwrite(said, path=str(there[0]))
+        problem = "is there, and no such run made it, so it would be lost"
+        raise WouldOverwrite(problem, path=str(there[0]))
 
 
 # Files that go into a folder together, and the mark among them: a page, or a document that says of

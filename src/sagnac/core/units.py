@@ -347,8 +347,8 @@ def unit_of(text: str, quantity: Quantity) -> Unit:
     factor, name = split_factor(text)
     known = sizes(quantity)
     if name not in known or not factor > 0.0:
-        said = f"{text!r} is not a unit of {quantity}; use one of {', '.join(known)}"
-        raise refusal("unit", said)
+        problem = f"{text!r} is not a unit of {quantity}; use one of {', '.join(known)}"
+        raise refusal("unit", problem)
     unit, size = UNITS[name], factor * known[name]
     if factor == 1.0:
         return unit

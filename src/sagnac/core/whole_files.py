@@ -275,5 +275,5 @@ def _change_places(one: Path, other: Path) -> None:
 
 
 def _unwritable(path: Path, error: OSError) -> RecordingError:
-    said = f"cannot be written ({error.strerror or ' '.join(str(error).split())[:160]})"
-    return RecordingError(said, path=str(path), remedy="choose another output")
+    problem = f"cannot be written ({error.strerror or ' '.join(str(error).split())[:160]})"
+    return RecordingError(problem, path=str(path), remedy="choose another output")

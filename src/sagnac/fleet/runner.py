@@ -122,8 +122,8 @@ def completed_there(tasks: Tasks, folder: Path, scheduler: str) -> Iterator[Row]
         for task in waiting.values():
             yield lost(task, f"the scheduler was lost; {_GOES_ON}")
     except OSError as error:
-        said = f"the scheduler at {scheduler} was lost ({_in_short(error)})"
-        raise RecordingError(said, remedy=_GOES_ON) from None
+        problem = f"the scheduler at {scheduler} was lost ({_in_short(error)})"
+        raise RecordingError(problem, remedy=_GOES_ON) from None
     finally:
         # What it still waits for is given up; one that has lost its scheduler would wait for it.
         client.close(timeout=5.0)
@@ -155,9 +155,9 @@ def _connected(scheduler: str) -> Any:
         return distributed.Client(scheduler, timeout=_PATIENCE)
     except (OSError, ValueError, TypeError, MemoryError) as error:
         # Another program's answer is taken for the length of what follows, which may be anything.
-        said = f"no scheduler answers at {scheduler} ({_in_short(error)})"
+        problem = f"no scheduler answers at {scheduler} ({_in_short(error)})"
         remedy = "start one with dask scheduler, and give the address that it prints"
-        raise RecordingError(said, remedy=remedy) from None
+        raise RecordingError(problem, remedy=remedy) from None
 
 
 def _in_short(error: Exception) -> str:
@@ -177,12 +177,12 @@ def _check_workers(client: Any, folder: Path) -> None:
         raise RecordingError("the scheduler has no workers", remedy=remedy)
     for address, (version, seen) in workers.items():
         if version != __version__:
-            said = f"worker {address} has sagnac {version}, this is {__version__}"
-            raise RecordingError(said, remedy="install the same version everywhere")
+            problem = f"worker {address} has sagnac {version}, this is {__version__}"
+            raise RecordingError(problem, remedy="install the same version everywhere")
         if not seen:
-            said = f"worker {address} does not see this folder"
+            problem = f"worker {address} does not see this folder"
             remedy = "choose an output that all workers share under one path"
-            raise RecordingError(said, path=str(folder), remedy=remedy)
+            raise RecordingError(problem, path=str(folder), remedy=remedy)
 
 
 def _facts(token: Path) -> tuple[str, bool]:

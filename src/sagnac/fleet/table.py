@@ -435,9 +435,9 @@ class Yield:
         low, high = self.share
         passed, units = self.units.count("pass"), len(self.units)
         without = f", {self.unmeasured} not measured" if self.unmeasured else ""
-        said = f"{passed} of {counted(units, 'unit')} pass{without}"
+        passing = f"{passed} of {counted(units, 'unit')} pass{without}"
         ends = f"{100.0 * low:.0f} to {100.0 * high:.0f} %"
-        return f"{said}, yield {100.0 * passed / units:.0f} % ({ends})"
+        return f"{passing}, yield {100.0 * passed / units:.0f} % ({ends})"
 
 
 def yield_of(campaign: Campaign) -> Yield | None:

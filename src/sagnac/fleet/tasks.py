@@ -213,8 +213,8 @@ def _of_toml(path: Path, choices: Choices) -> tuple[Task, ...]:
         all_settings = [replace(own, method=one, gyros=gyros) for one, gyros in choices_made]
         return tuple(replace(task, settings=one) for task in tasks for one in all_settings)
     except OSError as error:
-        said = f"cannot be read ({error.strerror})"
-        raise RecordingError(said, path=str(path), remedy="check the path") from None
+        problem = f"cannot be read ({error.strerror})"
+        raise RecordingError(problem, path=str(path), remedy="check the path") from None
     except RecordingError as error:
         raise error.at(str(path)) from None
     except (ValueError, TypeError) as error:
@@ -401,9 +401,9 @@ def _measured(task: Task, folder: Path) -> Row:
     recording = read(task.path, task.statement)
     origin = recording.provenance
     if origin is not None and task.sha256 not in ("", origin.sha256):
-        said = "is not the file that the campaign was planned with"
+        problem = "is not the file that the campaign was planned with"
         remedy = "let all workers see the same files, and start the campaign again"
-        raise RecordingError(said, path=task.path, remedy=remedy)
+        raise RecordingError(problem, path=task.path, remedy=remedy)
     analysis = analyze(recording, task.settings)
     document = analysis_document(analysis)
     # A page links to it, and a name that is none in the system's encoding has no link.

@@ -93,9 +93,9 @@ def _require_readable(source: Source, statements: Statements) -> None:
     for name in statements.gyros or GYRO_NAMES:
         key = statements.column(name) or name
         if key in source.unreadable:
-            said = f"{source.unreadable[key]}, no real numbers"
+            problem = f"{source.unreadable[key]}, no real numbers"
             remedy = "correct the file, or name the gyros to take with {gyros}"
-            raise RecordingError(said, channel=key, remedy=remedy)
+            raise RecordingError(problem, channel=key, remedy=remedy)
 
 
 def check_lengths(lengths: Mapping[str, int]) -> None:
@@ -109,9 +109,9 @@ def check_lengths(lengths: Mapping[str, int]) -> None:
     (first, samples), *others = lengths.items()
     for key, length in others:
         if length != samples:
-            said = f"has {length} samples but {first} has {samples}"
+            problem = f"has {length} samples but {first} has {samples}"
             remedy = "name columns sampled together with {columns}"
-            raise RecordingError(said, channel=key, remedy=remedy)
+            raise RecordingError(problem, channel=key, remedy=remedy)
 
 
 def _stretch(time: Column | None, second: float, stored: Stored, statements: Statements) -> Stretch:

@@ -126,8 +126,8 @@ def declared(layout: str | Mapping[str, Any]) -> BinaryLayout:
         remedy = f"use one of {', '.join(PRESETS)}, or a TOML that lists the fields"
         raise RecordingError(f"layout {where!r} is not known", remedy=remedy) from None
     except ValueError as error:
-        said = f"the layout of the records: {error}"
-        raise RecordingError(said, path=where, remedy="correct it there") from None
+        problem = f"the layout of the records: {error}"
+        raise RecordingError(problem, path=where, remedy="correct it there") from None
 
 
 def _of_table(content: Mapping[str, Any]) -> BinaryLayout:
@@ -198,13 +198,13 @@ def open_source(path: Path, layout: str | Mapping[str, Any] | None = None) -> So
         remedy = "state the right {layout}"
         raise RecordingError(f"is shorter than one record of {length} bytes", remedy=remedy)
     starts: IntegerArray | None = None
-    said = f"{counted(rest, 'byte')} behind the last record: it may be cut off" if rest else ""
+    problem = f"{counted(rest, 'byte')} behind the last record: it may be cut off" if rest else ""
     if laid_out.sync or laid_out.checksum:
-        starts, said = _found(content, laid_out)
+        starts, problem = _found(content, laid_out)
         records = starts.size
         if records == 0:
-            said = "holds no record with these sync bytes and this checksum"
-            raise RecordingError(said, remedy="state the right {layout}")
+            problem = "holds no record with these sync bytes and this checksum"
+            raise RecordingError(problem, remedy="state the right {layout}")
 
     def pieces(keys: Sequence[str], start: int, stop: int) -> Pieces:
         for block in blocks(stop, start=start):
@@ -217,7 +217,7 @@ def open_source(path: Path, layout: str | Mapping[str, Any] | None = None) -> So
     def load(keys: Sequence[str]) -> Stored:
         return Stored(lengths=dict.fromkeys(keys, records), pieces=pieces)
 
-    notes = (Note(text=said, level="warning"),) if said else ()
+    notes = (Note(text=problem, level="warning"),) if problem else ()
     return Source(columns=laid_out.columns, load=load, stated=laid_out.stated, notes=notes)
 
 
@@ -239,9 +239,9 @@ def _found(content: Bytes, laid_out: BinaryLayout) -> tuple[IntegerArray, str]:
             found.append(places[some][is_right])
     starts = _apart(np.concatenate(found), length)
     between = content.size - starts.size * length
-    said = f"{counted(between, 'byte')} belong to no record and are left out"
-    said += f"; {counted(wrong, 'checksum')} did not match" if wrong else ""
-    return starts, said if between else ""
+    problem = f"{counted(between, 'byte')} belong to no record and are left out"
+    problem += f"; {counted(wrong, 'checksum')} did not match" if wrong else ""
+    return starts, problem if between else ""
 
 
 def _places(content: Bytes, laid_out: BinaryLayout, part: slice) -> IntegerArray:

@@ -65,9 +65,9 @@ class Choice:
         keys = self.keys
         for key in keys:
             if keys.count(key) > 1:
-                said = "the column is named for two channels"
+                problem = "the column is named for two channels"
                 remedy = "give each its own with {columns}, {table} and {time}"
-                raise RecordingError(said, channel=key, remedy=remedy)
+                raise RecordingError(problem, channel=key, remedy=remedy)
 
     @property
     def sensors(self) -> list[tuple[Sensor, str, Column]]:
@@ -103,8 +103,8 @@ def choose(columns: Columns, statements: Statements) -> Choice:
             if one.key not in others and is_like_table(one):
                 # A number goes through a shell as it is, whatever the name.
                 name = one.name if one.name.isidentifier() else one.number or one.name
-                said = f"column {one.key} looks like the table's angle and is not taken"
-                text = f"{said}; {{table {name}:{one.unit or 'UNIT'}}} takes it"
+                problem = f"column {one.key} looks like the table's angle and is not taken"
+                text = f"{problem}; {{table {name}:{one.unit or 'UNIT'}}} takes it"
                 notes = (*notes, Note(channel="table", text=text))
     pickoffs = {gyro: choose_one(columns, statements, PICKOFF + gyro) for gyro in gyros}
     return Choice(
@@ -130,8 +130,8 @@ def find(columns: Columns, name: str) -> Column | None:
     alike = [column for column in columns if column.key == name][:1]
     alike = alike or [column for column in columns if column.name == name]
     if len(alike) > 1:
-        said = f"more than one column has this name, {', '.join(one.key for one in alike)}"
-        raise RecordingError(said, channel=name, remedy="give the full name with {columns}")
+        problem = f"more than one column has this name, {', '.join(one.key for one in alike)}"
+        raise RecordingError(problem, channel=name, remedy="give the full name with {columns}")
     if not alike and name.isdecimal():
         alike = [column for column in columns if column.number == int(name)]
     return alike[0] if alike else None
@@ -231,18 +231,18 @@ def choose_time(
             first = one
         else:
             left_out.append(one)
-    said = "has no unit and is left out, the rate is stated"
-    texts = [f"column {one.key} {said}; {{time {one.key}:UNIT}} takes it" for one in left_out]
+    fact = "has no unit and is left out, the rate is stated"
+    texts = [f"column {one.key} {fact}; {{time {one.key}:UNIT}} takes it" for one in left_out]
     if first is None:
         # The only column of times by its unit, where no rate is stated; else an offer of each.
         others = {*taken, *(one.key for one in left_out)}
         like = [one for one in columns if one.key not in others and is_like_time(one)]
         sure = [one for one in like if one.unit is not None]
         if is_rated:
-            said = "looks like time stamps and is not taken, the rate is stated"
+            fact = "looks like time stamps and is not taken, the rate is stated"
             for one in like:
                 takes = f"{{time {one.name}:{one.unit or 'UNIT'}}} takes it"
-                texts.append(f"column {one.key} {said}; {takes} and shows samples that are missing")
+                texts.append(f"column {one.key} {fact}; {takes} and shows samples that are missing")
         elif len(sure) == 1:
             (first,) = sure
             texts.append(f"column {first.key} is taken as the time")
@@ -368,10 +368,10 @@ def require_known(choice: Choice, columns: Columns, statements: Statements) -> N
             stated = getattr(statement, quantity)
             for name in stated if isinstance(stated, Mapping) else ():
                 if name not in known and name not in others:
-                    said = f"its {quantity} is stated, and there is no such channel"
+                    problem = f"its {quantity} is stated, and there is no such channel"
                     remedy = f"state {{{quantity}}} of {', '.join(known)}"
                     remedy += ", or name the {accelerometers}" if misread else ""
-                    raise RecordingError(said, channel=name, remedy=remedy)
+                    raise RecordingError(problem, channel=name, remedy=remedy)
 
 
 def stated_for(
@@ -400,20 +400,20 @@ def scale_of(name: str, column: Column, statements: Statements, sensor: Sensor =
         stated = "rate"
     kind = next((one for one in KINDS if one == stated), None)
     if kind is None:
-        said = "its kind is not stated"
+        problem = "its kind is not stated"
         if stated is not None:
-            said = f"the file says kind {stated!r}, which is none"
+            problem = f"the file says kind {stated!r}, which is none"
         remedy = f"state {{kind {of_one}{'|'.join(KINDS)}}}"
-        raise RecordingError(said, channel=name, remedy=remedy)
+        raise RecordingError(problem, channel=name, remedy=remedy)
     scale = statements.first("scale") if sensor == "gyro" else None
     if scale is not None and not is_counts(unit or "counts"):
-        said = f"its unit {unit} and a scale per count contradict each other"
+        problem = f"its unit {unit} and a scale per count contradict each other"
         remedy = "state {unit counts} and {scale}, or {unit} alone"
-        raise RecordingError(said, channel=name, remedy=remedy)
+        raise RecordingError(problem, channel=name, remedy=remedy)
     if scale is None and sensor == "gyro" and is_counts(unit or ""):
-        said = "it is in counts and their size is not stated"
+        problem = "it is in counts and their size is not stated"
         size = "0.1deg/h" if kind == "rate" else "0.1arcsec"
-        raise RecordingError(said, channel=name, remedy=f"state {{scale {size}}}")
+        raise RecordingError(problem, channel=name, remedy=f"state {{scale {size}}}")
     unit, quantity = scale or unit, quantity_of(kind, sensor)
     usual = next(iter(units.sizes(quantity)))
     other = f"another of {quantity}" if sensor == "gyro" else "{unit gyros=deg/s,accelerometers=g}"
@@ -442,8 +442,8 @@ def contradiction(by_file: str, taken: str, *, is_typed: bool, channel: str = ""
     """
     text = f"the file says {by_file}, taken as {taken} as stated"
     if not is_typed:
-        said = f"the file says {by_file} and the TOML beside it {taken}, which is taken"
-        text = f"{said}; remove the TOML if it is of another recording"
+        problem = f"the file says {by_file} and the TOML beside it {taken}, which is taken"
+        text = f"{problem}; remove the TOML if it is of another recording"
     return Note(name="units", channel=channel, text=text, level="warning")
 
 
@@ -476,5 +476,5 @@ def known_unit(channel: str, unit: str | None, quantity: units.Quantity, remedy:
     try:
         return units.unit_of(unit, quantity)
     except ValueError:
-        said = f"unit {unit!r} is not one of {quantity}"
-        raise RecordingError(said, channel=channel, remedy=remedy) from None
+        problem = f"unit {unit!r} is not one of {quantity}"
+        raise RecordingError(problem, channel=channel, remedy=remedy) from None

@@ -70,8 +70,8 @@ def _notes(laid_out: Layout) -> tuple[Note, ...]:
         pairs = zip(laid_out.columns, texts, strict=True)
         shown = ", ".join(f"{column.key} = {text}" for column, text in islice(pairs, _FIRST_FIELDS))
         more = " ..." if len(texts) > _FIRST_FIELDS else ""
-        said = f"read with {', '.join(laid_out.doubts)}; the first row: {shown}{more}"
-        notes.append(Note(text=said))
+        problem = f"read with {', '.join(laid_out.doubts)}; the first row: {shown}{more}"
+        notes.append(Note(text=problem))
     if not laid_out.text.is_ended:
         notes.append(Note(text="the last line has no line end: it may be cut off", level="warning"))
     return tuple(notes)

@@ -54,8 +54,8 @@ def require_room(needed: int, what: str) -> None:
     most = _limit.get()
     if needed > most:
         allowed = f"the {most / GIBIBYTE:.3g} GiB that are allowed"
-        said = f"{what} takes {needed / GIBIBYTE:.3g} GiB of memory, more than {allowed}"
-        raise RecordingError(said, remedy="allow more with {memory}, or give a shorter file")
+        problem = f"{what} takes {needed / GIBIBYTE:.3g} GiB of memory, more than {allowed}"
+        raise RecordingError(problem, remedy="allow more with {memory}, or give a shorter file")
 
 
 def require_content(declared: int, stored: int, what: str) -> None:
@@ -76,8 +76,8 @@ def require_content(declared: int, stored: int, what: str) -> None:
     # Largest ratio that any of the compressions here reaches, twice over: a file that declares more
     # has nothing behind it.
     if declared > 2064 * max(stored, 1):
-        said = f"{what} declares {declared} bytes, and the file has {stored}: nothing is behind it"
-        raise RecordingError(said, remedy=AGAIN)
+        fact = f"{what} declares {declared} bytes, and the file has {stored}: nothing is behind it"
+        raise RecordingError(fact, remedy=AGAIN)
 
 
 @contextmanager
@@ -99,8 +99,8 @@ def damaged(format_name: str) -> Iterator[None]:
     except Exception as error:
         # NumPy ends its message with advice on its own arguments.
         why = " ".join(str(error).split()).split("; use `")[0][:160] or type(error).__name__
-        said = f"is not {format_name}, or is damaged or cut off ({why})"
-        raise RecordingError(said, remedy=AGAIN) from error
+        problem = f"is not {format_name}, or is damaged or cut off ({why})"
+        raise RecordingError(problem, remedy=AGAIN) from error
 
 
 @contextmanager

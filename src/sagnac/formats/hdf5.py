@@ -79,8 +79,8 @@ def open_source(path: Path) -> Source:
         scales = {key: _scale(datasets[one.array].attrs) for key, (_, one) in found.items()}
     packed = [key for key, scale in scales.items() if scale != (1.0, 0.0)]
     # In NetCDF nobody expects anything else.
-    said = f"{', '.join(packed)}: taken times scale_factor, and add_offset added, as attributes say"
-    notes = (Note(text=one_line(said)),) if packed and not is_netcdf else ()
+    fact = f"{', '.join(packed)}: taken times scale_factor, and add_offset added, as attributes say"
+    notes = (Note(text=one_line(fact)),) if packed and not is_netcdf else ()
 
     def pieces(keys: Sequence[str], start: int, stop: int) -> source.Pieces:
         with h5py.File(path, "r") as file:
@@ -254,9 +254,9 @@ def _require_own(dataset: h5py.Dataset, path: Path) -> None:
     """
     name = dataset.name.lstrip("/")
     if dataset.external:
-        said = f"its values lie in another file, {one_line(str(dataset.external[0][0]))}"
+        fact = f"its values lie in another file, {one_line(str(dataset.external[0][0]))}"
         remedy = "put them into this file: h5repack -l CONTI"
-        raise RecordingError(said, channel=name, remedy=remedy)
+        raise RecordingError(fact, channel=name, remedy=remedy)
     for part in dataset.virtual_sources() if dataset.is_virtual else ():
         file = path if part.file_name == "." else path.parent / part.file_name
         if problem := one_line(_problem_of_part(file, part.dset_name, path.parent)):

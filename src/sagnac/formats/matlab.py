@@ -50,8 +50,8 @@ def open_source(path: Path) -> Source:
     """
     with path.open("rb") as stream:
         if _NUMBERS.fullmatch(stream.read(256)):
-            said = "is text, as MATLAB writes it with save -ascii"
-            raise RecordingError(said, remedy="give it the suffix .txt")
+            fact = "is text, as MATLAB writes it with save -ascii"
+            raise RecordingError(fact, remedy="give it the suffix .txt")
     are_complex = require_sound(path)
     stated: list[str] = []
     structs: list[str] = []

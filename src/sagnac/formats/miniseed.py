@@ -78,8 +78,8 @@ def _common_rate(found: Mapping[str, Sequence[Segment]]) -> float:
     rates = {rate for segments in found.values() for _, rate, _ in segments}
     if len(rates) != 1 or min(rates) <= 0.0:
         listed = ", ".join(f"{rate:g}" for rate in sorted(rates)) or "none"
-        said = f"its sources are sampled at different rates, {listed} Hz"
-        raise RecordingError(said, remedy="give a file of sources sampled together")
+        problem = f"its sources are sampled at different rates, {listed} Hz"
+        raise RecordingError(problem, remedy="give a file of sources sampled together")
     (rate,) = rates
     starts = {name: segments[0][0] for name, segments in found.items()}
     first, last = min(starts, key=starts.__getitem__), max(starts, key=starts.__getitem__)

@@ -50,9 +50,9 @@ def _open_array(path: Path) -> Source:
         columns = {str(number): row for number, row in enumerate(rows[: MOST_COLUMNS + 1], 1)}
     columns = {name: one for name, one in columns.items() if one.dtype.kind in "biuf"}
     if not 0 < len(columns) <= MOST_COLUMNS:
-        said = f"holds {array.dtype} of shape {array.shape}, no table of real numbers"
+        problem = f"holds {array.dtype} of shape {array.shape}, no table of real numbers"
         remedy = "store an array of shape (samples,) or (samples, channels)"
-        raise RecordingError(said, remedy=remedy)
+        raise RecordingError(problem, remedy=remedy)
 
     def pieces(keys: Sequence[str], start: int, stop: int) -> source.Pieces:
         for block in blocks(stop, start=start):

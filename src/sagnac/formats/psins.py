@@ -38,18 +38,18 @@ def open_source(path: Path) -> Source:
     # Without the comments that open a log, the first rows of its data would pass for a header.
     is_commented = bool(plain) and any(map(str.strip, text.head[: plain[0]]))
     if not is_commented or [len(row) for row in rows[:_HEADER_ROWS]] != [len(_ROW)] * _HEADER_ROWS:
-        said = "has no PSINS header, three lines of six numbers after the comments"
+        fact = "has no PSINS header, three lines of six numbers after the comments"
         remedy = "correct it, or give a CSV with {rate}, {kind} and {unit}"
-        raise RecordingError(said, remedy=remedy)
+        raise RecordingError(fact, remedy=remedy)
     if rows[_HEADER_ROWS:] and len(rows[_HEADER_ROWS]) != len(_ROW):
         raise ValueError(f"rows of {len(rows[_HEADER_ROWS])} numbers, not {len(_ROW)}")
     header = [[float(number) for number in row] for row in rows[:_HEADER_ROWS]]
     interval_ms, gravity = header[1][4:]
     gyros, forces = header[2][:3], header[2][3:]
     if not (interval_ms > 0.0 and all(size > 0.0 for size in gyros)):
-        said = f"the header states a sampling interval of {interval_ms:g} ms and gyro factors of "
-        said += f"{', '.join(f'{size:g}' for size in gyros)} arcsec"
-        raise RecordingError(said, remedy="all must be positive")
+        fact = f"the header states a sampling interval of {interval_ms:g} ms and gyro factors of "
+        fact += f"{', '.join(f'{size:g}' for size in gyros)} arcsec"
+        raise RecordingError(fact, remedy="all must be positive")
     units = [f"{size!r}arcsec" for size in gyros]
     micro_g = 1e-6 * gravity
     if all(micro_g * size > 0.0 for size in forces):

@@ -274,9 +274,9 @@ def format_to_write(path: Path, heading: Outgoing) -> Format:
         raise RecordingError("no format to write has this suffix", path=str(path), remedy=remedy)
     if known is not CSV and beside(path)[0] != Statement():
         how = "how a file of this name is to be read"
-        said = f"a TOML beside it states {how}, and would be believed"
+        problem = f"a TOML beside it states {how}, and would be believed"
         remedy = "remove the TOML, or choose another output"
-        raise RecordingError(said, path=str(path), remedy=remedy)
+        raise RecordingError(problem, path=str(path), remedy=remedy)
     kinds, gyros, forces = heading.kinds, len(heading.gyros), len(heading.accelerometers)
     wrong = [name for name in heading.units if name not in (*kinds, "time")]
     wrong += [f"{name} of kind {kind}" for name, kind in kinds.items() if kind != "rate"]
@@ -284,10 +284,10 @@ def format_to_write(path: Path, heading: Outgoing) -> Format:
         wrong.append(f"{gyros} gyros with {forces} accelerometers")
     if known.rates_of and wrong:
         alone = " or none" if _AXES in known.rates_of else ""
-        said = f"{known.name} holds rates of three gyros and three accelerometers{alone}"
-        said += f", and cannot hold {', '.join(wrong)}"
+        problem = f"{known.name} holds rates of three gyros and three accelerometers{alone}"
+        problem += f", and cannot hold {', '.join(wrong)}"
         remedy = "give what it holds, or use .parquet, which holds every recording"
-        raise RecordingError(said, path=str(path), remedy=remedy)
+        raise RecordingError(problem, path=str(path), remedy=remedy)
     with about(path):
         # A library that is not installed is named before there is anything to write.
         _module(known, "writing")
@@ -324,11 +324,11 @@ def _beginning(path: Path) -> bytes:
         If it is no file that is stored whole, or cannot be opened.
     """
     if path.is_dir():
-        said = f"is a folder without {EUROC_DATA} (EuRoC) or metadata.yaml (ROS 2)"
-        raise RecordingError(said, remedy="give a file, or a folder of one of these kinds")
+        problem = f"is a folder without {EUROC_DATA} (EuRoC) or metadata.yaml (ROS 2)"
+        raise RecordingError(problem, remedy="give a file, or a folder of one of these kinds")
     if path.exists() and not path.is_file():
-        said = "cannot be opened: it is no regular file"
-        raise RecordingError(said, remedy="give a file that is stored whole")
+        problem = "cannot be opened: it is no regular file"
+        raise RecordingError(problem, remedy="give a file that is stored whole")
     try:
         with path.open("rb") as stream:
             beginning = stream.read(len(_POINTER))
@@ -338,11 +338,11 @@ def _beginning(path: Path) -> bytes:
         remedy = "check the path" if is_missing else "check the path and its permissions"
         raise RecordingError("no such file" if is_missing else why, remedy=remedy) from None
     if beginning == _POINTER:
-        said = "is a pointer of Git LFS: the content was not fetched"
-        raise RecordingError(said, remedy="fetch it: git lfs pull")
+        problem = "is a pointer of Git LFS: the content was not fetched"
+        raise RecordingError(problem, remedy="fetch it: git lfs pull")
     if beginning and not path.stat().st_size:
-        said = "is made by the system as it is read, and states no size"
-        raise RecordingError(said, remedy="copy it, and give the copy")
+        problem = "is made by the system as it is read, and states no size"
+        raise RecordingError(problem, remedy="copy it, and give the copy")
     return beginning
 
 
@@ -392,8 +392,8 @@ def _module(known: Format, doing: str) -> Any:
         package = (error.name or "").partition(".")[0]
         if known.extra:
             raise MissingExtra(f"{doing} {known.name}", package, known.extra) from error
-        said = f"{doing} {known.name} needs {error.name}, which is not installed"
-        raise RecordingError(said, remedy=f"install it: pip install {package}") from error
+        problem = f"{doing} {known.name} needs {error.name}, which is not installed"
+        raise RecordingError(problem, remedy=f"install it: pip install {package}") from error
 
 
 def _sha256(path: Path) -> str:

@@ -82,8 +82,8 @@ def open_source(path: Path) -> Source:
     if not topics:
         listed = [f"{name} ({kind}, {count})" for name, kind, count in every[:_MOST_LISTED]]
         more = " ..." if len(every) > _MOST_LISTED else ""
-        said = f"holds no sensor_msgs/Imu; its topics are {', '.join(listed) or 'none'}{more}"
-        raise RecordingError(said, remedy="give a bag with such a topic")
+        problem = f"holds no sensor_msgs/Imu; its topics are {', '.join(listed) or 'none'}{more}"
+        raise RecordingError(problem, remedy="give a bag with such a topic")
     keys = {
         field if len(topics) == 1 else f"{topic.name}/{field}": (topic, field)
         for topic in topics
@@ -100,15 +100,15 @@ def open_source(path: Path) -> Source:
         return arrays
 
     names = ", ".join(topic.name for topic in topics)
-    said = f"the IMU topics are {names}; name the columns of one with {{columns}}"
+    problem = f"the IMU topics are {names}; name the columns of one with {{columns}}"
     stated = Statement(kind="rate")
     if len(topics) == 1:
-        said = f"gyros are those of topic {names}"
+        problem = f"gyros are those of topic {names}"
         forces = tuple(_FIELDS)[3:] if topics[0].has_forces else ()
         stated = of_rates(tuple(_FIELDS)[:3], forces, _STAMP if topics[0].is_stamped else _RECEIVED)
     units = {key: _FIELDS[name][1] if name in _FIELDS else "ns" for key, (_, name) in keys.items()}
     columns = tuple(Column(key=key, name=key, unit=unit) for key, unit in units.items())
-    return Source(columns=columns, stated=stated, load=load, notes=(Note(text=said),))
+    return Source(columns=columns, stated=stated, load=load, notes=(Note(text=problem),))
 
 
 def _reader(path: Path) -> AnyReader:

@@ -129,9 +129,9 @@ def _require_exact(key: str, values: AnyArray) -> None:
     with np.errstate(invalid="ignore"):
         back = values.astype(np.float64).astype(values.dtype)
     if (back != values).any():
-        said = "holds integers beyond 2^53, whose last digits would be lost"
+        problem = "holds integers beyond 2^53, whose last digits would be lost"
         remedy = "take a constant off them and store the rest"
-        raise RecordingError(said, channel=key, remedy=remedy)
+        raise RecordingError(problem, channel=key, remedy=remedy)
 
 
 def _may_be_kept(values: AnyArray, column: FloatArray) -> bool:

@@ -247,8 +247,8 @@ def one_statement(statement: Statement | None, stated: Mapping[str, Any]) -> Sta
     'rate'
     """
     if statement is not None and stated:
-        said = f"{', '.join(stated)} and a statement are given; state everything in one of the two"
-        raise ValueError(said)
+        fact = f"{', '.join(stated)} and a statement are given; state everything in one of the two"
+        raise ValueError(fact)
     known = [item.name for item in fields(Statement)]
     if unknown := [name for name in stated if name not in known]:
         raise TypeError(f"{unknown[0]!r} is nothing to state; use one of {', '.join(known)}")

@@ -104,8 +104,8 @@ def table_counter_notes(key: str, raw: FloatArray, unit: str) -> tuple[Note, ...
     # Below a turn readings may leap for another reason, unless a counter has that many places.
     if not (period > 1.001 * turn or (period < 0.95 * turn and bits.is_integer() and is_whole)):
         return ()
-    said = f"starts over at {period:.7g} {unit}, not at a full turn: it looks like a counter"
-    text = f"{said}; if that is one turn, state {{table {key}:{360.0 / period:.12g}deg}}"
+    problem = f"starts over at {period:.7g} {unit}, not at a full turn: it looks like a counter"
+    text = f"{problem}; if that is one turn, state {{table {key}:{360.0 / period:.12g}deg}}"
     if bits.is_integer():
         text += f"; if {unit} is right, state {{counter-bits {bits:g}}}"
     return (Note(level="warning", channel="table", text=text),)
@@ -190,8 +190,8 @@ def rate_notes(name: str, values: FloatArray) -> tuple[Note, ...]:
         level = _flat_level(blocks)
         if level is None or not within**2 < _LEVEL * level:
             return ()
-    said = "stays about one value and scatters from sample to sample as a rate does"
-    text = f"{said}; if it is one, state {{kind rate}} with its {{unit}}"
+    problem = "stays about one value and scatters from sample to sample as a rate does"
+    text = f"{problem}; if it is one, state {{kind rate}} with its {{unit}}"
     return (Note(name="units", level="warning", channel=name, text=text),)
 
 
@@ -214,8 +214,8 @@ def increment_notes(name: str, values: FloatArray, sample_rate: float) -> tuple[
     if level is None or not level * sample_rate > (10.0 * DEGREE_PER_ROOT_HOUR) ** 2:
         return ()
     walk = math.sqrt(level * sample_rate) / DEGREE_PER_ROOT_HOUR
-    said = f"its white noise would be {walk:.3g} deg/sqrt(h), more than that of any gyro"
-    text = f"{said}; if the numbers are rates, state {{kind rate}} with their {{unit}}"
+    problem = f"its white noise would be {walk:.3g} deg/sqrt(h), more than that of any gyro"
+    text = f"{problem}; if the numbers are rates, state {{kind rate}} with their {{unit}}"
     return (Note(name="units", level="warning", channel=name, text=text),)
 
 
@@ -251,10 +251,10 @@ _COUNTER: Final = re.compile(
 
 def force_notes(gyros: Mapping[str, Column]) -> list[Note]:
     """On gyros whose columns are named as those of accelerometers."""
-    said = "its column is named as that of an accelerometer, and it is read as a gyro"
-    said += "; if it is an accelerometer, state {{accelerometers {key}}} beside a gyro"
+    problem = "its column is named as that of an accelerometer, and it is read as a gyro"
+    problem += "; if it is an accelerometer, state {{accelerometers {key}}} beside a gyro"
     return [
-        Note(name="units", level="warning", channel=name, text=said.format(key=column.key))
+        Note(name="units", level="warning", channel=name, text=problem.format(key=column.key))
         for name, column in gyros.items()
         if column.name.lower() in ACCELEROMETER_NAMES
     ]
@@ -313,9 +313,9 @@ def _require_rate(column: Column, stamps: FloatArray, sampling: Sampling) -> Non
     agree = any(abs(rate / stated - 1.0) < 0.02 for rate in rates.values())
     if unit is not None and not agree:
         rate = f"{rates[unit]:.6g}"
-        said = f"its stamps are those of {rate} Hz in {unit}, and {stated:.6g} Hz is stated"
+        problem = f"its stamps are those of {rate} Hz in {unit}, and {stated:.6g} Hz is stated"
         remedy = f"state {{rate {rate}}} or {{time {column.name}:{unit}}}, or ignore the stamps "
-        raise RecordingError(said, channel=column.key, remedy=remedy + "with {time none}")
+        raise RecordingError(problem, channel=column.key, remedy=remedy + "with {time none}")
 
 
 def _lost(key: str, counts: FloatArray, stretch: Stretch) -> tuple[Note, ...]:
@@ -336,8 +336,8 @@ def _lost(key: str, counts: FloatArray, stretch: Stretch) -> tuple[Note, ...]:
     missing = int((np.rint(ahead[places] / one) - 1.0).sum())
     at = stretch.start + (int(places[0]) + 1) / stretch.sampling.sample_rate
     lost, where = counted(missing, "sample"), counted(places.size, "place")
-    said = f"counts {lost} that are not there, at {where}, the first at {at:.3f} s: they were lost"
-    text = f"{said}; take a stretch without such a place with {{slice}}"
+    fact = f"counts {lost} that are not there, at {where}, the first at {at:.3f} s: they were lost"
+    text = f"{fact}; take a stretch without such a place with {{slice}}"
     return (Note(level="warning", channel=key, text=text),)
 
 

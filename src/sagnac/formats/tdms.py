@@ -117,9 +117,9 @@ def _require_whole(path: Path) -> None:
             if not lead_in.startswith(TDMS.beginning):
                 if position:
                     raise ValueError(f"no segment begins at byte {position}, where one should")
-                said = "is not TDMS: it does not begin as such a file does"
+                problem = "is not TDMS: it does not begin as such a file does"
                 remedy = f"give it the suffix of its own format, or {AGAIN}"
-                raise RecordingError(said, remedy=remedy)
+                raise RecordingError(problem, remedy=remedy)
             # The bit of its contents for the highest byte first.
             is_big = len(lead_in) == _LEAD_IN and lead_in[4] & 0x40
             position += _LEAD_IN + int.from_bytes(lead_in[12:20], "big" if is_big else "little")
@@ -146,5 +146,5 @@ def check_scales(name: str, properties: Mapping[str, Any]) -> None:
         return
     for key, kind in properties.items():
         if _SCALE.match(key) and kind not in _KNOWN_SCALES:
-            said = f"its scale is of type {kind!r}, which cannot be applied"
-            raise RecordingError(said, channel=name, remedy="write scaled values from LabVIEW")
+            problem = f"its scale is of type {kind!r}, which cannot be applied"
+            raise RecordingError(problem, channel=name, remedy="write scaled values from LabVIEW")

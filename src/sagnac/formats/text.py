@@ -317,8 +317,8 @@ def text_file(path: Path) -> TextFile:
             # The last one may be cut.
             head.pop()
             if not head:
-                said = f"has no line end in its first {_HEAD_BYTES // 1024} KiB"
-                raise RecordingError(said, remedy="give a table with a line for each sample")
+                problem = f"has no line end in its first {_HEAD_BYTES // 1024} KiB"
+                raise RecordingError(problem, remedy="give a table with a line for each sample")
             for place in (size // 2, size - _PART_BYTES) if size > 4 * _HEAD_BYTES else ():
                 stream.seek(place - place % 2)
                 later += _lines(stream.read(_PART_BYTES), encoding)[1:-1]

@@ -94,16 +94,16 @@ class Layout:
                 found = self._fault_of(f"line {number}", line, wanted)
         if found is None or self.text.is_ended:
             return found
-        said, remedy = f"the last line, {number}, is cut off", f"remove it, or {AGAIN}"
-        return RecordingError(said, channel=found.channel, remedy=remedy)
+        problem, remedy = f"the last line, {number}, is cut off", f"remove it, or {AGAIN}"
+        return RecordingError(problem, channel=found.channel, remedy=remedy)
 
     def _fault_of(self, name: str, line: str, wanted: Mapping[str, int]) -> RecordingError | None:
         remedy = "correct or remove that line"
         fields, columns = fields_of(line, self.delimiter), len(self.forms)
         if len(fields) != columns:
             start = line.strip()[:_LONGEST_SHOWN]
-            said = f"{name} has {len(fields)} fields and the first row {columns}: {start!r}"
-            return RecordingError(said, remedy=remedy)
+            problem = f"{name} has {len(fields)} fields and the first row {columns}: {start!r}"
+            return RecordingError(problem, remedy=remedy)
         for key, place in wanted.items():
             form, text = self.forms[place], fields[place]
             is_right = form_of(text) == form.partition("-")[0]
@@ -111,8 +111,8 @@ class Layout:
                 is_whole = text.lstrip("+-").isdecimal()
                 is_right = self.style.holds(text) and (form == "number" or is_whole)
             if not is_right:
-                said = f"{name}: {text[:_LONGEST_SHOWN]!r} is {_WRONG[form]}"
-                return RecordingError(said, channel=key, remedy=remedy)
+                problem = f"{name}: {text[:_LONGEST_SHOWN]!r} is {_WRONG[form]}"
+                return RecordingError(problem, channel=key, remedy=remedy)
         return None
 
 
@@ -144,8 +144,8 @@ def layout(text: TextFile) -> Layout:
         names, line = fields_of(header, delimiter), 0
         second = head[plain[1]].strip() if len(plain) > 1 else ""
         if second and not all(map(PLAIN.holds, fields_of(second, delimiter))):
-            said = f"has no line of numbers; line {plain[1] + 1} is {second[:_LONGEST_SHOWN]!r}"
-            raise RecordingError(said, remedy="give a file whose columns hold numbers")
+            problem = f"has no line of numbers; line {plain[1] + 1} is {second[:_LONGEST_SHOWN]!r}"
+            raise RecordingError(problem, remedy="give a file whose columns hold numbers")
         units = [None] * len(names)
         split = _Split(delimiter=delimiter, count=len(names), style=PLAIN, share=0.0, rows=())
     else:
@@ -208,8 +208,8 @@ def _doubts(split: "_Split", encoding: str, *, is_named: bool) -> tuple[str, ...
     doubts = []
     numbers = [text for row in split.rows for text in row if form_of(text) is None]
     if split.style.decimal == ",":
-        said = " (not a mark between thousands)" if texts.is_in_doubt(numbers) else ""
-        doubts.append(f"a decimal comma{said}")
+        problem = " (not a mark between thousands)" if texts.is_in_doubt(numbers) else ""
+        doubts.append(f"a decimal comma{problem}")
     if mark := split.style.thousands:
         doubts.append(f"{mark!r} between thousands" if mark.isprintable() else "a blank there")
     is_either = split.delimiter == "," and split.count == 2 and not any("." in n for n in numbers)
@@ -337,9 +337,9 @@ def _header(before: Sequence[str], split: _Split) -> tuple[list[str], list[str |
     if is_plain(before[line]) and len(names) > 1 and split.count > 1:
         mark = {"\t": "a tab", " ": "blanks"}.get(split.delimiter, repr(split.delimiter))
         rows = f"the rows after it have {split.count} fields with {mark} between them"
-        said = f"line {line + 1} names {len(names)} columns and {rows}"
+        problem = f"line {line + 1} names {len(names)} columns and {rows}"
         remedy = "give every column a name, or remove that line and name columns by number"
-        raise RecordingError(said, remedy=remedy)
+        raise RecordingError(problem, remedy=remedy)
     return nothing, units, line + 1
 
 

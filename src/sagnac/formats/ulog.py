@@ -76,8 +76,8 @@ def open_source(path: Path) -> Source:
         lost, times = sum(one.duration for one in log.dropouts), len(log.dropouts)
         texts.append(f"the logger dropped out {counted(times, 'time')}, {lost} ms in all")
     if stream.lacking:
-        said = f"{counted(stream.lacking, 'byte')} of the last message are missing"
-        texts.append(f"{said}: the log was cut off, or is damaged there")
+        problem = f"{counted(stream.lacking, 'byte')} of the last message are missing"
+        texts.append(f"{problem}: the log was cut off, or is damaged there")
     return Source(
         columns=tuple(columns),
         # The library holds the log whole; what is taken becomes an array of its own.

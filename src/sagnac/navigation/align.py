@@ -107,7 +107,7 @@ class Foresight:
         drift = self.unaided.drift
         heading = drift.heading.deviation(misaligned=False) / DEGREE
         attitude = drift.attitude.deviation() / DEGREE
-        said = [
+        parts = [
             f"after {time:g} s heading drift {heading[row]:.3g} deg, attitude "
             f"{attitude[row]:.3g} deg, position {drift.position.deviation()[row]:.3g} m"
             for row, time in enumerate(drift.heading.times)
@@ -115,8 +115,8 @@ class Foresight:
         if self.prospect is not None:
             azimuth = self.prospect.compass.deviation[-1] / DEGREE
             seen = f"found to {azimuth:.3g} deg" if azimuth <= 180.0 else "not observable"
-            said.append(f"azimuth {seen} by a gyrocompass")
-        return f"<Foresight, 1 sigma: {'; '.join(said)}>"
+            parts.append(f"azimuth {seen} by a gyrocompass")
+        return f"<Foresight, 1 sigma: {'; '.join(parts)}>"
 
 
 def align(
@@ -178,8 +178,8 @@ def align(
     after = as_several(after)
     wrong = [time for time in after if not (is_finite(time) and 0.0 < time <= _LONGEST)]
     if wrong or not after:
-        said = f"give seconds, above zero, {_LONGEST:g} at most"
-        raise refusal("after", f"is {quoted([*wrong, after][0])}; {said}")
+        problem = f"give seconds, above zero, {_LONGEST:g} at most"
+        raise refusal("after", f"is {quoted([*wrong, after][0])}; {problem}")
     if not isinstance(source, tuple):
         require_source(source)
         noises, forces = GyroNoise.unit(source)

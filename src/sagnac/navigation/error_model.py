@@ -49,9 +49,9 @@ def north_rate(latitude: float) -> float:
     """
     # Nearer to a pole Earth rate has next to no north component.
     if not (is_finite(latitude) and abs(latitude) <= 89.0 * DEGREE):
-        said = f"{latitude / DEGREE:g} deg" if isinstance(latitude, Real) else quoted(latitude)
+        stated = f"{latitude / DEGREE:g} deg" if isinstance(latitude, Real) else quoted(latitude)
         why = "azimuth is not found from Earth rate nearer to a pole"
-        raise refusal("latitude", f"is {said}; give -89 to 89, since {why}")
+        raise refusal("latitude", f"is {stated}; give -89 to 89, since {why}")
     return EARTH_RATE * math.cos(latitude)
 
 

@@ -65,8 +65,8 @@ def _stated_models(text: str) -> FilterSetting:
     for part in text.split(","):
         key, _, value = (one.strip() for one in part.partition("="))
         if key not in _UNITS or not value:
-            said, known = errors.quoted(part.strip()), ", ".join(_UNITS)
-            raise ValueError(f"{said} is none of {known} with a value")
+            stated, known = errors.quoted(part.strip()), ", ".join(_UNITS)
+            raise ValueError(f"{stated} is none of {known} with a value")
         if key in parts:
             raise ValueError(f"{key} stands there twice")
         parts[key] = value
@@ -233,8 +233,8 @@ def export(
     stated = [] if accelerometer is None else [_stated(accelerometer)]
     for setting in (*stated, *map(datasheet_setting, datasheet)):
         if setting.kind in [other.kind for other in settings]:
-            said = f"another noise of the {setting.kind}s is there; leave one of them out"
-            raise ValueError(f"{setting.source}: {said}")
+            problem = f"another noise of the {setting.kind}s is there; leave one of them out"
+            raise ValueError(f"{setting.source}: {problem}")
         settings.append(setting)
     each = axes == "each" or (axes is None and definition.axes != "one" and tool != "openvins")
     topic, held = topic or "/imu0", tuple(settings)
@@ -255,8 +255,8 @@ def _stated(accelerometer: tuple[float, float]) -> FilterSetting:
         density = walk = math.nan
     if not (errors.is_finite(density) and density > 0.0 and errors.is_finite(walk) and walk >= 0.0):
         remedy = "since no accelerometer is without noise, and a walk of zero or more"
-        said = f"is {errors.quoted(accelerometer)}; give a density above zero, {remedy}"
-        raise errors.refusal("accelerometer", said)
+        problem = f"is {errors.quoted(accelerometer)}; give a density above zero, {remedy}"
+        raise errors.refusal("accelerometer", problem)
     model = FilterModel(white=density, walk=walk)
     kind: units.Sensor = "accelerometer"
     source = f"accelerometer {density:g},{walk:g} (stated, not measured)"

@@ -229,8 +229,8 @@ def upper_limit(
     """
     sound = np.isfinite(deviation) & (deviation > 0.0) & (edf >= LEAST_FREEDOM)
     if sound.sum() < 2:
-        said = f"{sound.sum()} cluster times have {LEAST_FREEDOM:g} degrees of freedom or more"
-        raise RecordingError(f"{said}, too few for a filter's model", remedy="record longer")
+        problem = f"{sound.sum()} cluster times have {LEAST_FREEDOM:g} degrees of freedom or more"
+        raise RecordingError(f"{problem}, too few for a filter's model", remedy="record longer")
     # The value alone of a point that bounds nothing has to be reached, too.
     far = np.isfinite(deviation) & (edf >= 2.0) & (tau > tau[sound].max())
     beyond = np.stack([tau[far], deviation[far]])

@@ -243,8 +243,8 @@ def _doubts(name: str, names: Sequence[str], *documents: Mapping[str, Any]) -> t
             doubts.append(f"{one['channel']}: {one['text']}".removeprefix(": "))
     if any(document.get("settings", {}).get("covariates") for document in documents):
         # A filter that is given the rates as they are does not expect that drift.
-        said = "the analysis took off what followed the temperature, and no setting holds it"
-        doubts.append(f"{said}: give the filter rates that are compensated alike")
+        problem = "the analysis took off what followed the temperature, and no setting holds it"
+        doubts.append(f"{problem}: give the filter rates that are compensated alike")
     return tuple(dict.fromkeys(doubts))
 
 
@@ -267,8 +267,8 @@ def _limit(
     """
     curve = whole["curve"]
     if "edf" not in curve:
-        said = "states no degrees of freedom of its curve"
-        raise RecordingError(said, remedy="analyze the recording again")
+        problem = "states no degrees of freedom of its curve"
+        raise RecordingError(problem, remedy="analyze the recording again")
     key, unit = "deviation_deg_per_h", "deg/h"
     if kind == "accelerometer":
         key, unit = "deviation", curve["unit"]

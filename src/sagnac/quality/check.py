@@ -187,8 +187,8 @@ def integrity(recording: Recording) -> Notes:
         ``slice`` takes them.
     """
     if recording.samples < MINIMUM_SAMPLES:
-        said = f"{recording.samples} samples are too few, at least {MINIMUM_SAMPLES} are needed"
-        return (Note(level="error", text=f"{said}; give a longer file or a wider {{slice}}"),)
+        problem = f"{recording.samples} samples are too few, at least {MINIMUM_SAMPLES} are needed"
+        return (Note(level="error", text=f"{problem}; give a longer file or a wider {{slice}}"),)
     channels = [*recording.gyros, *([recording.table] if recording.table else [])]
     return ranked(_asked(_ON_READING, recording, [Profile.of(recording, one) for one in channels]))
 
@@ -325,8 +325,8 @@ def check(recording: Recording, *, accepted: Iterable[str] = ()) -> Notes:
     require_recording(recording)
     accepted = choices_of("accepted", accepted, FINDINGS)
     found = accept(_findings(recording), accepted)
-    said = {note.text for note in found}
-    doubts = [note for note in recording.notes if note.level == "warning" and note.text not in said]
+    seen = {note.text for note in found}
+    doubts = [note for note in recording.notes if note.level == "warning" and note.text not in seen]
     return ranked((*accept(doubts, accepted), *found))
 
 

@@ -172,8 +172,8 @@ def spike_notes(recording: Recording, profile: Profile) -> Notes:
     level: Level = "warning"
     effect = None
     if found.many and not profile.is_coarse:
-        said = f"more than one sample in {round(1.0 / _MANY)} lies far off its neighbours"
-        text = f"{said}: it is no even noise, and its angle random walk contains them"
+        problem = f"more than one sample in {round(1.0 / _MANY)} lies far off its neighbours"
+        text = f"{problem}: it is no even noise, and its angle random walk contains them"
     elif found.tail and profile.standing:
         # On a bench alone the end of a heavy tail is the noise's: a table that sweeps has one.
         level = "remark"
@@ -220,10 +220,10 @@ class Bumps:
         places = apart * np.array([one.start for one in self.stretches])
         most = float(self.turned.max())
         within = _samples_of_a_second(sample_rate) / sample_rate
-        said = seen(recording, places, "moment", "in which it was moved")
+        problem = seen(recording, places, "moment", "in which it was moved")
         turns = f"it turns by {rounded(most / DEGREE)} deg within {within:.3g} s"
         turns += f", {rounded(most / self.scatter)} times its noise"
-        text = f"{said}: {turns}; an answer goes without; left in, {effect_words(self.added)}"
+        text = f"{problem}: {turns}; an answer goes without; left in, {effect_words(self.added)}"
         added = float(f"{self.added:.4g}")
         return Note(name="moved", level="warning", channel=channel, text=text, effect=added)
 
@@ -355,8 +355,8 @@ def jump_notes(recording: Recording, profile: Profile) -> Notes:
     whole = np.all(np.abs(parts - np.rint(parts)) < 0.05)
     if places.size >= 3 and sizes.max() < 0.1 * DEGREE and whole:
         return ()
-    said = seen(recording, places, "jump", f"of over {_TIMES:g} times the usual step")
-    text = f"{said}; {remedy_without(recording, places)}"
+    problem = seen(recording, places, "jump", f"of over {_TIMES:g} times the usual step")
+    text = f"{problem}; {remedy_without(recording, places)}"
     return (Note(name="steps", level="warning", channel=profile.name, text=text),)
 
 
@@ -426,8 +426,8 @@ def flat_notes(recording: Recording, profile: Profile) -> Notes:
     level: Level = "error" if shape.kurtosis < -0.64 else "warning"
     near = "it comes near the end of its range (a soft saturation)"
     why = f"either {near}, or its noise is a sum of few errors, which is sound"
-    said = f"large deviations are missing (excess kurtosis {shape.kurtosis:.2g}): {why}"
-    text = f"{said}; take a wider range to tell; if it saturates, {effect_words(effect)}"
+    problem = f"large deviations are missing (excess kurtosis {shape.kurtosis:.2g}): {why}"
+    text = f"{problem}; take a wider range to tell; if it saturates, {effect_words(effect)}"
     if level == "warning":
         text = f"{text}, and an interval reaches up to N divided by that"
     return (Note(name="short-tails", channel=profile.name, text=text, level=level, effect=effect),)
@@ -537,9 +537,9 @@ def _loud(recording: Recording, profile: Profile, together: float = _WHITE_TOGET
         return ()
     when = f"{second_of(recording, at * profile.block):.6g} s"
     louder = f"{math.sqrt(power[at] / quiet):.3g} times the scatter of the quiet quarter"
-    said = f"the loudest {profile.block / recording.sample_rate:.3g} s, at {when}, have {louder}"
+    problem = f"the loudest {profile.block / recording.sample_rate:.3g} s, at {when}, have {louder}"
     effect = math.sqrt(float(power.mean()) / quiet)
-    return _changing(profile.name, f"its noise changes: {said}", effect)
+    return _changing(profile.name, f"its noise changes: {problem}", effect)
 
 
 def _growing(profile: Profile) -> Notes:
@@ -559,9 +559,9 @@ def _growing(profile: Profile) -> Notes:
     # Twice the change at which an answer moves by 1 %.
     if abs(slope) <= reach * error or effect < 1.02:
         return ()
-    said = f"its noise {'grows' if slope > 0.0 else 'falls'} in the course of the record"
+    problem = f"its noise {'grows' if slope > 0.0 else 'falls'} in the course of the record"
     ratio = f"{math.exp(0.5 * slope):.3g} times its scatter"
-    return _changing(profile.name, f"{said}, to {ratio}", effect)
+    return _changing(profile.name, f"{problem}, to {ratio}", effect)
 
 
 def _changing(channel: str, said: str, effect: float) -> Notes:
@@ -598,6 +598,6 @@ def step_notes(recording: Recording, profile: Profile) -> Notes:
     of_what = f"{size} times what it usually changes over {period}"
     if usual == profile.step:
         of_what = f"{size} steps of the readout from one {period} to the next"
-    said = f"its rate steps by {of_what}, at {second_of(recording, first * profile.block):.6g} s"
-    text = f"{said}; take a stretch without with {{slice}}"
+    problem = f"its rate steps by {of_what}, at {second_of(recording, first * profile.block):.6g} s"
+    text = f"{problem}; take a stretch without with {{slice}}"
     return (Note(name="steps", channel=profile.name, text=text, level="warning"),)

@@ -71,10 +71,10 @@ def without_lost_rows(recording: Recording, gyros: Sequence[Channel]) -> tuple[R
         values = less(channel.values, lambda number: moved[np.searchsorted(places, number)])
         return replace(channel, values=values)
 
-    said = f"{counted(int(rows.sum()), 'row')} of the file lost at {counted(places.size, 'place')}"
-    said += f", the first at {second_of(recording, int(places[0])):.3f} s"
+    fact = f"{counted(int(rows.sum()), 'row')} of the file lost at {counted(places.size, 'place')}"
+    fact += f", the first at {second_of(recording, int(places[0])):.3f} s"
     why = "where channels of angle leap by whole steps: lines in time break there"
-    text = f"{said}, {why}; {remedy_without(recording, places + 1)}"
+    text = f"{fact}, {why}; {remedy_without(recording, places + 1)}"
     whole = replace(recording, gyros=tuple(map(closed, recording.gyros)), table=closed(table))
     return whole, (Note(name="lost", level="warning", channel="table", text=text),)
 
@@ -140,8 +140,8 @@ def slip_notes(recording: Recording, profile: Profile) -> Notes:
     if not places.size:
         return ()
     alone = f"that gyro {gyro.name} does not make, by up to {np.abs(height).max() / DEGREE:.3g} deg"
-    said = f"{seen(recording, places, 'jump', alone)}; a pair of gyros is free of them"
-    text = f"{said}; {remedy_without(recording, places)}"
+    problem = f"{seen(recording, places, 'jump', alone)}; a pair of gyros is free of them"
+    text = f"{problem}; {remedy_without(recording, places)}"
     return (Note(name="steps", level="warning", channel="table", text=text),)
 
 
@@ -196,9 +196,9 @@ def follow_notes(recording: Recording, profile: Profile) -> Notes:
         part = f"{100.0 * disagree.size / profile.rates.size:.0f} % of the record"
         when = f"first at {second_of(recording, int(profile.edges[first])):.1f} s"
         gyro, encoder = (f"{one.rates[first] / DEGREE:.3g} deg/s" for one in (profile, table))
-        said = f"the encoder does not follow gyro {name} in {part}, {when}"
+        problem = f"the encoder does not follow gyro {name} in {part}, {when}"
         remedy = "name the right column and unit with {table}, or take a sound stretch with {slice}"
-        text = f"{said} (gyro {gyro}, encoder {encoder}); {remedy}"
+        text = f"{problem} (gyro {gyro}, encoder {encoder}); {remedy}"
         return (Note(name="encoder", level="error", channel="table", text=text),)
     if abs(share) > LARGEST_SHARE:
         remedy = _likely_unit(profile) or "state {unit} and {kind}"
@@ -217,8 +217,8 @@ def follow_notes(recording: Recording, profile: Profile) -> Notes:
     # Less what the table turned in that sample, as the gyro shows it beside.
     sizes -= around / (share * (2 * _REACH + 1))
     first = f"{sizes[alone][0] / DEGREE:.3g} deg at {second_of(recording, int(at[0])):.3f} s"
-    said = f"{counted(at.size, 'jump')} that gyro {name} does not make, the first by {first}"
-    text = f"{said}; {remedy_without(recording, at)}"
+    problem = f"{counted(at.size, 'jump')} that gyro {name} does not make, the first by {first}"
+    text = f"{problem}; {remedy_without(recording, at)}"
     return (Note(name="encoder", level="error", channel="table", text=text),)
 
 

@@ -59,11 +59,11 @@ def rate_notes(recording: Recording, profile: Profile) -> Notes:
         text = f"scatters by only {size}: {_LOOKS_WRONG}"
     elif is_bench and walk > 60.0 * units.DEGREE_PER_ROOT_HOUR:
         size = f"{walk / units.DEGREE_PER_ROOT_HOUR:.3g} deg/sqrt(h)"
-        said = f"scatters like an angle random walk of {size}, over ten times that of the noisiest"
-        text = f"{said}: {_LOOKS_WRONG}"
+        fact = f"scatters like an angle random walk of {size}, over ten times that of the noisiest"
+        text = f"{fact}: {_LOOKS_WRONG}"
     elif is_bench and profile.channel.kind != "angle" and _adds_up(profile.channel.values):
-        said = "goes on from sample to sample as an angle does, at any distance"
-        text = f"{said}: if it is one, state {{kind angle}} with its {{unit}}"
+        fact = "goes on from sample to sample as an angle does, at any distance"
+        text = f"{fact}: if it is one, state {{kind angle}} with its {{unit}}"
     return _doubt(profile.name, text)
 
 
@@ -93,11 +93,11 @@ def time_notes(recording: Recording, profile: Profile) -> Notes:
         return ()
     rate = recording.sample_rate
     apart = f"{1.0 / rate:.4g} s apart, for {recording.duration / 86_400.0:.3g} days"
-    said = f"samples stand {apart}, as no gyro is read"
+    problem = f"samples stand {apart}, as no gyro is read"
     why = f"the unit of time looks {factor:.0f} times too large"
     likely, finer = f"{rate * factor:.6g}", _TIMES_FINER[factor]
     remedy = f"state {{time COLUMN:{finer}}} (in place of s) or {{rate {likely}}}"
-    return _doubt("time", f"{said}: {why}; if they are those of {likely} Hz, {remedy}")
+    return _doubt("time", f"{problem}: {why}; if they are those of {likely} Hz, {remedy}")
 
 
 def likely_time_factor(recording: Recording) -> float | None:
@@ -178,9 +178,9 @@ def _as_gravity(gyros: tuple[Channel, ...], size: float) -> str:
     number = size / units.UNITS[stated].size
     for gravity, unit in ((1.0, "g"), (STANDARD_GRAVITY, "m/s^2")):
         if _is_near(number, gravity, 0.01):
-            said = f"their mean is {number:.4g}, which is gravity in {unit}"
+            problem = f"their mean is {number:.4g}, which is gravity in {unit}"
             remedy = "name the gyros ({columns}), and these with {accelerometers}"
-            return f"{said}: they look like accelerometers; {remedy}"
+            return f"{problem}: they look like accelerometers; {remedy}"
     return ""
 
 
@@ -195,9 +195,9 @@ def _as_earth_rate(gyros: tuple[Channel, ...], size: float) -> str:
         # rest is known to show 14.76 deg/h of 15.04.
         if _is_near(size * times, EARTH_RATE, 0.025):
             mean, other = (f"{one / DEGREE_PER_HOUR:.4g} deg/h" for one in (size, size * times))
-            said = f"their mean rate is {mean}, and in {unit} it would be {other}"
+            problem = f"their mean rate is {mean}, and in {unit} it would be {other}"
             why = "that of the Earth (15.04): unless biases make that by chance, the unit is wrong"
-            return f"{said}, {why}; state {{unit {unit}}}"
+            return f"{problem}, {why}; state {{unit {unit}}}"
     return ""
 
 
@@ -241,10 +241,10 @@ def earth_on_table_notes(recording: Recording, profile: Profile) -> Notes:
     if not (across < 0.02 * EARTH_RATE < across * factor < 1.2 * EARTH_RATE):
         return ()
     shown = f"{across / DEGREE_PER_HOUR:.3g} deg/h of Earth rate across a table"
-    said = f"shows {shown} at {turned / recording.duration / DEGREE:.3g} deg/s"
+    problem = f"shows {shown} at {turned / recording.duration / DEGREE:.3g} deg/s"
     why = f"if the unit of time is {factor:g} times smaller, it shows {factor:g} times as much"
     remedy = f"{{time COLUMN:UNIT}} or {{rate {recording.sample_rate * factor:.6g}}}"
-    return _doubt(gyro.name, f"{said}; {why}, as it may: state the right {remedy}", "error")
+    return _doubt(gyro.name, f"{problem}; {why}, as it may: state the right {remedy}", "error")
 
 
 # ---- motion ------------------------------------------------------------------------
@@ -274,8 +274,8 @@ def motion_notes(recording: Recording, profile: Profile) -> Notes:
         remedy = remedy_of(recording, rest) if _is_long(rest, profile) else "record at rest"
         part = f"{rounded(100.0 * number_of(moves) / rates.size)} % of the record"
         when = f"in {part}, first at {second_of(recording, first):.1f} s"
-        said = f"turns at up to {float(np.abs(rates).max()) / DEGREE:.3g} deg/s, {when}"
-        text = f"{said}, as no still bench does, {why}, state the right {{unit}}, or {remedy}"
+        problem = f"turns at up to {float(np.abs(rates).max()) / DEGREE:.3g} deg/s, {when}"
+        text = f"{problem}, as no still bench does, {why}, state the right {{unit}}, or {remedy}"
     else:
         # A rate that never changes is a table's beyond this many times the walk in a root second,
         # 200 deg/s for 1 deg/sqrt(h); of MEMS units as they are sold it is 70 at most. Up to
@@ -288,9 +288,9 @@ def motion_notes(recording: Recording, profile: Profile) -> Notes:
         if recording.table is None:
             largest = max(least, 12_000.0 * profile.walk_in_seconds)
         level = "error" if abs(middle) >= largest else "warning"
-        said = f"turns steadily at {middle / DEGREE:.4g} deg/s, as on a table"
+        problem = f"turns steadily at {middle / DEGREE:.4g} deg/s, as on a table"
         half = _half_of_range(profile.channel, middle)
-        text = f"{said}, {why}, or state the right {{unit}}{half}"
+        text = f"{problem}, {why}, or state the right {{unit}}{half}"
     return (Note(name="motion", level=level, channel=profile.name, text=text),)
 
 
@@ -336,8 +336,8 @@ def _half_of_range(channel: Channel, rate: float) -> str:
     counts = abs(rate) / (size * units.UNITS[unit].size)
     for bits in (12, 14, 16, 20, 24):
         if abs(counts / 2.0 ** (bits - 1) - 1.0) < 0.05:
-            said = f"; if its counts begin at {2 ** (bits - 1)}, half of a range of {bits} bits"
-            return f"{said}, take that knowingly ({{accept motion}})"
+            problem = f"; if its counts begin at {2 ** (bits - 1)}, half of a range of {bits} bits"
+            return f"{problem}, take that knowingly ({{accept motion}})"
     return ""
 
 

@@ -317,7 +317,7 @@ def other_units(channel: Channel) -> dict[str, float]:
     A number before its own unit stands before them, too.
     """
     factor, stated = split_factor(channel.shown_in)
-    said = "" if factor == 1.0 else f"{factor:g}"
+    problem = "" if factor == 1.0 else f"{factor:g}"
     likely = ("deg/s", "rad/s", "deg/h") if channel.kind == "rate" else ("arcsec", "deg", "rad")
     sizes = {unit: UNITS[unit].size / UNITS[stated].size for unit in likely if unit != stated}
-    return {f"{said}{unit}": size for unit, size in sizes.items()}
+    return {f"{problem}{unit}": size for unit, size in sizes.items()}

@@ -137,13 +137,13 @@ def joint_readout(
     # If the step leaves fewer angles, five terms are not told apart: even with white readout noise
     # nine intervals in ten hold N, and what is estimated lies half an error high.
     if not recording.duration / apart >= 320:
-        said = f"{recording.duration:.4g} s dither {what} too few times"
+        problem = f"{recording.duration:.4g} s dither {what} too few times"
         why = "for a fit to tell angle random walk from it, and no fit is an estimate of it"
-        text = f"{said} {why}; record longer, or read out finer"
+        text = f"{problem} {why}; record longer, or read out finer"
         return Readout(step=step, every=None, time=apart, notes=(Note(text=text, level="warning"),))
-    said = f"nothing dithers {what} in less than {apart:.4g} s"
+    problem = f"nothing dithers {what} in less than {apart:.4g} s"
     why = "coefficients are of angles that far apart"
-    text = f"{said}: {why}, and the curve at shorter cluster times shows the readout"
+    text = f"{problem}: {why}, and the curve at shorter cluster times shows the readout"
     return Readout(step=step, every=max(counts), time=apart, notes=(Note(text=text),))
 
 
@@ -233,8 +233,8 @@ def resolution_notes(recording: Recording, profile: Profile) -> Notes:
     scatter = math.sqrt(2.0) * profile.scale
     if step > 0.1 * scatter:
         shown = f"{_shown(gyro, step)}, beside a scatter of {_shown(gyro, scatter)}"
-        said = f"is stored in single precision (float32): its steps grow to {shown}"
-        text = f"{said} from sample to sample; store it in double precision"
+        problem = f"is stored in single precision (float32): its steps grow to {shown}"
+        text = f"{problem} from sample to sample; store it in double precision"
         single: Level = "error" if step > 0.5 * scatter else "warning"
         return (finding("resolution", gyro.name, text, effect=None, level=single),)
     # Counts of an angle lose nothing from one sample to the next; those of a rate do.
@@ -291,8 +291,8 @@ def _coarse(recording: Recording, profile: Profile) -> Notes:
         # Slow steps of an angle: little of them is left where N is read, and more above.
         return ()
     steps, scatter = (_shown(gyro, each) for each in (step, math.sqrt(variance)))
-    said = f"is read out in steps of {steps}, beside a scatter of {scatter}"
-    text = f"{said}: what is read is in part the steps"
+    problem = f"is read out in steps of {steps}, beside a scatter of {scatter}"
+    text = f"{problem}: what is read is in part the steps"
     return (finding("resolution", gyro.name, text, effect=effect, level=level),)
 
 
@@ -352,7 +352,7 @@ def saturation_notes(recording: Recording, profile: Profile) -> Notes:
     slack = max(profile.rounding, 0.25 * profile.step)
 
     low, high = profile.ends
-    shares, said = {"upper": 0.0, "lower": 0.0}, []
+    shares, problem = {"upper": 0.0, "lower": 0.0}, []
     for side, limit, is_there in (
         ("upper", high, lambda some: some >= high - slack),
         ("lower", low, lambda some: some <= low + slack),
@@ -370,11 +370,11 @@ def saturation_notes(recording: Recording, profile: Profile) -> Notes:
         if inner <= 0.5 * profile.scale and number > OFTENER * beside:
             shares[side] = number / changes.size
             when = second_of(recording, first_of(at_limit))
-            said.append(f"{number} samples are at its {side} limit, the first at {when:.3f} s")
-    if not said:
+            problem.append(f"{number} samples are at its {side} limit, the first at {when:.3f} s")
+    if not problem:
         return ()
     effect = clipped_scatter(shares["lower"], shares["upper"])
-    text = f"is saturated: {' and '.join(said)}; take a stretch without with {{slice}}"
+    text = f"is saturated: {' and '.join(problem)}; take a stretch without with {{slice}}"
     return (finding("clipping", profile.name, text, effect=effect),)
 
 
@@ -432,9 +432,9 @@ def _falls_of_an_angle(recording: Recording, profile: Profile) -> Notes:
     rare, covers = at.size <= 0.1 * values.size, abs(motion) > 0.5 * at.size * covered
     if not (at.size and rare and covers and np.all(steps * motion < 0.0)):
         return ()
-    said = seen(recording, at, "fall", "by all of the angle that it covers")
+    problem = seen(recording, at, "fall", "by all of the angle that it covers")
     remedy = "state the width of the counter with {counter-bits}, or make the angle continuous"
-    text = f"{said}, as of a counter that starts over; {remedy}"
+    text = f"{problem}, as of a counter that starts over; {remedy}"
     return (finding("wraps", profile.name, text, effect=None),)
 
 
@@ -460,9 +460,9 @@ def _ends_of_a_range(profile: Profile) -> Notes:
     if not near and (_is_one_value(values, middle) or not _is_by_chance(values, middle)):
         return ()
     width = f"a counter of {near[0]} bits has" if near else "a counter has"
-    said = f"takes values at the two ends of its range and none between, as {width}"
+    problem = f"takes values at the two ends of its range and none between, as {width}"
     remedy = "write them as signed, or state the width of an angle's with {counter-bits}"
-    text = f"{said} if signed counts are read as unsigned; {remedy}"
+    text = f"{problem} if signed counts are read as unsigned; {remedy}"
     effect = _scatter_of_halves(values, middle)
     return (finding("wraps", profile.name, text, effect=effect, level="error"),)
 

@@ -116,12 +116,12 @@ def stuck_notes(recording: Recording, profile: Profile) -> Notes:
         return ()
     length = run.stop - run.start
     if length == samples:
-        said = "is stuck: every sample is the same" if samples > 1 else "has too few samples"
-        text = f"{said}; name another channel with {{gyros}} or {{columns}}"
+        problem = "is stuck: every sample is the same" if samples > 1 else "has too few samples"
+        text = f"{problem}; name another channel with {{gyros}} or {{columns}}"
     else:
         sound = slice(run.stop, samples) if samples - run.stop > run.start else slice(0, run.start)
-        said = f"{length} samples from {second_of(recording, run.start):.3f} s"
-        text = f"is stuck at one value for {said}; {remedy_of(recording, sound)}"
+        problem = f"{length} samples from {second_of(recording, run.start):.3f} s"
+        text = f"is stuck at one value for {problem}; {remedy_of(recording, sound)}"
     return (Note(name="stuck", level="error", channel=profile.name, text=text),)
 
 
@@ -144,17 +144,17 @@ def stamp_notes(recording: Recording, profile: Profile, *, omit_gaps: bool = Fal
     in_bursts = number > 0.005 * steps.size and recording.sample_rate * nominal < 0.5
     if backwards.any():
         first = marks.first_of(backwards)
-        said = f"runs backwards {counted(marks.number_of(backwards), 'time')}, first at "
-        problem = f"{said}{second_of(recording, first):.3f} s; {CORRECT_STAMPS}"
+        fact = f"runs backwards {counted(marks.number_of(backwards), 'time')}, first at "
+        problem = f"{fact}{second_of(recording, first):.3f} s; {CORRECT_STAMPS}"
     elif nominal <= 0.0:
         problem = "most stamps repeat the one before: the clock is too coarse for times"
         problem += _rate_of_ticks(times, np.flatnonzero(steps) + 1)
     elif in_bursts:
-        said = f"comes in bursts: most stamps lie {nominal:.6g} s after the one before"
+        fact = f"comes in bursts: most stamps lie {nominal:.6g} s after the one before"
         more = f"{number} more than {GAP_STEPS:g} times as far"
         by_rate = f"state {{time none}} and {{rate {recording.sample_rate:.6g}}}"
         remedy = f"if the samples were taken evenly, {by_rate}"
-        problem = f"{said}, and {more}. Those are times of arrival; {remedy}"
+        problem = f"{fact}, and {more}. Those are times of arrival; {remedy}"
     elif number:
         first = marks.first_of(gaps)
         several = f"{counted(number, 'gap')} of more than {GAP_STEPS:g} steps"
@@ -187,8 +187,8 @@ def _change_of_rate(recording: Recording, times: FloatArray) -> str:
     if not usual[longer] > 1.1 * usual[1 - longer] or np.ptp(mean) < 6.0 * scatter:
         return ""
     remedy = remedy_without(recording, np.arange(max(0, at - apart + 1), at + apart))
-    said = f"the samples come at {1.0 / mean[0]:.3g} Hz, and at {1.0 / mean[1]:.3g} Hz from about"
-    return f"{said} {second_of(recording, at):.3f} s on; {remedy}"
+    fact = f"the samples come at {1.0 / mean[0]:.3g} Hz, and at {1.0 / mean[1]:.3g} Hz from about"
+    return f"{fact} {second_of(recording, at):.3f} s on; {remedy}"
 
 
 def _rate_of_ticks(times: FloatArray, ticks: IntegerArray) -> str:
@@ -228,8 +228,8 @@ def uneven_notes(times: FloatArray, nominal: float) -> Notes:
     texts = [counted(repeated, "repeated stamp")] if repeated else []
     if late.any():
         number, longest = marks.number_of(late), float(steps.max(where=late, initial=0.0))
-        said = f"{counted(number, 'interval')} longer than 1.5 steps of {nominal:.6g} s"
-        texts.append(f"{said}, the longest {longest:.6g} s")
+        problem = f"{counted(number, 'interval')} longer than 1.5 steps of {nominal:.6g} s"
+        texts.append(f"{problem}, the longest {longest:.6g} s")
     return tuple(Note(channel="time", text=text) for text in texts)
 
 
@@ -260,8 +260,8 @@ def lost_row_notes(recording: Recording, profile: Profile) -> Notes:
         return ()
     more = math.sqrt(1.0 + lost / steps.size)
     apart = f"{nominal:.6g} s apart or a multiple of that"
-    said = f"{lost:.0f} rows are not there, for its stamps lie {apart}"
-    text = f"{said}; get the file again from its source"
+    problem = f"{lost:.0f} rows are not there, for its stamps lie {apart}"
+    text = f"{problem}; get the file again from its source"
     return (finding("dropouts", profile.name, text, effect=more if kind == "rate" else 1.0 / more),)
 
 
@@ -300,8 +300,8 @@ def with_gaps_marked(recording: Recording) -> Recording:
         problem = f"its {gaps} would hold {missing} samples and there are {times.size}"
         remedy = remedy_without(recording, later)
         raise RecordingError(problem, path=recording.path, channel="time", remedy=remedy)
-    said, at = f"{gaps}, {counted(missing, 'sample')} missing", int(later[0]) - 1
-    text = f"{said}, the first at {second_of(recording, at):.3f} s; {rate:.9g} Hz between"
+    fact, at = f"{gaps}, {counted(missing, 'sample')} missing", int(later[0]) - 1
+    text = f"{fact}, the first at {second_of(recording, at):.3f} s; {rate:.9g} Hz between"
 
     def on_grid(values: FloatArray) -> FloatArray:
         """Values at their places, NaN at the others."""
@@ -440,11 +440,11 @@ def filled_notes(recording: Recording, profile: Profile) -> Notes:
     # By chance as many lie in half of a stretch twice as wide.
     if number <= LEAST_OFTEN + OFTENER * 0.5 * marks.number_of(marks.marked(is_beside, *three)):
         return ()
-    said = seen(recording, straight, "sample", "on the straight line between two others")
+    problem = seen(recording, straight, "sample", "on the straight line between two others")
     if number > _MOST_STRAIGHT * values.size:
-        text = f"{said}: it is sampled faster than it measures"
+        text = f"{problem}: it is sampled faster than it measures"
         return (Note(name="repeats", channel=profile.name, text=text, level="warning"),)
-    text = f"{said}, as if gaps were filled by interpolation; {LEAVE_OUT}"
+    text = f"{problem}, as if gaps were filled by interpolation; {LEAVE_OUT}"
     return (finding("repeats", profile.name, text, effect=_effect_of_filling(values, straight)),)
 
 
@@ -508,8 +508,8 @@ def twice_notes(recording: Recording, profile: Profile) -> Notes:
     # Up to a quarter of it, repeated samples move N by less than 5 %, as tried.
     effect = 1.0 if same.stop - same.start <= 0.25 * values.size else None
     first, again = (second_of(recording, block.start + later) for later in (0, distance))
-    said = f"{block.stop - block.start} samples from {first:.3f} s on are there again"
-    text = f"{said} from {again:.3f} s on: an interval counts them twice; {_STRETCH}"
+    problem = f"{block.stop - block.start} samples from {first:.3f} s on are there again"
+    text = f"{problem} from {again:.3f} s on: an interval counts them twice; {_STRETCH}"
     return (finding("repeats", profile.name, text, effect=effect),)
 
 
@@ -588,9 +588,9 @@ def dropout_notes(recording: Recording, profile: Profile) -> Notes:
         if is_rare or not (fine or away or _is_dead_band(values)):
             return ()
         effect = _effect_of_zeros(values, number)
-    said = seen(recording, zeros, "sample", "of exactly zero")
-    said += ", as if readings were lost (dropouts), or small ones set to zero (a dead band)"
-    return (finding("dropouts", profile.name, f"{said}; {LEAVE_OUT}", effect=effect),)
+    problem = seen(recording, zeros, "sample", "of exactly zero")
+    problem += ", as if readings were lost (dropouts), or small ones set to zero (a dead band)"
+    return (finding("dropouts", profile.name, f"{problem}; {LEAVE_OUT}", effect=effect),)
 
 
 def _is_dead_band(values: FloatArray) -> bool:
@@ -679,8 +679,8 @@ def interleaved_notes(recording: Recording, profile: Profile) -> Notes:
     # Of four, a line at a quarter of the sample rate (mains at 200 Hz) looks alike.
     for sensors, ordinal in ((2, "second"), (3, "third")):
         if _take_turns(profile, sensors):
-            said = f"{sensors} sensors seem to stand in this column by turns"
-            text = f"every {ordinal} sample is of another kind: {said}"
+            problem = f"{sensors} sensors seem to stand in this column by turns"
+            text = f"every {ordinal} sample is of another kind: {problem}"
             text += "; write each into a column of its own"
             return (Note(name="interleaved", level="error", channel=profile.name, text=text),)
     return ()

@@ -314,11 +314,11 @@ def require_rate(sample_rate: float) -> None:
     ValueError
         If it is not a finite number above zero, or one that no instrument has.
     """
-    said = f"is {quoted(sample_rate)}; give samples per second,"
+    problem = f"is {quoted(sample_rate)}; give samples per second,"
     if not (is_finite(sample_rate) and sample_rate > 0.0):
-        raise refusal("sample_rate", f"{said} above zero")
+        raise refusal("sample_rate", f"{problem} above zero")
     if not _SLOWEST <= sample_rate <= _FASTEST:
-        raise refusal("sample_rate", f"{said} {_SLOWEST:g} to {_FASTEST:g}")
+        raise refusal("sample_rate", f"{problem} {_SLOWEST:g} to {_FASTEST:g}")
 
 
 # ---- pickoff -----------------------------------------------------------------------
@@ -485,8 +485,8 @@ def angle_increments(values: ArrayLike, *, kind: Kind, sample_rate: float) -> Fl
     finite = samples.size == 0 or math.isfinite(arrays.mean(samples))
     if not finite and not np.isfinite(samples).all():
         first = int(np.argmin(np.isfinite(samples)))
-        said = f"sample {first} is not finite and there is no room for gaps here"
-        raise RecordingError(said, remedy="take a span without gaps ({slice})")
+        problem = f"sample {first} is not finite and there is no room for gaps here"
+        raise RecordingError(problem, remedy="take a span without gaps ({slice})")
     if kind == "angle":
         return arrays.differences(samples)
     return samples / sample_rate if kind == "rate" else samples

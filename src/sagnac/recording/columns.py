@@ -75,8 +75,8 @@ def columns_of(
         if alike and (is_gyro or is_named or split_header(alike[0])[1] is not None):
             found[name] = alike[0]
     if not set(found) - {"table", "time", NULL_PULSE_NAME}:
-        said = f"the frame has no gyro; it has {present}: name one with columns={{'x': NAME}}"
-        raise ValueError(said)
+        problem = f"the frame has no gyro; it has {present}: name one with columns={{'x': NAME}}"
+        raise ValueError(problem)
     return found
 
 
@@ -135,17 +135,17 @@ def gyro_of(
     sensor, notes = sensor_of(unit), tuple[Note, ...]()
     if period is not None and sensor == "gyro":
         if kind != "angle":
-            said = f"a counter that starts over is an angle, not kind {kind}"
+            problem = f"a counter that starts over is an angle, not kind {kind}"
             remedy = f"state {{kind angle}}, or leave out {inputs}"
-            raise RecordingError(said, channel=name, remedy=remedy)
+            raise RecordingError(problem, channel=name, remedy=remedy)
         if not (is_finite(period) and period > 0.0):
             remedy = "give the reading at which the counter starts over"
             raise refusal("period", f"is {quoted(period)}; {remedy}")
         readings = np.asarray(numbers(values, name), dtype=np.float64)
         extent = finite_extent(readings)
         if extent >= period:
-            said = f"it spans {extent:.6g}, more than a counter of {period:.9g} holds"
-            raise RecordingError(said, channel=name, remedy=f"state the right {inputs}")
+            problem = f"it spans {extent:.6g}, more than a counter of {period:.9g} holds"
+            raise RecordingError(problem, channel=name, remedy=f"state the right {inputs}")
         values, wraps = unwrapped(readings, period)
         bits = math.log2(period)
         counter = f"{bits:g} bit counter" if bits.is_integer() else f"counter of {period:.9g}"
@@ -212,9 +212,9 @@ def pulses_of(values: ArrayLike, *, column: str = "") -> tuple[BooleanArray, tup
     levels = numbers(given.astype(np.uint8) if given.dtype.kind == "b" else given, "null_pulse")
     some = arrays.every(levels, max(1, levels.size // 100_000))
     if np.unique(some).size > 2 or not arrays.all_finite(levels):
-        said = f"{f'column {column} ' if column else ''}takes more than two values"
+        problem = f"{f'column {column} ' if column else ''}takes more than two values"
         remedy = "name a column of 0 and 1 with {null-pulse}"
-        raise RecordingError(said, channel="null_pulse", remedy=remedy)
+        raise RecordingError(problem, channel="null_pulse", remedy=remedy)
     high = levels != 0
     rising = high.copy()
     rising[1:] &= ~high[:-1]

@@ -93,8 +93,8 @@ def table_of_readings(
     filled, longest, error = fill_missing(readings, period, accuracy=10.0 * ARCSECOND / size)
     if filled:
         met = f" (known ones are met to {error * size / ARCSECOND:.2g} arcsec)"
-        said = f"{counted(filled, 'missing sample')}, at most {longest} in a row, interpolated from"
-        remarks.append(f"{said} their neighbours{met if math.isfinite(error) else ''}")
+        fact = f"{counted(filled, 'missing sample')}, at most {longest} in a row, interpolated from"
+        remarks.append(f"{fact} their neighbours{met if math.isfinite(error) else ''}")
     running, wraps = unwrapped(readings, period)
     if wraps:
         remarks.append(f"unwrapped where it starts over, {counted(wraps, 'time')}")
@@ -561,9 +561,9 @@ def with_lost_readings(
     if filled is None:
         return table
     longest, first = (afters - firsts).max() / sample_rate, firsts[0] / sample_rate
-    said = f"{counted(lost, 'reading')} lost at {counted(int(firsts.size), 'place')}"
-    said += f", the longest for {longest:.3g} s, the first at {first:.3f} s"
-    text = f"{said}: gyro {gyro.name} tells how the table turned meanwhile"
+    problem = f"{counted(lost, 'reading')} lost at {counted(int(firsts.size), 'place')}"
+    problem += f", the longest for {longest:.3g} s, the first at {first:.3f} s"
+    text = f"{problem}: gyro {gyro.name} tells how the table turned meanwhile"
     note = Note(name="lost", level="warning", channel="table", text=text)
     return replace(table, channel=replace(table.channel, values=filled), notes=(*table.notes, note))
 

@@ -153,8 +153,8 @@ class Recording(Compared):
                 raise refusal(argument, f"holds {held}; give an array of {wanted.__name__}")
             if values.shape != (self.samples,):
                 first = f"gyro {self.gyros[0].name} has {self.samples} samples"
-                said = f"has shape {values.shape}; {first}: give columns sampled together"
-                raise refusal(argument, said)
+                problem = f"has shape {values.shape}; {first}: give columns sampled together"
+                raise refusal(argument, problem)
 
     @classmethod
     def from_arrays(
@@ -544,8 +544,8 @@ def _sampled(
     if times is not None:
         stamps = conversions.seconds_of(times, unit=time_unit)
         if stamps.size != samples:
-            said = f"times has {stamps.size} samples and the gyros have {samples}"
-            raise ValueError(f"{said}: give columns sampled together")
+            problem = f"times has {stamps.size} samples and the gyros have {samples}"
+            raise ValueError(f"{problem}: give columns sampled together")
         if stamps.size:
             return require_forwards(sampling(stamps, sample_rate))
     if sample_rate is None:

@@ -136,9 +136,9 @@ def _evenness(times: FloatArray, stated_rate: float | None) -> Sampling:
     disagree = stated_rate is not None and abs(rate / stated_rate - 1.0) > RATE_AGREEMENT
     # Stamps that run back, as of two logs put together, have no rate, and are refused as such.
     if disagree and not marked_steps(times, lambda steps: steps < 0.0).any():
-        said = f"the stamps give {rate:.6g} Hz but {stated_rate:.6g} Hz is stated"
+        problem = f"the stamps give {rate:.6g} Hz but {stated_rate:.6g} Hz is stated"
         remedy = "leave out {rate}, or ignore the stamps with {time none}"
-        raise RecordingError(said, channel="time", remedy=remedy)
+        raise RecordingError(problem, channel="time", remedy=remedy)
     if worst <= slack:
         return Sampling(times=None, sample_rate=rate)
     is_uniform = worst <= 0.75 * clock < 0.75 * step
@@ -175,15 +175,15 @@ def require_forwards(taken: Sampling) -> Sampling:
     if times is None:
         return taken
     missing, backwards = is_missing(times), marked_steps(times, lambda steps: steps < 0.0)
-    said, when = "", 0.0
+    problem, when = "", 0.0
     if missing.any():
-        said = f"{counted(number_of(missing), 'sample')} NaN or infinite, the first"
+        problem = f"{counted(number_of(missing), 'sample')} NaN or infinite, the first"
         when = first_of(missing) / taken.sample_rate
     elif backwards.any():
-        said = f"runs backwards {counted(number_of(backwards), 'time')}, first"
+        problem = f"runs backwards {counted(number_of(backwards), 'time')}, first"
         when = float(times[first_of(backwards) - 1])
-    if said:
-        raise RecordingError(f"{said} at {when:.3f} s", channel="time", remedy=CORRECT_STAMPS)
+    if problem:
+        raise RecordingError(f"{problem} at {when:.3f} s", channel="time", remedy=CORRECT_STAMPS)
     return taken
 
 
@@ -197,9 +197,9 @@ def _plausible(step: float) -> float:
     """
     if step >= 1e-15:
         return step
-    said = f"the stamps are {step:.3g} s apart, faster than any sensor samples"
+    problem = f"the stamps are {step:.3g} s apart, faster than any sensor samples"
     remedy = "state their unit ({time COLUMN:UNIT}), or {time none} and {rate HZ}"
-    raise RecordingError(said, channel="time", remedy=remedy)
+    raise RecordingError(problem, channel="time", remedy=remedy)
 
 
 def median_step(times: FloatArray, *, repeats: bool = True) -> float:
@@ -280,8 +280,8 @@ def stretch_of(
         contradict the rate, or there is neither.
     """
     if stamps is None and rate is None:
-        said = "one sample or none is too few to tell a rate"
-        raise RecordingError(said, channel="time", remedy="give a longer file")
+        problem = "one sample or none is too few to tell a rate"
+        raise RecordingError(problem, channel="time", remedy="give a longer file")
 
     def first_after(limit: float, known: int) -> int:
         if stamps is None:

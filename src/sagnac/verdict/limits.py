@@ -139,8 +139,8 @@ def specification_of(text: str | Specification, *, risk: float | None = None) ->
     """
     if isinstance(text, Specification):
         if risk is not None:
-            said = "and the specification has its own; state one"
-            raise refusal("risk", f"is {quoted(risk)}, {said}")
+            fact = "and the specification has its own; state one"
+            raise refusal("risk", f"is {quoted(risk)}, {fact}")
         return text
     if not isinstance(text, str):
         problem = f"is {quoted(text)}; give '3e-4deg/sqrt(h)'"
@@ -165,8 +165,8 @@ def _of_file(path: Path, risk: float | None) -> Specification:
         product, risk = str(stated.get("product", "")), stated.get("risk") if risk is None else risk
         return Specification(limits=listed, risk=risk, product=product)
     except OSError as error:
-        said = f"cannot be read ({error.strerror})"
-        raise errors.RecordingError(said, path=str(path), remedy="check the path") from None
+        problem = f"cannot be read ({error.strerror})"
+        raise errors.RecordingError(problem, path=str(path), remedy="check the path") from None
     except ValueError as error:
         raise refusal("spec", f"{path}: {str(error).removeprefix('spec ')}") from None
 
