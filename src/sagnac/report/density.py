@@ -4,7 +4,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import replace
 from itertools import cycle, pairwise
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -14,7 +14,7 @@ from sagnac.analysis.spectra import Spectrum
 from sagnac.core.units import DEGREE_PER_HOUR_PER_ROOT_HERTZ, SENSED, UNITS
 from sagnac.lines.model import Line, Scale
 from sagnac.noise.cross_spectra import SelfNoise
-from sagnac.noise.laws import SYMBOLS
+from sagnac.noise.laws import STOCHASTIC_NAMES, SYMBOLS
 from sagnac.report import frame
 
 # ---- lines -------------------------------------------------------------------------
@@ -211,18 +211,22 @@ def _rested_on(axes: Axes, analysis: Analysis) -> None:
     label = f"band of the {whose}"
     axes.axvspan(low, high, color=frame.ORANGE, alpha=0.08, linewidth=0, label=label)
     frequency = np.geomspace(low, min(high, 0.5 / choice.law.interval), 200)
-    unit = frame.rate_unit(analysis).size
-    root = np.sqrt(choice.law.density(frequency)) / unit
-    letters = ", ".join(SYMBOLS[name] for name in choice.terms)
-    other = choice.law.slow.in_words()
-    label = letters + f" ({other})" * bool(other) + " behind a low-pass" * any(choice.law.falls)
+    unit, law = frame.rate_unit(analysis).size, choice.law
+    # Those that the law holds, which need not be the terms of the heaviest model.
+    letters = {
+        SYMBOLS[name]: alone
+        for name, alone in zip(STOCHASTIC_NAMES, np.diag(law.squares), strict=True)
+        if alone.any()
+    }
+    other = law.slow.in_words()
+    label = ", ".join(letters) + f" ({other})" * bool(other)
+    label += " behind a low-pass" * any(law.falls)
+    root = np.sqrt(law.density(frequency)) / unit
     frame.model(axes, frequency, root, color=frame.ORANGE, linewidth=1.3, label=label)
-    for alone in np.diag(choice.law.squares):
-        if alone.any() and len(choice.terms) > 1:
-            term = np.sqrt(replace(choice.law, squares=tuple(alone)).density(frequency)) / unit
-            frame.model(
-                axes, frequency, term, color=frame.ORANGE, linewidth=0.7, linestyle=frame.DOTTED
-            )
+    style: dict[str, Any] = {"linewidth": 0.7, "linestyle": frame.DOTTED}
+    for alone in letters.values() if len(letters) > 1 else ():
+        term = np.sqrt(replace(law, squares=tuple(alone)).density(frequency)) / unit
+        frame.model(axes, frequency, term, color=frame.ORANGE, **style)
 
 
 def _mark_lines(axes: Axes, analysis: Analysis) -> None:
