@@ -17,6 +17,7 @@ from typing import Any, Final, NamedTuple
 
 import numpy as np
 import scipy.linalg
+from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 from scipy.special import chdtri
 
@@ -27,9 +28,6 @@ from sagnac.lines.components import mixed_down
 from sagnac.spectrum.transforms import TONE_WIDTH
 
 # ---- baseband --------------------------------------------------------------------
-
-NEAR: Final = 30.0
-"""Cycles a record between the lines that drift makes of one: they thin out as they grow weak."""
 
 # Values at a time, for any number of lines.
 _ROWS: Final = 8192
@@ -216,8 +214,8 @@ def _frequency_step(
     scale = np.sqrt(np.diag(normal))
     scale[scale == 0.0] = 1.0
     inverse = np.linalg.pinv(normal / np.outer(scale, scale), rcond=_COLLINEAR, hermitian=True)
-    step = (inverse @ (rest / scale) / scale)[2 * amplitudes.size :]
-    return np.asarray(np.clip(step, -0.5, 0.5))
+    step = inverse @ (rest / scale) / scale
+    return np.asarray(np.clip(step[2 * amplitudes.size :], -0.5, 0.5))
 
 
 # ---- splines -----------------------------------------------------------------------
@@ -277,14 +275,12 @@ def normal_bands(at: Places, rows: ComplexArray) -> ComplexArray:
 
 def knot_values(coefficients: NDArray[Any]) -> NDArray[Any]:
     """(blocks + 1,) values of a spline where blocks meet."""
-    windows = np.lib.stride_tricks.sliding_window_view
-    return np.asarray(windows(coefficients, _REACH - 1) @ _CUBIC[3, :3])
+    return np.asarray(sliding_window_view(coefficients, _REACH - 1) @ _CUBIC[3, :3])
 
 
 def pieces(coefficients: NDArray[Any]) -> NDArray[Any]:
     """(4, blocks) polynomials in blocks from the start of each, highest power first."""
-    windows = np.lib.stride_tricks.sliding_window_view
-    return np.ascontiguousarray(_CUBIC @ windows(coefficients, _REACH).T)
+    return np.ascontiguousarray(_CUBIC @ sliding_window_view(coefficients, _REACH).T)
 
 
 def knot_variances(factor: ComplexArray) -> FloatArray:
@@ -303,8 +299,6 @@ def knot_variances(factor: ComplexArray) -> FloatArray:
 
 # ---- envelopes ---------------------------------------------------------------------
 
-# Chance that a description with more parameters is taken where fewer would do.
-_CHANCE: Final = 0.01
 # Parameters of a steady line: two of amplitude, one of frequency.
 _OF_STEADY: Final = 3
 
@@ -422,7 +416,8 @@ def simplest(rivals: list[tuple[int, float]]) -> int:
     for index in order[1:]:
         added = rivals[index][0] - rivals[best][0]
         gained = rivals[best][1] - rivals[index][1]
-        chance = float(chdtri(added, _CHANCE / len(rivals))) if added else 0.0
+        # One of a hundred descriptions with more parameters is taken if fewer would do.
+        chance = float(chdtri(added, 0.01 / len(rivals))) if added else 0.0
         # The floor is known to some per cent, which for a thousand parameters is more than chance.
         if gained > 1.05 * chance:
             best = index

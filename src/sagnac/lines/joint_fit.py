@@ -81,8 +81,9 @@ def _add_tones(products: ComplexArray, frequencies: FloatArray, way: int, sample
     total = products.shape[0] // 2
     plain = slice(total - frequencies.size, total)
     tilted = slice(2 * total - frequencies.size, 2 * total)
-    apart = frequencies[:, np.newaxis] - way * frequencies
-    zero, one, two = _moments(2.0 * np.pi * apart, samples)
+    zero, one, two = _moments(
+        2.0 * np.pi * (frequencies[:, np.newaxis] - way * frequencies), samples
+    )
     products[plain, plain] = a * b * zero
     products[tilted, plain] = a * b * one - 1j * c * b * zero
     products[plain, tilted] = a * b * one + 1j * a * d * zero
@@ -186,13 +187,6 @@ def tone_factors(frequencies: FloatArray, samples: int) -> tuple[FloatArray, Flo
 
 # ---- joint fit ---------------------------------------------------------------------
 
-# Eigenvalues below this share of the largest (of the scaled normal matrix) are directions that
-# the data do not distinguish; nothing is fitted along them. Products of an order and a tone are
-# good to a tenth of it.
-_COLLINEAR: Final = 1e-5
-# A frequency moves by no more than this in one step, in radians of phase at the record's ends.
-_LONGEST_STEP: Final = 1.0
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ComponentFit:
@@ -292,7 +286,8 @@ def _moved(
     middle, width = sampled.phase_range
     in_angle = tuned < angles
     unit = np.where(in_angle, 1.0 / width, 1.0 / sampled.samples)
-    step = np.clip(solution, -_LONGEST_STEP, _LONGEST_STEP) * unit
+    # A frequency moves by no more than 1 rad of phase at the record's ends in one step.
+    step = np.clip(solution, -1.0, 1.0) * unit
     covariance = np.zeros((size, 3, 3))
     pairs = 2 * np.arange(size)[:, np.newaxis] + np.arange(2)
     covariance[:, :2, :2] = inverse[pairs[:, :, np.newaxis], pairs[:, np.newaxis, :]]
@@ -319,7 +314,9 @@ def _inverse(normal: FloatArray) -> tuple[FloatArray, int]:
     scale = np.sqrt(np.maximum(np.diag(normal), 0.0))
     scale[scale == 0.0] = 1.0
     eigenvalues, vectors = scipy.linalg.eigh(normal / np.outer(scale, scale))
-    keep = eigenvalues > _COLLINEAR * eigenvalues[-1] if eigenvalues.size else eigenvalues > 0
+    # Eigenvalues below this share of the largest are directions that the data do not distinguish;
+    # nothing is fitted along them. Products of an order and a tone are good to a tenth of it.
+    keep = eigenvalues > 1e-5 * eigenvalues[-1] if eigenvalues.size else eigenvalues > 0
     used = vectors[:, keep]
     return (used / eigenvalues[keep]) @ used.T / np.outer(scale, scale), int((~keep).sum())
 

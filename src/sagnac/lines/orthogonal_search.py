@@ -32,8 +32,8 @@ _DEPENDENT: Final = 1e-6
 _LEAST_POWER: Final = 1e-7
 # Memory that a candidate takes as the search begins.
 _BYTES: Final = 300
+# A mean square below this share of the first one is rounding.
 NOTHING_LEFT: Final = 1e-13
-"""A mean square below this share of the first one is rounding."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

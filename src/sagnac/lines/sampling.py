@@ -3,7 +3,6 @@
 Each property is made when it is first asked for: the search needs it again and again.
 """
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Final, NamedTuple
@@ -16,14 +15,12 @@ from sagnac.spectrum.sums import angle_sums
 from sagnac.table.kinematics import averages_of
 from sagnac.table.turns import mean_rate
 
+# Highest whole order that counts as the table's own and goes by Fourier sums. A higher one is a
+# line in time until the table's unsteadiness shows otherwise.
 MOST_ORDERS: Final = 128
-"""Highest whole order that counts as the table's own and goes by Fourier sums.
 
-A higher one is a line in time until the table's unsteadiness shows otherwise.
-"""
-
+# Samples in each mean of what is mixed down to zero frequency, and of `Wander`.
 MIX_BLOCK: Final = 50
-"""Samples in each mean of what is mixed down to zero frequency, and of `Wander`."""
 
 
 class Blocks(NamedTuple):
@@ -151,14 +148,16 @@ class Sampling:
         if table is None:
             raise ValueError("order_products of a record at rest; there are no orders")
         fastest, highest = float(np.abs(self.blocks.step).max()), 2 * MOST_ORDERS
-        ends = [extent(np.diff(table[some.start : some.stop + 1]) ** 2) for some in _long(table)]
+        # Long blocks: what a block costs besides its steps is that of a hundred thousand of them.
+        long = self.samples - 1, 2 * BLOCK
+        ends = [extent(np.diff(table[some.start : some.stop + 1]) ** 2) for some in blocks(*long)]
         high = max(min(largest, (1.5 * fastest) ** 2) for _, largest in ends)
         low = min([smallest for smallest, _ in ends] + [high])
         # Beyond its Nyquist frequency an order is no candidate, and need not be expanded well.
         reach = np.minimum(np.arange(highest + 1.0), 2.0 * np.pi / max(fastest, 1e-12))
         expansion = _half_cosines_expanded(low, high, reach)
         sums = np.zeros((expansion.shape[0], highest + 1), dtype=np.complex128)
-        for some in _long(table):
+        for some in blocks(*long):
             here = table[some.start : some.stop + 1]
             squares = np.minimum(np.diff(here) ** 2, high)
             place = 2.0 * (squares - low) / max(high - low, 1e-300) - 1.0
@@ -217,11 +216,6 @@ def _block_length(table: FloatArray) -> int:
             break
         block //= 2
     return block
-
-
-def _long(table: FloatArray) -> Iterator[slice]:
-    """Long blocks of steps: what a block costs besides is that of a hundred thousand of them."""
-    return blocks(table.size - 1, 2 * BLOCK)
 
 
 def _half_cosines_expanded(low: float, high: float, reach: FloatArray) -> FloatArray:

@@ -29,10 +29,6 @@ from sagnac.table.motion import follow_table
 from sagnac.table.turns import FEW_TURNS, AngleFunction, full_turns, function_of_angle, is_turning
 
 _MOST_LINES: Final = 250
-# Steps of an angle that vary by no more than this share of its size vary by rounding, and
-# numbers below this one have squares that floating point does not hold to all their digits.
-_ROUNDING: Final = 8.0 * float(np.finfo(np.float64).eps)
-_SMALLEST: Final = 1e-140
 _ROUNDS: Final = 20
 # Rounds in which lines are looked for beside bands of vibration.
 _PATIENT_ROUNDS: Final = 5
@@ -121,11 +117,11 @@ def remove_lines(
     with one_thread():
         removal = _removal(searched(first_state(record), report), channel)
     report(1.0)
-    removal = replace(removal, notes=(*notes, *removal.notes))
     if function is None:
         return removal
     taken = np.concatenate([function.taken, removal.taken], axis=1)
-    return replace(removal, taken=taken, masked=(*function.masked, *removal.masked))
+    masked, notes = (*function.masked, *removal.masked), (*notes, *removal.notes)
+    return replace(removal, taken=taken, masked=masked, notes=notes)
 
 
 def _require_noise(angle: FloatArray) -> None:
@@ -134,9 +130,11 @@ def _require_noise(angle: FloatArray) -> None:
     if low == high:
         raise refusal("angle", f"is {low + 0.0:g} throughout; give values that vary")
     noise = float(np.ptp(extent(differences(differences(angle)))))
-    if noise <= _ROUNDING * max(abs(low), abs(high)):
+    # Steps of an angle that vary by no more than this share of its size vary by rounding.
+    if noise <= 8.0 * float(np.finfo(np.float64).eps) * max(abs(low), abs(high)):
         raise refusal("angle", "is a straight line, to rounding; give one with noise")
-    if not (noise > _SMALLEST and high - low < 1.0 / _SMALLEST):
+    # Floating point does not hold squares of numbers beyond these to all their digits.
+    if not (noise > 1e-140 and high - low < 1e140):
         raise refusal("angle", f"runs from {low:g} to {high:g}; give it in rad")
 
 
@@ -161,8 +159,8 @@ def _without_table(
             "that mean nothing one by one"
         )
         notes = (Note(channel=channel, text=text),)
-    motion = follow_table(averages_of(angle, kinematic.block), kinematic)
-    return motion.less(angle), function, notes
+    averages = averages_of(angle, kinematic.block)
+    return follow_table(averages, kinematic).less(angle), function, notes
 
 
 # --- the rounds ------------------------------------------------------------------------------

@@ -98,7 +98,8 @@ def clusters(
     Indices of the members of each cluster, the strongest first.
     """
     ascending = np.argsort(frequencies)
-    breaks = 1 + np.flatnonzero(np.diff(frequencies[ascending]) * samples > envelopes.NEAR)
+    # Cycles a record between the lines that drift makes of one: they thin out as they grow weak.
+    breaks = 1 + np.flatnonzero(np.diff(frequencies[ascending]) * samples > 30.0)
     groups = [group for group in np.split(ascending, breaks) if group.size >= 3]
     return tuple(group[np.argsort(-significance[group])] for group in groups)
 

@@ -39,16 +39,8 @@ from sagnac.rig.truth import truth_of
 
 # ---- laboratory --------------------------------------------------------------------
 
-# Standard deviations of the logarithm.
-_LOCK_IN: Final = 0.15  # mirrors, gas and alignment
-_DIFFUSION: Final = 0.5  # of the backscatter phase, itself assumed
-_LINES: Final = 0.4  # amplitudes of mains and floor
-_FREQUENCY: Final = 2e-3  # of lines in time
-_WARM_UP: Final = 2.0  # K, rms of the room's change over a recording
-_PER_KELVIN: Final = (1e-4, 1.5e-4, 0.5e-4)  # deg/h/K
-_MAINS: Final = 50.0  # Hz; slower lines in time are the drive's
+# Lines in time of the drive, over those of the preset.
 DRIVEN: Final = 7.0
-"""Lines in time of the drive, over those of the preset."""
 
 
 def on_day(config: RigConfig, seed: int) -> RigConfig:
@@ -63,16 +55,19 @@ def on_day(config: RigConfig, seed: int) -> RigConfig:
     """
     random = np.random.default_rng([20130227, seed])
     gyro, disturbances = config.gyro, config.disturbances
-    # The lines in time of the two sets, before they are drawn.
+    # The lines in time of the two sets, before they are drawn; those below the mains are the
+    # drive's.
     stated = disturbances.time if config.turning else ()
-    time = [(where, size if where >= _MAINS else DRIVEN * size) for where, size in stated]
-    common = random.lognormal(0.0, _LOCK_IN)
-    diffusion = gyro.backscatter_diffusion_rad2_per_s * random.lognormal(0.0, _DIFFUSION)
-    sizes, places = random.lognormal(0.0, _LINES, len(time)), random.normal(size=len(time))
-    # One above half the sample rate is kept at it.
+    time = [(where, size if where >= 50.0 else DRIVEN * size) for where, size in stated]
+    # Standard deviations of the logarithm: of lock-in by mirrors, gas and alignment, of the
+    # diffusion of the backscatter phase, itself assumed, and of the amplitudes of mains and floor.
+    common = random.lognormal(0.0, 0.15)
+    diffusion = gyro.backscatter_diffusion_rad2_per_s * random.lognormal(0.0, 0.5)
+    sizes, places = random.lognormal(0.0, 0.4, len(time)), random.normal(size=len(time))
+    # A line's frequency changes by 0.2 % rms; one above half the sample rate is kept at it.
     half = 0.5 * config.sample_rate_hz
     moved: Pairs = tuple(
-        (float(min(frequency * (1.0 + _FREQUENCY * place), half)), float(amplitude * size))
+        (float(min(frequency * (1.0 + 2e-3 * place), half)), float(amplitude * size))
         for (frequency, amplitude), size, place in zip(time, sizes, places, strict=True)
     )
     x, y, z = (float(one * common) for one in gyro.lock_in_deg_per_h)
@@ -80,8 +75,9 @@ def on_day(config: RigConfig, seed: int) -> RigConfig:
         gyro,
         lock_in_deg_per_h=(x, y, z),
         backscatter_diffusion_rad2_per_s=float(diffusion),
-        temperature_coefficient_deg_per_h_per_k=_PER_KELVIN,
-        warm_up_k=float(_WARM_UP * random.normal()),
+        temperature_coefficient_deg_per_h_per_k=(1e-4, 1.5e-4, 0.5e-4),
+        # Rms of the room's change over a recording.
+        warm_up_k=float(2.0 * random.normal()),
     )
     return replace(config, gyro=gyro, disturbances=replace(disturbances, time=moved))
 
@@ -158,8 +154,6 @@ def by_each_reading(evidence: Evidence) -> dict[ReadingName, float]:
 
 # ---- plan --------------------------------------------------------------------------
 
-RUN_SCHEMA: Final = "sagnac.reproduction-run/3"
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Scope:
@@ -207,7 +201,8 @@ class Run:
     @property
     def key(self) -> str:
         """Name and a digest of everything the result depends on."""
-        what = json.dumps({"schema": RUN_SCHEMA, "version": __version__, **asdict(self)})
+        schema = "sagnac.reproduction-run/3"
+        what = json.dumps({"schema": schema, "version": __version__, **asdict(self)})
         return f"{self.name}-{hashlib.sha256(what.encode()).hexdigest()[:12]}"
 
 

@@ -207,8 +207,7 @@ def _rested_on(axes: Axes, analysis: Analysis) -> None:
     low, high = max(choice.band_hz[0], lowest), min(choice.band_hz[1], highest)
     if not low < high:
         return
-    whose = "average" if choice.member == "both" else "answer"
-    label = f"band of the {whose}"
+    label = f"band of the {'average' if choice.member == 'both' else 'answer'}"
     axes.axvspan(low, high, color=frame.ORANGE, alpha=0.08, linewidth=0, label=label)
     frequency = np.geomspace(low, min(high, 0.5 / choice.law.interval), 200)
     unit, law = frame.rate_unit(analysis).size, choice.law

@@ -20,7 +20,6 @@ from sagnac.stability.curve import StabilityCurve
 
 # How the Allan deviation of each term rises with tau on a log-log plot.
 _SLOPES: Final = dict(zip(COEFFICIENT_NAMES, ("−1", "−½", "0", "+½", "+1"), strict=True))
-_ROOM_FOR_LABEL: Final = 75.0  # points
 # Name of the drawn sum, by the member of the average that gives the answer.
 _NAMES: Final = {"average": "average", "both": "N of the likelihood", "whole band": "likelihood"}
 # Label of the axis of deviations before the channel, and the units behind it.
@@ -82,10 +81,9 @@ def stability(result: Analysis | StabilityCurve, ax: Axes | None = None) -> Axes
 
 def _name_first(axes: Axes) -> None:
     """The curve of an analysis that stood alone is called by its channel, as others join it."""
-    name = axes.get_ylabel().removeprefix(_OF_CHANNEL).rpartition(" (")[0]
     for line in axes.get_lines():
         if line.get_label() in frame.STATES:
-            line.set_label(name)
+            line.set_label(axes.get_ylabel().removeprefix(_OF_CHANNEL).rpartition(" (")[0])
 
 
 def _draw_over(axes: Axes, analysis: Analysis) -> None:
@@ -204,7 +202,8 @@ def _below(axes: Axes, tau: FloatArray, level: FloatArray, text: str) -> None:
         return
     points = axes.transData.transform(np.stack([tau, level], axis=1))
     run, rise = points[-1] - points[0]
-    if math.hypot(run, rise) < _ROOM_FOR_LABEL * axes.figure.dpi / 72.0:
+    # A label takes 75 points.
+    if math.hypot(run, rise) < 75.0 * axes.figure.dpi / 72.0:
         return
     middle, slope = tau.size // 2, math.degrees(math.atan2(rise, run))
     axes.annotate(
@@ -215,9 +214,6 @@ def _below(axes: Axes, tau: FloatArray, level: FloatArray, text: str) -> None:
 
 
 # ---- against time and table angle ------------------------------------------------------
-
-# Recordings longer than this are drawn in hours, s.
-_LONG_S: Final = 7_000.0
 
 
 def parts(analysis: Analysis, ax: Axes | None = None) -> Axes:
@@ -300,7 +296,8 @@ def residual(analysis: Analysis, ax: Axes | None = None) -> Axes:
     'left (°/h)'
     """
     axes, kept, unit = frame.axes_of(ax, analysis), _residual(analysis), frame.rate_unit(analysis)
-    long = float(kept.time[-1]) > _LONG_S
+    # Recordings longer than two hours or so are drawn in hours.
+    long = float(kept.time[-1]) > 7_000.0
     axes.plot(kept.time / (3600.0 if long else 1.0), kept.rate / unit.size, color=frame.BLUE)
     axes.set(xlabel=f"time ({'h' if long else 's'})", ylabel=f"left ({unit.symbol})")
     return axes

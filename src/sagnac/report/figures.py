@@ -35,7 +35,6 @@ _STYLE_FILE: Final = Path(__file__).with_name("report.mplstyle")
 STYLE: Final = mpl.rc_params_from_file(_STYLE_FILE, use_default_template=False)
 _SIZE: Final = (6.6, 4.5)
 _FRAME: Final = {"left": 0.115, "right": 0.975, "bottom": 0.115}
-_LEGEND_ROW: Final = 0.165  # inches
 _ABOVE: Final = 0.09  # inches above a plot or its legend
 _POWER: Final = re.compile(r"\$\\mathdefault\{(.*?)(?:\\times)?10\^\{(.*?)\}\}\$")
 _RAISED: Final = str.maketrans("-−0123456789", "⁻⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
@@ -122,7 +121,8 @@ def legend_above(axes: Axes, columns: int) -> None:
     rows = -(-len(axes.get_legend_handles_labels()[0]) // columns)
     figure = axes.get_figure(root=True)
     assert figure is not None
-    figure.subplots_adjust(top=1.0 - (_ABOVE + rows * _LEGEND_ROW) / figure.get_figheight())
+    # A row of the legend takes 0.165 inches.
+    figure.subplots_adjust(top=1.0 - (_ABOVE + rows * 0.165) / figure.get_figheight())
     axes.legend(
         loc="lower left",
         bbox_to_anchor=(-0.02, 0.995),
@@ -234,9 +234,6 @@ def curves_figure(analyses: Sequence[Analysis]) -> Figure:
     return figure
 
 
-DOTS: Final = 200  # to the inch, of a PNG
-
-
 def svg(figure: Figure, name: str, description: str) -> Markup:
     """The figure as an ``<svg>`` element to stand inside a page.
 
@@ -279,10 +276,9 @@ def write_png(figure: Figure, path: Path) -> None:
         If the folder cannot be written to.
     """
     with mpl.rc_context(STYLE), replacing(path) as temporary:
-        figure.dpi = DOTS
+        figure.dpi = 200
         fast = {"compress_level": 1}
-        canvas = FigureCanvasAgg(figure)
-        canvas.print_png(temporary, metadata={"Software": None}, pil_kwargs=fast)
+        FigureCanvasAgg(figure).print_png(temporary, metadata={"Software": None}, pil_kwargs=fast)
 
 
 def _short_answer(analysis: Analysis) -> str:
@@ -290,8 +286,7 @@ def _short_answer(analysis: Analysis) -> str:
     if shown.status == "not observable":
         return "N not observable"
     relation = "=" if shown.status == "estimated" else "<"
-    width = 0.5 * (shown.high - shown.low)
-    return f"N {relation} {number(shown.value, width)} °/√h"
+    return f"N {relation} {number(shown.value, 0.5 * (shown.high - shown.low))} °/√h"
 
 
 # ---- frames figure -----------------------------------------------------------------

@@ -40,10 +40,6 @@ _PICTURES: Final = {
     "parts": "Angle random walk over parts of the recording, against time",
     "residual": "What removal leaves, against time and table angle",
 }
-# Those that are files beside the page, too.
-_FILES: Final = ("stability", "spectrum", "parts")
-# Latitude of the figure on heading.
-_LATITUDE: Final = 45.0 * DEGREE
 # Title of the coefficients by the member of the average that the answer is of. A fit whose
 # interval is the answer's as well stands as itself.
 _ANSWERS: Final = {
@@ -197,7 +193,7 @@ def _azimuth(analysis: Analysis, document: Mapping[str, Any] | None) -> Markup |
     if analysis.angle_random_walk.status == "not observable":
         return None
     noise = GyroNoise.from_document(document or documents.analysis_document(analysis))
-    figure = compass_figure(noise, latitude=_LATITUDE, confidence=analysis.settings.confidence)
+    figure = compass_figure(noise, latitude=45.0 * DEGREE, confidence=analysis.settings.confidence)
     return figures.svg(figure, "azimuth", "Azimuth error of a gyrocompass against time")
 
 
@@ -363,7 +359,8 @@ def _write(analysis: Analysis, folder: Path, stated: dict[str, Any], **how: Any)
     drawn = figures.report_figures(analysis)
     html = page(shown, drawn=drawn, document=stated, links=links, **top)
     texts = {} if places else tables.csv_files(analysis)
-    pngs = {f"{name}.png": drawn[name] for name in _FILES if name in drawn}
+    # The residual stands on the page alone.
+    pngs = {f"{name}.png": figure for name, figure in drawn.items() if name != "residual"}
     for png, figure in pngs.items():
         figures.write_png(figure, folder / png)
     if how["settings"]:

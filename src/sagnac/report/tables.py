@@ -15,9 +15,6 @@ from sagnac.core.units import ARCSECOND, DEGREE, UNITS
 from sagnac.lines.model import Line
 from sagnac.report import quantities
 
-# A spreadsheet computes a cell that begins so.
-_FORMULA: Final = ("=", "+", "-", "@")
-
 
 def cell(value: float) -> str:
     """A number with nine significant digits; empty if there is none."""
@@ -47,7 +44,8 @@ def as_text(content: str) -> str:
     ('-1.5e-3', "'=1+1", 'x')
     """
     plain = one_line(content)
-    if not plain.startswith(_FORMULA):
+    # A spreadsheet computes a cell that begins so.
+    if not plain.startswith(("=", "+", "-", "@")):
         return plain
     try:
         float(plain)
@@ -133,9 +131,6 @@ def line_table(analysis: Analysis) -> str:
 
 # ---- files -------------------------------------------------------------------------
 
-# Characters that a file system takes in a name, with room for what is put before it.
-_LONGEST_NAME: Final = 180
-
 
 def folder_name(name: str) -> str:
     """A file name for a channel, whatever its name is: it comes out of a file.
@@ -145,5 +140,6 @@ def folder_name(name: str) -> str:
     >>> folder_name("x"), folder_name("../../x"), folder_name("..")
     ('x', '..%2F..%2Fx', '%2E%2E')
     """
-    safe = quote(name, safe=" ")[:_LONGEST_NAME]
+    # Characters that a file system takes in a name, with room for what is put before it.
+    safe = quote(name, safe=" ")[:180]
     return safe if safe.strip(". ") else "".join(f"%{ord(mark):02X}" for mark in safe)

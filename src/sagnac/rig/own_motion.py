@@ -31,9 +31,9 @@ def _structure(
 
     It rests if the table is not moving yet.
     """
-    (frequency, quality), step = band, table.interval
-    damping, rate = 0.5 / quality, 2.0 * math.pi * frequency * rms * ARCSECOND
-    made = Oscillator(frequency=frequency, damping=damping, rms_rate=rate, step=step, random=random)
+    frequency, quality = band
+    rate = 2.0 * math.pi * frequency * rms * ARCSECOND
+    made = Oscillator(frequency, 0.5 / quality, rate, table.interval, random)
     if not table.moving:
         made.state[:] = 0.0
     return made
@@ -151,10 +151,9 @@ class Disturbances:
 
 
 def _drawn(pairs: Pairs, random: Generator) -> LineSet:
-    position = np.array([position for position, _ in pairs], dtype=np.float64)
-    amplitude = np.array([amplitude for _, amplitude in pairs], dtype=np.float64) * ARCSECOND
+    position, amplitude = np.array(pairs, dtype=np.float64).reshape(-1, 2).T
     shape = (len(GYRO_NAMES), len(pairs))
-    amplitudes = amplitude * random.uniform(0.5, 1.0, shape)
+    amplitudes = amplitude * ARCSECOND * random.uniform(0.5, 1.0, shape)
     phases = random.uniform(-np.pi, np.pi, shape)
     order = np.argsort(position, kind="stable")
     return LineSet(position=position[order], phasor=(amplitudes * np.exp(1j * phases))[:, order])

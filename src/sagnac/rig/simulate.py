@@ -36,10 +36,8 @@ from sagnac.rig.sections import SENSOR_NAMES
 from sagnac.rig.table import Differences, Motion, RandomStreams, Table, fastest_rate
 from sagnac.rig.truth import Truth, truth_of
 
-BLOCK_SAMPLES: Final = 65_536
 # Units of angles and increments, and of rates.
 _SHOWN_IN: Final = (("arcsec", "m/s"), ("deg/h", "m/s^2"))
-_PICKOFFS: Final = tuple(PICKOFF + name for name in GYRO_NAMES)
 
 Progress = Callable[[float], None]
 
@@ -52,8 +50,8 @@ class Simulation:
     truth: Truth
 
 
+# Samples by name: gyros, accelerometers, table (unwrapped), null pulse and pick-offs.
 Columns = dict[str, NDArray[Any]]
-"""Samples by name: gyros, accelerometers, table (unwrapped), null pulse and pick-offs."""
 
 
 class Rig:
@@ -95,7 +93,7 @@ class Rig:
         if self._encoder is not None and self._null_pulse is not None:
             columns["table"] = self._encoder.read(first, motion.angle)
             columns[NULL_PULSE_NAME] = self._null_pulse.advance(motion.angle)
-        columns |= zip(_PICKOFFS, shown, strict=bool(shown))
+        columns |= {PICKOFF + name: one for name, one in zip(GYRO_NAMES, shown, strict=False)}
         return columns, motion.angle
 
     def _of_kind(self, sensor: Sensor, values: FloatArray) -> FloatArray:
@@ -117,7 +115,7 @@ class Rig:
 
 
 def blocks(
-    config: RigConfig, block_samples: int = BLOCK_SAMPLES, progress: Progress | None = None
+    config: RigConfig, block_samples: int = 65_536, progress: Progress | None = None
 ) -> Iterator[tuple[Columns, FloatArray]]:
     """The recording block by block, with the true table angle, rad.
 

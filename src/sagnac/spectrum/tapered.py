@@ -18,9 +18,8 @@ from sagnac.spectrum.sums import angle_series
 _FIRST: Final = 6
 # Longest stretch that is transformed at once, samples: such a transform stays in cache.
 SEGMENT: Final = 2**17
-# Stop band of the filters before decimation, dB, and the largest step of one of them.
+# Stop band of the filters before decimation, dB.
 _STOP: Final = 140.0
-_STEP: Final = 4
 # Part of the rate of the decimated record up to which it is used.
 _USED: Final = 0.2
 # Smallest record, samples.
@@ -165,7 +164,8 @@ def _coarse_cells(values: FloatArray, sample_rate: float, segment: int) -> Cells
     """Cells of the filtered and decimated record, to a fifth of its rate."""
     factor = left = int(2 ** math.ceil(math.log2(values.size / segment)))
     while left > 1:
-        step = min(left, _STEP)
+        # One filter takes a step of 4 at the most.
+        step = min(left, 4)
         values = _decimated(values, _anti_alias(step, left), step)
         left //= step
     cells = _cells(factor * values, sample_rate / factor, segment)

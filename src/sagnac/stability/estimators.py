@@ -34,16 +34,9 @@ import numpy as np
 from sagnac.core.arrays import FloatArray, IntegerArray, blocks, empty, release
 from sagnac.core.errors import Note, RecordingError, require_choice, rounded
 from sagnac.stability import Estimator, _kernels, freedom
+from sagnac.stability import sums as track_sums
 from sagnac.stability.freedom import THEO1_EFFECTIVE, FreedomLaw
-from sagnac.stability.sums import (
-    Points,
-    Track,
-    modified_sums,
-    overlapping_sums,
-    plain_sums,
-    whole_track,
-    window_stride,
-)
+from sagnac.stability.sums import Points, Track
 
 # Sums, and numbers of outer windows, of a track by clusters; windows a stride apart.
 Sums = Callable[[Track, IntegerArray, IntegerArray], tuple[FloatArray, IntegerArray]]
@@ -132,7 +125,7 @@ class Properties:
         squares = strides = np.ones_like(whole)
         if self.squares is not None:
             squares = self.squares(clusters)
-            strides = window_stride(whole, squares, clusters)
+            strides = track_sums.window_stride(whole, squares, clusters)
         sums, windows = self.sums(track, clusters, strides)
         kept = windows > 0
         if clusters.size and not kept.any():
@@ -229,7 +222,7 @@ def _total_sums(
     longer[size - 1 : 2 * size - 1] = angle
     np.subtract(2.0 * angle[-1], angle[-2::-1], out=longer[2 * size - 1 :])
     release()
-    whole, sums = whole_track(longer), np.zeros(clusters.size)
+    whole, sums = track_sums.whole_track(longer), np.zeros(clusters.size)
     for number, m in enumerate(clusters.tolist()):
         for block in blocks(2 * size - 2 - m, start=size - m):
             own = slice(number, number + 1)
@@ -258,7 +251,8 @@ def _differences(
     def windows(cluster: int, angles: int) -> int:
         return angles - order * cluster if overlapping else (angles - 1) // cluster - order + 1
 
-    summed = overlapping_sums if overlapping else plain_sums
+    summed = track_sums.overlapping_sums if overlapping else track_sums.plain_sums
+    law = partial(freedom.greenhall_riley_freedom, order=order, overlapping=overlapping)
     row = Properties(
         name=name,
         title=title,
@@ -268,9 +262,7 @@ def _differences(
         windows=windows,
         sums=lambda track, clusters, _: summed(track, clusters, order),
         divisor=2.0 if order == 2 else 6.0,
-        freedom=partial(
-            freedom.greenhall_riley_freedom, order=order, overlapping=overlapping, modified=False
-        ),
+        freedom=law,
     )
     return replace(row, **others)
 
@@ -280,9 +272,9 @@ _MODIFIED: Final = Properties(
     title="modified Allan",
     longest=lambda angles: angles // 3,
     windows=lambda cluster, angles: angles - 3 * cluster + 1,
-    sums=lambda track, clusters, _: modified_sums(track, clusters),
+    sums=lambda track, clusters, _: track_sums.modified_sums(track, clusters),
     power=4,
-    freedom=partial(freedom.greenhall_riley_freedom, order=2, overlapping=True, modified=True),
+    freedom=partial(freedom.greenhall_riley_freedom, modified=True),
 )
 _THEO1: Final = Properties(
     name="theo1",

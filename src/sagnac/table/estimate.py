@@ -163,23 +163,18 @@ def estimated_table(
     sensed = shares @ coarse / strength
     interval = block / sample_rate
     fit = _Fit.of(read, sensed, interval)
-    readings, delay = encoder, None
-    for free in (np.array([True, True]), np.array([True, False])):
-        taken = _delay_taken_out(encoder, sensed, fit, sample_rate, free)
-        if taken is not None:
-            readings, delay = taken
-            break
+    # First with a change of the delay, then without.
+    both = (np.array([True, change]) for change in (True, False))
+    tried = (_delay_taken_out(encoder, sensed, fit, sample_rate, free) for free in both)
+    readings, delay = next((taken for taken in tried if taken is not None), (encoder, None))
     if delay is not None:
         fit = _Fit.of(averages_of(readings, block), sensed, interval)
     gyro = arrays.elementwise(lambda *here: shares / strength @ np.stack(here), *gyros)
     noise = _noise(gyro, encoder, delay, sample_rate)
     corner = fit.corner(_own_walk(coarse, shares))
-    angle = readings
     # From a quarter of the rate of averages on a corner leaves the readings as they are.
-    if corner > 0.25 / interval:
-        corner = math.inf
-    else:
-        angle = _led(gyro, fit.guide(corner), block)
+    corner = math.inf if corner > 0.25 / interval else corner
+    angle = _led(gyro, fit.guide(corner), block) if math.isfinite(corner) else readings
     return replace(plain, angle=angle, readings=readings, noise=noise, corner=corner, delay=delay)
 
 
@@ -345,8 +340,7 @@ def _noise(gyro: FloatArray, encoder: FloatArray, delay: Delay | None, sample_ra
     Readings that are shifted by a delay have less noise than those that were made.
     """
     if delay is not None:
-        back = replace(delay, mean=-delay.mean, change=-delay.change)
-        gyro = _undelayed(gyro, back, sample_rate)
+        gyro = _undelayed(gyro, replace(delay, mean=-delay.mean, change=-delay.change), sample_rate)
     steps = arrays.differences(arrays.elementwise(np.subtract, encoder, gyro))
     return math.sqrt(0.5 * max(arrays.square(steps) / steps.size - arrays.mean(steps) ** 2, 0.0))
 

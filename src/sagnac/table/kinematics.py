@@ -14,14 +14,11 @@ from sagnac.table import _kernels
 
 # ---- earth -------------------------------------------------------------------------
 
+# Bound of an Earth-rate coefficient of a gyro or of a difference of two, rad/s. At a constant table
+# rate the Earth terms coincide with the sine and cosine of the table angle, and what is left of
+# them is encoder noise. Nothing but their size is known then: this bound serves as the standard
+# deviation of their prior, and a fit under that prior may not exceed it (`bounded_by_earth`).
 LARGEST_EARTH_RATE: Final = 2.0 * EARTH_RATE
-"""Bound of an Earth-rate coefficient of a gyro or of a difference of two, rad/s.
-
-At a constant table rate the Earth terms coincide with the sine and cosine of the table angle, and
-what is left of them is encoder noise. Nothing but their size is known then: this bound serves as
-the standard deviation of their prior, and a fit under that prior may not exceed it
-(`bounded_by_earth`).
-"""
 
 
 def bounded_by_earth(
@@ -56,12 +53,9 @@ def bounded_by_earth(
 
 # ---- kinematics --------------------------------------------------------------------
 
+# Rate, Hz, of the averages that kinematic terms are fitted to. Readout quantization and encoder
+# noise rule 500 Hz increments; they average out, and table motion does not.
 KINEMATIC_RATE: Final = 10.0
-"""Rate, Hz, of the averages that kinematic terms are fitted to.
-
-Readout quantization and encoder noise rule 500 Hz increments; they average out, and table motion
-does not.
-"""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
