@@ -89,10 +89,8 @@ def paired_sums(
 
 
 @compiled(fastmath=True)
-def spread(
-    table: FloatArray, steps: FloatArray, low: float, scale: float, grid: FloatArray
-) -> None:
-    """Add each step times the table's own to `grid`, over even angles about the middle of both.
+def spread(table: FloatArray, steps: FloatArray, low: float, scale: float, out: FloatArray) -> None:
+    """Add each step times the table's own to `out`, over even angles about the middle of both.
 
     Point j of the grid is the angle ``low + (j - 1) / scale``. A cubic B-spline shares a product
     out: at x cycles a point its transform is ``sinc(x)^4``.
@@ -103,10 +101,10 @@ def spread(
         at = int(place)
         t = place - at
         u = 1.0 - t
-        grid[at] += weight * u * u * u
-        grid[at + 1] += weight * (4.0 - 3.0 * t * t * (1.0 + u))
-        grid[at + 2] += weight * (4.0 - 3.0 * u * u * (1.0 + t))
-        grid[at + 3] += weight * t * t * t
+        out[at] += weight * u * u * u
+        out[at + 1] += weight * (4.0 - 3.0 * t * t * (1.0 + u))
+        out[at + 2] += weight * (4.0 - 3.0 * u * u * (1.0 + t))
+        out[at + 3] += weight * t * t * t
 
 
 @compiled()

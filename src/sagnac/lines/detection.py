@@ -342,11 +342,8 @@ def _side_by_side(drifting: tuple[Band, ...], octaves: float, least: int) -> lis
         if not runs or line[0] > max(high for _, high in runs[-1]) * 2.0**octaves:
             runs.append([])
         runs[-1].append(line)
-    return [
-        (run[0][0] / margin, min(max(high for _, high in run) * margin, 0.5))
-        for run in runs
-        if len(run) >= least
-    ]
+    ends = [(run[0][0], max(high for _, high in run)) for run in runs if len(run) >= least]
+    return [(low / margin, min(high * margin, 0.5)) for low, high in ends]
 
 
 def joined_bands(bands: tuple[Band, ...]) -> tuple[Band, ...]:

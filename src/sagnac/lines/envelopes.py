@@ -194,15 +194,13 @@ def _products(base: Baseband, frequencies: FloatArray) -> tuple[ComplexArray, Co
     return between, data
 
 
-def _frequency_step(
-    amplitudes: ComplexArray, between: ComplexArray, data: ComplexArray
-) -> FloatArray:
+def _frequency_step(amplitudes: ComplexArray, gram: ComplexArray, data: ComplexArray) -> FloatArray:
     """(tones,) Gauss-Newton step of the frequencies, cycles a record, half of one at most.
 
     Real and imaginary amplitudes and frequencies move together. The amplitudes have been fitted
     first, since the derivative in frequency is proportional to them.
     """
-    plain, once, twice = between
+    plain, once, twice = gram
     turned = 1j * amplitudes
     moved = once * turned
     real, imaginary = [plain.real, -plain.imag, moved.real], [plain.imag, plain.real, moved.imag]
@@ -251,9 +249,8 @@ def places(middles: FloatArray, samples: int, blocks: int) -> Places:
     scale = blocks / samples
     block = np.minimum((middles * scale).astype(np.int64), blocks - 1)
     place = middles * scale - block
-    now, after = (
-        np.stack([x**3, x**2, x, np.ones_like(x)], axis=1) @ _CUBIC for x in (place, place + scale)
-    )
+    powers = (np.stack([x**3, x**2, x, np.ones_like(x)], axis=1) for x in (place, place + scale))
+    now, after = (rows @ _CUBIC for rows in powers)
     return Places(blocks=blocks, block=block, now=now, after=after)
 
 

@@ -53,7 +53,7 @@ def inner_products(sampled: Sampling, components: Components) -> tuple[ComplexAr
     # What mirrors a component is the conjugate of one whose phase runs backwards.
     for products, way in ((straight, 1), (mirrored, -1)):
         if orders.size:
-            own = _products_of_orders(sampled, orders, way * orders)
+            own = _order_products(sampled, orders, way * orders)
             products[np.ix_(multiples, multiples)] = own
         _add_tones(products, components.frequencies, way, sampled.samples)
     if components.orders.size:
@@ -61,9 +61,7 @@ def inner_products(sampled: Sampling, components: Components) -> tuple[ComplexAr
     return straight, mirrored
 
 
-def _products_of_orders(
-    sampled: Sampling, orders: IntegerArray, others: IntegerArray
-) -> ComplexArray:
+def _order_products(sampled: Sampling, orders: IntegerArray, others: IntegerArray) -> ComplexArray:
     """Products of whole orders with the conjugates of others, by the Fourier sums of all."""
     expansion, all_sums = sampled.order_products
     difference = orders[:, np.newaxis] - others
@@ -81,9 +79,8 @@ def _add_tones(products: ComplexArray, frequencies: FloatArray, way: int, sample
     total = products.shape[0] // 2
     plain = slice(total - frequencies.size, total)
     tilted = slice(2 * total - frequencies.size, 2 * total)
-    zero, one, two = _moments(
-        2.0 * np.pi * (frequencies[:, np.newaxis] - way * frequencies), samples
-    )
+    apart = 2.0 * np.pi * (frequencies[:, np.newaxis] - way * frequencies)
+    zero, one, two = _moments(apart, samples)
     products[plain, plain] = a * b * zero
     products[tilted, plain] = a * b * one - 1j * c * b * zero
     products[plain, tilted] = a * b * one + 1j * a * d * zero

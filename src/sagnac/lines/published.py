@@ -136,7 +136,7 @@ def remove_lines_as_published(
     turning = table if table is not None and is_turning(table) else None
     alone, rule = len(angles) == 1, {"stop": search.stop, "false_alarm": search.false_alarm}
     if len(angles) == 2 and search.difference_first:
-        angles = {"-".join(angles): _difference(tuple(angles.values()), turning, sample_rate)}
+        angles = {"-".join(angles): _difference(list(angles.values()), turning, sample_rate)}
     left: list[FloatArray] = []
     in_angle: list[Line] = []
     in_time: list[Line] = []
@@ -182,9 +182,7 @@ def remove_lines_as_published(
     )
 
 
-def _difference(
-    pair: tuple[FloatArray, ...], table: FloatArray | None, sample_rate: float
-) -> FloatArray:
+def _difference(pair: list[FloatArray], table: FloatArray | None, sample_rate: float) -> FloatArray:
     """Step 3: the first gyro less the second, without table motion and Earth rate.
 
     On a turning table each gyro is fitted with e alpha and with what Earth rate makes of it, the

@@ -218,7 +218,9 @@ def next_round(state: State) -> State:
     state = passes.followed(state)
     state = passes.refitted(state)
     state = passes.looked(state)
-    state = passes.rescaled_and_pruned(state)
+    after = passes.rescaled(state)
+    # If that moved any line, those go that no more stand.
+    state = state if after is state else passes.looked(passes.pruned_all(after))
     if found_none or (number >= _SURE_ROUNDS and not new.waiting):
         state = passes.gathered(state, new.restless)
     if number > 0 and _same_lines(before, state):

@@ -78,9 +78,7 @@ class DriftingLine:
         return int(self.envelope.shape[1])
 
 
-def clusters(
-    frequencies: FloatArray, significance: FloatArray, samples: int
-) -> tuple[IntegerArray, ...]:
+def clusters(frequencies: FloatArray, significance: FloatArray, samples: int) -> list[IntegerArray]:
     """Groups of steady lines as close together as those that drift makes of one.
 
     There are three or more in each, each within 30 cycles a record of the next. `fit_drifting`
@@ -101,7 +99,7 @@ def clusters(
     # Cycles a record between the lines that drift makes of one: they thin out as they grow weak.
     breaks = 1 + np.flatnonzero(np.diff(frequencies[ascending]) * samples > 30.0)
     groups = [group for group in np.split(ascending, breaks) if group.size >= 3]
-    return tuple(group[np.argsort(-significance[group])] for group in groups)
+    return [group[np.argsort(-significance[group])] for group in groups]
 
 
 def fit_drifting(

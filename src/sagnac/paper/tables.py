@@ -207,11 +207,9 @@ def figures_of(reproduction: Reproduction) -> dict[str, Figure]:
     }
     styles = ((BLUE, "o"), (GREEN, "D"), (ORANGE, "^"))
     of_figure_3: Styled = {
-        f"every {one.run.interval_s:g} s": (
-            one, {"color": color, "marker": marker, "linewidth": 0.9}
-        )
-        for one, (color, marker) in zip(curves["figure3"], styles, strict=True)
-    }  # fmt: skip
+        f"every {one.run.interval_s:g} s": (one, {"color": color, "marker": mark, "linewidth": 0.9})
+        for one, (color, mark) in zip(curves["figure3"], styles, strict=True)
+    }
     return {
         "figure1": frames_figure(),
         "figure2": _curves_figure(of_figure_2, "x − z per gyro", truth=fos),

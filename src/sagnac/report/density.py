@@ -134,14 +134,10 @@ def spectrum(analysis: Analysis, ax: Axes | None = None) -> Axes:
     shown = (analysis.spectrum_before, analysis.spectrum)
     before, after = (_drawn_bins(one, unit.size) for one in shown)
     if frame.removed(analysis):
-        axes.plot(
-            before.frequency, before.density, color=frame.QUIET, linewidth=0.8,
-            label="before removal",
-        )  # fmt: skip
-    axes.plot(
-        after.frequency, after.density, color=frame.next_color(axes), linewidth=0.8, alpha=0.7,
-        label=frame.after_removal(analysis),
-    )  # fmt: skip
+        label = "before removal"
+        axes.plot(before.frequency, before.density, color=frame.QUIET, linewidth=0.8, label=label)
+    color, label = frame.next_color(axes), frame.after_removal(analysis)
+    axes.plot(after.frequency, after.density, color=color, linewidth=0.8, alpha=0.7, label=label)
     of = f"{SENSED[analysis.sensor].rate} noise density, {frame.channel_of(analysis)}"
     frame.logarithmic(axes, "frequency (Hz)", f"{of} ({unit.symbol}/√Hz)")
     if not after.frequency.size:

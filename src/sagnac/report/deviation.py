@@ -2,8 +2,7 @@
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
-from typing import Final
+from typing import Final, NamedTuple
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -70,20 +69,16 @@ def stability(result: Analysis | StabilityCurve, ax: Axes | None = None) -> Axes
         _limits(axes, result.tau, result.deviation, result.low)
         _points(axes, result, 1.0, label=result.estimator)
     elif result.gyros or axes.collections:
-        _name_first(axes)
+        # The curve of an analysis that stood alone is called by its channel, as others join it.
+        for line in axes.get_lines():
+            if line.get_label() in frame.STATES:
+                line.set_label(axes.get_ylabel().removeprefix(_OF_CHANNEL).rpartition(" (")[0])
         for analysis in result.each:
             _draw_over(axes, analysis)
     else:
         _draw_curves(axes, result)
     axes.legend()
     return axes
-
-
-def _name_first(axes: Axes) -> None:
-    """The curve of an analysis that stood alone is called by its channel, as others join it."""
-    for line in axes.get_lines():
-        if line.get_label() in frame.STATES:
-            line.set_label(axes.get_ylabel().removeprefix(_OF_CHANNEL).rpartition(" (")[0])
 
 
 def _draw_over(axes: Axes, analysis: Analysis) -> None:
@@ -149,8 +144,7 @@ def _limits(axes: Axes, tau: FloatArray, *deviations: FloatArray) -> None:
         axes.set_ylim(0.6 * up.min(), 1.7 * up.max())
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class _Drawn:
+class _Drawn(NamedTuple):
     """Terms of the answer that are drawn, in the unit of rates, and from which time on, s."""
 
     name: str
@@ -245,14 +239,10 @@ def parts(analysis: Analysis, ax: Axes | None = None) -> Axes:
     answer = analysis.angle_random_walk
     unit = field_unit("angle_random_walk", analysis.sensor)
     if answer.status == "estimated":
-        shown = answer.to(unit.name)
+        own, name = answer.to(unit.name), "the answer"
         interval = f"its {100 * answer.confidence:g} % interval"
-        axes.axhline(
-            shown.value, color=frame.INK, linewidth=0.9, linestyle=frame.DASHED, label="the answer"
-        )
-        axes.axhspan(
-            shown.low, shown.high, color=frame.QUIET, alpha=0.25, linewidth=0, label=interval
-        )
+        axes.axhline(own.value, color=frame.INK, linewidth=0.9, linestyle=frame.DASHED, label=name)
+        axes.axhspan(own.low, own.high, color=frame.QUIET, alpha=0.25, linewidth=0, label=interval)
     seen = [part for part in analysis.parts if part.shows]
     for number, part in enumerate(seen):
         middle, half = 0.5 * (part.start_s + part.stop_s), 0.5 * (part.stop_s - part.start_s)

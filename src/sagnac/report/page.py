@@ -52,10 +52,8 @@ _ANSWERS: Final = {
 def _rendered(template: str, analysis: Analysis, block: TitleBlock, **facts: Any) -> str:
     """A page on an analysis."""
     facts |= sections.cited(rendered("methods.txt", analysis=analysis))
-    verdict, forces = verdict_of(analysis), _forces(analysis)
-    return rendered(
-        template, analysis=analysis, block=block, verdict=verdict, forces=forces, **facts
-    )
+    facts |= {"verdict": verdict_of(analysis), "forces": _forces(analysis)}
+    return rendered(template, analysis=analysis, block=block, **facts)
 
 
 def write_page(analysis: Analysis, path: Path) -> None:
@@ -108,15 +106,12 @@ def page(
             columns=[(name, result.answer_coefficients(one), False) for name, one in each],
             settings=settings,
         )
-    pictures = {
-        name: figures.svg(drawn[name], name, said) if name in drawn else None
-        for name, said in _PICTURES.items()
-    }
+    pictures = {name: figures.svg(one, name, _PICTURES[name]) for name, one in drawn.items()}
     return _rendered(
         "report.html",
         analysis,
         heading,
-        **pictures,
+        **{name: pictures.get(name) for name in _PICTURES},
         title=heading.title or f"Angle random walk, {subject(analysis)}",
         fit=_fit_title(analysis),
         columns=_fits(analysis),

@@ -220,20 +220,18 @@ def seconds(analysis: Analysis) -> str:
     return textwrap.fill(said, 80, subsequent_indent="  ")
 
 
-def table(
-    header: Sequence[str], rows: Sequence[Sequence[str]], *, right: Sequence[int] = ()
-) -> str:
+def table(head: Sequence[str], rows: Sequence[Sequence[str]], *, right: Sequence[int] = ()) -> str:
     """Aligned columns under a rule, as wide as they need and no wider.
 
     Parameters
     ----------
-    header, rows
+    head, rows
         Texts. A column that is empty in every row is left out.
     right
         Numbers of the columns that stand to the right.
     """
     padded, widths = [], []
-    for place, column in enumerate(zip(header, *rows, strict=True)):
+    for place, column in enumerate(zip(head, *rows, strict=True)):
         if rows and not any(column[1:]):
             continue
         width = max(map(cell_len, column))

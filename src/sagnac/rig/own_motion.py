@@ -24,9 +24,7 @@ from sagnac.rig.table import Differences, LineSet, Motion, Oscillator, Sums, Tab
 # ---- own motion --------------------------------------------------------------------
 
 
-def _structure(
-    band: tuple[float, float], rms: float, table: Table, random: Generator
-) -> Oscillator:
+def _ringing(band: tuple[float, float], rms: float, table: Table, random: Generator) -> Oscillator:
     """An oscillator by frequency, Hz, and quality, and its rms angle, arcsec, at every sample.
 
     It rests if the table is not moving yet.
@@ -47,7 +45,7 @@ def mount_of(config: MotionConfig, gyro: int, table: Table, random: Generator) -
     """
     rms = config.resonance_rms_arcsec[gyro]
     band = config.resonance_hz[gyro], config.resonance_quality
-    return _structure(band, rms, table, random) if rms > 0.0 else None
+    return _ringing(band, rms, table, random) if rms > 0.0 else None
 
 
 class Nutation:
@@ -85,7 +83,7 @@ class Nutation:
 
     def __init__(self, config: MotionConfig, table: Table, random: Generator) -> None:
         band, rms = (config.nutation_hz, config.nutation_quality), config.nutation_rms_arcsec
-        self.tilts = [_structure(band, rms, table, one) for one in random.spawn(2)]
+        self.tilts = [_ringing(band, rms, table, one) for one in random.spawn(2)]
         self._turned, self._level = Differences(table.origin), Sums()
         self._tilted = Differences(np.array([[tilt.state[0]] for tilt in self.tilts]))
 

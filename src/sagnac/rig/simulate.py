@@ -39,7 +39,7 @@ from sagnac.rig.truth import Truth, truth_of
 # Units of angles and increments, and of rates.
 _SHOWN_IN: Final = (("arcsec", "m/s"), ("deg/h", "m/s^2"))
 
-Progress = Callable[[float], None]
+Progress = Callable[[float], None] | None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -115,7 +115,7 @@ class Rig:
 
 
 def blocks(
-    config: RigConfig, block_samples: int = 65_536, progress: Progress | None = None
+    config: RigConfig, block_samples: int = 65_536, progress: Progress = None
 ) -> Iterator[tuple[Columns, FloatArray]]:
     """The recording block by block, with the true table angle, rad.
 
@@ -130,7 +130,7 @@ def blocks(
             progress(stop / config.samples)
 
 
-def simulate(config: RigConfig, progress: Progress | None = None) -> Simulation:
+def simulate(config: RigConfig, progress: Progress = None) -> Simulation:
     """The whole recording in memory, with the truth.
 
     The table angle is what is made of the encoder's readings when they are read from a file:
@@ -168,7 +168,7 @@ def simulate(config: RigConfig, progress: Progress | None = None) -> Simulation:
     return Simulation(recording=recording, truth=truth_of(config))
 
 
-def _as_recorded(config: RigConfig, progress: Progress | None) -> Recording:
+def _as_recorded(config: RigConfig, progress: Progress) -> Recording:
     """The whole recording, its table angle as the encoder reads, unwrapped."""
     parts: dict[str, list[NDArray[Any]]] = {}
     for columns, _ in blocks(config, progress=progress):
@@ -202,9 +202,7 @@ def _recording_of(config: RigConfig, columns: Mapping[str, NDArray[Any]]) -> Rec
     )
 
 
-def write(
-    config: RigConfig, path: Path | str, progress: Progress | None = None
-) -> tuple[Path, Path]:
+def write(config: RigConfig, path: Path | str, progress: Progress = None) -> tuple[Path, Path]:
     """Simulate into a file, its truth beside it as ``FILE.truth.json``.
 
     Angles and pick-offs are in arcsec, the table in deg from 0 to 360 as its encoder reads.
@@ -275,7 +273,7 @@ def _densities(config: RigConfig) -> dict[Sensor, tuple[float, float]]:
     return densities
 
 
-def _require(config: object, progress: Progress | None) -> None:
+def _require(config: object, progress: Progress) -> None:
     remedy = "give a RigConfig, for one RigConfig() or sagnac.rig.config.preset('paper')"
     require_type("config", config, RigConfig, remedy)
     require_progress(progress)

@@ -31,15 +31,15 @@ from typing import Any, Final
 
 import numpy as np
 
-from sagnac.core.arrays import FloatArray, IntegerArray, blocks, empty, release
+from sagnac.core.arrays import IntegerArray, blocks, empty, release
 from sagnac.core.errors import Note, RecordingError, require_choice, rounded
 from sagnac.stability import Estimator, _kernels, freedom
 from sagnac.stability import sums as track_sums
 from sagnac.stability.freedom import THEO1_EFFECTIVE, FreedomLaw
-from sagnac.stability.sums import Points, Track
+from sagnac.stability.sums import Counted, Points, Track
 
 # Sums, and numbers of outer windows, of a track by clusters; windows a stride apart.
-Sums = Callable[[Track, IntegerArray, IntegerArray], tuple[FloatArray, IntegerArray]]
+Sums = Callable[[Track, IntegerArray, IntegerArray], Counted]
 # Ratios that the bias is the mean of, at most.
 _BIAS_RATIOS: Final = 48
 
@@ -100,7 +100,6 @@ class Properties:
     squares: Callable[[IntegerArray], IntegerArray] | None = None
     order: int = 2
     effective: float = 1.0
-    overlapping: bool = True
     whole_record_only: bool = False
     shortest: int = 1
     fewest_angles: int = 0
@@ -125,7 +124,7 @@ class Properties:
         squares = strides = np.ones_like(whole)
         if self.squares is not None:
             squares = self.squares(clusters)
-            strides = track_sums.window_stride(whole, squares, clusters)
+            strides = track_sums.stride_of(whole, squares, clusters)
         sums, windows = self.sums(track, clusters, strides)
         kept = windows > 0
         if clusters.size and not kept.any():
@@ -133,7 +132,7 @@ class Properties:
             raise RecordingError(problem, channel="values", remedy="ask for shorter")
         m = clusters[kept]
         notes = _gap_notes(whole, windows) if track.missing else ()
-        notes += _stride_notes(self.name, strides, clusters)
+        notes += _skip_notes(self.name, strides, clusters)
         return Points(
             variance=sums[kept] / (self.divisor * (1.0 * m) ** self.power * windows[kept]),
             terms=windows[kept] * squares[kept],
@@ -158,9 +157,7 @@ def _gap_notes(whole: IntegerArray, terms: IntegerArray) -> tuple[Note, ...]:
     return (note, left_out) if without else (note,)
 
 
-def _stride_notes(
-    name: Estimator, strides: IntegerArray, clusters: IntegerArray
-) -> tuple[Note, ...]:
+def _skip_notes(name: Estimator, strides: IntegerArray, clusters: IntegerArray) -> tuple[Note, ...]:
     """Note on windows that are skipped, if any are."""
     skipped = strides > 1
     if not skipped.any():
@@ -174,9 +171,7 @@ def _stride_notes(
 # ---- how the total family and Theo1 sum ----------------------------------------------------
 
 
-def _theo1_sums(
-    track: Track, spans: IntegerArray, strides: IntegerArray
-) -> tuple[FloatArray, IntegerArray]:
+def _theo1_sums(track: Track, spans: IntegerArray, strides: IntegerArray) -> Counted:
     """Weighed squares of even spans."""
     angle, mirrored = track.angle, empty(track.angle.size)
     mirrored[:] = angle[::-1]
@@ -209,9 +204,7 @@ def _hybrid_points(row: Properties, track: Track, clusters: IntegerArray) -> Poi
     return allan.followed_by(replace(theo1, variance=theo1.variance * ratio, notes=notes))
 
 
-def _total_sums(
-    track: Track, clusters: IntegerArray, strides: IntegerArray
-) -> tuple[FloatArray, IntegerArray]:
+def _total_sums(track: Track, clusters: IntegerArray, strides: IntegerArray) -> Counted:
     """Squared second differences centred on every inner sample.
 
     Beyond an end the angle is its point reflection in that end, ``x[-k] = 2 x[0] - x[k]``.
@@ -231,9 +224,7 @@ def _total_sums(
     return sums, np.full(clusters.size, size - 2)
 
 
-def _modified_total_sums(
-    track: Track, clusters: IntegerArray, strides: IntegerArray
-) -> tuple[FloatArray, IntegerArray]:
+def _modified_total_sums(track: Track, clusters: IntegerArray, strides: IntegerArray) -> Counted:
     """Squares of every window of three clusters, extended by its mirror image."""
     pairs = zip(clusters.tolist(), strides.tolist(), strict=True)
     sums = [_kernels.sum_modified_total_terms(track.angle, *pair) for pair in pairs]
@@ -257,7 +248,6 @@ def _differences(
         name=name,
         title=title,
         order=order,
-        overlapping=overlapping,
         longest=lambda angles: (angles - 1) // order,
         windows=windows,
         sums=lambda track, clusters, _: summed(track, clusters, order),

@@ -97,18 +97,16 @@ def total_freedom(noise_type: int, cluster: int, angles: int, windows: int) -> f
         return (20.0 * one + 14.0 * both) ** 2 / (32.0 * (one + both) ** 2 + 32.0 * both**2)
     # The table is for long clusters; Stein's factor for white rate leads up to them.
     led_up = 4.0 * cluster**2 / (4.0 * cluster**2 + 5.0) if noise_type == 0 else 1.0
-    return _tabled_freedom(_TOTAL, noise_type, cluster, angles, led_up)
+    return _tabled(_TOTAL, noise_type, cluster, angles, led_up)
 
 
 def modified_total_freedom(noise_type: int, cluster: int, angles: int, windows: int) -> float:
     """Modified total variance: SP1065 Table 8."""
     table = {2: (1.9, 2.1), 1: (1.2, 1.4), 0: (1.1, 1.2), -1: (0.85, 0.5), -2: (0.75, 0.31)}
-    return _tabled_freedom(table, noise_type, cluster, angles)
+    return _tabled(table, noise_type, cluster, angles)
 
 
-def _tabled_freedom(
-    table: Table, noise_type: int, cluster: int, angles: int, factor: float = 1.0
-) -> float:
+def _tabled(table: Table, noise_type: int, cluster: int, angles: int, factor: float = 1.0) -> float:
     """By slope and offset of a noise type, and no more than at one sample.
 
     There these fits for long clusters run past.
@@ -174,13 +172,11 @@ def _lags(stop: int, steps: int) -> tuple[FloatArray, FloatArray]:
     return every[every > 0.0], weight[every > 0.0]
 
 
-def difference_covariance(
-    t: FloatArray, filter_factor: float, alpha: int, order: int
-) -> FloatArray:
+def difference_covariance(t: FloatArray, factor: float, alpha: int, order: int) -> FloatArray:
     """s_z(t): covariance of the differences of an order, from binomials of s_x."""
     shifts = np.arange(-order, order + 1)
     binomials = (-1.0) ** shifts * comb(2 * order, order + shifts)
-    structure = _filtered_structure(t + shifts[:, np.newaxis], 1.0 / filter_factor, alpha)
+    structure = _filtered_structure(t + shifts[:, np.newaxis], 1.0 / factor, alpha)
     return np.asarray(binomials @ structure)
 
 

@@ -120,9 +120,7 @@ def _accumulated(samples: FloatArray, mean: float) -> FloatArray:
     return angle
 
 
-def _count_gaps(
-    samples: FloatArray, sample_rate: float, gaps: Gaps, only_whole: Estimator | None
-) -> int:
+def _count_gaps(samples: FloatArray, rate: float, gaps: Gaps, only_whole: Estimator | None) -> int:
     """How many samples are missing, if none is infinite and missing ones are allowed."""
     missing = marked(np.isnan, samples)
     count = number_of(missing)
@@ -139,7 +137,7 @@ def _count_gaps(
     else:
         return count
     first = first_of(marks)
-    text = f"sample {first} ({first / sample_rate:g} s) is {what}"
+    text = f"sample {first} ({first / rate:g} s) is {what}"
     raise RecordingError(text, channel="values", remedy=remedy)
 
 
@@ -159,9 +157,7 @@ def _exact_slope(slope: float, samples: int) -> float:
 LARGEST_WORK: Final = 3e7
 
 
-def window_stride(
-    windows: IntegerArray, squares: IntegerArray, clusters: IntegerArray
-) -> IntegerArray:
+def stride_of(windows: IntegerArray, squares: IntegerArray, clusters: IntegerArray) -> IntegerArray:
     """(clusters,) spacing of the outer windows that bounds the work at one tau.
 
     Windows an eighth of a cluster apart are so correlated that skipping between them costs
@@ -222,7 +218,11 @@ class Points:
         return Points(**joined, rules=rules, notes=notes)
 
 
-def plain_sums(track: Track, clusters: IntegerArray, order: int) -> tuple[FloatArray, IntegerArray]:
+# Sums of squares, and how many terms each has.
+Counted = tuple[FloatArray, IntegerArray]
+
+
+def plain_sums(track: Track, clusters: IntegerArray, order: int) -> Counted:
     """Sums and numbers of squared differences of `order` from every m-th start."""
     # Plain clusters are overlapping ones of one sample on every m-th angle.
     one = np.ones(1, dtype=np.int64)
@@ -231,9 +231,7 @@ def plain_sums(track: Track, clusters: IntegerArray, order: int) -> tuple[FloatA
     return sums, terms
 
 
-def overlapping_sums(
-    track: Track, clusters: IntegerArray, order: int
-) -> tuple[FloatArray, IntegerArray]:
+def overlapping_sums(track: Track, clusters: IntegerArray, order: int) -> Counted:
     """Sums and numbers of squared differences of `order`, from every start, that touch no gap."""
     if track.missing and not track.broken:
         # Angles on both sides of a gap belong together.
@@ -245,7 +243,7 @@ def overlapping_sums(
     return sums, _counts(track, order * clusters)
 
 
-def modified_sums(track: Track, clusters: IntegerArray) -> tuple[FloatArray, IntegerArray]:
+def modified_sums(track: Track, clusters: IntegerArray) -> Counted:
     """Sums and numbers of squared second differences of sums over a cluster."""
     sums, windows = np.zeros((2, clusters.size))
     for block in blocks(track.angle.size, STARTS):
@@ -254,9 +252,7 @@ def modified_sums(track: Track, clusters: IntegerArray) -> tuple[FloatArray, Int
     return sums, _counts(track, 3 * clusters - 1)
 
 
-def _sums_across_gaps(
-    angle: FloatArray, clusters: IntegerArray, order: int
-) -> tuple[FloatArray, IntegerArray]:
+def _sums_across_gaps(angle: FloatArray, clusters: IntegerArray, order: int) -> Counted:
     """Sums and numbers of squared differences none of whose angles is missing."""
     sums, counts = np.zeros(clusters.size), np.zeros(clusters.size, dtype=np.int64)
     for block in blocks(angle.size):
