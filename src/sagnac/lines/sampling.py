@@ -12,8 +12,7 @@ from numpy.polynomial import chebyshev
 
 from sagnac.core.arrays import BLOCK, ComplexArray, FloatArray, blocks, every, extent
 from sagnac.spectrum.sums import angle_sums
-from sagnac.table.kinematics import averages_of
-from sagnac.table.turns import mean_rate
+from sagnac.table import kinematics, turns
 
 # Highest whole order that counts as the table's own and goes by Fourier sums. A higher one is a
 # line in time until the table's unsteadiness shows otherwise.
@@ -95,7 +94,7 @@ class Sampling:
     @cached_property
     def mean_rate(self) -> float:
         """Mean speed, rad/s, signed by the net direction if there is one; 0 at rest."""
-        return 0.0 if self.table is None else mean_rate(self.table, self.sample_rate)
+        return 0.0 if self.table is None else turns.mean_rate(self.table, self.sample_rate)
 
     @cached_property
     def speeds(self) -> FloatArray:
@@ -176,7 +175,7 @@ class Sampling:
         steps = self.samples - 1
         if self.table is None or steps < 24 * MIX_BLOCK:
             return None
-        angle = averages_of(self.table[:steps], MIX_BLOCK)
+        angle = kinematics.averages_of(self.table[:steps], MIX_BLOCK)
         middles = np.arange(float(angle.size)) * MIX_BLOCK + (0.5 * (MIX_BLOCK - 1) - 0.5 * steps)
         number = middles - float(middles.mean())
         rate = float(number @ angle) / float(number @ number)

@@ -15,13 +15,10 @@ import numpy as np
 from sagnac.core.arrays import FloatArray, differences, extent
 from sagnac.core.errors import Note, counted, refusal, require_name, require_progress, rounded
 from sagnac.core.kernels import one_thread
-from sagnac.lines import detection, passes
+from sagnac.lines import components, detection, joint_fit, naming, passes
 from sagnac.lines.candidates import NewLines, bands_of_peaks, crowded_bands, new_lines
-from sagnac.lines.components import components_of, joined
 from sagnac.lines.detection import Band, Peaks
-from sagnac.lines.joint_fit import pairs_summed
 from sagnac.lines.model import Removal
-from sagnac.lines.naming import describe_lines, masked_bands, noise_taken
 from sagnac.lines.state import Record, State, first_state
 from sagnac.recording.channel import whole_series
 from sagnac.table.kinematics import KINEMATIC_RATE, averages_of, kinematics
@@ -207,7 +204,9 @@ def next_round(state: State) -> State:
             return replace(after, end="nothing stands" if over else None)
     # A round has three joint fits or more, each with a pass over the record for each pair of lines
     # that meet. The time of a search grows with the record, whatever is in it.
-    expected = pairs_summed(state.record.sampled, joined(state.components, new.lines))
+    expected = joint_fit.pairs_summed(
+        state.record.sampled, components.joined(state.components, new.lines)
+    )
     if state.passes + 3.0 * expected > 500.0:
         return replace(state, end="too many pairs")
     state = passes.joined_by(state, new.lines)
@@ -282,16 +281,16 @@ def _removal(ended: State, channel: str) -> Removal:
     # power is not asked for any more.
     state.record.made.pop("spectrum", None)
     residual = state.residual()
-    lines = describe_lines(state, channel)
+    lines = naming.describe_lines(state, channel)
     rate = state.record.sample_rate
     vibration = tuple((low * rate, high * rate) for low, high in state.bands)
     finished = ended.end in {"nothing stands", "nothing new stood"}
-    bare = replace(state, components=components_of(residual.size), fit=None, drifting=())
+    bare = replace(state, components=components.components_of(residual.size), fit=None, drifting=())
     return Removal(
         residual=residual,
         lines=lines,
-        masked=(*masked_bands(lines, state), *vibration),
-        taken=noise_taken(lines, state),
+        masked=(*naming.masked_bands(lines, state), *vibration),
+        taken=naming.noise_taken(lines, state),
         notes=tuple(_notes(state, vibration, ended, channel)),
         unfinished=None if finished else bare.residual(),
     )

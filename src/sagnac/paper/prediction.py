@@ -28,8 +28,7 @@ from sagnac.core.errors import RecordingError, refusal
 from sagnac.core.units import ARCSECOND, DEGREE, DEGREE_PER_ROOT_HOUR
 from sagnac.core.version import __version__
 from sagnac.lines.naming import with_noise_restored
-from sagnac.noise.curve_fit import paper_squares
-from sagnac.noise.readings import READINGS, ReadingName
+from sagnac.noise import curve_fit, readings
 from sagnac.paper.trials import Preparation, config_of_run, trials
 from sagnac.recording.channel import PAIR_SIZE
 from sagnac.recording.columns import GYRO_NAMES
@@ -129,7 +128,7 @@ TABLES: Final[Mapping[Table, PaperTable]] = {
 # ---- readings ----------------------------------------------------------------------
 
 
-def by_each_reading(evidence: Evidence) -> dict[ReadingName, float]:
+def by_each_reading(evidence: Evidence) -> dict[readings.ReadingName, float]:
     """N by name of the reading, rad/sqrt(s), whatever its interval.
 
     The paper has no intervals, so what its squares give is the answer of its method. NaN of a
@@ -142,11 +141,11 @@ def by_each_reading(evidence: Evidence) -> dict[ReadingName, float]:
         unless `Settings.step_4` asks for it.
     """
     restored = with_noise_restored(evidence.curve, evidence.taken, len(evidence.lines))
-    found: dict[ReadingName, float] = {}
-    for name, reading in READINGS.items():
+    found: dict[readings.ReadingName, float] = {}
+    for name, reading in readings.READINGS.items():
         curve = restored if reading.noise_restored else evidence.curve
         try:
-            found[name] = paper_squares(curve, squares=reading.squares)
+            found[name] = curve_fit.paper_squares(curve, squares=reading.squares)
         except RecordingError:
             found[name] = math.nan
     return found

@@ -13,8 +13,7 @@ from sagnac.analysis.result import Analysis
 from sagnac.analysis.spectra import Spectrum
 from sagnac.core.units import DEGREE_PER_HOUR_PER_ROOT_HERTZ, SENSED, UNITS
 from sagnac.lines.model import Line, Scale
-from sagnac.noise.cross_spectra import SelfNoise
-from sagnac.noise.laws import STOCHASTIC_NAMES, SYMBOLS
+from sagnac.noise import cross_spectra, laws
 from sagnac.report import frame
 
 # ---- lines -------------------------------------------------------------------------
@@ -154,7 +153,7 @@ def spectrum(analysis: Analysis, ax: Axes | None = None) -> Axes:
     return axes
 
 
-def self_noise(found: SelfNoise, ax: Axes | None = None) -> Axes:
+def self_noise(found: cross_spectra.SelfNoise, ax: Axes | None = None) -> Axes:
     """Noise of each gyro alone with its interval, and what all share (°/h/√Hz).
 
     Parameters
@@ -180,7 +179,7 @@ def self_noise(found: SelfNoise, ax: Axes | None = None) -> Axes:
     >>> axes.get_ylabel()
     'rate noise density of each alone (°/h/√Hz)'
     """
-    axes = frame.axes_of(ax, found, SelfNoise, name="found")
+    axes = frame.axes_of(ax, found, cross_spectra.SelfNoise, name="found")
     frequency, unit = found.frequency, DEGREE_PER_HOUR_PER_ROOT_HERTZ
     axes.plot(frequency, np.sqrt(found.motion) / unit, color=frame.QUIET, label="what all share")
     colors = cycle((frame.BLUE, frame.ORANGE, frame.GREEN, frame.INK))
@@ -209,8 +208,8 @@ def _rested_on(axes: Axes, analysis: Analysis) -> None:
     unit, law = frame.rate_unit(analysis).size, choice.law
     # Those that the law holds, which need not be the terms of the heaviest model.
     letters = {
-        SYMBOLS[name]: alone
-        for name, alone in zip(STOCHASTIC_NAMES, np.diag(law.squares), strict=True)
+        laws.SYMBOLS[name]: alone
+        for name, alone in zip(laws.STOCHASTIC_NAMES, np.diag(law.squares), strict=True)
         if alone.any()
     }
     other = law.slow.in_words()

@@ -24,10 +24,9 @@ from sagnac.core.errors import ArgumentError, Note, RecordingError, path_of
 from sagnac.core.units import Sensor, Unit
 from sagnac.core.version import __version__
 from sagnac.lines.model import Line
-from sagnac.noise.cross_spectra import SelfNoise
+from sagnac.noise import cross_spectra, model_average
 from sagnac.noise.estimates import Estimate, Fit
 from sagnac.noise.laws import COEFFICIENT_NAMES, CoefficientName
-from sagnac.noise.model_average import ModelChoice
 from sagnac.report import error_text, findings_data, note_text, sections, tables
 from sagnac.report.quantities import curve_columns, curve_unit, shown_density
 from sagnac.stability.curve import StabilityCurve
@@ -136,7 +135,7 @@ def comparison_document(analyses: Mapping[str, Analysis], refused: Refused) -> d
     return {**head, "methods": methods, "refused": dict(refused)}
 
 
-def self_noise_data(found: SelfNoise) -> dict[str, Any]:
+def self_noise_data(found: cross_spectra.SelfNoise) -> dict[str, Any]:
     """Self-noise of several gyros, in the field's units; what cannot be told is None."""
     size = units.DEGREE_PER_HOUR**2
     gyros: dict[str, dict[str, Any]] = {}
@@ -370,12 +369,12 @@ def _covariance(stated: Document | None) -> result.Covariance | None:
     return result.Covariance(names=tuple(stated["names"]), matrix=matrix)
 
 
-def _average(stated: Document) -> ModelChoice | None:
+def _average(stated: Document) -> model_average.ModelChoice | None:
     if "band_hz" not in stated:
         return None
     low, high = map(_number, stated["band_hz"])
     others = {name: stated[name] for name in ("share", "member", "slow_terms") if name in stated}
-    return ModelChoice(band_hz=(low, high), terms=tuple(stated["terms"]), **others)
+    return model_average.ModelChoice(band_hz=(low, high), terms=tuple(stated["terms"]), **others)
 
 
 def _part(stated: Document) -> result.Part:

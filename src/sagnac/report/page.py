@@ -30,7 +30,6 @@ from sagnac.report import figures, sections, tables
 from sagnac.report.alignment import compass_figure
 from sagnac.report.quantities import FIT_TITLES, subject
 from sagnac.report.sections import TitleBlock, rendered, write_pdf
-from sagnac.report.tables import folder_name
 from sagnac.report.text import methods_by_gyro
 
 # Figures of a report in words.
@@ -285,7 +284,7 @@ def write_report(
     if block is not None:
         require_type("block", block, TitleBlock, "give a sagnac.report.sections.TitleBlock")
     folder = path_of("folder", folder)
-    for place in (folder, *(folder / folder_name(name) for name in analysis.gyros)):
+    for place in (folder, *(folder / tables.folder_name(name) for name in analysis.gyros)):
         require_free(outputs_in(place, "report"), force=force)
     stated = documents.analysis_document(analysis)
     # All of it or nothing: new figures beside an old document would be believed.
@@ -302,7 +301,7 @@ def _earlier_report(folder: Path) -> list[Path]:
     if not files:
         return []
     for name, stated in (_read(outputs.mark).get("gyros") or {}).items():
-        own = outputs_in(folder / folder_name(name), "report")
+        own = outputs_in(folder / tables.folder_name(name), "report")
         # Another run may have written there since.
         if _read(own.mark) == stated:
             files += earlier_files(own)
@@ -349,7 +348,7 @@ def _write(analysis: Analysis, folder: Path, stated: dict[str, Any], **how: Any)
     began = time.perf_counter()
     shown = analysis if how["with_forces"] else replace(analysis, accelerometers={})
     top = {"block": how["block"], "settings": how["settings"]}
-    places = {name: folder_name(name) for name in analysis.gyros}
+    places = {name: tables.folder_name(name) for name in analysis.gyros}
     links = {name: f"{quote(place)}/report.html" for name, place in places.items()}
     drawn = figures.report_figures(analysis)
     html = page(shown, drawn=drawn, document=stated, links=links, **top)

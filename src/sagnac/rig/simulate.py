@@ -19,11 +19,7 @@ from sagnac.core.arrays import FloatArray
 from sagnac.core.errors import path_of, require_progress, require_type
 from sagnac.core.units import DEGREE_PER_ROOT_HOUR, SENSORS, STANDARD_GRAVITY, Sensor
 from sagnac.core.whole_files import replacing_set
-from sagnac.formats import arrow
-from sagnac.formats.csv import write_euroc
-from sagnac.formats.read_write import format_to_write
-from sagnac.formats.registry import EUROC, PARQUET
-from sagnac.formats.source import outgoing
+from sagnac.formats import arrow, csv, read_write, registry, source
 from sagnac.recording.channel import PICKOFF, Pickoff
 from sagnac.recording.columns import ACCELEROMETER_NAMES, GYRO_NAMES, NULL_PULSE_NAME
 from sagnac.recording.encoder_readings import table_of_readings, with_lost_readings
@@ -234,13 +230,13 @@ def write(config: RigConfig, path: Path | str, progress: Progress = None) -> tup
     path = path_of("path", path)
     truth_path = path.with_name(path.name + ".truth.json")
     # The heading is that of one sample alone.
-    heading = outgoing(_recording_of(config, next(blocks(config, block_samples=1))[0]))
-    known = format_to_write(path, heading)
+    heading = source.outgoing(_recording_of(config, next(blocks(config, block_samples=1))[0]))
+    known = read_write.format_to_write(path, heading)
     with replacing_set(path) as folder:
         temporary = folder / path.name
         stated = json.dumps(asdict(truth_of(config)), indent=1, allow_nan=False)
         (folder / truth_path.name).write_text(f"{stated}\n", encoding="utf-8")
-        if known is PARQUET:
+        if known is registry.PARQUET:
             with arrow.writer(temporary, heading) as append:
                 for columns, _ in blocks(config, progress=progress):
                     if "table" in columns:
@@ -251,8 +247,8 @@ def write(config: RigConfig, path: Path | str, progress: Progress = None) -> tup
             if recording.table is not None:
                 wrapped = within_turn(recording.table.values, config.encoder.lines)
                 recording = replace(recording, table=replace(recording.table, values=wrapped))
-            if known is EUROC:
-                write_euroc(temporary, outgoing(recording), _densities(config))
+            if known is registry.EUROC:
+                csv.write_euroc(temporary, source.outgoing(recording), _densities(config))
             else:
                 formats.write(recording, temporary)
     return path, truth_path

@@ -23,7 +23,6 @@ from sagnac.core import arrays
 from sagnac.core.arrays import BooleanArray, FloatArray, IntegerArray
 from sagnac.core.units import ARCSECOND
 from sagnac.table import kinematics
-from sagnac.table.kinematics import KINEMATIC_RATE, averages_of
 from sagnac.table.turns import FEW_TURNS, full_turns
 from sagnac.table.whitened import Whitened, whitened
 
@@ -151,9 +150,9 @@ def estimated_table(
     EstimatedTable
         The readings as they are if the gyros do not sense the table, or know less of it.
     """
-    block = max(1, round(sample_rate / KINEMATIC_RATE))
-    coarse = np.stack([averages_of(angle, block) for angle in gyros])
-    read = averages_of(encoder, block)
+    block = max(1, round(sample_rate / kinematics.KINEMATIC_RATE))
+    coarse = np.stack([kinematics.averages_of(angle, block) for angle in gyros])
+    read = kinematics.averages_of(encoder, block)
     # Rates over a second tell the shares.
     shares, alike = shares_of_table(coarse, read, max(1, round(sample_rate / block)))
     strength = float(shares @ shares)
@@ -168,7 +167,7 @@ def estimated_table(
     tried = (_delay_taken_out(encoder, sensed, fit, sample_rate, free) for free in both)
     readings, delay = next((taken for taken in tried if taken is not None), (encoder, None))
     if delay is not None:
-        fit = _Fit.of(averages_of(readings, block), sensed, interval)
+        fit = _Fit.of(kinematics.averages_of(readings, block), sensed, interval)
     gyro = arrays.elementwise(lambda *here: shares / strength @ np.stack(here), *gyros)
     noise = _noise(gyro, encoder, delay, sample_rate)
     corner = fit.corner(_own_walk(coarse, shares))
@@ -208,7 +207,7 @@ def _delay_taken_out(
         delay, readings = moved, _undelayed(encoder, moved, sample_rate)
         if number == _STEPS - 1 or (number and abs(found[0]) < 1e-7):
             break
-        averages = averages_of(readings, round(fit.interval * sample_rate))
+        averages = kinematics.averages_of(readings, round(fit.interval * sample_rate))
         fit = _Fit.of(averages, sensed, fit.interval)
     return (encoder, None) if delay is None or not delay.is_seen else (readings, delay)
 
@@ -239,9 +238,9 @@ def order_drift(
         None if the orders keep their phases, or the table does not turn evenly from stretch to
         stretch.
     """
-    block = max(1, round(sample_rate / KINEMATIC_RATE))
-    known = averages_of(table.angle, block)
-    shown = averages_of(angle, block) - share * known
+    block = max(1, round(sample_rate / kinematics.KINEMATIC_RATE))
+    known = kinematics.averages_of(table.angle, block)
+    shown = kinematics.averages_of(angle, block) - share * known
     turned = abs(float(known[-1] - known[0])) / (2.0 * np.pi)
     # Averages show orders up to about a third of their rate.
     highest = min(_HIGHEST, math.floor(0.35 * known.size / max(turned, 1e-12)))
@@ -364,7 +363,7 @@ def _without_hum(led: FloatArray, block: int) -> FloatArray:
 
     Beside a hum that is searched for lines it would make a product that stands still.
     """
-    coarse = averages_of(led, block)
+    coarse = kinematics.averages_of(led, block)
     steps = np.abs(np.gradient(coarse))
     # Below a hundredth of the rms rate the table stands.
     stands = steps < 0.01 * math.sqrt(float(np.mean(steps**2)))
