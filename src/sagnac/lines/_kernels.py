@@ -43,11 +43,8 @@ def paired_sums(
     # One loop nest, since each sum needs the phases, sizes and slopes of both sides at hand.
     straight = np.zeros((first.size, 4), dtype=np.complex128)
     mirrored = np.zeros((first.size, 4), dtype=np.complex128)
-    phases = np.empty(2)
-    steps = np.empty(2)
-    lags = np.empty(2)
-    sizes = np.empty(2)
-    slopes = np.empty(2)
+    phases, steps, lags = np.empty(2), np.empty(2), np.empty(2)
+    sizes, slopes = np.empty(2), np.empty(2)
     for pair in range(first.size):
         members = (first[pair], second[pair])
         for b in range(angle.size):
@@ -76,9 +73,8 @@ def paired_sums(
                 # (1j size lag + slope) of the first times that of the second, or its conjugate.
                 target = straight if sign < 0.0 else mirrored
                 target[pair, 0] -= sign * product * phasor
-                target[pair, 1] += phasor * (
-                    -sign * product * lags[0] + sign * 1j * slopes[0] * sizes[1]
-                )
+                crossed = -sign * product * lags[0] + sign * 1j * slopes[0] * sizes[1]
+                target[pair, 1] += phasor * crossed
                 target[pair, 2] += phasor * (-sign * product * lags[1] + 1j * sizes[0] * slopes[1])
                 target[pair, 3] += phasor * (
                     -sign * product * lags[0] * lags[1]

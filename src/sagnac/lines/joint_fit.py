@@ -93,8 +93,7 @@ def _moments(frequency: FloatArray, samples: int) -> tuple[FloatArray, ComplexAr
     The first is ``D(w) = sin(M w / 2) / sin(w / 2)`` with M steps, the others its
     derivatives; lag is 2 pi x / samples.
     """
-    steps = samples - 1
-    turn = 2.0 * np.pi / samples
+    steps, turn = samples - 1, 2.0 * np.pi / samples
     # One period: D repeats at 2 pi except for its sign, which changes if the steps are even.
     whole = np.rint(frequency / (2.0 * np.pi))
     w = frequency - 2.0 * np.pi * whole
@@ -266,11 +265,7 @@ def fit(
 
 
 def _moved(
-    started: Components,
-    tuned: IntegerArray,
-    sampled: Sampling,
-    solution: FloatArray,
-    inverse: FloatArray,
+    given: Components, tuned: IntegerArray, sampled: Sampling, step: FloatArray, inverse: FloatArray
 ) -> tuple[Components, FloatArray]:
     """The components with the `tuned` frequencies and free orders moved, and `covariance`.
 
@@ -279,12 +274,12 @@ def _moved(
     component is alpha = 0, so that a move of its order turns its amplitudes, and an error of its
     order is one of its phase.
     """
-    size, angles = started.size, started.orders.size
+    size, angles = given.size, given.orders.size
     middle, width = sampled.phase_range
     in_angle = tuned < angles
     unit = np.where(in_angle, 1.0 / width, 1.0 / sampled.samples)
     # A frequency moves by no more than 1 rad of phase at the record's ends in one step.
-    step = np.clip(solution, -1.0, 1.0) * unit
+    step = np.clip(step, -1.0, 1.0) * unit
     covariance = np.zeros((size, 3, 3))
     pairs = 2 * np.arange(size)[:, np.newaxis] + np.arange(2)
     covariance[:, :2, :2] = inverse[pairs[:, :, np.newaxis], pairs[:, np.newaxis, :]]
@@ -293,9 +288,9 @@ def _moved(
     own[:, 2, :] *= unit[:, np.newaxis]
     own[:, :, 2] *= unit[:, np.newaxis]
     covariance[tuned] = own
-    places = np.concatenate([started.orders, started.frequencies])
+    places = np.concatenate([given.orders, given.frequencies])
     places[tuned] += step
-    phasor = started.phasor.copy()
+    phasor = given.phasor.copy()
     for index, move in zip(tuned[in_angle], step[in_angle], strict=True):
         c, s = np.cos(move * middle), np.sin(move * middle)
         phasor[index] *= c + 1j * s
@@ -303,7 +298,7 @@ def _moved(
         turn = np.array([[c, -s, lever.real], [s, c, lever.imag], [0.0, 0.0, 1.0]])
         covariance[index] = turn @ covariance[index] @ turn.T
     orders, frequencies = np.split(places, [angles])
-    return replace(started, orders=orders, frequencies=frequencies, phasor=phasor), covariance
+    return replace(given, orders=orders, frequencies=frequencies, phasor=phasor), covariance
 
 
 def _inverse(normal: FloatArray) -> tuple[FloatArray, int]:

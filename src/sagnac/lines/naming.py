@@ -204,8 +204,7 @@ def noise_taken(lines: tuple[Line, ...], state: State) -> FloatArray:
     rate, cell = state.record.sample_rate, state.record.sample_rate / state.record.angle.size
     bands: list[tuple[float, float]] = []
     for found in state.drifting:
-        cells = zip(*taken_bands(found), strict=True)
-        bands += [(place * rate, width * rate) for place, width in cells]
+        bands += (rate * np.stack(taken_bands(found), axis=1)).tolist()
     turn_rate = float(np.median(state.record.sampled.speeds)) * rate / (2.0 * np.pi)
     drifting = {found.frequency * rate for found in state.drifting}
     for line in lines:

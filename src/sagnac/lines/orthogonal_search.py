@@ -139,8 +139,9 @@ class OrthogonalSearch(Compared):
             raise refusal("candidates", "are given for a matrix, and not for sinusoids of a phase")
         total = self.constant + (0.0 if along is None else self.slope * along)
         if self.spacing is not None and along is not None:
-            terms = zip(self.frequencies, self.cosine, self.sine, strict=True)
-            for frequency, cosine, sine in terms:
+            for frequency, cosine, sine in zip(
+                self.frequencies, self.cosine, self.sine, strict=True
+            ):
                 argument = frequency * along
                 total += cosine * np.cos(argument) + sine * np.sin(argument)
             return np.asarray(total)
@@ -470,8 +471,7 @@ def _sinusoid_search(phase: FloatArray, ramp: FloatArray, rest: FloatArray, size
     around = np.concatenate([np.conj(sampling[size:0:-1]), sampling])
 
     def with_term(index: int, term: int) -> ComplexArray:
-        up = around[size + index + 2 :][:size]
-        down = around[size - index :][:size]
+        up, down = around[size + index + 2 :][:size], around[size - index :][:size]
         return np.asarray(0.5j * (down - up) if term else 0.5 * (down + up))
 
     own = np.stack([0.5 * (1.0 + double.real), 0.5 * (1.0 - double.real)])

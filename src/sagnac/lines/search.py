@@ -150,11 +150,9 @@ def _without_table(
     notes: tuple[Note, ...] = ()
     if function is not None:
         angle = function.less(angle, table)
-        text = (
-            f"over {full_turns(table):.2g} turns orders of the table are not told apart: what goes "
-            f"with its angle was taken out as one function, a sum of {function.orders.size} orders "
-            "that mean nothing one by one"
-        )
+        few = f"over {full_turns(table):.2g} turns orders of the table are not told apart"
+        what = f"one function, a sum of {function.orders.size} orders that mean nothing one by one"
+        text = f"{few}: what goes with its angle was taken out as {what}"
         notes = (Note(channel=channel, text=text),)
     averages = averages_of(angle, kinematic.block)
     return follow_table(averages, kinematic).less(angle), function, notes
@@ -324,9 +322,7 @@ def _notes(state: State, vibration: tuple[Band, ...], ended: State, channel: str
     if text:
         yield Note(level="warning", text=text)
     if state.fit is not None and state.fit.collinear:
-        text = (
-            f"{state.fit.collinear} directions among the lines of {channel} cannot be told apart "
-            "(angle and time coincide at this steady rate); their sum is removed, their single "
-            "amplitudes are not to be trusted"
-        )
-        yield Note(level="warning", text=text)
+        alike = f"{state.fit.collinear} directions among the lines of {channel}"
+        why = "(angle and time coincide at this steady rate)"
+        left = "their sum is removed, their single amplitudes are not to be trusted"
+        yield Note(level="warning", text=f"{alike} cannot be told apart {why}; {left}")

@@ -128,8 +128,7 @@ def spectrum(analysis: Analysis, ax: Axes | None = None) -> Axes:
     >>> axes.get_ylabel()
     'rate noise density, x (°/h/√Hz)'
     """
-    axes = frame.axes_of(ax, analysis)
-    unit = frame.rate_unit(analysis)
+    axes, unit = frame.axes_of(ax, analysis), frame.rate_unit(analysis)
     shown = (analysis.spectrum_before, analysis.spectrum)
     before, after = (_drawn_bins(one, unit.size) for one in shown)
     if frame.removed(analysis):

@@ -235,8 +235,7 @@ def parts(analysis: Analysis, ax: Axes | None = None) -> Axes:
     >>> axes.get_ylabel()
     'N, x (°/√h)'
     """
-    axes = frame.axes_of(ax, analysis)
-    answer = analysis.angle_random_walk
+    axes, answer = frame.axes_of(ax, analysis), analysis.angle_random_walk
     unit = field_unit("angle_random_walk", analysis.sensor)
     if answer.status == "estimated":
         own, name = answer.to(unit.name), "the answer"

@@ -408,14 +408,13 @@ def _curve(stated: Document, sensor: Sensor, document: Document) -> StabilityCur
     """A curve, per gyro. Terms and noise types are 0 if an older document does not state them."""
     size = units.UNITS[stated.get("unit", units.SENSED[sensor].rate_unit)].size
     tau = _numbers(stated["tau_s"])
-    counts = {name: np.array(stated.get(name, [0] * tau.size), np.int64) for name in _COUNTS}
     return StabilityCurve(
         tau=tau,
         deviation=_numbers(stated[_DEVIATION if _DEVIATION in stated else "deviation"], size),
         edf=_numbers(stated.get("edf", [None] * tau.size)),
         low=_numbers(stated["low"], size),
         high=_numbers(stated["high"], size),
-        **counts,
+        **{name: np.array(stated.get(name, [0] * tau.size), np.int64) for name in _COUNTS},
         estimator=stated.get("estimator", "oadev"),
         kind="angle",
         sample_rate=document["input"]["sample_rate_hz"],
@@ -427,8 +426,6 @@ def _curve(stated: Document, sensor: Sensor, document: Document) -> StabilityCur
 
 def _notes(document: Document) -> tuple[Note, ...]:
     """Notes by their texts; those that are findings have their names again."""
-    found = {
-        f"{one['channel']}: {one['text']}" if one["channel"] else one["text"]: Note(**one)
-        for one in document.get("findings", ())
-    }
-    return tuple(found.get(text, Note(text=text)) for text in document["notes"])
+    findings = [Note(**one) for one in document.get("findings", ())]
+    named = {f"{one.channel}: {one.text}" if one.channel else one.text: one for one in findings}
+    return tuple(named.get(text, Note(text=text)) for text in document["notes"])

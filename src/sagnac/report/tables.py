@@ -78,10 +78,8 @@ def family_table(analysis: Analysis) -> str:
     rows = []
     for curve in analysis.family:
         unit = quantities.curve_unit(curve.estimator)
-        rows += [
-            [curve.estimator, unit.name, *(cell(value) for value in row)]
-            for row in zip(*quantities.curve_columns(curve).values(), strict=True)
-        ]
+        for row in zip(*quantities.curve_columns(curve).values(), strict=True):
+            rows.append([curve.estimator, unit.name, *map(cell, row)])
     header = ("estimator", "unit", "tau[s]", "deviation", "low", "high", "edf", "terms")
     return csv_text((*header, "noise_type"), rows)
 

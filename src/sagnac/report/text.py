@@ -100,11 +100,9 @@ def refused(analysis: Analysis) -> str:
 
 def units(analysis: Analysis) -> str:
     """The coefficients of the answer's fit in every unit that they are written in."""
-    rows = [
-        (_titled(name)[0], *cells)
-        for name, estimate in headline_estimates(analysis).items()
-        for cells in quantities.unit_cells(estimate)
-    ]
+    rows: list[tuple[str, ...]] = []
+    for name, estimate in headline_estimates(analysis).items():
+        rows += [(_titled(name)[0], *cells) for cells in quantities.unit_cells(estimate)]
     return table(("coefficient", "value", "interval", "unit"), rows, right=(1,)) if rows else ""
 
 

@@ -64,8 +64,7 @@ def table_command(config: sections.TableConfig, duration: float) -> TableCommand
 
 def _reversals(config: sections.TableConfig, duration: float) -> sections.Pairs:
     rate = config.rate_deg_per_s
-    knots = [(0.0, rate)]
-    interval = config.reversal_interval_s
+    knots, interval = [(0.0, rate)], config.reversal_interval_s
     if interval == 0.0 or rate == 0.0:
         return tuple(knots)
     ramp, stand = abs(rate) / config.acceleration_deg_per_s2, 0.5 * config.dwell_s

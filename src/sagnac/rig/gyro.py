@@ -166,8 +166,7 @@ class SlowDrift:
 
     def advance(self, first: int, count: int) -> FloatArray:
         """(count,) rates of the next samples, the first of which has number `first`, rad/s."""
-        begun = -(-first // self.hold)
-        ended = -(-(first + count) // self.hold)
+        begun, ended = -(-first // self.hold), -(-(first + count) // self.hold)
         values = np.zeros(ended - begun)
         normals = self._random.standard_normal((values.size, self._processes.shape[1]))
         _kernels.slow_drift(normals, self._processes, values)

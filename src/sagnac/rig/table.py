@@ -372,12 +372,10 @@ class Table:
         Between nodes the drive is the cubic through both ends' angles and rates, and the integral
         of the rate along b is Simpson's.
         """
-        step = self.interval / self._substeps
-        nodes = count * self._substeps
+        step, nodes = self.interval / self._substeps, count * self._substeps
         begin = first * self._substeps + 1
         time = np.arange(begin, begin + nodes, dtype=np.float64) * step - self.interval
-        drive = self._command.angle_at(time)
-        commanded = self._command.rate_at(time)
+        drive, commanded = self._command.angle_at(time), self._command.rate_at(time)
         rate = commanded.copy()
         for mover in self._movers:
             mover.advance(commanded, drive, rate)

@@ -188,8 +188,7 @@ def _filtered_structure(t: FloatArray, h: float, alpha: int) -> FloatArray:
     that a cluster of a million samples costs no digits. For h = 0 it is the second derivative.
     """
     t, power = np.abs(t), 3 - alpha
-    near = (t < h) | (t == 0.0)
-    result = np.zeros_like(t)
+    near, result = (t < h) | (t == 0.0), np.zeros_like(t)
     far = t[~near]
     result[~near] = _far_flicker(far, h, power) if alpha % 2 else _far_power(far, h, power)
     if h > 0.0:

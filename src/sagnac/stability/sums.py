@@ -123,8 +123,7 @@ def _accumulated(samples: FloatArray, mean: float) -> FloatArray:
 def _count_gaps(samples: FloatArray, rate: float, gaps: Gaps, only_whole: Estimator | None) -> int:
     """How many samples are missing, if none is infinite and missing ones are allowed."""
     missing = marked(np.isnan, samples)
-    count = number_of(missing)
-    infinite = marked(np.isinf, samples)
+    count, infinite = number_of(missing), marked(np.isinf, samples)
     if infinite.any():
         marks, what = infinite, f"infinite, {number_of(infinite)} in all"
         remedy = "mark bad samples as NaN and use gaps='omit'"

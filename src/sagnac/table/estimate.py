@@ -555,8 +555,7 @@ def _orders_of_ripple(angle: FloatArray) -> IntegerArray:
     """
     if full_turns(angle) < FEW_TURNS:
         return np.empty(0, dtype=np.int64)
-    steps = np.diff(angle)
-    turn = np.exp(-0.5j * (angle[1:] + angle[:-1]))
+    steps, turn = np.diff(angle), np.exp(-0.5j * (angle[1:] + angle[:-1]))
     # The rate is integrated over the angle, whose step is the rate itself.
     turned = np.hanning(steps.size) * steps**2 * turn**_ORDERS
     # Averages show orders up to about a third of their rate.

@@ -107,8 +107,7 @@ def kinematics(table: FloatArray, sample_rate: float) -> Kinematics:
         If the sample rate is not positive.
     """
     require_rate(sample_rate)
-    dt = 1.0 / sample_rate
-    block = max(1, round(sample_rate / KINEMATIC_RATE))
+    dt, block = 1.0 / sample_rate, max(1, round(sample_rate / KINEMATIC_RATE))
     length = block_length(block)
     rows, begun = [], [np.zeros(2)]
     for piece in blocks(table.size, length):
@@ -154,9 +153,8 @@ def highest_harmonic(kinematic: Kinematics) -> float:
     Harmonics above 0.4 of the averages' rate are averaged away, and those that are not, alias.
     """
     step = np.abs(np.diff(kinematic.angle))
-    if step.size == 0:
-        return 0.0
-    return 0.4 * 2.0 * np.pi / max(float(np.percentile(step, 95)), 1e-12)
+    fastest = float(np.percentile(step, 95)) if step.size else np.inf
+    return 0.4 * 2.0 * np.pi / max(fastest, 1e-12)
 
 
 def rate_variation(kinematic: Kinematics) -> float:

@@ -97,8 +97,7 @@ def _moved(
     (Keys, 1981), which lets motion through and less of the noise that is faster.
     """
     # The motion to be moved is made of 100 samples a second: what lies above is noise of the gyros.
-    step = max(1, round(sample_rate / 100.0))
-    late = lag * sample_rate
+    step, late = max(1, round(sample_rate / 100.0)), lag * sample_rate
     reach = 2 * step + math.ceil(abs(late))
     places = np.arange(-reach, reach + 1.0)
     # Convolution turns the kernel round: place k takes the sample k before.
