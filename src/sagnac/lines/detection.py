@@ -216,8 +216,7 @@ def peaks_in_order(
     highest = min(highest, np.pi / sampled.fastest)
     # How far the table strays from a steady rate. The last block may be a short one, and the lags
     # then have a mean.
-    lag = sampled.blocks.lag - sampled.blocks.lag.mean()
-    angle = sampled.blocks.angle
+    lag, angle = sampled.blocks.lag - sampled.blocks.lag.mean(), sampled.blocks.angle
     rate = float(lag @ (angle - angle.mean())) / max(float(lag @ lag), 1e-300)
     # An order that strays from a tone by less than 1 rad rms is not looked for on its own scale;
     # whether a line found in time follows the table better is asked in the end.

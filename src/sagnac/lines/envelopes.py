@@ -206,8 +206,7 @@ def _frequency_step(amplitudes: ComplexArray, gram: ComplexArray, data: ComplexA
     real, imaginary = [plain.real, -plain.imag, moved.real], [plain.imag, plain.real, moved.imag]
     turning = (np.outer(turned.conj(), turned) * twice).real
     normal = np.block([real, imaginary, [moved.real.T, moved.imag.T, turning]])
-    left = data[0] - plain @ amplitudes
-    slope = turned.conj() * (data[1] - once @ amplitudes)
+    left, slope = data[0] - plain @ amplitudes, turned.conj() * (data[1] - once @ amplitudes)
     rest = np.concatenate([left.real, left.imag, slope.real])
     scale = np.sqrt(np.diag(normal))
     scale[scale == 0.0] = 1.0
@@ -411,8 +410,7 @@ def simplest(rivals: list[tuple[int, float]]) -> int:
     order = sorted(range(len(rivals)), key=lambda index: rivals[index])
     best = order[0]
     for index in order[1:]:
-        added = rivals[index][0] - rivals[best][0]
-        gained = rivals[best][1] - rivals[index][1]
+        added, gained = rivals[index][0] - rivals[best][0], rivals[best][1] - rivals[index][1]
         # One of a hundred descriptions with more parameters is taken if fewer would do.
         chance = float(chdtri(added, 0.01 / len(rivals))) if added else 0.0
         # The floor is known to some per cent, which for a thousand parameters is more than chance.

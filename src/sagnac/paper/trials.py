@@ -54,8 +54,7 @@ def least_squares(tau: ArrayLike, deviation: ArrayLike, form: Form) -> float:
         rad/sqrt(s); of a coefficient below zero, minus the root of its size.
     """
     of_variance, relative = form.startswith("variance"), "relative" in form
-    times = np.asarray(tau, dtype=np.float64)
-    sizes = np.asarray(deviation, dtype=np.float64)
+    times, sizes = np.asarray(tau, dtype=np.float64), np.asarray(deviation, dtype=np.float64)
     observed = sizes**2 if of_variance else sizes
     # Powers of tau in the variance, Eq. 3, or in the deviation.
     basis = times[:, np.newaxis] ** (np.arange(-2.0, 3.0) * (1.0 if of_variance else 0.5))

@@ -253,8 +253,7 @@ def _mark_lines(axes: Axes, analysis: Analysis) -> None:
 def _drawn_bins(measured: Spectrum, unit: float) -> Spectrum:
     """Root density in a unit, lowest and highest of each log-spaced bin: no peak is lost."""
     keep = (measured.frequency > 0.0) & (measured.density > 0.0)
-    frequency = measured.frequency[keep]
-    level = np.sqrt(measured.density[keep]) / unit
+    frequency, level = measured.frequency[keep], np.sqrt(measured.density[keep]) / unit
     if frequency.size <= _DRAWN_BINS:
         return Spectrum(frequency=frequency, density=level)
     edges = np.geomspace(frequency[0], frequency[-1] * (1.0 + 1e-12), _DRAWN_BINS // 2 + 1)

@@ -143,8 +143,6 @@ _METHOD_STYLES: Final = {
     "fos-korenberg": (frame.INK, "v"), "fos": (frame.BLUE, "o"),
 }  # fmt: skip
 
-_HUNDREDTHS: Final = re.compile(r"(?<=\.\d{2})\d+")
-
 
 def report_figures(analysis: Analysis) -> dict[str, Figure]:
     """The figures of one analysis by name, drawn once for the page and for the files beside it.
@@ -260,7 +258,7 @@ def svg(figure: Figure, name: str, description: str) -> Markup:
         drawing = drawing.replace(mark, f"{mark}{before}-")
     # A hundredth of a point is finer than any printer; glyphs (in font units) stay as they are.
     outline = re.compile(r'(?<= d=")M [^"]*(?=")')
-    drawing = outline.sub(lambda path: _HUNDREDTHS.sub("", path.group()), drawing)
+    drawing = outline.sub(lambda path: re.sub(r"(?<=\.\d{2})\d+", "", path.group()), drawing)
     view = re.findall(r'viewBox="[^"]*"', drawing)[0]
     label = f'role="img" aria-label="{escape(description)}"'
     head = f'<svg xmlns:xlink="http://www.w3.org/1999/xlink" {view} {label}>'
@@ -296,7 +294,6 @@ _AZIMUTH: Final = -62.0 * DEGREE
 _HEIGHT: Final = 24.0 * DEGREE
 _TURNED: Final = 38.0 * DEGREE  # of the table since the null indicator
 _HEADING: Final = 25.0 * DEGREE  # of the null indicator from north
-_LENGTH: Final = 1.15
 _INNER: Final = 0.92  # radius of the inner circle, of the rim's
 
 
@@ -316,7 +313,7 @@ def frames_figure() -> Figure:
             (gyros, frame.BLUE, "-", ("$x_s$", "$y_s$", "$z_s$")),
         ):
             arrow = {"arrowstyle": "-|>", "color": color, "linestyle": style, "linewidth": 1.1}
-            for (across, up), name in zip(seen(_LENGTH * rows), names, strict=True):
+            for (across, up), name in zip(seen(1.15 * rows), names, strict=True):
                 axes.annotate("", (across, up), (0.0, 0.0), arrowprops=arrow)
                 side = "left" if across > 0.9 else "center"
                 axes.annotate(name, (1.09 * across, 1.09 * up), color=color, ha=side, va="center")

@@ -176,8 +176,7 @@ def kalman_figures(angle_random_walk: Estimate) -> tuple[tuple[str, str], ...]:
     """
     if angle_random_walk.status == "not observable":
         return ()
-    value = angle_random_walk.value
-    width = 0.5 * (angle_random_walk.high - angle_random_walk.low)
+    value, width = angle_random_walk.value, 0.5 * (angle_random_walk.high - angle_random_walk.low)
     units = (UNITS[name] for name in ("deg/sqrt(h)", "deg/h/sqrt(Hz)", "rad/sqrt(s)"))
     # One digit more than the interval asks: these are to be pasted and squared.
     sized = ((value / unit.size, 0.1 * width / unit.size, unit.symbol) for unit in units)

@@ -104,8 +104,7 @@ def nutation_walk(config: MotionConfig, rate: float) -> float:
 
     `rate`, rad/s, is the table's. See `Nutation` for the law.
     """
-    natural = 2.0 * math.pi * config.nutation_hz
-    damping = 0.5 / config.nutation_quality
+    natural, damping = 2.0 * math.pi * config.nutation_hz, 0.5 / config.nutation_quality
     variance = (config.nutation_rms_arcsec * ARCSECOND) ** 2
     apart = (natural**2 - rate**2) ** 2 + (2.0 * damping * natural * rate) ** 2
     return abs(rate) * math.sqrt(4.0 * damping * natural**3 * variance / apart)

@@ -117,6 +117,5 @@ def _moved(
 def _keys(place: FloatArray) -> FloatArray:
     """Kernel of cubic convolution, exact for parabolas; zero two places away."""
     far = np.abs(place)
-    near = (1.5 * far - 2.5) * far**2 + 1.0
-    beyond = ((-0.5 * far + 2.5) * far - 4.0) * far + 2.0
+    near, beyond = (1.5 * far - 2.5) * far**2 + 1.0, ((-0.5 * far + 2.5) * far - 4.0) * far + 2.0
     return np.where(far < 1.0, near, np.where(far < 2.0, beyond, 0.0))
