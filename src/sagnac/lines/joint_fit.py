@@ -53,8 +53,7 @@ def inner_products(sampled: Sampling, components: Components) -> tuple[ComplexAr
     # What mirrors a component is the conjugate of one whose phase runs backwards.
     for products, way in ((straight, 1), (mirrored, -1)):
         if orders.size:
-            own = _order_products(sampled, orders, way * orders)
-            products[np.ix_(multiples, multiples)] = own
+            products[np.ix_(multiples, multiples)] = _order_products(sampled, orders, way * orders)
         _add_tones(products, components.frequencies, way, sampled.samples)
     if components.orders.size:
         _add_pairs(straight, mirrored, sampled, components)

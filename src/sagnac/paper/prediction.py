@@ -338,7 +338,6 @@ def predicted_angle_random_walk(
     quantum = _mean(config.gyro.arw_deg_per_sqrt_h) * DEGREE_PER_ROOT_HOUR
     step = _mean(config.gyro.quantization_step_arcsec) * ARCSECOND
     laser = _laser_noise(speeds, config)
-    lock_in = np.sqrt(np.maximum(laser**2 - quantum**2, 0.0))
     first, second = config.platform.shares[_PLACES].tolist()
     mismatch = abs(first - second)
     # The encoder's white error of angle, of its steps and of when it is read.
@@ -347,7 +346,7 @@ def predicted_angle_random_walk(
     return Prediction(
         rates=speeds,
         quantum=np.full(speeds.size, quantum),
-        lock_in=lock_in,
+        lock_in=np.sqrt(np.maximum(laser**2 - quantum**2, 0.0)),
         encoder=encoder,
         jitter=np.full(speeds.size, _jitter(config, mismatch)),
         total=laser,

@@ -180,11 +180,10 @@ def gyro_text(judgement: Judgement) -> str:
 
 def _judgement(one: Judgement) -> dict[str, Any]:
     name, shown = one.limit.coefficient, one.estimate.in_field_unit()
-    unit = field_unit(name)
     return {
         "gyro": one.gyro,
         "coefficient": name,
-        "limit": one.limit.value / unit.size,
+        "limit": one.limit.value / field_unit(name).size,
         **{key: getattr(shown, key) for key in ("value", "low", "high", "unit", "status")},
         "confidence": one.estimate.confidence,
         "verdict": one.decision,

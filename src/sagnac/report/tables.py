@@ -65,9 +65,8 @@ def csv_files(analysis: Analysis) -> dict[str, str]:
 def stability_table(analysis: Analysis) -> str:
     """CSV of the curve, per gyro, after and before removal; units stand in the header."""
     units = {"tau": "[s]", **dict.fromkeys(("deviation", "low", "high"), "[deg/h]")}
-    curves = {"": analysis.curve, "before_": analysis.curve_before}
     columns = {}
-    for prefix, curve in curves.items():
+    for prefix, curve in {"": analysis.curve, "before_": analysis.curve_before}.items():
         for name, values in quantities.curve_columns(curve, UNITS["deg/h"]).items():
             columns[f"{prefix}{name}{units.get(name, '')}"] = values
     return columns_text(columns)

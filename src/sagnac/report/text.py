@@ -120,8 +120,7 @@ def curve(of: StabilityCurve) -> str:
     """A stability curve per gyro."""
     unit, columns = quantities.curve_unit(of.estimator), quantities.curve_columns(of).values()
     rows = [tuple(f"{value:.4g}" for value in row) for row in zip(*columns, strict=True)]
-    deviation = f"{of.estimator} {unit.symbol}"
-    header = ("τ s", deviation, "low", "high", "edf", "terms", "noise f^")
+    header = ("τ s", f"{of.estimator} {unit.symbol}", "low", "high", "edf", "terms", "noise f^")
     return table(header, rows, right=range(len(columns)))
 
 

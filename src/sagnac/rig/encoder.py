@@ -96,8 +96,7 @@ class Encoder:
             age[new] = np.maximum(number - reading / per_sample, 0.0)[new]
             self._newest = float(reading[-1])
         if self._config.lost_fraction > 0.0:
-            lost = self._lost.random(number.size) < self._config.lost_fraction
-            new &= ~lost | (number == 0.0)
+            new &= (self._lost.random(number.size) >= self._config.lost_fraction) | (number == 0.0)
         return age, new
 
 

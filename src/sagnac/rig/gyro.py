@@ -145,12 +145,11 @@ class SlowDrift:
         correlation = np.append(shortest * _MARKOV_RATIO ** np.arange(count), own[:, 1])
         deviation = np.append(np.full(count, flicker), own[:, 0])
         decay = np.exp(-step / correlation)
-        levels = deviation * random.standard_normal(deviation.size)
         # By process: correlation from one value to the next, rms of the noise added, weights at the
         # last value and at this one, and its state. The walk comes after the Markov processes.
         spread = np.append(deviation * np.sqrt(1.0 - decay**2), errors.rate_walk * math.sqrt(step))
         processes = [np.append(decay, 1.0), spread, np.zeros(spread.size), np.ones(spread.size)]
-        processes.append(np.append(levels, 0.0))
+        processes.append(np.append(deviation * random.standard_normal(deviation.size), 0.0))
         if not unseen:
             weight, remainder = _mean_of_ends(np.asarray(step / correlation))
             white = float(remainder @ deviation**2) + errors.rate_walk**2 * step / 12.0

@@ -62,8 +62,9 @@ class Cells:
 
     def followed_by(self, other: "Cells") -> "Cells":
         """These and others above them."""
-        names = [item.name for item in fields(Cells)]
-        both = {name: (getattr(self, name), getattr(other, name)) for name in names}
+        both = {
+            one.name: [getattr(self, one.name), getattr(other, one.name)] for one in fields(Cells)
+        }
         return Cells(**{name: np.concatenate(pair) for name, pair in both.items()})
 
 
@@ -259,9 +260,8 @@ def smoothed_law(law: Callable[[FloatArray], FloatArray], spectrum: TaperedSpect
     ordinates = np.arange(CELL) - 0.5 * (CELL - 1)
     shift = (ordinates[:, np.newaxis] + offset).ravel()
     weight = np.tile(kernel / kernel.sum(), CELL) / CELL
-    highest = 0.5 / spectrum.interval
     bent = cells.frequency < 60.0 * unit
     place = np.abs(cells.frequency[bent, np.newaxis] + np.multiply.outer(unit[bent], shift))
-    place = np.clip(place, 0.5 * unit[bent, np.newaxis], highest)
+    place = np.clip(place, 0.5 * unit[bent, np.newaxis], 0.5 / spectrum.interval)
     result[bent] = weight @ law(place.ravel()).reshape(*place.shape, result.shape[1])
     return result

@@ -243,7 +243,6 @@ def _differences(
         return angles - order * cluster if overlapping else (angles - 1) // cluster - order + 1
 
     summed = track_sums.overlapping_sums if overlapping else track_sums.plain_sums
-    law = partial(freedom.greenhall_riley_freedom, order=order, overlapping=overlapping)
     row = Properties(
         name=name,
         title=title,
@@ -252,7 +251,7 @@ def _differences(
         windows=windows,
         sums=lambda track, clusters, _: summed(track, clusters, order),
         divisor=2.0 if order == 2 else 6.0,
-        freedom=law,
+        freedom=partial(freedom.greenhall_riley_freedom, order=order, overlapping=overlapping),
     )
     return replace(row, **others)
 
