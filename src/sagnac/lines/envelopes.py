@@ -145,13 +145,13 @@ def steady_lines(base: Baseband, frequencies: FloatArray) -> SteadyLines:
     found: list[SteadyLines] = []
     power = float(np.vdot(base.target, base.target).real)
     for _ in range(3):
-        between, data = _products(base, frequencies)
-        plain, right = between[0], data[0]
+        gram, data = _products(base, frequencies)
+        plain, right = gram[0], data[0]
         amplitudes = np.linalg.pinv(plain, rcond=_COLLINEAR, hermitian=True) @ right
         explained = 2.0 * np.vdot(amplitudes, right) - np.vdot(amplitudes, plain @ amplitudes)
         cost = (power - float(explained.real)) / base.variance
         found.append(SteadyLines(frequencies=frequencies, amplitudes=amplitudes, cost=cost))
-        frequencies = frequencies + _frequency_step(amplitudes, between, data) / base.samples
+        frequencies = frequencies + _frequency_step(amplitudes, gram, data) / base.samples
     return min(found, key=lambda one: one.cost)
 
 
@@ -176,22 +176,22 @@ def _products(base: Baseband, frequencies: FloatArray) -> tuple[ComplexArray, Co
 
     Returns
     -------
-    between
+    gram
         (3, tones, tones) of tones with each other, the lag in them not at all, once and twice.
     data
         (2, tones) of tones with the baseband, without the lag and with it.
     """
-    between = np.zeros((3, frequencies.size, frequencies.size), dtype=np.complex128)
+    gram = np.zeros((3, frequencies.size, frequencies.size), dtype=np.complex128)
     data = np.zeros((2, frequencies.size), dtype=np.complex128)
     for some in arrays.blocks(base.middles.size, _ROWS):
         tones = _tones(base, frequencies, base.middles[some])
         lag = 2.0 * np.pi / base.samples * (base.middles[some] - base.center)
         across = tones.conj()
         for power in range(3):
-            between[power] += across @ (lag**power * tones).T
+            gram[power] += across @ (lag**power * tones).T
         for power in range(2):
             data[power] += across @ (lag**power * base.target[some])
-    return between, data
+    return gram, data
 
 
 def _frequency_step(amplitudes: ComplexArray, gram: ComplexArray, data: ComplexArray) -> FloatArray:

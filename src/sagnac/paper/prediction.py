@@ -235,12 +235,14 @@ def _runs_of_table(table: Table, scope: Scope) -> list[Run]:
         own = Run(name=cell_name(table, rate, day), config=config, gyros=PAIR, method="fos")
         # At rest the paper removes nothing.
         method: Method = "fos-paper" if rate > 0.0 else "none"
-        name = cell_name(table, rate, day, "paper")
-        published_run = replace(own, name=name, method=method, by_curve=True)
-        runs += [own, published_run]
+        paper = replace(
+            own, name=cell_name(table, rate, day, "paper"), method=method, by_curve=True
+        )
+        runs += [own, paper]
         if rate > 0.0:
-            name = cell_name(table, rate, day, "printed")
-            runs.append(replace(published_run, name=name, as_printed=True))
+            runs.append(
+                replace(paper, name=cell_name(table, rate, day, "printed"), as_printed=True)
+            )
         if (table, rate) == ("table2", 40.0):
             long = replace(config, duration_s=scope.figure_duration_s)
             runs.append(Run(name=f"figure2-day{day}", config=long, gyros=PAIR, method="fris"))

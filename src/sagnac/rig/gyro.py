@@ -68,11 +68,10 @@ class SensorErrors:
     def of(cls, config: GyroConfig | AccelerometerConfig, axis: int) -> Self:
         """Errors of the gyro x, y or z, or of the accelerometer ax, ay or az."""
         sensor: Sensor = "gyro" if isinstance(config, GyroConfig) else "accelerometer"
-        sized = {
-            name: getattr(config, own if sensor == "gyro" else force)[axis]
-            * field_unit(coefficient, sensor).size
-            for name, coefficient, own, force in SENSOR_KEYS
-        }
+        sized: dict[str, float] = {}
+        for name, coefficient, own, force in SENSOR_KEYS:
+            stated = getattr(config, own if sensor == "gyro" else force)[axis]
+            sized[name] = stated * field_unit(coefficient, sensor).size
         if isinstance(config, GyroConfig):
             per_kelvin = config.temperature_coefficient_deg_per_h_per_k[axis]
             sized["per_kelvin"] = per_kelvin * DEGREE_PER_HOUR

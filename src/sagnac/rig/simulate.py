@@ -69,8 +69,9 @@ class Rig:
         dithered = axes if config.dither.is_left else ()
         self._dithers = [DitherMotion(config, axis, streams.dither[axis]) for axis in dithered]
         felt = axes if config.accelerometer.mode == "triad" else ()
-        forces = [Gyro(config, "accelerometer", axis, streams, table) for axis in felt]
-        self._accelerometers = forces
+        self._accelerometers = [
+            Gyro(config, "accelerometer", axis, streams, table) for axis in felt
+        ]
 
     def advance(self, first: int, count: int) -> tuple[Columns, FloatArray]:
         """The next `count` samples from number `first`, and the true table angle, rad."""
