@@ -296,15 +296,13 @@ _ROWS: Final = (
         sums=_total_sums,
         freedom=freedom.total_freedom,
     ),
-    Properties(
+    replace(
+        _MODIFIED,
         name="mtotdev",
         title="modified total",
         whole_record_only=True,
-        longest=_MODIFIED.longest,
-        windows=_MODIFIED.windows,
         squares=lambda clusters: 6 * clusters,
         sums=_modified_total_sums,
-        power=4,
         freedom=freedom.modified_total_freedom,
         remark="mtotdev keeps its bias: its variance lies below that of mdev",
     ),

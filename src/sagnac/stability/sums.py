@@ -12,7 +12,7 @@ from typing import Final
 
 import numpy as np
 
-from sagnac.core.arrays import FloatArray, IntegerArray, blocks, empty, every
+from sagnac.core.arrays import FloatArray, IntegerArray, blocks, elementwise, empty, every, less
 from sagnac.core.errors import Note, RecordingError, refusal
 from sagnac.core.marks import first_of, marked, number_of
 from sagnac.core.marks import stretches as present_stretches
@@ -96,9 +96,8 @@ def accumulated_track(
     if kind == "angle":
         first, last = int(stretches[0, 0]), int(stretches[-1, 1]) - 1
         slope = _exact_slope((samples[last] - samples[first]) / (last - first), samples.size)
-        offset, angle = float(samples[first]), empty(samples.size)
-        for block in blocks(samples.size):
-            angle[block] = (samples[block] - slope * np.arange(block.start, block.stop)) - offset
+        angle = less(samples, lambda number: slope * number)
+        angle = elementwise(np.subtract, angle, float(samples[first]), out=angle)
         return Track(angle=angle, stretches=stretches, missing=missing)
     usual = sum(float(np.nansum(samples[block])) for block in blocks(samples.size)) / present
     # Each stretch of rates ends at an angle more, where the next one may begin.
