@@ -4,7 +4,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import replace
 from itertools import cycle, pairwise
-from typing import Any, Final
+from typing import Final
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -203,23 +203,22 @@ def _rested_on(axes: Axes, analysis: Analysis) -> None:
         return
     label = f"band of the {'average' if choice.member == 'both' else 'answer'}"
     axes.axvspan(low, high, color=frame.ORANGE, alpha=0.08, linewidth=0, label=label)
-    frequency = np.geomspace(low, min(high, 0.5 / choice.law.interval), 200)
     unit, law = frame.rate_unit(analysis).size, choice.law
+    at = np.geomspace(low, min(high, 0.5 / law.interval), 200)
     # Those that the law holds, which need not be the terms of the heaviest model.
-    letters = {
+    terms = {
         laws.SYMBOLS[name]: alone
         for name, alone in zip(laws.STOCHASTIC_NAMES, np.diag(law.squares), strict=True)
         if alone.any()
     }
     other = law.slow.in_words()
-    label = ", ".join(letters) + f" ({other})" * bool(other)
+    label = ", ".join(terms) + f" ({other})" * bool(other)
     label += " behind a low-pass" * any(law.falls)
-    root = np.sqrt(law.density(frequency)) / unit
-    frame.model(axes, frequency, root, color=frame.ORANGE, linewidth=1.3, label=label)
-    style: dict[str, Any] = {"linewidth": 0.7, "linestyle": frame.DOTTED}
-    for alone in letters.values() if len(letters) > 1 else ():
-        term = np.sqrt(replace(law, squares=tuple(alone)).density(frequency)) / unit
-        frame.model(axes, frequency, term, color=frame.ORANGE, **style)
+    root = np.sqrt(law.density(at)) / unit
+    frame.model(axes, at, root, color=frame.ORANGE, linewidth=1.3, label=label)
+    for alone in terms.values() if len(terms) > 1 else ():
+        root = np.sqrt(replace(law, squares=tuple(alone)).density(at)) / unit
+        frame.model(axes, at, root, color=frame.ORANGE, linewidth=0.7, linestyle=frame.DOTTED)
 
 
 def _mark_lines(axes: Axes, analysis: Analysis) -> None:
