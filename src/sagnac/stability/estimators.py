@@ -100,6 +100,7 @@ class Properties:
     squares: Callable[[IntegerArray], IntegerArray] | None = None
     order: int = 2
     effective: float = 1.0
+    overlapping: bool = True
     whole_record_only: bool = False
     shortest: int = 1
     fewest_angles: int = 0
@@ -247,6 +248,7 @@ def _differences(
         name=name,
         title=title,
         order=order,
+        overlapping=overlapping,
         longest=lambda angles: (angles - 1) // order,
         windows=windows,
         sums=lambda track, clusters, _: summed(track, clusters, order),
