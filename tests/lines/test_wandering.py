@@ -269,7 +269,7 @@ def test_clusters_are_three_or_more_within_thirty_cells():
     strength = np.array([10.0, 50.0, 90.0, 70.0, 20.0, 80.0, 80.0, 30.0, 10.0, 20.0])
     found = clusters(lines / SAMPLES, strength, SAMPLES)
     assert [group.tolist() for group in found] == [[2, 3, 1, 4], [7, 9, 8]]
-    assert clusters(np.empty(0), np.empty(0), SAMPLES) == ()
+    assert clusters(np.empty(0), np.empty(0), SAMPLES) == []
 
 
 def test_too_few_cycles_or_samples_are_no_line_to_follow():

@@ -173,6 +173,20 @@ def test_a_law_in_place_of_flicker_is_named_at_the_spectrum():
     assert "N (noise of f^-1.4 in place of B)" in labels[1]
 
 
+def test_the_spectrum_names_the_terms_of_the_law_that_is_drawn():
+    rate = np.random.default_rng(3).standard_normal(20_000)
+    still = analyze(Recording.from_arrays(x=rate, kind="rate", unit="deg/h", sample_rate=50.0))
+    choice = still.average
+    assert choice.terms == ("angle_random_walk",)
+    # A law of the whole band may hold what the heaviest model lacks.
+    walk = choice.law.squares[1]
+    law = dataclasses.replace(choice.law, squares=(0.0, walk, 0.0, 1e-4 * walk))
+    other = dataclasses.replace(still, average=dataclasses.replace(choice, law=law))
+    axes = plot.spectrum(other, Figure().add_subplot())
+    assert "N, K" in axes.get_legend_handles_labels()[1]
+    assert [line.get_linewidth() for line in axes.get_lines()].count(0.7) == 2
+
+
 def test_residuals_against_time_and_table_angle():
     time, angle = np.linspace(0.0, 9000.0, 50), np.linspace(0.1, 6.2, 8)
     turn = ByAngle(

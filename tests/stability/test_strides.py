@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from sagnac.stability.curve import stability_curve
-from sagnac.stability.sums import window_stride
+from sagnac.stability.sums import stride_of
 
 
 @pytest.mark.parametrize(("estimator", "tau"), [("mtotdev", 64), ("theo1", 160), ("theoh", 600)])
@@ -24,4 +24,4 @@ def test_skipped_windows_are_stated_and_cost_little(monkeypatch, estimator, tau)
 def test_a_stride_bounds_the_work_and_never_an_eighth_of_the_cluster():
     windows, squares = np.array([1000, 10**6, 10**9, 10**9]), np.array([100, 3000, 3000, 3000])
     clusters = np.array([80, 10**4, 80, 4])
-    assert window_stride(windows, squares, clusters).tolist() == [1, 100, 10, 1]
+    assert stride_of(windows, squares, clusters).tolist() == [1, 100, 10, 1]

@@ -43,11 +43,8 @@ def paired_sums(
     # One loop nest, since each sum needs the phases, sizes and slopes of both sides at hand.
     straight = np.zeros((first.size, 4), dtype=np.complex128)
     mirrored = np.zeros((first.size, 4), dtype=np.complex128)
-    phases = np.empty(2)
-    steps = np.empty(2)
-    lags = np.empty(2)
-    sizes = np.empty(2)
-    slopes = np.empty(2)
+    phases, steps, lags = np.empty(2), np.empty(2), np.empty(2)
+    sizes, slopes = np.empty(2), np.empty(2)
     for pair in range(first.size):
         members = (first[pair], second[pair])
         for b in range(angle.size):
@@ -76,9 +73,8 @@ def paired_sums(
                 # (1j size lag + slope) of the first times that of the second, or its conjugate.
                 target = straight if sign < 0.0 else mirrored
                 target[pair, 0] -= sign * product * phasor
-                target[pair, 1] += phasor * (
-                    -sign * product * lags[0] + sign * 1j * slopes[0] * sizes[1]
-                )
+                crossed = -sign * product * lags[0] + sign * 1j * slopes[0] * sizes[1]
+                target[pair, 1] += phasor * crossed
                 target[pair, 2] += phasor * (-sign * product * lags[1] + 1j * sizes[0] * slopes[1])
                 target[pair, 3] += phasor * (
                     -sign * product * lags[0] * lags[1]
@@ -89,10 +85,8 @@ def paired_sums(
 
 
 @compiled(fastmath=True)
-def spread(
-    table: FloatArray, steps: FloatArray, low: float, scale: float, grid: FloatArray
-) -> None:
-    """Add each step times the table's own to `grid`, over even angles about the middle of both.
+def spread(table: FloatArray, steps: FloatArray, low: float, scale: float, out: FloatArray) -> None:
+    """Add each step times the table's own to `out`, over even angles about the middle of both.
 
     Point j of the grid is the angle ``low + (j - 1) / scale``. A cubic B-spline shares a product
     out: at x cycles a point its transform is ``sinc(x)^4``.
@@ -103,10 +97,10 @@ def spread(
         at = int(place)
         t = place - at
         u = 1.0 - t
-        grid[at] += weight * u * u * u
-        grid[at + 1] += weight * (4.0 - 3.0 * t * t * (1.0 + u))
-        grid[at + 2] += weight * (4.0 - 3.0 * u * u * (1.0 + t))
-        grid[at + 3] += weight * t * t * t
+        out[at] += weight * u * u * u
+        out[at + 1] += weight * (4.0 - 3.0 * t * t * (1.0 + u))
+        out[at + 2] += weight * (4.0 - 3.0 * u * u * (1.0 + t))
+        out[at + 3] += weight * t * t * t
 
 
 @compiled()

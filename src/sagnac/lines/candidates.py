@@ -121,12 +121,6 @@ def strongest(candidates: Candidates, most: int = PEAKS_A_ROUND) -> tuple[Boolea
 
 # ---- crowding ----------------------------------------------------------------------
 
-_SMALLER_CROWDS: Final = (20, 10, 5)
-# Bins over which the middle half of a crowd has to spread: a line that drifts spreads over fewer.
-_SPREAD: Final = 150
-# Highest peaks looked at.
-_MOST: Final = 3000
-
 
 def plain_peaks(peaks: Peaks) -> Peaks:
     """The peaks that are no leakage of a higher one.
@@ -136,14 +130,15 @@ def plain_peaks(peaks: Peaks) -> Peaks:
     peaks
         In frequency, half bins.
     """
-    peaks = peaks.select(np.argsort(peaks.height)[::-1][:_MOST])
+    # The highest are looked at.
+    peaks = peaks.select(np.argsort(peaks.height)[::-1][:3000])
     everywhere = np.zeros(peaks.place.size)
     in_angle = everywhere > 0.0
     candidates = Candidates(
         place=peaks.place, height=peaks.height, in_angle=in_angle, broken=in_angle,
         low=everywhere, high=everywhere, samples=1,
     )  # fmt: skip
-    return peaks.select(strongest(candidates, _MOST)[0])
+    return peaks.select(strongest(candidates, peaks.place.size)[0])
 
 
 def crowded_bands(peaks: Peaks, known: Components, bins: int) -> tuple[Band, ...]:
@@ -168,11 +163,12 @@ def crowded_bands(peaks: Peaks, known: Components, bins: int) -> tuple[Band, ...
     # A peak at half bin n lies at n / (2 half_bins) cycles a sample.
     found = np.concatenate([plain_peaks(peaks).place / (2.0 * half_bins), known.frequencies])
     bands: tuple[Band, ...] = ()
-    # More than 60 tones may not be fitted together: fewer peaks are a crowd then. Beside more than
-    # 120 nobody asks whether a crowd is a line that drifts.
-    steps = [(0, 40, _SPREAD), *((60, crowd, _SPREAD) for crowd in _SMALLER_CROWDS)]
-    steps += [(120, crowd, 0) for crowd in _SMALLER_CROWDS]
-    for most, crowd, spread in steps:
+    # More than 60 tones may not be fitted together: fewer peaks are a crowd then. The middle half
+    # of a crowd spreads over 150 bins, a line that drifts over fewer; beside more than 120 tones
+    # nobody asks whether a crowd is such a line.
+    smaller = (20, 10, 5)
+    steps = [(0, 40, 150), *((60, crowd, 150) for crowd in smaller)]
+    for most, crowd, spread in (*steps, *((120, crowd, 0) for crowd in smaller)):
         if np.count_nonzero(~inside(found, bands)) > most:
             bands = detection.joined_bands((*bands, *_crowds(found, crowd, spread / half_bins)))
     return bands
@@ -305,8 +301,8 @@ def new_orders(state: State) -> tuple[Components, FloatArray, BooleanArray]:
     patient = np.zeros(standing.size, dtype=bool)
     if state.patience is not None:
         patient = np.abs(sums[standing]) <= length[standing] * state.patience[standing]
-    cosine, sine = (part[standing] / length[standing] for part in (sums.real, sums.imag))
-    lines = components_of(sampled.samples, orders=orders[standing], phasor=cosine + 1j * sine)
+    phasor = sums[standing] / length[standing]
+    lines = components_of(sampled.samples, orders=orders[standing], phasor=phasor)
     return lines, height[standing], patient
 
 
@@ -321,9 +317,8 @@ def broken_orders(state: State, frequencies: FloatArray) -> Peaks:
         return detection.NO_PEAKS
     beyond = frequencies > MOST_ORDERS * np.median(sampled.speeds / (2.0 * np.pi))
     # So many may be the smear of orders that are not looked for as a rule.
-    crowded, floor = int(beyond.sum()) > 100, state.look().floor
-    level = state.record.threshold
-    peaks = detection.peaks_in_order(state.steps, sampled, floor, level, crowded=crowded)
+    crowded, given = int(beyond.sum()) > 100, (state.look().floor, state.record.threshold)
+    peaks = detection.peaks_in_order(state.steps, sampled, *given, crowded=crowded)
     orders = peaks.place * (0.5 / sampled.turns)
     off = np.abs(orders - np.rint(orders)) * sampled.turns > 1.0
     off |= orders > MOST_ORDERS + 0.5

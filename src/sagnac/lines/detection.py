@@ -216,8 +216,7 @@ def peaks_in_order(
     highest = min(highest, np.pi / sampled.fastest)
     # How far the table strays from a steady rate. The last block may be a short one, and the lags
     # then have a mean.
-    lag = sampled.blocks.lag - sampled.blocks.lag.mean()
-    angle = sampled.blocks.angle
+    lag, angle = sampled.blocks.lag - sampled.blocks.lag.mean(), sampled.blocks.angle
     rate = float(lag @ (angle - angle.mean())) / max(float(lag @ lag), 1e-300)
     # An order that strays from a tone by less than 1 rad rms is not looked for on its own scale;
     # whether a line found in time follows the table better is asked in the end.
@@ -342,11 +341,8 @@ def _side_by_side(drifting: tuple[Band, ...], octaves: float, least: int) -> lis
         if not runs or line[0] > max(high for _, high in runs[-1]) * 2.0**octaves:
             runs.append([])
         runs[-1].append(line)
-    return [
-        (run[0][0] / margin, min(max(high for _, high in run) * margin, 0.5))
-        for run in runs
-        if len(run) >= least
-    ]
+    ends = [(run[0][0], max(high for _, high in run)) for run in runs if len(run) >= least]
+    return [(low / margin, min(high * margin, 0.5)) for low, high in ends]
 
 
 def joined_bands(bands: tuple[Band, ...]) -> tuple[Band, ...]:

@@ -17,6 +17,7 @@ from typing import Any, Final, NamedTuple
 
 import numpy as np
 import scipy.linalg
+from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 from scipy.special import chdtri
 
@@ -27,9 +28,6 @@ from sagnac.lines.components import mixed_down
 from sagnac.spectrum.transforms import TONE_WIDTH
 
 # ---- baseband --------------------------------------------------------------------
-
-NEAR: Final = 30.0
-"""Cycles a record between the lines that drift makes of one: they thin out as they grow weak."""
 
 # Values at a time, for any number of lines.
 _ROWS: Final = 8192
@@ -147,13 +145,13 @@ def steady_lines(base: Baseband, frequencies: FloatArray) -> SteadyLines:
     found: list[SteadyLines] = []
     power = float(np.vdot(base.target, base.target).real)
     for _ in range(3):
-        between, data = _products(base, frequencies)
-        plain, right = between[0], data[0]
+        gram, data = _products(base, frequencies)
+        plain, right = gram[0], data[0]
         amplitudes = np.linalg.pinv(plain, rcond=_COLLINEAR, hermitian=True) @ right
         explained = 2.0 * np.vdot(amplitudes, right) - np.vdot(amplitudes, plain @ amplitudes)
         cost = (power - float(explained.real)) / base.variance
         found.append(SteadyLines(frequencies=frequencies, amplitudes=amplitudes, cost=cost))
-        frequencies = frequencies + _frequency_step(amplitudes, between, data) / base.samples
+        frequencies = frequencies + _frequency_step(amplitudes, gram, data) / base.samples
     return min(found, key=lambda one: one.cost)
 
 
@@ -178,46 +176,43 @@ def _products(base: Baseband, frequencies: FloatArray) -> tuple[ComplexArray, Co
 
     Returns
     -------
-    between
+    gram
         (3, tones, tones) of tones with each other, the lag in them not at all, once and twice.
     data
         (2, tones) of tones with the baseband, without the lag and with it.
     """
-    between = np.zeros((3, frequencies.size, frequencies.size), dtype=np.complex128)
+    gram = np.zeros((3, frequencies.size, frequencies.size), dtype=np.complex128)
     data = np.zeros((2, frequencies.size), dtype=np.complex128)
     for some in arrays.blocks(base.middles.size, _ROWS):
         tones = _tones(base, frequencies, base.middles[some])
         lag = 2.0 * np.pi / base.samples * (base.middles[some] - base.center)
         across = tones.conj()
         for power in range(3):
-            between[power] += across @ (lag**power * tones).T
+            gram[power] += across @ (lag**power * tones).T
         for power in range(2):
             data[power] += across @ (lag**power * base.target[some])
-    return between, data
+    return gram, data
 
 
-def _frequency_step(
-    amplitudes: ComplexArray, between: ComplexArray, data: ComplexArray
-) -> FloatArray:
+def _frequency_step(amplitudes: ComplexArray, gram: ComplexArray, data: ComplexArray) -> FloatArray:
     """(tones,) Gauss-Newton step of the frequencies, cycles a record, half of one at most.
 
     Real and imaginary amplitudes and frequencies move together. The amplitudes have been fitted
     first, since the derivative in frequency is proportional to them.
     """
-    plain, once, twice = between
+    plain, once, twice = gram
     turned = 1j * amplitudes
     moved = once * turned
     real, imaginary = [plain.real, -plain.imag, moved.real], [plain.imag, plain.real, moved.imag]
     turning = (np.outer(turned.conj(), turned) * twice).real
     normal = np.block([real, imaginary, [moved.real.T, moved.imag.T, turning]])
-    left = data[0] - plain @ amplitudes
-    slope = turned.conj() * (data[1] - once @ amplitudes)
+    left, slope = data[0] - plain @ amplitudes, turned.conj() * (data[1] - once @ amplitudes)
     rest = np.concatenate([left.real, left.imag, slope.real])
     scale = np.sqrt(np.diag(normal))
     scale[scale == 0.0] = 1.0
     inverse = np.linalg.pinv(normal / np.outer(scale, scale), rcond=_COLLINEAR, hermitian=True)
-    step = (inverse @ (rest / scale) / scale)[2 * amplitudes.size :]
-    return np.asarray(np.clip(step, -0.5, 0.5))
+    step = inverse @ (rest / scale) / scale
+    return np.asarray(np.clip(step[2 * amplitudes.size :], -0.5, 0.5))
 
 
 # ---- splines -----------------------------------------------------------------------
@@ -253,9 +248,8 @@ def places(middles: FloatArray, samples: int, blocks: int) -> Places:
     scale = blocks / samples
     block = np.minimum((middles * scale).astype(np.int64), blocks - 1)
     place = middles * scale - block
-    now, after = (
-        np.stack([x**3, x**2, x, np.ones_like(x)], axis=1) @ _CUBIC for x in (place, place + scale)
-    )
+    powers = (np.stack([x**3, x**2, x, np.ones_like(x)], axis=1) for x in (place, place + scale))
+    now, after = (rows @ _CUBIC for rows in powers)
     return Places(blocks=blocks, block=block, now=now, after=after)
 
 
@@ -277,14 +271,12 @@ def normal_bands(at: Places, rows: ComplexArray) -> ComplexArray:
 
 def knot_values(coefficients: NDArray[Any]) -> NDArray[Any]:
     """(blocks + 1,) values of a spline where blocks meet."""
-    windows = np.lib.stride_tricks.sliding_window_view
-    return np.asarray(windows(coefficients, _REACH - 1) @ _CUBIC[3, :3])
+    return np.asarray(sliding_window_view(coefficients, _REACH - 1) @ _CUBIC[3, :3])
 
 
 def pieces(coefficients: NDArray[Any]) -> NDArray[Any]:
     """(4, blocks) polynomials in blocks from the start of each, highest power first."""
-    windows = np.lib.stride_tricks.sliding_window_view
-    return np.ascontiguousarray(_CUBIC @ windows(coefficients, _REACH).T)
+    return np.ascontiguousarray(_CUBIC @ sliding_window_view(coefficients, _REACH).T)
 
 
 def knot_variances(factor: ComplexArray) -> FloatArray:
@@ -303,8 +295,6 @@ def knot_variances(factor: ComplexArray) -> FloatArray:
 
 # ---- envelopes ---------------------------------------------------------------------
 
-# Chance that a description with more parameters is taken where fewer would do.
-_CHANCE: Final = 0.01
 # Parameters of a steady line: two of amplitude, one of frequency.
 _OF_STEADY: Final = 3
 
@@ -420,9 +410,9 @@ def simplest(rivals: list[tuple[int, float]]) -> int:
     order = sorted(range(len(rivals)), key=lambda index: rivals[index])
     best = order[0]
     for index in order[1:]:
-        added = rivals[index][0] - rivals[best][0]
-        gained = rivals[best][1] - rivals[index][1]
-        chance = float(chdtri(added, _CHANCE / len(rivals))) if added else 0.0
+        added, gained = rivals[index][0] - rivals[best][0], rivals[best][1] - rivals[index][1]
+        # One of a hundred descriptions with more parameters is taken if fewer would do.
+        chance = float(chdtri(added, 0.01 / len(rivals))) if added else 0.0
         # The floor is known to some per cent, which for a thousand parameters is more than chance.
         if gained > 1.05 * chance:
             best = index

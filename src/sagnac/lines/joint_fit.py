@@ -53,17 +53,14 @@ def inner_products(sampled: Sampling, components: Components) -> tuple[ComplexAr
     # What mirrors a component is the conjugate of one whose phase runs backwards.
     for products, way in ((straight, 1), (mirrored, -1)):
         if orders.size:
-            own = _products_of_orders(sampled, orders, way * orders)
-            products[np.ix_(multiples, multiples)] = own
+            products[np.ix_(multiples, multiples)] = _order_products(sampled, orders, way * orders)
         _add_tones(products, components.frequencies, way, sampled.samples)
     if components.orders.size:
         _add_pairs(straight, mirrored, sampled, components)
     return straight, mirrored
 
 
-def _products_of_orders(
-    sampled: Sampling, orders: IntegerArray, others: IntegerArray
-) -> ComplexArray:
+def _order_products(sampled: Sampling, orders: IntegerArray, others: IntegerArray) -> ComplexArray:
     """Products of whole orders with the conjugates of others, by the Fourier sums of all."""
     expansion, all_sums = sampled.order_products
     difference = orders[:, np.newaxis] - others
@@ -81,8 +78,8 @@ def _add_tones(products: ComplexArray, frequencies: FloatArray, way: int, sample
     total = products.shape[0] // 2
     plain = slice(total - frequencies.size, total)
     tilted = slice(2 * total - frequencies.size, 2 * total)
-    apart = frequencies[:, np.newaxis] - way * frequencies
-    zero, one, two = _moments(2.0 * np.pi * apart, samples)
+    apart = 2.0 * np.pi * (frequencies[:, np.newaxis] - way * frequencies)
+    zero, one, two = _moments(apart, samples)
     products[plain, plain] = a * b * zero
     products[tilted, plain] = a * b * one - 1j * c * b * zero
     products[plain, tilted] = a * b * one + 1j * a * d * zero
@@ -95,8 +92,7 @@ def _moments(frequency: FloatArray, samples: int) -> tuple[FloatArray, ComplexAr
     The first is ``D(w) = sin(M w / 2) / sin(w / 2)`` with M steps, the others its
     derivatives; lag is 2 pi x / samples.
     """
-    steps = samples - 1
-    turn = 2.0 * np.pi / samples
+    steps, turn = samples - 1, 2.0 * np.pi / samples
     # One period: D repeats at 2 pi except for its sign, which changes if the steps are even.
     whole = np.rint(frequency / (2.0 * np.pi))
     w = frequency - 2.0 * np.pi * whole
@@ -186,13 +182,6 @@ def tone_factors(frequencies: FloatArray, samples: int) -> tuple[FloatArray, Flo
 
 # ---- joint fit ---------------------------------------------------------------------
 
-# Eigenvalues below this share of the largest (of the scaled normal matrix) are directions that
-# the data do not distinguish; nothing is fitted along them. Products of an order and a tone are
-# good to a tenth of it.
-_COLLINEAR: Final = 1e-5
-# A frequency moves by no more than this in one step, in radians of phase at the record's ends.
-_LONGEST_STEP: Final = 1.0
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ComponentFit:
@@ -275,11 +264,7 @@ def fit(
 
 
 def _moved(
-    started: Components,
-    tuned: IntegerArray,
-    sampled: Sampling,
-    solution: FloatArray,
-    inverse: FloatArray,
+    given: Components, tuned: IntegerArray, sampled: Sampling, step: FloatArray, inverse: FloatArray
 ) -> tuple[Components, FloatArray]:
     """The components with the `tuned` frequencies and free orders moved, and `covariance`.
 
@@ -288,11 +273,12 @@ def _moved(
     component is alpha = 0, so that a move of its order turns its amplitudes, and an error of its
     order is one of its phase.
     """
-    size, angles = started.size, started.orders.size
+    size, angles = given.size, given.orders.size
     middle, width = sampled.phase_range
     in_angle = tuned < angles
     unit = np.where(in_angle, 1.0 / width, 1.0 / sampled.samples)
-    step = np.clip(solution, -_LONGEST_STEP, _LONGEST_STEP) * unit
+    # A frequency moves by no more than 1 rad of phase at the record's ends in one step.
+    step = np.clip(step, -1.0, 1.0) * unit
     covariance = np.zeros((size, 3, 3))
     pairs = 2 * np.arange(size)[:, np.newaxis] + np.arange(2)
     covariance[:, :2, :2] = inverse[pairs[:, :, np.newaxis], pairs[:, np.newaxis, :]]
@@ -301,9 +287,9 @@ def _moved(
     own[:, 2, :] *= unit[:, np.newaxis]
     own[:, :, 2] *= unit[:, np.newaxis]
     covariance[tuned] = own
-    places = np.concatenate([started.orders, started.frequencies])
+    places = np.concatenate([given.orders, given.frequencies])
     places[tuned] += step
-    phasor = started.phasor.copy()
+    phasor = given.phasor.copy()
     for index, move in zip(tuned[in_angle], step[in_angle], strict=True):
         c, s = np.cos(move * middle), np.sin(move * middle)
         phasor[index] *= c + 1j * s
@@ -311,7 +297,7 @@ def _moved(
         turn = np.array([[c, -s, lever.real], [s, c, lever.imag], [0.0, 0.0, 1.0]])
         covariance[index] = turn @ covariance[index] @ turn.T
     orders, frequencies = np.split(places, [angles])
-    return replace(started, orders=orders, frequencies=frequencies, phasor=phasor), covariance
+    return replace(given, orders=orders, frequencies=frequencies, phasor=phasor), covariance
 
 
 def _inverse(normal: FloatArray) -> tuple[FloatArray, int]:
@@ -319,7 +305,9 @@ def _inverse(normal: FloatArray) -> tuple[FloatArray, int]:
     scale = np.sqrt(np.maximum(np.diag(normal), 0.0))
     scale[scale == 0.0] = 1.0
     eigenvalues, vectors = scipy.linalg.eigh(normal / np.outer(scale, scale))
-    keep = eigenvalues > _COLLINEAR * eigenvalues[-1] if eigenvalues.size else eigenvalues > 0
+    # Eigenvalues below this share of the largest are directions that the data do not distinguish;
+    # nothing is fitted along them. Products of an order and a tone are good to a tenth of it.
+    keep = eigenvalues > 1e-5 * eigenvalues[-1] if eigenvalues.size else eigenvalues > 0
     used = vectors[:, keep]
     return (used / eigenvalues[keep]) @ used.T / np.outer(scale, scale), int((~keep).sum())
 

@@ -8,11 +8,9 @@ import numpy as np
 from sagnac.core.arrays import FloatArray
 from sagnac.core.errors import Note, counted, rounded
 from sagnac.core.units import ARCSECOND
-from sagnac.lines.detection import floors, significances
-from sagnac.lines.joint_fit import ComponentFit
+from sagnac.lines import detection, joint_fit, wandering
 from sagnac.lines.model import Line, Scale, lines_of
 from sagnac.lines.state import State
-from sagnac.lines.wandering import DriftingLine
 from sagnac.noise.laws import sinusoid_allan_variance
 from sagnac.spectrum import periodogram
 from sagnac.stability.curve import StabilityCurve
@@ -43,7 +41,7 @@ def describe_lines(state: State, channel: str) -> tuple[Line, ...]:
 # --- amplitude, phase and errors -------------------------------------------------------------
 
 
-def _of_drifting(line: DriftingLine, sample_rate: float, channel: str) -> Line:
+def _of_drifting(line: wandering.DriftingLine, sample_rate: float, channel: str) -> Line:
     """A drifting line in the terms of a steady one, with the phase that it starts with."""
     start = complex(line.knots[0] * np.exp(-2j * np.pi * line.carrier * line.center))
     return Line(
@@ -60,10 +58,10 @@ def _of_drifting(line: DriftingLine, sample_rate: float, channel: str) -> Line:
     )
 
 
-def _of_fit(fit: ComponentFit, state: State, channel: str) -> list[Line]:
+def _of_fit(fit: joint_fit.ComponentFit, state: State, channel: str) -> list[Line]:
     """Steady lines, angle components first."""
     components, angles = fit.components, fit.components.orders.size
-    levels = floors(components, state.record.sampled, state.floor)
+    levels = detection.floors(components, state.record.sampled, state.floor)
     covariance = fit.covariance * levels[:, np.newaxis, np.newaxis]
     amplitude = components.amplitude
     along = components.phasor / amplitude
@@ -93,7 +91,7 @@ def _of_fit(fit: ComponentFit, state: State, channel: str) -> list[Line]:
         amplitude_error=amplitude_error,
         phase=np.angle(np.exp(1j * phase)),
         phase_error=phase_error,
-        significance=significances(fit, levels),
+        significance=detection.significances(fit, levels),
     )
 
 
@@ -206,8 +204,7 @@ def noise_taken(lines: tuple[Line, ...], state: State) -> FloatArray:
     rate, cell = state.record.sample_rate, state.record.sample_rate / state.record.angle.size
     bands: list[tuple[float, float]] = []
     for found in state.drifting:
-        cells = zip(*taken_bands(found), strict=True)
-        bands += [(place * rate, width * rate) for place, width in cells]
+        bands += (rate * np.stack(taken_bands(found), axis=1)).tolist()
     turn_rate = float(np.median(state.record.sampled.speeds)) * rate / (2.0 * np.pi)
     drifting = {found.frequency * rate for found in state.drifting}
     for line in lines:
@@ -221,7 +218,7 @@ def noise_taken(lines: tuple[Line, ...], state: State) -> FloatArray:
     return np.stack([frequency, bandwidth, periodogram.density_at(frequency, state.floor, rate)])
 
 
-def taken_bands(line: DriftingLine) -> tuple[FloatArray, FloatArray]:
+def taken_bands(line: wandering.DriftingLine) -> tuple[FloatArray, FloatArray]:
     """Where noise went with the line, and how much: frequencies and bandwidths.
 
     Half the parameters, in cycles a record, spread evenly over the band. What stays of a line

@@ -32,8 +32,8 @@ _DEPENDENT: Final = 1e-6
 _LEAST_POWER: Final = 1e-7
 # Memory that a candidate takes as the search begins.
 _BYTES: Final = 300
+# A mean square below this share of the first one is rounding.
 NOTHING_LEFT: Final = 1e-13
-"""A mean square below this share of the first one is rounding."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -139,8 +139,9 @@ class OrthogonalSearch(Compared):
             raise refusal("candidates", "are given for a matrix, and not for sinusoids of a phase")
         total = self.constant + (0.0 if along is None else self.slope * along)
         if self.spacing is not None and along is not None:
-            terms = zip(self.frequencies, self.cosine, self.sine, strict=True)
-            for frequency, cosine, sine in terms:
+            for frequency, cosine, sine in zip(
+                self.frequencies, self.cosine, self.sine, strict=True
+            ):
                 argument = frequency * along
                 total += cosine * np.cos(argument) + sine * np.sin(argument)
             return np.asarray(total)
@@ -237,9 +238,9 @@ def fast_orthogonal_search(
     slope = float(ramp @ (values - level)) / values.size / ramp_power if ramp_power else 0.0
     rest = values - level - slope * ramp
     if along is not None and spacing is not None:
-        search = _search_of_sinusoids(spacing * along, ramp, rest, int(np.asarray(candidates)))
+        search = _sinusoid_search(spacing * along, ramp, rest, int(np.asarray(candidates)))
     else:
-        search = _search_of_columns(np.asarray(candidates, dtype=np.float64), ramp, rest)
+        search = _column_search(np.asarray(candidates, dtype=np.float64), ramp, rest)
     search.take(np.array([1.0, 0.0]), search.with_one, 1.0, 0.0)
     if ramp_power > 0.0:
         search.take(np.array([0.0, 1.0]), search.with_ramp, ramp_power, 0.0)
@@ -456,24 +457,21 @@ class _Search:
         return total
 
 
-def _search_of_sinusoids(
-    argument: FloatArray, ramp: FloatArray, rest: FloatArray, size: int
-) -> _Search:
-    """A search of pairs ``cos(k * argument)``, ``sin(k * argument)``, k = 1 ... `size`."""
+def _sinusoid_search(phase: FloatArray, ramp: FloatArray, rest: FloatArray, size: int) -> _Search:
+    """A search of pairs ``cos(k * phase)``, ``sin(k * phase)``, k = 1 ... `size`."""
 
     # The sums are of exp(-i k); conjugates are of exp(+i k), whose real part is the cosine's.
     def sums(strengths: FloatArray, orders: int) -> ComplexArray:
-        return angle_sums(argument, strengths, orders).conj() / argument.size
+        return angle_sums(phase, strengths, orders).conj() / phase.size
 
-    sampling = sums(np.ones(argument.size), 2 * size)
+    sampling = sums(np.ones(phase.size), 2 * size)
     tilted, data = sums(ramp, size), sums(rest, size)
     double = sampling[2::2][:size]
-    # Means of exp(i k argument) from k = -size on: a product of two terms shifts them.
+    # Means of exp(i k phase) from k = -size on: a product of two terms shifts them.
     around = np.concatenate([np.conj(sampling[size:0:-1]), sampling])
 
     def with_term(index: int, term: int) -> ComplexArray:
-        up = around[size + index + 2 :][:size]
-        down = around[size - index :][:size]
+        up, down = around[size + index + 2 :][:size], around[size - index :][:size]
         return np.asarray(0.5j * (down - up) if term else 0.5 * (down + up))
 
     own = np.stack([0.5 * (1.0 + double.real), 0.5 * (1.0 - double.real)])
@@ -490,7 +488,7 @@ def _search_of_sinusoids(
     )
 
 
-def _search_of_columns(matrix: FloatArray, ramp: FloatArray, rest: FloatArray) -> _Search:
+def _column_search(matrix: FloatArray, ramp: FloatArray, rest: FloatArray) -> _Search:
     """A search of the columns of a (samples, candidates[, terms]) matrix, alone or in pairs."""
     samples, size = matrix.shape[:2]
     columns = np.zeros((samples, size, 2))

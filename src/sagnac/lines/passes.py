@@ -151,12 +151,6 @@ def rescaled(state: State) -> State:
     return state if moved is None else refitted(refitted(_with_components(state, moved)))
 
 
-def rescaled_and_pruned(state: State) -> State:
-    """`rescaled`; if that moved any line, without those that no more stand, and looked at anew."""
-    after = rescaled(state)
-    return state if after is state else looked(pruned_all(after))
-
-
 # --- tones that follow the table -------------------------------------------------------------
 
 # Noise levels of a mean by which an order has to say more of the power than a tone. A line that

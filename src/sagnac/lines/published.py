@@ -19,14 +19,12 @@ from sagnac.spectrum.power_laws import noise_floor
 from sagnac.table.kinematics import harmonic_sum, sine_cosine_integrals
 from sagnac.table.turns import is_turning
 
+# Lowest frequency of the search in time, cycles a record: 18.9. The Allan deviation of a line, 2 A
+# sin^2(pi f tau) / tau, is highest at tau = 0.371 / f, and the paper's cut at 10 % ends the curve
+# at a 51st of the record (1/sqrt(2 (N/n - 1))). A line of this frequency is highest there. A slower
+# one only rises as tau within the curve, as does the rate ramp among the five terms. Below it lies
+# most of the mean square of a walk's angle, which is no line.
 SLOWEST_CYCLES: Final = 1.1655612 / math.pi * 51.0
-"""Lowest frequency of the search in time, cycles a record: 18.9.
-
-The Allan deviation of a line, 2 A sin^2(pi f tau) / tau, is highest at tau = 0.371 / f, and the
-paper's cut at 10 % ends the curve at a 51st of the record (1/sqrt(2 (N/n - 1))). A line of this
-frequency is highest there. A slower one only rises as tau within the curve, as does the rate ramp
-among the five terms. Below it lies most of the mean square of a walk's angle, which is no line.
-"""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -85,16 +83,16 @@ class PublishedSearch:
             orthogonal_search.require_rule(self.stop, self.false_alarm, most)
 
 
+# As someone who knows the search would run it.
 FAIR: Final = PublishedSearch()
-"""As someone who knows the search would run it."""
 
+# The steps in the paper's order, with the difference as Eq. 21 has it, and no lowest frequency.
 AS_PRINTED: Final = PublishedSearch(slowest=0.0, difference_first=False)
-"""The steps in the paper's order, with the difference as Eq. 21 has it, and no lowest frequency."""
 
+# On the frequencies of the Fourier transform, with Korenberg's bound for one candidate.
 LITERAL: Final = PublishedSearch(
     cells=1, most_orders=40, most_lines=40, slowest=0.0, stop="korenberg", difference_first=False
 )
-"""On the frequencies of the Fourier transform, with Korenberg's bound for one candidate."""
 
 
 def remove_lines_as_published(
@@ -138,7 +136,7 @@ def remove_lines_as_published(
     turning = table if table is not None and is_turning(table) else None
     alone, rule = len(angles) == 1, {"stop": search.stop, "false_alarm": search.false_alarm}
     if len(angles) == 2 and search.difference_first:
-        angles = {"-".join(angles): _difference(tuple(angles.values()), turning, sample_rate)}
+        angles = {"-".join(angles): _difference(list(angles.values()), turning, sample_rate)}
     left: list[FloatArray] = []
     in_angle: list[Line] = []
     in_time: list[Line] = []
@@ -184,9 +182,7 @@ def remove_lines_as_published(
     )
 
 
-def _difference(
-    pair: tuple[FloatArray, ...], table: FloatArray | None, sample_rate: float
-) -> FloatArray:
+def _difference(pair: list[FloatArray], table: FloatArray | None, sample_rate: float) -> FloatArray:
     """Step 3: the first gyro less the second, without table motion and Earth rate.
 
     On a turning table each gyro is fitted with e alpha and with what Earth rate makes of it, the

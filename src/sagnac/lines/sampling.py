@@ -3,7 +3,6 @@
 Each property is made when it is first asked for: the search needs it again and again.
 """
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Final, NamedTuple
@@ -13,17 +12,14 @@ from numpy.polynomial import chebyshev
 
 from sagnac.core.arrays import BLOCK, ComplexArray, FloatArray, blocks, every, extent
 from sagnac.spectrum.sums import angle_sums
-from sagnac.table.kinematics import averages_of
-from sagnac.table.turns import mean_rate
+from sagnac.table import kinematics, turns
 
+# Highest whole order that counts as the table's own and goes by Fourier sums. A higher one is a
+# line in time until the table's unsteadiness shows otherwise.
 MOST_ORDERS: Final = 128
-"""Highest whole order that counts as the table's own and goes by Fourier sums.
 
-A higher one is a line in time until the table's unsteadiness shows otherwise.
-"""
-
+# Samples in each mean of what is mixed down to zero frequency, and of `Wander`.
 MIX_BLOCK: Final = 50
-"""Samples in each mean of what is mixed down to zero frequency, and of `Wander`."""
 
 
 class Blocks(NamedTuple):
@@ -98,7 +94,7 @@ class Sampling:
     @cached_property
     def mean_rate(self) -> float:
         """Mean speed, rad/s, signed by the net direction if there is one; 0 at rest."""
-        return 0.0 if self.table is None else mean_rate(self.table, self.sample_rate)
+        return 0.0 if self.table is None else turns.mean_rate(self.table, self.sample_rate)
 
     @cached_property
     def speeds(self) -> FloatArray:
@@ -151,14 +147,16 @@ class Sampling:
         if table is None:
             raise ValueError("order_products of a record at rest; there are no orders")
         fastest, highest = float(np.abs(self.blocks.step).max()), 2 * MOST_ORDERS
-        ends = [extent(np.diff(table[some.start : some.stop + 1]) ** 2) for some in _long(table)]
+        # Long blocks: what a block costs besides its steps is that of a hundred thousand of them.
+        long = self.samples - 1, 2 * BLOCK
+        ends = [extent(np.diff(table[some.start : some.stop + 1]) ** 2) for some in blocks(*long)]
         high = max(min(largest, (1.5 * fastest) ** 2) for _, largest in ends)
         low = min([smallest for smallest, _ in ends] + [high])
         # Beyond its Nyquist frequency an order is no candidate, and need not be expanded well.
         reach = np.minimum(np.arange(highest + 1.0), 2.0 * np.pi / max(fastest, 1e-12))
         expansion = _half_cosines_expanded(low, high, reach)
         sums = np.zeros((expansion.shape[0], highest + 1), dtype=np.complex128)
-        for some in _long(table):
+        for some in blocks(*long):
             here = table[some.start : some.stop + 1]
             squares = np.minimum(np.diff(here) ** 2, high)
             place = 2.0 * (squares - low) / max(high - low, 1e-300) - 1.0
@@ -177,7 +175,7 @@ class Sampling:
         steps = self.samples - 1
         if self.table is None or steps < 24 * MIX_BLOCK:
             return None
-        angle = averages_of(self.table[:steps], MIX_BLOCK)
+        angle = kinematics.averages_of(self.table[:steps], MIX_BLOCK)
         middles = np.arange(float(angle.size)) * MIX_BLOCK + (0.5 * (MIX_BLOCK - 1) - 0.5 * steps)
         number = middles - float(middles.mean())
         rate = float(number @ angle) / float(number @ number)
@@ -217,11 +215,6 @@ def _block_length(table: FloatArray) -> int:
             break
         block //= 2
     return block
-
-
-def _long(table: FloatArray) -> Iterator[slice]:
-    """Long blocks of steps: what a block costs besides is that of a hundred thousand of them."""
-    return blocks(table.size - 1, 2 * BLOCK)
 
 
 def _half_cosines_expanded(low: float, high: float, reach: FloatArray) -> FloatArray:

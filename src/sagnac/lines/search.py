@@ -15,13 +15,10 @@ import numpy as np
 from sagnac.core.arrays import FloatArray, differences, extent
 from sagnac.core.errors import Note, counted, refusal, require_name, require_progress, rounded
 from sagnac.core.kernels import one_thread
-from sagnac.lines import detection, passes
+from sagnac.lines import components, detection, joint_fit, naming, passes
 from sagnac.lines.candidates import NewLines, bands_of_peaks, crowded_bands, new_lines
-from sagnac.lines.components import components_of, joined
 from sagnac.lines.detection import Band, Peaks
-from sagnac.lines.joint_fit import pairs_summed
 from sagnac.lines.model import Removal
-from sagnac.lines.naming import describe_lines, masked_bands, noise_taken
 from sagnac.lines.state import Record, State, first_state
 from sagnac.recording.channel import whole_series
 from sagnac.table.kinematics import KINEMATIC_RATE, averages_of, kinematics
@@ -29,10 +26,6 @@ from sagnac.table.motion import follow_table
 from sagnac.table.turns import FEW_TURNS, AngleFunction, full_turns, function_of_angle, is_turning
 
 _MOST_LINES: Final = 250
-# Steps of an angle that vary by no more than this share of its size vary by rounding, and
-# numbers below this one have squares that floating point does not hold to all their digits.
-_ROUNDING: Final = 8.0 * float(np.finfo(np.float64).eps)
-_SMALLEST: Final = 1e-140
 _ROUNDS: Final = 20
 # Rounds in which lines are looked for beside bands of vibration.
 _PATIENT_ROUNDS: Final = 5
@@ -121,11 +114,11 @@ def remove_lines(
     with one_thread():
         removal = _removal(searched(first_state(record), report), channel)
     report(1.0)
-    removal = replace(removal, notes=(*notes, *removal.notes))
     if function is None:
         return removal
     taken = np.concatenate([function.taken, removal.taken], axis=1)
-    return replace(removal, taken=taken, masked=(*function.masked, *removal.masked))
+    masked, notes = (*function.masked, *removal.masked), (*notes, *removal.notes)
+    return replace(removal, taken=taken, masked=masked, notes=notes)
 
 
 def _require_noise(angle: FloatArray) -> None:
@@ -134,9 +127,11 @@ def _require_noise(angle: FloatArray) -> None:
     if low == high:
         raise refusal("angle", f"is {low + 0.0:g} throughout; give values that vary")
     noise = float(np.ptp(extent(differences(differences(angle)))))
-    if noise <= _ROUNDING * max(abs(low), abs(high)):
+    # Steps of an angle that vary by no more than this share of its size vary by rounding.
+    if noise <= 8.0 * float(np.finfo(np.float64).eps) * max(abs(low), abs(high)):
         raise refusal("angle", "is a straight line, to rounding; give one with noise")
-    if not (noise > _SMALLEST and high - low < 1.0 / _SMALLEST):
+    # Floating point does not hold squares of numbers beyond these to all their digits.
+    if not (noise > 1e-140 and high - low < 1e140):
         raise refusal("angle", f"runs from {low:g} to {high:g}; give it in rad")
 
 
@@ -155,14 +150,12 @@ def _without_table(
     notes: tuple[Note, ...] = ()
     if function is not None:
         angle = function.less(angle, table)
-        text = (
-            f"over {full_turns(table):.2g} turns orders of the table are not told apart: what goes "
-            f"with its angle was taken out as one function, a sum of {function.orders.size} orders "
-            "that mean nothing one by one"
-        )
+        few = f"over {full_turns(table):.2g} turns orders of the table are not told apart"
+        what = f"one function, a sum of {function.orders.size} orders that mean nothing one by one"
+        text = f"{few}: what goes with its angle was taken out as {what}"
         notes = (Note(channel=channel, text=text),)
-    motion = follow_table(averages_of(angle, kinematic.block), kinematic)
-    return motion.less(angle), function, notes
+    averages = averages_of(angle, kinematic.block)
+    return follow_table(averages, kinematic).less(angle), function, notes
 
 
 # --- the rounds ------------------------------------------------------------------------------
@@ -209,7 +202,9 @@ def next_round(state: State) -> State:
             return replace(after, end="nothing stands" if over else None)
     # A round has three joint fits or more, each with a pass over the record for each pair of lines
     # that meet. The time of a search grows with the record, whatever is in it.
-    expected = pairs_summed(state.record.sampled, joined(state.components, new.lines))
+    expected = joint_fit.pairs_summed(
+        state.record.sampled, components.joined(state.components, new.lines)
+    )
     if state.passes + 3.0 * expected > 500.0:
         return replace(state, end="too many pairs")
     state = passes.joined_by(state, new.lines)
@@ -220,7 +215,9 @@ def next_round(state: State) -> State:
     state = passes.followed(state)
     state = passes.refitted(state)
     state = passes.looked(state)
-    state = passes.rescaled_and_pruned(state)
+    after = passes.rescaled(state)
+    # If that moved any line, those go that no more stand.
+    state = state if after is state else passes.looked(passes.pruned_all(after))
     if found_none or (number >= _SURE_ROUNDS and not new.waiting):
         state = passes.gathered(state, new.restless)
     if number > 0 and _same_lines(before, state):
@@ -282,16 +279,16 @@ def _removal(ended: State, channel: str) -> Removal:
     # power is not asked for any more.
     state.record.made.pop("spectrum", None)
     residual = state.residual()
-    lines = describe_lines(state, channel)
+    lines = naming.describe_lines(state, channel)
     rate = state.record.sample_rate
     vibration = tuple((low * rate, high * rate) for low, high in state.bands)
     finished = ended.end in {"nothing stands", "nothing new stood"}
-    bare = replace(state, components=components_of(residual.size), fit=None, drifting=())
+    bare = replace(state, components=components.components_of(residual.size), fit=None, drifting=())
     return Removal(
         residual=residual,
         lines=lines,
-        masked=(*masked_bands(lines, state), *vibration),
-        taken=noise_taken(lines, state),
+        masked=(*naming.masked_bands(lines, state), *vibration),
+        taken=naming.noise_taken(lines, state),
         notes=tuple(_notes(state, vibration, ended, channel)),
         unfinished=None if finished else bare.residual(),
     )
@@ -325,9 +322,7 @@ def _notes(state: State, vibration: tuple[Band, ...], ended: State, channel: str
     if text:
         yield Note(level="warning", text=text)
     if state.fit is not None and state.fit.collinear:
-        text = (
-            f"{state.fit.collinear} directions among the lines of {channel} cannot be told apart "
-            "(angle and time coincide at this steady rate); their sum is removed, their single "
-            "amplitudes are not to be trusted"
-        )
-        yield Note(level="warning", text=text)
+        alike = f"{state.fit.collinear} directions among the lines of {channel}"
+        why = "(angle and time coincide at this steady rate)"
+        left = "their sum is removed, their single amplitudes are not to be trusted"
+        yield Note(level="warning", text=f"{alike} cannot be told apart {why}; {left}")

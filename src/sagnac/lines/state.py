@@ -15,11 +15,9 @@ import numpy as np
 
 from sagnac.core.arrays import ComplexArray, FloatArray, blocks, elementwise, empty
 from sagnac.core.errors import refusal, require_shape
+from sagnac.lines import detection, joint_fit, wandering
 from sagnac.lines.components import Components, components_of, removed
-from sagnac.lines.detection import Band, Spectrum, detection_threshold, spectrum
-from sagnac.lines.joint_fit import ComponentFit, earth_amplitudes, order_sums
 from sagnac.lines.sampling import MOST_ORDERS, Sampling
-from sagnac.lines.wandering import DriftingLine, values
 from sagnac.recording.channel import require_rate
 from sagnac.recording.model import MINIMUM_SAMPLES
 from sagnac.table.kinematics import averaged, averages_of, kinematics
@@ -69,7 +67,7 @@ class Record:
     @cached_property
     def threshold(self) -> float:
         """Ratio of power to floor that a line has to exceed."""
-        return detection_threshold(self.angle.size // 2, self.false_alarm)
+        return detection.detection_threshold(self.angle.size // 2, self.false_alarm)
 
     @cached_property
     def sampled(self) -> Sampling:
@@ -130,14 +128,14 @@ class State:
     record: Record
     motion: TableMotion | None
     components: Components
-    fit: ComponentFit | None = None
-    drifting: tuple[DriftingLine, ...] = ()
+    fit: joint_fit.ComponentFit | None = None
+    drifting: tuple[wandering.DriftingLine, ...] = ()
     seen: FloatArray | None = None
     settled: bool = False
     earth_reach: FloatArray | None = None
     earth_settled: bool = False
     steady: frozenset[tuple[int, ...]] = frozenset()
-    bands: tuple[Band, ...] = ()
+    bands: tuple[detection.Band, ...] = ()
     passes: float = 0.0
     rounds: int = 0
     end: End | None = None
@@ -197,12 +195,12 @@ class State:
         if table is None:
             return np.zeros(MOST_ORDERS + 1, dtype=np.complex128)
         return self.record.kept(
-            "order sums", self.key, lambda: order_sums(self.steps, table, MOST_ORDERS)
+            "order sums", self.key, lambda: joint_fit.order_sums(self.steps, table, MOST_ORDERS)
         )
 
-    def look(self) -> Spectrum:
+    def look(self) -> detection.Spectrum:
         """Power of the increments as they are now, and its floor."""
-        return self.record.kept("spectrum", self.key, lambda: spectrum(self.steps))
+        return self.record.kept("spectrum", self.key, lambda: detection.spectrum(self.steps))
 
     def residual(self) -> FloatArray:
         """(samples,) the angle without table motion and lines, rad: a new array."""
@@ -223,7 +221,7 @@ class State:
             here = None if table is None else table[some]
             rest = removed(angle[some], here, self.components, start=some.start)
             for line in self.drifting:
-                rest -= values(line, some.start, rest.size)
+                rest -= wandering.values(line, some.start, rest.size)
             yield some.start, rest
 
     @property
@@ -243,5 +241,5 @@ def first_state(record: Record) -> State:
     if table is not None:
         kinematic = kinematics(table, record.sample_rate)
         motion = follow_table(averages_of(record.angle, kinematic.block), kinematic)
-    reach = earth_amplitudes(record.sampled)
+    reach = joint_fit.earth_amplitudes(record.sampled)
     return State(record=record, motion=motion, components=nothing, earth_reach=reach)

@@ -90,8 +90,7 @@ def _fitted(angle: FloatArray, pickoff: FloatArray) -> FloatArray:
     # Increments whose neighbours all exist.
     for block in blocks(angle.size - 2):
         first, last = max(block.start, 1), block.stop
-        around = np.diff(pickoff[first - 1 : last + 2])
-        turned = np.diff(angle[first : last + 1])
+        around, turned = np.diff(pickoff[first - 1 : last + 2]), np.diff(angle[first : last + 1])
         made = np.column_stack([sliding_window_view(around, _TAPS), np.ones(turned.size)])
         total += np.column_stack([made.T @ made, made.T @ turned])
     matrix, right = total[:, :-1], total[:, -1]

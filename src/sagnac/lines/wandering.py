@@ -78,9 +78,7 @@ class DriftingLine:
         return int(self.envelope.shape[1])
 
 
-def clusters(
-    frequencies: FloatArray, significance: FloatArray, samples: int
-) -> tuple[IntegerArray, ...]:
+def clusters(frequencies: FloatArray, significance: FloatArray, samples: int) -> list[IntegerArray]:
     """Groups of steady lines as close together as those that drift makes of one.
 
     There are three or more in each, each within 30 cycles a record of the next. `fit_drifting`
@@ -98,18 +96,14 @@ def clusters(
     Indices of the members of each cluster, the strongest first.
     """
     ascending = np.argsort(frequencies)
-    breaks = 1 + np.flatnonzero(np.diff(frequencies[ascending]) * samples > envelopes.NEAR)
+    # Cycles a record between the lines that drift makes of one: they thin out as they grow weak.
+    breaks = 1 + np.flatnonzero(np.diff(frequencies[ascending]) * samples > 30.0)
     groups = [group for group in np.split(ascending, breaks) if group.size >= 3]
-    return tuple(group[np.argsort(-significance[group])] for group in groups)
+    return [group[np.argsort(-significance[group])] for group in groups]
 
 
 def fit_drifting(
-    steps: FloatArray,
-    frequencies: FloatArray,
-    amplitudes: ComplexArray,
-    floor_level: float,
-    *,
-    center: float,
+    steps: FloatArray, frequencies: FloatArray, amplitude: ComplexArray, level: float, center: float
 ) -> DriftingLine | None:
     """Steady lines as one that drifts, or None if they describe it as well.
 
@@ -123,11 +117,11 @@ def fit_drifting(
     steps
         (samples - 1,) increments of the angle, rad, without the steady lines; step n leads from
         sample n to n + 1. The series may be mapped.
-    frequencies, amplitudes
+    frequencies, amplitude
         (lines,) cycles per sample, and complex amplitude in the angle, rad, of
         ``Re[amplitude exp(2j pi f (n - center))]``: one line or a cluster, the strongest first.
         They are put back here, and are what the drifting line has to beat.
-    floor_level
+    level
         Noise power of the increments about the first, as `spectrum.noise_floor` gives it, rad^2.
     center
         Sample number of the phase origin.
@@ -138,7 +132,7 @@ def fit_drifting(
         It replaces those of the steady lines that lie in its `band`; the others stay.
     """
     strongest = float(frequencies[0])
-    phasors = amplitudes * (np.exp(2j * np.pi * frequencies) - 1.0)
+    phasors = amplitude * (np.exp(2j * np.pi * frequencies) - 1.0)
     # With fewer than two cycles of the carrier a block, the envelope could not be told from its own
     # mirror image at the negative frequency.
     most = min(8192, int(min(strongest, 0.5 - strongest) * steps.size / 2.0))
@@ -154,7 +148,7 @@ def fit_drifting(
         for _ in range(2):
             taken = partial(values, line) if line else None
             base = envelopes.baseband(
-                steps, carrier, floor_level, center=center, length=length, taken=taken
+                steps, carrier, level, center=center, length=length, taken=taken
             )
             target = base.target + envelopes.sum_of_tones(base, frequencies, phasors)
             target = target if best is None else target + best.shown_by(base)
@@ -203,8 +197,7 @@ def _described(found: envelopes.Description) -> DriftingLine:
     envelope = envelopes.spline_values(at, at.now, found.coefficients)
     size = np.abs(envelope)
     errors = np.asarray(np.sqrt(base.variance * envelopes.knot_variances(found.factor)))
-    own = float(np.mean(errors**2))
-    power = float(np.mean(size**2))
+    own, power = float(np.mean(errors**2)), float(np.mean(size**2))
     spread = found.variance(2.0 / size.size * envelopes.spline_products(at, at.now, envelope))
     # An error adds its own power to what it is an error of.
     amplitude = float(np.sqrt(max(power - 2.0 * own, own)))

@@ -15,7 +15,6 @@ from sagnac.lines.published import SLOWEST_CYCLES
 from sagnac.noise.readings import READINGS
 from sagnac.paper import prediction
 from sagnac.paper import tables as values
-from sagnac.paper.prediction import TABLE_1, TABLE_2, TABLES, adequate_rate
 from sagnac.paper.reproduce import Cell, Reproduction, outcomes_of_table
 from sagnac.paper.trials import FORM, NEAREST_TRIAL
 from sagnac.report.figures import svg, write_png
@@ -34,14 +33,14 @@ def page(reproduction: Reproduction, figures: Mapping[str, Figure]) -> str:
     figures
         By name, those of `tables.figures_of`.
     """
-    cells = {name: outcomes_of_table(reproduction, name) for name in TABLES}
+    cells = {name: outcomes_of_table(reproduction, name) for name in prediction.TABLES}
     ours = values.QUANTITIES["ours"]
     fast = [one for one in cells["table2"] if one.rate > 20.0]
-    dithered = [value for days in TABLE_1.values() for value in days]
+    dithered = [value for days in prediction.TABLE_1.values() for value in days]
     days = range(1, reproduction.scope.days + 1)
     fris = [reproduction.outcomes[f"figure2-day{day}"] for day in days]
     drawn = {name: svg(figure, name, f"{name}: see caption") for name, figure in figures.items()}
-    biased = [value for rate, days in TABLE_2.items() if rate > 20.0 for value in days]
+    biased = [value for rate, days in prediction.TABLE_2.items() if rate > 20.0 for value in days]
     return rendered(
         "reproduction.html",
         values=values,
@@ -55,11 +54,11 @@ def page(reproduction: Reproduction, figures: Mapping[str, Figure]) -> str:
         highest=max(map(values.excess, fris)),
         white=values.readings(reproduction, "white", FORM),
         nearest=values.readings(reproduction, NEAREST_TRIAL, FORM),
-        tables={name: _table(found, TABLES[name].size) for name, found in cells.items()},
+        tables={name: _table(found, prediction.TABLES[name].size) for name, found in cells.items()},
         stationary=values.spread([ours(one) for one in cells["table1"] if one.rate == 0.0]),
         ratio=values.mean(map(ours, cells["table1"])) / values.mean(map(ours, fast)),
         paper_ratio=values.mean(dithered) / values.mean(biased),
-        slowest=adequate_rate(reproduction.prediction) / DEGREE,
+        slowest=prediction.adequate_rate(reproduction.prediction) / DEGREE,
         slowest_cycles=SLOWEST_CYCLES,
     )
 
@@ -84,7 +83,7 @@ def _table(cells: Sequence[Cell], size: float) -> dict[str, Any]:
 
 def _validity(cells: Sequence[Cell]) -> dict[str, float]:
     """The paper's check of validity: mean N turning over mean N at rest."""
-    without = [one for one in cells if one.published != max(TABLE_1[40.0])]
+    without = [one for one in cells if one.published != max(prediction.TABLE_1[40.0])]
     over_rest, quantities = values.turning_over_rest, values.QUANTITIES
     return {
         "the paper’s numbers": over_rest(cells, quantities["paper"]),

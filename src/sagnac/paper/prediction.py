@@ -28,8 +28,7 @@ from sagnac.core.errors import RecordingError, refusal
 from sagnac.core.units import ARCSECOND, DEGREE, DEGREE_PER_ROOT_HOUR
 from sagnac.core.version import __version__
 from sagnac.lines.naming import with_noise_restored
-from sagnac.noise.curve_fit import paper_squares
-from sagnac.noise.readings import READINGS, ReadingName
+from sagnac.noise import curve_fit, readings
 from sagnac.paper.trials import Preparation, config_of_run, trials
 from sagnac.recording.channel import PAIR_SIZE
 from sagnac.recording.columns import GYRO_NAMES
@@ -39,16 +38,8 @@ from sagnac.rig.truth import truth_of
 
 # ---- laboratory --------------------------------------------------------------------
 
-# Standard deviations of the logarithm.
-_LOCK_IN: Final = 0.15  # mirrors, gas and alignment
-_DIFFUSION: Final = 0.5  # of the backscatter phase, itself assumed
-_LINES: Final = 0.4  # amplitudes of mains and floor
-_FREQUENCY: Final = 2e-3  # of lines in time
-_WARM_UP: Final = 2.0  # K, rms of the room's change over a recording
-_PER_KELVIN: Final = (1e-4, 1.5e-4, 0.5e-4)  # deg/h/K
-_MAINS: Final = 50.0  # Hz; slower lines in time are the drive's
+# Lines in time of the drive, over those of the preset.
 DRIVEN: Final = 7.0
-"""Lines in time of the drive, over those of the preset."""
 
 
 def on_day(config: RigConfig, seed: int) -> RigConfig:
@@ -63,16 +54,19 @@ def on_day(config: RigConfig, seed: int) -> RigConfig:
     """
     random = np.random.default_rng([20130227, seed])
     gyro, disturbances = config.gyro, config.disturbances
-    # The lines in time of the two sets, before they are drawn.
+    # The lines in time of the two sets, before they are drawn; those below the mains are the
+    # drive's.
     stated = disturbances.time if config.turning else ()
-    time = [(where, size if where >= _MAINS else DRIVEN * size) for where, size in stated]
-    common = random.lognormal(0.0, _LOCK_IN)
-    diffusion = gyro.backscatter_diffusion_rad2_per_s * random.lognormal(0.0, _DIFFUSION)
-    sizes, places = random.lognormal(0.0, _LINES, len(time)), random.normal(size=len(time))
-    # One above half the sample rate is kept at it.
+    time = [(where, size if where >= 50.0 else DRIVEN * size) for where, size in stated]
+    # Standard deviations of the logarithm: of lock-in by mirrors, gas and alignment, of the
+    # diffusion of the backscatter phase, itself assumed, and of the amplitudes of mains and floor.
+    common = random.lognormal(0.0, 0.15)
+    diffusion = gyro.backscatter_diffusion_rad2_per_s * random.lognormal(0.0, 0.5)
+    sizes, places = random.lognormal(0.0, 0.4, len(time)), random.normal(size=len(time))
+    # A line's frequency changes by 0.2 % rms; one above half the sample rate is kept at it.
     half = 0.5 * config.sample_rate_hz
     moved: Pairs = tuple(
-        (float(min(frequency * (1.0 + _FREQUENCY * place), half)), float(amplitude * size))
+        (float(min(frequency * (1.0 + 2e-3 * place), half)), float(amplitude * size))
         for (frequency, amplitude), size, place in zip(time, sizes, places, strict=True)
     )
     x, y, z = (float(one * common) for one in gyro.lock_in_deg_per_h)
@@ -80,8 +74,9 @@ def on_day(config: RigConfig, seed: int) -> RigConfig:
         gyro,
         lock_in_deg_per_h=(x, y, z),
         backscatter_diffusion_rad2_per_s=float(diffusion),
-        temperature_coefficient_deg_per_h_per_k=_PER_KELVIN,
-        warm_up_k=float(_WARM_UP * random.normal()),
+        temperature_coefficient_deg_per_h_per_k=(1e-4, 1.5e-4, 0.5e-4),
+        # Rms of the room's change over a recording.
+        warm_up_k=float(2.0 * random.normal()),
     )
     return replace(config, gyro=gyro, disturbances=replace(disturbances, time=moved))
 
@@ -133,7 +128,7 @@ TABLES: Final[Mapping[Table, PaperTable]] = {
 # ---- readings ----------------------------------------------------------------------
 
 
-def by_each_reading(evidence: Evidence) -> dict[ReadingName, float]:
+def by_each_reading(evidence: Evidence) -> dict[readings.ReadingName, float]:
     """N by name of the reading, rad/sqrt(s), whatever its interval.
 
     The paper has no intervals, so what its squares give is the answer of its method. NaN of a
@@ -146,19 +141,17 @@ def by_each_reading(evidence: Evidence) -> dict[ReadingName, float]:
         unless `Settings.step_4` asks for it.
     """
     restored = with_noise_restored(evidence.curve, evidence.taken, len(evidence.lines))
-    found: dict[ReadingName, float] = {}
-    for name, reading in READINGS.items():
+    found: dict[readings.ReadingName, float] = {}
+    for name, reading in readings.READINGS.items():
         curve = restored if reading.noise_restored else evidence.curve
         try:
-            found[name] = paper_squares(curve, squares=reading.squares)
+            found[name] = curve_fit.paper_squares(curve, squares=reading.squares)
         except RecordingError:
             found[name] = math.nan
     return found
 
 
 # ---- plan --------------------------------------------------------------------------
-
-RUN_SCHEMA: Final = "sagnac.reproduction-run/3"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -207,7 +200,8 @@ class Run:
     @property
     def key(self) -> str:
         """Name and a digest of everything the result depends on."""
-        what = json.dumps({"schema": RUN_SCHEMA, "version": __version__, **asdict(self)})
+        schema = "sagnac.reproduction-run/3"
+        what = json.dumps({"schema": schema, "version": __version__, **asdict(self)})
         return f"{self.name}-{hashlib.sha256(what.encode()).hexdigest()[:12]}"
 
 
@@ -241,12 +235,14 @@ def _runs_of_table(table: Table, scope: Scope) -> list[Run]:
         own = Run(name=cell_name(table, rate, day), config=config, gyros=PAIR, method="fos")
         # At rest the paper removes nothing.
         method: Method = "fos-paper" if rate > 0.0 else "none"
-        name = cell_name(table, rate, day, "paper")
-        published_run = replace(own, name=name, method=method, by_curve=True)
-        runs += [own, published_run]
+        paper = replace(
+            own, name=cell_name(table, rate, day, "paper"), method=method, by_curve=True
+        )
+        runs += [own, paper]
         if rate > 0.0:
-            name = cell_name(table, rate, day, "printed")
-            runs.append(replace(published_run, name=name, as_printed=True))
+            runs.append(
+                replace(paper, name=cell_name(table, rate, day, "printed"), as_printed=True)
+            )
         if (table, rate) == ("table2", 40.0):
             long = replace(config, duration_s=scope.figure_duration_s)
             runs.append(Run(name=f"figure2-day{day}", config=long, gyros=PAIR, method="fris"))
@@ -344,7 +340,6 @@ def predicted_angle_random_walk(
     quantum = _mean(config.gyro.arw_deg_per_sqrt_h) * DEGREE_PER_ROOT_HOUR
     step = _mean(config.gyro.quantization_step_arcsec) * ARCSECOND
     laser = _laser_noise(speeds, config)
-    lock_in = np.sqrt(np.maximum(laser**2 - quantum**2, 0.0))
     first, second = config.platform.shares[_PLACES].tolist()
     mismatch = abs(first - second)
     # The encoder's white error of angle, of its steps and of when it is read.
@@ -353,7 +348,7 @@ def predicted_angle_random_walk(
     return Prediction(
         rates=speeds,
         quantum=np.full(speeds.size, quantum),
-        lock_in=lock_in,
+        lock_in=np.sqrt(np.maximum(laser**2 - quantum**2, 0.0)),
         encoder=encoder,
         jitter=np.full(speeds.size, _jitter(config, mismatch)),
         total=laser,

@@ -258,7 +258,10 @@ def reproduce(
     )
 
 
-def _by_recording(runs: Iterable[Run]) -> list[tuple[Run, ...]]:
+Runs = tuple[Run, ...]
+
+
+def _by_recording(runs: Iterable[Run]) -> list[Runs]:
     """Runs of one recording together, in the order of the first of each."""
     together: dict[RigConfig, list[Run]] = {}
     for run in runs:
@@ -266,9 +269,7 @@ def _by_recording(runs: Iterable[Run]) -> list[tuple[Run, ...]]:
     return [tuple(own) for own in together.values()]
 
 
-def _made(
-    recordings: Sequence[tuple[Run, ...]], store: Path, means: Means | None
-) -> Iterator[Outcome]:
+def _made(recordings: Sequence[Runs], store: Path, means: Means | None) -> Iterator[Outcome]:
     """Outcomes of all runs, as they come."""
     if means is None:
         for runs in recordings:
@@ -285,11 +286,11 @@ def _made(
                 raise RecordingError(why, path=str(store), remedy=remedy) from None
 
 
-def _all_of_recording(runs: tuple[Run, ...], store: Path) -> list[Outcome]:
+def _all_of_recording(runs: Runs, store: Path) -> list[Outcome]:
     return list(_of_recording(runs, store))
 
 
-def _of_recording(runs: tuple[Run, ...], store: Path) -> Iterator[Outcome]:
+def _of_recording(runs: Runs, store: Path) -> Iterator[Outcome]:
     """Outcomes of runs of one recording, each kept as soon as it is there."""
     simulation = simulate(runs[0].config)
     for run in runs:

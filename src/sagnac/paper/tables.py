@@ -127,9 +127,8 @@ def rms(values: Iterable[float]) -> float:
 def spread(values: Sequence[float]) -> str:
     """Smallest and largest of those that are finite, once if they are the same."""
     found = [value for value in values if math.isfinite(value)]
-    if not found:
-        return "–"
-    return " … ".join(number(value) for value in sorted({min(found), max(found)}))
+    ends = sorted({min(found), max(found)}) if found else []
+    return " … ".join(map(number, ends)) or "–"
 
 
 def intervals_of(reproduction: Reproduction, trial: str) -> list[Outcome]:
@@ -207,11 +206,9 @@ def figures_of(reproduction: Reproduction) -> dict[str, Figure]:
     }
     styles = ((BLUE, "o"), (GREEN, "D"), (ORANGE, "^"))
     of_figure_3: Styled = {
-        f"every {one.run.interval_s:g} s": (
-            one, {"color": color, "marker": marker, "linewidth": 0.9}
-        )
-        for one, (color, marker) in zip(curves["figure3"], styles, strict=True)
-    }  # fmt: skip
+        f"every {one.run.interval_s:g} s": (one, {"color": color, "marker": mark, "linewidth": 0.9})
+        for one, (color, mark) in zip(curves["figure3"], styles, strict=True)
+    }
     return {
         "figure1": frames_figure(),
         "figure2": _curves_figure(of_figure_2, "x − z per gyro", truth=fos),
@@ -376,34 +373,28 @@ def _trials(reproduction: Reproduction) -> str:
 
 
 def _curves(outcomes: list[Outcome]) -> str:
-    names = ("tau", "deviation", "low", "high")
-    return _csv(
-        {
-            "run": outcome.run.name,
-            "tau[s]": cell(tau),
-            "deviation[deg/h]": cell(deviation),
-            "low[deg/h]": cell(low),
-            "high[deg/h]": cell(high),
-            "truth[deg/h]": cell(float(white_deviation(outcome.truth_deg_per_sqrt_h, tau))),
-        }
-        for outcome in outcomes
-        for tau, deviation, low, high in zip(*(outcome.curve[name] for name in names), strict=True)
+    rows: list[list[str]] = []
+    for outcome in outcomes:
+        tau, *ends = (outcome.curve[name] for name in ("tau", "deviation", "low", "high"))
+        truth = white_deviation(outcome.truth_deg_per_sqrt_h, tau).tolist()
+        points = zip(tau, *ends, truth, strict=True)
+        rows += [[outcome.run.name, *map(cell, point)] for point in points]
+    header = (
+        "run",
+        "tau[s]",
+        *(f"{name}[deg/h]" for name in ("deviation", "low", "high", "truth")),
     )
+    return csv_text(header, rows)
 
 
 def _table_rate(reproduction: Reproduction) -> str:
     prediction = reproduction.prediction
-    return columns_text(
-        {
-            "table_rate[deg/s]": prediction.rates / DEGREE,
-            f"total{_UNIT}": prediction.total / DEGREE_PER_ROOT_HOUR,
-            f"quantum{_UNIT}": prediction.quantum / DEGREE_PER_ROOT_HOUR,
-            f"lock_in{_UNIT}": prediction.lock_in / DEGREE_PER_ROOT_HOUR,
-            "quantization[arcsec]": prediction.quantization / ARCSECOND,
-            "encoder[arcsec]": prediction.encoder / ARCSECOND,
-            "jitter[arcsec]": prediction.jitter / ARCSECOND,
-        }
-    )
+    columns = {"table_rate[deg/s]": prediction.rates / DEGREE}
+    for name in ("total", "quantum", "lock_in"):
+        columns[f"{name}{_UNIT}"] = getattr(prediction, name) / DEGREE_PER_ROOT_HOUR
+    for name in ("quantization", "encoder", "jitter"):
+        columns[f"{name}[arcsec]"] = getattr(prediction, name) / ARCSECOND
+    return columns_text(columns)
 
 
 def _estimate(outcome: Outcome) -> dict[str, str]:

@@ -54,8 +54,7 @@ def least_squares(tau: ArrayLike, deviation: ArrayLike, form: Form) -> float:
         rad/sqrt(s); of a coefficient below zero, minus the root of its size.
     """
     of_variance, relative = form.startswith("variance"), "relative" in form
-    times = np.asarray(tau, dtype=np.float64)
-    sizes = np.asarray(deviation, dtype=np.float64)
+    times, sizes = np.asarray(tau, dtype=np.float64), np.asarray(deviation, dtype=np.float64)
     observed = sizes**2 if of_variance else sizes
     # Powers of tau in the variance, Eq. 3, or in the deviation.
     basis = times[:, np.newaxis] ** (np.arange(-2.0, 3.0) * (1.0 if of_variance else 0.5))
@@ -109,10 +108,13 @@ def trials(duration_s: float = 7200.0) -> tuple[Trial, ...]:
     )
     white = "angle random walk and readout alone: what five terms on few points do"
     folding = "lines above 0.5 Hz alone, ten times the preset: what folding does"
-    drifting = (
-        "no lines; warming by 5 K at 0.004 °/h/K, rate random walk 0.01 °/h/√h, bias "
-        "instability 0.001 °/h: drift without temperature control"
+    walks = "rate random walk 0.01 °/h/√h, bias instability 0.001 °/h"
+    drift = f"no lines; warming by 5 K at 0.004 °/h/K, {walks}: drift without temperature control"
+    tried = (
+        "of the periods from 15 to 150 s and amplitudes to 0.3″ that python -m benchmarks.figure_3"
     )
+    best = f"{tried} tries, the nearest to the paper by relative squares on the deviation"
+    by_relative_squares = f"one line of 0.039″, period 39.9 s: {best}"
     neighbour = "one line of 0.039″, period 38.7 s: its neighbour"
     nearest = "the nearest of them by plain squares on the deviation"
     by_plain_squares = f"one line of 0.026″, period 36.6 s: {nearest}"
@@ -122,16 +124,10 @@ def trials(duration_s: float = 7200.0) -> tuple[Trial, ...]:
         Trial("as-simulated", "the preset as it is, nothing removed", base),
         Trial("white", white, quiet),
         Trial("aliasing", folding, with_time_lines(base, fast)),
-        Trial("warm-up", drifting, replace(quiet, gyro=warm)),
+        Trial("warm-up", drift, replace(quiet, gyro=warm)),
         Trial("rate", rates, quiet, preparation="rate"),
         Trial("slow-line", "the preset's line at 0.0137 Hz alone", with_time_lines(base, slow)),
-        Trial(
-            NEAREST_TRIAL,
-            "one line of 0.039″, period 39.9 s: of the periods from 15 to 150 s and amplitudes "
-            "to 0.3″ that python -m benchmarks.figure_3 tries, the nearest to the paper by "
-            "relative squares on the deviation",
-            with_line_in_z(base, 1.0 / 39.9, 0.0387),
-        ),
+        Trial(NEAREST_TRIAL, by_relative_squares, with_line_in_z(base, 1.0 / 39.9, 0.0387)),
         Trial("slow-39s", neighbour, with_line_in_z(base, 1.0 / 38.71, 0.0389)),
         Trial("slow-37s", by_plain_squares, with_line_in_z(base, 1.0 / 36.6, 0.0257)),
         Trial("removed", removed, base, method="fos"),

@@ -23,7 +23,6 @@ from sagnac.report.sections import rendered
 
 ARCMINUTE: Final = 60.0 * ARCSECOND
 SCHEMA: Final = "sagnac.alignment/1"
-_SHORTEST_S: Final = 10.0
 _SHARE: Final = 0.9  # of a prior in an answer, from which on nothing else was found
 
 
@@ -39,7 +38,7 @@ def compass_figure(noise: GyroNoise, *, latitude: float, confidence: float) -> F
     confidence
         Of the interval.
     """
-    times = np.geomspace(_SHORTEST_S, HOUR, 181)
+    times = np.geomspace(10.0, HOUR, 181)
     compass = azimuth_error(noise, latitude=latitude, times=times, confidence=confidence)
     flicker = noise.bounds.get("bias_instability", 0.0)
     highest = GyroNoise(angle_random_walk=0.0, bias_instability=flicker)

@@ -13,8 +13,7 @@ from sagnac.analysis.result import Analysis
 from sagnac.analysis.spectra import Spectrum
 from sagnac.core.units import DEGREE_PER_HOUR_PER_ROOT_HERTZ, SENSED, UNITS
 from sagnac.lines.model import Line, Scale
-from sagnac.noise.cross_spectra import SelfNoise
-from sagnac.noise.laws import SYMBOLS
+from sagnac.noise import cross_spectra, laws
 from sagnac.report import frame
 
 # ---- lines -------------------------------------------------------------------------
@@ -129,19 +128,14 @@ def spectrum(analysis: Analysis, ax: Axes | None = None) -> Axes:
     >>> axes.get_ylabel()
     'rate noise density, x (°/h/√Hz)'
     """
-    axes = frame.axes_of(ax, analysis)
-    unit = frame.rate_unit(analysis)
+    axes, unit = frame.axes_of(ax, analysis), frame.rate_unit(analysis)
     shown = (analysis.spectrum_before, analysis.spectrum)
     before, after = (_drawn_bins(one, unit.size) for one in shown)
     if frame.removed(analysis):
-        axes.plot(
-            before.frequency, before.density, color=frame.QUIET, linewidth=0.8,
-            label="before removal",
-        )  # fmt: skip
-    axes.plot(
-        after.frequency, after.density, color=frame.next_color(axes), linewidth=0.8, alpha=0.7,
-        label=frame.after_removal(analysis),
-    )  # fmt: skip
+        label = "before removal"
+        axes.plot(before.frequency, before.density, color=frame.QUIET, linewidth=0.8, label=label)
+    color, label = frame.next_color(axes), frame.after_removal(analysis)
+    axes.plot(after.frequency, after.density, color=color, linewidth=0.8, alpha=0.7, label=label)
     of = f"{SENSED[analysis.sensor].rate} noise density, {frame.channel_of(analysis)}"
     frame.logarithmic(axes, "frequency (Hz)", f"{of} ({unit.symbol}/√Hz)")
     if not after.frequency.size:
@@ -158,7 +152,7 @@ def spectrum(analysis: Analysis, ax: Axes | None = None) -> Axes:
     return axes
 
 
-def self_noise(found: SelfNoise, ax: Axes | None = None) -> Axes:
+def self_noise(found: cross_spectra.SelfNoise, ax: Axes | None = None) -> Axes:
     """Noise of each gyro alone with its interval, and what all share (°/h/√Hz).
 
     Parameters
@@ -184,7 +178,7 @@ def self_noise(found: SelfNoise, ax: Axes | None = None) -> Axes:
     >>> axes.get_ylabel()
     'rate noise density of each alone (°/h/√Hz)'
     """
-    axes = frame.axes_of(ax, found, SelfNoise, name="found")
+    axes = frame.axes_of(ax, found, cross_spectra.SelfNoise, name="found")
     frequency, unit = found.frequency, DEGREE_PER_HOUR_PER_ROOT_HERTZ
     axes.plot(frequency, np.sqrt(found.motion) / unit, color=frame.QUIET, label="what all share")
     colors = cycle((frame.BLUE, frame.ORANGE, frame.GREEN, frame.INK))
@@ -207,22 +201,24 @@ def _rested_on(axes: Axes, analysis: Analysis) -> None:
     low, high = max(choice.band_hz[0], lowest), min(choice.band_hz[1], highest)
     if not low < high:
         return
-    whose = "average" if choice.member == "both" else "answer"
-    label = f"band of the {whose}"
+    label = f"band of the {'average' if choice.member == 'both' else 'answer'}"
     axes.axvspan(low, high, color=frame.ORANGE, alpha=0.08, linewidth=0, label=label)
-    frequency = np.geomspace(low, min(high, 0.5 / choice.law.interval), 200)
-    unit = frame.rate_unit(analysis).size
-    root = np.sqrt(choice.law.density(frequency)) / unit
-    letters = ", ".join(SYMBOLS[name] for name in choice.terms)
-    other = choice.law.slow.in_words()
-    label = letters + f" ({other})" * bool(other) + " behind a low-pass" * any(choice.law.falls)
-    frame.model(axes, frequency, root, color=frame.ORANGE, linewidth=1.3, label=label)
-    for alone in np.diag(choice.law.squares):
-        if alone.any() and len(choice.terms) > 1:
-            term = np.sqrt(replace(choice.law, squares=tuple(alone)).density(frequency)) / unit
-            frame.model(
-                axes, frequency, term, color=frame.ORANGE, linewidth=0.7, linestyle=frame.DOTTED
-            )
+    unit, law = frame.rate_unit(analysis).size, choice.law
+    at = np.geomspace(low, min(high, 0.5 / law.interval), 200)
+    # Those that the law holds, which need not be the terms of the heaviest model.
+    terms = {
+        laws.SYMBOLS[name]: alone
+        for name, alone in zip(laws.STOCHASTIC_NAMES, np.diag(law.squares), strict=True)
+        if alone.any()
+    }
+    other = law.slow.in_words()
+    label = ", ".join(terms) + f" ({other})" * bool(other)
+    label += " behind a low-pass" * any(law.falls)
+    root = np.sqrt(law.density(at)) / unit
+    frame.model(axes, at, root, color=frame.ORANGE, linewidth=1.3, label=label)
+    for alone in terms.values() if len(terms) > 1 else ():
+        root = np.sqrt(replace(law, squares=tuple(alone)).density(at)) / unit
+        frame.model(axes, at, root, color=frame.ORANGE, linewidth=0.7, linestyle=frame.DOTTED)
 
 
 def _mark_lines(axes: Axes, analysis: Analysis) -> None:
@@ -256,8 +252,7 @@ def _mark_lines(axes: Axes, analysis: Analysis) -> None:
 def _drawn_bins(measured: Spectrum, unit: float) -> Spectrum:
     """Root density in a unit, lowest and highest of each log-spaced bin: no peak is lost."""
     keep = (measured.frequency > 0.0) & (measured.density > 0.0)
-    frequency = measured.frequency[keep]
-    level = np.sqrt(measured.density[keep]) / unit
+    frequency, level = measured.frequency[keep], np.sqrt(measured.density[keep]) / unit
     if frequency.size <= _DRAWN_BINS:
         return Spectrum(frequency=frequency, density=level)
     edges = np.geomspace(frequency[0], frequency[-1] * (1.0 + 1e-12), _DRAWN_BINS // 2 + 1)

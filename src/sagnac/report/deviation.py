@@ -2,8 +2,7 @@
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
-from typing import Final
+from typing import Final, NamedTuple
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -20,7 +19,6 @@ from sagnac.stability.curve import StabilityCurve
 
 # How the Allan deviation of each term rises with tau on a log-log plot.
 _SLOPES: Final = dict(zip(COEFFICIENT_NAMES, ("−1", "−½", "0", "+½", "+1"), strict=True))
-_ROOM_FOR_LABEL: Final = 75.0  # points
 # Name of the drawn sum, by the member of the average that gives the answer.
 _NAMES: Final = {"average": "average", "both": "N of the likelihood", "whole band": "likelihood"}
 # Label of the axis of deviations before the channel, and the units behind it.
@@ -71,21 +69,16 @@ def stability(result: Analysis | StabilityCurve, ax: Axes | None = None) -> Axes
         _limits(axes, result.tau, result.deviation, result.low)
         _points(axes, result, 1.0, label=result.estimator)
     elif result.gyros or axes.collections:
-        _name_first(axes)
+        # The curve of an analysis that stood alone is called by its channel, as others join it.
+        for line in axes.get_lines():
+            if line.get_label() in frame.STATES:
+                line.set_label(axes.get_ylabel().removeprefix(_OF_CHANNEL).rpartition(" (")[0])
         for analysis in result.each:
             _draw_over(axes, analysis)
     else:
         _draw_curves(axes, result)
     axes.legend()
     return axes
-
-
-def _name_first(axes: Axes) -> None:
-    """The curve of an analysis that stood alone is called by its channel, as others join it."""
-    name = axes.get_ylabel().removeprefix(_OF_CHANNEL).rpartition(" (")[0]
-    for line in axes.get_lines():
-        if line.get_label() in frame.STATES:
-            line.set_label(name)
 
 
 def _draw_over(axes: Axes, analysis: Analysis) -> None:
@@ -151,8 +144,7 @@ def _limits(axes: Axes, tau: FloatArray, *deviations: FloatArray) -> None:
         axes.set_ylim(0.6 * up.min(), 1.7 * up.max())
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class _Drawn:
+class _Drawn(NamedTuple):
     """Terms of the answer that are drawn, in the unit of rates, and from which time on, s."""
 
     name: str
@@ -204,7 +196,8 @@ def _below(axes: Axes, tau: FloatArray, level: FloatArray, text: str) -> None:
         return
     points = axes.transData.transform(np.stack([tau, level], axis=1))
     run, rise = points[-1] - points[0]
-    if math.hypot(run, rise) < _ROOM_FOR_LABEL * axes.figure.dpi / 72.0:
+    # A label takes 75 points.
+    if math.hypot(run, rise) < 75.0 * axes.figure.dpi / 72.0:
         return
     middle, slope = tau.size // 2, math.degrees(math.atan2(rise, run))
     axes.annotate(
@@ -215,9 +208,6 @@ def _below(axes: Axes, tau: FloatArray, level: FloatArray, text: str) -> None:
 
 
 # ---- against time and table angle ------------------------------------------------------
-
-# Recordings longer than this are drawn in hours, s.
-_LONG_S: Final = 7_000.0
 
 
 def parts(analysis: Analysis, ax: Axes | None = None) -> Axes:
@@ -245,18 +235,13 @@ def parts(analysis: Analysis, ax: Axes | None = None) -> Axes:
     >>> axes.get_ylabel()
     'N, x (°/√h)'
     """
-    axes = frame.axes_of(ax, analysis)
-    answer = analysis.angle_random_walk
+    axes, answer = frame.axes_of(ax, analysis), analysis.angle_random_walk
     unit = field_unit("angle_random_walk", analysis.sensor)
     if answer.status == "estimated":
-        shown = answer.to(unit.name)
+        own, name = answer.to(unit.name), "the answer"
         interval = f"its {100 * answer.confidence:g} % interval"
-        axes.axhline(
-            shown.value, color=frame.INK, linewidth=0.9, linestyle=frame.DASHED, label="the answer"
-        )
-        axes.axhspan(
-            shown.low, shown.high, color=frame.QUIET, alpha=0.25, linewidth=0, label=interval
-        )
+        axes.axhline(own.value, color=frame.INK, linewidth=0.9, linestyle=frame.DASHED, label=name)
+        axes.axhspan(own.low, own.high, color=frame.QUIET, alpha=0.25, linewidth=0, label=interval)
     seen = [part for part in analysis.parts if part.shows]
     for number, part in enumerate(seen):
         middle, half = 0.5 * (part.start_s + part.stop_s), 0.5 * (part.stop_s - part.start_s)
@@ -300,7 +285,8 @@ def residual(analysis: Analysis, ax: Axes | None = None) -> Axes:
     'left (°/h)'
     """
     axes, kept, unit = frame.axes_of(ax, analysis), _residual(analysis), frame.rate_unit(analysis)
-    long = float(kept.time[-1]) > _LONG_S
+    # Recordings longer than two hours or so are drawn in hours.
+    long = float(kept.time[-1]) > 7_000.0
     axes.plot(kept.time / (3600.0 if long else 1.0), kept.rate / unit.size, color=frame.BLUE)
     axes.set(xlabel=f"time ({'h' if long else 's'})", ylabel=f"left ({unit.symbol})")
     return axes

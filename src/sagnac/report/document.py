@@ -24,10 +24,9 @@ from sagnac.core.errors import ArgumentError, Note, RecordingError, path_of
 from sagnac.core.units import Sensor, Unit
 from sagnac.core.version import __version__
 from sagnac.lines.model import Line
-from sagnac.noise.cross_spectra import SelfNoise
+from sagnac.noise import cross_spectra, model_average
 from sagnac.noise.estimates import Estimate, Fit
 from sagnac.noise.laws import COEFFICIENT_NAMES, CoefficientName
-from sagnac.noise.model_average import ModelChoice
 from sagnac.report import error_text, findings_data, note_text, sections, tables
 from sagnac.report.quantities import curve_columns, curve_unit, shown_density
 from sagnac.stability.curve import StabilityCurve
@@ -136,7 +135,7 @@ def comparison_document(analyses: Mapping[str, Analysis], refused: Refused) -> d
     return {**head, "methods": methods, "refused": dict(refused)}
 
 
-def self_noise_data(found: SelfNoise) -> dict[str, Any]:
+def self_noise_data(found: cross_spectra.SelfNoise) -> dict[str, Any]:
     """Self-noise of several gyros, in the field's units; what cannot be told is None."""
     size = units.DEGREE_PER_HOUR**2
     gyros: dict[str, dict[str, Any]] = {}
@@ -370,12 +369,12 @@ def _covariance(stated: Document | None) -> result.Covariance | None:
     return result.Covariance(names=tuple(stated["names"]), matrix=matrix)
 
 
-def _average(stated: Document) -> ModelChoice | None:
+def _average(stated: Document) -> model_average.ModelChoice | None:
     if "band_hz" not in stated:
         return None
     low, high = map(_number, stated["band_hz"])
     others = {name: stated[name] for name in ("share", "member", "slow_terms") if name in stated}
-    return ModelChoice(band_hz=(low, high), terms=tuple(stated["terms"]), **others)
+    return model_average.ModelChoice(band_hz=(low, high), terms=tuple(stated["terms"]), **others)
 
 
 def _part(stated: Document) -> result.Part:
@@ -409,14 +408,13 @@ def _curve(stated: Document, sensor: Sensor, document: Document) -> StabilityCur
     """A curve, per gyro. Terms and noise types are 0 if an older document does not state them."""
     size = units.UNITS[stated.get("unit", units.SENSED[sensor].rate_unit)].size
     tau = _numbers(stated["tau_s"])
-    counts = {name: np.array(stated.get(name, [0] * tau.size), np.int64) for name in _COUNTS}
     return StabilityCurve(
         tau=tau,
         deviation=_numbers(stated[_DEVIATION if _DEVIATION in stated else "deviation"], size),
         edf=_numbers(stated.get("edf", [None] * tau.size)),
         low=_numbers(stated["low"], size),
         high=_numbers(stated["high"], size),
-        **counts,
+        **{name: np.array(stated.get(name, [0] * tau.size), np.int64) for name in _COUNTS},
         estimator=stated.get("estimator", "oadev"),
         kind="angle",
         sample_rate=document["input"]["sample_rate_hz"],
@@ -428,8 +426,6 @@ def _curve(stated: Document, sensor: Sensor, document: Document) -> StabilityCur
 
 def _notes(document: Document) -> tuple[Note, ...]:
     """Notes by their texts; those that are findings have their names again."""
-    found = {
-        f"{one['channel']}: {one['text']}" if one["channel"] else one["text"]: Note(**one)
-        for one in document.get("findings", ())
-    }
-    return tuple(found.get(text, Note(text=text)) for text in document["notes"])
+    findings = [Note(**one) for one in document.get("findings", ())]
+    named = {f"{one.channel}: {one.text}" if one.channel else one.text: one for one in findings}
+    return tuple(named.get(text, Note(text=text)) for text in document["notes"])

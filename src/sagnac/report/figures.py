@@ -35,7 +35,6 @@ _STYLE_FILE: Final = Path(__file__).with_name("report.mplstyle")
 STYLE: Final = mpl.rc_params_from_file(_STYLE_FILE, use_default_template=False)
 _SIZE: Final = (6.6, 4.5)
 _FRAME: Final = {"left": 0.115, "right": 0.975, "bottom": 0.115}
-_LEGEND_ROW: Final = 0.165  # inches
 _ABOVE: Final = 0.09  # inches above a plot or its legend
 _POWER: Final = re.compile(r"\$\\mathdefault\{(.*?)(?:\\times)?10\^\{(.*?)\}\}\$")
 _RAISED: Final = str.maketrans("-−0123456789", "⁻⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
@@ -122,7 +121,8 @@ def legend_above(axes: Axes, columns: int) -> None:
     rows = -(-len(axes.get_legend_handles_labels()[0]) // columns)
     figure = axes.get_figure(root=True)
     assert figure is not None
-    figure.subplots_adjust(top=1.0 - (_ABOVE + rows * _LEGEND_ROW) / figure.get_figheight())
+    # A row of the legend takes 0.165 inches.
+    figure.subplots_adjust(top=1.0 - (_ABOVE + rows * 0.165) / figure.get_figheight())
     axes.legend(
         loc="lower left",
         bbox_to_anchor=(-0.02, 0.995),
@@ -142,8 +142,6 @@ _METHOD_STYLES: Final = {
     "none": (frame.QUIET, "s"), "fris": (frame.ORANGE, "^"), "fos-paper": (frame.GREEN, "D"),
     "fos-korenberg": (frame.INK, "v"), "fos": (frame.BLUE, "o"),
 }  # fmt: skip
-
-_HUNDREDTHS: Final = re.compile(r"(?<=\.\d{2})\d+")
 
 
 def report_figures(analysis: Analysis) -> dict[str, Figure]:
@@ -234,9 +232,6 @@ def curves_figure(analyses: Sequence[Analysis]) -> Figure:
     return figure
 
 
-DOTS: Final = 200  # to the inch, of a PNG
-
-
 def svg(figure: Figure, name: str, description: str) -> Markup:
     """The figure as an ``<svg>`` element to stand inside a page.
 
@@ -263,7 +258,7 @@ def svg(figure: Figure, name: str, description: str) -> Markup:
         drawing = drawing.replace(mark, f"{mark}{before}-")
     # A hundredth of a point is finer than any printer; glyphs (in font units) stay as they are.
     outline = re.compile(r'(?<= d=")M [^"]*(?=")')
-    drawing = outline.sub(lambda path: _HUNDREDTHS.sub("", path.group()), drawing)
+    drawing = outline.sub(lambda path: re.sub(r"(?<=\.\d{2})\d+", "", path.group()), drawing)
     view = re.findall(r'viewBox="[^"]*"', drawing)[0]
     label = f'role="img" aria-label="{escape(description)}"'
     head = f'<svg xmlns:xlink="http://www.w3.org/1999/xlink" {view} {label}>'
@@ -279,10 +274,9 @@ def write_png(figure: Figure, path: Path) -> None:
         If the folder cannot be written to.
     """
     with mpl.rc_context(STYLE), replacing(path) as temporary:
-        figure.dpi = DOTS
+        figure.dpi = 200
         fast = {"compress_level": 1}
-        canvas = FigureCanvasAgg(figure)
-        canvas.print_png(temporary, metadata={"Software": None}, pil_kwargs=fast)
+        FigureCanvasAgg(figure).print_png(temporary, metadata={"Software": None}, pil_kwargs=fast)
 
 
 def _short_answer(analysis: Analysis) -> str:
@@ -290,8 +284,7 @@ def _short_answer(analysis: Analysis) -> str:
     if shown.status == "not observable":
         return "N not observable"
     relation = "=" if shown.status == "estimated" else "<"
-    width = 0.5 * (shown.high - shown.low)
-    return f"N {relation} {number(shown.value, width)} °/√h"
+    return f"N {relation} {number(shown.value, 0.5 * (shown.high - shown.low))} °/√h"
 
 
 # ---- frames figure -----------------------------------------------------------------
@@ -301,7 +294,6 @@ _AZIMUTH: Final = -62.0 * DEGREE
 _HEIGHT: Final = 24.0 * DEGREE
 _TURNED: Final = 38.0 * DEGREE  # of the table since the null indicator
 _HEADING: Final = 25.0 * DEGREE  # of the null indicator from north
-_LENGTH: Final = 1.15
 _INNER: Final = 0.92  # radius of the inner circle, of the rim's
 
 
@@ -321,7 +313,7 @@ def frames_figure() -> Figure:
             (gyros, frame.BLUE, "-", ("$x_s$", "$y_s$", "$z_s$")),
         ):
             arrow = {"arrowstyle": "-|>", "color": color, "linestyle": style, "linewidth": 1.1}
-            for (across, up), name in zip(seen(_LENGTH * rows), names, strict=True):
+            for (across, up), name in zip(seen(1.15 * rows), names, strict=True):
                 axes.annotate("", (across, up), (0.0, 0.0), arrowprops=arrow)
                 side = "left" if across > 0.9 else "center"
                 axes.annotate(name, (1.09 * across, 1.09 * up), color=color, ha=side, va="center")

@@ -30,7 +30,6 @@ from sagnac.report import figures, sections, tables
 from sagnac.report.alignment import compass_figure
 from sagnac.report.quantities import FIT_TITLES, subject
 from sagnac.report.sections import TitleBlock, rendered, write_pdf
-from sagnac.report.tables import folder_name
 from sagnac.report.text import methods_by_gyro
 
 # Figures of a report in words.
@@ -40,10 +39,6 @@ _PICTURES: Final = {
     "parts": "Angle random walk over parts of the recording, against time",
     "residual": "What removal leaves, against time and table angle",
 }
-# Those that are files beside the page, too.
-_FILES: Final = ("stability", "spectrum", "parts")
-# Latitude of the figure on heading.
-_LATITUDE: Final = 45.0 * DEGREE
 # Title of the coefficients by the member of the average that the answer is of. A fit whose
 # interval is the answer's as well stands as itself.
 _ANSWERS: Final = {
@@ -56,10 +51,8 @@ _ANSWERS: Final = {
 def _rendered(template: str, analysis: Analysis, block: TitleBlock, **facts: Any) -> str:
     """A page on an analysis."""
     facts |= sections.cited(rendered("methods.txt", analysis=analysis))
-    verdict, forces = verdict_of(analysis), _forces(analysis)
-    return rendered(
-        template, analysis=analysis, block=block, verdict=verdict, forces=forces, **facts
-    )
+    facts |= {"verdict": verdict_of(analysis), "forces": _forces(analysis)}
+    return rendered(template, analysis=analysis, block=block, **facts)
 
 
 def write_page(analysis: Analysis, path: Path) -> None:
@@ -112,15 +105,12 @@ def page(
             columns=[(name, result.answer_coefficients(one), False) for name, one in each],
             settings=settings,
         )
-    pictures = {
-        name: figures.svg(drawn[name], name, said) if name in drawn else None
-        for name, said in _PICTURES.items()
-    }
+    pictures = {name: figures.svg(one, name, _PICTURES[name]) for name, one in drawn.items()}
     return _rendered(
         "report.html",
         analysis,
         heading,
-        **pictures,
+        **{name: pictures.get(name) for name in _PICTURES},
         title=heading.title or f"Angle random walk, {subject(analysis)}",
         fit=_fit_title(analysis),
         columns=_fits(analysis),
@@ -197,7 +187,7 @@ def _azimuth(analysis: Analysis, document: Mapping[str, Any] | None) -> Markup |
     if analysis.angle_random_walk.status == "not observable":
         return None
     noise = GyroNoise.from_document(document or documents.analysis_document(analysis))
-    figure = compass_figure(noise, latitude=_LATITUDE, confidence=analysis.settings.confidence)
+    figure = compass_figure(noise, latitude=45.0 * DEGREE, confidence=analysis.settings.confidence)
     return figures.svg(figure, "azimuth", "Azimuth error of a gyrocompass against time")
 
 
@@ -294,7 +284,7 @@ def write_report(
     if block is not None:
         require_type("block", block, TitleBlock, "give a sagnac.report.sections.TitleBlock")
     folder = path_of("folder", folder)
-    for place in (folder, *(folder / folder_name(name) for name in analysis.gyros)):
+    for place in (folder, *(folder / tables.folder_name(name) for name in analysis.gyros)):
         require_free(outputs_in(place, "report"), force=force)
     stated = documents.analysis_document(analysis)
     # All of it or nothing: new figures beside an old document would be believed.
@@ -311,7 +301,7 @@ def _earlier_report(folder: Path) -> list[Path]:
     if not files:
         return []
     for name, stated in (_read(outputs.mark).get("gyros") or {}).items():
-        own = outputs_in(folder / folder_name(name), "report")
+        own = outputs_in(folder / tables.folder_name(name), "report")
         # Another run may have written there since.
         if _read(own.mark) == stated:
             files += earlier_files(own)
@@ -358,12 +348,13 @@ def _write(analysis: Analysis, folder: Path, stated: dict[str, Any], **how: Any)
     began = time.perf_counter()
     shown = analysis if how["with_forces"] else replace(analysis, accelerometers={})
     top = {"block": how["block"], "settings": how["settings"]}
-    places = {name: folder_name(name) for name in analysis.gyros}
+    places = {name: tables.folder_name(name) for name in analysis.gyros}
     links = {name: f"{quote(place)}/report.html" for name, place in places.items()}
     drawn = figures.report_figures(analysis)
     html = page(shown, drawn=drawn, document=stated, links=links, **top)
     texts = {} if places else tables.csv_files(analysis)
-    pngs = {f"{name}.png": drawn[name] for name in _FILES if name in drawn}
+    # The residual stands on the page alone.
+    pngs = {f"{name}.png": figure for name, figure in drawn.items() if name != "residual"}
     for png, figure in pngs.items():
         figures.write_png(figure, folder / png)
     if how["settings"]:

@@ -18,8 +18,7 @@ from sagnac.spectrum.power_laws import running_median
 from sagnac.stability import Estimator
 from sagnac.stability.curve import StabilityCurve
 
-_OF_GYROS: Final = SENSED["gyro"].titles
-TITLES: Final = {name: _OF_GYROS[name].capitalize() for name in COEFFICIENT_NAMES}
+TITLES: Final = {name: SENSED["gyro"].titles[name].capitalize() for name in COEFFICIENT_NAMES}
 FIT_TITLES: Final[Mapping[FitName, str]] = {
     "likelihood": "Likelihood on the spectrum",
     "weighted": "Weighted, non-negative",
@@ -48,9 +47,7 @@ def curve_columns(curve: StabilityCurve, unit: Unit | None = None) -> dict[str, 
 
 def decimals_for(width: float) -> int:
     """Decimal places that show two significant digits of `width` (negative left of the point)."""
-    if not math.isfinite(width) or width <= 0.0:
-        return 6
-    return 1 - math.floor(math.log10(width))
+    return 1 - math.floor(math.log10(width)) if 0.0 < width < math.inf else 6
 
 
 def number(value: float, width: float | None = None, *, plain: bool = False) -> str:
@@ -71,14 +68,12 @@ def number(value: float, width: float | None = None, *, plain: bool = False) -> 
         return "0"
     exponent = math.floor(math.log10(abs(value)))
     digits = 3
-    if width is not None and math.isfinite(width) and width > 0.0:
+    if width is not None and 0.0 < width < math.inf:
         digits = min(max(decimals_for(width) + exponent + 1, 1), 9)
     mantissa, _, power = f"{value:.{digits - 1}e}".partition("e")
     if -3 <= int(power) < 5:
         return f"{value:.{max(digits - 1 - int(power), 0)}f}"
-    if plain:
-        return f"{mantissa}e{power}"
-    return _raised(mantissa, power)
+    return f"{mantissa}e{power}" if plain else _raised(mantissa, power)
 
 
 def ending(text: str, most: int) -> str:
@@ -165,9 +160,7 @@ def sentence(estimate: Estimate, *, plain: bool = False) -> str:
 def subject(analysis: Analysis) -> str:
     """Subject of the figures, in words."""
     readable = analysis.channel.replace("-", " − ")
-    if analysis.is_pair:
-        return f"gyros {readable}, per gyro (N̄)"
-    return f"gyro {readable}"
+    return f"gyros {readable}, per gyro (N̄)" if analysis.is_pair else f"gyro {readable}"
 
 
 def worst_gyro(analysis: Analysis) -> str | None:
@@ -183,8 +176,7 @@ def kalman_figures(angle_random_walk: Estimate) -> tuple[tuple[str, str], ...]:
     """
     if angle_random_walk.status == "not observable":
         return ()
-    value = angle_random_walk.value
-    width = 0.5 * (angle_random_walk.high - angle_random_walk.low)
+    value, width = angle_random_walk.value, 0.5 * (angle_random_walk.high - angle_random_walk.low)
     units = (UNITS[name] for name in ("deg/sqrt(h)", "deg/h/sqrt(Hz)", "rad/sqrt(s)"))
     # One digit more than the interval asks: these are to be pasted and squared.
     sized = ((value / unit.size, 0.1 * width / unit.size, unit.symbol) for unit in units)
@@ -193,10 +185,8 @@ def kalman_figures(angle_random_walk: Estimate) -> tuple[tuple[str, str], ...]:
 
 def line_position(line: Line) -> str:
     """Where a line stands, with the digits its error leaves: ``order 12`` or ``50.0012 Hz``."""
-    if line.frequency_error > 0.0:
-        shown = number(line.frequency, line.frequency_error, plain=True)
-    else:
-        shown = f"{line.frequency:g}"
+    place, error = line.frequency, line.frequency_error
+    shown = number(place, error, plain=True) if error > 0.0 else f"{place:g}"
     return f"order {shown}" if line.scale == "angle" else f"{shown} Hz"
 
 

@@ -149,14 +149,12 @@ def verdict_data(verdict: Verdict) -> dict[str, Any]:
     }
 
 
-def overall_decision(
-    analyses: "Iterable[Analysis]", refused: Collection[str] = ()
-) -> Decision | None:
+def overall_decision(several: Iterable[Analysis], refused: Collection[str] = ()) -> Decision | None:
     """The decision on several analyses together; None if none has a specification.
 
     Recordings that were `refused` beside them are undecided: a limit is kept by all or not at all.
     """
-    found = [verdict.decision for each in analyses if (verdict := verdict_of(each)) is not None]
+    found = [verdict.decision for each in several if (verdict := verdict_of(each)) is not None]
     undecided: list[Decision] = ["undecided"] if refused else []
     return overall(found + undecided) if found else None
 
@@ -182,11 +180,10 @@ def gyro_text(judgement: Judgement) -> str:
 
 def _judgement(one: Judgement) -> dict[str, Any]:
     name, shown = one.limit.coefficient, one.estimate.in_field_unit()
-    unit = field_unit(name)
     return {
         "gyro": one.gyro,
         "coefficient": name,
-        "limit": one.limit.value / unit.size,
+        "limit": one.limit.value / field_unit(name).size,
         **{key: getattr(shown, key) for key in ("value", "low", "high", "unit", "status")},
         "confidence": one.estimate.confidence,
         "verdict": one.decision,

@@ -15,9 +15,6 @@ from sagnac.core.units import ARCSECOND, DEGREE, UNITS
 from sagnac.lines.model import Line
 from sagnac.report import quantities
 
-# A spreadsheet computes a cell that begins so.
-_FORMULA: Final = ("=", "+", "-", "@")
-
 
 def cell(value: float) -> str:
     """A number with nine significant digits; empty if there is none."""
@@ -47,7 +44,8 @@ def as_text(content: str) -> str:
     ('-1.5e-3', "'=1+1", 'x')
     """
     plain = one_line(content)
-    if not plain.startswith(_FORMULA):
+    # A spreadsheet computes a cell that begins so.
+    if not plain.startswith(("=", "+", "-", "@")):
         return plain
     try:
         float(plain)
@@ -67,9 +65,8 @@ def csv_files(analysis: Analysis) -> dict[str, str]:
 def stability_table(analysis: Analysis) -> str:
     """CSV of the curve, per gyro, after and before removal; units stand in the header."""
     units = {"tau": "[s]", **dict.fromkeys(("deviation", "low", "high"), "[deg/h]")}
-    curves = {"": analysis.curve, "before_": analysis.curve_before}
     columns = {}
-    for prefix, curve in curves.items():
+    for prefix, curve in {"": analysis.curve, "before_": analysis.curve_before}.items():
         for name, values in quantities.curve_columns(curve, UNITS["deg/h"]).items():
             columns[f"{prefix}{name}{units.get(name, '')}"] = values
     return columns_text(columns)
@@ -80,10 +77,8 @@ def family_table(analysis: Analysis) -> str:
     rows = []
     for curve in analysis.family:
         unit = quantities.curve_unit(curve.estimator)
-        rows += [
-            [curve.estimator, unit.name, *(cell(value) for value in row)]
-            for row in zip(*quantities.curve_columns(curve).values(), strict=True)
-        ]
+        for row in zip(*quantities.curve_columns(curve).values(), strict=True):
+            rows.append([curve.estimator, unit.name, *map(cell, row)])
     header = ("estimator", "unit", "tau[s]", "deviation", "low", "high", "edf", "terms")
     return csv_text((*header, "noise_type"), rows)
 
@@ -133,9 +128,6 @@ def line_table(analysis: Analysis) -> str:
 
 # ---- files -------------------------------------------------------------------------
 
-# Characters that a file system takes in a name, with room for what is put before it.
-_LONGEST_NAME: Final = 180
-
 
 def folder_name(name: str) -> str:
     """A file name for a channel, whatever its name is: it comes out of a file.
@@ -145,5 +137,6 @@ def folder_name(name: str) -> str:
     >>> folder_name("x"), folder_name("../../x"), folder_name("..")
     ('x', '..%2F..%2Fx', '%2E%2E')
     """
-    safe = quote(name, safe=" ")[:_LONGEST_NAME]
+    # Characters that a file system takes in a name, with room for what is put before it.
+    safe = quote(name, safe=" ")[:180]
     return safe if safe.strip(". ") else "".join(f"%{ord(mark):02X}" for mark in safe)

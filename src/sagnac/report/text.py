@@ -100,11 +100,9 @@ def refused(analysis: Analysis) -> str:
 
 def units(analysis: Analysis) -> str:
     """The coefficients of the answer's fit in every unit that they are written in."""
-    rows = [
-        (_titled(name)[0], *cells)
-        for name, estimate in headline_estimates(analysis).items()
-        for cells in quantities.unit_cells(estimate)
-    ]
+    rows: list[tuple[str, ...]] = []
+    for name, estimate in headline_estimates(analysis).items():
+        rows += [(_titled(name)[0], *cells) for cells in quantities.unit_cells(estimate)]
     return table(("coefficient", "value", "interval", "unit"), rows, right=(1,)) if rows else ""
 
 
@@ -122,8 +120,7 @@ def curve(of: StabilityCurve) -> str:
     """A stability curve per gyro."""
     unit, columns = quantities.curve_unit(of.estimator), quantities.curve_columns(of).values()
     rows = [tuple(f"{value:.4g}" for value in row) for row in zip(*columns, strict=True)]
-    deviation = f"{of.estimator} {unit.symbol}"
-    header = ("τ s", deviation, "low", "high", "edf", "terms", "noise f^")
+    header = ("τ s", f"{of.estimator} {unit.symbol}", "low", "high", "edf", "terms", "noise f^")
     return table(header, rows, right=range(len(columns)))
 
 
@@ -220,20 +217,18 @@ def seconds(analysis: Analysis) -> str:
     return textwrap.fill(said, 80, subsequent_indent="  ")
 
 
-def table(
-    header: Sequence[str], rows: Sequence[Sequence[str]], *, right: Sequence[int] = ()
-) -> str:
+def table(head: Sequence[str], rows: Sequence[Sequence[str]], *, right: Sequence[int] = ()) -> str:
     """Aligned columns under a rule, as wide as they need and no wider.
 
     Parameters
     ----------
-    header, rows
+    head, rows
         Texts. A column that is empty in every row is left out.
     right
         Numbers of the columns that stand to the right.
     """
     padded, widths = [], []
-    for place, column in enumerate(zip(header, *rows, strict=True)):
+    for place, column in enumerate(zip(head, *rows, strict=True)):
         if rows and not any(column[1:]):
             continue
         width = max(map(cell_len, column))

@@ -48,16 +48,14 @@ class TableCommand:
         """Commanded angle, rad."""
         index = np.clip(np.searchsorted(self.time, time, side="right") - 1, 0, self.time.size - 1)
         since = time - self.time[index]
-        rate = self.rate_at(time)
         # Mean of the rates at both ends of a straight piece; outside the knots they agree.
-        return np.asarray(self.angle[index] + 0.5 * (self.rate[index] + rate) * since)
+        return np.asarray(self.angle[index] + 0.5 * (self.rate[index] + self.rate_at(time)) * since)
 
 
 def table_command(config: sections.TableConfig, duration: float) -> TableCommand:
     """The motion that the configuration commands in `duration` seconds."""
     knots = config.profile or _reversals(config, duration)
-    time = np.array([time for time, _ in knots], dtype=np.float64)
-    rate = np.array([rate for _, rate in knots]) * DEGREE
+    time, rate = np.array(knots, dtype=np.float64).T * [[1.0], [DEGREE]]
     angle = np.concatenate([[0.0], np.cumsum(0.5 * (rate[1:] + rate[:-1]) * np.diff(time))])
     command = TableCommand(time=time, rate=rate, angle=angle)
     start = config.start_deg * DEGREE - float(command.angle_at(np.zeros(1))[0])
@@ -66,8 +64,7 @@ def table_command(config: sections.TableConfig, duration: float) -> TableCommand
 
 def _reversals(config: sections.TableConfig, duration: float) -> sections.Pairs:
     rate = config.rate_deg_per_s
-    knots = [(0.0, rate)]
-    interval = config.reversal_interval_s
+    knots, interval = [(0.0, rate)], config.reversal_interval_s
     if interval == 0.0 or rate == 0.0:
         return tuple(knots)
     ramp, stand = abs(rate) / config.acceleration_deg_per_s2, 0.5 * config.dwell_s
@@ -86,9 +83,6 @@ def _reversals(config: sections.TableConfig, duration: float) -> sections.Pairs:
 
 
 # ---- configuration -------------------------------------------------------------------
-
-# Lock-in rates that the bias must exceed, so that jitter never locks.
-_CLEAR_OF_LOCK_IN: Final = 10.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, repr=False)
@@ -307,10 +301,11 @@ def _check_modes(config: RigConfig) -> None:
     slowest = 0.0 if rate.min() < 0.0 < rate.max() else float(np.abs(rate).min())
     sensed = zip(GYRO_NAMES, ring_lasers_of(gyro), np.abs(config.platform.shares), strict=False)
     for name, laser, share in sensed:
-        needed = _CLEAR_OF_LOCK_IN * laser.lock_in
+        # Jitter never locks at a bias of ten lock-in rates.
+        needed = 10.0 * laser.lock_in
         is_clear = gyro.mode != "rate-biased" or share * slowest >= needed
         said = f"gyro {name} comes down to {share * slowest / DEGREE:.3g} deg/s"
-        wanted = f"{needed / DEGREE:.3g} deg/s, {_CLEAR_OF_LOCK_IN:g} times its lock-in"
+        wanted = f"{needed / DEGREE:.3g} deg/s, 10 times its lock-in"
         remedy = f"the table must turn one way and give it {wanted}"
         require(is_clear, f"gyro.mode is 'rate-biased' but {said}", remedy)
         try:
@@ -343,8 +338,8 @@ def preset(name: str) -> RigConfig:
     return PRESETS[name]
 
 
+# The presets by name, from ``presets.toml``; one may start from another before it.
 PRESETS: Final[dict[str, RigConfig]] = {}
-"""The presets by name, from ``presets.toml``; one may start from another before it."""
 _text = files("sagnac.rig").joinpath("presets.toml").read_text("utf-8")
 for _name, _tables in tomllib.loads(_text).items():
     PRESETS[_name] = RigConfig.from_mapping(_tables)

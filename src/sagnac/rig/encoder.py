@@ -63,7 +63,9 @@ class Encoder:
         known = np.concatenate([self._past, alpha])
         newest = self._past.size + np.arange(alpha.size)
         self._past = known[alpha.size :]
-        back = self._delays((number - age) * self._interval) / self._interval + age
+        walk = self._walk.of(self._walk_step * self._delay.standard_normal(alpha.size))
+        delays = self._config.delay_at((number - age) * self._interval, self._duration) + walk
+        back = delays / self._interval + age
         whole = np.maximum(np.floor(back), 0.0).astype(np.int64)
         newest -= whole
         angle = _before(known, newest, back - whole)
@@ -94,14 +96,8 @@ class Encoder:
             age[new] = np.maximum(number - reading / per_sample, 0.0)[new]
             self._newest = float(reading[-1])
         if self._config.lost_fraction > 0.0:
-            lost = self._lost.random(number.size) < self._config.lost_fraction
-            new &= ~lost | (number == 0.0)
+            new &= (self._lost.random(number.size) >= self._config.lost_fraction) | (number == 0.0)
         return age, new
-
-    def _delays(self, time: FloatArray) -> FloatArray:
-        """(n,) delays, s, of the readings that belong to the times of the next samples, (n,) s."""
-        walk = self._walk.of(self._walk_step * self._delay.standard_normal(time.size))
-        return self._config.delay_at(time, self._duration) + walk
 
 
 def _before(angle: FloatArray, place: IntegerArray, back: FloatArray) -> FloatArray:

@@ -68,11 +68,10 @@ class SensorErrors:
     def of(cls, config: GyroConfig | AccelerometerConfig, axis: int) -> Self:
         """Errors of the gyro x, y or z, or of the accelerometer ax, ay or az."""
         sensor: Sensor = "gyro" if isinstance(config, GyroConfig) else "accelerometer"
-        sized = {
-            name: getattr(config, own if sensor == "gyro" else force)[axis]
-            * field_unit(coefficient, sensor).size
-            for name, coefficient, own, force in SENSOR_KEYS
-        }
+        sized: dict[str, float] = {}
+        for name, coefficient, own, force in SENSOR_KEYS:
+            stated = getattr(config, own if sensor == "gyro" else force)[axis]
+            sized[name] = stated * field_unit(coefficient, sensor).size
         if isinstance(config, GyroConfig):
             per_kelvin = config.temperature_coefficient_deg_per_h_per_k[axis]
             sized["per_kelvin"] = per_kelvin * DEGREE_PER_HOUR
@@ -145,12 +144,11 @@ class SlowDrift:
         correlation = np.append(shortest * _MARKOV_RATIO ** np.arange(count), own[:, 1])
         deviation = np.append(np.full(count, flicker), own[:, 0])
         decay = np.exp(-step / correlation)
-        levels = deviation * random.standard_normal(deviation.size)
         # By process: correlation from one value to the next, rms of the noise added, weights at the
         # last value and at this one, and its state. The walk comes after the Markov processes.
         spread = np.append(deviation * np.sqrt(1.0 - decay**2), errors.rate_walk * math.sqrt(step))
         processes = [np.append(decay, 1.0), spread, np.zeros(spread.size), np.ones(spread.size)]
-        processes.append(np.append(levels, 0.0))
+        processes.append(np.append(deviation * random.standard_normal(deviation.size), 0.0))
         if not unseen:
             weight, remainder = _mean_of_ends(np.asarray(step / correlation))
             white = float(remainder @ deviation**2) + errors.rate_walk**2 * step / 12.0
@@ -166,8 +164,7 @@ class SlowDrift:
 
     def advance(self, first: int, count: int) -> FloatArray:
         """(count,) rates of the next samples, the first of which has number `first`, rad/s."""
-        begun = -(-first // self.hold)
-        ended = -(-(first + count) // self.hold)
+        begun, ended = -(-first // self.hold), -(-(first + count) // self.hold)
         values = np.zeros(ended - begun)
         normals = self._random.standard_normal((values.size, self._processes.shape[1]))
         _kernels.slow_drift(normals, self._processes, values)

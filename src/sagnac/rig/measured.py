@@ -9,8 +9,6 @@ from sagnac.core.texts import by_axis
 from sagnac.core.units import SENSED, SENSORS, UNITS, Sensor, field_unit
 from sagnac.rig.sections import SENSOR_KEYS, SENSOR_NAMES
 
-# Errors whose coefficients are measured.
-_MEASURED: Final = ("angle_noise", "random_walk", "instability", "rate_walk", "ramp")
 _SHOWN: Final = ("step", "range")
 _MARKOV: Final = ("markov", "second_markov")
 
@@ -68,7 +66,8 @@ class MeasuredSensor:
         """
         units = {error: field_unit(own, kind).size for error, own, *_ in SENSOR_KEYS}
         stated = {error: self.coefficients.get(own, 0.0) for error, own, *_ in SENSOR_KEYS}
-        errors = {error: one if error in _MEASURED else 0.0 for error, one in stated.items()}
+        measured = ("angle_noise", "random_walk", "instability", "rate_walk", "ramp")
+        errors = {error: one if error in measured else 0.0 for error, one in stated.items()}
         keys = {"low_pass_hz": self.low_pass[0] if self.low_pass else 0.0}
         for place, which in enumerate(_MARKOV):
             # A Markov rate that is not there has any correlation time.

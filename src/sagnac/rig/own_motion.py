@@ -24,16 +24,14 @@ from sagnac.rig.table import Differences, LineSet, Motion, Oscillator, Sums, Tab
 # ---- own motion --------------------------------------------------------------------
 
 
-def _structure(
-    band: tuple[float, float], rms: float, table: Table, random: Generator
-) -> Oscillator:
+def _ringing(band: tuple[float, float], rms: float, table: Table, random: Generator) -> Oscillator:
     """An oscillator by frequency, Hz, and quality, and its rms angle, arcsec, at every sample.
 
     It rests if the table is not moving yet.
     """
-    (frequency, quality), step = band, table.interval
-    damping, rate = 0.5 / quality, 2.0 * math.pi * frequency * rms * ARCSECOND
-    made = Oscillator(frequency=frequency, damping=damping, rms_rate=rate, step=step, random=random)
+    frequency, quality = band
+    rate = 2.0 * math.pi * frequency * rms * ARCSECOND
+    made = Oscillator(frequency, 0.5 / quality, rate, table.interval, random)
     if not table.moving:
         made.state[:] = 0.0
     return made
@@ -47,7 +45,7 @@ def mount_of(config: MotionConfig, gyro: int, table: Table, random: Generator) -
     """
     rms = config.resonance_rms_arcsec[gyro]
     band = config.resonance_hz[gyro], config.resonance_quality
-    return _structure(band, rms, table, random) if rms > 0.0 else None
+    return _ringing(band, rms, table, random) if rms > 0.0 else None
 
 
 class Nutation:
@@ -85,7 +83,7 @@ class Nutation:
 
     def __init__(self, config: MotionConfig, table: Table, random: Generator) -> None:
         band, rms = (config.nutation_hz, config.nutation_quality), config.nutation_rms_arcsec
-        self.tilts = [_structure(band, rms, table, one) for one in random.spawn(2)]
+        self.tilts = [_ringing(band, rms, table, one) for one in random.spawn(2)]
         self._turned, self._level = Differences(table.origin), Sums()
         self._tilted = Differences(np.array([[tilt.state[0]] for tilt in self.tilts]))
 
@@ -106,8 +104,7 @@ def nutation_walk(config: MotionConfig, rate: float) -> float:
 
     `rate`, rad/s, is the table's. See `Nutation` for the law.
     """
-    natural = 2.0 * math.pi * config.nutation_hz
-    damping = 0.5 / config.nutation_quality
+    natural, damping = 2.0 * math.pi * config.nutation_hz, 0.5 / config.nutation_quality
     variance = (config.nutation_rms_arcsec * ARCSECOND) ** 2
     apart = (natural**2 - rate**2) ** 2 + (2.0 * damping * natural * rate) ** 2
     return abs(rate) * math.sqrt(4.0 * damping * natural**3 * variance / apart)
@@ -151,10 +148,9 @@ class Disturbances:
 
 
 def _drawn(pairs: Pairs, random: Generator) -> LineSet:
-    position = np.array([position for position, _ in pairs], dtype=np.float64)
-    amplitude = np.array([amplitude for _, amplitude in pairs], dtype=np.float64) * ARCSECOND
+    position, amplitude = np.array(pairs, dtype=np.float64).reshape(-1, 2).T
     shape = (len(GYRO_NAMES), len(pairs))
-    amplitudes = amplitude * random.uniform(0.5, 1.0, shape)
+    amplitudes = amplitude * ARCSECOND * random.uniform(0.5, 1.0, shape)
     phases = random.uniform(-np.pi, np.pi, shape)
     order = np.argsort(position, kind="stable")
     return LineSet(position=position[order], phasor=(amplitudes * np.exp(1j * phases))[:, order])

@@ -29,7 +29,7 @@ Dithered
 """
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
@@ -37,7 +37,6 @@ from numpy.typing import ArrayLike
 
 from sagnac.core.arrays import FloatArray
 from sagnac.core.units import ARCSECOND, DEGREE, DEGREE_PER_HOUR, DEGREE_PER_ROOT_HOUR
-from sagnac.recording.columns import GYRO_NAMES
 from sagnac.rig.sections import GyroConfig
 
 # Kicks one swing apart are correlated by exp(-s^2/2) where s is the rms phase between them.
@@ -163,15 +162,12 @@ def ring_lasers_of(config: GyroConfig) -> tuple[RingLaser, ...]:
     """The three lasers, or none in mode ``ideal``."""
     if config.mode == "ideal":
         return ()
-    return tuple(
-        RingLaser(
-            lock_in=config.lock_in_deg_per_h[g] * DEGREE_PER_HOUR,
-            fringe=config.fringe_arcsec * ARCSECOND,
-            quantum_noise=config.arw_deg_per_sqrt_h[g] * DEGREE_PER_ROOT_HOUR,
-            backscatter_diffusion=config.backscatter_diffusion_rad2_per_s,
-        )
-        for g in range(len(GYRO_NAMES))
-    )
+    fringe, diffusion = config.fringe_arcsec * ARCSECOND, config.backscatter_diffusion_rad2_per_s
+    common = RingLaser(lock_in=0.0, fringe=fringe, backscatter_diffusion=diffusion)
+    lock_ins = [one * DEGREE_PER_HOUR for one in config.lock_in_deg_per_h]
+    walks = [one * DEGREE_PER_ROOT_HOUR for one in config.arw_deg_per_sqrt_h]
+    own = zip(lock_ins, walks, strict=True)
+    return tuple(replace(common, lock_in=lock_in, quantum_noise=walk) for lock_in, walk in own)
 
 
 def dither_of(config: GyroConfig) -> Dither | None:

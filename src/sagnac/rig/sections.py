@@ -21,7 +21,7 @@ from numpy.typing import ArrayLike
 
 from sagnac.core.arrays import FloatArray
 from sagnac.core.errors import RecordingError, quoted
-from sagnac.core.units import DEGREE, SENSORS
+from sagnac.core.units import DEGREE
 from sagnac.recording.columns import ACCELEROMETER_NAMES, GYRO_NAMES
 from sagnac.table.frames import earth_rate, shares_from_deviations, table_to_gyro_matrix
 
@@ -140,8 +140,7 @@ def require(true: bool, problem: str, remedy: str) -> None:
 
 GyroMode = Literal["ideal", "still", "dithered", "rate-biased"]
 Accelerometers = Literal["none", "triad"]
-_NAMES: Final[tuple[tuple[str, ...], ...]] = (GYRO_NAMES, ACCELEROMETER_NAMES)
-SENSOR_NAMES: Final = dict(zip(SENSORS, _NAMES, strict=True))
+SENSOR_NAMES: Final = {"gyro": GYRO_NAMES, "accelerometer": ACCELEROMETER_NAMES}
 _ORDER: Final = Number(0.01, 1000.0, "order")
 LONGEST_DELAY_S: Final = 2.0
 _NONE: Final = (0.0, 0.0, 0.0)

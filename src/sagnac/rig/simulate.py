@@ -19,11 +19,7 @@ from sagnac.core.arrays import FloatArray
 from sagnac.core.errors import path_of, require_progress, require_type
 from sagnac.core.units import DEGREE_PER_ROOT_HOUR, SENSORS, STANDARD_GRAVITY, Sensor
 from sagnac.core.whole_files import replacing_set
-from sagnac.formats import arrow
-from sagnac.formats.csv import write_euroc
-from sagnac.formats.read_write import format_to_write
-from sagnac.formats.registry import EUROC, PARQUET
-from sagnac.formats.source import outgoing
+from sagnac.formats import arrow, csv, read_write, registry, source
 from sagnac.recording.channel import PICKOFF, Pickoff
 from sagnac.recording.columns import ACCELEROMETER_NAMES, GYRO_NAMES, NULL_PULSE_NAME
 from sagnac.recording.encoder_readings import table_of_readings, with_lost_readings
@@ -36,12 +32,10 @@ from sagnac.rig.sections import SENSOR_NAMES
 from sagnac.rig.table import Differences, Motion, RandomStreams, Table, fastest_rate
 from sagnac.rig.truth import Truth, truth_of
 
-BLOCK_SAMPLES: Final = 65_536
 # Units of angles and increments, and of rates.
 _SHOWN_IN: Final = (("arcsec", "m/s"), ("deg/h", "m/s^2"))
-_PICKOFFS: Final = tuple(PICKOFF + name for name in GYRO_NAMES)
 
-Progress = Callable[[float], None]
+Progress = Callable[[float], None] | None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -52,8 +46,8 @@ class Simulation:
     truth: Truth
 
 
+# Samples by name: gyros, accelerometers, table (unwrapped), null pulse and pick-offs.
 Columns = dict[str, NDArray[Any]]
-"""Samples by name: gyros, accelerometers, table (unwrapped), null pulse and pick-offs."""
 
 
 class Rig:
@@ -75,8 +69,9 @@ class Rig:
         dithered = axes if config.dither.is_left else ()
         self._dithers = [DitherMotion(config, axis, streams.dither[axis]) for axis in dithered]
         felt = axes if config.accelerometer.mode == "triad" else ()
-        forces = [Gyro(config, "accelerometer", axis, streams, table) for axis in felt]
-        self._accelerometers = forces
+        self._accelerometers = [
+            Gyro(config, "accelerometer", axis, streams, table) for axis in felt
+        ]
 
     def advance(self, first: int, count: int) -> tuple[Columns, FloatArray]:
         """The next `count` samples from number `first`, and the true table angle, rad."""
@@ -95,7 +90,7 @@ class Rig:
         if self._encoder is not None and self._null_pulse is not None:
             columns["table"] = self._encoder.read(first, motion.angle)
             columns[NULL_PULSE_NAME] = self._null_pulse.advance(motion.angle)
-        columns |= zip(_PICKOFFS, shown, strict=bool(shown))
+        columns |= {PICKOFF + name: one for name, one in zip(GYRO_NAMES, shown, strict=False)}
         return columns, motion.angle
 
     def _of_kind(self, sensor: Sensor, values: FloatArray) -> FloatArray:
@@ -117,7 +112,7 @@ class Rig:
 
 
 def blocks(
-    config: RigConfig, block_samples: int = BLOCK_SAMPLES, progress: Progress | None = None
+    config: RigConfig, block_samples: int = 65_536, progress: Progress = None
 ) -> Iterator[tuple[Columns, FloatArray]]:
     """The recording block by block, with the true table angle, rad.
 
@@ -132,7 +127,7 @@ def blocks(
             progress(stop / config.samples)
 
 
-def simulate(config: RigConfig, progress: Progress | None = None) -> Simulation:
+def simulate(config: RigConfig, progress: Progress = None) -> Simulation:
     """The whole recording in memory, with the truth.
 
     The table angle is what is made of the encoder's readings when they are read from a file:
@@ -170,7 +165,7 @@ def simulate(config: RigConfig, progress: Progress | None = None) -> Simulation:
     return Simulation(recording=recording, truth=truth_of(config))
 
 
-def _as_recorded(config: RigConfig, progress: Progress | None) -> Recording:
+def _as_recorded(config: RigConfig, progress: Progress) -> Recording:
     """The whole recording, its table angle as the encoder reads, unwrapped."""
     parts: dict[str, list[NDArray[Any]]] = {}
     for columns, _ in blocks(config, progress=progress):
@@ -204,9 +199,7 @@ def _recording_of(config: RigConfig, columns: Mapping[str, NDArray[Any]]) -> Rec
     )
 
 
-def write(
-    config: RigConfig, path: Path | str, progress: Progress | None = None
-) -> tuple[Path, Path]:
+def write(config: RigConfig, path: Path | str, progress: Progress = None) -> tuple[Path, Path]:
     """Simulate into a file, its truth beside it as ``FILE.truth.json``.
 
     Angles and pick-offs are in arcsec, the table in deg from 0 to 360 as its encoder reads.
@@ -238,13 +231,13 @@ def write(
     path = path_of("path", path)
     truth_path = path.with_name(path.name + ".truth.json")
     # The heading is that of one sample alone.
-    heading = outgoing(_recording_of(config, next(blocks(config, block_samples=1))[0]))
-    known = format_to_write(path, heading)
+    heading = source.outgoing(_recording_of(config, next(blocks(config, block_samples=1))[0]))
+    known = read_write.format_to_write(path, heading)
     with replacing_set(path) as folder:
         temporary = folder / path.name
         stated = json.dumps(asdict(truth_of(config)), indent=1, allow_nan=False)
         (folder / truth_path.name).write_text(f"{stated}\n", encoding="utf-8")
-        if known is PARQUET:
+        if known is registry.PARQUET:
             with arrow.writer(temporary, heading) as append:
                 for columns, _ in blocks(config, progress=progress):
                     if "table" in columns:
@@ -255,8 +248,8 @@ def write(
             if recording.table is not None:
                 wrapped = within_turn(recording.table.values, config.encoder.lines)
                 recording = replace(recording, table=replace(recording.table, values=wrapped))
-            if known is EUROC:
-                write_euroc(temporary, outgoing(recording), _densities(config))
+            if known is registry.EUROC:
+                csv.write_euroc(temporary, source.outgoing(recording), _densities(config))
             else:
                 formats.write(recording, temporary)
     return path, truth_path
@@ -277,7 +270,7 @@ def _densities(config: RigConfig) -> dict[Sensor, tuple[float, float]]:
     return densities
 
 
-def _require(config: object, progress: Progress | None) -> None:
+def _require(config: object, progress: Progress) -> None:
     remedy = "give a RigConfig, for one RigConfig() or sagnac.rig.config.preset('paper')"
     require_type("config", config, RigConfig, remedy)
     require_progress(progress)

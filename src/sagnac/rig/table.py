@@ -123,7 +123,7 @@ class Oscillator:
     """
 
     def __init__(
-        self, *, frequency: float, damping: float, rms_rate: float, step: float, random: Generator
+        self, frequency: float, damping: float, rms_rate: float, step: float, random: Generator
     ) -> None:
         natural = 2.0 * math.pi * frequency
         slope = np.array([[0.0, 1.0], [-natural * natural, -2.0 * damping * natural]])
@@ -183,7 +183,7 @@ class RateNoise:
     """
 
     def __init__(
-        self, *, rms: float, share: float, decay: float, step: float, random: Generator
+        self, rms: float, share: float, decay: float, step: float, random: Generator
     ) -> None:
         self._rms, self._share, self._decay, self._step = rms, share, decay, step
         self._random, self._angle = random, Sums()
@@ -211,8 +211,8 @@ class RateNoise:
         rate += own
 
 
+# Something that moves the table's drive beside the command.
 Mover = Oscillator | RateNoise
-"""Something that moves the table's drive beside the command."""
 
 
 def movers_of(config: TableConfig, step: float, streams: RandomStreams) -> tuple[Mover, ...]:
@@ -224,26 +224,19 @@ def movers_of(config: TableConfig, step: float, streams: RandomStreams) -> tuple
     if not config.turning:
         return ()
 
-    def oscillator(rms: float, hertz: float, damping: float, random: Generator) -> Mover:
-        rate = rms * DEGREE
-        return Oscillator(frequency=hertz, damping=damping, rms_rate=rate, step=step, random=random)
-
-    def noise(rms: float, share: float, decay: float, random: Generator) -> Mover:
-        return RateNoise(rms=rms * DEGREE, share=share, decay=decay, step=step, random=random)
-
-    jitter, hertz = config.jitter_rms_deg_per_s, config.jitter_bandwidth_hz
-    hunting, damping = config.hunting_rms_deg_per_s, 0.5 / config.hunting_quality
+    jitter, hertz = config.jitter_rms_deg_per_s * DEGREE, config.jitter_bandwidth_hz
+    hunting, damping = config.hunting_rms_deg_per_s * DEGREE, 0.5 / config.hunting_quality
     movers: list[Mover] = []
     if jitter > 0.0 and config.jitter_spectrum == "position":
-        movers.append(oscillator(jitter, hertz, config.jitter_damping, streams.jitter))
+        movers.append(Oscillator(hertz, config.jitter_damping, jitter, step, streams.jitter))
     elif jitter > 0.0:
         decay = math.exp(-2.0 * math.pi * hertz * step)
-        movers.append(noise(jitter, 0.0, decay, streams.jitter))
+        movers.append(RateNoise(jitter, 0.0, decay, step, streams.jitter))
     if config.wander_fraction > 0.0:
         decay = math.exp(-step / config.wander_time_s)
-        movers.append(noise(0.0, config.wander_fraction, decay, streams.wander))
+        movers.append(RateNoise(0.0, config.wander_fraction, decay, step, streams.wander))
     if hunting > 0.0:
-        movers.append(oscillator(hunting, config.hunting_hz, damping, streams.hunting))
+        movers.append(Oscillator(config.hunting_hz, damping, hunting, step, streams.hunting))
     return tuple(movers)
 
 
@@ -379,12 +372,10 @@ class Table:
         Between nodes the drive is the cubic through both ends' angles and rates, and the integral
         of the rate along b is Simpson's.
         """
-        step = self.interval / self._substeps
-        nodes = count * self._substeps
+        step, nodes = self.interval / self._substeps, count * self._substeps
         begin = first * self._substeps + 1
         time = np.arange(begin, begin + nodes, dtype=np.float64) * step - self.interval
-        drive = self._command.angle_at(time)
-        commanded = self._command.rate_at(time)
+        drive, commanded = self._command.angle_at(time), self._command.rate_at(time)
         rate = commanded.copy()
         for mover in self._movers:
             mover.advance(commanded, drive, rate)
@@ -417,8 +408,7 @@ def substeps_of(config: TableConfig, command: TableCommand, interval: float) -> 
     # of the Earth-rate harmonic (15 arcsec): below 1e-6 arcsec at a turn of 0.02 rad.
     needed = [1, math.ceil(fastest_rate(config, command) * interval / 0.02)]
     jitter = config.jitter_rms_deg_per_s, config.jitter_bandwidth_hz
-    hunting = config.hunting_rms_deg_per_s, config.hunting_hz
-    for rms, frequency in (jitter, hunting):
+    for rms, frequency in (jitter, (config.hunting_rms_deg_per_s, config.hunting_hz)):
         if config.turning and rms > 0.0:
             # A step is half of the servo's natural period over 2 pi at the most.
             needed.append(math.ceil(2.0 * math.pi * frequency * interval / 0.5))

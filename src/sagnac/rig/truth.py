@@ -121,11 +121,8 @@ def _nutation_walks(config: RigConfig, command: TableCommand) -> dict[str, float
     walk = own_motion.nutation_walk(config.motion, float(command.rate[0])) / DEGREE_PER_ROOT_HOUR
     level = dict(zip(GYRO_NAMES, config.platform.matrix[:, :2], strict=True))
     alone = {name: walk * float(np.linalg.norm(part)) for name, part in level.items()}
-    apart = {
-        f"{a}-{b}": walk * float(np.linalg.norm(level[a] - level[b])) / math.sqrt(2.0)
-        for a, b in _PAIRS
-    }
-    return alone | apart
+    apart = {f"{a}-{b}": float(np.linalg.norm(level[a] - level[b])) for a, b in _PAIRS}
+    return alone | {name: walk * size / math.sqrt(2.0) for name, size in apart.items()}
 
 
 def _encoder_truth(config: RigConfig) -> dict[str, Any]:

@@ -23,8 +23,7 @@ def table_evaluated(phase: FloatArray, table: FloatArray, series: FloatArray) ->
     for n in range(phase.size):
         place = phase[n] * a_radian
         nearest = np.floor(place + 0.5)
-        offset = place - nearest
-        row = int(nearest) & (points - 1)
+        offset, row = place - nearest, int(nearest) & (points - 1)
         value = table[row, TERMS - 1]
         for power in range(1, TERMS):
             value = value * offset + table[row, TERMS - 1 - power]
@@ -39,8 +38,7 @@ def table_gathered(phase: FloatArray, strengths: FloatArray, table: FloatArray) 
     for n in range(phase.size):
         place = phase[n] * a_radian
         nearest = np.floor(place + 0.5)
-        offset = place - nearest
-        row = int(nearest) & (points - 1)
+        offset, row = place - nearest, int(nearest) & (points - 1)
         value = strengths[n]
         for power in range(TERMS):
             table[row, power] += value

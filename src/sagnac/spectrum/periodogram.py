@@ -160,10 +160,9 @@ def tapered_power(increments: FloatArray) -> FloatArray:
     sample.
     """
     periods = increments.size + 1
-    transform = rfft(increments, 2 * periods)
     turns = np.exp(1j * math.pi / periods * np.arange(1, TAPERS + 1))
     power = np.empty(periods // 2 + 1)
-    _kernels.tapered_power(transform, turns, power)
+    _kernels.tapered_power(rfft(increments, 2 * periods), turns, power)
     # Half the difference of two waves, and tapers of unit energy.
     power *= 0.25 * 2.0 / (periods * TAPERS)
     return power

@@ -237,10 +237,8 @@ def noise_floor(power: FloatArray) -> FloatArray:
     return floor
 
 
-# Ordinates whose median is a level of a plateau, the fewest: it is good to 25 %. A plateau of more
-# bins than the most fills half of every window ahead of its end.
+# Ordinates whose median is a level of a plateau, the fewest: it is good to 25 %.
 _FEWEST: Final = 32
-_MOST: Final = 4 * _MOST_HALF_WIDTH
 
 
 def _reach_up_to_plateau(floor: FloatArray, power: FloatArray) -> None:
@@ -251,7 +249,8 @@ def _reach_up_to_plateau(floor: FloatArray, power: FloatArray) -> None:
     below it, and is not reached.
     """
     edges = [1]
-    while edges[-1] < min(power.size, _MOST):
+    # A longer plateau fills half of every window ahead of its end.
+    while edges[-1] < min(power.size, 4 * _MOST_HALF_WIDTH):
         edges.append(edges[-1] + max(_FEWEST, edges[-1] // 10))
     windows = [slice(*pair) for pair in pairwise(edges[:-1])]
     if len(windows) < 2:

@@ -18,9 +18,8 @@ from sagnac.spectrum.sums import angle_series
 _FIRST: Final = 6
 # Longest stretch that is transformed at once, samples: such a transform stays in cache.
 SEGMENT: Final = 2**17
-# Stop band of the filters before decimation, dB, and the largest step of one of them.
+# Stop band of the filters before decimation, dB.
 _STOP: Final = 140.0
-_STEP: Final = 4
 # Part of the rate of the decimated record up to which it is used.
 _USED: Final = 0.2
 # Smallest record, samples.
@@ -63,8 +62,9 @@ class Cells:
 
     def followed_by(self, other: "Cells") -> "Cells":
         """These and others above them."""
-        names = [item.name for item in fields(Cells)]
-        both = {name: (getattr(self, name), getattr(other, name)) for name in names}
+        both = {
+            one.name: [getattr(self, one.name), getattr(other, one.name)] for one in fields(Cells)
+        }
         return Cells(**{name: np.concatenate(pair) for name, pair in both.items()})
 
 
@@ -165,7 +165,8 @@ def _coarse_cells(values: FloatArray, sample_rate: float, segment: int) -> Cells
     """Cells of the filtered and decimated record, to a fifth of its rate."""
     factor = left = int(2 ** math.ceil(math.log2(values.size / segment)))
     while left > 1:
-        step = min(left, _STEP)
+        # One filter takes a step of 4 at the most.
+        step = min(left, 4)
         values = _decimated(values, _anti_alias(step, left), step)
         left //= step
     cells = _cells(factor * values, sample_rate / factor, segment)
@@ -259,9 +260,8 @@ def smoothed_law(law: Callable[[FloatArray], FloatArray], spectrum: TaperedSpect
     ordinates = np.arange(CELL) - 0.5 * (CELL - 1)
     shift = (ordinates[:, np.newaxis] + offset).ravel()
     weight = np.tile(kernel / kernel.sum(), CELL) / CELL
-    highest = 0.5 / spectrum.interval
     bent = cells.frequency < 60.0 * unit
     place = np.abs(cells.frequency[bent, np.newaxis] + np.multiply.outer(unit[bent], shift))
-    place = np.clip(place, 0.5 * unit[bent, np.newaxis], highest)
+    place = np.clip(place, 0.5 * unit[bent, np.newaxis], 0.5 / spectrum.interval)
     result[bent] = weight @ law(place.ravel()).reshape(*place.shape, result.shape[1])
     return result

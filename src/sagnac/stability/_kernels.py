@@ -78,14 +78,12 @@ def sum_squared_window_differences(
                 if start == opened:
                     window = 0.0
                     for i in range(opened, opened + lag if count >= 0 else opened):
-                        window += (angle[i + 2 * lag] - angle[i + lag]) - (
-                            angle[i + lag] - angle[i]
-                        )
+                        middle = angle[i + lag]
+                        window += (angle[i + 2 * lag] - middle) - (middle - angle[i])
                     partial = window * window
                 for i in range(start, start + count):
-                    window += (angle[i + 3 * lag] - angle[i]) - 3.0 * (
-                        angle[i + 2 * lag] - angle[i + lag]
-                    )
+                    inner = angle[i + 2 * lag] - angle[i + lag]
+                    window += (angle[i + 3 * lag] - angle[i]) - 3.0 * inner
                     partial += window * window
                 windows[j] = window
                 sums[j] += partial
@@ -100,8 +98,7 @@ def sum_modified_total_terms(angle: FloatArray, lag: int, stride: int) -> float:
     from a zero mean, which is odd about both ends of the window.
     """
     width = 3 * lag
-    half = width // 2
-    slope_span = 0.5 * (width + width % 2)
+    half, slope_span = width // 2, 0.5 * (width + width % 2)
     running = np.empty(3 * width + 1)  # P at -width .. 2 width
     inside = running[width : 2 * width + 1]
     second, third, fourth = running[lag:], running[2 * lag :], running[3 * lag :]

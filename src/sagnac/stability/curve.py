@@ -64,8 +64,6 @@ from sagnac.stability.sums import accumulated_track, overlapping_sums, whole_tra
 _DIRECT: Final = 32
 # Side of the smallest rectangle that is worth a transform.
 _SMALL: Final = 32
-# Angles transformed at a time.
-_AT_ONCE: Final = 2**20
 
 
 def deviation_at_every_tau(
@@ -135,7 +133,8 @@ def _sums_up_to(angle: FloatArray, longest: int) -> FloatArray:
     stretches = max((angle.size - shared) // step, 0)
     sums = _sums_in_rows(angle[None, stretches * step :], longest)
     if stretches:
-        at_once = max(_AT_ONCE // (step + shared), 1)
+        # About a million angles are transformed at a time.
+        at_once = max(2**20 // (step + shared), 1)
         long = sliding_window_view(angle, step + shared)[::step][:stretches]
         short = sliding_window_view(angle, shared)[step::step][:stretches]
         for first in range(0, stretches, at_once):

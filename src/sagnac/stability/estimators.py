@@ -31,22 +31,15 @@ from typing import Any, Final
 
 import numpy as np
 
-from sagnac.core.arrays import FloatArray, IntegerArray, blocks, empty, release
+from sagnac.core.arrays import IntegerArray, blocks, empty, release
 from sagnac.core.errors import Note, RecordingError, require_choice, rounded
 from sagnac.stability import Estimator, _kernels, freedom
+from sagnac.stability import sums as track_sums
 from sagnac.stability.freedom import THEO1_EFFECTIVE, FreedomLaw
-from sagnac.stability.sums import (
-    Points,
-    Track,
-    modified_sums,
-    overlapping_sums,
-    plain_sums,
-    whole_track,
-    window_stride,
-)
+from sagnac.stability.sums import Counted, Points, Track
 
 # Sums, and numbers of outer windows, of a track by clusters; windows a stride apart.
-Sums = Callable[[Track, IntegerArray, IntegerArray], tuple[FloatArray, IntegerArray]]
+Sums = Callable[[Track, IntegerArray, IntegerArray], Counted]
 # Ratios that the bias is the mean of, at most.
 _BIAS_RATIOS: Final = 48
 
@@ -132,7 +125,7 @@ class Properties:
         squares = strides = np.ones_like(whole)
         if self.squares is not None:
             squares = self.squares(clusters)
-            strides = window_stride(whole, squares, clusters)
+            strides = track_sums.stride_of(whole, squares, clusters)
         sums, windows = self.sums(track, clusters, strides)
         kept = windows > 0
         if clusters.size and not kept.any():
@@ -140,7 +133,7 @@ class Properties:
             raise RecordingError(problem, channel="values", remedy="ask for shorter")
         m = clusters[kept]
         notes = _gap_notes(whole, windows) if track.missing else ()
-        notes += _stride_notes(self.name, strides, clusters)
+        notes += _skip_notes(self.name, strides, clusters)
         return Points(
             variance=sums[kept] / (self.divisor * (1.0 * m) ** self.power * windows[kept]),
             terms=windows[kept] * squares[kept],
@@ -165,9 +158,7 @@ def _gap_notes(whole: IntegerArray, terms: IntegerArray) -> tuple[Note, ...]:
     return (note, left_out) if without else (note,)
 
 
-def _stride_notes(
-    name: Estimator, strides: IntegerArray, clusters: IntegerArray
-) -> tuple[Note, ...]:
+def _skip_notes(name: Estimator, strides: IntegerArray, clusters: IntegerArray) -> tuple[Note, ...]:
     """Note on windows that are skipped, if any are."""
     skipped = strides > 1
     if not skipped.any():
@@ -181,9 +172,7 @@ def _stride_notes(
 # ---- how the total family and Theo1 sum ----------------------------------------------------
 
 
-def _theo1_sums(
-    track: Track, spans: IntegerArray, strides: IntegerArray
-) -> tuple[FloatArray, IntegerArray]:
+def _theo1_sums(track: Track, spans: IntegerArray, strides: IntegerArray) -> Counted:
     """Weighed squares of even spans."""
     angle, mirrored = track.angle, empty(track.angle.size)
     mirrored[:] = angle[::-1]
@@ -216,9 +205,7 @@ def _hybrid_points(row: Properties, track: Track, clusters: IntegerArray) -> Poi
     return allan.followed_by(replace(theo1, variance=theo1.variance * ratio, notes=notes))
 
 
-def _total_sums(
-    track: Track, clusters: IntegerArray, strides: IntegerArray
-) -> tuple[FloatArray, IntegerArray]:
+def _total_sums(track: Track, clusters: IntegerArray, strides: IntegerArray) -> Counted:
     """Squared second differences centred on every inner sample.
 
     Beyond an end the angle is its point reflection in that end, ``x[-k] = 2 x[0] - x[k]``.
@@ -229,7 +216,7 @@ def _total_sums(
     longer[size - 1 : 2 * size - 1] = angle
     np.subtract(2.0 * angle[-1], angle[-2::-1], out=longer[2 * size - 1 :])
     release()
-    whole, sums = whole_track(longer), np.zeros(clusters.size)
+    whole, sums = track_sums.whole_track(longer), np.zeros(clusters.size)
     for number, m in enumerate(clusters.tolist()):
         for block in blocks(2 * size - 2 - m, start=size - m):
             own = slice(number, number + 1)
@@ -238,9 +225,7 @@ def _total_sums(
     return sums, np.full(clusters.size, size - 2)
 
 
-def _modified_total_sums(
-    track: Track, clusters: IntegerArray, strides: IntegerArray
-) -> tuple[FloatArray, IntegerArray]:
+def _modified_total_sums(track: Track, clusters: IntegerArray, strides: IntegerArray) -> Counted:
     """Squares of every window of three clusters, extended by its mirror image."""
     pairs = zip(clusters.tolist(), strides.tolist(), strict=True)
     sums = [_kernels.sum_modified_total_terms(track.angle, *pair) for pair in pairs]
@@ -258,7 +243,7 @@ def _differences(
     def windows(cluster: int, angles: int) -> int:
         return angles - order * cluster if overlapping else (angles - 1) // cluster - order + 1
 
-    summed = overlapping_sums if overlapping else plain_sums
+    summed = track_sums.overlapping_sums if overlapping else track_sums.plain_sums
     row = Properties(
         name=name,
         title=title,
@@ -268,9 +253,7 @@ def _differences(
         windows=windows,
         sums=lambda track, clusters, _: summed(track, clusters, order),
         divisor=2.0 if order == 2 else 6.0,
-        freedom=partial(
-            freedom.greenhall_riley_freedom, order=order, overlapping=overlapping, modified=False
-        ),
+        freedom=partial(freedom.greenhall_riley_freedom, order=order, overlapping=overlapping),
     )
     return replace(row, **others)
 
@@ -280,9 +263,9 @@ _MODIFIED: Final = Properties(
     title="modified Allan",
     longest=lambda angles: angles // 3,
     windows=lambda cluster, angles: angles - 3 * cluster + 1,
-    sums=lambda track, clusters, _: modified_sums(track, clusters),
+    sums=lambda track, clusters, _: track_sums.modified_sums(track, clusters),
     power=4,
-    freedom=partial(freedom.greenhall_riley_freedom, order=2, overlapping=True, modified=True),
+    freedom=partial(freedom.greenhall_riley_freedom, modified=True),
 )
 _THEO1: Final = Properties(
     name="theo1",
@@ -315,15 +298,13 @@ _ROWS: Final = (
         sums=_total_sums,
         freedom=freedom.total_freedom,
     ),
-    Properties(
+    replace(
+        _MODIFIED,
         name="mtotdev",
         title="modified total",
         whole_record_only=True,
-        longest=_MODIFIED.longest,
-        windows=_MODIFIED.windows,
         squares=lambda clusters: 6 * clusters,
         sums=_modified_total_sums,
-        power=4,
         freedom=freedom.modified_total_freedom,
         remark="mtotdev keeps its bias: its variance lies below that of mdev",
     ),

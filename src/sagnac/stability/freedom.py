@@ -31,14 +31,7 @@ FreedomLaw = Callable[[int, int, int, int], float]
 THEO1_EFFECTIVE: Final = 0.75
 # edf = b T / tau - c: SP1065 Tables 7 and 8.
 Table = Mapping[int, tuple[float, float]]
-_TOTAL: Final = {0: (1.50, 0.0), -1: (1.17, 0.22), -2: (0.93, 0.36)}
-_MODIFIED_TOTAL: Final = {
-    2: (1.90, 2.10),
-    1: (1.20, 1.40),
-    0: (1.10, 1.20),
-    -1: (0.85, 0.50),
-    -2: (0.75, 0.31),
-}
+_TOTAL: Final = {0: (1.5, 0.0), -1: (1.17, 0.22), -2: (0.93, 0.36)}
 
 
 @lru_cache(maxsize=4096)
@@ -48,9 +41,9 @@ def greenhall_riley_freedom(
     angles: int,
     windows: int,
     *,
-    order: int,
-    overlapping: bool,
-    modified: bool,
+    order: int = 2,
+    overlapping: bool = True,
+    modified: bool = False,
 ) -> float:
     """Exact degrees of freedom of M = `windows` squared differences in a row, S to a cluster.
 
@@ -80,12 +73,8 @@ def greenhall_riley_freedom(
     modified
         Whether angles are averaged over a cluster first.
     """
-    if modified:
-        filter_factor = 1.0
-    elif noise_type <= 0 and cluster * (order + 1) > 100:
-        filter_factor = math.inf
-    else:
-        filter_factor = float(cluster)
+    is_long = noise_type <= 0 and cluster * (order + 1) > 100
+    filter_factor = 1.0 if modified else math.inf if is_long else float(cluster)
     steps = cluster if overlapping else 1
     lags, weights = _lags(min(windows, (order + 1) * steps), steps)
     shares = difference_covariance(np.append(0.0, lags / steps), filter_factor, noise_type, order)
@@ -108,26 +97,23 @@ def total_freedom(noise_type: int, cluster: int, angles: int, windows: int) -> f
         return (20.0 * one + 14.0 * both) ** 2 / (32.0 * (one + both) ** 2 + 32.0 * both**2)
     # The table is for long clusters; Stein's factor for white rate leads up to them.
     led_up = 4.0 * cluster**2 / (4.0 * cluster**2 + 5.0) if noise_type == 0 else 1.0
-    return _tabled_freedom(_TOTAL, noise_type, cluster, angles, led_up)
+    return _tabled(_TOTAL, noise_type, cluster, angles, led_up)
 
 
 def modified_total_freedom(noise_type: int, cluster: int, angles: int, windows: int) -> float:
     """Modified total variance: SP1065 Table 8."""
-    return _tabled_freedom(_MODIFIED_TOTAL, noise_type, cluster, angles)
+    table = {2: (1.9, 2.1), 1: (1.2, 1.4), 0: (1.1, 1.2), -1: (0.85, 0.5), -2: (0.75, 0.31)}
+    return _tabled(table, noise_type, cluster, angles)
 
 
-def _tabled_freedom(
-    table: Table, noise_type: int, cluster: int, angles: int, factor: float = 1.0
-) -> float:
+def _tabled(table: Table, noise_type: int, cluster: int, angles: int, factor: float = 1.0) -> float:
     """By slope and offset of a noise type, and no more than at one sample.
 
     There these fits for long clusters run past.
     """
     alpha = max(noise_type, -2)
     slope, offset = table[alpha]
-    largest = greenhall_riley_freedom(
-        alpha, 1, angles, angles - 2, order=2, overlapping=True, modified=False
-    )
+    largest = greenhall_riley_freedom(alpha, 1, angles, angles - 2)
     return min(max(factor * (slope * ((angles - 1) / cluster) - offset), 0.5), largest)
 
 
@@ -142,23 +128,16 @@ def _theo1_table(alpha: int, tau: float, angles: int) -> float:
     if alpha == 2:
         return (0.86 * (n + 1.0) * (n - 4.0 / 3.0 * tau) / (n - tau)) * (tau / (tau + 1.14))
     if alpha == 1:
-        return (
-            (4.798 * n * n - 6.374 * n * tau + 12.387 * tau)
-            / (math.sqrt(tau + 36.6) * (n - tau))
-            * (tau / (tau + 0.3))
-        )
+        squares = 4.798 * n * n - 6.374 * n * tau + 12.387 * tau
+        return squares / (math.sqrt(tau + 36.6) * (n - tau)) * (tau / (tau + 0.3))
     if alpha == 0:
         rise = tau * math.sqrt(tau)
         return ((4.1 * n + 0.8) / tau - (3.1 * n + 6.5) / n) * (rise / (rise + 5.2))
     if alpha == -1:
         return (2.0 * n * n - 1.3 * n * tau - 3.5 * tau) / (n * tau) * (tau**3 / (tau**3 + 2.3))
     scaled = 4.4 * n - 1.0
-    return (
-        (4.4 * n - 2.0)
-        / (2.9 * tau)
-        * (scaled**2 - 8.6 * tau * scaled + 11.4 * tau**2)
-        / (4.4 * n - 3.0) ** 2
-    )
+    squares = scaled**2 - 8.6 * tau * scaled + 11.4 * tau**2
+    return (4.4 * n - 2.0) / (2.9 * tau) * squares / (4.4 * n - 3.0) ** 2
 
 
 # ---- finite differences ------------------------------------------------------------
@@ -193,13 +172,11 @@ def _lags(stop: int, steps: int) -> tuple[FloatArray, FloatArray]:
     return every[every > 0.0], weight[every > 0.0]
 
 
-def difference_covariance(
-    t: FloatArray, filter_factor: float, alpha: int, order: int
-) -> FloatArray:
+def difference_covariance(t: FloatArray, factor: float, alpha: int, order: int) -> FloatArray:
     """s_z(t): covariance of the differences of an order, from binomials of s_x."""
     shifts = np.arange(-order, order + 1)
     binomials = (-1.0) ** shifts * comb(2 * order, order + shifts)
-    structure = _filtered_structure(t + shifts[:, np.newaxis], 1.0 / filter_factor, alpha)
+    structure = _filtered_structure(t + shifts[:, np.newaxis], 1.0 / factor, alpha)
     return np.asarray(binomials @ structure)
 
 
@@ -211,8 +188,7 @@ def _filtered_structure(t: FloatArray, h: float, alpha: int) -> FloatArray:
     that a cluster of a million samples costs no digits. For h = 0 it is the second derivative.
     """
     t, power = np.abs(t), 3 - alpha
-    near = (t < h) | (t == 0.0)
-    result = np.zeros_like(t)
+    near, result = (t < h) | (t == 0.0), np.zeros_like(t)
     far = t[~near]
     result[~near] = _far_flicker(far, h, power) if alpha % 2 else _far_power(far, h, power)
     if h > 0.0:

@@ -12,7 +12,7 @@ from typing import Final
 
 import numpy as np
 
-from sagnac.core.arrays import FloatArray, IntegerArray, blocks, empty, every
+from sagnac.core.arrays import FloatArray, IntegerArray, blocks, elementwise, empty, every, less
 from sagnac.core.errors import Note, RecordingError, refusal
 from sagnac.core.marks import first_of, marked, number_of
 from sagnac.core.marks import stretches as present_stretches
@@ -96,9 +96,8 @@ def accumulated_track(
     if kind == "angle":
         first, last = int(stretches[0, 0]), int(stretches[-1, 1]) - 1
         slope = _exact_slope((samples[last] - samples[first]) / (last - first), samples.size)
-        offset, angle = float(samples[first]), empty(samples.size)
-        for block in blocks(samples.size):
-            angle[block] = (samples[block] - slope * np.arange(block.start, block.stop)) - offset
+        angle = less(samples, lambda number: slope * number)
+        angle = elementwise(np.subtract, angle, float(samples[first]), out=angle)
         return Track(angle=angle, stretches=stretches, missing=missing)
     usual = sum(float(np.nansum(samples[block])) for block in blocks(samples.size)) / present
     # Each stretch of rates ends at an angle more, where the next one may begin.
@@ -120,13 +119,10 @@ def _accumulated(samples: FloatArray, mean: float) -> FloatArray:
     return angle
 
 
-def _count_gaps(
-    samples: FloatArray, sample_rate: float, gaps: Gaps, only_whole: Estimator | None
-) -> int:
+def _count_gaps(samples: FloatArray, rate: float, gaps: Gaps, only_whole: Estimator | None) -> int:
     """How many samples are missing, if none is infinite and missing ones are allowed."""
     missing = marked(np.isnan, samples)
-    count = number_of(missing)
-    infinite = marked(np.isinf, samples)
+    count, infinite = number_of(missing), marked(np.isinf, samples)
     if infinite.any():
         marks, what = infinite, f"infinite, {number_of(infinite)} in all"
         remedy = "mark bad samples as NaN and use gaps='omit'"
@@ -139,7 +135,7 @@ def _count_gaps(
     else:
         return count
     first = first_of(marks)
-    text = f"sample {first} ({first / sample_rate:g} s) is {what}"
+    text = f"sample {first} ({first / rate:g} s) is {what}"
     raise RecordingError(text, channel="values", remedy=remedy)
 
 
@@ -159,9 +155,7 @@ def _exact_slope(slope: float, samples: int) -> float:
 LARGEST_WORK: Final = 3e7
 
 
-def window_stride(
-    windows: IntegerArray, squares: IntegerArray, clusters: IntegerArray
-) -> IntegerArray:
+def stride_of(windows: IntegerArray, squares: IntegerArray, clusters: IntegerArray) -> IntegerArray:
     """(clusters,) spacing of the outer windows that bounds the work at one tau.
 
     Windows an eighth of a cluster apart are so correlated that skipping between them costs
@@ -222,7 +216,11 @@ class Points:
         return Points(**joined, rules=rules, notes=notes)
 
 
-def plain_sums(track: Track, clusters: IntegerArray, order: int) -> tuple[FloatArray, IntegerArray]:
+# Sums of squares, and how many terms each has.
+Counted = tuple[FloatArray, IntegerArray]
+
+
+def plain_sums(track: Track, clusters: IntegerArray, order: int) -> Counted:
     """Sums and numbers of squared differences of `order` from every m-th start."""
     # Plain clusters are overlapping ones of one sample on every m-th angle.
     one = np.ones(1, dtype=np.int64)
@@ -231,9 +229,7 @@ def plain_sums(track: Track, clusters: IntegerArray, order: int) -> tuple[FloatA
     return sums, terms
 
 
-def overlapping_sums(
-    track: Track, clusters: IntegerArray, order: int
-) -> tuple[FloatArray, IntegerArray]:
+def overlapping_sums(track: Track, clusters: IntegerArray, order: int) -> Counted:
     """Sums and numbers of squared differences of `order`, from every start, that touch no gap."""
     if track.missing and not track.broken:
         # Angles on both sides of a gap belong together.
@@ -245,7 +241,7 @@ def overlapping_sums(
     return sums, _counts(track, order * clusters)
 
 
-def modified_sums(track: Track, clusters: IntegerArray) -> tuple[FloatArray, IntegerArray]:
+def modified_sums(track: Track, clusters: IntegerArray) -> Counted:
     """Sums and numbers of squared second differences of sums over a cluster."""
     sums, windows = np.zeros((2, clusters.size))
     for block in blocks(track.angle.size, STARTS):
@@ -254,9 +250,7 @@ def modified_sums(track: Track, clusters: IntegerArray) -> tuple[FloatArray, Int
     return sums, _counts(track, 3 * clusters - 1)
 
 
-def _sums_across_gaps(
-    angle: FloatArray, clusters: IntegerArray, order: int
-) -> tuple[FloatArray, IntegerArray]:
+def _sums_across_gaps(angle: FloatArray, clusters: IntegerArray, order: int) -> Counted:
     """Sums and numbers of squared differences none of whose angles is missing."""
     sums, counts = np.zeros(clusters.size), np.zeros(clusters.size, dtype=np.int64)
     for block in blocks(angle.size):

@@ -23,7 +23,6 @@ from sagnac.core import arrays
 from sagnac.core.arrays import BooleanArray, FloatArray, IntegerArray
 from sagnac.core.units import ARCSECOND
 from sagnac.table import kinematics
-from sagnac.table.kinematics import KINEMATIC_RATE, averages_of
 from sagnac.table.turns import FEW_TURNS, full_turns
 from sagnac.table.whitened import Whitened, whitened
 
@@ -151,9 +150,9 @@ def estimated_table(
     EstimatedTable
         The readings as they are if the gyros do not sense the table, or know less of it.
     """
-    block = max(1, round(sample_rate / KINEMATIC_RATE))
-    coarse = np.stack([averages_of(angle, block) for angle in gyros])
-    read = averages_of(encoder, block)
+    block = max(1, round(sample_rate / kinematics.KINEMATIC_RATE))
+    coarse = np.stack([kinematics.averages_of(angle, block) for angle in gyros])
+    read = kinematics.averages_of(encoder, block)
     # Rates over a second tell the shares.
     shares, alike = shares_of_table(coarse, read, max(1, round(sample_rate / block)))
     strength = float(shares @ shares)
@@ -163,23 +162,18 @@ def estimated_table(
     sensed = shares @ coarse / strength
     interval = block / sample_rate
     fit = _Fit.of(read, sensed, interval)
-    readings, delay = encoder, None
-    for free in (np.array([True, True]), np.array([True, False])):
-        taken = _delay_taken_out(encoder, sensed, fit, sample_rate, free)
-        if taken is not None:
-            readings, delay = taken
-            break
+    # First with a change of the delay, then without.
+    both = (np.array([True, change]) for change in (True, False))
+    tried = (_delay_taken_out(encoder, sensed, fit, sample_rate, free) for free in both)
+    readings, delay = next((taken for taken in tried if taken is not None), (encoder, None))
     if delay is not None:
-        fit = _Fit.of(averages_of(readings, block), sensed, interval)
+        fit = _Fit.of(kinematics.averages_of(readings, block), sensed, interval)
     gyro = arrays.elementwise(lambda *here: shares / strength @ np.stack(here), *gyros)
     noise = _noise(gyro, encoder, delay, sample_rate)
     corner = fit.corner(_own_walk(coarse, shares))
-    angle = readings
     # From a quarter of the rate of averages on a corner leaves the readings as they are.
-    if corner > 0.25 / interval:
-        corner = math.inf
-    else:
-        angle = _led(gyro, fit.guide(corner), block)
+    corner = math.inf if corner > 0.25 / interval else corner
+    angle = _led(gyro, fit.guide(corner), block) if math.isfinite(corner) else readings
     return replace(plain, angle=angle, readings=readings, noise=noise, corner=corner, delay=delay)
 
 
@@ -213,7 +207,7 @@ def _delay_taken_out(
         delay, readings = moved, _undelayed(encoder, moved, sample_rate)
         if number == _STEPS - 1 or (number and abs(found[0]) < 1e-7):
             break
-        averages = averages_of(readings, round(fit.interval * sample_rate))
+        averages = kinematics.averages_of(readings, round(fit.interval * sample_rate))
         fit = _Fit.of(averages, sensed, fit.interval)
     return (encoder, None) if delay is None or not delay.is_seen else (readings, delay)
 
@@ -244,9 +238,9 @@ def order_drift(
         None if the orders keep their phases, or the table does not turn evenly from stretch to
         stretch.
     """
-    block = max(1, round(sample_rate / KINEMATIC_RATE))
-    known = averages_of(table.angle, block)
-    shown = averages_of(angle, block) - share * known
+    block = max(1, round(sample_rate / kinematics.KINEMATIC_RATE))
+    known = kinematics.averages_of(table.angle, block)
+    shown = kinematics.averages_of(angle, block) - share * known
     turned = abs(float(known[-1] - known[0])) / (2.0 * np.pi)
     # Averages show orders up to about a third of their rate.
     highest = min(_HIGHEST, math.floor(0.35 * known.size / max(turned, 1e-12)))
@@ -345,8 +339,7 @@ def _noise(gyro: FloatArray, encoder: FloatArray, delay: Delay | None, sample_ra
     Readings that are shifted by a delay have less noise than those that were made.
     """
     if delay is not None:
-        back = replace(delay, mean=-delay.mean, change=-delay.change)
-        gyro = _undelayed(gyro, back, sample_rate)
+        gyro = _undelayed(gyro, replace(delay, mean=-delay.mean, change=-delay.change), sample_rate)
     steps = arrays.differences(arrays.elementwise(np.subtract, encoder, gyro))
     return math.sqrt(0.5 * max(arrays.square(steps) / steps.size - arrays.mean(steps) ** 2, 0.0))
 
@@ -370,7 +363,7 @@ def _without_hum(led: FloatArray, block: int) -> FloatArray:
 
     Beside a hum that is searched for lines it would make a product that stands still.
     """
-    coarse = averages_of(led, block)
+    coarse = kinematics.averages_of(led, block)
     steps = np.abs(np.gradient(coarse))
     # Below a hundredth of the rms rate the table stands.
     stands = steps < 0.01 * math.sqrt(float(np.mean(steps**2)))
@@ -562,8 +555,7 @@ def _orders_of_ripple(angle: FloatArray) -> IntegerArray:
     """
     if full_turns(angle) < FEW_TURNS:
         return np.empty(0, dtype=np.int64)
-    steps = np.diff(angle)
-    turn = np.exp(-0.5j * (angle[1:] + angle[:-1]))
+    steps, turn = np.diff(angle), np.exp(-0.5j * (angle[1:] + angle[:-1]))
     # The rate is integrated over the angle, whose step is the rate itself.
     turned = np.hanning(steps.size) * steps**2 * turn**_ORDERS
     # Averages show orders up to about a third of their rate.

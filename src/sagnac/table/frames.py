@@ -69,8 +69,7 @@ def table_to_gyro_matrix(e_x: float, e_y: float, e_z: float) -> FloatArray:
     square = e_x * e_x + e_y * e_y + e_z * e_z
     if not abs(square - 1.0) <= _UNIT_NORM_TOLERANCE:
         why = f"e_x^2 + e_y^2 + e_z^2 is {square:.12g}, not 1, so Eq. 1 is no rotation"
-        remedy = "scale the shares to unit length (shares_from_deviations)"
-        raise ValueError(f"{why}; {remedy}")
+        raise ValueError(f"{why}; scale the shares to unit length (shares_from_deviations)")
     in_plane = math.sqrt(max(0.0, 1.0 - e_x * e_x))
     if in_plane < _UNIT_NORM_TOLERANCE:
         raise ValueError(f"e_x = {e_x:g} leaves x_s no projection on the table; keep |e_x| below 1")

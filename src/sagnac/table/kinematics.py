@@ -14,14 +14,11 @@ from sagnac.table import _kernels
 
 # ---- earth -------------------------------------------------------------------------
 
+# Bound of an Earth-rate coefficient of a gyro or of a difference of two, rad/s. At a constant table
+# rate the Earth terms coincide with the sine and cosine of the table angle, and what is left of
+# them is encoder noise. Nothing but their size is known then: this bound serves as the standard
+# deviation of their prior, and a fit under that prior may not exceed it (`bounded_by_earth`).
 LARGEST_EARTH_RATE: Final = 2.0 * EARTH_RATE
-"""Bound of an Earth-rate coefficient of a gyro or of a difference of two, rad/s.
-
-At a constant table rate the Earth terms coincide with the sine and cosine of the table angle, and
-what is left of them is encoder noise. Nothing but their size is known then: this bound serves as
-the standard deviation of their prior, and a fit under that prior may not exceed it
-(`bounded_by_earth`).
-"""
 
 
 def bounded_by_earth(
@@ -56,12 +53,9 @@ def bounded_by_earth(
 
 # ---- kinematics --------------------------------------------------------------------
 
+# Rate, Hz, of the averages that kinematic terms are fitted to. Readout quantization and encoder
+# noise rule 500 Hz increments; they average out, and table motion does not.
 KINEMATIC_RATE: Final = 10.0
-"""Rate, Hz, of the averages that kinematic terms are fitted to.
-
-Readout quantization and encoder noise rule 500 Hz increments; they average out, and table motion
-does not.
-"""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -113,8 +107,7 @@ def kinematics(table: FloatArray, sample_rate: float) -> Kinematics:
         If the sample rate is not positive.
     """
     require_rate(sample_rate)
-    dt = 1.0 / sample_rate
-    block = max(1, round(sample_rate / KINEMATIC_RATE))
+    dt, block = 1.0 / sample_rate, max(1, round(sample_rate / KINEMATIC_RATE))
     length = block_length(block)
     rows, begun = [], [np.zeros(2)]
     for piece in blocks(table.size, length):
@@ -160,9 +153,8 @@ def highest_harmonic(kinematic: Kinematics) -> float:
     Harmonics above 0.4 of the averages' rate are averaged away, and those that are not, alias.
     """
     step = np.abs(np.diff(kinematic.angle))
-    if step.size == 0:
-        return 0.0
-    return 0.4 * 2.0 * np.pi / max(float(np.percentile(step, 95)), 1e-12)
+    fastest = float(np.percentile(step, 95)) if step.size else np.inf
+    return 0.4 * 2.0 * np.pi / max(fastest, 1e-12)
 
 
 def rate_variation(kinematic: Kinematics) -> float:

@@ -18,13 +18,6 @@ from sagnac.table.estimate import FIRST_DELAY, SEEN, SHORTEST_DELAY, Shift
 from sagnac.table.kinematics import averages_of
 from sagnac.table.whitened import whitened
 
-# Averages a second that show how a servo hunts, and how many are looked at, from the start: first
-# whether there is a lag, then how long it is.
-_RATE: Final = 50.0
-_FIRST_LOOK: Final = 2**16
-_MOST: Final = 2**18
-# Share of the table's rate below which a gyro tells no lag of its own.
-_LEAST_SHARE: Final = 0.05
 # Weights of the averages around one, of which its rate is: exact for polynomials of degree 6, as
 # those of ``scipy.signal.savgol_filter``, whose import takes as long as the fit.
 _AROUND: Final = np.array([1.0, -9.0, 45.0, 0.0, -45.0, 9.0, -1.0]) / 60.0
@@ -54,8 +47,9 @@ def without_lags(
     angles = list(gyros)
     lags: list[Shift | None] = [None] * len(gyros)
     for number in range(1, len(gyros)):
-        # Each pass knows the motion better than the one before.
-        for most in (_FIRST_LOOK, _MOST, _MOST):
+        # Averages that are looked at, from the start: first whether there is a lag, then how long
+        # it is. Each pass knows the motion better than the one before.
+        for most in (2**16, 2**18, 2**18):
             pair, known = [angles[0], angles[number]], lags[number]
             shares, lag = _lag(pair, encoder, sample_rate, most)
             if lag is None and known is None:
@@ -75,11 +69,13 @@ def _lag(
     A gyro that comes later shows its share times the table's rate times the lag less. That is
     fitted beside what else tells two gyros on a table apart, as the delay of an encoder is.
     """
-    block = max(1, round(sample_rate / _RATE))
+    # So many averages a second show how a servo hunts.
+    block = max(1, round(sample_rate / 50.0))
     first, second, read = (averages_of(one[: most * block], block) for one in (*pair, encoder))
     coarse = np.stack([first, second])
     shares, _ = estimate.shares_of_table(coarse, read, max(1, round(sample_rate / block)))
-    if read.size < 10 * _AROUND.size or not np.abs(shares).min() > _LEAST_SHARE:
+    # Below this share of the table's rate a gyro tells no lag of its own.
+    if read.size < 10 * _AROUND.size or not np.abs(shares).min() > 0.05:
         return shares, None
     interval = block / sample_rate
     sensed = shares @ coarse / float(shares @ shares)
@@ -101,8 +97,7 @@ def _moved(
     (Keys, 1981), which lets motion through and less of the noise that is faster.
     """
     # The motion to be moved is made of 100 samples a second: what lies above is noise of the gyros.
-    step = max(1, round(sample_rate / 100.0))
-    late = lag * sample_rate
+    step, late = max(1, round(sample_rate / 100.0)), lag * sample_rate
     reach = 2 * step + math.ceil(abs(late))
     places = np.arange(-reach, reach + 1.0)
     # Convolution turns the kernel round: place k takes the sample k before.
@@ -122,6 +117,5 @@ def _moved(
 def _keys(place: FloatArray) -> FloatArray:
     """Kernel of cubic convolution, exact for parabolas; zero two places away."""
     far = np.abs(place)
-    near = (1.5 * far - 2.5) * far**2 + 1.0
-    beyond = ((-0.5 * far + 2.5) * far - 4.0) * far + 2.0
+    near, beyond = (1.5 * far - 2.5) * far**2 + 1.0, ((-0.5 * far + 2.5) * far - 4.0) * far + 2.0
     return np.where(far < 1.0, near, np.where(far < 2.0, beyond, 0.0))

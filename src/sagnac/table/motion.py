@@ -185,10 +185,9 @@ def follow_table_together(
     for number, target in enumerate(targets):
         reduced = Triangle.of(rows, columns.size, number)
         free = reduced.solution(np.zeros(columns.size))
+        noise = reduced.deviation(free, target.size)
         if lines_taken:
-            noise = noise_beside_lines(leftover(columns, target, free))
-        else:
-            noise = reduced.deviation(free, target.size)
+            noise = noise_beside_lines(columns, target, free)
         penalty = np.zeros(columns.size)
         penalty[_EARTH] = noise / (LARGEST_EARTH_RATE * reduced.scale[_EARTH])
         solution = kinematics.bounded_by_earth(reduced.solution, penalty, _EARTH)
@@ -282,16 +281,11 @@ class Triangle:
         return float(np.sqrt((left @ left + self.beyond) / count))
 
 
-def leftover(columns: Design, target: FloatArray, solution: FloatArray) -> FloatArray:
-    """(averages - 1,) of the target without the columns times the solution, rad."""
+def noise_beside_lines(columns: Design, target: FloatArray, solution: FloatArray) -> float:
+    """Standard deviation, rad, of white noise in what a solution leaves, whatever orders it has."""
     left = empty(target.size)
     for block in blocks(target.size, _AT_ONCE):
         left[block] = target[block] - solution @ columns.increments(block.start, block.stop)
-    return left
-
-
-def noise_beside_lines(left: FloatArray) -> float:
-    """Standard deviation, rad, of white noise in what is left, whatever orders are still in."""
     power = np.abs(np.fft.rfft(left)[1:]) ** 2 / left.size
     # The median of a chi-square of two degrees of freedom is ln 2 of its mean.
     return float(np.sqrt(np.median(power) / np.log(2.0)))

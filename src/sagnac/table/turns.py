@@ -23,11 +23,11 @@ from sagnac.table.whitened import Whitened, whitened
 
 # ---- turns -------------------------------------------------------------------------
 
+# A table that makes fewer turns than this does not tell neighbouring orders apart.
 FEW_TURNS: Final = 4.0
-"""A table that makes fewer turns than this does not tell neighbouring orders apart."""
 
+# Seconds of a turning table below which its averages of 1 s do not say how steadily it turns.
 SHORTEST: Final = 10.0
-"""Seconds of a turning table below which its averages of 1 s do not say how steadily it turns."""
 
 _TURN: Final = 2.0 * np.pi
 
@@ -149,9 +149,8 @@ def full_rotation_samples(
     """
     pulses = np.empty(0, dtype=np.int64) if null_pulse is None else np.flatnonzero(null_pulse)
     pulses = pulses[pulses > 0]
-    if table is None:
-        times = pulses.astype(np.float64) - 0.5
-    else:
+    times = pulses.astype(np.float64) - 0.5
+    if table is not None:
         times = full_turn_times(table, null_angle=_null_angle(table, pulses))
     # Two full turns are three passes.
     if times.size < 3:

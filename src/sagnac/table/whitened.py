@@ -71,8 +71,8 @@ class Whitened:
         left = (self.rights.sum(axis=0) - rights)[..., np.newaxis]
         apart = np.linalg.solve(self.normal - pairs, left)[..., 0] - self.values * self.scale
         jackknife = (0.5 - 1.0 / self.rights.shape[0]) * (apart.T @ apart)
-        covariance = jackknife + np.linalg.inv(self.normal)
-        return np.asarray(covariance / np.outer(self.scale, self.scale))
+        scales = np.outer(self.scale, self.scale)
+        return np.asarray((jackknife + np.linalg.inv(self.normal)) / scales)
 
 
 def whitened(
@@ -116,8 +116,11 @@ def whitened(
         scale[own] = np.where(spread > 0.0, spread, 1.0)
         ready[own] = _ordinates(steps / scale[own, np.newaxis])
     wanted = _ordinates(np.diff(target)[np.newaxis])[0]
-    laws = _laws(count)
-    left, kept = wanted, np.ones(laws.shape[1])
+    # Spectra of increments of averages: white noise, and a walk, of unit size. Averages of a walk,
+    # taken over all the time between them, move less than the walk at the highest frequencies.
+    white = 4.0 * np.sin(np.pi * np.fft.rfftfreq(count)[1:]) ** 2
+    laws = np.stack([white, 1.0 - white / 6.0])
+    left, kept = wanted, np.ones(white.size)
     # Noise and coefficients are fitted in turn.
     for _ in range(6):
         power = _squares(left) / count
@@ -134,7 +137,6 @@ def whitened(
             taken = np.einsum("ij,ij->j", np.linalg.solve(normal, ready), ready)
             kept = 1.0 - 0.5 * weight * taken.reshape(-1, 2).sum(axis=1)
     over = _squares(left) / count / expected / _LINE
-    deviance = 2.0 * float(np.sum(np.log(expected) + _LINE * np.log1p(over)))
     return Whitened(
         of_groups=of_groups,
         rights=rights,
@@ -142,7 +144,7 @@ def whitened(
         scale=scale,
         readings=readings,
         walk=walk,
-        deviance=deviance,
+        deviance=2.0 * float(np.sum(np.log(expected) + _LINE * np.log1p(over))),
     )
 
 
@@ -184,16 +186,6 @@ def _edges(size: int, parts_a_decade: int) -> IntegerArray:
     """Ends of groups of ordinates that grow with frequency."""
     count = max(2, round(parts_a_decade * math.log10(size + 1)))
     return np.unique(np.geomspace(1, size + 1, count).astype(np.int64)) - 1
-
-
-def _laws(count: int) -> FloatArray:
-    """(2, ordinates) spectra of increments of averages: white noise, and a walk, of unit size.
-
-    The averages of a walk, taken over all the time between them, move less than the walk itself at
-    the highest frequencies.
-    """
-    white = 4.0 * np.sin(np.pi * np.fft.rfftfreq(count)[1:]) ** 2
-    return np.stack([white, 1.0 - white / 6.0])
 
 
 def _two_noises(power: FloatArray, laws: FloatArray, kept: FloatArray) -> tuple[float, float]:
