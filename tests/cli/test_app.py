@@ -106,6 +106,12 @@ def test_several_files_where_one_is_read_name_the_command_for_many(capsys, tmp_p
         assert "sagnac campaign" in line
 
 
+def test_a_further_name_that_is_too_long_for_a_file_is_one_line(capsys):
+    # Whether there is such a file is asked, and the system refuses the question.
+    assert main(["check", "run.csv", "x" * 5000]) == 2
+    assert "Unused Tokens" in one_line(capsys)
+
+
 def test_missing_file(capsys, tmp_path):
     path = tmp_path / "none.csv"
     for command in READING:

@@ -207,7 +207,7 @@ def _in_several_files(error: CycloptsError) -> str:
     if further.suffix.lower() in MINISEED.suffixes:
         problem = "channels that stand in a miniSEED file each are put together first"
         remedy = f"{problem}: cat x.mseed y.mseed z.mseed > xyz.mseed"
-    elif further.exists():
+    elif os.path.exists(further):
         remedy = "many go into a table with sagnac campaign FILE... -o DIR"
     else:
         return ""

@@ -272,8 +272,8 @@ def read_analysis(path: str | Path) -> Analysis:
         return analysis_from(document)
     except (ValueError, KeyError, TypeError) as error:
         why = f": {error}" if type(error) in (ValueError, ArgumentError) else ""
-        where, said = "text" if is_text else str(path), f"states what cannot be{why}"
-        raise RecordingError(said, path=where, remedy=AS_WRITTEN) from None
+        where, problem = "text" if is_text else str(path), f"states what cannot be{why}"
+        raise RecordingError(problem, path=where, remedy=AS_WRITTEN) from None
 
 
 def analysis_from(document: Document, channel: str = "", of: Document | None = None) -> Analysis:
@@ -294,16 +294,16 @@ def analysis_from(document: Document, channel: str = "", of: Document | None = N
     """
     sensor: Sensor = "gyro" if of is None else "accelerometer"
     whole, settled = of or document, (of or document)["settings"]
-    said, stated = whole["input"], document[units.SENSED[sensor].keys["angle_random_walk"]]
+    facts, stated = whole["input"], document[units.SENSED[sensor].keys["angle_random_walk"]]
     channel = channel or document["channel"]
-    rate = said.get("table_rate_deg_per_s") if of is None else None
+    rate = facts.get("table_rate_deg_per_s") if of is None else None
     forces = document.get("accelerometers") or {}
     fits, walks = (document.get(key, {}).items() for key in ("estimates", "per_gyro"))
     family = tuple(_curve(one, sensor, whole) for one in document.get("curves") or ())
     return Analysis.of_fields(
         stored=document,
         settings=Settings(
-            gyros=tuple(said["gyros"]) if of is None else (channel,),
+            gyros=tuple(facts["gyros"]) if of is None else (channel,),
             method=settled["method"],
             interval=settled.get("interval_s"),
             confidence=settled["confidence"],

@@ -92,7 +92,7 @@ def page(
     """
     heading, drawn = block or TitleBlock(), drawn or figures.report_figures(analysis)
     if analysis.gyros:
-        said = "Allan deviation of the gyros against cluster time"
+        label = "Allan deviation of the gyros against cluster time"
         each = analysis.gyros.items()
         return _rendered(
             "unit.html",
@@ -101,7 +101,7 @@ def page(
             title=heading.title or f"Gyros {', '.join(analysis.settings.gyros)}",
             links=links or {},
             notes=ranked(analysis.notes),
-            figure=figures.svg(drawn["stability"], "unit", said),
+            figure=figures.svg(drawn["stability"], "unit", label),
             columns=[(name, result.answer_coefficients(one), False) for name, one in each],
             settings=settings,
         )
@@ -136,8 +136,8 @@ def comparison_page(analyses: Mapping[str, Analysis], refused: Mapping[str, str]
     one, by_gyro = next(iter(analyses.values())), methods_by_gyro(analyses)
     figure = Markup("")
     for name, each in by_gyro.items():
-        said = f"Allan deviation of {name} that each method leaves"
-        figure += figures.svg(figures.comparison_figure(each), f"comparison-{name}", said)
+        label = f"Allan deviation of {name} that each method leaves"
+        figure += figures.svg(figures.comparison_figure(each), f"comparison-{name}", label)
     what = ", ".join(by_gyro) if len(by_gyro) > 1 else subject(one)
     facts: dict[str, Any] = {"by_gyro": by_gyro, "refused": refused, "figure": figure}
     title = f"Methods compared, {what}"
@@ -176,9 +176,9 @@ def _forces(analysis: Analysis) -> dict[str, Any] | None:
     refused = {name: why for name, why in analysis.refused.items() if name not in gyros}
     if not forces and not refused:
         return None
-    said, figure = "Allan deviation of the accelerometers against cluster time", Markup("")
+    label, figure = "Allan deviation of the accelerometers against cluster time", Markup("")
     if forces:
-        figure = figures.svg(figures.curves_figure(forces), "forces", said)
+        figure = figures.svg(figures.curves_figure(forces), "forces", label)
     return {"analyses": forces, "refused": refused, "figure": figure}
 
 

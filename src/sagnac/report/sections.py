@@ -120,9 +120,9 @@ def force_rows(analyses: Sequence[Analysis]) -> list[tuple[str, str, tuple[str, 
     titles, rows = SENSED["accelerometer"].titles, []
     for name in COEFFICIENT_NAMES:
         found = [answer_coefficients(one).get(name) for one in analyses]
-        said = ("not fitted" if one is None else quantities.reading(one) for one in found)
+        readings = ("not fitted" if one is None else quantities.reading(one) for one in found)
         unit = field_unit(name, "accelerometer").symbol
-        rows.append((f"{SYMBOLS[name]} {titles[name]}", unit, tuple(said)))
+        rows.append((f"{SYMBOLS[name]} {titles[name]}", unit, tuple(readings)))
     return rows
 
 
@@ -162,8 +162,8 @@ def overall_decision(several: Iterable[Analysis], refused: Collection[str] = ())
 def found_text(judgement: Judgement) -> str:
     """Measured value in the unit of its limit: with its interval, a bound, or neither."""
     limit, estimate = judgement.limit, judgement.estimate
-    said = quantities.reading(estimate, limit.unit.name)
-    return said if estimate.status == "not observable" else f"{said} {limit.unit.symbol}"
+    interval = quantities.reading(estimate, limit.unit.name)
+    return interval if estimate.status == "not observable" else f"{interval} {limit.unit.symbol}"
 
 
 def risk_text(verdict: Verdict) -> str:
@@ -238,8 +238,8 @@ def require_pdf() -> None:
     except OSError as error:
         where = "Debian and Ubuntu: libpango-1.0-0 and libpangoft2-1.0-0; elsewhere: pango"
         remedy = f"install Pango ({where}), or leave {{pdf}} out"
-        said = "report.pdf cannot be written without the Pango library"
-        raise RecordingError(said, remedy=remedy) from error
+        problem = "report.pdf cannot be written without the Pango library"
+        raise RecordingError(problem, remedy=remedy) from error
 
 
 def write_pdf(page: str, path: Path) -> None:

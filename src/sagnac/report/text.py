@@ -46,15 +46,15 @@ def verdict(analysis: Analysis) -> str:
     told = [one for one in found.judgements if one.decision != "pass" or EITHER in one.reason]
     reasons = dict.fromkeys(f"{sections.gyro_text(one)}: {one.reason}" for one in told)
     product = f" for {found.specification.product}" if found.specification.product else ""
-    said = f"Verdict{product}: {sections.DECISIONS[found.decision]}"
+    line = f"Verdict{product}: {sections.DECISIONS[found.decision]}"
     listed = table(("gyro", "limit", "measured", "verdict"), rows)
-    return "\n".join((said, listed, *reasons, f"Risk: {sections.risk_text(found)}"))
+    return "\n".join((line, listed, *reasons, f"Risk: {sections.risk_text(found)}"))
 
 
 def with_lines(analysis: Analysis) -> str:
     """The answer with the lines left in."""
-    said = quantities.sentence(analysis.angle_random_walk, plain=True)
-    return f"With the lines below left in  {said}"
+    sentence = quantities.sentence(analysis.angle_random_walk, plain=True)
+    return f"With the lines below left in  {sentence}"
 
 
 def coefficients(analysis: Analysis) -> str:
@@ -77,8 +77,8 @@ def shares(analysis: Analysis) -> str:
     """Scale factor, axis, asymmetry and bias of each gyro on a turning table."""
     if not analysis.shares:
         return ""
-    said = [textwrap.fill(remark, 80) for remark in sections.share_remarks(analysis)]
-    return "\n".join((table(sections.HEADER, sections.share_rows(analysis)), *said))
+    remarks = [textwrap.fill(remark, 80) for remark in sections.share_remarks(analysis)]
+    return "\n".join((table(sections.HEADER, sections.share_rows(analysis)), *remarks))
 
 
 def accelerometers(analysis: Analysis) -> str:
@@ -89,7 +89,7 @@ def accelerometers(analysis: Analysis) -> str:
     names = [f"accelerometer {name}" for name in analysis.accelerometers]
     rows = [(title, unit, *readings) for title, unit, readings in sections.force_rows(forces)]
     shown = table(("coefficient", "unit", *names), rows)
-    return blocks(shown, "\n".join(f"note: {said}" for said in sections.force_notes(forces)))
+    return blocks(shown, "\n".join(f"note: {note}" for note in sections.force_notes(forces)))
 
 
 def refused(analysis: Analysis) -> str:
@@ -112,8 +112,8 @@ def self_noise(found: SelfNoise, band: tuple[float, float]) -> str:
         (name, quantities.sentence(walk, plain=True), f"{gain:.5g}")
         for (name, walk), gain in zip(found.angle_random_walk.items(), found.gains, strict=True)
     ]
-    said = f"Self-noise from the cross spectra of {len(rows)} gyros, {band[0]:g} to {band[1]:g} Hz"
-    return f"{said}\n{table(('gyro', 'ARW of it alone', 'gain'), rows)}"
+    title = f"Self-noise from the cross spectra of {len(rows)} gyros, {band[0]:g} to {band[1]:g} Hz"
+    return f"{title}\n{table(('gyro', 'ARW of it alone', 'gain'), rows)}"
 
 
 def curve(of: StabilityCurve) -> str:
@@ -162,8 +162,8 @@ def _listed(analysis: Analysis, shown: str, rows: int, weaker: str = "") -> str:
     more = len(analysis.lines) - rows
     if not more:
         return shown
-    said = f"{more} weaker {weaker}" if weaker else counted(more, "weaker line")
-    return f"{shown}\n… and {said}: sagnac lines shows all"
+    weaker_lines = f"{more} weaker {weaker}" if weaker else counted(more, "weaker line")
+    return f"{shown}\n… and {weaker_lines}: sagnac lines shows all"
 
 
 def methods_by_gyro(analyses: Mapping[str, Analysis]) -> dict[str, dict[str, Analysis]]:
@@ -185,10 +185,10 @@ def comparison(analyses: Mapping[str, Analysis], refused: Mapping[str, str]) -> 
         rows.append((method, *cells, *counts, f"{sum(analysis.seconds.values()):.1f}"))
     header = ("method", "N °/√h", "interval", "status", "lines", "peaks left", "s")
     read = [note_text(note) for note in one.recording.notes]
-    noticed = [f"note: {said}" for said in read]
+    noticed = [f"note: {text}" for text in read]
     for method, analysis in analyses.items():
-        own = (said for said in map(note_text, analysis.notes) if said not in read)
-        noticed += [f"note: {method}: {said}" for said in own]
+        own = (text for text in map(note_text, analysis.notes) if text not in read)
+        noticed += [f"note: {method}: {text}" for text in own]
     reasons = "\n".join(f"{method}: {why}" for method, why in refused.items())
     shown = table(header, rows, right=(1, 4, 5, 6))
     return blocks(quantities.subject(one), shown, reasons, "\n".join(noticed))
@@ -213,8 +213,8 @@ def notes(noticed: Sequence[Note]) -> str:
 def seconds(analysis: Analysis) -> str:
     """Time by stage."""
     stages = ", ".join(f"{stage} {spent:.2f}" for stage, spent in analysis.seconds.items())
-    said = f"seconds: {stages}; in all {sum(analysis.seconds.values()):.2f}"
-    return textwrap.fill(said, 80, subsequent_indent="  ")
+    line = f"seconds: {stages}; in all {sum(analysis.seconds.values()):.2f}"
+    return textwrap.fill(line, 80, subsequent_indent="  ")
 
 
 def table(head: Sequence[str], rows: Sequence[Sequence[str]], *, right: Sequence[int] = ()) -> str:
@@ -288,11 +288,11 @@ def short_notes(analysis: Analysis, others: Sequence[Analysis] = ()) -> str:
     ordered = (*placed["answer"], *placed["reading"])
     urgent = [note for note in ordered if note.level != "remark"]
     shown = (*urgent, *ordered[len(urgent) :][:4])
-    said = [_levelled(note) for note in shown]
+    texts = [_levelled(note) for note in shown]
     more = len(set(analysis.notes)) - len(shown)
     if more:
-        said.append(f"… and {counted(more, 'further note')}: --curve or the report shows all")
-    return "\n".join(said)
+        texts.append(f"… and {counted(more, 'further note')}: --curve or the report shows all")
+    return "\n".join(texts)
 
 
 def every_note(noticed: Sequence[Note]) -> str:
@@ -324,8 +324,8 @@ def closing(named: Sequence[tuple[str, Analysis]], refused: Collection[str] = ()
     listed = table(("file", "gyro", f"N {unit}", "interval", "status", "verdict"), rows)
     warned = [line for file, analysis in named for line in _warned_of(file, analysis)]
     decision = sections.overall_decision((analysis for _, analysis in named), refused)
-    said = [f"Verdict of all: {sections.DECISIONS[decision]}"] if decision else []
-    return "\n".join((listed, *said, *warned))
+    lines = [f"Verdict of all: {sections.DECISIONS[decision]}"] if decision else []
+    return "\n".join((listed, *lines, *warned))
 
 
 def _warned_of(file: str, analysis: Analysis) -> list[str]:
@@ -352,8 +352,8 @@ def _closing_rows(file: str, analysis: Analysis) -> list[tuple[str, ...]]:
         for name, estimate in estimates.items()
     ]
     lacking = [name for name in analysis.settings.gyros if name in analysis.refused]
-    said = ("–", "", "not analyzed")
-    return rows + [(named, name, *said, decisions.get(name, "")) for name in lacking]
+    cells = ("–", "", "not analyzed")
+    return rows + [(named, name, *cells, decisions.get(name, "")) for name in lacking]
 
 
 def brief(analysis: Analysis, others: Sequence[Analysis] = ()) -> tuple[str, ...]:

@@ -243,18 +243,18 @@ class RigConfig:
 def _check_sampling(config: RigConfig) -> None:
     nyquist = config.sample_rate_hz / 2.0
     for frequency, _ in config.disturbances.time:
-        said = f"{frequency:g} Hz is above {nyquist:g} Hz, half of sample_rate_hz"
+        fact = f"{frequency:g} Hz is above {nyquist:g} Hz, half of sample_rate_hz"
         remedy = "give the frequency it folds to"
-        require(frequency <= nyquist, f"disturbances.time: {said}", remedy)
+        require(frequency <= nyquist, f"disturbances.time: {fact}", remedy)
     nutation = config.motion.nutation_hz
-    said = f"{nutation:g} is above {0.5 * nyquist:g} Hz, a quarter of sample_rate_hz"
+    fact = f"{nutation:g} is above {0.5 * nyquist:g} Hz, a quarter of sample_rate_hz"
     is_slow = config.motion.nutation_rms_arcsec == 0.0 or nutation <= 0.5 * nyquist
-    require(is_slow, f"motion.nutation_hz {said}", "lower it, or raise sample_rate_hz")
+    require(is_slow, f"motion.nutation_hz {fact}", "lower it, or raise sample_rate_hz")
     for section, own in (("gyro", config.gyro), ("accelerometer", config.accelerometer)):
         highest = max(own.low_pass_hz)
-        said = f"{highest:g} is not below {nyquist:g} Hz, half of sample_rate_hz"
+        fact = f"{highest:g} is not below {nyquist:g} Hz, half of sample_rate_hz"
         remedy = "lower it, or give 0 for no low-pass"
-        require(highest < nyquist, f"{section}.low_pass_hz {said}", remedy)
+        require(highest < nyquist, f"{section}.low_pass_hz {fact}", remedy)
     problem = f"duration_s {config.duration_s:g} holds no sample at {config.sample_rate_hz:g} Hz"
     require(config.samples >= 1, problem, "make it longer")
 
@@ -264,10 +264,10 @@ def _check_table(table: sections.TableConfig) -> None:
     rising = all(earlier < later for earlier, later in pairwise(times))
     require(rising, f"table.profile: times {times} do not increase", "sort them")
     turn_round = 2.0 * abs(table.rate_deg_per_s) / table.acceleration_deg_per_s2 + table.dwell_s
-    said = f"{table.reversal_interval_s:g} leaves no time to turn round in {turn_round:g} s"
+    fact = f"{table.reversal_interval_s:g} leaves no time to turn round in {turn_round:g} s"
     in_time = not 0.0 < table.reversal_interval_s <= turn_round or bool(table.profile)
     remedy = "raise it or table.acceleration_deg_per_s2"
-    require(in_time, f"table.reversal_interval_s {said}", remedy)
+    require(in_time, f"table.reversal_interval_s {fact}", remedy)
     known = table.dwell_s == 0.0 or (not table.profile and table.reversal_interval_s > 0.0)
     problem = f"table.dwell_s is {table.dwell_s:g}, but nothing says when the table stands"
     require(known, problem, "give table.reversal_interval_s, and no table.profile")
@@ -279,8 +279,8 @@ def _check_table(table: sections.TableConfig) -> None:
 def _check_delay(encoder: sections.EncoderConfig, duration: float) -> None:
     end = float(encoder.delay_at(duration, duration))
     # The difference of drift and clock may leave a rounding below zero.
-    most, said = sections.LONGEST_DELAY_S, f"{end:g} s late after {duration:g} s"
-    problem = f"encoder.latency_s, latency_drift_s and clock_ppm put readings {said}"
+    most, fact = sections.LONGEST_DELAY_S, f"{end:g} s late after {duration:g} s"
+    problem = f"encoder.latency_s, latency_drift_s and clock_ppm put readings {fact}"
     remedy = f"keep it from 0 to {most:g} s; a clock that runs slow needs a latency to begin with"
     require(-1e-12 <= end <= most, problem, remedy)
 
@@ -290,8 +290,8 @@ def _check_modes(config: RigConfig) -> None:
     problem = "gyro.mode is 'still' on a turning table"
     remedy = "set table.rate_deg_per_s = 0, or mode rate-biased or dithered"
     require(gyro.mode != "still" or not config.turning, problem, remedy)
-    dithered, said = gyro.mode == "dithered" or not config.dither.is_left, "of mode 'dithered'"
-    problem = f"dither.residue and dither.delay_s are {said}; gyro.mode is {gyro.mode!r}"
+    dithered, mode = gyro.mode == "dithered" or not config.dither.is_left, "mode 'dithered'"
+    problem = f"dither.residue and dither.delay_s are of {mode}; gyro.mode is {gyro.mode!r}"
     require(dithered, problem, "set gyro.mode to 'dithered', or both to 0")
     problem = f"dither.detuning_hz {detuning:g} leaves no frequency"
     remedy = "keep it above -gyro.dither_frequency_hz"
@@ -304,10 +304,10 @@ def _check_modes(config: RigConfig) -> None:
         # Jitter never locks at a bias of ten lock-in rates.
         needed = 10.0 * laser.lock_in
         is_clear = gyro.mode != "rate-biased" or share * slowest >= needed
-        said = f"gyro {name} comes down to {share * slowest / DEGREE:.3g} deg/s"
+        slow = f"gyro {name} comes down to {share * slowest / DEGREE:.3g} deg/s"
         wanted = f"{needed / DEGREE:.3g} deg/s, 10 times its lock-in"
         remedy = f"the table must turn one way and give it {wanted}"
-        require(is_clear, f"gyro.mode is 'rate-biased' but {said}", remedy)
+        require(is_clear, f"gyro.mode is 'rate-biased' but {slow}", remedy)
         try:
             angle_random_walk(laser, 1.1 * share * float(np.abs(rate).max()), dither)
         except ValueError as error:

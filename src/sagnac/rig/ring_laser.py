@@ -145,14 +145,15 @@ def _check_dither(laser: RingLaser, dither: Dither, rates: FloatArray) -> None:
     fastest = float(np.max(np.abs(rates), initial=0.0))
     if fastest >= dither.rate:
         peak = f"the dither's peak {dither.rate:.6g} rad/s, so the rate never turns round"
-        said = f"input rate {fastest:.6g} rad/s is not below {peak}"
-        raise ValueError(f"{said}; raise the dither's rate")
+        problem = f"input rate {fastest:.6g} rad/s is not below {peak}"
+        raise ValueError(f"{problem}; raise the dither's rate")
     swing = 2.0 * dither.rate * laser.phase_per_angle / (2.0 * np.pi * dither.frequency)
     spread = swing * dither.amplitude_noise
     if spread < _RANDOM_ENOUGH:
-        said = f"amplitude_noise {dither.amplitude_noise:g} spreads the phase by {spread:.3g} rad "
-        said += "between turn-arounds, so their kicks are correlated"
-        raise ValueError(f"{said}; give at least {_RANDOM_ENOUGH / swing:.3g}")
+        phase = f"the phase by {spread:.3g} rad between turn-arounds"
+        problem = f"amplitude_noise {dither.amplitude_noise:g} spreads {phase}"
+        problem += ", so their kicks are correlated"
+        raise ValueError(f"{problem}; give at least {_RANDOM_ENOUGH / swing:.3g}")
 
 
 # ---- lasers and dither of a configuration ----------------------------------------------

@@ -52,7 +52,7 @@ def allowed(rule: Any) -> str:
     ranges = [f"{one.low:{shown}} to {one.high:{shown}}" for one in bounds]
     if form != Pairs:
         return ranges[0]
-    halves = (f"{one.name} {said}" for one, said in zip(bounds, ranges, strict=True))
+    halves = (f"{one.name} {span}" for one, span in zip(bounds, ranges, strict=True))
     return f"list of [{', '.join(halves)}]"
 
 
