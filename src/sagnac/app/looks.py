@@ -233,8 +233,8 @@ def look(path: Path, texts: stated.Texts) -> Look:
         recording = _as_written(path, texts, lacking, error)
     if not recording.samples:
         raise sagnac.RecordingError("holds no sample", path=str(path), remedy="check the file")
-    found = Look(path=path, texts=texts, recording=recording, lacking=lacking, refusal=refusal)
-    return replace(found, shown=_shown(recording, raw=bool(refusal)))
+    made = Look(path=path, texts=texts, recording=recording, lacking=lacking, refusal=refusal)
+    return replace(made, shown=_shown(recording, raw=bool(refusal)))
 
 
 def _as_written(

@@ -99,14 +99,14 @@ def tried(analysis: sagnac.Analysis, request: dict[str, Any], before: Any) -> di
     left_in = [analysis.lines[number] for number in request["off"]]
     masked = [(float(low), float(high)) for low, high in request["bands"]]
     kept = before.get(request["channel"])
-    found = sagnac.trial(analysis, left_in=left_in, masked=masked, before=kept)
-    before[request["channel"]] = found.before
-    again = replace(analysis, curve=found.curve, spectrum=found.spectrum)
+    trial = sagnac.trial(analysis, left_in=left_in, masked=masked, before=kept)
+    before[request["channel"]] = trial.before
+    again = replace(analysis, curve=trial.curve, spectrum=trial.spectrum)
     return {
         "asked": request,
-        "before": _estimate(found.before),
-        "after": _estimate(found.angle_random_walk),
-        "ratio": found.angle_random_walk.value / found.before.value,
+        "before": _estimate(trial.before),
+        "after": _estimate(trial.angle_random_walk),
+        "ratio": trial.angle_random_walk.value / trial.before.value,
         "figures": {name: drawn(_FIGURES[name], again) for name in ("stability", "spectrum")},
     }
 

@@ -199,14 +199,14 @@ Answer = Callable[[State, Session, dict[str, Any]], dict[str, Any]]
 
 def _open(state: State, session: Session, asked: dict[str, Any]) -> dict[str, Any]:
     texts = stated.cleaned(asked["texts"], stated.READING)
-    found = looks.look(state.room.path(asked["path"]), texts)
-    return {"look": session.keep(found), **looks.facts(found)}
+    look = looks.look(state.room.path(asked["path"]), texts)
+    return {"look": session.keep(look), **looks.facts(look)}
 
 
 def _window(state: State, session: Session, asked: dict[str, Any]) -> dict[str, Any]:
-    found = session.looks[asked["look"]]
+    look = session.looks[asked["look"]]
     span = float(asked["start"]), float(asked["stop"])
-    return {"channels": looks.window(found, *span, int(asked["pixels"]))}
+    return {"channels": looks.window(look, *span, int(asked["pixels"]))}
 
 
 def _task(state: State, asked: dict[str, Any]) -> Task:
@@ -275,10 +275,10 @@ def bokeh_scripts() -> Path:
 
     MissingExtra if it is not installed.
     """
-    found = find_spec("bokeh")
-    if found is None or found.origin is None:
+    spec = find_spec("bokeh")
+    if spec is None or spec.origin is None:
         raise sagnac.MissingExtra("the page", "bokeh", "app")
-    return Path(found.origin).parent / "server" / "static" / "js"
+    return Path(spec.origin).parent / "server" / "static" / "js"
 
 
 def application(state: State) -> web.Application:

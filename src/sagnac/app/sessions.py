@@ -56,12 +56,12 @@ class Room:
         """
         if not text or "\0" in text:
             raise ValueError("no path is given")
-        found = (self.root / text).resolve()
+        place = (self.root / text).resolve()
         allowed = (self.root,) if write else (self.root, self.dropped)
-        if not any(found == one or one in found.parents for one in allowed):
+        if not any(place == one or one in place.parents for one in allowed):
             problem = f"{text} lies outside {self.root}, where the page was started"
             raise ValueError(f"{problem}; start sagnac app in the folder of the file")
-        return found
+        return place
 
     def listing(self, text: str) -> dict[str, Any]:
         """The content of a folder: folders first, then files that may be recordings.

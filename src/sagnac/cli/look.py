@@ -98,9 +98,9 @@ def _suggest(file: Path, statement: "sagnac.Statement") -> None:
             sagnac.read(file, replace(statement, **added), verify=False)
         except sagnac.RecordingError as error:
             heading = f"Even with what is missing stated it cannot be read: {error_text(error)}"
-    found = gyros_in(file, statement) if "COLUMN" in words else ()
-    are_forces = {*found} <= {*ACCELEROMETER_NAMES}
-    facts = {"said": heading, "command": command, "found": found, "are_forces": are_forces}
+    gyros = gyros_in(file, statement) if "COLUMN" in words else ()
+    are_forces = {*gyros} <= {*ACCELEROMETER_NAMES}
+    facts = {"said": heading, "command": command, "found": gyros, "are_forces": are_forces}
     print(sections.rendered("to_read.txt", **facts), end="\n\n")
 
 
@@ -210,13 +210,13 @@ def plan(
     with typed.reading(file, options) as read:
         analysis = read.analyzed(settings)
     with about(file):
-        found = sagnac.plan(analysis, within=within)
-    refused = {name: error_text(error) for name, error in found.refused.items()}
+        plans = sagnac.plan(analysis, within=within)
+    refused = {name: error_text(error) for name, error in plans.refused.items()}
     if options.as_json:
-        print(json.dumps(_plan_document(found.plans, refused), allow_nan=False, indent=1))
+        print(json.dumps(_plan_document(plans.plans, refused), allow_nan=False, indent=1))
     else:
         lines = [f"{name}: {why}" for name, why in refused.items()]
-        print("\n\n".join([*(_text(one) for one in found.plans), *lines]))
+        print("\n\n".join([*(_text(one) for one in plans.plans), *lines]))
 
 
 def _wanted(row: "PlanRow") -> str:

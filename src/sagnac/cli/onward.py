@@ -274,10 +274,10 @@ def campaign(
     failed = made.campaign.failed
     for row in failed:
         results.complain(reason_text(row.task.path, row.reason))
-    found = yield_of(made.campaign)
-    if failed or found is None:
+    yields = yield_of(made.campaign)
+    if failed or yields is None:
         return results.DATA_ERROR if failed else results.DONE
-    return results.STATUS[found.decision]
+    return results.STATUS[yields.decision]
 
 
 COMMANDS: Final = (export, align, campaign)

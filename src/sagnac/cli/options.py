@@ -134,10 +134,10 @@ def memory_size(text: str) -> int:
     """
     stripped = text.strip()
     number = stripped.rstrip("BGMKTibgmkt ")
-    found = int(float(number) * _BYTES[stripped[len(number) :].strip().lower()])
-    if found <= 0:
+    size = int(float(number) * _BYTES[stripped[len(number) :].strip().lower()])
+    if size <= 0:
         raise ValueError
-    return found
+    return size
 
 
 @texts.giving("a path")

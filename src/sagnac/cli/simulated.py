@@ -219,10 +219,10 @@ def reproduce(
 
     scope, means = QUICK if quick else Scope(), means_of(workers)
     with results.resumable(folder):
-        found = make(made(folder), scope, means=means, told=results.standings())
-    written = pages.write(found, folder)
-    print(summary(found), end="\n\n")
-    print(f"{found.computed} of {len(found.outcomes)} runs made, the others were there")
+        result = make(made(folder), scope, means=means, told=results.standings())
+    written = pages.write(result, folder)
+    print(summary(result), end="\n\n")
+    print(f"{result.computed} of {len(result.outcomes)} runs made, the others were there")
     results.print_paths(written)
 
 

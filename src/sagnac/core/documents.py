@@ -87,17 +87,17 @@ def keep(schema: Schema, content: Any) -> None:
     try:
         fastjsonschema.compile(dict(schema), use_default=False)(content)
     except fastjsonschema.JsonSchemaValueException as error:
-        rule, found = error.definition, error.value
+        rule, value = error.definition, error.value
         known = rule.get("properties", {})
         # A key that is misspelt is better named than missed.
-        unknown = sorted(set(found) - set(known)) if known and isinstance(found, dict) else []
+        unknown = sorted(set(value) - set(known)) if known and isinstance(value, dict) else []
         if unknown:
             problem = f"{unknown[0]!r} is not known; use {', '.join(known)}"
         elif error.rule == "required":
-            lacking = next(key for key in rule["required"] if key not in found)
+            lacking = next(key for key in rule["required"] if key not in value)
             problem = f"{lacking} is not stated; {known[lacking]['description']}"
         else:
-            problem = f"{'.'.join(error.path[1:])} is {quoted(found)}; {rule['description']}"
+            problem = f"{'.'.join(error.path[1:])} is {quoted(value)}; {rule['description']}"
         raise ValueError(problem) from None
 
 

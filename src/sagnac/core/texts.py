@@ -49,10 +49,10 @@ def names(text: str) -> tuple[str, ...]:
     ValueError
         If a name is empty.
     """
-    found = tuple(name.strip() for name in text.split(","))
-    if "" in found:
+    listed = tuple(name.strip() for name in text.split(","))
+    if "" in listed:
         raise ValueError(f"{text!r}; give names with commas between them, such as x,z")
-    return found
+    return listed
 
 
 def by_name(text: str) -> dict[str, str]:

@@ -225,7 +225,7 @@ def departures(design: Design, components: Components) -> tuple[Outlier, ...]:
     # A run that lies where the others foretell it leaves their mean as it is.
     row = np.linalg.inv(covariance).sum(axis=0)
     mean_without = (row @ design.values - row * off) / row.sum()
-    found = [
+    rows = [
         Outlier(
             index=index,
             foretold=float(design.values[index] - off[index]),
@@ -234,7 +234,7 @@ def departures(design: Design, components: Components) -> tuple[Outlier, ...]:
         )
         for index in np.flatnonzero(chance < CHANCE).tolist()
     ]
-    return tuple(sorted(found, key=lambda one: -abs(one.deviations)))
+    return tuple(sorted(rows, key=lambda one: -abs(one.deviations)))
 
 
 def slope_of_days(design: Design, *, confidence: float) -> Interval | None:
@@ -407,7 +407,7 @@ def repeatability(runs: Sequence[Run], *, confidence: float = 0.95) -> Repeatabi
     require_confidence(confidence)
     used = [name for name in FACTORS if runs and all(run.labels.get(name) for run in runs)]
     labels = {name: tuple(run.labels[name] for run in runs) for name in used}
-    labels = {name: found for name, found in labels.items() if len(set(found)) < len(runs)}
+    labels = {name: each for name, each in labels.items() if len(set(each)) < len(runs)}
     variances = np.array([run.relative_variance for run in runs])
     design = Design(values=np.log([run.value for run in runs]), factors=labels, variances=variances)
     if len(runs) < 3 or design.contrasts("run").shape[1] < 1:

@@ -156,8 +156,8 @@ class Choices:
         """The task of a file; labels that are not stated are those of its path."""
         match = re.search(self.pattern, path.as_posix()) if self.pattern else None
         in_path = {} if match is None else match.groupdict()
-        where, found = str(path.absolute()), {name: one for name, one in in_path.items() if one}
-        known = {**found, **labels}
+        where, own = str(path.absolute()), {name: one for name, one in in_path.items() if one}
+        known = {**own, **labels}
         return Task(path=where, settings=self.settings, statement=self.statement, labels=known)
 
 

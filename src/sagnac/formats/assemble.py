@@ -195,11 +195,11 @@ def verified(recording: Recording) -> Recording:
         If the data are not sound, or none of the gyros is.
     """
     forces = (recording.of_accelerometer(one.name) for one in recording.accelerometers)
-    found = dict.fromkeys(note for one in (recording, *forces) for note in integrity(one))
-    errors = [note for note in found if note.level == "error"]
+    doubts = dict.fromkeys(note for one in (recording, *forces) for note in integrity(one))
+    errors = [note for note in doubts if note.level == "error"]
     gyros = {gyro.name for gyro in recording.gyros}
     spoilt = {note.channel for note in errors}
     bearable = spoilt - {one.name for one in recording.accelerometers} < gyros
     if errors and not bearable:
         raise RecordingError.of(errors[0])
-    return replace(recording, notes=(*recording.notes, *found))
+    return replace(recording, notes=(*recording.notes, *doubts))

@@ -66,17 +66,17 @@ def open_source(path: Path) -> Source:
         datasets = {name: one for name, one in items.items() if isinstance(one, h5py.Dataset)}
         short = {name: name.rpartition("/")[2] for name in datasets}
         often = Counter(short.values())
-        found: dict[str, tuple[Column, Vector]] = {}
+        vectors: dict[str, tuple[Column, Vector]] = {}
         unreadable: dict[str, str] = {}
         for name, dataset in datasets.items():
             if _is_numeric(dataset, is_netcdf=is_netcdf):
                 called = name if is_netcdf or often[short[name]] > 1 else short[name]
                 for key, vector in source.vectors(called, name, dataset.shape).items():
-                    found[key] = _column(key, dataset.attrs), vector
+                    vectors[key] = _column(key, dataset.attrs), vector
             elif not is_netcdf:
                 unreadable[short[name]] = f"holds {dataset.dtype} values"
         stated = _stated(file, datasets)
-        scales = {key: _scale(datasets[one.array].attrs) for key, (_, one) in found.items()}
+        scales = {key: _scale(datasets[one.array].attrs) for key, (_, one) in vectors.items()}
     packed = [key for key, scale in scales.items() if scale != (1.0, 0.0)]
     # In NetCDF nobody expects anything else.
     fact = f"{', '.join(packed)}: taken times scale_factor, and add_offset added, as attributes say"
@@ -85,14 +85,14 @@ def open_source(path: Path) -> Source:
     def pieces(keys: Sequence[str], start: int, stop: int) -> source.Pieces:
         with h5py.File(path, "r") as file:
             for key in keys:
-                vector = found[key][1]
+                vector = vectors[key][1]
                 dataset = file[vector.array]
                 for values in _read(dataset, vector, start, stop):
                     yield {key: _scaled(values, dataset.attrs)}
 
     def load(keys: Sequence[str]) -> source.Stored:
         with h5py.File(path, "r") as file:
-            datasets = {key: file[found[key][1].array] for key in keys}
+            datasets = {key: file[vectors[key][1].array] for key in keys}
             for dataset in datasets.values():
                 _require_own(dataset, path)
                 # With a fill value, what was never written is told from what was.
@@ -101,7 +101,7 @@ def open_source(path: Path) -> Source:
             lengths = {key: max(dataset.shape) for key, dataset in datasets.items()}
         return source.Stored(lengths=lengths, pieces=pieces)
 
-    columns = tuple(one for one, _ in found.values())
+    columns = tuple(one for one, _ in vectors.values())
     statement = by_attributes(stated)
     return Source(columns=columns, load=load, stated=statement, notes=notes, unreadable=unreadable)
 

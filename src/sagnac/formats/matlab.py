@@ -68,22 +68,22 @@ def open_source(path: Path) -> Source:
     held |= {name: one for name, one in fields.items() if one[0] != (0, 0)}
     problems = {name: _problem_of(kind) for name, (_, kind) in held.items()}
     last = Counter(name.split(".")[-1] for name in held)
-    found: dict[str, Vector] = {}
+    named: dict[str, Vector] = {}
     for name, (shape, _) in held.items():
         short = name.split(".")[-1]
         if not problems[name]:
-            found.update(vectors(short if last[short] == 1 else name, name, shape))
+            named.update(vectors(short if last[short] == 1 else name, name, shape))
 
     def load(keys: Sequence[str]) -> dict[str, NDArray[Any]]:
-        arrays = {found[key].array for key in keys}
+        arrays = {named[key].array for key in keys}
         for name in sorted(arrays):
             require_room(8 * math.prod(held[name][0]), name)
         values = _values(path, {name.split(".")[0] if name in fields else name for name in arrays})
-        return {key: found[key].of(values[found[key].array]) for key in keys}
+        return {key: named[key].of(values[named[key].array]) for key in keys}
 
     facts = {name: (one.ravel().tolist() or [""])[0] for name, one in _values(path, stated).items()}
     unreadable = {name: problem for name, problem in problems.items() if problem}
-    columns = tuple(column(key) for key in found)
+    columns = tuple(column(key) for key in named)
     return Source(columns=columns, load=load, stated=from_mapping(facts), unreadable=unreadable)
 
 

@@ -67,7 +67,7 @@ def open_source(path: Path) -> Source:
     return Source(columns=tuple(columns), load=load, stated=stated, notes=tuple(notes))
 
 
-def _common_rate(found: Mapping[str, Sequence[Segment]]) -> float:
+def _common_rate(traces: Mapping[str, Sequence[Segment]]) -> float:
     """Sample rate of all sources, Hz.
 
     Raises
@@ -75,13 +75,13 @@ def _common_rate(found: Mapping[str, Sequence[Segment]]) -> float:
     RecordingError
         If they differ in it, or do not begin together.
     """
-    rates = {rate for segments in found.values() for _, rate, _ in segments}
+    rates = {rate for segments in traces.values() for _, rate, _ in segments}
     if len(rates) != 1 or min(rates) <= 0.0:
         listed = ", ".join(f"{rate:g}" for rate in sorted(rates)) or "none"
         problem = f"its sources are sampled at different rates, {listed} Hz"
         raise RecordingError(problem, remedy="give a file of sources sampled together")
     (rate,) = rates
-    starts = {name: segments[0][0] for name, segments in found.items()}
+    starts = {name: segments[0][0] for name, segments in traces.items()}
     first, last = min(starts, key=starts.__getitem__), max(starts, key=starts.__getitem__)
     late = 1e-9 * (starts[last] - starts[first])
     if late > 0.5 / rate:

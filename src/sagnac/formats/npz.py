@@ -75,7 +75,7 @@ def _open_archive(path: Path) -> Source:
     RecordingError
         If the file is not an archive of arrays or is cut off.
     """
-    found: dict[str, source.Vector] = {}
+    vectors: dict[str, source.Vector] = {}
     unreadable: dict[str, str] = {}
     stated: dict[str, Any] = {}
     heads = _heads(path)
@@ -86,7 +86,7 @@ def _open_archive(path: Path) -> Source:
             if name in ARRAYS_STATED and shape in ((), (1,)) and size > 2**16:
                 raise ValueError(f"{name} has {size} bytes")
             if kind.kind in "biuf" and shape not in ((), (1,)):
-                found.update(source.vectors(name, name, shape))
+                vectors.update(source.vectors(name, name, shape))
             elif name in ARRAYS_STATED:
                 value = archive[name]
                 stated[name] = value.item() if value.size == 1 else value.tolist()
@@ -94,14 +94,14 @@ def _open_archive(path: Path) -> Source:
                 unreadable[name] = f"holds values of kind {kind.kind!r}"
 
     def load(keys: Sequence[str]) -> dict[str, AnyArray]:
-        for name in {found[key].array for key in keys}:
+        for name in {vectors[key].array for key in keys}:
             size = _bytes(*heads[name])
             require_room(size, name)
             require_content(size, path.stat().st_size, name)
         with np.load(path, allow_pickle=False) as archive:
-            return {key: found[key].of(archive[found[key].array]) for key in keys}
+            return {key: vectors[key].of(archive[vectors[key].array]) for key in keys}
 
-    columns = tuple(source.column(key) for key in found)
+    columns = tuple(source.column(key) for key in vectors)
     return Source(columns=columns, load=load, stated=from_mapping(stated), unreadable=unreadable)
 
 

@@ -89,21 +89,21 @@ def accelerometer_inputs(source: Source, statements: Statements) -> Inputs:
     if any(one.accelerometers is not None for one in statements.in_order):
         return {}
     numbered = [one for one in source.columns if _may_be_force(one)]
-    found = {}
+    forces = {}
     for name, axis in zip(ACCELEROMETER_NAMES, "xyz", strict=True):
         pattern = re.compile(_AXIS.format(before=_BEFORE_FORCE, axis=axis), re.I)
         alike = [one for one in numbered if pattern.search(one.name)]
         alike += [one for one in source.columns if one.name == name and one not in alike]
         if len(alike) == 1:
-            found[name] = alike[0]
-    if not found and len(numbered) == len(ACCELEROMETER_NAMES):
+            forces[name] = alike[0]
+    if not forces and len(numbered) == len(ACCELEROMETER_NAMES):
         # Columns of one array, such as acc.1, acc.2 and acc.3.
-        found = dict(zip(ACCELEROMETER_NAMES, numbered, strict=True))
-    if not found:
+        forces = dict(zip(ACCELEROMETER_NAMES, numbered, strict=True))
+    if not forces:
         return {}
-    renamed = {name: column_text(one) for name, one in found.items() if one.key != name}
-    unit = f"accelerometers={UNIT}" if any(one.unit is None for one in found.values()) else ""
-    inputs = {"accelerometers": ",".join(found), "columns": text_of(renamed), "unit": unit}
+    renamed = {name: column_text(one) for name, one in forces.items() if one.key != name}
+    unit = f"accelerometers={UNIT}" if any(one.unit is None for one in forces.values()) else ""
+    inputs = {"accelerometers": ",".join(forces), "columns": text_of(renamed), "unit": unit}
     return {name: text for name, text in inputs.items() if text}
 
 
@@ -124,10 +124,10 @@ def named(columns: Columns, gyro: str) -> Column | None:
     'gyro_x'
     """
     axis = _AXIS.format(before=_BEFORE_GYRO, axis=gyro)
-    found = [one for one in columns if re.search(axis, one.name, re.I) and _is_no_other(one)]
-    if len(found) > 1:
-        found = [one for one in found if _GYRO.search(one.name)] or found
-    return found[0] if len(found) == 1 else None
+    candidates = [one for one in columns if re.search(axis, one.name, re.I) and _is_no_other(one)]
+    if len(candidates) > 1:
+        candidates = [one for one in candidates if _GYRO.search(one.name)] or candidates
+    return candidates[0] if len(candidates) == 1 else None
 
 
 def _may_be_gyro(column: Column) -> bool:
@@ -230,19 +230,19 @@ def column_text(column: Column) -> str:
 
 
 def _kind_and_unit(gyros: Mapping[str, Column], statements: Statements, missing: Inputs) -> None:
-    found = {"kind": dict.fromkeys(gyros, ""), "unit": dict.fromkeys(gyros, "")}
+    inputs = {"kind": dict.fromkeys(gyros, ""), "unit": dict.fromkeys(gyros, "")}
     is_sized = statements.first("scale") is not None
     for name, column in gyros.items():
         unit = next(filter(None, choice.stated_for("unit", name, column, statements)), None)
         if not is_known(unit or ""):
-            found["unit"][name] = UNIT if not is_sized else "counts" if unit else ""
+            inputs["unit"][name] = UNIT if not is_sized else "counts" if unit else ""
         if not is_sized and is_counts(unit or ""):
             missing["scale"] = "SIZE"
         if not any(choice.stated_for("kind", name, column, statements)):
             is_rate = units.split_factor(unit or "")[1] in units.RATE_UNITS
-            found["kind"][name] = "rate" if is_rate else KIND
+            inputs["kind"][name] = "rate" if is_rate else KIND
     for quantity, unknown in (("kind", KIND), ("unit", UNIT)):
-        guessed = found[quantity]
+        guessed = inputs[quantity]
         values = set(guessed.values()) or {unknown}
         by_name = text_of({name: one for name, one in guessed.items() if one})
         if text := values.pop() if len(values) == 1 else by_name:

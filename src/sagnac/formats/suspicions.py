@@ -70,10 +70,10 @@ def counter_notes(name: str, raw: FloatArray, kind: Kind) -> tuple[Note, ...]:
         return ()
     extent = finite_extent(raw)
     bits = next((bits for bits in COUNTER_BITS if extent < 2.0**bits), None)
-    found = None if bits is None else roll_overs(raw, extent)
-    if bits is None or found is None:
+    wraps = None if bits is None else roll_overs(raw, extent)
+    if bits is None or wraps is None:
         return ()
-    (count, period), is_angle = found, kind == "angle"
+    (count, period), is_angle = wraps, kind == "angle"
     size, what = f"{2**bits}", f"a {bits} bit counter that rolls over"
     remedy = f"state {{counter-bits {bits}}}"
     if abs(period / 2.0**bits - 1.0) <= 0.05:
@@ -95,11 +95,11 @@ def counter_notes(name: str, raw: FloatArray, kind: Kind) -> tuple[Note, ...]:
 def table_counter_notes(key: str, raw: FloatArray, unit: str) -> tuple[Note, ...]:
     """Encoder readings that start over elsewhere than at a turn of their unit: a warning."""
     turn = 2.0 * math.pi / unit_of(unit, "angle").size
-    found = roll_overs(raw, finite_extent(raw))
+    wraps = roll_overs(raw, finite_extent(raw))
     # No counter has ten places in a turn or fewer; damaged readings may seem to.
-    if found is None or not found[1] > 10.0:
+    if wraps is None or not wraps[1] > 10.0:
         return ()
-    period = _likely_period(found[1])
+    period = _likely_period(wraps[1])
     bits, is_whole = math.log2(period), np.array_equal(raw[:_LOOKED_AT], np.rint(raw[:_LOOKED_AT]))
     # Below a turn readings may leap for another reason, unless a counter has that many places.
     if not (period > 1.001 * turn or (period < 0.95 * turn and bits.is_integer() and is_whole)):

@@ -85,17 +85,17 @@ class Layout:
         wanted
             Key -> place of the columns that are taken.
         """
-        number, found = 0, None
+        number, fault = 0, None
         for number, line in enumerate(self.text.lines(), start=1):
-            if found is not None:
+            if fault is not None:
                 # It is not the last one.
-                return found
+                return fault
             if number > self.skip and is_plain(line):
-                found = self._fault_of(f"line {number}", line, wanted)
-        if found is None or self.text.is_ended:
-            return found
+                fault = self._fault_of(f"line {number}", line, wanted)
+        if fault is None or self.text.is_ended:
+            return fault
         problem, remedy = f"the last line, {number}, is cut off", f"remove it, or {AGAIN}"
-        return RecordingError(problem, channel=found.channel, remedy=remedy)
+        return RecordingError(problem, channel=fault.channel, remedy=remedy)
 
     def _fault_of(self, name: str, line: str, wanted: Mapping[str, int]) -> RecordingError | None:
         remedy = "correct or remove that line"

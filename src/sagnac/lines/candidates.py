@@ -161,7 +161,7 @@ def crowded_bands(peaks: Peaks, known: Components, bins: int) -> tuple[Band, ...
     """
     half_bins = 2.0 * (bins - 1)
     # A peak at half bin n lies at n / (2 half_bins) cycles a sample.
-    found = np.concatenate([plain_peaks(peaks).place / (2.0 * half_bins), known.frequencies])
+    places = np.concatenate([plain_peaks(peaks).place / (2.0 * half_bins), known.frequencies])
     bands: tuple[Band, ...] = ()
     # More than 60 tones may not be fitted together: fewer peaks are a crowd then. The middle half
     # of a crowd spreads over 150 bins, a line that drifts over fewer; beside more than 120 tones
@@ -169,8 +169,8 @@ def crowded_bands(peaks: Peaks, known: Components, bins: int) -> tuple[Band, ...
     smaller = (20, 10, 5)
     steps = [(0, 40, 150), *((60, crowd, 150) for crowd in smaller)]
     for most, crowd, spread in (*steps, *((120, crowd, 0) for crowd in smaller)):
-        if np.count_nonzero(~inside(found, bands)) > most:
-            bands = detection.joined_bands((*bands, *_crowds(found, crowd, spread / half_bins)))
+        if np.count_nonzero(~inside(places, bands)) > most:
+            bands = detection.joined_bands((*bands, *_crowds(places, crowd, spread / half_bins)))
     return bands
 
 
@@ -184,18 +184,18 @@ def bands_of_peaks(peaks: Peaks, bins: int) -> tuple[Band, ...]:
     bins
         Of the spectrum, from 0 to half a cycle a sample.
     """
-    found = plain_peaks(peaks).place / (4.0 * (bins - 1))
+    places = plain_peaks(peaks).place / (4.0 * (bins - 1))
     margin = 2.0 ** (0.5 * detection.WIDTH)
-    bands = ((place / margin, min(place * margin, 0.5)) for place in found.tolist())
+    bands = ((place / margin, min(place * margin, 0.5)) for place in places.tolist())
     return detection.joined_bands(tuple(bands))
 
 
-def _crowds(found: FloatArray, crowd: int, spread: float) -> list[Band]:
+def _crowds(places: FloatArray, crowd: int, spread: float) -> list[Band]:
     """Eighths of an octave with a crowd whose middle half spreads over some cycles a sample."""
-    octave = np.floor(np.log2(np.maximum(found, 1e-300)) / detection.WIDTH)
+    octave = np.floor(np.log2(np.maximum(places, 1e-300)) / detection.WIDTH)
     bands = []
     for number in np.unique(octave):
-        here = found[octave == number]
+        here = places[octave == number]
         low, high = np.quantile(here, [0.25, 0.75])
         if here.size >= crowd and high - low >= spread:
             low, high = 2.0 ** (detection.WIDTH * np.array([number, number + 1.0]))
@@ -261,17 +261,17 @@ def new_lines(state: State, tones: Peaks, bands: tuple[Band, ...] = ()) -> NewLi
     )
     chosen, waiting = strongest(candidates)
     in_time, at_whole, at_broken = np.split(chosen, ends)
-    found = whole.select(at_whole & ~patient)
+    lines = whole.select(at_whole & ~patient)
     # Known tones beside which others stand are told from new ones.
     near = np.abs(known.frequencies - frequencies[in_time][:, np.newaxis]) * sampled.samples < 1.0
     fresh, restless = frequencies[in_time][~near.any(axis=1)], known.frequencies[near.any(axis=0)]
     # A strong tone in the gyros is also in the angle that they lead. Where the table stands, their
     # product looks like orders until the tone is out: these wait while it is found, piece by piece.
-    drifts = restless.size > 0 and found.size + fresh.size > 0
+    drifts = restless.size > 0 and lines.size + fresh.size > 0
     if not drifts:
-        found = joined(found, _lines_at_orders(state, np.sort(broken_places[at_broken])))
-    found = joined(found, _lines_at_frequencies(state, fresh))
-    return NewLines(lines=found, restless=restless, waiting=waiting and not drifts)
+        lines = joined(lines, _lines_at_orders(state, np.sort(broken_places[at_broken])))
+    lines = joined(lines, _lines_at_frequencies(state, fresh))
+    return NewLines(lines=lines, restless=restless, waiting=waiting and not drifts)
 
 
 def new_orders(state: State) -> tuple[Components, FloatArray, BooleanArray]:

@@ -176,12 +176,12 @@ class Peaks:
 NO_PEAKS: Final = Peaks(place=np.empty(0), height=np.empty(0))
 
 
-def peaks_in_frequency(found: Spectrum, threshold: float) -> Peaks:
+def peaks_in_frequency(spectrum: Spectrum, threshold: float) -> Peaks:
     """Peaks over frequency whose ratio of power to floor exceeds a threshold."""
     # In red noise the jump from the record's end to its start leaks with one sign into whole bins
     # and with the other into the halves between, whose floor may be twice as high.
-    halves = noise_floor(found.power[1::2])
-    return peaks(found.power, found.floor, threshold, 2 * LOWEST_CYCLES, halves)
+    halves = noise_floor(spectrum.power[1::2])
+    return peaks(spectrum.power, spectrum.floor, threshold, 2 * LOWEST_CYCLES, halves)
 
 
 def peaks_in_order(
@@ -228,15 +228,15 @@ def peaks_in_order(
     coarse = np.geomspace(LOWEST_CYCLES / sampled.turns, highest, 400)
     level = floor_of_orders(coarse, sampled.speeds, floor)
     level = np.interp(np.arange(power.size) * spacing, coarse, level)
-    found = peaks(power, level, threshold, max(2 * LOWEST_CYCLES, int(lowest / spacing)))
+    standing = peaks(power, level, threshold, max(2 * LOWEST_CYCLES, int(lowest / spacing)))
     # Below order 64 nothing more is asked, since bearings and gears make orders that stand close.
-    high = found.place * spacing >= 64.0
+    high = standing.place * spacing >= 64.0
     if np.any(high):
-        alone = _stands_alone(power - level, found.place)
+        alone = _stands_alone(power - level, standing.place)
         # Beside an order that is one, its skirts have to wait for it as they are.
-        if not alone[np.argmax(np.where(high, found.height, 0.0))]:
-            found = found.select(alone | ~high)
-    return replace(found, place=found.place * (2.0 * sampled.turns * spacing))
+        if not alone[np.argmax(np.where(high, standing.height, 0.0))]:
+            standing = standing.select(alone | ~high)
+    return replace(standing, place=standing.place * (2.0 * sampled.turns * spacing))
 
 
 def _stands_alone(power: FloatArray, place: FloatArray) -> BooleanArray:
@@ -296,10 +296,10 @@ def peaks(
     """
     # A peak midway between half bins shows 0.9 of its height: one below the threshold by that much
     # may be above it once refined, and is pruned there if it is not.
-    least, found = 0.9 * threshold, [np.empty((2, 0))]
+    least, rows = 0.9 * threshold, [np.empty((2, 0))]
     for block in blocks(power.size - 1, start=first):
-        found.append(_kernels.peaks(power, floor, halves, block.start, block.stop, least))
-    place, height = np.concatenate(found, axis=1)
+        rows.append(_kernels.peaks(power, floor, halves, block.start, block.stop, least))
+    place, height = np.concatenate(rows, axis=1)
     return Peaks(place=place, height=height)
 
 

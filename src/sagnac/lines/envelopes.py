@@ -142,7 +142,7 @@ def sum_of_tones(base: Baseband, frequencies: FloatArray, amplitudes: ComplexArr
 
 def steady_lines(base: Baseband, frequencies: FloatArray) -> SteadyLines:
     """Least squares of steady lines, their frequencies refined by Gauss-Newton steps."""
-    found: list[SteadyLines] = []
+    fits: list[SteadyLines] = []
     power = float(np.vdot(base.target, base.target).real)
     for _ in range(3):
         gram, data = _products(base, frequencies)
@@ -150,9 +150,9 @@ def steady_lines(base: Baseband, frequencies: FloatArray) -> SteadyLines:
         amplitudes = np.linalg.pinv(plain, rcond=_COLLINEAR, hermitian=True) @ right
         explained = 2.0 * np.vdot(amplitudes, right) - np.vdot(amplitudes, plain @ amplitudes)
         cost = (power - float(explained.real)) / base.variance
-        found.append(SteadyLines(frequencies=frequencies, amplitudes=amplitudes, cost=cost))
+        fits.append(SteadyLines(frequencies=frequencies, amplitudes=amplitudes, cost=cost))
         frequencies = frequencies + _frequency_step(amplitudes, gram, data) / base.samples
-    return min(found, key=lambda one: one.cost)
+    return min(fits, key=lambda one: one.cost)
 
 
 def _tones(base: Baseband, frequencies: FloatArray, middles: FloatArray) -> ComplexArray:
@@ -386,21 +386,21 @@ def best_description(base: Baseband, steady: SteadyLines, most: int) -> Descript
             parameters=2 * (blocks + 3) + _OF_STEADY * int(kept.sum()),
         )
 
-    found = [fitted(blocks, np.zeros(blocks + 3)) for blocks in numbers]
-    plain = found[simplest([(one.parameters, one.cost) for one in found])]
+    fits = [fitted(blocks, np.zeros(blocks + 3)) for blocks in numbers]
+    plain = fits[simplest([(one.parameters, one.cost) for one in fits])]
     if plain.blocks > 1:
         followed = [blocks for blocks in numbers if blocks <= plain.blocks]
-        found += [fitted(blocks, followed_phase(plain, blocks)) for blocks in followed]
+        fits += [fitted(blocks, followed_phase(plain, blocks)) for blocks in followed]
     # A line's own skirts may have raised the floor about it: noise is no more than what the
     # richest description leaves.
-    richest = found[len(numbers) - 1]
+    richest = fits[len(numbers) - 1]
     free = 2 * base.target.size - richest.parameters
     part = min(1.0, richest.cost / free) if free > 0 else 1.0
     rivals = [(_OF_STEADY * steady.frequencies.size, steady.cost / part)]
-    index = simplest(rivals + [(one.parameters, one.cost / part) for one in found])
+    index = simplest(rivals + [(one.parameters, one.cost / part) for one in fits])
     if index == 0:
         return None
-    best = found[index - 1]
+    best = fits[index - 1]
     base, significance = replace(base, variance=base.variance * part), best.significance / part
     return replace(best, base=base, cost=best.cost / part, significance=significance)
 

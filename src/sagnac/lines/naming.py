@@ -203,10 +203,10 @@ def noise_taken(lines: tuple[Line, ...], state: State) -> FloatArray:
     """
     rate, cell = state.record.sample_rate, state.record.sample_rate / state.record.angle.size
     bands: list[tuple[float, float]] = []
-    for found in state.drifting:
-        bands += (rate * np.stack(taken_bands(found), axis=1)).tolist()
+    for drifting_line in state.drifting:
+        bands += (rate * np.stack(taken_bands(drifting_line), axis=1)).tolist()
     turn_rate = float(np.median(state.record.sampled.speeds)) * rate / (2.0 * np.pi)
-    drifting = {found.frequency * rate for found in state.drifting}
+    drifting = {drifting_line.frequency * rate for drifting_line in state.drifting}
     for line in lines:
         # Parameters in pairs: two amplitudes, and often a frequency.
         pairs = 1.5 if line.scale == "time" or line.frequency_error > 0.0 else 1.0

@@ -29,13 +29,13 @@ def looked(state: State) -> State:
     return replace(state, seen=state.look().floor)
 
 
-def joined_by(state: State, found: Components) -> State:
+def joined_by(state: State, lines: Components) -> State:
     """New lines, still in the increments, fitted jointly with the known ones, which are not."""
-    if found.size == 0:
+    if lines.size == 0:
         return state
     known = replace(state.components, phasor=np.zeros_like(state.components.phasor))
-    flags = joined(known, replace(found, phasor=np.ones_like(found.phasor)))
-    return _stepped(state, joined(state.components, found), absent=flags.phasor != 0.0)
+    flags = joined(known, replace(lines, phasor=np.ones_like(lines.phasor)))
+    return _stepped(state, joined(state.components, lines), absent=flags.phasor != 0.0)
 
 
 def refitted(state: State) -> State:
@@ -287,12 +287,12 @@ def _with_one_gathered(state: State, restless: FloatArray) -> State:
         if key in state.steady:
             continue
         tones = frequencies[group], amplitudes[group], float(levels[angles + group[0]])
-        found = fit_drifting(state.steps, *tones, center=components.center)
-        if found is None:
+        gathered = fit_drifting(state.steps, *tones, center=components.center)
+        if gathered is None:
             state = replace(state, steady=state.steady | {key})
             continue
         keep = np.ones(components.size, dtype=bool)
-        keep[angles + group[found.replaced]] = False
+        keep[angles + group[gathered.replaced]] = False
         state = _with_components(state, components.select(keep))
-        return replace(state, drifting=(*state.drifting, found))
+        return replace(state, drifting=(*state.drifting, gathered))
     return state

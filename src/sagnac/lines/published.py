@@ -207,7 +207,7 @@ def _difference(pair: list[FloatArray], table: FloatArray | None, sample_rate: f
     return np.asarray(difference - (sensed[0] * earth[0] + sensed[1] * earth[1]))
 
 
-def _lines(found: OrthogonalSearch, scale: Scale, cycles: float, channel: str) -> list[Line]:
+def _lines(search: OrthogonalSearch, scale: Scale, cycles: float, channel: str) -> list[Line]:
     """Terms of an orthogonal search as lines; it has no noise model, so no errors either.
 
     Parameters
@@ -221,15 +221,15 @@ def _lines(found: OrthogonalSearch, scale: Scale, cycles: float, channel: str) -
     channel
         Name of the gyro.
     """
-    drops = -np.diff(found.mean_square) / np.maximum(found.mean_square[1:], np.finfo(float).tiny)
+    drops = -np.diff(search.mean_square) / np.maximum(search.mean_square[1:], np.finfo(float).tiny)
     return lines_of(
-        [scale] * found.chosen.size,
+        [scale] * search.chosen.size,
         channel,
-        frequency=found.frequencies * cycles,
+        frequency=search.frequencies * cycles,
         frequency_error=math.nan,
-        amplitude=np.hypot(found.cosine, found.sine),
+        amplitude=np.hypot(search.cosine, search.sine),
         amplitude_error=math.nan,
-        phase=np.arctan2(-found.sine, found.cosine),
+        phase=np.arctan2(-search.sine, search.cosine),
         phase_error=math.nan,
         significance=drops,
     )

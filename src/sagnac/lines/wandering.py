@@ -180,34 +180,36 @@ def values(line: DriftingLine, start: int, count: int) -> FloatArray:
     return out
 
 
-def _described(found: envelopes.Description) -> DriftingLine:
+def _described(description: envelopes.Description) -> DriftingLine:
     """The line that a description found."""
-    base, at = found.base, envelopes.places(found.base.middles, found.base.samples, found.blocks)
-    now, after = (envelopes.spline_values(at, rows, found.phase) for rows in (at.now, at.after))
+    base = description.base
+    at = envelopes.places(base.middles, base.samples, description.blocks)
+    phase = description.phase
+    now, after = (envelopes.spline_values(at, rows, phase) for rows in (at.now, at.after))
     # Mean frequency off the carrier weighted by power.
     rows = at.now * np.exp(1j * now)[:, np.newaxis]
     slopes = at.after * np.exp(1j * after)[:, np.newaxis] - rows
-    turning = envelopes.spline_values(at, rows, found.coefficients)
-    slope = envelopes.spline_values(at, slopes, found.coefficients)
+    turning = envelopes.spline_values(at, rows, description.coefficients)
+    slope = envelopes.spline_values(at, slopes, description.coefficients)
     energy = float(np.vdot(turning, turning).real)
     offset = float(np.vdot(turning, slope).imag) / energy
     gradient = envelopes.spline_products(at, rows, -1j * slope - 2.0 * offset * turning)
     gradient += envelopes.spline_products(at, slopes, 1j * turning)
-    frequency_error = float(np.sqrt(found.variance(gradient))) / energy / (2.0 * np.pi)
-    envelope = envelopes.spline_values(at, at.now, found.coefficients)
+    frequency_error = float(np.sqrt(description.variance(gradient))) / energy / (2.0 * np.pi)
+    envelope = envelopes.spline_values(at, at.now, description.coefficients)
     size = np.abs(envelope)
-    errors = np.asarray(np.sqrt(base.variance * envelopes.knot_variances(found.factor)))
+    errors = np.asarray(np.sqrt(base.variance * envelopes.knot_variances(description.factor)))
     own, power = float(np.mean(errors**2)), float(np.mean(size**2))
-    spread = found.variance(2.0 / size.size * envelopes.spline_products(at, at.now, envelope))
+    spread = description.variance(2.0 / size.size * envelopes.spline_products(at, at.now, envelope))
     # An error adds its own power to what it is an error of.
     amplitude = float(np.sqrt(max(power - 2.0 * own, own)))
     # Where the envelope is nearly gone, the phase is not asked what it does.
     turned = (after - now)[size > 0.1 * np.sqrt(power)] / (2.0 * np.pi)
-    half = 0.5 * (found.blocks + 3) / base.samples
+    half = 0.5 * (description.blocks + 3) / base.samples
     lowest = max(base.frequency + float(turned.min()) - half, 0.0)
     highest = min(base.frequency + float(turned.max()) + half, 0.5)
-    turns = np.exp(1j * envelopes.knot_values(found.phase))
-    knots = envelopes.knot_values(found.coefficients) * turns
+    turns = np.exp(1j * envelopes.knot_values(description.phase))
+    knots = envelopes.knot_values(description.coefficients) * turns
     knots.flags.writeable = errors.flags.writeable = False
     return DriftingLine(
         frequency=base.frequency + offset / (2.0 * np.pi),
@@ -220,11 +222,11 @@ def _described(found: envelopes.Description) -> DriftingLine:
         drift=float(np.sqrt(max(float(np.var(size)) - own, 0.0))) / amplitude,
         knots=knots,
         knot_errors=errors,
-        parameters=2 * (found.blocks + 3),
-        significance=found.significance,
+        parameters=2 * (description.blocks + 3),
+        significance=description.significance,
         band=(lowest, highest),
-        replaced=np.flatnonzero(~found.kept),
+        replaced=np.flatnonzero(~description.kept),
         # These two stay writable: kernels compile anew for arrays that are not.
-        envelope=envelopes.pieces(found.coefficients),
-        phase=envelopes.pieces(found.phase),
+        envelope=envelopes.pieces(description.coefficients),
+        phase=envelopes.pieces(description.phase),
     )

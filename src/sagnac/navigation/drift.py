@@ -120,10 +120,10 @@ def drift(
         raise refusal("noises", f"are {len(noises)}; give three, about north, east and down")
     sensors = (*noises, *accelerometers)
     constants = sorted({rate.correlation_time for one in sensors for rate in one.markov})
-    found = [_at(time, latitude, priors, constants) for time in moments]
-    weights = np.stack([one for one, _ in found], axis=1)
+    steps = [_at(time, latitude, priors, constants) for time in moments]
+    weights = np.stack([one for one, _ in steps], axis=1)
     variances = np.zeros((len(_OUTPUTS), moments.size, len(PARTS)))
-    variances[..., -1] = np.stack([misaligned for _, misaligned in found], axis=1)
+    variances[..., -1] = np.stack([misaligned for _, misaligned in steps], axis=1)
     lowest, highest, squares = np.zeros((3, *variances.shape[:2]))
     # One gyro in the place of three is wrong in all three alike.
     places: dict[tuple[GyroNoise, bool], list[int]] = {}

@@ -367,8 +367,8 @@ def azimuth_error(
         law = markov_allan_variance(0.5 * moments, rate.driving_noise, rate.correlation_time)
         left += 0.5 * law / north**2
         unsure += (rate.error * 0.5 * law / north**2) ** 2
-    found = _of_weights(noise, moments, weights, confidence, left=left, unsure=unsure)
-    return replace(found, floor=floor)
+    azimuth = _of_weights(noise, moments, weights, confidence, left=left, unsure=unsure)
+    return replace(azimuth, floor=floor)
 
 
 def moments_of(times: FloatArray) -> FloatArray:

@@ -70,8 +70,8 @@ class SettingsFile:
     def _sensors(self) -> dict[units.Sensor, list[FilterSetting]]:
         """Settings by the kinds of sensor that there are and the tool takes."""
         kinds = [kind for kind in units.SENSORS if kind not in self.definition.unused]
-        found = {kind: [one for one in self.settings if one.kind == kind] for kind in kinds}
-        return {kind: settings for kind, settings in found.items() if settings}
+        by_kind = {kind: [one for one in self.settings if one.kind == kind] for kind in kinds}
+        return {kind: settings for kind, settings in by_kind.items() if settings}
 
     @cached_property
     def worst(self) -> dict[units.Sensor, FilterSetting]:

@@ -141,14 +141,14 @@ def by_each_reading(evidence: Evidence) -> dict[readings.ReadingName, float]:
         unless `Settings.step_4` asks for it.
     """
     restored = with_noise_restored(evidence.curve, evidence.taken, len(evidence.lines))
-    found: dict[readings.ReadingName, float] = {}
+    values: dict[readings.ReadingName, float] = {}
     for name, reading in readings.READINGS.items():
         curve = restored if reading.noise_restored else evidence.curve
         try:
-            found[name] = curve_fit.paper_squares(curve, squares=reading.squares)
+            values[name] = curve_fit.paper_squares(curve, squares=reading.squares)
         except RecordingError:
-            found[name] = math.nan
-    return found
+            values[name] = math.nan
+    return values
 
 
 # ---- plan --------------------------------------------------------------------------

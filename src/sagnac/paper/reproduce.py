@@ -319,10 +319,10 @@ class Cell(NamedTuple):
 
 def outcomes_of_table(reproduction: Reproduction, table: prediction.Table) -> list[Cell]:
     """Cells of a table, day by day at each rate."""
-    cells, found = [], reproduction.outcomes
+    cells, runs = [], reproduction.outcomes
     for rate, days in prediction.TABLES[table].published.items():
         for day, published in enumerate(days[: reproduction.scope.days], start=1):
-            own, paper = (found[prediction.cell_name(table, rate, day, by)] for by in ("", "paper"))
-            printed = found.get(prediction.cell_name(table, rate, day, "printed"), paper)
+            own, paper = (runs[prediction.cell_name(table, rate, day, by)] for by in ("", "paper"))
+            printed = runs.get(prediction.cell_name(table, rate, day, "printed"), paper)
             cells.append(Cell(rate, day, published, own, paper, printed))
     return cells

@@ -115,8 +115,8 @@ def turning_over_rest(cells: Sequence[Cell], value: Callable[[Cell], float]) -> 
 
 def mean(values: Iterable[float]) -> float:
     """Mean of those that are finite, NaN of nothing."""
-    found = [value for value in values if math.isfinite(value)]
-    return sum(found) / len(found) if found else math.nan
+    finite = [value for value in values if math.isfinite(value)]
+    return sum(finite) / len(finite) if finite else math.nan
 
 
 def rms(values: Iterable[float]) -> float:
@@ -126,8 +126,8 @@ def rms(values: Iterable[float]) -> float:
 
 def spread(values: Sequence[float]) -> str:
     """Smallest and largest of those that are finite, once if they are the same."""
-    found = [value for value in values if math.isfinite(value)]
-    ends = sorted({min(found), max(found)}) if found else []
+    finite = [value for value in values if math.isfinite(value)]
+    ends = sorted({min(finite), max(finite)}) if finite else []
     return " … ".join(map(number, ends)) or "–"
 
 
@@ -145,8 +145,8 @@ def trial_runs(
 
 def readings(reproduction: Reproduction, trial: str, form: Form) -> list[str]:
     """N by least squares at each interval, 1e-4 deg/sqrt(h)."""
-    found = [outcome.least_squares for outcome in intervals_of(reproduction, trial)]
-    return [f"{by_form[form] * 1e4:.1f}" if form in by_form else "–" for by_form in found]
+    fits = [outcome.least_squares for outcome in intervals_of(reproduction, trial)]
+    return [f"{by_form[form] * 1e4:.1f}" if form in by_form else "–" for by_form in fits]
 
 
 def growth(reproduction: Reproduction, trial: str) -> list[str]:
@@ -155,8 +155,8 @@ def growth(reproduction: Reproduction, trial: str) -> list[str]:
     By the form in which no square may be below zero.
     """
     form: Form = "variance, plain, none below zero"
-    found = (one.least_squares.get(form, math.nan) for one in intervals_of(reproduction, trial))
-    first, *rest = found
+    values = (one.least_squares.get(form, math.nan) for one in intervals_of(reproduction, trial))
+    first, *rest = values
     return [f"{value / first:.1f}" if first else "–" for value in rest]
 
 

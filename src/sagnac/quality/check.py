@@ -215,10 +215,10 @@ def judged(recording: Recording, gyros: Sequence[str] = ()) -> Notes:
     # What leaps at lost rows would else be called spikes and jumps.
     whole, lost = encoder.without_lost_rows(recording, [recording.gyro(name) for name in names])
     profiles = profiles_of(whole, names)
-    found = _asked(_IN_SOUND_DATA, whole, profiles)
+    findings = _asked(_IN_SOUND_DATA, whole, profiles)
     # They hold each other, and with them arrays as long as the record, until they are parted.
     profiles[0].together.clear()
-    return ranked((*lost, *found))
+    return ranked((*lost, *findings))
 
 
 def profiles_of(recording: Recording, names: Iterable[str]) -> list[Profile]:
@@ -324,10 +324,10 @@ def check(recording: Recording, *, accepted: Iterable[str] = ()) -> Notes:
     """
     require_recording(recording)
     accepted = choices_of("accepted", accepted, FINDINGS)
-    found = accept(_findings(recording), accepted)
-    seen = {note.text for note in found}
+    findings = accept(_findings(recording), accepted)
+    seen = {note.text for note in findings}
     doubts = [note for note in recording.notes if note.level == "warning" and note.text not in seen]
-    return ranked((*accept(doubts, accepted), *found))
+    return ranked((*accept(doubts, accepted), *findings))
 
 
 def _findings(recording: Recording) -> Notes:

@@ -128,11 +128,11 @@ def _spikes_in(
     scale = max((high - low) / 1.349, 1.3 * math.sqrt(float(inner @ inner) / inner.size))
     # A gyro that stands still in a block shows no scatter: nothing lies off there.
     size, reach = np.abs(off), _MARGIN * limit * scale if scale > 0.0 else math.inf
-    found = np.flatnonzero(size > reach)
-    below = number_of(size > _BELOW * reach) - found.size
-    stays = [one for one in found.tolist() if _stays(values, block.start + one, float(off[one]))]
+    far = np.flatnonzero(size > reach)
+    below = number_of(size > _BELOW * reach) - far.size
+    stays = [one for one in far.tolist() if _stays(values, block.start + one, float(off[one]))]
     index = np.array(stays, dtype=np.int64)
-    return index + block.start, off[index], found.size, below
+    return index + block.start, off[index], far.size, below
 
 
 def _stays(values: FloatArray, place: int, height: float) -> bool:
@@ -168,22 +168,22 @@ def spike_notes(recording: Recording, profile: Profile) -> Notes:
     if profile.changes.size < LEAST_FOR_SPIKES:
         return jump_notes(recording, profile)
     among = profile.even[-profile.changes.size :]
-    found = find_spikes(profile.changes, sample_rate=1.0, among=among)
+    spikes = find_spikes(profile.changes, sample_rate=1.0, among=among)
     level: Level = "warning"
     effect = None
-    if found.many and not profile.is_coarse:
+    if spikes.many and not profile.is_coarse:
         problem = f"more than one sample in {round(1.0 / _MANY)} lies far off its neighbours"
         text = f"{problem}: it is no even noise, and its angle random walk contains them"
-    elif found.tail and profile.standing:
+    elif spikes.tail and profile.standing:
         # On a bench alone the end of a heavy tail is the noise's: a table that sweeps has one.
         level = "remark"
         tail = "the end of a heavy tail of the noise that goes on below them"
         text = f"some samples lie far off their neighbours, as {tail}"
         text += ": the angle random walk contains them"
-    elif found.index.size:
+    elif spikes.index.size:
         inside = profile.scale
-        effect = math.hypot(1.0, found.added_walk / inside) if inside > 0.0 else None
-        far = seen(recording, found.index, "sample", "far off those beside (spikes)")
+        effect = math.hypot(1.0, spikes.added_walk / inside) if inside > 0.0 else None
+        far = seen(recording, spikes.index, "sample", "far off those beside (spikes)")
         text = f"{far}: an answer goes without; left in, {effect_words(effect)}"
     else:
         return jump_notes(recording, profile)
@@ -318,13 +318,13 @@ def bump_notes(recording: Recording, profile: Profile) -> Notes:
     if not profile.standing or profile.channel.sensor != "gyro":
         return ()
     rate = recording.sample_rate
-    found = find_bumps(profile.changes, sample_rate=rate)
-    if found is None:
+    bumps = find_bumps(profile.changes, sample_rate=rate)
+    if bumps is None:
         return ()
     if profile.channel.kind == "rate":
         # Sums of rates are angles times the sample rate.
-        found = replace(found, turned=found.turned / rate, scatter=found.scatter / rate)
-    return (found.note(recording, rate, profile.name),)
+        bumps = replace(bumps, turned=bumps.turned / rate, scatter=bumps.scatter / rate)
+    return (bumps.note(recording, rate, profile.name),)
 
 
 # ---- jumps -------------------------------------------------------------------------
@@ -343,8 +343,8 @@ def jump_notes(recording: Recording, profile: Profile) -> Notes:
     steps = arrays.some_steps(values, 20_000)
     middle = float(np.median(steps))
     limit = _TIMES * float(np.quantile(np.abs(steps - middle), 0.99))
-    found = profile.survey
-    if limit <= 0.0 or max(found.rise - middle, middle - found.fall) <= limit:
+    survey = profile.survey
+    if limit <= 0.0 or max(survey.rise - middle, middle - survey.fall) <= limit:
         return ()
     jumps = marked_steps(values, lambda steps: np.abs(steps - middle) > limit)
     places = np.flatnonzero(jumps & profile.even)
@@ -396,10 +396,10 @@ def _shape_in(profile: Profile) -> Shape | None:
     changes = profile.changes[: 2**15]
     if changes.size < 2**12:
         return None
-    found = whitened(changes)
+    white = whitened(changes)
     # Steps of the readout shape the distribution if what each sample adds strays over fewer of
     # them: at two the excess kurtosis of counted noise is 0.001, at one 0.01, at half 0.1.
-    return None if 2.0 * profile.step > found.innovation else shape_of(found.values)
+    return None if 2.0 * profile.step > white.innovation else shape_of(white.values)
 
 
 # Standard errors within which a kurtosis is the one expected.
@@ -494,9 +494,9 @@ def unsteady_notes(recording: Recording, profile: Profile) -> Notes:
     """
     if not profile.standing or profile.typical.size < _FEWEST or profile.is_coarse:
         return ()
-    found = _loud(recording, profile) or _growing(profile)
-    if not found or profile.changes.size > 2**23:
-        return found
+    change = _loud(recording, profile) or _growing(profile)
+    if not change or profile.changes.size > 2**23:
+        return change
     if profile.changes.size <= 2 * EDGE:
         return _loud(recording, profile, _together(profile.changes)) or _growing(profile)
     # Lines and resonances come and go by right: the noise between them tells. A dither wanders by a

@@ -129,12 +129,12 @@ def slip_notes(recording: Recording, profile: Profile) -> Notes:
     for block in blocks(steps.size):
         part = slice(block.start, block.stop + 1)
         steps[block] = np.diff(values[part]) - np.diff(angle[part]) / gyro.share
-    found = find_spikes(steps, sample_rate=1.0)
-    inside = (found.index >= _SIDE) & (found.index < values.size - 1 - _SIDE)
+    slips = find_spikes(steps, sample_rate=1.0)
+    inside = (slips.index >= _SIDE) & (slips.index < values.size - 1 - _SIDE)
     # Less is that of a sound encoder, or the count that a coarse one is off by at times; and the
     # encoder itself leaps by about as much.
-    far = (np.abs(found.height) > max(10.0 * ARCSECOND, 1.5 * table.step)) & inside
-    places, height = found.index[far], found.height[far]
+    far = (np.abs(slips.height) > max(10.0 * ARCSECOND, 1.5 * table.step)) & inside
+    places, height = slips.index[far], slips.height[far]
     itself = np.abs(_steps_around(values, places)[1] - height) < 0.3 * np.abs(height)
     places, height = places[itself] + 1, height[itself]
     if not places.size:
@@ -283,13 +283,13 @@ def across_notes(recording: Recording, profile: Profile) -> Notes:
 def _likely_unit(profile: Profile) -> str:
     """The unit, kind or unit of time in which a gyro would sense the table; empty if none is."""
     units = other_units(profile.channel).items()
-    found = [(times, unit, f"{{unit {unit}}}") for unit, times in units]
+    candidates = [(times, unit, f"{{unit {unit}}}") for unit, times in units]
     if profile.channel.kind == "rate":
         # The table's rate has the unit of time, and that of the gyro has its own.
         of_time = "a unit of time a thousand times"
-        found.append((1e-3, f"{of_time} larger", "{time COLUMN:UNIT}"))
-        found.append((1e3, f"{of_time} smaller", "{time COLUMN:UNIT}"))
-    for times, where, statement in found:
+        candidates.append((1e-3, f"{of_time} larger", "{time COLUMN:UNIT}"))
+        candidates.append((1e3, f"{of_time} smaller", "{time COLUMN:UNIT}"))
+    for times, where, statement in candidates:
         if _SENSES < abs(profile.share * times) < LARGEST_SHARE:
             sensed = 100.0 * profile.share * times
             return f"in {where} it would sense {sensed:.3g} %; state {statement}"

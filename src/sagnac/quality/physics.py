@@ -382,9 +382,9 @@ def phases_of(values: FloatArray) -> NDArray[np.complex64]:
     """
     size, _, length = _delays(values.size)
     parts = values[: _PARTS * size].reshape(_PARTS, size)
-    found = rfft((parts - parts.mean(axis=1, keepdims=True)) * np.hanning(size), length)
-    power = np.abs(found)
-    unit = np.divide(found, power, out=np.zeros_like(found), where=power > 0.0)
+    transform = rfft((parts - parts.mean(axis=1, keepdims=True)) * np.hanning(size), length)
+    power = np.abs(transform)
+    unit = np.divide(transform, power, out=np.zeros_like(transform), where=power > 0.0)
     return np.asarray(unit, dtype=np.complex64)
 
 
@@ -445,20 +445,20 @@ def _copied(one: _Brought, other: _Brought) -> Notes:
     `turns` are (samples,) what both turned, from one sample on.
     """
     (first, some, _), (second, more, _) = one, other
-    found = likeness(one[2], other[2], some.size)
-    if found.delay:
-        alike = abs(found.correlation)
+    both = likeness(one[2], other[2], some.size)
+    if both.delay:
+        alike = abs(both.correlation)
         # Beyond what chance makes, and what two gyros on one table have without delay.
         by_chance = 7.0 / math.sqrt(_PARTS * (some.size // _PARTS))
-        if alike < max(_COPIES, by_chance, 2.0 * abs(found.together)):
+        if alike < max(_COPIES, by_chance, 2.0 * abs(both.together)):
             return ()
-        late, early = (second, first) if found.delay > 0 else (first, second)
-        later = f"{counted(abs(found.delay), 'sample')} later"
+        late, early = (second, first) if both.delay > 0 else (first, second)
+        later = f"{counted(abs(both.delay), 'sample')} later"
         shared = "the two share their noise, which their difference hides"
-        text = f"repeats gyro {early.name} {later} (correlation {found.correlation:+.3g}): {shared}"
+        text = f"repeats gyro {early.name} {later} (correlation {both.correlation:+.3g}): {shared}"
         text += "; name another gyro ({gyros})"
         return (finding("copy", late.name, text, effect=math.sqrt(max(1.0 - alike, 0.0))),)
-    if found.together < 0.99:
+    if both.together < 0.99:
         return ()
     # One is the other times a number, to a millionth of the noise.
     some, more = np.diff(some), np.diff(more)
@@ -466,7 +466,7 @@ def _copied(one: _Brought, other: _Brought) -> Notes:
     if float(rest @ rest) >= 1e-12 * float(more @ more):
         return ()
     text = f"is a copy of gyro {first.name}; name another gyro ({{gyros}})"
-    return (finding("copy", second.name, text, effect=0.0 if found.correlation > 0.0 else None),)
+    return (finding("copy", second.name, text, effect=0.0 if both.correlation > 0.0 else None),)
 
 
 def unequal_notes(recording: Recording, profile: Profile) -> Notes:

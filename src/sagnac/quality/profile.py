@@ -113,9 +113,9 @@ class Profile:
     @property
     def ends(self) -> tuple[float, float]:
         """Smallest and largest change."""
-        found = self.survey
+        survey = self.survey
         is_angle = self.channel.kind == "angle"
-        return (found.fall, found.rise) if is_angle else (found.lowest, found.highest)
+        return (survey.fall, survey.rise) if is_angle else (survey.lowest, survey.highest)
 
     @property
     def rounding(self) -> float:

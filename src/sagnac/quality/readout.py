@@ -180,7 +180,7 @@ def _encoder_readout(recording: Recording, gyros: Sequence[str], taken: int) -> 
 def _variance_of_steps(values: FloatArray) -> float:
     """Mean variance of `_STEADY` steps in a row, the largest hundredth of them left out."""
     count = (values.size - 1) // _STEADY
-    found, mean = np.empty(count), np.full(_STEADY, 1.0 / _STEADY)
+    variances, mean = np.empty(count), np.full(_STEADY, 1.0 / _STEADY)
     for block in arrays.blocks(count * _STEADY, multiple=_STEADY):
         steps = np.diff(values[block.start : block.stop + 1])
         # What all of them share is no variance, and would leave it to rounding.
@@ -189,12 +189,12 @@ def _variance_of_steps(values: FloatArray) -> float:
         # As numpy's var, which takes three times as long over so few.
         off = rows - (rows @ mean)[:, np.newaxis]
         squares = np.einsum("ij,ij->i", off, off) / (_STEADY - 1)
-        found[block.start // _STEADY : block.stop // _STEADY] = squares
+        variances[block.start // _STEADY : block.stop // _STEADY] = squares
     # The others hold the reversals of a table, which dither nothing between them.
     kept = max(1, math.ceil(0.99 * count))
     if kept < count:
-        found.partition(kept - 1)
-    return float(found[:kept].mean())
+        variances.partition(kept - 1)
+    return float(variances[:kept].mean())
 
 
 # ---- resolution --------------------------------------------------------------------
@@ -420,9 +420,9 @@ def wrap_notes(recording: Recording, profile: Profile) -> Notes:
 
 def _falls_of_an_angle(recording: Recording, profile: Profile) -> Notes:
     """Steps of an angle, all against its motion, by nearly all that it ever covers."""
-    values, found = profile.channel.values, profile.survey
-    covered, usual = found.highest - found.lowest, profile.changes[:20_000]
-    is_fall = max(found.rise, -found.fall) > _FALL * covered
+    values, survey = profile.channel.values, profile.survey
+    covered, usual = survey.highest - survey.lowest, profile.changes[:20_000]
+    is_fall = max(survey.rise, -survey.fall) > _FALL * covered
     if not (is_fall and covered > 50.0 * float(np.median(np.abs(usual)))):
         return ()
     at = np.flatnonzero(marked_steps(values, lambda steps: np.abs(steps) > _FALL * covered))

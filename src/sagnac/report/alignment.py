@@ -135,20 +135,20 @@ def prospect_document(prospect: Prospect) -> dict[str, Any]:
     }
 
 
-def _azimuths(found: AzimuthError) -> dict[str, list[float]]:
+def _azimuths(azimuth: AzimuthError) -> dict[str, list[float]]:
     """Times, azimuth errors and the ends of their intervals."""
-    errors = {"azimuth": found.deviation, "low": found.low, "high": found.high}
+    errors = {"azimuth": azimuth.deviation, "low": azimuth.low, "high": azimuth.high}
     in_minutes = {f"{name}_arcmin": (one / ARCMINUTE).tolist() for name, one in errors.items()}
-    return {"time_s": found.times.tolist(), **in_minutes}
+    return {"time_s": azimuth.times.tolist(), **in_minutes}
 
 
 def _highest(prospect: Prospect) -> AzimuthError:
     """The gyrocompass with the worst upper bound of what was not estimated in the place of zero."""
     how = {"latitude": prospect.latitude, "confidence": prospect.compass.confidence}
     times = prospect.compass.times
-    found = [azimuth_error(noise, times=times, **how) for noise in prospect.noise.bounded]
-    worst = max(found, key=lambda one: float(one.deviation[-1]))
-    return replace(worst, floor=max(one.floor for one in found))
+    azimuths = [azimuth_error(noise, times=times, **how) for noise in prospect.noise.bounded]
+    worst = max(azimuths, key=lambda one: float(one.deviation[-1]))
+    return replace(worst, floor=max(one.floor for one in azimuths))
 
 
 # ---- heading drift -----------------------------------------------------------------
@@ -168,8 +168,8 @@ def drift_document(unaided: Unaided) -> dict[str, Any]:
     ``sigma_deg`` of a heading drift is what N, B, K and the initial bias make, and accelerometers
     if they were measured; ``heading_deg`` has the azimuth and the tilts at the start besides.
     """
-    found, priors = unaided.drift, unaided.drift.priors
-    heading, sigma = found.heading, found.heading.deviation(misaligned=False) / DEGREE
+    drift, priors = unaided.drift, unaided.drift.priors
+    heading, sigma = drift.heading, drift.heading.deviation(misaligned=False) / DEGREE
     low, high = (one / DEGREE for one in heading.interval)
     drifts = {
         "after_s": heading.times,
@@ -195,8 +195,8 @@ def drift_document(unaided: Unaided) -> dict[str, Any]:
             }
             for row, values in enumerate(_rows(drifts))
         ],
-        "attitude": _listed(found.attitude, "deg", DEGREE),
-        "position_unaided": _listed(found.position, "m", 1.0),
+        "attitude": _listed(drift.attitude, "deg", DEGREE),
+        "position_unaided": _listed(drift.position, "m", 1.0),
     }
 
 
@@ -234,10 +234,10 @@ def drift_text(unaided: Unaided) -> str:
 
 def drift_notes(unaided: Unaided) -> list[str]:
     """Limits of the answer: what it leaves out, and where it is no more than a prior."""
-    found, priors = unaided.drift, unaided.drift.priors
+    drift, priors = unaided.drift, unaided.drift.priors
     alone = {}
     for name in ("heading", "attitude", "position"):
-        growth: Growth = getattr(found, name)
+        growth: Growth = getattr(drift, name)
         share = np.sqrt(growth.variances[:, -1]) / np.maximum(growth.deviation(), 1e-300)
         alone[name] = growth.times[share > _SHARE].tolist()
     unseen = {name for one in unaided.noises for name in one.unseen if name not in one.bounds}
@@ -258,8 +258,8 @@ def _bounded_axes(unaided: Unaided, name: CoefficientName) -> tuple[str, str]:
 
     def shown(there: bool) -> str:
         bounded = {axis: noise for axis, noise in axes.items() if name in noise.bounds}
-        found = [axis for axis, noise in bounded.items() if (getattr(noise, name) > 0.0) == there]
-        return "all axes" if len(found) == len(axes) else " and ".join(found)
+        named = [axis for axis, noise in bounded.items() if (getattr(noise, name) > 0.0) == there]
+        return "all axes" if len(named) == len(axes) else " and ".join(named)
 
     return shown(False), shown(True)
 

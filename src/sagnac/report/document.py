@@ -162,8 +162,8 @@ def _beside(analysis: Analysis, *, gyros: bool = True) -> dict[str, Any]:
     alone = {name: analysis_document(one) for name, one in analysis.gyros.items() if gyros}
     forces = {name: finite(_force_data(one)) for name, one in analysis.accelerometers.items()}
     refused = {name: error_text(why) for name, why in analysis.refused.items()}
-    found = {"gyros": alone, "accelerometers": forces, "refused": refused}
-    return {key: each for key, each in found.items() if each}
+    beside = {"gyros": alone, "accelerometers": forces, "refused": refused}
+    return {key: each for key, each in beside.items() if each}
 
 
 def _force_data(analysis: Analysis) -> dict[str, Any]:

@@ -119,8 +119,8 @@ def force_rows(analyses: Sequence[Analysis]) -> list[tuple[str, str, tuple[str, 
     """
     titles, rows = SENSED["accelerometer"].titles, []
     for name in COEFFICIENT_NAMES:
-        found = [answer_coefficients(one).get(name) for one in analyses]
-        readings = ("not fitted" if one is None else quantities.reading(one) for one in found)
+        estimates = [answer_coefficients(one).get(name) for one in analyses]
+        readings = ("not fitted" if one is None else quantities.reading(one) for one in estimates)
         unit = field_unit(name, "accelerometer").symbol
         rows.append((f"{SYMBOLS[name]} {titles[name]}", unit, tuple(readings)))
     return rows
@@ -154,9 +154,9 @@ def overall_decision(several: Iterable[Analysis], refused: Collection[str] = ())
 
     Recordings that were `refused` beside them are undecided: a limit is kept by all or not at all.
     """
-    found = [verdict.decision for each in several if (verdict := verdict_of(each)) is not None]
+    decisions = [verdict.decision for each in several if (verdict := verdict_of(each)) is not None]
     undecided: list[Decision] = ["undecided"] if refused else []
-    return overall(found + undecided) if found else None
+    return overall(decisions + undecided) if decisions else None
 
 
 def found_text(judgement: Judgement) -> str:

@@ -36,19 +36,19 @@ def beside_truth(analysis: Analysis, truth: float) -> str:
 
 def verdict(analysis: Analysis) -> str:
     """Each limit beside what was measured, and the decision on all; empty without a limit."""
-    found = verdict_of(analysis)
-    if found is None:
+    decided = verdict_of(analysis)
+    if decided is None:
         return ""
     rows = [
         (sections.gyro_text(one), one.limit.in_words, sections.found_text(one), one.decision)
-        for one in found.judgements
+        for one in decided.judgements
     ]
-    told = [one for one in found.judgements if one.decision != "pass" or EITHER in one.reason]
-    reasons = dict.fromkeys(f"{sections.gyro_text(one)}: {one.reason}" for one in told)
-    product = f" for {found.specification.product}" if found.specification.product else ""
-    line = f"Verdict{product}: {sections.DECISIONS[found.decision]}"
+    noticed = [one for one in decided.judgements if one.decision != "pass" or EITHER in one.reason]
+    reasons = dict.fromkeys(f"{sections.gyro_text(one)}: {one.reason}" for one in noticed)
+    product = f" for {decided.specification.product}" if decided.specification.product else ""
+    line = f"Verdict{product}: {sections.DECISIONS[decided.decision]}"
     listed = table(("gyro", "limit", "measured", "verdict"), rows)
-    return "\n".join((line, listed, *reasons, f"Risk: {sections.risk_text(found)}"))
+    return "\n".join((line, listed, *reasons, f"Risk: {sections.risk_text(decided)}"))
 
 
 def with_lines(analysis: Analysis) -> str:
@@ -169,8 +169,8 @@ def _listed(analysis: Analysis, shown: str, rows: int, weaker: str = "") -> str:
 def methods_by_gyro(analyses: Mapping[str, Analysis]) -> dict[str, dict[str, Analysis]]:
     """Analyses by method of each gyro that was taken alone, or of what was measured."""
     by_gyro: dict[str, dict[str, Analysis]] = {}
-    for method, found in analyses.items():
-        for name, one in (found.gyros or {found.channel: found}).items():
+    for method, analysis in analyses.items():
+        for name, one in (analysis.gyros or {analysis.channel: analysis}).items():
             by_gyro.setdefault(name, {})[method] = one
     return by_gyro
 
@@ -194,9 +194,9 @@ def comparison(analyses: Mapping[str, Analysis], refused: Mapping[str, str]) -> 
     return blocks(quantities.subject(one), shown, reasons, "\n".join(noticed))
 
 
-def findings(found: Sequence[Note]) -> str:
+def findings(notes: Sequence[Note]) -> str:
     """Findings of a check of the data."""
-    rows = [(one.level, one.channel, as_typed(one.text)) for one in found]
+    rows = [(one.level, one.channel, as_typed(one.text)) for one in notes]
     return table(("level", "channel", "finding"), rows) if rows else "Nothing was found wrong."
 
 
@@ -252,11 +252,11 @@ def blocks(*parts: str) -> str:
 
 def main_coefficients(analysis: Analysis) -> str:
     """Q, N, B, K and R beside the answer, in the field's units; empty if there are none."""
-    found, rows = headline_coefficients(analysis), []
+    coefficients, rows = headline_coefficients(analysis), []
     for name in COEFFICIENT_NAMES:
-        if name in found:
+        if name in coefficients:
             title, unit = _titled(name)
-            value, interval, status = quantities.reading_cells(found[name])
+            value, interval, status = quantities.reading_cells(coefficients[name])
             rows.append((title, value, interval, unit, status))
     return table(("coefficient", "value", "interval", "unit", "status"), rows) if rows else ""
 

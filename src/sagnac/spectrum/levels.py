@@ -126,8 +126,8 @@ def robust_levels(
         for some in kept:
             flat[some] = np.exp(law[some] - law[some].mean())
         pairs = zip(kept, shapes, strict=True)
-        found = [_level(cells.density[some] / flat[some], shape) for some, shape in pairs]
-        level, shape, outstanding = np.array(found).T.copy()
+        levels = [_level(cells.density[some] / flat[some], shape) for some, shape in pairs]
+        level, shape, outstanding = np.array(levels).T.copy()
         # Straight in logarithms between the levels; one bin of lines tilts no neighbour.
         law = np.interp(height, place, running_median(np.log(level), 3))
     return Levels(

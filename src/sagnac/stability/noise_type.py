@@ -110,7 +110,7 @@ def identified_noise_types(
     octaves = anchor * 2 ** np.arange(int(clusters[-1]).bit_length(), dtype=np.int64)
     ladder = np.unique(np.concatenate((octaves[octaves <= clusters[-1]], clusters)))
     ladder = ladder[ladder <= usable]
-    found: list[int] = []
+    exponents: list[int] = []
     for m in map(int, ladder):
         exponent, scatter = _read_noise(track, m, estimator.order)
         if math.isnan(exponent):
@@ -120,19 +120,19 @@ def identified_noise_types(
         nearest, above, below = types
         # Noise only gets redder with the cluster time: in a sum of power laws the redder rules
         # the longer, and a reading that says otherwise is scatter, or a line.
-        stands = found and (below <= found[-1] <= above or nearest > found[-1])
-        found.append(found[-1] if stands else nearest)
-    if not found:
+        stands = exponents and (below <= exponents[-1] <= above or nearest > exponents[-1])
+        exponents.append(exponents[-1] if stands else nearest)
+    if not exponents:
         few = f"under {_FEWEST_FOR_NOISE} angles, or no noise, to tell it from"
         text = f"noise type taken as 0 (angle random walk) for the intervals: {few}"
         return np.zeros(clusters.size, dtype=np.int64), (Note(text=text),)
-    ladder = ladder[: len(found)]
+    ladder = ladder[: len(exponents)]
     carried = int((clusters > usable).sum())
     longest_times = f"the intervals of the {carried} longest cluster times"
     text = f"{longest_times} take the noise to be what it is at {ladder[-1]} samples"
     notes = (Note(text=text),) if carried else ()
     place = np.maximum(np.searchsorted(ladder, clusters, side="right") - 1, 0)
-    return np.array(found, dtype=np.int64)[place], notes
+    return np.array(exponents, dtype=np.int64)[place], notes
 
 
 def _read_noise(track: Track, cluster: int, order: int) -> tuple[float, float]:

@@ -200,12 +200,12 @@ def _delay_taken_out(
         moved = fit.delay(delay, free)
         if moved is None:
             break
-        found = moved.values - (0.0 if delay is None else delay.values)
-        if (found * np.sign(first) > np.maximum(0.5 * np.abs(first), SEEN * moved.errors)).any():
+        known = moved.values - (0.0 if delay is None else delay.values)
+        if (known * np.sign(first) > np.maximum(0.5 * np.abs(first), SEEN * moved.errors)).any():
             return None
-        first = first if number else found
+        first = first if number else known
         delay, readings = moved, _undelayed(encoder, moved, sample_rate)
-        if number == _STEPS - 1 or (number and abs(found[0]) < 1e-7):
+        if number == _STEPS - 1 or (number and abs(known[0]) < 1e-7):
             break
         averages = kinematics.averages_of(readings, round(fit.interval * sample_rate))
         fit = _Fit.of(averages, sensed, fit.interval)

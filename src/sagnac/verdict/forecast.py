@@ -157,10 +157,10 @@ class ShortRecording:
         shortest, longest = math.log(4.0 / self.highest), math.log(LONGEST)
         if excess(longest) > 0.0:
             return math.inf
-        found = bisect(excess, shortest, longest) if excess(shortest) > 0.0 else shortest
+        crossed = bisect(excess, shortest, longest) if excess(shortest) > 0.0 else shortest
         if half_width >= self.half_width:
-            return min(math.exp(found), self.duration)
-        return max(math.exp(found), self.duration)
+            return min(math.exp(crossed), self.duration)
+        return max(math.exp(crossed), self.duration)
 
     def duration_to_decide(self, limit: float) -> float:
         """Duration, s, after which the interval leaves a limit of N, rad/sqrt(s), to one side.
