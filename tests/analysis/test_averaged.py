@@ -260,3 +260,17 @@ def test_a_fit_of_fewer_angles_stands_only_where_it_tells_more(seed, member):
         assert (walk.low < fit.low, fit.value < walk.high < fit.high) == (True, True)
     else:
         assert walk == fit
+
+
+def test_slow_noise_that_falls_to_n_is_no_low_pass_and_loosens_no_bound():
+    """White noise of 1.5 deg/sqrt(h) below a Markov rate of 40 s; Q was bounded at 10 degrees."""
+    white, driven = np.random.default_rng(3).standard_normal((2, 30_000))
+    decay = np.exp(-1.0 / 200.0)
+    slow = 4.0 * lfilter([np.sqrt(1.0 - decay**2)], [1.0, -decay], driven)
+    rates = 1.5 / 60.0 * (np.sqrt(5.0) * white + slow)
+    recording = Recording.from_arrays(x=rates, kind="rate", unit="deg/s", sample_rate=5.0)
+    analysis = analyze(recording)
+    walk = analysis.angle_random_walk.to("deg/sqrt(h)")
+    assert walk.low < 1.5 < walk.high
+    assert "the spectrum falls" not in texts(analysis)
+    assert analysis.coefficients["quantization"].to("arcsec").high < 50.0

@@ -23,6 +23,8 @@ def test_roll_off_is_seen_and_a_floor_is_not():
     found = roll_off(levels)
     assert 0.8 < found.frequency < 4.0
     assert 0.1 < found.cluster_time() < 60.0
+    assert roll_off(levels, above=found.frequency).frequency == found.frequency
+    assert math.isinf(roll_off(levels, above=2.0 * found.half).frequency)
     assert math.isinf(roll_off(levels_of(white + np.cumsum(0.02 * white))).frequency)
     assert math.isinf(roll_off(levels_of(white)).frequency)
 

@@ -129,6 +129,17 @@ def test_it_is_asked_only_where_b_and_k_are_bounds_and_keeps_within_these():
     assert untold(None, choice, {}) is None
 
 
+def test_noise_faster_than_the_band_of_n_is_a_part_of_n_and_no_slow_noise_beside_it():
+    """A Markov rate of 3 over 0.1 s beside white noise of 1 is level at 1.67 up to 1 Hz."""
+    random = np.random.default_rng(3)
+    rates = np.sqrt(RATE) * random.standard_normal(SAMPLES) + markov(random, 3.0, 0.1)
+    levels, choice = levels_of(rates), SimpleNamespace(band_hz=(0.0, 0.5 * RATE))
+    foot = estimate("angle_random_walk", 1.7)
+    top = replace(foot, value=1.0, low=0.9)
+    assert untold(levels, choice, {"angle_random_walk": top}).rates
+    assert not untold(levels, choice, {"angle_random_walk": foot}).rates
+
+
 def estimate(name, value, *, status="estimated", low=None):
     low = 0.9 * value if low is None else low
     return Estimate(name=name, value=value, low=low, high=value, confidence=0.95, status=status)

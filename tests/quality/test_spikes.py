@@ -62,6 +62,17 @@ def test_a_spike_is_as_high_as_it_lies_off_the_median_of_its_neighbours():
     assert found.height == pytest.approx(np.array(naive)[found.index], rel=1e-12)
 
 
+@pytest.mark.parametrize(("place", "spikes"), [(-1, 1), (-2, 1), (1, 1), (0, 0)])
+def test_a_spike_at_the_end_of_a_recording_is_one_too(place, spikes):
+    """As of a hand that switches off; the first rate is in no answer. N read up to 11 % high."""
+    rates = 0.05 * np.random.default_rng(3).standard_normal(4000)
+    rates[place] += 1.0
+    recording = sagnac.Recording.from_arrays(x=rates, kind="rate", unit="deg/s", sample_rate=5.0)
+    assert [note.name for note in sagnac.check(recording)] == ["spikes"] * spikes
+    walk = sagnac.analyze(recording).angle_random_walk.to("deg/sqrt(h)")
+    assert walk.value == pytest.approx(60.0 * 0.05 / np.sqrt(5.0), rel=0.05)
+
+
 @pytest.mark.parametrize("step", [0.0, 0.7])
 def test_a_spike_lies_beyond_the_scatter_by_quartiles_and_by_the_inner_part(step):
     noise = np.random.default_rng(4).standard_normal(5003)

@@ -20,7 +20,7 @@ from sagnac.analysis.evidence import Bands, Evidence, Points
 from sagnac.analysis.result import Part
 from sagnac.core.arrays import FloatArray, differences, extent
 from sagnac.core.errors import Note, RecordingError
-from sagnac.noise.band_models import FLOOR, bin_shapes, models_of_one_band
+from sagnac.noise.band_models import FLOOR, LOW_PASS, bin_shapes, models_of_one_band
 from sagnac.noise.bounds import Hump, RollOff, hump_above, roll_off
 from sagnac.noise.estimates import Estimate, Fit, FitName, Interval
 from sagnac.noise.fit import likelihood_fit
@@ -264,6 +264,10 @@ def complete(spectrum: AnswerSpectrum, evidence: Evidence) -> AnswerSpectrum:
     spectrum = replace(spectrum, kurtosis=_excess_kurtosis(spectrum.increments))
     walk, choice = spectrum.average.angle_random_walk, spectrum.average.rests_on
     hump = hump_above(spectrum.levels, choice.band_hz, walk.value) if choice.terms else None
+    lowest = min(LOW_PASS, 0.25 * choice.band_hz[1])
+    if choice.member != "whole band" and spectrum.roll_off.frequency < lowest:
+        # Slow noise or a hump that falls to N, read far above: no low-pass lowers a cluster time.
+        spectrum = replace(spectrum, roll_off=roll_off(spectrum.levels, above=lowest))
     return replace(spectrum, hump=hump, parts=_parts(spectrum, evidence))
 
 

@@ -101,7 +101,7 @@ def _shape_notes(spectrum: AnswerSpectrum, sensor: Sensor) -> Iterator[Note]:
         is_halved = math.isfinite(fall.half)
         falls = f"to half at {fall.half:.3g}" if is_halved else f"beyond {fall.frequency:.3g}"
         short = f"cluster times below {fall.cluster_time():.3g} s bound nothing"
-        text = f"the spectrum falls {falls} Hz, as behind a low-pass or a hump: {short}"
+        text = f"the spectrum falls {falls} Hz, as behind a low-pass, a hump or slow noise: {short}"
         yield Note(text=text)
     if hump is not None:
         top = _walk(sensor, hump.walk).split()[0]

@@ -29,7 +29,7 @@ from sagnac.spectrum.levels import Levels
 FLOOR: Final = 0.03
 # Lowest frequency at which the low-pass of a sensor may begin, Hz. What falls below it is a Markov
 # rate: those of gyros last from a second to hours.
-_LOW_PASS: Final = 0.2
+LOW_PASS: Final = 0.2
 # Fewest bins of a band.
 LEAST_BINS: Final = 4
 # Models lighter than this, relative to the heaviest, are dropped.
@@ -231,7 +231,7 @@ def _scaled(levels: Levels) -> ScaledLaws:
     scale = np.abs(laws).max(axis=0)
     shape = bin_shapes(levels, FLOOR)
     chance = shape / bin_shapes(levels, 0.0)
-    passed = levels.frequency >= _LOW_PASS
+    passed = levels.frequency >= LOW_PASS
     return ScaledLaws(shape=shape, chance=chance, low_passed=passed, laws=laws / scale, scale=scale)
 
 

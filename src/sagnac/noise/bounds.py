@@ -58,8 +58,8 @@ class RollOff:
         return PERIODS / self.frequency
 
 
-def roll_off(levels: Levels) -> RollOff:
-    """Find the first bend down of a spectrum.
+def roll_off(levels: Levels, *, above: float = 0.0) -> RollOff:
+    """Find the first bend down of a spectrum, above a frequency.
 
     Two straight lines over half a decade on either side of each bin; the bend is where the
     slope falls by 0.6 or more, to below -0.3, and by four standard errors.
@@ -68,6 +68,8 @@ def roll_off(levels: Levels) -> RollOff:
     ----------
     levels
         Robust levels.
+    above
+        Where the fall begins at the lowest, Hz.
 
     Returns
     -------
@@ -76,14 +78,14 @@ def roll_off(levels: Levels) -> RollOff:
     """
     place, height = np.log(levels.frequency), np.log(levels.level)
     error = np.sqrt(1.0 / levels.shape + FLOOR**2)
-    for middle in range(2, place.size - 2):
+    for middle in range(2 + int(np.searchsorted(levels.frequency, above)), place.size - 2):
         before = slice(max(0, middle - _SIDE), middle + 1)
         behind = slice(middle, min(place.size, middle + _SIDE + 1))
         rise, of_rise = _slope(place[before], height[before], error[before])
         fall, of_fall = _slope(place[behind], height[behind], error[behind])
         if fall - rise < -max(0.6, 4.0 * math.hypot(of_fall, of_rise)) and fall < -0.3:
             # Half a decade of bins averages the bend: the fall begins up to a third of it before.
-            first = max(0, middle - 2)
+            first = middle - 2
             half = _half_of(place[first:], height[first:])
             return RollOff(frequency=float(levels.frequency[first]), half=half)
     return RollOff()

@@ -26,6 +26,7 @@ _EARNED: Final = 25.0
 _B: Final = 2
 _K: Final = 3
 _TERMS: Final = ((0, 1), (0, 1, _B), (0, 1, _K), (0, 1, _B, _K))
+_NEAR: Final = 0.95  # of the least N that an answer allows
 _STEP: Final = 1.01  # by which a time is changed for a slope
 
 Terms = tuple[int, ...]
@@ -58,7 +59,9 @@ class SlowModel:
     rates: tuple[MarkovEstimate, ...]
 
 
-def slow_model(levels: Levels, *, highest: float, confidence: float = 0.95) -> SlowModel | None:
+def slow_model(
+    levels: Levels, *, highest: float, least: float = 0.0, confidence: float = 0.95
+) -> SlowModel | None:
     """The most likely Q, N, B and K, with one or two Markov rates that the levels bear out.
 
     The level of a bin follows a gamma law, the likelihood of which is highest where least squares
@@ -70,6 +73,8 @@ def slow_model(levels: Levels, *, highest: float, confidence: float = 0.95) -> S
         Of a rate spectrum.
     highest
         Frequency up to which they count, Hz: above, a sensor's low-pass or its readout rules.
+    least
+        N is no less, rad/sqrt(s): a Markov rate beside less white noise is a part of that N.
     confidence
         Of the intervals.
 
@@ -100,7 +105,9 @@ def slow_model(levels: Levels, *, highest: float, confidence: float = 0.95) -> S
             best = two
         # Levels of noise with Markov rates are described by them, except one in a thousand.
         freedom = level.size - len(best.terms) - 2 * len(best.times)
-        if describes(shape, level / best.mean, freedom, 0.001):
+        # White noise comes second in every set of terms.
+        is_beside = best.squares[1] >= least**2
+        if is_beside and describes(shape, level / best.mean, freedom, 0.001):
             chosen = best
     if plain[0].deviance - chosen.deviance < _EARNED:
         return None
@@ -135,7 +142,9 @@ def untold(
     slow = estimates.get("bias_instability"), estimates.get("rate_random_walk")
     if any(one is not None and one.status == "estimated" for one in slow):
         return None
-    model = slow_model(levels, highest=choice.band_hz[1], confidence=walk.confidence)
+    # The levels are robust, and those of heavy tails a little lower.
+    highest, least = choice.band_hz[1], _NEAR * walk.low
+    model = slow_model(levels, highest=highest, least=least, confidence=walk.confidence)
     if model is None:
         return None
     # The curve may allow no more than an upper bound.

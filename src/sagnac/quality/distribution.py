@@ -139,12 +139,10 @@ def _stays(values: FloatArray, place: int, height: float) -> bool:
     """Whether the angle keeps what a sample adds.
 
     If its neighbours take it back, the angle alone was off for a moment: that adds nothing to N,
-    and to replace one of them would.
+    and to replace one of them would. Behind an end there is nothing that could.
     """
-    if not _AROUND <= place < values.size - _AROUND:
-        return False
     typical = np.median(values[max(0, place - 8) : place + 9])
-    net = float((values[place - _AROUND : place + _AROUND + 1] - typical).sum())
+    net = float((values[max(0, place - _AROUND) : place + _AROUND + 1] - typical).sum())
     return net / height > 0.5
 
 
@@ -167,7 +165,9 @@ def spike_notes(recording: Recording, profile: Profile) -> Notes:
     """Single samples far off, a warning, for the answer goes without them; else single jumps."""
     if profile.changes.size < LEAST_FOR_SPIKES:
         return jump_notes(recording, profile)
-    among = profile.even[-profile.changes.size :]
+    among = profile.even[-profile.changes.size :].copy()
+    # No answer has the first rate or increment: the angle begins behind it.
+    among[0] &= profile.changes.size < recording.samples
     spikes = find_spikes(profile.changes, sample_rate=1.0, among=among)
     level: Level = "warning"
     effect = None
