@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Final
 
 from sagnac.analysis.pipeline import analyze
-from sagnac.analysis.planning import shown_by
+from sagnac.analysis.planning import short_recording
 from sagnac.analysis.result import Analysis
 from sagnac.analysis.settings import Settings
 from sagnac.formats import read
@@ -67,9 +67,9 @@ def beginning(path: Path, seconds: float, settings: Settings) -> Analysis:
 
 def row(path: Path, seconds: float, settings: Settings) -> tuple[str, float]:
     """One line of the table, and the width foretold over that found."""
-    early = shown_by(beginning(path, 0.1 * seconds, settings))
+    early = short_recording(beginning(path, 0.1 * seconds, settings))
     analysis = beginning(path, seconds, settings)
-    whole = shown_by(analysis)
+    whole = short_recording(analysis)
     foretold = early.expected(whole.duration)
     choice = "" if analysis.average is None else analysis.average.member
     supposed = "whole band" if early.efficient else "average"
