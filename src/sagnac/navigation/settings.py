@@ -109,7 +109,10 @@ class FilterSetting:
         walk = field_unit("rate_random_walk", self.kind)
         rate = UNITS[SENSED[self.kind].rate_unit]
         bound = _at_most(self.walk_bound / walk.size)
-        bias, unseen = f"K {model.walk / walk.size:.4g} {walk.name}", f" (not estimated{bound})"
+        # Beside K it covers flicker, ramps and Markov rates.
+        slow = "; the rest is other slow noise" if model.walk > self.walk_bound else ""
+        bias = f"K {model.walk / walk.size:.4g} {walk.name}"
+        unseen = f" (not estimated{bound}{slow})"
         for one in model.markov:
             size, time = one.deviation / rate.size, one.correlation_time
             bias = f"Markov bias {size:.4g} {rate.name} over {time:.4g} s"
