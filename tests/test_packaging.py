@@ -33,3 +33,10 @@ def test_the_container_copies_what_there_is():
             assert (ROOT / name).exists(), name
     for name in re.findall(r"-r (requirements/\S+)", text):
         assert (ROOT / name).is_file(), name
+
+
+def test_no_file_of_the_package_stands_twice():
+    # The check of the wheel, which `make package` makes, refuses such files.
+    paths = [path for path in (ROOT / "src").rglob("*") if path.is_file() and path.stat().st_size]
+    contents = [path.read_bytes() for path in paths if path.suffix not in {".pyc", ".nbi", ".nbc"}]
+    assert len(set(contents)) == len(contents)
