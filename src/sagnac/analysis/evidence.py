@@ -235,7 +235,7 @@ def fits_of(
     masked: Bands,
     settings: Settings,
     *,
-    bare: bool = False,
+    bare: bool,
 ) -> dict[FitName, Fit]:
     """The three fits; one that is not possible observes nothing, and says so.
 
@@ -260,24 +260,22 @@ def fits_of(
     squares = settings.step_4.squares if by_paper else "relative"
     nothing = {name: unobserved(name, confidence) for name in COEFFICIENT_NAMES}
 
-    def attempted(method: FitName, fit: Callable[[], Fit], level: Level = "remark") -> Fit:
-        try:
-            return fit()
-        except RecordingError as error:
-            note = Note(text=f"no {method} fit: {error}", level=level)
-            return Fit(method=method, coefficients=nothing, notes=(note,))
-
-    fits: dict[FitName, Fit] = {}
+    wanted: dict[FitName, Callable[[], Fit]] = {}
     if by_paper or not bare:
-        paper = partial(paper_fit, of_gyro, squares=squares, confidence=confidence)
-        fits["paper"] = attempted("paper", paper)
+        wanted["paper"] = partial(paper_fit, of_gyro, squares=squares, confidence=confidence)
     if not bare:
-        weighted = partial(weighted_fit, of_gyro, confidence=confidence)
-        fits["weighted"] = attempted("weighted", weighted)
-    fits["likelihood"] = Fit(method="likelihood", coefficients=nothing)
+        wanted["weighted"] = partial(weighted_fit, of_gyro, confidence=confidence)
+    wanted["likelihood"] = partial(Fit, method="likelihood", coefficients=nothing)
     if readout.every is not None:
-        widest = partial(_widest_fit, fine, confidence, masked)
-        fits["likelihood"] = attempted("likelihood", widest, "warning")
+        wanted["likelihood"] = partial(_widest_fit, fine, confidence, masked)
+    fits: dict[FitName, Fit] = {}
+    for method, fit in wanted.items():
+        try:
+            fits[method] = fit()
+        except RecordingError as error:
+            level: Level = "warning" if method == "likelihood" else "remark"
+            note = Note(text=f"no {method} fit: {error}", level=level)
+            fits[method] = Fit(method=method, coefficients=nothing, notes=(note,))
     return fits
 
 

@@ -133,11 +133,9 @@ def _within_curve(evidence: Evidence, headline: Headline) -> Headline:
     spectrum, fit = headline.spectrum, headline.fits["likelihood"]
     lowered = 0.0 if spectrum is None else spectrum.roll_off.cluster_time()
     confidence, shortest = evidence.settings.confidence, max(lowered, evidence.readout.time)
-    other = fit.slow
+    other, curve = fit.slow, evidence.curve
     end = math.inf if other is None else other.lowest_end
-    highest = highest_terms(
-        evidence.curve, confidence=confidence, shortest=shortest, flicker_end=end
-    )
+    highest = highest_terms(curve, confidence=confidence, shortest=shortest, flicker_end=end)
     slow = with_slow_laws(fit).coefficients["bias_instability"]
     fit = replace(fit, coefficients=within_curve(fit.coefficients, highest))
     if spectrum is not None:

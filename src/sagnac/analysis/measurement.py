@@ -233,12 +233,10 @@ def _encoder_notes(estimate: EstimatedTable, sample_rate: float) -> tuple[Note, 
         turned = np.diff(averages_of(estimate.angle, block))
         rate = float(np.sqrt(np.mean(turned**2))) * sample_rate / block
         jitter = estimate.noise / max(rate, 1e-12)
-        texts.append(
-            f"its readings scatter by {rounded(estimate.noise / ARCSECOND, 3)} arcsec rms about "
-            "the angle that the gyros sense, as if latched "
-            f"{rounded(1e6 * jitter, 3)} us rms beside them; above {estimate.corner:.2g} Hz the "
-            "angle is taken from the gyros"
-        )
+        scatter = f"its readings scatter by {rounded(estimate.noise / ARCSECOND, 3)} arcsec rms"
+        latched = f"as if latched {rounded(1e6 * jitter, 3)} us rms beside them"
+        above = f"above {estimate.corner:.2g} Hz the angle is taken from the gyros"
+        texts.append(f"{scatter} about the angle that the gyros sense, {latched}; {above}")
     return tuple(Note(channel="table", text=text) for text in texts)
 
 

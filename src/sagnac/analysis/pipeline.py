@@ -407,16 +407,12 @@ def _gyros_alone(
     read = first.recording.notes
     own = [(name, note) for name, one in analyses.items() for note in one.notes if note not in read]
     notes = [note if note.channel else replace(note, channel=name) for name, note in own]
-    return replace(
-        first,
-        settings=replace(first.settings, gyros=settings.gyros),
-        per_gyro={name: one.angle_random_walk for name, one in analyses.items()},
-        notes=tuple(dict.fromkeys((*read, *notes, *beside))),
-        seconds=_added_seconds(each),
-        # What is found between gyros is of each: it decides what each is told of a limit.
-        gyros={name: replace(one, notes=(*one.notes, *beside)) for name, one in analyses.items()},
-        refused=refused,
-    )
+    walks = {name: one.angle_random_walk for name, one in analyses.items()}
+    # What is found between gyros is of each: it decides what each is told of a limit.
+    gyros = {name: replace(one, notes=(*one.notes, *beside)) for name, one in analyses.items()}
+    seconds, notes_of_all = _added_seconds(each), tuple(dict.fromkeys((*read, *notes, *beside)))
+    first = replace(first, settings=replace(first.settings, gyros=settings.gyros), refused=refused)
+    return replace(first, per_gyro=walks, gyros=gyros, notes=notes_of_all, seconds=seconds)
 
 
 def _added_seconds(analyses: Sequence[Analysis]) -> dict[str, float]:
@@ -565,14 +561,9 @@ def _with_lines_out(
     of_answer = ("lines", "angle_random_walk", "average", "coefficients", "covariance", "parts")
     figures = {name: getattr(searched, name) for name in of_answer}
     source = f"{searched.source}; lines removed" if searched.lines else searched.source
-    with_answer = replace(
-        analysis,
-        source=source,
-        notes=tuple(dict.fromkeys(notes)),
-        seconds=_added_seconds((searched, analysis)),
-        curve_of_answer=searched.curve,
-        **figures,
-    )
+    seconds, notes = _added_seconds((searched, analysis)), tuple(dict.fromkeys(notes))
+    with_answer = replace(analysis, source=source, curve_of_answer=searched.curve, **figures)
+    with_answer = replace(with_answer, notes=notes, seconds=seconds)
     return AtRest(analysis=with_answer, without_lines=searched, as_it_is=analysis)
 
 
@@ -586,14 +577,9 @@ def _with_family(
         family = _family(points_at(angle, rate, settings.interval), analysis.curve, settings)
         density = multitaper_density(differences(angle), rate) if family else None
     notes = tuple(dict.fromkeys((*analysis.notes, *curve_notes(analysis.curve, family))))
-    return replace(
-        analysis,
-        settings=settings,
-        family=family,
-        density=density,
-        notes=notes,
-        seconds={**analysis.seconds, **stages.seconds},
-    )
+    seconds = {**analysis.seconds, **stages.seconds}
+    analysis = replace(analysis, settings=settings, notes=notes, seconds=seconds)
+    return replace(analysis, family=family, density=density)
 
 
 def _with_gaps(
@@ -620,11 +606,11 @@ def _with_gaps(
         steps = differences(angle_of(part.gyro(gyro.name), part.sample_rate))
         density = multitaper_density(steps, part.sample_rate)
         analysis = replace(bench.analysis, source=f"{bench.analysis.source} (of {span})")
-        of_stretch = Note(
-            channel=gyro.name,
-            text="coefficients, lines and spectra are of the longest stretch without a gap, "
-            f"{span}; the curves are of the whole recording, without the terms that touch a gap",
+        figures = (
+            f"coefficients, lines and spectra are of the longest stretch without a gap, {span}"
         )
+        curves = "the curves are of the whole recording, without the terms that touch a gap"
+        of_stretch = Note(channel=gyro.name, text=f"{figures}; {curves}")
     except RecordingError as error:
         density = Spectrum.empty()
         analysis = Analysis(
@@ -651,16 +637,9 @@ def _with_gaps(
         *(note for note in analysis.notes if note not in analysis.curve.notes),
         *curve_notes(curve, family),
     )
-    analysis = replace(
-        analysis,
-        recording=recording,
-        settings=settings,
-        curve=curve,
-        curve_before=curve,
-        family=family,
-        density=density,
-        notes=tuple(dict.fromkeys(notes)),
-    )
+    notes = tuple(dict.fromkeys(notes))
+    analysis = replace(analysis, recording=recording, settings=settings, notes=notes)
+    analysis = replace(analysis, curve=curve, curve_before=curve, family=family, density=density)
     return replace(bench, analysis=analysis)
 
 
