@@ -22,7 +22,7 @@ from sagnac.core.arrays import FloatArray, differences, extent
 from sagnac.core.errors import Note, RecordingError
 from sagnac.noise.band_models import FLOOR, LOW_PASS, bin_shapes, models_of_one_band
 from sagnac.noise.bounds import Hump, RollOff, hump_above, roll_off
-from sagnac.noise.estimates import Estimate, Fit, FitName, Interval, each_changed
+from sagnac.noise.estimates import Change, Estimate, Fit, FitName, Interval, each_changed
 from sagnac.noise.fit import likelihood_fit
 from sagnac.noise.laws import SLOW_NAMES, level_laws
 from sagnac.noise.lowest_ordinates import rate_ramp
@@ -151,9 +151,7 @@ class Headline:
     fits: Mapping[FitName, Fit] = field(default_factory=dict)
     per_gyro: Mapping[str, Estimate] = field(default_factory=dict)
 
-    def with_each(
-        self, changed: Callable[[Estimate], Estimate], *, beside: bool = False
-    ) -> "Headline":
+    def with_each(self, changed: Change, *, beside: bool = False) -> "Headline":
         """The same with each coefficient of the average and the fits changed.
 
         With `beside` N of the average and the fit of the paper stay.

@@ -85,11 +85,10 @@ def first_candidate(evidence: Evidence) -> Headline:
     if evidence.settings.method in PUBLISHED:
         candidates = [partial(_step_4, evidence)]
     elif not evidence.left.is_finished:
-        text = (
-            f"the search for the lines of {evidence.measured.channel} did not come to an end, and "
-            "the noise that it leaves is not to be trusted: no estimate is given, and a bound is "
-            "with all lines in; take a stretch on which the table turns evenly ({slice})"
-        )
+        search = f"the search for the lines of {evidence.measured.channel} did not come to an end"
+        leaves = "the noise that it leaves is not to be trusted: no estimate is given"
+        remedy = "take a stretch on which the table turns evenly ({slice})"
+        text = f"{search}, and {leaves}, and a bound is with all lines in; {remedy}"
         headline = _no_walk(evidence, Note(level="warning", text=text))
     elif (finest := _spectrum(evidence)) is None:
         candidates = [partial(_likelihood_alone, evidence)]

@@ -3,7 +3,6 @@
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from itertools import chain
 
 import numpy as np
 
@@ -29,10 +28,10 @@ def _spectrum_notes(evidence: Evidence, headline: Headline) -> tuple[Note, ...]:
         # What is left is the encoder's.
         return ()
     sensor = evidence.recording.gyros[0].sensor
-    beside = chain(_shape_notes(spectrum, sensor), _parts_notes(spectrum.parts, sensor))
+    notes = [*_off_notes(spectrum, evidence), *_shape_notes(spectrum, sensor)]
+    notes += _parts_notes(spectrum.parts, sensor)
     if evidence.table.angle is None:
-        beside = chain(beside, _shelf_notes(headline.estimate, spectrum, sensor))
-    notes = chain(_off_notes(spectrum, evidence), beside)
+        notes += _shelf_notes(headline.estimate, spectrum, sensor)
     noticed = tuple(replace(note, channel=channel) for note in notes)
     if evidence.table.angle is None or left.once_a_turn:
         return noticed
@@ -80,13 +79,11 @@ def _off_notes(spectrum: AnswerSpectrum, evidence: Evidence) -> Iterator[Note]:
         unit = UNITS[SENSED[sensor].rate_unit]
         # Noise of a pair is given per gyro, but the drift of one against the other in full.
         settles = warm_up.rate * (PAIR_SIZE if evidence.measured.is_pair else 1.0)
-        yield Note(
-            name="warm-up",
-            text=f"the rate settles by {settles / unit.size:.3g} {unit} with a time "
-            f"constant of {warm_up.time:.3g} s (warm-up): it was taken off for the answer, and "
-            f"stays in the curve; {left_out} leaves it out, {{covariates temperature}} "
-            "fits it if there is a column of temperature",
-        )
+        constant = f"with a time constant of {warm_up.time:.3g} s (warm-up)"
+        fits = "{covariates temperature} fits it if there is a column of temperature"
+        text = f"the rate settles by {settles / unit.size:.3g} {unit} {constant}: it was taken off "
+        text += f"for the answer, and stays in the curve; {left_out} leaves it out, {fits}"
+        yield Note(name="warm-up", text=text)
 
 
 def _shape_notes(spectrum: AnswerSpectrum, sensor: Sensor) -> Iterator[Note]:

@@ -201,11 +201,10 @@ class Estimate(Interval):
 
 
 Coefficients = Mapping[CoefficientName, Estimate]
+Change = Callable[[Estimate], Estimate]
 
 
-def each_changed(
-    coefficients: Coefficients, changed: Callable[[Estimate], Estimate]
-) -> dict[CoefficientName, Estimate]:
+def each_changed(coefficients: Coefficients, changed: Change) -> dict[CoefficientName, Estimate]:
     """The coefficients, each changed."""
     return {name: changed(one) for name, one in coefficients.items()}
 
@@ -340,6 +339,6 @@ class Fit:
         if not self.departure >= 0.0:
             raise refusal("departure", f"is {quoted(self.departure)}; give zero or more")
 
-    def with_each(self, changed: Callable[[Estimate], Estimate]) -> "Fit":
+    def with_each(self, changed: Change) -> "Fit":
         """The same with each coefficient changed."""
         return replace(self, coefficients=each_changed(self.coefficients, changed))
