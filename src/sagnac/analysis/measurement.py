@@ -363,8 +363,8 @@ class Remainder:
 
     removal: Removal
     rate: float
-    weights: tuple[float, float]
-    once_a_turn: bool
+    weights: tuple[float, float] = (1.0, -1.0)
+    once_a_turn: bool = False
 
     @property
     def is_finished(self) -> bool:
