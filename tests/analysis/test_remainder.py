@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from sagnac.analysis.evidence import Points, hat_of
-from sagnac.analysis.measurement import Measurement, Remainder
+from sagnac.analysis.measurement import Remainder
 from sagnac.analysis.pipeline import analyze
 from sagnac.analysis.settings import Settings
 from sagnac.lines.search import remove_lines
@@ -67,20 +67,12 @@ def test_of_sound_noise_nothing_is_said(seed):
 
 def test_vibration_that_leaves_no_band_to_both_pairs_leaves_no_gyro_alone():
     rate, random = 100.0, np.random.default_rng(4)
-    pairs = [
-        Measurement(
-            channel="-".join(gyros),
-            angle=np.cumsum(random.standard_normal(6000)),
-            gyros=gyros,
-            sample_rate=rate,
-        )
-        for gyros in (("x", "z"), ("x", "y"))
-    ]
-    left = [remove_lines(pair.angle, None, rate, channel=pair.channel) for pair in pairs]
+    angles = {name: np.cumsum(random.standard_normal(6000)) for name in ("x-z", "x-y")}
+    left = [remove_lines(angle, None, rate, channel=pair) for pair, angle in angles.items()]
     bands = [((0.0, 30.0),), ((25.0, 60.0),)]
     remainders = [
-        (pair, Remainder(removal=replace(removal, masked=masked), rate=rate))
-        for pair, removal, masked in zip(pairs, left, bands, strict=True)
+        Remainder(removal=replace(removal, masked=masked), rate=rate)
+        for removal, masked in zip(left, bands, strict=True)
     ]
     fine = Points(angle=left[0].residual, rate=rate)
     whole = FitBand(low=0.0, high=50.0, interval=0.01, masked=())
@@ -92,9 +84,6 @@ def test_vibration_that_leaves_no_band_to_both_pairs_leaves_no_gyro_alone():
     assert note.level == "warning"
     assert "of each gyro alone" in note.text
     # The same pairs without vibration have one.
-    sound = [
-        (pair, Remainder(removal=removal, rate=rate))
-        for pair, removal in zip(pairs, left, strict=True)
-    ]
+    sound = [Remainder(removal=removal, rate=rate) for removal in left]
     hat = hat_of(settings, sound, fine, Readout(), fit)
     assert set(hat.angle_random_walk) == {"x", "y", "z"}

@@ -22,9 +22,9 @@ from sagnac.core.arrays import FloatArray, differences, extent
 from sagnac.core.errors import Note, RecordingError
 from sagnac.noise.band_models import FLOOR, LOW_PASS, bin_shapes, models_of_one_band
 from sagnac.noise.bounds import Hump, RollOff, hump_above, roll_off
-from sagnac.noise.estimates import Estimate, Fit, FitName, Interval
+from sagnac.noise.estimates import Change, Estimate, Fit, FitName, Interval, each_changed
 from sagnac.noise.fit import likelihood_fit
-from sagnac.noise.laws import SLOW_NAMES, CoefficientName, level_laws
+from sagnac.noise.laws import SLOW_NAMES, level_laws
 from sagnac.noise.lowest_ordinates import rate_ramp
 from sagnac.noise.model_average import RULED, Average, ModelChoice, average, mixture
 from sagnac.noise.slow_laws import WALK
@@ -151,21 +151,21 @@ class Headline:
     fits: Mapping[FitName, Fit] = field(default_factory=dict)
     per_gyro: Mapping[str, Estimate] = field(default_factory=dict)
 
-    def with_others(self, changed: Callable[[Estimate], Estimate]) -> "Headline":
-        """The same with what stands beside N changed: of the average, and of fits of ours."""
+    def with_each(self, changed: Change, *, beside: bool = False) -> "Headline":
+        """The same with each coefficient of the average and the fits changed.
 
-        def each(read: Mapping[CoefficientName, Estimate]) -> dict[CoefficientName, Estimate]:
-            return {name: changed(one) for name, one in read.items()}
-
-        fits = {
-            name: fit if name == "paper" else replace(fit, coefficients=each(fit.coefficients))
-            for name, fit in self.fits.items()
-        }
-        spectrum = self.spectrum
+        With `beside` N of the average and the fit of the paper stay.
+        """
+        fits, spectrum = dict(self.fits), self.spectrum
+        for name, fit in self.fits.items():
+            if not (beside and name == "paper"):
+                fits[name] = fit.with_each(changed)
         if spectrum is not None:
-            average = spectrum.average
-            beside = each(average.coefficients) | {"angle_random_walk": average.angle_random_walk}
-            spectrum = replace(spectrum, average=average.with_coefficients(beside))
+            coefficients = each_changed(spectrum.average.coefficients, changed)
+            if beside:
+                coefficients["angle_random_walk"] = spectrum.average.angle_random_walk
+            average = spectrum.average.with_coefficients(coefficients)
+            spectrum = replace(spectrum, average=average)
         return replace(self, fits=fits, spectrum=spectrum)
 
 

@@ -246,35 +246,35 @@ def _fitted(rates: FloatArray, columns: FloatArray) -> tuple[FloatArray, FloatAr
     count, scale = rates.size, columns.std(axis=0)
     freedom = count - 1 - scale.size
     both = np.column_stack([np.ones(count), columns / scale, rates])
-    wandering = _walk_of_means(count)
 
     def fit(logarithm: float) -> tuple[float, FloatArray, FloatArray, float]:
         ratio = math.exp(logarithm)
-        factor = np.linalg.cholesky(np.eye(count) + ratio * wandering)
-        white = solve_triangular(factor, both, lower=True)
+        white, volume = _whitened(both, ratio)
         basis, observed = white[:, :-1], white[:, -1]
         inverse = np.linalg.inv(basis.T @ basis)
         values = inverse @ (basis.T @ observed)
         rest = observed - basis @ values
         variance = float(rest @ rest) / freedom
-        lacking = freedom * math.log(variance) + 2.0 * float(np.log(np.diag(factor)).sum())
-        lacking -= float(np.linalg.slogdet(inverse)[1])
+        lacking = freedom * math.log(variance) + volume - float(np.linalg.slogdet(inverse)[1])
         errors = np.sqrt(variance * np.diag(inverse))
         return lacking, values[1:] / scale, errors[1:] / scale, math.sqrt(ratio * variance)
 
-    # The variance of a step of the walk, in that of the white noise of a mean.
     bounds, options = (math.log(1e-6), math.log(1e3)), {"xatol": 0.05}
     best = minimize_scalar(lambda logarithm: fit(logarithm)[0], bounds=bounds, options=options)
     return fit(float(best.x))[1:]
 
 
-def _walk_of_means(count: int) -> FloatArray:
-    """(count, count) covariance of means over stretches of one of a walk from zero.
+def _whitened(columns: FloatArray, ratio: float) -> tuple[FloatArray, float]:
+    """Columns of means in units of white noise and a walk, and the logarithm of its determinant.
 
-    It is i + 1/2 for i < j, and i + 1/3 of a mean itself.
+    The covariance of means over stretches of one of a walk from zero is i + 1/2 for i < j, and
+    i + 1/3 of a mean itself; `ratio` is the variance of its step in that of white noise of a mean.
     """
-    place = np.arange(count, dtype=np.float64)
-    return np.minimum(place, place[:, np.newaxis]) + 0.5 - np.eye(count) / 6.0
+    place, own = np.arange(len(columns), dtype=np.float64), np.eye(len(columns))
+    wandering = np.minimum(place, place[:, np.newaxis]) + 0.5 - own / 6.0
+    factor = np.linalg.cholesky(own + ratio * wandering)
+    volume = 2.0 * float(np.log(np.diag(factor)).sum())
+    return np.asarray(solve_triangular(factor, columns, lower=True)), volume
 
 
 def _corrected(gyro: Channel, drift: ThermalDrift, sample_rate: float) -> Channel:
@@ -382,13 +382,10 @@ def _settling(means: FloatArray) -> tuple[float, float, float]:
     constants = np.geomspace(2.0, means.size / 3.0, 40)
     shapes = np.exp(-place[:, np.newaxis] / constants)
     columns = np.column_stack([np.ones(place.size), place / place.size - 0.5, means, shapes])
-    wandering = _walk_of_means(means.size)
     # Minus twice the logarithms of the likelihoods, the second with the exponential beside it.
     line_alone, settling = math.inf, (math.inf, 0.0, 0.0)
-    # The variance of a step of the walk, in that of the white noise of a mean.
     for ratio in np.geomspace(1e-5, 1e3, 17):
-        factor = np.linalg.cholesky(np.eye(place.size) + ratio * wandering)
-        white = solve_triangular(factor, columns, lower=True)
+        white, volume = _whitened(columns, float(ratio))
         line, corner = np.linalg.qr(white[:, :2])
         beside = white[:, 2:] - line @ (line.T @ white[:, 2:])
         observed, settles = beside[:, 0], beside[:, 1:]
@@ -396,7 +393,7 @@ def _settling(means: FloatArray) -> tuple[float, float, float]:
         rates = observed @ settles / information
         rest = np.maximum(observed @ observed - rates**2 * information, np.finfo(float).tiny)
         best = int(np.argmin(rest))
-        volume = 2.0 * float(np.log(np.abs([*np.diag(factor), *np.diag(corner)])).sum())
+        volume += 2.0 * float(np.log(np.abs(np.diag(corner))).sum())
         lacking = (place.size - 2) * np.log([observed @ observed, rest[best]]) + volume
         line_alone = min(line_alone, float(lacking[0]))
         settling = min(settling, (float(lacking[1]), float(constants[best]), float(rates[best])))

@@ -60,17 +60,16 @@ def with_encoder(headline: Headline, evidence: Evidence, walk_of_pair: WalkOfPai
     table, measured = evidence.table.estimate, evidence.measured
     if table is not None and not measured.is_pair:
         headline = _of_one(headline, evidence, table, walk_of_pair)
-        # The encoder's readings were subtracted, so that Q holds their noise, too.
-        headline = headline.with_others(
-            lambda one: (
-                one.bounded(one.high)
-                if one.name == "quantization" and one.status == "estimated"
-                else one
-            )
-        )
+        headline = headline.with_each(_of_readings_too, beside=True)
     answer = for_plain_mean(measured, headline)
-    answer = answer.with_others(lambda one: of_plain_mean(one, measured.weights))
+    answer = answer.with_each(lambda one: of_plain_mean(one, measured.weights), beside=True)
     return _with_latch_note(answer, headline.estimate, evidence)
+
+
+def _of_readings_too(one: Estimate) -> Estimate:
+    """A coefficient of one gyro less the encoder's readings: Q holds their noise, too."""
+    is_bound = one.name == "quantization" and one.status == "estimated"
+    return one.bounded(one.high) if is_bound else one
 
 
 def for_plain_mean(measured: Measurement, read: Headline) -> Headline:
@@ -258,10 +257,8 @@ def _with_latch_note(answer: Headline, read: Estimate, evidence: Evidence) -> He
     # Two gyros whose weights are nearly alike are never taken beside the encoder.
     what = "the noise of the encoder decides the interval: latched with the gyros, it"
     if _half(read) <= _WORTH * half and evidence.measured.weighs_alike:
-        what = (
-            "the shares of the table's rate that the two gyros sense differ, which decides the "
-            "interval: alike, they"
-        )
+        differ = "the shares of the table's rate that the two gyros sense differ"
+        what = f"{differ}, which decides the interval: alike, they"
     now, then = rounded(100.0 * half), rounded(100.0 * narrowed)
     text = f"{what} would narrow it from ± {now} % to about ± {then} %"
     note = Note(channel=evidence.measured.channel, text=text)
@@ -457,10 +454,8 @@ def _shared_note(
         else:
             most, which = (1.0 - low, "low") if lost else (high - 1.0, "high")
             reads = f"reads at most {rounded(100.0 * most)} % {which} against the gyros themselves"
-            text = (
-                "no angle random walk that the two gyros share is seen beside the table's motion: "
-                f"the difference {reads}"
-            )
+            none = "no angle random walk that the two gyros share is seen beside the table's motion"
+            text = f"{none}: the difference {reads}"
         return Note(channel=channel, text=text)
     # Below this it is the encoder that wanders: two gyros hardly share more noise than they have of
     # their own.
@@ -478,15 +473,12 @@ def _shared_note(
         return Note(channel="table", text=text)
     off, ends = 100.0 * (factor - 1.0), sorted(abs(100.0 * (end - 1.0)) for end in (low, high))
     matters = abs(factor - 1.0) >= 0.01
-    shows = "counts twice, since the two are mounted, or move, in opposite senses"
-    shows = "does not show" if off < 0.0 else shows
-    return Note(
-        name="shared",
-        effect=factor,
-        channel=channel,
-        level="warning" if matters else "remark",
-        text=f"the two gyros share an angle random walk that their difference {shows}: per "
-        f"gyro it reads {rounded(abs(off))} % ({rounded(ends[0])} to {rounded(ends[1])} %) "
-        f"{'low' if off < 0.0 else 'high'} against the gyros themselves, unless the encoder "
-        f"wanders that much{'; the interval allows for it' if matters else ''}",
-    )
+    shows, which = "counts twice, since the two are mounted, or move, in opposite senses", "high"
+    if off < 0.0:
+        shows, which = "does not show", "low"
+    reads = f"{rounded(abs(off))} % ({rounded(ends[0])} to {rounded(ends[1])} %) {which}"
+    text = f"the two gyros share an angle random walk that their difference {shows}: per gyro it "
+    text += f"reads {reads} against the gyros themselves, unless the encoder wanders that much"
+    text += "; the interval allows for it" * matters
+    level: Level = "warning" if matters else "remark"
+    return Note(name="shared", effect=factor, channel=channel, level=level, text=text)

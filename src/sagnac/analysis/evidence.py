@@ -235,7 +235,7 @@ def fits_of(
     masked: Bands,
     settings: Settings,
     *,
-    bare: bool = False,
+    bare: bool,
 ) -> dict[FitName, Fit]:
     """The three fits; one that is not possible observes nothing, and says so.
 
@@ -260,24 +260,22 @@ def fits_of(
     squares = settings.step_4.squares if by_paper else "relative"
     nothing = {name: unobserved(name, confidence) for name in COEFFICIENT_NAMES}
 
-    def attempted(method: FitName, fit: Callable[[], Fit], level: Level = "remark") -> Fit:
-        try:
-            return fit()
-        except RecordingError as error:
-            note = Note(text=f"no {method} fit: {error}", level=level)
-            return Fit(method=method, coefficients=nothing, notes=(note,))
-
-    fits: dict[FitName, Fit] = {}
+    wanted: dict[FitName, Callable[[], Fit]] = {}
     if by_paper or not bare:
-        paper = partial(paper_fit, of_gyro, squares=squares, confidence=confidence)
-        fits["paper"] = attempted("paper", paper)
+        wanted["paper"] = partial(paper_fit, of_gyro, squares=squares, confidence=confidence)
     if not bare:
-        weighted = partial(weighted_fit, of_gyro, confidence=confidence)
-        fits["weighted"] = attempted("weighted", weighted)
-    fits["likelihood"] = Fit(method="likelihood", coefficients=nothing)
+        wanted["weighted"] = partial(weighted_fit, of_gyro, confidence=confidence)
+    wanted["likelihood"] = partial(Fit, method="likelihood", coefficients=nothing)
     if readout.every is not None:
-        widest = partial(_widest_fit, fine, confidence, masked)
-        fits["likelihood"] = attempted("likelihood", widest, "warning")
+        wanted["likelihood"] = partial(_widest_fit, fine, confidence, masked)
+    fits: dict[FitName, Fit] = {}
+    for method, fit in wanted.items():
+        try:
+            fits[method] = fit()
+        except RecordingError as error:
+            level: Level = "warning" if method == "likelihood" else "remark"
+            note = Note(text=f"no {method} fit: {error}", level=level)
+            fits[method] = Fit(method=method, coefficients=nothing, notes=(note,))
     return fits
 
 
@@ -296,11 +294,11 @@ def _widest_fit(points: Points, confidence: float, masked: Bands) -> Fit:
     return spectrum_fit(cosine, confidence=confidence, masked=masked, bands=bands)
 
 
-Pairs = Sequence[tuple[Measurement, Remainder]]
+Remainders = Sequence[Remainder]
 
 
 def hat_of(
-    settings: Settings, pairs: Pairs, fine: Points, readout: Readout, likelihood: Fit
+    settings: Settings, remainders: Remainders, fine: Points, readout: Readout, likelihood: Fit
 ) -> Separation:
     """Each gyro's own N, if both searches came to an end and angles are of samples.
 
@@ -308,22 +306,22 @@ def hat_of(
     ----------
     settings
         The gyros by name, and the confidence.
-    pairs
-        The measurement and, of a triad, the first gyro less the second, with what removal left.
+    remainders
+        What removal left of the measurement and, of a triad, of the first gyro less the second.
     fine, readout, likelihood
         Of `fine_points`, and the fit of these angles, whose band is used.
     """
-    left, second = pairs[0][1], pairs[-1][1]
-    weights = [pair.weights for pair, _ in pairs]
+    left, second = remainders[0], remainders[-1]
     finished = second is not left and left.is_finished and second.is_finished
     # A gyro that does not count in its pair is not told apart.
-    if not (finished and all(map(all, weights))) or readout.every is None or left.once_a_turn:
+    are_apart = finished and all(left.weights) and all(second.weights)
+    if not are_apart or readout.every is None or left.once_a_turn:
         return Separation(angle_random_walk={})
     first, middle, last = settings.gyros
     step = max(1, round(left.rate / fine.rate))
     # The hat uses differences only, so the first gyro may stand at zero. A pair whose weights are v
     # and w, over v, is the first gyro less -w/v times the other one.
-    (of_last, last_weight), (of_middle, middle_weight) = weights
+    (of_last, last_weight), (of_middle, middle_weight) = left.weights, second.weights
     angles = {
         middle: -PAIR_SIZE / of_middle * every(second.removal.residual, step),
         first: np.zeros(fine.angle.size),

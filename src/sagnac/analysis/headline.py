@@ -85,11 +85,10 @@ def first_candidate(evidence: Evidence) -> Headline:
     if evidence.settings.method in PUBLISHED:
         candidates = [partial(_step_4, evidence)]
     elif not evidence.left.is_finished:
-        text = (
-            f"the search for the lines of {evidence.measured.channel} did not come to an end, and "
-            "the noise that it leaves is not to be trusted: no estimate is given, and a bound is "
-            "with all lines in; take a stretch on which the table turns evenly ({slice})"
-        )
+        search = f"the search for the lines of {evidence.measured.channel} did not come to an end"
+        leaves = "the noise that it leaves is not to be trusted: no estimate is given"
+        remedy = "take a stretch on which the table turns evenly ({slice})"
+        text = f"{search}, and {leaves}, and a bound is with all lines in; {remedy}"
         headline = _no_walk(evidence, Note(level="warning", text=text))
     elif (finest := _spectrum(evidence)) is None:
         candidates = [partial(_likelihood_alone, evidence)]
@@ -133,11 +132,9 @@ def _within_curve(evidence: Evidence, headline: Headline) -> Headline:
     spectrum, fit = headline.spectrum, headline.fits["likelihood"]
     lowered = 0.0 if spectrum is None else spectrum.roll_off.cluster_time()
     confidence, shortest = evidence.settings.confidence, max(lowered, evidence.readout.time)
-    other = fit.slow
+    other, curve = fit.slow, evidence.curve
     end = math.inf if other is None else other.lowest_end
-    highest = highest_terms(
-        evidence.curve, confidence=confidence, shortest=shortest, flicker_end=end
-    )
+    highest = highest_terms(curve, confidence=confidence, shortest=shortest, flicker_end=end)
     slow = with_slow_laws(fit).coefficients["bias_instability"]
     fit = replace(fit, coefficients=within_curve(fit.coefficients, highest))
     if spectrum is not None:

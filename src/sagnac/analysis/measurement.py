@@ -233,12 +233,10 @@ def _encoder_notes(estimate: EstimatedTable, sample_rate: float) -> tuple[Note, 
         turned = np.diff(averages_of(estimate.angle, block))
         rate = float(np.sqrt(np.mean(turned**2))) * sample_rate / block
         jitter = estimate.noise / max(rate, 1e-12)
-        texts.append(
-            f"its readings scatter by {rounded(estimate.noise / ARCSECOND, 3)} arcsec rms about "
-            "the angle that the gyros sense, as if latched "
-            f"{rounded(1e6 * jitter, 3)} us rms beside them; above {estimate.corner:.2g} Hz the "
-            "angle is taken from the gyros"
-        )
+        scatter = f"its readings scatter by {rounded(estimate.noise / ARCSECOND, 3)} arcsec rms"
+        latched = f"as if latched {rounded(1e6 * jitter, 3)} us rms beside them"
+        above = f"above {estimate.corner:.2g} Hz the angle is taken from the gyros"
+        texts.append(f"{scatter} about the angle that the gyros sense, {latched}; {above}")
     return tuple(Note(channel="table", text=text) for text in texts)
 
 
@@ -356,6 +354,8 @@ class Remainder:
         The angle left and what was taken, per gyro; its lines are of the channel that they name.
     rate
         Of the angle left, Hz: the sample rate, or one a turn.
+    weights
+        Of the two gyros of a difference, as in `Measurement`.
     once_a_turn
         Whether there is but one angle for each turn of the table. Such angles lie between
         samples.
@@ -363,6 +363,7 @@ class Remainder:
 
     removal: Removal
     rate: float
+    weights: tuple[float, float] = (1.0, -1.0)
     once_a_turn: bool = False
 
     @property
@@ -422,7 +423,8 @@ def remainder_of(
     unfinished = None if unfinished is None else measured.noise(unfinished)
     taken = removal.taken / [[1.0], [1.0], [measured.size**2]]
     removal = replace(removal, residual=residual, taken=taken, unfinished=unfinished)
-    return Remainder(removal=removal, rate=rate, once_a_turn=settings.method == "fris")
+    once_a_turn, weights = settings.method == "fris", measured.weights
+    return Remainder(removal=removal, rate=rate, weights=weights, once_a_turn=once_a_turn)
 
 
 def _nothing_removed(angle: FloatArray, *notes: Note) -> Removal:
@@ -439,10 +441,8 @@ def _once_a_turn(
         raise RecordingError(problem, remedy=remedy + ", or use {method fos}")
     times, values = full_rotation_samples(measured.angle, table, pulse)
     rate = float((times.size - 1) / (times[-1] - times[0]) * measured.sample_rate)
-    note = Note(
-        level="warning",
-        text=f"full rotation interval sampling: {times.size} angles, one a turn, every "
-        f"{1.0 / rate:.4g} s; the interval asked for plays no part. Lines in time are still in, "
-        "folded at that interval: value and bounds may be wrong either way (use {method fos})",
-    )
-    return _nothing_removed(values, note), rate
+    angles = f"{times.size} angles, one a turn, every {1.0 / rate:.4g} s"
+    text = f"full rotation interval sampling: {angles}; the interval asked for plays no part. "
+    text += "Lines in time are still in, folded at that interval: value and bounds may be wrong "
+    text += "either way (use {method fos})"
+    return _nothing_removed(values, Note(level="warning", text=text)), rate

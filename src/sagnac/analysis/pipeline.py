@@ -197,15 +197,14 @@ def _evidence(
         del as_it_is
         table = measurement.with_order_phases(table, measured)
         beside = (table.known, corrected, settings, fraction)
-        left = measurement.remainder_of(measured, *beside)
-        pairs, remainders = [measured], [left]
+        left, *_ = remainders = [measurement.remainder_of(measured, *beside)]
         if len(gyros) == MOST_GYROS:
-            pair = measurement.measure(corrected, gyros[:2])
-            pair = measurement.without_encoder_errors(pair, corrected, table)
-            pairs.append(pair)
-            remainders.append(measurement.remainder_of(pair, *beside))
+            second = measurement.measure(corrected, gyros[:2])
+            second = measurement.without_encoder_errors(second, corrected, table)
+            remainders.append(measurement.remainder_of(second, *beside))
+            del second
         # Only what is left of these angles is read from here on.
-        measured, *_ = pairs = [replace(one, angle=empty(0)) for one in pairs]
+        measured = replace(measured, angle=empty(0))
         points = points_at(left.removal.residual, left.rate, None if left.once_a_turn else interval)
         basis.require_length(points, recording)
         bare |= bare_if_taken and _is_taken(recording, left.removal)
@@ -217,8 +216,7 @@ def _evidence(
     with stages.stage("coefficients"):
         fine, readout = basis.fine_points(recording, settings, left, points)
         fits = basis.fits_of(curve, fine, readout, left.removal.masked, settings, bare=bare)
-        of_pairs = list(zip(pairs, remainders, strict=True))
-        hat = basis.hat_of(settings, of_pairs, fine, readout, fits["likelihood"])
+        hat = basis.hat_of(settings, remainders, fine, readout, fits["likelihood"])
     return Evidence(
         recording=recording,
         corrected=corrected,
@@ -289,20 +287,7 @@ def _composed(evidence: Evidence, headline: Headline) -> Analysis:
             increments = differences(before)
             del before
             spectrum_before = drawn(increments, recording.sample_rate)
-    of_spectrum: dict[str, Any] = {}
-    if headline.spectrum is not None:
-        average = headline.spectrum.average
-        # There is no covariance of what is no estimate.
-        spoiled = any(note.level == "error" for note in headline.findings)
-        covariance = Covariance(names=average.names, matrix=average.covariance)
-        of_spectrum = {
-            "levels": headline.spectrum.levels,
-            "average": average.rests_on,
-            "coefficients": {**average.coefficients, "angle_random_walk": headline.estimate},
-            "covariance": None if spoiled else covariance,
-            "parts": headline.spectrum.parts.parts,
-        }
-    return Analysis(
+    analysis = Analysis(
         recording=recording,
         settings=settings,
         channel=evidence.measured.channel,
@@ -323,8 +308,17 @@ def _composed(evidence: Evidence, headline: Headline) -> Analysis:
         shares=shares,
         triad=triad,
         masked=evidence.masked,
-        **of_spectrum,
     )
+    read = headline.spectrum
+    if read is None:
+        return analysis
+    if not any(note.level == "error" for note in headline.findings):
+        # There is no covariance of what is no estimate.
+        covariance = Covariance(names=read.average.names, matrix=read.average.covariance)
+        analysis = replace(analysis, covariance=covariance)
+    coefficients = {**read.average.coefficients, "angle_random_walk": headline.estimate}
+    analysis = replace(analysis, average=read.average.rests_on, coefficients=coefficients)
+    return replace(analysis, levels=read.levels, parts=read.parts.parts)
 
 
 def _notes(evidence: Evidence, headline: Headline) -> tuple[Note, ...]:
@@ -407,16 +401,12 @@ def _gyros_alone(
     read = first.recording.notes
     own = [(name, note) for name, one in analyses.items() for note in one.notes if note not in read]
     notes = [note if note.channel else replace(note, channel=name) for name, note in own]
-    return replace(
-        first,
-        settings=replace(first.settings, gyros=settings.gyros),
-        per_gyro={name: one.angle_random_walk for name, one in analyses.items()},
-        notes=tuple(dict.fromkeys((*read, *notes, *beside))),
-        seconds=_added_seconds(each),
-        # What is found between gyros is of each: it decides what each is told of a limit.
-        gyros={name: replace(one, notes=(*one.notes, *beside)) for name, one in analyses.items()},
-        refused=refused,
-    )
+    walks = {name: one.angle_random_walk for name, one in analyses.items()}
+    # What is found between gyros is of each: it decides what each is told of a limit.
+    gyros = {name: replace(one, notes=(*one.notes, *beside)) for name, one in analyses.items()}
+    seconds, notes_of_all = _added_seconds(each), tuple(dict.fromkeys((*read, *notes, *beside)))
+    first = replace(first, settings=replace(first.settings, gyros=settings.gyros), refused=refused)
+    return replace(first, per_gyro=walks, gyros=gyros, notes=notes_of_all, seconds=seconds)
 
 
 def _added_seconds(analyses: Sequence[Analysis]) -> dict[str, float]:
@@ -565,14 +555,9 @@ def _with_lines_out(
     of_answer = ("lines", "angle_random_walk", "average", "coefficients", "covariance", "parts")
     figures = {name: getattr(searched, name) for name in of_answer}
     source = f"{searched.source}; lines removed" if searched.lines else searched.source
-    with_answer = replace(
-        analysis,
-        source=source,
-        notes=tuple(dict.fromkeys(notes)),
-        seconds=_added_seconds((searched, analysis)),
-        curve_of_answer=searched.curve,
-        **figures,
-    )
+    seconds, notes = _added_seconds((searched, analysis)), tuple(dict.fromkeys(notes))
+    with_answer = replace(analysis, source=source, curve_of_answer=searched.curve, **figures)
+    with_answer = replace(with_answer, notes=notes, seconds=seconds)
     return AtRest(analysis=with_answer, without_lines=searched, as_it_is=analysis)
 
 
@@ -586,14 +571,9 @@ def _with_family(
         family = _family(points_at(angle, rate, settings.interval), analysis.curve, settings)
         density = multitaper_density(differences(angle), rate) if family else None
     notes = tuple(dict.fromkeys((*analysis.notes, *curve_notes(analysis.curve, family))))
-    return replace(
-        analysis,
-        settings=settings,
-        family=family,
-        density=density,
-        notes=notes,
-        seconds={**analysis.seconds, **stages.seconds},
-    )
+    seconds = {**analysis.seconds, **stages.seconds}
+    analysis = replace(analysis, settings=settings, notes=notes, seconds=seconds)
+    return replace(analysis, family=family, density=density)
 
 
 def _with_gaps(
@@ -620,11 +600,9 @@ def _with_gaps(
         steps = differences(angle_of(part.gyro(gyro.name), part.sample_rate))
         density = multitaper_density(steps, part.sample_rate)
         analysis = replace(bench.analysis, source=f"{bench.analysis.source} (of {span})")
-        of_stretch = Note(
-            channel=gyro.name,
-            text="coefficients, lines and spectra are of the longest stretch without a gap, "
-            f"{span}; the curves are of the whole recording, without the terms that touch a gap",
-        )
+        figures = "coefficients, lines and spectra are of the longest stretch without a gap"
+        curves = "the curves are of the whole recording, without the terms that touch a gap"
+        of_stretch = Note(channel=gyro.name, text=f"{figures}, {span}; {curves}")
     except RecordingError as error:
         density = Spectrum.empty()
         analysis = Analysis(
@@ -651,16 +629,9 @@ def _with_gaps(
         *(note for note in analysis.notes if note not in analysis.curve.notes),
         *curve_notes(curve, family),
     )
-    analysis = replace(
-        analysis,
-        recording=recording,
-        settings=settings,
-        curve=curve,
-        curve_before=curve,
-        family=family,
-        density=density,
-        notes=tuple(dict.fromkeys(notes)),
-    )
+    notes = tuple(dict.fromkeys(notes))
+    analysis = replace(analysis, recording=recording, settings=settings, notes=notes)
+    analysis = replace(analysis, curve=curve, curve_before=curve, family=family, density=density)
     return replace(bench, analysis=analysis)
 
 

@@ -158,17 +158,13 @@ class Plans:
         MissingExtra
             If pandas is not installed.
         """
+        columns = ["channel", "half_width", "limit_rad_per_sqrt_s", "hours"]
         rows = [
-            {
-                "channel": one.analysis.channel,
-                "half_width": row.half_width,
-                "limit_rad_per_sqrt_s": None if row.limit is None else row.limit.value,
-                "hours": row.hours,
-            }
+            (one.analysis.channel, row.half_width, row.limit and row.limit.value, row.hours)
             for one in self.plans
             for row in one.rows
         ]
-        return pandas_for("a plan as a data frame").DataFrame(rows)
+        return pandas_for("a plan as a data frame").DataFrame(rows, columns=columns)
 
 
 def plan(

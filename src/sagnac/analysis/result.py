@@ -3,6 +3,7 @@
 import math
 from collections.abc import Mapping
 from dataclasses import MISSING, dataclass, field, fields, replace
+from functools import partial
 from html import escape
 from importlib import import_module
 from pathlib import Path
@@ -17,7 +18,7 @@ from sagnac.core.overwriting import Outputs, require_free
 from sagnac.core.units import SENSED, UNITS, Sensor
 from sagnac.core.whole_files import write_text
 from sagnac.lines.model import Line
-from sagnac.noise.estimates import Estimate, Fit, FitName
+from sagnac.noise.estimates import Coefficients, Estimate, Fit, FitName, each_changed
 from sagnac.noise.laws import COEFFICIENT_NAMES, CoefficientName
 from sagnac.noise.model_average import ModelChoice
 from sagnac.recording.model import Recording
@@ -182,7 +183,7 @@ class Analysis:
     curve_of_answer: StabilityCurve | None = None
     density: Spectrum | None = None
     average: ModelChoice | None = None
-    coefficients: Mapping[CoefficientName, Estimate] = field(default_factory=dict)
+    coefficients: Coefficients = field(default_factory=dict)
     covariance: Covariance | None = None
     parts: tuple[Part, ...] = ()
     residual: Residual | None = None
@@ -256,13 +257,7 @@ class Analysis:
 
     def with_units_of_sensor(self) -> "Analysis":
         """The same with estimates and notes that are an accelerometer's, if it is of one."""
-
-        def named(each: Mapping[CoefficientName, Estimate]) -> dict[CoefficientName, Estimate]:
-            return {name: replace(one, sensor=self.sensor) for name, one in each.items()}
-
-        each = self.fits.items()
-        fits = {name: replace(fit, coefficients=named(fit.coefficients)) for name, fit in each}
-        walk = replace(self.angle_random_walk, sensor=self.sensor)
+        of_sensor = partial(replace, sensor=self.sensor)
         name, own = (SENSED[one].titles["angle_random_walk"] for one in ("gyro", self.sensor))
         # Notes of reading stand among those of the recording as they are.
         read = self.recording.notes
@@ -270,9 +265,12 @@ class Analysis:
             note if note in read else replace(note, text=note.text.replace(name, own))
             for note in self.notes
         )
-        coefficients = named(self.coefficients)
         return replace(
-            self, angle_random_walk=walk, fits=fits, notes=notes, coefficients=coefficients
+            self,
+            angle_random_walk=of_sensor(self.angle_random_walk),
+            fits={name: fit.with_each(of_sensor) for name, fit in self.fits.items()},
+            coefficients=each_changed(self.coefficients, of_sensor),
+            notes=notes,
         )
 
     @property
@@ -414,13 +412,11 @@ def require_gyro(analysis: Analysis) -> None:
 
 def headline_fit(analysis: Analysis) -> Fit | None:
     """The fit that the answer rests on, or None if the answer is of no fit."""
-    for fit in analysis.fits.values():
-        if fit.coefficients.get("angle_random_walk") == analysis.angle_random_walk:
-            return fit
-    return None
+    walk, fits = analysis.angle_random_walk, analysis.fits.values()
+    return next((fit for fit in fits if fit.coefficients.get("angle_random_walk") == walk), None)
 
 
-def headline_coefficients(analysis: Analysis) -> Mapping[CoefficientName, Estimate]:
+def headline_coefficients(analysis: Analysis) -> Coefficients:
     """All coefficients beside the answer: of the average, else of the fit; none of neither."""
     if analysis.coefficients:
         return analysis.coefficients
@@ -428,7 +424,7 @@ def headline_coefficients(analysis: Analysis) -> Mapping[CoefficientName, Estima
     return {} if fit is None else fit.coefficients
 
 
-def answer_coefficients(analysis: Analysis) -> Mapping[CoefficientName, Estimate]:
+def answer_coefficients(analysis: Analysis) -> Coefficients:
     """All coefficients beside the answer, with the answer among them."""
     return {**headline_coefficients(analysis), "angle_random_walk": analysis.angle_random_walk}
 

@@ -3,7 +3,6 @@
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from itertools import chain
 
 import numpy as np
 
@@ -11,11 +10,10 @@ from sagnac.analysis.averaged import AnswerSpectrum, Headline, Parts
 from sagnac.analysis.evidence import Evidence
 from sagnac.analysis.settings import Settings
 from sagnac.core.arrays import differences
-from sagnac.core.errors import Note, RecordingError, counted, rounded
+from sagnac.core.errors import Level, Note, RecordingError, counted, rounded
 from sagnac.core.units import SENSED, UNITS, Sensor, field_unit
 from sagnac.noise.bounds import longest_shelf, slow_noise
 from sagnac.noise.estimates import Estimate
-from sagnac.noise.laws import CoefficientName
 from sagnac.noise.slow_model import MarkovEstimate, untold
 from sagnac.quality.check import ACCEPTED, accept, judged, judged_remainder
 from sagnac.quality.effects import DIVIDED, SPANNED, doubt_of
@@ -30,10 +28,10 @@ def _spectrum_notes(evidence: Evidence, headline: Headline) -> tuple[Note, ...]:
         # What is left is the encoder's.
         return ()
     sensor = evidence.recording.gyros[0].sensor
-    beside = chain(_shape_notes(spectrum, sensor), _parts_notes(spectrum.parts, sensor))
+    notes = [*_off_notes(spectrum, evidence), *_shape_notes(spectrum, sensor)]
+    notes += _parts_notes(spectrum.parts, sensor)
     if evidence.table.angle is None:
-        beside = chain(beside, _shelf_notes(headline.estimate, spectrum, sensor))
-    notes = chain(_off_notes(spectrum, evidence), beside)
+        notes += _shelf_notes(headline.estimate, spectrum, sensor)
     noticed = tuple(replace(note, channel=channel) for note in notes)
     if evidence.table.angle is None or left.once_a_turn:
         return noticed
@@ -60,21 +58,18 @@ def _walk(sensor: Sensor, *values: float) -> str:
 
 def _off_notes(spectrum: AnswerSpectrum, evidence: Evidence) -> Iterator[Note]:
     """On bumps and spikes that were replaced, and a warm-up that was taken off."""
-    recording = evidence.recording
-    sensor = recording.gyros[0].sensor
+    recording, sensor = evidence.recording, evidence.recording.gyros[0].sensor
     walk, spikes, warm_up = spectrum.average.angle_random_walk, spectrum.spikes, spectrum.warm_up
     if spectrum.bumps is not None:
         yield spectrum.bumps.note(recording, spectrum.points.rate)
     if spikes is not None:
         added, seen = spikes.added_walk, walk.status == "estimated"
-        yield Note(
-            name="spikes",
-            effect=math.hypot(1.0, added / walk.value) if seen else None,
-            level="warning" if seen and added > 0.05 * walk.value else "remark",
-            text="spikes were replaced by the samples beside them for the answer "
-            f"({counted(int(spikes.index.size), 'sample')}); left in, they would add "
-            f"{_walk(sensor, added)} to it in square",
-        )
+        effect = math.hypot(1.0, added / walk.value) if seen else None
+        level: Level = "warning" if seen and added > 0.05 * walk.value else "remark"
+        count = counted(int(spikes.index.size), "sample")
+        replaced = f"spikes were replaced by the samples beside them for the answer ({count})"
+        text = f"{replaced}; left in, they would add {_walk(sensor, added)} to it in square"
+        yield Note(name="spikes", effect=effect, level=level, text=text)
     if warm_up is not None:
         # At least half of the record should be left.
         is_short = 2.0 * warm_up.until_s > spectrum.increments.size / spectrum.points.rate
@@ -84,20 +79,18 @@ def _off_notes(spectrum: AnswerSpectrum, evidence: Evidence) -> Iterator[Note]:
         unit = UNITS[SENSED[sensor].rate_unit]
         # Noise of a pair is given per gyro, but the drift of one against the other in full.
         settles = warm_up.rate * (PAIR_SIZE if evidence.measured.is_pair else 1.0)
-        yield Note(
-            name="warm-up",
-            text=f"the rate settles by {settles / unit.size:.3g} {unit} with a time "
-            f"constant of {warm_up.time:.3g} s (warm-up): it was taken off for the answer, and "
-            f"stays in the curve; {left_out} leaves it out, {{covariates temperature}} "
-            "fits it if there is a column of temperature",
-        )
+        constant = f"with a time constant of {warm_up.time:.3g} s (warm-up)"
+        fits = "{covariates temperature} fits it if there is a column of temperature"
+        text = f"the rate settles by {settles / unit.size:.3g} {unit} {constant}: it was taken off "
+        text += f"for the answer, and stays in the curve; {left_out} leaves it out, {fits}"
+        yield Note(name="warm-up", text=text)
 
 
 def _shape_notes(spectrum: AnswerSpectrum, sensor: Sensor) -> Iterator[Note]:
     """On a low-pass, a hump above the answer, and models of another N, which its interval spans."""
     fall, hump = spectrum.roll_off, spectrum.hump
     elsewhere = spectrum.average.rests_on.elsewhere
-    if fall.is_there:
+    if math.isfinite(fall.frequency):
         is_halved = math.isfinite(fall.half)
         falls = f"to half at {fall.half:.3g}" if is_halved else f"beyond {fall.frequency:.3g}"
         short = f"cluster times below {fall.cluster_time():.3g} s bound nothing"
@@ -105,22 +98,17 @@ def _shape_notes(spectrum: AnswerSpectrum, sensor: Sensor) -> Iterator[Note]:
         yield Note(text=text)
     if hump is not None:
         top = _walk(sensor, hump.walk).split()[0]
-        yield Note(
-            level="warning",
-            text=f"the answer is read below a hump of {top} at {hump.frequency:.3g} Hz, behind "
-            f"which the spectrum falls to {_walk(sensor, hump.least)} at {hump.behind:.3g} Hz: "
-            "either the sensor has a low-pass there, or the motion that makes the hump (sway of "
-            "the bench) is in the answer; a quieter stretch tells",
-        )
+        behind = f"the spectrum falls to {_walk(sensor, hump.least)} at {hump.behind:.3g} Hz"
+        read = f"the answer is read below a hump of {top} at {hump.frequency:.3g} Hz"
+        why = "either the sensor has a low-pass there, or the motion that makes the hump"
+        text = f"{read}, behind which {behind}: {why} (sway of the bench) is in the answer"
+        yield Note(level="warning", text=f"{text}; a quieter stretch tells")
     if elsewhere is not None and spectrum.average.angle_random_walk.status == "estimated":
-        yield Note(
-            level="warning",
-            text="the spectrum is level in more than one band: "
-            f"{rounded(100.0 * elsewhere.share)} % of the weight reads another "
-            f"{_title(sensor)}, most of it "
-            f"{_walk(sensor, elsewhere.walk)} at {elsewhere.low:.3g} to {elsewhere.high:.3g} Hz; "
-            "the interval spans both",
-        )
+        share = f"{rounded(100.0 * elsewhere.share)} % of the weight reads another {_title(sensor)}"
+        band = f"{elsewhere.low:.3g} to {elsewhere.high:.3g} Hz"
+        most = f"most of it {_walk(sensor, elsewhere.walk)} at {band}; the interval spans both"
+        text = f"the spectrum is level in more than one band: {share}, {most}"
+        yield Note(level="warning", text=text)
 
 
 def _shelf_notes(read: Estimate, spectrum: AnswerSpectrum, sensor: Sensor) -> Iterator[Note]:
@@ -133,15 +121,11 @@ def _shelf_notes(read: Estimate, spectrum: AnswerSpectrum, sensor: Sensor) -> It
     if shelf is None or shelf[2] < 1.1 * read.high:
         return
     low, high, walk = shelf
-    yield Note(
-        name="high-pass",
-        effect=read.value / walk,
-        level="warning",
-        text=f"the spectrum is level from {low:.3g} to {high:.3g} Hz, at "
-        f"{_walk(sensor, walk)}, and lower below, as behind a high-pass: if the output takes "
-        f"off its own bias at rest, its {_title(sensor)} is that one; "
-        "the interval reaches there; record the output without that correction",
-    )
+    level = f"the spectrum is level from {low:.3g} to {high:.3g} Hz, at {_walk(sensor, walk)}"
+    if_so = f"if the output takes off its own bias at rest, its {_title(sensor)} is that one"
+    remedy = "the interval reaches there; record the output without that correction"
+    text = f"{level}, and lower below, as behind a high-pass: {if_so}; {remedy}"
+    yield Note(name="high-pass", effect=read.value / walk, level="warning", text=text)
 
 
 def _parts_notes(parts: Parts, sensor: Sensor) -> Iterator[Note]:
@@ -236,12 +220,12 @@ def apply_findings(headline: Headline, evidence: Evidence, *, brief: bool = Fals
     findings = (*(note for note in evidence.findings if note.name not in known), *noticed)
     require_strict(findings, settings)
     trust = Trust.of(findings, over_parts=spectrum is not None and not spectrum.parts.agree)
-    if spectrum is not None:
-        average, own = spectrum.average, _of_channel(trust.factors, channel)
+    headline = headline.with_each(lambda one: trust.estimate(one, channel))
+    if headline.spectrum is not None:
+        average, own = headline.spectrum.average, _of_channel(trust.factors, channel)
         scale = [1.0 / own if name == "angle_random_walk" else 1.0 for name in average.names]
         average = replace(average, covariance=average.covariance * np.outer(scale, scale))
-        average = average.with_coefficients(trust.each(average.coefficients, channel))
-        spectrum = replace(spectrum, average=average)
+        headline = replace(headline, spectrum=replace(headline.spectrum, average=average))
     estimate, source = trust.estimate(headline.estimate, channel), headline.source
     alone = evidence.hat.angle_random_walk.items()
     if trust.reasons:
@@ -254,12 +238,8 @@ def apply_findings(headline: Headline, evidence: Evidence, *, brief: bool = Fals
             source += f", divided by {divided:.4g} for findings"
         if spanned != 1.0:
             source += f"; the interval holds N divided by {spanned:.4g}, too, for findings"
-    fits = dict(headline.fits)
-    for name, fit in headline.fits.items():
-        fits[name] = replace(fit, coefficients=trust.each(fit.coefficients, channel))
-    per_gyro = {name: trust.estimate(own, name) for name, own in alone}
-    headline = replace(headline, spectrum=spectrum, findings=findings, fits=fits)
-    return replace(headline, estimate=estimate, source=source, per_gyro=per_gyro)
+    headline = replace(headline, estimate=estimate, source=source, findings=findings)
+    return replace(headline, per_gyro={name: trust.estimate(own, name) for name, own in alone})
 
 
 def findings_of(recording: Recording, settings: Settings) -> tuple[Note, ...]:
@@ -348,12 +328,6 @@ class Trust:
     def only_raised(self) -> bool:
         """Whether all of them raise N: what is read is then an upper bound."""
         return all(note.effect is not None and note.effect > 1.0 for note in self.reasons)
-
-    def each(
-        self, read: Mapping[CoefficientName, Estimate], channel: str
-    ) -> dict[CoefficientName, Estimate]:
-        """Each coefficient, as far as it stands."""
-        return {name: self.estimate(one, channel) for name, one in read.items()}
 
     def estimate(self, read: Estimate, channel: str) -> Estimate:
         """An estimate, or what is left of it: a bound, or nothing.

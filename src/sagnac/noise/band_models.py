@@ -277,10 +277,8 @@ def models_of_one_band(levels: Levels, band_hz: tuple[float, float], mask: int) 
     """
     scaled = _scaled(levels)
     inside = (levels.frequency >= band_hz[0]) & (levels.frequency <= band_hz[1])
-    of_bins = {
-        name: getattr(scaled, name)[inside] for name in ("shape", "chance", "low_passed", "laws")
-    }
-    some = replace(scaled, **of_bins)
+    of_bins = ("shape", "chance", "low_passed", "laws")
+    some = replace(scaled, **{name: getattr(scaled, name)[inside] for name in of_bins})
     bands = np.array([[0, some.shape.size]])
     masks = [one for one in _MASKS if one >> WALK & 1 and not one & ~mask]
     return _models(some, bands[bands[:, 1] >= LEAST_BINS], masks)
@@ -329,13 +327,13 @@ def _models_of_size(
     spread[row[..., np.newaxis], columns[:, :, np.newaxis], columns[:, np.newaxis]] = covariance
     stands = np.isfinite(deviance) & (squares > 0.0).all(axis=1)
     stands[stands] = _is_shallow(scaled, bands[stands], placed[stands])
-    (first, last), mask, placed = bands[stands].T, mask[stands], placed[stands]
-    outside = _outside(scaled, first, last, placed[:, WALK])
+    bands, mask, placed = bands[stands], mask[stands], placed[stands]
+    outside = _outside(scaled, bands, placed[:, WALK])
     return BandModels(
-        first=first,
-        last=last,
+        first=bands[:, 0],
+        last=bands[:, 1],
         mask=mask,
-        ruled=_ruled(scaled, first, last, placed),
+        ruled=_ruled(scaled, bands, placed),
         deviance=deviance[stands],
         squares=placed / scaled.scale,
         covariance=spread[stands] / (scaled.scale[:, np.newaxis] * scaled.scale),
@@ -456,15 +454,13 @@ def _is_shallow(scaled: ScaledLaws, bands: IntegerArray, squares: FloatArray) ->
     return np.asarray(~(deep | faint))
 
 
-def _ruled(
-    scaled: ScaledLaws, first: IntegerArray, last: IntegerArray, squares: FloatArray
-) -> IntegerArray:
+def _ruled(scaled: ScaledLaws, bands: IntegerArray, squares: FloatArray) -> IntegerArray:
     """(models,) bins in which N is half of the sum or more, and falls by 0.3 or less."""
     bins = np.arange(scaled.shape.size)
     filtered, readout, divisor = _parts(scaled, squares)
     walk = np.outer(squares[:, WALK], scaled.laws[:, WALK]) / divisor
     rules = (walk >= 0.5 * (filtered + readout)) & (divisor <= 1.4)
-    rules &= (bins >= first[:, np.newaxis]) & (bins < last[:, np.newaxis])
+    rules &= (bins >= bands[:, :1]) & (bins < bands[:, 1:])
     return np.asarray(rules.sum(axis=1))
 
 
@@ -476,14 +472,12 @@ def _parts(scaled: ScaledLaws, squares: FloatArray) -> tuple[FloatArray, FloatAr
     return filtered, readout, divisor
 
 
-def _outside(
-    scaled: ScaledLaws, first: IntegerArray, last: IntegerArray, walk: FloatArray
-) -> FloatArray:
+def _outside(scaled: ScaledLaws, bands: IntegerArray, walk: FloatArray) -> FloatArray:
     """(models,) what the bins outside of each band cost."""
     bins, mean = np.arange(scaled.shape.size), np.outer(walk, scaled.laws[:, WALK])
-    below, above = bins < first[:, np.newaxis], bins >= last[:, np.newaxis]
+    below, above = bins < bands[:, :1], bins >= bands[:, 1:]
     # Levels are one.
-    lower, passed = mean > 1.0, scaled.low_passed[last - 1, np.newaxis]
+    lower, passed = mean > 1.0, scaled.low_passed[bands[:, 1:] - 1]
     mean[~lower] = 1.0
     lacking = 2.0 * scaled.shape * (1.0 / mean - 1.0 + np.log(mean))
     cost = below * (2.0 + lacking) + above * np.where(lower & passed, 1.0 + scaled.chance, 2.0)

@@ -19,7 +19,7 @@ from scipy.special import gammaincinv
 
 from sagnac.core.arrays import BooleanArray, FloatArray
 from sagnac.noise.band_models import FLOOR
-from sagnac.noise.estimates import Estimate
+from sagnac.noise.estimates import Coefficients
 from sagnac.noise.laws import COEFFICIENT_NAMES, SLOW_NAMES, CoefficientName, allan_variance_basis
 from sagnac.quality.readout import Readout
 from sagnac.spectrum.levels import Levels
@@ -47,11 +47,6 @@ class RollOff:
 
     frequency: float = math.inf
     half: float = math.inf
-
-    @property
-    def is_there(self) -> bool:
-        """Whether the spectrum shows one."""
-        return math.isfinite(self.frequency)
 
     def cluster_time(self) -> float:
         """Shortest cluster time that the low-pass does not lower, s; 0 without one."""
@@ -216,14 +211,9 @@ def longest_shelf(levels: Levels) -> tuple[float, float, float] | None:
 
 # ---- by the curve -----------------------------------------------------------------------
 
-# Power of frequency of the rate noise of what is limited; a ramp, which does not fluctuate, has no
-# fewer degrees of freedom than the steepest noise.
-_NOISE_TYPES: Final[Mapping[CoefficientName, int]] = {
-    "quantization": 2,
-    "bias_instability": -1,
-    "rate_random_walk": -2,
-    "rate_ramp": -2,
-}
+# Power of frequency of the rate noise of each term; a ramp, which does not fluctuate, has no fewer
+# degrees of freedom than the steepest noise.
+_NOISE_TYPES: Final = dict(zip(COEFFICIENT_NAMES, (2, 0, -1, -2, -2), strict=True))
 
 
 def highest_walk(
@@ -286,16 +276,15 @@ def highest_terms(
     dict
         Without those for which no cluster time is left.
     """
-    basis = dict(zip(COEFFICIENT_NAMES, allan_variance_basis(curve.tau).T, strict=True))
-    highest: dict[CoefficientName, float] = {}
-    for name, noise_type in _NOISE_TYPES.items():
+    basis, highest = allan_variance_basis(curve.tau).T, dict[CoefficientName, float]()
+    for law, (name, noise_type) in zip(basis, _NOISE_TYPES.items(), strict=True):
         # From a dozen of its shortest relaxation times on, flicker is nearly all there.
         used = curve.tau >= max(shortest, 2.0 / flicker_end if name == "bias_instability" else 0.0)
-        if not used.any():
+        if name == "angle_random_walk" or not used.any():
             continue
         share = (1.0 - confidence) / np.count_nonzero(used)
         high = curve.deviation**2 * _limit_of_variance(_freedom(curve, noise_type), share)
-        highest[name] = math.sqrt(float((high / basis[name])[used].min()))
+        highest[name] = math.sqrt(float((high / law)[used].min()))
     return highest
 
 
@@ -313,9 +302,7 @@ def _limit_of_variance(freedom: FloatArray, chance: float) -> FloatArray:
     return np.asarray(freedom / (2.0 * gammaincinv(0.5 * freedom, chance)))
 
 
-def within_curve(
-    estimates: Mapping[CoefficientName, Estimate], highest: Mapping[CoefficientName, float]
-) -> dict[CoefficientName, Estimate]:
+def within_curve(estimates: Coefficients, highest: Mapping[CoefficientName, float]) -> Coefficients:
     """Estimates that ask for no more than a curve allows.
 
     An interval ends at what the curve allows; if the value lies above that it is no estimate, and
@@ -339,9 +326,7 @@ def within_curve(
     return limited
 
 
-def slow_noise(
-    curve: StabilityCurve, estimates: Mapping[CoefficientName, Estimate]
-) -> tuple[float, float] | None:
+def slow_noise(curve: StabilityCurve, estimates: Coefficients) -> tuple[float, float] | None:
     """A rise of a curve behind its lowest point that the estimated terms do not make.
 
     Parameters
@@ -359,7 +344,12 @@ def slow_noise(
     ratio
         Deviation there over that of the terms.
     """
-    squares = np.array([_most(estimates, name) for name in COEFFICIENT_NAMES])
+    squares = np.zeros(len(COEFFICIENT_NAMES))
+    for column, name in enumerate(COEFFICIENT_NAMES):
+        status = estimates[name].status if name in estimates else "not observable"
+        # A slow term that is no more than bounded need not be there.
+        if status == "estimated" or (status == "upper bound" and name not in SLOW_NAMES):
+            squares[column] = estimates[name].high ** 2
     terms = allan_variance_basis(curve.tau) @ squares
     freedom = _freedom(curve, min(_NOISE_TYPES.values()))
     behind = (curve.tau > curve.tau[np.argmin(curve.deviation)]) & (freedom >= 2.0)
@@ -372,10 +362,3 @@ def slow_noise(
     if excess[most] < 1.2**2:
         return None
     return float(curve.tau[most]), math.sqrt(float(curve.deviation[most] ** 2 / terms[most]))
-
-
-def _most(estimates: Mapping[CoefficientName, Estimate], name: CoefficientName) -> float:
-    """Largest square of a term; zero of a slow one that is not estimated."""
-    estimate = estimates.get(name)
-    unseen = ("not observable", "upper bound") if name in SLOW_NAMES else ("not observable",)
-    return 0.0 if estimate is None or estimate.status in unseen else estimate.high**2

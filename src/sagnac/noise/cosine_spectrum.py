@@ -149,13 +149,13 @@ def require_increments(samples: int) -> None:
         raise RecordingError(problem, remedy="record longer")
 
 
+Band = tuple[float, float]
+Bands = Sequence[Band]
+"""Lowest and highest frequency of each, Hz."""
+
+
 def cosine_bins(
-    samples: int,
-    interval: float,
-    masked: Sequence[tuple[float, float]],
-    band: tuple[float, float] | None,
-    *,
-    narrowest: int = 1,
+    samples: int, interval: float, masked: Bands, band: Band | None, *, narrowest: int = 1
 ) -> SpectrumBins:
     """Bins of the cosine spectrum that a fit takes.
 
@@ -240,10 +240,6 @@ def ordinates(cosine: CosineSpectrum, bins: SpectrumBins) -> Ordinates:
         share[low, 0] = shape[starts[low] // 2]
         basis = basis * (1.0 - 2.0 * share) + share * (shape @ cosine.expected(index))
         used = starts > 1
-    return Ordinates(
-        basis=basis[used],
-        power=power[used],
-        count=bins.count[used],
-        weight=bins.count[used],
-        frequency=(0.5 * bins.middle / (samples * cosine.interval))[used],
-    )
+    basis, power, count = basis[used], power[used], bins.count[used]
+    frequency = (0.5 * bins.middle / (samples * cosine.interval))[used]
+    return Ordinates(basis=basis, power=power, count=count, weight=count, frequency=frequency)

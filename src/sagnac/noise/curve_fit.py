@@ -386,11 +386,9 @@ def _curve_fit(
         allowed = f"the {method} intervals allow for it"
         notes += (Note(text=f"the curve departs from the fitted terms {apart}; {allowed}"),)
     squares = weighed if model.reading is None else model.published()
-    fitted = {
-        name: model.estimate(weighed, column, float(squares[column]), confidence)
-        for column, name in enumerate(model.names)
-    }
-    every = {name: fitted.get(name) or unobserved(name, confidence) for name in COEFFICIENT_NAMES}
+    every = {name: unobserved(name, confidence) for name in COEFFICIENT_NAMES}
+    for column, name in enumerate(model.names):
+        every[name] = model.estimate(weighed, column, float(squares[column]), confidence)
     return Fit(method=method, coefficients=every, notes=notes)
 
 

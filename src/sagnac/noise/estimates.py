@@ -1,7 +1,7 @@
 """Estimates of Q, N, B, K and R: value, interval, status and units."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from html import escape
 from numbers import Real
@@ -200,6 +200,15 @@ class Estimate(Interval):
         return f"<span><b>{escape(name)}</b> {escape(self._worded())}</span>"
 
 
+Coefficients = Mapping[CoefficientName, Estimate]
+Change = Callable[[Estimate], Estimate]
+
+
+def each_changed(coefficients: Coefficients, changed: Change) -> dict[CoefficientName, Estimate]:
+    """The coefficients, each changed."""
+    return {name: changed(one) for name, one in coefficients.items()}
+
+
 def unobserved(name: CoefficientName, confidence: float) -> Estimate:
     """A coefficient of which nothing is known."""
     nothing: dict[str, Any] = dict.fromkeys(("value", "low", "high"), math.nan)
@@ -316,7 +325,7 @@ class Fit:
     """
 
     method: FitName
-    coefficients: Mapping[CoefficientName, Estimate]
+    coefficients: Coefficients
     notes: tuple[Note, ...] = ()
     departure: float = 0.0
     band: FitBand | None = None
@@ -329,3 +338,7 @@ class Fit:
             require_choice("coefficients: name", name, CoefficientName)
         if not self.departure >= 0.0:
             raise refusal("departure", f"is {quoted(self.departure)}; give zero or more")
+
+    def with_each(self, changed: Change) -> "Fit":
+        """The same with each coefficient changed."""
+        return replace(self, coefficients=each_changed(self.coefficients, changed))

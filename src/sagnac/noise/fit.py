@@ -15,7 +15,7 @@ from sagnac.core.arrays import FloatArray
 from sagnac.core.errors import Note, refusal, require_choice, require_confidence, rounded
 from sagnac.core.kernels import one_thread
 from sagnac.noise import cosine_spectrum
-from sagnac.noise.cosine_spectrum import CosineSpectrum
+from sagnac.noise.cosine_spectrum import Band, Bands, CosineSpectrum
 from sagnac.noise.curve_fit import paper_fit, weighted_fit
 from sagnac.noise.estimates import USUAL_CONFIDENCE, Estimate, Fit, FitBand, FitName, unobserved
 from sagnac.noise.laws import COEFFICIENT_NAMES, SLOW_NAMES, STOCHASTIC_NAMES, CoefficientName
@@ -32,8 +32,8 @@ def likelihood_fit(
     kind: Kind,
     sample_rate: float,
     confidence: float = 0.95,
-    masked: Sequence[tuple[float, float]] = (),
-    band: tuple[float, float] | None = None,
+    masked: Bands = (),
+    band: Band | None = None,
     terms: Sequence[CoefficientName] = COEFFICIENT_NAMES,
 ) -> Fit:
     """Fit Q, N, B, K, R to the spectrum by likelihood.
@@ -97,11 +97,7 @@ def likelihood_fit(
 
 
 def spectrum_fit(
-    cosine: CosineSpectrum,
-    *,
-    confidence: float = 0.95,
-    masked: Sequence[tuple[float, float]] = (),
-    bands: Sequence[tuple[float, float] | None] = (None,),
+    cosine: CosineSpectrum, *, confidence: float, masked: Bands, bands: Sequence[Band | None]
 ) -> Fit:
     """`likelihood_fit` of what is transformed already, over the first band that the terms describe.
 
@@ -133,10 +129,8 @@ def spectrum_fit(
     weighed, bins, band = min(trials, key=lambda trial: trial[0].departure)
 
     def estimates(confidence: float) -> dict[CoefficientName, Estimate]:
-        return {
-            name: weighed.estimate(weighed.best, column, name, confidence)
-            for column, name in enumerate(cosine.names)
-        }
+        estimate, best = weighed.estimate, weighed.best
+        return {name: estimate(best, n, name, confidence) for n, name in enumerate(cosine.names)}
 
     every = {name: unobserved(name, confidence) for name in COEFFICIENT_NAMES}
     every |= estimates(confidence)
@@ -168,10 +162,8 @@ def _slow_laws(spectrum: Ordinates) -> SlowLaws:
         errors = scale * np.sqrt(np.maximum(covariance.diagonal(), 1.0))
         fits.append((data.best.squares, errors, data.best.deviance))
     squares, errors, deviance = (np.array(each) for each in zip(*fits, strict=True))
-    prior = np.array(list(tried.values()))
-    return SlowLaws(
-        laws=tuple(tried), prior=prior, squares=squares, errors=errors, deviance=deviance
-    )
+    laws, prior = tuple(tried), np.array(list(tried.values()))
+    return SlowLaws(laws=laws, prior=prior, squares=squares, errors=errors, deviance=deviance)
 
 
 def fit_coefficients(

@@ -255,11 +255,8 @@ def markov_density(frequency: FloatArray, interval: float, correlation_time: flo
     ratio = interval / correlation_time
     decay, one_apart = np.exp(-ratio), np.expm1(-ratio) ** 2
     # r - 1 + e^-r without cancellation.
-    excess = (
-        ratio**2 / 2.0 - ratio**3 / 6.0 + ratio**4 / 24.0 - ratio**5 / 120.0
-        if ratio < 0.01
-        else ratio + np.expm1(-ratio)
-    )
+    series = ratio**2 / 2.0 - ratio**3 / 6.0 + ratio**4 / 24.0 - ratio**5 / 120.0
+    excess = series if ratio < 0.01 else ratio + np.expm1(-ratio)
     cosine = np.cos(2.0 * np.pi * np.asarray(frequency, dtype=np.float64) * interval)
     # Of mean rates in squared samples of `ratio` correlation times, twice over, for a variance of
     # one: the variance is T_c/2.

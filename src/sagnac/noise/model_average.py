@@ -16,7 +16,6 @@ would hold in 93 to 94 of 100, and of four bins in 89; the scatter between model
 """
 
 import math
-from collections.abc import Mapping
 from dataclasses import asdict, dataclass, replace
 from typing import Final, Literal
 
@@ -29,7 +28,7 @@ from sagnac.noise import band_models
 from sagnac.noise import laws as noise_laws
 from sagnac.noise.band_models import FALL, FLOOR, BandModel, BandModels, bin_shapes, gamma_deviance
 from sagnac.noise.bounds import highest_coefficient
-from sagnac.noise.estimates import USUAL_CONFIDENCE, Estimate, Interval, unobserved
+from sagnac.noise.estimates import Coefficients, Estimate, Interval, unobserved
 from sagnac.noise.laws import COEFFICIENT_NAMES, STOCHASTIC_NAMES, CoefficientName, level_laws
 from sagnac.noise.slow_laws import WALK
 from sagnac.spectrum.levels import Levels
@@ -262,7 +261,7 @@ class Average:
         Those that N is read by, else all, the heaviest first.
     """
 
-    coefficients: Mapping[CoefficientName, Estimate]
+    coefficients: Coefficients
     rests_on: ModelChoice
     covariance: FloatArray
     models: BandModels
@@ -278,16 +277,14 @@ class Average:
         """N."""
         return self.coefficients["angle_random_walk"]
 
-    def with_coefficients(self, coefficients: Mapping[CoefficientName, Estimate]) -> "Average":
+    def with_coefficients(self, coefficients: Coefficients) -> "Average":
         """The same with other estimates; the covariance is of those that are still estimated."""
         places = [self.names.index(name) for name in estimated_names(coefficients)]
         covariance = self.covariance[np.ix_(places, places)].copy()
         return replace(self, coefficients=coefficients, covariance=covariance)
 
 
-def estimated_names(
-    coefficients: Mapping[CoefficientName, Estimate],
-) -> tuple[CoefficientName, ...]:
+def estimated_names(coefficients: Coefficients) -> tuple[CoefficientName, ...]:
     """Names of the coefficients that are estimated."""
     return tuple(name for name in COEFFICIENT_NAMES if coefficients[name].status == "estimated")
 
@@ -326,7 +323,7 @@ def average(levels: Levels, *, confidence: float = 0.95, ramp: Estimate | None =
         # Share of the weight that needs a term for the term to be called estimated.
         needed = _need(models, holding) >= 0.95
         read = answering if column == WALK else models.kept(holding & needed).heaviest()
-        coefficients[name] = _averaged(levels, column, read, confidence)
+        coefficients[name] = averaged(levels, column, read, confidence)
     return Average(
         coefficients=coefficients,
         rests_on=_choice(answering, levels),
@@ -336,21 +333,21 @@ def average(levels: Levels, *, confidence: float = 0.95, ramp: Estimate | None =
     )
 
 
-def walk_at(levels: Levels, average: Average) -> Estimate:
-    """N of an average, which is an estimate, in an interval of the usual confidence.
-
-    Parameters
-    ----------
-    levels, average
-        The average of these levels.
-    """
-    return _averaged(levels, WALK, average.relied, USUAL_CONFIDENCE)
-
-
-def _averaged(levels: Levels, column: int, models: BandModels, confidence: float) -> Estimate:
+def averaged(levels: Levels, column: int, models: BandModels, confidence: float) -> Estimate:
     """One coefficient by models that hold it; without one, the largest that the levels allow.
 
     Models have the errors that the levels show.
+
+    Parameters
+    ----------
+    levels
+        Robust levels.
+    column
+        Of the coefficient among Q, N, B, K.
+    models
+        Of these levels, the heaviest first.
+    confidence
+        Of the interval or bound.
     """
     nothing = unobserved(STOCHASTIC_NAMES[column], confidence)
     if models.count == 0:
@@ -420,9 +417,7 @@ def other_walk(models: BandModels, levels: Levels) -> Elsewhere | None:
     return Elsewhere(low=float(low), high=float(high), share=share, walk=walk)
 
 
-def covariance_of(
-    models: BandModels, coefficients: Mapping[CoefficientName, Estimate]
-) -> FloatArray:
+def covariance_of(models: BandModels, coefficients: Coefficients) -> FloatArray:
     """Covariance of the estimated values: that of the means over models, plus the mean of each.
 
     The variances are those of the intervals, which may be of a likelihood fit or of other models;

@@ -1,7 +1,7 @@
 """Slow noise as the levels of a spectrum show it: B, K and Markov rates that earn their place."""
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cache
 from operator import attrgetter
@@ -12,8 +12,8 @@ from scipy.optimize import minimize_scalar
 from scipy.special import ndtri
 
 from sagnac.core.arrays import FloatArray
-from sagnac.noise.estimates import Estimate, Interval
-from sagnac.noise.laws import CoefficientName, level_laws, markov_density
+from sagnac.noise.estimates import Coefficients, Interval
+from sagnac.noise.laws import level_laws, markov_density
 from sagnac.noise.likelihood import PRESENCE, non_negative
 from sagnac.noise.model_average import ModelChoice
 from sagnac.noise.whole_band import describes
@@ -94,13 +94,14 @@ def slow_model(
         law = levels.law(lambda frequency: markov_density(frequency, interval, time)[:, np.newaxis])
         return np.asarray(law[used, 0])
 
-    seen = _Seen(level=level, shape=shape, laws=level_laws(levels)[used], markov=markov)
+    laws, frequency = level_laws(levels)[used], levels.frequency[used]
+    seen = _Seen(level=level, shape=shape, laws=laws, frequency=frequency, markov=markov)
     plain = [seen.fitted(terms) for terms in _TERMS]
     chosen = min(plain, key=attrgetter("weighed"))
-    if seen.with_rate(_TERMS[-1], levels.frequency[used], plain[-1].deviance - _EARNED):
-        each = [seen.with_rate(terms, levels.frequency[used], math.inf) for terms in _TERMS]
+    if seen.with_rate(_TERMS[-1], plain[-1].deviance - _EARNED):
+        each = [seen.with_rate(terms) for terms in _TERMS]
         best = min((one for one in each if one is not None), key=attrgetter("weighed"))
-        two = seen.with_second(best, levels.frequency[used])
+        two = seen.with_second(best)
         if two is not None and best.weighed - two.weighed >= _EARNED:
             best = two
         # Levels of noise with Markov rates are described by them, except one in a thousand.
@@ -118,7 +119,7 @@ def slow_model(
 
 
 def untold(
-    levels: Levels | None, choice: ModelChoice | None, estimates: Mapping[CoefficientName, Estimate]
+    levels: Levels | None, choice: ModelChoice | None, estimates: Coefficients
 ) -> SlowModel | None:
     """`slow_model` beside an answer that has N, but of B and K bounds at most, which hold.
 
@@ -174,11 +175,12 @@ class _Fit:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class _Seen:
-    """Levels, their shapes, the laws of Q, N, B and K (bins, 4), and that of a Markov rate."""
+    """Levels, shapes, laws of Q, N, B and K (bins, 4), frequencies, and that of a Markov rate."""
 
     level: FloatArray
     shape: FloatArray
     laws: FloatArray
+    frequency: FloatArray
     markov: Callable[[float], FloatArray]
 
     def fitted(self, terms: Terms, times: Times = ()) -> _Fit:
@@ -198,33 +200,28 @@ class _Seen:
         """(bins, terms and times) laws of some terms and of Markov rates at one."""
         return np.column_stack([self.laws[:, terms], *map(self.markov, times)])
 
-    def with_rate(
-        self, terms: Terms, frequency: FloatArray, highest: float, beside: Times = ()
-    ) -> _Fit | None:
+    def with_rate(self, terms: Terms, highest: float = math.inf, beside: Times = ()) -> _Fit | None:
         """The same with a Markov rate of the most likely time, beside others of given times.
 
         None if that is not within what the frequencies show, a rate is nothing, or the deviance is
         not `highest` or less.
         """
 
-        def fitted(logarithm: float) -> _Fit:
-            return self.fitted(terms, (*beside, math.exp(logarithm)))
-
         def deviance(logarithm: float) -> float:
-            return fitted(logarithm).deviance
+            return self.fitted(terms, (*beside, math.exp(logarithm))).deviance
 
-        first, last = np.log(0.5 / (math.pi * frequency[[-1, 0]]))
+        first, last = np.log(0.5 / (math.pi * self.frequency[[-1, 0]]))
         grid = np.linspace(first, last, max(3, math.ceil(3.5 * (last - first))))
         at = int(np.argmin([deviance(float(one)) for one in grid]))
         if at in {0, grid.size - 1}:
             return None
         bounds, precision = grid[[at - 1, at + 1]], {"xatol": 1e-3}
         best = minimize_scalar(deviance, bounds=bounds, method="bounded", options=precision)
-        fit = fitted(best.x)
+        fit = self.fitted(terms, (*beside, math.exp(best.x)))
         stands = fit.squares[len(terms) :].min() > 0.0
         return fit if stands and fit.deviance <= highest else None
 
-    def with_second(self, one: _Fit, frequency: FloatArray) -> _Fit | None:
+    def with_second(self, one: _Fit) -> _Fit | None:
         """The most likely fit of two Markov rates that lies beside the best of one.
 
         The second is sought beside the first, then each anew beside the other until the likelihood
@@ -233,12 +230,12 @@ class _Seen:
         """
         fits: list[_Fit] = []
         for terms in {one.terms, _TERMS[0]}:
-            fit = anew = self.with_rate(terms, frequency, math.inf, one.times)
+            fit = anew = self.with_rate(terms, beside=one.times)
             for _ in range(20):
                 if anew is None:
                     break
                 fit = anew
-                anew = self.with_rate(terms, frequency, fit.deviance - 0.1, fit.times[-1:])
+                anew = self.with_rate(terms, fit.deviance - 0.1, fit.times[-1:])
             if fit is not None:
                 fits.append(self.fitted(terms, tuple(sorted(fit.times))))
         return min(fits, key=attrgetter("weighed"), default=None)
@@ -260,12 +257,9 @@ class _Seen:
 
         # The square of the deviation is q^2 T/2.
         along = np.eye(terms.shape[1])[terms.shape[1] - 2 * count :]
-        return tuple(
-            MarkovEstimate(
-                deviation=interval(math.sqrt(0.5 * square * time), 0.5 * (one + other)),
-                correlation_time=interval(time, other),
-            )
-            for square, time, one, other in zip(
-                rates.tolist(), fit.times, along[:count], along[count:], strict=True
-            )
-        )
+        estimates, pairs = [], zip(along[:count], along[count:], strict=True)
+        for square, time, (one, other) in zip(rates.tolist(), fit.times, pairs, strict=True):
+            deviation = interval(math.sqrt(0.5 * square * time), 0.5 * (one + other))
+            lasts = interval(time, other)
+            estimates.append(MarkovEstimate(deviation=deviation, correlation_time=lasts))
+        return tuple(estimates)

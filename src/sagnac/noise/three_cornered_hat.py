@@ -1,7 +1,7 @@
 """Each of three gyros alone, from their differences."""
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property, partial
 from itertools import pairwise
@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 
 from sagnac.core.arrays import BooleanArray, FloatArray, elementwise
 from sagnac.core.errors import Note, RecordingError
-from sagnac.noise.cosine_spectrum import cosine_bins, require_increments, without_slope
+from sagnac.noise.cosine_spectrum import Band, Bands, cosine_bins, require_increments, without_slope
 from sagnac.noise.estimates import Estimate
 from sagnac.noise.laws import STOCHASTIC_NAMES, cosine_power_basis
 from sagnac.noise.likelihood import Likelihood, Place, parabola_move
@@ -43,8 +43,8 @@ def three_cornered_hat(
     kind: Kind,
     sample_rate: float,
     confidence: float = 0.95,
-    masked: Sequence[tuple[float, float]] = (),
-    band: tuple[float, float] | None = None,
+    masked: Bands = (),
+    band: Band | None = None,
 ) -> Separation:
     """Each gyro's own angle random walk from three that turn together.
 
@@ -110,11 +110,8 @@ def three_cornered_hat(
             negative = best.squares[column] < 0.0
             what = "negative" if negative else "within three standard deviations of zero"
             square = f"the squared angle random walk of {name} alone came out {what}"
-            text = (
-                f"{square}: it is much quieter than the others, or their noises are not "
-                "independent; an upper bound is given"
-            )
-            notes.append(Note(text=text))
+            why = "it is much quieter than the others, or their noises are not independent"
+            notes.append(Note(text=f"{square}: {why}; an upper bound is given"))
     return Separation(angle_random_walk=estimates, notes=tuple(notes))
 
 

@@ -96,7 +96,7 @@ def with_whole_band(levels: Levels, average: Average, fit: Fit) -> Average:
     ):
         return average
     if walk.status == "estimated" and walk.confidence != USUAL_CONFIDENCE:
-        walk = model_average.walk_at(levels, average)
+        walk = model_average.averaged(levels, WALK, average.relied, USUAL_CONFIDENCE)
     row = int(np.flatnonzero(complete)[np.argmax(models.logarithm[complete])])
     outdone = float(models.logarithm.max() - models.logarithm[row])
     law, surely, barely = models.law(row, levels.spectrum.interval), _SURELY, _BARELY
@@ -116,14 +116,10 @@ def with_whole_band(levels: Levels, average: Average, fit: Fit) -> Average:
     bent = models.falling & models.holding(QUANTIZATION) & (models.last == levels.level.size)
     if models.logarithm[bent].max(initial=-math.inf) > models.logarithm.max() - outdone + _BENT:
         return average
-    freedom = ratio.size - terms
 
     def passes(test: _Strictness) -> bool:
-        return (
-            outdone <= test.outdone
-            and _agrees(fitted, walk, test.apart)
-            and describes(levels.shape, ratio, freedom, test.chance)
-        )
+        within = outdone <= test.outdone and _agrees(fitted, walk, test.apart)
+        return within and describes(levels.shape, ratio, ratio.size - terms, test.chance)
 
     if passes(surely):
         return _of_whole_band(average, fit, band, row)
@@ -159,7 +155,8 @@ def with_slow_laws(fit: Fit) -> Fit:
             coefficients[name] = _moved(one, slow, column)
         elif one.status != "not observable":
             weight = weight / weight.sum()
-            highest = _highest_square(weight, square, error, one.confidence)
+            # Squares may be negative.
+            highest = _normal_quantile(max(one.confidence, 0.5), square, error, weight)
             highest = max(highest, 3.0 * float(weight @ error))
             # A bound is no lower than what would have been estimated: K is doubted where chance
             # made it low.
@@ -190,15 +187,14 @@ def _moved(one: Estimate, slow: SlowLaws, column: int) -> Estimate:
     return replace(one, value=value, low=min(low, value), high=max(high, value))
 
 
-def _highest_square(
-    weight: FloatArray, square: FloatArray, error: FloatArray, confidence: float
+def _normal_quantile(
+    chance: float, value: FloatArray, error: FloatArray, weight: FloatArray
 ) -> float:
-    """Quantile of a mixture of normal laws of squares, which may be negative."""
-    low, high = float((square - 10.0 * error).min()), float((square + 10.0 * error).max())
-    chance = max(confidence, 0.5)
+    """Quantile of a mixture of normal laws."""
+    low, high = float((value - 10.0 * error).min()), float((value + 10.0 * error).max())
 
     def excess(place: float) -> float:
-        return float(weight @ ndtr((place - square) / error)) - chance
+        return float(weight @ ndtr((place - value) / error)) - chance
 
     return float(brentq(excess, low, high))
 
@@ -254,13 +250,8 @@ def with_both(average: Average, fit: Fit) -> Average:
     values, tail = np.log([ours.value, fitted.value]), 0.5 - 0.5 * ours.confidence
 
     def mixed(first: float, second: float, chance: float) -> float:
-        ends = np.log([first, second])
-        errors = np.maximum((ends - values) / float(ndtri(chance)), 1e-9)
-
-        def excess(place: float) -> float:
-            return float(ndtr((place - values) / errors).mean()) - chance
-
-        return math.exp(brentq(excess, ends.min() - 1e-6, ends.max() + 1e-6))
+        errors = np.maximum((np.log([first, second]) - values) / float(ndtri(chance)), 1e-9)
+        return math.exp(_normal_quantile(chance, values, errors, np.full(2, 0.5)))
 
     low = mixed(max(ours.low, 1e-3 * ours.value), fitted.low, tail)
     high = mixed(ours.high, fitted.high, 1.0 - tail)
