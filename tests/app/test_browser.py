@@ -178,6 +178,37 @@ def test_a_whole_number_keeps_its_zeros(server, driver):
     assert "30000 samples, 100000 Hz, 0.3 s" in page.text("facts")
 
 
+def test_a_refusal_that_comes_late_is_not_said_of_what_is_open_by_then(server, driver):
+    page = Page(driver, server[1])
+    page.until("document.querySelectorAll('#listing button').length >= 3")
+    page.script(
+        "const asked = window.fetch; let late = true; window.fetch = async (name, body) => {"
+        "  if (name !== 'call/open' || !late) return asked(name, body);"
+        "  late = false; await new Promise((go) => { window.answerLate = go; });"
+        "  return new Response(JSON.stringify({error: 'an earlier file'})); };"
+    )
+    page.click("#listing li:nth-child(1) button")
+    page.click("#listing li:nth-child(2) button")
+    page.until("document.body.dataset.first")
+    page.script("window.answerLate()")
+    time.sleep(0.5)
+    assert page.script("return document.getElementById('message').hidden")
+
+
+def test_a_result_is_no_wider_than_a_telephone(server, driver):
+    page = Page(driver, server[1])
+    page.until("document.querySelectorAll('#listing button').length >= 3")
+    page.click("#listing li:nth-child(2) button")
+    page.until("document.body.dataset.first")
+    page.state(kind="rate", unit="deg/h", rate="100")
+    page.until("!document.getElementById('analysis').hidden")
+    page.run()
+    narrow = {"width": 390, "height": 800, "deviceScaleFactor": 1, "mobile": True}
+    driver.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", narrow)
+    time.sleep(1.0)
+    assert page.script("return document.documentElement.scrollWidth") == 390
+
+
 def test_the_table_of_a_campaign_is_as_wide_as_its_page(folder, tmp_path):
     made = sagnac.campaign(
         folder / "run.csv", tmp_path / "rack", pattern="(?P<unit>ben)(?P<day>ch)", workers=1,

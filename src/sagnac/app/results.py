@@ -83,7 +83,7 @@ def lines(analysis: sagnac.Analysis) -> list[dict[str, Any]]:
         {
             **{key: getattr(one, key) for key in ("scale", "frequency", "channel", "name")},
             "hz": one.frequency * (turning if one.scale == "angle" else 1.0),
-            "amplitude": one.amplitude_in(unit)[0],
+            **dict(zip(("amplitude", "error"), one.amplitude_in(unit), strict=True)),
             "unit": symbol,
         }
         for one in analysis.lines
