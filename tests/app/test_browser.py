@@ -178,6 +178,28 @@ def test_a_whole_number_keeps_its_zeros(server, driver):
     assert "30000 samples, 100000 Hz, 0.3 s" in page.text("facts")
 
 
+def test_a_dead_gyro_and_a_clipped_one_are_told_beside_the_others(server, driver, folder):
+    _, address = server
+    rates = np.random.default_rng(5).standard_normal((3000, 3))
+    rates[:, 0], rates[:, 1] = 0.5, np.clip(rates[:, 1], -1.5, 1.5)
+    np.savetxt(folder / "faulty.csv", rates, "%.6f", delimiter=",", header="x,y,z", comments="")
+    page = Page(driver, address)
+    page.until("document.querySelectorAll('#listing button').length >= 4")
+    page.click("#listing li:nth-child(1) button")
+    page.until("document.body.dataset.first")
+    page.state(kind="rate", unit="deg/h", rate="100")
+    page.until("document.getElementById('findings').dataset.done")
+    page.until("document.querySelector('#findings .place')")
+    page.click("#findings .place")
+    page.run()
+    row = page.script("return document.querySelector('#runs tr:nth-child(2)').textContent")
+    assert "x was not analyzed: " in row
+    assert "faulty.csv: x: is stuck" in row
+    assert "name another channel with gyros or columns" in row
+    # Marks of the check are drawn without an error of the page.
+    require_quiet(driver, address)
+
+
 def test_a_refusal_that_comes_late_is_not_said_of_what_is_open_by_then(server, driver):
     page = Page(driver, server[1])
     page.until("document.querySelectorAll('#listing button').length >= 3")

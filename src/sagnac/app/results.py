@@ -34,7 +34,8 @@ def result(analysis: sagnac.Analysis, specification: str = "") -> dict[str, Any]
     """Everything that the page shows of an analysis: a part for each gyro and accelerometer."""
     channels = [_channel(one, "gyro") for one in analysis.each]
     channels += [_channel(one, "accelerometer") for one in analysis.accelerometers.values()]
-    refused = [f"{name}: {error.problem}" for name, error in analysis.refused.items()]
+    each = analysis.refused.items()
+    refused = [f"{name} was not analyzed: {stated.line(error)}" for name, error in each]
     judged: list[dict[str, str]] = []
     try:
         judged = verdict(analysis, specification) if specification else []

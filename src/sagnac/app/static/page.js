@@ -252,7 +252,7 @@ function happened(event) {
 function runs() {
   $("results").hidden = !state.runs.size;
   const rows = [...state.runs.values()].map((one) => {
-    const said = one.result ? one.result.channels.filter((c) => c.sensor === "gyro").map(answers).join("\n") : one.failed || `${one.stage} …`;
+    const said = one.result ? [...one.result.channels.filter((c) => c.sensor === "gyro").map(answers), ...one.result.refused].join("\n") : one.failed || `${one.stage} …`;
     const show = element("button", { textContent: "show", disabled: !one.result, type: "button" });
     show.addEventListener("click", () => shown(one.number));
     const decision = one.result?.verdict.length ? one.result.verdict.map((v) => `${v.gyro} ${v.decision}`).join(", ") : "";
