@@ -241,6 +241,11 @@ def test_the_table_of_a_campaign_is_as_wide_as_its_page(folder, tmp_path):
         page = Page(driver, made.paths[0].as_uri())
         wide = "const rows = document.getElementById('rows'); return rows.scrollWidth"
         assert page.script(wide) <= page.script("return rows.parentElement.clientWidth")
+        # On A4, less its margins.
+        paper = {"width": 673, "height": 900, "deviceScaleFactor": 1, "mobile": False}
+        driver.execute_cdp_cmd("Emulation.setEmulatedMedia", {"media": "print"})
+        driver.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", paper)
+        assert page.script("return document.documentElement.scrollWidth") <= 673
 
 
 def test_a_table_that_turns(server, driver, folder):

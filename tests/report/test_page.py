@@ -92,6 +92,7 @@ def test_a_page_without_an_answer_says_of_no_picture_what_it_does_not_show():
     assert (hidden in faulty, fault in faulty) == (False, True)
     assert "Solid: what the answer rests on" in page.page(CASES["pair"])
     assert "Solid: what the answer rests on" not in faulty
+    assert "the answer rests on this" not in faulty
 
 
 @pytest.mark.usefixtures("blank_figures")
