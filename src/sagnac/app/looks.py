@@ -245,11 +245,8 @@ def look(path: Path, texts: stated.Texts) -> Look:
         recording = _as_written(path, texts, lacking, error)
     if not recording.samples:
         raise sagnac.RecordingError("holds no sample", path=str(path), remedy="check the file")
-    shown = _shown(recording, raw=bool(refusal))
-    return Look(
-        path=path, texts=texts, recording=recording, lacking=lacking, refusal=refusal,
-        shown=shown, stamp=stamp,
-    )  # fmt: skip
+    made = Look(path=path, texts=texts, recording=recording, lacking=lacking, refusal=refusal)
+    return replace(made, shown=_shown(recording, raw=bool(refusal)), stamp=stamp)
 
 
 def _as_written(

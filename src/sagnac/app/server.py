@@ -221,7 +221,7 @@ def _task(state: State, asked: dict[str, Any]) -> Task:
 def _analyze(state: State, session: Session, asked: dict[str, Any]) -> dict[str, Any]:
     task, look = _task(state, asked), session.looks.get(asked.get("look", 0))
     # The answer would be of another recording than the trace above it.
-    if look and task.path.exists() and looks.stamp_of(task.path) != look.stamp:
+    if look and looks.stamp_of(task.path) not in (None, look.stamp):
         problem = f"{task.path} has changed since it was read"
         raise ValueError(f"{problem}; click “Read it like this”, look again, then analyze")
     return {"run": session.start(task)}
