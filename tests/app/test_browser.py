@@ -3,6 +3,7 @@
 Out of the default suite: ``make test-browser``.
 """
 
+import contextlib
 import json
 import os
 import time
@@ -49,8 +50,13 @@ def children(process_id):
     """Processes that a process has started."""
     tasks = Path(f"/proc/{process_id}/task").glob("*/children")
     found = {int(one) for path in tasks for one in path.read_text().split()}
-    # What tells of shared memory runs as long as the server.
-    return {one for one in found if b"spawn_main" in Path(f"/proc/{one}/cmdline").read_bytes()}
+    left = set()
+    for one in found:
+        # One may end while it is looked at. What tells of shared memory runs as long as the server.
+        with contextlib.suppress(FileNotFoundError, ProcessLookupError):
+            if b"spawn_main" in Path(f"/proc/{one}/cmdline").read_bytes():
+                left.add(one)
+    return left
 
 
 def require_quiet(driver, address):
