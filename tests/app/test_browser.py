@@ -3,6 +3,7 @@
 Out of the default suite: ``make test-browser``.
 """
 
+import contextlib
 import json
 import os
 import time
@@ -49,8 +50,13 @@ def children(process_id):
     """Processes that a process has started."""
     tasks = Path(f"/proc/{process_id}/task").glob("*/children")
     found = {int(one) for path in tasks for one in path.read_text().split()}
-    # What tells of shared memory runs as long as the server.
-    return {one for one in found if b"spawn_main" in Path(f"/proc/{one}/cmdline").read_bytes()}
+    left = set()
+    for one in found:
+        # One may end while it is looked at. What tells of shared memory runs as long as the server.
+        with contextlib.suppress(FileNotFoundError, ProcessLookupError):
+            if b"spawn_main" in Path(f"/proc/{one}/cmdline").read_bytes():
+                left.add(one)
+    return left
 
 
 def require_quiet(driver, address):
@@ -178,6 +184,59 @@ def test_a_whole_number_keeps_its_zeros(server, driver):
     assert "30000 samples, 100000 Hz, 0.3 s" in page.text("facts")
 
 
+def test_a_dead_gyro_and_a_clipped_one_are_told_beside_the_others(server, driver, folder):
+    _, address = server
+    rates = np.random.default_rng(5).standard_normal((3000, 3))
+    rates[:, 0], rates[:, 1] = 0.5, np.clip(rates[:, 1], -1.5, 1.5)
+    np.savetxt(folder / "faulty.csv", rates, "%.6f", delimiter=",", header="x,y,z", comments="")
+    page = Page(driver, address)
+    page.until("document.querySelectorAll('#listing button').length >= 4")
+    page.click("#listing li:nth-child(1) button")
+    page.until("document.body.dataset.first")
+    page.state(kind="rate", unit="deg/h", rate="100")
+    page.until("document.getElementById('findings').dataset.done")
+    page.until("document.querySelector('#findings .place')")
+    page.click("#findings .place")
+    page.run()
+    row = page.script("return document.querySelector('#runs tr:nth-child(2)').textContent")
+    assert "x was not analyzed: " in row
+    assert "faulty.csv: x: is stuck" in row
+    assert "name another channel with gyros or columns" in row
+    # Marks of the check are drawn without an error of the page.
+    require_quiet(driver, address)
+
+
+def test_a_refusal_that_comes_late_is_not_said_of_what_is_open_by_then(server, driver):
+    page = Page(driver, server[1])
+    page.until("document.querySelectorAll('#listing button').length >= 3")
+    page.script(
+        "const asked = window.fetch; let late = true; window.fetch = async (name, body) => {"
+        "  if (name !== 'call/open' || !late) return asked(name, body);"
+        "  late = false; await new Promise((go) => { window.answerLate = go; });"
+        "  return new Response(JSON.stringify({error: 'an earlier file'})); };"
+    )
+    page.click("#listing li:nth-child(1) button")
+    page.click("#listing li:nth-child(2) button")
+    page.until("document.body.dataset.first")
+    page.script("window.answerLate()")
+    time.sleep(0.5)
+    assert page.script("return document.getElementById('message').hidden")
+
+
+def test_a_result_is_no_wider_than_a_telephone(server, driver):
+    page = Page(driver, server[1])
+    page.until("document.querySelectorAll('#listing button').length >= 3")
+    page.click("#listing li:nth-child(2) button")
+    page.until("document.body.dataset.first")
+    page.state(kind="rate", unit="deg/h", rate="100")
+    page.until("!document.getElementById('analysis').hidden")
+    page.run()
+    narrow = {"width": 390, "height": 800, "deviceScaleFactor": 1, "mobile": True}
+    driver.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", narrow)
+    time.sleep(1.0)
+    assert page.script("return document.documentElement.scrollWidth") == 390
+
+
 def test_the_table_of_a_campaign_is_as_wide_as_its_page(folder, tmp_path):
     made = sagnac.campaign(
         folder / "run.csv", tmp_path / "rack", pattern="(?P<unit>ben)(?P<day>ch)", workers=1,
@@ -188,6 +247,11 @@ def test_the_table_of_a_campaign_is_as_wide_as_its_page(folder, tmp_path):
         page = Page(driver, made.paths[0].as_uri())
         wide = "const rows = document.getElementById('rows'); return rows.scrollWidth"
         assert page.script(wide) <= page.script("return rows.parentElement.clientWidth")
+        # On A4, less its margins.
+        paper = {"width": 673, "height": 900, "deviceScaleFactor": 1, "mobile": False}
+        driver.execute_cdp_cmd("Emulation.setEmulatedMedia", {"media": "print"})
+        driver.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", paper)
+        assert page.script("return document.documentElement.scrollWidth") <= 673
 
 
 def test_a_table_that_turns(server, driver, folder):

@@ -266,6 +266,43 @@ def test_numbers_are_drawn_before_anything_is_stated(server):
     assert server.call("check", look=found["look"])["findings"] == []
 
 
+def test_a_unit_of_the_table_that_is_still_to_be_stated_hides_no_trace(server):
+    """The page itself suggests ``table_deg:UNIT``; what else is typed first is taken."""
+    turned = 20.0 * np.arange(500.0) / 10.0
+    rows = np.column_stack([turned, turned + 1e-3 * (np.arange(500) % 5), turned])
+    named = {"delimiter": ",", "header": "x,z,table_deg", "comments": ""}
+    np.savetxt(server.folder / "turning.csv", rows, **named)
+    suggested = {"table": server.opened("turning.csv")["lacking"]["table"]}
+    assert suggested == {"table": "table_deg:UNIT"}
+    asked = server.opened("turning.csv", **suggested, kind="angle", rate="10")
+    assert asked["raw"]
+    assert asked["lacking"] == {**suggested, "unit": "UNIT"}
+    asked = server.opened("turning.csv", **suggested, kind="angle", unit="deg", rate="10")
+    assert asked["raw"]
+    assert asked["lacking"] == suggested
+    stated = {"kind": "angle", "unit": "deg", "rate": "10", "table": "table_deg:deg"}
+    assert not server.opened("turning.csv", **stated)["raw"]
+
+
+def test_a_file_that_was_written_over_is_looked_at_before_it_is_analyzed(server, still):
+    place = server.folder / "replaced.parquet"
+    place.write_bytes(still.read_bytes())
+    given = {"path": place.name, "texts": {}, "analysis": {}}
+    look = server.opened(place.name)["look"]
+    run = server.call("analyze", look=look, **given)["run"]
+    server.call("cancel", run=run)
+    other = sagnac.Recording.from_arrays(
+        x=np.random.default_rng(3).standard_normal(999), kind="rate", unit="deg/h", sample_rate=10.0
+    )
+    place.unlink()
+    sagnac.write(other, place)
+    said = server.call("analyze", look=look, **given)["error"]
+    assert said.startswith(f"{place} has changed since it was read; click")
+    run = server.call("analyze", look=server.opened(place.name)["look"], **given)["run"]
+    server.call("cancel", run=run)
+    place.unlink()
+
+
 def test_a_window_is_that_of_the_samples(server, still):
     found = server.opened(still)
     values = np.degrees(sagnac.read(still)["x"].values) * 3600.0

@@ -12,7 +12,14 @@ from sagnac.analysis.settings import Settings
 from sagnac.core.errors import MissingExtra
 from sagnac.fleet.page import control_chart, terminal_text, write_overview, write_page
 from sagnac.fleet.runner import Campaign, run
-from sagnac.fleet.table import groups_of, lines_of, read_table, rows_replaced, write_tables
+from sagnac.fleet.table import (
+    groups_of,
+    lines_of,
+    read_table,
+    rows_replaced,
+    scatter_of,
+    write_tables,
+)
 from sagnac.fleet.tasks import Row, Task, measure
 from sagnac.formats import read, write
 from sagnac.quality.effects import finding
@@ -153,6 +160,20 @@ def test_the_picture_of_a_rack_names_each_recording_once(monkeypatch, tmp_path) 
         for place, one in zip(axes.get_xticks(), axes.get_xticklabels(), strict=True)
     }
     assert named == {f"U{place:02d}": 3 * place + 2 for place in range(12)}
+
+
+def test_the_chart_of_one_gyro_names_what_it_shows() -> None:
+    """Rows without N are in the table, not in the chart: a number would name another row."""
+    lines = [one for one in rack_with_a_wrong_unit() if one.gyros == "x"][5:]
+    figure = control_chart(lines, scatter_of(lines).answer)
+    (axes,) = figure.axes
+    named = [one.get_text() for one in axes.get_xticklabels()]
+    assert named == [f"U{place:02d}" for place in range(5, 12)]
+    (ring,) = (one for one in axes.get_lines() if one.get_label() == "off the others")
+    assert ring.get_xdata().tolist() == [3.0]
+    many = [replace(lines[0], file=f"{place}.csv") for place in range(40)]
+    (axes,) = control_chart(many, None).axes
+    assert all(place == round(place) for place in axes.get_xticks())
 
 
 @pytest.mark.parametrize(

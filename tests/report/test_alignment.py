@@ -43,6 +43,19 @@ def test_floor_by_flicker_and_by_its_bound():
     assert highest.get_ydata()[0] == pytest.approx(expected / ARCMINUTE, rel=1e-6)
 
 
+def test_terms_are_named_apart_and_half_a_turn_is_marked_where_it_is_reached():
+    """N and K of a MEMS unit that make as much of the error at the start as one another."""
+    noisy = GyroNoise(angle_random_walk=0.3 * DEGREE / 60.0, rate_random_walk=3e-5)
+    figure = compass_figure(noisy, latitude=LATITUDE, confidence=0.95)
+    of_n, of_k = (one.xy for one in figure.axes[0].texts)
+    assert (of_n[0], of_k[0]) == (10.0, pytest.approx(3600.0))
+    assert drawn(figure)["half a turn: no heading"].get_ydata()[0] == pytest.approx(180.0 * 60.0)
+    quiet = compass_figure(
+        GyroNoise(angle_random_walk=N, rate_random_walk=1e-12), latitude=LATITUDE, confidence=0.95
+    )
+    assert "half a turn: no heading" not in drawn(quiet)
+
+
 @pytest.mark.usefixtures("blank_figures")
 @pytest.mark.parametrize("name", CASES)
 def test_the_page_has_it_wherever_n_was_seen(name):

@@ -7,7 +7,7 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 
-from sagnac.report import figures
+from sagnac.report import figures, quantities
 from tests.handmade import analysis
 from tests.report.examples import CASES
 
@@ -19,6 +19,11 @@ def test_a_comparison_can_be_drawn(made, tmp_path):
     figures.write_png(figures.comparison_figure({"fos": made, "none": made}), path)
     assert path.read_bytes().startswith(b"\x89PNG")
     assert list(tmp_path.iterdir()) == [path]
+    # The legend has the digits of the table beside it.
+    (axes,) = figures.comparison_figure({"fos": made}).axes
+    value = quantities.reading_cells(made.angle_random_walk, plain=False)[0]
+    (label,) = axes.get_legend_handles_labels()[1]
+    assert value.lstrip("–") in label
 
 
 def test_fit_passes_through_the_curve_it_was_made_from():

@@ -74,6 +74,33 @@ def test_comparison_page_shows_each_method_and_each_refusal():
     assert "never a full turn" in text
     assert "nothing removed" in text
     assert all(reference.startswith("#") for reference in checker.references)
+    # What makes a value wrong stands beside it, as in the terminal.
+    assert "fos: table angle & time are <nearly> one basis: condition 4.1 × 10⁵" in text
+
+
+@pytest.mark.usefixtures("blank_figures")
+def test_a_page_without_an_answer_says_of_no_picture_what_it_does_not_show():
+    spoilt = replace(
+        CASES["not observable"],
+        source="not given, for clipping of x spoils it; lines removed",
+        fits={},
+        coefficients={},
+    )
+    quiet, faulty = (page.page(one) for one in (CASES["not observable"], spoilt))
+    hidden, fault = "above its other noise", "A fault of the recording leaves no answer"
+    assert (hidden in quiet, fault in quiet) == (True, False)
+    assert (hidden in faulty, fault in faulty) == (False, True)
+    assert "Solid: what the answer rests on" in page.page(CASES["pair"])
+    assert "Solid: what the answer rests on" not in faulty
+    assert "the answer rests on this" not in faulty
+
+
+@pytest.mark.usefixtures("blank_figures")
+def test_a_curve_of_which_lines_were_taken_is_not_called_as_recorded():
+    found = CASES["nothing removed"]
+    drawn = replace(found, curve_of_answer=found.curve)
+    assert "Allan deviation as recorded" in page.page(found)
+    assert "Allan deviation before and after the removal" in page.page(drawn)
 
 
 @pytest.mark.usefixtures("blank_figures")

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from sagnac.noise.laws import COEFFICIENT_NAMES
 from sagnac.report import quantities
-from tests.handmade import N, estimate
+from tests.handmade import N, estimate, line
 
 
 @given(
@@ -77,3 +77,18 @@ def test_filter_figures_are_one_density_in_three_units():
 def test_curves_are_shown_in_deg_per_hour_and_tdev_in_arcsec():
     assert quantities.curve_unit("oadev").name == "deg/h"
     assert quantities.curve_unit("tdev").symbol == "″"
+
+
+@pytest.mark.parametrize(
+    ("amplitude", "error", "said"),
+    [
+        (0.0501, 2.2e-4, ("0.05010", "0.00022")),
+        (0.3053, 43.0, ("0.31", "43.00")),
+        (0.0, 43.0, ("0", "43")),
+    ],
+)
+def test_an_amplitude_below_its_error_is_not_written_as_none(amplitude, error, said):
+    found = dataclasses.replace(
+        line("time", 7.3, amplitude), amplitude_error=error * quantities.ARCSECOND
+    )
+    assert quantities.line_amplitude(found) == said

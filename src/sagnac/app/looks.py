@@ -193,6 +193,8 @@ class Look:
         Why it cannot be read as it is stated, so that numbers stand as written; empty if it can.
     shown
         What is drawn.
+    stamp
+        That of the file when it was read.
     """
 
     path: Path
@@ -201,6 +203,13 @@ class Look:
     lacking: dict[str, str] = field(default_factory=dict)
     refusal: str = ""
     shown: tuple[DrawnChannel, ...] = ()
+    stamp: tuple[int, int] | None = None
+
+
+def stamp_of(path: Path) -> tuple[int, int] | None:
+    """By which a file that was written over is known; None if it is not there."""
+    found = path.stat() if path.exists() else None
+    return found and (found.st_mtime_ns, found.st_size)
 
 
 def look(path: Path, texts: stated.Texts) -> Look:
@@ -222,11 +231,14 @@ def look(path: Path, texts: stated.Texts) -> Look:
     """
     statement = sagnac.Statement(**stated.reads(texts, {}))
     lacking: dict[str, str] = {}
-    refusal = ""
+    refusal, stamp = "", stamp_of(path)
     try:
         recording = sagnac.read(path, statement, verify=False)
     except sagnac.RecordingError as error:
-        lacking = sagnac.missing(path, statement)
+        # A column whose unit still reads UNIT, as the page suggests it, is not stated yet.
+        lacking = {name: text for name, text in texts.items() if text.endswith(":UNIT")}
+        told = {name: text for name, text in texts.items() if name not in lacking}
+        lacking |= sagnac.missing(path, **stated.reads(told, {}))
         refusal = stated.line(error)
         if not lacking:
             raise
@@ -234,7 +246,7 @@ def look(path: Path, texts: stated.Texts) -> Look:
     if not recording.samples:
         raise sagnac.RecordingError("holds no sample", path=str(path), remedy="check the file")
     made = Look(path=path, texts=texts, recording=recording, lacking=lacking, refusal=refusal)
-    return replace(made, shown=_shown(recording, raw=bool(refusal)))
+    return replace(made, shown=_shown(recording, raw=bool(refusal)), stamp=stamp)
 
 
 def _as_written(

@@ -34,7 +34,8 @@ def result(analysis: sagnac.Analysis, specification: str = "") -> dict[str, Any]
     """Everything that the page shows of an analysis: a part for each gyro and accelerometer."""
     channels = [_channel(one, "gyro") for one in analysis.each]
     channels += [_channel(one, "accelerometer") for one in analysis.accelerometers.values()]
-    refused = [f"{name}: {error.problem}" for name, error in analysis.refused.items()]
+    each = analysis.refused.items()
+    refused = [f"{name} was not analyzed: {stated.line(error)}" for name, error in each]
     judged: list[dict[str, str]] = []
     try:
         judged = verdict(analysis, specification) if specification else []
@@ -83,7 +84,7 @@ def lines(analysis: sagnac.Analysis) -> list[dict[str, Any]]:
         {
             **{key: getattr(one, key) for key in ("scale", "frequency", "channel", "name")},
             "hz": one.frequency * (turning if one.scale == "angle" else 1.0),
-            "amplitude": one.amplitude_in(unit)[0],
+            **dict(zip(("amplitude", "error"), one.amplitude_in(unit), strict=True)),
             "unit": symbol,
         }
         for one in analysis.lines

@@ -218,6 +218,15 @@ def _task(state: State, asked: dict[str, Any]) -> Task:
     return Task(path=state.room.path(asked["path"]), reading=reading, analysis=analysis)
 
 
+def _analyze(state: State, session: Session, asked: dict[str, Any]) -> dict[str, Any]:
+    task, look = _task(state, asked), session.looks.get(asked.get("look", 0))
+    # The answer would be of another recording than the trace above it.
+    if look and looks.stamp_of(task.path) not in (None, look.stamp):
+        problem = f"{task.path} has changed since it was read"
+        raise ValueError(f"{problem}; click “Read it like this”, look again, then analyze")
+    return {"run": session.start(task)}
+
+
 def _repeat(state: State, session: Session, asked: dict[str, Any]) -> dict[str, Any]:
     task, changed = _task(state, asked), asked.get("changed")
     named = task.path.name if state.room.dropped in task.path.parents else str(task.path)
@@ -254,7 +263,7 @@ _ANSWERS: Final[dict[str, Answer]] = {
     "spectra": lambda state, page, asked: looks.spectra_of(page.looks[asked["look"]]),
     "check": lambda state, page, asked: {"findings": looks.findings(page.looks[asked["look"]])},
     "repeat": _repeat,
-    "analyze": lambda state, page, asked: {"run": page.start(_task(state, asked))},
+    "analyze": _analyze,
     "cancel": lambda state, page, asked: {"cancelled": page.cancel(int(asked["run"]))},
     "ask": _ask,
     "bye": lambda state, page, asked: {"closed": state.sessions.close(asked["left"])},

@@ -11,6 +11,7 @@ import numpy as np
 from markupsafe import Markup
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
 
 from sagnac.core.errors import counted, rounded
 from sagnac.core.units import HOUR
@@ -104,11 +105,33 @@ def control_chart(
                 for limit in (found.next_unit.low, found.next_unit.high):
                     axes.axhline(limit, color=ORANGE, linewidth=0.9, linestyle="--")
                 axes.plot([], [], "--", color=ORANGE, label="next unit")
-            for outlier in found.outliers:
-                x, y = outlier.index + 1.0, lines[outlier.index].n_deg_per_sqrt_h
-                axes.plot(x, y, "o", markersize=9.0, markerfacecolor="none", color=ORANGE)
+            if away := [one.index for one in found.outliers]:
+                y = [lines[index].n_deg_per_sqrt_h for index in away]
+                (ring,) = axes.plot(np.add(away, 1.0), y, "o", label="off the others")
+                ring.set(markersize=9.0, markerfacecolor="none", color=ORANGE)
         _scale(axes, "recording, in the order of the table")
+    # Not every row of the table shows N: a number would name another row.
+    _name(figure, lines)
     return figure
+
+
+def _name(figure: Figure, shown: Lines) -> None:
+    """Name recordings below their values; of very many, count them."""
+    (axes,) = figure.axes
+    # Gyros of one recording stand side by side: a name for each, or for all of them in the middle.
+    of_files = [list(own) for _, own in groupby(enumerate(shown, 1), lambda one: one[1].file)]
+    if len(of_files) > _MOST_NAMES:
+        axes.xaxis.set_major_locator(MaxNLocator(integer=True))
+        return
+    many = len(shown) > _MOST_NAMES
+    named = of_files if many else [[one] for one in enumerate(shown, 1)]
+    places = [float(np.mean([place for place, _ in own])) for own in named]
+    names = [ending(Path(own[0][1].file).stem, _LONGEST_NAME) for own in named]
+    if not many and len(groups_of(shown)) > 1:
+        names = [f"{name}, {line.gyros}" for name, line in zip(names, shown, strict=True)]
+    axes.set_xticks(places, list(map(literal, names)), rotation=60, ha="right", fontsize=7.0)
+    axes.set_xlabel("")
+    figure.subplots_adjust(bottom=0.09 + 0.009 * max(map(len, names)))
 
 
 def write_overview(lines: Lines, limits: Sequence[float], folder: Path) -> tuple[Path, ...]:
@@ -138,22 +161,7 @@ def write_overview(lines: Lines, limits: Sequence[float], folder: Path) -> tuple
     if not shown:
         path.unlink(missing_ok=True)
         return ()
-    figure = control_chart(shown, None, limits)
-    # Gyros of one recording stand side by side: a name for each, or for all of them in the middle.
-    of_files = [list(own) for _, own in groupby(enumerate(shown, 1), lambda one: one[1].file)]
-    if len(of_files) <= _MOST_NAMES:
-        (axes,) = figure.axes
-        many = len(shown) > _MOST_NAMES
-        named = of_files if many else [[one] for one in enumerate(shown, 1)]
-        places = [float(np.mean([place for place, _ in own])) for own in named]
-        names = [ending(Path(own[0][1].file).stem, _LONGEST_NAME) for own in named]
-        if not many and len(groups_of(shown)) > 1:
-            names = [f"{name}, {line.gyros}" for name, line in zip(names, shown, strict=True)]
-        names = [literal(name) for name in names]
-        axes.set_xticks(places, names, rotation=60, ha="right", fontsize=7.0)
-        axes.set_xlabel("")
-        figure.subplots_adjust(bottom=0.09 + 0.009 * max(map(len, names)))
-    write_png(figure, path)
+    write_png(control_chart(shown, None, limits), path)
     return (path,)
 
 

@@ -23,6 +23,7 @@ from sagnac.report.sections import rendered
 
 ARCMINUTE: Final = 60.0 * ARCSECOND
 SCHEMA: Final = "sagnac.alignment/1"
+_HALF_TURN: Final = 180.0 * DEGREE / ARCMINUTE  # beyond it, an azimuth is not found at all
 _SHARE: Final = 0.9  # of a prior in an answer, from which on nothing else was found
 
 
@@ -71,12 +72,16 @@ def _draw_compass(axes: Axes, compass: AzimuthError) -> None:
     interval = f"its {100 * compass.confidence:g} % interval"
     axes.plot(compass.times, deviation, color=BLUE, label="gyrocompass, two positions")
     band(axes, compass.times, low, high, BLUE, alpha=0.18, label=interval)
+    if high.max() > _HALF_TURN:
+        axes.axhline(_HALF_TURN, color=INK, linestyle="-.", label="half a turn: no heading")
     parts = np.sqrt(compass.parts.T) / ARCMINUTE
     there = [(symbol, part) for symbol, part in zip("NBK", parts, strict=True) if part.any()]
     # One term alone is the whole.
     for symbol, part in there if len(there) > 1 else ():
         axes.plot(compass.times, part, color=QUIET, linewidth=0.8, linestyle="--")
-        axes.annotate(symbol, (compass.times[0], part[0]), color=INK, fontsize=8.5)
+        # N falls and K rises: each is named at the end where it stands apart.
+        at, side = {"N": (0, "left"), "B": (part.size // 2, "center"), "K": (-1, "right")}[symbol]
+        axes.annotate(symbol, (compass.times[at], part[at]), color=INK, fontsize=8.5, ha=side)
 
 
 def _label_axes(axes: Axes, latitude: float) -> None:

@@ -88,7 +88,7 @@ def _draw_over(axes: Axes, analysis: Analysis) -> None:
     _frame(axes, "Allan deviation", f" ({unit.symbol})")
     _limits(axes, curve.tau, *(one / unit.size for one in (curve.deviation, curve.low)))
     color = _points(axes, curve, unit.size, label=frame.channel_of(analysis))
-    if (fit := _fit_of(analysis)) is not None:
+    if (fit := fit_of(analysis)) is not None:
         tau, total = fit.sum_over(*axes.get_xlim())
         frame.model(axes, tau, total, color=color, linewidth=1.0)
 
@@ -157,7 +157,7 @@ class _Drawn(NamedTuple):
         return tau, np.sqrt(allan_variance(tau, self.values))
 
 
-def _fit_of(analysis: Analysis) -> _Drawn | None:
+def fit_of(analysis: Analysis) -> _Drawn | None:
     """Basis of the answer; None if it estimated no term."""
     fit, average = headline_fit(analysis), analysis.average
     coefficients = headline_coefficients(analysis) if fit is None else fit.coefficients
@@ -176,7 +176,7 @@ def _fit_of(analysis: Analysis) -> _Drawn | None:
 
 def _fitted(axes: Axes, analysis: Analysis) -> None:
     """Basis of the answer: its sum, and each term it estimated with its slope."""
-    fit = _fit_of(analysis)
+    fit = fit_of(analysis)
     if fit is None:
         return
     tau, total = fit.sum_over(*axes.get_xlim())

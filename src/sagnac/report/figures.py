@@ -26,7 +26,7 @@ from sagnac.core.units import DEGREE, DEGREE_PER_HOUR
 from sagnac.core.whole_files import replacing
 from sagnac.noise.cross_spectra import SelfNoise
 from sagnac.report import density, deviation, frame
-from sagnac.report.quantities import number
+from sagnac.report.quantities import reading_cells
 from sagnac.table.frames import table_to_gyro_matrix
 
 # ---- style -------------------------------------------------------------------------
@@ -280,11 +280,9 @@ def write_png(figure: Figure, path: Path) -> None:
 
 
 def _short_answer(analysis: Analysis) -> str:
-    shown = analysis.angle_random_walk.in_field_unit()
-    if shown.status == "not observable":
-        return "N not observable"
-    relation = "=" if shown.status == "estimated" else "<"
-    return f"N {relation} {number(shown.value, 0.5 * (shown.high - shown.low))} °/√h"
+    value, _, status = reading_cells(analysis.angle_random_walk, plain=False)
+    relation = "= " if status == "estimated" else ""
+    return f"N {status}" if status == "not observable" else f"N {relation}{value} °/√h"
 
 
 # ---- frames figure -----------------------------------------------------------------

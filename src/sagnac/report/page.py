@@ -25,12 +25,12 @@ from sagnac.core.whole_files import replacing_folder, write_text
 from sagnac.navigation.noise import GyroNoise
 from sagnac.noise.estimates import Estimate
 from sagnac.noise.laws import CoefficientName
+from sagnac.report import deviation, figures, frame, sections, tables
 from sagnac.report import document as documents
-from sagnac.report import figures, sections, tables
 from sagnac.report.alignment import compass_figure
-from sagnac.report.quantities import FIT_TITLES, subject
+from sagnac.report.quantities import FIT_TITLES, subject, typeset
 from sagnac.report.sections import TitleBlock, rendered, write_pdf
-from sagnac.report.text import methods_by_gyro
+from sagnac.report.text import methods_by_gyro, notes_by_method
 
 # Figures of a report in words.
 _PICTURES: Final = {
@@ -112,7 +112,8 @@ def page(
         heading,
         **{name: pictures.get(name) for name in _PICTURES},
         title=heading.title or f"Angle random walk, {subject(analysis)}",
-        fit=_fit_title(analysis),
+        fit=_fit_title(analysis) if deviation.fit_of(analysis) else "",
+        two_curves=frame.removed(analysis) or bool(getattr(analysis, "curve_of_answer", None)),
         columns=_fits(analysis),
         units=result.headline_estimates(analysis),
         settings=settings,
@@ -140,6 +141,7 @@ def comparison_page(analyses: Mapping[str, Analysis], refused: Mapping[str, str]
         figure += figures.svg(figures.comparison_figure(each), f"comparison-{name}", label)
     what = ", ".join(by_gyro) if len(by_gyro) > 1 else subject(one)
     facts: dict[str, Any] = {"by_gyro": by_gyro, "refused": refused, "figure": figure}
+    facts["noticed"] = [typeset(note) for note in notes_by_method(analyses)]
     title = f"Methods compared, {what}"
     return _rendered("comparison.html", one, TitleBlock(), title=title, **facts)
 

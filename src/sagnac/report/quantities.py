@@ -193,7 +193,8 @@ def line_position(line: Line) -> str:
 def line_amplitude(line: Line) -> tuple[str, str]:
     """Amplitude of a line and its standard deviation, ″, to the same decimal place."""
     amplitude, error = line.amplitude / ARCSECOND, line.amplitude_error / ARCSECOND
-    decimals = min(max(decimals_for(error), 0), 9)
+    # One that is lost in its error is not written as none.
+    decimals = min(max(decimals_for(min(amplitude or error, error)), 0), 9)
     return f"{amplitude:.{decimals}f}", f"{error:.{decimals}f}"
 
 

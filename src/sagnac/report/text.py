@@ -175,6 +175,16 @@ def methods_by_gyro(analyses: Mapping[str, Analysis]) -> dict[str, dict[str, Ana
     return by_gyro
 
 
+def notes_by_method(analyses: Mapping[str, Analysis]) -> list[str]:
+    """Notes of the recording, then what each method says besides."""
+    noticed = [note_text(note) for note in next(iter(analyses.values())).recording.notes]
+    read = set(noticed)
+    for method, analysis in analyses.items():
+        own = (text for text in map(note_text, analysis.notes) if text not in read)
+        noticed += [f"{method}: {text}" for text in own]
+    return noticed
+
+
 def comparison(analyses: Mapping[str, Analysis], refused: Mapping[str, str]) -> str:
     """The methods side by side; why, of each that the recording does not allow."""
     one = next(iter(analyses.values()))
@@ -184,11 +194,7 @@ def comparison(analyses: Mapping[str, Analysis], refused: Mapping[str, str]) -> 
         counts = str(len(analysis.lines)), str(quantities.residual_peaks(analysis))
         rows.append((method, *cells, *counts, f"{sum(analysis.seconds.values()):.1f}"))
     header = ("method", "N °/√h", "interval", "status", "lines", "peaks left", "s")
-    read = [note_text(note) for note in one.recording.notes]
-    noticed = [f"note: {text}" for text in read]
-    for method, analysis in analyses.items():
-        own = (text for text in map(note_text, analysis.notes) if text not in read)
-        noticed += [f"note: {method}: {text}" for text in own]
+    noticed = [f"note: {text}" for text in notes_by_method(analyses)]
     reasons = "\n".join(f"{method}: {why}" for method, why in refused.items())
     shown = table(header, rows, right=(1, 4, 5, 6))
     return blocks(quantities.subject(one), shown, reasons, "\n".join(noticed))

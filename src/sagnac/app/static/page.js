@@ -142,8 +142,8 @@ async function open(path, stated) {
     $("lacking").hidden = $("analysis").hidden = true; $("facts").textContent = "";
     state.path = path; $("reading").hidden = false; $("name").textContent = path.split("/").pop();
     if (!Object.keys(stated).length) fill($("reading-form"), {});
-    const number = (state.opens = (state.opens ?? 0) + 1), facts = await call("open", { path, texts: stated });
-    // Several fields may be stated before the first of them is read: only the latest counts.
+    const number = (state.opens = (state.opens ?? 0) + 1), facts = await call("open", { path, texts: stated }).catch((error) => { if (number === state.opens) throw error; });
+    // Several fields may be stated before the first of them is read: only the latest counts, be it refused or not.
     if (number !== state.opens) return;
     Object.assign(state, { facts, look: facts.look }); $("recording").hidden = false; $("analysis").hidden = facts.raw;
     $("path").value = path; document.title = `${facts.name} · sagnac`;
@@ -196,7 +196,7 @@ const reread = () => open(state.path, texts($("reading-form")));
 async function run() {
   await trying("start", async () => {
     const analysis = texts($("analysis-form"));
-    const { run: number } = await call("analyze", { path: state.facts.path, texts: state.facts.texts, analysis });
+    const { run: number } = await call("analyze", { look: state.look, path: state.facts.path, texts: state.facts.texts, analysis });
     const { slice, gyros } = state.facts.texts, chosen = Object.entries({ slice, gyros, ...analysis }).filter(([name, text]) => name !== "method" && text);
     const changed = chosen.map(([name, text]) => `${name} ${text}`).join(", ");
     state.runs.set(number, { number, place: (state.started = (state.started ?? 0) + 1), file: state.facts.name, path: state.facts.path, texts: state.facts.texts, analysis, method: analysis.method || "fos", changed, stage: "start", fraction: 0 });
@@ -252,7 +252,7 @@ function happened(event) {
 function runs() {
   $("results").hidden = !state.runs.size;
   const rows = [...state.runs.values()].map((one) => {
-    const said = one.result ? one.result.channels.filter((c) => c.sensor === "gyro").map(answers).join("\n") : one.failed || `${one.stage} …`;
+    const said = one.result ? [...one.result.channels.filter((c) => c.sensor === "gyro").map(answers), ...one.result.refused].join("\n") : one.failed || `${one.stage} …`;
     const show = element("button", { textContent: "show", disabled: !one.result, type: "button" });
     show.addEventListener("click", () => shown(one.number));
     const decision = one.result?.verdict.length ? one.result.verdict.map((v) => `${v.gyro} ${v.decision}`).join(", ") : "";
@@ -317,7 +317,7 @@ function lines() {
   const rows = found.slice(0, 200).map((one, place) => {
     const box = element("input", { type: "checkbox", checked: !state.off.has(place), disabled: one.channel !== current().name, title: "taken out", ariaLabel: `${digits(one.frequency, 7)} ${one.scale === "time" ? "Hz" : "order"} taken out` });
     box.addEventListener("change", () => { if (box.checked) state.off.delete(place); else state.off.add(place); changed(); });
-    const made = row(box, one.scale === "time" ? `${digits(one.frequency, 7)} Hz` : `order ${digits(one.frequency, 7)} (${digits(one.hz, 5)} Hz)`, `${digits(one.amplitude)}${one.unit}`, one.name);
+    const made = row(box, one.scale === "time" ? `${digits(one.frequency, 7)} Hz` : `order ${digits(one.frequency, 7)} (${digits(one.hz, 5)} Hz)`, `${digits(one.amplitude)} ± ${digits(one.error, 2)}${one.unit}`, one.name);
     if (state.off.has(place)) made.className = "off";
     return made;
   });

@@ -94,14 +94,17 @@ export class Trace {
   }
   zoom(start, stop) { this.range.setv({ start: Math.max(0, start), end: Math.min(this.duration, stop) }); }
   mark(findings, offset) {
-    for (const note of findings) for (const [from, to] of note.spans) {
-      for (const one of this.panels) {
+    for (const one of this.panels) {
+      const marks = [];
+      for (const note of findings) for (const [from, to] of note.spans) {
         if (note.channel && !note.channel.split(", ").includes(one.name) && note.channel !== "time") continue;
         const color = MARKS[note.level], start = from - offset, stop = to - offset;
-        one.figure.add_layout(stop > start
+        marks.push(stop > start
           ? new Bokeh.BoxAnnotation({ left: start, right: stop, fill_color: color, fill_alpha: 0.15, line_color: null })
           : new Bokeh.Span({ location: start, dimension: "height", line_color: color, line_width: 1.2, line_dash: [4, 3] }));
       }
+      // All at once: added one by one, some are drawn before they are built.
+      if (marks.length) one.figure.center = [...one.figure.center, ...marks];
     }
   }
 }
@@ -164,7 +167,7 @@ function line(made, one) {
   if (one.marker in MARKERS) made.scatter(one.x, y, { marker: MARKERS[one.marker], size: 1.5 * one.size, angle: one.marker === "|" ? Math.PI / 2 : 0, line_color: one.color, fill_color: one.color, ...named });
 }
 export function masks(made, bands) {
-  for (const [low, high] of bands) made.add_layout(new Bokeh.BoxAnnotation({ left: low, right: high, fill_color: "#b3261e", fill_alpha: 0.12, line_color: "#b3261e", line_alpha: 0.5 }));
+  made.center = [...made.center, ...bands.map(([low, high]) => new Bokeh.BoxAnnotation({ left: low, right: high, fill_color: "#b3261e", fill_alpha: 0.12, line_color: "#b3261e", line_alpha: 0.5 }))];
 }
 export async function together(place, runs) {
   // The curves of several runs over one another.
