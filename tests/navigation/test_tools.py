@@ -443,8 +443,9 @@ def test_the_worst_covers_all_at_every_cluster_time():
 
 def test_a_walk_that_no_recording_shows_is_told_of_above_its_bound_too():
     bounded = dataclasses.replace(setting(walk=1e-6), walk_bound=8e-7)
-    assert "not estimated, at most 9.901; the rest is other slow noise), " in bounded.in_words()
-    assert "other slow noise" not in dataclasses.replace(bounded, walk_bound=2e-6).in_words()
+    covered = "not estimated, at most 9.901; it covers all slow noise that the curve allows), "
+    assert covered in bounded.in_words()
+    assert "slow noise" not in dataclasses.replace(bounded, walk_bound=2e-6).in_words()
     assert (
         "(K not estimated, at most 9.901 deg/h/sqrt(h)), " in bounded.as_markov(1000.0).in_words()
     )

@@ -109,8 +109,9 @@ class FilterSetting:
         walk = field_unit("rate_random_walk", self.kind)
         rate = UNITS[SENSED[self.kind].rate_unit]
         bound = _at_most(self.walk_bound / walk.size)
-        # Beside K it covers flicker, ramps and Markov rates.
-        slow = "; the rest is other slow noise" if model.walk > self.walk_bound else ""
+        # Flicker, ramps and Markov rates as well as K.
+        covers = "; it covers all slow noise that the curve allows"
+        slow = covers if model.walk > self.walk_bound else ""
         bias = f"K {model.walk / walk.size:.4g} {walk.name}"
         unseen = f" (not estimated{bound}{slow})"
         for one in model.markov:
