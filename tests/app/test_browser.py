@@ -46,6 +46,15 @@ def driver(tmp_path):
         yield made
 
 
+def opened(driver, address, row):
+    """The page with the file of a row of its list open, and its trace drawn."""
+    page = Page(driver, address)
+    page.until(f"document.querySelectorAll('#listing button').length >= {row}")
+    page.click(f"#listing li:nth-child({row}) button")
+    page.until("document.body.dataset.first")
+    return page
+
+
 def children(process_id):
     """Processes that a process has started."""
     tasks = Path(f"/proc/{process_id}/task").glob("*/children")
@@ -72,10 +81,7 @@ def require_quiet(driver, address):
 
 def test_from_a_csv_to_a_report_by_clicks(server, driver, folder):
     process, address = server
-    page = Page(driver, address)
-    page.until("document.querySelectorAll('#listing button').length >= 2")
-    page.click("#listing li:nth-child(2) button")
-    page.until("document.body.dataset.first")
+    page = opened(driver, address, 2)
     # Drawn before anything is stated.
     assert "as they are written" in page.text("window-text")
     page.until("document.querySelectorAll('#raw-spectrum > *').length")
@@ -175,10 +181,7 @@ def test_zoom_span_and_a_file_that_is_hostile(server, driver):
 
 
 def test_a_whole_number_keeps_its_zeros(server, driver):
-    page = Page(driver, server[1])
-    page.until("document.querySelectorAll('#listing button').length >= 2")
-    page.click("#listing li:nth-child(2) button")
-    page.until("document.body.dataset.first")
+    page = opened(driver, server[1], 2)
     page.state(kind="rate", unit="deg/h", rate="100000")
     page.until("document.getElementById('facts').textContent.includes('Hz')")
     assert "30000 samples, 100000 Hz, 0.3 s" in page.text("facts")
@@ -189,10 +192,7 @@ def test_a_dead_gyro_and_a_clipped_one_are_told_beside_the_others(server, driver
     rates = np.random.default_rng(5).standard_normal((3000, 3))
     rates[:, 0], rates[:, 1] = 0.5, np.clip(rates[:, 1], -1.5, 1.5)
     np.savetxt(folder / "faulty.csv", rates, "%.6f", delimiter=",", header="x,y,z", comments="")
-    page = Page(driver, address)
-    page.until("document.querySelectorAll('#listing button').length >= 4")
-    page.click("#listing li:nth-child(1) button")
-    page.until("document.body.dataset.first")
+    page = opened(driver, address, 1)
     page.state(kind="rate", unit="deg/h", rate="100")
     page.until("document.getElementById('findings').dataset.done")
     page.until("document.querySelector('#findings .place')")
@@ -224,10 +224,7 @@ def test_a_refusal_that_comes_late_is_not_said_of_what_is_open_by_then(server, d
 
 
 def test_a_result_is_no_wider_than_a_telephone(server, driver):
-    page = Page(driver, server[1])
-    page.until("document.querySelectorAll('#listing button').length >= 3")
-    page.click("#listing li:nth-child(2) button")
-    page.until("document.body.dataset.first")
+    page = opened(driver, server[1], 2)
     page.state(kind="rate", unit="deg/h", rate="100")
     page.until("!document.getElementById('analysis').hidden")
     page.run()
@@ -261,10 +258,7 @@ def test_a_table_that_turns(server, driver, folder):
         {"duration_s": 180, "sample_rate_hz": 100, "seed": 3, "table": {"rate_deg_per_s": 20}}
     )
     sagnac.write(sagnac.simulate(turning).recording, folder / "table.parquet")
-    page = Page(driver, address)
-    page.until("document.querySelectorAll('#listing button').length >= 3")
-    page.click("#listing li:nth-child(3) button")
-    page.until("document.body.dataset.first")
+    page = opened(driver, address, 3)
     assert "table rate20 °/s" in page.text("beside")
     page.state(gyros="x,z")
     page.until("document.getElementById('facts').textContent.includes('18000')")
@@ -279,11 +273,8 @@ def test_a_table_that_turns(server, driver, folder):
 
 def test_two_tabs_a_cancelled_run_and_a_server_that_ends(server, driver):
     process, address = server
-    page = Page(driver, address)
+    page = opened(driver, address, 2)
     first = driver.current_window_handle
-    page.until("document.querySelectorAll('#listing button').length >= 2")
-    page.click("#listing li:nth-child(2) button")
-    page.until("document.body.dataset.first")
     page.state(kind="rate", unit="deg/h", rate="100")
     page.until("!document.getElementById('analysis').hidden")
     page.click("#run")

@@ -138,7 +138,8 @@ def low_pass_data(analysis: Analysis) -> dict[str, dict[str, float]]:
     rate, gyro = analysis.recording.sample_rate, analysis.settings.gyros[0]
     sound = (frequency > 0.0) & (frequency < 0.49 * rate) & (density > 0.0)
     frequency, density = frequency[sound], density[sound]
-    terms = [answer_coefficients(analysis).get(name) for name in STOCHASTIC_NAMES[1:]]
+    coefficients = answer_coefficients(analysis)
+    terms = [coefficients.get(name) for name in STOCHASTIC_NAMES[1:]]
     squares = [one.value**2 if one and one.status == "estimated" else 0.0 for one in terms]
     laws = rate_density_basis(frequency, 1.0 / rate)[:, 1:]
     channel, added = analysis.recording.gyro(gyro), 0.0
