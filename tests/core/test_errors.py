@@ -190,5 +190,5 @@ def test_a_remedy_is_one_that_a_program_has():
     assert str(Note(text="look again ({accept motion})")) == "look again (accepted=motion)"
     rates = NOISY["x"].values.copy()
     rates[7] = np.nan
-    with pytest.raises(RecordingError, match=r"here recording\[FIRST:STOP\] of the samples"):
+    with pytest.raises(RecordingError, match=r"in place of span take recording\[FIRST:STOP\]"):
         analyze(still(x=rates))

@@ -169,7 +169,7 @@ class RecordingError(ValueError):
         problem = f"{self.problem}; {self.remedy}" if self.remedy else self.problem
         # A recording that never was a file is called so, and nothing that makes one takes a span.
         if self.path == "recording" and "{slice" in problem:
-            problem += ", here recording[FIRST:STOP] of the samples"
+            problem += "; in place of span take recording[FIRST:STOP], in samples"
         return ": ".join(part for part in (self.path, self.channel, worded(problem, form)) if part)
 
     def __str__(self) -> str:
