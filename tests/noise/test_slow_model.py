@@ -1,5 +1,6 @@
 """Slow noise as the levels of a spectrum show it."""
 
+import json
 from dataclasses import replace
 from types import SimpleNamespace
 
@@ -7,6 +8,7 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
+from sagnac import Recording, analyze
 from sagnac.noise.estimates import Estimate
 from sagnac.noise.laws import markov_density
 from sagnac.noise.slow_model import slow_model, untold
@@ -143,3 +145,19 @@ def test_noise_faster_than_the_band_of_n_is_a_part_of_n_and_no_slow_noise_beside
 def estimate(name, value, *, status="estimated", low=None):
     low = 0.9 * value if low is None else low
     return Estimate(name=name, value=value, low=low, high=value, confidence=0.95, status=status)
+
+
+@pytest.mark.parametrize("seed", [5, 7, 8])
+def test_k_is_that_of_the_rise_where_the_curve_alone_shows_slow_noise(seed):
+    """The note told of it, and what was foretold after ten minutes was a third of the truth."""
+    random, rate = np.random.default_rng([11, seed]), 5.0
+    walk, slow = np.deg2rad(0.2) / 60.0, np.deg2rad(6.0) / 3600.0 / 60.0
+    white, steps = random.standard_normal(36_000), random.standard_normal(36_000)
+    rates = walk * np.sqrt(rate) * white + np.cumsum(slow / np.sqrt(rate) * steps)
+    recording = Recording.from_arrays(x=rates, kind="rate", unit="rad/s", sample_rate=rate)
+    analysis = analyze(recording)
+    assert analysis.coefficients["rate_random_walk"].status == "upper bound"
+    assert any("slow noise, K or R or B" in note.text for note in analysis.notes)
+    stated = json.loads(analysis.to_json())["slow_noise"]["rate_random_walk"]
+    assert stated["unit"] == "deg/h/sqrt(h)"
+    assert 3.0 < stated["value"] < 12.0

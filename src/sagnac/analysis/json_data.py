@@ -189,7 +189,8 @@ def slow_noise_data(analysis: Analysis) -> dict[str, dict[str, Any]]:
     """
     if analysis.table_rate is not None:
         return {}
-    model = untold(analysis.levels, analysis.average, answer_coefficients(analysis))
+    curve, terms = analysis.curve_of_answer or analysis.curve, answer_coefficients(analysis)
+    model = untold(analysis.levels, analysis.average, terms, curve)
     if model is None:
         return {}
     sensed, sensor = SENSED[analysis.sensor], analysis.sensor

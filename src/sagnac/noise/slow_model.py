@@ -12,12 +12,14 @@ from scipy.optimize import minimize_scalar
 from scipy.special import ndtri
 
 from sagnac.core.arrays import FloatArray
+from sagnac.noise.bounds import slow_noise
 from sagnac.noise.estimates import Coefficients, Interval
 from sagnac.noise.laws import level_laws, markov_density
 from sagnac.noise.likelihood import PRESENCE, non_negative
 from sagnac.noise.model_average import ModelChoice
 from sagnac.noise.whole_band import describes
 from sagnac.spectrum.levels import Levels
+from sagnac.stability.curve import StabilityCurve
 
 # Twice the logarithm of the likelihood that slow noise, or each Markov rate in it, has to add: five
 # standard deviations.
@@ -119,7 +121,10 @@ def slow_model(
 
 
 def untold(
-    levels: Levels | None, choice: ModelChoice | None, estimates: Coefficients
+    levels: Levels | None,
+    choice: ModelChoice | None,
+    estimates: Coefficients,
+    curve: StabilityCurve | None = None,
 ) -> SlowModel | None:
     """`slow_model` beside an answer that has N, but of B and K bounds at most, which hold.
 
@@ -131,6 +136,9 @@ def untold(
         Band that it rests on.
     estimates
         By coefficient.
+    curve
+        If it rises above the estimates where the levels, which have a longer way to the lowest
+        frequencies, show nothing, K is that of the rise.
 
     Returns
     -------
@@ -146,6 +154,12 @@ def untold(
     # The levels are robust, and those of heavy tails a little lower.
     highest, least = choice.band_hz[1], _NEAR * walk.low
     model = slow_model(levels, highest=highest, least=least, confidence=walk.confidence)
+    if model is None and curve is not None and (rise := slow_noise(curve, estimates)):
+        tau, ratio = rise
+        excess = float(curve.deviation[curve.tau == tau][0]) ** 2 * (1.0 - 1.0 / ratio**2)
+        # Allan variance of a walk: K^2 tau / 3.
+        further = math.sqrt(3.0 * excess / tau)
+        model = SlowModel(bias_instability=0.0, rate_random_walk=further, rates=())
     if model is None:
         return None
     # The curve may allow no more than an upper bound.
