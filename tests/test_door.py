@@ -278,7 +278,7 @@ def test_what_is_no_recording_and_no_specification_is_named(analyzed):
         sagnac.judge(analyzed, 0.3)
     for wrong, said in (
         ({"confidence": 95.0}, "confidence is 95"),
-        ({"latitude": 52}, "latitude is 2979.38 deg; give -89 to 89"),
+        ({"latitude": 52}, "latitude is 2979.38 deg, 52 rad; give -89 to 89 deg"),
         ({"latitude": "a"}, "latitude is 'a'; give -89 to 89"),
         ({"latitude": 0.8, "table_rate": "a"}, "table_rate is 'a'; give the rate"),
     ):

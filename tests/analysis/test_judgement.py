@@ -30,7 +30,7 @@ def test_settings_parse_and_check_what_they_are_given_at_once():
     assert made.specification == specification_of("N=1")
     assert made.step_4.squares == "relative"
     for choice, said in (
-        ({"specification": "abc"}, "spec 'abc' has no number"),
+        ({"specification": "abc"}, "specification 'abc' has no number"),
         ({"published": "x"}, "published is 'x'; give a PublishedSearch"),
         ({"step_4": 3}, "step_4 is 3; use one of plain, "),
         ({"step_4": "fast"}, "step_4 is 'fast'; use one of plain, "),

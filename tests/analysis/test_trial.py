@@ -86,3 +86,12 @@ def test_what_makes_no_sense_is_refused(analysis, recorded):
         sagnac.trial(analysis, masked=[(0.0, 60.0)])
     with pytest.raises(sagnac.RecordingError, match="no levels"):
         sagnac.trial(analyzed(recorded[:6000], method="fos-korenberg"))
+
+
+def test_a_caller_who_lets_numpy_raise_errors_gets_the_same_answer(analysis, recorded):
+    tried = sagnac.trial(analysis, masked=[(20.0, 30.0)])
+    with np.errstate(all="raise"):
+        again = analyzed(recorded)
+        masked = sagnac.trial(again, masked=[(20.0, 30.0)])
+    assert again.angle_random_walk == analysis.angle_random_walk
+    assert masked.angle_random_walk == tried.angle_random_walk

@@ -88,7 +88,7 @@ def test_strict_refuses_in_one_line_and_accepts_by_name():
     with pytest.raises(RecordingError, match="clipping: is saturated") as caught:
         answer("upper half clipped", strict=True)
     assert "\n" not in str(caught.value)
-    assert "accept=clipping" in str(caught.value)
+    assert "accepted=clipping" in str(caught.value)
     for case, name in (("one spike", "spikes"), ("one sample late", "copy")):
         with pytest.raises(RecordingError, match=name):
             answer(case, strict=True)

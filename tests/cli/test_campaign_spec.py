@@ -101,7 +101,7 @@ def test_a_rack_that_keeps_its_limit_ends_with_zero(rack, tmp_path, capsys):
     for row, line in zip(document["rows"], rows(other), strict=True):
         texts = {key: "" if value is None else str(value) for key, value in row.items()}
         assert texts == line
-    assert document["scatter"][0]["why"].startswith("1 runs cannot tell")
+    assert document["scatter"][0]["why"].startswith("1 run cannot tell")
     assert "limit" not in (other / "index.html").read_text()
 
 

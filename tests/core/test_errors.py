@@ -95,7 +95,8 @@ def test_errors_cross_to_another_process():
         ("confidence", lambda: Settings(confidence=2.0)),
         ("sample_rate", lambda: sagnac.stability_curve(LONG, kind="rate", sample_rate=-1.0)),
         ("span", lambda: sagnac.campaign("a.csv", "b", span=-1.0)),
-        ("spec", lambda: sagnac.judge(analyze(NOISY), "5 apples")),
+        ("specification", lambda: sagnac.plan(NOISY, specification="B=1deg/h")),
+        ("specification", lambda: sagnac.judge(analyze(NOISY), "5 apples")),
         ("path", lambda: sagnac.read("")),
     ],
 )
@@ -148,6 +149,9 @@ def test_a_value_is_shown_in_one_short_line(value):
         (lambda: analyze(still(), confidence=1e-300), "confidence is 1e-300; give 1e-09 or more"),
         (lambda: still(sample_rate=True), "sample_rate is True; give samples per second"),
         (lambda: align((1.0, 1.0, 1.0)), "give one analysis of all gyros"),
+        (lambda: align((NOISE,) * 3, latitude=45.0), "is 2578.31 deg, 45 rad; give -89 to 89 deg"),
+        (lambda: align((NOISE,) * 3, azimuth=10.0), "is 572.958 deg, 10 rad; give 180 deg at most"),
+        (lambda: align((NOISE,) * 3, tilt=2.0), "tilt is 114.592 deg, 2 rad; give 90 deg at most"),
         (lambda: still(sample_rate="200"), "sample_rate is '200'; give samples per second"),
         (lambda: analyze(still(), confidence="0.9"), "confidence is '0.9'; give a number"),
     ],
@@ -162,6 +166,10 @@ def test_what_is_no_number_is_named(call, said):
     [
         (lambda: sagnac.keywords(None), "texts is None; give option -> text"),
         (lambda: sagnac.write_report(analyze(NOISY), "new", block="unit 7"), "block is 'unit 7'"),
+        (lambda: sagnac.read("a.csv", {"kind": "rate"}), "statement is {'kind': 'rate'}; give a"),
+        (lambda: sagnac.campaign("a.csv", "new", settings=3), "settings is 3; give Settings(...)"),
+        (lambda: sagnac.RigConfig.from_analysis(None), "analysis is None; give what analyze"),
+        (lambda: sagnac.plan("a.csv"), "source is 'a.csv'; give a recording"),
     ],
 )
 def test_what_is_of_another_type_is_named(call, said):
@@ -176,3 +184,11 @@ def test_a_rate_may_be_an_array_of_one_number():
 def test_an_empty_gyro_is_short_and_not_stuck():
     with pytest.raises(RecordingError, match="x: has too few samples"):
         analyze(still(x=[]))
+
+
+def test_a_remedy_is_one_that_a_program_has():
+    assert str(Note(text="look again ({accept motion})")) == "look again (accepted=motion)"
+    rates = NOISY["x"].values.copy()
+    rates[7] = np.nan
+    with pytest.raises(RecordingError, match=r"in place of span take recording\[FIRST:STOP\]"):
+        analyze(still(x=rates))

@@ -1,5 +1,6 @@
 """When the fit of the whole band may be the answer."""
 
+import math
 from dataclasses import replace
 
 import numpy as np
@@ -82,7 +83,8 @@ def test_a_law_that_does_not_need_a_walk_leaves_its_interval_an_end():
 def test_a_walk_that_half_of_the_laws_do_not_need_is_bounded_where_its_interval_would_end():
     """Of 25 bounds of a true K, 7 lay below it, as far down as 0.92 of it.
 
-    K is doubted where chance made it low: there a bound has to reach as far up as an interval.
+    K is doubted where chance made it low: there a bound has to reach as far up as an interval, and
+    three errors above what was not three errors above zero.
     """
     slow = SlowLaws(
         laws=(PLAIN, SlowLaw(corner=0.003)),
@@ -95,4 +97,28 @@ def test_a_walk_that_half_of_the_laws_do_not_need_is_bounded_where_its_interval_
     fit = Fit(method="likelihood", coefficients=coefficients, slow=slow)
     found = with_slow_laws(fit).coefficients["rate_random_walk"]
     assert found.status == "upper bound"
-    assert found.high == pytest.approx(1.25)
+    assert found.high == pytest.approx(math.sqrt(1.0 + 3.0 * 0.2), rel=0.02)
+
+
+def test_a_bound_is_as_many_times_smaller_as_the_noise():
+    """In SI units squares are of 1e-16: bounds of them were of ten errors instead of two."""
+    error, unit = np.array([[0.1, 0.02, 0.2, 0.3], [0.15, 0.02, 0.3, 0.5]]), 1e-8
+    square = np.array([[0.4, 1.0, 0.1, 0.2], [0.1, 1.0, 0.3, 0.4]])
+
+    def bounds(size):
+        slow = SlowLaws(
+            laws=(PLAIN, SlowLaw(end=0.003)),
+            prior=np.array([0.75, 0.25]),
+            squares=square * size**2,
+            errors=error * size**2,
+            deviance=np.zeros(2),
+        )
+        one = estimate(size, 0.0, size)
+        bounded = {name: replace(one, name=name).bounded(0.1 * size) for name in COEFFICIENT_NAMES}
+        fit = with_slow_laws(Fit(method="likelihood", coefficients=bounded, slow=slow))
+        return [fit.coefficients[name].high / size for name in ("quantization", "bias_instability")]
+
+    assert bounds(unit) == pytest.approx(bounds(1.0), rel=1e-6)
+    rng = np.random.default_rng(3)
+    drawn = np.where(rng.random(10**6) < 0.75, *rng.normal(square[:, :1], error[:, :1], (2, 10**6)))
+    assert bounds(unit)[0] == pytest.approx(math.sqrt(np.quantile(drawn, 0.95)), rel=0.01)

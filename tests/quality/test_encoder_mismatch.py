@@ -65,6 +65,13 @@ def test_a_unit_that_makes_the_gyro_outrun_its_table_is_refused():
         require_encoder_follows(recording, recording.gyros[0])
 
 
+def test_increments_called_rates_are_named_beside_the_unit_that_would_fit_too():
+    said = " ".join(levels(turning(STEADY, 0.577 / RATE))["error"])
+    assert "state unit=rad/s, or kind=increment, as which it would sense 57.7 %" in said
+    in_degrees = " ".join(levels(turning(STEADY, 0.577 / 3600.0))["warning"])
+    assert "increment" not in in_degrees
+
+
 def test_a_gyro_across_the_axis_or_in_the_wrong_unit_is_warned_of():
     found = levels(turning(STEADY, 0.577 / 3600.0))
     assert any("across the axis" in line for line in found["warning"])

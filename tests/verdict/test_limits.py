@@ -46,7 +46,7 @@ def test_several_limits_and_the_risk():
     [
         ("", "empty"),
         ("deg/sqrt(h)", "no number"),
-        ("-1deg/sqrt(h)", "spec '-1deg/sqrt"),
+        ("-1deg/sqrt(h)", "specification '-1deg/sqrt"),
         ("0", "above zero"),
         ("nan", "above zero"),
         ("3e-4deg/h", "not a unit of angle random walk"),

@@ -9,7 +9,7 @@ from sagnac.analysis.averaged import reaches
 from sagnac.analysis.pipeline import analyze
 from sagnac.analysis.result import Analysis, headline_coefficients, require_analysis, require_gyro
 from sagnac.core.arrays import pandas_for
-from sagnac.core.errors import RecordingError, as_several, is_finite, quoted, refusal
+from sagnac.core.errors import RecordingError, as_several, is_finite, quoted, refusal, require_type
 from sagnac.lines.naming import WIDEST_BINS
 from sagnac.noise.laws import STOCHASTIC_NAMES
 from sagnac.recording.model import Recording
@@ -207,6 +207,7 @@ def plan(
             raise refusal("within", f"is {quoted(width)}; give a half width such as 0.01")
     if specification is not None:
         specification = specification_of(specification)
+    require_type("source", source, (Analysis, Recording), "give a recording, or its analysis")
     analysis = source if isinstance(source, Analysis) else analyze(source)
     require_analysis(analysis, recorded=True)
     specification = specification or analysis.settings.specification
@@ -217,7 +218,8 @@ def plan(
         require_gyro(analysis)
     for limit in limits:
         if limit.coefficient != "angle_random_walk":
-            raise ValueError(f"spec {limit.letter}: only an interval of N is forecast")
+            problem = f"has a limit of {limit.letter}; only an interval of N is forecast"
+            raise refusal("specification", problem)
     plans: list[Plan] = []
     refused = dict(analysis.refused)
     for name, one in (analysis.gyros or {analysis.channel: analysis}).items():

@@ -146,8 +146,10 @@ class Analysis:
     stored
         The document that the analysis was read from (`from_json`), else None. Such an analysis has
         no `recording`, no spectra, no curve from before the removal and no residual; `density`,
-        `shares`, `triad`, `masked` and `levels` stay empty, and its settings are those that the
-        document states: gyros, method, interval, confidence and estimators.
+        `shares`, `triad`, `masked` and `levels` stay empty, and so do the band and the squares of
+        its fits, the mask, the fall and the law of `average`, and the notes of its curves. Its
+        settings are those that the document states: gyros, method, interval, confidence and
+        estimators.
 
     Examples
     --------

@@ -55,6 +55,7 @@ class Trial:
     spectrum: Spectrum
 
 
+@np.errstate(under="ignore")
 def trial(
     analysis: Analysis,
     *,
@@ -105,7 +106,7 @@ def trial(
     levels = analysis.levels
     if levels is None:
         problem = "the answer rests on no levels of a spectrum, so that nothing can be put back"
-        remedy = "analyze by {method fos} or {method none}"
+        remedy = "analyze by {method fos} or {method none} what a readout step does not hide"
         raise RecordingError(problem, channel=analysis.channel, remedy=remedy)
     own = [line for line in analysis.lines if line.channel == analysis.channel]
     left_in, masked = as_several(left_in), as_several(masked)

@@ -7,6 +7,7 @@ and wrong usage answer at once.
 """
 
 import atexit
+import ctypes
 import gc
 import io
 import os
@@ -222,6 +223,13 @@ def _prepare_process() -> None:
     gc.set_threshold(1_000_000)
     # Nor are they looked through as the process ends, which takes half a second.
     atexit.register(gc.freeze)
+    # The library of C keeps what is freed of arrays up to 32 MiB, twice as much as the largest. An
+    # array of two hours has 27 MiB, and goes back to the system at once from 16 MiB on
+    # (M_TRIM_THRESHOLD of glibc is -1, M_MMAP_THRESHOLD -3).
+    mallopt = getattr(ctypes.CDLL(None), "mallopt", None) if os.name == "posix" else None
+    if mallopt:
+        mallopt(-1, 16 << 20)
+        mallopt(-3, 16 << 20)
     # The fits are thousands of small factorizations. Several threads of linear algebra only slow
     # them down, tenfold if other work shares the cores. numpy reads these at its first import.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")

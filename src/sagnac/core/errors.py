@@ -42,7 +42,8 @@ def as_keyword(name: str, value: str) -> str:
     ('span=(30, None)', 'kind=rate', 'null_pulse')
     """
     # Inputs whose keyword in Python is not the name of the option.
-    key = {"slice": "span", "rate": "sample_rate"}.get(name, name.replace("-", "_"))
+    other = {"slice": "span", "rate": "sample_rate", "accept": "accepted"}
+    key = other.get(name, name.replace("-", "_"))
     if key == "span" and value:
         start, _, stop = value.partition(":")
         value = f"({start or None}, {stop or None})"
@@ -166,6 +167,9 @@ class RecordingError(ValueError):
     def line(self, form: Callable[[str, str], str] = as_keyword) -> str:
         """The whole line, inputs of the package written by `form` (see `worded`)."""
         problem = f"{self.problem}; {self.remedy}" if self.remedy else self.problem
+        # A recording that never was a file is called so, and nothing that makes one takes a span.
+        if self.path == "recording" and "{slice" in problem:
+            problem += "; in place of span take recording[FIRST:STOP], in samples"
         return ": ".join(part for part in (self.path, self.channel, worded(problem, form)) if part)
 
     def __str__(self) -> str:

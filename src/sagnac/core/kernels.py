@@ -4,12 +4,13 @@ And products of matrices by one thread.
 """
 
 import warnings
-from collections.abc import Callable
-from contextlib import AbstractContextManager, suppress
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
 from functools import cache
 from typing import Any, Final, TypeVar
 
 import numba
+import numpy as np
 from threadpoolctl import ThreadpoolController
 
 from sagnac.core.errors import Note
@@ -56,13 +57,15 @@ def compiled(**options: Any) -> Callable[[_Function], _Function]:
 _libraries: Final = cache(ThreadpoolController)
 
 
-def one_thread() -> AbstractContextManager[Any]:
-    """Inside, products of matrices are of one thread.
+@contextmanager
+def one_thread() -> Iterator[None]:
+    """Inside, products of matrices are of one thread, and what underflows is zero.
 
-    Many are small, a few large: threads would spend their time waiting for each other.
+    Many are small, a few large: threads would spend their time waiting for each other. Chances too
+    small for a number are met everywhere, and a caller may have told numpy to raise errors.
     """
-    limited: AbstractContextManager[Any] = _libraries().limit(limits=1, user_api="blas")
-    return limited
+    with _libraries().limit(limits=1, user_api="blas"), np.errstate(under="ignore"):
+        yield
 
 
 def cache_notes() -> tuple[Note, ...]:

@@ -168,6 +168,8 @@ def _choices(settings: Settings, pattern: str, given: dict[str, Any]) -> Choices
     """Each choice where it belongs; the gyros belong to both."""
     names = [[one.name for one in fields(kind)] for kind in (Settings, Statement)]
     known = dict.fromkeys((*signature(campaign).parameters, *chain(*names)))
+    remedy = "give Settings(...), or its fields by name"
+    errors.require_type("settings", settings, Settings, remedy)
     errors.require_keywords("campaign", given, (name for name in known if name != "choices"))
     own, stated = ({name: given[name] for name in each if name in given} for each in names)
     settings, statement = replace(settings, **own), Statement(**stated)

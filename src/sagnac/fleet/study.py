@@ -27,7 +27,7 @@ import numpy as np
 from scipy.special import ndtri, stdtr, stdtrit
 
 from sagnac.core.arrays import FloatArray
-from sagnac.core.errors import RecordingError, quoted, refusal, require_confidence
+from sagnac.core.errors import RecordingError, counted, quoted, refusal, require_confidence
 from sagnac.fleet import design as designs
 from sagnac.fleet.design import Components, Design
 from sagnac.noise.estimates import Interval
@@ -411,7 +411,8 @@ def repeatability(runs: Sequence[Run], *, confidence: float = 0.95) -> Repeatabi
     variances = np.array([run.relative_variance for run in runs])
     design = Design(values=np.log([run.value for run in runs]), factors=labels, variances=variances)
     if len(runs) < 3 or design.contrasts("run").shape[1] < 1:
-        why = f"{len(runs)} runs cannot tell the scatter of runs from that of units, days and rates"
+        which = "the scatter of runs from that of units, days and rates"
+        why = f"{counted(len(runs), 'run')} cannot tell {which}"
         raise RecordingError(why, remedy="add runs, or repeat some at the same unit, day and rate")
     components = designs.restricted_components(design)
     outlook = Outlook(design=design, components=components)

@@ -9,11 +9,12 @@ from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, fields
 from pathlib import Path
+from types import NoneType
 from typing import Any, Final, Literal
 
 from sagnac.core import units
 from sagnac.core.documents import read_toml
-from sagnac.core.errors import Note, RecordingError, one_line, quoted, refusal
+from sagnac.core.errors import Note, RecordingError, one_line, quoted, refusal, require_type
 from sagnac.core.overwriting import Outputs
 from sagnac.core.texts import value_of
 from sagnac.formats.files import about
@@ -239,7 +240,7 @@ def one_statement(statement: Statement | None, stated: Mapping[str, Any]) -> Sta
     ValueError
         If both are given, or a value cannot be.
     TypeError
-        If there is no field of a name.
+        If there is no field of a name, or it is no statement.
 
     Examples
     --------
@@ -249,6 +250,8 @@ def one_statement(statement: Statement | None, stated: Mapping[str, Any]) -> Sta
     if statement is not None and stated:
         fact = f"{', '.join(stated)} and a statement are given; state everything in one of the two"
         raise ValueError(fact)
+    remedy = "give a Statement, or its fields by name"
+    require_type("statement", statement, (Statement, NoneType), remedy)
     known = [item.name for item in fields(Statement)]
     if unknown := [name for name in stated if name not in known]:
         raise TypeError(f"{unknown[0]!r} is nothing to state; use one of {', '.join(known)}")

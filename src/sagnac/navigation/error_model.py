@@ -39,6 +39,11 @@ from sagnac.navigation.noise import GyroNoise, quantile
 from sagnac.noise.laws import allan_variance_basis, markov_allan_variance
 
 
+def _angle(value: object) -> str:
+    """An angle in both units: programs state rad, the command line deg."""
+    return f"{value / DEGREE:g} deg, {value:g} rad" if isinstance(value, Real) else quoted(value)
+
+
 def north_rate(latitude: float) -> float:
     """North component of Earth rate, rad/s.
 
@@ -49,9 +54,8 @@ def north_rate(latitude: float) -> float:
     """
     # Nearer to a pole Earth rate has next to no north component.
     if not (is_finite(latitude) and abs(latitude) <= 89.0 * DEGREE):
-        stated = f"{latitude / DEGREE:g} deg" if isinstance(latitude, Real) else quoted(latitude)
-        why = "azimuth is not found from Earth rate nearer to a pole"
-        raise refusal("latitude", f"is {stated}; give -89 to 89, since {why}")
+        why = "since azimuth is not found from Earth rate nearer to a pole"
+        raise refusal("latitude", f"is {_angle(latitude)}; give -89 to 89 deg, {why}")
     return EARTH_RATE * math.cos(latitude)
 
 
@@ -161,7 +165,8 @@ class Start:
     Raises
     ------
     ValueError
-        If one is negative or not finite, or the rest or the velocity noise is not above zero.
+        If one is negative or not finite, the rest or the velocity noise is not above zero, a tilt
+        is above 90 deg or the azimuth above 180 deg.
     """
 
     tilt: float = 0.5 * DEGREE
@@ -173,6 +178,9 @@ class Start:
     def __post_init__(self) -> None:
         require_numbers(self, ("tilt", "azimuth", *(() if self.bias is None else ("bias",))))
         require_numbers(self, ("rest", "velocity_noise"), above_zero=True)
+        for name, value, most in (("tilt", self.tilt, 90), ("azimuth", self.azimuth, 180)):
+            if value > most * DEGREE:
+                raise refusal(name, f"is {_angle(value)}; give {most} deg at most")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

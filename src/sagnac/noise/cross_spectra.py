@@ -31,7 +31,7 @@ from typing import Final
 
 import numpy as np
 from scipy.fft import prev_fast_len, rfft
-from scipy.special import chdtri, stdtrit
+from scipy.special import chdtri, ndtri, stdtrit
 
 from sagnac.core import errors
 from sagnac.core.arrays import ComplexArray, FloatArray, IntegerArray
@@ -51,6 +51,8 @@ Band = tuple[float, float]
 
 # Gyros that each motion needs: with two there is more than one way to tell them apart.
 _FOR_EACH: Final = 3
+# Chance of noise alone to be taken for a motion, or an ordinate of it for a line.
+_UNLIKELY: Final = 1e-4
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False, repr=False)
@@ -252,25 +254,58 @@ def _apart(
     """
     noise_alone = np.ones(len(cross), dtype=np.bool_)
     for _ in range(2):
-        noise, _, _, beside = _factored(cross[noise_alone].mean(axis=0), motions)
+        degrees = band_degrees(int(noise_alone.sum()), segments)
+        noise, _, _, beside, _ = _told(cross[noise_alone].mean(axis=0), motions, degrees)
         # What is not motion, of each ordinate, over what is to be expected of it.
         whitened = beside / np.sqrt(noise)
         residual = np.einsum("ij,fjk,ik->f", whitened, cross, whitened.conj()).real
         freedom = 2.0 * TAPERS * segments * len(beside)
         # An ordinate of noise is taken for a line in one of ten thousand.
-        noise_alone = residual / len(beside) < chdtri(freedom, 1e-4) / freedom
+        noise_alone = residual / len(beside) < chdtri(freedom, _UNLIKELY) / freedom
         if noise_alone.all() or band_degrees(int(noise_alone.sum()), segments) < 2 * motions:
             break
     left_out = int(np.count_nonzero(~noise_alone))
     some = cross[noise_alone] if noise_alone.any() else cross
-    noise, variance, sensed, _ = _factored(some.mean(axis=0), motions)
     degrees = band_degrees(len(some), segments)
+    noise, variance, sensed, _, error = _told(some.mean(axis=0), motions, degrees)
     # Fewer than four degrees of freedom tell next to nothing of a noise.
     each = 2.0 * degrees / np.where(variance < 0.5 * degrees, variance, np.nan)
-    noise = np.where(np.isnan(each), np.nan, noise * degrees / (degrees - motions))
-    tail = 0.5 * (1.0 - confidence)
+    noise, tail = np.where(np.isnan(each), np.nan, noise), 0.5 * (1.0 - confidence)
     low, high = (noise * each / chdtri(each, chance) for chance in (tail, 1.0 - tail))
+    if error > 0.0:
+        shared = float(np.mean(np.abs(sensed) ** 2)) + float(ndtri(confidence)) * error
+        low = np.maximum(low - shared, 0.0)
     return noise, low, high, sensed, left_out
+
+
+def _told(
+    mean: ComplexArray, motions: int, degrees: float
+) -> tuple[FloatArray, FloatArray, ComplexArray, ComplexArray, float]:
+    """`_factored`, if the gyros share more than chance makes; else all that each shows is its own.
+
+    A motion that is not seen has no gains, and its most likely ones take away from one gyro or
+    another what it makes alone.
+
+    Returns
+    -------
+    noise, variance, motion, beside
+        As of `_factored`, noise by the degrees of freedom that the motions leave.
+    error
+        Standard error of a motion that is not seen and that all sense alike; 0 if one is seen.
+    """
+    own, gyros = np.diagonal(mean).real, len(mean)
+    coherency = mean / np.sqrt(np.outer(own, own))
+    together = -2.0 * degrees * float(np.linalg.slogdet(coherency)[1])
+    if together > chdtri(gyros * (gyros - 1), _UNLIKELY):
+        noise, variance, motion, beside = _factored(mean, motions)
+        return noise * degrees / (degrees - motions), variance, motion, beside, 0.0
+    first, second = np.triu_indices(gyros, 1)
+    weight = 1.0 / (own[first] * own[second])
+    shared = max(float(weight @ mean[first, second].real / weight.sum()), 0.0)
+    motion = np.zeros((gyros, motions), dtype=np.complex128)
+    motion[:, 0] = math.sqrt(shared)
+    error = 1.0 / math.sqrt(2.0 * degrees * weight.sum())
+    return own, np.ones(gyros), motion, np.eye(gyros, dtype=np.complex128), error
 
 
 def _factored(

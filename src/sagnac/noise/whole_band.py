@@ -155,12 +155,15 @@ def with_slow_laws(fit: Fit) -> Fit:
             coefficients[name] = _moved(one, slow, column)
         elif one.status != "not observable":
             weight = weight / weight.sum()
+            # What is doubted, since it is not three errors above zero, is bounded by three more.
+            doubted = one.status == "estimated"
+            chance = float(ndtr(3.0)) if doubted else max(one.confidence, 0.5)
             # Squares may be negative.
-            highest = _normal_quantile(max(one.confidence, 0.5), square, error, weight)
+            highest = _normal_quantile(chance, square, error, weight)
             highest = max(highest, 3.0 * float(weight @ error))
             # A bound is no lower than what would have been estimated: K is doubted where chance
             # made it low.
-            would_be = one if one.status == "upper bound" else _moved(one, slow, column)
+            would_be = _moved(one, slow, column) if doubted else one
             coefficients[name] = one.bounded(max(would_be.high, math.sqrt(highest)))
     return replace(fit, coefficients=coefficients)
 
@@ -196,7 +199,8 @@ def _normal_quantile(
     def excess(place: float) -> float:
         return float(weight @ ndtr((place - value) / error)) - chance
 
-    return float(brentq(excess, low, high))
+    # Squares in SI units are smaller than any absolute tolerance.
+    return float(brentq(excess, low, high, xtol=1e-9 * (high - low)))
 
 
 def _other_law(fit: Fit) -> BandModel | None:

@@ -295,15 +295,19 @@ def _likely_unit(profile: Profile) -> str:
     """The unit, kind or unit of time in which a gyro would sense the table; empty if none is."""
     units = other_units(profile.channel).items()
     candidates = [(times, unit, f"{{unit {unit}}}") for unit, times in units]
+    also = ""
     if profile.channel.kind == "rate":
         # The table's rate has the unit of time, and that of the gyro has its own.
         of_time = "a unit of time a thousand times"
         candidates.append((1e-3, f"{of_time} larger", "{time COLUMN:UNIT}"))
         candidates.append((1e3, f"{of_time} smaller", "{time COLUMN:UNIT}"))
+        counted = profile.share * profile.sample_rate
+        if _SENSES < abs(counted) < LARGEST_SHARE:
+            also = f", or {{kind increment}}, as which it would sense {100.0 * counted:.3g} %"
     for times, where, statement in candidates:
         if _SENSES < abs(profile.share * times) < LARGEST_SHARE:
             sensed = 100.0 * profile.share * times
-            return f"in {where} it would sense {sensed:.3g} %; state {statement}"
+            return f"in {where} it would sense {sensed:.3g} %; state {statement}{also}"
     return ""
 
 

@@ -13,8 +13,8 @@ from typing import Annotated, Any, Final, Self
 import numpy as np
 
 from sagnac.core.arrays import FloatArray
-from sagnac.core.documents import read_toml
-from sagnac.core.errors import RecordingError, quoted
+from sagnac.core.documents import Documented, read_toml
+from sagnac.core.errors import RecordingError, quoted, require_type
 from sagnac.core.units import DEGREE
 from sagnac.recording.channel import Kind
 from sagnac.recording.columns import GYRO_NAMES
@@ -169,7 +169,8 @@ class RigConfig:
         """A rig whose gyros and accelerometers have the Q, N, B, K and R that were measured.
 
         Sample rate, length and table rate are those of the recording. What was not estimated is
-        zero (`sagnac.rig.measured.Measured.left_out` names it); a single gyro stands for all three.
+        zero (`sagnac.rig.measured.Measured.left_out` names it), except slow noise that is neither B
+        nor K for certain: it is its most likely law. A single gyro stands for all three.
 
         Parameters
         ----------
@@ -182,6 +183,8 @@ class RigConfig:
             If a value is out of the range of its key.
         """
         # The rig imports nothing of what estimates: an analysis is what its document states.
+        remedy = "give what analyze(recording) returns"
+        require_type("analysis", analysis, (Mapping, Documented), remedy)
         document = analysis if isinstance(analysis, Mapping) else json.loads(analysis.to_json())
         return cls.from_mapping(Measured.of_document(document).keys())
 

@@ -22,7 +22,7 @@ from sagnac.table.kinematics import LARGEST_EARTH_RATE, Kinematics
 from sagnac.table.turns import FEW_TURNS, full_turns, mean_rate
 
 # Averages whose columns are held at a time.
-_AT_ONCE: Final = 8192
+_AT_ONCE: Final = 2048
 _NONE: Final[FloatArray] = np.empty(0)
 # Columns of a `Design` before its orders, and those of Earth rate among them.
 _PLAIN: Final = 4
@@ -213,18 +213,15 @@ def triangle(columns: Design, targets: FloatArray) -> FloatArray:
     can be 1e-7 of their size, which squared is below rounding.
     """
     size, width = columns.size, columns.size + targets.shape[0]
-    stacked = np.empty((0, width))
+    upper = np.zeros((width, width), order="F")
     for block in blocks(targets.shape[1], _AT_ONCE):
         # Columns of the regression are rows here, as LAPACK wants them.
-        known = stacked.shape[0]
-        rows = np.empty((width, known + block.stop - block.start))
-        rows[:, :known] = stacked.T
-        rows[:size, known:] = columns.increments(block.start, block.stop)
-        rows[size:, known:] = targets[:, block]
-        # LAPACK works on 64 columns at once, at the most.
-        factor = scipy.linalg.lapack.dgeqrf(rows.T, lwork=64 * width, overwrite_a=True)[0]
-        stacked = np.triu(factor[:width])
-    return stacked
+        rows = np.empty((width, block.stop - block.start))
+        rows[:size] = columns.increments(block.start, block.stop)
+        rows[size:] = targets[:, block]
+        # A few columns at once: `dgeqrf` takes fewer than 128 one by one, three times as long.
+        upper = scipy.linalg.lapack.dtpqrt(0, min(12, width), upper, rows.T, 1, 1)[0]
+    return np.triu(upper)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -104,7 +104,8 @@ class Specification:
     def __post_init__(self) -> None:
         names = [limit.coefficient for limit in self.limits]
         if not names or len(set(names)) != len(names):
-            raise refusal("spec", "needs one limit or more, one for each coefficient at most")
+            problem = "needs one limit or more, one for each coefficient at most"
+            raise refusal("specification", problem)
         if self.risk is not None and not (errors.is_finite(self.risk) and 0.0 < self.risk < 0.5):
             raise refusal("risk", f"is {quoted(self.risk)}; give a number between 0 and 0.5")
 
@@ -148,9 +149,9 @@ def specification_of(text: str | Specification, *, risk: float | None = None) ->
     if text.strip().endswith(".toml"):
         return _of_file(Path(text.strip()), risk)
     if not text.strip():
-        raise refusal("spec", "is empty; give a limit such as 3e-4deg/sqrt(h)")
+        raise refusal("specification", "is empty; give a limit such as 3e-4deg/sqrt(h)")
     if re.match(r"\s*(\w\s*=\s*)?\d+,\d", text):
-        raise refusal("spec", f"{text!r} has a decimal comma; give a decimal point")
+        raise refusal("specification", f"{text!r} has a decimal comma; give a decimal point")
     stated = [item.rpartition("=") for item in text.split(",")]
     limits = tuple(_limit(name.strip() or "N", value) for name, _, value in stated)
     return Specification(limits=limits, risk=risk)
@@ -168,13 +169,14 @@ def _of_file(path: Path, risk: float | None) -> Specification:
         problem = f"cannot be read ({error.strerror})"
         raise errors.RecordingError(problem, path=str(path), remedy="check the path") from None
     except ValueError as error:
-        raise refusal("spec", f"{path}: {str(error).removeprefix('spec ')}") from None
+        problem = str(error).removeprefix("specification ")
+        raise refusal("specification", f"{path}: {problem}") from None
 
 
 def _limit(name: str, stated: object) -> Limit:
     if name not in _NAMES:
         remedy = f"use {', '.join(SYMBOLS.values())} (risk and product besides in a file)"
-        raise refusal("spec", f"{name!r} is no coefficient; {remedy}")
+        raise refusal("specification", f"{name!r} is no coefficient; {remedy}")
     coefficient, text = _NAMES[name], str(stated)
     unit = field_unit(coefficient)
     try:
@@ -183,11 +185,11 @@ def _limit(name: str, stated: object) -> Limit:
         number, unit_name = split_factor(text.strip())
         if not text.strip()[:1].isdigit() and not text.strip().startswith("."):
             remedy = "give a limit such as 3e-4deg/sqrt(h)"
-            raise refusal("spec", f"{text!r} has no number; {remedy}") from None
+            raise refusal("specification", f"{text!r} has no number; {remedy}") from None
         try:
             unit = unit_of(unit_name, unit.quantity)
         except ValueError as error:
-            raise refusal("spec", f"{text!r} of {SYMBOLS[coefficient]}: {error}") from None
+            raise refusal("specification", f"{text!r} of {SYMBOLS[coefficient]}: {error}") from None
     if not (math.isfinite(number) and number > 0.0):
-        raise refusal("spec", f"{text.strip()!r} is no limit; give a number above zero")
+        raise refusal("specification", f"{text.strip()!r} is no limit; give a number above zero")
     return Limit(coefficient=coefficient, value=number * unit.size, unit=unit)
