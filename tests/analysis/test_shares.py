@@ -72,6 +72,21 @@ def test_error_over_predicted_sigma_is_near_one(draws):
     assert abs(np.mean(asymmetries)) < 0.3 * fewer
 
 
+@pytest.mark.parametrize("course", ["speeds up", "steps"])
+def test_a_table_that_turns_one_way_at_several_rates_tells_the_bias_from_the_share(course):
+    """Earth rate, and an order 1 of the table beside it, are not in the share."""
+    number, random = np.arange(9000), np.random.default_rng(4)
+    rates = {"speeds up": 0.02 + 5e-6 * number, "steps": 0.02 * (1 + number // 500 % 3)}[course]
+    table = np.cumsum(rates)
+    earth = np.cumsum(2e-6 + 5e-6 * np.cos(table))
+    noise = np.cumsum(1e-6 * random.standard_normal(table.size))
+    angle = 0.577 * table + earth + 1e-5 * np.cos(table) + noise
+    share = table_shares(recording_of(angle, table), ("z",), confidence=0.999)[0]["z"]
+    assert share.share.low < 0.577 < share.share.high
+    # Samples are a tenth of a second apart.
+    assert share.bias.low < 2e-5 < share.bias.high < 3e-5
+
+
 def both_ways_at_two_speeds(seconds):
     """A commanded rate that changes its way every 20 s and its speed every 40 s."""
     knots = []

@@ -43,6 +43,18 @@ def test_a_table_that_turns_round_evenly_has_no_step_of_its_own(part):
     assert found.step == pytest.approx(np.radians(0.1), rel=0.02)
 
 
+@pytest.mark.parametrize("begins", [0.0, 0.2])
+def test_even_ramps_that_begin_within_a_sample_are_no_readout_of_a_rate(begins):
+    fine = np.arange(64 * 20 * 288) / (64 * 20.0) + begins / 20.0
+    corners = [0, 1, 30, 31, 36, 37, 66, 67, 72]
+    motion = np.interp(fine % 72.0, corners, [0, 10, 10, 0, 0, -10, -10, 0, 0])
+    rates = motion.reshape(-1, 64).mean(axis=1)
+    noise = 2e-4 * np.random.default_rng(3).standard_normal(rates.size)
+    turned = {"table": np.cumsum(rates) / 20.0, "table_unit": "deg", "x": rates + noise}
+    recording = Recording.from_arrays(kind="rate", unit="deg/s", sample_rate=20.0, **turned)
+    assert "resolution" not in {note.name for note in judged(recording)}
+
+
 def test_reversals_of_a_readout_that_nothing_dithers_dither_nothing():
     turned = np.abs(np.mod(np.arange(100_000) * 0.25, 2000.0) - 1000.0)
     assert readout_of(np.floor(turned)).every != 1

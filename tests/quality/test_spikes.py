@@ -73,6 +73,13 @@ def test_a_spike_at_the_end_of_a_recording_is_one_too(place, spikes):
     assert walk.value == pytest.approx(60.0 * 0.05 / np.sqrt(5.0), rel=0.05)
 
 
+@pytest.mark.parametrize("phase", [0.0, 0.8, 1.6, 2.4])
+def test_a_strong_line_has_no_spike_where_the_recording_ends(phase):
+    noise = np.random.default_rng(9).standard_normal(60_000)
+    line = 500.0 * np.sin(2.0 * np.pi * 0.0501 * np.arange(noise.size) + phase)
+    assert find_spikes(line + noise, sample_rate=1000.0).index.size == 0
+
+
 @pytest.mark.parametrize("step", [0.0, 0.7])
 def test_a_spike_lies_beyond_the_scatter_by_quartiles_and_by_the_inner_part(step):
     noise = np.random.default_rng(4).standard_normal(5003)

@@ -94,3 +94,27 @@ def test_a_glitch_of_a_gyro_is_no_slip_of_the_encoder():
     names = [(note.name, note.channel) for note in found(held)]
     assert ("spikes", "y") in names or ("steps", "y") in names
     assert all(channel != "table" for _, channel in names)
+
+
+@pytest.mark.parametrize(
+    ("counts", "sample_rate", "rate", "late"), [(256, 1000.0, 10.0, 1e-3), (1024, 250.0, 40.0, 0.0)]
+)
+def test_edges_of_a_coarse_encoder_are_no_jumps_and_no_short_turn(counts, sample_rate, rate, late):
+    """It is read several times between two edges, and in every turn at the same of them."""
+    how = {"sample_rate": sample_rate, "table_rate": rate, "jitter": 0.02, "walk": 0.01}
+    made = turntable(6, seconds=180.0, **how)
+    # A latch that jitters shows an edge, and once more what was before it.
+    off = rate * late * np.random.default_rng(2).standard_normal(made.encoder.size)
+    coarse = np.floor((made.encoder + off) / 360.0 * counts) * 360.0 / counts
+    held = {**made.angles, "table": coarse, "table_unit": "deg"}
+    recording = Recording.from_arrays(kind="angle", unit="arcsec", sample_rate=sample_rate, **held)
+    assert not {"encoder", "steps", "lost"} & {note.name for note in judged(recording)}
+
+
+def test_a_latch_that_is_off_by_a_part_of_a_sample_loses_no_rows():
+    rates = np.repeat([8.0, 20.0, 34.0], 4000)
+    steps = np.random.default_rng(8).standard_normal((2, 12_000))
+    read = np.cumsum(rates) / RATE + 1e-3 * rates * steps[0]
+    held = {"table": read, "table_unit": "deg", "x": rates + 0.05 * steps[1]}
+    recording = Recording.from_arrays(kind="rate", unit="deg/s", sample_rate=RATE, **held)
+    assert "lost" not in {note.name for note in judged(recording)}

@@ -75,6 +75,12 @@ def test_both_ways_at_two_speeds_everything_is_told():
     assert row[3:] == ("3.00 [2.00, 4.00]", "0.5000 [0.4900, 0.5100]")
 
 
+def test_a_table_that_turns_one_way_at_several_rates_is_not_said_to_turn_both():
+    one = {"z": share(1.0, bias=interval(2e-5, 1e-6))}
+    said = share_remarks(replace(analysis(gyros=("z",)), shares=one))[1]
+    assert said == "An asymmetry is told on a table that turns both ways at several speeds alone."
+
+
 @pytest.mark.usefixtures("blank_figures")
 def test_at_rest_nothing_is_said():
     at_rest = analysis(table_rate=None)

@@ -327,3 +327,34 @@ def test_what_gyros_show_at_the_order_of_a_ripple_is_no_delay_of_a_table_that_sw
         assert found.delay.mean == pytest.approx(-late, abs=min(5e-6, 5.0 * found.delay.mean_error))
     else:
         assert found.delay is None
+
+
+@pytest.mark.parametrize("seed", first_of(2, 3))
+def test_no_drift_is_read_off_earth_rate_beside_an_order_1_of_a_table_that_speeds_up(seed):
+    random, time = np.random.default_rng(seed), np.arange(round(900.0 * RATE)) / RATE
+    table = np.cumsum(np.linspace(7.5, 22.5, time.size)) * DEGREE / RATE
+    gyros = []
+    for share, phase in ((0.577, 0.0), (0.575, 2.1)):
+        # Earth rate makes an order whose size goes with the time of a turn.
+        angle = share * table + np.cumsum(5e-5 * np.cos(table - phase)) / RATE
+        angle += np.cumsum(random.standard_normal(time.size)) * 2e-3 * DEGREE / 60.0 / np.sqrt(RATE)
+        for order, size in ((1, 2.0), (3, 0.5)):
+            angle += size * ARCSECOND * np.cos(order * table + 2.0 * np.pi * random.random())
+        gyros.append(angle)
+    found = estimated_table(gyros, table + ARCSECOND * random.standard_normal(time.size), RATE)
+    pair = found.shares[1] * gyros[0] - found.shares[0] * gyros[1]
+    assert order_drift(found, pair, RATE, share=0.0) is None
+
+
+def test_a_hum_of_the_gyros_is_not_in_the_angle_that_they_lead():
+    """Its product with the same hum in the gyros would stand still, and look like orders."""
+    random, time = np.random.default_rng(7), np.arange(60_000) / 500.0
+    table, waves = 20.0 * DEGREE * time, np.exp(2j * np.pi * 190.0 * time)
+    gyros = [share * table + ARCSECOND * waves.real for share in (0.577, 0.575)]
+    gyros = [one + 1e-8 * np.cumsum(random.standard_normal(time.size)) for one in gyros]
+    found = estimated_table(
+        gyros, table + 5.0 * ARCSECOND * random.standard_normal(time.size), 500.0
+    )
+    assert found.smoothed
+    # The table would show 1 arcsec over 0.577.
+    assert abs(np.mean((found.angle - table) * waves)) < 0.01 * ARCSECOND

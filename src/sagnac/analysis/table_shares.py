@@ -137,23 +137,28 @@ def _table_angle(recording: Recording, step: int) -> FloatArray:
 def _columns(table: FloatArray, rates: FloatArray) -> tuple[dict[str, FloatArray], BooleanArray]:
     """Columns of the fit, and the seconds in which the table does not turn round.
 
-    The table's rate shows the share, a constant the bias if it turns both ways, its speed an
-    asymmetry if that varies.
+    The table's rate shows the share, a constant the bias unless it turns one way at one rate, its
+    speed an asymmetry if that varies both ways.
     """
     speeds = np.abs(rates)
     # A second below a tenth of the fastest rate counts for neither way.
     way = np.sign(rates) * (speeds > 0.1 * speeds.max())
     columns, one_way = {"share": rates}, np.ones(rates.size, dtype=np.bool_)
-    # A table that turns each way tells the bias from the share.
-    if min(np.mean(way > 0.0), np.mean(way < 0.0)) > 0.1:
+    # A table that turns each way, or at several rates, tells the bias from the share.
+    both = min(np.mean(way > 0.0), np.mean(way < 0.0)) > 0.1
+    if both or np.std(rates) > 0.1 * np.mean(speeds):
         columns["bias"] = np.ones_like(rates)
         one_way[1:] &= way[1:] == way[:-1]
         one_way[:-1] &= way[1:] == way[:-1]
-        # Speeds that vary tell an asymmetry from a bias.
-        if np.std(speeds[way != 0.0]) > 0.1 * np.mean(speeds):
-            columns["asymmetry"] = speeds
+    # Speeds that vary tell an asymmetry from a bias.
+    if both and np.std(speeds[way != 0.0]) > 0.1 * np.mean(speeds):
+        columns["asymmetry"] = speeds
     middle = 0.5 * (table[1:] + table[:-1])
-    return {**columns, "cosine": np.cos(middle), "sine": np.sin(middle)}, one_way
+    columns |= {"cosine": np.cos(middle), "sine": np.sin(middle)}
+    if "bias" in columns:
+        # What the table makes at order 1 goes with its rate, and is told from Earth rate thereby.
+        columns |= {"order cosine": rates * np.cos(middle), "order sine": rates * np.sin(middle)}
+    return columns, one_way
 
 
 def _fitted(

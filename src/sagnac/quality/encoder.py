@@ -50,13 +50,14 @@ def without_lost_rows(recording: Recording, gyros: Sequence[Channel]) -> tuple[R
     usual, beyond, uneven = _steps_around(table.values, places)
     rows = np.rint(_ratio(beyond, usual))
     kept = (rows >= 1.0) & (uneven < 0.3 * np.abs(usual))
-    for channel in (table, *gyros) if kept.any() else ():
-        if channel.kind == "angle":
+    for channel in (table, *gyros):
+        if channel.kind == "angle" and kept.any():
             usual, beyond, _ = _steps_around(channel.values, places)
             # The scatter is zero if the table stands, or turns by whole steps of its readout. The
             # difference of two rounded readings is off by 0.4 steps (sqrt(1/6)).
             step = Profile(channel=channel, sample_rate=recording.sample_rate).step
-            tells = np.abs(usual) > 8.0 * max(_scatter(channel.values), 0.4 * step)
+            least, part = _scatter(channel.values, float(np.abs(usual[kept]).min()))
+            tells = (np.abs(usual) > 8.0 * max(least, 0.4 * step)) & (part < 0.125)
             is_met = np.abs(_ratio(beyond, usual) - rows) < 0.15 + 0.01 * rows
             kept &= np.where(tells, is_met, channel is not table)
     places, rows = places[kept], rows[kept]
@@ -102,11 +103,19 @@ def _ratio(beyond: FloatArray, usual: FloatArray) -> FloatArray:
     return beyond / np.where(usual == 0.0, np.inf, usual)
 
 
-def _scatter(values: FloatArray) -> float:
-    """Scatter of steps about those around them, without what is far off."""
+def _scatter(values: FloatArray, slowest: float) -> tuple[float, float]:
+    """Scatter of steps about those around them, without what is far off, and as a part of these.
+
+    A latch that is off by some time scatters the more the faster a table turns: the part is that of
+    steps half as long as the `slowest` or longer.
+    """
     last = values.size - 2 - _SIDE
     places = np.linspace(_SIDE, last, min(20_000, last)).astype(np.int64)
-    return scatter_of(_steps_around(values, places)[1])
+    usual, beyond, _ = _steps_around(values, places)
+    turning = np.abs(usual) > 0.5 * slowest
+    # A table that is so fast in few places has none among these: it is taken to have no jitter.
+    parts = np.append(beyond[turning] / usual[turning], 0.0)
+    return scatter_of(beyond), scatter_of(parts)
 
 
 def slip_notes(recording: Recording, profile: Profile) -> Notes:
@@ -223,9 +232,13 @@ def follow_notes(recording: Recording, profile: Profile) -> Notes:
 
 
 def jumps_of_encoder(angle: FloatArray) -> IntegerArray:
-    """Samples before steps of a degree or more that are ten times the usual ones."""
+    """Samples before steps of a degree or more that are ten times the usual ones.
+
+    A count of a coarse encoder is none.
+    """
     steps = np.abs(some_steps(angle, 100_000))
-    limit = max(DEGREE, 10.0 * float(np.quantile(steps, 0.99)))
+    count = 1.5 * float(steps[steps > 0.0].min(initial=math.pi))
+    limit = max(DEGREE, count, 10.0 * float(np.quantile(steps, 0.99)))
     return np.flatnonzero(marked_steps(angle, lambda steps: np.abs(steps) > limit)) - 1
 
 
@@ -321,8 +334,8 @@ def turn_notes(recording: Recording, profile: Profile) -> Notes:
         return ()
     gyros, angle = profile.together.values(), table.channel.values
     beside = max(gyros, key=lambda one: abs(one.share))
-    # At an even rate the steps of the readout fall alike in many turns: half a step is no leap.
-    least = max(10.0 * ARCSECOND, 0.75 * table.step)
+    # The places lie where a reading steps: the samples around may hold one step more than others.
+    least = max(10.0 * ARCSECOND, 1.25 * table.step)
     gyro = angle_of(beside.channel, recording.sample_rate)
     # The share of a gyro across the axis is noise.
     part = 1.0 / beside.share if abs(beside.share) > LEAST_SHARE else 0.0

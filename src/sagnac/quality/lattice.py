@@ -111,9 +111,10 @@ def _whole_step(changes: FloatArray, bound: float) -> float | None:
     if sizes.size < 0.01 * changes.size:
         return None
     # A motion that speeds up or slows down evenly makes sizes as well: what it changes by in one
-    # sample and, behind its first samples, in two; and the changes go on growing or falling. Steps
-    # of a readout come and go, or are of more sizes.
-    if np.mean(sizes < 2.5 * least) > 0.95 and goes_on.mean() > 0.6:
+    # sample and, behind its first samples, in two, or parts of that if it begins within a sample;
+    # and the changes go on growing or falling. Steps of a readout come and go, or have more sizes.
+    going = goes_on.mean()
+    if going > 0.95 or (going > 0.6 and np.mean(sizes < 2.5 * least) > 0.95):
         return None
     step = float(np.median(sizes[sizes < 1.5 * least]))
     off = np.abs(sizes / step - np.rint(sizes / step))

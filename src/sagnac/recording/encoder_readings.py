@@ -297,9 +297,11 @@ def _off_path(values: FloatArray, turn: float) -> IntegerArray:
     if usual_steps.size == 0:
         return _NONE
     usual = float(np.quantile(usual_steps, 0.9))
-    # A reading is off the path if it leaves by more than five usual steps, and than a degree, and
-    # is back within `MOST_MISSING_IN_A_ROW` samples: no table does that.
-    limit = max(5.0 * usual, turn / 360.0)
+    # A reading is off the path if it leaves by more than five usual steps, than a degree and than
+    # a count of a coarse encoder, and is back within `MOST_MISSING_IN_A_ROW` samples: no table does
+    # that.
+    count = float(usual_steps[usual_steps > 0.0].min(initial=turn))
+    limit = max(5.0 * usual, turn / 360.0, 1.5 * count)
     large = marked_steps(values, lambda steps: np.abs(_folded(steps, turn)) > limit)[1:]
     if number_of(large) > 2.0 * LARGEST_SHARE_MISSING * values.size + 2:
         # That is how this table moves.

@@ -247,13 +247,16 @@ def order_drift(
     orders = np.arange(1.0, highest + 1.0)
     # The phases of orders are followed over stretches of four turns or more.
     stretches = min(24, math.floor(turned / 4.0))
-    if stretches < 8 or orders.size == 0:
+    if stretches < 8 or orders.size < 2:
         return None
     ends = np.linspace(0, known.size - 1, stretches + 1).astype(np.int64)
     # Each stretch of a table that turns evenly has half of the usual turns or more.
-    if np.abs(np.diff(known[ends])).min() < 0.5 * turned * 2.0 * np.pi / stretches:
+    each = np.abs(np.diff(known[ends])) / (turned * 2.0 * np.pi / stretches)
+    if each.min() < 0.5:
         # Where the table stands, orders have no phase that would go on.
         return None
+    # Earth rate makes the less of order 1 the faster the table turns, which turns its phase.
+    orders = orders[int(np.ptp(each) > 0.05) :]
     place = (np.arange(known.size) + 0.5) / known.size - 0.5
     # A delay that was seen has an error of its own, which the orders mend.
     seen = SEEN if table.delay is None else 2.0
@@ -280,9 +283,10 @@ def _phase_drift(shown: FloatArray, known: FloatArray, orders: FloatArray, stret
     middle = 0.5 * (known[1:] + known[:-1])[: length * stretches].reshape(stretches, length)
     parts = (np.arange(stretches) + 0.5) / stretches - 0.5
     values, weights = [], []
-    turn, turned = np.exp(-1j * middle), steps.astype(np.complex128)
+    turn = np.exp(-1j * middle)
+    turned = steps * turn ** (orders[0] - 1.0)
     for order in orders:
-        # Orders follow one another from 1: a product is a tenth of an exponential.
+        # Orders follow one another: a product is a tenth of an exponential.
         turned *= turn
         phasor = turned.sum(axis=1)
         usual = phasor.mean()
@@ -361,16 +365,29 @@ def _led(led: FloatArray, guide: FloatArray, block: int) -> FloatArray:
 def _without_hum(led: FloatArray, block: int) -> FloatArray:
     """(samples,) the angle, smooth where the table stands: a gyro's own hum is no motion there.
 
-    Beside a hum that is searched for lines it would make a product that stands still.
+    Beside a hum that is searched for lines it would make a product that stands still. So does a hum
+    of a five hundredth of what the table turns: the angle is then smooth over a fiftieth of a
+    second everywhere.
     """
-    coarse = kinematics.averages_of(led, block)
-    steps = np.abs(np.gradient(coarse))
+    steps = np.abs(np.gradient(kinematics.averages_of(led, block)))
     # Below a hundredth of the rms rate the table stands.
-    stands = steps < 0.01 * math.sqrt(float(np.mean(steps**2)))
+    led = _smooth(led, block, steps < 0.01 * math.sqrt(float(np.mean(steps**2))))
+    block, turned = max(1, block // 5), arrays.differences(led)
+    mean = kinematics.averages_of(turned, block) ** 2
+    hum = kinematics.averages_of(arrays.elementwise(np.square, turned, out=turned), block) - mean
+    hums = np.full(mean.size, np.mean(hum > 0.002**2 * mean) > 0.5)
+    # Beyond the middles of the outer means it would stand.
+    hums[[0, -1]] = False
+    return _smooth(led, block, hums)
+
+
+def _smooth(led: FloatArray, block: int, blocks: BooleanArray) -> FloatArray:
+    """(samples,) the angle, changed in place: straight between its means, in some blocks."""
+    coarse = kinematics.averages_of(led, block)
     middles = np.arange(coarse.size) * block + 0.5 * (block - 1)
-    for piece in arrays.blocks(led.size if stands.any() else 0):
+    for piece in arrays.blocks(led.size if blocks.any() else 0):
         place = np.arange(piece.start, piece.stop)
-        place = place[stands[np.minimum(place // block, coarse.size - 1)]]
+        place = place[blocks[np.minimum(place // block, blocks.size - 1)]]
         led[place] = np.interp(place, middles, coarse)
     return led
 
