@@ -137,3 +137,17 @@ def test_a_heavy_tail_is_the_noises_on_a_bench_alone(turning):
     )
     found = [one for one in sagnac.check(recording) if "heavy tail" in one.text]
     assert len(found) == (0 if turning else 1)
+
+
+@pytest.mark.parametrize(("damaged", "status"), [(1e9, "estimated"), (1e30, "not observable")])
+def test_a_sample_that_leaves_the_angle_no_digits_is_named(damaged, status):
+    """It was called a readout in steps of 1e30, beside which all other samples are rounding."""
+    rates = 0.01 * np.random.default_rng(3).standard_normal(20_000)
+    rates[5000] = damaged
+    still = sagnac.Recording.from_arrays(x=rates, kind="rate", unit="deg/s", sample_rate=50.0)
+    analysis = sagnac.analyze(still)
+    assert analysis.angle_random_walk.status == status
+    (spikes,) = analysis.findings
+    assert "1 sample" in spikes.text
+    lost = "so far that the angle behind has no digits left for the noise"
+    assert (lost in spikes.text) == (spikes.level == "error") == (status != "estimated")

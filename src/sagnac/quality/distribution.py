@@ -17,6 +17,7 @@ from sagnac.core.marks import marked_steps, number_of, stretches
 from sagnac.core.units import DEGREE
 from sagnac.quality import _kernels
 from sagnac.quality.effects import effect_words, remedy_without, seen
+from sagnac.quality.lattice import ROUNDING
 from sagnac.quality.profile import LOOKED_AT, Notes, Profile
 from sagnac.quality.whitening import EDGE, alternating, whitened, without_lines
 from sagnac.recording.model import Recording, second_of
@@ -190,6 +191,12 @@ def spike_notes(recording: Recording, profile: Profile) -> Notes:
         effect = math.hypot(1.0, spikes.added_walk / inside) if inside > 0.0 else None
         far = seen(recording, spikes.index, "sample", "far off those beside (spikes)")
         text = f"{far}: an answer goes without; left in, {effect_words(effect)}"
+        highest = ROUNDING * float(np.abs(spikes.height).max())
+        if profile.channel.kind != "angle" and highest > 0.05 * inside:
+            lost = "so far that the angle behind has no digits left for the noise"
+            remedy = remedy_without(recording, spikes.index)
+            text = f"{far}, {lost}; put what lies beside in its place, or {remedy}"
+            level, effect = "error", None
     else:
         return jump_notes(recording, profile)
     return (Note(name="spikes", channel=profile.name, text=text, level=level, effect=effect),)

@@ -13,7 +13,7 @@ from sagnac.core.arrays import BooleanArray, FloatArray, IntegerArray
 from sagnac.core.errors import Note
 from sagnac.core.marks import number_of
 from sagnac.core.units import DEGREE, UNITS, split_factor
-from sagnac.quality.lattice import LAST_PLACES, ROUNDING, count_step, largest_step
+from sagnac.quality.lattice import LAST_PLACES, count_step, largest_step, rounding_in
 from sagnac.quality.whitening import White, whitened
 from sagnac.recording.channel import Channel
 from sagnac.recording.encoder_readings import share_of_turns
@@ -127,7 +127,7 @@ class Profile:
     @cached_property
     def step(self) -> float:
         """Step of the readout; the smallest change if it has none, infinite if nothing changes."""
-        return count_step(self.changes, LAST_PLACES * ROUNDING * self.survey.size)
+        return count_step(self.changes, rounding_in(self.channel.values))
 
     @cached_property
     def largest_step(self) -> float:

@@ -10,7 +10,7 @@ from sagnac.core import arrays, marks
 from sagnac.core.arrays import BooleanArray, FloatArray, IntegerArray
 from sagnac.core.errors import Note, RecordingError, counted, ranked
 from sagnac.quality.effects import finding, remedy_of, remedy_without, seen
-from sagnac.quality.lattice import LAST_PLACES, LEAST_OFTEN, OFTENER, ROUNDING, count_step
+from sagnac.quality.lattice import LEAST_OFTEN, OFTENER, count_step, rounding_in
 from sagnac.quality.profile import LOOKED_AT, Notes, Profile, scatter_of
 from sagnac.recording.encoder_readings import LARGEST_SHARE_MISSING, MOST_MISSING_IN_A_ROW
 from sagnac.recording.model import Recording, second_of
@@ -456,7 +456,7 @@ def _reach_of_straight(profile: Profile) -> float:
     """How far off a straight line its rounding puts a sample; 0 if that is no less than noise."""
     if 20.0 * profile.largest_step > profile.scale:
         return 0.0
-    return max(1.5 * profile.largest_step, LAST_PLACES * ROUNDING * profile.survey.size)
+    return max(1.5 * profile.largest_step, rounding_in(profile.channel.values))
 
 
 def _bent(before: FloatArray, here: FloatArray, after: FloatArray) -> FloatArray:
