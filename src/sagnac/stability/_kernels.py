@@ -67,7 +67,12 @@ def sum_squared_window_differences(
 
     As in `sum_squared_differences`. The inner sum moves along by one third difference a step;
     `windows` holds it for each lag at j = begin, and at j = end when all is done.
+
+    A step waits for the one before it. So each block is run as four chains side by side from zero,
+    and what the window holds at the head of a chain is put in afterwards:
+    ``sum (w + s_k)^2 = n w^2 + 2 w sum s_k + sum s_k^2``.
     """
+    steps = np.empty(_BLOCK)
     for s in range(stretches.shape[0]):
         opened, closed = stretches[s]
         for start in range(max(begin, opened), min(end, closed), _BLOCK):
@@ -81,9 +86,37 @@ def sum_squared_window_differences(
                         middle = angle[i + lag]
                         window += (angle[i + 2 * lag] - middle) - (middle - angle[i])
                     partial = window * window
-                for i in range(start, start + count):
-                    inner = angle[i + 2 * lag] - angle[i + lag]
-                    window += (angle[i + 3 * lag] - angle[i]) - 3.0 * inner
+                count = max(count, 0)
+                # Slices counted from zero let the loop run in vector lanes.
+                first, second = angle[start : start + count], angle[start + lag :]
+                third, fourth = angle[start + 2 * lag :], angle[start + 3 * lag :]
+                for k in range(count):
+                    steps[k] = (fourth[k] - first[k]) - 3.0 * (third[k] - second[k])
+                length = count // 4
+                steps_1, steps_2, steps_3 = steps[length:], steps[2 * length :], steps[3 * length :]
+                chain_0 = chain_1 = chain_2 = chain_3 = 0.0
+                line_0 = line_1 = line_2 = line_3 = 0.0
+                square_0 = square_1 = square_2 = square_3 = 0.0
+                for k in range(length):
+                    chain_0 += steps[k]
+                    chain_1 += steps_1[k]
+                    chain_2 += steps_2[k]
+                    chain_3 += steps_3[k]
+                    line_0 += chain_0
+                    line_1 += chain_1
+                    line_2 += chain_2
+                    line_3 += chain_3
+                    square_0 += chain_0 * chain_0
+                    square_1 += chain_1 * chain_1
+                    square_2 += chain_2 * chain_2
+                    square_3 += chain_3 * chain_3
+                partial += square_0 + square_1 + square_2 + square_3
+                totals = (chain_0, line_0), (chain_1, line_1), (chain_2, line_2), (chain_3, line_3)
+                for total, line in totals:
+                    partial += window * (length * window + 2.0 * line)
+                    window += total
+                for k in range(4 * length, count):
+                    window += steps[k]
                     partial += window * window
                 windows[j] = window
                 sums[j] += partial

@@ -31,7 +31,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from sagnac.core.arrays import IntegerArray, blocks, empty, release
+from sagnac.core.arrays import IntegerArray, blocks, empty, is_mapped, release
 from sagnac.core.errors import Note, RecordingError, require_choice, rounded
 from sagnac.stability import Estimator, _kernels, freedom
 from sagnac.stability import sums as track_sums
@@ -211,17 +211,24 @@ def _total_sums(track: Track, clusters: IntegerArray, strides: IntegerArray) -> 
     Beyond an end the angle is its point reflection in that end, ``x[-k] = 2 x[0] - x[k]``.
     """
     angle, size = track.angle, track.angle.size
-    longer = empty(3 * size - 2)
-    np.subtract(2.0 * angle[0], angle[:0:-1], out=longer[: size - 1])
-    longer[size - 1 : 2 * size - 1] = angle
-    np.subtract(2.0 * angle[-1], angle[-2::-1], out=longer[2 * size - 1 :])
-    release()
-    whole, sums = track_sums.whole_track(longer), np.zeros(clusters.size)
+    # Pages of a mapped array are made again each time that they are given back.
+    longer = empty(3 * size - 2) if is_mapped(angle) else np.empty(3 * size - 2)
+    before, behind = longer[: size - 1][::-1], longer[2 * size - 1 :]
+    for block in blocks(size - 1):
+        first, last = angle[block.start + 1 : block.stop + 1], angle[size - 1 - block.stop :]
+        np.subtract(2.0 * angle[0], first, out=before[block])
+        longer[size - 1 :][block] = angle[block]
+        np.subtract(2.0 * angle[-1], last[: first.size][::-1], out=behind[block])
+    longer[2 * size - 2] = angle[-1]
+    whole = track_sums.whole_track(longer).stretches
+    sums, _ = track_sums.overlapping_sums(track, clusters, 2)
     for number, m in enumerate(clusters.tolist()):
-        for block in blocks(2 * size - 2 - m, start=size - m):
-            own = slice(number, number + 1)
-            here = clusters[own], 2, block.start, block.stop, sums[own]
-            _kernels.sum_squared_differences(longer, whole.stretches, *here)
+        own, first_arm = slice(number, number + 1), size - 1 - m
+        # Centres nearer to the first or to the last angle than the arms are long.
+        for first, last in ((1, min(m, size - 1)), (max(m, size - m), size - 1)):
+            for block in blocks(last + first_arm, start=first + first_arm):
+                here = clusters[own], 2, block.start, block.stop, sums[own]
+                _kernels.sum_squared_differences(longer, whole, *here)
     return sums, np.full(clusters.size, size - 2)
 
 
