@@ -32,7 +32,6 @@ def sum_squared_differences(
     Blocks of starts go through all lags while they are in cache, and a fresh sum for each
     block keeps the rounding error from growing with the record.
     """
-    factor = 2.0 * order - 3.0
     for s in range(stretches.shape[0]):
         stop = min(end, stretches[s, 1])
         for start in range(max(begin, stretches[s, 0]), stop, _BLOCK):
@@ -47,9 +46,15 @@ def sum_squared_differences(
                 inner = angle[start + (order - 1) * lag : start + (order - 1) * lag + count]
                 first = angle[start + (order - 2) * lag : start + (order - 2) * lag + count]
                 partial = 0.0
-                for k in range(count):
-                    difference = (last[k] - behind[k]) - factor * (inner[k] - first[k])
-                    partial += difference * difference
+                if order == 2:
+                    # One angle less to read, of which there are more than sums.
+                    for k in range(count):
+                        difference = (last[k] - inner[k]) - (inner[k] - first[k])
+                        partial += difference * difference
+                else:
+                    for k in range(count):
+                        difference = (last[k] - behind[k]) - 3.0 * (inner[k] - first[k])
+                        partial += difference * difference
                 sums[j] += partial
 
 

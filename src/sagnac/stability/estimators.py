@@ -225,8 +225,8 @@ def _total_sums(track: Track, clusters: IntegerArray, strides: IntegerArray) -> 
     for number, m in enumerate(clusters.tolist()):
         own, first_arm = slice(number, number + 1), size - 1 - m
         # Centres nearer to the first or to the last angle than the arms are long.
-        for first, last in ((1, min(m, size - 1)), (max(m, size - m), size - 1)):
-            for block in blocks(last + first_arm, start=first + first_arm):
+        for begin, end in ((1, min(m, size - 1)), (max(m, size - m), size - 1)):
+            for block in blocks(end + first_arm, start=begin + first_arm):
                 here = clusters[own], 2, block.start, block.stop, sums[own]
                 _kernels.sum_squared_differences(longer, whole, *here)
     return sums, np.full(clusters.size, size - 2)

@@ -101,19 +101,20 @@ def accumulated_track(
         return Track(angle=angle, stretches=stretches, missing=missing)
     usual = sum(float(np.nansum(samples[block])) for block in blocks(samples.size)) / present
     # Each stretch of rates ends at an angle more, where the next one may begin.
-    angle, longer = _accumulated(samples, usual), stretches + np.array([0, 1])
+    angle, longer = _accumulated(samples, usual, missing), stretches + np.array([0, 1])
     return Track(angle=angle, stretches=longer, missing=missing, broken=missing > 0)
 
 
-def _accumulated(samples: FloatArray, mean: float) -> FloatArray:
+def _accumulated(samples: FloatArray, mean: float, missing: int) -> FloatArray:
     """Angles from zero on, one more than there are samples."""
     angle = empty(samples.size + 1)
     angle[0] = 0.0
     for block in blocks(samples.size):
         after = angle[block.start + 1 : block.stop + 1]
         np.subtract(samples[block], mean, out=after)
-        # A missing sample turns by what is usual.
-        after[np.isnan(after)] = 0.0
+        if missing:
+            # A missing sample turns by what is usual.
+            after[np.isnan(after)] = 0.0
         after[0] += angle[block.start]
         np.cumsum(after, out=after)
     return angle
