@@ -372,10 +372,16 @@ def _without_hum(led: FloatArray, block: int) -> FloatArray:
     steps = np.abs(np.gradient(kinematics.averages_of(led, block)))
     # Below a hundredth of the rms rate the table stands.
     led = _smooth(led, block, steps < 0.01 * math.sqrt(float(np.mean(steps**2))))
-    block, turned = max(1, block // 5), arrays.differences(led)
-    mean = kinematics.averages_of(turned, block) ** 2
-    hum = kinematics.averages_of(arrays.elementwise(np.square, turned, out=turned), block) - mean
-    hums = np.full(mean.size, np.mean(hum > 0.002**2 * mean) > 0.5)
+    block, humming = max(1, block // 5), []
+    for piece in arrays.blocks(led.size - 1, multiple=block):
+        turned = np.diff(led[piece.start : piece.stop + 1])
+        turned = turned[: turned.size // block * block].reshape(-1, block)
+        mean = turned.mean(axis=1) ** 2
+        humming.append(np.mean(turned**2, axis=1) - mean > 0.002**2 * mean)
+    hums = np.concatenate(humming)
+    if not np.mean(hums) > 0.5:
+        return led
+    hums[:] = True
     # Beyond the middles of the outer means it would stand.
     hums[[0, -1]] = False
     return _smooth(led, block, hums)
