@@ -125,5 +125,5 @@ def _whole_step(changes: FloatArray, bound: float) -> float | None:
 def rounding_in(values: FloatArray) -> float:
     """Changes up to which those of a series are rounding, in its unit."""
     # Beside a damaged sample of 1e30 all others would be rounding: every so many are looked at.
-    some = np.abs(values[:: max(1, values.size // 10_000)])
+    some = np.abs(values[:: max(1, values.size // 256)])
     return LAST_PLACES * ROUNDING * float(np.quantile(some, 0.99))
