@@ -223,9 +223,9 @@ def _prepare_process() -> None:
     gc.set_threshold(1_000_000)
     # Nor are they looked through as the process ends, which takes half a second.
     atexit.register(gc.freeze)
-    # The library of C keeps what is freed of arrays up to 32 MiB, twice as much as the largest. An
-    # array of two hours has 27 MiB, and goes back to the system at once from 16 MiB on
-    # (M_TRIM_THRESHOLD of glibc is -1, M_MMAP_THRESHOLD -3).
+    # The process would keep the memory of freed arrays, up to twice the largest below 32 MiB. An
+    # array of two hours has 27 MiB: from 16 MiB on arrays go back to the system at once. To glibc,
+    # -1 is M_TRIM_THRESHOLD and -3 is M_MMAP_THRESHOLD.
     mallopt = getattr(ctypes.CDLL(None), "mallopt", None) if os.name == "posix" else None
     if mallopt:
         mallopt(-1, 16 << 20)

@@ -255,7 +255,9 @@ def _apart(
     noise_alone = np.ones(len(cross), dtype=np.bool_)
     for _ in range(2):
         degrees = band_degrees(int(noise_alone.sum()), segments)
-        noise, _, _, beside, _ = _told(cross[noise_alone].mean(axis=0), motions, degrees)
+        noise, _, _, beside, _ = _noise_and_motion(
+            cross[noise_alone].mean(axis=0), motions, degrees
+        )
         # What is not motion, of each ordinate, over what is to be expected of it.
         whitened = beside / np.sqrt(noise)
         residual = np.einsum("ij,fjk,ik->f", whitened, cross, whitened.conj()).real
@@ -267,7 +269,7 @@ def _apart(
     left_out = int(np.count_nonzero(~noise_alone))
     some = cross[noise_alone] if noise_alone.any() else cross
     degrees = band_degrees(len(some), segments)
-    noise, variance, sensed, _, error = _told(some.mean(axis=0), motions, degrees)
+    noise, variance, sensed, _, error = _noise_and_motion(some.mean(axis=0), motions, degrees)
     # Fewer than four degrees of freedom tell next to nothing of a noise.
     each = 2.0 * degrees / np.where(variance < 0.5 * degrees, variance, np.nan)
     noise, tail = np.where(np.isnan(each), np.nan, noise), 0.5 * (1.0 - confidence)
@@ -278,7 +280,7 @@ def _apart(
     return noise, low, high, sensed, left_out
 
 
-def _told(
+def _noise_and_motion(
     mean: ComplexArray, motions: int, degrees: float
 ) -> tuple[FloatArray, FloatArray, ComplexArray, ComplexArray, float]:
     """`_factored`, if the gyros share more than chance makes; else all that each shows is its own.

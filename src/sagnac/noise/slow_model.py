@@ -137,8 +137,8 @@ def untold(
     estimates
         By coefficient.
     curve
-        If it rises above the estimates where the levels, which have a longer way to the lowest
-        frequencies, show nothing, K is that of the rise.
+        Allan deviation. If it rises above the estimates while the levels show no slow noise, K is
+        that of the rise.
 
     Returns
     -------

@@ -155,7 +155,8 @@ def with_slow_laws(fit: Fit) -> Fit:
             coefficients[name] = _moved(one, slow, column)
         elif one.status != "not observable":
             weight = weight / weight.sum()
-            # What is doubted, since it is not three errors above zero, is bounded by three more.
+            # A term that is less than three errors above zero is doubted. Its bound lies three
+            # errors above its value.
             doubted = one.status == "estimated"
             chance = float(ndtr(3.0)) if doubted else max(one.confidence, 0.5)
             # Squares may be negative.

@@ -118,7 +118,8 @@ def _spikes_in(
     padded = np.pad(some, (before, behind), mode="reflect")
     off = np.empty(block.stop - block.start)
     _kernels.off_neighbours(padded, off)
-    # Beside an end a strong line rises: what goes on evenly from the two beside it is no spike.
+    # A strong line may rise at an end: a sample that goes on evenly from the two beside it is no
+    # spike.
     for end, inwards, is_end in ((0, 1, before), (-1, -1, behind)):
         if is_end and some.size > 2:
             bend = some[end] - 2.0 * some[end + inwards] + some[end + 2 * inwards]

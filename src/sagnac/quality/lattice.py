@@ -5,7 +5,7 @@ from typing import Final
 
 import numpy as np
 
-from sagnac.core.arrays import FloatArray, blocks
+from sagnac.core.arrays import FloatArray, blocks, every
 from sagnac.core.marks import number_of
 from sagnac.quality import _kernels
 
@@ -124,6 +124,7 @@ def _whole_step(changes: FloatArray, bound: float) -> float | None:
 
 def rounding_in(values: FloatArray) -> float:
     """Changes up to which those of a series are rounding, in its unit."""
-    # Beside a damaged sample of 1e30 all others would be rounding: every so many are looked at.
-    some = np.abs(values[:: max(1, values.size // 256)])
+    # The largest sample may be a damaged one of 1e30, beside which all others are rounding. A high
+    # quantile of a few hundred samples stands for it.
+    some = np.abs(every(values, max(1, values.size // 256)))
     return LAST_PLACES * ROUNDING * float(np.quantile(some, 0.99))

@@ -47,7 +47,7 @@ def sum_squared_differences(
                 first = angle[start + (order - 2) * lag : start + (order - 2) * lag + count]
                 partial = 0.0
                 if order == 2:
-                    # One angle less to read, of which there are more than sums.
+                    # Reading takes the time, and here are three angles to read instead of four.
                     for k in range(count):
                         difference = (last[k] - inner[k]) - (inner[k] - first[k])
                         partial += difference * difference

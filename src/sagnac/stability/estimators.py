@@ -211,7 +211,7 @@ def _total_sums(track: Track, clusters: IntegerArray, strides: IntegerArray) -> 
     Beyond an end the angle is its point reflection in that end, ``x[-k] = 2 x[0] - x[k]``.
     """
     angle, size = track.angle, track.angle.size
-    # Pages of a mapped array are made again each time that they are given back.
+    # A mapped array would be read anew from its file for each cluster.
     longer = empty(3 * size - 2) if is_mapped(angle) else np.empty(3 * size - 2)
     before, behind = longer[: size - 1][::-1], longer[2 * size - 1 :]
     for block in blocks(size - 1):

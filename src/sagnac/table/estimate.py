@@ -381,10 +381,10 @@ def _without_hum(led: FloatArray, block: int) -> FloatArray:
     hums = np.concatenate(humming)
     if not np.mean(hums) > 0.5:
         return led
-    hums[:] = True
-    # Beyond the middles of the outer means it would stand.
-    hums[[0, -1]] = False
-    return _smooth(led, block, hums)
+    # The outer blocks stay: beyond the middle of the last mean there is none to go on to.
+    inner = np.ones(hums.size, dtype=np.bool_)
+    inner[[0, -1]] = False
+    return _smooth(led, block, inner)
 
 
 def _smooth(led: FloatArray, block: int, blocks: BooleanArray) -> FloatArray:
