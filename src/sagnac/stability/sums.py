@@ -87,21 +87,26 @@ def accumulated_track(
     takes = f"an Allan variance takes {smallest} or more"
     if samples.size < smallest:
         raise refusal("values", f"has {samples.size} samples; {takes}")
-    missing = _count_gaps(samples, sample_rate, gaps, only_whole)
+    with np.errstate(invalid="ignore"):
+        total = sum(float(samples[block].sum()) for block in blocks(samples.size))
+    # A finite sum tells in one pass that nothing is missing.
+    missing, stretches = 0, np.array([[0, samples.size]])
+    if not math.isfinite(total):
+        missing = _count_gaps(samples, sample_rate, gaps, only_whole)
+        total = sum(float(np.nansum(samples[block])) for block in blocks(samples.size))
+        stretches = np.stack(present_stretches(~marked(np.isnan, samples)), axis=1)
     present = samples.size - missing
     if present < smallest:
         problem = f"{present} of {samples.size} samples are present; {takes}"
         raise RecordingError(problem, channel="values")
-    stretches = np.stack(present_stretches(~marked(np.isnan, samples)), axis=1)
     if kind == "angle":
         first, last = int(stretches[0, 0]), int(stretches[-1, 1]) - 1
         slope = _exact_slope((samples[last] - samples[first]) / (last - first), samples.size)
         angle = less(samples, lambda number: slope * number)
         angle = elementwise(np.subtract, angle, float(samples[first]), out=angle)
         return Track(angle=angle, stretches=stretches, missing=missing)
-    usual = sum(float(np.nansum(samples[block])) for block in blocks(samples.size)) / present
     # Each stretch of rates ends at an angle more, where the next one may begin.
-    angle, longer = _accumulated(samples, usual, missing), stretches + np.array([0, 1])
+    angle, longer = _accumulated(samples, total / present, missing), stretches + np.array([0, 1])
     return Track(angle=angle, stretches=longer, missing=missing, broken=missing > 0)
 
 
