@@ -22,7 +22,7 @@ from sagnac.core.errors import require_shape
 from sagnac.lines import _kernels
 from sagnac.lines.components import Components
 from sagnac.lines.sampling import MOST_ORDERS, Sampling, mean_square_step, speeds
-from sagnac.spectrum.sums import angle_sums, tone_sums
+from sagnac.spectrum.sums import COSINE, SINE, angle_series, angle_sums, tone_sums
 from sagnac.table.kinematics import LARGEST_EARTH_RATE
 from sagnac.table.turns import mean_rate
 
@@ -340,9 +340,9 @@ def sums_at_orders(steps: FloatArray, sampled: Sampling, orders: FloatArray) -> 
         alpha = table[block]
         weights = _differences(steps, block) * np.stack([np.ones(alpha.size), alpha - middle])
         for at, order in enumerate(orders):
-            # A third of the time of a complex exponential.
             phase = order * alpha
-            sums[:, at] += weights @ np.cos(phase) + 1j * (weights @ np.sin(phase))
+            sums[:, at] += weights @ angle_series(phase, COSINE)
+            sums[:, at] += 1j * (weights @ angle_series(phase, SINE))
     return np.asarray(sums / np.array([[1.0], [width]]))
 
 

@@ -34,9 +34,12 @@ _FREQUENCY_STEP: Final = 2.0**-23
 # order, half a step away, is (pi * HIGHEST / POINTS)^8 / 8!: below 1e-15.
 _POINTS: Final = 2**14
 HIGHEST: Final = 256
+# Sums of a series that is a cosine or a sine: by a table they take a fifth to a half of the time.
+COSINE: Final = np.array([0.0, 1.0 + 0.0j])
+SINE: Final = -1j * COSINE
 
 
-@lru_cache(maxsize=2)
+@lru_cache(maxsize=4)
 def _polynomials(sums: bytes) -> FloatArray:
     """(points, terms) of complex sums; kept, since every block of a record asks for them."""
     coefficients = np.frombuffer(sums, dtype=np.complex128)

@@ -9,7 +9,7 @@ import numpy as np
 from sagnac.core.arrays import BooleanArray, ComplexArray, FloatArray, block_length, blocks
 from sagnac.core.units import EARTH_RATE
 from sagnac.recording.channel import require_rate
-from sagnac.spectrum.sums import HIGHEST, angle_series
+from sagnac.spectrum.sums import COSINE, HIGHEST, angle_series
 from sagnac.table import _kernels
 
 # ---- earth -------------------------------------------------------------------------
@@ -198,7 +198,7 @@ def harmonic_sum(angle: FloatArray, orders: FloatArray, phasor: ComplexArray) ->
         np.add.at(sums, places, phasor[whole].conj())
         total += angle_series(angle, sums)
     for order, own in zip(orders[~whole], phasor[~whole], strict=True):
-        total += np.abs(own) * np.cos(order * angle - np.angle(own))
+        total += np.abs(own) * angle_series(order * angle - np.angle(own), COSINE)
     return total
 
 
