@@ -178,3 +178,26 @@ def test_an_order_that_is_not_whole_is_no_shared_walk_of_a_table_that_sweeps():
     assert not [note for note in analysis.notes if note.name == "shared"]
     walk = analysis.angle_random_walk.to("deg/sqrt(h)")
     assert 4.7e-3 < walk.low < 5e-3 < walk.high < 5.3e-3
+
+
+@pytest.mark.parametrize("draws", [2, pytest.param(12, marks=pytest.mark.statistics)])
+def test_the_noise_of_an_encoder_is_no_shared_walk_of_a_table_that_steps_between_rates(draws):
+    """What was left out where its rate changed made a walk of the readings' noise."""
+    rate, walk = 100.0, 2e-3
+    seconds = np.arange(90_000) / rate
+    # Every half minute another rate, within 1.5 s.
+    rates = np.resize([6.0, 15.0, 25.0], 30)
+    edges = np.sort(np.concatenate([30.0 * np.arange(1, 30), 30.0 * np.arange(1, 30) + 1.5]))
+    turning = np.interp(seconds, edges, np.repeat(rates, 2)[1:-1])
+    for seed in range(draws):
+        random = np.random.default_rng(seed)
+        table = np.cumsum(turning + 0.005 * random.standard_normal(seconds.size)) / rate
+        noise = np.cumsum(random.standard_normal((2, seconds.size)), axis=1) / math.sqrt(rate)
+        x, z = np.array([[0.577], [0.575]]) * table + walk / 60.0 * noise
+        read = table + 2.0 / 3600.0 * random.standard_normal(seconds.size)
+        recording = Recording.from_arrays(
+            x=x, z=z, table=read, kind="angle", unit="deg", sample_rate=rate
+        )
+        analysis = analyze(recording)
+        assert not [note for note in analysis.notes if note.name == "shared"], seed
+        assert analysis.angle_random_walk.to("deg/sqrt(h)").high < 1.2 * walk, seed

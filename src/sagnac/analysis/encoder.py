@@ -28,6 +28,7 @@ from sagnac.analysis.evidence import Evidence
 from sagnac.analysis.measurement import ALIKE, Measurement, measure
 from sagnac.core.arrays import FloatArray, differences, square
 from sagnac.core.errors import Level, Note, rounded
+from sagnac.core.marks import stretches
 from sagnac.noise.cross_spectra import CommonWalk, common_walk, differenced_factor
 from sagnac.noise.estimates import Estimate, part_of_errors, rooted
 from sagnac.noise.lowest_ordinates import LEAST_AVERAGES, highest_walk
@@ -394,13 +395,7 @@ def shared_walk(
     rate = 1.0 / kinematic.interval
     beside = {line.frequency for line in evidence.lines if line.scale == "angle"}
     orders = np.array(sorted(order for order in beside if order != round(order)))
-    steps = np.diff(_without_table(angles, kinematic, readings, orders))
-    # Readings that slip at times, or come back, make no walk.
-    alike = steps.mean(axis=0)
-    # A step that all gyros make against the encoder beyond eight deviations is one of the encoder.
-    slips = np.abs(alike) > 8.0 * scatter_of(alike)
-    if slips.mean() < 1e-3:
-        steps[:, slips] = 0.0
+    averages = _without_table(angles, kinematic, readings, orders)
     # A gyro answers within its bandwidth: where the table turns round, all gyros lag alike by more
     # than a delay.
     turned = np.diff(kinematic.angle, 2)
@@ -408,8 +403,19 @@ def shared_walk(
     # changes are left out of up to a tenth of the record.
     hard = np.convolve(np.abs(turned) > 20.0 * scatter_of(turned), (1.0, 1.0)) > 0.0
     if hard.mean() < 0.1:
-        steps[:, hard] = 0.0
-        steps /= math.sqrt(1.0 - hard.mean())
+        for first, after in np.transpose(stretches(hard)).tolist():
+            # Between means of 30 at both ends: single ones hold noise of the readings, of which a
+            # line between them would make a slow wander.
+            ends = averages[:, max(0, first - 29) : first + 1], averages[:, after : after + 30]
+            line = np.linspace(*(end.mean(axis=1) for end in ends), after - first + 1, axis=1)
+            averages[:, first + 1 : after] = line[:, 1:-1]
+    steps = np.diff(averages)
+    # Readings that slip at times, or come back, make no walk.
+    alike = steps.mean(axis=0)
+    # A step that all gyros make against the encoder beyond eight deviations is one of the encoder.
+    slips = np.abs(alike) > 8.0 * scatter_of(alike)
+    if slips.mean() < 1e-3:
+        steps[:, slips] = 0.0
     try:
         # Averages are bent above a quarter of their rate.
         band_hz = (band_hz[0], min(band_hz[1], 0.25 * rate))
