@@ -406,8 +406,9 @@ def shared_walk(
         for first, after in np.transpose(stretches(hard)).tolist():
             # Between means of 30 at both ends: single ones hold noise of the readings, of which a
             # line between them would make a slow wander.
-            ends = averages[:, max(0, first - 29) : first + 1], averages[:, after : after + 30]
-            line = np.linspace(*(end.mean(axis=1) for end in ends), after - first + 1, axis=1)
+            before = averages[:, max(0, first - 29) : first + 1].mean(axis=1)
+            behind = averages[:, after : after + 30].mean(axis=1)
+            line = np.linspace(before, behind, after - first + 1, axis=1)
             averages[:, first + 1 : after] = line[:, 1:-1]
     steps = np.diff(averages)
     # Readings that slip at times, or come back, make no walk.
