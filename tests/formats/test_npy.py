@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from sagnac.formats import columns, missing, read
+from sagnac.formats import Statement, columns, missing, read
 from tests.formats.examples import refused
 
 RANDOM = np.random.default_rng(4)
@@ -62,3 +62,25 @@ def test_what_is_no_table_is_refused(tmp_path):
     np.save(path, ROWS)
     path.write_bytes(path.read_bytes()[:-100])
     refused(path, "npy")
+
+
+@pytest.mark.parametrize("time", ["datetime64[us]", "datetime64[ns]", "timedelta64[ms]"])
+@pytest.mark.parametrize("suffix", ["npy", "npz"])
+def test_dates_and_durations_are_time_stamps(tmp_path, time, suffix):
+    path, begin = tmp_path / f"run.{suffix}", np.datetime64("2026-03-01T10:00:00")
+    rates = Statement(kind="rate", unit="deg/s")
+    for lost in (0, 10):
+        elapsed = (10 * np.arange(500) + 10 * lost * (np.arange(500) >= 250)).astype("m8[ms]")
+        records = np.zeros(500, dtype=[("time", time), ("x", "f8")])
+        records["time"] = begin + elapsed if time.startswith("date") else elapsed
+        records["x"] = ROWS[:, 0]
+        if suffix == "npy":
+            np.save(path, records)
+        else:
+            np.savez(path, time=records["time"], x=records["x"])
+        if lost:
+            refused(path, "time: has 1 gap", "0.11 s at 2.490 s", statement=rates)
+        else:
+            recording = read(path, rates)
+            assert recording.sample_rate == pytest.approx(100.0, rel=1e-9)
+            assert recording.samples == 500

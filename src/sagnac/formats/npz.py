@@ -48,7 +48,7 @@ def _open_array(path: Path) -> Source:
         table = np.atleast_2d(array)
         rows = table if table.shape[0] < table.shape[1] else table.T
         columns = {str(number): row for number, row in enumerate(rows[: MOST_COLUMNS + 1], 1)}
-    columns = {name: one for name, one in columns.items() if one.dtype.kind in "biuf"}
+    columns = {name: one for name, one in columns.items() if one.dtype.kind in source.NUMBERS}
     if not 0 < len(columns) <= MOST_COLUMNS:
         problem = f"holds {array.dtype} of shape {array.shape}, no table of real numbers"
         remedy = "store an array of shape (samples,) or (samples, channels)"
@@ -56,12 +56,15 @@ def _open_array(path: Path) -> Source:
 
     def pieces(keys: Sequence[str], start: int, stop: int) -> source.Pieces:
         for block in blocks(stop, start=start):
-            yield {key: np.array(columns[key][block]) for key in keys}
+            yield {key: source.as_numbers(np.array(columns[key][block])) for key in keys}
 
     def load(keys: Sequence[str]) -> source.Stored:
         return source.Stored(lengths={key: columns[key].shape[0] for key in keys}, pieces=pieces)
 
-    numbered = (Column(key=key, name=key, number=at) for at, key in enumerate(columns, start=1))
+    numbered = (
+        Column(key=key, name=key, number=at, unit=source.unit_of(one.dtype))
+        for at, (key, one) in enumerate(columns.items(), start=1)
+    )
     return Source(columns=tuple(numbered), load=load)
 
 
@@ -85,12 +88,12 @@ def _open_archive(path: Path) -> Source:
             # No text that states something is as long.
             if name in ARRAYS_STATED and shape in ((), (1,)) and size > 2**16:
                 raise ValueError(f"{name} has {size} bytes")
-            if kind.kind in "biuf" and shape not in ((), (1,)):
+            if kind.kind in source.NUMBERS and shape not in ((), (1,)):
                 vectors.update(source.vectors(name, name, shape))
             elif name in ARRAYS_STATED:
                 value = archive[name]
                 stated[name] = value.item() if value.size == 1 else value.tolist()
-            elif kind.kind not in "biuf":
+            elif kind.kind not in source.NUMBERS:
                 unreadable[name] = f"holds values of kind {kind.kind!r}"
 
     def load(keys: Sequence[str]) -> dict[str, AnyArray]:
@@ -99,9 +102,11 @@ def _open_archive(path: Path) -> Source:
             require_room(size, name)
             require_content(size, path.stat().st_size, name)
         with np.load(path, allow_pickle=False) as archive:
-            return {key: vectors[key].of(archive[vectors[key].array]) for key in keys}
+            arrays = {key: vectors[key].of(archive[vectors[key].array]) for key in keys}
+        return {key: source.as_numbers(one) for key, one in arrays.items()}
 
-    columns = tuple(source.column(key) for key in vectors)
+    units = {key: source.unit_of(heads[one.array][1]) for key, one in vectors.items()}
+    columns = tuple(source.column(key, unit=unit) for key, unit in units.items())
     return Source(columns=columns, load=load, stated=from_mapping(stated), unreadable=unreadable)
 
 

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 
@@ -22,6 +22,8 @@ from sagnac.recording.model import Kind, Recording
 Pieces = Iterator[dict[str, AnyArray]]
 # Columns of numbers by their keys.
 Values = dict[str, FloatArray]
+# Kinds of numpy types that are read; dates and durations as whole nanoseconds.
+NUMBERS: Final = "biufMm"
 # A matrix of more columns than this is no recording.
 MOST_COLUMNS: Final = 4096
 
@@ -218,6 +220,17 @@ def column(key: str, *, unit: str | None = None, kind: str | None = None) -> Col
     """
     name, in_header = split_header(key)
     return Column(key=key, name=one_line(name), unit=unit or in_header, kind=kind)
+
+
+def unit_of(kind: np.dtype[Any]) -> str | None:
+    """Unit of `as_numbers` of values of a type, None for all but dates and durations."""
+    return "ns" if kind.kind in "Mm" else None
+
+
+def as_numbers(values: AnyArray) -> AnyArray:
+    """Values of a kind in `NUMBERS`: dates and durations as whole nanoseconds, others as are."""
+    kind = values.dtype.kind
+    return values.astype(f"{kind}8[ns]").astype(np.int64) if kind in "Mm" else values
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

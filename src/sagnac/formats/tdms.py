@@ -15,7 +15,16 @@ from sagnac.core.arrays import blocks
 from sagnac.core.errors import RecordingError
 from sagnac.formats.files import AGAIN
 from sagnac.formats.registry import TDMS
-from sagnac.formats.source import Column, Pieces, Source, Stored, column
+from sagnac.formats.source import (
+    NUMBERS,
+    Column,
+    Pieces,
+    Source,
+    Stored,
+    as_numbers,
+    column,
+    unit_of,
+)
 from sagnac.formats.statement import Statement
 
 # The library hands over raw counts of a channel whose scale it does not know.
@@ -46,29 +55,27 @@ def open_source(path: Path) -> Source:
         if not file.groups():
             raise ValueError("no segment of it is whole")
         found = [
-            (group.name, one.name, dict(one.properties), np.dtype(one.dtype).kind, len(one))
+            (group.name, one.name, dict(one.properties), np.dtype(one.dtype), len(one))
             for group in file.groups()
             for one in group.channels()
         ]
         shared = [file.properties, *(group.properties for group in file.groups())]
-    found = [one for one in found if one[3] in "biufM" and one[4]]
+    found = [one for one in found if one[3].kind in NUMBERS and one[4]]
     often = Counter(name for _, name, *_ in found)
     by_key = {one[1] if often[one[1]] == 1 else f"{one[0]}/{one[1]}": one for one in found}
     columns: list[Column] = []
     for key, (_, _, own, kind, _) in by_key.items():
         unit = next((str(own[one]) for one in _UNIT_PROPERTIES if own.get(one)), None)
-        columns.append(column(key, unit="ns" if kind == "M" else unit))
+        columns.append(column(key, unit=unit_of(kind) or unit))
 
     def pieces(keys: Sequence[str], start: int, stop: int) -> Pieces:
         with path.open("rb") as stream, TdmsFile.open(stream) as file:
             for key in keys:
-                group, name, _, kind, _ = by_key[key]
+                group, name, *_ = by_key[key]
                 channel = file[group][name]
                 for block in blocks(stop, start=start):
                     values = channel.read_data(block.start, block.stop - block.start)
-                    if kind == "M":
-                        values = values.astype("datetime64[ns]").astype(np.int64)
-                    yield {key: values}
+                    yield {key: as_numbers(values)}
 
     def load(keys: Sequence[str]) -> Stored:
         for key in keys:
