@@ -23,6 +23,20 @@ def test_hours_for_a_width_and_to_decide_a_limit(bare, capsys):
     assert "± 1 %" in shown
     assert "Forecast for an answer that" in shown
     assert "N ≤ 0.002 °/√h decided" in shown
+    assert "B is not estimated yet" in shown
+    assert "N is taken to be what was read" in shown
+    assert main(arguments[:-4]) == 0
+    assert "N is taken to be what was read" not in capsys.readouterr().out
+
+
+def test_data_that_is_spoilt_is_not_to_be_recorded_longer(tmp_path, capsys):
+    path = tmp_path / "coarse.csv"
+    noise = np.round(0.35 * np.random.default_rng(6).standard_normal(6000))
+    np.savetxt(path, noise, header="x[deg/h]", comments="")
+    assert main(["plan", str(path), "--kind", "rate", "--rate", "50"]) == 1
+    said = capsys.readouterr().err
+    assert "mend this first: x: is read out in steps of 1 deg/h" in said
+    assert "four times as long" not in said
 
 
 def test_every_gyro_at_rest_has_a_plan(tmp_path, capsys):

@@ -9,7 +9,7 @@ import pytest
 
 from sagnac.analysis.result import Analysis
 from sagnac.cli import main
-from sagnac.core.documents import ANALYSIS, check_analysis, read_analyses
+from sagnac.core.documents import ANALYSIS, check_analysis, documents_of, read_analyses
 from sagnac.core.errors import RecordingError
 from sagnac.navigation.noise import GyroNoise
 from sagnac.report.document import analysis_document, many_document
@@ -155,3 +155,12 @@ def test_a_value_that_no_rule_allows_is_shown():
     document["settings"]["interval_s"] = "x"
     with pytest.raises(ValueError, match=r"settings.interval_s is 'x', which it does not allow"):
         check_analysis(document)
+
+
+def test_reports_that_are_no_longer_of_a_campaign_are_left_out(tmp_path):
+    for name in ("A-1234", "B-5678"):
+        (tmp_path / "reports" / name).mkdir(parents=True)
+        (tmp_path / "reports" / name / "analysis.json").write_text("{}")
+    assert len(documents_of(tmp_path)) == 2
+    (tmp_path / "campaign.csv").write_text("file,report\nB.csv,reports/B-5678\n")
+    assert [one.parent.name for one in documents_of(tmp_path)] == ["B-5678"]

@@ -8,6 +8,13 @@ from tests.fleet.examples import CELLS, Campaign, design_of
 TRUTH = {"unit": 0.3, "day": 0.2, "rate": 0.1, "run": 0.05}
 
 
+def even(values, labels) -> Outlook:
+    """Runs whose effects all scatter alike."""
+    return Outlook(
+        design=design_of(values, labels), components=dict.fromkeys((*labels, "run"), 1.0)
+    )
+
+
 def test_run_that_was_spoilt_is_named_and_foretold_from_the_others() -> None:
     campaign = Campaign(TRUTH, np.random.default_rng(1))
     values = campaign.design.values.copy()
@@ -43,11 +50,11 @@ def test_slope_of_days_is_that_of_their_means() -> None:
     day = np.array([cell[1] for cell in CELLS], dtype=float)
     values = 0.1 * day + np.array([0.0, 0.02, -0.02])[np.array([cell[0] for cell in CELLS])]
     values += np.tile([0.001, -0.001, 0.0, 0.0], 9)
-    slope = slope_of_days(design_of(values, labels), confidence=0.95)
+    slope = slope_of_days(even(values, labels), labels["day"], confidence=0.95)
     assert slope is not None
     assert slope.value == pytest.approx(0.1)
     bent = values + 0.01 * (day == 1.0)
-    slope = slope_of_days(design_of(bent, labels), confidence=0.95)
+    slope = slope_of_days(even(bent, labels), labels["day"], confidence=0.95)
     assert slope is not None
     # The days stand -1/3, 2/3 and -1/3 of 0.01 off the line; t of one degree is 12.706.
     error = 0.01 * np.sqrt(6.0 / 9.0) / np.sqrt(2.0)

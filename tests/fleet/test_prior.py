@@ -59,12 +59,18 @@ def test_a_file_that_failed_is_left_out_and_told_of(tmp_path, capsys):
         write_tables(table, tmp_path / name)
         noises[name], words = prior_of(tmp_path / name)
         assert ("1 row without an answer left out" in words) == (name == "damaged")
+        assert "without a unit" not in words
         assert cli.main(["align", str(tmp_path / name)]) == 0
         assert words in capsys.readouterr().out
     assert repr(noises["sound"]) == repr(noises["damaged"])
     write_tables([failed], tmp_path)
     with pytest.raises(RecordingError, match="holds no recording with an answer"):
         prior_of(tmp_path)
+
+
+def test_a_file_without_a_unit_is_told_of(tmp_path):
+    write_tables([*TABLE, replace(EMPTY, unit="", day="1")], tmp_path)
+    assert prior_of(tmp_path)[1].endswith("; 1 row without a unit, each taken for one of its own")
 
 
 def test_azimuth_of_what_is_foretold_has_its_interval(tmp_path, capsys):

@@ -5,7 +5,7 @@ import pytest
 
 from sagnac.fleet.design import draws_of, restricted_components
 from sagnac.fleet.study import Outlook
-from tests.fleet.examples import Campaign
+from tests.fleet.examples import Campaign, design_of
 
 CAMPAIGNS = 500
 
@@ -34,6 +34,38 @@ def test_intervals_hold_93_to_97_times_in_100(truth: dict[str, float]) -> None:
             ("next unit", outlook.further_run({}), campaign.next_unit),
             ("next day", outlook.further_run({"unit": "0", "rate": "0"}), campaign.next_day),
             ("next day and rate", outlook.further_run({"unit": "0"}), campaign.next_day_and_rate),
+        ):
+            held[name] += bool(abs(located.value - true) <= located.reach(0.95))
+    shares = {name: count / CAMPAIGNS for name, count in held.items()}
+    print(shares)
+    assert all(0.93 <= share <= 0.97 for share in shares.values()), shares
+
+
+@pytest.mark.statistics
+@pytest.mark.parametrize("truth", [(0.30, 0.05, 0.03), (0.10, 0.10, 0.03)], ids=["units", "both"])
+def test_intervals_hold_if_every_unit_has_days_of_its_own(truth: tuple[float, ...]) -> None:
+    """5 units on 4 days each that no other has, two runs a day: days lie within units."""
+    random = np.random.default_rng(21)
+    names = ("unit", "day", "run")
+    held = dict.fromkeys((*names, "mean", "next unit", "next day"), 0)
+    cells = [(unit, day) for unit in range(5) for day in range(4) for _ in range(2)]
+    labels = {
+        "unit": tuple(str(unit) for unit, _ in cells),
+        "day": tuple(f"{unit}.{day}" for unit, day in cells),
+    }
+    for number in range(CAMPAIGNS):
+        units, days = random.normal(0.0, truth[0], 6), random.normal(0.0, truth[1], (6, 5))
+        runs = np.hypot(truth[2], 0.01) * random.standard_normal(len(cells) + 1)
+        values = [units[unit] + days[unit, day] for unit, day in cells] + runs[1:]
+        design = design_of(values, labels, 1e-4)
+        for name, variance in draws_of(design, count=2000, seed=number).items():
+            low, high = np.quantile(variance, [0.025, 0.975])
+            held[name] += bool(low <= truth[names.index(name)] ** 2 <= high)
+        outlook = Outlook(design=design, components=restricted_components(design))
+        for name, located, true in (
+            ("mean", outlook.mean, 0.0),
+            ("next unit", outlook.further_run({}), units[5] + days[5, 4] + runs[0]),
+            ("next day", outlook.further_run({"unit": "0"}), units[0] + days[0, 4] + runs[0]),
         ):
             held[name] += bool(abs(located.value - true) <= located.reach(0.95))
     shares = {name: count / CAMPAIGNS for name, count in held.items()}

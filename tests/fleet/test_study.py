@@ -1,7 +1,9 @@
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy import stats
 
 from sagnac.core.errors import RecordingError
 from sagnac.fleet.study import Run, repeatability
@@ -95,6 +97,72 @@ def test_runs_that_do_not_differ_say_nothing() -> None:
     found = repeatability(runs)
     assert found.deviations == {}
     assert found.hidden == dict.fromkeys(("unit", "day", "run"), "the runs do not differ")
+
+
+def nested_runs(same_date: bool, repeats: int = 2) -> tuple[list[Run], np.ndarray]:
+    """Runs of 4 units on 3 dates of their own each, or on one; and means of ln N of the units."""
+    random = np.random.default_rng(4)
+    effects = [0.3, -0.3, 0.1, -0.2]
+    runs = [
+        Run(
+            value=math.exp(effects[unit] + 0.02 * random.normal()),
+            labels={
+                "unit": "abcd"[unit],
+                "day": f"2026-{unit + 1:02d}-{1 + day * (not same_date):02d}",
+            },
+        )
+        for unit in range(4)
+        for day in range(3)
+        for _ in range(repeats)
+    ]
+    return runs, np.log([run.value for run in runs]).reshape(4, -1).mean(axis=1)
+
+
+@pytest.mark.parametrize("same_date", [False, True])
+def test_units_measured_one_after_another_scatter_as_units(same_date: bool) -> None:
+    """Days of one unit each are within it: the mean is Student's t of the means of units."""
+    runs, means = nested_runs(same_date)
+    found = repeatability(runs)
+    reach = stats.t.ppf(0.975, 3) * np.std(means, ddof=1) / 2.0
+    assert math.log(found.mean.high / found.mean.value) == pytest.approx(reach, rel=1e-6)
+    assert found.deviations["unit"].value == pytest.approx(np.std(means, ddof=1), rel=0.01)
+    assert found.next_unit is not None
+    assert found.next_unit.low < found.mean.low
+    if same_date:
+        assert found.drift is None
+        assert found.hidden == {
+            "day": "each unit has its own day, so that its scatter is that of units"
+        }
+    else:
+        # Units differ by up to 0.6 between dates a month apart, the dates of each by 0.02.
+        assert found.drift is not None
+        assert -0.05 < found.drift.low < 0.0 < found.drift.high < 0.05
+        assert found.deviations["day"].high < 0.1
+
+
+def test_units_or_days_of_one_run_each_foretell_the_next() -> None:
+    random = np.random.default_rng(4)
+    values = np.exp(0.01 * np.arange(10) + 0.001 * random.standard_normal(10))
+    days = [{"unit": "a", "day": f"2026-03-{day:02d}"} for day in range(1, 11)]
+    found = repeatability([Run(value=v, labels=one) for v, one in zip(values, days, strict=True)])
+    assert found.drift is not None
+    assert found.drift.low < 0.01 < found.drift.high < 0.011
+    assert set(found.next_day) == {"a"}
+    assert found.hidden["day"] == "each run has its own day, so that its scatter is that of runs"
+    units = [{"unit": str(unit), "day": "2026-03-01"} for unit in range(10)]
+    found = repeatability([Run(value=v, labels=one) for v, one in zip(values, units, strict=True)])
+    reach = stats.t.ppf(0.975, 9) * np.std(np.log(values), ddof=1) * math.sqrt(1.1)
+    assert found.next_unit is not None
+    assert math.log(found.next_unit.high / found.mean.value) == pytest.approx(reach, rel=1e-6)
+    assert found.next_day == {}
+    assert found.drift is None
+
+
+def test_a_run_without_a_unit_is_a_unit_of_its_own() -> None:
+    runs, _ = nested_runs(same_date=True)
+    found = repeatability([*runs, replace(runs[0], labels={})])
+    assert found.deviations["unit"].low > 0.1
+    assert found.mean.high / found.mean.low > 1.3
 
 
 def test_dates_show_a_drift() -> None:

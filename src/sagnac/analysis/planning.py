@@ -33,7 +33,9 @@ def short_recording(analysis: Analysis) -> ShortRecording:
     duration = analysis.recording.duration
     if walk.status != "estimated" or walk.low <= 0.0:
         problem = f"N is {walk.status} after {duration:.4g} s, so that no interval can be forecast"
-        remedy = "record four times as long and ask again"
+        # No length of recording makes up for what spoils the data.
+        spoilt = [f"mend this first: {note}" for note in analysis.notes if note.level == "error"]
+        remedy = "".join(spoilt[:1]) or "record four times as long and ask again"
         raise RecordingError(problem, channel=analysis.channel, remedy=remedy)
     if choice is None or not choice.terms:
         problem, remedy = "the answer rests on no band of the spectrum", "record longer"

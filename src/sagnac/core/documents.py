@@ -201,9 +201,14 @@ def documents_of(path: Path) -> tuple[Path, ...]:
     """
     if not path.is_dir():
         return (path,)
+    # Reports of recordings that are no longer of a campaign lie in its folder, too.
+    table = "".join(one.read_text(encoding="utf-8") for one in path.glob("campaign.csv"))
     for pattern in ("analysis.json", "*/analysis.json", "reports/*/analysis.json"):
-        if found := tuple(sorted(path.glob(pattern))):
-            return found
+        found = sorted(path.glob(pattern))
+        if table and pattern.startswith("reports"):
+            found = [one for one in found if one.parent.name in table]
+        if found:
+            return tuple(found)
     remedy = "give the folder that an analysis wrote, or that of a campaign"
     raise RecordingError("holds no analysis.json", path=str(path), remedy=remedy)
 

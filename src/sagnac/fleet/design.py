@@ -7,8 +7,10 @@ The contrasts of a factor, free of all others, are normal with the covariance
 ``G s_k^2 + I s_run^2 + S`` (s_k^2 the variance of the factor, S the known variances), so that
 their squared length in that metric is chi-square with as many degrees of freedom. It falls as s_k^2
 rises; a draw of the chi-square therefore is a draw of s_k^2, given one of s_run^2, which comes
-from the residual contrasts in the same way. In a balanced design these are the generalized pivotal
-quantities of Weerahandi (*J. Am. Stat. Assoc.* 88, 899, 1993), which start from exact chi-squares.
+from the residual contrasts in the same way. The contrasts of units hold the variance of days as
+well if each day is of one unit: a draw of that is given, too. In a balanced design these are the
+generalized pivotal quantities of Weerahandi (*J. Am. Stat. Assoc.* 88, 899, 1993), which start
+from exact chi-squares.
 
 If contrasts happen to be shorter than chance makes them without any s_k^2, most draws are zero,
 and a quantile of them would say that nothing scatters. A bound takes them to be no shorter than in
@@ -53,24 +55,26 @@ class Design:
 
     @cached_property
     def seen(self) -> tuple[str, ...]:
-        """Factors whose variance the runs can tell from that of the others."""
-        return tuple(name for name in self.factors if self.contrasts(name).shape[1] > 0)
+        """Factors whose variance the runs can tell from that of the others, inner ones first."""
+        seen = [name for name in self.factors if self.contrasts(name).shape[1] > 0]
+        return tuple(sorted(seen, key=lambda name: len(self.within(name))))
 
     @cached_property
     def hidden(self) -> Mapping[str, str]:
         """The other factors, and why."""
-        reasons = {}
-        for name, labels in self.factors.items():
-            if name in self.seen:
-                continue
-            levels = len(set(labels))
-            if levels < 2:
-                reasons[name] = f"all runs are of one {name}"
-            elif levels == len(labels):
-                reasons[name] = f"no two runs share a {name}, so that it cannot be told from runs"
-            else:
-                reasons[name] = f"its {levels} levels change only together with the other factors"
-        return reasons
+        counts = {name: len(self.levels(name)) for name in self.factors if name not in self.seen}
+        together = "its {} levels change only together with the other factors"
+        return {
+            name: together.format(count) if count > 1 else f"all runs are of one {name}"
+            for name, count in counts.items()
+        }
+
+    def within(self, name: str) -> tuple[str, ...]:
+        """Factors whose levels each belong to one level of this one, as days of one unit each."""
+        wide = self.factors.get(name, ("",))
+        both = {one: len(set(zip(own, wide, strict=False))) for one, own in self.factors.items()}
+        # Each level stands beside one of the wide ones, and several beside the same.
+        return tuple(one for one in both if 1 < len(set(wide)) < both[one] == len(self.levels(one)))
 
     def levels(self, name: str) -> tuple[str, ...]:
         """Labels of a factor, in order of appearance."""
@@ -92,10 +96,11 @@ class Design:
         """(runs, degrees of freedom) orthonormal contrasts of a factor, free of all others.
 
         They span what the factor explains beside the mean and the other factors, the space of
-        Henderson's third sum of squares. Those of ``run`` are the residual ones, free of the mean
-        and all factors.
+        Henderson's third sum of squares. Factors that lie within it are in its contrasts, too.
+        Those of ``run`` are the residual ones, free of the mean and all factors.
         """
-        others = [self.incidence(other) for other in self.factors if other != name]
+        free_of = set(self.factors) - {name, *self.within(name)}
+        others = [self.incidence(other) for other in self.factors if other in free_of]
         rest = _orthonormal(np.hstack([np.ones((self.values.size, 1)), *others]))
         own = self.incidence(name)
         left = _orthonormal(own - rest @ (rest.T @ own))
@@ -210,19 +215,17 @@ def draws_of(
     """
     random = np.random.default_rng(seed)
     squares, known = _residual_squares(design)
-    even = np.ones_like(known)
 
     def of_runs(*, bounded: bool) -> FloatArray:
         chosen = random.chisquare(known.size, count)
-        return _variances(chosen, squares, known, even, bounded=bounded)
+        return _variances(chosen, squares, known, np.ones_like(known), bounded=bounded)
 
-    run = of_runs(bounded=False)
-    draws = {}
+    draws = {"run": of_runs(bounded=False)}
     for name in design.seen:
         chosen = random.chisquare(design.contrasts(name).shape[1], count)
-        squares_of = _factor_squares(design, name, run)
+        squares_of = _whitened(design, name, draws)
         draws[name] = _variances(chosen, *squares_of, bounded=name == bounded)
-    return {**draws, "run": of_runs(bounded=True) if bounded == "run" else run}
+    return {**draws, "run": of_runs(bounded=True)} if bounded == "run" else draws
 
 
 def chance_of_less(design: Design) -> float:
@@ -243,15 +246,19 @@ def _residual_squares(design: Design) -> tuple[FloatArray, FloatArray]:
     return (directions.T @ (contrasts.T @ design.values)) ** 2, np.maximum(sizes, 0.0)
 
 
-def _factor_squares(design: Design, name: str, run: FloatArray) -> tuple[FloatArray, ...]:
+def _whitened(design: Design, name: str, draws: Mapping[str, FloatArray]) -> tuple[FloatArray, ...]:
     """(draws, contrasts) squared contrasts of a factor, what runs make of each, and the factor.
 
-    They are whitened by the known variances and those of `run` (draws,): runs make one.
+    They are whitened by the known variances and the `draws` (draws,) of runs and of the factors
+    within this one: these make one.
     """
     contrasts = design.contrasts(name)
-    identity = np.eye(contrasts.shape[1])
-    metric = contrasts.T @ (design.variances[:, np.newaxis] * contrasts)
-    metric = metric + (run[:, np.newaxis, np.newaxis] + 1e-12 * design.spread**2) * identity
+    known = design.variances + 1e-12 * design.spread**2
+    metric = contrasts.T @ (known[:, np.newaxis] * contrasts)
+    for inner in ("run", *design.within(name)):
+        if inner in draws:
+            shared = contrasts.T @ design.shared(inner) @ contrasts
+            metric = metric + draws[inner][:, np.newaxis, np.newaxis] * shared
     root = np.linalg.cholesky(metric)
     white = np.linalg.solve(root, contrasts.T @ design.incidence(name))
     sizes, directions = np.linalg.eigh(white @ white.transpose(0, 2, 1))

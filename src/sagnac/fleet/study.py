@@ -57,7 +57,8 @@ class MeanSquare:
     value
         Mean square.
     per_variance
-        What it gains in the mean for each unit of the factor's variance.
+        What it gains in the mean for each unit of the variance of the factor, and of those
+        within it.
     known
         What it gains in the mean from the known variances of the runs.
     freedom
@@ -65,7 +66,7 @@ class MeanSquare:
     """
 
     value: float
-    per_variance: float
+    per_variance: Mapping[str, float]
     known: float
     freedom: int
 
@@ -106,7 +107,7 @@ class Outlook:
         """
         shared = np.zeros(self.design.values.size)
         for name, level in known.items():
-            same = np.array([label == level for label in self.design.factors[name]], dtype=float)
+            same = np.array(self.design.factors[name]) == level
             shared += self.components.get(name, 0.0) * same
         weights = self._inverse @ shared
         weights += (1.0 - weights.sum()) * self._mean_weights
@@ -129,13 +130,16 @@ class Outlook:
         # No less than what is known of the runs themselves.
         least = further * design.typical_variance + float(design.variances @ weights**2)
         fixed = least - run_share * run.known
-        shares: dict[str, float] = {}
-        for name in design.seen:
+        shares = dict.fromkeys(design.seen, 0.0)
+        for name in reversed(shares):
             square, taken = squares[name], weights @ design.incidence(name)
             if name in known:
                 taken[design.levels(name).index(known[name])] -= 1.0
-            share = further * (name not in known) + float(taken @ taken)
-            shares[name] = share / square.per_variance
+            shares[name] += further * (name not in known) + float(taken @ taken)
+            shares[name] /= square.per_variance[name]
+            for inner in set(shares).intersection(square.per_variance) - {name}:
+                # The mean square of the outer factor holds this much of the inner one already.
+                shares[inner] -= shares[name] * square.per_variance[inner]
             run_share -= shares[name]
             fixed -= shares[name] * (square.known - run.known)
         shares["run"] = run_share
@@ -155,17 +159,23 @@ class Outlook:
     @cached_property
     def mean_squares(self) -> Mapping[str, MeanSquare]:
         """By factor, and of ``run``; none below what the known variances and runs put into it."""
-        design, squares, beyond = self.design, {}, 0.0
+        design, squares, variances = self.design, {}, {"run": 0.0}
         for name in ("run", *design.seen):
             contrasts = design.contrasts(name)
             freedom = contrasts.shape[1]
-            value = float(np.sum((contrasts.T @ design.values) ** 2)) / freedom
+            mean = float(np.sum((contrasts.T @ design.values) ** 2)) / freedom
             known = float(design.variances @ np.sum(contrasts**2, axis=1)) / freedom
-            per_variance = float(np.sum((contrasts.T @ design.incidence(name)) ** 2)) / freedom
-            value = max(value, known + beyond)
-            own = MeanSquare(value=value, per_variance=per_variance, known=known, freedom=freedom)
+            per = {
+                one: float(np.sum((contrasts.T @ design.incidence(one)) ** 2)) / freedom
+                for one in (name, *design.within(name))
+            }
+            # What is within comes first, and is 0 if the runs do not show it.
+            least = (
+                known + variances["run"] + sum(variances.get(one, 0.0) * per[one] for one in per)
+            )
+            variances[name] = max(mean - least, 0.0) / per[name]
+            own = MeanSquare(value=max(mean, least), per_variance=per, known=known, freedom=freedom)
             squares[name] = own
-            beyond = max(squares["run"].value - squares["run"].known, 0.0)
         return squares
 
 
@@ -237,16 +247,19 @@ def departures(design: Design, components: Components) -> tuple[Outlier, ...]:
     return tuple(sorted(rows, key=lambda one: -abs(one.deviations)))
 
 
-def slope_of_days(design: Design, *, confidence: float) -> Interval | None:
-    """Change of the values for each day, from the means of the days.
+def slope_of_days(outlook: Outlook, labels: Sequence[str], *, confidence: float) -> Interval | None:
+    """Change of the values for each day.
 
-    All runs of a day share its effect, so that the days, not the runs, are what a slope is fitted
-    to: three days leave one degree of freedom.
+    All runs of a day share its effect, so that the contrasts of days, not the runs, are what a
+    slope is fitted to: three days leave one degree of freedom. They are free of the unit, so that
+    units measured one after another make no drift.
 
     Parameters
     ----------
-    design
-        The runs.
+    outlook
+        The runs, and the variances by which the contrasts are weighed.
+    labels
+        (runs,) day of each run.
     confidence
         Of the interval.
 
@@ -256,15 +269,20 @@ def slope_of_days(design: Design, *, confidence: float) -> Interval | None:
         None if days have neither dates nor numbers, are fewer than three, or cannot be told from
         the other factors.
     """
-    days = _dates(design.levels("day")) if "day" in design.seen else None
-    if days is None or days.size < 3 or not np.ptp(days):
+    days, design = _dates(labels), outlook.design
+    # Days of one run each are no factor of the design: the contrasts of runs are theirs.
+    contrasts = design.contrasts("day" if "day" in design.seen else "run")
+    freedom = contrasts.shape[1] - 1
+    if days is None or freedom < 1 or not np.ptp(contrasts.T @ days) > 1e-9 * np.ptp(days):
         return None
-    others = [design.incidence(name) for name in design.factors if name != "day"]
-    columns = np.hstack([design.incidence("day"), *others])
-    effects = np.linalg.lstsq(columns, design.values, rcond=None)[0][: days.size]
-    (slope, _), covariance = np.polyfit(days, effects, 1, cov=True)
-    reach = float(stdtrit(days.size - 2, 0.5 + 0.5 * confidence)) * math.sqrt(covariance[0, 0])
-    return Interval(value=float(slope), low=float(slope - reach), high=float(slope + reach))
+    covariance = designs.covariance_of(design, outlook.components)
+    root = np.linalg.cholesky(contrasts.T @ covariance @ contrasts)
+    along, values = np.linalg.solve(root, contrasts.T @ np.column_stack([days, design.values])).T
+    size = float(along @ along)
+    slope = float(along @ values) / size
+    error = float(np.linalg.norm(values - slope * along)) / math.sqrt(size * freedom)
+    reach = float(stdtrit(freedom, 0.5 + 0.5 * confidence)) * error
+    return Interval(value=slope, low=slope - reach, high=slope + reach)
 
 
 def _dates(labels: Sequence[str]) -> FloatArray | None:
@@ -360,12 +378,12 @@ class Repeatability:
         Factors, and ``run``, whose scatter the runs cannot show, and why.
     next_unit
         N that one run of a unit not measured yet will give, on a new day, at a new rate; None
-        unless the runs show how units scatter.
+        unless the runs show how units scatter, as they do with one run of each.
     next_day
         By unit: N that its next run will give, on a new day, at a new rate; empty unless the runs
         show how days scatter.
     drift
-        Relative change of N for each day; None if days have no dates or are fewer than three.
+        Relative change of N for each day; None if days have no dates, or no unit has three.
     outliers
         The farthest first.
     runs, confidence
@@ -405,9 +423,15 @@ def repeatability(runs: Sequence[Run], *, confidence: float = 0.95) -> Repeatabi
         If `confidence` is not between 0 and 1.
     """
     require_confidence(confidence)
-    used = [name for name in FACTORS if runs and all(run.labels.get(name) for run in runs)]
-    labels = {name: tuple(run.labels[name] for run in runs) for name in used}
-    labels = {name: each for name, each in labels.items() if len(set(each)) < len(runs)}
+    labels, twins = dict[str, tuple[str, ...]](), dict[str, str]()
+    partitions = {tuple(range(len(runs))): "run"}
+    for name in (name for name in FACTORS if any(run.labels.get(name) for run in runs)):
+        # A run without a label, if others have one, is a level of its own.
+        own = tuple(run.labels.get(name) or f"run {index}" for index, run in enumerate(runs))
+        twin = partitions.setdefault(tuple(map(own.index, own)), name)
+        alone = twin == name or len(set(own)) == 1
+        labels |= {name: own} if alone else {}
+        twins |= {} if alone else {name: twin}
     variances = np.array([run.relative_variance for run in runs])
     design = Design(values=np.log([run.value for run in runs]), factors=labels, variances=variances)
     if len(runs) < 3 or design.contrasts("run").shape[1] < 1:
@@ -418,10 +442,12 @@ def repeatability(runs: Sequence[Run], *, confidence: float = 0.95) -> Repeatabi
     outlook = Outlook(design=design, components=components)
     unseen = _unseen(design, components, confidence)
     deviations = _deviations(design, components, set(unseen), confidence)
-    of_runs = "so that its scatter is that of runs"
-    alone = [name for name in used if name not in labels]
-    hidden = {name: f"no two runs share a {name}, {of_runs}" for name in alone}
-    units = design.levels("unit") if "unit" in labels and "day" in design.seen else ()
+    why = "each {1} has its own {0}, so that its scatter is that of {1}s"
+    hidden = {name: why.format(name, twin) for name, twin in twins.items()}
+    # What has one run a level scatters with the runs, which foretell one more of it.
+    shown = {*design.seen, *(name for name, twin in twins.items() if twin == "run")}
+    units = design.levels("unit") if "unit" in labels and "day" in shown else ()
+    days = [run.labels.get("day", "") for run in runs]
 
     def next_run(known: Mapping[str, str]) -> Interval:
         return _of_logarithm(outlook.further_run(known), confidence)
@@ -431,9 +457,9 @@ def repeatability(runs: Sequence[Run], *, confidence: float = 0.95) -> Repeatabi
         deviations=deviations,
         within=math.sqrt(design.typical_variance),
         hidden={**hidden, **design.hidden, **unseen},
-        next_unit=next_run({}) if "unit" in design.seen else None,
+        next_unit=next_run({}) if "unit" in shown else None,
         next_day={unit: next_run({"unit": unit}) for unit in units},
-        drift=slope_of_days(design, confidence=confidence),
+        drift=slope_of_days(outlook, days, confidence=confidence),
         outliers=tuple(
             replace(one, foretold=math.exp(one.foretold), mean_without=math.exp(one.mean_without))
             for one in departures(design, components)
@@ -460,11 +486,9 @@ def _deviations(
     tail = 0.5 - 0.5 * confidence
     draws = designs.draws_of(design)
     seen = {}
-    for name, variance in components.items():
-        if name in unseen:
-            continue
+    for name in (name for name in components if name not in unseen):
         low, high = np.sqrt(np.quantile(draws[name], [tail, 1.0 - tail])).tolist()
-        value = math.sqrt(variance)
+        value = math.sqrt(components[name])
         # Draws that are nearly all zero allow no more than a bound either.
         if high > value > 0.0:
             seen[name] = Deviation(value=value, low=low, high=high)

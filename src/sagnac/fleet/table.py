@@ -270,9 +270,15 @@ def groups_of(lines: Iterable[Line]) -> dict[tuple[str, str], list[Line]]:
 
 
 def left_out(lines: Iterable[Line]) -> str:
-    """How many whole recordings have no answer and are in no group, in words; empty if none."""
-    count = sum(is_whole(line) and line.state != "done" for line in lines)
-    return f"{counted(count, 'row')} without an answer left out" if count else ""
+    """How many whole recordings have no answer or no label, in words; empty if none."""
+    whole = [line for line in lines if is_whole(line)]
+    count = sum(line.state != "done" for line in whole)
+    words = [f"{counted(count, 'row')} without an answer left out"] if count else []
+    for name in ("unit", "day"):
+        bare = sum(not getattr(line, name) for line in whole)
+        if 0 < bare < len(whole):
+            words.append(f"{counted(bare, 'row')} without a {name}, each taken for one of its own")
+    return "; ".join(words)
 
 
 # ---- scatter -----------------------------------------------------------------------
@@ -427,17 +433,15 @@ class Yield:
 
     def in_words(self) -> str:
         """Gyros: ``3 pass, 1 fail, 0 undecided``."""
-        names: tuple[Decision, ...] = ("pass", "fail", "undecided")
-        return ", ".join(f"{self.gyros.count(name)} {name}" for name in names)
+        return ", ".join(f"{self.gyros.count(one)} {one}" for one in ("pass", "fail", "undecided"))
 
     def share_in_words(self) -> str:
-        """Units: ``3 of 4 units pass, 1 not measured, yield 75 % (19 to 99 %)``."""
-        low, high = self.share
+        """Units: ``3 of 4 units pass, 1 in part or not measured, yield 75 % (19 to 99 %)``."""
+        ends = " to ".join(f"{100.0 * end:.0f}" for end in self.share)
         passed, units = self.units.count("pass"), len(self.units)
-        without = f", {self.unmeasured} not measured" if self.unmeasured else ""
+        without = f", {self.unmeasured} in part or not measured" if self.unmeasured else ""
         passing = f"{passed} of {counted(units, 'unit')} pass{without}"
-        ends = f"{100.0 * low:.0f} to {100.0 * high:.0f} %"
-        return f"{passing}, yield {100.0 * passed / units:.0f} % ({ends})"
+        return f"{passing}, yield {100.0 * passed / units:.0f} % ({ends} %)"
 
 
 def yield_of(campaign: Campaign) -> Yield | None:
