@@ -91,3 +91,11 @@ def test_fields_of_blanks_are_empty(tmp_path):
     path = save(tmp_path / "run.csv", "\n".join(["time[s],x[deg]", *rows]) + "\n")
     values = read(path, Statement(kind="angle"), verify=False)["x"].values
     assert np.flatnonzero(np.isnan(values)).tolist() == [40]
+
+
+@pytest.mark.parametrize("odd", ["12,5", "1,0000.5"])
+def test_a_comma_that_is_not_between_thousands_is_refused(tmp_path, odd):
+    """Without its comma "12,5" was 125."""
+    rows = ["time[s];x[deg]", *(f"{n};1,{n:03}.5" for n in range(999))]
+    path = save(tmp_path / "run.csv", "\n".join([*rows, f"999;{odd}", "1,000;2,000.5", ""]))
+    refused(path, "x[deg]", "line 1001", f"'{odd}' is not a number")
