@@ -491,7 +491,7 @@ def _unequal(first: Profile, second: Profile) -> Notes:
         steps = float(np.median(np.abs(np.diff(loud.changes[:LOOKED_AT]))))
         ratio *= min(steps / (0.954 * loud.scale), 1.0) or 1.0
     # From there on their difference is of one of them.
-    if ratio <= 30.0:
+    if not ratio > 30.0:
         return ()
     text = f"its noise is {ratio:.4g} times below that of gyro {loud.name}"
     low, high = sorted((abs(quiet.share), abs(loud.share)))
