@@ -131,3 +131,18 @@ def test_a_unit_in_doubt_between_two_gyros_decides_nothing_of_either_alone():
     )
     alone = sagnac.analyze(sound, specification="1deg/sqrt(h)").gyros
     assert [verdict_of(gyro).decision for gyro in alone.values()] == ["pass", "pass"]
+
+
+@pytest.mark.parametrize(("late", "decision"), [(0, "undecided"), (3, "pass")])
+def test_a_gyro_that_is_a_copy_of_another_was_not_measured(late, decision):
+    """A logger that wrote x into the column of y passed both; what fails by another still fails."""
+    noise = 0.02 * np.random.default_rng(5).standard_normal((3, 9000))
+    columns = {"x": noise[0], "y": noise[1] + np.roll(noise[0], late) if late else 1.0 * noise[0]}
+    still = sagnac.Recording.from_arrays(**columns, kind="rate", unit="deg/s", sample_rate=100.0)
+    found = sagnac.analyze(still, specification="1deg/sqrt(h)")
+    assert [note.name for note in found.findings] == ["copy"]
+    assert verdict_of(found).by_gyro == {"x": "pass", "y": decision}
+    assert verdict_of(found).decision == decision
+    assert judged(found, "0.01deg/sqrt(h)").by_gyro == {"x": "fail", "y": "fail"}
+    kept = sagnac.analyze(still, specification="1deg/sqrt(h)", accepted=("copy",))
+    assert verdict_of(kept).decision == "pass"

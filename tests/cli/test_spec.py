@@ -48,7 +48,8 @@ def test_analyze_writes_all_whatever_the_verdict(bare, capsys, tmp_path):
 def test_gyros_together_have_one_verdict(limit, said, bare, tmp_path, capsys):
     both = tmp_path / "both.csv"
     rates = bare.read_text().split()[1:]
-    both.write_text("x,y\n" + "\n".join(f"{one},{one}" for one in rates) + "\n")
+    rows = zip(rates, reversed(rates), strict=True)
+    both.write_text("x,y\n" + "\n".join(map(",".join, rows)) + "\n")
     main(["avar", str(both), *STATED, "--spec", f"{limit:.6g}deg/sqrt(h)"])
     verdicts = [line for line in capsys.readouterr().out.splitlines() if "Verdict of all" in line]
     assert verdicts == [f"Verdict of all: {said}"]

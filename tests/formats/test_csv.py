@@ -91,3 +91,23 @@ def test_fields_of_blanks_are_empty(tmp_path):
     path = save(tmp_path / "run.csv", "\n".join(["time[s],x[deg]", *rows]) + "\n")
     values = read(path, Statement(kind="angle"), verify=False)["x"].values
     assert np.flatnonzero(np.isnan(values)).tolist() == [40]
+
+
+@pytest.mark.parametrize("odd", ["12,5", "1,0000.5"])
+def test_a_comma_that_is_not_between_thousands_is_refused(tmp_path, odd):
+    """Without its comma "12,5" was 125."""
+    rows = ["time[s];x[deg]", *(f"{n};1,{n:03}.5" for n in range(999))]
+    path = save(tmp_path / "run.csv", "\n".join([*rows, f"999;{odd}", "1,000;2,000.5", ""]))
+    refused(path, "x[deg]", "line 1001", f"'{odd}' is not a number")
+
+
+@pytest.mark.parametrize("stamp", ["05-Mar-2024 23:58:{}.0", "3/5/24 2:03:{}.5 PM", "2:{}:000"])
+def test_a_time_in_a_form_that_is_not_read_is_said_to_be_one(tmp_path, stamp):
+    """Every line was to be corrected or removed."""
+    rows = [f"{stamp.format(10 + n)},{n % 7}" for n in range(40)]
+    path = save(tmp_path / "run.csv", "\n".join(["time,x[deg]", *rows, ""]))
+    first, remedy = rows[0].split(",")[0], "write it as 2024-03-05T14:03:00.002"
+    stated = Statement(kind="angle", time="time:s")
+    refused(
+        path, "time", f"line 2: '{first}'", "no time as they are read", remedy, statement=stated
+    )

@@ -39,6 +39,13 @@ def test_numbers(text, decimal, thousands, value):
         assert style_of([text, text]) == style
 
 
+def test_a_number_below_one_shows_that_a_comma_stands_before_decimals():
+    """Beside stamps with a point "0,512" was 512, and N a thousand times too large."""
+    assert not NumberStyle(thousands=",").holds("0,512")
+    assert style_of(["0.01", "5,209", "-9,273", "-0,512", "3,996"]).decimal == ","
+    assert style_of(["0.01", "5,209", "-9,273", "3,996"]).thousands == ","
+
+
 @pytest.mark.parametrize("text", ["1,2,3", "1.2.3", "12.34,5", "stop", "1e", "0x1", "--1"])
 def test_what_is_no_number(text):
     assert not any(style.holds(text) for style in STYLES)

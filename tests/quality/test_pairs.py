@@ -101,3 +101,33 @@ def test_a_table_that_shakes_is_no_copy_though_one_gyro_has_it_late(shaking, cop
     )
     said = {note.name for note in check(recording) if note.level != "remark"}
     assert said == ({"copy"} if copied else set())
+
+
+def interpolated(values: np.ndarray, times: int) -> np.ndarray:
+    """Straight lines between samples."""
+    return np.interp(np.arange(times * values.size) / times, np.arange(values.size), values)
+
+
+@pytest.mark.parametrize("filled", [np.repeat, interpolated])
+@pytest.mark.parametrize("late", [0, 50])
+def test_gyros_that_are_logged_faster_than_they_measure_are_no_copies_by_chance(filled, late):
+    """Held for ten samples each, independent gyros were said to repeat each other."""
+    for seed in range(4):
+        x, z, more = np.random.default_rng(seed).normal(size=(3, 4000))
+        x, z = (filled(one, 10) for one in (x, z))
+        z = np.roll(x, late) + 0.3 * filled(more, 10) if late else z
+        recording = Recording.from_arrays(x=x, z=z, kind="rate", unit="deg/h", sample_rate=1000.0)
+        assert any(note.name == "copy" for note in check(recording)) == bool(late)
+
+
+@pytest.mark.parametrize(("unit", "said"), [("deg/s", set()), ("rad/s", {"units"})])
+def test_spikes_of_one_gyro_put_no_unit_of_the_others_in_doubt(unit, said):
+    """They were "447 times below" a gyro of which 500 samples in 60 000 stood at full scale."""
+    random = np.random.default_rng(6)
+    gyros = 0.03 * random.normal(size=(2, 60_000))
+    gyros[1, random.choice(60_000, 500, replace=False)] = 250.0
+    units = {"x": "deg/s", "z": unit}
+    recording = Recording.from_arrays(
+        x=gyros[0], z=gyros[1], kind="rate", unit=units, sample_rate=100.0
+    )
+    assert {n.name for n in check(recording) if n.channel == "x" and n.level != "remark"} == said

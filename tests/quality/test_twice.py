@@ -42,3 +42,13 @@ def test_blocks_of_any_length_lose_no_window(monkeypatch, length):
 )
 def test_what_goes_round_or_takes_few_values_is_no_block(values):
     assert longest_twice(values)[1] == 0
+
+
+def test_a_dither_that_comes_round_is_no_block_twice():
+    """Increments of a dithered ring laser, read out coarsely, were said to be there again."""
+    for seed in range(6):
+        random = np.random.default_rng(seed)
+        phase = 2.0 * np.pi * np.cumsum(0.4127 + 2e-5 * random.normal(size=200_000))
+        angle = 60.0 * np.sin(phase) + np.cumsum(0.005 * random.normal(size=phase.size))
+        values = np.diff(np.round(angle / 1.2))
+        assert longest_twice(values)[1] == 0

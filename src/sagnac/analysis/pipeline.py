@@ -430,7 +430,8 @@ def _beside_each_other(recording: Recording, analyses: Mapping[str, Analysis]) -
     first, *_ = profiles_of(recording, names)
     for note in (*copy_notes(recording, first), *unequal_notes(recording, first)):
         text = note.text.removesuffix(f"; {effect_words(note.effect)}")
-        yield replace(note, level="warning", text=text, effect=None)
+        # No effect on N of one alone; 0 still tells a whole copy from what comes later or in part.
+        yield replace(note, level="warning", text=text, effect=0.0 if note.effect == 0.0 else None)
 
 
 def _each_alone(

@@ -21,7 +21,8 @@ def verdict_of(analysis: Analysis) -> Verdict | None:
     N of a triad is judged for each gyro, all else for what the curve is of: one gyro, or what the
     difference of two makes per gyro. A gyro of a triad that is not in that difference is undecided
     there, for nothing was measured of it. At rest each gyro is judged by its own analysis; one
-    that was refused is undecided. All are undecided if a unit is in doubt.
+    that was refused is undecided. All are undecided if a unit is in doubt. A copy of
+    another gyro passes nothing.
     """
     specification = analysis.settings.specification
     return None if specification is None else judge(analysis, specification)
@@ -66,11 +67,16 @@ def judge(
     mixed = [analysis.channel] if len(analysis.settings.gyros) == 2 else []
     for limit in specification.limits:
         for one in analysis.each:
+            doubts = [note for note in one.findings if note.level == "warning"]
+            # What comes late or in part has another effect.
+            copies = {n.channel for n in doubts if n.name == "copy" and n.effect == 0.0}
             for name, estimate in _measured(one, limit).items():
                 row = judged(name, limit, estimate, specification)
                 breaks = PAIR_SIZE * estimate.high > limit.value
                 if name in mixed and row.decision == "pass" and breaks:
                     row = replace(row, reason=f"{row.reason}; {EITHER}")
+                if name in copies and row.decision == "pass":
+                    row = replace(row, decision="undecided", reason="it is a copy of another gyro")
                 rows.append(replace(row, decision="undecided", reason=doubt) if doubt else row)
     for limit in specification.limits:
         unseen = unobserved(limit.coefficient, analysis.settings.confidence)

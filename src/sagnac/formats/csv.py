@@ -175,10 +175,13 @@ def _values(read: Any, form: Form, style: NumberStyle) -> AnyArray:
     if form == "integer" and read.null_count:
         raise ValueError("an integer is missing")
     if pa.types.is_string(read.type):
-        plain = pc.replace_substring(pc.utf8_trim_whitespace(read), style.thousands, "")
-        plain = pc.replace_substring(plain, style.decimal, ".")
-        missing = pc.is_in(plain, value_set=pa.array(sorted(MISSING)))
-        read = pc.if_else(missing, None, plain).cast(pa.float64())
+        text = pc.utf8_trim_whitespace(read)
+        text = pc.if_else(pc.is_in(text, value_set=pa.array(sorted(MISSING))), None, text)
+        # Without the mark "12,5" would be 125.
+        if not pc.all(pc.match_substring_regex(text, style.pattern), min_count=0).as_py():
+            raise ValueError("a mark between thousands stands elsewhere")
+        plain = pc.replace_substring(text, style.thousands, "")
+        read = pc.replace_substring(plain, style.decimal, ".").cast(pa.float64())
     values: AnyArray = read.to_numpy(zero_copy_only=False)
     return values
 

@@ -29,7 +29,7 @@ MISSING: Final = frozenset(
 def _number(decimal: str, thousands: str) -> re.Pattern[str]:
     """Numbers with these marks."""
     point = re.escape(decimal)
-    whole = rf"(?:\d{{1,3}}(?:{re.escape(thousands)}\d{{3}})+|\d+)" if thousands else r"\d+"
+    whole = rf"(?:[1-9]\d{{0,2}}(?:{re.escape(thousands)}\d{{3}})+|\d+)" if thousands else r"\d+"
     number = rf"(?:{whole}(?:{point}\d*)?|{point}\d+)(?:[eE][+-]?\d+)?|inf|Inf|INF"
     return re.compile(rf"[+-]?(?:{number})\Z")
 
@@ -48,6 +48,11 @@ class NumberStyle:
 
     decimal: str = "."
     thousands: str = ""
+
+    @property
+    def pattern(self) -> str:
+        """Regular expression of numbers so written, in a form that Arrow's engine reads, too."""
+        return f"^(?:{_number(self.decimal, self.thousands).pattern[:-2]})$"
 
     def holds(self, text: str) -> bool:
         """Whether `text` is a number so written, or stands for a missing one."""
@@ -85,12 +90,16 @@ _EITHER: Final = re.compile(r"[+-]?(?!0,)\d{1,3},\d{3}\Z")
 def style_of(fields: Sequence[str]) -> NumberStyle:
     """The style that reads most of these fields, the plainest if several do.
 
+    In ``0,512`` the comma is no mark between thousands, nor is it in the other fields then.
+
     Examples
     --------
     >>> style_of(["1,5", "2", "1e3"]).decimal
     ','
     """
-    return max(STYLES, key=lambda style: sum(map(style.holds, fields)))
+    starts = {text.lstrip("+-")[:2] for text in fields}
+    styles = [one for one in STYLES if not one.thousands or f"0{one.thousands}" not in starts]
+    return max(styles, key=lambda style: sum(map(style.holds, fields)))
 
 
 def is_in_doubt(fields: Sequence[str]) -> bool:

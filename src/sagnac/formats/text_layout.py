@@ -112,6 +112,9 @@ class Layout:
                 is_right = self.style.holds(text) and (form == "number" or is_whole)
             if not is_right:
                 problem = f"{name}: {text[:_LONGEST_SHOWN]!r} is {_WRONG[form]}"
+                if form == "number" and ":" in text:
+                    problem += ", and no time as they are read"
+                    remedy = "write it as 2024-03-05T14:03:00.002, or as a number"
                 return RecordingError(problem, channel=key, remedy=remedy)
         return None
 

@@ -22,7 +22,7 @@ from sagnac.core.units import DEGREE, DEGREE_PER_HOUR, EARTH_RATE, STANDARD_GRAV
 from sagnac.quality.distribution import find_bumps
 from sagnac.quality.effects import finding, remedy_of
 from sagnac.quality.encoder import LEAST_SHARE, TURNING_RATE
-from sagnac.quality.profile import Notes, Profile, other_units
+from sagnac.quality.profile import LOOKED_AT, Notes, Profile, other_units
 from sagnac.recording.channel import Channel, angle_of
 from sagnac.recording.model import MINIMUM_SAMPLES, Recording, second_of
 
@@ -436,6 +436,12 @@ def copy_notes(recording: Recording, profile: Profile) -> Notes:
     return tuple(note for pair in combinations(brought, 2) for note in _copied(*pair))
 
 
+def _fresh(turns: FloatArray) -> int:
+    """Samples that are neither held nor on a straight line between others, which tell nothing."""
+    apart = (np.abs(np.diff(turns, order)) for order in range(3))
+    return min(int(np.count_nonzero(one > 1e-3 * one.mean())) for one in apart)
+
+
 _Brought = tuple[Profile, FloatArray, NDArray[np.complex64]]
 
 
@@ -449,7 +455,7 @@ def _copied(one: _Brought, other: _Brought) -> Notes:
     if both.delay:
         alike = abs(both.correlation)
         # Beyond what chance makes, and what two gyros on one table have without delay.
-        by_chance = 7.0 / math.sqrt(_PARTS * (some.size // _PARTS))
+        by_chance = 7.0 / math.sqrt(max(min(map(_fresh, (some, more))), 1))
         if alike < max(_COPIES, by_chance, 2.0 * abs(both.together)):
             return ()
         late, early = (second, first) if both.delay > 0 else (first, second)
@@ -479,10 +485,14 @@ def _unequal(first: Profile, second: Profile) -> Notes:
     """A gyro whose noise is far below that of another."""
     # By the walk, since a rate and what an angle turned in a sample have unlike units.
     quiet, loud = sorted((first, second), key=lambda one: one.walk)
+    ratio, effect = loud.walk / (quiet.walk or math.inf), 1.0
+    if ratio > 30.0:
+        # Spikes in a hundredth of the samples raise the scatter, and not the median of the steps.
+        steps = float(np.median(np.abs(np.diff(loud.changes[:LOOKED_AT]))))
+        ratio *= min(steps / (0.954 * loud.scale), 1.0) or 1.0
     # From there on their difference is of one of them.
-    if not 0.0 < 30.0 * quiet.walk < loud.walk:
+    if not ratio > 30.0:
         return ()
-    ratio, effect = loud.walk / quiet.walk, 1.0
     text = f"its noise is {ratio:.4g} times below that of gyro {loud.name}"
     low, high = sorted((abs(quiet.share), abs(loud.share)))
     # Shares of the table's rate that no wrong unit would leave alike.

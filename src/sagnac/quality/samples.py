@@ -558,6 +558,10 @@ def longest_twice(values: FloatArray) -> tuple[slice, int]:
         # What few steps of a readout make comes about by chance.
         if length < _LEAST or np.unique(values[block]).size < 16:
             continue
+        # Beside what was copied, values are alike by chance, and by a dither that comes round.
+        beside = slice(max(0, same.start - 2 * length), same.stop + 2 * length)
+        if np.sum(~differ[beside]) - (same.stop - same.start) > (4 * length) // 3:
+            continue
         if length > longest[0].stop - longest[0].start:
             longest = (block, distance)
     return longest
