@@ -146,3 +146,15 @@ def test_a_gyro_that_is_a_copy_of_another_was_not_measured(late, decision):
     assert judged(found, "0.01deg/sqrt(h)").by_gyro == {"x": "fail", "y": "fail"}
     kept = sagnac.analyze(still, specification="1deg/sqrt(h)", accepted=("copy",))
     assert verdict_of(kept).decision == "pass"
+
+
+def test_each_gyro_alone_is_decided_as_among_the_others():
+    """The unit is stated of all: beside y in doubt the page of x said that it passes."""
+    x, y = 0.02 * np.random.default_rng(6).standard_normal((2, 9000))
+    still = sagnac.Recording.from_arrays(
+        x=x, y=1e4 * y, kind="rate", unit="deg/s", sample_rate=100.0
+    )
+    found = sagnac.analyze(still, specification="1000deg/sqrt(h)")
+    assert verdict_of(found).by_gyro == {"x": "undecided", "y": "undecided"}
+    alone = {name: verdict_of(one).decision for name, one in found.gyros.items()}
+    assert alone == verdict_of(found).by_gyro

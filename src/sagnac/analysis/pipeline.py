@@ -22,6 +22,7 @@ from sagnac.analysis.settings import MOST_GYROS, Progress, Settings, Stages
 from sagnac.analysis.spectra import Spectrum, multitaper_density, residual_of
 from sagnac.analysis.table_shares import Share, table_shares
 from sagnac.analysis.trust import findings_of, require_strict
+from sagnac.analysis.verdict import is_doubt
 from sagnac.core.arrays import differences, empty, extent
 from sagnac.core.errors import Note, RecordingError, require_keywords, require_type
 from sagnac.core.kernels import cache_notes, one_thread
@@ -402,8 +403,13 @@ def _gyros_alone(
     own = [(name, note) for name, one in analyses.items() for note in one.notes if note not in read]
     notes = [note if note.channel else replace(note, channel=name) for name, note in own]
     walks = {name: one.angle_random_walk for name, one in analyses.items()}
-    # What is found between gyros is of each: it decides what each is told of a limit.
-    gyros = {name: replace(one, notes=(*one.notes, *beside)) for name, one in analyses.items()}
+    # What is found between gyros is of each: it decides what each is told of a limit. So does what
+    # puts the unit of one in doubt, since it is stated of all.
+    of_each = (*beside, *filter(is_doubt, notes))
+    gyros = {
+        name: replace(one, notes=tuple(dict.fromkeys((*one.notes, *of_each))))
+        for name, one in analyses.items()
+    }
     seconds, notes_of_all = _added_seconds(each), tuple(dict.fromkeys((*read, *notes, *beside)))
     first = replace(first, settings=replace(first.settings, gyros=settings.gyros), refused=refused)
     return replace(first, per_gyro=walks, gyros=gyros, notes=notes_of_all, seconds=seconds)

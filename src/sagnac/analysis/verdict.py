@@ -4,6 +4,7 @@ from dataclasses import replace
 from typing import Final
 
 from sagnac.analysis.result import Analysis, answer_coefficients, require_analysis, require_gyro
+from sagnac.core.errors import Note
 from sagnac.noise.estimates import Estimate, unobserved
 from sagnac.recording.channel import PAIR_SIZE
 from sagnac.verdict.judgement import Verdict, judged
@@ -97,6 +98,11 @@ def _measured(analysis: Analysis, limit: Limit) -> dict[str, Estimate]:
     }
 
 
+def is_doubt(note: Note) -> bool:
+    """Whether a note puts a unit in doubt, so that no figure decides."""
+    return note.name in ("units", "motion") and note.level == "warning"
+
+
 def _doubt(analysis: Analysis) -> str:
     """Why no figure decides: a unit of the gyros or of time looks wrong, and nobody accepted it.
 
@@ -106,7 +112,7 @@ def _doubt(analysis: Analysis) -> str:
         name
         for one in (analysis, *analysis.each)
         for note in one.findings
-        if note.name in ("units", "motion") and note.level == "warning"
+        if is_doubt(note)
         for name in note.channel.split(", ")
     }
     # If two gyros contradict each other, either may be wrong: a doubt about one holds for all.
