@@ -21,8 +21,7 @@ from sagnac.analysis.result import Analysis, Covariance
 from sagnac.analysis.settings import MOST_GYROS, Progress, Settings, Stages
 from sagnac.analysis.spectra import Spectrum, multitaper_density, residual_of
 from sagnac.analysis.table_shares import Share, table_shares
-from sagnac.analysis.trust import findings_of, require_strict
-from sagnac.analysis.verdict import is_doubt
+from sagnac.analysis.trust import findings_of, is_doubt, require_strict
 from sagnac.core.arrays import differences, empty, extent
 from sagnac.core.errors import Note, RecordingError, require_keywords, require_type
 from sagnac.core.kernels import cache_notes, one_thread

@@ -242,6 +242,11 @@ def apply_findings(headline: Headline, evidence: Evidence, *, brief: bool = Fals
     return replace(headline, per_gyro={name: trust.estimate(own, name) for name, own in alone})
 
 
+def is_doubt(note: Note) -> bool:
+    """Whether a note puts a unit in doubt, so that no figure decides."""
+    return note.name in ("units", "motion") and note.level == "warning"
+
+
 def findings_of(recording: Recording, settings: Settings) -> tuple[Note, ...]:
     """The judgement of the gyros that are used, and what reading doubted of their units.
 

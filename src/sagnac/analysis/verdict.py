@@ -4,7 +4,7 @@ from dataclasses import replace
 from typing import Final
 
 from sagnac.analysis.result import Analysis, answer_coefficients, require_analysis, require_gyro
-from sagnac.core.errors import Note
+from sagnac.analysis.trust import is_doubt
 from sagnac.noise.estimates import Estimate, unobserved
 from sagnac.recording.channel import PAIR_SIZE
 from sagnac.verdict.judgement import Verdict, judged
@@ -96,11 +96,6 @@ def _measured(analysis: Analysis, limit: Limit) -> dict[str, Estimate]:
         analysis.channel: answer_coefficients(analysis).get(limit.coefficient) or unseen,
         **{name: unseen for name in analysis.per_gyro if name not in taken},
     }
-
-
-def is_doubt(note: Note) -> bool:
-    """Whether a note puts a unit in doubt, so that no figure decides."""
-    return note.name in ("units", "motion") and note.level == "warning"
 
 
 def _doubt(analysis: Analysis) -> str:
