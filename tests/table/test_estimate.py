@@ -358,3 +358,27 @@ def test_a_hum_of_the_gyros_is_not_in_the_angle_that_they_lead():
     assert found.smoothed
     # The table would show 1 arcsec over 0.577.
     assert abs(np.mean((found.angle - table) * waves)) < 0.01 * ARCSECOND
+
+
+@pytest.mark.parametrize("seed", first_of(5, 6, 7, 8))
+def test_a_delay_is_found_beside_a_ripple_that_is_far_larger_than_what_tells_it(seed):
+    """The rates at both ends did not follow the ripple: a half was read, and not named."""
+    rate, late = 200.0, 3e-3
+    random, time = np.random.default_rng(seed), np.arange(240_000) / rate
+    tones = random.uniform(0.01, 0.6, 100), random.uniform(0.0, 2.0 * np.pi, 100)
+
+    def turned(seconds: np.ndarray) -> np.ndarray:
+        """deg; the rate strays by 4.5e-3 deg/s rms, and by 0.2 deg/s in twelve cycles a turn."""
+        angle = 45.0 * seconds
+        for frequency, phase in zip(*tones, strict=True):
+            swing = 2.0 * np.pi * frequency
+            angle += 6.4e-4 / swing * np.sin(swing * seconds + phase)
+        return angle + 0.02 * np.sin(np.radians(12.0 * angle))
+
+    angle = turned(time)
+    walks = np.cumsum(random.standard_normal((2, time.size)), axis=1) * 1e-3 / 60.0 / rate**0.5
+    gyros = np.array([[0.577], [0.579]]) * angle + walks
+    encoder = turned(time - late) + 0.05 / 3600.0 * random.standard_normal(time.size)
+    table = estimated_table(list(gyros * DEGREE), encoder * DEGREE, rate)
+    assert table.delay is not None
+    assert abs(table.delay.mean - late) < 4.0 * table.delay.mean_error < 5e-4

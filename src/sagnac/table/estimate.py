@@ -458,7 +458,9 @@ class _Fit:
     @classmethod
     def of(cls, read: FloatArray, sensed: FloatArray, interval: float) -> "_Fit":
         """Scale, drift, orders, Earth rate, a delay and its change, beside noise."""
-        fit = whitened(read - sensed, *columns_beside_delay(read, sensed, interval))
+        columns, prior = columns_beside_delay(read, sensed, interval)
+        # The first rate and the last are of one side, and do not follow the ripple as others do.
+        fit = whitened((read - sensed)[1:-1], columns[:, 1:-1], prior)
         return cls(read=read, sensed=sensed, interval=interval, fit=fit)
 
     def corner(self, own: float) -> float:
