@@ -133,8 +133,11 @@ def test_intervals_hold_at_exactly_1600_steps_a_sample():
     assert low <= stats.binom.ppf(0.999, runs, 0.025)
 
 
-@pytest.mark.parametrize(("rate", "turns", "walk"), [(50.0, 5.7, 0.01), (100.0, 3.9, 7e-4)])
-def test_steps_of_a_table_that_swings_fold_into_no_estimate(rate, turns, walk):
+@pytest.mark.parametrize(
+    ("rate", "turns", "walk", "source"),
+    [(50.0, 5.7, 0.01, "every sample"), (100.0, 3.9, 7e-4, "the lowest frequencies")],
+)
+def test_steps_of_a_table_that_swings_fold_into_no_estimate(rate, turns, walk, source):
     # A tenth of a hertz sweeps how often a step is crossed, so that steps are white nowhere.
     time, step = np.arange(16_000) / rate, 360.0 / 2**17
     angle = turns * (time + 0.003 / (2.0 * np.pi * 0.13) * np.sin(2.0 * np.pi * 0.13 * time + 1.0))
@@ -149,4 +152,4 @@ def test_steps_of_a_table_that_swings_fold_into_no_estimate(rate, turns, walk):
     analysis = analyze(recording)
     assert analysis.angle_random_walk.status == "upper bound"
     assert walk < analysis.angle_random_walk.to("deg/sqrt(h)").high < 10.0 * walk
-    assert "every sample" in analysis.source
+    assert analysis.source.startswith(source)
