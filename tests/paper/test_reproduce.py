@@ -142,7 +142,7 @@ def test_processes_make_the_same_and_each_recording_once(made, tmp_path):
     )
     assert again.computed == 5
     assert told[0].done == told[0].total - 5
-    number = re.compile(r"-?\d+\.\d+(?:e-?\d+)?")
+    number = re.compile(r"-?\d+(?:\.\d+)?(?:e[-+]?\d+)?")
     for name in lacking:
         texts = [(place / "runs" / name).read_text() for place in (tmp_path, folder)]
         assert number.sub("", texts[0]) == number.sub("", texts[1])
