@@ -22,8 +22,8 @@ def verdict_of(analysis: Analysis) -> Verdict | None:
     N of a triad is judged for each gyro, all else for what the curve is of: one gyro, or what the
     difference of two makes per gyro. A gyro of a triad that is not in that difference is undecided
     there, for nothing was measured of it. At rest each gyro is judged by its own analysis; one
-    that was refused is undecided. All are undecided if a unit is in doubt. A copy of
-    another gyro passes nothing.
+    that was refused is undecided. All are undecided if a unit is in doubt. A gyro that is a copy of
+    another passes no limit.
     """
     specification = analysis.settings.specification
     return None if specification is None else judge(analysis, specification)

@@ -459,7 +459,7 @@ class _Fit:
     def of(cls, read: FloatArray, sensed: FloatArray, interval: float) -> "_Fit":
         """Scale, drift, orders, Earth rate, a delay and its change, beside noise."""
         columns, prior = columns_beside_delay(read, sensed, interval)
-        # The first rate and the last are of one side, and do not follow the ripple as others do.
+        # The rates at both ends are one-sided differences, which do not follow a ripple.
         fit = whitened((read - sensed)[1:-1], columns[:, 1:-1], prior)
         return cls(read=read, sensed=sensed, interval=interval, fit=fit)
 

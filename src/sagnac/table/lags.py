@@ -81,7 +81,7 @@ def _lag(
     sensed = shares @ coarse / float(shares @ shares)
     columns, prior = estimate.columns_beside_delay(read, sensed, interval)
     columns[FIRST_DELAY, 3:-3] = np.convolve(sensed, _AROUND / interval, mode="valid")
-    # A lag does not change, and at the ends there is no such rate.
+    # A lag does not change. The rates at both ends are of fewer averages and follow no ripple.
     columns, prior = columns[: FIRST_DELAY + 1, 3:-3], prior[: FIRST_DELAY + 1]
     fit = whitened((second / shares[1] - first / shares[0])[3:-3], columns, prior)
     lag = Shift(-float(fit.values[-1]), math.sqrt(float(fit.covariance[-1, -1])))
