@@ -339,12 +339,14 @@ def serve(file: Path | None, *, port: int = 0, opened: Callable[[str], None]) ->
         asyncio.run(_served(room, first, port, opened))
 
 
-def _warm_up(room: Room) -> None:
+def _warm_up() -> None:
     """Look at a recording of nothing: what reads and checks is loaded before it is asked for."""
-    path, rates = room.dropped / "warm-up.parquet", np.random.default_rng(1).standard_normal(999)
-    with contextlib.suppress(sagnac.RecordingError, OSError):
-        made = sagnac.Recording.from_arrays(x=rates, kind="rate", unit="deg/h", sample_rate=1.0)
-        looks.findings(looks.look(sagnac.write(made, path), {}))
+    rates = np.random.default_rng(1).standard_normal(999)
+    made = sagnac.Recording.from_arrays(x=rates, kind="rate", unit="deg/h", sample_rate=1.0)
+    failures = contextlib.suppress(sagnac.RecordingError, OSError)
+    # A folder of its own: this may still write when the server has ended and its folder is gone.
+    with failures, tempfile.TemporaryDirectory(prefix="sagnac-app-") as folder:
+        looks.findings(looks.look(sagnac.write(made, Path(folder) / "warm-up.parquet"), {}))
 
 
 async def _served(room: Room, first: str, port: int, opened: Callable[[str], None]) -> None:
@@ -361,7 +363,7 @@ async def _served(room: Room, first: str, port: int, opened: Callable[[str], Non
     server.add_socket(listening)
     try:
         opened(f"http://{HOST}:{port}/{state.token}/")
-        state.threads.submit(_warm_up, room)
+        state.threads.submit(_warm_up)
         while True:
             await asyncio.sleep(30.0)
             await asyncio.to_thread(state.sessions.forget_left)
