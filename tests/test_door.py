@@ -1,10 +1,12 @@
 """The one door: what it names, what it costs, and what it can do without."""
 
+import inspect
 import pickle
 import re
-from dataclasses import replace
+from dataclasses import fields, replace
 from functools import cache, partial
 from pathlib import Path
+from typing import get_args
 
 import numpy as np
 import pytest
@@ -127,6 +129,23 @@ def test_choices_of_an_analysis_are_keywords(analyzed):
     ):
         with pytest.raises(TypeError, match=re.escape(said)):
             sagnac.analyze(bench(100), **{wrong: "fos"})
+
+
+@pytest.mark.parametrize(
+    ("function", "group", "of"),
+    [
+        ("read", "stated", "Statement"),
+        ("missing", "stated", "Statement"),
+        ("analyze", "choices", "Settings"),
+    ],
+)
+def test_editors_are_told_every_keyword(function, group, of):
+    (keywords,) = get_args(
+        inspect.signature(getattr(sagnac, function)).parameters[group].annotation
+    )
+    assert set(keywords.__annotations__) == {one.name for one in fields(getattr(sagnac, of))}
+    named = re.findall(r"``(\w+)``", getattr(sagnac, function).__doc__)
+    assert function == "missing" or set(keywords.__annotations__) <= set(named)
 
 
 def test_an_analysis_is_read_back_from_its_document(tmp_path, analyzed):

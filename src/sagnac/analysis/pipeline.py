@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, fields, replace
 from functools import partial
-from typing import Any
+from typing import Any, Unpack
 
 from sagnac.analysis import evidence as basis
 from sagnac.analysis import measurement
@@ -18,7 +18,7 @@ from sagnac.analysis.corrections import without_dither, without_lags, without_te
 from sagnac.analysis.evidence import Evidence, Points, curve_notes, curve_of, points_at
 from sagnac.analysis.headline import answer
 from sagnac.analysis.result import Analysis, Covariance
-from sagnac.analysis.settings import MOST_GYROS, Progress, Settings, Stages
+from sagnac.analysis.settings import MOST_GYROS, Progress, Settings, SettingsFields, Stages
 from sagnac.analysis.spectra import Spectrum, multitaper_density, residual_of
 from sagnac.analysis.table_shares import Share, table_shares
 from sagnac.analysis.trust import findings_of, is_doubt, require_strict
@@ -48,7 +48,7 @@ def analyze(
     settings: Settings | None = None,
     *,
     progress: Progress | None = None,
-    **choices: Any,
+    **choices: Unpack[SettingsFields],
 ) -> Analysis:
     """The angle random walk of a recording, with everything it rests on.
 
@@ -65,7 +65,9 @@ def analyze(
     progress
         Called with the stage and the fraction of it done.
     **choices
-        Fields of `Settings`, which go before those of `settings`: ``method="none"``.
+        Fields of `Settings`, which go before those of `settings`: ``gyros``, ``method``,
+        ``interval``, ``confidence``, ``estimators``, ``strict``, ``accepted``, ``specification``,
+        ``published``, ``step_4``, ``covariates``.
 
     Returns
     -------
@@ -98,7 +100,9 @@ def analyze(
     require_keywords("analyze", choices, (*(one.name for one in fields(Settings)), "progress"))
     remedy = "give Settings(...), or its fields by name"
     require_type("settings", settings, (Settings, type(None)), remedy)
-    settings = replace(settings or Settings(), **choices)
+    # Settings take more types than their fields have.
+    given: dict[str, Any] = {**choices}
+    settings = replace(settings or Settings(), **given)
 
     def run(one: Recording, chosen: Settings, *, progress: Progress | None = None) -> Analysis:
         return _path(one, chosen, progress)[0]

@@ -1,10 +1,10 @@
 """Choices of the caller, and the clock of an analysis that they are told by."""
 
 import time
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
-from typing import Final, Literal, get_args
+from typing import Final, Literal, TypedDict, get_args
 
 from sagnac.core import errors
 from sagnac.core.errors import RecordingError, quoted, refusal
@@ -28,6 +28,22 @@ ESTIMATORS: Final[CurveNames] = get_args(Estimator)
 Progress = Callable[[str, float], None]
 
 MOST_GYROS = 3
+
+
+class SettingsFields(TypedDict, total=False):
+    """The fields of `Settings` as keywords, for editors and type checkers."""
+
+    gyros: Sequence[str]
+    method: Method
+    interval: float | None
+    confidence: float
+    estimators: Sequence[Estimator]
+    strict: bool
+    accepted: Sequence[str]
+    specification: Specification | str | None
+    published: PublishedSearch
+    step_4: Reading | str
+    covariates: Sequence[Covariate]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -7,7 +7,7 @@ from dataclasses import replace
 from importlib import import_module
 from itertools import chain
 from pathlib import Path
-from typing import Any, Final
+from typing import Any, Final, Unpack
 
 from sagnac.core.errors import MissingExtra, RecordingError, path_of
 from sagnac.core.overwriting import require_free
@@ -15,7 +15,14 @@ from sagnac.formats.assemble import assemble
 from sagnac.formats.files import about, damaged
 from sagnac.formats.registry import BINARY, CSV, EUROC_DATA, ROSBAG, Format, formats
 from sagnac.formats.source import Outgoing, Source, outgoing
-from sagnac.formats.statement import Statement, Statements, beside, of_conversion, one_statement
+from sagnac.formats.statement import (
+    Statement,
+    StatementFields,
+    Statements,
+    beside,
+    of_conversion,
+    one_statement,
+)
 from sagnac.formats.suggestion import accelerometer_inputs, candidates, column_text, suggestion
 from sagnac.recording.model import Provenance, Recording, require_recording
 
@@ -25,7 +32,11 @@ _POINTER: Final = b"version https://git-lfs"
 
 
 def read(
-    path: Path | str, statement: Statement | None = None, *, verify: bool = True, **stated: Any
+    path: Path | str,
+    statement: Statement | None = None,
+    *,
+    verify: bool = True,
+    **stated: Unpack[StatementFields],
 ) -> Recording:
     """Read a recording.
 
@@ -107,7 +118,9 @@ def columns(path: Path | str) -> tuple[str, ...]:
         return tuple(column.key for column in _open(path, Statements()).columns)
 
 
-def missing(path: Path | str, statement: Statement | None = None, **stated: Any) -> dict[str, str]:
+def missing(
+    path: Path | str, statement: Statement | None = None, **stated: Unpack[StatementFields]
+) -> dict[str, str]:
     """Statements that a file still needs to be read: guesses, and what no file tells.
 
     Parameters

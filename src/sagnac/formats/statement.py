@@ -10,7 +10,7 @@ from contextlib import suppress
 from dataclasses import dataclass, field, fields
 from pathlib import Path
 from types import NoneType
-from typing import Any, Final, Literal
+from typing import Any, Final, Literal, TypedDict
 
 from sagnac.core import units
 from sagnac.core.documents import read_toml
@@ -63,6 +63,25 @@ COUNTER_BITS: Final = range(8, 49)
 ROLES: Final = ("time", "table", "null_pulse")
 # What is stated of each channel by itself.
 Aspect = Literal["kind", "unit"]
+
+
+class StatementFields(TypedDict, total=False):
+    """The fields of a `Statement` as keywords, for editors and type checkers."""
+
+    gyros: Sequence[str]
+    kind: str | Mapping[str, str] | None
+    unit: str | Mapping[str, str] | None
+    scale: str | None
+    sample_rate: float | None
+    time: str | None
+    table: str | None
+    columns: Mapping[str, str]
+    span: tuple[float | None, float | None] | None
+    counter_bits: int | None
+    counter_period: float | None
+    null_pulse: str | None
+    layout: str | Mapping[str, Any] | None
+    accelerometers: Sequence[str]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
