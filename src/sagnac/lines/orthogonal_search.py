@@ -11,6 +11,8 @@ Korenberg, Biol. Cybern. 60 (1989) 267; Korenberg and Paarmann, IEEE Signal Proc
 8(3) (1991) 29; Eqs. 17-19 of Yu et al., Sensors 13 (2013) 2750.
 """
 
+from __future__ import annotations
+
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Final, Literal

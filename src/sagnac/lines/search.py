@@ -6,6 +6,8 @@ arXiv:1509.01942). The option that chooses it is called ``fos`` after the paper'
 orthogonal search proper is in `orthogonal_search`.
 """
 
+from __future__ import annotations
+
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from typing import Final

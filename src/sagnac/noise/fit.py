@@ -1,5 +1,7 @@
 """Q, N, B, K and R by maximum likelihood from a spectrum, and one way in to this and other fits."""
 
+from __future__ import annotations
+
 import math
 from collections.abc import Sequence
 from dataclasses import replace

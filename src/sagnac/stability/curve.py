@@ -40,6 +40,8 @@ Riley and Greenhall
     Power law noise identification using the lag 1 autocorrelation, EFTF 2004.
 """
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 from html import escape
 from typing import Any, Final
