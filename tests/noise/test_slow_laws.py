@@ -1,5 +1,7 @@
 """Slow noise that is not 1/f and 1/f^2: sums of Markov rates, and powers of the frequency."""
 
+import math
+
 import numpy as np
 import pytest
 from scipy.integrate import quad
@@ -7,6 +9,7 @@ from scipy.signal import lfilter
 
 from sagnac import Recording, analyze
 from sagnac.noise.laws import flicker_share
+from sagnac.noise.slow_laws import SlowLaw
 
 RATE = 100.0
 ANGLE_RANDOM_WALK = np.deg2rad(0.1) / 60.0
@@ -112,6 +115,50 @@ def test_a_law_that_outweighs_the_average_need_not_lie_near_it(slope, seed):
     walk = analysis.angle_random_walk
     assert walk.low <= ANGLE_RANDOM_WALK <= walk.high
     assert analysis.average.member == "whole band"
+
+
+@pytest.mark.parametrize(
+    ("slope", "minutes", "seed"),
+    [
+        (0.6, 30, 0),
+        (0.6, 120, 0),
+        *(pytest.param(0.6, 120, seed, marks=pytest.mark.statistics) for seed in (1, 2, 3)),
+        *(pytest.param(0.4, 30, seed, marks=pytest.mark.statistics) for seed in (0, 1, 3)),
+    ],
+)
+def test_a_law_is_found_where_four_terms_describe_no_more_than_a_band(slope, minutes, seed):
+    """Flicker in a band of its own reads N 8 to 45 % high: no model of all bins has any weight."""
+    rng = np.random.default_rng([20261128, seed])
+    samples = round(60 * minutes * RATE)
+    slow = ANGLE_RANDOM_WALK * np.sqrt(RATE) * power(rng, samples, slope, 0.3) / BIAS_INSTABILITY
+    walk = answer(slow, rng).angle_random_walk
+    assert walk.low <= ANGLE_RANDOM_WALK <= walk.high
+    assert walk.high < 1.1 * ANGLE_RANDOM_WALK
+
+
+def test_flicker_behind_a_sharp_filter_is_its_density_over_that_of_averaged_samples():
+    """Averages over a sample of 1/f rates, whose aliases are added one by one."""
+    interval, frequency = 0.1, np.array([0.01, 1.0, 3.0, 5.0])
+    folds = (frequency[:, np.newaxis] + np.arange(-20_000, 20_001) / interval).T
+    averaged = (np.sinc(folds * interval) ** 2 / np.abs(folds)).sum(axis=0)
+    share = SlowLaw(sharp=interval).shares(frequency)[:, 2]
+    assert share == pytest.approx(1.0 / frequency / averaged, rel=1e-6)
+
+
+@pytest.mark.parametrize(
+    "seed", [0, *(pytest.param(seed, marks=pytest.mark.statistics) for seed in range(1, 12))]
+)
+def test_flicker_that_is_1_over_f_up_to_half_the_rate_moves_n_no_farther_than_stated(seed):
+    """Crossing N at an eighth of the rate; as averages over the samples it read 7 % high."""
+    rng, walk = np.random.default_rng(1000 + seed), np.deg2rad(0.03) / 60.0
+    transform = np.fft.rfft(rng.standard_normal(72_000))
+    frequency = np.fft.rfftfreq(72_000, 0.1)
+    frequency[0] = math.inf
+    flicker = np.fft.irfft(transform * np.sqrt(1.25 / frequency), 72_000)[:18_000]
+    rates = walk * np.sqrt(10.0) * (flicker + rng.standard_normal(18_000))
+    still = Recording.from_arrays(x=rates, kind="rate", unit="rad/s", sample_rate=10.0)
+    estimate = analyze(still).angle_random_walk
+    assert estimate.low <= walk <= estimate.high
 
 
 @pytest.mark.parametrize(

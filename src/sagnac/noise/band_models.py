@@ -118,7 +118,7 @@ class BandModels:
         (models, 6) squared coefficients, SI, and (models, 6, 6) their covariance; the last two
         are c of the divisors ``1 + c f^2`` and ``1 + c f^4``.
     logarithm
-        (models,) logarithm of the weight, 0 for the heaviest.
+        (models,) logarithm of the weight; models of the same levels compare.
     """
 
     first: IntegerArray
@@ -285,7 +285,7 @@ def models_of_one_band(levels: Levels, band_hz: tuple[float, float], mask: int) 
 
 
 def _models(scaled: ScaledLaws, bands: IntegerArray, masks: Sequence[int]) -> BandModels:
-    """Fits of bands (bands, 2) with choices of terms, the logarithm of the heaviest at zero."""
+    """Fits of bands (bands, 2) with choices of terms."""
 
     def order(mask: int) -> tuple[bool, int]:
         return mask >= 1 << FALL, mask.bit_count()
@@ -298,14 +298,13 @@ def _models(scaled: ScaledLaws, bands: IntegerArray, masks: Sequence[int]) -> Ba
         lightest = min(lightest, -2.0 * float(fits[-1].logarithm.max(initial=-math.inf)))
     names = [item.name for item in fields(BandModels)]
     joined = {name: np.concatenate([getattr(one, name) for one in fits]) for name in names}
-    joined["logarithm"] -= joined["logarithm"].max(initial=-math.inf)
     return BandModels(**joined)
 
 
 def _models_of_size(
     scaled: ScaledLaws, bands: IntegerArray, masks: list[int], size: int, lightest: float
 ) -> BandModels:
-    """Fits with choices of one number of terms; logarithms of weights are absolute.
+    """Fits with choices of one number of terms.
 
     Models with a coefficient at or below zero are those with fewer terms and are left out, and so
     are bands that reach to where a low-pass leaves less than 1/2.5 and Q behind it is not the most

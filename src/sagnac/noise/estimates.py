@@ -307,6 +307,9 @@ class Fit:
     slow
         Of a likelihood fit that sees slow noise: what other laws of it make of the spectrum; else
         None.
+    of_other_law
+        Of a likelihood fit whose spectrum departs from the terms in the first band asked for, but
+        not from another law of slow noise: the fit of that band, with no allowance; else None.
 
     Raises
     ------
@@ -331,6 +334,7 @@ class Fit:
     band: FitBand | None = None
     squares: Mapping[CoefficientName, float] = field(default_factory=dict)
     slow: SlowLaws | None = field(default=None, repr=False, compare=False)
+    of_other_law: "Fit | None" = field(default=None, repr=False, compare=False)
 
     def __post_init__(self) -> None:
         require_choice("method", self.method, FitName)

@@ -124,39 +124,67 @@ def spectrum_fit(
     trials = []
     for band in bands:
         bins = cosine_spectrum.cosine_bins(cosine.transform.size, cosine.interval, masked, band)
-        trials.append((with_departure(cosine_spectrum.ordinates(cosine, bins)), bins, band))
+        spectrum = cosine_spectrum.ordinates(cosine, bins)
+        trials.append((with_departure(spectrum), spectrum, bins, band))
         if trials[-1][0].departure == 0.0:
             break
+
+    def fitted(weighed: Ordinates, bins: cosine_spectrum.SpectrumBins, band: Band | None) -> Fit:
+        every = _estimates(weighed, cosine.names, confidence)
+        usual = every
+        if confidence != USUAL_CONFIDENCE:
+            usual = _estimates(weighed, cosine.names, USUAL_CONFIDENCE)
+        if "rate_ramp" in cosine.terms and cosine.names:
+            every["rate_ramp"] = ramp_estimate(cosine, bins.starts[bins.count == 1.0], confidence)
+        # Other laws are asked for if all four terms were fitted, and B or K is there.
+        is_slow = any(usual[name].status == "estimated" for name in SLOW_NAMES[:2])
+        is_slow &= cosine.names == STOCHASTIC_NAMES
+        low, high = band or (0.0, 0.5 / cosine.interval)
+        left_out = tuple((float(one[0]), float(one[1])) for one in masked)
+        return Fit(
+            method="likelihood",
+            coefficients=every,
+            notes=weighed.notes,
+            departure=weighed.departure,
+            band=FitBand(low=low, high=high, interval=cosine.interval, masked=left_out),
+            squares=dict(zip(cosine.names, weighed.best.squares.tolist(), strict=True)),
+            slow=_slow_laws(weighed, cosine.interval) if is_slow else None,
+        )
+
     # Of one band alone: intervals take longer than all the rest.
-    weighed, bins, band = min(trials, key=lambda trial: trial[0].departure)
+    weighed, _, bins, band = min(trials, key=lambda trial: trial[0].departure)
+    fit, (first, spectrum, *_) = fitted(weighed, bins, band), trials[0]
+    if (
+        first.departure > 0.0
+        and fit.slow is not None
+        and _is_another_law(spectrum, cosine.interval)
+    ):
+        fit = replace(fit, of_other_law=fitted(spectrum, *trials[0][2:]))
+    return fit
 
-    def estimates(confidence: float) -> dict[CoefficientName, Estimate]:
-        estimate, best = weighed.estimate, weighed.best
-        return {name: estimate(best, n, name, confidence) for n, name in enumerate(cosine.names)}
 
+def _estimates(
+    weighed: Ordinates, names: Sequence[CoefficientName], confidence: float
+) -> dict[CoefficientName, Estimate]:
+    """All five by name; those that are not fitted are not observable."""
     every = {name: unobserved(name, confidence) for name in COEFFICIENT_NAMES}
-    every |= estimates(confidence)
-    if "rate_ramp" in cosine.terms and cosine.names:
-        every["rate_ramp"] = ramp_estimate(cosine, bins.starts[bins.count == 1.0], confidence)
-    # Other laws are asked for if all four terms were fitted, and B or K is there.
-    usual = every if confidence == USUAL_CONFIDENCE else estimates(USUAL_CONFIDENCE)
-    is_slow = any(usual[name].status == "estimated" for name in SLOW_NAMES[:2])
-    low, high = band or (0.0, 0.5 / cosine.interval)
-    left_out = tuple((float(one[0]), float(one[1])) for one in masked)
-    return Fit(
-        method="likelihood",
-        coefficients=every,
-        notes=weighed.notes,
-        departure=weighed.departure,
-        band=FitBand(low=low, high=high, interval=cosine.interval, masked=left_out),
-        squares=dict(zip(cosine.names, weighed.best.squares.tolist(), strict=True)),
-        slow=_slow_laws(weighed) if is_slow and cosine.names == STOCHASTIC_NAMES else None,
-    )
+    best = weighed.best
+    return every | {
+        name: weighed.estimate(best, n, name, confidence) for n, name in enumerate(names)
+    }
 
 
-def _slow_laws(spectrum: Ordinates) -> SlowLaws:
+def _is_another_law(spectrum: Ordinates, interval: float) -> bool:
+    """Whether a spectrum that departs from the terms does not depart from another law."""
+    shares = (law.shares(spectrum.frequency) for law in laws_to_try(spectrum.frequency, interval))
+    tried = (replace(spectrum, basis=spectrum.basis * share) for share in shares)
+    best = min(tried, key=lambda one: one.best.deviance)
+    return _weighed(best, best.best.squares).departure == 0.0
+
+
+def _slow_laws(spectrum: Ordinates, interval: float) -> SlowLaws:
     """What other laws of slow noise make of a spectrum."""
-    tried, fits = laws_to_try(spectrum.frequency), []
+    tried, fits = laws_to_try(spectrum.frequency, interval), []
     for law in tried:
         data = replace(spectrum, basis=spectrum.basis * law.shares(spectrum.frequency))
         scale, covariance = scaled_covariance(data.fisher(data.best))

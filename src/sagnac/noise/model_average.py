@@ -312,7 +312,9 @@ def average(levels: Levels, *, confidence: float = 0.95, ramp: Estimate | None =
         If an argument makes no sense.
     """
     models = band_models.band_models(levels)
-    models = models.kept(models.logarithm > math.log(band_models.LIGHT) - 60.0)
+    models = models.kept(
+        models.logarithm > models.logarithm.max() + math.log(band_models.LIGHT) - 60.0
+    )
     ruling = (models.ruled >= RULED) & _unrivalled(models, levels.level.size)
     answering = models.kept(ruling).heaviest()
     relied = answering if answering.count else models.heaviest()

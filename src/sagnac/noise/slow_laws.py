@@ -15,7 +15,7 @@ from typing import Final, NamedTuple
 import numpy as np
 
 from sagnac.core.arrays import BooleanArray, FloatArray
-from sagnac.noise.laws import STOCHASTIC_NAMES, flicker_share
+from sagnac.noise.laws import STOCHASTIC_NAMES, flicker_share, rate_density_basis
 
 QUANTIZATION: Final = STOCHASTIC_NAMES.index("quantization")
 WALK: Final = STOCHASTIC_NAMES.index("angle_random_walk")
@@ -37,16 +37,23 @@ class SlowLaw(NamedTuple):
         instability.
     corner
         Frequency below which the walk is level, Hz: a Markov rate.
+    sharp
+        Sample interval before which a sharp filter keeps flicker 1/f up to half the sample rate, s;
+        0 if each sample is its average (`rate_density_basis`).
     """
 
     end: float = math.inf
     slope: float = 1.0
     corner: float = 0.0
+    sharp: float = 0.0
 
     def shares(self, frequency: FloatArray) -> FloatArray:
         """(points, 4) factors on the densities of Q, N, B and K at frequencies (points,), Hz."""
         shares = np.ones((frequency.size, len(STOCHASTIC_NAMES)))
         shares[:, FLICKER] = flicker_share(frequency, self.end) * frequency ** (1.0 - self.slope)
+        if self.sharp:
+            averaged = rate_density_basis(frequency, self.sharp)[:, FLICKER]
+            shares[:, FLICKER] /= np.pi * frequency * averaged
         shares[:, RATE_WALK] = 1.0 / (1.0 + (self.corner / frequency) ** 2)
         return shares
 
@@ -56,14 +63,19 @@ class SlowLaw(NamedTuple):
             return f"B that ends at about {self.end:.2g} Hz"
         if self.slope != 1.0:
             return f"noise of f^-{self.slope:.1f} in place of B"
+        if self.sharp:
+            return "B that is 1/f up to half the sample rate"
         return f"K that is level below about {self.corner:.2g} Hz" if self.corner > 0.0 else ""
 
 
 PLAIN: Final = SlowLaw()
 
 
-def laws_to_try(frequency: FloatArray) -> dict[SlowLaw, float]:
-    """Laws of which a spectrum at frequencies (points,), Hz, can tell, and the chance of each."""
+def laws_to_try(frequency: FloatArray, interval: float) -> dict[SlowLaw, float]:
+    """Laws of which a spectrum at frequencies (points,), Hz, can tell, and the chance of each.
+
+    Samples are an interval apart, s.
+    """
     lowest, highest = float(frequency[0]), float(frequency[-1])
     # Ends that leave flicker to be seen, an octave apart; corners that leave a walk, half an octave
     # apart, since they are sharper: N and Q make up for what the nearest one lacks.
@@ -73,9 +85,10 @@ def laws_to_try(frequency: FloatArray) -> dict[SlowLaw, float]:
     # Beside the chance of each kind before the data are asked, chosen on sums of Markov rates and
     # on 1/f.
     kinds = (
-        (0.3, [PLAIN]),
+        (0.15, [PLAIN]),
+        (0.15, [SlowLaw(sharp=interval)]),
         (0.25, [SlowLaw(end=one) for one in ends if one > 8.0 * lowest]),
-        (0.2, [SlowLaw(slope=one) for one in _SLOPES]),
+        (0.2, [SlowLaw(slope=one, sharp=sharp) for one in _SLOPES for sharp in (0.0, interval)]),
         (0.25, [SlowLaw(corner=one) for one in corners if one < highest / 8.0]),
     )
     return {law: chance / len(tried) for chance, tried in kinds for law in tried}

@@ -15,7 +15,15 @@ from scipy.special import chdtri, gammainc, gammaincc, ndtr, ndtri
 
 from sagnac.core.arrays import FloatArray
 from sagnac.noise import model_average
-from sagnac.noise.band_models import FALL, FLOOR, BandModel, bin_shapes, gamma_deviance
+from sagnac.noise.band_models import (
+    FALL,
+    FLOOR,
+    BandModel,
+    BandModels,
+    bin_shapes,
+    gamma_deviance,
+    models_of_one_band,
+)
 from sagnac.noise.estimates import USUAL_CONFIDENCE, Estimate, Fit, FitBand
 from sagnac.noise.laws import COEFFICIENT_NAMES, STOCHASTIC_NAMES
 from sagnac.noise.model_average import Average, covariance_of, deviation_of, mixture_quantile
@@ -84,23 +92,21 @@ def with_whole_band(levels: Levels, average: Average, fit: Fit) -> Average:
     """
     fitted, walk = fit.coefficients["angle_random_walk"], average.angle_random_walk
     models, band = average.models, fit.band
-    complete = (models.first == 0) & (models.last == levels.level.size)
-    complete &= models.holding(WALK) & ~models.falling
+    whole = models_of_one_band(levels, (0.0, math.inf), (1 << FALL) - 1).heaviest()
     if (
         band is None
         or not band.is_whole
         or not band.low <= levels.frequency[0] <= levels.frequency[-1] <= band.high
         or fit.departure != 0.0
         or fitted.status != "estimated"
-        or not complete.any()
+        or not (whole.count and models.count)
     ):
         return average
     if walk.status == "estimated" and walk.confidence != USUAL_CONFIDENCE:
         walk = model_average.averaged(levels, WALK, average.relied, USUAL_CONFIDENCE)
-    row = int(np.flatnonzero(complete)[np.argmax(models.logarithm[complete])])
-    outdone = float(models.logarithm.max() - models.logarithm[row])
-    law, surely, barely = models.law(row, levels.spectrum.interval), _SURELY, _BARELY
-    ratio, terms = law.over(levels), int(models.sizes[row])
+    outdone = float(models.logarithm.max() - whole.logarithm[0])
+    law, surely, barely = whole.law(0, levels.spectrum.interval), _SURELY, _BARELY
+    ratio, terms = law.over(levels), int(whole.sizes[0])
     fit = with_slow_laws(fit)
     fitted = fit.coefficients["angle_random_walk"]
     other = _other_law(fit)
@@ -122,7 +128,7 @@ def with_whole_band(levels: Levels, average: Average, fit: Fit) -> Average:
         return within and describes(levels.shape, ratio, ratio.size - terms, test.chance)
 
     if passes(surely):
-        return _of_whole_band(average, fit, band, row)
+        return _of_whole_band(average, fit, band, whole)
     if walk.status == "estimated" and passes(barely):
         return with_both(average, fit)
     return average
@@ -213,22 +219,22 @@ def _other_law(fit: Fit) -> BandModel | None:
     return BandModel(squares=squares, interval=fit.band.interval, slow=fit.slow.laws[row])
 
 
-def _of_whole_band(average: Average, fit: Fit, band: FitBand, row: int) -> Average:
-    """The fit, with the correlations of the average."""
-    models, slow, law = average.models, fit.slow, PLAIN
+def _of_whole_band(average: Average, fit: Fit, band: FitBand, whole: BandModels) -> Average:
+    """The fit, with the correlations of the average; the terms are of the first of all bins."""
+    slow, law = fit.slow, PLAIN
     stochastic = [fit.coefficients[name] for name in STOCHASTIC_NAMES]
     squares = [one.value**2 if one.status == "estimated" else 0.0 for one in stochastic]
     if slow is not None:
         law = slow.laws[slow.seen]
         # The noise is there, whether or not it is known to be B or K.
         for column in (FLICKER, RATE_WALK):
-            if slow.seen or (squares[column] == 0.0 and models.holding(column)[row]):
+            if slow.seen or (squares[column] == 0.0 and whole.holding(column)[0]):
                 squares[column] = max(0.0, float(slow.squares[slow.seen, column]))
     choice = replace(
         average.rests_on,
         band_hz=(band.low, band.high),
-        terms=models.terms(row),
-        mask=int(models.mask[row]),
+        terms=whole.terms(0),
+        mask=int(whole.mask[0]),
         slow_terms="whole band",
         member="whole band",
         elsewhere=None,
