@@ -194,7 +194,7 @@ def test_an_n_that_lines_inflate_names_them_and_the_command_that_removes_them(
     capsys.readouterr()
     assert main(["export", str(tmp_path / "still"), "-o", str(tmp_path / "imu.yaml")]) == 0
     shown = capsys.readouterr().out
-    said = "lines or vibration are in its curve; `sagnac analyze` removes lines"
+    said = "lines, vibration or readout are in its curve; `sagnac analyze` removes lines"
     assert (said in shown) == (hum and command == "avar")
     assert ("times the estimate" in shown) == (hum and command == "avar")
     settings = sagnac.export(tmp_path / "still", tool="toml").settings

@@ -73,6 +73,19 @@ def test_a_file_without_a_unit_is_told_of(tmp_path):
     assert prior_of(tmp_path)[1].endswith("; 1 row without a unit, each taken for one of its own")
 
 
+def test_an_interval_of_n_alone_says_so(tmp_path, capsys):
+    """It stood as 95 % of heading, which K of such gyros made ten times as large."""
+    write_tables(TABLE, tmp_path)
+    arguments = ["--latitude", "28.2", "--table-rate", "40", "--after", "10min"]
+    assert cli.main(["align", str(tmp_path), *arguments]) == 0
+    shown = capsys.readouterr().out.splitlines()
+    for line in ("heading drift", "gyrocompass", "triad turning"):
+        (one,) = [text for text in shown if text.strip().startswith(line)]
+        assert "] 95 %, without B and K" in one
+    assert "B and K are not foretold: the analysis of a run has them" in "".join(shown)
+    assert not any("not observable" in text for text in shown)
+
+
 def test_azimuth_of_what_is_foretold_has_its_interval(tmp_path, capsys):
     """N over the root of t and the north rate, at the median and at both ends that are foretold."""
     write_tables(TABLE, tmp_path)

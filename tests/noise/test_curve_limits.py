@@ -94,3 +94,13 @@ def test_white_noise_rises_by_chance_alone(seed):
     walk = estimate("angle_random_walk", 1.0, 0.98, 1.02)
     rates = np.random.default_rng(1000 + seed).standard_normal(2000)
     assert slow_noise(curve_of(rates), {"angle_random_walk": walk}) is None
+
+
+def test_a_rise_is_said_if_the_curve_falls_again_by_chance_at_its_end():
+    """Of few clusters the end may lie lowest of all: a quarter of these rises was not said."""
+    walk, found = estimate("angle_random_walk", 1.0, 0.98, 1.02), []
+    for seed in range(20):
+        white, steps = np.random.default_rng(2000 + seed).standard_normal((2, 2000))
+        curve = curve_of(white + 2.0 * np.pi * 12.0 / 2000.0 * np.cumsum(steps))
+        found.append(slow_noise(curve, {"angle_random_walk": walk}))
+    assert None not in found

@@ -2,7 +2,6 @@
 
 import json
 from dataclasses import replace
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -11,6 +10,7 @@ from scipy.signal import lfilter
 from sagnac import Recording, analyze
 from sagnac.noise.estimates import Estimate
 from sagnac.noise.laws import markov_density
+from sagnac.noise.model_average import ModelChoice
 from sagnac.noise.slow_model import slow_model, untold
 from sagnac.spectrum.levels import robust_levels
 from sagnac.spectrum.tapered import tapered_spectrum
@@ -115,7 +115,7 @@ def test_noise_of_the_five_terms_has_no_markov_rate(flicker, walk):
 def test_it_is_asked_only_where_b_and_k_are_bounds_and_keeps_within_these():
     (rates,) = coloured(np.random.default_rng(4), 1, 7200, white=1.0, flicker=0.0, walk=0.03)
     levels = robust_levels(tapered_spectrum(rates[:, 0], sample_rate=1.0))
-    choice = SimpleNamespace(band_hz=(0.0, 0.5))
+    choice = ModelChoice(band_hz=(0.0, 0.5))
     walk = estimate("angle_random_walk", 1.0)
     bound = estimate("rate_random_walk", 0.02, status="upper bound", low=0.0)
     loose = replace(bound, value=0.2, high=0.2)
@@ -135,7 +135,7 @@ def test_noise_faster_than_the_band_of_n_is_a_part_of_n_and_no_slow_noise_beside
     """A Markov rate of 3 over 0.1 s beside white noise of 1 is level at 1.67 up to 1 Hz."""
     random = np.random.default_rng(3)
     rates = np.sqrt(RATE) * random.standard_normal(SAMPLES) + markov(random, 3.0, 0.1)
-    levels, choice = levels_of(rates), SimpleNamespace(band_hz=(0.0, 0.5 * RATE))
+    levels, choice = levels_of(rates), ModelChoice(band_hz=(0.0, 0.5 * RATE))
     foot = estimate("angle_random_walk", 1.7)
     top = replace(foot, value=1.0, low=0.9)
     assert untold(levels, choice, {"angle_random_walk": top}).rates
@@ -161,3 +161,32 @@ def test_k_is_that_of_the_rise_where_the_curve_alone_shows_slow_noise(seed):
     stated = json.loads(analysis.to_json())["slow_noise"]["rate_random_walk"]
     assert stated["unit"] == "deg/h/sqrt(h)"
     assert 3.0 < stated["value"] < 12.0
+
+
+def behind_a_low_pass(seed, walk):
+    """`slow_noise` of white noise of one, and a walk of the rate, behind 15 Hz at 100 Hz.
+
+    The low-pass is of first order and analogue, and a sample its mean.
+    """
+    random, rate, fine, samples = np.random.default_rng(seed), 100.0, 8, 120_000
+    decay = np.exp(-2.0 * np.pi * 15.0 / (rate * fine))
+    white = np.sqrt(rate * fine) * random.standard_normal(samples * fine)
+    passed = lfilter([1.0 - decay], [1.0, -decay], white).reshape(samples, fine).mean(axis=1)
+    slow = np.cumsum(walk / np.sqrt(rate) * random.standard_normal(samples))
+    recording = Recording.from_arrays(x=passed + slow, kind="rate", unit="deg/h", sample_rate=rate)
+    analysis = analyze(recording, method="none")
+    told = any(note.text.startswith("slow noise") for note in analysis.notes)
+    return told, json.loads(analysis.to_json()).get("slow_noise")
+
+
+def test_the_fall_of_a_low_pass_is_no_slow_noise():
+    """It was taken for B, and `simulate --like` put that in."""
+    assert behind_a_low_pass(1, 0.0) == (False, None)
+
+
+def test_a_walk_behind_a_low_pass_is_no_flicker():
+    told, slow = behind_a_low_pass(3, 0.05)
+    assert told
+    assert slow["bias_instability"]["value"] == 0.0
+    # deg/h/sqrt(s); a square root of an hour has sixty of these.
+    assert slow["rate_random_walk"]["value"] == pytest.approx(60.0 * 0.05, rel=0.3)

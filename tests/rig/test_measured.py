@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.signal import butter, lfilter
 
 import sagnac
 from sagnac.core.units import COEFFICIENT_UNITS, FORCE_COEFFICIENT_UNITS
@@ -181,6 +182,20 @@ def test_the_low_pass_that_a_spectrum_shows_is_simulated_again(order):
     said = Measured.of_document(json.loads(analysis.to_json())).left_out()
     assert sum("low-pass of" in line for line in said) == 2
     assert any(line.startswith("x: low-pass of ") for line in said)
+
+
+@pytest.mark.parametrize("order", [1, 2])
+def test_an_analogue_low_pass_has_its_corner_and_its_order(order):
+    """30 Hz at 200 Hz: it was read as 50 Hz of first order, and as 20 Hz of first order."""
+    rate, fine, samples = 200.0, 8, 60_000
+    white = 100.0 * np.random.default_rng(5).standard_normal(samples * fine)
+    passed = lfilter(*butter(order, 30.0, fs=rate * fine), white).reshape(samples, fine)
+    recording = sagnac.Recording.from_arrays(
+        x=passed.mean(axis=1), kind="rate", unit="deg/h", sample_rate=rate
+    )
+    again = RigConfig.from_analysis(sagnac.analyze(recording, method="none")).gyro
+    assert again.low_pass_hz[0] == pytest.approx(30.0, rel=0.15)
+    assert again.low_pass_order == order
 
 
 def test_steps_behind_a_low_pass_leave_its_corner_and_its_order():

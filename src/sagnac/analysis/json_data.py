@@ -210,13 +210,18 @@ def slow_noise_data(analysis: Analysis) -> dict[str, dict[str, Any]]:
 def _fitted(
     frequency: FloatArray, share: FloatArray, rate: float, order: int
 ) -> tuple[float, float, int]:
-    """Misfit of a filter of an order, bins counted by their width, its corner, and the order."""
+    """Misfit of a filter of an order, bins counted by their width, its corner, and the order.
+
+    The misfit is that of amplitudes. Only a digital Butterworth filter has a zero at half the
+    sample rate: logarithms would let the highest bins rule, and put the corner of an analogue
+    filter, or of an exponential average, two times too high.
+    """
     warped = np.tan(np.pi * frequency / rate)
 
     def missed(logarithm: float) -> float:
         corner = np.tan(np.pi * np.exp(logarithm) / rate)
-        left = np.log(share) + np.log1p((warped / corner) ** (2 * order))
-        return float(frequency @ left**2)
+        passed = 1.0 / np.sqrt(1.0 + (warped / corner) ** (2 * order))
+        return float(frequency @ (np.sqrt(share) - passed) ** 2)
 
     bounds = (np.log(frequency[0]), np.log(0.499 * rate))
     best = minimize_scalar(missed, bounds=bounds, method="bounded", options={"xatol": 1e-4})

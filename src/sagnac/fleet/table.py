@@ -388,6 +388,7 @@ def prior_of(path: Path, *, confidence: float = 0.95) -> tuple[GyroNoise, str]:
     runs = f"{scatter.answer.runs} runs ({lines[0].method}, {lines[0].gyros})"
     ends = f"[{foretold.low:.3g}, {foretold.high:.3g}] deg/sqrt(h), {100.0 * confidence:g} %"
     words = f"N is that foretold for {what} by {runs}: {foretold.value:.3g} {ends}"
+    words += "; B and K are not foretold: the analysis of a run has them, or their bounds"
     return noise, "; ".join(filter(None, (words, left_out(table))))
 
 

@@ -119,7 +119,7 @@ class SettingsFile:
             # The reason is stated if N is more than three times its estimate.
             if one.excess > 3.0:
                 known = "estimate" if one.estimate > 0.0 else "upper bound"
-                why = "lines or vibration are in its curve; `sagnac analyze` removes lines"
+                why = "lines, vibration or readout are in its curve; `sagnac analyze` removes lines"
                 if not one.has_lines:
                     noise = "a readout, vibration or other noise that N does not describe"
                     remedy = "an analysis with a longer interval leaves the shortest times out"

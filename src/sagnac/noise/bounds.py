@@ -352,7 +352,9 @@ def slow_noise(curve: StabilityCurve, estimates: Coefficients) -> tuple[float, f
             squares[column] = estimates[name].high ** 2
     terms = allan_variance_basis(curve.tau) @ squares
     freedom = _freedom(curve, min(_NOISE_TYPES.values()))
-    behind = (curve.tau > curve.tau[np.argmin(curve.deviation)]) & (freedom >= 2.0)
+    # Where few clusters make the curve, its lowest point is chance, and lies behind many a rise.
+    lowest = np.argmin(np.where(freedom >= 4.0, curve.deviation, np.inf))
+    behind = (curve.tau > curve.tau[lowest]) & (freedom >= 2.0)
     if not behind.any() or not squares.any():
         return None
     # Chance alone is called slow noise in one of a hundred; slow noise is 1.2 times the terms.

@@ -12,6 +12,7 @@ from scipy.optimize import minimize_scalar
 from scipy.special import ndtri
 
 from sagnac.core.arrays import FloatArray
+from sagnac.noise.band_models import ORDERS, divisor_laws
 from sagnac.noise.bounds import slow_noise
 from sagnac.noise.estimates import Coefficients, Interval
 from sagnac.noise.laws import level_laws, markov_density
@@ -30,6 +31,7 @@ _K: Final = 3
 _TERMS: Final = ((0, 1), (0, 1, _B), (0, 1, _K), (0, 1, _B, _K))
 _NEAR: Final = 0.95  # of the least N that an answer allows
 _STEP: Final = 1.01  # by which a time is changed for a slope
+_NO_FALLS: Final = (0.0,) * len(ORDERS)
 
 Terms = tuple[int, ...]
 Times = tuple[float, ...]
@@ -62,7 +64,12 @@ class SlowModel:
 
 
 def slow_model(
-    levels: Levels, *, highest: float, least: float = 0.0, confidence: float = 0.95
+    levels: Levels,
+    *,
+    highest: float,
+    least: float = 0.0,
+    falls: tuple[float, ...] = _NO_FALLS,
+    confidence: float = 0.95,
 ) -> SlowModel | None:
     """The most likely Q, N, B and K, with one or two Markov rates that the levels bear out.
 
@@ -77,6 +84,8 @@ def slow_model(
         Frequency up to which they count, Hz: above, a sensor's low-pass or its readout rules.
     least
         N is no less, rad/sqrt(s): a Markov rate beside less white noise is a part of that N.
+    falls
+        c of the divisors of a low-pass, as of a `BandModel`: its fall is no slow noise.
     confidence
         Of the intervals.
 
@@ -90,13 +99,17 @@ def slow_model(
     if level.size < 8:
         return None
 
+    passed = 1.0 + divisor_laws(levels.frequency[used]) @ np.array(falls)
+
     # All sets of terms look at the same times.
     @cache
     def markov(time: float) -> FloatArray:
         law = levels.law(lambda frequency: markov_density(frequency, interval, time)[:, np.newaxis])
-        return np.asarray(law[used, 0])
+        return np.asarray(law[used, 0] / passed)
 
     laws, frequency = level_laws(levels)[used], levels.frequency[used]
+    # Q comes after the low-pass.
+    laws[:, 1:] /= passed[:, np.newaxis]
     seen = _Seen(level=level, shape=shape, laws=laws, frequency=frequency, markov=markov)
     plain = [seen.fitted(terms) for terms in _TERMS]
     chosen = min(plain, key=attrgetter("weighed"))
@@ -153,7 +166,10 @@ def untold(
         return None
     # The levels are robust, and those of heavy tails a little lower.
     highest, least = choice.band_hz[1], _NEAR * walk.low
-    model = slow_model(levels, highest=highest, least=least, confidence=walk.confidence)
+    falls = choice.law.falls if choice.law else _NO_FALLS
+    model = slow_model(
+        levels, highest=highest, least=least, falls=falls, confidence=walk.confidence
+    )
     if model is None and curve is not None and (rise := slow_noise(curve, estimates)):
         tau, ratio = rise
         excess = float(curve.deviation[curve.tau == tau][0]) ** 2 * (1.0 - 1.0 / ratio**2)

@@ -91,8 +91,8 @@ def _label_axes(axes: Axes, latitude: float) -> None:
 def prospect_text(prospect: Prospect) -> str:
     """The answer first, then what it rests on."""
     shown, noise = prospect_document(prospect), prospect.noise
-    wide = _why_wide([noise])
-    return rendered("azimuth.txt", shown=shown, noise=noise, wide=wide, raised=_RAISED)
+    said = {"wide": _why_wide([noise]), "without": _without([noise])}
+    return rendered("azimuth.txt", shown=shown, noise=noise, raised=_RAISED, **said)
 
 
 def _why_wide(noises: Sequence[GyroNoise]) -> str:
@@ -104,6 +104,13 @@ def _why_wide(noises: Sequence[GyroNoise]) -> str:
         return ""
     have = "have upper bounds" if len(bounded) > 1 else "has an upper bound"
     return f" ({' and '.join(bounded)} {have} only)"
+
+
+def _without(noises: Sequence[GyroNoise]) -> str:
+    """Slow noise of which nothing is known, so that an interval leaves it out."""
+    unknown = {name for one in noises for name in {*one.unseen} - {*one.bounds}}
+    symbols = [symbol for name, symbol in zip(NAMES[1:], "BK", strict=True) if name in unknown]
+    return f", without {' and '.join(symbols)}" if symbols else ""
 
 
 def prospect_document(prospect: Prospect) -> dict[str, Any]:
@@ -232,9 +239,9 @@ def _rows(columns: Mapping[str, FloatArray]) -> list[dict[str, float]]:
 def drift_text(unaided: Unaided) -> str:
     """The priors first, then a line for each time and quantity, and what is left out."""
     shown, notes = drift_document(unaided), drift_notes(unaided)
-    wide = _why_wide(unaided.noises)
+    said = {"wide": _why_wide(unaided.noises), "without": _without(unaided.noises)}
     more = {"percent": f"{100.0 * unaided.confidence:g}", "symbols": _SYMBOLS, "zip": zip}
-    return rendered("drift.txt", shown=shown, notes=notes, wide=wide, raised=_RAISED, **more)
+    return rendered("drift.txt", shown=shown, notes=notes, raised=_RAISED, **said, **more)
 
 
 def drift_notes(unaided: Unaided) -> list[str]:
