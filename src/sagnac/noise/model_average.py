@@ -312,9 +312,8 @@ def average(levels: Levels, *, confidence: float = 0.95, ramp: Estimate | None =
         If an argument makes no sense.
     """
     models = band_models.band_models(levels)
-    models = models.kept(
-        models.logarithm > models.logarithm.max() + math.log(band_models.LIGHT) - 60.0
-    )
+    lightest = models.logarithm.max(initial=-math.inf) + math.log(band_models.LIGHT) - 60.0
+    models = models.kept(models.logarithm > lightest)
     ruling = (models.ruled >= RULED) & _unrivalled(models, levels.level.size)
     answering = models.kept(ruling).heaviest()
     relied = answering if answering.count else models.heaviest()
