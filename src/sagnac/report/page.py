@@ -213,6 +213,7 @@ class Report:
     Examples
     --------
     >>> import numpy as np
+    >>> from pathlib import Path
     >>> from tempfile import TemporaryDirectory
     >>> from sagnac import Recording, analyze
     >>> rate = 1e-6 * np.sqrt(10.0) * np.random.default_rng(1).standard_normal(6000)
@@ -273,6 +274,7 @@ def write_report(
     Examples
     --------
     >>> import numpy as np
+    >>> from pathlib import Path
     >>> from tempfile import TemporaryDirectory
     >>> from sagnac import Recording, analyze
     >>> rate = 1e-6 * np.sqrt(10.0) * np.random.default_rng(1).standard_normal(6000)
