@@ -100,7 +100,7 @@ def page(
             heading,
             title=heading.title or f"Gyros {', '.join(analysis.settings.gyros)}",
             links=links or {},
-            notes=ranked(analysis.notes),
+            notes=sections.together(ranked(analysis.notes)),
             figure=figures.svg(drawn["stability"], "unit", label),
             columns=[(name, result.answer_coefficients(one), False) for name, one in each],
             settings=settings,
