@@ -1,6 +1,9 @@
 """The pages of the docs name what there is; ``make docs`` runs them."""
 
+import ast
+import builtins
 import dataclasses
+import doctest
 import json
 import re
 from importlib import import_module
@@ -60,6 +63,18 @@ def test_every_exported_name_has_a_page():
 @pytest.mark.parametrize("name", exported())
 def test_every_exported_name_has_an_example(name):
     assert ">>> " in (named(name).__doc__ or "")
+
+
+@pytest.mark.parametrize("name", exported())
+def test_an_example_runs_where_it_is_pasted(name):
+    """It needs what ``import sagnac`` exports and what it imports, not its module's other names."""
+    shown = doctest.DocTestParser().get_examples(named(name).__doc__ or "")
+    parts = [*ast.walk(ast.parse("".join(one.source for one in shown)))]
+    names = [one for one in parts if isinstance(one, ast.Name)]
+    made = {one.id for one in names if isinstance(one.ctx, ast.Store)}
+    made |= {one.name for one in parts if isinstance(one, ast.ExceptHandler)}
+    made |= {one.asname or one.name for one in parts if isinstance(one, ast.alias)}
+    assert {one.id for one in names} <= {*made, *sagnac.__all__, *dir(builtins)}
 
 
 def test_a_long_signature_is_cut_and_types_are_left_out():

@@ -40,7 +40,7 @@ def formats() -> str:
     """Every format that is read: suffixes, whether it is written, and what it needs."""
 
     def row(one: Format) -> tuple[str, ...]:
-        needs = f"`sagnac[{one.extra}]`" if one.extra else "–"
+        needs = f"`.[{one.extra}]`" if one.extra else "–"
         return (
             one.name,
             _code(one.suffixes),

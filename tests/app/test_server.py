@@ -208,6 +208,16 @@ def test_what_physics_wants_stands_beside_a_recording(server, still):
     assert beside["mean rate of x, y, z together"]["verdict"] == "agrees"
 
 
+@pytest.mark.parametrize(("gyros", "wanted"), [("xz", "at most Earth rate 15.04"), ("xyzuv", "")])
+def test_gyros_that_are_no_triad_need_not_show_the_earth(server, gyros, wanted):
+    random = np.random.default_rng(5)
+    rates = {name: 0.1 * random.standard_normal(2000) for name in gyros}
+    still = sagnac.Recording.from_arrays(**rates, kind="rate", unit="deg/h", sample_rate=100.0)
+    path = sagnac.write(still, server.folder / f"{gyros}.parquet")
+    together = [one for one in server.opened(path)["beside"] if "together" in one["what"]]
+    assert [one["wanted"][: len(wanted)] for one in together] == [wanted] * bool(wanted)
+
+
 @pytest.mark.parametrize(("share", "noted"), [(-0.5774, "agrees"), (1.5, "differs")])
 @pytest.mark.parametrize("swings", [False, True])
 def test_gyros_stand_beside_the_table_whether_it_turns_or_swings(server, swings, share, noted):

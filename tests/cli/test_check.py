@@ -48,6 +48,19 @@ def test_check_prints_the_command_that_reads_the_file(tmp_path, capsys):
     assert shlex.split(shown.rpartition("read with: ")[2]) == words
 
 
+def test_a_finding_of_the_reader_is_not_said_again_below(tmp_path, capsys):
+    path, noise = tmp_path / "run.csv", np.random.default_rng(1).normal(size=4000)
+    rows = "".join(f"{n / 100.0:.2f},{value:.6f}\n" for n, value in enumerate(noise))
+    path.write_text("t,x\n" + rows)
+    stated = [str(path), "--kind", "rate", "--unit", "deg/h", "--time", "t:ms"]
+    assert main(["check", *stated]) == 0
+    assert capsys.readouterr().out.count("the unit ms looks wrong") == 1
+    assert main(["check", *stated, "--json"]) == 0
+    made = strict(capsys.readouterr().out)
+    for key in ("findings", "notes"):
+        assert sum("the unit ms looks wrong" in str(one) for one in made[key]) == 1
+
+
 def test_settings_of_an_earlier_run_count(bare, tmp_path, capsys):
     settings = tmp_path / "settings.toml"
     settings.write_text('kind = "rate"\nunit = "deg/h"\nrate = 100.0\n')

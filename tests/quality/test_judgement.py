@@ -130,6 +130,12 @@ def test_the_level_follows_the_effect():
     assert finding("copy", "x", "is one", effect=float("inf")).effect is None
 
 
+def test_nothing_is_divided_by_a_factor_that_is_not_known():
+    noted = finding("resolution", "x", "is stored in float32", effect=None, level="warning")
+    assert noted.text.endswith("what that does to the angle random walk is not known")
+    assert finding("resolution", "x", "has steps", effect=1.04).text.endswith("divided by that")
+
+
 def test_an_accepted_finding_is_a_remark_that_says_so():
     found = made("upper half clipped")[1]
     (note,) = accept(found, ("clipping",))

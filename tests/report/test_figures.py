@@ -26,6 +26,16 @@ def test_a_comparison_can_be_drawn(made, tmp_path):
     assert value.lstrip("–") in label
 
 
+def test_ten_gyros_are_told_apart_and_none_is_cut_off():
+    names = [f"gyro_{number:02}_rate" for number in range(10)]
+    (axes,) = figures.curves_figure([analysis(gyros=(one,), table_rate=None) for one in names]).axes
+    shown = [one.get_text() for one in axes.get_legend().get_texts()]
+    assert shown == names
+    assert axes.get_legend().get_window_extent().x1 <= axes.figure.bbox.x1
+    assert axes.get_legend().get_window_extent().y1 <= axes.figure.bbox.y1
+    assert len({(one.get_color(), one.get_marker()) for one in axes.get_lines()}) == 10
+
+
 def test_fit_passes_through_the_curve_it_was_made_from():
     made = analysis()
     axes = figures.report_figures(made)["stability"].axes[0]

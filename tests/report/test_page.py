@@ -28,6 +28,26 @@ def test_page_stands_alone(made):
 
 
 @pytest.mark.usefixtures("blank_figures")
+def test_many_gyros_have_a_row_of_coefficients_each_so_that_paper_holds_them():
+    names = [f"gyro_{number:02}" for number in range(10)]
+    gyros = {one: analysis(gyros=(one,), table_rate=None) for one in names}
+    html = page.page(replace(gyros[names[0]], gyros=gyros))
+    table = html.partition("<h2>Coefficients</h2>")[2].partition("</table>")[0]
+    rows = [" ".join(checked(row).text).split() for row in re.findall("<tr>.*?</tr>", table, re.S)]
+    assert [row[0] for row in rows] == ["Gyro", *names]
+    assert all(row.count("<td") == 5 for row in table.split("<tr>")[2:])
+
+
+@pytest.mark.usefixtures("blank_figures")
+def test_what_is_said_of_many_gyros_alike_is_said_once():
+    gyros = {one: analysis(gyros=(one,), table_rate=None) for one in "xyz"}
+    notes = [Note(channel=one, text=text) for one in gyros for text in ("is short", f"is {one}")]
+    html = page.page(replace(gyros["x"], gyros=gyros, notes=tuple(notes)))
+    said = re.findall("<li>(.*?)</li>", html.partition("<h2>Notes</h2>")[2].partition("</ul>")[0])
+    assert said == ["x, y, z: is short", "x: is x", "y: is y", "z: is z"]
+
+
+@pytest.mark.usefixtures("blank_figures")
 def test_page_says_the_answer_first_and_what_it_rests_on():
     made = analysis(
         notes=(Note(text="first doubt"), Note(text="table & time are <nearly> one basis"))

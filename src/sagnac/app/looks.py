@@ -351,12 +351,13 @@ def _beside(look: Look) -> Iterator[dict[str, str]]:
     gyros = [one for one in look.shown if one.of == "gyro"]
     forces = [one for one in look.shown if one.of == "accelerometer"]
     table = next((one for one in look.shown if one.of == "table"), None)
-    if len(gyros) > 1 and not turning:
+    # Of two gyros the Earth may lie across; of more than three some are parallel.
+    if len(gyros) in (2, 3) and not turning:
         size = math.hypot(*(in_hours(one) for one in gyros))
         away = f"{size / EARTH_RATE:.3g} times" if math.isfinite(size) else "no number"
         away += "; more is a bias, a motion or another unit" * bool(size > 1.1 * EARTH_RATE)
         agrees = abs(size / EARTH_RATE - 1.0) < 0.1 if len(gyros) == 3 else size < 1.1 * EARTH_RATE
-        wanted = f"Earth rate {EARTH_RATE:.2f} °/h ({away})"
+        wanted = f"{'at most ' * (len(gyros) == 2)}Earth rate {EARTH_RATE:.2f} °/h ({away})"
         names = ", ".join(one.name for one in gyros)
         yield _row(f"mean rate of {names} together", f"{size:.4g} °/h", wanted, agrees)
     if table is not None and turning:

@@ -90,7 +90,8 @@ def script(path: str, reading: Texts, analysis: Texts, changed: Mapping[str, Any
         "",
         f"recording = sagnac.read({path!r}{keywords(reads(reading, analysis))})",
         f"analysis = sagnac.analyze(recording{keywords(choices(analysis))})",
-        'print(analysis.angle_random_walk.to("deg/sqrt(h)"))',
+        "for each in analysis.each:",
+        '    print(each.channel, each.angle_random_walk.to("deg/sqrt(h)"))',
     ]
     if "spec" in analysis:
         lines.append(f"print(sagnac.judge(analysis, {analysis['spec']!r}).by_gyro)")

@@ -49,7 +49,8 @@ def check(file: File, /, *, options: Options = NO_OPTIONS) -> int:
         from sagnac.formats import accelerometers_in
         from sagnac.report import text
 
-        below = text.findings(findings), text.notes(recording.notes)
+        others = [note for note in recording.notes if note not in findings]
+        below = text.findings(findings), text.notes(others)
         print(text.blocks(text.recording(recording), *below), end="\n\n")
         turns = recording.table is not None
         print(f"read with: {_command_for(file, statement, {}, turns=turns)}")

@@ -215,7 +215,7 @@ class Reading:
     time
         Time stamps; none for no stamps.
     table
-        Its encoder; none for no table.
+        Encoder of a turning table; none for no table.
     columns
         Columns that hold the gyros.
     slice

@@ -39,6 +39,7 @@ class CampaignReport:
     --------
     That of no recordings; `campaign` makes one of some.
 
+    >>> from sagnac.fleet.runner import Campaign
     >>> report = CampaignReport(campaign=Campaign(rows=(), computed=0), lines=(), paths=())
     >>> report.to_frame().empty, report.campaign.failed
     (True, ())
@@ -128,6 +129,7 @@ def campaign(
     Examples
     --------
     >>> import numpy as np
+    >>> from pathlib import Path
     >>> from tempfile import TemporaryDirectory
     >>> from sagnac import Recording, write
     >>> random = np.random.default_rng(1)

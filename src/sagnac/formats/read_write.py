@@ -242,6 +242,7 @@ def write(recording: Recording, path: Path | str, *, force: bool = False) -> Pat
     Examples
     --------
     >>> import numpy as np
+    >>> from pathlib import Path
     >>> from tempfile import TemporaryDirectory
     >>> rate = np.random.default_rng(1).standard_normal(1000)
     >>> still = Recording.from_arrays(x=rate, kind="rate", unit="deg/h", sample_rate=10.0)

@@ -67,6 +67,7 @@ class OrthogonalSearch(Compared):
 
     Examples
     --------
+    >>> import numpy as np
     >>> time = np.arange(1000) / 100.0
     >>> signal = 2.0 + 0.5 * np.cos(3.0 * time)
     >>> found = fast_orthogonal_search(time, signal, spacing=1.0, candidates=8, most_terms=1)

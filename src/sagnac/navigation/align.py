@@ -94,6 +94,7 @@ class Foresight:
 
     Examples
     --------
+    >>> from sagnac.navigation.noise import GyroNoise
     >>> noise = GyroNoise(angle_random_walk=1e-6, bias_instability=0.0, rate_random_walk=0.0)
     >>> ahead = align((noise, noise, noise), latitude=0.8, after=[60.0, 600.0])
     >>> ahead.unaided.drift.heading.deviation().shape
@@ -138,13 +139,13 @@ def align(
     ----------
     source
         An analysis; the path of its ``analysis.json`` or of the folder of its report; or the noises
-        of gyros about north, east and down, with ideal accelerometers.
+        (`GyroNoise`) of gyros about north, east and down, with ideal accelerometers.
     latitude
         rad; without it no azimuth is found.
     rest
         Length of the alignment at rest, from which the biases are taken, s.
     azimuth, tilt
-        Not known of azimuth and of each tilt at the start, 1 sigma, rad; those of `Start` unless
+        Not known of azimuth and of each tilt at the start, 1 sigma, rad; 2 deg and 0.5 deg unless
         stated.
     bias
         Not known of a gyro's bias, 1 sigma, rad/s; unless stated what the rest leaves, and 0 for
@@ -167,6 +168,7 @@ def align(
 
     Examples
     --------
+    >>> from sagnac.navigation.noise import GyroNoise
     >>> noise = GyroNoise(angle_random_walk=1e-6, bias_instability=0.0, rate_random_walk=0.0)
     >>> found = align((noise, noise, noise), bias=0.0, after=[100.0])
     >>> found.unaided.drift.heading.deviation(misaligned=False).round(7)

@@ -81,6 +81,7 @@ class SelfNoise(Compared):
 
     Examples
     --------
+    >>> import numpy as np
     >>> noise = np.random.default_rng(2).standard_normal((4, 20_000))
     >>> x, y, z = noise[3] * [[30.0], [31.0], [29.0]] + noise[:3]
     >>> still = Recording.from_arrays(x=x, y=y, z=z, kind="rate", unit="deg/h", sample_rate=10.0)
@@ -137,6 +138,7 @@ def self_noise(
 
     Examples
     --------
+    >>> import numpy as np
     >>> noise = np.random.default_rng(1).standard_normal((4, 20_000))
     >>> turned = 30.0 * noise[3]
     >>> three = {name: turned + one for name, one in zip("xyz", noise, strict=False)}

@@ -50,7 +50,7 @@ class Detector(NamedTuple):
     remedy: str
 
 
-_STRETCH: Final = "take a stretch without ({slice})"
+_STRETCH: Final = "take a sound stretch ({slice})"
 _WRONG_UNIT: Final = ("N is wrong by the same factor", "state {unit}, {kind} and {rate}")
 _UNREAD: Final = ("missing", "gaps", "stuck")
 # The first of these that is found spoils all samples of a gyro; single samples and jumps hide what

@@ -612,5 +612,5 @@ def step_notes(recording: Recording, profile: Profile) -> Notes:
     if usual == profile.step:
         of_what = f"{size} steps of the readout from one {period} to the next"
     problem = f"its rate steps by {of_what}, at {second_of(recording, first * profile.block):.6g} s"
-    text = f"{problem}; take a stretch without with {{slice}}"
+    text = f"{problem}; take a sound stretch ({{slice}})"
     return (Note(name="steps", channel=profile.name, text=text, level="warning"),)

@@ -71,7 +71,8 @@ def finding(
     known = float(f"{effect:.4g}") if effect is not None and math.isfinite(effect) else None
     level = level or level_of(known, name)
     text = f"{text}; {effect_words(known)}"
-    if name in DIVIDED and level != "error" and effect_words(known) != effect_words(1.0):
+    stated = known is not None and effect_words(known) != effect_words(1.0)
+    if name in DIVIDED and level != "error" and stated:
         text = f"{text}, and an answer is divided by that"
     return Note(name=name, channel=channel, level=level, text=text, effect=known)
 

@@ -374,7 +374,7 @@ def saturation_notes(recording: Recording, profile: Profile) -> Notes:
     if not problem:
         return ()
     effect = clipped_scatter(shares["lower"], shares["upper"])
-    text = f"is saturated: {' and '.join(problem)}; take a stretch without with {{slice}}"
+    text = f"is saturated: {' and '.join(problem)}; take a sound stretch ({{slice}})"
     return (finding("clipping", profile.name, text, effect=effect),)
 
 

@@ -19,7 +19,7 @@ from sagnac.recording.stamps import CORRECT_STAMPS, GAP_STEPS, median_step, roun
 # Share of the scatter of a record below which differences of its samples are rounding.
 _ROUNDING: Final = 1e-9
 
-_STRETCH: Final = "take a stretch without with {slice}"
+_STRETCH: Final = "take a sound stretch ({slice})"
 LEAVE_OUT: Final = "leave these rows out and keep the time stamps"
 # Samples whose mean is of noise below a low-pass, and the fewest means.
 _TOGETHER: Final = 64

@@ -3,7 +3,7 @@
 import math
 from collections.abc import Mapping
 from dataclasses import replace
-from itertools import cycle, pairwise
+from itertools import pairwise
 from typing import Final
 
 import numpy as np
@@ -134,7 +134,7 @@ def spectrum(analysis: Analysis, ax: Axes | None = None) -> Axes:
     if frame.removed(analysis):
         label = "before removal"
         axes.plot(before.frequency, before.density, color=frame.QUIET, linewidth=0.8, label=label)
-    color, label = frame.next_color(axes), frame.after_removal(analysis)
+    (color, _), label = frame.next_style(axes), frame.after_removal(analysis)
     axes.plot(after.frequency, after.density, color=color, linewidth=0.8, alpha=0.7, label=label)
     of = f"{SENSED[analysis.sensor].rate} noise density, {frame.channel_of(analysis)}"
     frame.logarithmic(axes, "frequency (Hz)", f"{of} ({unit.symbol}/√Hz)")
@@ -181,11 +181,11 @@ def self_noise(found: cross_spectra.SelfNoise, ax: Axes | None = None) -> Axes:
     axes = frame.axes_of(ax, found, cross_spectra.SelfNoise, name="found")
     frequency, unit = found.frequency, DEGREE_PER_HOUR_PER_ROOT_HERTZ
     axes.plot(frequency, np.sqrt(found.motion) / unit, color=frame.QUIET, label="what all share")
-    colors = cycle((frame.BLUE, frame.ORANGE, frame.GREEN, frame.INK))
-    for place, (name, color) in enumerate(zip(found.gyros, colors, strict=False)):
+    for place, name in enumerate(found.gyros):
+        color, marker = frame.next_style(axes)
         ends = (found.density, found.low, found.high)
         density, low, high = (np.sqrt(one[place]) / unit for one in ends)
-        axes.plot(frequency, density, color=color, label=frame.literal(name))
+        axes.plot(frequency, density, color=color, marker=marker, label=frame.literal(name))
         frame.band(axes, frequency, low, high, color, alpha=0.15)
     frame.logarithmic(axes, "frequency (Hz)", "rate noise density of each alone (°/h/√Hz)")
     axes.legend()

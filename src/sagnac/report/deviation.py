@@ -38,7 +38,7 @@ def stability(result: Analysis | StabilityCurve, ax: Axes | None = None) -> Axes
         fit that the answer rests on, and each term that it estimated with its slope. Or one curve,
         in its own unit.
         Several gyros that were taken alone are drawn one over the other: of each the curve after
-        removal and the fit, in a colour of its own, with its name.
+        removal and the fit, in a colour or with a marker of its own, with its name.
     ax
         Where to draw; without it the current axis of ``pyplot``. An analysis that joins others
         there is drawn over them in the same way. Limits hold what is there already.
@@ -124,9 +124,9 @@ def _frame(axes: Axes, name: str, unit: str) -> None:
 
 def _points(axes: Axes, curve: StabilityCurve, unit: float, *, label: str) -> str:
     """The points of a curve and its interval, in `unit`; gives their color."""
-    color = frame.next_color(axes)
+    color, marker = frame.next_style(axes)
     deviation, low, high = (one / unit for one in (curve.deviation, curve.low, curve.high))
-    axes.plot(curve.tau, deviation, color=color, marker="o", linestyle="none", label=label)
+    axes.plot(curve.tau, deviation, color=color, marker=marker, linestyle="none", label=label)
     interval = f"its {100 * curve.confidence:g} % interval"
     frame.band(axes, curve.tau, low, high, color, label=interval)
     return color

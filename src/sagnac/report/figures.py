@@ -4,7 +4,6 @@ import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from io import StringIO
-from itertools import cycle
 from pathlib import Path
 from typing import Final
 
@@ -117,13 +116,13 @@ def styled(columns: int = 0) -> Iterator[tuple[Figure, Axes]]:
 
 
 def legend_above(axes: Axes, columns: int) -> None:
-    """Put the legend above the plot, so that it hides no data, and make room for its rows."""
-    rows = -(-len(axes.get_legend_handles_labels()[0]) // columns)
+    """Put the legend above the plot, so that it hides no data, and make room for its rows.
+
+    It has `columns` columns, or fewer if names are so long that the figure would cut it off.
+    """
     figure = axes.get_figure(root=True)
     assert figure is not None
-    # A row of the legend takes 0.165 inches.
-    figure.subplots_adjust(top=1.0 - (_ABOVE + rows * 0.165) / figure.get_figheight())
-    axes.legend(
+    legend = axes.legend(
         loc="lower left",
         bbox_to_anchor=(-0.02, 0.995),
         ncols=columns,
@@ -133,6 +132,12 @@ def legend_above(axes: Axes, columns: int) -> None:
         borderaxespad=0.0,
         labelspacing=0.25,
     )
+    if columns > 1 and legend.get_window_extent().x1 > figure.bbox.x1:
+        legend_above(axes, columns - 1)
+        return
+    rows = -(-len(legend.get_texts()) // columns)
+    # A row of the legend takes 0.165 inches.
+    figure.subplots_adjust(top=1.0 - (_ABOVE + rows * 0.165) / figure.get_figheight())
 
 
 # ---- figures -----------------------------------------------------------------------
@@ -217,14 +222,13 @@ def comparison_figure(analyses: Mapping[str, Analysis]) -> Figure:
 def curves_figure(analyses: Sequence[Analysis]) -> Figure:
     """Allan deviation of gyros, or of accelerometers, against cluster time, as recorded."""
     unit = frame.rate_unit(analyses[0])
-    colors = cycle((frame.BLUE, frame.ORANGE, frame.GREEN, frame.INK))
     with styled(6) as (figure, axes):
-        for analysis, color in zip(analyses, colors, strict=False):
-            curve = analysis.curve_before
+        for analysis in analyses:
+            curve, (color, marker) = analysis.curve_before, frame.next_style(axes)
             ends = (curve.deviation, curve.low, curve.high)
             deviation, low, high = (one / unit.size for one in ends)
             axes.plot(
-                curve.tau, deviation, color=color, marker="o", markersize=3.0, linewidth=0.9,
+                curve.tau, deviation, color=color, marker=marker, markersize=3.0, linewidth=0.9,
                 label=frame.literal(analysis.channel),
             )  # fmt: skip
             frame.band(axes, curve.tau, low, high, color, alpha=0.15)

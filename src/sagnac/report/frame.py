@@ -20,6 +20,7 @@ GREEN: Final = "#2f7d5b"
 OCHRE: Final = "#8a6d00"
 # Of several curves, one after another.
 COLORS: Final = (BLUE, ORANGE, GREEN, "#7a4f9a", OCHRE, INK)
+MARKERS: Final = ("o", "s", "^", "D", "v")
 
 DASHED: Final = (0, (5, 3))
 DOTTED: Final = (0, (2, 3))
@@ -53,9 +54,11 @@ def band(
     axes.fill_between(at, low, high, color=color, linewidth=0, **{"alpha": 0.2, **more})
 
 
-def next_color(axes: Axes) -> str:
-    """The color of `COLORS` that the fewest lines on the axes have, in their order."""
-    return min(COLORS, key=[to_hex(line.get_color()) for line in axes.lines].count)
+def next_style(axes: Axes) -> tuple[str, str]:
+    """The color of `COLORS` that the fewest lines on the axes have, and a marker it has not yet."""
+    drawn = [(to_hex(line.get_color()), line.get_marker()) for line in axes.lines]
+    color = min(COLORS, key=[one for one, _ in drawn].count)
+    return color, next((one for one in MARKERS if (color, one) not in drawn), MARKERS[0])
 
 
 def model(axes: Axes, at: FloatArray, values: FloatArray, **style: Any) -> None:

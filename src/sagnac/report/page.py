@@ -100,7 +100,7 @@ def page(
             heading,
             title=heading.title or f"Gyros {', '.join(analysis.settings.gyros)}",
             links=links or {},
-            notes=ranked(analysis.notes),
+            notes=sections.together(ranked(analysis.notes)),
             figure=figures.svg(drawn["stability"], "unit", label),
             columns=[(name, result.answer_coefficients(one), False) for name, one in each],
             settings=settings,
@@ -213,6 +213,7 @@ class Report:
     Examples
     --------
     >>> import numpy as np
+    >>> from pathlib import Path
     >>> from tempfile import TemporaryDirectory
     >>> from sagnac import Recording, analyze
     >>> rate = 1e-6 * np.sqrt(10.0) * np.random.default_rng(1).standard_normal(6000)
@@ -273,6 +274,7 @@ def write_report(
     Examples
     --------
     >>> import numpy as np
+    >>> from pathlib import Path
     >>> from tempfile import TemporaryDirectory
     >>> from sagnac import Recording, analyze
     >>> rate = 1e-6 * np.sqrt(10.0) * np.random.default_rng(1).standard_normal(6000)

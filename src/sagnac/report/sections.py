@@ -7,7 +7,7 @@ templates, the page as a PDF, its title block and its notes.
 import math
 import re
 from collections.abc import Collection, Iterable, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from functools import cache
 from pathlib import Path
 from typing import Any, Final, Literal, Self
@@ -131,6 +131,14 @@ def force_notes(analyses: Sequence[Analysis]) -> tuple[str, ...]:
     read = [note for one in analyses for note in one.recording.notes]
     others = [note for one in analyses for note in one.notes if note not in read]
     return tuple(dict.fromkeys(map(note_text, others)))
+
+
+def together(notes: Iterable[Note]) -> list[Note]:
+    """Notes in their order; what is said of several channels alike is one note of all of them."""
+    channels: dict[Note, list[str]] = {}
+    for note in notes:
+        channels.setdefault(replace(note, channel=""), []).append(note.channel)
+    return [replace(note, channel=", ".join(all_)) for note, all_ in channels.items()]
 
 
 # ---- verdicts ----------------------------------------------------------------------

@@ -83,8 +83,8 @@ def deviation_at_every_tau(
     Returns
     -------
     tuple[FloatArray, FloatArray]
-        (clusters,) cluster times, s, and deviations in the unit of `values` per second: those
-        of `stability_curve` for each of these times, in O(N log^2 N).
+        (clusters,) cluster times, s, and deviations: those of `stability_curve` for each of
+        these times, in O(N log^2 N).
 
     Raises
     ------
@@ -202,7 +202,8 @@ class StabilityCurve(Compared):
     tau
         (points,) cluster times, s.
     deviation
-        (points,) in the unit of the values given, per second (the unit itself for ``tdev``).
+        (points,) of rates in their own unit, of angles and increments in theirs per second; of
+        ``tdev`` times s.
     terms
         (points,) number of squared terms averaged.
     edf

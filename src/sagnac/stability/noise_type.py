@@ -129,7 +129,7 @@ def identified_noise_types(
     ladder = ladder[: len(exponents)]
     carried = int((clusters > usable).sum())
     longest_times = f"the intervals of the {carried} longest cluster times"
-    text = f"{longest_times} take the noise to be what it is at {ladder[-1]} samples"
+    text = f"{longest_times} rest on the type of noise that {ladder[-1]} samples show"
     notes = (Note(text=text),) if carried else ()
     place = np.maximum(np.searchsorted(ladder, clusters, side="right") - 1, 0)
     return np.array(exponents, dtype=np.int64)[place], notes

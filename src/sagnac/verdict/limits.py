@@ -92,6 +92,7 @@ class Specification:
 
     Examples
     --------
+    >>> from sagnac.verdict.limits import specification_of
     >>> limits = specification_of("N=0.003deg/sqrt(h),B=0.01deg/h", risk=0.05).limits
     >>> [limit.coefficient for limit in limits]
     ['angle_random_walk', 'bias_instability']

@@ -115,8 +115,8 @@ export async function rawSpectrum(place, spectra) {
   const unit = found[0].unit || "as written";
   const made = figure({ height: 300, x: { log: true, label: "frequency (Hz)" }, y: { log: true, label: `density (${unit}/√Hz)` }, tools: "pan,wheel_zoom,reset" });
   found.forEach((one, number) => {
-    made.varea({ x: one.frequency, y1: one.low, y2: one.high, fill_color: COLORS[number], fill_alpha: 0.35 });
-    made.line(one.frequency, one.high, { line_color: COLORS[number], line_width: 1, legend_label: one.name });
+    made.varea({ x: one.frequency, y1: one.low, y2: one.high, fill_color: COLORS[number % COLORS.length], fill_alpha: 0.35 });
+    made.line(one.frequency, one.high, { line_color: COLORS[number % COLORS.length], line_width: 1, legend_label: one.name });
   });
   await show(legend(made), place);
 }
@@ -135,7 +135,7 @@ export async function histogram(place, counts) {
   await show(legend(made), place);
 }
 function legend(made) {
-  made.legend.setv({ border_line_color: null, background_fill_alpha: 0.75, label_text_font_size: "11px", label_text_font: "DejaVu Sans", label_text_color: INK, padding: 2, spacing: 8, margin: 0, glyph_height: 14, label_height: 14, orientation: "horizontal", ncols: 3 });
+  made.legend.setv({ border_line_color: null, background_fill_alpha: 0.75, label_text_font_size: "11px", label_text_font: "DejaVu Sans", label_text_color: INK, padding: 2, spacing: 8, margin: 0, glyph_height: 14, label_height: 14, orientation: "horizontal", ncols: Math.max(1, Math.min(3, Math.floor(window.innerWidth / 300))) });
   // Above the figure, so that it hides no curve.
   const one = made.center.find((each) => each instanceof Bokeh.Legend);
   if (one) { made.center = made.center.filter((each) => each !== one); made.add_layout(one, "above"); }
