@@ -55,3 +55,21 @@ def test_a_line_that_no_column_holds_does_not_bend_one_that_swings_with_it():
     line = 3.0 * np.sin(2.0 * np.pi * 0.4 * TIME + 0.4)
     fit = whitened(averages(0.1, 0.001, 5) + line, (wander + ripple)[np.newaxis], 0.01)
     assert abs(fit.values[0]) < 1e-5
+
+
+@pytest.mark.parametrize("phase", [0.0, 1.0, 2.0])
+def test_a_strong_line_that_ends_anywhere_is_no_walk(phase):
+    """It leaks to every frequency: without a fade the walk is read three to six times too large."""
+    line = 10.0 * np.cos(2.0 * np.pi * 2.623 * TIME + phase)
+    noise = averages(1.0, 0.03, 6)
+    fit, cut = (whitened(noise + line, hats(8), np.inf, faded=faded) for faded in (True, False))
+    assert np.sqrt(fit.readings) == pytest.approx(1.0, abs=0.04)
+    assert np.sqrt(fit.walk) == pytest.approx(0.03, rel=0.3)
+    assert np.sqrt(cut.walk) > 0.08
+
+
+def test_the_walk_is_not_that_of_the_skirts_of_a_line():
+    """They fill bins, which stood far above the noise and were read as a walk of 0.045."""
+    line = 3.0 * np.cos(2.0 * np.pi * 0.0556 * TIME)
+    fit = whitened(averages(1e-3, 0.003, 7) + line, hats(8), np.inf, faded=True)
+    assert 0.002 < np.sqrt(fit.walk) < 0.007

@@ -333,8 +333,9 @@ def _own_walk(coarse: FloatArray, shares: FloatArray) -> float:
     strength = float(shares @ shares)
     sensed = (shares @ coarse)[np.newaxis] / strength
     without_table = np.linalg.svd(shares[np.newaxis])[2][1:]
-    walks = [whitened(row @ coarse, sensed.copy(), math.inf).walk for row in without_table]
-    return float(np.mean(walks)) / strength
+    faded = full_turns(sensed[0]) >= FEW_TURNS
+    fits = [whitened(row @ coarse, sensed.copy(), math.inf, faded=faded) for row in without_table]
+    return float(np.mean([fit.walk for fit in fits])) / strength
 
 
 def _noise(gyro: FloatArray, encoder: FloatArray, delay: Delay | None, sample_rate: float) -> float:
@@ -460,7 +461,9 @@ class _Fit:
         """Scale, drift, orders, Earth rate, a delay and its change, beside noise."""
         columns, prior = columns_beside_delay(read, sensed, interval)
         # The rates at both ends are one-sided differences, which do not follow a ripple.
-        fit = whitened((read - sensed)[1:-1], columns[:, 1:-1], prior)
+        # On a table that swings or moves in part of a turn no order is a line in time.
+        faded = full_turns(sensed) >= FEW_TURNS
+        fit = whitened((read - sensed)[1:-1], columns[:, 1:-1], prior, faded=faded)
         return cls(read=read, sensed=sensed, interval=interval, fit=fit)
 
     def corner(self, own: float) -> float:
