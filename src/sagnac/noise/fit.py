@@ -23,7 +23,7 @@ from sagnac.noise.estimates import USUAL_CONFIDENCE, Estimate, Fit, FitBand, Fit
 from sagnac.noise.laws import COEFFICIENT_NAMES, SLOW_NAMES, STOCHASTIC_NAMES, CoefficientName
 from sagnac.noise.likelihood import Ordinates, scaled_covariance
 from sagnac.noise.lowest_ordinates import ramp_estimate
-from sagnac.noise.slow_laws import SlowLaws, laws_to_try
+from sagnac.noise.slow_laws import SlowLaw, SlowLaws, corners_beside, laws_to_try
 from sagnac.recording.model import Kind
 from sagnac.stability.curve import StabilityCurve
 
@@ -174,25 +174,38 @@ def _estimates(
     }
 
 
+def _by_law(spectrum: Ordinates, interval: float) -> dict[SlowLaw, tuple[float, Ordinates]]:
+    """The chance of each law of slow noise, and a spectrum with the terms of that law."""
+
+    def of(laws: dict[SlowLaw, float]) -> dict[SlowLaw, tuple[float, Ordinates]]:
+        basis, frequency = spectrum.basis, spectrum.frequency
+        return {
+            law: (chance, replace(spectrum, basis=basis * law.shares(frequency)))
+            for law, chance in laws.items()
+        }
+
+    tried = of(laws_to_try(spectrum.frequency, interval))
+    best = min(tried, key=lambda law: tried[law][1].best.deviance)
+    return tried | of(corners_beside(best, tried[best][0]))
+
+
 def _is_another_law(spectrum: Ordinates, interval: float) -> bool:
     """Whether a spectrum that departs from the terms does not depart from another law."""
-    shares = (law.shares(spectrum.frequency) for law in laws_to_try(spectrum.frequency, interval))
-    tried = (replace(spectrum, basis=spectrum.basis * share) for share in shares)
+    tried = (data for _, data in _by_law(spectrum, interval).values())
     best = min(tried, key=lambda one: one.best.deviance)
     return _weighed(best, best.best.squares).departure == 0.0
 
 
 def _slow_laws(spectrum: Ordinates, interval: float) -> SlowLaws:
     """What other laws of slow noise make of a spectrum."""
-    tried, fits = laws_to_try(spectrum.frequency, interval), []
-    for law in tried:
-        data = replace(spectrum, basis=spectrum.basis * law.shares(spectrum.frequency))
+    tried, fits = _by_law(spectrum, interval), []
+    for chance, data in tried.values():
         scale, covariance = scaled_covariance(data.fisher(data.best))
         # No error is less than it would be if the others were known.
         errors = scale * np.sqrt(np.maximum(covariance.diagonal(), 1.0))
-        fits.append((data.best.squares, errors, data.best.deviance))
-    squares, errors, deviance = (np.array(each) for each in zip(*fits, strict=True))
-    laws, prior = tuple(tried), np.array(list(tried.values()))
+        fits.append((chance, data.best.squares, errors, data.best.deviance))
+    prior, squares, errors, deviance = (np.array(each) for each in zip(*fits, strict=True))
+    laws = tuple(tried)
     return SlowLaws(laws=laws, prior=prior, squares=squares, errors=errors, deviance=deviance)
 
 

@@ -94,6 +94,15 @@ def laws_to_try(frequency: FloatArray, interval: float) -> dict[SlowLaw, float]:
     return {law: chance / len(tried) for chance, tried in kinds for law in tried}
 
 
+def corners_beside(law: SlowLaw, chance: float) -> dict[SlowLaw, float]:
+    """Corners an eighth of an octave apart about that of a law, each with a quarter of its chance.
+
+    A strong Markov rate tells corners a tenth apart. N takes up what half an octave leaves.
+    """
+    corners = law.corner * 2.0 ** (np.arange(-3, 4) / 8.0) if law.corner else np.empty(0)
+    return {law._replace(corner=one): 0.25 * chance for one in corners.tolist()}
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SlowLaws:
     """Fits of Q, N, B and K by several laws, 1/f and 1/f^2 first.
@@ -118,9 +127,14 @@ class SlowLaws:
 
     @property
     def weight(self) -> FloatArray:
-        """(laws,) probability of each whose N is above zero, and so is what its law is of."""
+        """(laws,) probability of each whose N is above zero, and so is what its law is of.
+
+        The square of Q is not below zero by more than chance: that is the fall of a low-pass, of
+        which laws of slow noise know nothing.
+        """
         column = [RATE_WALK if law.corner > 0.0 else FLICKER for law in self.laws]
         stands = self.squares[np.arange(len(self.laws)), column] > 0.0
+        stands &= self.squares[:, QUANTIZATION] > -4.0 * self.errors[:, QUANTIZATION]
         stands[0] = True
         stands &= self.squares[:, WALK] > 0.0
         best = self.deviance[stands].min(initial=math.inf)

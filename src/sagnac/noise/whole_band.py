@@ -183,17 +183,21 @@ def _moved(one: Estimate, slow: SlowLaws, column: int) -> Estimate:
         return one
     error, weight = slow.errors[:, column], slow.weight[rows] / slow.weight[rows].sum()
 
-    def ratio(chance: float, squares: FloatArray) -> float:
+    def end(chance: float, squares: FloatArray, of_first: float) -> float:
         shapes = (squares / error) ** 2
+        mixed = mixture_quantile(chance, squares[rows], shapes[rows], weight)
+        # The profile of a law that is out of the question says nothing of the others.
+        if slow.weight[0] < 1e-6:
+            return math.sqrt(mixed)
         alone = mixture_quantile(chance, squares[:1], shapes[:1], np.ones(1))
-        return math.sqrt(mixture_quantile(chance, squares[rows], shapes[rows], weight) / alone)
+        return of_first * math.sqrt(mixed / alone)
 
     tail = 0.5 * (1.0 - one.confidence)
     value = one.value * math.exp(0.5 * float(weight @ np.log(of_all[rows] / first)))
     # The upper end of a square that is not seen has no bound under its lopsided law: two errors
     # stand for it.
-    low = one.low * ratio(tail, of_all)
-    high = one.high * ratio(1.0 - tail, np.maximum(of_all, 2.0 * error))
+    low = end(tail, of_all, one.low)
+    high = end(1.0 - tail, np.maximum(of_all, 2.0 * error), one.high)
     return replace(one, value=value, low=min(low, value), high=max(high, value))
 
 
