@@ -20,14 +20,14 @@ from sagnac.analysis.evidence import Bands, Evidence, Points
 from sagnac.analysis.result import Part
 from sagnac.core.arrays import FloatArray, differences, extent
 from sagnac.core.errors import Note, RecordingError
-from sagnac.noise.band_models import FLOOR, LOW_PASS, bin_shapes, models_of_one_band
+from sagnac.noise.band_models import FLOOR, bin_shapes, models_of_one_band
 from sagnac.noise.bounds import Hump, RollOff, hump_above, roll_off
 from sagnac.noise.estimates import Change, Estimate, Fit, FitName, Interval, each_changed
 from sagnac.noise.fit import likelihood_fit
 from sagnac.noise.laws import SLOW_NAMES, level_laws
 from sagnac.noise.lowest_ordinates import rate_ramp
 from sagnac.noise.model_average import RULED, Average, ModelChoice, average, mixture
-from sagnac.noise.slow_laws import WALK
+from sagnac.noise.slow_laws import LOW_PASS, WALK
 from sagnac.noise.whole_band import levels_bear_out, with_slow_laws, with_slow_terms
 from sagnac.quality import distribution
 from sagnac.quality.whitening import whitened

@@ -22,14 +22,11 @@ import numpy as np
 from sagnac.core.arrays import BooleanArray, FloatArray, IntegerArray
 from sagnac.noise._kernels import score_bands
 from sagnac.noise.laws import STOCHASTIC_NAMES, CoefficientName, level_laws, rate_density_basis
-from sagnac.noise.slow_laws import FLICKER, PLAIN, QUANTIZATION, WALK, SlowLaw
+from sagnac.noise.slow_laws import FLICKER, LOW_PASS, PLAIN, QUANTIZATION, WALK, SlowLaw
 from sagnac.spectrum.levels import Levels
 
 # Relative error of a bin that no model describes: it stands for what is neither chance nor a term.
 FLOOR: Final = 0.03
-# Lowest frequency at which the low-pass of a sensor may begin, Hz. What falls below it is a Markov
-# rate: those of gyros last from a second to hours.
-LOW_PASS: Final = 0.2
 # Fewest bins of a band.
 LEAST_BINS: Final = 4
 # Models lighter than this, relative to the heaviest, are dropped.

@@ -21,6 +21,9 @@ QUANTIZATION: Final = STOCHASTIC_NAMES.index("quantization")
 WALK: Final = STOCHASTIC_NAMES.index("angle_random_walk")
 FLICKER: Final = STOCHASTIC_NAMES.index("bias_instability")
 RATE_WALK: Final = STOCHASTIC_NAMES.index("rate_random_walk")
+# Lowest frequency at which the low-pass of a sensor may begin, Hz. What falls below it is a Markov
+# rate: those of gyros last from a second to hours.
+LOW_PASS: Final = 0.2
 # Slopes of flicker besides 1.
 _SLOPES: Final = (0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.1, 1.2, 1.3, 1.4, 1.5)
 
@@ -97,9 +100,11 @@ def laws_to_try(frequency: FloatArray, interval: float) -> dict[SlowLaw, float]:
 def corners_beside(law: SlowLaw, chance: float) -> dict[SlowLaw, float]:
     """Corners an eighth of an octave apart about that of a law, each with a quarter of its chance.
 
-    A strong Markov rate tells corners a tenth apart. N takes up what half an octave leaves.
+    A strong Markov rate tells corners a tenth apart. N takes up what half an octave leaves. A
+    corner at which a low-pass may begin is not told from that.
     """
-    corners = law.corner * 2.0 ** (np.arange(-3, 4) / 8.0) if law.corner else np.empty(0)
+    is_markov = 0.0 < law.corner < LOW_PASS
+    corners = law.corner * 2.0 ** (np.arange(-3, 4) / 8.0) if is_markov else np.empty(0)
     return {law._replace(corner=one): 0.25 * chance for one in corners.tolist()}
 
 
