@@ -134,7 +134,7 @@ def whitened(
     # Noise and coefficients are fitted in turn.
     for _ in range(6):
         power = _squares(left) / count
-        readings, walk = noises or _two_noises(power, laws, kept)
+        readings, walk = noises or _two_noises(power, laws, kept, has_lines=faded)
         expected = np.maximum(np.array([readings, walk]) @ laws, 1e-300)
         # Each ordinate but the mean's stands for two.
         weight = 2.0 / (expected * count) / (1.0 + power / expected / _LINE)
@@ -206,13 +206,16 @@ def _edges(size: int, parts_a_decade: int) -> IntegerArray:
     return np.unique(np.geomspace(1, size + 1, count).astype(np.int64)) - 1
 
 
-def _two_noises(power: FloatArray, laws: FloatArray, kept: FloatArray) -> tuple[float, float]:
+def _two_noises(
+    power: FloatArray, laws: FloatArray, kept: FloatArray, *, has_lines: bool
+) -> tuple[float, float]:
     """Levels of noise of each reading and of an angle that walks, from medians of bins.
 
     By the gamma likelihood, with as much weight to a bin as it has ordinates, up to thirty: the
     coefficients of a fit take most of the power of the few lowest ordinates with them, and a level
     that is too low there must not count for more than those that are right. (ordinates,) `kept` is
-    the part of the noise that many coefficients leave; an ordinate counts by it.
+    the part of the noise that many coefficients leave; an ordinate counts by it. If orders are
+    lines in time, their skirts may fill bins, which count less the higher they stand.
     """
     # Eight bins a decade tell the two noises.
     pairs = list(pairwise(_edges(power.size, 8)))
@@ -225,8 +228,9 @@ def _two_noises(power: FloatArray, laws: FloatArray, kept: FloatArray) -> tuple[
     weight = np.sqrt(sizes / (1.0 + sizes / 30.0))
     noises, expected = np.zeros(2), level
     for _ in range(12):
-        # A bin may be full of the skirts of a line.
-        scale = weight / expected / np.sqrt(1.0 + level / expected / _LINE)
+        scale = weight / expected
+        if has_lines:
+            scale /= np.sqrt(1.0 + level / expected / _LINE)
         noises = nnls(means * scale[:, np.newaxis], level * scale)[0]
         expected = np.maximum(means @ noises, 1e-300)
     return float(noises[0]), float(noises[1])
