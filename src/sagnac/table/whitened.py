@@ -111,7 +111,7 @@ def whitened(
     faded
         Whether the ends count less. Lines that no column holds leak to every frequency where a
         record is cut off: over two hours with strong orders the walk was read a thousand times too
-        large, and delays ten times less precisely. What is at the ends alone is not determined.
+        large, and delays up to ten times less precisely. What is at the ends alone is not known.
     """
     count = target.size - 1
     # By what varies: beside its mean step the angle of a steady table hardly does. Two columns at
