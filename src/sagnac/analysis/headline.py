@@ -196,6 +196,7 @@ def _whole_band(evidence: Evidence, finest: AnswerSpectrum) -> Headline | None:
             fit = likelihood_fit(steps, kind="increment", sample_rate=rate, **evidence.how)
         except RecordingError:
             return None
+    # Four terms may describe no more than a part of the band, and another law all of it.
     fit = fit.of_other_law or fit
     average = with_whole_band(finest.levels, finest.average, fit)
     if average.rests_on.member == "average":

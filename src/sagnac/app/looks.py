@@ -351,7 +351,7 @@ def _beside(look: Look) -> Iterator[dict[str, str]]:
     gyros = [one for one in look.shown if one.of == "gyro"]
     forces = [one for one in look.shown if one.of == "accelerometer"]
     table = next((one for one in look.shown if one.of == "table"), None)
-    # Of two gyros the Earth may lie across; of more than three some are parallel.
+    # Two gyros may not sense all of the Earth's rate; four or more sense parts of it twice.
     if len(gyros) in (2, 3) and not turning:
         size = math.hypot(*(in_hours(one) for one in gyros))
         away = f"{size / EARTH_RATE:.3g} times" if math.isfinite(size) else "no number"

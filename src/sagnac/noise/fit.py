@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import replace
-from functools import cache
-from typing import Any
+from functools import cache, partial
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -121,46 +121,54 @@ def spectrum_fit(
         If an argument makes no sense.
     """
     require_confidence(confidence)
-    trials = []
+    trials: list[_Trial] = []
     for band in bands:
         bins = cosine_spectrum.cosine_bins(cosine.transform.size, cosine.interval, masked, band)
         spectrum = cosine_spectrum.ordinates(cosine, bins)
-        trials.append((with_departure(spectrum), spectrum, bins, band))
-        if trials[-1][0].departure == 0.0:
+        trials.append(_Trial(with_departure(spectrum), spectrum, bins, band))
+        if trials[-1].weighed.departure == 0.0:
             break
-
-    def fitted(weighed: Ordinates, bins: cosine_spectrum.SpectrumBins, band: Band | None) -> Fit:
-        every = _estimates(weighed, cosine.names, confidence)
-        usual = every
-        if confidence != USUAL_CONFIDENCE:
-            usual = _estimates(weighed, cosine.names, USUAL_CONFIDENCE)
-        if "rate_ramp" in cosine.terms and cosine.names:
-            every["rate_ramp"] = ramp_estimate(cosine, bins.starts[bins.count == 1.0], confidence)
-        # Other laws are asked for if all four terms were fitted, and B or K is there.
-        is_slow = any(usual[name].status == "estimated" for name in SLOW_NAMES[:2])
-        is_slow &= cosine.names == STOCHASTIC_NAMES
-        low, high = band or (0.0, 0.5 / cosine.interval)
-        left_out = tuple((float(one[0]), float(one[1])) for one in masked)
-        return Fit(
-            method="likelihood",
-            coefficients=every,
-            notes=weighed.notes,
-            departure=weighed.departure,
-            band=FitBand(low=low, high=high, interval=cosine.interval, masked=left_out),
-            squares=dict(zip(cosine.names, weighed.best.squares.tolist(), strict=True)),
-            slow=_slow_laws(weighed, cosine.interval) if is_slow else None,
-        )
-
+    first, least = trials[0], min(trials, key=lambda trial: trial.weighed.departure)
+    fitted = partial(_fit_of, cosine=cosine, masked=masked, confidence=confidence)
     # Of one band alone: intervals take longer than all the rest.
-    weighed, _, bins, band = min(trials, key=lambda trial: trial[0].departure)
-    fit, (first, spectrum, *_) = fitted(weighed, bins, band), trials[0]
-    if (
-        first.departure > 0.0
-        and fit.slow is not None
-        and _is_another_law(spectrum, cosine.interval)
-    ):
-        fit = replace(fit, of_other_law=fitted(spectrum, *trials[0][2:]))
+    fit = fitted(least)
+    departs = first.weighed.departure > 0.0 and fit.slow is not None
+    if departs and _is_another_law(first.spectrum, cosine.interval):
+        fit = replace(fit, of_other_law=fitted(first._replace(weighed=first.spectrum)))
     return fit
+
+
+class _Trial(NamedTuple):
+    """A band of a spectrum: with weights that allow for a departure, and as it is."""
+
+    weighed: Ordinates
+    spectrum: Ordinates
+    bins: cosine_spectrum.SpectrumBins
+    band: Band | None
+
+
+def _fit_of(trial: _Trial, *, cosine: CosineSpectrum, masked: Bands, confidence: float) -> Fit:
+    """The fit of a band, with its weights, and with other laws if B or K is there."""
+    weighed, (low, high) = trial.weighed, trial.band or (0.0, 0.5 / cosine.interval)
+    every = usual = _estimates(weighed, cosine.names, confidence)
+    if confidence != USUAL_CONFIDENCE:
+        usual = _estimates(weighed, cosine.names, USUAL_CONFIDENCE)
+    # Other laws are asked for if all four terms were fitted, and B or K is there.
+    is_slow = any(usual[name].status == "estimated" for name in SLOW_NAMES[:2])
+    is_slow &= cosine.names == STOCHASTIC_NAMES
+    if "rate_ramp" in cosine.terms and cosine.names:
+        lowest = trial.bins.starts[trial.bins.count == 1.0]
+        every = {**every, "rate_ramp": ramp_estimate(cosine, lowest, confidence)}
+    left_out = tuple((float(one[0]), float(one[1])) for one in masked)
+    return Fit(
+        method="likelihood",
+        coefficients=every,
+        notes=weighed.notes,
+        departure=weighed.departure,
+        band=FitBand(low=low, high=high, interval=cosine.interval, masked=left_out),
+        squares=dict(zip(cosine.names, weighed.best.squares.tolist(), strict=True)),
+        slow=_slow_laws(weighed, cosine.interval) if is_slow else None,
+    )
 
 
 def _estimates(

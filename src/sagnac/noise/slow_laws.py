@@ -86,7 +86,7 @@ def laws_to_try(frequency: FloatArray, interval: float) -> dict[SlowLaw, float]:
     halves = np.union1d(octaves, math.sqrt(2.0) * octaves)
     ends, corners = (2.0 * highest / octaves).tolist(), (2.0 * lowest * halves).tolist()
     # Beside the chance of each kind before the data are asked, chosen on sums of Markov rates and
-    # on 1/f.
+    # on 1/f of both kinds.
     kinds = (
         (0.15, [PLAIN]),
         (0.15, [SlowLaw(sharp=interval)]),
@@ -100,8 +100,8 @@ def laws_to_try(frequency: FloatArray, interval: float) -> dict[SlowLaw, float]:
 def corners_beside(law: SlowLaw, chance: float) -> dict[SlowLaw, float]:
     """Corners an eighth of an octave apart about that of a law, each with a quarter of its chance.
 
-    A strong Markov rate tells corners a tenth apart. N takes up what half an octave leaves. A
-    corner at which a low-pass may begin is not told from that.
+    A strong Markov rate tells corners a tenth apart, and N takes up what half an octave leaves.
+    None is tried from `LOW_PASS` on, where the spectrum may as well be that of a low-pass.
     """
     is_markov = 0.0 < law.corner < LOW_PASS
     corners = law.corner * 2.0 ** (np.arange(-3, 4) / 8.0) if is_markov else np.empty(0)
@@ -134,8 +134,8 @@ class SlowLaws:
     def weight(self) -> FloatArray:
         """(laws,) probability of each whose N is above zero, and so is what its law is of.
 
-        The square of Q is not below zero by more than chance: that is the fall of a low-pass, of
-        which laws of slow noise know nothing.
+        A law beside which the square of Q is four errors below zero has none: that is the fall of a
+        low-pass, where it was 20 to 70 errors below.
         """
         column = [RATE_WALK if law.corner > 0.0 else FLICKER for law in self.laws]
         stands = self.squares[np.arange(len(self.laws)), column] > 0.0

@@ -91,8 +91,8 @@ def _label_axes(axes: Axes, latitude: float) -> None:
 def prospect_text(prospect: Prospect) -> str:
     """The answer first, then what it rests on."""
     shown, noise = prospect_document(prospect), prospect.noise
-    said = {"wide": _why_wide([noise]), "without": _without([noise])}
-    return rendered("azimuth.txt", shown=shown, noise=noise, raised=_RAISED, **said)
+    phrases = {"wide": _why_wide([noise]), "without": _without([noise])}
+    return rendered("azimuth.txt", shown=shown, noise=noise, raised=_RAISED, **phrases)
 
 
 def _why_wide(noises: Sequence[GyroNoise]) -> str:
@@ -239,9 +239,9 @@ def _rows(columns: Mapping[str, FloatArray]) -> list[dict[str, float]]:
 def drift_text(unaided: Unaided) -> str:
     """The priors first, then a line for each time and quantity, and what is left out."""
     shown, notes = drift_document(unaided), drift_notes(unaided)
-    said = {"wide": _why_wide(unaided.noises), "without": _without(unaided.noises)}
+    phrases = {"wide": _why_wide(unaided.noises), "without": _without(unaided.noises)}
     more = {"percent": f"{100.0 * unaided.confidence:g}", "symbols": _SYMBOLS, "zip": zip}
-    return rendered("drift.txt", shown=shown, notes=notes, raised=_RAISED, **said, **more)
+    return rendered("drift.txt", shown=shown, notes=notes, raised=_RAISED, **phrases, **more)
 
 
 def drift_notes(unaided: Unaided) -> list[str]:

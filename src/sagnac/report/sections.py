@@ -138,7 +138,7 @@ def together(notes: Iterable[Note]) -> list[Note]:
     channels: dict[Note, list[str]] = {}
     for note in notes:
         channels.setdefault(replace(note, channel=""), []).append(note.channel)
-    return [replace(note, channel=", ".join(all_)) for note, all_ in channels.items()]
+    return [replace(note, channel=", ".join(names)) for note, names in channels.items()]
 
 
 # ---- verdicts ----------------------------------------------------------------------

@@ -460,9 +460,9 @@ class _Fit:
     def of(cls, read: FloatArray, sensed: FloatArray, interval: float) -> "_Fit":
         """Scale, drift, orders, Earth rate, a delay and its change, beside noise."""
         columns, prior = columns_beside_delay(read, sensed, interval)
-        # The rates at both ends are one-sided differences, which do not follow a ripple.
         # On a table that swings or moves in part of a turn no order is a line in time.
         faded = full_turns(sensed) >= FEW_TURNS
+        # The rates at both ends are one-sided differences, which do not follow a ripple.
         fit = whitened((read - sensed)[1:-1], columns[:, 1:-1], prior, faded=faded)
         return cls(read=read, sensed=sensed, interval=interval, fit=fit)
 
