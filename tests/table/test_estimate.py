@@ -10,7 +10,7 @@ from sagnac.core import arrays
 from sagnac.recording.channel import angle_of
 from sagnac.rig.config import preset
 from sagnac.rig.simulate import simulate as make_by_rig
-from sagnac.table.estimate import EstimatedTable, estimated_table, order_drift, smoothed
+from sagnac.table.estimate import EstimatedTable, estimated_table, order_drift, slow_tones, smoothed
 from tests.second_rig import ARCSECOND, DEGREE, Bench, Simulated, simulate
 
 RATE = 100.0
@@ -86,6 +86,32 @@ def test_what_a_gyro_hums_is_no_motion_while_the_table_stands():
     steps = np.diff(found.angle - recorded.true_table)
     assert stands.mean() > 0.3
     assert np.std(steps[stands]) < 0.1 * np.std(np.diff(hum)) / 2.0 / 0.577
+
+
+@pytest.mark.parametrize("cycles", first_of(27.0, 14.3, 41.5))
+def test_slow_tones_of_gyros_are_not_in_the_angle(cycles):
+    # Above the corner the angle is the gyros'. Each tone there makes two products with every order.
+    recorded = simulate(bench(jitter=20e-6))
+    phase = 2.0 * np.pi * np.arange(recorded.table.size) / recorded.table.size
+    tones = ARCSECOND * (np.cos(cycles * phase + 0.4) + 3.0 * np.cos((cycles - 3.6) * phase))
+    found, without = (
+        estimated(replace(recorded, angles=dict(recorded.angles, x=angle)), "xz")
+        for angle in (recorded.angles["x"] + tones, recorded.angles["x"])
+    )
+    assert found.smoothed
+    left = error_of(found.angle, recorded) - error_of(without.angle, recorded)
+    # Readings tell amplitudes and phases of two tones, and their changes, under a window.
+    scatter = 20e-6 * 40.0 * DEGREE * np.sqrt(8.0 * 1.5 / left.size)
+    assert np.std(left) < 3.0 * scatter
+    # Half of the tones is in the mean of both gyros.
+    assert 3.0 * scatter < 0.1 * np.std(0.5 * tones)
+
+
+def test_no_tone_is_found_in_noise_of_readings_that_walk():
+    random = np.random.default_rng(4)
+    for _ in range(20):
+        walk = np.cumsum(random.standard_normal(20_000)) + 30.0 * random.standard_normal(20_000)
+        assert not slow_tones(walk, 900.0, 1.0, (0.0, 400.0)).any()
 
 
 def test_steps_of_the_encoder_leave_the_angle():

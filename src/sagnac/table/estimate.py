@@ -17,7 +17,7 @@ from dataclasses import dataclass, replace
 from typing import Final, NamedTuple, Self
 
 import numpy as np
-from scipy.fft import dst, idst
+from scipy.fft import dst, idst, rfft
 
 from sagnac.core import arrays
 from sagnac.core.arrays import BooleanArray, FloatArray, IntegerArray
@@ -38,6 +38,11 @@ SEEN: Final = 6.0
 # Shortest delay, or change of one, that is named, s: averages of a motion that starts and stops
 # leave a quarter of it.
 SHORTEST_DELAY: Final = 2e-6
+# Hz, lowest corner.
+_LOWEST_CORNER: Final = 0.01
+# Times that a slow tone stands above the noise of readings and gyros: of thousands of ordinates of
+# noise none does.
+_TONE: Final = 25.0
 # Most steps of the fit of a delay, or of a drift.
 _STEPS: Final = 4
 
@@ -472,22 +477,33 @@ class _Fit:
         What walks and is not the gyros' `own` (rad^2 a step) is the encoder's.
         """
         # A corner has eight cycles in the record at least.
-        lowest = max(0.01, 8.0 / (self.read.size * self.interval))
+        lowest = max(_LOWEST_CORNER, 8.0 / (self.read.size * self.interval))
         own = min(own, self.fit.walk)
         more, readings = own - (self.fit.walk - own), 4.0 * self.fit.readings
-        if more <= 0.0:
-            return lowest if self.fit.walk > 0.0 or readings > 0.0 else math.inf
-        if more >= readings:
+        if self.fit.walk + readings == 0.0 or (more > 0.0 and more >= readings):
             return math.inf
-        return max(math.asin(math.sqrt(more / readings)) / (math.pi * self.interval), lowest)
+        share = math.sqrt(more / readings) if more > 0.0 else 0.0
+        return max(math.asin(share) / (math.pi * self.interval), lowest)
 
     def guide(self, corner: float) -> FloatArray:
-        """(averages,) what leads the gyros to the readings: orders as fitted, the rest smoothed."""
+        """(averages,) what leads the gyros to the readings: orders as fitted, the rest smoothed.
+
+        So are slow tones: those of a gyro would make products with every order in its angle, which
+        crowd about the strong ones.
+        """
         # The share's error goes with the motion, which no corner may smooth.
         plain = self.fit.values.copy()
         plain[1:_FIRST_ORDER] = plain[_FIRST_RIPPLE:] = 0.0
         fitted = plain @ columns_beside_delay(self.read, self.sensed, self.interval)[0]
-        return smoothed(self.read - self.sensed - fitted, corner * self.interval) + fitted
+        left = self.read - self.sensed - fitted
+        # Where the table turns back, what repeats with it looks like tones.
+        turns = abs(float(self.sensed[-1] - self.sensed[0])) / (2.0 * np.pi)
+        if turns >= FEW_TURNS:
+            # Slower ones pass the filter, and faster ones may be orders that are not fitted.
+            cycles = (0.5 * corner * self.interval * left.size, (_ORDERS + 0.5) * turns)
+            tones = slow_tones(left, self.fit.readings, self.fit.walk, cycles)
+            fitted, left = fitted + tones, left - tones
+        return smoothed(left, corner * self.interval) + fitted
 
     def delay(self, known: Delay | None, free: BooleanArray) -> Delay | None:
         """The delay with what is known of it already; None if none is seen."""
@@ -529,6 +545,50 @@ def smoothed(values: FloatArray, corner: float) -> FloatArray:
     ratio = np.tan(np.pi * frequency) / math.tan(math.pi * min(corner, 0.495))
     line[1:-1] += idst(dst((values - line)[1:-1], type=1) / (1.0 + ratio**4), type=1)
     return line
+
+
+def slow_tones(
+    values: FloatArray, readings: float, walk: float, between: tuple[float, float], most: int = 6
+) -> FloatArray:
+    """(samples,) the strongest tones in values beside noise of readings and a walk.
+
+    One after the other by the peak of the spectrum under a Hann window, all of them fitted again
+    each time, with amplitudes and phases that change evenly.
+
+    Parameters
+    ----------
+    values
+        (samples,) rad.
+    readings, walk
+        As `Whitened` has them, rad^2.
+    between
+        Cycles in the record from and up to which tones are looked for.
+    most
+        Number of tones.
+    """
+    count, columns = values.size, np.empty((0, values.size))
+    values = left = values - np.linspace(values[0], values[-1], count)
+    # Of fewer than four cycles they are drift.
+    cycles = np.arange(max(4, math.ceil(between[0])), math.floor(min(between[1], 0.25 * count)))
+    window = np.hanning(count)
+    noise = readings + walk / (2.0 * np.sin(np.pi * cycles / count)) ** 2
+    noise *= float(np.sum(window**2))
+    part = (np.arange(count) + 0.5) / count - 0.5
+    while cycles.size > 2 and columns.shape[0] < 4 * most:
+        size = np.abs(rfft(window * left)[: cycles[-1] + 2])
+        peak = int(np.argmax(size[cycles] ** 2 / noise)) + cycles[0]
+        if not size[peak] ** 2 > _TONE * noise[peak - cycles[0]]:
+            break
+        # The ratio of two neighbours under the window tells what lies between them.
+        side = 1 if size[peak + 1] > size[peak - 1] else -1
+        ratio = size[peak + side] / size[peak]
+        wave = 2.0 * np.pi * (peak + side * (2.0 * ratio - 1.0) / (1.0 + ratio)) * part
+        pair = np.stack([np.cos(wave), np.sin(wave)])
+        columns = np.concatenate([columns, pair, pair * part])
+        weighed = columns * window
+        normal, right = weighed @ weighed.T, weighed @ (window * values)
+        left = values - np.linalg.lstsq(normal, right)[0] @ columns
+    return values - left
 
 
 def columns_beside_delay(
