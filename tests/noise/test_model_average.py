@@ -69,9 +69,23 @@ def test_the_floor_of_a_converter_is_no_walk_if_a_low_pass_lies_far_below(floor)
     assert held == 8
 
 
+def test_narrow_bands_that_chance_makes_high_do_not_widen_an_interval():
+    # N = 1 and flicker that crosses it at 0.044 Hz, behind a low-pass of 20 Hz, for 100 minutes.
+    random, samples = np.random.default_rng(8), 600_000
+    frequency = np.fft.rfftfreq(2 * samples, 1.0 / RATE)[1:]
+    law = np.append(0.0, np.sqrt(0.0442 / frequency))
+    flicker = np.fft.irfft(law * np.fft.rfft(random.standard_normal(2 * samples)))[:samples]
+    noise = random.standard_normal(samples) + flicker
+    increments = lfilter(*butter(2, 20.0, fs=RATE), noise) / math.sqrt(RATE)
+    walk = average(levels_of(increments)).angle_random_walk
+    assert walk.low < 1.0 < walk.high
+    # With 10 Hz of it an interval is 2 x 1.96 / sqrt(6000 s x 10 Hz) / 2 = 0.8 % wide at the least.
+    assert walk.high - walk.low < 0.03
+
+
 def test_the_law_named_is_of_the_band_that_is_named():
     others = 0
-    for seed in range(5):
+    for seed in range(8):
         behind = lfilter(*butter(2, 0.2), np.random.default_rng(seed).standard_normal(100_000))
         levels = levels_of(behind)
         result = average(levels)

@@ -5,7 +5,7 @@ also choose their data (Jay and Neil, Phys. Rev. D 103, 114502, 2021). Nothing l
 frequency, so that bins left out below the band have to lie above N: what they lack is added to the
 deviance. A hump of vibration is flat at its top, but the spectrum below it is lower.
 
-A low-pass may lower what lies above a band that reaches to 0.2 Hz. A bin that is lower there
+A low-pass may lower what lies above a band that reaches to 0.2 Hz. A bin that is 1.4 times lower
 costs one more than the deviance to be expected of it if it were described, which is less than one
 if most of the error that a fit allows it is no chance: else the floor of a converter above a
 low-pass, in bins of many cells, would outweigh the plateau below.
@@ -37,6 +37,10 @@ FALL: Final = len(STOCHASTIC_NAMES)
 ORDERS: Final = (1, 2)
 # Number of columns.
 _COLUMNS: Final = FALL + len(ORDERS)
+# Divisor of N up to which a bin is of its plateau. If any bin below N counted as fallen, narrow
+# bands that chance makes high would gain by it: beside flicker and a low-pass intervals of 100
+# minutes were up to three times wider.
+_FALLEN: Final = 1.4
 # Steps of a fit, of which the first is least squares on relative residuals.
 _MOST_STEPS: Final = 21
 # A model is given up if its deviance is this much above that of another.
@@ -455,7 +459,7 @@ def _ruled(scaled: ScaledLaws, bands: IntegerArray, squares: FloatArray) -> Inte
     bins = np.arange(scaled.shape.size)
     filtered, readout, divisor = _parts(scaled, squares)
     walk = np.outer(squares[:, WALK], scaled.laws[:, WALK]) / divisor
-    rules = (walk >= 0.5 * (filtered + readout)) & (divisor <= 1.4)
+    rules = (walk >= 0.5 * (filtered + readout)) & (divisor <= _FALLEN)
     rules &= (bins >= bands[:, :1]) & (bins < bands[:, 1:])
     return np.asarray(rules.sum(axis=1))
 
@@ -476,5 +480,6 @@ def _outside(scaled: ScaledLaws, bands: IntegerArray, walk: FloatArray) -> Float
     lower, passed = mean > 1.0, scaled.low_passed[bands[:, 1:] - 1]
     mean[~lower] = 1.0
     lacking = 2.0 * scaled.shape * (1.0 / mean - 1.0 + np.log(mean))
-    cost = below * (2.0 + lacking) + above * np.where(lower & passed, 1.0 + scaled.chance, 2.0)
+    fallen = (mean > _FALLEN) & passed
+    cost = below * (2.0 + lacking) + above * np.where(fallen, 1.0 + scaled.chance, 2.0)
     return np.asarray(cost.sum(axis=1))
