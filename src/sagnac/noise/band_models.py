@@ -5,7 +5,7 @@ also choose their data (Jay and Neil, Phys. Rev. D 103, 114502, 2021). Nothing l
 frequency, so that bins left out below the band have to lie above N: what they lack is added to the
 deviance. A hump of vibration is flat at its top, but the spectrum below it is lower.
 
-A low-pass may lower what lies above a band that reaches to 0.2 Hz. A bin that is 1.4 times lower
+A low-pass may lower what lies above a band that reaches to 0.2 Hz. A bin that is 1.2 times lower
 costs one more than the deviance to be expected of it if it were described, which is less than one
 if most of the error that a fit allows it is no chance: else the floor of a converter above a
 low-pass, in bins of many cells, would outweigh the plateau below.
@@ -37,10 +37,11 @@ FALL: Final = len(STOCHASTIC_NAMES)
 ORDERS: Final = (1, 2)
 # Number of columns.
 _COLUMNS: Final = FALL + len(ORDERS)
-# Divisor of N up to which a bin is of its plateau. If any bin below N counted as fallen, narrow
-# bands that chance makes high would gain by it: beside flicker and a low-pass intervals of 100
-# minutes were up to three times wider.
-_FALLEN: Final = 1.4
+# Times that a bin above a band lies below N if a low-pass has lowered it. If any lower bin counted,
+# narrow bands that chance makes high would gain by all above: beside flicker and a low-pass
+# intervals of 100 minutes were up to three times wider. With 1.4 that of a MEMS gyro (MPU6050) was
+# three times as wide.
+_FALLEN: Final = 1.2
 # Steps of a fit, of which the first is least squares on relative residuals.
 _MOST_STEPS: Final = 21
 # A model is given up if its deviance is this much above that of another.
@@ -459,7 +460,7 @@ def _ruled(scaled: ScaledLaws, bands: IntegerArray, squares: FloatArray) -> Inte
     bins = np.arange(scaled.shape.size)
     filtered, readout, divisor = _parts(scaled, squares)
     walk = np.outer(squares[:, WALK], scaled.laws[:, WALK]) / divisor
-    rules = (walk >= 0.5 * (filtered + readout)) & (divisor <= _FALLEN)
+    rules = (walk >= 0.5 * (filtered + readout)) & (divisor <= 1.4)
     rules &= (bins >= bands[:, :1]) & (bins < bands[:, 1:])
     return np.asarray(rules.sum(axis=1))
 
