@@ -395,6 +395,7 @@ NO_PROGRESS = "progress is 3; give a function"
         wrong("strict is 'no'; use one of False, True", sagnac.Settings, strict="no"),
         wrong("sources is 3", sagnac.campaign, 3, "made"),
         wrong(r"sources is \[\]", sagnac.campaign, [], "made"),
+        wrong("told is 3; give a function, or None", sagnac.campaign, "rack", "made", told=3),
         wrong("span is '1min'", sagnac.campaign, "rack", "made", span="1min"),
         wrong("names x twice", sagnac.keywords, {"columns": "x=y,x=z"}),
         wrong("risk is '1%'", sagnac.Specification, limits=LIMITS, risk="1%"),
