@@ -193,6 +193,28 @@ def test_the_curve_of_an_analysis_that_was_read_again_is_drawn(tmp_path, analyze
     np.testing.assert_allclose(again.get_ydata(), points.get_ydata(), rtol=1e-12)
 
 
+def test_spectra_are_compared_by_their_values(analyzed):
+    """Two spectra compared raised numpy's "truth value of an array", and so did a copy."""
+    spectrum = analyzed.spectrum
+    assert pickle.loads(pickle.dumps(spectrum)) == spectrum
+    assert replace(spectrum, density=2.0 * spectrum.density) != spectrum
+    assert spectrum != "spectrum"
+
+
+def test_a_plan_as_a_frame_is_all_numbers(analyzed):
+    """Without a limit, or without a width, a column of it was None, which is no number."""
+    limit = "N=1deg/sqrt(h)"
+    widths = sagnac.plan(analyzed, within=0.02).to_frame()
+    limits = sagnac.plan(analyzed, within=(), specification=limit).to_frame()
+    for frame, empty in ((widths, "limit_rad_per_sqrt_s"), (limits, "half_width")):
+        assert frame[empty].isna().all()
+        numbers = frame.drop(columns="channel")
+        np.testing.assert_array_equal(2.0 * numbers, numbers + numbers)
+        assert {one.kind for one in numbers.dtypes} == {"f"}
+    assert set(widths.half_width) == {0.02}
+    np.testing.assert_allclose(limits.limit_rad_per_sqrt_s, np.pi / 180.0 / 60.0)
+
+
 def test_the_answer_as_frames_has_its_units(tmp_path, analyzed):
     frame = analyzed.to_frame().set_index(["channel", "coefficient"])
     degrees = np.rad2deg(1e-6) * 60.0
@@ -395,6 +417,7 @@ NO_PROGRESS = "progress is 3; give a function"
         wrong("strict is 'no'; use one of False, True", sagnac.Settings, strict="no"),
         wrong("sources is 3", sagnac.campaign, 3, "made"),
         wrong(r"sources is \[\]", sagnac.campaign, [], "made"),
+        wrong("told is 3; give a function, or None", sagnac.campaign, "rack", "made", told=3),
         wrong("span is '1min'", sagnac.campaign, "rack", "made", span="1min"),
         wrong("names x twice", sagnac.keywords, {"columns": "x=y,x=z"}),
         wrong("risk is '1%'", sagnac.Specification, limits=LIMITS, risk="1%"),

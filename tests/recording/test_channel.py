@@ -60,12 +60,15 @@ def test_what_a_channel_is_made_of_is_left_alone():
         ({"values": ["a", "b"]}, "x holds <U1 values; give real numbers"),
         ({"values": [1j]}, "x holds complex128 values"),
         ({"values": [[1.0], [2.0]]}, r"x has shape \(2, 1\)"),
+        ({"values": [[1.0, 2.0], [3.0]]}, r"x is \[\[1.0, 2.0\], \[3.0\]\]; give one column"),
+        ({"values": Channel(name="z", kind="rate", values=np.zeros(3))}, r"x is Channel\(z: 3 .*;"),
     ],
 )
 def test_what_cannot_be_converted_is_refused(arguments, words):
     arguments = {"values": [1.0], "kind": "rate", "unit": "deg/s", **arguments}
-    with pytest.raises(ValueError, match=words):
+    with pytest.raises(ValueError, match=words) as caught:
         Channel.from_values("x", **arguments)
+    assert "\n" not in str(caught.value)
 
 
 def test_masked_and_missing_numbers_become_nan():

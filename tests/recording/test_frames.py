@@ -47,6 +47,22 @@ def test_frames_that_make_no_recording_are_refused(frame, arguments, words):
     assert "\n" not in str(caught.value)
 
 
+def test_a_frame_made_of_an_array_has_numbers_for_names():
+    pandas = pytest.importorskip("pandas")
+    frame = pandas.DataFrame(np.column_stack([X, 2.0 * X]))
+    stated = {"kind": "rate", "unit": "rad/s", "sample_rate": RATE}
+    for columns in ({"x": 0, "z": 1}, {"x": "0", "z": "1"}):
+        made = Recording.from_frame(frame, columns, **stated)
+        assert [gyro.name for gyro in made.gyros] == ["x", "z"]
+        np.testing.assert_array_equal(made.gyro("z").values, 2.0 * X)
+    # A column is taken by its own name before that of another whose text is the same.
+    both = Recording.from_frame({0: X, "0": 2.0 * X}, {"x": 0, "z": "0"}, **stated)
+    np.testing.assert_array_equal(both.gyro("x").values, X)
+    np.testing.assert_array_equal(both.gyro("z").values, 2.0 * X)
+    with pytest.raises(ValueError, match=r"columns\['x'\] is 2; the frame has 0, 1"):
+        Recording.from_frame(frame, {"x": 2}, **stated)
+
+
 def test_the_dates_of_an_index_are_the_time():
     pandas = pytest.importorskip("pandas")
     index = pandas.date_range("2024-05-01", periods=40, freq="20ms")

@@ -151,6 +151,7 @@ def test_pulses_and_dates_are_taken():
         ({"sample_rate": -1.0}, "sample_rate is -1.0"),
         ({"times": [0.0, 0.1]}, "times has 2 samples and the gyros have 3"),
         ({"times": [0.0, 0.1, 0.2], "time_unit": "deg"}, "unit 'deg' is not a unit of time"),
+        ({"time_unit": "ms"}, "time_unit is 'ms', and there are no times; give them"),
         ({"times": [0.0, 0.1, 0.2]}, "the stamps give 10 Hz but 1 Hz is stated"),
         ({"table": [1.0, 2.0]}, r"table has shape \(2,\); gyro x has 3 samples"),
         ({"table": [1.0, 2.0, 3.0], "table_unit": "deg/s"}, "is not a unit of angle"),

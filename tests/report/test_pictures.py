@@ -17,6 +17,7 @@ from sagnac.noise.cross_spectra import self_noise
 from sagnac.noise.model_average import ModelChoice
 from sagnac.noise.slow_laws import SlowLaw
 from sagnac.recording.model import Recording
+from sagnac.stability.curve import stability_curve
 from tests.handmade import N, analysis
 from tests.report.examples import CASES
 
@@ -65,6 +66,33 @@ def test_a_curve_alone_is_drawn_in_its_own_unit():
     curve = analysis(gyros=("x",)).curve
     axes = plot.stability(curve, Figure().add_subplot())
     np.testing.assert_array_equal(drawn(axes)["oadev"].get_ydata(), curve.deviation)
+
+
+@pytest.mark.parametrize(
+    ("kind", "estimator", "power"),
+    [
+        ("rate", "oadev", 0),
+        ("rate", "tdev", 1),
+        ("increment", "hdev", -1),
+        ("angle", "oadev", -1),
+        ("angle", "tdev", 0),
+    ],
+)
+def test_the_label_of_a_curve_has_its_unit(kind, estimator, power):
+    """A curve of rates was called one of the unit of its values per second."""
+    steps = np.random.default_rng(2).standard_normal(400)
+    # The same gyro on a clock in s, and on one in ms whose values stay: what is per second is a
+    # thousandth, what is times a second is a thousand times as much.
+    slow, fast = (
+        stability_curve(steps, kind=kind, sample_rate=rate, estimator=estimator)
+        for rate in (1.0, 1000.0)
+    )
+    np.testing.assert_allclose(slow.deviation[0] / fast.deviation[0], 1000.0**power)
+    words = {-1: " per s", 0: "", 1: " × s"}[power]
+    axes = plot.stability(slow, Figure().add_subplot())
+    assert axes.get_ylabel() == f"{estimator} (unit of the values{words})"
+    # Another in the same unit joins it.
+    plot.stability(fast, axes)
 
 
 def test_several_gyros_on_one_axis_are_told_apart():

@@ -32,7 +32,7 @@ from sagnac.noise.whole_band import levels_bear_out, with_slow_laws, with_slow_t
 from sagnac.quality import distribution
 from sagnac.quality.whitening import whitened
 from sagnac.spectrum.levels import Levels, robust_levels
-from sagnac.spectrum.periodogram import bin_sums
+from sagnac.spectrum.periodogram import CELL, band_degrees_of_freedom, bin_sums
 from sagnac.spectrum.tapered import LEAST_SAMPLES, tapered_spectrum
 
 
@@ -423,7 +423,11 @@ def estimate_in_band(levels: Levels, choice: ModelChoice, confidence: float) -> 
     weight = (bin_shapes(levels, FLOOR) * share)[inside]
     information = float(weight @ share[inside])
     higher = np.log(levels.level / means)[inside]
-    change, error = float(weight @ higher) / information, 1.0 / math.sqrt(information)
+    # Neighbouring cells share a little, across the edge of a bin, too: all are worth less.
+    used = np.array([CELL * np.count_nonzero(levels.flat[slice(*one)]) for one in levels.members])
+    shared = sum(map(band_degrees_of_freedom, used[inside]))
+    shared /= band_degrees_of_freedom(int(used[inside].sum()))
+    change, error = float(weight @ higher) / information, math.sqrt(max(shared, 1.0) / information)
     return PartEstimate(walk=walk, change=change, error=error)
 
 

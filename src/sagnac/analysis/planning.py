@@ -166,7 +166,9 @@ class Plans:
             for one in self.plans
             for row in one.rows
         ]
-        return pandas_for("a plan as a data frame").DataFrame(rows, columns=columns)
+        frame = pandas_for("a plan as a data frame").DataFrame(rows, columns=columns)
+        # A column of nothing but None would be no numbers.
+        return frame.astype(dict.fromkeys(columns[1:], float))
 
 
 def plan(

@@ -106,7 +106,7 @@ class Analysis:
     curve_of_answer
         The curve without what the answer is without, if that is left in `curve`; else None.
     spectrum, spectrum_before
-        Rate spectrum of `channel` after and before removal, smoothed for a figure.
+        One-sided rate spectrum of `channel` after and before removal, smoothed for a figure.
     per_gyro
         N of each of several gyros: of a triad on a table by three-cornered hat; else empty.
     notes
@@ -116,7 +116,7 @@ class Analysis:
     family
         One curve for each estimator that the settings ask for.
     density
-        Multitaper rate spectrum of what the curves are of, if estimators are asked for.
+        One-sided multitaper rate spectrum of what the curves are of, if estimators are asked for.
     average
         What the average over bands and terms rests on; None if there is none.
     coefficients

@@ -7,11 +7,12 @@ import numpy as np
 
 from sagnac.analysis.measurement import Remainder
 from sagnac.core.arrays import FloatArray, blocks, elementwise, mean, values_at
+from sagnac.recording.channel import Compared
 from sagnac.spectrum import periodogram
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Spectrum:
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Spectrum(Compared):
     """Rate power spectral density, one-sided.
 
     Attributes

@@ -339,7 +339,7 @@ def require_type(name: str, value: object, wanted: type | tuple[type, ...], reme
         raise ArgumentTypeError(name, f"is {quoted(value)}; {remedy}")
 
 
-def require_progress(progress: object) -> None:
+def require_progress(progress: object, name: str = "progress") -> None:
     """Refuse what cannot be called with the progress of a task, and is not None.
 
     Raises
@@ -348,7 +348,7 @@ def require_progress(progress: object) -> None:
         With the value.
     """
     if not (progress is None or callable(progress)):
-        raise ArgumentTypeError("progress", f"is {quoted(progress)}; give a function, or None")
+        raise ArgumentTypeError(name, f"is {quoted(progress)}; give a function, or None")
 
 
 def path_of(name: str, path: str | os.PathLike[str]) -> Path:

@@ -147,6 +147,7 @@ def campaign(
     if not listed or not all(isinstance(source, str | Path) for source in listed):
         problem = f"is {errors.quoted(sources)}; give paths of recordings, or of a folder"
         raise errors.ArgumentTypeError("sources", problem)
+    errors.require_progress(told, "told")
     if span is not None and not (errors.is_finite(span) and span > 0.0):
         raise errors.refusal("span", f"is {errors.quoted(span)}; give seconds above zero")
     paths, place = [Path(source) for source in listed], errors.path_of("folder", folder).absolute()

@@ -86,11 +86,16 @@ def numbers(values: ArrayLike, argument: str) -> AnyArray:
     Raises
     ------
     ValueError
-        As `real_numbers`, or if there is more than one dimension.
+        As `real_numbers`, or if there is more than one dimension, or none.
     """
-    given = np.asanyarray(values)
+    remedy = "give one column, shape (samples,)"
+    try:
+        given = np.asanyarray(values)
+    except ValueError:  # rows of unlike lengths
+        raise refusal(argument, f"is {quoted(values)}; {remedy}") from None
     if given.ndim != 1:
-        raise refusal(argument, f"has shape {given.shape}; give one column, shape (samples,)")
+        found = f"has shape {given.shape}" if given.ndim else f"is {quoted(values)}"
+        raise refusal(argument, f"{found}; {remedy}")
     return real_numbers(given, argument)
 
 

@@ -4,7 +4,7 @@ A frame whose columns are taken is one of pandas or xarray, or a dictionary; non
 """
 
 import math
-from collections.abc import Mapping
+from collections.abc import Hashable, Mapping
 from datetime import UTC, datetime
 from types import NoneType
 from typing import Any, Final, TypeVar
@@ -31,8 +31,8 @@ _Text = TypeVar("_Text", bound=str)
 
 
 def columns_of(
-    frame: Any, columns: Mapping[str, str] | None, unit: str | Mapping[str, str] | None
-) -> dict[str, str]:
+    frame: Any, columns: Mapping[str, Hashable] | None, unit: str | Mapping[str, str] | None
+) -> dict[str, Hashable]:
     """Name wanted -> name in the frame, for all that are wanted or, without a wish, known.
 
     An accelerometer is known by its name only if its unit is stated, by itself or in its header.
@@ -59,10 +59,13 @@ def columns_of(
         raise errors.ArgumentTypeError("frame", f"is {quoted(frame)}; {remedy}")
     remedy = "give {'x': NAME}, NAME in the frame"
     errors.require_type("columns", columns, (Mapping, NoneType), remedy)
-    headers = [str(name) for name in (*frame, *getattr(frame, "coords", ()))]
+    names = (*frame, *getattr(frame, "coords", ()))
+    headers = [str(name) for name in names]
+    # A frame made of an array has numbers for names, which may be wished for as a text, too.
+    own = {**dict(zip(headers, names, strict=True)), **{name: name for name in names}}
     present, found = ", ".join(headers) or "no column", dict(columns or {})
     for name, header in found.items():
-        if header not in headers:
+        if header not in list(own):
             raise ValueError(f"columns[{name!r}] is {quoted(header)}; the frame has {present}")
     wanted = {name: (name,) for name in (*GYRO_NAMES, *ACCELEROMETER_NAMES, NULL_PULSE_NAME)}
     for name, names in {**wanted, **USUAL_NAMES}.items() if columns is None else ():
@@ -77,7 +80,7 @@ def columns_of(
     if not set(found) - {"table", "time", NULL_PULSE_NAME}:
         problem = f"the frame has no gyro; it has {present}: name one with columns={{'x': NAME}}"
         raise ValueError(problem)
-    return found
+    return {name: own[header] for name, header in found.items()}
 
 
 def stated_for(name: str, stated: _Text | Mapping[str, _Text], argument: str) -> _Text:

@@ -1,7 +1,7 @@
 """A recording: gyro channels, the table encoder, sample times, and where they came from."""
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Hashable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Final, Self, overload
 
@@ -313,7 +313,7 @@ class Recording(Compared):
     def from_frame(
         cls,
         frame: Any,
-        columns: Mapping[str, str] | None = None,
+        columns: Mapping[str, Hashable] | None = None,
         *,
         kind: Kind | Mapping[str, Kind] | None = None,
         unit: str | Mapping[str, str] | None = None,
@@ -354,7 +354,7 @@ class Recording(Compared):
         """
         headers = conversions.columns_of(frame, columns, unit)
         values = {name: frame[header] for name, header in headers.items()}
-        units = {name: split_header(header)[1] or "" for name, header in headers.items()}
+        units = {name: split_header(str(header))[1] or "" for name, header in headers.items()}
         sensors = [name for name in headers if name not in ("table", "time", NULL_PULSE_NAME)]
         if not kind:
             kind = getattr(frame, "attrs", {}).get("kind")
@@ -548,6 +548,8 @@ def _sampled(
             raise ValueError(f"{problem}: give columns sampled together")
         if stamps.size:
             return require_forwards(sampling(stamps, sample_rate))
+    elif time_unit != "s":
+        raise refusal("time_unit", f"is {quoted(time_unit)}, and there are no times; give them")
     if sample_rate is None:
         raise ValueError("neither sample_rate nor times is given; give sample_rate in Hz")
     return Sampling(times=None, sample_rate=sample_rate)

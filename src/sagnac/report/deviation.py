@@ -24,8 +24,12 @@ _NAMES: Final = {"average": "average", "both": "N of the likelihood", "whole ban
 # Label of the axis of deviations before the channel, and the units behind it.
 _OF_CHANNEL: Final = "Allan deviation, "
 _UNITS: Final = tuple(f" ({UNITS[one.rate_unit].symbol})" for one in SENSED.values())
-_OF_VALUES: Final = " (unit of the values per s)"
-_OF_TIME: Final = " (unit of the values)"
+# Of a curve alone, by the power of a second that stands beside the unit of its values.
+_OF_VALUES: Final = {
+    -1: " (unit of the values per s)",
+    0: " (unit of the values)",
+    1: " (unit of the values × s)",
+}
 
 
 def stability(result: Analysis | StabilityCurve, ax: Axes | None = None) -> Axes:
@@ -64,8 +68,9 @@ def stability(result: Analysis | StabilityCurve, ax: Axes | None = None) -> Axes
     """
     axes = frame.axes_of(ax, result, Analysis, StabilityCurve, name="result")
     if isinstance(result, StabilityCurve):
-        # In the unit of the values that it was made of.
-        _frame(axes, result.estimator, _OF_TIME if result.estimator == "tdev" else _OF_VALUES)
+        # Rates are per time already, angles and increments are not; a time deviation is times tau.
+        seconds = (result.estimator == "tdev") - (result.kind != "rate")
+        _frame(axes, result.estimator, _OF_VALUES[seconds])
         _limits(axes, result.tau, result.deviation, result.low)
         _points(axes, result, 1.0, label=result.estimator)
     elif result.gyros or axes.collections:
@@ -115,7 +120,7 @@ def _draw_curves(axes: Axes, analysis: Analysis) -> None:
 
 def _frame(axes: Axes, name: str, unit: str) -> None:
     """Axes of deviations, which have to be in the unit of those that are there already."""
-    for other in (*_UNITS, _OF_VALUES, _OF_TIME):
+    for other in (*_UNITS, *_OF_VALUES.values()):
         if other != unit and axes.get_ylabel().endswith(other):
             stated, held = (one.strip(" ()") for one in (unit, other))
             raise refusal("result", f"is in {stated} and axes are in {held}; give it other axes")

@@ -350,7 +350,7 @@ def stability_curve(
     Returns
     -------
     StabilityCurve
-        `deviation` in the unit per second (the unit itself for ``tdev``).
+        `deviation` of rates in their unit, of others in theirs per second; ``tdev`` times s.
 
     Raises
     ------
