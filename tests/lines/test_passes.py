@@ -3,9 +3,11 @@
 from dataclasses import replace
 
 import numpy as np
+import pytest
 
 from sagnac.lines import passes
 from sagnac.lines.components import components_of
+from sagnac.lines.search import remove_lines
 from sagnac.lines.state import Record, first_state
 
 RATE, SAMPLES = 100.0, 12_000
@@ -40,3 +42,37 @@ def test_orders_no_larger_than_earth_rate_makes_them_wait():
     assert passes.without_earth_orders(known).components.orders.tolist() == [6.0]
     settled = replace(known, earth_settled=True)
     assert passes.without_earth_orders(settled) is settled
+
+
+SECONDS = np.arange(2 * SAMPLES) / RATE
+TONE = 1e-3 * np.cos(TURN * 0.37 * SECONDS + 1.0)
+
+
+def unsteady_table(random):
+    """Table angle at 10 deg/s: a servo jitters by 0.03 deg/s, which it keeps for half a second."""
+    pushes = np.convolve(random.standard_normal(SECONDS.size), np.exp(-np.arange(300) / 50.0))
+    rate = 10.0 + 0.03 * pushes[: SECONDS.size] / pushes.std()
+    return np.cumsum(np.radians(rate)) / RATE
+
+
+@pytest.mark.parametrize("share", [2e-3, 0.0])
+def test_a_tone_in_the_angle_that_gyros_tell_is_no_share_of_the_table(share):
+    random = np.random.default_rng(11)
+    turned, steps = unsteady_table(random), 5e-9 * random.standard_normal(SECONDS.size)
+    angle = share * turned + TONE + np.cumsum(steps)
+    removal = remove_lines(angle, turned + 0.5 * TONE, RATE, channel="x-z")
+    assert np.std(np.diff(removal.residual)) == pytest.approx(np.std(steps), rel=0.02)
+    strongest = max(removal.lines, key=lambda line: line.amplitude)
+    assert strongest.scale == "time"
+    assert strongest.frequency == pytest.approx(0.37, abs=1e-6)
+    assert strongest.amplitude == pytest.approx((1.0 - 0.5 * share) * 1e-3, rel=1e-5)
+
+
+@pytest.mark.parametrize("hunts", [0.0, 1.0])
+def test_what_a_table_turns_goes_with_its_share_and_is_no_tone(hunts):
+    random = np.random.default_rng(12)
+    turned, steps = unsteady_table(random), 5e-9 * random.standard_normal(SECONDS.size)
+    turned += hunts * TONE
+    removal = remove_lines(2e-3 * turned + np.cumsum(steps), turned, RATE, channel="x-z")
+    assert np.std(np.diff(removal.residual)) == pytest.approx(np.std(steps), rel=0.02)
+    assert not [line for line in removal.lines if line.scale == "time"]

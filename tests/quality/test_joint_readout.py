@@ -73,6 +73,37 @@ def test_an_encoder_that_turns_by_whole_steps_from_angle_to_angle_is_not_dithere
 
 
 @pytest.mark.parametrize(
+    ("rates", "every"),
+    [
+        # Rests again and again; a start and a stop; rates that change, or turn back, with no rest.
+        ([40.0, 0.0] * 15, None),
+        ([0.0, *[40.0] * 13, *[25.0] * 15, 0.0], 1),
+        ([40.0, 25.0] * 15, 1),
+        ([40.0, -40.0] * 15, 1),
+    ],
+)
+def test_an_encoder_that_rests_again_and_again_is_not_dithered_in_its_rests(rates, every):
+    degree, random = math.radians(1.0), np.random.default_rng(2)
+    speed = np.repeat(rates, 2000) + 0.0
+    # A start takes a second; a servo that moves is never quite even.
+    speed = np.convolve(speed, np.full(100, 0.01), mode="same")
+    speed *= 1.0 + 0.1 * random.standard_normal(speed.size)
+    turned, step = np.cumsum(speed) / 100.0, 360.0 / 4096.0
+    walk = 0.01 * random.standard_normal(speed.size).cumsum() / 60.0
+    one = Recording(
+        gyros=(Channel(name="x", kind="angle", values=degree * (turned + walk)),),
+        sample_rate=100.0,
+        table=Channel(name="table", kind="angle", values=degree * step * np.rint(turned / step)),
+    )
+    joint = joint_readout(one, ("x",), 10.0)
+    assert joint.every == every
+    assert any("the encoder, as x senses the table" in note.text for note in joint.notes) == (
+        every is None
+    )
+    assert joint_readout(one, ("x",), 10.0, with_encoder=False).every == 1
+
+
+@pytest.mark.parametrize(
     ("arguments", "error", "words"),
     [
         ((("x",), 0.0), ValueError, "sample_rate is 0.0"),

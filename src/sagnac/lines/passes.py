@@ -19,6 +19,7 @@ from sagnac.lines.components import Components, joined, mixed_down
 from sagnac.lines.sampling import MIX_BLOCK, Sampling, Wander
 from sagnac.lines.state import State
 from sagnac.lines.wandering import clusters, fit_drifting
+from sagnac.table.kinematics import Kinematics, tells_drift
 from sagnac.table.motion import follow_table
 
 # --- fit -------------------------------------------------------------------------------------
@@ -115,6 +116,22 @@ def _with_components(state: State, components: Components) -> State:
 # --- follow the table ------------------------------------------------------------------------
 
 
+def settled_motion(state: State, fits: int = 8) -> State:
+    """Table motion `followed` and the lines `refitted` by turns, in so many fits at most.
+
+    Where jitter tells the share, a tone off by a little is a share off by as much.
+    """
+    after = refitted(followed(state))
+    last, motion = state.motion, after.motion
+    tones = after.components.frequencies.size
+    if fits == 1 or last is None or motion is None or not (tones and motion.drift):
+        return after
+    jitter = float(np.std(np.diff(motion.kinematics.angle)))
+    if abs(motion.share - last.share) * jitter < 0.1 * motion.noise:
+        return after
+    return replace(settled_motion(after, fits - 1), earth_settled=after.earth_settled)
+
+
 def followed(state: State) -> State:
     """Table motion and Earth rate fitted again, beside the orders known now and no others.
 
@@ -124,9 +141,10 @@ def followed(state: State) -> State:
     motion = state.motion
     if motion is None:
         return state
-    known, averages = state.components, state.averages + motion.averages
-    own = known.phasor[: known.orders.size]
-    after = follow_table(averages, motion.kinematics, harmonics=known.orders, phasor=own)
+    known, table = state.components, motion.kinematics
+    own, shared = known.phasor[: known.orders.size], _without_tones(table, known.frequencies)
+    averages = state.averages + motion.averages + motion.share * (shared - table.angle)
+    after = follow_table(averages, table, harmonics=known.orders, phasor=own, shared=shared)
     moved = max(abs(now - was) for now, was in zip(after.earth, motion.earth, strict=True))
     # What harmonics and motion trade with each other, they trade here: nothing of it is left to
     # the fit of the lines, which would meet a residual far above the noise.
@@ -135,6 +153,23 @@ def followed(state: State) -> State:
     settled = state.earth_settled or moved <= 0.02 * EARTH_RATE
     state = _with_components(state, replace(known, phasor=phasor))
     return replace(state, motion=after, earth_settled=settled)
+
+
+def _without_tones(table: Kinematics, tones: FloatArray) -> FloatArray:
+    """(averages,) of the table angle without what goes with tones, cycles a sample.
+
+    If jitter tells the share, a gyro's own tone in that angle would be taken for table motion. A
+    tone that is all by which the rate varies is the table's.
+    """
+    angle, place = table.angle, np.arange(table.angle.size)
+    for tone in table.block * tones if tells_drift(table) else ():
+        # With fewer cycles a tone, or what averages fold it to, is drift.
+        if abs(tone - np.rint(tone)) * place.size > 4.0:
+            wave, steps = np.exp(2j * np.pi * tone * place), np.diff(angle)
+            own = np.diff(wave)
+            size = 2.0 * np.vdot(own, steps - steps.mean()) / np.vdot(own, own).real
+            angle = angle - (size * wave).real
+    return angle if np.std(np.diff(angle)) > 0.1 * np.std(np.diff(table.angle)) else table.angle
 
 
 def rescaled(state: State) -> State:

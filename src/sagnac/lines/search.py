@@ -214,9 +214,7 @@ def next_round(state: State) -> State:
     # An order that smears looks like a line that drifts: what follows the table moves to its own
     # scale first.
     state = passes.without_earth_orders(state)
-    state = passes.followed(state)
-    state = passes.refitted(state)
-    state = passes.looked(state)
+    state = passes.looked(passes.settled_motion(state))
     after = passes.rescaled(state)
     # If that moved any line, those go that no more stand.
     state = state if after is state else passes.looked(passes.pruned_all(after))

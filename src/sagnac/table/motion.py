@@ -117,11 +117,14 @@ class Design:
         time in s, the integrals of cosine and sine in s.
     with_drift
         Whether time counts; else its column is of zeros.
+    shared
+        (averages,) the angle of which a share is fitted, rad; that of the table if None.
     """
 
     kinematic: Kinematics
     orders: FloatArray
     with_drift: bool
+    shared: FloatArray | None = None
 
     @property
     def size(self) -> int:
@@ -133,7 +136,8 @@ class Design:
         of, here = self.kinematic, slice(start, stop + 1)
         rows, whole = np.empty((self.size, stop - start)), kinematics.are_whole(self.orders)
         rows[1] = np.diff(of.interval * np.arange(start, stop + 1.0)) * self.with_drift
-        for row, column in ((0, of.angle), (2, of.cosine), (3, of.sine)):
+        angle = of.angle if self.shared is None else self.shared
+        for row, column in ((0, angle), (2, of.cosine), (3, of.sine)):
             rows[row] = np.diff(column[here])
         waves = kinematics.harmonics_of(of.angle[here], int(self.orders[whole].max(initial=0.0)))
         for row, order in enumerate(self.orders):
@@ -150,6 +154,7 @@ def follow_table_together(
     harmonics: FloatArray | None = None,
     *,
     beside: FloatArray = _NONE,
+    shared: FloatArray | None = None,
 ) -> tuple[TableMotion, ...]:
     """`follow_table` of several gyros on one table.
 
@@ -166,6 +171,8 @@ def follow_table_together(
         Orders present in the angles; None if that is not known: all are allowed for, up to 128.
     beside
         Orders that are not whole, such as of a bearing, allowed for as well.
+    shared
+        As `Design` has it.
     """
     # Orders allowed for while nobody knows which there are.
     orders = np.append(np.arange(1.0, 129.0) if harmonics is None else harmonics, beside)
@@ -177,7 +184,7 @@ def follow_table_together(
         # Over part of a turn harmonics can make the table angle itself: share and drift first.
         orders, lines_taken = np.empty(0), False
     drifts = kinematics.tells_drift(kinematic)
-    columns = Design(kinematic=kinematic, orders=orders, with_drift=drifts)
+    columns = Design(kinematic=kinematic, orders=orders, with_drift=drifts, shared=shared)
     targets = np.diff(averages)
     rows = triangle(columns, targets)
     gain = np.repeat(kinematics.block_gain(kinematic, orders), 2)
@@ -297,6 +304,7 @@ def follow_table(
     *,
     harmonics: FloatArray | None = None,
     phasor: ComplexArray | None = None,
+    shared: FloatArray | None = None,
 ) -> TableMotion:
     """Fit table motion and Earth rate by the integrated kinematics.
 
@@ -318,8 +326,10 @@ def follow_table(
     phasor
         (harmonics,) ``cosine + 1j * sine`` of each, rad, taken out of the angle already; None if
         nothing was.
+    shared
+        (averages,) the angle of which a share is fitted, rad; that of the table if None.
     """
-    (motion,) = follow_table_together(averages[np.newaxis], kinematic, harmonics)
+    (motion,) = follow_table_together(averages[np.newaxis], kinematic, harmonics, shared=shared)
     if harmonics is None or phasor is None:
         return motion
     fitted = harmonics <= kinematics.highest_harmonic(kinematic)
