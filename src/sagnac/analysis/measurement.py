@@ -223,8 +223,9 @@ def _encoder_notes(estimate: EstimatedTable, sample_rate: float) -> tuple[Note, 
         late = f"{1e3 * abs(delay.mean):.4g} ms (± {1e3 * delay.mean_error:.1g} ms)"
         text = f"its readings come {late} {'after' if delay.mean > 0.0 else 'before'} the gyros'"
         if abs(delay.change) > max(_SURE * delay.change_error, _CHANGES):
-            change = f"{1e3 * delay.change:+.4g} ms (± {1e3 * delay.change_error:.1g} ms)"
-            text += f", and the delay changes by {change} over the record"
+            change = f"{1e3 * abs(delay.change):.4g} ms (± {1e3 * delay.change_error:.1g} ms)"
+            later = "later" if delay.change > 0.0 else "earlier"
+            text += f" on the mean, at the end {change} {later} than at the start"
         texts.append(f"{text}; they are shifted by that")
     # Less is not worth a note.
     if estimate.smoothed and estimate.noise > ARCSECOND:
