@@ -38,7 +38,7 @@ SEEN: Final = 6.0
 # Shortest delay, or change of one, that is named, s: averages of a motion that starts and stops
 # leave a quarter of it.
 SHORTEST_DELAY: Final = 2e-6
-# Hz, lowest corner.
+# Hz, lowest corner. With 0.002 one of two recordings with delays that walk gained, the other lost.
 _LOWEST_CORNER: Final = 0.01
 # Times that a slow tone stands above the noise of readings and gyros: of thousands of ordinates of
 # noise none does.
