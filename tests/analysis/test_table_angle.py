@@ -96,6 +96,15 @@ def test_a_delay_is_said_on_a_table_that_turns_back():
     assert causes(analyzed(1, motion="reversing")) == set()
 
 
+@pytest.mark.parametrize(("drift", "direction"), [(5e-3, "later"), (-5e-3, "earlier")])
+def test_a_delay_that_changes_is_said_to_be_later_or_earlier_at_the_end(drift, direction):
+    result = analyzed(1, motion="reversing", latency=10e-3, latency_drift=drift)
+    (note,) = [note for note in result.notes if "they are shifted" in note.text]
+    _, mean, change = note.text.split(" ms (")
+    assert float(mean.split("on the mean, at the end ")[1]) == pytest.approx(5.0, abs=0.05)
+    assert change.split(")")[1].startswith(f" {direction} than at the start")
+
+
 def test_gyros_mounted_against_each_other_are_a_pair():
     opposite = (0.5784, 0.5773, -0.5764)
     for settings in ({}, {"jitter": 100e-6}):
