@@ -93,25 +93,28 @@ def test_the_change_of_a_part_is_that_of_its_walk_with_all_else_as_it_is(quantum
     assert 0.5 < np.std(deviates) < 1.2
 
 
-@pytest.mark.parametrize(("samples", "draws"), [(125, 400), (2500, 200)])
-def test_the_error_of_a_short_part_is_how_its_change_scatters(samples, draws):
-    """In few cells most bins are of one, and share with the next: the error was 16 % too small."""
-    generator = np.random.default_rng(samples)
+def white_part(values):
+    """What a part of white noise says of N = 1, which is all that its band holds."""
     law = BandModel(squares=(0.0, 1.0, 0.0, 0.0), interval=1.0 / RATE)
     choice = ModelChoice(
         band_hz=(0.0, 0.5 * RATE), terms=("angle_random_walk",), mask=0b10, share=1.0, law=law
     )
+    return estimate_in_band(robust_levels(tapered_spectrum(values, sample_rate=RATE)), choice, 0.95)
+
+
+@pytest.mark.parametrize(("samples", "draws"), [(125, 400), (2500, 200)])
+def test_the_error_of_a_short_part_is_how_its_change_scatters(samples, draws):
+    """In few cells most bins are of one, and share with the next: the error was 16 % too small."""
+    generator = np.random.default_rng(samples)
     changes, errors = [], []
     for _ in range(draws):
         values = generator.standard_normal(samples) / np.sqrt(RATE)
-        found = estimate_in_band(
-            robust_levels(tapered_spectrum(values, sample_rate=RATE)), choice, 0.95
-        )
+        found = white_part(values)
         changes.append(found.change)
         errors.append(found.error)
     # Four hundred tell a scatter to 3.5 %. Of 2500 the 3 % that each bin is allowed shows.
     assert np.std(changes) / np.mean(errors) == pytest.approx(0.95, abs=0.10)
-    # No more is said to be known than the mean square of so many normal numbers tells.
+    # The mean square of normal numbers has at least this relative error, whatever the method.
     assert np.mean(errors) > np.sqrt(2.0 / samples)
 
 
@@ -120,22 +123,12 @@ def test_the_error_of_a_short_part_is_how_its_change_scatters(samples, draws):
 )
 def test_spectra_of_short_parts_differ_by_chance_once_in_a_hundred(louder, draws, fewest, most):
     """Of white noise of 500 samples 25 records in 600 were told that it changes, not 6."""
-    law = BandModel(squares=(0.0, 1.0, 0.0, 0.0), interval=1.0 / RATE)
-    choice = ModelChoice(
-        band_hz=(0.0, 0.5 * RATE), terms=("angle_random_walk",), mask=0b10, share=1.0, law=law
-    )
-
-    def read(part):
-        return estimate_in_band(
-            robust_levels(tapered_spectrum(part, sample_rate=RATE)), choice, 0.95
-        )
-
     generator, told = np.random.default_rng(500), 0
     for _ in range(draws):
         values = generator.standard_normal(500) / np.sqrt(RATE)
         values[375:] *= louder
         whole = Interval(value=1.0, low=0.9, high=1.1)
-        told += not over_parts(values, sample_rate=RATE, read=read, whole=whole).spectra_agree
+        told += not over_parts(values, sample_rate=RATE, read=white_part, whole=whole).spectra_agree
     assert fewest <= told <= most
 
 

@@ -101,7 +101,7 @@ def test_a_delay_that_changes_is_said_to_be_later_or_earlier_at_the_end(drift, d
     result = analyzed(1, motion="reversing", latency=10e-3, latency_drift=drift)
     (note,) = [note for note in result.notes if "they are shifted" in note.text]
     _, mean, change = note.text.split(" ms (")
-    assert float(mean.split("on the mean, at the end ")[1]) == pytest.approx(5.0, abs=0.05)
+    assert float(mean.split("on average, at the end ")[1]) == pytest.approx(5.0, abs=0.05)
     assert change.split(")")[1].startswith(f" {direction} than at the start")
 
 

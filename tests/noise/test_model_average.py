@@ -79,13 +79,13 @@ def test_narrow_bands_that_chance_makes_high_do_not_widen_an_interval():
     increments = lfilter(*butter(2, 20.0, fs=RATE), noise) / math.sqrt(RATE)
     walk = average(levels_of(increments)).angle_random_walk
     assert walk.low < 1.0 < walk.high
-    # With 10 Hz of it an interval is 2 x 1.96 / sqrt(6000 s x 10 Hz) / 2 = 0.8 % wide at the least.
+    # An interval of 95 % from 10 Hz of it is 1.96 / sqrt(6000 s x 10 Hz) = 0.8 % wide.
     assert walk.high - walk.low < 0.03
 
 
 def test_the_law_named_is_of_the_band_that_is_named():
     others = 0
-    for seed in range(8):
+    for seed in range(5):
         behind = lfilter(*butter(2, 0.2), np.random.default_rng(seed).standard_normal(100_000))
         levels = levels_of(behind)
         result = average(levels)

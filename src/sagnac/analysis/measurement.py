@@ -225,7 +225,7 @@ def _encoder_notes(estimate: EstimatedTable, sample_rate: float) -> tuple[Note, 
         if abs(delay.change) > max(_SURE * delay.change_error, _CHANGES):
             change = f"{1e3 * abs(delay.change):.4g} ms (± {1e3 * delay.change_error:.1g} ms)"
             later = "later" if delay.change > 0.0 else "earlier"
-            text += f" on the mean, at the end {change} {later} than at the start"
+            text += f" on average, at the end {change} {later} than at the start"
         texts.append(f"{text}; they are shifted by that")
     # Less is not worth a note.
     if estimate.smoothed and estimate.noise > ARCSECOND:

@@ -117,9 +117,10 @@ def _with_components(state: State, components: Components) -> State:
 
 
 def settled_motion(state: State, fits: int = 8) -> State:
-    """Table motion `followed` and the lines `refitted` by turns, in so many fits at most.
+    """Fit table motion and lines in turn until the share of the table stays.
 
-    Where jitter tells the share, a tone off by a little is a share off by as much.
+    Where jitter tells the share, an error of a tone is an error of the share. It stays if what it
+    still moves in the residual is a tenth of the noise, or less; no more than `fits` are made.
     """
     after = refitted(followed(state))
     last, motion = state.motion, after.motion
@@ -156,10 +157,10 @@ def followed(state: State) -> State:
 
 
 def _without_tones(table: Kinematics, tones: FloatArray) -> FloatArray:
-    """(averages,) of the table angle without what goes with tones, cycles a sample.
+    """(averages,) table angle without the tones at some frequencies, cycles a sample.
 
-    If jitter tells the share, a gyro's own tone in that angle would be taken for table motion. A
-    tone that is all by which the rate varies is the table's.
+    If jitter tells the share, a gyro's own tone in that angle would be taken for table motion. If
+    the tones make nearly all that the rate varies by, they are motion, and the angle stays.
     """
     angle, place = table.angle, np.arange(table.angle.size)
     for tone in table.block * tones if tells_drift(table) else ():

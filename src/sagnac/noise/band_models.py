@@ -37,10 +37,9 @@ FALL: Final = len(STOCHASTIC_NAMES)
 ORDERS: Final = (1, 2)
 # Number of columns.
 _COLUMNS: Final = FALL + len(ORDERS)
-# Times that a bin above a band lies below N if a low-pass has lowered it. If any lower bin counted,
-# narrow bands that chance makes high would gain by all above: beside flicker and a low-pass
-# intervals of 100 minutes were up to three times wider. With 1.4 that of a MEMS gyro (MPU6050) was
-# three times as wide.
+# A bin above a band counts as lowered by a low-pass if it lies below N by this factor. With 1 bands
+# that chance makes a little high gained by every bin above them: beside flicker and a low-pass some
+# intervals of 100 minutes were three times as wide. With 1.4 that of a MEMS gyro (MPU6050) was.
 _FALLEN: Final = 1.2
 # Steps of a fit, of which the first is least squares on relative residuals.
 _MOST_STEPS: Final = 21
@@ -478,8 +477,7 @@ def _outside(scaled: ScaledLaws, bands: IntegerArray, walk: FloatArray) -> Float
     bins, mean = np.arange(scaled.shape.size), np.outer(walk, scaled.laws[:, WALK])
     below, above = bins < bands[:, :1], bins >= bands[:, 1:]
     # Levels are one.
-    lower, passed = mean > 1.0, scaled.low_passed[bands[:, 1:] - 1]
-    mean[~lower] = 1.0
+    mean, passed = np.maximum(mean, 1.0), scaled.low_passed[bands[:, 1:] - 1]
     lacking = 2.0 * scaled.shape * (1.0 / mean - 1.0 + np.log(mean))
     fallen = (mean > _FALLEN) & passed
     cost = below * (2.0 + lacking) + above * np.where(fallen, 1.0 + scaled.chance, 2.0)

@@ -163,8 +163,8 @@ def _encoder_readout(recording: Recording, gyros: Sequence[str], taken: int) -> 
     if readout.step == 0.0:
         # A table that turns by whole steps from angle to angle dithers none: samples show the step.
         readout = replace(readout_of(recording.table.values), every=None)
-    # The error of its steps is one number in each rest, which no time between angles makes white:
-    # three of three seconds are no single start or stop.
+    # While a table rests, the error of a step stays as it is, whatever the time between angles. One
+    # rest before a start and one after a stop do no harm; three of three seconds do.
     moves = np.flatnonzero(np.abs(arrays.differences(table)) > 0.5 * readout.step)
     if number_of(np.diff(moves) * taken > 3.0 * recording.sample_rate) >= 3:
         readout = replace(readout, every=None)

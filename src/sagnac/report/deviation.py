@@ -24,7 +24,7 @@ _NAMES: Final = {"average": "average", "both": "N of the likelihood", "whole ban
 # Label of the axis of deviations before the channel, and the units behind it.
 _OF_CHANNEL: Final = "Allan deviation, "
 _UNITS: Final = tuple(f" ({UNITS[one.rate_unit].symbol})" for one in SENSED.values())
-# Of a curve alone, by the power of a second that stands beside the unit of its values.
+# Units of a curve that was made of values, by the power of the second in them.
 _OF_VALUES: Final = {
     -1: " (unit of the values per s)",
     0: " (unit of the values)",

@@ -43,6 +43,8 @@ _LOWEST_CORNER: Final = 0.01
 # Times that a slow tone stands above the noise of readings and gyros: of thousands of ordinates of
 # noise none does.
 _TONE: Final = 25.0
+# Most of them; recording 97 of the plain hundred has three.
+_MOST_TONES: Final = 6
 # Most steps of the fit of a delay, or of a drift.
 _STEPS: Final = 4
 
@@ -488,8 +490,8 @@ class _Fit:
     def guide(self, corner: float) -> FloatArray:
         """(averages,) what leads the gyros to the readings: orders as fitted, the rest smoothed.
 
-        So are slow tones: those of a gyro would make products with every order in its angle, which
-        crowd about the strong ones.
+        Slow tones are left to the readings, too: in the angle those of a gyro would make products
+        with every order, which crowd about the strong ones.
         """
         # The share's error goes with the motion, which no corner may smooth.
         plain = self.fit.values.copy()
@@ -548,12 +550,12 @@ def smoothed(values: FloatArray, corner: float) -> FloatArray:
 
 
 def slow_tones(
-    values: FloatArray, readings: float, walk: float, between: tuple[float, float], most: int = 6
+    values: FloatArray, readings: float, walk: float, between: tuple[float, float]
 ) -> FloatArray:
-    """(samples,) the strongest tones in values beside noise of readings and a walk.
+    """(samples,) the strongest tones in values beside noise of readings and a walk, rad.
 
-    One after the other by the peak of the spectrum under a Hann window, all of them fitted again
-    each time, with amplitudes and phases that change evenly.
+    Each is the highest peak of the spectrum under a Hann window. After each one all that were found
+    are fitted together, with amplitudes and phases that change evenly.
 
     Parameters
     ----------
@@ -562,9 +564,7 @@ def slow_tones(
     readings, walk
         As `Whitened` has them, rad^2.
     between
-        Cycles in the record from and up to which tones are looked for.
-    most
-        Number of tones.
+        Lowest and highest number of cycles in the record.
     """
     count, columns = values.size, np.empty((0, values.size))
     values = left = values - np.linspace(values[0], values[-1], count)
@@ -574,7 +574,7 @@ def slow_tones(
     noise = readings + walk / (2.0 * np.sin(np.pi * cycles / count)) ** 2
     noise *= float(np.sum(window**2))
     part = (np.arange(count) + 0.5) / count - 0.5
-    while cycles.size > 2 and columns.shape[0] < 4 * most:
+    while cycles.size > 2 and columns.shape[0] < 4 * _MOST_TONES:
         size = np.abs(rfft(window * left)[: cycles[-1] + 2])
         peak = int(np.argmax(size[cycles] ** 2 / noise)) + cycles[0]
         if not size[peak] ** 2 > _TONE * noise[peak - cycles[0]]:
