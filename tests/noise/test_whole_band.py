@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.integrate import quad
 
 from sagnac.noise.estimates import Estimate, Fit, FitBand
 from sagnac.noise.fit import likelihood_fit
@@ -100,10 +101,34 @@ def test_a_walk_that_half_of_the_laws_do_not_need_is_bounded_where_its_interval_
     assert found.high == pytest.approx(math.sqrt(1.0 + 3.0 * 0.2), rel=0.02)
 
 
+@pytest.mark.parametrize("errors", [0.0, 1.0, 2.0, 3.5, 5.0, 20.0])
+def test_a_law_is_likelier_by_what_its_q_may_be(errors):
+    """None, or any of four decades evenly: beside a law whose Q is four errors above zero."""
+
+    def likelihood(fitted):
+        decades = (1e-2, 1e2)
+
+        def evenly(logarithm):
+            return math.exp(-0.5 * (math.exp(logarithm) - fitted) ** 2)
+
+        some = quad(evenly, *np.log(decades), limit=400, points=[math.log(max(fitted, 1.0))])[0]
+        return math.exp(-0.5 * fitted**2) + some / math.log(decades[1] / decades[0])
+
+    slow = SlowLaws(
+        laws=(PLAIN, SlowLaw(end=0.003)),
+        prior=np.array([0.5, 0.5]),
+        squares=np.array([[0.1 * errors, 1.0, 0.1, 0.2], [0.4, 1.0, 0.1, 0.2]]),
+        errors=np.full((2, 4), 0.1),
+        deviance=np.zeros(2),
+    )
+    ratio = float(slow.weight[0] / slow.weight[1])
+    assert ratio == pytest.approx(likelihood(errors) / likelihood(4.0), rel=0.3)
+
+
 def test_a_bound_is_as_many_times_smaller_as_the_noise():
     """In SI units squares are of 1e-16: bounds of them were of ten errors instead of two."""
     error, unit = np.array([[0.1, 0.02, 0.2, 0.3], [0.15, 0.02, 0.3, 0.5]]), 1e-8
-    square = np.array([[0.4, 1.0, 0.1, 0.2], [0.1, 1.0, 0.3, 0.4]])
+    square = np.array([[0.4, 1.0, 0.1, 0.2], [0.6, 1.0, 0.3, 0.4]])
 
     def bounds(size):
         slow = SlowLaws(

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from typing import Final, NamedTuple
 
 import numpy as np
+from scipy.special import ndtr
 
 from sagnac.core.arrays import BooleanArray, FloatArray
 from sagnac.noise.laws import STOCHASTIC_NAMES, flicker_share, rate_density_basis
@@ -24,6 +25,8 @@ RATE_WALK: Final = STOCHASTIC_NAMES.index("rate_random_walk")
 # Lowest frequency at which the low-pass of a sensor may begin, Hz. What falls below it is a Markov
 # rate: those of gyros last from a second to hours.
 LOW_PASS: Final = 0.2
+# Standard errors below zero up to which the square of Q may lie by chance.
+_MOST_BELOW: Final = 4.0
 # Slopes of flicker besides 1.
 _SLOPES: Final = (0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.1, 1.2, 1.3, 1.4, 1.5)
 
@@ -139,12 +142,26 @@ class SlowLaws:
         """
         column = [RATE_WALK if law.corner > 0.0 else FLICKER for law in self.laws]
         stands = self.squares[np.arange(len(self.laws)), column] > 0.0
-        stands &= self.squares[:, QUANTIZATION] > -4.0 * self.errors[:, QUANTIZATION]
+        stands &= self.squares[:, QUANTIZATION] > -_MOST_BELOW * self.errors[:, QUANTIZATION]
         stands[0] = True
         stands &= self.squares[:, WALK] > 0.0
         best = self.deviance[stands].min(initial=math.inf)
-        weight = stands * self.prior * np.exp(-0.5 * np.maximum(self.deviance - best, 0.0))
+        prior = self.prior * self._chance_of_readout
+        weight = stands * prior * np.exp(-0.5 * np.maximum(self.deviance - best, 0.0))
         return np.asarray(weight / max(float(weight.sum()), 1e-300))
+
+    @property
+    def _chance_of_readout(self) -> FloatArray:
+        """(laws,) likelihood of what Q may be, over that of what it was fitted to be.
+
+        Half of the chance is that there is none; the other half is spread evenly over the logarithm
+        of four decades of its square.
+        """
+        errors = np.maximum(
+            self.squares[:, QUANTIZATION] / self.errors[:, QUANTIZATION], -_MOST_BELOW
+        )
+        some = math.sqrt(2.0 * math.pi) / math.log(1e4) * ndtr(errors) / np.maximum(errors, 1.0)
+        return np.asarray(np.exp(-0.5 * errors**2) + some)
 
     @property
     def seen(self) -> int:
