@@ -118,12 +118,13 @@ def _spikes_in(
     padded = np.pad(some, (before, behind), mode="reflect")
     off = np.empty(block.stop - block.start)
     _kernels.off_neighbours(padded, off)
-    # A strong line may rise at an end: a sample that goes on evenly from the two beside it is no
-    # spike.
+    # A strong line or a table may rise at an end: a sample that goes on evenly from the two beside
+    # it is no spike, nor is the next, which lies midway between its neighbours.
     for end, inwards, is_end in ((0, 1, before), (-1, -1, behind)):
         if is_end and some.size > 2:
             bend = some[end] - 2.0 * some[end + inwards] + some[end + 2 * inwards]
-            off[end] = min(off[end], bend, key=abs)
+            for place, lies_off in ((end, bend), (end + inwards, -0.5 * bend))[: off.size]:
+                off[place] = min(off[place], lies_off, key=abs)
     off = np.where(among[block], off, math.nan)
     some = off[among[block]]
     if not some.size:
@@ -176,6 +177,10 @@ def spike_notes(recording: Recording, profile: Profile) -> Notes:
     # No answer has the first rate or increment: the angle begins behind it.
     among[0] &= profile.changes.size < recording.samples
     spikes = find_spikes(profile.changes, sample_rate=1.0, among=among)
+    if spikes.many and not profile.standing:
+        # Beside a table that stands still now and then, its jitter is no tail of the noise.
+        among &= profile.turning[-among.size :]
+        spikes = find_spikes(profile.changes, sample_rate=1.0, among=among)
     level: Level = "warning"
     effect = None
     if spikes.many and not profile.is_coarse:

@@ -265,8 +265,17 @@ class Profile:
         # second to the next by more than three times the median change, and than five times the
         # scatter of the gyro's samples. Smaller changes put no sample far off.
         uneven = np.flatnonzero(changes > max(3.0 * float(np.median(changes)), 5.0 * noise))
-        marks = np.ones(size, dtype=np.bool_)
-        for first, after in zip(self.edges[uneven], self.edges[uneven + 2] + 1, strict=True):
+        return self._beside(uneven, seconds=2)
+
+    @property
+    def turning(self) -> BooleanArray:
+        """(samples,) false in the seconds in which a table that turns stands still, without jitter."""
+        return self._beside(np.flatnonzero(np.abs(self.rates) < 0.1 * self.usual_rate), seconds=1)
+
+    def _beside(self, rates: IntegerArray, seconds: int) -> BooleanArray:
+        """(samples,) false in as many seconds from each of some rates on."""
+        marks = np.ones(self.channel.values.size, dtype=np.bool_)
+        for first, after in zip(self.edges[rates], self.edges[rates + seconds] + 1, strict=True):
             marks[first:after] = False
         return marks
 
