@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from sagnac.lines.components import components_of, mixed_down
-from sagnac.lines.passes import rescaled_components
+from sagnac.lines.detection import spectrum
+from sagnac.lines.passes import rescaled_components, timed_components
 from sagnac.lines.sampling import MIX_BLOCK, Sampling
 
 SAMPLES = 64 * MIX_BLOCK + 1
@@ -92,6 +93,33 @@ def test_at_a_steady_rate_a_tone_and_an_order_are_one():
 def test_a_tone_too_weak_to_tell_stays():
     found = tone(5.0, amplitude=1e-4)
     assert rescaled(found, in_phase(5.0, found)) is None
+
+
+@pytest.mark.parametrize("backwards", [False, True])
+@pytest.mark.parametrize("bins", [None, -0.7, 0.0, 0.4])
+def test_an_order_that_keeps_time_is_moved_to_its_frequency(bins, backwards):
+    """Bins from the order's mean rate; None for an order that is one. The table strays by 0.15."""
+    table = STEADY + 0.1 * (WANDERING - STEADY)
+    table = 7.0 - table if backwards else table
+    center, frequency = 0.5 * (SAMPLES - 1), 5.0 * abs(wandered(table).rate) / (2.0 * np.pi)
+    frequency += 0.0 if bins is None else bins / (SAMPLES - 1)
+    phase = 5.0 * table if bins is None else 2.0 * np.pi * frequency * (NUMBER - center)
+    signal = np.cos(phase + 0.6)
+    # The fit of an order to the steps, as a search has it.
+    columns = np.diff([np.cos(5.0 * table), np.sin(5.0 * table)], axis=1).T
+    (cosine, sine), *_ = np.linalg.lstsq(columns, np.diff(signal), rcond=None)
+    noise = NOISE * np.random.default_rng(1).standard_normal(SAMPLES - 1)
+    steps = np.diff(signal) - columns @ [cosine, sine] + noise
+    found = components_of(SAMPLES, orders=np.array([5.0]), phasor=np.array([complex(cosine, sine)]))
+    levels = np.full(1, NOISE**2)
+    moved = timed_components(found, steps, sampled(table), levels, spectrum(steps))
+    if bins is None:
+        assert moved is None
+        return
+    assert moved.orders.size == 0
+    assert moved.frequencies == pytest.approx([frequency], abs=0.1 / SAMPLES)
+    # A tenth of a bin turns an amplitude by no more than that.
+    assert moved.phasor == pytest.approx([np.exp(-0.6j)], abs=0.1)
 
 
 def test_mixed_down_is_its_definition():

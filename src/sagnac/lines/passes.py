@@ -15,8 +15,8 @@ import numpy as np
 from sagnac.core.arrays import BooleanArray, ComplexArray, FloatArray, blocks
 from sagnac.core.units import EARTH_RATE
 from sagnac.lines import detection, joint_fit
-from sagnac.lines.components import Components, joined, mixed_down
-from sagnac.lines.sampling import MIX_BLOCK, Sampling, Wander
+from sagnac.lines.components import Components, components_of, joined, mixed_down
+from sagnac.lines.sampling import MIX_BLOCK, Sampling
 from sagnac.lines.state import State
 from sagnac.lines.wandering import clusters, fit_drifting
 from sagnac.table.kinematics import Kinematics, tells_drift
@@ -176,14 +176,17 @@ def _without_tones(table: Kinematics, tones: FloatArray) -> FloatArray:
 def rescaled(state: State) -> State:
     """With tones that follow the table moved to the angle scale, and all fitted again.
 
-    The state itself if there are none. A line on its right scale takes from its neighbours, which
-    then stand out no more.
+    So are orders that do not follow it, to the time scale. The state itself if there are none. A
+    line on its right scale takes from its neighbours, which then stand out no more.
     """
     components, sampled = state.components, state.record.sampled
     levels = detection.floors(components, sampled, state.floor)
-    moved = state.record.kept(
-        "rescaled", state.key, lambda: rescaled_components(components, state.steps, sampled, levels)
-    )
+
+    def move() -> Components | None:
+        moved = rescaled_components(components, state.steps, sampled, levels)
+        return moved or timed_components(components, state.steps, sampled, levels, state.look())
+
+    moved = state.record.kept("rescaled", state.key, move)
     return state if moved is None else refitted(refitted(_with_components(state, moved)))
 
 
@@ -197,6 +200,10 @@ _BESIDE: Final = np.arange(3, 11)
 # How near tones are mixed down at one frequency, as a share of the blocks' rate: their means are
 # then short of 2e-4.
 _AT_ONCE: Final = 0.01
+# Bins to either side in which an order that keeps time leaves sidebands, and how high over the
+# floor one of them stands: noise does so once in 2e8 bins.
+_SIDEBANDS: Final = 20
+_STANDS: Final = 20.0
 
 
 def rescaled_components(
@@ -241,8 +248,9 @@ def rescaled_components(
         apart = frequencies - carrier
         for index in np.flatnonzero(shown & (apart >= 0.0) & (apart <= _AT_ONCE / MIX_BLOCK)):
             mixed = around * np.exp(-2j * np.pi * apart[index] * middles)
+            turning = np.sign(strays.rate) * orders[index] * strays.phase[: mixed.size]
             level = float(levels[angles + index]) / steps.size
-            moved[angles + index] = _follows(mixed, strays, float(orders[index]), level)
+            moved[angles + index] = _is_better(mixed * np.exp(-1j * turning), mixed, level)
     if not moved.any():
         return None
     orders = orders[moved[angles:]]
@@ -253,12 +261,66 @@ def rescaled_components(
     return joined(components.select(~moved), in_angle)
 
 
-def _follows(mixed: ComplexArray, strays: Wander, order: float, level: float) -> bool:
-    """Whether what was mixed down from a tone is more of an order than of that tone.
+def timed_components(
+    components: Components,
+    steps: FloatArray,
+    sampled: Sampling,
+    levels: FloatArray,
+    left: detection.Spectrum,
+) -> Components | None:
+    """The components with those orders moved to the time scale that keep time; None if none does.
+
+    A whole order counts twice where a tone might be meant, and a tone within a bin of one is taken
+    for it. If the table's rate wanders, sidebands of that are left beside it.
+
+    Parameters
+    ----------
+    components, steps, sampled, levels
+        As of `rescaled_components`.
+    left
+        Of the steps.
+    """
+    orders, strays = components.orders, sampled.wander
+    if strays is None or orders.size == 0:
+        return None
+    speed, sign = abs(strays.rate), np.sign(strays.rate)
+    carriers, size = orders * speed / (2.0 * np.pi), 2 * (left.floor.size - 1)
+    centers = np.rint(carriers * size).astype(np.int64)
+    beside = centers + np.arange(-_SIDEBANDS, _SIDEBANDS + 1)[:, np.newaxis]
+    bins = np.clip(beside, 0, left.floor.size - 1)
+    strays_far = orders * float(np.std(strays.phase)) * np.abs(components.phasor[: orders.size])
+    stands = (left.power[::2][bins] / left.floor[bins]).max(axis=0) > _STANDS
+    tones, moved = [], np.zeros(components.size, dtype=np.bool_)
+    for index in np.flatnonzero(stands & (strays_far > 0.0) & (carriers < 0.5)).tolist():
+        order, carrier = orders[index], carriers[index]
+        phasor = components.phasor[index] if sign < 0.0 else components.phasor[index].conj()
+        turning = np.exp(1j * sign * order * (strays.phase + strays.origin))
+        mixed = mixed_down(steps, carriers[[index]], components.center)[:, 0]
+        turning, middles = turning[: mixed.size], strays.middles[: mixed.size]
+        mixed += 0.5 * phasor * (np.exp(1j * order * speed) - 1.0) * turning
+        # Within a bin and a half, an eighth of one apart.
+        apart = np.arange(-12, 13) / (8.0 * steps.size)
+        means = np.exp(-2j * np.pi * np.outer(apart, middles)) @ mixed / mixed.size
+        best = int(np.argmax(np.abs(means)))
+        frequency = float(carrier + apart[best])
+        tone = mixed * np.exp(-2j * np.pi * apart[best] * middles)
+        level = float(levels[index]) / steps.size
+        if _is_better(tone, mixed * turning.conj(), level):
+            moved[index] = True
+            step = np.exp(2j * np.pi * frequency) - 1.0
+            tones.append((frequency, np.conj(2.0 * means[best] / step)))
+    if not tones:
+        return None
+    frequencies, phasors = (np.array(each) for each in zip(*tones, strict=True))
+    in_time = components_of(steps.size + 1, frequencies=frequencies, phasor=phasors)
+    return joined(components.select(~moved), in_time)
+
+
+def _is_better(turned: ComplexArray, mixed: ComplexArray, level: float) -> bool:
+    """Whether a line mixed down by one phase is more of a line than by another.
 
     `level` is the noise in the power of a mean of all increments.
     """
-    turned = mixed * np.exp(-1j * np.sign(strays.rate) * order * strays.phase[: mixed.size])
     gain = np.abs(turned.mean()) ** 2 - np.abs(mixed.mean()) ** 2
     if gain <= _BETTER * level:
         return False

@@ -49,11 +49,14 @@ class Wander(NamedTuple):
         (means,) middle of each, in samples from mid-record.
     phase
         (means,) mean table angle less that of a steady rate, rad.
+    origin
+        That of a steady rate in mid-record, rad.
     """
 
     rate: float
     middles: FloatArray
     phase: FloatArray
+    origin: float
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -182,7 +185,8 @@ class Sampling:
         # A net rate below half of the mean speed is of a table that goes back and forth.
         if abs(rate) < 0.5 * abs(self.mean_rate) / self.sample_rate:
             return None
-        return Wander(rate=rate, middles=middles, phase=angle - angle.mean() - rate * number)
+        phase, origin = angle - angle.mean() - rate * number, angle.mean() - rate * middles.mean()
+        return Wander(rate=rate, middles=middles, phase=phase, origin=float(origin))
 
 
 def speeds(table: FloatArray) -> FloatArray:

@@ -269,7 +269,7 @@ class Profile:
 
     @property
     def turning(self) -> BooleanArray:
-        """(samples,) false in the seconds in which a table that turns stands still, without jitter."""
+        """(samples,) false in the seconds in which a table that turns stands still."""
         return self._beside(np.flatnonzero(np.abs(self.rates) < 0.1 * self.usual_rate), seconds=1)
 
     def _beside(self, rates: IntegerArray, seconds: int) -> BooleanArray:
