@@ -477,3 +477,20 @@ def test_over_half_a_turn_a_function_of_the_angle_takes_the_place_of_orders():
     frequency, density = signal.welch(np.diff(removal.residual), 100.0, nperseg=8192)
     slow = (frequency > 0.1) & (frequency < 1.5)
     assert np.median(density[slow]) == pytest.approx(2.0 * 1e-16 / 100.0, rel=0.5)
+
+
+@pytest.mark.parametrize("scale", ["time", "angle"])
+def test_a_tone_on_an_order_is_told_from_it_where_the_rate_wanders(scale):
+    """8 Hz at 40 deg/s, order 72: named so, it left sidebands that were taken for vibration."""
+    rng, rate, samples = np.random.default_rng(14), 100.0, 60_000
+    servo = signal.lfilter([np.sqrt(1.0 - 0.967**2)], [1.0, -0.967], rng.standard_normal(samples))
+    table = np.deg2rad(np.cumsum(40.0 + 0.01 * servo)) / rate
+    phase = 2.0 * np.pi * 8.0 * np.arange(samples) / rate if scale == "time" else 72.0 * table
+    angle = 2.5e-7 * np.cos(phase) + np.cumsum(1.7e-9 * rng.standard_normal(samples))
+    removal = remove_lines(angle, table, rate, channel="x-z")
+    # Order 1 is not told from Earth rate.
+    [line] = [line for line in removal.lines if line.frequency != 1.0]
+    assert line.scale == scale
+    assert line.frequency == pytest.approx(8.0 if scale == "time" else 72.0, abs=1e-5)
+    assert abs(line.amplitude - 2.5e-7) < 4.0 * line.amplitude_error
+    assert not [note for note in removal.notes if "vibration" in note.text]

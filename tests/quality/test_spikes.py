@@ -86,7 +86,7 @@ def test_a_strong_line_has_no_spike_where_the_recording_ends(phase):
 @pytest.mark.parametrize("samples", [60_000, 2**16 + 1, 2**16 + 2])
 @pytest.mark.parametrize(("place", "height"), [(0, 0.0), (1000, 1e3), (-1000, -1e3)])
 def test_a_table_that_sweeps_has_no_spike_where_the_recording_ends(samples, place, height):
-    """Its second sample was one, where the rate rises by 30 times the noise from each to the next."""
+    """Its second sample was one; its rate rises by 30 times the noise from each to the next."""
     noise = np.random.default_rng(9).standard_normal(samples)
     noise[place] += height
     sweep = 30.0 * samples / (2.0 * np.pi) * np.sin(2.0 * np.pi * np.arange(samples) / samples)

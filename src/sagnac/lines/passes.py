@@ -16,7 +16,7 @@ from sagnac.core.arrays import BooleanArray, ComplexArray, FloatArray, blocks
 from sagnac.core.units import EARTH_RATE
 from sagnac.lines import detection, joint_fit
 from sagnac.lines.components import Components, components_of, joined, mixed_down
-from sagnac.lines.sampling import MIX_BLOCK, Sampling
+from sagnac.lines.sampling import MIX_BLOCK, Sampling, Wander
 from sagnac.lines.state import State
 from sagnac.lines.wandering import clusters, fit_drifting
 from sagnac.table.kinematics import Kinematics, tells_drift
@@ -280,40 +280,55 @@ def timed_components(
     left
         Of the steps.
     """
-    orders, strays = components.orders, sampled.wander
-    if strays is None or orders.size == 0:
+    strays = sampled.wander
+    if strays is None or components.orders.size == 0:
         return None
-    speed, sign = abs(strays.rate), np.sign(strays.rate)
-    carriers, size = orders * speed / (2.0 * np.pi), 2 * (left.floor.size - 1)
-    centers = np.rint(carriers * size).astype(np.int64)
-    beside = centers + np.arange(-_SIDEBANDS, _SIDEBANDS + 1)[:, np.newaxis]
-    bins = np.clip(beside, 0, left.floor.size - 1)
-    strays_far = orders * float(np.std(strays.phase)) * np.abs(components.phasor[: orders.size])
-    stands = (left.power[::2][bins] / left.floor[bins]).max(axis=0) > _STANDS
-    tones, moved = [], np.zeros(components.size, dtype=np.bool_)
-    for index in np.flatnonzero(stands & (strays_far > 0.0) & (carriers < 0.5)).tolist():
-        order, carrier = orders[index], carriers[index]
-        phasor = components.phasor[index] if sign < 0.0 else components.phasor[index].conj()
-        turning = np.exp(1j * sign * order * (strays.phase + strays.origin))
-        mixed = mixed_down(steps, carriers[[index]], components.center)[:, 0]
-        turning, middles = turning[: mixed.size], strays.middles[: mixed.size]
-        mixed += 0.5 * phasor * (np.exp(1j * order * speed) - 1.0) * turning
-        # Within a bin and a half, an eighth of one apart.
-        apart = np.arange(-12, 13) / (8.0 * steps.size)
-        means = np.exp(-2j * np.pi * np.outer(apart, middles)) @ mixed / mixed.size
-        best = int(np.argmax(np.abs(means)))
-        frequency = float(carrier + apart[best])
-        tone = mixed * np.exp(-2j * np.pi * apart[best] * middles)
-        level = float(levels[index]) / steps.size
-        if _is_better(tone, mixed * turning.conj(), level):
+    moved, tones = np.zeros(components.size, dtype=np.bool_), []
+    for index in _with_sidebands(components, strays, left):
+        order, phasor = float(components.orders[index]), complex(components.phasor[index])
+        tone = _tone_of(order, phasor, steps, strays, float(levels[index]))
+        if tone is not None:
             moved[index] = True
-            step = np.exp(2j * np.pi * frequency) - 1.0
-            tones.append((frequency, np.conj(2.0 * means[best] / step)))
+            tones.append(tone)
     if not tones:
         return None
     frequencies, phasors = (np.array(each) for each in zip(*tones, strict=True))
     in_time = components_of(steps.size + 1, frequencies=frequencies, phasor=phasors)
     return joined(components.select(~moved), in_time)
+
+
+def _with_sidebands(components: Components, strays: Wander, left: detection.Spectrum) -> list[int]:
+    """Places of the orders beside whose mean frequency something stands above the floor."""
+    bins = components.orders * abs(strays.rate) / (2.0 * np.pi) * 2.0 * (left.floor.size - 1)
+    places = np.rint(bins).astype(np.int64) + np.arange(-_SIDEBANDS, _SIDEBANDS + 1)[:, np.newaxis]
+    places = np.clip(places, 0, left.floor.size - 1)
+    highest = (left.power[::2][places] / left.floor[places]).max(axis=0)
+    return np.flatnonzero((highest > _STANDS) & (bins < left.floor.size - 1)).tolist()
+
+
+def _tone_of(
+    order: float, phasor: complex, steps: FloatArray, strays: Wander, level: float
+) -> tuple[float, complex] | None:
+    """Frequency, cycles a sample, and phasor of the tone that an order is; None if it is none.
+
+    `level` is the noise floor of the order, whose phasor is out of the steps.
+    """
+    speed, sign = abs(strays.rate), float(np.sign(strays.rate))
+    carrier, forwards = order * speed / (2.0 * np.pi), phasor.conjugate() if sign > 0.0 else phasor
+    mixed = mixed_down(steps, np.array([carrier]), 0.5 * steps.size)[:, 0]
+    turning = np.exp(1j * sign * order * (strays.phase + strays.origin))[: mixed.size]
+    mixed += 0.5 * forwards * (np.exp(1j * order * speed) - 1.0) * turning
+    # Within a bin and a half, an eighth of one apart.
+    apart = np.arange(-12, 13) / (8.0 * steps.size)
+    waves = np.exp(-2j * np.pi * np.outer(apart, strays.middles[: mixed.size]))
+    means = waves @ mixed / mixed.size
+    best = int(np.argmax(np.abs(means)))
+    if not _is_better(mixed * waves[best], mixed * turning.conj(), level / steps.size):
+        return None
+    frequency = carrier + float(apart[best])
+    return frequency, complex(
+        2.0 * means[best] / (np.exp(2j * np.pi * frequency) - 1.0)
+    ).conjugate()
 
 
 def _is_better(turned: ComplexArray, mixed: ComplexArray, level: float) -> bool:
