@@ -1,5 +1,6 @@
 """Lines as they are reported: amplitude, phase, errors, what each is, and the noise they take."""
 
+import math
 from dataclasses import replace
 from typing import Final
 
@@ -32,10 +33,19 @@ def describe_lines(state: State, channel: str) -> tuple[Line, ...]:
     if state.fit is not None and state.fit.components.size:
         lines += _of_fit(state.fit, state, channel)
     lines = sorted(lines, key=lambda line: -line.significance)
-    return tuple(
+    named = (
         line if line.name else replace(line, name=_name(line, tuple(lines[:rank]), state))
         for rank, line in enumerate(lines)
     )
+    return tuple(sorted(map(_beside_earth, named), key=lambda line: -line.significance))
+
+
+def _beside_earth(line: Line) -> Line:
+    """Order 1 as significant as it is beside what Earth rate may make of it; others as they are."""
+    if line.scale == "time" or line.frequency != 1.0:
+        return line
+    alone = (line.amplitude / max(line.amplitude_error, math.ulp(0.0))) ** 2
+    return replace(line, significance=min(line.significance, alone))
 
 
 # --- amplitude, phase and errors -------------------------------------------------------------
