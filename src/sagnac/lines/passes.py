@@ -204,6 +204,9 @@ _AT_ONCE: Final = 0.01
 # floor one of them stands: noise does so once in 2e8 bins.
 _SIDEBANDS: Final = 20
 _STANDS: Final = 20.0
+# Radians rms by which an order strays from a tone at the least: errors of the table angle stray by
+# 0.003 at order 64 of a steady table of the disturbed hundred.
+_STRAYS: Final = 0.02
 
 
 def rescaled_components(
@@ -298,12 +301,13 @@ def timed_components(
 
 
 def _with_sidebands(components: Components, strays: Wander, left: detection.Spectrum) -> list[int]:
-    """Places of the orders beside whose mean frequency something stands above the floor."""
+    """Places of the orders that stray, beside whose mean frequency something stands."""
     bins = components.orders * abs(strays.rate) / (2.0 * np.pi) * 2.0 * (left.floor.size - 1)
     places = np.rint(bins).astype(np.int64) + np.arange(-_SIDEBANDS, _SIDEBANDS + 1)[:, np.newaxis]
     places = np.clip(places, 0, left.floor.size - 1)
     highest = (left.power[::2][places] / left.floor[places]).max(axis=0)
-    return np.flatnonzero((highest > _STANDS) & (bins < left.floor.size - 1)).tolist()
+    strays_far = components.orders * float(np.std(strays.phase)) > _STRAYS
+    return np.flatnonzero(strays_far & (highest > _STANDS) & (bins < left.floor.size - 1)).tolist()
 
 
 def _tone_of(
@@ -323,7 +327,11 @@ def _tone_of(
     waves = np.exp(-2j * np.pi * np.outer(apart, strays.middles[: mixed.size]))
     means = waves @ mixed / mixed.size
     best = int(np.argmax(np.abs(means)))
-    if not _is_better(mixed * waves[best], mixed * turning.conj(), level / steps.size):
+    # What the wander of the table takes from a tone, whose frequency differs from the order's.
+    wander = 1.0 - math.exp(-float(np.var(order * strays.phase)))
+    lost = 1.0 - abs(np.mean(mixed * turning.conj()) / means[best]) ** 2
+    tone = mixed * waves[best]
+    if lost < 0.5 * wander or not _is_better(tone, mixed * turning.conj(), level / steps.size):
         return None
     frequency = carrier + float(apart[best])
     return frequency, complex(
