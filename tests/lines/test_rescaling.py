@@ -85,6 +85,20 @@ def test_what_keeps_its_frequency_stays_in_time():
     assert rescaled(found, angle_of_tone(found)) is None
 
 
+@pytest.mark.parametrize("phase", [0.0, 1.6, 3.1, 4.7])
+def test_a_weak_tone_beside_a_strong_one_is_no_order(phase):
+    """Where the wander of the table puts a sideband of the strong one: 50.03 beside 50 Hz was."""
+    table = STEADY + 0.05 * np.sin(2.0 * np.pi * 12.0 * NUMBER / SAMPLES)
+    strong = 15.0 * wandered(table).rate / (2.0 * np.pi)
+    found = components_of(
+        SAMPLES,
+        frequencies=np.array([strong, strong + 12.0 / SAMPLES]),
+        phasor=np.array([1.0, 0.1 * np.exp(1j * phase)]),
+    )
+    noise = NOISE * np.random.default_rng(1).standard_normal(SAMPLES - 1)
+    assert rescaled_components(found, noise, sampled(table), np.full(2, NOISE**2)) is None
+
+
 def test_at_a_steady_rate_a_tone_and_an_order_are_one():
     found = tone(5.0)
     assert rescaled(found, np.cos(5.0 * (STEADY - STEADY.mean())), STEADY) is None

@@ -241,19 +241,18 @@ def rescaled_components(
     shown = orders * float(np.std(strays.phase)) * strength >= 6.0
     moved = np.zeros(components.size, dtype=bool)
     for carrier, means in _mixed_down(steps, frequencies[shown], components.center):
-        around, middles = means, strays.middles[: means.size]
-        # The tones about it are put back: they may be sidebands that the table's wander makes of
-        # one order.
-        reach = min(0.1 * carrier, 0.25 / MIX_BLOCK)
-        for other in np.flatnonzero(np.abs(frequencies - carrier) < reach):
-            turning = np.exp(2j * np.pi * (frequencies[other] - carrier) * middles)
-            around += 0.5 * phasors[other] * turning
-        apart = frequencies - carrier
+        middles, apart = strays.middles[: means.size], frequencies - carrier
+        near = np.abs(apart) < min(0.1 * carrier, 0.25 / MIX_BLOCK)
         for index in np.flatnonzero(shown & (apart >= 0.0) & (apart <= _AT_ONCE / MIX_BLOCK)):
-            mixed = around * np.exp(-2j * np.pi * apart[index] * middles)
+            # Itself and the weaker tones about it are put back: they may be sidebands that the
+            # table's wander makes of one order.
+            back = np.flatnonzero(near & (np.abs(phasors) <= np.abs(phasors[index])))
+            waves = np.exp(2j * np.pi * np.outer(middles, apart[back]))
+            mixed = means + 0.5 * (waves @ phasors[back])
+            mixed *= np.exp(-2j * np.pi * apart[index] * middles)
             turning = np.sign(strays.rate) * orders[index] * strays.phase[: mixed.size]
             level = float(levels[angles + index]) / steps.size
-            moved[angles + index] = _is_better(mixed * np.exp(-1j * turning), mixed, level)
+            moved[angles + index] = _is_better(mixed, np.exp(-1j * turning), level)
     if not moved.any():
         return None
     orders = orders[moved[angles:]]
@@ -327,30 +326,30 @@ def _tone_of(
     waves = np.exp(-2j * np.pi * np.outer(apart, strays.middles[: mixed.size]))
     means = waves @ mixed / mixed.size
     best = int(np.argmax(np.abs(means)))
-    # What the wander of the table takes from a tone, whose frequency differs from the order's.
-    wander = 1.0 - math.exp(-float(np.var(order * strays.phase)))
-    lost = 1.0 - abs(np.mean(mixed * turning.conj()) / means[best]) ** 2
-    tone = mixed * waves[best]
-    if lost < 0.5 * wander or not _is_better(tone, mixed * turning.conj(), level / steps.size):
+    if not _is_better(mixed * turning.conj(), waves[best] * turning, level / steps.size):
         return None
     frequency = carrier + float(apart[best])
-    return frequency, complex(
-        2.0 * means[best] / (np.exp(2j * np.pi * frequency) - 1.0)
-    ).conjugate()
+    step = np.exp(2j * np.pi * frequency) - 1.0
+    return frequency, complex(2.0 * means[best] / step).conjugate()
 
 
-def _is_better(turned: ComplexArray, mixed: ComplexArray, level: float) -> bool:
-    """Whether a line mixed down by one phase is more of a line than by another.
+def _is_better(mixed: ComplexArray, turning: ComplexArray, level: float) -> bool:
+    """Whether what was mixed down from a line is more of one if it is turned.
 
     `level` is the noise in the power of a mean of all increments.
     """
-    gain = np.abs(turned.mean()) ** 2 - np.abs(mixed.mean()) ** 2
-    if gain <= _BETTER * level:
+    turned = mixed * turning
+    power = float(np.abs(turned.mean())) ** 2
+    gain = power - float(np.abs(mixed.mean())) ** 2
+    # All that turning takes from a line that stays, a line that needs it gains. Of a line beside a
+    # stronger one chance makes a part of it.
+    takes = 1.0 - float(np.abs(turning.mean())) ** 2
+    if gain <= max(_BETTER * level, 0.5 * takes * power):
         return False
     # Power of a mean that what stands beside zero frequency would make. The median of noise is ln 2
     # of its mean; the squares of a Hann window add up to 3/8.
-    power = np.abs(np.fft.fft(turned * np.hanning(turned.size))) ** 2
-    beside = float(np.median(np.concatenate([power[_BESIDE], power[-_BESIDE]])))
+    spectrum = np.abs(np.fft.fft(turned * np.hanning(turned.size))) ** 2
+    beside = float(np.median(np.concatenate([spectrum[_BESIDE], spectrum[-_BESIDE]])))
     return bool(gain > _BETTER * beside / (math.log(2.0) * 0.375 * turned.size**2))
 
 
