@@ -85,6 +85,23 @@ def test_second_start_does_nothing_again_and_says_the_same(rack, done) -> None:
     assert all(path.stat().st_mtime_ns == then for path, then in times.items())
 
 
+def test_a_campaign_within_its_own_recordings_goes_on(tmp_path) -> None:
+    for number, name in enumerate(("A_day1", "B_day1")):
+        write_recording(tmp_path / f"{name}.parquet", seed=number, seconds=20.0)
+    words = (tmp_path, "-o", tmp_path / "out", "--workers", 1, "--spec", "2e-3 deg/sqrt(h)")
+    first, again = campaign(*words), campaign(*words)
+    assert first[0] == again[0] == 0, again
+    for _, said, _ in (first, again):
+        assert "2 of 2 units pass, yield 100 %" in said
+    assert "0 rows analyzed now, 2 kept" in again[1]
+    # Nor are the tables of one campaign, or of a report, units of the next.
+    rows = table(tmp_path / "out")
+    assert main(["analyze", rows[0]["file"], "-o", str(tmp_path / "A-report")]) == 0
+    status, said, errors = campaign(*words[:2], tmp_path / "more", *words[3:])
+    assert (status, errors.count("no such column")) == (0, 0), errors
+    assert "2 of 2 units pass" in said
+
+
 def test_campaign_that_was_ended_goes_on(rack, done, tmp_path) -> None:
     _, whole = done
     files = [str(rack / f"{name}_day1.parquet") for name in "ABC"]

@@ -179,6 +179,49 @@ def test_a_campaign_is_covered_by_the_worst_of_each_axis(tmp_path):
     assert full == pytest.approx(alone_full, rel=1e-6)
 
 
+def test_a_lot_names_the_recording_of_each_warning_and_of_n_and_k(tmp_path):
+    """The first is the louder one at short times, the second at long ones, and settles."""
+    found = {"level": "warning", "channel": "x", "name": "spikes", "effect": None}
+    found["text"] = "has spikes"
+    settles = found | {"level": "remark", "name": "warm-up", "text": "settles"}
+    steady = found | {"level": "remark", "name": "steady", "text": "is steady"}
+    for number, findings in enumerate(([found, steady], [settles])):
+        folder = tmp_path / "reports" / f"U{number}"
+        folder.mkdir(parents=True)
+        path = document(folder, gyros=("x",))
+        stated = json.loads(path.read_text(encoding="utf-8"))
+        tau = np.array(stated["curve"]["tau_s"])
+        rise = np.hypot(1.0, tau / 10.0) if number else np.full(tau.size, 3.0)
+        for key in ("deviation_deg_per_h", "low", "high"):
+            stated["curve"][key] = (rise * stated["curve"][key]).tolist()
+        where = stated["input"] | {"path": f"rack/U{number}.csv", "sha256": "ab"}
+        changed(path, curve=stated["curve"], input=where, findings=findings)
+    lot, one = (
+        sagnac.export(tmp_path / "reports" / name, tool="kalibr").text for name in ("", "U1")
+    )
+    assert "From rack/U0.csv, SHA-256 ab (N); rack/U1.csv, SHA-256 ab (K)" in lot
+    assert "Warning: rack/U0.csv: x: has spikes" in lot
+    assert "Warning: rack/U1.csv: x: settles" in lot
+    assert "steady" not in lot
+    # One alone needs no name at each line.
+    assert "# From rack/U1.csv, SHA-256 ab\n" in one
+    assert "Warning: x: settles" in one
+
+
+@pytest.mark.parametrize("warms", [True, False])
+def test_a_warm_up_that_raises_the_walk_is_said_with_the_settings(warms, tmp_path):
+    """The answer is without it, the curve is not: twenty minutes that settle by 500 deg/h."""
+    time = np.arange(24_000) / 20.0
+    rate = 9.0 * np.sqrt(20.0) * np.random.default_rng(6).standard_normal(time.size)
+    rate -= 500.0 * warms * np.exp(-time / 300.0)
+    still = sagnac.Recording.from_arrays(x=rate, kind="rate", unit="deg/h", sample_rate=20.0)
+    text = sagnac.export(sagnac.analyze(still), tool="kalibr").text
+    assert ("Warning: x: the rate settles by" in text) is warms
+    walk = float(keys(text)["gyroscope_random_walk"])
+    # In rad/s^2/sqrt(Hz); nothing walks here.
+    assert bool(walk > np.radians(100.0 / 3600.0 / 60.0)) is warms
+
+
 @pytest.mark.parametrize(("command", "hum"), [("avar", True), ("avar", False), ("analyze", True)])
 def test_an_n_that_lines_inflate_names_them_and_the_command_that_removes_them(
     command, hum, capsys, tmp_path

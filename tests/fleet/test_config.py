@@ -77,6 +77,34 @@ def test_folder_gives_its_recordings_in_order(tmp_path) -> None:
     assert names == ["A_1.csv", "A_2.csv", "b.parquet"]
 
 
+def test_folder_leaves_out_what_a_campaign_and_a_report_wrote_into_it(tmp_path) -> None:
+    """Tables of results are no recordings; files of their names that nobody marked are."""
+    written(tmp_path, "")
+    marks = {
+        "out/index.html": '<meta name="generator" content="sagnac 0.1.0">',
+        "A_1-report/analysis.json": '{"schema": "sagnac.analysis/1"}',
+        "log/index.html": "<html>of a logger</html>",
+        "log/analysis.json": "{}",
+    }
+    for name, text in marks.items():
+        (tmp_path / name).parent.mkdir(exist_ok=True)
+        (tmp_path / name).write_text(text)
+    tables = "campaign.csv", "campaign.parquet", "lines.csv", "psd.csv"
+    for place in ("out", "A_1-report", "log"):
+        for name in tables:
+            (tmp_path / place / name).touch()
+    (tmp_path / "out" / "late.csv").touch()
+    names = [Path(task.path).relative_to(tmp_path) for task in tasks_of([tmp_path], Choices())]
+    of_report = [f"A_1-report/{name}" for name in tables[:2]]
+    of_campaign = ["out/late.csv", *(f"out/{name}" for name in tables[2:])]
+    of_logger = [f"log/{name}" for name in tables]
+    rack = ["A_1.csv", "A_2.csv", "b.parquet"]
+    assert sorted(map(str, names)) == sorted([*of_report, *rack, *of_logger, *of_campaign])
+    # One that is named is taken at its word.
+    (named,) = tasks_of([tmp_path / "out" / "campaign.csv"], Choices())
+    assert named.path == str(tmp_path / "out" / "campaign.csv")
+
+
 @pytest.mark.parametrize(
     ("text", "said"),
     [

@@ -71,3 +71,25 @@ def test_intervals_hold_if_every_unit_has_days_of_its_own(truth: tuple[float, ..
     shares = {name: count / CAMPAIGNS for name, count in held.items()}
     print(shares)
     assert all(0.93 <= share <= 0.97 for share in shares.values()), shares
+
+
+@pytest.mark.statistics
+@pytest.mark.parametrize("wide", [(0.18,), (0.15, 0.07), (0.1,) * 4])
+@pytest.mark.parametrize("honest", [True, False], ids=["as wide", "as the rest"])
+def test_intervals_hold_beside_runs_that_are_known_less_well(wide, honest) -> None:
+    """24 units, some with intervals of 10 to 18 %, which are as far off as these say, or less."""
+    random, held = np.random.default_rng(22), np.zeros(2)
+    known = np.full(24, 0.015)
+    known[: len(wide)] = wide
+    for _ in range(CAMPAIGNS):
+        off = (known if honest else 0.015) * random.standard_normal(24)
+        design = design_of(random.normal(0.0, 0.04, 24) + off, {}, known**2)
+        outlook = Outlook(design=design, components=restricted_components(design))
+        further = random.normal(0.0, np.hypot(0.04, 0.015))
+        for place, (located, true) in enumerate(
+            ((outlook.mean, 0.0), (outlook.further_run({}), further))
+        ):
+            held[place] += abs(located.value - true) <= located.reach(0.95)
+    shares = held / CAMPAIGNS
+    print(shares)
+    assert np.all((shares >= 0.92) & (shares <= 0.98)), shares

@@ -141,6 +141,17 @@ def test_terminal_counts_the_recordings_that_show_no_n(tmp_path) -> None:
     assert "x: 10 of 10 recordings analyzed\n" in text
 
 
+def test_terminal_counts_a_recording_that_could_not_be_read_for_every_gyro(tmp_path) -> None:
+    """Which gyros it would have had, nobody stated; a failure of another method is not counted."""
+    lines = [replace(one, method="fos") for one in rack_with_a_wrong_unit()]
+    failed = [replace(lines[0], file="cut.csv", state="failed", status="", gyros="", reason="cut")]
+    failed += [replace(failed[0], file="other.csv", method="none")]
+    rows = tuple(Row(task=Task(path=one.file), state="done") for one in lines)
+    text = terminal_text(Campaign(rows=rows, computed=0), [*lines, *failed], 0)
+    for gyro in "xyz":
+        assert f"{gyro}: 12 of 13 recordings analyzed" in text
+
+
 def test_a_drift_of_n_falls_by_no_more_than_its_whole(tmp_path) -> None:
     lines = rack_with_a_wrong_unit()
     rows = tuple(Row(task=Task(path=one.file), state="done") for one in lines)

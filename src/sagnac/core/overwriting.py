@@ -131,6 +131,11 @@ def earlier_files(outputs: Outputs) -> list[Path]:
     return [path for path in outputs.paths if path.is_symlink() or path.exists()]
 
 
+def results_in(folder: Path) -> set[Path]:
+    """The files in a folder that earlier runs of any kind wrote as results."""
+    return {path for what in _FOLDERS for path in earlier_files(outputs_in(folder, what))}
+
+
 def of_export(path: Path, tool: str) -> Outputs:
     """The settings of a filter."""
     return Outputs(paths=(path,), mark=path, kind="filter" if tool == "json" else "settings")

@@ -267,14 +267,15 @@ def terminal_text(campaign: Campaign, lines: Lines, replaced: int) -> str:
     groups, whole = groups_of(lines), list(filter(is_whole, lines))
     # The command names these files itself, among its errors.
     failed = {row.task.key for row in campaign.failed}
-    of_group = [(one.method, one.gyros) for one in whole]
+    # A file that could not be read tells no gyros: it is one less for each.
+    named = [(one.method, one.gyros) for one in whole]
     return rendered(
         "campaign.txt",
         campaign=campaign,
         lines=lines,
         whole=len(whole),
         groups=[
-            (*key, own, of_group.count(key), scatter.answer, scatter.lines)
+            (*key, own, sum(map(named.count, (key, (key[0], "")))), scatter.answer, scatter.lines)
             for key, own in groups.items()
             for scatter in [table.scatter_of(own)]
         ],

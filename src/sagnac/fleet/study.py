@@ -160,9 +160,14 @@ class Outlook:
     def mean_squares(self) -> Mapping[str, MeanSquare]:
         """By factor, and of ``run``; none below what the known variances and runs put into it."""
         design, squares, variances = self.design, {}, {"run": 0.0}
+        covariance = designs.covariance_of(design, self.components)
         for name in ("run", *design.seen):
             contrasts = design.contrasts(name)
             freedom = contrasts.shape[1]
+            # Each counts by how well it is known, or a few wide intervals make up all of `known`.
+            root = np.linalg.cholesky(contrasts.T @ covariance @ contrasts)
+            contrasts = np.linalg.solve(root, contrasts.T).T
+            contrasts *= math.sqrt(freedom) / float(np.linalg.norm(contrasts))
             mean = float(np.sum((contrasts.T @ design.values) ** 2)) / freedom
             known = float(design.variances @ np.sum(contrasts**2, axis=1)) / freedom
             per = {

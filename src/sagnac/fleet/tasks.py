@@ -21,6 +21,7 @@ from sagnac.analysis.pipeline import analyze
 from sagnac.analysis.settings import Settings
 from sagnac.core.documents import ANY, NUMBER, TEXT, TEXTS, listed, read_toml, table
 from sagnac.core.errors import MissingExtra, RecordingError, quoted, refusal, require_choice
+from sagnac.core.overwriting import results_in
 from sagnac.core.version import __version__
 from sagnac.core.whole_files import made, write_text
 from sagnac.fleet.study import FACTORS
@@ -188,6 +189,9 @@ def _files_of(source: Path) -> list[Path]:
         return [source]
     inside = sorted(source.rglob("*"))
     files = [one for one in inside if one.suffix.lower() in _SUFFIXES and one.is_file()]
+    # The table of an earlier campaign or report in there is no recording, and so of no unit.
+    results = set[Path]().union(*map(results_in, {one.parent for one in files}))
+    files = [one for one in files if one not in results]
     if not files:
         remedy = f"name files that end in one of {', '.join(sorted(_SUFFIXES))}"
         raise RecordingError("holds no recording", path=str(source), remedy=remedy)

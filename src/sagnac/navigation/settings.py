@@ -243,7 +243,9 @@ def _doubts(name: str, names: Sequence[str], *documents: Mapping[str, Any]) -> t
     doubts = []
     for one in chain.from_iterable(document.get("findings", ()) for document in documents):
         of = set(re.split(r", |-", one["channel"]))
-        if one["level"] != "remark" and (name in of or not of <= set(names)):
+        # A warm-up was taken off N alone: the walk of a setting lies above it in the curve.
+        counts = one["level"] != "remark" or one.get("name") == "warm-up"
+        if counts and (name in of or not of <= set(names)):
             doubts.append(f"{one['channel']}: {one['text']}".removeprefix(": "))
     if any(document.get("settings", {}).get("covariates") for document in documents):
         # A filter that is given the rates as they are does not expect that drift.
@@ -317,8 +319,11 @@ def worst(settings: Sequence[FilterSetting]) -> FilterSetting:
     # A walk that one of them shows is no bound.
     seen = math.isnan(farthest.walk_bound)
     bound = math.nan if seen else float(np.nanmax([one.walk_bound for one in settings]))
-    doubts = tuple(dict.fromkeys(doubt for one in settings for doubt in one.doubts))
-    loudest = replace(loudest, name=name, walk_bound=bound, doubts=doubts)
+    # Of several recordings each doubt has its file.
+    several = len({one.source for one in settings}) > 1
+    files = [f"{one.source.rpartition(', SHA-256')[0]}: " * several for one in settings]
+    of = [file + doubt for file, one in zip(files, settings, strict=True) for doubt in one.doubts]
+    loudest = replace(loudest, name=name, walk_bound=bound, doubts=tuple(dict.fromkeys(of)))
     limits = [one.limit for one in settings if one.limit is not None]
     if len(settings) == 1 or len(limits) < len(settings):
         return loudest
@@ -328,7 +333,10 @@ def worst(settings: Sequence[FilterSetting]) -> FilterSetting:
     angle = any(one.angle > 0.0 for one in full)
     covering = models.overbound(limit, most_markov=most, least_white=least, angle=angle)
     simple = models.FilterModel(white=loudest.simple.white, walk=farthest.simple.walk)
-    return replace(loudest, simple=simple, full=covering, limit=limit)
+    source = loudest.source
+    if source != farthest.source:
+        source = f"{source} (N); {farthest.source} (K)"
+    return replace(loudest, simple=simple, full=covering, limit=limit, source=source)
 
 
 def by_name(settings: Sequence[FilterSetting]) -> tuple[FilterSetting, ...]:
