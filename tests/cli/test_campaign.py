@@ -148,3 +148,20 @@ def test_sizes_of_memory() -> None:
     for wrong in ("", "0", "4 pounds", "-1GB"):
         with pytest.raises(ValueError, match="give a size"):
             memory_size(wrong)
+
+
+def test_a_mistyped_source_leaves_an_earlier_table_as_it_is(rack, done, tmp_path) -> None:
+    """It made a table of one row that could not be read, in place of the earlier one."""
+    _, output = done
+    before = (output / "campaign.csv").read_bytes()
+    status, _, errors = campaign(tmp_path / "rakc", "-o", output)
+    assert status == 1
+    assert errors.endswith("rakc: no such file; check the path\n")
+    assert (output / "campaign.csv").read_bytes() == before
+    # One of several is a row that says so.
+    status, said, errors = campaign(
+        rack / "A_day1.parquet", tmp_path / "rakc", "-o", tmp_path / "o"
+    )
+    assert status == 1
+    assert "rakc: no such file" in errors
+    assert [row["state"] for row in table(tmp_path / "o")] == ["done", "failed"]

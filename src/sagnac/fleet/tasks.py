@@ -175,10 +175,13 @@ def tasks_of(sources: Sequence[Path], choices: Choices) -> tuple[Task, ...]:
     Raises
     ------
     RecordingError
-        If a source does not exist, a folder holds no recording, or the TOML is wrong.
+        If no source exists, a folder holds no recording, or the TOML is wrong.
     """
     if len(sources) == 1 and sources[0].suffix.lower() == ".toml":
         return _of_toml(sources[0], choices)
+    # Nothing but rows that say so would take the place of an earlier table.
+    if not any(source.exists() for source in sources):
+        raise RecordingError("no such file", path=str(sources[0]), remedy="check the path")
     files = [file for source in sources for file in _files_of(source)]
     return tuple(choices.task(file, {}) for file in dict.fromkeys(files))
 
