@@ -159,9 +159,7 @@ def test_a_mistyped_source_leaves_an_earlier_table_as_it_is(rack, done, tmp_path
     assert errors.endswith("rakc: no such file; check the path\n")
     assert (output / "campaign.csv").read_bytes() == before
     # One of several is a row that says so.
-    status, said, errors = campaign(
-        rack / "A_day1.parquet", tmp_path / "rakc", "-o", tmp_path / "o"
-    )
+    status, _, errors = campaign(rack / "A_day1.parquet", tmp_path / "rakc", "-o", tmp_path / "o")
     assert status == 1
     assert "rakc: no such file" in errors
     assert [row["state"] for row in table(tmp_path / "o")] == ["done", "failed"]
