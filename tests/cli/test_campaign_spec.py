@@ -140,6 +140,14 @@ def test_a_unit_that_cannot_be_measured_counts_in_the_yield(rack, tmp_path, caps
     assert page.count("not measured</span>") == 2
     verdicts = [(row["state"], row["verdict"]) for row in rows(output)]
     assert verdicts == [("done", "pass")] * 2 + [("failed", "undecided")] * 2
+    # Beside units of a pattern a file of none, which cannot be read, is no unit; one of a unit is.
+    for pattern, share in (
+        ("U[0-9]", "1 of 1 unit pass, "),
+        ("U[0-9]|dead", "1 of 2 units pass, "),
+    ):
+        judged = ["campaign", *words, "--pattern", f"(?P<unit>{pattern})", "--spec", "1e-2"]
+        assert main([*judged, "-o", str(output)]) == 1
+        assert f"0 undecided; {share}" in capsys.readouterr().out
     # If nothing is to be kept, nothing is decided.
     assert main(["campaign", *words[1:], "-o", str(tmp_path / "plain")]) == 1
     assert {row["verdict"] for row in rows(tmp_path / "plain")} == {""}

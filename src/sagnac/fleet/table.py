@@ -449,8 +449,13 @@ def yield_of(campaign: Campaign) -> Yield | None:
     """The decisions of a campaign, equal data once; None if nothing was stated to be kept."""
     units: dict[str, list[Decision]] = {}
     unmeasured: set[str] = set()
-    for row, line in zip(campaign.rows, lines_of(campaign.rows), strict=True):
+    lines = lines_of(campaign.rows)
+    labelled = any(line.unit for line in lines)
+    for row, line in zip(campaign.rows, lines, strict=True):
         if not line.verdict or row.task.span is not None or line.same_as:
+            continue
+        # A file beside those of the units that cannot be read is of none: notes, or a list.
+        if labelled and not line.unit and row.state != "done":
             continue
         unit = line.unit or line.file
         decisions = units.setdefault(unit, [])
