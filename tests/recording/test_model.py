@@ -1,11 +1,12 @@
 """Recordings: what they check, and how they are made."""
 
+import pickle
 import sys
 
 import numpy as np
 import pytest
 
-from sagnac.core.errors import MissingExtra, RecordingError
+from sagnac.core.errors import ArgumentError, MissingExtra, RecordingError
 from sagnac.formats import Statement, read
 from sagnac.recording.channel import Channel
 from sagnac.recording.model import Provenance, Recording, second_of
@@ -166,6 +167,18 @@ def test_arrays_that_make_no_recording_are_refused(change, words):
     with pytest.raises(ValueError, match=words) as caught:
         Recording.from_arrays(**{**arguments, **change})
     assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("change", [{"unit": "deg"}, {"kind": "rates"}])
+def test_a_wrong_kind_or_unit_says_which_argument_it_is(change):
+    arguments = {"x": [1.0, 2.0, 3.0], "kind": "rate", "unit": "deg/s", "sample_rate": 1.0}
+    with pytest.raises(ArgumentError) as caught:
+        Recording.from_arrays(**{**arguments, **change})
+    assert [caught.value.argument] == list(change)
+    # As it comes back from a process of its own.
+    again = pickle.loads(pickle.dumps(caught.value))
+    assert str(again) == str(caught.value)
+    assert again.argument == caught.value.argument
 
 
 def test_a_recording_of_no_gyro_is_refused():

@@ -62,7 +62,8 @@ def explain(error: Exception, options: Container[str] = ()) -> int:
         line = error_text(error)
     elif isinstance(error, errors.ArgumentError):
         option = f"--{OPTION_OF.get(error.argument, error.argument).replace('_', '-')}"
-        line = f"{option if option in options else error.argument} {as_typed(error.problem)}"
+        named = option if option in options else error.argument
+        line = f"{error.where}{named} {as_typed(error.problem)}"
     elif is_usage:
         line = as_typed(str(error))
     elif isinstance(error.__cause__, KeyboardInterrupt):

@@ -294,12 +294,12 @@ def counted(count: int, noun: str) -> str:
 class _OfArgument(Exception):
     """What is wrong with an argument, whose name stands apart from the words on it."""
 
-    def __init__(self, argument: str, problem: str) -> None:
-        super().__init__(argument, problem)
-        self.argument, self.problem = argument, problem
+    def __init__(self, argument: str, problem: str, where: str = "") -> None:
+        super().__init__(argument, problem, where)
+        self.argument, self.problem, self.where = argument, problem, where
 
     def __str__(self) -> str:
-        return f"{self.argument} {self.problem}"
+        return f"{self.where}{self.argument} {self.problem}"
 
 
 class ArgumentError(_OfArgument, ValueError):
@@ -311,6 +311,8 @@ class ArgumentError(_OfArgument, ValueError):
         Its name.
     problem
         Its value and what is wrong, with the remedy.
+    where
+        What comes before its name: ``channel x: ``.
 
     Examples
     --------

@@ -15,7 +15,15 @@ from numpy.typing import ArrayLike
 
 from sagnac.core import arrays, errors
 from sagnac.core.arrays import AnyArray, FloatArray, blocks
-from sagnac.core.errors import Note, RecordingError, is_finite, quoted, refusal, require_choice
+from sagnac.core.errors import (
+    ArgumentError,
+    Note,
+    RecordingError,
+    is_finite,
+    quoted,
+    refusal,
+    require_choice,
+)
 from sagnac.core.marks import first_of, is_missing, marked, number_of
 from sagnac.core.units import SENSED, UNITS, Quantity, Sensor, Unit, sizes, split_factor, unit_of
 
@@ -284,8 +292,9 @@ class Conversion:
 def _unit_of_channel(name: str, kind: Kind, unit: str, sensor: Sensor) -> Unit:
     try:
         return unit_of(unit, quantity_of(kind, sensor))
-    except ValueError as error:
-        raise ValueError(f"channel {name} of kind {kind}: {error}") from None
+    except ArgumentError as error:
+        where = f"channel {name} of kind {kind}: "
+        raise refusal(error.argument, error.problem, where) from None
 
 
 def _no_series(values: object) -> str:
