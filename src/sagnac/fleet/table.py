@@ -15,8 +15,7 @@ from scipy.special import betaincinv, ndtri
 from sagnac.core.errors import RecordingError, counted, visible
 from sagnac.core.units import DEGREE_PER_ROOT_HOUR, field_unit
 from sagnac.core.whole_files import replacing, write_text
-from sagnac.fleet.runner import Campaign
-from sagnac.fleet.study import Repeatability, Run, repeatability
+from sagnac.fleet import runner, study
 from sagnac.fleet.tasks import Row
 from sagnac.formats.files import about
 from sagnac.navigation.noise import GyroNoise
@@ -60,10 +59,9 @@ def _estimated(name: str) -> Callable[[Row], float]:
     return number
 
 
-def _gyros(row: Row) -> Sequence[str]:
+def _gyros(row: Row) -> tuple[str, ...]:
     """Names of the gyros of a recording that could be read."""
-    names: Sequence[str] = row.analysis.get("input", {}).get("gyros", ())
-    return names
+    return tuple(row.analysis.get("input", {}).get("gyros", ()))
 
 
 def _rate(row: Row) -> float:
@@ -179,7 +177,7 @@ def _data_of(row: Row) -> object:
     """Fingerprint that no two measurements share: the curve to nine digits, and how it was made."""
     task, analysis = row.task, row.analysis
     if row.state != "done":
-        return task.key, tuple(_gyros(row))
+        return task.key, _gyros(row)
     curve = analysis.get("curve", {}).get("deviation_deg_per_h")
     if not curve:
         return None
@@ -302,7 +300,7 @@ class Scatter:
 
     lines: tuple[Line, ...]
     left_out: int
-    answer: Repeatability | None
+    answer: study.Repeatability | None
     why: str = ""
 
 
@@ -318,7 +316,7 @@ def scatter_of(lines: Sequence[Line], confidence: float | None = None) -> Scatte
     """
     shown = tuple(line for line in lines if line.status == "estimated")
     runs = [
-        Run(
+        study.Run(
             value=line.n_deg_per_sqrt_h,
             low=line.low,
             high=line.high,
@@ -329,7 +327,7 @@ def scatter_of(lines: Sequence[Line], confidence: float | None = None) -> Scatte
     ]
     answer, why = None, ""
     try:
-        answer = repeatability(runs, confidence=confidence or lines[0].confidence)
+        answer = study.repeatability(runs, confidence=confidence or lines[0].confidence)
     except RecordingError as error:
         why = str(error)
     return Scatter(lines=shown, left_out=len(lines) - len(shown), answer=answer, why=why)
@@ -445,7 +443,7 @@ class Yield:
         return f"{passing}, yield {100.0 * passed / units:.0f} % ({ends} %)"
 
 
-def yield_of(campaign: Campaign) -> Yield | None:
+def yield_of(campaign: runner.Campaign) -> Yield | None:
     """The decisions of a campaign, equal data once; None if nothing was stated to be kept."""
     units: dict[str, list[Decision]] = {}
     unmeasured: set[str] = set()
@@ -466,7 +464,7 @@ def yield_of(campaign: Campaign) -> Yield | None:
     return Yield(gyros=gyros, units=tuple(map(overall, units.values())), unmeasured=len(unmeasured))
 
 
-def walk_limits(campaign: Campaign) -> tuple[float, ...]:
+def walk_limits(campaign: runner.Campaign) -> tuple[float, ...]:
     """Limits of N that were stated, deg/sqrt(h)."""
     size = field_unit("angle_random_walk").size
     limits = [one for one in campaign.limits if one.coefficient == "angle_random_walk"]
