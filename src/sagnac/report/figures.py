@@ -20,12 +20,10 @@ from numpy.typing import ArrayLike
 
 from sagnac.analysis.result import Analysis
 from sagnac.analysis.spectra import ByAngle
+from sagnac.core import units, whole_files
 from sagnac.core.arrays import FloatArray
-from sagnac.core.units import DEGREE, DEGREE_PER_HOUR
-from sagnac.core.whole_files import replacing
 from sagnac.noise.cross_spectra import SelfNoise
-from sagnac.report import density, deviation, frame
-from sagnac.report.quantities import reading_cells
+from sagnac.report import density, deviation, frame, quantities
 from sagnac.table.frames import table_to_gyro_matrix
 
 # ---- style -------------------------------------------------------------------------
@@ -210,8 +208,8 @@ def comparison_figure(analyses: Mapping[str, Analysis]) -> Figure:
             reach = np.stack([curve.deviation - curve.low, curve.high - curve.deviation])
             color, marker = _METHOD_STYLES.get(method, (frame.INK, "x"))
             axes.errorbar(
-                curve.tau, curve.deviation / DEGREE_PER_HOUR,
-                yerr=np.maximum(reach, 0.0) / DEGREE_PER_HOUR, color=color, marker=marker,
+                curve.tau, curve.deviation / units.DEGREE_PER_HOUR,
+                yerr=np.maximum(reach, 0.0) / units.DEGREE_PER_HOUR, color=color, marker=marker,
                 linewidth=1.0, elinewidth=0.7, label=f"{method}: {_short_answer(analysis)}",
             )  # fmt: skip
         channel = frame.channel_of(next(iter(analyses.values())))
@@ -277,14 +275,14 @@ def write_png(figure: Figure, path: Path) -> None:
     RecordingError
         If the folder cannot be written to.
     """
-    with mpl.rc_context(STYLE), replacing(path) as temporary:
+    with mpl.rc_context(STYLE), whole_files.replacing(path) as temporary:
         figure.dpi = 200
         fast = {"compress_level": 1}
         FigureCanvasAgg(figure).print_png(temporary, metadata={"Software": None}, pil_kwargs=fast)
 
 
 def _short_answer(analysis: Analysis) -> str:
-    value, _, status = reading_cells(analysis.angle_random_walk, plain=False)
+    value, _, status = quantities.reading_cells(analysis.angle_random_walk, plain=False)
     relation = "= " if status == "estimated" else ""
     return f"N {status}" if status == "not observable" else f"N {relation}{value} °/√h"
 
@@ -292,10 +290,10 @@ def _short_answer(analysis: Analysis) -> str:
 # ---- frames figure -----------------------------------------------------------------
 
 # The eye stands to the south-east, above the table.
-_AZIMUTH: Final = -62.0 * DEGREE
-_HEIGHT: Final = 24.0 * DEGREE
-_TURNED: Final = 38.0 * DEGREE  # of the table since the null indicator
-_HEADING: Final = 25.0 * DEGREE  # of the null indicator from north
+_AZIMUTH: Final = -62.0 * units.DEGREE
+_HEIGHT: Final = 24.0 * units.DEGREE
+_TURNED: Final = 38.0 * units.DEGREE  # of the table since the null indicator
+_HEADING: Final = 25.0 * units.DEGREE  # of the null indicator from north
 _INNER: Final = 0.92  # radius of the inner circle, of the rim's
 
 
@@ -352,6 +350,6 @@ def _draw_table(axes: Axes, null: FloatArray, table: FloatArray) -> None:
     for radius in (1.0, _INNER):
         circle = radius * _around(np.linspace(0.0, 2.0 * np.pi, 361))
         axes.plot(*seen(circle).T, color=frame.QUIET, linewidth=0.8)
-    for mark in _around(np.arange(0.0, 360.0, 5.0) * DEGREE) @ table:
+    for mark in _around(np.arange(0.0, 360.0, 5.0) * units.DEGREE) @ table:
         axes.plot(*seen([_INNER * mark, mark]).T, color=frame.QUIET, linewidth=0.5)
     axes.plot(*seen(null[:1])[0], marker="o", color=frame.ORANGE, markersize=4.5)
