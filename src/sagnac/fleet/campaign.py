@@ -1,6 +1,6 @@
 """A campaign from recordings to its table and page."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass, fields, replace
 from functools import partial
 from inspect import signature
@@ -75,7 +75,7 @@ def campaign(
     workers: int | None = None,
     memory: float | None = None,
     scheduler: str | None = None,
-    told: Callable[[processes.Standing], None] | None = None,
+    told: processes.Told | None = None,
     force: bool = False,
     **choices: Any,
 ) -> CampaignReport:

@@ -17,7 +17,7 @@ from typing import Any, Final
 
 from sagnac.core import processes, whole_files
 from sagnac.core.errors import RecordingError, extra_module
-from sagnac.core.processes import GIBIBYTE, Means, Standing, nobody
+from sagnac.core.processes import GIBIBYTE, Means, Standing, Told, nobody
 from sagnac.core.version import __version__
 from sagnac.fleet.tasks import Row, Task, lost, measure, read_row, span_tasks, with_digest
 from sagnac.verdict.limits import Limit
@@ -25,7 +25,6 @@ from sagnac.verdict.limits import Limit
 _GOES_ON: Final = "start the same campaign again, and it goes on"
 Tasks = Sequence[Task]
 Completed = Callable[[Tasks, Path], Iterator[Row]]
-Told = Callable[[Standing], None]
 
 
 def _row_of(task: Task, future: Any) -> Row:

@@ -34,29 +34,21 @@ def _column(of: Callable[[Row], Any]) -> Any:
     return field(metadata={"of": of})
 
 
-def _number_at(*keys: str | int) -> Callable[[Row], float]:
-    """A number of an analysis by its keys; NaN if there is none."""
-
-    def number(row: Row) -> float:
-        value: Any = row.analysis
-        try:
-            for key in keys:
-                value = value[key]
-        except KeyError:
-            return math.nan
-        return math.nan if value is None else float(value)
-
-    return number
+def _number(row: Row, *keys: str | int) -> float:
+    """A number of an analysis at these keys; NaN without it."""
+    value: Any = row.analysis
+    try:
+        for key in keys:
+            value = value[key]
+    except KeyError:
+        return math.nan
+    return math.nan if value is None else float(value)
 
 
-def _estimated(name: str) -> Callable[[Row], float]:
-    """A coefficient; NaN unless it was estimated."""
-
-    def number(row: Row) -> float:
-        status = row.analysis.get("coefficients", {}).get(name, {}).get("status")
-        return _number_at("coefficients", name, "value")(row) if status == "estimated" else math.nan
-
-    return number
+def _estimated(row: Row, name: str) -> float:
+    """A coefficient in the field's unit, if it was estimated."""
+    status = row.analysis.get("coefficients", {}).get(name, {}).get("status")
+    return _number(row, "coefficients", name, "value") if status == "estimated" else math.nan
 
 
 def _gyros(row: Row) -> tuple[str, ...]:
@@ -134,16 +126,16 @@ class Line:
     stop_s: float = _column(lambda row: (row.task.span or _WHOLE)[1])
     state: str = _column(lambda row: row.state)
     status: str = _column(lambda row: row.analysis.get("angle_random_walk", {}).get("status", ""))
-    n_deg_per_sqrt_h: float = _column(_number_at("angle_random_walk", "value"))
-    low: float = _column(_number_at("angle_random_walk", "low"))
-    high: float = _column(_number_at("angle_random_walk", "high"))
+    n_deg_per_sqrt_h: float = _column(lambda row: _number(row, "angle_random_walk", "value"))
+    low: float = _column(lambda row: _number(row, "angle_random_walk", "low"))
+    high: float = _column(lambda row: _number(row, "angle_random_walk", "high"))
     confidence: float = _column(lambda row: row.task.settings.confidence)
-    b_deg_per_h: float = _column(_estimated("bias_instability"))
-    k_deg_per_h_per_sqrt_h: float = _column(_estimated("rate_random_walk"))
-    band_low_hz: float = _column(_number_at("angle_random_walk", "band_hz", 0))
-    band_high_hz: float = _column(_number_at("angle_random_walk", "band_hz", 1))
+    b_deg_per_h: float = _column(lambda row: _estimated(row, "bias_instability"))
+    k_deg_per_h_per_sqrt_h: float = _column(lambda row: _estimated(row, "rate_random_walk"))
+    band_low_hz: float = _column(lambda row: _number(row, "angle_random_walk", "band_hz", 0))
+    band_high_hz: float = _column(lambda row: _number(row, "angle_random_walk", "band_hz", 1))
     verdict: str = _column(_verdict)
-    duration_s: float = _column(_number_at("input", "duration_s"))
+    duration_s: float = _column(lambda row: _number(row, "input", "duration_s"))
     lines: int = _column(lambda row: len(row.analysis.get("lines", ())))
     notes: int = _column(lambda row: len(row.analysis.get("notes", ())))
     reason: str = _column(lambda row: row.reason or _reason(row.analysis))
