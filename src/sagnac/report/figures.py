@@ -34,7 +34,6 @@ _SIZE: Final = (6.6, 4.5)
 _FRAME: Final = {"left": 0.115, "right": 0.975, "bottom": 0.115}
 _ABOVE: Final = 0.09  # inches above a plot or its legend
 _POWER: Final = re.compile(r"\$\\mathdefault\{(.*?)(?:\\times)?10\^\{(.*?)\}\}\$")
-_RAISED: Final = str.maketrans("-−0123456789", "⁻⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 
 class PowersOfTen(LogFormatterSciNotation):
@@ -58,35 +57,22 @@ class PowersOfTen(LogFormatterSciNotation):
 
 def _plain(power: re.Match[str]) -> str:
     factor, exponent = power.groups()
-    return f"{factor}{'·' if factor else ''}10{exponent.translate(_RAISED)}"
-
-
-class _Mantissas(ScalarFormatter):
-    """Numbers of a linear axis; their common power of ten stands with the unit of the axis."""
-
-    def __init__(self) -> None:
-        super().__init__(useOffset=False)
-        self.set_powerlimits((-3, 4))
-
-    def get_offset(self) -> str:
-        """The offset is left out: it would be written above the axis, in the legend's place."""
-        return ""
-
-    def power(self) -> str:
-        """Factor that the numbers are to be multiplied with, ``10⁻⁵``; empty if by nothing."""
-        _, marked, exponent = super().get_offset().partition("1e")
-        return f"10{exponent.translate(_RAISED)}" if marked else ""
+    return f"{factor}{'·' if factor else ''}10{exponent.translate(quantities.SUPERSCRIPTS)}"
 
 
 def _name_power(axis: Axis) -> None:
     """Write the power of ten of a linear axis before its unit: ``N (10⁻⁵ °/√h)``."""
-    formatter = _Mantissas()
+    formatter = ScalarFormatter(useOffset=False)
+    formatter.set_powerlimits((-3, 4))
     axis.set_major_formatter(formatter)
     formatter.set_locs(axis.get_majorticklocs())  # type: ignore[arg-type]
-    power = formatter.power()
-    if power:
+    _, marked, exponent = formatter.get_offset().partition("1e")
+    # It would be written above the axis, in the legend's place.
+    formatter.get_offset = lambda: ""  # type: ignore[method-assign]
+    if marked:
         name, bracket, unit = axis.get_label_text().rpartition("(")
-        axis.set_label_text(f"{name}{bracket}{power} {unit}")
+        power = exponent.translate(quantities.SUPERSCRIPTS)
+        axis.set_label_text(f"{name}{bracket}10{power} {unit}")
 
 
 @contextmanager
