@@ -278,8 +278,6 @@ def terminal_text(campaign: runner.Campaign, lines: Lines, replaced: int) -> str
         several=len({method for method, _ in groups}) > 1,
         left_out=table.left_out(lines),
         told=[line for line in whole if line.reason and line.key not in failed],
-        # Rows with a reason that a terminal shows.
-        most=20,
         verdict=yield_of(campaign),
         replaced=replaced,
         counted=counted,

@@ -44,8 +44,6 @@ def page(reproduction: reproduce.Reproduction, figures: Mapping[str, Figure]) ->
         published=prediction,
         title="The experiment of Yu et al. (2013), regenerated on a simulated rig",
         reproduction=reproduction,
-        scope=reproduction.scope,
-        outcomes=reproduction.outcomes,
         figures=drawn,
         fris=fris,
         highest=max(map(values.excess, fris)),
