@@ -26,6 +26,7 @@ from sagnac.cli import look, measure, onward, output, simulated
 from sagnac.cli.output import DONE, complain
 from sagnac.core.errors import ArgumentError, visible
 from sagnac.core.version import __version__
+from sagnac.core.whole_files import ENDING
 
 if TYPE_CHECKING:
     from _typeshed import ReadableBuffer
@@ -56,9 +57,7 @@ def stopped_by_signals() -> Iterator[None]:
 
     One that the process was started to ignore, as `nohup` has it, stays ignored.
     """
-    names = ("SIGINT", "SIGTERM", "SIGHUP")
-    known = [getattr(signal, name) for name in names if hasattr(signal, name)]
-    known = [number for number in known if signal.getsignal(number) is not signal.SIG_IGN]
+    known = [number for number in ENDING if signal.getsignal(number) is not signal.SIG_IGN]
     if threading.current_thread() is not threading.main_thread():
         # Only the main thread may ask for signals.
         known = []

@@ -14,7 +14,7 @@ import sagnac
 from sagnac.cli import options as typed
 from sagnac.cli import output as results
 from sagnac.cli.options import NO_OPTIONS, File, Options
-from sagnac.core import overwriting
+from sagnac.core import overwriting, units
 from sagnac.core.errors import rounded
 from sagnac.core.texts import OPTION_OF, by_name, text_of, whole_number
 from sagnac.core.version import __version__
@@ -73,21 +73,18 @@ def _suggest(file: Path, statement: "sagnac.Statement") -> None:
     RecordingError
         If no statement would let it be read, since it is damaged.
     """
-    try:
-        lacking = sagnac.missing(file, statement)
-    except sagnac.RecordingError as error:
-        raise error.at(str(file)) from None
+    lacking = sagnac.missing(file, statement)
     if not lacking:
         return
     if "columns" in lacking:
         # They name the gyros, too.
         statement = replace(statement, gyros=None)
-    from sagnac.core.units import split_header
     from sagnac.formats import gyros_in
     from sagnac.recording.columns import ACCELEROMETER_NAMES, USUAL_NAMES
     from sagnac.report import sections
 
-    turns = any(split_header(name)[0] in USUAL_NAMES["table"] for name in sagnac.columns(file))
+    headers = (units.split_header(name)[0] for name in sagnac.columns(file))
+    turns = any(header in USUAL_NAMES["table"] for header in headers)
     command = _command_for(file, statement, lacking, turns=turns)
     words = re.findall(r"\b(?:KIND|UNIT|HZ|SIZE|COLUMN)\b", command)
     heading = "To read it, put in what stands in capitals"

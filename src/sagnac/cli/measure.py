@@ -193,18 +193,16 @@ def avar(
     return results.verdict_status([analysis])
 
 
-def _places(
-    recording: "Recording", settings: "Settings", place: Path
-) -> Iterator[tuple[Path, str]]:
+def _places(recording: "Recording", settings: "Settings", into: Path) -> Iterator[tuple[Path, str]]:
     """Folders to be written and what goes into them: a gyro's, all gyros', the accelerometers'."""
     from sagnac.report.tables import folder_name
 
     names = settings.gyros or tuple(gyro.name for gyro in recording.gyros)
-    yield from ((place / folder_name(name), "report") for name in names)
+    yield from ((into / folder_name(name), "report") for name in names)
     if len(names) > 1:
-        yield place, "report"
+        yield into, "report"
     if recording.accelerometers:
-        yield place / _ACCELEROMETERS, "accelerometers"
+        yield into / _ACCELEROMETERS, "accelerometers"
 
 
 def _alone(recording: "Recording", settings: "Settings", band: _Band) -> "SelfNoise":

@@ -9,8 +9,7 @@ from cyclopts import Group, Parameter
 import sagnac
 from sagnac.cli import options as typed
 from sagnac.cli import output as results
-from sagnac.core.errors import one_line
-from sagnac.core.texts import seconds
+from sagnac.core import errors, overwriting, texts, whole_files
 from sagnac.navigation.definitions import ToolName
 
 # ---- export ------------------------------------------------------------------------
@@ -84,16 +83,16 @@ def export(
         raise results.UsageError(problem)
     made = sagnac.export(analyses or (), output, **asdict(options), force=force)
     for setting in made.settings:
-        print(one_line(setting.in_words()))
+        print(errors.one_line(setting.in_words()))
     for note in made.notes:
-        print(one_line(f"{note.level}: {note}"))
+        print(errors.one_line(f"{note.level}: {note}"))
     results.print_paths([output])
 
 
 # ---- align -------------------------------------------------------------------------
 
-_duration = typed.one_argument(seconds, "10min", name="--time", show_default=False)
-_times = typed.one_argument(typed.several(seconds), "60s,10min", show_default=False)
+_duration = typed.one_argument(texts.seconds, "10min", name="--time", show_default=False)
+_times = typed.one_argument(typed.several(texts.seconds), "60s,10min", show_default=False)
 
 
 @Parameter(name="*")
@@ -162,8 +161,6 @@ def align(
         raise results.UsageError(problem)
     results.require_place(output, "alignment", [source], force=force)
     results.ready_to_draw()
-    from sagnac.core.overwriting import earlier_files, outputs_in
-    from sagnac.core.whole_files import replacing_folder, write_text
     from sagnac.report import alignment as shown
     from sagnac.report.document import to_json
     from sagnac.report.figures import write_png
@@ -188,8 +185,9 @@ def align(
         results.show(found_text, shown.drift_text(unaided), end="\n")
     if output is not None:
         names = ["alignment.json", "drift.png"]
-        with replacing_folder(output, earlier_files(outputs_in(output, "alignment"))) as folder:
-            write_text(folder / names[0], to_json(document) + "\n")
+        earlier = overwriting.earlier_files(overwriting.outputs_in(output, "alignment"))
+        with whole_files.replacing_folder(output, earlier) as folder:
+            whole_files.write_text(folder / names[0], to_json(document) + "\n")
             write_png(shown.drift_figure(unaided), folder / names[1])
             if prospect is not None:
                 names.append("alignment.png")
@@ -217,7 +215,7 @@ class WorkOptions:
     """
 
     pattern: Annotated[str, Parameter(metavar="REGEX")] = ""
-    span: Annotated[float | None, typed.one_argument(seconds, "2h")] = None
+    span: Annotated[float | None, typed.one_argument(texts.seconds, "2h")] = None
     workers: typed.Workers = None
     scheduler: Annotated[str | None, Parameter(metavar="ADDRESS")] = None
 
@@ -249,7 +247,7 @@ def campaign(
         Folder.
     """
     of_files = {name: one for name, one in asdict(typed.statement_of(options)).items() if one}
-    stated = typed.settings_typed(options) | of_files | asdict(work)
+    stated = typed.settings_typed(options) | of_files | asdict(work) | {"memory": options.memory}
     results.require_place(output, "campaign", force=True)
     from sagnac.core.documents import finite
     from sagnac.fleet.page import reason_text, terminal_text
@@ -257,9 +255,7 @@ def campaign(
     from sagnac.report.document import to_json
 
     with results.resumable(output.absolute()):
-        made = sagnac.campaign(
-            sources, output, memory=options.memory, told=results.standings(), force=force, **stated
-        )
+        made = sagnac.campaign(sources, output, told=results.standings(), force=force, **stated)
     if options.as_json:
         rows = [asdict(line) for line in made.lines]
         scatter = [

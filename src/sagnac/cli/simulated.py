@@ -12,8 +12,7 @@ import sagnac
 from sagnac.cli import options as typed
 from sagnac.cli import output as results
 from sagnac.cli.options import Debug, Folder, Force, Workers, one_argument
-from sagnac.core import overwriting, texts
-from sagnac.core.errors import one_line
+from sagnac.core import errors, overwriting, texts, whole_files
 
 # ---- simulate ----------------------------------------------------------------------
 
@@ -112,7 +111,7 @@ def simulate(
     path, truth_path = _written(chosen, output)
     # Last: a refusal is not lost below a list.
     for line in left_out:
-        print(one_line(line))
+        print(errors.one_line(line))
     print(f"{chosen.samples} samples at {chosen.sample_rate_hz:g} Hz, seed {chosen.seed}")
     results.print_paths([path, truth_path])
 
@@ -162,7 +161,6 @@ def demo(
     seed
         Of the simulation.
     """
-    from sagnac.core.whole_files import made
     from sagnac.formats.statement import of_simulation
     from sagnac.recording.columns import GYRO_NAMES
     from sagnac.report import text
@@ -172,7 +170,7 @@ def demo(
     folder = output or Path("demo")
     results.require_place(folder, "report", force=force)
     overwriting.require_free(of_simulation(folder / RECORDING), force=force)
-    made(folder)
+    whole_files.made(folder)
     began = time.perf_counter()
     path, truth_path = _written(config, folder / RECORDING)
     seconds = {"simulate": time.perf_counter() - began}
@@ -211,7 +209,6 @@ def reproduce(
     folder = output or Path("reproduction")
     results.require_place(folder, "reproduction", force=force)
     from sagnac.core.processes import means_of
-    from sagnac.core.whole_files import made
     from sagnac.paper import page as pages
     from sagnac.paper.prediction import QUICK, Scope
     from sagnac.paper.reproduce import reproduce as make
@@ -219,7 +216,7 @@ def reproduce(
 
     scope, means = QUICK if quick else Scope(), means_of(workers)
     with results.resumable(folder):
-        result = make(made(folder), scope, means=means, told=results.standings())
+        result = make(whole_files.made(folder), scope, means=means, told=results.standings())
     written = pages.write(result, folder)
     print(summary(result), end="\n\n")
     print(f"{result.computed} of {len(result.outcomes)} runs made, the others were there")

@@ -116,7 +116,6 @@ class Documented(Protocol):
 
     def to_json(self) -> str:
         """The document."""
-        ...
 
 
 def require_source(value: object) -> None:

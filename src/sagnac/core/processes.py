@@ -84,6 +84,9 @@ class Standing:
         return left * self.elapsed_s / self.computed if self.computed else None
 
 
+Told = Callable[[Standing], None]
+
+
 def nobody(_: Standing) -> None:
     """Nobody is told."""
 

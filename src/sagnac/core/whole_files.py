@@ -18,9 +18,7 @@ from sagnac.core.errors import RecordingError
 _PART: Final = ".part"
 _LONGEST: Final = 180
 # Signals that end a run.
-_ENDING: Final = {
-    getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)
-}
+ENDING: Final = {one for one in signal.Signals if one.name in ("SIGINT", "SIGTERM", "SIGHUP")}
 
 
 @contextmanager
@@ -145,7 +143,7 @@ def _signals_waiting() -> Iterator[None]:
         yield
         return
     came: list[int] = []
-    handlers = {number: signal.getsignal(number) for number in _ENDING}
+    handlers = {number: signal.getsignal(number) for number in ENDING}
     try:
         for number in handlers:
             signal.signal(number, lambda number, _: came.append(number))
@@ -154,8 +152,8 @@ def _signals_waiting() -> Iterator[None]:
         for number, handler in handlers.items():
             # None: a library set it, and Python cannot set it again.
             signal.signal(number, signal.SIG_DFL if handler is None else handler)
-        for number in came:
-            signal.raise_signal(number)
+        for one in came:
+            signal.raise_signal(one)
 
 
 @contextmanager

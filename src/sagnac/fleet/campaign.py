@@ -1,6 +1,6 @@
 """A campaign from recordings to its table and page."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass, fields, replace
 from functools import partial
 from inspect import signature
@@ -9,10 +9,8 @@ from pathlib import Path
 from typing import Any
 
 from sagnac.analysis.settings import Settings
-from sagnac.core import errors
-from sagnac.core.arrays import pandas_for
+from sagnac.core import arrays, errors, processes
 from sagnac.core.overwriting import outputs_in, require_free
-from sagnac.core.processes import Standing, means_of, nobody
 from sagnac.fleet import table
 from sagnac.fleet.page import write_overview, write_page
 from sagnac.fleet.runner import Campaign, Completed, completed_here, completed_there, run
@@ -64,7 +62,7 @@ class CampaignReport:
             If pandas is not installed.
         """
         rows = [asdict(line) for line in self.lines]
-        return pandas_for("a campaign as a data frame").DataFrame(rows)
+        return arrays.pandas_for("a campaign as a data frame").DataFrame(rows)
 
 
 def campaign(
@@ -77,7 +75,7 @@ def campaign(
     workers: int | None = None,
     memory: float | None = None,
     scheduler: str | None = None,
-    told: Callable[[Standing], None] | None = None,
+    told: processes.Told | None = None,
     force: bool = False,
     **choices: Any,
 ) -> CampaignReport:
@@ -154,11 +152,11 @@ def campaign(
     tasks = tasks_of(paths, _choices(settings or Settings(), pattern, choices))
     if scheduler is not None and (workers is not None or memory is not None):
         raise ValueError("workers and memory are of this machine; a cluster has its own")
-    completed: Completed = partial(completed_here, means=means_of(workers, memory))
+    completed: Completed = partial(completed_here, means=processes.means_of(workers, memory))
     if scheduler is not None:
         completed = partial(completed_there, scheduler=scheduler)
     require_free(outputs_in(place, "campaign"), [Path(task.path) for task in tasks], force=force)
-    made = run(tasks, place, completed, span, told or nobody)
+    made = run(tasks, place, completed, span, told or processes.nobody)
     lines = tuple(table.lines_of(made.each))
     replaced = table.rows_replaced(place, made.rows)
     title = paths[0].stem if len(paths) == 1 else f"{len(tasks)} recordings"

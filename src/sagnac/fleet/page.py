@@ -16,9 +16,7 @@ from matplotlib.ticker import MaxNLocator
 from sagnac.core.errors import counted, rounded
 from sagnac.core.units import HOUR
 from sagnac.core.whole_files import write_text
-from sagnac.fleet import table
-from sagnac.fleet.runner import Campaign
-from sagnac.fleet.study import FACTORS, Repeatability
+from sagnac.fleet import runner, study, table
 from sagnac.fleet.table import Line, groups_of, is_whole, yield_of
 from sagnac.noise.estimates import Interval
 from sagnac.report.figures import STYLE, PowersOfTen, styled, svg, write_png
@@ -79,7 +77,7 @@ def curve_panels(panels: Mapping[str, Sequence[Curve]]) -> Figure:
 
 
 def control_chart(
-    lines: Lines, found: Repeatability | None, limits: Sequence[float] = ()
+    lines: Lines, found: study.Repeatability | None, limits: Sequence[float] = ()
 ) -> Figure:
     """N of every recording in its order, with the mean and where the next run will lie.
 
@@ -169,13 +167,12 @@ def _intervals(axes: Axes, place: Any, lines: Lines) -> None:
     """Values with bars; bounds as arrows that point down. What does not pass has its own color."""
     estimated = ("estimated", "o", "N", "N with its interval")
     kinds = (estimated, ("upper bound", "v", "bound", "upper bound"))
-    verdicts = [line.verdict if line.verdict in _VERDICT_COLORS else "" for line in lines]
+    looks = [(one.status, one.verdict if one.verdict in _VERDICT_COLORS else "") for one in lines]
     for (status, marker, short, label), (verdict, color) in product(kinds, _VERDICT_COLORS.items()):
-        shown = [line.status == status for line in lines]
-        chosen = np.flatnonzero(np.array(shown) & (np.array(verdicts) == verdict))
-        if not chosen.size:
+        chosen = [i for i, look in enumerate(looks) if look == (status, verdict)]
+        if not chosen:
             continue
-        ends = [(lines[i].low, lines[i].n_deg_per_sqrt_h, lines[i].high) for i in chosen.tolist()]
+        ends = [(lines[i].low, lines[i].n_deg_per_sqrt_h, lines[i].high) for i in chosen]
         low, value, high = np.transpose(ends)
         reach = None
         if status == "estimated":
@@ -201,10 +198,10 @@ def _points(curve: Curve) -> tuple[list[float], list[float]]:
 
 # ---- page --------------------------------------------------------------------------
 
-_BETWEEN: Final = {name: f"between {name}s" for name in (*FACTORS, "run")}
+_BETWEEN: Final = {name: f"between {name}s" for name in (*study.FACTORS, "run")}
 
 
-def write_page(campaign: Campaign, lines: Lines, folder: Path, title: str) -> Path:
+def write_page(campaign: runner.Campaign, lines: Lines, folder: Path, title: str) -> Path:
     """Write ``index.html``; it links to the report of each row.
 
     Parameters
@@ -252,7 +249,7 @@ def write_page(campaign: Campaign, lines: Lines, folder: Path, title: str) -> Pa
     return path
 
 
-def terminal_text(campaign: Campaign, lines: Lines, replaced: int) -> str:
+def terminal_text(campaign: runner.Campaign, lines: Lines, replaced: int) -> str:
     """A campaign as a terminal shows it.
 
     Rows without an estimate, or that do not pass, stand with their reason; the table has all.
@@ -282,8 +279,6 @@ def terminal_text(campaign: Campaign, lines: Lines, replaced: int) -> str:
         several=len({method for method, _ in groups}) > 1,
         left_out=table.left_out(lines),
         told=[line for line in whole if line.reason and line.key not in failed],
-        # Rows with a reason that a terminal shows.
-        most=20,
         verdict=yield_of(campaign),
         replaced=replaced,
         counted=counted,
@@ -321,7 +316,7 @@ def _group(lines: Lines, curves: Mapping[Line, Curve], limits: Sequence[float]) 
     return {"title": title, "lines": lines, "scatter": scatter, "figures": drawn}
 
 
-def deviation_words(found: Repeatability) -> list[tuple[str, str, str]]:
+def deviation_words(found: study.Repeatability) -> list[tuple[str, str, str]]:
     """Components of the scatter of N: standard deviation and its interval."""
     words = []
     for name, one in found.deviations.items():
@@ -333,7 +328,7 @@ def deviation_words(found: Repeatability) -> list[tuple[str, str, str]]:
     return words
 
 
-def outlier_words(found: Repeatability, lines: Lines) -> list[str]:
+def outlier_words(found: study.Repeatability, lines: Lines) -> list[str]:
     """Runs that the others do not bear out, in words; `lines` are those that show N."""
     return [
         f"{Path(lines[one.index].file).name}: N is {number(lines[one.index].n_deg_per_sqrt_h)} "
@@ -352,7 +347,7 @@ def of_logarithm(one: Interval) -> tuple[str, str]:
 _IN_WORDS: Final = {one.__name__: one for one in (deviation_words, outlier_words, of_logarithm)}
 
 
-def _predictions(found: Repeatability) -> list[tuple[str, str, str]]:
+def _predictions(found: study.Repeatability) -> list[tuple[str, str, str]]:
     units = {} if found.next_unit is None else {"Next unit, one recording": found.next_unit}
     for unit, one in found.next_day.items():
         units[f"Unit {unit}, one recording on a new day"] = one

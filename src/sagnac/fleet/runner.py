@@ -15,18 +15,16 @@ from functools import partial
 from pathlib import Path
 from typing import Any, Final
 
-from sagnac.core import processes
+from sagnac.core import processes, whole_files
 from sagnac.core.errors import RecordingError, extra_module
-from sagnac.core.processes import GIBIBYTE, Means, Standing, nobody
+from sagnac.core.processes import GIBIBYTE, Means, Standing, Told, nobody
 from sagnac.core.version import __version__
-from sagnac.core.whole_files import made
 from sagnac.fleet.tasks import Row, Task, lost, measure, read_row, span_tasks, with_digest
 from sagnac.verdict.limits import Limit
 
 _GOES_ON: Final = "start the same campaign again, and it goes on"
 Tasks = Sequence[Task]
 Completed = Callable[[Tasks, Path], Iterator[Row]]
-Told = Callable[[Standing], None]
 
 
 def _row_of(task: Task, future: Any) -> Row:
@@ -56,10 +54,9 @@ def needed_memory(task: Task) -> float:
     path = Path(task.path)
     # These are read column by column and block by block; other formats are loaded whole.
     by_blocks = path.suffix.lower() in (".parquet", ".pq", ".h5", ".hdf5", ".he5", ".nc")
-    if by_blocks or not path.is_file():
-        return _ANALYSIS
+    loaded = 0 if by_blocks or not path.is_file() else path.stat().st_size
     # For each byte of such a file: its text, its numbers, and those of each stage.
-    return _ANALYSIS + 4.0 * path.stat().st_size
+    return _ANALYSIS + 4.0 * loaded
 
 
 def completed_here(tasks: Tasks, folder: Path, means: Means) -> Iterator[Row]:
@@ -286,7 +283,7 @@ def run(
     RecordingError
         If the folder cannot be written to, or there are no workers.
     """
-    made(folder)
+    whole_files.made(folder)
     campaign = _rows([with_digest(task) for task in tasks], folder, completed, told)
     if span is None:
         return campaign

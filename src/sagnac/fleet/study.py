@@ -148,9 +148,8 @@ class Outlook:
         new = sum(name not in known for name in design.seen)
         # Power of the shares of the variance: of a further run by how many factors are new.
         power = (1.0, 1.0, 1.6, 1.8)[min(new, 3)] if further else 2.0
-        scatter = sum(
-            abs(part / variance) ** power / squares[name].freedom for name, part in parts.items()
-        )
+        weighed = {name: abs(part / variance) ** power for name, part in parts.items()}
+        scatter = sum(one / squares[name].freedom for name, one in weighed.items())
         lowest = min(square.freedom for square in squares.values())
         freedom = min(max(1.0 / scatter if scatter > 0.0 else math.inf, float(lowest)), 1e6)
         value = float(weights @ design.values)
@@ -175,9 +174,8 @@ class Outlook:
                 for one in (name, *design.within(name))
             }
             # What is within comes first, and is 0 if the runs do not show it.
-            least = (
-                known + variances["run"] + sum(variances.get(one, 0.0) * per[one] for one in per)
-            )
+            made = sum(variances.get(one, 0.0) * each for one, each in per.items())
+            least = known + variances["run"] + made
             variances[name] = max(mean - least, 0.0) / per[name]
             own = MeanSquare(value=max(mean, least), per_variance=per, known=known, freedom=freedom)
             squares[name] = own

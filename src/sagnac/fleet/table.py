@@ -15,8 +15,7 @@ from scipy.special import betaincinv, ndtri
 from sagnac.core.errors import RecordingError, counted, visible
 from sagnac.core.units import DEGREE_PER_ROOT_HOUR, field_unit
 from sagnac.core.whole_files import replacing, write_text
-from sagnac.fleet.runner import Campaign
-from sagnac.fleet.study import Repeatability, Run, repeatability
+from sagnac.fleet import runner, study
 from sagnac.fleet.tasks import Row
 from sagnac.formats.files import about
 from sagnac.navigation.noise import GyroNoise
@@ -35,35 +34,26 @@ def _column(of: Callable[[Row], Any]) -> Any:
     return field(metadata={"of": of})
 
 
-def _number_at(*keys: str | int) -> Callable[[Row], float]:
-    """A number of an analysis by its keys; NaN if there is none."""
-
-    def number(row: Row) -> float:
-        value: Any = row.analysis
-        try:
-            for key in keys:
-                value = value[key]
-        except KeyError:
-            return math.nan
-        return math.nan if value is None else float(value)
-
-    return number
+def _number(row: Row, *keys: str | int) -> float:
+    """A number of an analysis at these keys; NaN without it."""
+    value: Any = row.analysis
+    try:
+        for key in keys:
+            value = value[key]
+    except KeyError:
+        return math.nan
+    return math.nan if value is None else float(value)
 
 
-def _estimated(name: str) -> Callable[[Row], float]:
-    """A coefficient; NaN unless it was estimated."""
-
-    def number(row: Row) -> float:
-        status = row.analysis.get("coefficients", {}).get(name, {}).get("status")
-        return _number_at("coefficients", name, "value")(row) if status == "estimated" else math.nan
-
-    return number
+def _estimated(row: Row, name: str) -> float:
+    """A coefficient in the field's unit, if it was estimated."""
+    status = row.analysis.get("coefficients", {}).get(name, {}).get("status")
+    return _number(row, "coefficients", name, "value") if status == "estimated" else math.nan
 
 
-def _gyros(row: Row) -> Sequence[str]:
+def _gyros(row: Row) -> tuple[str, ...]:
     """Names of the gyros of a recording that could be read."""
-    names: Sequence[str] = row.analysis.get("input", {}).get("gyros", ())
-    return names
+    return tuple(row.analysis.get("input", {}).get("gyros", ()))
 
 
 def _rate(row: Row) -> float:
@@ -136,16 +126,16 @@ class Line:
     stop_s: float = _column(lambda row: (row.task.span or _WHOLE)[1])
     state: str = _column(lambda row: row.state)
     status: str = _column(lambda row: row.analysis.get("angle_random_walk", {}).get("status", ""))
-    n_deg_per_sqrt_h: float = _column(_number_at("angle_random_walk", "value"))
-    low: float = _column(_number_at("angle_random_walk", "low"))
-    high: float = _column(_number_at("angle_random_walk", "high"))
+    n_deg_per_sqrt_h: float = _column(lambda row: _number(row, "angle_random_walk", "value"))
+    low: float = _column(lambda row: _number(row, "angle_random_walk", "low"))
+    high: float = _column(lambda row: _number(row, "angle_random_walk", "high"))
     confidence: float = _column(lambda row: row.task.settings.confidence)
-    b_deg_per_h: float = _column(_estimated("bias_instability"))
-    k_deg_per_h_per_sqrt_h: float = _column(_estimated("rate_random_walk"))
-    band_low_hz: float = _column(_number_at("angle_random_walk", "band_hz", 0))
-    band_high_hz: float = _column(_number_at("angle_random_walk", "band_hz", 1))
+    b_deg_per_h: float = _column(lambda row: _estimated(row, "bias_instability"))
+    k_deg_per_h_per_sqrt_h: float = _column(lambda row: _estimated(row, "rate_random_walk"))
+    band_low_hz: float = _column(lambda row: _number(row, "angle_random_walk", "band_hz", 0))
+    band_high_hz: float = _column(lambda row: _number(row, "angle_random_walk", "band_hz", 1))
     verdict: str = _column(_verdict)
-    duration_s: float = _column(_number_at("input", "duration_s"))
+    duration_s: float = _column(lambda row: _number(row, "input", "duration_s"))
     lines: int = _column(lambda row: len(row.analysis.get("lines", ())))
     notes: int = _column(lambda row: len(row.analysis.get("notes", ())))
     reason: str = _column(lambda row: row.reason or _reason(row.analysis))
@@ -179,7 +169,7 @@ def _data_of(row: Row) -> object:
     """Fingerprint that no two measurements share: the curve to nine digits, and how it was made."""
     task, analysis = row.task, row.analysis
     if row.state != "done":
-        return task.key, tuple(_gyros(row))
+        return task.key, _gyros(row)
     curve = analysis.get("curve", {}).get("deviation_deg_per_h")
     if not curve:
         return None
@@ -302,7 +292,7 @@ class Scatter:
 
     lines: tuple[Line, ...]
     left_out: int
-    answer: Repeatability | None
+    answer: study.Repeatability | None
     why: str = ""
 
 
@@ -318,7 +308,7 @@ def scatter_of(lines: Sequence[Line], confidence: float | None = None) -> Scatte
     """
     shown = tuple(line for line in lines if line.status == "estimated")
     runs = [
-        Run(
+        study.Run(
             value=line.n_deg_per_sqrt_h,
             low=line.low,
             high=line.high,
@@ -329,7 +319,7 @@ def scatter_of(lines: Sequence[Line], confidence: float | None = None) -> Scatte
     ]
     answer, why = None, ""
     try:
-        answer = repeatability(runs, confidence=confidence or lines[0].confidence)
+        answer = study.repeatability(runs, confidence=confidence or lines[0].confidence)
     except RecordingError as error:
         why = str(error)
     return Scatter(lines=shown, left_out=len(lines) - len(shown), answer=answer, why=why)
@@ -445,7 +435,7 @@ class Yield:
         return f"{passing}, yield {100.0 * passed / units:.0f} % ({ends} %)"
 
 
-def yield_of(campaign: Campaign) -> Yield | None:
+def yield_of(campaign: runner.Campaign) -> Yield | None:
     """The decisions of a campaign, equal data once; None if nothing was stated to be kept."""
     units: dict[str, list[Decision]] = {}
     unmeasured: set[str] = set()
@@ -471,7 +461,7 @@ def yield_of(campaign: Campaign) -> Yield | None:
     return Yield(gyros=gyros, units=tuple(map(overall, units.values())), unmeasured=len(unmeasured))
 
 
-def walk_limits(campaign: Campaign) -> tuple[float, ...]:
+def walk_limits(campaign: runner.Campaign) -> tuple[float, ...]:
     """Limits of N that were stated, deg/sqrt(h)."""
     size = field_unit("angle_random_walk").size
     limits = [one for one in campaign.limits if one.coefficient == "angle_random_walk"]

@@ -25,8 +25,7 @@ from sagnac.core.overwriting import results_in
 from sagnac.core.version import __version__
 from sagnac.core.whole_files import made, write_text
 from sagnac.fleet.study import FACTORS
-from sagnac.formats import read
-from sagnac.formats.registry import FORMATS
+from sagnac.formats import read, registry
 from sagnac.formats.statement import Statement, beside_paths, from_mapping
 from sagnac.report import error_text
 from sagnac.report.document import analysis_document, to_json
@@ -94,7 +93,7 @@ def with_digest(task: Task) -> Task:
 
 # ---- config ------------------------------------------------------------------------
 
-_SUFFIXES: Final = frozenset(suffix for one in FORMATS for suffix in one.suffixes)
+_SUFFIXES: Final = frozenset(suffix for one in registry.FORMATS for suffix in one.suffixes)
 _FILE: Final = {**TEXT, "description": "give file, the path of a recording"}
 _RATE: Final = {**NUMBER, "description": "give deg/s as a number"}
 _RECORDING: Final = table({"file": _FILE, "unit": ANY, "day": ANY, "rate": _RATE}, ("file",))

@@ -11,9 +11,8 @@ import pyarrow.parquet as pq
 
 from sagnac.core.arrays import AnyArray, blocks
 from sagnac.core.whole_files import replacing
-from sagnac.formats.registry import FEATHER
+from sagnac.formats import registry, statement
 from sagnac.formats.source import MADE, Column, Outgoing, Pieces, Rows, Source, Stored, column
-from sagnac.formats.statement import by_attributes
 from sagnac.recording.columns import NULL_PULSE_NAME
 
 ROWS_PER_GROUP: Final = 500_000
@@ -78,7 +77,7 @@ def open_source(path: Path) -> Source:
     ValueError
         If the rows of a Parquet contradict each other.
     """
-    is_feather = path.suffix.lower() in FEATHER.suffixes
+    is_feather = path.suffix.lower() in registry.FEATHER.suffixes
     if is_feather:
         with pa.memory_map(str(path)) as mapped:
             file = pa.ipc.open_file(mapped)
@@ -114,7 +113,7 @@ def open_source(path: Path) -> Source:
     def load(keys: Sequence[str]) -> Stored:
         return Stored(lengths=dict.fromkeys(keys, sum(sizes)), pieces=pieces)
 
-    stated = by_attributes(_text_of(schema.metadata))
+    stated = statement.by_attributes(_text_of(schema.metadata))
     return Source(columns=tuple(columns), load=load, stated=stated, unreadable=unreadable)
 
 
@@ -214,7 +213,7 @@ def writer(path: Path | str, heading: Outgoing) -> Iterator[Callable[[Rows], Non
 
 def write(path: Path, out: Outgoing) -> None:
     """The columns with unit and kind in their metadata, the rate in the schema's."""
-    if path.suffix.lower() not in FEATHER.suffixes:
+    if path.suffix.lower() not in registry.FEATHER.suffixes:
         with writer(path, out) as append:
             for block in blocks(out.samples, ROWS_PER_GROUP):
                 append(out.rows(block))

@@ -9,9 +9,8 @@ from functools import partial
 
 import numpy as np
 
-from sagnac.core.arrays import FloatArray, elementwise
+from sagnac.core import arrays, units
 from sagnac.core.errors import RecordingError
-from sagnac.core.units import sensor_of
 from sagnac.formats import choice as choices
 from sagnac.formats import suspicions
 from sagnac.formats.choice import Choice, Scale, scale_of
@@ -125,7 +124,7 @@ def _stretch(time: Column | None, second: float, stored: Stored, statements: Sta
     samples, stamps = next(iter(stored.lengths.values())), None
     if time is not None and samples > 1:
         stamps = stored.read([time.key], 0, samples, by_first=True)[time.key]
-        elementwise(np.multiply, stamps, second, out=stamps)
+        arrays.elementwise(np.multiply, stamps, second, out=stamps)
     return stretch_of(samples, statements.caller.span, statements.first("sample_rate"), stamps)
 
 
@@ -167,11 +166,11 @@ def _recording(
 
 
 def _sensor(
-    name: str, raw: FloatArray, scale: Scale, period: float | None, sample_rate: float
+    name: str, raw: arrays.FloatArray, scale: Scale, period: float | None, sample_rate: float
 ) -> Conversion:
     """A gyro, with what its numbers speak against, or an accelerometer."""
     channel_of = partial(gyro_of, name, raw, kind=scale.kind, unit=scale.unit, out=raw)
-    if sensor_of(scale.unit) == "accelerometer":
+    if units.sensor_of(scale.unit) == "accelerometer":
         return channel_of()
     # The channel is made in place: what the raw numbers tell has to be asked before.
     doubts = suspicions.counter_notes(name, raw, scale.kind) if period is None else ()

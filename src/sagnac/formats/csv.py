@@ -19,11 +19,10 @@ import pyarrow as pa
 import pyarrow.compute as pc
 import pyarrow.csv as arrow_csv
 
+from sagnac.core import units, whole_files
 from sagnac.core.arrays import AnyArray, blocks
 from sagnac.core.errors import Note, RecordingError
 from sagnac.core.texts import toml_table
-from sagnac.core.units import Sensor
-from sagnac.core.whole_files import replacing_folder, replacing_set
 from sagnac.formats.files import AGAIN
 from sagnac.formats.registry import EUROC, EUROC_DATA, EUROC_SENSOR
 from sagnac.formats.source import MADE, Outgoing, Rows, Source
@@ -112,9 +111,7 @@ def _parsed(laid_out: Layout, wanted: Mapping[str, int]) -> dict[str, AnyArray]:
         raise wrong from error
     # One after the other, so that no more than one column is in memory twice.
     arrays = {key: np.concatenate(parts.pop(key)) for key in forms}
-    return {
-        key: past_midnight(one) if forms[key] == "clock" else one for key, one in arrays.items()
-    }
+    return arrays | {key: past_midnight(arrays[key]) for key in forms if forms[key] == "clock"}
 
 
 def _batches(laid_out: Layout, wanted: Mapping[str, int]) -> Iterator[pa.RecordBatch]:
@@ -182,8 +179,7 @@ def _values(read: Any, form: Form, style: NumberStyle) -> AnyArray:
             raise ValueError("a mark between thousands stands elsewhere")
         plain = pc.replace_substring(text, style.thousands, "")
         read = pc.replace_substring(plain, style.decimal, ".").cast(pa.float64())
-    values: AnyArray = read.to_numpy(zero_copy_only=False)
-    return values
+    return np.asarray(read.to_numpy(zero_copy_only=False))
 
 
 # ---- write -------------------------------------------------------------------------
@@ -201,7 +197,7 @@ def write(path: Path, out: Outgoing) -> None:
     headers = [name if unit is None else f"{name}[{unit}]" for name, unit in out.units.items()]
     stated = {"gyros": out.gyros, "accelerometers": out.accelerometers, "kind": out.kinds}
     stated = {key: value for key, value in stated.items() if value}
-    with replacing_set(path) as folder:
+    with whole_files.replacing_set(path) as folder:
         text = f"# {MADE}\n{toml_table({**stated, 'sample_rate': out.sample_rate})}"
         (folder / f"{path.name}.toml").write_text(text, encoding="utf-8")
         _write_table(folder / path.name, headers, map(out.rows, blocks(out.samples)), delimiter)
@@ -221,7 +217,7 @@ _HEADERS: Final = (f"#{_TIME}", *map(_RATE.format, "xyz"), *map(_FORCE.format, "
 
 
 def write_euroc(
-    path: Path, out: Outgoing, densities: Mapping[Sensor, tuple[float, float]] | None = None
+    path: Path, out: Outgoing, densities: Mapping[units.Sensor, tuple[float, float]] | None = None
 ) -> None:
     """A folder of EuRoC, with the rates in SI.
 
@@ -235,7 +231,7 @@ def write_euroc(
         N and K of the gyros and of the accelerometers, SI, if they are known.
     """
     comment = "noise densities are not known" if densities is None else "noise is as simulated"
-    with replacing_folder(path) as folder:
+    with whole_files.replacing_folder(path) as folder:
         (folder / EUROC_SENSOR).parent.mkdir(parents=True)
         texts = files("sagnac.formats")
         stated = texts.joinpath("euroc_sensor.yaml").read_text(encoding="utf-8")

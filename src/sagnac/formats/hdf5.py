@@ -22,9 +22,7 @@ import numpy as np
 from sagnac.core.arrays import AnyArray, blocks, reserve
 from sagnac.core.errors import Note, RecordingError, one_line
 from sagnac.core.whole_files import replacing
-from sagnac.formats import source
-from sagnac.formats.files import AGAIN, require_content
-from sagnac.formats.registry import NETCDF
+from sagnac.formats import files, registry, source
 from sagnac.formats.source import Column, Source, Vector
 from sagnac.formats.statement import ATTRIBUTES, by_attributes
 
@@ -54,7 +52,7 @@ def open_source(path: Path) -> Source:
     ValueError
         If the library ends over the file.
     """
-    is_netcdf = path.suffix.lower() in NETCDF.suffixes
+    is_netcdf = path.suffix.lower() in registry.NETCDF.suffixes
     with path.open("rb") as stream:
         version = stream.read(len(_CLASSIC) + 1).removeprefix(_CLASSIC)
     if is_netcdf and version in (b"\x01", b"\x02", _DATA_OF_64_BITS):
@@ -75,7 +73,7 @@ def open_source(path: Path) -> Source:
                     vectors[key] = _column(key, dataset.attrs), vector
             elif not is_netcdf:
                 unreadable[short[name]] = f"holds {dataset.dtype} values"
-        stated = _stated(file, datasets)
+        stated = by_attributes(_stated(file, datasets))
         scales = {key: _scale(datasets[one.array].attrs) for key, (_, one) in vectors.items()}
     packed = [key for key, scale in scales.items() if scale != (1.0, 0.0)]
     # In NetCDF nobody expects anything else.
@@ -102,8 +100,7 @@ def open_source(path: Path) -> Source:
         return source.Stored(lengths=lengths, pieces=pieces)
 
     columns = tuple(one for one, _ in vectors.values())
-    statement = by_attributes(stated)
-    return Source(columns=columns, load=load, stated=statement, notes=notes, unreadable=unreadable)
+    return Source(columns=columns, load=load, stated=stated, notes=notes, unreadable=unreadable)
 
 
 def _open_classic(path: Path, version: bytes) -> Source:
@@ -214,7 +211,6 @@ with h5py.File(sys.argv[1], "r") as file:
     list(file.attrs.values())
     file.visititems(lambda name, item: list(item.attrs.values()) and None)
 """
-_NULL: Final = subprocess.DEVNULL
 _ENDS: Final = "the library ends over it"
 PATIENCE: Final = 30.0
 """Seconds after which a library that has not read the attributes of a file hangs."""
@@ -232,10 +228,9 @@ def require_survivable(path: Path) -> None:
         If it is such a file.
     """
     trial = [sys.executable, "-I", "-c", _TRIAL, str(path.absolute()), str(2.0 * PATIENCE)]
+    silent: dict[str, Any] = dict.fromkeys(("stdin", "stdout", "stderr"), subprocess.DEVNULL)
     try:
-        tried = subprocess.run(
-            trial, stdin=_NULL, stdout=_NULL, stderr=_NULL, timeout=PATIENCE, check=False
-        )
+        tried = subprocess.run(trial, timeout=PATIENCE, check=False, **silent)
     except OSError:
         return
     except subprocess.TimeoutExpired:
@@ -260,7 +255,7 @@ def _require_own(dataset: h5py.Dataset, path: Path) -> None:
     for part in dataset.virtual_sources() if dataset.is_virtual else ():
         file = path if part.file_name == "." else path.parent / part.file_name
         if problem := one_line(_problem_of_part(file, part.dset_name, path.parent)):
-            raise RecordingError(problem, channel=name, remedy=AGAIN)
+            raise RecordingError(problem, channel=name, remedy=files.AGAIN)
 
 
 def _problem_of_part(file: Path, name: str, folder: Path) -> str:
@@ -294,11 +289,11 @@ def _require_written(dataset: h5py.Dataset, path: Path) -> None:
         chunks = math.prod(-(-length // chunk) for length, chunk in sides)
         written = dataset.id.get_num_chunks()
         missing = f"{chunks - written} of {chunks} chunks were never written" * (written < chunks)
-        require_content(dataset.nbytes, path.stat().st_size, name)
+        files.require_content(dataset.nbytes, path.stat().st_size, name)
     elif not dataset.is_virtual and dataset.id.get_storage_size() < dataset.nbytes:
         missing = "its values were never written"
     if missing:
-        raise RecordingError(missing, channel=name, remedy=AGAIN)
+        raise RecordingError(missing, channel=name, remedy=files.AGAIN)
 
 
 # ---- write -------------------------------------------------------------------------

@@ -19,8 +19,7 @@ import numpy as np
 import scipy.io
 from numpy.typing import NDArray
 
-from sagnac.core.errors import RecordingError
-from sagnac.core.whole_files import replacing
+from sagnac.core import errors, whole_files
 from sagnac.formats.files import require_room
 from sagnac.formats.source import MADE, Outgoing, Source, Vector, column, vectors
 from sagnac.formats.statement import ARRAYS_STATED, from_mapping
@@ -51,7 +50,7 @@ def open_source(path: Path) -> Source:
     with path.open("rb") as stream:
         if _NUMBERS.fullmatch(stream.read(256)):
             fact = "is text, as MATLAB writes it with save -ascii"
-            raise RecordingError(fact, remedy="give it the suffix .txt")
+            raise errors.RecordingError(fact, remedy="give it the suffix .txt")
     are_complex = require_sound(path)
     stated: list[str] = []
     structs: list[str] = []
@@ -226,7 +225,7 @@ def _elements(content: Bytes, word: np.dtype[Any]) -> Iterator[tuple[int, Bytes]
 
 def write(path: Path, out: Outgoing) -> None:
     """A MATLAB 5 file: one variable per column and the statement as text and numbers."""
-    with replacing(path) as temporary, temporary.open("wb") as stream:
+    with whole_files.replacing(path) as temporary, temporary.open("wb") as stream:
         columns = {name: values[:, None] for name, values in out.rows(slice(None)).items()}
         scipy.io.savemat(stream, {**columns, **out.statement()})
         stream.seek(0)

@@ -8,11 +8,9 @@ from typing import Any
 
 import numpy as np
 
+from sagnac.core import errors, whole_files
 from sagnac.core.arrays import AnyArray, blocks
-from sagnac.core.errors import RecordingError
-from sagnac.core.whole_files import replacing
-from sagnac.formats import source
-from sagnac.formats.files import require_content, require_room
+from sagnac.formats import files, source
 from sagnac.formats.registry import NPY
 from sagnac.formats.source import MOST_COLUMNS, Column, Source
 from sagnac.formats.statement import ARRAYS_STATED, from_mapping
@@ -40,7 +38,7 @@ def _open_array(path: Path) -> Source:
         If the file is no array of real numbers in one or two dimensions, or is cut off.
     """
     array = np.load(path, mmap_mode="r", allow_pickle=False)
-    require_content(array.nbytes, path.stat().st_size, path.name)
+    files.require_content(array.nbytes, path.stat().st_size, path.name)
     columns: dict[str, AnyArray] = {}
     if array.dtype.names is not None and array.ndim == 1:
         columns = {name: array[name] for name in array.dtype.names}
@@ -52,7 +50,7 @@ def _open_array(path: Path) -> Source:
     if not 0 < len(columns) <= MOST_COLUMNS:
         problem = f"holds {array.dtype} of shape {array.shape}, no table of real numbers"
         remedy = "store an array of shape (samples,) or (samples, channels)"
-        raise RecordingError(problem, remedy=remedy)
+        raise errors.RecordingError(problem, remedy=remedy)
 
     def pieces(keys: Sequence[str], start: int, stop: int) -> source.Pieces:
         for block in blocks(stop, start=start):
@@ -99,8 +97,8 @@ def _open_archive(path: Path) -> Source:
     def load(keys: Sequence[str]) -> dict[str, AnyArray]:
         for name in {vectors[key].array for key in keys}:
             size = _bytes(*heads[name])
-            require_room(size, name)
-            require_content(size, path.stat().st_size, name)
+            files.require_room(size, name)
+            files.require_content(size, path.stat().st_size, name)
         with np.load(path, allow_pickle=False) as archive:
             arrays = {key: vectors[key].of(archive[vectors[key].array]) for key in keys}
         return {key: source.as_numbers(one) for key, one in arrays.items()}
@@ -135,7 +133,7 @@ def write(path: Path, out: source.Outgoing) -> None:
     """One array per column and the statement as text and numbers."""
     arrays: dict[str, Any] = {**out.rows(slice(None)), **out.statement()}
     # Not by np.savez: a gyro that is called as one of its arguments is none to it.
-    with replacing(path) as temporary, zipfile.ZipFile(temporary, "w") as archive:
+    with whole_files.replacing(path) as temporary, zipfile.ZipFile(temporary, "w") as archive:
         archive.comment = source.MADE.encode()
         for name, values in arrays.items():
             with archive.open(f"{name}.npy", "w", force_zip64=True) as stream:

@@ -10,18 +10,15 @@ from pathlib import Path
 from typing import Final
 
 from sagnac.core.errors import RecordingError
-from sagnac.formats.csv import source_of
-from sagnac.formats.source import Column, Source
-from sagnac.formats.statement import Statement
+from sagnac.formats import csv, source, statement, text_layout
 from sagnac.formats.text import text_file
-from sagnac.formats.text_layout import Layout, is_plain
 from sagnac.recording.columns import ACCELEROMETER_NAMES, GYRO_NAMES
 
 _HEADER_ROWS: Final = 3
 _ROW: Final = (*GYRO_NAMES, *ACCELEROMETER_NAMES)
 
 
-def open_source(path: Path) -> Source:
+def open_source(path: Path) -> source.Source:
     """Columns by the header of the log, kind ``increment``.
 
     Gyros are ``x``, ``y``, ``z``; accelerometers are ``ax``, ``ay``, ``az`` if the header sizes all
@@ -33,7 +30,7 @@ def open_source(path: Path) -> Source:
         If the header is not there or states what cannot be.
     """
     text = text_file(path)
-    plain = [number for number, line in enumerate(text.head) if is_plain(line)]
+    plain = [number for number, line in enumerate(text.head) if text_layout.is_plain(line)]
     rows = [text.head[number].split() for number in plain[: _HEADER_ROWS + 1]]
     # Without the comments that open a log, the first rows of its data would pass for a header.
     is_commented = bool(plain) and any(map(str.strip, text.head[: plain[0]]))
@@ -55,16 +52,16 @@ def open_source(path: Path) -> Source:
     if all(micro_g * size > 0.0 for size in forces):
         units += [f"{micro_g * size!r}m/s" for size in forces]
     columns = (
-        Column(key=name, name=name, unit=unit, kind="increment", number=number)
+        source.Column(key=name, name=name, unit=unit, kind="increment", number=number)
         for number, (name, unit) in enumerate(zip(_ROW, units, strict=False), start=1)
     )
-    laid_out = Layout(
+    laid_out = text_layout.Layout(
         text=text,
         columns=tuple(columns),
         forms=tuple("number" for _ in _ROW),
         delimiter=" ",
-        stated=Statement(sample_rate=round(1e3 / interval_ms, 9)),
+        stated=statement.Statement(sample_rate=round(1e3 / interval_ms, 9)),
         skip=plain[_HEADER_ROWS - 1] + 1,
         first_row=tuple(*rows[_HEADER_ROWS:]),
     )
-    return source_of(laid_out)
+    return csv.source_of(laid_out)

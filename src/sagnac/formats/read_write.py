@@ -11,18 +11,12 @@ from typing import Any, Final, Unpack
 
 from sagnac.core.errors import MissingExtra, RecordingError, path_of
 from sagnac.core.overwriting import require_free
+from sagnac.formats import statement as stating
 from sagnac.formats.assemble import assemble
 from sagnac.formats.files import about, damaged
 from sagnac.formats.registry import BINARY, CSV, EUROC_DATA, ROSBAG, Format, formats
 from sagnac.formats.source import Outgoing, Source, outgoing
-from sagnac.formats.statement import (
-    Statement,
-    StatementFields,
-    Statements,
-    beside,
-    of_conversion,
-    one_statement,
-)
+from sagnac.formats.statement import Statement, StatementFields, Statements
 from sagnac.formats.suggestion import accelerometer_inputs, candidates, column_text, suggestion
 from sagnac.recording.model import Provenance, Recording, require_recording
 
@@ -200,9 +194,9 @@ def _opened(
     path: Path | str, statement: Statement | None, stated: Mapping[str, Any]
 ) -> tuple[Source, Statements]:
     """A file with the notes on it and on the TOML beside it, and the statements about it."""
-    path, caller = _file_of(path), one_statement(statement, stated)
+    path, caller = _file_of(path), stating.one_statement(statement, stated)
     with about(path):
-        by_toml, notes = beside(path)
+        by_toml, notes = stating.beside(path)
         source = _open(path, Statements(caller=caller, beside=by_toml))
     statements = Statements(caller=caller, beside=by_toml, file=source.stated)
     return replace(source, notes=(*source.notes, *notes)), statements
@@ -257,7 +251,7 @@ def write(recording: Recording, path: Path | str, *, force: bool = False) -> Pat
     out = outgoing(recording)
     known = format_to_write(path, out)
     with about(path):
-        require_free(of_conversion(path), force=force)
+        require_free(stating.of_conversion(path), force=force)
         _module(known, "writing").write(path, out)
     return path
 
@@ -286,7 +280,7 @@ def format_to_write(path: Path, heading: Outgoing) -> Format:
         suffixes = ", ".join(own for one in formats() if one.writes for own in one.suffixes)
         remedy = f"use one of {suffixes}"
         raise RecordingError("no format to write has this suffix", path=str(path), remedy=remedy)
-    if known is not CSV and beside(path)[0] != Statement():
+    if known is not CSV and stating.beside(path)[0] != Statement():
         how = "how a file of this name is to be read"
         problem = f"a TOML beside it states {how}, and would be believed"
         remedy = "remove the TOML, or choose another output"

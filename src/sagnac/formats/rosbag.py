@@ -22,9 +22,8 @@ from rosbags.rosbag2 import StoragePlugin
 from rosbags.rosbag2 import Writer as Writer2
 from rosbags.typesys import Stores, get_typestore
 
+from sagnac.core import errors, whole_files
 from sagnac.core.arrays import AnyArray, blocks
-from sagnac.core.errors import Note, RecordingError
-from sagnac.core.whole_files import replacing_set
 from sagnac.formats.source import MADE, Column, Outgoing, Source
 from sagnac.formats.statement import Statement, of_rates
 
@@ -83,7 +82,7 @@ def open_source(path: Path) -> Source:
         listed = [f"{name} ({kind}, {count})" for name, kind, count in every[:_MOST_LISTED]]
         more = " ..." if len(every) > _MOST_LISTED else ""
         problem = f"holds no sensor_msgs/Imu; its topics are {', '.join(listed) or 'none'}{more}"
-        raise RecordingError(problem, remedy="give a bag with such a topic")
+        raise errors.RecordingError(problem, remedy="give a bag with such a topic")
     keys = {
         field if len(topics) == 1 else f"{topic.name}/{field}": (topic, field)
         for topic in topics
@@ -108,7 +107,7 @@ def open_source(path: Path) -> Source:
         stated = of_rates(tuple(_FIELDS)[:3], forces, _STAMP if topics[0].is_stamped else _RECEIVED)
     units = {key: _FIELDS[name][1] if name in _FIELDS else "ns" for key, (_, name) in keys.items()}
     columns = tuple(Column(key=key, name=key, unit=unit) for key, unit in units.items())
-    return Source(columns=columns, stated=stated, load=load, notes=(Note(text=problem),))
+    return Source(columns=columns, stated=stated, load=load, notes=(errors.Note(text=problem),))
 
 
 def _reader(path: Path) -> AnyReader:
@@ -191,7 +190,7 @@ def write(path: Path, out: Outgoing) -> None:
     """
     plugin = {".mcap": StoragePlugin.MCAP, ".db3": StoragePlugin.SQLITE3}.get(path.suffix.lower())
     store = get_typestore(Stores.ROS1_NOETIC if plugin is None else Stores.ROS2_HUMBLE)
-    with replacing_set(path) as folder:
+    with whole_files.replacing_set(path) as folder:
         if plugin is None:
             with Writer1(folder / path.name) as bag:
                 to = bag.add_connection(_WRITTEN, _TYPES[0], typestore=store, callerid=MADE)

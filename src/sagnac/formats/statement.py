@@ -12,11 +12,9 @@ from pathlib import Path
 from types import NoneType
 from typing import Any, Final, Literal, TypedDict
 
-from sagnac.core import units
-from sagnac.core.documents import read_toml
+from sagnac.core import documents, texts, units
 from sagnac.core.errors import Note, RecordingError, one_line, quoted, refusal, require_type
 from sagnac.core.overwriting import Outputs
-from sagnac.core.texts import value_of
 from sagnac.formats.files import about
 from sagnac.formats.registry import CSV, EUROC, EUROC_SENSOR
 from sagnac.recording.channel import KINDS, PICKOFF
@@ -161,8 +159,10 @@ class Statement:
             stated = getattr(self, name)
             is_by_name = name in ("kind", "unit") and isinstance(stated, Mapping)
             for value in stated.values() if is_by_name else (stated,):
-                if value is not None and not _is_kept(is_right, value):
-                    raise refusal(name, f"is {quoted(value)}; {remedy}")
+                with suppress(TypeError, ValueError):
+                    if value is None or is_right(value):
+                        continue
+                raise refusal(name, f"is {quoted(value)}; {remedy}")
         if self.counter_bits is not None and self.counter_period is not None:
             raise ValueError("counter_bits and a period are both given; give one of them")
 
@@ -183,13 +183,6 @@ class Statement:
         if isinstance(stated, Mapping):
             return stated.get(name, stated.get(f"{sensor}s"))
         return stated if sensor == "gyro" else None
-
-
-def _is_kept(is_right: Callable[[Any], bool], value: object) -> bool:
-    """Whether a value keeps its rule; one of another type does not."""
-    with suppress(TypeError, ValueError):
-        return is_right(value)
-    return False
 
 
 def _is_text(value: object) -> bool:
@@ -375,7 +368,7 @@ def beside(path: Path) -> tuple[Statement, tuple[Note, ...]]:
         if candidate == path or not candidate.is_file():
             continue
         try:
-            content = read_toml(candidate)
+            content = documents.read_toml(candidate)
         except (OSError, ValueError) as error:
             why = f"cannot be read ({error.strerror})" if isinstance(error, OSError) else str(error)
             raise RecordingError(why, path=str(candidate), remedy="correct or remove it") from None
@@ -423,7 +416,7 @@ def by_attributes(attributes: Mapping[str, Any]) -> Statement:
 def _value(key: str, stated: Any) -> Any:
     """The value of a field of `Statement` from what stands in a TOML or an attribute."""
     if isinstance(stated, str):
-        return value_of(key, stated)
+        return texts.value_of(key, stated)
     if key in ("gyros", "accelerometers"):
         if not isinstance(stated, list | tuple):
             raise ValueError(f"{key} is {stated!r}; give names")

@@ -8,15 +8,13 @@ from typing import Final
 
 import numpy as np
 
-from sagnac.core import units
-from sagnac.core.arrays import FloatArray
+from sagnac.core import arrays, units
 from sagnac.core.errors import RecordingError
 from sagnac.core.texts import text_of
-from sagnac.formats import choice
+from sagnac.formats import choice, suspicions
 from sagnac.formats.choice import choose_one, is_like_table, is_like_time
 from sagnac.formats.source import Column, Columns, Source, Values
 from sagnac.formats.statement import Statements, is_counts, is_known
-from sagnac.formats.suspicions import likely_time_unit
 from sagnac.recording.columns import ACCELEROMETER_NAMES, GYRO_NAMES
 
 # What stands for something that no file tells: to be replaced by whoever knows it.
@@ -291,7 +289,7 @@ def _sampling(source: Source, statements: Statements, taken: Collection[str]) ->
     return {"rate": "HZ"}
 
 
-def _steps(source: Source, column: Column) -> FloatArray:
+def _steps(source: Source, column: Column) -> arrays.FloatArray:
     """Finite steps of a column of stamps, in its own unit."""
     steps = np.diff(source.stamps(column.key))
     return steps[np.isfinite(steps)]
@@ -306,5 +304,5 @@ def _time_text(source: Source, column: Column) -> str:
     if steps.size and (steps == 1.0).all():
         return ""
     forward = steps[steps > 0.0]
-    likely = likely_time_unit(float(np.mean(forward))) if forward.size else None
+    likely = suspicions.likely_time_unit(float(np.mean(forward))) if forward.size else None
     return f"{column.name}:{likely or UNIT}"

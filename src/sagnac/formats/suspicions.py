@@ -17,8 +17,7 @@ from sagnac.core.units import DEGREE_PER_ROOT_HOUR, TIME_UNITS, canonical, unit_
 from sagnac.formats.choice import Choice, is_like_time
 from sagnac.formats.source import Column, Source
 from sagnac.formats.statement import COUNTER_BITS, Statements
-from sagnac.recording.channel import Kind, finite_extent
-from sagnac.recording.columns import ACCELEROMETER_NAMES
+from sagnac.recording import channel, columns
 from sagnac.recording.stamps import Sampling, Span, Stretch
 
 _LOOKED_AT: Final = 100_000
@@ -62,13 +61,13 @@ def roll_overs(readings: FloatArray, extent: float) -> tuple[int, float] | None:
     return int(places.size), abs(leap - float(np.median(steps[np.abs(steps) <= limit])))
 
 
-def counter_notes(name: str, raw: FloatArray, kind: Kind) -> tuple[Note, ...]:
+def counter_notes(name: str, raw: FloatArray, kind: channel.Kind) -> tuple[Note, ...]:
     """A gyro's raw numbers that roll over as a counter does, while none is stated: a warning."""
     some = raw[:_LOOKED_AT]
     finite = some[np.isfinite(some)]
     if not np.array_equal(finite, np.rint(finite)):
         return ()
-    extent = finite_extent(raw)
+    extent = channel.finite_extent(raw)
     bits = next((bits for bits in COUNTER_BITS if extent < 2.0**bits), None)
     wraps = None if bits is None else roll_overs(raw, extent)
     if bits is None or wraps is None:
@@ -95,7 +94,7 @@ def counter_notes(name: str, raw: FloatArray, kind: Kind) -> tuple[Note, ...]:
 def table_counter_notes(key: str, raw: FloatArray, unit: str) -> tuple[Note, ...]:
     """Encoder readings that start over elsewhere than at a turn of their unit: a warning."""
     turn = 2.0 * math.pi / unit_of(unit, "angle").size
-    wraps = roll_overs(raw, finite_extent(raw))
+    wraps = roll_overs(raw, channel.finite_extent(raw))
     # No counter has ten places in a turn or fewer; damaged readings may seem to.
     if wraps is None or not wraps[1] > 10.0:
         return ()
@@ -256,7 +255,7 @@ def force_notes(gyros: Mapping[str, Column]) -> list[Note]:
     return [
         Note(name="units", level="warning", channel=name, text=problem.format(key=column.key))
         for name, column in gyros.items()
-        if column.name.lower() in ACCELEROMETER_NAMES
+        if column.name.lower() in columns.ACCELEROMETER_NAMES
     ]
 
 

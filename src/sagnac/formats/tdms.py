@@ -13,19 +13,9 @@ from nptdms.log import log_manager
 
 from sagnac.core.arrays import blocks
 from sagnac.core.errors import RecordingError
-from sagnac.formats.files import AGAIN
+from sagnac.formats import files, source, statement
 from sagnac.formats.registry import TDMS
-from sagnac.formats.source import (
-    NUMBERS,
-    Column,
-    Pieces,
-    Source,
-    Stored,
-    as_numbers,
-    column,
-    unit_of,
-)
-from sagnac.formats.statement import Statement
+from sagnac.formats.source import Column, Pieces, Source, Stored
 
 # The library hands over raw counts of a channel whose scale it does not know.
 _KNOWN_SCALES: Final = frozenset(
@@ -60,13 +50,13 @@ def open_source(path: Path) -> Source:
             for one in group.channels()
         ]
         shared = [file.properties, *(group.properties for group in file.groups())]
-    found = [one for one in found if one[3].kind in NUMBERS and one[4]]
+    found = [one for one in found if one[3].kind in source.NUMBERS and one[4]]
     often = Counter(name for _, name, *_ in found)
     by_key = {one[1] if often[one[1]] == 1 else f"{one[0]}/{one[1]}": one for one in found}
     columns: list[Column] = []
     for key, (_, _, own, kind, _) in by_key.items():
         unit = next((str(own[one]) for one in _UNIT_PROPERTIES if own.get(one)), None)
-        columns.append(column(key, unit=unit_of(kind) or unit))
+        columns.append(source.column(key, unit=source.unit_of(kind) or unit))
 
     def pieces(keys: Sequence[str], start: int, stop: int) -> Pieces:
         with path.open("rb") as stream, TdmsFile.open(stream) as file:
@@ -75,7 +65,7 @@ def open_source(path: Path) -> Source:
                 channel = file[group][name]
                 for block in blocks(stop, start=start):
                     values = channel.read_data(block.start, block.stop - block.start)
-                    yield {key: as_numbers(values)}
+                    yield {key: source.as_numbers(values)}
 
     def load(keys: Sequence[str]) -> Stored:
         for key in keys:
@@ -85,7 +75,7 @@ def open_source(path: Path) -> Source:
 
     steps = {own["wf_increment"] for _, _, own, *_ in found if own.get("wf_increment")}
     rate = round(1.0 / steps.pop(), 9) if len(steps) == 1 else None
-    stated = Statement(sample_rate=rate if rate and rate > 0.0 else None)
+    stated = statement.Statement(sample_rate=rate if rate and rate > 0.0 else None)
     return Source(columns=tuple(columns), load=load, stated=stated)
 
 
@@ -125,7 +115,7 @@ def _require_whole(path: Path) -> None:
                 if position:
                     raise ValueError(f"no segment begins at byte {position}, where one should")
                 problem = "is not TDMS: it does not begin as such a file does"
-                remedy = f"give it the suffix of its own format, or {AGAIN}"
+                remedy = f"give it the suffix of its own format, or {files.AGAIN}"
                 raise RecordingError(problem, remedy=remedy)
             # The bit of its contents for the highest byte first.
             is_big = len(lead_in) == _LEAD_IN and lead_in[4] & 0x40

@@ -58,9 +58,7 @@ def open_source(path: Path) -> Source:
         log = ULog(stream, list(_FIELDS), disable_str_exceptions=True)
     if log.file_corruption:
         raise ValueError("messages are damaged")
-    sets = {
-        f"{one.name}.{one.multi_id}" if one.multi_id else one.name: one for one in log.data_list
-    }
+    sets = {f"{one.name}.{one.multi_id}".removesuffix(".0"): one for one in log.data_list}
     columns, arrays = [], {}
     for prefix, one in sets.items():
         for name, unit in {**_FIELDS[one.name], **dict.fromkeys(_TIMES, "us")}.items():

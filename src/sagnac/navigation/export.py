@@ -7,14 +7,9 @@ from functools import partial
 from pathlib import Path
 from typing import Final, Literal
 
-from sagnac.core import errors, units
-from sagnac.core.documents import Documented, require_source
-from sagnac.core.overwriting import of_export, require_free
-from sagnac.core.whole_files import made, write_text
-from sagnac.navigation.definitions import ToolName, definition_of
-from sagnac.navigation.models import FilterModel, Markov
+from sagnac.core import documents, errors, overwriting, units, whole_files
+from sagnac.navigation import definitions, models, tools
 from sagnac.navigation.settings import FilterSetting, measured_in
-from sagnac.navigation.tools import SettingsFile
 
 # ---- datasheet ---------------------------------------------------------------------
 
@@ -86,8 +81,8 @@ def _stated_models(text: str) -> FilterSetting:
     # lowest long before.
     if not 0.01 <= times <= 3.0:
         raise ValueError(f"N alone makes {times:.3g} times B at that time: a unit is wrong")
-    simple = FilterModel(white=white, walk=lowest * math.sqrt(3.0 / tau))
-    full = FilterModel(white=white, markov=(Markov.of_peak(tau, lowest),))
+    simple = models.FilterModel(white=white, walk=lowest * math.sqrt(3.0 / tau))
+    full = models.FilterModel(white=white, markov=(models.Markov.of_peak(tau, lowest),))
     source = f"a data sheet: {text} (stated, not measured)"
     more: dict[str, str] = {key: parts[key] for key in ("bandwidth", "range") if key in parts}
     return FilterSetting(name=kind, kind=kind, simple=simple, full=full, source=source, stated=more)
@@ -105,7 +100,7 @@ def _number(stated: str, sizes: Mapping[str, float]) -> float:
 
 # ---- export ------------------------------------------------------------------------
 
-_SUFFIXES: Final[Mapping[str, ToolName]] = {
+_SUFFIXES: Final[Mapping[str, definitions.ToolName]] = {
     ".yaml": "kalibr",
     ".yml": "kalibr",
     ".py": "gtsam",
@@ -117,7 +112,7 @@ _SUFFIXES: Final[Mapping[str, ToolName]] = {
 }
 
 
-Source = Documented | str | Path
+Source = documents.Documented | str | Path
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -142,7 +137,7 @@ class Exported:
     ('kalibr', True)
     """
 
-    tool: ToolName
+    tool: definitions.ToolName
     text: str
     settings: tuple[FilterSetting, ...] = field(compare=False)
     notes: tuple[errors.Note, ...] = ()
@@ -152,7 +147,7 @@ def export(
     source: Source | Sequence[Source] = (),
     path: str | Path | None = None,
     *,
-    tool: ToolName | None = None,
+    tool: definitions.ToolName | None = None,
     axes: Literal["worst", "each"] | None = None,
     rate: float | None = None,
     confidence: float = 0.95,
@@ -212,10 +207,10 @@ def export(
         named = "there is no path" if path is None else f"{path} does not tell it"
         remedy = f"state it, or name a path that ends in {', '.join(_SUFFIXES)}"
         raise errors.refusal("tool", f"is not stated, and {named}; {remedy}")
-    errors.require_choice("tool", tool, ToolName)
+    errors.require_choice("tool", tool, definitions.ToolName)
     errors.require_choice("axes", axes or "each", Literal["worst", "each"])
     errors.require_confidence(confidence)
-    definition = definition_of(tool)
+    definition = definitions.definition_of(tool)
     given = {"rate": rate, "markov": markov, "topic": topic, "accelerometer": accelerometer}
     for option, value in given.items():
         if value is not None and option in definition.unused:
@@ -227,7 +222,7 @@ def export(
     datasheet = [datasheet] if isinstance(datasheet, str) else datasheet
     sources = source if isinstance(source, Sequence) and not isinstance(source, str) else [source]
     for one in sources:
-        require_source(one)
+        documents.require_source(one)
     read = partial(measured_in, confidence=confidence, most_markov=2 if markov is None else markov)
     settings = [setting for one in sources for setting in read(one)]
     stated = [] if accelerometer is None else [_stated(accelerometer)]
@@ -238,13 +233,13 @@ def export(
         settings.append(setting)
     each = axes == "each" or (axes is None and definition.axes != "one" and tool != "openvins")
     topic, held = topic or "/imu0", tuple(settings)
-    file = SettingsFile(tool=tool, settings=held, each=each, rate=rate, topic=topic)
+    file = tools.SettingsFile(tool=tool, settings=held, each=each, rate=rate, topic=topic)
     text = file.text()
     if path is not None:
         inputs = [Path(one) for one in sources if isinstance(one, str | Path)]
-        require_free(of_export(Path(path), tool), inputs, force=force)
-        made(Path(path).parent)
-        write_text(Path(path), text)
+        overwriting.require_free(overwriting.of_export(Path(path), tool), inputs, force=force)
+        whole_files.made(Path(path).parent)
+        whole_files.write_text(Path(path), text)
     return Exported(tool=tool, text=text, settings=file.held, notes=file.notes)
 
 
@@ -257,7 +252,7 @@ def _stated(accelerometer: tuple[float, float]) -> FilterSetting:
         remedy = "since no accelerometer is without noise, and a walk of zero or more"
         problem = f"is {errors.quoted(accelerometer)}; give a density above zero, {remedy}"
         raise errors.refusal("accelerometer", problem)
-    model = FilterModel(white=density, walk=walk)
+    model = models.FilterModel(white=density, walk=walk)
     kind: units.Sensor = "accelerometer"
     source = f"accelerometer {density:g},{walk:g} (stated, not measured)"
     return FilterSetting(name=kind, kind=kind, simple=model, full=model, source=source)

@@ -411,12 +411,9 @@ def _smallest(limit: UpperLimit, times: Sequence[float], least: _Two) -> tuple[f
     laws = np.stack(columns, axis=-1) / limit.limit[:, np.newaxis] ** 2
     excess, squares = _least_sum(laws, (*least, *np.zeros(len(columns) - 2)))
     white, walk, angle, *others = np.sqrt(squares).tolist()
-    markov = tuple(
-        Markov(driving_noise=noise, correlation_time=time)
-        for noise, time in zip(others, times, strict=True)
-        if noise > 0.0
-    )
-    return excess, FilterModel(white=white, walk=walk, angle=angle, markov=markov)
+    sizes = zip(others, times, strict=True)
+    rates = [Markov(driving_noise=one, correlation_time=time) for one, time in sizes if one > 0.0]
+    return excess, FilterModel(white=white, walk=walk, angle=angle, markov=tuple(rates))
 
 
 def _least_sum(laws: FloatArray, least: Sequence[float]) -> tuple[float, FloatArray]:

@@ -11,10 +11,9 @@ from typing import Any, Final
 import numpy as np
 from scipy.special import ndtri
 
+from sagnac.core import documents, texts
 from sagnac.core.arrays import FloatArray
-from sagnac.core.documents import Documented, read_one_analysis
 from sagnac.core.errors import RecordingError, refusal
-from sagnac.core.texts import by_axis
 from sagnac.core.units import SENSED, Sensed, Sensor
 from sagnac.navigation.models import FilterModel, Markov, require_numbers
 from sagnac.navigation.settings import as_written
@@ -96,7 +95,7 @@ class GyroNoise:
 
     @classmethod
     def unit(
-        cls, source: Documented | Mapping[str, Any] | str | Path
+        cls, source: documents.Documented | Mapping[str, Any] | str | Path
     ) -> "tuple[Triad, tuple[GyroNoise, ...]]":
         """The noise of the gyros and of the level accelerometers of an analysis.
 
@@ -120,19 +119,19 @@ class GyroNoise:
         """
         if isinstance(source, str | Path):
             with as_written(Path(source)):
-                return cls.unit(read_one_analysis(Path(source)))
+                return cls.unit(documents.read_one_analysis(Path(source)))
         document = source if isinstance(source, Mapping) else json.loads(source.to_json())
         alone = document.get("gyros") or {document["channel"]: document}
         measured = {name: cls.from_document(one) for name, one in alone.items()}
         # Compared at the cluster time, s, of a usual rest, and of a time without aiding.
         stand_in = max(measured.values(), key=lambda one: one.allan_variance(600.0))
-        x, y, z = (by_axis(measured).get(axis, stand_in) for axis in "xyz")
+        x, y, z = (texts.by_axis(measured).get(axis, stand_in) for axis in "xyz")
         forces = {
             name: cls.from_document(one, "accelerometer")
             for name, one in (document.get("accelerometers") or {}).items()
             if one["velocity_random_walk"]["status"] != "not observable"
         }
-        level = [one for axis, one in sorted(by_axis(forces).items()) if axis != "z"]
+        level = [one for axis, one in sorted(texts.by_axis(forces).items()) if axis != "z"]
         if len(level) != 2:
             level = 2 * sorted(forces.values(), key=lambda one: one.angle_random_walk)[-1:]
         return (x, y, z), (*level,)
@@ -198,11 +197,9 @@ def _markov(stated: Mapping[str, Any], sizes: Mapping[str, float], confidence: f
     long beside it.
     """
     size, time = stated["deviation"], stated["correlation_time_s"]
-    errors = [
-        0.5 * math.log(one.get("high", one["value"]) / one.get("low", one["value"]))
-        for one in (size, time)
-    ]
-    error = math.hypot(2.0 * errors[0], errors[1]) / quantile(confidence)
+    ratios = (one.get("high", one["value"]) / one.get("low", one["value"]) for one in (size, time))
+    of_size, of_time = (0.5 * math.log(ratio) for ratio in ratios)
+    error = math.hypot(2.0 * of_size, of_time) / quantile(confidence)
     return Markov.of_deviation(size["value"] * sizes[size["unit"]], time["value"], error=error)
 
 

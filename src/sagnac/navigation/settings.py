@@ -20,8 +20,7 @@ from sagnac.core.documents import Documented, documents_of, read_analyses
 from sagnac.core.errors import RecordingError, refusal
 from sagnac.core.units import SENSED, UNITS, Sensor, field_unit
 from sagnac.core.version import __version__
-from sagnac.navigation import models
-from sagnac.navigation.definitions import definition_of
+from sagnac.navigation import definitions, models
 
 # ---- settings ----------------------------------------------------------------------
 
@@ -110,8 +109,7 @@ class FilterSetting:
         rate = UNITS[SENSED[self.kind].rate_unit]
         bound = _at_most(self.walk_bound / walk.size)
         # Flicker, ramps and Markov rates as well as K.
-        covers = "; it covers all slow noise that the curve allows"
-        slow = covers if model.walk > self.walk_bound else ""
+        slow = "; it covers all slow noise that the curve allows" * (model.walk > self.walk_bound)
         bias = f"K {model.walk / walk.size:.4g} {walk.name}"
         unseen = f" (not estimated{bound}{slow})"
         for one in model.markov:
@@ -366,7 +364,7 @@ def plain(sensors: Mapping[Sensor, Sequence[FilterSetting]], rate: float) -> dic
     rate
         Of the discrete form, Hz.
     """
-    definition = definition_of("toml")
+    definition = definitions.definition_of("toml")
     every = (one.limit for settings in sensors.values() for one in settings)
     limits = [limit for limit in every if limit is not None]
     data: dict[str, Any] = {

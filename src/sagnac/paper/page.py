@@ -9,21 +9,18 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
-from sagnac.core.units import DEGREE
-from sagnac.core.whole_files import replacing_folder, write_text
+from sagnac.core import units, whole_files
 from sagnac.lines.published import SLOWEST_CYCLES
 from sagnac.noise.readings import READINGS
-from sagnac.paper import prediction
+from sagnac.paper import prediction, reproduce, trials
 from sagnac.paper import tables as values
-from sagnac.paper.reproduce import Cell, Reproduction, outcomes_of_table
-from sagnac.paper.trials import FORM, NEAREST_TRIAL
 from sagnac.report.figures import svg, write_png
 from sagnac.report.sections import rendered
 
 # ---- reproduction page -------------------------------------------------------------
 
 
-def page(reproduction: Reproduction, figures: Mapping[str, Figure]) -> str:
+def page(reproduction: reproduce.Reproduction, figures: Mapping[str, Figure]) -> str:
     """The page as HTML; nothing in it is fetched.
 
     Parameters
@@ -33,7 +30,7 @@ def page(reproduction: Reproduction, figures: Mapping[str, Figure]) -> str:
     figures
         By name, those of `tables.figures_of`.
     """
-    cells = {name: outcomes_of_table(reproduction, name) for name in prediction.TABLES}
+    cells = {name: reproduce.outcomes_of_table(reproduction, name) for name in prediction.TABLES}
     ours = values.QUANTITIES["ours"]
     fast = [one for one in cells["table2"] if one.rate > 20.0]
     dithered = [value for days in prediction.TABLE_1.values() for value in days]
@@ -47,23 +44,21 @@ def page(reproduction: Reproduction, figures: Mapping[str, Figure]) -> str:
         published=prediction,
         title="The experiment of Yu et al. (2013), regenerated on a simulated rig",
         reproduction=reproduction,
-        scope=reproduction.scope,
-        outcomes=reproduction.outcomes,
         figures=drawn,
         fris=fris,
         highest=max(map(values.excess, fris)),
-        white=values.readings(reproduction, "white", FORM),
-        nearest=values.readings(reproduction, NEAREST_TRIAL, FORM),
+        white=values.readings(reproduction, "white", trials.FORM),
+        nearest=values.readings(reproduction, trials.NEAREST_TRIAL, trials.FORM),
         tables={name: _table(found, prediction.TABLES[name].size) for name, found in cells.items()},
         stationary=values.spread([ours(one) for one in cells["table1"] if one.rate == 0.0]),
         ratio=values.mean(map(ours, cells["table1"])) / values.mean(map(ours, fast)),
         paper_ratio=values.mean(dithered) / values.mean(biased),
-        slowest=prediction.adequate_rate(reproduction.prediction) / DEGREE,
+        slowest=prediction.adequate_rate(reproduction.prediction) / units.DEGREE,
         slowest_cycles=SLOWEST_CYCLES,
     )
 
 
-def _table(cells: Sequence[Cell], size: float) -> dict[str, Any]:
+def _table(cells: Sequence[reproduce.Cell], size: float) -> dict[str, Any]:
     """A table on the page: its cells, and what they say together."""
     outcomes = [one.outcome for one in cells]
     errors = [abs(values.error_of(values.estimate_of(one), one)) for one in outcomes]
@@ -81,7 +76,7 @@ def _table(cells: Sequence[Cell], size: float) -> dict[str, Any]:
     }
 
 
-def _validity(cells: Sequence[Cell]) -> dict[str, float]:
+def _validity(cells: Sequence[reproduce.Cell]) -> dict[str, float]:
     """The paper's check of validity: mean N turning over mean N at rest."""
     without = [one for one in cells if one.published != max(prediction.TABLE_1[40.0])]
     over_rest, quantities = values.turning_over_rest, values.QUANTITIES
@@ -100,7 +95,7 @@ def _validity(cells: Sequence[Cell]) -> dict[str, float]:
     }
 
 
-def _day_spread(cells: Sequence[Cell], value: Callable[[Cell], float]) -> float:
+def _day_spread(cells: Sequence[reproduce.Cell], value: Callable[[reproduce.Cell], float]) -> float:
     """Root mean square over the rates of the days' standard deviation over their mean."""
     by_rate: dict[float, list[float]] = {}
     for one in cells:
@@ -113,7 +108,7 @@ def _day_spread(cells: Sequence[Cell], value: Callable[[Cell], float]) -> float:
 # ---- reproduction ------------------------------------------------------------------
 
 
-def write(reproduction: Reproduction, folder: Path) -> list[Path]:
+def write(reproduction: reproduce.Reproduction, folder: Path) -> list[Path]:
     """Page, pictures and tables into `folder`, all of them or none; what else it has stays.
 
     Returns
@@ -129,10 +124,10 @@ def write(reproduction: Reproduction, folder: Path) -> list[Path]:
     figures = values.figures_of(reproduction)
     pictures = {f"{name}.png": figure for name, figure in figures.items()}
     tables = {f"{name}.csv": text for name, text in values.tables(reproduction).items()}
-    with replacing_folder(folder) as new:
+    with whole_files.replacing_folder(folder) as new:
         for name, figure in pictures.items():
             write_png(figure, new / name)
         for name, text in tables.items():
-            write_text(new / name, text)
-        write_text(new / "reproduction.html", page(reproduction, figures))
+            whole_files.write_text(new / name, text)
+        whole_files.write_text(new / "reproduction.html", page(reproduction, figures))
     return [folder / name for name in ("reproduction.html", *pictures, *tables)]

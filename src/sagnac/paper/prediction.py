@@ -15,6 +15,7 @@ import json
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
+from functools import partial
 from itertools import product
 from typing import Final, Literal, NamedTuple
 
@@ -30,11 +31,9 @@ from sagnac.core.version import __version__
 from sagnac.lines.naming import with_noise_restored
 from sagnac.noise import curve_fit, readings
 from sagnac.paper.trials import Preparation, config_of_run, trials
-from sagnac.recording.channel import PAIR_SIZE
-from sagnac.recording.columns import GYRO_NAMES
+from sagnac.recording import channel, columns
+from sagnac.rig import sections, truth
 from sagnac.rig.config import PRESETS, RigConfig
-from sagnac.rig.sections import GyroMode, Pairs
-from sagnac.rig.truth import truth_of
 
 # ---- laboratory --------------------------------------------------------------------
 
@@ -65,7 +64,7 @@ def on_day(config: RigConfig, seed: int) -> RigConfig:
     sizes, places = random.lognormal(0.0, 0.4, len(time)), random.normal(size=len(time))
     # A line's frequency changes by 0.2 % rms; one above half the sample rate is kept at it.
     half = 0.5 * config.sample_rate_hz
-    moved: Pairs = tuple(
+    moved: sections.Pairs = tuple(
         (float(min(frequency * (1.0 + 2e-3 * place), half)), float(amplitude * size))
         for (frequency, amplitude), size, place in zip(time, sizes, places, strict=True)
     )
@@ -84,7 +83,7 @@ def on_day(config: RigConfig, seed: int) -> RigConfig:
 # ---- published ---------------------------------------------------------------------
 
 PAIR: Final = ("x", "z")
-_PLACES: Final = [GYRO_NAMES.index(name) for name in PAIR]
+_PLACES: Final = [columns.GYRO_NAMES.index(name) for name in PAIR]
 # Figures as published, deg/sqrt(h). Figure 3 is by interval in s, the tables are by
 # table rate in deg/s, for three days.
 FIGURE_2: Final = 0.0498
@@ -113,7 +112,7 @@ class PaperTable(NamedTuple):
     `first_seed` begins the seeds of its recordings here; `size` is in deg/sqrt(h).
     """
 
-    mode: GyroMode
+    mode: sections.GyroMode
     published: Published
     size: float
     first_seed: int
@@ -232,17 +231,14 @@ def _runs_of_table(table: Table, scope: Scope) -> list[Run]:
         seed = TABLES[table].first_seed + round(rate) * 10 + day
         config = config_of_run(TABLES[table].mode, rate, seed, scope.table_duration_s)
         config = on_day(config, seed)
-        own = Run(name=cell_name(table, rate, day), config=config, gyros=PAIR, method="fos")
+        name = partial(cell_name, table, rate, day)
+        own = Run(name=name(), config=config, gyros=PAIR, method="fos")
         # At rest the paper removes nothing.
         method: Method = "fos-paper" if rate > 0.0 else "none"
-        paper = replace(
-            own, name=cell_name(table, rate, day, "paper"), method=method, by_curve=True
-        )
+        paper = replace(own, name=name("paper"), method=method, by_curve=True)
         runs += [own, paper]
         if rate > 0.0:
-            runs.append(
-                replace(paper, name=cell_name(table, rate, day, "printed"), as_printed=True)
-            )
+            runs.append(replace(paper, name=name("printed"), as_printed=True))
         if (table, rate) == ("table2", 40.0):
             long = replace(config, duration_s=scope.figure_duration_s)
             runs.append(Run(name=f"figure2-day{day}", config=long, gyros=PAIR, method="fris"))
@@ -344,7 +340,7 @@ def predicted_angle_random_walk(
     mismatch = abs(first - second)
     # The encoder's white error of angle, of its steps and of when it is read.
     line = 2.0 * math.pi / config.encoder.lines / math.sqrt(12.0)
-    encoder = np.asarray(mismatch * np.hypot(line, speeds * late) / PAIR_SIZE)
+    encoder = np.asarray(mismatch * np.hypot(line, speeds * late) / channel.PAIR_SIZE)
     return Prediction(
         rates=speeds,
         quantum=np.full(speeds.size, quantum),
@@ -368,8 +364,8 @@ def _laser_noise(speeds: FloatArray, config: RigConfig) -> FloatArray:
     even = replace(config.table, profile=(), reversal_interval_s=0.0, dwell_s=0.0)
     for index, speed in enumerate(speeds / DEGREE):
         table = replace(even, rate_deg_per_s=float(speed))
-        gyros = truth_of(replace(config, gyro=gyro, table=table)).gyros
-        noise[index] = _mean([gyros[name].arw_deg_per_sqrt_h for name in GYRO_NAMES])
+        gyros = truth.truth_of(replace(config, gyro=gyro, table=table)).gyros
+        noise[index] = _mean([gyros[name].arw_deg_per_sqrt_h for name in columns.GYRO_NAMES])
     return noise * DEGREE_PER_ROOT_HOUR
 
 
@@ -378,7 +374,7 @@ def _jitter(config: RigConfig, mismatch: float) -> float:
     if config.table.jitter_spectrum != "position":
         return 0.0
     natural = 2.0 * math.pi * config.table.jitter_bandwidth_hz
-    return config.table.jitter_rms_deg_per_s * DEGREE * mismatch / natural / PAIR_SIZE
+    return config.table.jitter_rms_deg_per_s * DEGREE * mismatch / natural / channel.PAIR_SIZE
 
 
 def adequate_rate(prediction: Prediction, excess: float = 0.1) -> float:

@@ -8,7 +8,7 @@ paper's numbers are.
 import json
 import math
 import time
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import closing
 from dataclasses import asdict, dataclass
@@ -23,7 +23,7 @@ from sagnac.analysis.pipeline import answer_of
 from sagnac.analysis.settings import Settings
 from sagnac.core.documents import finite
 from sagnac.core.errors import RecordingError
-from sagnac.core.processes import GIBIBYTE, Means, Standing, completed, nobody
+from sagnac.core.processes import GIBIBYTE, Means, Standing, Told, completed, nobody
 from sagnac.core.units import DEGREE, DEGREE_PER_ROOT_HOUR
 from sagnac.core.whole_files import made, write_text
 from sagnac.lines.published import AS_PRINTED, FAIR
@@ -200,9 +200,6 @@ class Reproduction:
     trials: tuple[Trial, ...]
     prediction: prediction.Prediction
     computed: int = 0
-
-
-Told = Callable[[Standing], None]
 
 
 def reproduce(

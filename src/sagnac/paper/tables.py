@@ -374,17 +374,13 @@ def _trials(reproduction: Reproduction) -> str:
 
 def _curves(outcomes: list[Outcome]) -> str:
     rows: list[list[str]] = []
+    names = ("deviation", "low", "high")
     for outcome in outcomes:
-        tau, *ends = (outcome.curve[name] for name in ("tau", "deviation", "low", "high"))
+        tau, *ends = (outcome.curve[name] for name in ("tau", *names))
         truth = white_deviation(outcome.truth_deg_per_sqrt_h, tau).tolist()
         points = zip(tau, *ends, truth, strict=True)
         rows += [[outcome.run.name, *map(cell, point)] for point in points]
-    header = (
-        "run",
-        "tau[s]",
-        *(f"{name}[deg/h]" for name in ("deviation", "low", "high", "truth")),
-    )
-    return csv_text(header, rows)
+    return csv_text(("run", "tau[s]", *(f"{name}[deg/h]" for name in (*names, "truth"))), rows)
 
 
 def _table_rate(reproduction: Reproduction) -> str:

@@ -9,9 +9,8 @@ from numpy.typing import ArrayLike
 from scipy.optimize import nnls
 
 from sagnac.analysis.settings import Method
+from sagnac.rig import sections, truth
 from sagnac.rig.config import RigConfig, preset
-from sagnac.rig.sections import GyroMode, Pairs
-from sagnac.rig.truth import truth_of
 
 # ---- least squares -----------------------------------------------------------------
 
@@ -76,7 +75,7 @@ NEAREST_TRIAL: Final = "slow-40s"
 _SLOW_HZ: Final = 0.5  # above, a line folds when the angle is taken once a second
 
 
-def config_of_run(mode: GyroMode, rate: float, seed: int, duration_s: float) -> RigConfig:
+def config_of_run(mode: sections.GyroMode, rate: float, seed: int, duration_s: float) -> RigConfig:
     """The preset ``paper`` at one gyro mode and table rate, deg/s."""
     base = preset("paper")
     table, gyro = replace(base.table, rate_deg_per_s=rate), replace(base.gyro, mode=mode)
@@ -110,11 +109,9 @@ def trials(duration_s: float = 7200.0) -> tuple[Trial, ...]:
     folding = "lines above 0.5 Hz alone, ten times the preset: what folding does"
     walks = "rate random walk 0.01 °/h/√h, bias instability 0.001 °/h"
     drift = f"no lines; warming by 5 K at 0.004 °/h/K, {walks}: drift without temperature control"
-    tried = (
-        "of the periods from 15 to 150 s and amplitudes to 0.3″ that python -m benchmarks.figure_3"
-    )
-    best = f"{tried} tries, the nearest to the paper by relative squares on the deviation"
-    by_relative_squares = f"one line of 0.039″, period 39.9 s: {best}"
+    tried = "of the periods from 15 to 150 s and amplitudes to 0.3″ that"
+    best = f"{tried} python -m benchmarks.figure_3 tries, the nearest to the paper"
+    relative = f"one line of 0.039″, period 39.9 s: {best} by relative squares on the deviation"
     neighbour = "one line of 0.039″, period 38.7 s: its neighbour"
     nearest = "the nearest of them by plain squares on the deviation"
     by_plain_squares = f"one line of 0.026″, period 36.6 s: {nearest}"
@@ -127,14 +124,14 @@ def trials(duration_s: float = 7200.0) -> tuple[Trial, ...]:
         Trial("warm-up", drift, replace(quiet, gyro=warm)),
         Trial("rate", rates, quiet, preparation="rate"),
         Trial("slow-line", "the preset's line at 0.0137 Hz alone", with_time_lines(base, slow)),
-        Trial(NEAREST_TRIAL, by_relative_squares, with_line_in_z(base, 1.0 / 39.9, 0.0387)),
+        Trial(NEAREST_TRIAL, relative, with_line_in_z(base, 1.0 / 39.9, 0.0387)),
         Trial("slow-39s", neighbour, with_line_in_z(base, 1.0 / 38.71, 0.0389)),
         Trial("slow-37s", by_plain_squares, with_line_in_z(base, 1.0 / 36.6, 0.0257)),
         Trial("removed", removed, base, method="fos"),
     )
 
 
-def with_time_lines(base: RigConfig, time: Pairs) -> RigConfig:
+def with_time_lines(base: RigConfig, time: sections.Pairs) -> RigConfig:
     """`base` with these lines in time instead of its own: frequencies in Hz, amplitudes in ″."""
     return replace(base, disturbances=replace(base.disturbances, time=time))
 
@@ -144,6 +141,6 @@ def with_line_in_z(base: RigConfig, frequency: float, amplitude: float) -> RigCo
 
     The rig draws what part of a line each gyro takes, so the line is asked for by that part.
     """
-    drawn = truth_of(with_time_lines(base, ((frequency, 1.0),))).lines
+    drawn = truth.truth_of(with_time_lines(base, ((frequency, 1.0),))).lines
     part = next(line for line in drawn if line.scale == "time").amplitude_arcsec["z"]
     return with_time_lines(base, ((frequency, amplitude / part),))

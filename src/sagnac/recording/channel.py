@@ -47,14 +47,7 @@ def quantity_of(kind: Kind, sensor: Sensor = "gyro") -> Quantity:
 
 
 def unit_of_samples(name: str, kind: Kind, sensor: Sensor = "gyro") -> Unit:
-    """The unit that the field writes a channel in: deg for ``table``, arcsec or deg/h for a gyro.
-
-    Raises
-    ------
-    ValueError
-        If `kind` is none of `KINDS`.
-    """
-    require_choice("kind", kind, Kind)
+    """The unit that the field writes a channel in: deg for ``table``, arcsec or deg/h for gyros."""
     if kind != "rate" and name == "table":
         return UNITS["deg"]
     sensed = SENSED[sensor]

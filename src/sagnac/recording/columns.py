@@ -12,10 +12,9 @@ from typing import Any, Final, TypeVar
 import numpy as np
 from numpy.typing import ArrayLike
 
-from sagnac.core import arrays, errors
+from sagnac.core import arrays, errors, units
 from sagnac.core.arrays import AnyArray, BooleanArray, FloatArray
 from sagnac.core.errors import Note, RecordingError, counted, is_finite, quoted, refusal
-from sagnac.core.units import sensor_of, split_header, unit_of
 from sagnac.recording.channel import Channel, Conversion, Kind, finite_extent, numbers, unwrapped
 
 # ---- frames ------------------------------------------------------------------------
@@ -69,13 +68,13 @@ def columns_of(
             raise ValueError(f"columns[{name!r}] is {quoted(header)}; the frame has {present}")
     wanted = {name: (name,) for name in (*GYRO_NAMES, *ACCELEROMETER_NAMES, NULL_PULSE_NAME)}
     for name, names in {**wanted, **USUAL_NAMES}.items() if columns is None else ():
-        alike = [header for header in headers if split_header(header)[0] in names]
+        alike = [header for header in headers if units.split_header(header)[0] in names]
         if len(alike) > 1:
             remedy = f"name one with columns={{{name!r}: NAME}}"
             raise ValueError(f"{', '.join(alike)} may each be {name}; {remedy}")
         is_named = isinstance(unit, Mapping) and name in unit
         is_gyro = name not in ACCELEROMETER_NAMES
-        if alike and (is_gyro or is_named or split_header(alike[0])[1] is not None):
+        if alike and (is_gyro or is_named or units.split_header(alike[0])[1] is not None):
             found[name] = alike[0]
     if not set(found) - {"table", "time", NULL_PULSE_NAME}:
         problem = f"the frame has no gyro; it has {present}: name one with columns={{'x': NAME}}"
@@ -135,7 +134,7 @@ def gyro_of(
     RecordingError
         If it cannot be such a counter: it is no angle, or spans more than that holds.
     """
-    sensor, notes = sensor_of(unit), tuple[Note, ...]()
+    sensor, notes = units.sensor_of(unit), tuple[Note, ...]()
     if period is not None and sensor == "gyro":
         if kind != "angle":
             problem = f"a counter that starts over is an angle, not kind {kind}"
@@ -191,7 +190,7 @@ def seconds_of(values: ArrayLike, *, unit: str) -> FloatArray:
         if stamps.ndim != 1:
             raise refusal("times", f"has shape {stamps.shape}; give one column, shape (samples,)")
         return np.asarray((stamps - stamps[:1]) / np.timedelta64(1, "s"), dtype=np.float64)
-    scale = unit_of(unit, "time").size
+    scale = units.unit_of(unit, "time").size
     column = numbers(values, "times")
     return np.asarray(column - column[:1], dtype=np.float64) * scale
 

@@ -91,26 +91,23 @@ def _label_axes(axes: Axes, latitude: float) -> None:
 def prospect_text(prospect: Prospect) -> str:
     """The answer first, then what it rests on."""
     shown, noise = prospect_document(prospect), prospect.noise
-    phrases = {"wide": _why_wide([noise]), "without": _without([noise])}
-    return rendered("azimuth.txt", shown=shown, noise=noise, raised=_RAISED, **phrases)
+    return rendered("azimuth.txt", shown=shown, noise=noise, raised=_RAISED, **_phrases([noise]))
 
 
-def _why_wide(noises: Sequence[GyroNoise]) -> str:
-    """Why an interval is wide, in brackets; empty if no slow noise of these gyros is bounded."""
+def _phrases(noises: Sequence[GyroNoise]) -> dict[str, str]:
+    """Why an interval is wide, and what it is without: slow noise of which nothing is known."""
     # N that is bounded is taken at its bound.
-    there = {name for one in noises for name in one.bounds}
-    bounded = [symbol for name, symbol in zip(NAMES[1:], "BK", strict=True) if name in there]
-    if not bounded:
-        return ""
-    have = "have upper bounds" if len(bounded) > 1 else "has an upper bound"
-    return f" ({' and '.join(bounded)} {have} only)"
-
-
-def _without(noises: Sequence[GyroNoise]) -> str:
-    """Slow noise of which nothing is known, so that an interval leaves it out."""
+    bounded = {name for one in noises for name in one.bounds}
     unknown = {name for one in noises for name in {*one.unseen} - {*one.bounds}}
-    symbols = [symbol for name, symbol in zip(NAMES[1:], "BK", strict=True) if name in unknown]
-    return f", without {' and '.join(symbols)}" if symbols else ""
+    wide, without = (
+        [symbol for name, symbol in zip(NAMES[1:], "BK", strict=True) if name in names]
+        for names in (bounded, unknown)
+    )
+    have = "have upper bounds" if len(wide) > 1 else "has an upper bound"
+    return {
+        "wide": f" ({' and '.join(wide)} {have} only)" if wide else "",
+        "without": f", without {' and '.join(without)}" if without else "",
+    }
 
 
 def prospect_document(prospect: Prospect) -> dict[str, Any]:
@@ -239,9 +236,9 @@ def _rows(columns: Mapping[str, FloatArray]) -> list[dict[str, float]]:
 def drift_text(unaided: Unaided) -> str:
     """The priors first, then a line for each time and quantity, and what is left out."""
     shown, notes = drift_document(unaided), drift_notes(unaided)
-    phrases = {"wide": _why_wide(unaided.noises), "without": _without(unaided.noises)}
     more = {"percent": f"{100.0 * unaided.confidence:g}", "symbols": _SYMBOLS, "zip": zip}
-    return rendered("drift.txt", shown=shown, notes=notes, raised=_RAISED, **phrases, **more)
+    more |= _phrases(unaided.noises)
+    return rendered("drift.txt", shown=shown, notes=notes, raised=_RAISED, **more)
 
 
 def drift_notes(unaided: Unaided) -> list[str]:

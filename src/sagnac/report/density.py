@@ -83,9 +83,7 @@ def lines(analysis: Analysis, ax: Axes | None = None) -> Axes:
             )  # fmt: skip
     frame.logarithmic(axes, "frequency (Hz)", f"amplitude ({unit.symbol})")
     if not placed:
-        frame.without_data(axes)
-        axes.text(0.5, 0.5, "no line", transform=axes.transAxes, ha="center")
-        return axes
+        return frame.without_data(axes, "no line")
     for at, line in placed[:LABELLED_LINES]:
         axes.annotate(
             short_position(line), (at, line.amplitude / unit.size), xytext=(4.0, 4.0),
@@ -139,9 +137,7 @@ def spectrum(analysis: Analysis, ax: Axes | None = None) -> Axes:
     of = f"{SENSED[analysis.sensor].rate} noise density, {frame.channel_of(analysis)}"
     frame.logarithmic(axes, "frequency (Hz)", f"{of} ({unit.symbol}/√Hz)")
     if not after.frequency.size:
-        frame.without_data(axes)
-        axes.text(0.5, 0.5, analysis.source, transform=axes.transAxes, ha="center")
-        return axes
+        return frame.without_data(axes, analysis.source)
     axes.margins(x=0.01)
     if analysis.angle_random_walk.status == "estimated":
         level = math.sqrt(2.0) * analysis.angle_random_walk.value / unit.size

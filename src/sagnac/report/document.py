@@ -17,8 +17,7 @@ from sagnac.analysis import json_data, result
 from sagnac.analysis.result import Analysis
 from sagnac.analysis.settings import Settings
 from sagnac.analysis.verdict import verdict_of
-from sagnac.core import units
-from sagnac.core.arrays import FloatArray
+from sagnac.core import arrays, units
 from sagnac.core.documents import ANALYSES, ANALYSIS, AS_WRITTEN, finite, read_one_analysis
 from sagnac.core.errors import ArgumentError, Note, RecordingError, path_of
 from sagnac.core.units import Sensor, Unit
@@ -27,8 +26,7 @@ from sagnac.lines.model import Line
 from sagnac.noise import cross_spectra, model_average
 from sagnac.noise.estimates import Estimate, Fit
 from sagnac.noise.laws import COEFFICIENT_NAMES, CoefficientName
-from sagnac.report import error_text, findings_data, note_text, sections, tables
-from sagnac.report.quantities import curve_columns, curve_unit, shown_density
+from sagnac.report import error_text, findings_data, note_text, quantities, sections, tables
 from sagnac.stability.curve import StabilityCurve
 
 # ---- document ----------------------------------------------------------------------
@@ -89,8 +87,7 @@ def analysis_document(analysis: Analysis) -> dict[str, Any]:
         "notes": [note_text(note) for note in analysis.notes],
         "seconds": dict(analysis.seconds),
     }
-    cleaned: dict[str, Any] = finite(document)
-    return cleaned
+    return dict(finite(document))
 
 
 def many_document(
@@ -198,7 +195,7 @@ def _of_sensor(analysis: Analysis) -> dict[str, Any]:
 
 def _points(curve: StabilityCurve, unit: Unit, deviation: str = "deviation") -> dict[str, Any]:
     """The points of a curve; its deviation goes by that name."""
-    columns = curve_columns(curve, unit)
+    columns = quantities.curve_columns(curve, unit)
     others = {name: columns[name] for name in ("low", "high", "edf", *_COUNTS)}
     return {"tau_s": columns["tau"], deviation: columns["deviation"], **others}
 
@@ -222,13 +219,13 @@ def _family(analysis: Analysis) -> dict[str, Any]:
     """The curves asked for and their spectrum; nothing if none was."""
     if not analysis.family:
         return {}
-    density = shown_density(analysis)
+    density = quantities.shown_density(analysis)
     curves = [
         {
             "estimator": curve.estimator,
-            "unit": curve_unit(curve.estimator).name,
+            "unit": quantities.curve_unit(curve.estimator).name,
             "confidence": curve.confidence,
-            **_points(curve, curve_unit(curve.estimator)),
+            **_points(curve, quantities.curve_unit(curve.estimator)),
             "notes": [note_text(note) for note in curve.notes],
         }
         for curve in analysis.family
@@ -336,7 +333,7 @@ def _number(stated: float | None, size: float = 1.0) -> float:
     return math.nan if stated is None else float(stated) * size
 
 
-def _numbers(stated: Sequence[float | None], size: float = 1.0) -> FloatArray:
+def _numbers(stated: Sequence[float | None], size: float = 1.0) -> arrays.FloatArray:
     """Numbers in SI; NaN for each None."""
     return size * np.array([_number(one) for one in stated])
 

@@ -20,12 +20,10 @@ from numpy.typing import ArrayLike
 
 from sagnac.analysis.result import Analysis
 from sagnac.analysis.spectra import ByAngle
+from sagnac.core import units, whole_files
 from sagnac.core.arrays import FloatArray
-from sagnac.core.units import DEGREE, DEGREE_PER_HOUR
-from sagnac.core.whole_files import replacing
 from sagnac.noise.cross_spectra import SelfNoise
-from sagnac.report import density, deviation, frame
-from sagnac.report.quantities import reading_cells
+from sagnac.report import density, deviation, frame, quantities
 from sagnac.table.frames import table_to_gyro_matrix
 
 # ---- style -------------------------------------------------------------------------
@@ -36,7 +34,6 @@ _SIZE: Final = (6.6, 4.5)
 _FRAME: Final = {"left": 0.115, "right": 0.975, "bottom": 0.115}
 _ABOVE: Final = 0.09  # inches above a plot or its legend
 _POWER: Final = re.compile(r"\$\\mathdefault\{(.*?)(?:\\times)?10\^\{(.*?)\}\}\$")
-_RAISED: Final = str.maketrans("-−0123456789", "⁻⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 
 class PowersOfTen(LogFormatterSciNotation):
@@ -60,35 +57,22 @@ class PowersOfTen(LogFormatterSciNotation):
 
 def _plain(power: re.Match[str]) -> str:
     factor, exponent = power.groups()
-    return f"{factor}{'·' if factor else ''}10{exponent.translate(_RAISED)}"
-
-
-class _Mantissas(ScalarFormatter):
-    """Numbers of a linear axis; their common power of ten stands with the unit of the axis."""
-
-    def __init__(self) -> None:
-        super().__init__(useOffset=False)
-        self.set_powerlimits((-3, 4))
-
-    def get_offset(self) -> str:
-        """The offset is left out: it would be written above the axis, in the legend's place."""
-        return ""
-
-    def power(self) -> str:
-        """Factor that the numbers are to be multiplied with, ``10⁻⁵``; empty if by nothing."""
-        _, marked, exponent = super().get_offset().partition("1e")
-        return f"10{exponent.translate(_RAISED)}" if marked else ""
+    return f"{factor}{'·' if factor else ''}10{exponent.translate(quantities.SUPERSCRIPTS)}"
 
 
 def _name_power(axis: Axis) -> None:
     """Write the power of ten of a linear axis before its unit: ``N (10⁻⁵ °/√h)``."""
-    formatter = _Mantissas()
+    formatter = ScalarFormatter(useOffset=False)
+    formatter.set_powerlimits((-3, 4))
     axis.set_major_formatter(formatter)
     formatter.set_locs(axis.get_majorticklocs())  # type: ignore[arg-type]
-    power = formatter.power()
-    if power:
+    _, marked, exponent = formatter.get_offset().partition("1e")
+    # It would be written above the axis, in the legend's place.
+    formatter.get_offset = lambda: ""  # type: ignore[method-assign]
+    if marked:
         name, bracket, unit = axis.get_label_text().rpartition("(")
-        axis.set_label_text(f"{name}{bracket}{power} {unit}")
+        power = exponent.translate(quantities.SUPERSCRIPTS)
+        axis.set_label_text(f"{name}{bracket}10{power} {unit}")
 
 
 @contextmanager
@@ -210,8 +194,8 @@ def comparison_figure(analyses: Mapping[str, Analysis]) -> Figure:
             reach = np.stack([curve.deviation - curve.low, curve.high - curve.deviation])
             color, marker = _METHOD_STYLES.get(method, (frame.INK, "x"))
             axes.errorbar(
-                curve.tau, curve.deviation / DEGREE_PER_HOUR,
-                yerr=np.maximum(reach, 0.0) / DEGREE_PER_HOUR, color=color, marker=marker,
+                curve.tau, curve.deviation / units.DEGREE_PER_HOUR,
+                yerr=np.maximum(reach, 0.0) / units.DEGREE_PER_HOUR, color=color, marker=marker,
                 linewidth=1.0, elinewidth=0.7, label=f"{method}: {_short_answer(analysis)}",
             )  # fmt: skip
         channel = frame.channel_of(next(iter(analyses.values())))
@@ -277,14 +261,14 @@ def write_png(figure: Figure, path: Path) -> None:
     RecordingError
         If the folder cannot be written to.
     """
-    with mpl.rc_context(STYLE), replacing(path) as temporary:
+    with mpl.rc_context(STYLE), whole_files.replacing(path) as temporary:
         figure.dpi = 200
         fast = {"compress_level": 1}
         FigureCanvasAgg(figure).print_png(temporary, metadata={"Software": None}, pil_kwargs=fast)
 
 
 def _short_answer(analysis: Analysis) -> str:
-    value, _, status = reading_cells(analysis.angle_random_walk, plain=False)
+    value, _, status = quantities.reading_cells(analysis.angle_random_walk, plain=False)
     relation = "= " if status == "estimated" else ""
     return f"N {status}" if status == "not observable" else f"N {relation}{value} °/√h"
 
@@ -292,10 +276,10 @@ def _short_answer(analysis: Analysis) -> str:
 # ---- frames figure -----------------------------------------------------------------
 
 # The eye stands to the south-east, above the table.
-_AZIMUTH: Final = -62.0 * DEGREE
-_HEIGHT: Final = 24.0 * DEGREE
-_TURNED: Final = 38.0 * DEGREE  # of the table since the null indicator
-_HEADING: Final = 25.0 * DEGREE  # of the null indicator from north
+_AZIMUTH: Final = -62.0 * units.DEGREE
+_HEIGHT: Final = 24.0 * units.DEGREE
+_TURNED: Final = 38.0 * units.DEGREE  # of the table since the null indicator
+_HEADING: Final = 25.0 * units.DEGREE  # of the null indicator from north
 _INNER: Final = 0.92  # radius of the inner circle, of the rim's
 
 
@@ -352,6 +336,6 @@ def _draw_table(axes: Axes, null: FloatArray, table: FloatArray) -> None:
     for radius in (1.0, _INNER):
         circle = radius * _around(np.linspace(0.0, 2.0 * np.pi, 361))
         axes.plot(*seen(circle).T, color=frame.QUIET, linewidth=0.8)
-    for mark in _around(np.arange(0.0, 360.0, 5.0) * DEGREE) @ table:
+    for mark in _around(np.arange(0.0, 360.0, 5.0) * units.DEGREE) @ table:
         axes.plot(*seen([_INNER * mark, mark]).T, color=frame.QUIET, linewidth=0.5)
     axes.plot(*seen(null[:1])[0], marker="o", color=frame.ORANGE, markersize=4.5)

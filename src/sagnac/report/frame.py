@@ -72,10 +72,12 @@ def logarithmic(axes: Axes, across: str, up: str) -> None:
     axes.autoscale()
 
 
-def without_data(axes: Axes) -> None:
+def without_data(axes: Axes, why: str) -> Axes:
     """Limits of logarithmic axes with nothing on them, which find none of their own."""
     if not axes.dataLim.width > 0.0:
         axes.set(xlim=(0.1, 10.0), ylim=(0.1, 10.0))
+    axes.text(0.5, 0.5, why, transform=axes.transAxes, ha="center")
+    return axes
 
 
 def literal(text: str) -> str:

@@ -15,9 +15,8 @@ from urllib.parse import quote
 from markupsafe import Markup
 from matplotlib.figure import Figure
 
-from sagnac.analysis import result
+from sagnac.analysis import result, verdict
 from sagnac.analysis.result import Analysis
-from sagnac.analysis.verdict import verdict_of
 from sagnac.core.errors import path_of, ranked, require_type
 from sagnac.core.overwriting import earlier_files, outputs_in, require_free
 from sagnac.core.units import DEGREE
@@ -51,7 +50,7 @@ _ANSWERS: Final = {
 def _rendered(template: str, analysis: Analysis, block: TitleBlock, **facts: Any) -> str:
     """A page on an analysis."""
     facts |= sections.cited(rendered("methods.txt", analysis=analysis))
-    facts |= {"verdict": verdict_of(analysis), "forces": _forces(analysis)}
+    facts |= {"verdict": verdict.verdict_of(analysis), "forces": _forces(analysis)}
     return rendered(template, analysis=analysis, block=block, **facts)
 
 

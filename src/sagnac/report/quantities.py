@@ -25,7 +25,7 @@ FIT_TITLES: Final[Mapping[FitName, str]] = {
     "paper": "Least squares on Eq. 3 (paper)",
 }
 _POWER: Final = re.compile(r"(?<![\w.])(\d+(?:\.\d+)?)e([+-]?\d+)")
-_SUPERSCRIPTS: Final = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+SUPERSCRIPTS: Final = str.maketrans("-−0123456789", "⁻⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 
 def curve_unit(estimator: Estimator) -> Unit:
@@ -93,7 +93,7 @@ def typeset(text: str) -> str:
 
 
 def _raised(mantissa: str, power: str) -> str:
-    return f"{mantissa} × 10{str(int(power)).translate(_SUPERSCRIPTS)}"
+    return f"{mantissa} × 10{str(int(power)).translate(SUPERSCRIPTS)}"
 
 
 WithInterval = Estimate | ConvertedEstimate | Interval

@@ -12,14 +12,11 @@ from typing import Annotated, Any, Final, Self
 
 import numpy as np
 
+from sagnac.core import documents, errors, units
 from sagnac.core.arrays import FloatArray
-from sagnac.core.documents import Documented, read_toml
-from sagnac.core.errors import RecordingError, quoted, require_type
-from sagnac.core.units import DEGREE
 from sagnac.recording.channel import Kind
 from sagnac.recording.columns import GYRO_NAMES
-from sagnac.rig import sections
-from sagnac.rig.measured import Measured
+from sagnac.rig import measured, sections
 from sagnac.rig.ring_laser import angle_random_walk, dither_of, ring_lasers_of
 from sagnac.rig.sections import ConfigurationError, require
 
@@ -55,10 +52,10 @@ class TableCommand:
 def table_command(config: sections.TableConfig, duration: float) -> TableCommand:
     """The motion that the configuration commands in `duration` seconds."""
     knots = config.profile or _reversals(config, duration)
-    time, rate = np.array(knots, dtype=np.float64).T * [[1.0], [DEGREE]]
+    time, rate = np.array(knots, dtype=np.float64).T * [[1.0], [units.DEGREE]]
     angle = np.concatenate([[0.0], np.cumsum(0.5 * (rate[1:] + rate[:-1]) * np.diff(time))])
     command = TableCommand(time=time, rate=rate, angle=angle)
-    start = config.start_deg * DEGREE - float(command.angle_at(np.zeros(1))[0])
+    start = config.start_deg * units.DEGREE - float(command.angle_at(np.zeros(1))[0])
     return replace(command, angle=angle + start)
 
 
@@ -184,9 +181,9 @@ class RigConfig:
         """
         # The rig imports nothing of what estimates: an analysis is what its document states.
         remedy = "give what analyze(recording) returns"
-        require_type("analysis", analysis, (Mapping, Documented), remedy)
+        errors.require_type("analysis", analysis, (Mapping, documents.Documented), remedy)
         document = analysis if isinstance(analysis, Mapping) else json.loads(analysis.to_json())
-        return cls.from_mapping(Measured.of_document(document).keys())
+        return cls.from_mapping(measured.Measured.of_document(document).keys())
 
     @classmethod
     def from_toml(cls, path: str | os.PathLike[str], base: "RigConfig | None" = None) -> Self:
@@ -206,15 +203,15 @@ class RigConfig:
         """
         where, remedy = os.fspath(path), "give a TOML configuration"
         try:
-            return cls.from_mapping(read_toml(Path(path)), base)
+            return cls.from_mapping(documents.read_toml(Path(path)), base)
         except OSError as error:
             is_missing = isinstance(error, FileNotFoundError)
             problem = "no such file" if is_missing else f"cannot be opened ({error.strerror})"
-            raise RecordingError(problem, path=where, remedy=remedy) from None
-        except RecordingError as error:
+            raise errors.RecordingError(problem, path=where, remedy=remedy) from None
+        except errors.RecordingError as error:
             raise error.at(where) from None
         except ValueError as error:
-            raise RecordingError(str(error), path=where, remedy="correct it there") from None
+            raise errors.RecordingError(str(error), path=where, remedy="correct it there") from None
 
     @classmethod
     def from_mapping(cls, mapping: Mapping[str, Any], base: "RigConfig | None" = None) -> Self:
@@ -233,7 +230,7 @@ class RigConfig:
         values = dict(mapping)
         name = values.pop("preset", None)
         if name is not None and base is not None:
-            problem = f"preset is {quoted(name)}, but the unit is like one that was measured"
+            problem = f"preset is {errors.quoted(name)}, but the unit is like one that was measured"
             raise ConfigurationError(problem, remedy="remove preset")
         begun = base or (RigConfig() if name is None else preset(name))
         changed: Self = sections.overlaid(begun, values)
@@ -307,8 +304,8 @@ def _check_modes(config: RigConfig) -> None:
         # Jitter never locks at a bias of ten lock-in rates.
         needed = 10.0 * laser.lock_in
         is_clear = gyro.mode != "rate-biased" or share * slowest >= needed
-        slow = f"gyro {name} comes down to {share * slowest / DEGREE:.3g} deg/s"
-        wanted = f"{needed / DEGREE:.3g} deg/s, 10 times its lock-in"
+        slow = f"gyro {name} comes down to {share * slowest / units.DEGREE:.3g} deg/s"
+        wanted = f"{needed / units.DEGREE:.3g} deg/s, 10 times its lock-in"
         remedy = f"the table must turn one way and give it {wanted}"
         require(is_clear, f"gyro.mode is 'rate-biased' but {slow}", remedy)
         try:

@@ -8,9 +8,8 @@ import numpy as np
 
 from sagnac.core.arrays import BooleanArray, FloatArray, IntegerArray
 from sagnac.core.units import ARCSECOND
-from sagnac.rig import _kernels
+from sagnac.rig import _kernels, sections
 from sagnac.rig.config import RigConfig
-from sagnac.rig.sections import EncoderConfig
 from sagnac.rig.table import LineSet, RandomStreams, Sums, drawn_orders
 
 _TURN: Final = 2.0 * math.pi
@@ -131,7 +130,7 @@ class NullPulse:
     """
 
     def __init__(
-        self, config: EncoderConfig, origin: float, turned: float, streams: RandomStreams
+        self, config: sections.EncoderConfig, origin: float, turned: float, streams: RandomStreams
     ) -> None:
         accuracy = config.null_accuracy_arcsec * ARCSECOND
         # Errors come round again after a million.

@@ -14,11 +14,9 @@ from scipy.signal import butter, sosfilt, sosfilt_zi
 
 from sagnac.core.arrays import FloatArray
 from sagnac.core.units import DEGREE_PER_HOUR, Sensor, field_unit
-from sagnac.rig import _kernels
+from sagnac.rig import _kernels, own_motion, sections
 from sagnac.rig.config import RigConfig
-from sagnac.rig.own_motion import mount_of
 from sagnac.rig.ring_laser import angle_random_walk, dither_of, mean_rate, ring_lasers_of
-from sagnac.rig.sections import SENSOR_KEYS, AccelerometerConfig, GyroConfig
 from sagnac.rig.table import Differences, Motion, RandomStreams, Sums, Table
 
 # ---- sensor errors -----------------------------------------------------------------
@@ -65,14 +63,14 @@ class SensorErrors:
     order: int = 1
 
     @classmethod
-    def of(cls, config: GyroConfig | AccelerometerConfig, axis: int) -> Self:
+    def of(cls, config: sections.GyroConfig | sections.AccelerometerConfig, axis: int) -> Self:
         """Errors of the gyro x, y or z, or of the accelerometer ax, ay or az."""
-        sensor: Sensor = "gyro" if isinstance(config, GyroConfig) else "accelerometer"
+        sensor: Sensor = "gyro" if isinstance(config, sections.GyroConfig) else "accelerometer"
         sized: dict[str, float] = {}
-        for name, coefficient, own, force in SENSOR_KEYS:
+        for name, coefficient, own, force in sections.SENSOR_KEYS:
             stated = getattr(config, own if sensor == "gyro" else force)[axis]
             sized[name] = stated * field_unit(coefficient, sensor).size
-        if isinstance(config, GyroConfig):
+        if isinstance(config, sections.GyroConfig):
             per_kelvin = config.temperature_coefficient_deg_per_h_per_k[axis]
             sized["per_kelvin"] = per_kelvin * DEGREE_PER_HOUR
             sized["warm_up"], sized["warm_up_time"] = config.warm_up_k, config.warm_up_time_s
@@ -228,7 +226,7 @@ class Gyro:
             lasers = ring_lasers_of(config.gyro)
             self._laser, self._dither = lasers[axis] if lasers else None, dither_of(config.gyro)
             self._origin = table.origin
-            mount = mount_of(config.motion, axis, table, streams.mount[axis])
+            mount = own_motion.mount_of(config.motion, axis, table, streams.mount[axis])
         self._low_pass, self._passing = None, None
         if errors.corner > 0.0:
             rate = config.sample_rate_hz

@@ -19,9 +19,8 @@ from typing import Annotated, Any, Final, Literal, NamedTuple, get_args, get_ori
 import numpy as np
 from numpy.typing import ArrayLike
 
+from sagnac.core import errors, units
 from sagnac.core.arrays import FloatArray
-from sagnac.core.errors import RecordingError, quoted
-from sagnac.core.units import DEGREE
 from sagnac.recording.columns import ACCELEROMETER_NAMES, GYRO_NAMES
 from sagnac.table.frames import earth_rate, shares_from_deviations, table_to_gyro_matrix
 
@@ -31,7 +30,7 @@ Triple = tuple[float, float, float]
 Pairs = tuple[tuple[float, float], ...]
 
 
-class ConfigurationError(RecordingError):
+class ConfigurationError(errors.RecordingError):
     """A key holds what it must not: the key and its value (`problem`), what to do (`remedy`)."""
 
 
@@ -84,7 +83,7 @@ def check(section: Any, prefix: str = "") -> None:
         if field.name in rules:
             object.__setattr__(section, field.name, _checked(rules[field.name], name, value))
         else:
-            problem = f"{name} is {quoted(value)}"
+            problem = f"{name} is {errors.quoted(value)}"
             require(is_dataclass(value), problem, f"it is a table, write [{name}]")
 
 
@@ -103,7 +102,7 @@ def overlaid(base: Any, values: Mapping[str, Any], prefix: str = "") -> Any:
 
 
 def _checked(rule: Any, name: str, value: Any) -> Any:
-    problem, several = f"{name} is {quoted(value)}", isinstance(value, list | tuple)
+    problem, several = f"{name} is {errors.quoted(value)}", isinstance(value, list | tuple)
     if get_origin(rule) is Literal:
         require(value in get_args(rule), problem, f"use one of {', '.join(get_args(rule))}")
         return value
@@ -114,7 +113,7 @@ def _checked(rule: Any, name: str, value: Any) -> Any:
         require(several, problem, expected)
         for pair in value:
             whole = isinstance(pair, list | tuple) and len(pair) == len(bounds)
-            require(whole, f"{name} holds {quoted(pair)}", expected)
+            require(whole, f"{name} holds {errors.quoted(pair)}", expected)
         names = [f"{name} ({one.name})" for one in bounds]
         return tuple(tuple(map(_checked, each, names, pair)) for pair in value)
     is_number = isinstance(value, int | float)
@@ -349,7 +348,7 @@ class PlatformConfig(Section):
     @property
     def earth(self) -> FloatArray:
         """(3,) Earth rate in b0, rad/s."""
-        return earth_rate(self.latitude_deg * DEGREE, self.heading_deg * DEGREE)
+        return earth_rate(self.latitude_deg * units.DEGREE, self.heading_deg * units.DEGREE)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -15,10 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sagnac import formats
+from sagnac.core import errors, whole_files
 from sagnac.core.arrays import FloatArray
-from sagnac.core.errors import path_of, require_progress, require_type
 from sagnac.core.units import DEGREE_PER_ROOT_HOUR, SENSORS, STANDARD_GRAVITY, Sensor
-from sagnac.core.whole_files import replacing_set
 from sagnac.formats import arrow, csv, read_write, registry, source
 from sagnac.recording.channel import PICKOFF, Pickoff
 from sagnac.recording.columns import ACCELEROMETER_NAMES, GYRO_NAMES, NULL_PULSE_NAME
@@ -69,9 +68,7 @@ class Rig:
         dithered = axes if config.dither.is_left else ()
         self._dithers = [DitherMotion(config, axis, streams.dither[axis]) for axis in dithered]
         felt = axes if config.accelerometer.mode == "triad" else ()
-        self._accelerometers = [
-            Gyro(config, "accelerometer", axis, streams, table) for axis in felt
-        ]
+        self._forces = [Gyro(config, "accelerometer", axis, streams, table) for axis in felt]
 
     def advance(self, first: int, count: int) -> tuple[Columns, FloatArray]:
         """The next `count` samples from number `first`, and the true table angle, rad."""
@@ -84,7 +81,7 @@ class Rig:
         for gyro, angle in zip(self._gyros, angles, strict=True):
             gyro.advance(first, motion, angle)
         columns: Columns = dict(zip(GYRO_NAMES, self._of_kind("gyro", angles), strict=True))
-        if self._accelerometers:
+        if self._forces:
             velocities = self._of_kind("accelerometer", self._velocities(first, motion))
             columns |= zip(ACCELEROMETER_NAMES, velocities, strict=True)
         if self._encoder is not None and self._null_pulse is not None:
@@ -106,7 +103,7 @@ class Rig:
         felt[2] = -STANDARD_GRAVITY * self._table.interval * (first + 1.0 + np.arange(count))
         level = Motion(angle=np.zeros(count), turned=felt, moving=motion.moving)
         velocities = np.zeros((3, count))
-        for accelerometer, velocity in zip(self._accelerometers, velocities, strict=True):
+        for accelerometer, velocity in zip(self._forces, velocities, strict=True):
             accelerometer.advance(first, level, velocity)
         return velocities
 
@@ -228,12 +225,12 @@ def write(config: RigConfig, path: Path | str, progress: Progress = None) -> tup
         If `config` is not a `RigConfig`.
     """
     _require(config, progress)
-    path = path_of("path", path)
+    path = errors.path_of("path", path)
     truth_path = path.with_name(path.name + ".truth.json")
     # The heading is that of one sample alone.
     heading = source.outgoing(_recording_of(config, next(blocks(config, block_samples=1))[0]))
     known = read_write.format_to_write(path, heading)
-    with replacing_set(path) as folder:
+    with whole_files.replacing_set(path) as folder:
         temporary = folder / path.name
         stated = json.dumps(asdict(truth_of(config)), indent=1, allow_nan=False)
         (folder / truth_path.name).write_text(f"{stated}\n", encoding="utf-8")
@@ -272,5 +269,5 @@ def _densities(config: RigConfig) -> dict[Sensor, tuple[float, float]]:
 
 def _require(config: object, progress: Progress) -> None:
     remedy = "give a RigConfig, for one RigConfig() or sagnac.rig.config.preset('paper')"
-    require_type("config", config, RigConfig, remedy)
-    require_progress(progress)
+    errors.require_type("config", config, RigConfig, remedy)
+    errors.require_progress(progress)

@@ -10,9 +10,8 @@ import numpy as np
 from sagnac.core.arrays import ComplexArray
 from sagnac.core.units import ARCSECOND, DEGREE, DEGREE_PER_HOUR, DEGREE_PER_ROOT_HOUR
 from sagnac.recording.columns import GYRO_NAMES
-from sagnac.rig import own_motion, ring_laser
+from sagnac.rig import own_motion, ring_laser, sections
 from sagnac.rig.config import RigConfig, TableCommand
-from sagnac.rig.sections import PlatformConfig, Triple
 from sagnac.rig.table import LineSet, RandomStreams
 
 _PAIRS: Final = (("x", "z"), ("x", "y"), ("y", "z"))
@@ -75,7 +74,7 @@ class Truth:
     table_rate_deg_per_s: float
     table_jitter_rms_deg_per_s: float
     shares: Mapping[str, float]
-    earth_rate_b0_deg_per_h: Triple
+    earth_rate_b0_deg_per_h: sections.Triple
     gyros: Mapping[str, NoiseTruth]
     pairs: Mapping[str, NoiseTruth]
     low_pass_hz: Mapping[str, float]
@@ -193,7 +192,7 @@ def _line_truths(config: RigConfig) -> tuple[LineTruth, ...]:
     )
 
 
-def _order_one(command: TableCommand, platform: PlatformConfig) -> LineTruth | None:
+def _order_one(command: TableCommand, platform: sections.PlatformConfig) -> LineTruth | None:
     """The harmonic that the Earth rate makes at a constant table rate, or None."""
     if command.rate.size != 1 or command.rate[0] == 0.0:
         return None
