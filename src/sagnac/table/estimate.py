@@ -109,7 +109,8 @@ class EstimatedTable:
     shares
         (gyros,) of the table's rate that each gyro senses.
     alike
-        Rms of the motion that only one of the gyros shows, in that of all: 0 for one gyro.
+        Rms of the motion that only one of the gyros shows, in that of all: 0 for one gyro, or if
+        it is lost in the rounding of that.
     noise
         Rms of the readings about the angle, sample by sample, rad.
     corner
