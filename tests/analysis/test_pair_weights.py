@@ -7,10 +7,17 @@ import pytest
 
 from sagnac.analysis.averaged import Headline
 from sagnac.analysis.encoder import for_plain_mean
-from sagnac.analysis.measurement import Measurement
+from sagnac.analysis.measurement import (
+    Measurement,
+    TurningTable,
+    measure,
+    turning_table,
+    without_encoder_errors,
+)
 from sagnac.analysis.pipeline import analyze
 from sagnac.noise.estimates import Estimate
 from sagnac.recording.model import Recording
+from sagnac.table.estimate import estimated_table
 from tests.instruments import Readout, turntable
 
 SIGMA = 1.3e-3  # standard error of ln N, as of two hours at 500 Hz
@@ -132,3 +139,50 @@ def test_each_gyro_of_a_triad_is_told_apart_though_their_shares_differ(draws):
     mean, error = np.mean(ratios, axis=0), np.std(ratios, axis=0, ddof=1) / np.sqrt(draws)
     assert np.all(np.abs(mean - 1.0) < 3.0 * error)
     assert np.all(error < 0.085 / np.sqrt(draws))
+
+
+@pytest.mark.parametrize("walk", [1e-8, 2e-10])
+@pytest.mark.parametrize("second", [0.578, -0.578])
+@pytest.mark.parametrize("seed", range(4))
+def test_gyros_far_quieter_than_a_fast_table_are_weighted_as_others_are(seed, second, walk):
+    """The quieter of them differ from one another by less than the rounding of their motion."""
+    random, samples = np.random.default_rng(seed), 30_000
+    table = np.cumsum(np.radians(95.0 + 0.02 * random.standard_normal(samples)) / 100.0)
+    noise = np.cumsum(walk * random.standard_normal((2, samples)), axis=1)
+    encoder = table + 2.4e-5 * np.cos(table)
+    gyros = dict(zip("xz", np.array([[0.577], [second]]) * table + noise, strict=True))
+    recording = Recording.from_arrays(
+        **gyros, kind="angle", unit="rad", sample_rate=100.0, table=encoder, table_unit="rad"
+    )
+    known = turning_table(recording, ("x", "z"), "fos")
+    measured = without_encoder_errors(measure(recording, ("x", "z")), recording, known)
+    first = np.sqrt(2.0 / (1.0 + (0.577 / second) ** 2))
+    expected = np.array([first, -first * 0.577 / second])
+    assert measured.weights == pytest.approx(expected, rel=1e-6)
+    # Neither the table's motion nor the encoder's error is left: 1 % of the noise at the most.
+    left = np.diff(measured.angle - expected @ noise)
+    assert np.std(left) < 0.01 * np.std(np.diff(expected @ noise)) + 2e-12
+
+
+def test_gyros_that_hardly_share_their_motion_are_not_weighted():
+    random, time = np.random.default_rng(1), np.arange(30_000) / 100.0
+    table = np.cumsum(np.radians(20.0 + 0.02 * random.standard_normal(time.size)) / 100.0)
+    # A mount that sways by itself, by a third of the table's rate.
+    swaying = np.radians(40.0) * np.sin(0.2 * time)
+    recording = Recording.from_arrays(
+        x=0.577 * table,
+        z=0.578 * table + swaying,
+        kind="angle",
+        unit="rad",
+        sample_rate=100.0,
+        table=table,
+        table_unit="rad",
+    )
+    # `turning_table` would refuse the encoder.
+    gyros = [recording[name].values for name in "xz"]
+    estimate = estimated_table(gyros, table, 100.0)
+    shares = dict(zip("xz", estimate.shares.tolist(), strict=True))
+    known = TurningTable(angle=table, estimate=estimate, shares=shares)
+    difference = measure(recording, ("x", "z"))
+    assert estimate.alike > 0.1
+    assert without_encoder_errors(difference, recording, known).weights == (1.0, -1.0)

@@ -60,30 +60,47 @@ def test_a_steady_table_makes_order_one_alone():
     assert found.max() < 0.02 * rippled.max()
 
 
+def order_1(seed, wander, size):
+    """The order 1 that is listed beside Earth rate, and the one put in, rad."""
+    random = np.random.default_rng([31, seed])
+    seconds = np.arange(30_000) / SAMPLE_RATE
+    table = 0.7 * (seconds + wander * np.sin(0.11 * seconds + random.uniform(0.0, 6.0)) / 0.11)
+    walk = np.cumsum(1e-8 * random.standard_normal(table.size))
+    start, order = random.uniform(0.0, 6.0), size * np.exp(1j * random.uniform(0.0, 6.0))
+    earth = EARTH_RATE * np.exp(1j * random.uniform(0.0, 6.0))
+    sensed = (earth * np.exp(1j * table)).real / SAMPLE_RATE
+    angle = np.cumsum(sensed) - 0.5 * sensed
+    angle += 0.5 * table + (order * np.exp(1j * (table + start))).real + walk
+    encoder = table + 1e-5 * random.standard_normal(table.size)
+    (line,) = (
+        one
+        for one in remove_lines(angle, encoder, SAMPLE_RATE, channel="x").lines
+        if (one.scale, one.frequency) == ("angle", 1.0)
+    )
+    return line, order * np.exp(1j * start)
+
+
 @pytest.mark.parametrize("draws", [5, pytest.param(8, marks=pytest.mark.statistics)])
 @pytest.mark.parametrize("wander", [1e-5, 3e-2])
 def test_the_error_of_order_1_holds_what_earth_rate_trades_with_it(wander, draws):
     """The more evenly a table turns, the less tells Earth rate from order 1."""
     misses, errors = [], []
     for seed in range(draws):
-        random = np.random.default_rng([31, seed])
-        seconds = np.arange(30_000) / SAMPLE_RATE
-        table = 0.7 * (seconds + wander * np.sin(0.11 * seconds + random.uniform(0.0, 6.0)) / 0.11)
-        walk = np.cumsum(1e-8 * random.standard_normal(table.size))
-        start, order = random.uniform(0.0, 6.0), 1e-5 * np.exp(1j * random.uniform(0.0, 6.0))
-        earth = EARTH_RATE * np.exp(1j * random.uniform(0.0, 6.0))
-        sensed = (earth * np.exp(1j * table)).real / SAMPLE_RATE
-        angle = np.cumsum(sensed) - 0.5 * sensed
-        angle += 0.5 * table + (order * np.exp(1j * (table + start))).real + walk
-        encoder = table + 1e-5 * random.standard_normal(table.size)
-        (line,) = (
-            one
-            for one in remove_lines(angle, encoder, SAMPLE_RATE, channel="x").lines
-            if (one.scale, one.frequency) == ("angle", 1.0)
-        )
-        misses.append(abs(line.amplitude * np.exp(1j * line.phase) - order * np.exp(1j * start)))
+        line, put_in = order_1(seed, wander, 1e-5)
+        misses.append(abs(line.amplitude * np.exp(1j * line.phase) - put_in))
         errors.append(line.amplitude_error)
     off = np.square(np.array(misses) / errors)
     # Chi-square of two for each: a sum outside has a chance of 2e-4.
     assert 1e-4 < chi2.sf(off.sum(), 2 * draws) < 1.0 - 1e-4
     assert (np.median(errors) > 1e-5) == (wander < 1e-3)
+
+
+@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize(
+    ("wander", "size", "name"), [(1e-5, 0.0, "not told from Earth rate"), (3e-2, 1e-4, "")]
+)
+def test_an_order_1_that_may_be_earth_rate_is_said_to_be_no_more(wander, size, name, seed):
+    line, _ = order_1(seed, wander, size)
+    assert line.name == name
+    # Where a table wanders, Earth rate is known to what noise allows.
+    assert (line.amplitude > 10.0 * line.amplitude_error) == (not name)

@@ -107,6 +107,32 @@ def test_slow_tones_of_gyros_are_not_in_the_angle(cycles):
     assert 3.0 * scatter < 0.1 * np.std(0.5 * tones)
 
 
+@pytest.mark.parametrize("tone", [0.0, 10.0])
+@pytest.mark.parametrize("seed", first_of(1, 2, 3, 4))
+@pytest.mark.parametrize("motion", ["speeds up", "steps"])
+def test_the_angle_keeps_to_the_readings_of_a_table_whose_rate_changes(motion, seed, tone):
+    random, time = np.random.default_rng(seed), np.arange(40_000) / RATE
+    levels = {"speeds up": np.linspace(66.0, 82.0, time.size)}
+    levels["steps"] = np.interp(time, [98.0, 102.0, 298.0, 302.0], [37.0, 89.0, 89.0, 50.0])
+    # A servo that hardly wanders does not tell a share from drift and delay on such a table.
+    rate = levels[motion] + 0.001 * random.standard_normal(time.size)
+    true = np.cumsum(rate) * DEGREE / RATE
+    noise = 2.0 * ARCSECOND * random.standard_normal(time.size)
+    hum = tone * ARCSECOND * np.cos(2.0 * np.pi * 27.0 * time / time[-1])
+    gyros = [
+        share * true + np.cumsum(1e-9 * random.standard_normal(time.size)) + share * hum
+        for share in (0.577, 0.578)
+    ]
+    found = estimated_table(gyros, true + noise, RATE)
+    assert found.smoothed
+    error = found.angle - true
+    # The tone is the gyros' own, and all but its part that readings do not tell is out; at both
+    # ends of the record, too.
+    left = np.sqrt(np.mean((error - error.mean()) ** 2))
+    assert left < 1.0 * ARCSECOND
+    assert np.abs(error - error.mean()).max() < 5.0 * ARCSECOND
+
+
 def test_no_tone_is_found_in_noise_of_readings_that_walk():
     random = np.random.default_rng(4)
     for _ in range(20):

@@ -321,7 +321,7 @@ def _takes_table_out(
 ) -> bool:
     """Whether two gyros weighted so `alone` tell more than their difference and the encoder."""
     # From a tenth of motion that two gyros do not share, no weights take it out.
-    if not 0.0 < estimate.alike < 0.1:
+    if estimate.alike >= 0.1:
         return False
     if alone.weighs_alike:
         return True

@@ -37,15 +37,21 @@ def describe_lines(state: State, channel: str) -> tuple[Line, ...]:
         line if line.name else replace(line, name=_name(line, tuple(lines[:rank]), state))
         for rank, line in enumerate(lines)
     )
-    return tuple(sorted(map(_beside_earth, named), key=lambda line: -line.significance))
+    least = 2.0 * state.record.threshold
+    told = (_beside_earth(line, least) for line in named)
+    return tuple(sorted(told, key=lambda line: -line.significance))
 
 
-def _beside_earth(line: Line) -> Line:
-    """Order 1 as significant as it is beside what Earth rate may make of it; others as they are."""
+def _beside_earth(line: Line, least: float) -> Line:
+    """Order 1 as significant as it is beside what Earth rate may make of it; others as they are.
+
+    Below the `least` of a line it is listed, since it was taken out, but need not be one.
+    """
     if line.scale == "time" or line.frequency != 1.0:
         return line
     alone = (line.amplitude / max(line.amplitude_error, math.ulp(0.0))) ** 2
-    return replace(line, significance=min(line.significance, alone))
+    name = line.name or ("not told from Earth rate" if alone < least else "")
+    return replace(line, significance=min(line.significance, alone), name=name)
 
 
 # --- amplitude, phase and errors -------------------------------------------------------------

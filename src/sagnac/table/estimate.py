@@ -109,7 +109,8 @@ class EstimatedTable:
     shares
         (gyros,) of the table's rate that each gyro senses.
     alike
-        Rms of the motion that only one of the gyros shows, in that of all: 0 for one gyro.
+        Rms of the motion that only one of the gyros shows, in that of all: 0 for one gyro, or if
+        it is lost in the rounding of that.
     noise
         Rms of the readings about the angle, sample by sample, rad.
     corner
@@ -496,14 +497,17 @@ class _Fit:
         # The share's error goes with the motion, which no corner may smooth.
         plain = self.fit.values.copy()
         plain[1:_FIRST_ORDER] = plain[_FIRST_RIPPLE:] = 0.0
-        fitted = plain @ columns_beside_delay(self.read, self.sensed, self.interval)[0]
+        columns = columns_beside_delay(self.read, self.sensed, self.interval)[0]
+        fitted = plain @ columns
         left = self.read - self.sensed - fitted
         # Where the table turns back, what repeats with it looks like tones.
         turns = abs(float(self.sensed[-1] - self.sensed[0])) / (2.0 * np.pi)
         if turns >= FEW_TURNS:
             # Slower ones pass the filter, and faster ones may be orders that are not fitted.
             cycles = (0.5 * corner * self.interval * left.size, (_ORDERS + 0.5) * turns)
-            tones = slow_tones(left, self.fit.readings, self.fit.walk, cycles)
+            # Not of drift: where the rate changes it is large and bends, and would look like tones.
+            noise = left - (self.fit.values - plain) @ columns
+            tones = slow_tones(noise, self.fit.readings, self.fit.walk, cycles)
             fitted, left = fitted + tones, left - tones
         return smoothed(left, corner * self.interval) + fitted
 
