@@ -37,7 +37,7 @@ def test_a_short_record_is_searched_to_its_end(seed):
     assert left == pytest.approx(1.0, abs=0.003)
 
 
-def test_a_search_of_a_record_as_long_as_the_longest_stops_after_as_many_passes(monkeypatch):
+def test_a_search_of_a_record_that_is_not_short_stops_after_as_many_passes(monkeypatch):
     monkeypatch.setattr(search, "_LONG", SAMPLES)
     angle, table, _ = record(2)
     removal = search.remove_lines(angle, table, RATE, channel="x-z")

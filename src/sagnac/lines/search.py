@@ -29,10 +29,10 @@ from sagnac.table.turns import FEW_TURNS, AngleFunction, full_turns, function_of
 
 _MOST_LINES: Final = 250
 _ROUNDS: Final = 20
-# Passes over the record for pairs of lines that the table sweeps over each other, and samples up to
-# which more of them take no longer: those of two hours at 500 Hz.
+# Passes over the record for pairs of lines that the table sweeps over each other, and samples below
+# which there are more of them, for the same five seconds (50 ns for a sample in a pass).
 _MOST_PASSES: Final = 500.0
-_LONG: Final = 3_600_000
+_LONG: Final = 200_000
 # Rounds in which lines are looked for beside bands of vibration.
 _PATIENT_ROUNDS: Final = 5
 # Rounds after which tones that lie together have stood beside all strong lines, if none waits.
@@ -207,7 +207,7 @@ def next_round(state: State) -> State:
             over = len(after.drifting) == len(state.drifting)
             return replace(after, end="nothing stands" if over else None)
     # A round has three joint fits or more, each with a pass over the record for each pair of lines
-    # that meet. A search takes no longer than that of a long record may, whatever is in it.
+    # that meet. The time of a search grows with the record, whatever is in it.
     expected = joint_fit.pairs_summed(
         state.record.sampled, components.joined(state.components, new.lines)
     )
