@@ -312,7 +312,7 @@ class ArgumentError(_OfArgument, ValueError):
     problem
         Its value and what is wrong, with the remedy.
     where
-        What comes before its name: ``channel x: ``.
+        What comes before its name, such as the channel that it is of.
 
     Examples
     --------
