@@ -201,7 +201,7 @@ _BESIDE: Final = np.arange(3, 11)
 # then short of 2e-4.
 _AT_ONCE: Final = 0.01
 # Bins to either side in which an order that keeps time leaves sidebands, and how high over the
-# floor one of them stands: noise does so once in 2e8 bins.
+# floor one of them stands: noise does so once in 5e8 bins.
 _SIDEBANDS: Final = 20
 _STANDS: Final = 20.0
 # Radians rms by which an order strays from a tone at the least: errors of the table angle stray by
@@ -246,9 +246,9 @@ def rescaled_components(
         for index in np.flatnonzero(shown & (apart >= 0.0) & (apart <= _AT_ONCE / MIX_BLOCK)):
             # Itself and the weaker tones about it are put back: they may be sidebands that the
             # table's wander makes of one order.
-            back = np.flatnonzero(near & (np.abs(phasors) <= np.abs(phasors[index])))
-            waves = np.exp(2j * np.pi * np.outer(middles, apart[back]))
-            mixed = means + 0.5 * (waves @ phasors[back])
+            mixed = means.copy()
+            for other in np.flatnonzero(near & (np.abs(phasors) <= np.abs(phasors[index]))):
+                mixed += 0.5 * phasors[other] * np.exp(2j * np.pi * apart[other] * middles)
             mixed *= np.exp(-2j * np.pi * apart[index] * middles)
             turning = np.sign(strays.rate) * orders[index] * strays.phase[: mixed.size]
             level = float(levels[angles + index]) / steps.size
@@ -322,11 +322,11 @@ def _tone_of(
     turning = np.exp(1j * sign * order * (strays.phase + strays.origin))[: mixed.size]
     mixed += 0.5 * forwards * (np.exp(1j * order * speed) - 1.0) * turning
     # Within a bin and a half, an eighth of one apart.
-    apart = np.arange(-12, 13) / (8.0 * steps.size)
-    waves = np.exp(-2j * np.pi * np.outer(apart, strays.middles[: mixed.size]))
-    means = waves @ mixed / mixed.size
+    apart, middles = np.arange(-12, 13) / (8.0 * steps.size), strays.middles[: mixed.size]
+    means = np.array([np.mean(mixed * np.exp(-2j * np.pi * one * middles)) for one in apart])
     best = int(np.argmax(np.abs(means)))
-    if not _is_better(mixed * turning.conj(), waves[best] * turning, level / steps.size):
+    wave = np.exp(-2j * np.pi * apart[best] * middles)
+    if not _is_better(mixed * turning.conj(), wave * turning, level / steps.size):
         return None
     frequency = carrier + float(apart[best])
     step = np.exp(2j * np.pi * frequency) - 1.0
