@@ -240,6 +240,31 @@ def test_a_walk_of_the_rate_is_still_estimated():
 
 
 @pytest.mark.statistics
+@pytest.mark.parametrize("each", [1, 16])
+@pytest.mark.parametrize("part", [8, 32])
+def test_intervals_hold_beside_flicker_that_crosses_n_at_a_part_of_the_sample_rate(part, each):
+    """Half an hour at 10 Hz, of samples as a sharp filter leaves them, or averages of `each`."""
+    rows, rate, samples = [], 10.0, 18_000
+    for seed in range(60):
+        rng = np.random.default_rng([5, seed])
+        # White noise of deviation one has an N of rate^-0.5.
+        slow = math.sqrt(each) * power(rng, samples * each, 1.0, RATE / (part * each))
+        rates = slow.reshape(-1, each).mean(axis=1) + rng.standard_normal(samples)
+        scale = math.sqrt(rate) * ANGLE_RANDOM_WALK
+        still = Recording.from_arrays(x=scale * rates, kind="rate", unit="rad/s", sample_rate=rate)
+        walk = analyze(still).angle_random_walk
+        rows.append([float(one) for one in (walk.low, walk.value, walk.high)])
+    low, value, high = np.array(rows).T / ANGLE_RANDOM_WALK
+    held = int(np.sum((low <= 1.0) & (high >= 1.0)))
+    print(
+        f"| rate / {part}, averages of {each} | {held} of 60 | "
+        f"{100.0 * (value.mean() - 1.0):+.2f} % | {50.0 * np.median(high - low):.2f} % |"
+    )
+    # 93 % and more of such intervals, less what chance takes from sixty.
+    assert held >= 53
+
+
+@pytest.mark.statistics
 @pytest.mark.parametrize("minutes", [7, 30])
 @pytest.mark.parametrize("noise", [*SLOPES, 0.05, 0.2, 1.0, 10.0, None], ids=str)
 def test_intervals_beside_slow_noise_hold(noise, minutes):

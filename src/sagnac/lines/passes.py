@@ -334,15 +334,16 @@ def _tone_of(
 
 
 def _is_better(mixed: ComplexArray, turning: ComplexArray, level: float) -> bool:
-    """Whether what was mixed down from a line is more of one if it is turned.
+    """Whether a line that was mixed down by one phase holds more power if it is turned to another.
 
-    `level` is the noise in the power of a mean of all increments.
+    `turning`, of size one, leads from the first phase to the second; `level` is the noise in the
+    power of a mean of all increments.
     """
     turned = mixed * turning
     power = float(np.abs(turned.mean())) ** 2
     gain = power - float(np.abs(mixed.mean())) ** 2
-    # All that turning takes from a line that stays, a line that needs it gains. Of a line beside a
-    # stronger one chance makes a part of it.
+    # Power that turning takes from a line of the first phase. A line of the second phase gains as
+    # much by it; a weak line beside a strong one gains less than half of that, by chance.
     takes = 1.0 - float(np.abs(turning.mean())) ** 2
     if gain <= max(_BETTER * level, 0.5 * takes * power):
         return False

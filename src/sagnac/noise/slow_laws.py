@@ -152,10 +152,10 @@ class SlowLaws:
 
     @property
     def _chance_of_readout(self) -> FloatArray:
-        """(laws,) likelihood of what Q may be, over that of what it was fitted to be.
+        """(laws,) mean likelihood of a law over all that its Q may be, in units of its highest.
 
-        Half of the chance is that there is none; the other half is spread evenly over the logarithm
-        of four decades of its square.
+        There is no Q with a chance of half; the other half is spread evenly over four decades of
+        its square. It was chosen once, and tried on the slow noise of `tests/noise/test_slow_laws`.
         """
         errors = np.maximum(
             self.squares[:, QUANTIZATION] / self.errors[:, QUANTIZATION], -_MOST_BELOW

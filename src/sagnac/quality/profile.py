@@ -272,10 +272,10 @@ class Profile:
         """(samples,) false in the seconds in which a table that turns stands still."""
         return self._beside(np.flatnonzero(np.abs(self.rates) < 0.1 * self.usual_rate), seconds=1)
 
-    def _beside(self, rates: IntegerArray, seconds: int) -> BooleanArray:
-        """(samples,) false in as many seconds from each of some rates on."""
+    def _beside(self, places: IntegerArray, seconds: int) -> BooleanArray:
+        """(samples,) false in so many seconds from each of some places among the rates on."""
         marks = np.ones(self.channel.values.size, dtype=np.bool_)
-        for first, after in zip(self.edges[rates], self.edges[rates + seconds] + 1, strict=True):
+        for first, after in zip(self.edges[places], self.edges[places + seconds] + 1, strict=True):
             marks[first:after] = False
         return marks
 

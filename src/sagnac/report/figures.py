@@ -60,15 +60,21 @@ def _plain(power: re.Match[str]) -> str:
     return f"{factor}{'·' if factor else ''}10{exponent.translate(quantities.SUPERSCRIPTS)}"
 
 
+class _Mantissas(ScalarFormatter):
+    """Numbers of a linear axis, whose common power of ten stands with its unit."""
+
+    def get_offset(self) -> str:
+        """Empty: it would be written above the axis, in the legend's place."""
+        return ""
+
+
 def _name_power(axis: Axis) -> None:
     """Write the power of ten of a linear axis before its unit: ``N (10⁻⁵ °/√h)``."""
-    formatter = ScalarFormatter(useOffset=False)
+    formatter = _Mantissas(useOffset=False)
     formatter.set_powerlimits((-3, 4))
     axis.set_major_formatter(formatter)
     formatter.set_locs(axis.get_majorticklocs())  # type: ignore[arg-type]
-    _, marked, exponent = formatter.get_offset().partition("1e")
-    # It would be written above the axis, in the legend's place.
-    formatter.get_offset = lambda: ""  # type: ignore[method-assign]
+    _, marked, exponent = ScalarFormatter.get_offset(formatter).partition("1e")
     if marked:
         name, bracket, unit = axis.get_label_text().rpartition("(")
         power = exponent.translate(quantities.SUPERSCRIPTS)
