@@ -14,29 +14,6 @@ from sagnac.spectrum import _kernels
 # ---- median ------------------------------------------------------------------------
 
 
-def median(values: FloatArray) -> float:
-    """The median, by one partition.
-
-    `numpy.median` looks for both middle values of an even number by a partition of two places, for
-    which numpy has no vector instructions: that takes four times as long.
-
-    Parameters
-    ----------
-    values
-        (samples,), finite, one or more.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> median(np.arange(2001.0))
-    1000.0
-    """
-    half = values.size // 2
-    parted = np.partition(values, half)
-    higher = float(parted[half])
-    return higher if values.size % 2 else 0.5 * (float(parted[:half].max()) + higher)
-
-
 def running_median(values: FloatArray, width: int) -> FloatArray:
     """The median of the values around each; the first and the last stand for those beyond.
 
@@ -138,7 +115,7 @@ def bin_levels(power: FloatArray) -> tuple[FloatArray, IntegerArray, FloatArray]
     count = stops - starts
     level = np.empty(count.size)
     for index, (start, stop) in enumerate(zip(starts, stops, strict=True)):
-        level[index] = median(power[start:stop])
+        level[index] = np.median(power[start:stop])
         release()
     # Median over mean of n exponential variates, to within 1 %: 1 at n = 1, ln 2 for many.
     level /= np.log(2.0) + (1.0 - np.log(2.0)) / count
@@ -227,7 +204,7 @@ def noise_floor(power: FloatArray) -> FloatArray:
     # 64 of the widest windows fill one block of memory.
     for some in blocks(len(windows), 64):
         for index, window in enumerate(windows[some], start=some.start):
-            ratios[index] = median(power[window] / floor[window]) / np.log(2.0)
+            ratios[index] = np.median(power[window] / floor[window]) / np.log(2.0)
     middles = np.array([0.5 * (window.start + window.stop) for window in windows])
     if middles.size == 1:
         middles, ratios = np.array([1.0, power.size]), np.repeat(ratios, 2)
@@ -255,7 +232,7 @@ def _reach_up_to_plateau(floor: FloatArray, power: FloatArray) -> None:
     windows = [slice(*pair) for pair in pairwise(edges[:-1])]
     if len(windows) < 2:
         return
-    level = np.array([median(power[window]) for window in windows]) / np.log(2.0)
+    level = np.array([np.median(power[window]) for window in windows]) / np.log(2.0)
     place = np.array([0.5 * (window.start + window.stop - 1) for window in windows])
     at_place = values_at(floor, place.astype(np.int64))
     # Chance lets one level of twenty be half of another on the same plateau.
