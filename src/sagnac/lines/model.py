@@ -32,7 +32,8 @@ class Line:
         `amplitude_in` converts.
     phase, phase_error
         rad, of ``amplitude * cos(2 pi f t + phase)`` at the first sample, or of
-        ``amplitude * cos(order * alpha + phase)``.
+        ``amplitude * cos(order * alpha + phase)``, alpha the table angle from where the encoder
+        reads zero, its periodic error in it.
     significance
         Drop of -2 log likelihood that the line brings.
     channel
