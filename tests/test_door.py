@@ -367,6 +367,8 @@ NO_PROGRESS = "progress is 3; give a function"
         wrong("taus is 'all'", sagnac.stability_curve, NOISE, **RATE, taus="all"),
         wrong("kind is", sagnac.deviation_at_every_tau, NOISE, kind="Rate", sample_rate=1.0),
         wrong("_rate is", sagnac.deviation_at_every_tau, NOISE, kind="rate", sample_rate=-1.0),
+        wrong("sample 6 .* is missing, 1 in all; use gaps='omit' of stability_curve, or fill",
+              sagnac.deviation_at_every_tau, HIDDEN, **RATE),
         wrong("sample 6 is not finite", sagnac.fit_coefficients, HIDDEN, **RATE),
         wrong("holds complex128 values", sagnac.fit_coefficients, NOISE + 0j, **RATE),
         wrong("values reach 3.* unit", sagnac.fit_coefficients, 1e200 * NOISE, **RATE),
@@ -415,6 +417,9 @@ NO_PROGRESS = "progress is 3; give a function"
         wrong(NO_PROGRESS, sagnac.remove_lines, NOISE, None, 10.0, channel="x", progress=3),
         wrong(NO_PROGRESS, sagnac.simulate, sagnac.RigConfig(duration_s=1.0), progress=3),
         wrong("strict is 'no'; use one of False, True", sagnac.Settings, strict="no"),
+        wrong("verify is 'no'; use one of False, True", sagnac.read, "run.csv", verify="no"),
+        *(wrong(f"{name} is 'no'; use one of False, True", sagnac.write_report, answer, "made",
+                **{name: "no"}) for name in ("pdf", "with_forces", "force")),
         wrong("sources is 3", sagnac.campaign, 3, "made"),
         wrong(r"sources is \[\]", sagnac.campaign, [], "made"),
         wrong("told is 3; give a function, or None", sagnac.campaign, "rack", "made", told=3),
@@ -432,6 +437,29 @@ def test_what_makes_no_sense_is_named(function, given, named, said):
     made = [one() if callable(one) else one for one in given]
     with pytest.raises((ValueError, TypeError, sagnac.RecordingError), match=said):
         function(*made, **named)
+
+
+@pytest.mark.parametrize(
+    ("name", "call"),
+    [
+        ("own.csv", lambda path, **how: sagnac.write(STILL, path, **how)),
+        ("own.json", lambda path, **how: answer().to_json(path, **how)),
+        ("own.yaml", lambda path, **how: sagnac.export(answer(), path, **how)),
+        ("report.html", lambda path, **how: sagnac.write_report(answer(), path.parent, **how)),
+    ],
+)
+def test_only_a_true_force_writes_over_a_file(tmp_path, name, call):
+    """``force="no"`` is true to Python, and took what stood there."""
+    path = tmp_path / name
+    path.write_text("mine\n")
+    for wrong_one in ("no", "False", None, 2):
+        with pytest.raises(ValueError, match=f"force is {wrong_one!r}; use one of False, True"):
+            call(path, force=wrong_one)
+    with pytest.raises(sagnac.RecordingError, match="is there, and no such run made it"):
+        call(path, force=np.bool_(False))
+    assert path.read_text() == "mine\n"
+    call(path, force=np.bool_(True))
+    assert path.read_text() != "mine\n"
 
 
 def test_azimuth_is_foretold_with_the_loudest_gyro(analyzed):

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy import signal
 
 from sagnac import Recording, analyze, check
 
@@ -96,3 +97,60 @@ def test_steps_of_a_rate_of_rising_noise_are_found(sigma):
     blue = sigma / np.sqrt(2.0) * np.diff(rng.standard_normal(SAMPLES + 1))
     rate = STEP * np.rint(0.3 + blue + 0.05 * rng.standard_normal(SAMPLES))
     assert "resolution" in names(rate)
+
+
+def behind_a_low_pass(order, cut, sigma, rng):
+    """Noise in steps behind a Butterworth filter, cut in sample rates, and what N of it is."""
+    taps = signal.butter(order, cut, fs=1.0)
+    noise = signal.lfilter(*taps, rng.standard_normal(SAMPLES + 2000))[2000:]
+    return sigma / noise.std() * noise, sigma / noise.std()
+
+
+@pytest.mark.parametrize("draws", [1, pytest.param(10, marks=pytest.mark.statistics)])
+@pytest.mark.parametrize(
+    ("order", "cut", "sigma"), [(2, 0.05, 1.0), (2, 0.05, 0.67), (1, 0.03, 1.0), (2, 0.1, 0.8)]
+)
+def test_noise_behind_a_low_pass_dithers_steps(order, cut, sigma, draws):
+    """It changes by less than a step from sample to sample, and had no answer."""
+    held = 0
+    for seed in range(draws):
+        noise, size = behind_a_low_pass(order, cut, sigma, np.random.default_rng([seed, order]))
+        rate = still(STEP * np.rint(0.3 + noise))
+        effects = [note.effect for note in check(rate) if note.name == "resolution"]
+        # What steps add where the filter lets all through, by the transform of their errors.
+        errors, alone = (
+            np.sum(np.abs(np.fft.rfft(each)[10 : SAMPLES // 200]) ** 2)
+            for each in (np.rint(0.3 + noise) - noise, noise)
+        )
+        added = np.sqrt(1.0 + errors / alone)
+        assert added - 0.003 < max(effects, default=1.0) < 1.05
+        estimate = analyze(rate).angle_random_walk.to("deg/sqrt(h)")
+        truth = size * STEP / np.sqrt(RATE) * 60.0
+        assert estimate.status == "estimated"
+        assert estimate.value == pytest.approx(truth, rel=0.15)
+        held += estimate.low <= truth <= estimate.high
+    assert held >= 0.9 * draws
+
+
+def markov(seconds, sigma, rng):
+    kept = np.exp(-1.0 / (seconds * RATE))
+    steps = sigma * np.sqrt(1.0 - kept**2) * rng.standard_normal(SAMPLES)
+    return signal.lfilter([1.0], [1.0, -kept], steps)
+
+
+@pytest.mark.parametrize("seconds", [1.0, 10.0])
+def test_slow_noise_that_dithers_steps_hides_a_quiet_gyro(seconds):
+    """What is level is then the white noise of steps: it would be read as N, six times too high."""
+    rng = np.random.default_rng(7)
+    quiet = 0.05 * rng.standard_normal(SAMPLES)
+    assert "resolution" in names(STEP * np.rint(quiet + markov(seconds, 2.0, rng)))
+
+
+@pytest.mark.parametrize(("order", "cut"), [(1, 0.03), (2, 0.04), (1, 0.06)])
+@pytest.mark.parametrize("sigma", [0.1, 0.2, 0.3, 0.4])
+def test_noise_of_two_counts_behind_a_low_pass_is_coarse(order, cut, sigma):
+    noise, _ = behind_a_low_pass(order, cut, sigma, np.random.default_rng(8))
+    (found,) = (
+        note for note in check(still(STEP * np.rint(0.5 + noise))) if note.name == "resolution"
+    )
+    assert (found.level, found.effect) == ("error", None)

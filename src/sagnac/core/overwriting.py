@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
-from sagnac.core.errors import WouldOverwrite
+from sagnac.core.errors import WouldOverwrite, require_choice
 
 # Where the words of a file about itself stand.
 _HEAD: Final = 1 << 14
@@ -74,6 +74,7 @@ def require_free(outputs: Outputs, reads: Iterable[Path] = (), *, force: bool = 
     WouldOverwrite
         If a file is there that would be lost.
     """
+    require_choice("force", force, (False, True))
     there = [path for path in outputs.paths if path.is_symlink() or path.exists()]
     if force or not there:
         return

@@ -9,7 +9,7 @@ from itertools import chain
 from pathlib import Path
 from typing import Any, Final, Unpack
 
-from sagnac.core.errors import MissingExtra, RecordingError, path_of
+from sagnac.core.errors import MissingExtra, RecordingError, path_of, require_choice
 from sagnac.core.overwriting import require_free
 from sagnac.formats import statement as stating
 from sagnac.formats.assemble import assemble
@@ -77,6 +77,7 @@ def read(
     >>> recording.gyros, recording.duration
     ((Channel(x: 100 samples, rate, shown in deg/h),), 10.0)
     """
+    require_choice("verify", verify, (False, True))
     source, statements = _opened(path, statement, stated)
     path = _file_of(path)
     with about(path), ThreadPoolExecutor(max_workers=1) as pool:

@@ -277,13 +277,20 @@ def _coarse(recording: Recording, profile: Profile) -> Notes:
         return ()
     effect: float | None = None
     level: Level | None = None
-    read, high = _quiet_density(profile.changes, recording.sample_rate)
+    read, upper, high = _quiet_density(profile.changes, recording.sample_rate)
     # White steps of a rate add as much at every frequency. A sensor's own low-pass leaves less
     # noise, but no less of it where N is read.
     added = step * step / 6.0 / recording.sample_rate
     # From an eighth on the error of steps is white: its correlation is below 1 % (Widrow and
     # Kollár, Quantization Noise, 2008), and its own variance, 1/12, is in it.
-    if variance > (0.125 + 1.0 / 12.0) * step**2:
+    is_dithered = variance > (0.125 + 1.0 / 12.0) * step**2
+    # A low-pass makes noise that is alike from sample to sample and dithers them; it is level where
+    # N is read, as slow noise that hides N is not. Steps that take two values move N by over 5 %.
+    if not is_dithered and upper > 0.25 * read:
+        slow = added * _slowness(profile.changes[:_MOST], step)
+        if is_dithered := slow < (1.0 - 1.05**-2) * read:
+            added = slow
+    if is_dithered:
         effect = math.sqrt(read / (read - added)) if read > added else 1.0
         # Fine steps are usual. They are small beside the noise, so that more samples are needed to
         # tell those of a rate from those of a counter.
@@ -299,6 +306,19 @@ def _coarse(recording: Recording, profile: Profile) -> Notes:
     problem = f"is read out in steps of {steps}, beside a scatter of {scatter}"
     text = f"{problem}: what is read is in part the steps"
     return (finding("resolution", gyro.name, text, effect=effect, level=level),)
+
+
+def _slowness(rates: FloatArray, step: float) -> float:
+    """How many times as much as white ones the errors of steps add where N is read, at most.
+
+    Where rates stray by sigma, errors stay alike by up to ``exp(-2 pi^2 sigma^2/step^2)`` (see
+    `readout_of`). Infinite if 1 % is left after the samples of the shortest wave that N is read in.
+    """
+    lags = range(1, min(20, rates.size - 1))
+    # A sixth of a step's square in it may be the errors of the two.
+    strayed = np.array([np.var(rates[lag:] - rates[:-lag]) for lag in lags]) / step**2 - 1.0 / 6.0
+    alike = np.exp(-2.0 * math.pi**2 * np.maximum(strayed, 0.0))
+    return 1.0 + 2.0 * float(alike.sum()) if alike[-1] < 0.01 else math.inf
 
 
 def _counts_a_rate(changes: FloatArray, step: float, *, surely: bool) -> bool:
@@ -318,8 +338,8 @@ def _counts_a_rate(changes: FloatArray, step: float, *, surely: bool) -> bool:
     return not max(3.0 * doubt, 0.5 * expected) < error < 1.5 * expected
 
 
-def _quiet_density(rates: FloatArray, sample_rate: float) -> tuple[float, float]:
-    """One-sided densities of a rate: where its angle random walk is, and in the highest octave.
+def _quiet_density(rates: FloatArray, sample_rate: float) -> tuple[float, float, float]:
+    """One-sided densities of a rate: where its angle random walk is, the end of it, the top octave.
 
     The first is the median over octaves, of which lines and slow noise rule few.
     """
@@ -333,7 +353,7 @@ def _quiet_density(rates: FloatArray, sample_rate: float) -> tuple[float, float]
         levels.append(float(np.median(power[highest // 2 : highest])) / math.log(2.0))
         highest //= 2
     top = float(np.median(power[power.size // 2 :])) / math.log(2.0)
-    return float(np.median(levels)), top
+    return float(np.median(levels)), levels[0], top
 
 
 def _shown(gyro: Channel, value: float) -> str:

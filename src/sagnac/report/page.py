@@ -17,7 +17,7 @@ from matplotlib.figure import Figure
 
 from sagnac.analysis import result, verdict
 from sagnac.analysis.result import Analysis
-from sagnac.core.errors import path_of, ranked, require_type
+from sagnac.core.errors import path_of, ranked, require_choice, require_type
 from sagnac.core.overwriting import earlier_files, outputs_in, require_free
 from sagnac.core.units import DEGREE
 from sagnac.core.whole_files import replacing_folder, write_text
@@ -286,6 +286,8 @@ def write_report(
     result.require_analysis(analysis, recorded=True)
     if block is not None:
         require_type("block", block, TitleBlock, "give a sagnac.report.sections.TitleBlock")
+    for name, flag in (("pdf", pdf), ("with_forces", with_forces)):
+        require_choice(name, flag, (False, True))
     folder = path_of("folder", folder)
     for place in (folder, *(folder / tables.folder_name(name) for name in analysis.gyros)):
         require_free(outputs_in(place, "report"), force=force)

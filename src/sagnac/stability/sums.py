@@ -134,7 +134,7 @@ def _count_gaps(samples: FloatArray, rate: float, gaps: Gaps, only_whole: Estima
         remedy = "mark bad samples as NaN and use gaps='omit'"
     elif count and gaps == "reject":
         marks, what = missing, f"missing, {count} in all"
-        remedy = "use gaps='omit' or fill them first"
+        remedy = "use gaps='omit' of stability_curve, or fill them first"
     elif count and only_whole is not None:
         marks, what = missing, f"missing and {only_whole} needs a whole record"
         remedy = "gaps='omit' works with adev, oadev, mdev, tdev, hdev, ohdev and haar"
