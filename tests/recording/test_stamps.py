@@ -57,7 +57,14 @@ def test_uneven_stamps_stay():
 
 def test_stamps_and_a_rate_have_to_agree():
     stamps = np.arange(1000) / 100.0
-    assert sampling(stamps, 100.5).sample_rate == 100.0
+    taken = sampling(stamps, 100.5)
+    assert taken.sample_rate == 100.0
+    (note,) = taken.notes
+    assert note.text == "the stamps give 100 Hz, which counts, and 100.5 Hz is stated"
+    # Nothing is said of a rate that the stamps bear out, or that they cannot tell from theirs.
+    assert sampling(stamps, 100.0).notes == ()
+    coarse = sampling(np.floor(10.0 * stamps) / 10.0, 100.3)
+    assert [note.text for note in coarse.notes if "stated" in note.text] == []
     with pytest.raises(RecordingError, match=r"time: the stamps give 100 Hz but 50 Hz is stated"):
         sampling(stamps, 50.0)
 

@@ -139,15 +139,20 @@ def _evenness(times: FloatArray, stated_rate: float | None) -> Sampling:
         problem = f"the stamps give {rate:.6g} Hz but {stated_rate:.6g} Hz is stated"
         remedy = "leave out {rate}, or ignore the stamps with {time none}"
         raise RecordingError(problem, channel="time", remedy=remedy)
+    notes: tuple[Note, ...] = ()
+    # A part in ten thousand is 0.005 % of N.
+    if stated_rate is not None and abs(rate / stated_rate - 1.0) > max(unsure, 1e-4):
+        text = f"the stamps give {rate:.6g} Hz, which counts, and {stated_rate:.6g} Hz is stated"
+        notes = (Note(text=text, channel="time"),)
     if worst <= slack:
-        return Sampling(times=None, sample_rate=rate)
+        return Sampling(times=None, sample_rate=rate, notes=notes)
     is_uniform = worst <= 0.75 * clock < 0.75 * step
     off = f"stamps up to {worst:.3g} s off an even spacing"
     text = f"sampling is not uniform, mean rate {rate:.6g} Hz, {off}"
     if is_uniform:
         text = f"stamps are those of uniform sampling at {rate:.9g} Hz on a clock of {clock:g} s"
         text += ": taken as uniform"
-    notes = (Note(text=text, channel="time"),)
+    notes = (*notes, Note(text=text, channel="time"))
     return Sampling(times=None if is_uniform else times, sample_rate=rate, notes=notes)
 
 
