@@ -167,6 +167,32 @@ def test_one_way_the_bias_is_in_the_share():
     assert one.asymmetry is None
 
 
+def indexed(step, back=False):
+    """Ten samples of a move at each fifth second, rest between; every third one back."""
+    number = np.arange(6000)
+    way = np.where(number // 50 % 3 == 1, -1.0, 1.0) if back else 1.0
+    # Six samples into a second, so that each move lies in two of them.
+    return np.cumsum(np.where((number - 6) % 50 < 10, 0.1 * way * step, 0.0))
+
+
+@pytest.mark.parametrize("back", [False, True])
+def test_a_table_that_indexes_in_a_second_shows_its_shares(back):
+    """No move has a second of its own way on both sides: each has rest there."""
+    table, random = indexed(np.radians(37.0), back), np.random.default_rng(8)
+    noise = np.cumsum(1e-7 * random.standard_normal(table.size))
+    angle = 0.577 * table + 2e-6 * np.arange(table.size) + noise
+    one = table_shares(recording_of(angle, table), ("z",), confidence=0.999)[0]["z"]
+    assert one.share.low < 0.577 < one.share.high < 0.577 + 1e-5
+    assert one.bias.low < 2e-5 < one.bias.high < 2.1e-5
+
+
+@pytest.mark.parametrize("table", [indexed(2.0 * np.pi), np.where(np.arange(6000) < 300, 0.0, 0.5)])
+def test_moves_that_tell_no_columns_apart_are_refused(table):
+    """A whole turn each time, whose angles are always the same; one move in ten minutes."""
+    with pytest.raises(RecordingError, match="vary too little"):
+        table_shares(recording_of(0.577 * table, table), ("z",))
+
+
 def test_refusals():
     table = table_angle(12_000)
     recording = recording_of(table, table)

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
+from scipy.ndimage import maximum_filter1d, minimum_filter1d
 from scipy.special import stdtrit
 
 from sagnac.core.arrays import BooleanArray, FloatArray, IntegerArray, every
@@ -22,6 +23,8 @@ from sagnac.recording.model import Recording
 _STRETCHES: Final = 30
 # Fewest seconds that make shares.
 _LEAST: Final = 4 * _STRETCHES
+# Largest condition number of the fit, whose square is inverted: that is exact to 1e-16.
+_MOST_ALIKE: Final = 1e7
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -148,8 +151,8 @@ def _columns(table: FloatArray, rates: FloatArray) -> tuple[dict[str, FloatArray
     both = min(np.mean(way > 0.0), np.mean(way < 0.0)) > 0.1
     if both or np.std(rates) > 0.1 * np.mean(speeds):
         columns["bias"] = np.ones_like(rates)
-        one_way[1:] &= way[1:] == way[:-1]
-        one_way[:-1] &= way[1:] == way[:-1]
+        # A second beside one of rest starts or stops, and keeps its way.
+        one_way = minimum_filter1d(way, 3) * maximum_filter1d(way, 3) >= 0.0
     # Speeds that vary tell an asymmetry from a bias.
     if both and np.std(speeds[way != 0.0]) > 0.1 * np.mean(speeds):
         columns["asymmetry"] = speeds
@@ -169,6 +172,11 @@ def _fitted(
     (columns, gyros), and (stretches, columns, gyros) whose squares add up to the variances.
     """
     size = np.linalg.norm(design, axis=0)
+    # A table that moved once or twice, or always between the same angles, tells no columns apart.
+    if not np.all(size) or np.linalg.cond(design / size) > _MOST_ALIKE:
+        problem = "the table's angles and rates vary too little to show shares of its rate"
+        remedy = "turn it steadily, or to several angles"
+        raise RecordingError(problem, channel="table", remedy=remedy)
     columns = design / size
     inverse = np.linalg.inv(columns.T @ columns)
     solution = inverse @ (columns.T @ rates)
