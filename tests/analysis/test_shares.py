@@ -167,6 +167,31 @@ def test_one_way_the_bias_is_in_the_share():
     assert one.asymmetry is None
 
 
+def held_on_a_sweep(amplitude):
+    """How many of 40 shares hold, and the median half interval, with a tone at order 11.3."""
+    table, holds, halves = 2.5 * np.sin(2.0 * np.pi * np.arange(9000) / 170.0), 0, []
+    for seed in range(40):
+        random = np.random.default_rng(seed)
+        tone = amplitude * np.sin(11.3 * table + random.uniform(0.0, 2.0 * np.pi))
+        noise = np.cumsum(1e-7 * random.standard_normal(table.size))
+        recording = recording_of(0.577 * table + tone + noise, table)
+        share = table_shares(recording, ("z",))[0]["z"].share
+        holds += share.low <= 0.577 <= share.high
+        halves.append(0.5 * (share.high - share.low))
+    return holds, float(np.median(halves))
+
+
+def test_an_order_that_is_the_same_in_every_sweep_is_in_the_error_of_a_share():
+    held, half = held_on_a_sweep(2e-6)
+    assert held >= 34
+    # Without a tone the interval is of the noise alone: 1e-7 rad each tenth of a second.
+    sound, of_noise = held_on_a_sweep(0.0)
+    assert sound >= 34
+    assert of_noise < 0.1 * half
+    bound = 1.96 * 1e-7 / (2.5 * 2.0 * np.pi / 170.0 * np.sqrt(0.5 * 9000))
+    assert bound < of_noise < 3.0 * bound
+
+
 def indexed(step, back=False):
     """Ten samples of a move at each fifth second, rest between; every third one back."""
     number = np.arange(6000)
