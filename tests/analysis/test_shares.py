@@ -167,6 +167,57 @@ def test_one_way_the_bias_is_in_the_share():
     assert one.asymmetry is None
 
 
+def held_on_a_sweep(amplitude):
+    """How many of 40 shares hold, and the median half interval, with a tone at order 11.3."""
+    table, holds, halves = 2.5 * np.sin(2.0 * np.pi * np.arange(9000) / 170.0), 0, []
+    for seed in range(40):
+        random = np.random.default_rng(seed)
+        tone = amplitude * np.sin(11.3 * table + random.uniform(0.0, 2.0 * np.pi))
+        noise = np.cumsum(1e-7 * random.standard_normal(table.size))
+        recording = recording_of(0.577 * table + tone + noise, table)
+        share = table_shares(recording, ("z",))[0]["z"].share
+        holds += share.low <= 0.577 <= share.high
+        halves.append(0.5 * (share.high - share.low))
+    return holds, float(np.median(halves))
+
+
+def test_an_order_that_is_the_same_in_every_sweep_is_in_the_error_of_a_share():
+    held, half = held_on_a_sweep(2e-6)
+    assert held >= 34
+    # Without a tone the interval is of the noise alone: 1e-7 rad each tenth of a second.
+    sound, of_noise = held_on_a_sweep(0.0)
+    assert sound >= 34
+    assert of_noise < 0.1 * half
+    bound = 1.96 * 1e-7 / (2.5 * 2.0 * np.pi / 170.0 * np.sqrt(0.5 * 9000))
+    assert bound < of_noise < 3.0 * bound
+
+
+def indexed(step, back=False):
+    """Ten samples of a move at each fifth second, rest between; every third one back."""
+    number = np.arange(6000)
+    way = np.where(number // 50 % 3 == 1, -1.0, 1.0) if back else 1.0
+    # Six samples into a second, so that each move lies in two of them.
+    return np.cumsum(np.where((number - 6) % 50 < 10, 0.1 * way * step, 0.0))
+
+
+@pytest.mark.parametrize("back", [False, True])
+def test_a_table_that_indexes_in_a_second_shows_its_shares(back):
+    """No move has a second of its own way on both sides: each has rest there."""
+    table, random = indexed(np.radians(37.0), back), np.random.default_rng(8)
+    noise = np.cumsum(1e-7 * random.standard_normal(table.size))
+    angle = 0.577 * table + 2e-6 * np.arange(table.size) + noise
+    one = table_shares(recording_of(angle, table), ("z",), confidence=0.999)[0]["z"]
+    assert one.share.low < 0.577 < one.share.high < 0.577 + 1e-5
+    assert one.bias.low < 2e-5 < one.bias.high < 2.1e-5
+
+
+@pytest.mark.parametrize("table", [indexed(2.0 * np.pi), np.where(np.arange(6000) < 300, 0.0, 0.5)])
+def test_moves_that_tell_no_columns_apart_are_refused(table):
+    """A whole turn each time, whose angles are always the same; one move in ten minutes."""
+    with pytest.raises(RecordingError, match="vary too little"):
+        table_shares(recording_of(0.577 * table, table), ("z",))
+
+
 def test_refusals():
     table = table_angle(12_000)
     recording = recording_of(table, table)

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
+from scipy.ndimage import maximum_filter1d, minimum_filter1d
 from scipy.special import stdtrit
 
 from sagnac.core.arrays import BooleanArray, FloatArray, IntegerArray, every
@@ -22,6 +23,8 @@ from sagnac.recording.model import Recording
 _STRETCHES: Final = 30
 # Fewest seconds that make shares.
 _LEAST: Final = 4 * _STRETCHES
+# Errors by angle count if their variance is larger by this: white noise makes it 1 time in 20.
+_MORE: Final = 2.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -70,7 +73,7 @@ def table_shares(
 
     A cosine and a sine of the table angle go along for Earth rate. The errors are those of thirty
     stretches of the recording, so that they hold for noise of any colour that does not reach from
-    one to the next.
+    one to the next; or of as many stretches of the angle, if orders make these differ by more.
 
     Parameters
     ----------
@@ -103,9 +106,11 @@ def table_shares(
         raise RecordingError(f"{few} for shares of its rate", channel="table", remedy=remedy)
     angles = (angle_of(recording.gyro(name), recording.sample_rate) for name in gyros)
     rates = np.stack([np.diff(every(angle, step)) / interval for angle in angles], axis=1)
-    stretch = np.arange(one_way.size) * _STRETCHES // one_way.size
     design = np.stack(list(columns.values()), axis=1)
-    values, moves = _fitted(design[one_way], rates[one_way], stretch[one_way])
+    # By time, and by angle: an order is the same in every sweep, and shows between angles alone.
+    by_angle = np.argsort(np.argsort(table[:-1]))
+    stretches = np.stack([np.arange(one_way.size), by_angle]) * _STRETCHES // one_way.size
+    values, moves = _fitted(design[one_way], rates[one_way], stretches[:, one_way])
     reach = float(stdtrit(_STRETCHES - len(columns), 0.5 + 0.5 * confidence))
     errors = reach * np.linalg.norm(moves, axis=0)
     triad = _triad(gyros, values[0], moves[:, 0], reach) if len(gyros) == 3 else None
@@ -148,8 +153,8 @@ def _columns(table: FloatArray, rates: FloatArray) -> tuple[dict[str, FloatArray
     both = min(np.mean(way > 0.0), np.mean(way < 0.0)) > 0.1
     if both or np.std(rates) > 0.1 * np.mean(speeds):
         columns["bias"] = np.ones_like(rates)
-        one_way[1:] &= way[1:] == way[:-1]
-        one_way[:-1] &= way[1:] == way[:-1]
+        # A second beside one of rest starts or stops, and keeps its way.
+        one_way = minimum_filter1d(way, 3) * maximum_filter1d(way, 3) >= 0.0
     # Speeds that vary tell an asymmetry from a bias.
     if both and np.std(speeds[way != 0.0]) > 0.1 * np.mean(speeds):
         columns["asymmetry"] = speeds
@@ -162,20 +167,28 @@ def _columns(table: FloatArray, rates: FloatArray) -> tuple[dict[str, FloatArray
 
 
 def _fitted(
-    design: FloatArray, rates: FloatArray, stretch: IntegerArray
+    design: FloatArray, rates: FloatArray, stretches: IntegerArray
 ) -> tuple[FloatArray, FloatArray]:
     """Least squares of (seconds, gyros) on (seconds, columns), and what each stretch moves it by.
 
-    (columns, gyros), and (stretches, columns, gyros) whose squares add up to the variances.
+    (columns, gyros), and (stretches, columns, gyros) whose squares add up to the variances; two
+    ways to divide the seconds, by time and by angle.
     """
-    size = np.linalg.norm(design, axis=0)
+    size = np.maximum(np.linalg.norm(design, axis=0), np.finfo(np.float64).tiny)
     columns = design / size
+    # A table that moved once or twice, or always between the same angles, tells no columns apart.
+    if np.linalg.matrix_rank(columns.T @ columns, hermitian=True) < size.size:
+        problem = "the table's angles and rates vary too little to show shares of its rate"
+        raise RecordingError(problem, channel="table", remedy="turn it to several angles")
     inverse = np.linalg.inv(columns.T @ columns)
     solution = inverse @ (columns.T @ rates)
     rest = rates - columns @ solution
-    of_stretch = [columns[stretch == one].T @ rest[stretch == one] for one in range(_STRETCHES)]
+    within = (stretches[:, np.newaxis] == np.arange(_STRETCHES)[:, np.newaxis]).astype(np.float64)
+    by_time, by_angle = inverse @ np.einsum("wsn,nc,ng->wscg", within, columns, rest, optimize=True)
+    angle = np.sum(by_angle**2, axis=(0, 2)) > _MORE * np.sum(by_time**2, axis=(0, 2))
+    moves = np.where(angle[:, np.newaxis], by_angle, by_time)
     scale = math.sqrt(_STRETCHES / (_STRETCHES - size.size)) / size[:, np.newaxis]
-    return solution / size[:, np.newaxis], inverse @ np.stack(of_stretch) * scale
+    return solution / size[:, np.newaxis], moves * scale
 
 
 def _within(value: float, error: float) -> Interval:

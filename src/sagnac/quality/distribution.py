@@ -28,6 +28,8 @@ from sagnac.recording.model import Recording, second_of
 _MANY: Final = 0.01
 # Samples looked at around each for its neighbourhood.
 _AROUND: Final = 2
+# Far samples no farther apart than this are a run.
+_APART: Final = 8
 # A limit is this much above that of chance: the scatter of a block is not known better. A heavy
 # tail of the noise goes on below the limit, from this part of it on.
 _MARGIN: Final = 1.15
@@ -138,20 +140,29 @@ def _spikes_in(
     size, reach = np.abs(off), _MARGIN * limit * scale if scale > 0.0 else math.inf
     far = np.flatnonzero(size > reach)
     below = number_of(size > _BELOW * reach) - far.size
-    stays = [one for one in far.tolist() if _stays(values, block.start + one, float(off[one]))]
-    index = np.array(stays, dtype=np.int64)
+    runs = np.split(far, np.flatnonzero(np.diff(far) > _APART) + 1) if far.size else []
+    stays = [run[_stay(values, block.start + run, off[run], scale)] for run in runs]
+    index = np.concatenate([far[:0], *stays])
     return index + block.start, off[index], far.size, below
 
 
-def _stays(values: FloatArray, place: int, height: float) -> bool:
-    """Whether the angle keeps what a sample adds.
+def _stay(values: FloatArray, run: IntegerArray, off: FloatArray, scale: float) -> BooleanArray:
+    """Which samples of a run, that lie off by so much, the angle keeps.
 
-    If its neighbours take it back, the angle alone was off for a moment: that adds nothing to N,
-    and to replace one of them would. Behind an end there is nothing that could.
+    If its neighbours take one back, the angle alone was off for a moment: that adds nothing to N,
+    and to replace one of them would. Behind an end there is nothing that could. So would parts of a
+    swing, as where a line begins: all of a run adds what is taken, to a half or three deviations.
     """
-    typical = np.median(values[max(0, place - 8) : place + 9])
-    net = float((values[max(0, place - _AROUND) : place + _AROUND + 1] - typical).sum())
-    return net / height > 0.5
+    alone: BooleanArray = np.array([_net(values, one, one) for one in run]) / off > 0.5
+    taken, by_chance = float(off[alone].sum()), 3.0 * scale * math.sqrt(run[-1] - run[0] + 5)
+    return alone & (abs(taken - _net(values, run[0], run[-1])) < max(0.5 * abs(taken), by_chance))
+
+
+def _net(values: FloatArray, first: int, last: int) -> float:
+    """What samples, with those beside them, add to the angle beyond what is typical around them."""
+    reach = 8 + last - first
+    typical = np.median(values[max(0, first - reach) : last + reach + 1])
+    return float((values[max(0, first - _AROUND) : last + _AROUND + 1] - typical).sum())
 
 
 def without_spikes(increments: ArrayLike, spikes: Spikes) -> FloatArray:
