@@ -193,6 +193,21 @@ def test_orders_that_are_not_whole_go_with_the_angle_over_a_few_turns(motion):
     assert (np.std(left) < 1.05 * np.std(np.diff(walk))) == (not even)
 
 
+@pytest.mark.parametrize("order", [13, 25, 50])
+@pytest.mark.parametrize("fastest", [46.0, 120.0])  # deg/s
+def test_an_order_of_a_sweep_is_taken_at_every_speed(order, fastest):
+    """Averages of a tenth of a second hold less of it where the table is fast, or nothing."""
+    rate, seconds = 200.0, np.arange(60_000) / 200.0
+    table = 0.75 * TURN * np.sin(np.deg2rad(fastest) / (0.75 * TURN) * seconds)
+    walk = np.cumsum(1e-8 * np.random.default_rng(5).standard_normal(seconds.size))
+    shown = 5e-7 * np.cos(order * table + 0.7)
+    found = function_of_angle(0.577 * table + walk + shown, kinematics(table, rate))
+    assert found is not None
+    # Its steps, in which the noise of low orders hardly shows.
+    left = np.diff(found.less(shown, table))
+    assert np.std(left) < 0.03 * np.std(np.diff(shown))
+
+
 @pytest.mark.parametrize("turns", [0.4, pytest.param(0.83, marks=pytest.mark.statistics), 1.0])
 def test_over_a_turn_or_less_a_walk_goes_with_no_angle(turns):
     """As many orders as ordinates would take all noise below their frequencies."""

@@ -91,7 +91,9 @@ class Kinematics:
         return self.block / self.sample_rate
 
 
-def kinematics(table: FloatArray, sample_rate: float) -> Kinematics:
+def kinematics(
+    table: FloatArray, sample_rate: float, *, rate: float = KINEMATIC_RATE
+) -> Kinematics:
     """Kinematics of a table angle, in one pass over it.
 
     Parameters
@@ -100,6 +102,8 @@ def kinematics(table: FloatArray, sample_rate: float) -> Kinematics:
         (samples,) unwrapped table angle, rad.
     sample_rate
         Hz.
+    rate
+        Of the averages, Hz, about.
 
     Raises
     ------
@@ -107,7 +111,7 @@ def kinematics(table: FloatArray, sample_rate: float) -> Kinematics:
         If the sample rate is not positive.
     """
     require_rate(sample_rate)
-    dt, block = 1.0 / sample_rate, max(1, round(sample_rate / KINEMATIC_RATE))
+    dt, block = 1.0 / sample_rate, max(1, round(sample_rate / rate))
     length = block_length(block)
     rows, begun = [], [np.zeros(2)]
     for piece in blocks(table.size, length):

@@ -178,6 +178,10 @@ def _null_angle(table: FloatArray, pulses: IntegerArray) -> float:
 _ORDERS: Final = (4, 8, 16, 32, 64, 128)
 # The most averages, those of some hours.
 _MOST: Final = 2**17
+# A fast table has averages that show this many orders, if these are not more than so many: twenty
+# sweeps of 0.4 to 2 turns took 2 s each, and no order came as a comb of lines any more.
+_SHOWN: Final = 64
+_MOST_FAST: Final = 2**15
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -222,6 +226,13 @@ def function_of_angle(angle: FloatArray, kinematic: Kinematics) -> AngleFunction
     AngleFunction or None
         None if nothing goes with the angle.
     """
+    # At a rate that varies by less than a tenth an order that is not whole is a line in time.
+    is_even = kinematics.rate_variation(kinematic) <= 0.1
+    reach = kinematics.highest_harmonic(kinematic)
+    if reach < _SHOWN:
+        usual, most = 1.0 / kinematic.interval, _MOST_FAST * kinematic.sample_rate / angle.size
+        rate = max(usual, min(usual * _SHOWN / reach, most))
+        kinematic = kinematics.kinematics(kinematic.table, kinematic.sample_rate, rate=rate)
     highest = math.floor(kinematics.highest_harmonic(kinematic))
     # Hz of order 1, the highest being 0.4 of the averages' rate.
     first = 0.4 / (max(highest, 1) * kinematic.interval)
@@ -241,18 +252,21 @@ def function_of_angle(angle: FloatArray, kinematic: Kinematics) -> AngleFunction
     # The standard deviation of an order's prior.
     size = max(30.0 * ARCSECOND, float(np.std(plain - line)))
 
+    # The average of an order is the lower the farther the table turns meanwhile.
+    turned = np.abs(np.gradient(kinematic.angle)) / (2.0 * np.pi)
+
     def fit_of(case: tuple[int, int], noises: tuple[float, float] | None) -> Whitened:
-        phases = _terms(*case)[:, np.newaxis] * kinematic.angle
-        columns = np.concatenate([slow, np.cos(phases), np.sin(phases)])
+        terms = _terms(*case)[:, np.newaxis]
+        phases, gain = terms * kinematic.angle, np.sinc(terms * turned)
+        columns = np.concatenate([slow, gain * np.cos(phases), gain * np.sin(phases)])
         prior = np.concatenate([free, np.full(2 * case[0], size)])
         return whitened(shown, columns, prior, noises, groups=0, crowded=True)
 
     counts = dict.fromkeys(min(count, highest, shown.size // 20) for count in (0, *_ORDERS))
     # An order that is not whole has another phase in every turn, so that over a few it takes a
-    # function of all the angle that they cover. At a rate that varies by less than a tenth it is a
-    # line in time.
+    # function of all the angle that they cover.
     covered = math.ceil(full_turns(kinematic.angle) + 0.5)
-    parts = (1, covered) if kinematics.rate_variation(kinematic) > 0.1 else (1,)
+    parts = (1,) if is_even else (1, covered)
     cases = [(count, part) for part in parts for count in counts]
     # All are judged beside the noise that the largest leaves: what is left of lines is no noise.
     largest = [fit_of((max(counts), part), None) for part in parts]
@@ -267,7 +281,7 @@ def function_of_angle(angle: FloatArray, kinematic: Kinematics) -> AngleFunction
         return None
     orders = _terms(*best)
     # The first three are of table angle and Earth rate.
-    values = fits[best].values[3:].reshape(2, -1) / kinematics.block_gain(kinematic, orders)
+    values = fits[best].values[3:].reshape(2, -1)
     # A coefficient takes the noise of one of two parts of an ordinate.
     reached, width = first * orders, first * fits[best].freedom / (ordinates * orders.size)
     density = 2.0 * fits[best].walk / kinematic.interval
