@@ -28,6 +28,7 @@ from sagnac.noise.laws import SLOW_NAMES, level_laws
 from sagnac.noise.lowest_ordinates import rate_ramp
 from sagnac.noise.model_average import RULED, Average, ModelChoice, average, mixture
 from sagnac.noise.slow_laws import LOW_PASS, WALK
+from sagnac.noise.three_cornered_hat import Separation
 from sagnac.noise.whole_band import levels_bear_out, with_slow_laws, with_slow_terms
 from sagnac.quality import distribution
 from sagnac.quality.whitening import whitened
@@ -138,8 +139,10 @@ class Headline:
         Whether what is left of one gyro is the encoder's rather than its own.
     findings
         What was noticed beside the noise.
-    fits, per_gyro
-        The fits that stand beside it, by method, and each gyro's own N, of a triad.
+    fits
+        That stand beside it, by method.
+    hat, per_gyro
+        Each gyro's own N, of a triad, as read, and as the findings leave it.
     """
 
     estimate: Estimate
@@ -149,6 +152,7 @@ class Headline:
     by_encoder: bool = False
     findings: tuple[Note, ...] = ()
     fits: Mapping[FitName, Fit] = field(default_factory=dict)
+    hat: Separation = field(default_factory=lambda: Separation(angle_random_walk={}))
     per_gyro: Mapping[str, Estimate] = field(default_factory=dict)
 
     def with_each(self, changed: Change, *, beside: bool = False) -> "Headline":

@@ -1,6 +1,6 @@
 """All that an answer is read from: the angles at the interval, their curves, and their fits."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any
@@ -18,9 +18,7 @@ from sagnac.noise.curve_fit import paper_fit, weighted_fit
 from sagnac.noise.estimates import Fit, FitName, unobserved
 from sagnac.noise.fit import spectrum_fit
 from sagnac.noise.laws import COEFFICIENT_NAMES
-from sagnac.noise.three_cornered_hat import Separation, three_cornered_hat
 from sagnac.quality.readout import Readout, joint_readout
-from sagnac.recording.channel import PAIR_SIZE
 from sagnac.recording.model import Recording
 from sagnac.stability import Estimator
 from sagnac.stability.curve import StabilityCurve, stability_curve
@@ -73,8 +71,6 @@ class Evidence:
         The angles that the likelihood fit is of, and what the readout steps of the gyros allow.
     fits
         By method.
-    hat
-        Each gyro's own N by three-cornered hat, with a triad.
     bare
         Whether it has no more than the answer rests on: no fits of the curve beside it.
     """
@@ -93,7 +89,6 @@ class Evidence:
     fine: Points
     readout: Readout
     fits: Mapping[FitName, Fit]
-    hat: Separation
     bare: bool
 
     @property
@@ -292,54 +287,3 @@ def _widest_fit(points: Points, confidence: float, masked: Bands) -> Fit:
         bands.append((0.0, highest))
         highest *= 0.5
     return spectrum_fit(cosine, confidence=confidence, masked=masked, bands=bands)
-
-
-Remainders = Sequence[Remainder]
-
-
-def hat_of(
-    settings: Settings, remainders: Remainders, fine: Points, readout: Readout, likelihood: Fit
-) -> Separation:
-    """Each gyro's own N, if both searches came to an end and angles are of samples.
-
-    Parameters
-    ----------
-    settings
-        The gyros by name, and the confidence.
-    remainders
-        What removal left of the measurement and, of a triad, of the first gyro less the second.
-    fine, readout, likelihood
-        Of `fine_points`, and the fit of these angles, whose band is used.
-    """
-    left, second = remainders[0], remainders[-1]
-    finished = second is not left and left.is_finished and second.is_finished
-    # A gyro that does not count in its pair is not told apart.
-    are_apart = finished and all(left.weights) and all(second.weights)
-    if not are_apart or readout.every is None or left.once_a_turn:
-        return Separation(angle_random_walk={})
-    first, middle, last = settings.gyros
-    step = max(1, round(left.rate / fine.rate))
-    # The hat uses differences only, so the first gyro may stand at zero. A pair whose weights are v
-    # and w, over v, is the first gyro less -w/v times the other one.
-    (of_last, last_weight), (of_middle, middle_weight) = left.weights, second.weights
-    angles = {
-        middle: -PAIR_SIZE / of_middle * every(second.removal.residual, step),
-        first: np.zeros(fine.angle.size),
-        last: -PAIR_SIZE / of_last * every(left.removal.residual, step),
-    }
-    band = (0.0, 0.0 if likelihood.band is None else likelihood.band.high)
-    masked = left.removal.masked + second.removal.masked
-    how: dict[str, Any] = {"band": band, "masked": masked, "confidence": settings.confidence}
-    try:
-        separation = three_cornered_hat(angles, kind="angle", sample_rate=fine.rate, **how)
-    except RecordingError as error:
-        # Vibration in either difference may leave no band to both.
-        note = Note(text=f"no angle random walk of each gyro alone: {error}", level="warning")
-        return Separation(angle_random_walk={}, notes=(note,))
-    sizes = {first: 1.0, middle: of_middle / middle_weight, last: of_last / last_weight}
-    own = {}
-    for name in settings.gyros:
-        one = separation.angle_random_walk[name]
-        value, low, high = (abs(sizes[name]) * end for end in (one.value, one.low, one.high))
-        own[name] = replace(one, value=value, low=low, high=high)
-    return replace(separation, angle_random_walk=own)

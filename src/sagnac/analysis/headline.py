@@ -43,6 +43,7 @@ from sagnac.analysis.averaged import AnswerSpectrum, Headline
 from sagnac.analysis.encoder import WalkOfPair, with_encoder, with_shared_noise
 from sagnac.analysis.evidence import Evidence, Points, curve_of, points_at
 from sagnac.analysis.settings import PUBLISHED
+from sagnac.analysis.triad import each_alone
 from sagnac.analysis.trust import apply_findings
 from sagnac.core.errors import Note, RecordingError
 from sagnac.noise.bounds import RollOff, highest_terms, highest_walk, within_curve
@@ -72,7 +73,9 @@ def answer(evidence: Evidence, walk_of_pair: WalkOfPair, *, brief: bool = False)
     RecordingError
         If the settings are strict and something is found that they do not accept.
     """
-    headline = _within_curve(evidence, _widened(first_candidate(evidence)))
+    headline = first_candidate(evidence)
+    headline = replace(headline, hat=each_alone(evidence, headline))
+    headline = _within_curve(evidence, _widened(headline))
     headline = with_encoder(headline, evidence, walk_of_pair)
     if not brief:
         headline = with_shared_noise(headline, evidence)

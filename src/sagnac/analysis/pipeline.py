@@ -220,7 +220,6 @@ def _evidence(
     with stages.stage("coefficients"):
         fine, readout = basis.fine_points(recording, settings, left, points)
         fits = basis.fits_of(curve, fine, readout, left.removal.masked, settings, bare=bare)
-        hat = basis.hat_of(settings, remainders, fine, readout, fits["likelihood"])
     return Evidence(
         recording=recording,
         corrected=corrected,
@@ -236,7 +235,6 @@ def _evidence(
         fine=fine,
         readout=readout,
         fits=fits,
-        hat=hat,
         bare=bare,
     )
 
@@ -341,7 +339,7 @@ def _notes(evidence: Evidence, headline: Headline) -> tuple[Note, ...]:
         *(note for one in evidence.remainders for note in one.removal.notes),
         *rounding,
         *evidence.readout.notes,
-        *evidence.hat.notes,
+        *headline.hat.notes,
         *(note for fit in headline.fits.values() for note in fit.notes),
         *curve_notes(evidence.curve, evidence.family),
         *headline.notes,

@@ -227,7 +227,7 @@ def apply_findings(headline: Headline, evidence: Evidence, *, brief: bool = Fals
         average = replace(average, covariance=average.covariance * np.outer(scale, scale))
         headline = replace(headline, spectrum=replace(headline.spectrum, average=average))
     estimate, source = trust.estimate(headline.estimate, channel), headline.source
-    alone = evidence.hat.angle_random_walk.items()
+    alone = headline.hat.angle_random_walk.items()
     if trust.reasons:
         given = "no more than a bound" if trust.only_raised else "not given"
         names = (f"{note.name} of {note.channel}".removesuffix(" of ") for note in trust.reasons)

@@ -1,11 +1,11 @@
 """Each of three gyros alone, from their differences."""
 
 import math
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from functools import cached_property, partial
-from itertools import pairwise
-from typing import Final
+from itertools import pairwise, starmap
+from typing import Any, Final
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -31,10 +31,13 @@ class Separation:
         By gyro, rad/sqrt(s).
     notes
         What was noticed, such as a negative variance.
+    squares
+        By gyro, squared Q, N, B and K, SI.
     """
 
     angle_random_walk: Mapping[str, Estimate]
     notes: tuple[Note, ...] = ()
+    squares: Mapping[str, FloatArray] = field(default_factory=dict)
 
 
 def three_cornered_hat(
@@ -84,26 +87,48 @@ def three_cornered_hat(
         If a sample is not finite, the differences do not vary, or too little is left.
     """
     increments = partial(angle_increments, kind=kind, sample_rate=sample_rate)
-    channels = [increments(values) for values in gyros.values()]
-    require_increments(channels[0].size)
-    samples, interval = cosine_length(channels[0].size), 1.0 / sample_rate
+    pairs = pairwise(map(increments, gyros.values()))
+    steps = list(starmap(partial(elementwise, np.subtract), pairs))
+    how: dict[str, Any] = {"confidence": confidence, "masked": masked, "band": band}
+    return separation_of(tuple(gyros), steps, sample_rate=sample_rate, **how)
+
+
+def separation_of(
+    names: Sequence[str],
+    steps: list[FloatArray],
+    *,
+    sample_rate: float,
+    confidence: float,
+    masked: Bands,
+    band: Band | None,
+) -> Separation:
+    """The same of the increments (rad) of the first less the second and the second less the third.
+
+    They are taken out of the list when they are no more needed: long arrays.
+
+    Raises
+    ------
+    RecordingError
+        If they do not vary, or too little is left.
+    """
+    require_increments(steps[0].size)
+    samples, interval = cosine_length(steps[0].size), 1.0 / sample_rate
     # A ramp lives in the lowest indices, and least squares took what noise looks like one.
     lowest = 4.0 / (samples * interval)
     low, high = band if band is not None else (0.0, math.inf)
     # One product of two transforms fits a singular matrix, at infinite likelihood.
     bins = cosine_bins(samples, interval, masked, (max(low, lowest), high), narrowest=4)
     basis = bins.mean_of(lambda index: cosine_power_basis(index, samples, interval))
-    differences = (elementwise(np.subtract, *pair) for pair in pairwise(channels))
-    one, other = (without_slope(each[:samples])[1] for each in differences)
+    other, one = (without_slope(steps.pop()[:samples])[1] for _ in range(2))
     moments = np.stack([bins.mean(*pair) for pair in ((one, one), (one, other), (other, other))], 1)
     if not min(moments[:, 0].min(), moments[:, 2].min()) > 0.0:
-        problem = f"two of the gyros {', '.join(gyros)} are the same"
+        problem = f"two of the gyros {', '.join(names)} are the same"
         raise RecordingError(problem, remedy="check the columns ({columns})")
     spectra = _PairSpectra(basis=basis, moments=moments, count=bins.count)
     white = spectra.start(np.zeros(spectra.terms), np.ones(spectra.terms, dtype=np.bool_))
     best = spectra.maximum(white)
     estimates, notes = {}, []
-    for gyro, name in enumerate(gyros):
+    for gyro, name in enumerate(names):
         column = gyro * len(STOCHASTIC_NAMES) + STOCHASTIC_NAMES.index("angle_random_walk")
         estimates[name] = spectra.estimate(best, column, "angle_random_walk", confidence)
         if estimates[name].status == "upper bound":
@@ -112,7 +137,8 @@ def three_cornered_hat(
             square = f"the squared angle random walk of {name} alone came out {what}"
             why = "it is much quieter than the others, or their noises are not independent"
             notes.append(Note(text=f"{square}: {why}; an upper bound is given"))
-    return Separation(angle_random_walk=estimates, notes=tuple(notes))
+    squares = dict(zip(names, best.squares.reshape(len(names), -1), strict=True))
+    return Separation(angle_random_walk=estimates, notes=tuple(notes), squares=squares)
 
 
 # First less second and second less third, in terms of the three gyros.
