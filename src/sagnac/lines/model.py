@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from sagnac.core.arrays import FloatArray
-from sagnac.core.errors import Note, quoted, refusal, require_choice, require_shape
+from sagnac.core.errors import Note, quoted, refusal, require_choice
 from sagnac.core.units import ANGLE_UNITS, VELOCITY_UNITS
 from sagnac.recording.channel import Compared
 
@@ -137,7 +137,7 @@ class Removal(Compared):
     Raises
     ------
     ValueError
-        If an array has another shape, or a band ends before it begins.
+        If `taken` has another shape.
 
     Examples
     --------
@@ -159,15 +159,8 @@ class Removal(Compared):
     unfinished: FloatArray | None = None
 
     def __post_init__(self) -> None:
-        if self.residual.ndim != 1:
-            raise refusal("residual", f"has shape {self.residual.shape}; give (samples,)")
-        if self.unfinished is not None:
-            require_shape("unfinished", self.unfinished.shape, self.residual.shape)
         if self.taken.ndim != 2 or self.taken.shape[0] != 3:
             raise refusal("taken", f"has shape {self.taken.shape}; give (3, bands)")
-        for low, high in self.masked:
-            if not low <= high:
-                raise refusal("masked", f"has the band ({low}, {high}); give low, then high")
         # A view: the caller's own array stays as it is. The long residual is left writable, since
         # compiled loops would be compiled again for an array that is not.
         taken = np.asarray(self.taken).view()

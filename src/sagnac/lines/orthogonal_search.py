@@ -60,11 +60,6 @@ class OrthogonalSearch(Compared):
     stop, false_alarm, most_terms
         The rule it stopped by, its probability, and the most candidates it might choose.
 
-    Raises
-    ------
-    ValueError
-        If the sizes do not agree.
-
     Examples
     --------
     >>> import numpy as np
@@ -89,11 +84,6 @@ class OrthogonalSearch(Compared):
     most_terms: int
 
     def __post_init__(self) -> None:
-        count = self.chosen.size
-        if len(self.coefficients) != count or self.mean_square.shape != (count + 1,):
-            shapes = f"{self.chosen.shape}, {self.coefficients.shape} and {self.mean_square.shape}"
-            have = f"chosen, coefficients and mean_square have shapes {shapes}"
-            raise ValueError(f"{have}; they do not go together")
         for array in (self.chosen, self.coefficients, self.mean_square):
             array.flags.writeable = False
 
