@@ -208,9 +208,8 @@ def next_round(state: State) -> State:
             return replace(after, end="nothing stands" if over else None)
     # A round has three joint fits or more, each with a pass over the record for each pair of lines
     # that meet. The time of a search grows with the record, whatever is in it.
-    expected = joint_fit.pairs_summed(
-        state.record.sampled, components.joined(state.components, new.lines)
-    )
+    together = components.joined(state.components, new.lines)
+    expected = joint_fit.pairs_summed(state.record.sampled, together)
     if state.passes + 3.0 * expected > _MOST_PASSES * max(1.0, _LONG / state.record.angle.size):
         return replace(state, end="too many pairs")
     state = passes.joined_by(state, new.lines)
