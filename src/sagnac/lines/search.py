@@ -17,9 +17,9 @@ import numpy as np
 from sagnac.core.arrays import FloatArray, differences, extent
 from sagnac.core.errors import Note, counted, refusal, require_name, require_progress, rounded
 from sagnac.core.kernels import one_thread
-from sagnac.lines import components, detection, joint_fit, naming, passes
+from sagnac.lines import components, joint_fit, naming, passes
 from sagnac.lines.candidates import NewLines, bands_of_peaks, crowded_bands, new_lines
-from sagnac.lines.detection import Band, Peaks
+from sagnac.lines.detection import Band, Peaks, joined_bands, peaks_in_frequency
 from sagnac.lines.model import Removal
 from sagnac.lines.state import Record, State, first_state
 from sagnac.recording.channel import whole_series
@@ -191,7 +191,7 @@ def next_round(state: State) -> State:
     """One round of finding, fitting and judging; with an `end` if there is nothing more to do."""
     number, before = state.rounds, state
     state = replace(state, rounds=number + 1)
-    tones = detection.peaks_in_frequency(state.look(), state.record.threshold)
+    tones = peaks_in_frequency(state.look(), state.record.threshold)
     crowds = _crowds(state, tones)
     new = new_lines(state, tones, crowds)
     if not _may_be_images(state, new):
@@ -238,7 +238,7 @@ def _crowds(state: State, peaks: Peaks) -> tuple[Band, ...]:
     crowds = crowded_bands(peaks, state.components, bins)
     if state.rounds > (_PATIENT_ROUNDS if state.bands else 10):
         crowds = (*crowds, *bands_of_peaks(peaks, bins))
-    return detection.joined_bands((*state.bands, *crowds))
+    return joined_bands((*state.bands, *crowds))
 
 
 def _may_be_images(state: State, new: NewLines) -> bool:
