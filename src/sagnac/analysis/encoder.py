@@ -30,7 +30,7 @@ from sagnac.core.arrays import FloatArray, differences, square
 from sagnac.core.errors import Level, Note, rounded
 from sagnac.core.marks import stretches
 from sagnac.noise.cross_spectra import CommonWalk, common_walk, differenced_factor
-from sagnac.noise.estimates import Estimate, part_of_errors, rooted
+from sagnac.noise.estimates import Estimate, part_of_errors, rooted, unobserved
 from sagnac.noise.lowest_ordinates import LEAST_AVERAGES, highest_walk
 from sagnac.quality.encoder import LEAST_SHARE
 from sagnac.quality.profile import Profile, scatter_of
@@ -117,8 +117,7 @@ def of_plain_mean(estimate: Estimate, weights: tuple[float, float]) -> Estimate:
     if least == most or estimate.status == "not observable":
         return estimate
     if most > _ONE_ALONE * least:
-        nan = math.nan
-        return replace(estimate, value=nan, low=nan, high=nan, status="not observable")
+        return unobserved(estimate.name, estimate.confidence)
     if estimate.status != "estimated":
         return estimate.bounded(estimate.high / least)
     half_width = 0.5 * math.log(estimate.high / estimate.low) if estimate.low > 0.0 else 0.0

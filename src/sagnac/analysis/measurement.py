@@ -8,8 +8,7 @@ from typing import Final
 import numpy as np
 
 from sagnac.analysis.settings import Method, Settings
-from sagnac.core import arrays
-from sagnac.core.arrays import BooleanArray, FloatArray
+from sagnac.core.arrays import BooleanArray, FloatArray, blocks, elementwise, extent
 from sagnac.core.errors import Note, RecordingError, rounded
 from sagnac.core.units import ARCSECOND
 from sagnac.lines.model import Removal
@@ -78,7 +77,7 @@ class Measurement:
 
     def noise(self, angle: FloatArray) -> FloatArray:
         """Its angle, or what is left of it, with the noise of one gyro."""
-        return arrays.elementwise(np.divide, angle, PAIR_SIZE) if self.is_pair else angle
+        return elementwise(np.divide, angle, PAIR_SIZE) if self.is_pair else angle
 
     def share(self, shares: Mapping[str, float]) -> float:
         """Share of the table's rate in the angle, from the shares of the gyros."""
@@ -105,7 +104,7 @@ def measure(recording: Recording, gyros: tuple[str, ...]) -> Measurement:
     angle, names = angle_of(recording.gyro(gyros[0]), rate), gyros[:1]
     if len(gyros) > 1:
         names = (gyros[0], gyros[-1])
-        angle = arrays.elementwise(np.subtract, angle, angle_of(recording.gyro(gyros[-1]), rate))
+        angle = elementwise(np.subtract, angle, angle_of(recording.gyro(gyros[-1]), rate))
     return Measurement(channel="-".join(names), angle=angle, gyros=names, sample_rate=rate)
 
 
@@ -137,9 +136,9 @@ def require_noise(measured: Measurement) -> None:
     """
     angle = measured.angle
     # A rate that bends by fewer units of the last place is rounding.
-    rounding = 64.0 * float(np.spacing(max(map(abs, arrays.extent(angle)))))
+    rounding = 64.0 * float(np.spacing(max(map(abs, extent(angle)))))
     lowest, highest = math.inf, -math.inf
-    for block in arrays.blocks(angle.size - 2):
+    for block in blocks(angle.size - 2):
         bent = np.diff(angle[block.start : block.stop + 2], n=2)
         lowest, highest = min(lowest, bent.min()), max(highest, bent.max())
         if highest - lowest > rounding:
@@ -295,7 +294,7 @@ def without_encoder_errors(
     if measured.is_pair:
         first, second = weights = _weights([table.shares[name] for name in measured.gyros])
         angles = [angle_of(recording.gyro(name), measured.sample_rate) for name in measured.gyros]
-        angle = arrays.elementwise(lambda one, other: first * one + second * other, *angles)
+        angle = elementwise(lambda one, other: first * one + second * other, *angles)
         alone = replace(measured, angle=angle, weights=weights)
         if _takes_table_out(alone, measured, table, estimate):
             return alone
@@ -303,7 +302,7 @@ def without_encoder_errors(
         return measured
     share = measured.share(table.shares)
     three = measured.angle, estimate.readings, estimate.angle
-    own = arrays.elementwise(lambda angle, read, known: angle - share * (read - known), *three)
+    own = elementwise(lambda angle, read, known: angle - share * (read - known), *three)
     return replace(measured, angle=own)
 
 
@@ -327,7 +326,7 @@ def _takes_table_out(
         return True
     share = measured.share(table.shares)
     both = measured.angle, estimate.readings
-    by_encoder = arrays.elementwise(lambda angle, readings: angle - share * readings, *both)
+    by_encoder = elementwise(lambda angle, readings: angle - share * readings, *both)
     block = max(1, round(measured.sample_rate / KINEMATIC_RATE))
     slow = _step(averages_of(alone.angle, block)) < _QUIETER * _step(averages_of(by_encoder, block))
     return slow or _step(alone.angle) < _QUIETER * _step(by_encoder)
@@ -336,7 +335,7 @@ def _takes_table_out(
 def _step(angle: FloatArray) -> float:
     """Rms change from increment to increment, rad, in which Earth rate and drift are little."""
     total = 0.0
-    for block in arrays.blocks(angle.size - 2):
+    for block in blocks(angle.size - 2):
         changes = np.diff(angle[block.start : block.stop + 2], 2)
         total += float(changes @ changes)
     return math.sqrt(total / (angle.size - 2))

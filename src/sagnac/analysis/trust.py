@@ -13,7 +13,7 @@ from sagnac.core.arrays import differences
 from sagnac.core.errors import Level, Note, RecordingError, counted, rounded
 from sagnac.core.units import SENSED, UNITS, Sensor, field_unit
 from sagnac.noise.bounds import longest_shelf, slow_noise
-from sagnac.noise.estimates import Estimate
+from sagnac.noise.estimates import Estimate, unobserved
 from sagnac.noise.slow_model import MarkovEstimate, untold
 from sagnac.quality.check import ACCEPTED, accept, judged, judged_remainder
 from sagnac.quality.effects import DIVIDED, SPANNED, doubt_of
@@ -346,8 +346,7 @@ class Trust:
         if self.reasons and self.only_raised:
             return read.bounded(read.high)
         if self.reasons:
-            nan = math.nan
-            return replace(read, value=nan, low=nan, high=nan, status="not observable")
+            return unobserved(read.name, read.confidence)
         if read.name != "angle_random_walk":
             return read
         factor = _of_channel(self.factors, channel)

@@ -18,7 +18,6 @@ import scipy.linalg
 
 from sagnac.core import arrays
 from sagnac.core.arrays import BooleanArray, ComplexArray, FloatArray, IntegerArray
-from sagnac.core.errors import require_shape
 from sagnac.lines import _kernels
 from sagnac.lines.components import Components
 from sagnac.lines.sampling import MOST_ORDERS, Sampling, mean_square_step, speeds
@@ -55,8 +54,7 @@ def inner_products(sampled: Sampling, components: Components) -> tuple[ComplexAr
         if orders.size:
             products[np.ix_(multiples, multiples)] = _order_products(sampled, orders, way * orders)
         _add_tones(products, components.frequencies, way, sampled.samples)
-    if components.orders.size:
-        _add_pairs(straight, mirrored, sampled, components)
+    _add_pairs(straight, mirrored, sampled, components)
     return straight, mirrored
 
 
@@ -165,8 +163,6 @@ def _meeting(sampled: Sampling, components: Components) -> tuple[IntegerArray, I
 
 def pairs_summed(sampled: Sampling, components: Components) -> float:
     """Passes over all samples that `inner_products` takes: one for each pair that meets."""
-    if components.orders.size == 0:
-        return 0.0
     return _meeting(sampled, components)[0].size * sampled.blocks.length.size / sampled.samples
 
 
@@ -197,19 +193,11 @@ class ComponentFit:
         third row is 0 where nothing was fitted there.
     collinear
         Directions in which the data do not tell the components apart.
-
-    Raises
-    ------
-    ValueError
-        If there is not one covariance a component.
     """
 
     components: Components
     covariance: FloatArray
     collinear: int
-
-    def __post_init__(self) -> None:
-        require_shape("covariance", self.covariance.shape, (self.components.size, 3, 3))
 
 
 def fit(

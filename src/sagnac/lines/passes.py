@@ -144,7 +144,7 @@ def followed(state: State) -> State:
         return state
     known, table = state.components, motion.kinematics
     own, shared = known.phasor[: known.orders.size], _without_tones(table, known.frequencies)
-    averages = state.averages + motion.averages + motion.share * (shared - table.angle)
+    averages = state.averages(table.block) + motion.averages + motion.share * (shared - table.angle)
     after = follow_table(averages, table, harmonics=known.orders, phasor=own, shared=shared)
     moved = max(abs(now - was) for now, was in zip(after.earth, motion.earth, strict=True))
     # What harmonics and motion trade with each other, they trade here: nothing of it is left to

@@ -17,9 +17,9 @@ import numpy as np
 from sagnac.core.arrays import FloatArray, differences, extent
 from sagnac.core.errors import Note, counted, refusal, require_name, require_progress, rounded
 from sagnac.core.kernels import one_thread
-from sagnac.lines import components, detection, joint_fit, naming, passes
+from sagnac.lines import components, joint_fit, naming, passes
 from sagnac.lines.candidates import NewLines, bands_of_peaks, crowded_bands, new_lines
-from sagnac.lines.detection import Band, Peaks
+from sagnac.lines.detection import Band, Peaks, joined_bands, peaks_in_frequency
 from sagnac.lines.model import Removal
 from sagnac.lines.state import Record, State, first_state
 from sagnac.recording.channel import whole_series
@@ -191,7 +191,7 @@ def next_round(state: State) -> State:
     """One round of finding, fitting and judging; with an `end` if there is nothing more to do."""
     number, before = state.rounds, state
     state = replace(state, rounds=number + 1)
-    tones = detection.peaks_in_frequency(state.look(), state.record.threshold)
+    tones = peaks_in_frequency(state.look(), state.record.threshold)
     crowds = _crowds(state, tones)
     new = new_lines(state, tones, crowds)
     if not _may_be_images(state, new):
@@ -208,9 +208,8 @@ def next_round(state: State) -> State:
             return replace(after, end="nothing stands" if over else None)
     # A round has three joint fits or more, each with a pass over the record for each pair of lines
     # that meet. The time of a search grows with the record, whatever is in it.
-    expected = joint_fit.pairs_summed(
-        state.record.sampled, components.joined(state.components, new.lines)
-    )
+    together = components.joined(state.components, new.lines)
+    expected = joint_fit.pairs_summed(state.record.sampled, together)
     if state.passes + 3.0 * expected > _MOST_PASSES * max(1.0, _LONG / state.record.angle.size):
         return replace(state, end="too many pairs")
     state = passes.joined_by(state, new.lines)
@@ -239,7 +238,7 @@ def _crowds(state: State, peaks: Peaks) -> tuple[Band, ...]:
     crowds = crowded_bands(peaks, state.components, bins)
     if state.rounds > (_PATIENT_ROUNDS if state.bands else 10):
         crowds = (*crowds, *bands_of_peaks(peaks, bins))
-    return detection.joined_bands((*state.bands, *crowds))
+    return joined_bands((*state.bands, *crowds))
 
 
 def _may_be_images(state: State, new: NewLines) -> bool:

@@ -80,9 +80,8 @@ class Record:
 
         The one before is let go first: two of them may be more than memory should hold.
         """
-        if kind in self.made and self.made[kind][0] != source:
-            del self.made[kind]
-        if kind not in self.made:
+        if kind not in self.made or self.made[kind][0] != source:
+            self.made.pop(kind, None)
             self.made[kind] = (source, make())
         result: _Made = self.made[kind][1]
         return result
@@ -180,12 +179,8 @@ class State:
             first, last = float(rest[0]) if start == 0 else first, float(rest[-1])
         return elementwise(np.subtract, steps, (last - first) / steps.size, out=steps)
 
-    @property
-    def averages(self) -> FloatArray:
-        """(averages,) of the angle without motion and lines, rad; none at rest."""
-        if self.motion is None:
-            return np.empty(0)
-        block = self.motion.kinematics.block
+    def averages(self, block: int) -> FloatArray:
+        """(averages,) of the angle without motion and lines over blocks of samples, rad."""
         return np.concatenate([averaged(rest, block) for _, rest in self._rest(1)])
 
     @property

@@ -257,9 +257,8 @@ def _apart(
     noise_alone = np.ones(len(cross), dtype=np.bool_)
     for _ in range(2):
         degrees = band_degrees(int(noise_alone.sum()), segments)
-        noise, _, _, beside, _ = _noise_and_motion(
-            cross[noise_alone].mean(axis=0), motions, degrees
-        )
+        mean = cross[noise_alone].mean(axis=0)
+        noise, _, _, beside, _ = _noise_and_motion(mean, motions, degrees)
         # What is not motion, of each ordinate, over what is to be expected of it.
         whitened = beside / np.sqrt(noise)
         residual = np.einsum("ij,fjk,ik->f", whitened, cross, whitened.conj()).real

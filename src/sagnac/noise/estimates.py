@@ -209,7 +209,7 @@ def each_changed(coefficients: Coefficients, changed: Change) -> dict[Coefficien
     return {name: changed(one) for name, one in coefficients.items()}
 
 
-def unobserved(name: CoefficientName, confidence: float) -> Estimate:
+def unobserved(name: CoefficientName | None, confidence: float) -> Estimate:
     """A coefficient of which nothing is known."""
     nothing: dict[str, Any] = dict.fromkeys(("value", "low", "high"), math.nan)
     return Estimate(**nothing, confidence=confidence, status="not observable", name=name)

@@ -176,10 +176,9 @@ def _estimates(
 ) -> dict[CoefficientName, Estimate]:
     """All five by name; those that are not fitted are not observable."""
     every = {name: unobserved(name, confidence) for name in COEFFICIENT_NAMES}
-    best = weighed.best
-    return every | {
-        name: weighed.estimate(best, n, name, confidence) for n, name in enumerate(names)
-    }
+    for column, name in enumerate(names):
+        every[name] = weighed.estimate(weighed.best, column, name, confidence)
+    return every
 
 
 def _by_law(spectrum: Ordinates, interval: float) -> dict[SlowLaw, tuple[float, Ordinates]]:

@@ -18,6 +18,7 @@ from sagnac.noise.estimates import Coefficients, Interval
 from sagnac.noise.laws import level_laws, markov_density
 from sagnac.noise.likelihood import PRESENCE, non_negative
 from sagnac.noise.model_average import ModelChoice
+from sagnac.noise.slow_laws import FLICKER, RATE_WALK
 from sagnac.noise.whole_band import describes
 from sagnac.spectrum.levels import Levels
 from sagnac.stability.curve import StabilityCurve
@@ -26,9 +27,7 @@ from sagnac.stability.curve import StabilityCurve
 # standard deviations.
 _EARNED: Final = 25.0
 # Sets of terms, by their places among Q, N, B and K.
-_B: Final = 2
-_K: Final = 3
-_TERMS: Final = ((0, 1), (0, 1, _B), (0, 1, _K), (0, 1, _B, _K))
+_TERMS: Final = ((0, 1), (0, 1, FLICKER), (0, 1, RATE_WALK), (0, 1, FLICKER, RATE_WALK))
 _NEAR: Final = 0.95  # of the least N that an answer allows
 _STEP: Final = 1.01  # by which a time is changed for a slope
 _NO_FALLS: Final = (0.0,) * len(ORDERS)
@@ -128,7 +127,7 @@ def slow_model(
     if plain[0].deviance - chosen.deviance < _EARNED:
         return None
     square = dict(zip(chosen.terms, chosen.squares, strict=False))
-    flicker, walk = (math.sqrt(square.get(term, 0.0)) for term in (_B, _K))
+    flicker, walk = (math.sqrt(square.get(term, 0.0)) for term in (FLICKER, RATE_WALK))
     rates = seen.estimates(chosen, confidence)
     return SlowModel(bias_instability=flicker, rate_random_walk=walk, rates=rates)
 

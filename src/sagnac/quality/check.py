@@ -6,13 +6,14 @@
 import math
 from collections.abc import Callable, Container, Iterable, Sequence
 from dataclasses import replace
+from functools import partial
 from itertools import groupby, product
-from typing import Any, Final, NamedTuple
+from typing import Final, NamedTuple
 
 from sagnac.core.arrays import FloatArray
 from sagnac.core.errors import Note, choices_of, ranked
 from sagnac.quality import distribution, encoder, physics, readout, samples
-from sagnac.quality.effects import DIVIDED
+from sagnac.quality.effects import DIVIDED, STRETCH
 from sagnac.quality.profile import Notes, Profile, turned
 from sagnac.recording.channel import Channel
 from sagnac.recording.model import MINIMUM_SAMPLES, Recording, require_recording
@@ -50,7 +51,6 @@ class Detector(NamedTuple):
     remedy: str
 
 
-_STRETCH: Final = "take a sound stretch ({slice})"
 _WRONG_UNIT: Final = ("N is wrong by the same factor", "state {unit}, {kind} and {rate}")
 _UNREAD: Final = ("missing", "gaps", "stuck")
 # The first of these that is found spoils all samples of a gyro; single samples and jumps hide what
@@ -60,11 +60,11 @@ _SINGLE: Final = (*_CAUSES, "spikes", "steps")
 
 _ON_READING: Final[tuple[Detector, ...]] = (
     Detector("missing", samples.missing_notes, True, (), "samples that are no finite numbers",
-             "nothing is read of that gyro", _STRETCH),
+             "nothing is read of that gyro", STRETCH),
     Detector("gaps", samples.stamp_notes, False, (),
-             "stamps that jump, stand still, run back or change rate", "nothing is read", _STRETCH),
+             "stamps that jump, stand still, run back or change rate", "nothing is read", STRETCH),
     Detector("stuck", samples.stuck_notes, True, (), "a gyro that gives one value for a while",
-             "nothing is read of that gyro", _STRETCH),
+             "nothing is read of that gyro", STRETCH),
     Detector("units", physics.gravity_notes, False, _UNREAD,
              "accelerometers that show gravity in another unit than theirs", *_WRONG_UNIT),
 )  # fmt: skip
@@ -96,28 +96,28 @@ _IN_SOUND_DATA: Final[tuple[Detector, ...]] = (
     Detector("clipping", readout.saturation_notes, True, _CAUSES, "samples at a limit of the range",
              "lowers N", "take a wider range, or a stretch without ({slice})"),
     Detector("repeats", samples.repeat_notes, True, _CAUSES, "samples that repeat the one before",
-             "held samples lower the noise between samples", _STRETCH),
+             "held samples lower the noise between samples", STRETCH),
     Detector("repeats", samples.twice_notes, True, _CAUSES, "stretches that repeat earlier ones",
-             "an interval counts them twice", _STRETCH),
+             "an interval counts them twice", STRETCH),
     Detector("repeats", samples.filled_notes, True, _CAUSES,
              "samples on the straight line between two others", "gaps that were filled raise N",
              samples.LEAVE_OUT),
     Detector("spikes", distribution.spike_notes, True, _CAUSES, "samples far off their neighbours",
-             "left in, they raise N; an answer goes without them if they are few", _STRETCH),
+             "left in, they raise N; an answer goes without them if they are few", STRETCH),
     Detector("moved", distribution.bump_notes, True, _CAUSES,
              "a unit on a bench that is nudged, or turned for a second or a few",
-             "left in, it raises N; an answer goes without it", _STRETCH),
+             "left in, it raises N; an answer goes without it", STRETCH),
     Detector("unsteady", distribution.unsteady_notes, True, _CAUSES,
              "noise that changes or grows in the course of the record",
              "N is a mean of several", "take an even stretch ({slice})"),
     Detector("steps", distribution.step_notes, True, (*_SINGLE, "unsteady"),
              "a rate or an angle that jumps once or a few times", "raises N at long times",
-             _STRETCH),
+             STRETCH),
     Detector("short-tails", distribution.flat_notes, True, _SINGLE,
              "fewer large samples than noise has", "lowers N if it is a soft saturation",
              "take a wider range"),
     Detector("spikes", distribution.heavy_notes, True, _SINGLE, "noise that is no even noise",
-             "N holds the spikes or bursts", _STRETCH),
+             "N holds the spikes or bursts", STRETCH),
     # Two gyros that one hand turns share that motion, and neither is a copy.
     Detector("copy", physics.copy_notes, False, ("motion",),
              "a gyro that repeats another, at once or later",
@@ -128,7 +128,7 @@ _IN_SOUND_DATA: Final[tuple[Detector, ...]] = (
     Detector("encoder", encoder.turn_notes, False, (), "an encoder that starts over beside a turn",
              "N of a single gyro holds the encoder's error", "state its unit ({table})"),
     Detector("steps", encoder.slip_notes, False, ("encoder",), "jumps of the encoder alone",
-             "N of a single gyro holds the encoder's error", _STRETCH),
+             "N of a single gyro holds the encoder's error", STRETCH),
     Detector("encoder", encoder.across_notes, True, ("wraps",),
              "a table encoder that the gyros do not follow",
              "N of a single gyro holds the encoder's error",
@@ -139,7 +139,7 @@ _IN_SOUND_DATA: Final[tuple[Detector, ...]] = (
 _ELSEWHERE: Final = (
     Detector("lost", None, False, (),
              "rows that are missing from the file, seen by the table's angle",
-             "lines in time break there", _STRETCH),
+             "lines in time break there", STRETCH),
     Detector("shared", None, False, (), "noise that two gyros have in common",
              "their difference hides it", "see each alone ({gyros})"),
     Detector("high-pass", None, False, (),
@@ -223,13 +223,12 @@ def judged(recording: Recording, gyros: Sequence[str] = ()) -> Notes:
 
 def profiles_of(recording: Recording, names: Iterable[str]) -> list[Profile]:
     """The profiles of gyros, each of which knows the others."""
-    rate, together, table = recording.sample_rate, dict[str, Profile](), None
-    standing = not turned(recording.table)
-    if recording.table is not None:
-        table = Profile(channel=recording.table, sample_rate=rate, standing=standing)
-    known: dict[str, Any] = {"sample_rate": rate, "standing": standing, "table": table}
+    standing, together = not turned(recording.table), dict[str, Profile]()
+    profile = partial(Profile, sample_rate=recording.sample_rate, standing=standing)
+    table = None if recording.table is None else profile(channel=recording.table)
     for name in names:
-        together[name] = Profile(channel=recording.gyro(name), together=together, **known)
+        channel = recording.gyro(name)
+        together[name] = profile(channel=channel, table=table, together=together)
     return list(together.values())
 
 

@@ -6,7 +6,6 @@ from typing import Final, NamedTuple
 
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
-from numpy.typing import ArrayLike
 from scipy.fft import rfft
 from scipy.special import gammainccinv, gammaincinv, ndtr, ndtri, stdtrit
 
@@ -16,7 +15,7 @@ from sagnac.core.errors import Level, Note, rounded
 from sagnac.core.marks import marked_steps, number_of, stretches
 from sagnac.core.units import DEGREE
 from sagnac.quality import _kernels
-from sagnac.quality.effects import effect_words, remedy_without, seen
+from sagnac.quality.effects import STRETCH, effect_words, remedy_without, seen
 from sagnac.quality.lattice import ROUNDING
 from sagnac.quality.profile import LOOKED_AT, Notes, Profile
 from sagnac.quality.whitening import EDGE, alternating, whitened, without_lines
@@ -66,7 +65,7 @@ class Spikes:
 
 
 def find_spikes(
-    increments: ArrayLike, *, sample_rate: float, among: BooleanArray | None = None
+    increments: FloatArray, *, sample_rate: float, among: BooleanArray | None = None
 ) -> Spikes:
     """Find single samples that lie farther from their neighbours than chance puts them.
 
@@ -88,12 +87,11 @@ def find_spikes(
         None are listed if more than one in a hundred samples lie so far off, or if they are the
         end of a heavy tail that goes on below them: that is the noise.
     """
-    values = np.asarray(increments, dtype=np.float64)
     # Noise without spikes shows one in a thousand records.
-    limit = -float(ndtri(0.5 * 1e-3 / values.size))
-    among = np.broadcast_to(np.True_, values.shape) if among is None else among
+    limit = -float(ndtri(0.5 * 1e-3 / increments.size))
+    among = np.broadcast_to(np.True_, increments.shape) if among is None else among
     looked_at = number_of(among)
-    far = [_spikes_in(values, among, block, limit) for block in blocks(values.size, 2**16)]
+    far = [_spikes_in(increments, among, block, limit) for block in blocks(increments.size, 2**16)]
     indices, heights, counts, lower = zip(*far, strict=True)
     index, height, beyond = np.concatenate(indices), np.concatenate(heights), sum(counts)
     many = beyond > _MANY * looked_at
@@ -103,7 +101,7 @@ def find_spikes(
     tail = not many and index.size > 0 and sum(lower) - by_chance > 2.0 * beyond
     if many or tail:
         index, height = index[:0], height[:0]
-    added = math.sqrt(float(height @ height) * sample_rate / values.size)
+    added = math.sqrt(float(height @ height) * sample_rate / increments.size)
     return Spikes(index=index, height=height, added_walk=added, many=many, tail=tail)
 
 
@@ -165,7 +163,7 @@ def _net(values: FloatArray, first: int, last: int) -> float:
     return float((values[max(0, first - _AROUND) : last + _AROUND + 1] - typical).sum())
 
 
-def without_spikes(increments: ArrayLike, spikes: Spikes) -> FloatArray:
+def without_spikes(increments: FloatArray, spikes: Spikes) -> FloatArray:
     """Increments with each spike replaced by the median of its neighbours.
 
     Parameters
@@ -175,7 +173,7 @@ def without_spikes(increments: ArrayLike, spikes: Spikes) -> FloatArray:
     spikes
         Of `find_spikes`.
     """
-    cleaned = arrays.elementwise(np.add, np.asarray(increments, dtype=np.float64), 0.0)
+    cleaned = arrays.elementwise(np.add, increments, 0.0)
     cleaned[spikes.index] -= spikes.height
     return cleaned
 
@@ -263,7 +261,7 @@ def _samples_of_a_second(sample_rate: float) -> int:
 
 
 def find_bumps(
-    increments: ArrayLike, *, sample_rate: float, with_spikes: bool = False
+    increments: FloatArray, *, sample_rate: float, with_spikes: bool = False
 ) -> Bumps | None:
     """Find the few seconds in which a unit at rest turns farther than its noise does.
 
@@ -286,13 +284,12 @@ def find_bumps(
         None if nothing stands out, or so much that it is the noise: more than one second in a
         hundred (three in any case), or the end of a tail that goes on below.
     """
-    values = np.asarray(increments, dtype=np.float64)
     length = _samples_of_a_second(sample_rate)
-    count = values.size // length
+    count = increments.size // length
     # Fewer stretches do not tell their scatter.
     if count < 60:
         return None
-    turns = np.add.reduceat(values[: count * length], np.arange(0, count * length, length))
+    turns = np.add.reduceat(increments[: count * length], np.arange(0, count * length, length))
     around = np.median(sliding_window_view(np.pad(turns, 4, mode="reflect"), 9), axis=1)
     off = turns - around
     scatter = float(np.median(np.abs(np.diff(turns)))) / float(ndtri(0.75)) / math.sqrt(2.0)
@@ -305,7 +302,7 @@ def find_bumps(
     far = np.abs(off) > max(10.0 * scatter, 2.0 * wander)
     below = number_of(np.abs(off) > 6.0 * scatter) - number_of(far)
     for place in [] if with_spikes else np.flatnonzero(far).tolist():
-        own = values[place * length : (place + 1) * length]
+        own = increments[place * length : (place + 1) * length]
         far[place] = np.abs(own - np.median(own)).max() < 0.5 * abs(off[place])
     if not 0 < number_of(far) <= max(3.0, _MANY * count) or below > 2 * number_of(far):
         return None
@@ -318,7 +315,7 @@ def find_bumps(
     return Bumps(stretches=moved, turned=turned, scatter=scatter, added=added)
 
 
-def without_bumps(increments: ArrayLike, bumps: Bumps) -> FloatArray:
+def without_bumps(increments: FloatArray, bumps: Bumps) -> FloatArray:
     """Increments with each bump replaced by as many samples before it, or behind, backwards.
 
     Noise of its own level stands there then, and no gap.
@@ -330,7 +327,7 @@ def without_bumps(increments: ArrayLike, bumps: Bumps) -> FloatArray:
     bumps
         Of `find_bumps`.
     """
-    cleaned = np.array(increments, dtype=np.float64)
+    cleaned = increments.copy()
     bumped = np.zeros(cleaned.size, dtype=np.bool_)
     for one in bumps.stretches:
         bumped[one] = True
@@ -628,5 +625,5 @@ def step_notes(recording: Recording, profile: Profile) -> Notes:
     if usual == profile.step:
         of_what = f"{size} steps of the readout from one {period} to the next"
     problem = f"its rate steps by {of_what}, at {second_of(recording, first * profile.block):.6g} s"
-    text = f"{problem}; take a sound stretch ({{slice}})"
+    text = f"{problem}; {STRETCH}"
     return (Note(name="steps", channel=profile.name, text=text, level="warning"),)

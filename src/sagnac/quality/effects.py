@@ -16,6 +16,8 @@ DIVIDED: Final = ("clipping", "dropouts", "repeats", "resolution")
 # Findings that may be sound noise as well: an interval reaches from N as it is read to N divided
 # by the factor, which is in doubt as above.
 SPANNED: Final = ("short-tails", "high-pass")
+# Remedy where a part of the record is sound.
+STRETCH: Final = "take a sound stretch ({slice})"
 
 
 def doubt_of(effect: float) -> float:

@@ -42,11 +42,6 @@ class Survey(NamedTuple):
     zeros: int
     repeats: int
 
-    @property
-    def size(self) -> float:
-        """Largest value, whatever its sign."""
-        return max(abs(self.lowest), abs(self.highest))
-
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Profile:
@@ -122,7 +117,7 @@ class Profile:
         """Rounding of the changes of an angle, in its unit; 0 if the values are no differences."""
         if self.channel.kind != "angle":
             return 0.0
-        return LAST_PLACES * float(np.spacing(self.survey.size))
+        return LAST_PLACES * float(np.spacing(max(-self.survey.lowest, self.survey.highest)))
 
     @cached_property
     def step(self) -> float:

@@ -6,7 +6,6 @@ from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
-from numpy.typing import ArrayLike
 from scipy.fft import rfft
 from scipy.special import ndtr, ndtri
 
@@ -15,7 +14,7 @@ from sagnac.core.arrays import FloatArray
 from sagnac.core.errors import Level, Note
 from sagnac.core.marks import first_of, marked, marked_steps, number_of
 from sagnac.core.units import ARCSECOND, UNITS, split_factor
-from sagnac.quality.effects import finding, seen
+from sagnac.quality.effects import STRETCH, finding, seen
 from sagnac.quality.lattice import LEAST_OFTEN, OFTENER, count_step, rounding_in
 from sagnac.quality.profile import Notes, Profile, turned
 from sagnac.quality.whitening import alternating, without_lines
@@ -52,7 +51,7 @@ class Readout:
     notes: tuple[Note, ...] = ()
 
 
-def readout_of(angle: ArrayLike) -> Readout:
+def readout_of(angle: FloatArray) -> Readout:
     """Whether what an angle does dithers the steps it is read out in.
 
     A walk over a readout step Delta leaves an error e that is uniform, of variance Delta^2/12,
@@ -74,7 +73,7 @@ def readout_of(angle: ArrayLike) -> Readout:
     Readout
         If the angle never leaves one steady turn, the step is 0 and `every` is 1.
     """
-    taken, apart = np.asarray(angle, dtype=np.float64), 1
+    taken, apart = angle, 1
     step = count_step(arrays.differences(taken), rounding_in(taken))
     if not math.isfinite(step):
         return Readout()
@@ -399,7 +398,7 @@ def saturation_notes(recording: Recording, profile: Profile) -> Notes:
     if not problem:
         return ()
     effect = clipped_scatter(shares["lower"], shares["upper"])
-    text = f"is saturated: {' and '.join(problem)}; take a sound stretch ({{slice}})"
+    text = f"is saturated: {' and '.join(problem)}; {STRETCH}"
     return (finding("clipping", profile.name, text, effect=effect),)
 
 
@@ -466,8 +465,6 @@ def _falls_of_an_angle(recording: Recording, profile: Profile) -> Notes:
 def _ends_of_a_range(profile: Profile) -> Notes:
     """Values at the two ends of a range, and an empty half or more between them."""
     values, lowest, highest = profile.channel.values, *profile.ends
-    if not highest > lowest:
-        return ()
     edges = np.linspace(lowest, highest, _BINS + 1)
     counts = arrays.by_blocks(lambda some: np.histogram(some, edges)[0], values).sum(axis=0)
     filled = np.flatnonzero(counts)

@@ -9,7 +9,7 @@ import numpy as np
 from sagnac.core import arrays, marks
 from sagnac.core.arrays import BooleanArray, FloatArray, IntegerArray
 from sagnac.core.errors import Note, RecordingError, counted, ranked
-from sagnac.quality.effects import finding, remedy_of, remedy_without, seen
+from sagnac.quality.effects import STRETCH, finding, remedy_of, remedy_without, seen
 from sagnac.quality.lattice import LEAST_OFTEN, OFTENER, count_step, rounding_in
 from sagnac.quality.profile import LOOKED_AT, Notes, Profile, scatter_of
 from sagnac.recording.encoder_readings import LARGEST_SHARE_MISSING, MOST_MISSING_IN_A_ROW
@@ -19,7 +19,6 @@ from sagnac.recording.stamps import CORRECT_STAMPS, GAP_STEPS, median_step, roun
 # Share of the scatter of a record below which differences of its samples are rounding.
 _ROUNDING: Final = 1e-9
 
-_STRETCH: Final = "take a sound stretch ({slice})"
 LEAVE_OUT: Final = "leave these rows out and keep the time stamps"
 # Samples whose mean is of noise below a low-pass, and the fewest means.
 _TOGETHER: Final = 64
@@ -243,8 +242,6 @@ def lost_row_notes(recording: Recording, profile: Profile) -> Notes:
     if times is None or kind == "angle":
         return ()
     nominal = median_step(times)
-    if not nominal > 0.0:
-        return ()
 
     def counts(some: FloatArray) -> tuple[float, float]:
         """Steps on the grid of the clock, and the rows that they leap over."""
@@ -355,7 +352,7 @@ def repeat_notes(recording: Recording, profile: Profile) -> Notes:
         # The first sample of a run repeats nothing.
         first, length = firsts[is_run] - 1, (afters - firsts)[is_run] + 1
         often = "once, for" if first.size == 1 else f"{first.size} times, for up to"
-        text = f"sticks {often} {length.max()} samples: {text}; {_STRETCH}"
+        text = f"sticks {often} {length.max()} samples: {text}; {STRETCH}"
         # If slow noise grows by no more, an answer stands. N is of faster noise, too, and moved by
         # 0.7 % at most, as tried with one run and three of 15 to 99 samples.
         if _slow_growth(profile, first, length) <= 1.04:
@@ -509,7 +506,7 @@ def twice_notes(recording: Recording, profile: Profile) -> Notes:
     effect = 1.0 if same.stop - same.start <= 0.25 * values.size else None
     first, again = (second_of(recording, block.start + later) for later in (0, distance))
     problem = f"{block.stop - block.start} samples from {first:.3f} s on are there again"
-    text = f"{problem} from {again:.3f} s on: an interval counts them twice; {_STRETCH}"
+    text = f"{problem} from {again:.3f} s on: an interval counts them twice; {STRETCH}"
     return (finding("repeats", profile.name, text, effect=effect),)
 
 
@@ -634,8 +631,6 @@ def _effect_of_zeros(values: FloatArray, zeros: int) -> float | None:
     a low-pass N^2 times the sample rate is more than the variance of the samples.
     """
     left = values.size - zeros
-    if left <= 1:
-        return None
     usual = arrays.mean(values) * values.size / left
     squares = arrays.by_blocks(lambda some: np.square(some[some != 0.0] - usual).sum(), values)
     inside = float(squares.sum()) / left
@@ -654,8 +649,6 @@ def _slow_over_fast(values: FloatArray) -> float:
     """
     values = values[:LOOKED_AT]
     rows = values[: values.size // _TOGETHER * _TOGETHER].reshape(-1, _TOGETHER)
-    if rows.shape[0] < _FEWEST_MEANS:
-        return 1.0
     number = np.count_nonzero(rows, axis=1)
     counted_rows = number > _TOGETHER // 2
     if np.count_nonzero(counted_rows) < _FEWEST_MEANS:

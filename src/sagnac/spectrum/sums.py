@@ -8,7 +8,7 @@ distance from the nearest even angle to a table, whose Fourier transforms are th
 
 from functools import lru_cache
 from math import factorial
-from typing import Any, Final
+from typing import Final
 
 import numpy as np
 import scipy.fft
@@ -100,8 +100,11 @@ def angle_sums(phase: FloatArray, strengths: FloatArray, orders: int) -> Complex
         # transform, as real and as imaginary part, and come apart again.
         paired = several[0::2].astype(np.complex128)
         paired.imag[: several.shape[0] // 2] = several[1::2]
+        # Imported where it is used: few recordings need it.
+        purpose = f"a sum over more than {HIGHEST} multiples of an uneven phase"
+        finufft = extra_module("finufft", "nufft", purpose)
         how = {"eps": _NUFFT_TOLERANCE, "isign": -1, "nthreads": THREADS}
-        modes = _finufft().nufft1d1(np.remainder(phase, _TURN), paired, 2 * orders + 1, **how)
+        modes = finufft.nufft1d1(np.remainder(phase, _TURN), paired, 2 * orders + 1, **how)
         modes = modes.reshape(paired.shape[0], 2 * orders + 1)
         ahead, behind = modes[:, orders:], modes[:, orders::-1].conj()
         sums = np.empty((several.shape[0], orders + 1), dtype=np.complex128)
@@ -111,36 +114,25 @@ def angle_sums(phase: FloatArray, strengths: FloatArray, orders: int) -> Complex
 
 
 def angle_series(phase: FloatArray, sums: ComplexArray) -> FloatArray:
-    """Real part of the sum of ``sums[k] * exp(1j * k * phase)`` over k, by a table or one NUFFT.
+    """Real part of the sum of ``sums[k] * exp(1j * k * phase)`` over k, by a table.
 
     Parameters
     ----------
     phase
         (samples,) rad; any real number, folded into one turn here.
     sums
-        (orders + 1,) for k = 0 ... orders, in any unit.
+        (orders + 1,) for k = 0 ... orders, `HIGHEST` at the most, in any unit.
 
     Returns
     -------
     (samples,) in the unit of the sums.
-
-    Raises
-    ------
-    MissingExtra
-        If there are more than `HIGHEST` orders, and finufft is not installed.
     """
-    if sums.size <= HIGHEST + 1:
-        series = np.empty(phase.size)
-        # Read-only as the table is: what may be written to would be compiled for once more.
-        phase = phase.view()
-        phase.flags.writeable = False
-        _kernels.table_evaluated(phase, _polynomials(sums.tobytes()), series)
-        return series
-    modes = np.zeros(2 * sums.size - 1, dtype=np.complex128)
-    modes[sums.size - 1 :] = sums
-    how = {"eps": _NUFFT_TOLERANCE, "isign": 1, "nthreads": THREADS}
-    values = _finufft().nufft1d2(np.remainder(phase, _TURN), modes, **how)
-    return np.ascontiguousarray(values.real)
+    series = np.empty(phase.size)
+    # Read-only as the table is: what may be written to would be compiled for once more.
+    phase = phase.view()
+    phase.flags.writeable = False
+    _kernels.table_evaluated(phase, _polynomials(sums.tobytes()), series)
+    return series
 
 
 def tone_sums(values: FloatArray, frequencies: FloatArray) -> ComplexArray:
@@ -217,12 +209,6 @@ def tones(
         np.conjugate(rows, out=rows)
         total += rows.view(np.float64) @ _waves(here, width).view(np.float64).T
     return total.reshape(-1)[:count]
-
-
-def _finufft() -> Any:
-    """The package finufft, imported where it is used: few recordings need it."""
-    purpose = f"a sum over more than {HIGHEST} multiples of an uneven phase"
-    return extra_module("finufft", "nufft", purpose)
 
 
 def _turns(frequencies: FloatArray, lag: float | FloatArray) -> FloatArray:

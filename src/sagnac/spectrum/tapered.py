@@ -6,7 +6,6 @@ from dataclasses import dataclass, fields
 from typing import Final
 
 import numpy as np
-from numpy.typing import ArrayLike
 from scipy.fft import prev_fast_len
 
 from sagnac.core.arrays import BLOCK, BooleanArray, FloatArray, blocks, empty, less
@@ -62,10 +61,9 @@ class Cells:
 
     def followed_by(self, other: "Cells") -> "Cells":
         """These and others above them."""
-        both = {
-            one.name: [getattr(self, one.name), getattr(other, one.name)] for one in fields(Cells)
-        }
-        return Cells(**{name: np.concatenate(pair) for name, pair in both.items()})
+        names = [item.name for item in fields(Cells)]
+        pairs = {name: (getattr(self, name), getattr(other, name)) for name in names}
+        return Cells(**{name: np.concatenate(pair) for name, pair in pairs.items()})
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -85,7 +83,7 @@ class TaperedSpectrum:
 
 
 def tapered_spectrum(
-    increments: ArrayLike, *, sample_rate: float, segment: int = SEGMENT
+    increments: FloatArray, *, sample_rate: float, segment: int = SEGMENT
 ) -> TaperedSpectrum:
     """Sine multitaper spectrum of angle increments, as the rate that they average.
 
@@ -107,7 +105,7 @@ def tapered_spectrum(
     -------
     TaperedSpectrum
     """
-    values = _straight(np.asarray(increments, dtype=np.float64))
+    values = _straight(increments)
     cells = _cells(values, sample_rate, segment)
     if values.size > segment:
         # The coarse cells below, the fine ones above the first 64 of a segment.

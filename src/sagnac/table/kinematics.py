@@ -8,7 +8,6 @@ import numpy as np
 
 from sagnac.core.arrays import BooleanArray, ComplexArray, FloatArray, block_length, blocks
 from sagnac.core.units import EARTH_RATE
-from sagnac.recording.channel import require_rate
 from sagnac.spectrum.sums import COSINE, HIGHEST, angle_series
 from sagnac.table import _kernels
 
@@ -104,13 +103,7 @@ def kinematics(
         Hz.
     rate
         Of the averages, Hz, about.
-
-    Raises
-    ------
-    ValueError
-        If the sample rate is not positive.
     """
-    require_rate(sample_rate)
     dt, block = 1.0 / sample_rate, max(1, round(sample_rate / rate))
     length = block_length(block)
     rows, begun = [], [np.zeros(2)]

@@ -11,8 +11,7 @@ from typing import Final
 
 import numpy as np
 
-from sagnac.core import arrays
-from sagnac.core.arrays import FloatArray
+from sagnac.core.arrays import FloatArray, blocks, empty
 from sagnac.table import estimate
 from sagnac.table.estimate import FIRST_DELAY, SEEN, SHORTEST_DELAY, Shift
 from sagnac.table.kinematics import averages_of
@@ -103,8 +102,8 @@ def _moved(
     # Convolution turns the kernel round: place k takes the sample k before.
     kernel = (_keys(places / step) - _keys((places - late) / step)) * shares[1] / step
     weights = shares / float(shares @ shares)
-    result = arrays.empty(angle.size)
-    for block in arrays.blocks(angle.size):
+    result = empty(angle.size)
+    for block in blocks(angle.size):
         start, stop = max(0, block.start - reach), min(angle.size, block.stop + reach)
         sensed = weights[0] * pair[0][start:stop] + weights[1] * pair[1][start:stop]
         beside = (reach - (block.start - start), reach - (stop - block.stop))

@@ -227,10 +227,9 @@ def triangle(columns: Design, targets: FloatArray) -> FloatArray:
         rows[:size] = columns.increments(block.start, block.stop)
         rows[size:] = targets[:, block]
         # Twelve columns at once: `dgeqrf` takes fewer than 128 one by one and thrice the time.
-        factored = scipy.linalg.lapack.dtpqrt(
+        upper, *_ = scipy.linalg.lapack.dtpqrt(
             0, min(12, width), upper, rows.T, overwrite_a=True, overwrite_b=True
         )
-        upper = factored[0]
     return np.triu(upper)
 
 
