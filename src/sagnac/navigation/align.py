@@ -8,7 +8,14 @@ from typing import Any, Final
 import numpy as np
 
 from sagnac.core.documents import Documented, require_source
-from sagnac.core.errors import as_several, is_finite, quoted, refusal, require_confidence
+from sagnac.core.errors import (
+    as_several,
+    is_finite,
+    quoted,
+    refusal,
+    require_confidence,
+    require_type,
+)
 from sagnac.core.units import DEGREE
 from sagnac.navigation import error_model as model
 from sagnac.navigation.drift import Drift, drift
@@ -177,6 +184,7 @@ def align(
     if table_rate is not None and latitude is None:
         raise refusal("table_rate", "needs a latitude, since azimuth is found from Earth rate")
     require_confidence(confidence)
+    require_type("foretold", foretold, str, "give words")
     after = as_several(after)
     wrong = [time for time in after if not (is_finite(time) and 0.0 < time <= _LONGEST)]
     if wrong or not after:
@@ -226,7 +234,7 @@ def _prospect(
             turning = max(errors, key=lambda one: float(one.deviation[-1]))
         except ValueError as error:
             raise ValueError(f"table rate: {error}") from None
-    filtered = model.aligned(loudest, latitude=latitude, seconds=rest, start=start)
+    filtered = model.aligned(loudest, latitude=latitude, rest=rest, start=start)
     course = {"seconds": longest, "latitude": latitude}
     return Prospect(
         noise=loudest,

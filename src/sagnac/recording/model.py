@@ -547,7 +547,13 @@ def _sampled(
             problem = f"times has {stamps.size} samples and the gyros have {samples}"
             raise ValueError(f"{problem}: give columns sampled together")
         if stamps.size:
-            return require_forwards(sampling(stamps, sample_rate))
+            try:
+                return require_forwards(sampling(stamps, sample_rate))
+            except RecordingError as error:
+                # Inputs of a file, which arrays have not.
+                remedy = error.remedy.replace("{time none}", "no times")
+                remedy = remedy.replace("{time COLUMN:UNIT}", "time_unit")
+                raise RecordingError(error.problem, channel="time", remedy=remedy) from None
     elif time_unit != "s":
         raise refusal("time_unit", f"is {quoted(time_unit)}, and there are no times; give them")
     if sample_rate is None:
