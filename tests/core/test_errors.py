@@ -7,6 +7,7 @@ import numpy as np
 import pandas as pd
 import pytest
 import xarray as xr
+from matplotlib.figure import Figure
 
 import sagnac
 from sagnac import Recording, align, analyze, plan
@@ -17,12 +18,14 @@ from sagnac.core.errors import (
     Note,
     RecordingError,
     counted,
+    percent_of,
     quoted,
     ranked,
     worded,
 )
 from sagnac.formats import Statement
 from sagnac.navigation.noise import GyroNoise
+from sagnac.report.text import answer
 
 LONG = np.arange(100_000.0)
 NOISE = GyroNoise(angle_random_walk=1e-6, bias_instability=0.0, rate_random_walk=0.0)
@@ -245,3 +248,20 @@ def test_a_remedy_of_stamps_is_one_that_arrays_have(times, rate):
         of_arrays(times=times, sample_rate=rate)
     assert "time=none" not in str(caught.value)
     assert of_arrays(sample_rate=3.0).sample_rate == 3.0
+
+
+@pytest.mark.parametrize("confidence", [0.5, 0.683, 0.9, 0.95, 0.99, 0.9973])
+def test_usual_confidences_are_printed_as_people_write_them(confidence):
+    assert percent_of(confidence) == f"{round(100.0 * confidence, 2):g} %"
+
+
+def test_a_confidence_near_one_is_nowhere_printed_as_100_percent(tmp_path):
+    """0.9999999 was printed as 100 %, which no interval has."""
+    found = analyze(NOISY, confidence=0.9999999)
+    report = sagnac.write_report(found, tmp_path / "report")
+    axes = sagnac.plot.stability(found, Figure().add_subplot())
+    legend = [text.get_text() for text in axes.get_legend().get_texts()]
+    page = report.paths[0].read_text(encoding="utf-8")
+    for shown in (str(found.angle_random_walk), " ".join(legend), page, answer(found)):
+        assert "99.99999 %" in shown
+        assert re.search(r"(?<![\d.])100 %", shown) is None

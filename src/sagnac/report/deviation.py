@@ -11,7 +11,7 @@ from matplotlib.patheffects import withStroke
 from sagnac.analysis.result import Analysis, headline_coefficients, headline_fit
 from sagnac.analysis.spectra import ByAngle, Residual
 from sagnac.core.arrays import FloatArray
-from sagnac.core.errors import refusal
+from sagnac.core.errors import percent_of, refusal
 from sagnac.core.units import DEGREE_PER_HOUR, SENSED, UNITS, field_unit
 from sagnac.noise.laws import COEFFICIENT_NAMES, SYMBOLS, CoefficientName, allan_variance
 from sagnac.report import frame
@@ -139,7 +139,7 @@ def _points(axes: Axes, curve: StabilityCurve, unit: float, *, label: str) -> st
     color, marker = frame.next_style(axes)
     deviation, low, high = (one / unit for one in (curve.deviation, curve.low, curve.high))
     axes.plot(curve.tau, deviation, color=color, marker=marker, linestyle="none", label=label)
-    interval = f"its {100 * curve.confidence:g} % interval"
+    interval = f"its {percent_of(curve.confidence)} interval"
     frame.band(axes, curve.tau, low, high, color, label=interval)
     return color
 
@@ -251,7 +251,7 @@ def parts(analysis: Analysis, ax: Axes | None = None) -> Axes:
     unit = field_unit("angle_random_walk", analysis.sensor)
     if answer.status == "estimated":
         own, name = answer.to(unit.name), "the answer"
-        interval = f"its {100 * answer.confidence:g} % interval"
+        interval = f"its {percent_of(answer.confidence)} interval"
         axes.axhline(own.value, color=frame.INK, linewidth=0.9, linestyle=frame.DASHED, label=name)
         axes.axhspan(own.low, own.high, color=frame.QUIET, alpha=0.25, linewidth=0, label=interval)
     seen = [part for part in analysis.parts if part.shows]
