@@ -8,14 +8,7 @@ from typing import Any, Final
 import numpy as np
 
 from sagnac.core.documents import Documented, require_source
-from sagnac.core.errors import (
-    as_several,
-    is_finite,
-    quoted,
-    refusal,
-    require_confidence,
-    require_type,
-)
+from sagnac.core.errors import as_several, is_finite, quoted, refusal, require_confidence
 from sagnac.core.units import DEGREE
 from sagnac.navigation import error_model as model
 from sagnac.navigation.drift import Drift, drift
@@ -184,7 +177,8 @@ def align(
     if table_rate is not None and latitude is None:
         raise refusal("table_rate", "needs a latitude, since azimuth is found from Earth rate")
     require_confidence(confidence)
-    require_type("foretold", foretold, str, "give words")
+    if not isinstance(foretold, str):
+        raise refusal("foretold", f"is {quoted(foretold)}; give words")
     after = as_several(after)
     wrong = [time for time in after if not (is_finite(time) and 0.0 < time <= _LONGEST)]
     if wrong or not after:
