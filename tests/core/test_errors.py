@@ -18,7 +18,7 @@ from sagnac.core.errors import (
     Note,
     RecordingError,
     counted,
-    percent_of,
+    per_cent,
     quoted,
     ranked,
     worded,
@@ -252,7 +252,7 @@ def test_a_remedy_of_stamps_is_one_that_arrays_have(times, rate):
 
 @pytest.mark.parametrize("confidence", [0.5, 0.683, 0.9, 0.95, 0.99, 0.9973])
 def test_usual_confidences_are_printed_as_people_write_them(confidence):
-    assert percent_of(confidence) == f"{round(100.0 * confidence, 2):g} %"
+    assert per_cent(confidence) == f"{round(100.0 * confidence, 2):g} %"
 
 
 def test_a_confidence_near_one_is_nowhere_printed_as_100_percent(tmp_path):

@@ -142,10 +142,10 @@ def test_a_label_stands_for_a_curve_and_before_each_of_several_gyros():
 @pytest.mark.parametrize("draw", [plot.stability, plot.spectrum])
 def test_without_a_label_legends_are_as_they_were(draw):
     one = analysis(gyros=("x",))
-    assert legend_of(draw(one, Figure().add_subplot(), label=None))
     assert "after removal" in legend_of(draw(one, Figure().add_subplot()))
-    with pytest.raises(TypeError, match="label is 3; give what the legend"):
-        draw(one, Figure().add_subplot(), label=3)
+    axes = Figure().add_subplot()
+    plot.stability(one, plot.stability(one, axes))
+    assert legend_of(axes).count("x") == 2
 
 
 def test_limits_hold_what_is_on_the_axes_already():

@@ -286,12 +286,12 @@ def rounded(value: float, digits: int = 2) -> str:
     return text.rstrip("0").rstrip(".") if "." in text else text
 
 
-def percent_of(confidence: float) -> str:
+def per_cent(confidence: float) -> str:
     """A confidence for a sentence; as near to 1 as may be, it is never 100 %.
 
     Examples
     --------
-    >>> percent_of(0.95), percent_of(0.683), percent_of(0.9999999)
+    >>> per_cent(0.95), per_cent(0.683), per_cent(0.9999999)
     ('95 %', '68.3 %', '99.99999 %')
     """
     return f"{100.0 * confidence:.12g} %"

@@ -98,7 +98,7 @@ def lines(analysis: Analysis, ax: Axes | None = None) -> Axes:
 _DRAWN_BINS: Final = 2400
 
 
-def spectrum(analysis: Analysis, ax: Axes | None = None, *, label: str | None = None) -> Axes:
+def spectrum(analysis: Analysis, ax: Axes | None = None, *, label: str = "") -> Axes:
     """Rate noise density before and after removal, per gyro, its lines marked.
 
     Parameters
@@ -128,7 +128,7 @@ def spectrum(analysis: Analysis, ax: Axes | None = None, *, label: str | None = 
     >>> axes.get_ylabel()
     'rate noise density, x (°/h/√Hz)'
     """
-    axes, unit = frame.axes_of(ax, analysis, label=label), frame.rate_unit(analysis)
+    axes, unit = frame.axes_of(ax, analysis), frame.rate_unit(analysis)
     shown = (analysis.spectrum_before, analysis.spectrum)
     before, after = (_drawn_bins(one, unit.size) for one in shown)
     if frame.removed(analysis):

@@ -11,7 +11,7 @@ from matplotlib.patheffects import withStroke
 from sagnac.analysis.result import Analysis, headline_coefficients, headline_fit
 from sagnac.analysis.spectra import ByAngle, Residual
 from sagnac.core.arrays import FloatArray
-from sagnac.core.errors import percent_of, refusal
+from sagnac.core.errors import per_cent, refusal
 from sagnac.core.units import DEGREE_PER_HOUR, SENSED, UNITS, field_unit
 from sagnac.noise.laws import COEFFICIENT_NAMES, SYMBOLS, CoefficientName, allan_variance
 from sagnac.report import frame
@@ -33,7 +33,7 @@ _OF_VALUES: Final = {
 
 
 def stability(
-    result: Analysis | StabilityCurve, ax: Axes | None = None, *, label: str | None = None
+    result: Analysis | StabilityCurve, ax: Axes | None = None, *, label: str = ""
 ) -> Axes:
     """Deviation against cluster time, with its interval; of an analysis with the fit.
 
@@ -71,7 +71,7 @@ def stability(
     >>> plot.stability(curve, ax=Figure().add_subplot()).get_xlabel()
     'cluster time τ (s)'
     """
-    axes = frame.axes_of(ax, result, Analysis, StabilityCurve, name="result", label=label)
+    axes = frame.axes_of(ax, result, Analysis, StabilityCurve, name="result")
     if isinstance(result, StabilityCurve):
         # Rates are per time already, angles and increments are not; a time deviation is times tau.
         seconds = (result.estimator == "tdev") - (result.kind != "rate")
@@ -105,7 +105,7 @@ def _draw_over(axes: Axes, analysis: Analysis, label: str) -> None:
         frame.model(axes, tau, total, color=color, linewidth=1.0)
 
 
-def _draw_curves(axes: Axes, analysis: Analysis, label: str | None) -> None:
+def _draw_curves(axes: Axes, analysis: Analysis, label: str) -> None:
     """The curves before and after removal, with the fit."""
     after, state = analysis.curve, frame.after_removal(analysis)
     unit = frame.rate_unit(analysis)
@@ -139,7 +139,7 @@ def _points(axes: Axes, curve: StabilityCurve, unit: float, *, label: str) -> st
     color, marker = frame.next_style(axes)
     deviation, low, high = (one / unit for one in (curve.deviation, curve.low, curve.high))
     axes.plot(curve.tau, deviation, color=color, marker=marker, linestyle="none", label=label)
-    interval = f"its {percent_of(curve.confidence)} interval"
+    interval = f"its {per_cent(curve.confidence)} interval"
     frame.band(axes, curve.tau, low, high, color, label=interval)
     return color
 
@@ -251,7 +251,7 @@ def parts(analysis: Analysis, ax: Axes | None = None) -> Axes:
     unit = field_unit("angle_random_walk", analysis.sensor)
     if answer.status == "estimated":
         own, name = answer.to(unit.name), "the answer"
-        interval = f"its {percent_of(answer.confidence)} interval"
+        interval = f"its {per_cent(answer.confidence)} interval"
         axes.axhline(own.value, color=frame.INK, linewidth=0.9, linestyle=frame.DASHED, label=name)
         axes.axhspan(own.low, own.high, color=frame.QUIET, alpha=0.25, linewidth=0, label=interval)
     seen = [part for part in analysis.parts if part.shows]

@@ -29,20 +29,16 @@ DOTTED: Final = (0, (2, 3))
 STATES: Final = ("after removal", "as recorded")
 
 
-def axes_of(
-    given: Axes | None, drawn: object, *kinds: type, name: str = "analysis", label: object = None
-) -> Axes:
+def axes_of(given: Axes | None, drawn: object, *kinds: type, name: str = "analysis") -> Axes:
     """The axes given, else the current ones of ``pyplot``; for a result of one of the kinds.
 
     Raises
     ------
     TypeError
-        If the argument `name` holds no such result, by itself an analysis, these are no axes, or
-        the label is no text.
+        If the argument `name` holds no such result, by itself an analysis, or these are no axes.
     """
     kinds = kinds or (Analysis,)
     require_type(name, drawn, kinds, f"give an object of {' or '.join(k.__name__ for k in kinds)}")
-    require_type("label", label, (str, NoneType), "give what the legend shall say")
     require_type("ax", given, (Axes, NoneType), "give axes of matplotlib")
     if given is not None:
         return given
