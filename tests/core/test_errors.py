@@ -7,6 +7,7 @@ import numpy as np
 import pandas as pd
 import pytest
 import xarray as xr
+from matplotlib.figure import Figure
 
 import sagnac
 from sagnac import Recording, align, analyze, plan
@@ -17,12 +18,14 @@ from sagnac.core.errors import (
     Note,
     RecordingError,
     counted,
+    per_cent,
     quoted,
     ranked,
     worded,
 )
 from sagnac.formats import Statement
 from sagnac.navigation.noise import GyroNoise
+from sagnac.report.text import answer
 
 LONG = np.arange(100_000.0)
 NOISE = GyroNoise(angle_random_walk=1e-6, bias_instability=0.0, rate_random_walk=0.0)
@@ -141,7 +144,7 @@ def test_a_value_is_shown_in_one_short_line(value):
         (lambda: align((NOISE,) * 3, after=["60s"]), "after is '60s'; give seconds"),
         (lambda: align((NOISE,) * 3, after="60s"), "after is '60s'; give seconds"),
         (lambda: align((NOISE,) * 3, after=[]), "after is (); give seconds, above zero"),
-        (lambda: align((NOISE,) * 3, latitude=0.5, rest=1e9), "seconds is 1000000000.0; give 1 to"),
+        (lambda: align((NOISE,) * 3, latitude=0.5, rest=1e9), "rest is 1000000000.0; give 1 to"),
         (lambda: align((NOISE,) * 3, bias="1deg/h"), "bias is '1deg/h'; give zero"),
         (lambda: align((NOISE,) * 3, confidence="95%"), "confidence is '95%'; give a number"),
         (lambda: align((NOISE,) * 3, after=[1e300]), "after is 1e+300; give seconds, above zero, "),
@@ -192,3 +195,73 @@ def test_a_remedy_is_one_that_a_program_has():
     rates[7] = np.nan
     with pytest.raises(RecordingError, match=r"in place of span take recording\[FIRST:STOP\]"):
         analyze(still(x=rates))
+
+
+SHEET = ["N=0.004deg/s/sqrt(Hz),B=2deg/h@100s"]
+
+
+def of_arrays(**more):
+    return Recording.from_arrays(x=range(100), kind="rate", unit="deg/h", **more)
+
+
+@pytest.mark.parametrize(
+    ("call", "argument"),
+    [
+        (lambda: of_arrays(times=range(100), time_unit="m"), "time_unit"),
+        (lambda: of_arrays(sample_rate=1.0, table=range(100), table_unit="deg/s"), "table_unit"),
+        (lambda: align((NOISE,) * 3, latitude=0.5, rest=1e-3), "rest"),
+        (lambda: align((NOISE,) * 3, foretold=3), "foretold"),
+        (lambda: sagnac.campaign("a.csv", "new", pattern=3), "pattern"),
+        (lambda: sagnac.write_report(analyze(NOISY), "new", settings=3), "settings"),
+        (lambda: sagnac.export(path=3, tool="gtsam", datasheet=SHEET), "path"),
+        (lambda: sagnac.export(path="", tool="gtsam", datasheet=SHEET), "path"),
+        (lambda: sagnac.export(NOISY, tool="toml", markov=1.0), "markov"),
+        (lambda: sagnac.export(NOISY, tool="toml", markov=True), "markov"),
+        (
+            lambda: sagnac.stability_curve(LONG, kind="rate", sample_rate=1.0, noise_type=True),
+            "noise_type",
+        ),
+    ],
+)
+def test_an_error_names_the_argument_that_was_given(call, argument):
+    with pytest.raises((ArgumentError, TypeError), match=rf"^{argument} ") as caught:
+        call()
+    assert caught.value.argument == argument
+
+
+def test_arguments_that_are_right_are_taken(tmp_path):
+    made = of_arrays(times=range(100), time_unit="ms", table=range(100), table_unit="arcmin")
+    assert made.sample_rate == 1000.0
+    assert align((NOISE,) * 3, latitude=0.5, rest=1.0, foretold="its N").prospect is not None
+    made = sagnac.export(path=tmp_path / "a.py", datasheet=SHEET)
+    assert (tmp_path / "a.py").read_text() == made.text
+    assert sagnac.export(analyze(NOISY), tool="toml", markov=np.int64(1)).tool == "toml"
+    curve = sagnac.stability_curve(LONG, kind="rate", sample_rate=1.0, taus=[1], noise_type=-2)
+    assert curve.noise_type.tolist() == [-2]
+
+
+@pytest.mark.parametrize(
+    ("times", "rate"), [([0, 2, 1] * 33 + [200], None), ([0] * 100, None), (range(100), 3.0)]
+)
+def test_a_remedy_of_stamps_is_one_that_arrays_have(times, rate):
+    with pytest.raises(RecordingError, match=r"no times") as caught:
+        of_arrays(times=times, sample_rate=rate)
+    assert "time=none" not in str(caught.value)
+    assert of_arrays(sample_rate=3.0).sample_rate == 3.0
+
+
+@pytest.mark.parametrize("confidence", [0.5, 0.683, 0.9, 0.95, 0.99, 0.9973])
+def test_usual_confidences_are_printed_as_people_write_them(confidence):
+    assert per_cent(confidence) == f"{round(100.0 * confidence, 2):g} %"
+
+
+def test_a_confidence_near_one_is_nowhere_printed_as_100_percent(tmp_path):
+    """0.9999999 was printed as 100 %, which no interval has."""
+    found = analyze(NOISY, confidence=0.9999999)
+    report = sagnac.write_report(found, tmp_path / "report")
+    axes = sagnac.plot.stability(found, Figure().add_subplot())
+    legend = [text.get_text() for text in axes.get_legend().get_texts()]
+    page = report.paths[0].read_text(encoding="utf-8")
+    for shown in (str(found.angle_random_walk), " ".join(legend), page, answer(found)):
+        assert "99.99999 %" in shown
+        assert re.search(r"(?<![\d.])100 %", shown) is None

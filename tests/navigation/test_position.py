@@ -67,7 +67,7 @@ def test_alignment_is_the_better_start() -> None:
         position_error(
             noise,
             latitude=0.5,
-            covariance=aligned(noise, latitude=0.5, seconds=seconds).covariance,
+            covariance=aligned(noise, latitude=0.5, rest=seconds).covariance,
             seconds=3600.0,
         )
         for seconds in (60.0, 900.0)

@@ -8,7 +8,8 @@ import pytest
 from scipy.fft import dct, idct
 
 from sagnac.core.errors import RecordingError
-from sagnac.noise.fit import likelihood_fit
+from sagnac.noise.fit import fit_coefficients, likelihood_fit
+from sagnac.stability.curve import stability_curve
 from tests.noise.examples import NAMES, white
 
 
@@ -180,3 +181,54 @@ def test_a_fit_states_the_band_that_it_used() -> None:
     part = likelihood_fit(rates, kind="rate", sample_rate=10.0, band=(0.1, 2.5)).band
     assert part is not None
     assert (part.low, part.high, part.is_whole) == (0.1, 2.5, False)
+
+
+def of_samples(values, kind):
+    return fit_coefficients(values, kind=kind, sample_rate=100.0)
+
+
+def of_the_curve(values, kind):
+    return fit_coefficients(
+        stability_curve(values, kind=kind, sample_rate=100.0), method="weighted"
+    )
+
+
+TIME = np.arange(6000) / 100.0
+
+
+@pytest.mark.parametrize("fitted", [of_samples, of_the_curve])
+@pytest.mark.parametrize("dtype", [np.float64, np.float32])
+@pytest.mark.parametrize(
+    ("even", "kind"),
+    [
+        (np.full(6000, 2.0), "rate"),
+        (np.full(6000, np.radians(2.0) / 3600.0), "rate"),
+        (np.full(6000, 0.3), "increment"),
+        (2.0 * TIME, "angle"),
+        (np.radians(0.3 * TIME - 7.0), "angle"),
+    ],
+)
+def test_rounding_of_a_constant_rate_is_no_noise(fitted, dtype, even, kind):
+    """Its N was 1e-20 deg/sqrt(h), estimated; of a ramp in single precision 5e-3."""
+    with pytest.raises(RecordingError):
+        fitted(even.astype(dtype), kind)
+
+
+@pytest.mark.parametrize("fitted", [of_samples, of_the_curve])
+@pytest.mark.parametrize("dtype", [np.float64, np.float32])
+def test_a_quiet_gyro_on_a_large_constant_rate_is_answered(fitted, dtype):
+    """Noise of 30 last places of the rate, a hundred times the deviation of rounding."""
+    deviation = 30.0 * float(np.spacing(dtype(2.0)))
+    rates = (2.0 + deviation * np.random.default_rng(8).standard_normal(6000)).astype(dtype)
+    walk = fitted(rates, "rate").coefficients["angle_random_walk"]
+    assert walk.status == "estimated"
+    assert walk.low < deviation / 10.0 < walk.high
+
+
+@pytest.mark.parametrize("dtype", [np.float64, np.float32])
+def test_a_quiet_angle_on_a_ramp_is_answered(dtype):
+    """Angles that wander by 30 last places and more from a line."""
+    step = 0.3 * float(np.spacing(dtype(120.0)))
+    walk = np.cumsum(step * np.random.default_rng(9).standard_normal(6000))
+    found = of_samples((2.0 * TIME + walk).astype(dtype), "angle").coefficients
+    assert found["angle_random_walk"].low < 10.0 * step < found["angle_random_walk"].high

@@ -94,3 +94,29 @@ def test_a_dataset_of_xarray_is_taken():
     assert made.sample_rate == RATE
     assert made.gyros[0].values == pytest.approx(np.radians(X))
     assert made.table is not None
+
+
+@pytest.mark.parametrize("name", ["time", "t"])
+def test_the_coordinate_of_xarray_is_the_time_of_columns_that_are_stated(name):
+    """Without a rate it was refused, though dates of an index and unnamed columns were taken."""
+    xarray = pytest.importorskip("xarray")
+    dates = np.datetime64("2024-05-01", "ms") + np.arange(40) * np.timedelta64(20, "ms")
+    for stamps in (SECONDS, dates):
+        data = xarray.Dataset({"gx": (name, X)}, coords={name: stamps})
+        made = Recording.from_frame(data, {"x": "gx"}, kind="rate", unit="deg/s")
+        assert (made.sample_rate, made.samples) == (RATE, 40)
+
+
+def test_a_rate_or_a_column_of_time_counts_before_a_coordinate():
+    xarray = pytest.importorskip("xarray")
+    data = xarray.Dataset(
+        {"gx": ("time", X), "clock": ("time", 2.0 * SECONDS)}, coords={"time": SECONDS}
+    )
+    how = {"kind": "rate", "unit": "deg/s"}
+    assert Recording.from_frame(data, {"x": "gx"}, sample_rate=10.0, **how).sample_rate == 10.0
+    made = Recording.from_frame(data, {"x": "gx", "time": "clock"}, **how)
+    assert made.sample_rate == 0.5 * RATE
+    # Other coordinates are no time.
+    other = data.rename(time="place")
+    with pytest.raises(ValueError, match="neither sample_rate nor times is given"):
+        Recording.from_frame(other, {"x": "gx"}, **how)

@@ -113,6 +113,41 @@ def test_several_gyros_on_one_axis_are_told_apart():
         assert axes.get_ylabel() == "Allan deviation (°/h)"
 
 
+def legend_of(axes):
+    return [text.get_text() for text in axes.get_legend().get_texts()]
+
+
+@pytest.mark.parametrize("draw", [plot.stability, plot.spectrum])
+def test_units_whose_gyros_have_one_name_are_told_apart_by_a_label(draw):
+    """Two analyses of a gyro called x stood in the legend as x and x."""
+    axes, one = Figure().add_subplot(), analysis(gyros=("x",))
+    for label in ("unit 7", "unit 8"):
+        draw(one, axes, label=label)
+    assert [text for text in legend_of(axes) if text.startswith("unit")] == ["unit 7", "unit 8"]
+    assert not {"x", "after removal", "as recorded"} & set(legend_of(axes))
+
+
+def test_a_label_stands_for_a_curve_and_before_each_of_several_gyros():
+    alone = {name: dataclasses.replace(analysis(gyros=("x",)), channel=name) for name in "xyz"}
+    unit = dataclasses.replace(alone["x"], gyros=alone)
+    axes = plot.stability(unit, Figure().add_subplot(), label="unit 7")
+    assert [text for text in legend_of(axes) if "unit" in text] == [
+        "unit 7, x", "unit 7, y", "unit 7, z",
+    ]  # fmt: skip
+    axes = plot.stability(alone["x"].curve, Figure().add_subplot(), label="unit 7")
+    assert legend_of(axes)[0] == "unit 7"
+    assert "oadev" not in legend_of(axes)
+
+
+@pytest.mark.parametrize("draw", [plot.stability, plot.spectrum])
+def test_without_a_label_legends_are_as_they_were(draw):
+    one = analysis(gyros=("x",))
+    assert "after removal" in legend_of(draw(one, Figure().add_subplot()))
+    axes = Figure().add_subplot()
+    plot.stability(one, plot.stability(one, axes))
+    assert legend_of(axes).count("x") == 2
+
+
 def test_limits_hold_what_is_on_the_axes_already():
     low = analysis(gyros=("x",))
     spectrum = dataclasses.replace(low.spectrum, density=1e-4 * low.spectrum.density)

@@ -15,7 +15,7 @@ from sagnac.cli import options as typed
 from sagnac.cli import output as results
 from sagnac.cli.options import NO_OPTIONS, File, Options
 from sagnac.core import overwriting, units
-from sagnac.core.errors import rounded
+from sagnac.core.errors import per_cent, rounded
 from sagnac.core.texts import OPTION_OF, by_name, text_of, whole_number
 from sagnac.core.version import __version__
 from sagnac.report import error_text, findings_data, note_text
@@ -227,7 +227,7 @@ def _text(plan: "Plan") -> str:
     from sagnac.report import sections, text
 
     shown = plan.shown
-    interval = f"± {rounded(100.0 * shown.half_width)} % at {100.0 * shown.confidence:g} %"
+    interval = f"± {rounded(100.0 * shown.half_width)} % at {per_cent(shown.confidence)}"
     reached = f"After {_spoken(shown.duration / 3600.0)} the interval is {interval}."
     forecast = sections.rendered("forecast.txt", analysis=plan.analysis, shown=shown)
     listed = [(_wanted(row), _spoken(row.hours)) for row in plan.rows]

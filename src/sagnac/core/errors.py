@@ -286,6 +286,17 @@ def rounded(value: float, digits: int = 2) -> str:
     return text.rstrip("0").rstrip(".") if "." in text else text
 
 
+def per_cent(confidence: float) -> str:
+    """A confidence for a sentence; as near to 1 as may be, it is never 100 %.
+
+    Examples
+    --------
+    >>> per_cent(0.95), per_cent(0.683), per_cent(0.9999999)
+    ('95 %', '68.3 %', '99.99999 %')
+    """
+    return f"{100.0 * confidence:.12g} %"
+
+
 def counted(count: int, noun: str) -> str:
     """``1 sample``, ``2 samples``."""
     return f"{count} {noun}" if count == 1 else f"{count} {noun}s"

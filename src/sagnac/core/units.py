@@ -322,7 +322,7 @@ def split_header(header: str) -> tuple[str, str | None]:
     return match.group(1), match.group(2).strip() or None
 
 
-def unit_of(text: str, quantity: Quantity) -> Unit:
+def unit_of(text: str, quantity: Quantity, argument: str = "unit") -> Unit:
     """The unit of a quantity that a text names, a number before it included.
 
     Parameters
@@ -331,6 +331,8 @@ def unit_of(text: str, quantity: Quantity) -> Unit:
         ``deg/s``, ``°/s``, ``0.1arcsec``.
     quantity
         What it has to be a unit of.
+    argument
+        That states it, for the message.
 
     Raises
     ------
@@ -348,7 +350,7 @@ def unit_of(text: str, quantity: Quantity) -> Unit:
     known = sizes(quantity)
     if name not in known or not factor > 0.0:
         problem = f"{text!r} is not a unit of {quantity}; use one of {', '.join(known)}"
-        raise refusal("unit", problem)
+        raise refusal(argument, problem)
     unit, size = UNITS[name], factor * known[name]
     if factor == 1.0:
         return unit

@@ -171,6 +171,7 @@ def _choices(settings: Settings, pattern: str, given: dict[str, Any]) -> Choices
     known = dict.fromkeys((*signature(campaign).parameters, *chain(*names)))
     remedy = "give Settings(...), or its fields by name"
     errors.require_type("settings", settings, Settings, remedy)
+    errors.require_type("pattern", pattern, str, "give a regular expression")
     errors.require_keywords("campaign", given, (name for name in known if name != "choices"))
     own, stated = ({name: given[name] for name in each if name in given} for each in names)
     settings, statement = replace(settings, **own), Statement(**stated)

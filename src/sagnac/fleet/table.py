@@ -12,7 +12,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 from scipy.special import betaincinv, ndtri
 
-from sagnac.core.errors import RecordingError, counted, visible
+from sagnac.core.errors import RecordingError, counted, per_cent, visible
 from sagnac.core.units import DEGREE_PER_ROOT_HOUR, field_unit
 from sagnac.core.whole_files import replacing, write_text
 from sagnac.fleet import runner, study
@@ -376,7 +376,7 @@ def prior_of(path: Path, *, confidence: float = 0.95) -> tuple[GyroNoise, str]:
     unseen: Final = ("bias_instability", "rate_random_walk")
     noise = GyroNoise(angle_random_walk=value, covariance=covariance, unseen=unseen)
     runs = f"{scatter.answer.runs} runs ({lines[0].method}, {lines[0].gyros})"
-    ends = f"[{foretold.low:.3g}, {foretold.high:.3g}] deg/sqrt(h), {100.0 * confidence:g} %"
+    ends = f"[{foretold.low:.3g}, {foretold.high:.3g}] deg/sqrt(h), {per_cent(confidence)}"
     words = f"N is that foretold for {what} by {runs}: {foretold.value:.3g} {ends}"
     words += "; B and K are not foretold: the analysis of a run has them, or their bounds"
     return noise, "; ".join(filter(None, (words, left_out(table))))

@@ -177,6 +177,8 @@ def align(
     if table_rate is not None and latitude is None:
         raise refusal("table_rate", "needs a latitude, since azimuth is found from Earth rate")
     require_confidence(confidence)
+    if not isinstance(foretold, str):
+        raise refusal("foretold", f"is {quoted(foretold)}; give words")
     after = as_several(after)
     wrong = [time for time in after if not (is_finite(time) and 0.0 < time <= _LONGEST)]
     if wrong or not after:
@@ -226,7 +228,7 @@ def _prospect(
             turning = max(errors, key=lambda one: float(one.deviation[-1]))
         except ValueError as error:
             raise ValueError(f"table rate: {error}") from None
-    filtered = model.aligned(loudest, latitude=latitude, seconds=rest, start=start)
+    filtered = model.aligned(loudest, latitude=latitude, rest=rest, start=start)
     course = {"seconds": longest, "latitude": latitude}
     return Prospect(
         noise=loudest,

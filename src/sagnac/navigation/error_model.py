@@ -239,7 +239,7 @@ def updated(covariance: FloatArray, velocity_noise: float) -> tuple[FloatArray, 
 
 
 def aligned(
-    noise: GyroNoise, *, latitude: float, seconds: float, start: Start | None = None
+    noise: GyroNoise, *, latitude: float, rest: float, start: Start | None = None
 ) -> Course:
     """Azimuth in the course of an alignment at rest that measures zero velocity.
 
@@ -252,8 +252,8 @@ def aligned(
         Of each gyro.
     latitude
         rad.
-    seconds
-        Length of the alignment.
+    rest
+        Length of the alignment, s.
     start
         What it starts from.
 
@@ -263,11 +263,11 @@ def aligned(
         If it is shorter than one step or longer than a week, or the latitude is within a degree of
         a pole.
     """
-    if not 0.5 * _STEP < seconds <= _LONGEST:
-        raise refusal("seconds", f"is {quoted(seconds)}; give {_STEP:g} to {_LONGEST:g}, a week")
+    if not 0.5 * _STEP < rest <= _LONGEST:
+        raise refusal("rest", f"is {quoted(rest)}; give {_STEP:g} to {_LONGEST:g}, a week")
     step, start = step_of(noise, latitude, _STEP), start or Start()
     covariance = initial_covariance(noise, start)
-    times = _STEP * np.arange(1.0, round(seconds / _STEP) + 1.0)
+    times = _STEP * np.arange(1.0, round(rest / _STEP) + 1.0)
     azimuth = np.empty(times.size)
     for number in range(times.size):
         covariance, _ = updated(step.of(covariance), start.velocity_noise)

@@ -202,6 +202,7 @@ def export(
     >>> "not measured" in made.text
     True
     """
+    path = None if path is None else errors.path_of("path", path)
     tool = tool or _SUFFIXES.get(Path(path or "").suffix.lower())
     if tool is None:
         named = "there is no path" if path is None else f"{path} does not tell it"
@@ -216,7 +217,7 @@ def export(
         if value is not None and option in definition.unused:
             why = definition.unused[option]
             raise errors.refusal(option, f"has no effect on {definition.tool}: {why}; leave it out")
-    if markov not in (None, 0, 1, 2):
+    if isinstance(markov, bool | float) or markov not in (None, 0, 1, 2):
         raise errors.refusal("markov", f"is {errors.quoted(markov)}; use 0, 1 or 2")
     errors.require_type("datasheet", datasheet, Sequence, f"give text {FORM}")
     datasheet = [datasheet] if isinstance(datasheet, str) else datasheet
@@ -237,9 +238,9 @@ def export(
     text = file.text()
     if path is not None:
         inputs = [Path(one) for one in sources if isinstance(one, str | Path)]
-        overwriting.require_free(overwriting.of_export(Path(path), tool), inputs, force=force)
-        whole_files.made(Path(path).parent)
-        whole_files.write_text(Path(path), text)
+        overwriting.require_free(overwriting.of_export(path, tool), inputs, force=force)
+        whole_files.made(path.parent)
+        whole_files.write_text(path, text)
     return Exported(tool=tool, text=text, settings=file.held, notes=file.notes)
 
 

@@ -9,7 +9,7 @@ from functools import cached_property
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from sagnac.core import units
-from sagnac.core.errors import Note, RecordingError, is_finite, one_line, quoted, refusal
+from sagnac.core.errors import Note, RecordingError, is_finite, one_line, per_cent, quoted, refusal
 from sagnac.core.texts import by_axis, toml_tables
 from sagnac.core.version import __version__
 from sagnac.navigation.definitions import Definition, ToolName, definition_of
@@ -199,7 +199,7 @@ class SettingsFile:
         limits = [one.limit for one in self.held if one.limit is not None]
         if limits:
             first, last = common_span(limits)
-            reach = f"at {100.0 * limits[0].confidence:g} % from {first:.4g} to {last:.4g} s"
+            reach = f"at {per_cent(limits[0].confidence)} from {first:.4g} to {last:.4g} s"
             lines.append(f"The model lies above the Allan deviation {reach}.")
         if len(limits) < len(self.held):
             lines.append("What is stated was not measured, and is not inflated.")

@@ -13,12 +13,13 @@ from sagnac.core.errors import RecordingError
 from sagnac.noise import laws
 from sagnac.noise.laws import CoefficientName
 from sagnac.noise.likelihood import Ordinates
-from sagnac.recording.channel import angle_increments
+from sagnac.recording.channel import angle_increments, is_even
 from sagnac.recording.model import Kind
 from sagnac.spectrum.periodogram import bin_sums
 from sagnac.spectrum.transforms import cosine_length, cosine_transform
 
 LEAST_BINS: Final = 8
+_REMEDY: Final = "a spectrum needs noise, check the channel"
 SINGLE: Final = 64
 
 
@@ -73,12 +74,14 @@ def cosine_spectrum(
     Raises
     ------
     RecordingError
-        If a sample is not finite, or there are too few.
+        If a sample is not finite, there are too few, or they do not vary but for rounding.
     ValueError
         If an argument makes no sense.
     """
     increments = angle_increments(values, kind=kind, sample_rate=sample_rate)
     require_increments(increments.size)
+    if is_even(values, kind):
+        raise RecordingError("the values do not vary", remedy=_REMEDY)
     increments = increments[: cosine_length(increments.size)]
     sloping = "rate_ramp" in terms
     slope, transform = without_slope(increments) if sloping else (0.0, cosine_transform(increments))
@@ -228,8 +231,7 @@ def ordinates(cosine: CosineSpectrum, bins: SpectrumBins) -> Ordinates:
     power = bins.mean(cosine.transform, cosine.transform)
     # A single square may be zero, of angles a few readout steps apart.
     if not np.median(power) > 0.0:
-        remedy = "a spectrum needs noise, check the channel"
-        raise RecordingError("the values do not vary", remedy=remedy)
+        raise RecordingError("the values do not vary", remedy=_REMEDY)
     basis, used = bins.mean_of(cosine.expected), np.ones(starts.size, dtype=np.bool_)
     if "rate_ramp" in cosine.terms:
         index = np.arange(1.0, min(SINGLE, samples), 2.0)

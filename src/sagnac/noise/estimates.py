@@ -11,7 +11,7 @@ from scipy.optimize import brentq
 from scipy.special import ndtr, ndtri
 
 from sagnac.core import errors
-from sagnac.core.errors import Note, quoted, refusal, require_choice
+from sagnac.core.errors import Note, per_cent, quoted, refusal, require_choice
 from sagnac.core.units import SENSED, Sensor, canonical
 from sagnac.noise.laws import CoefficientName
 from sagnac.noise.slow_laws import SlowLaws
@@ -190,7 +190,7 @@ class Estimate(Interval):
     def _worded(self) -> str:
         if self.status == "not observable":
             return "not observable"
-        return f"{self.in_field_unit()}, {100.0 * self.confidence:g} %"
+        return f"{self.in_field_unit()}, {per_cent(self.confidence)}"
 
     def __repr__(self) -> str:
         return f"<{self.name or 'estimate'} {self._worded()}>"

@@ -10,6 +10,7 @@ from matplotlib.figure import Figure
 from numpy.typing import ArrayLike
 
 from sagnac.core.arrays import FloatArray, extent
+from sagnac.core.errors import per_cent
 from sagnac.core.units import ARCSECOND, DEGREE, DEGREE_PER_ROOT_HOUR
 from sagnac.noise.readings import READINGS, ReadingName
 from sagnac.paper.prediction import FIGURE_3, TABLES, Table
@@ -236,7 +237,7 @@ def _curve_figure(outcome: Outcome) -> Figure:
     ends = [curve[name] for name in ("low", "deviation", "high")]
     low, middle, high = root * np.array(ends)[:, kept]
     with styled(3) as (figure, axes):
-        band(axes, tau, low, high, BLUE, label=f"{100 * outcome.confidence:g} % interval")
+        band(axes, tau, low, high, BLUE, label=f"{per_cent(outcome.confidence)} interval")
         axes.plot(tau, middle, color=BLUE, marker="o", linestyle="none", label="x − z")
         _truth_line(axes, outcome, root)
         logarithmic(axes, "cluster time τ (s)", "Allan deviation, x − z (°/h)")

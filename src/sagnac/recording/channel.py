@@ -142,6 +142,18 @@ def squarable(values: ArrayLike) -> FloatArray:
     return samples
 
 
+def is_even(values: ArrayLike, kind: Kind) -> bool:
+    """Whether (samples,) are a constant rate but for 5 last places; computed ramps err by up to 4.
+
+    Single precision rounds the angles of a ramp, and holds a constant rate as it is.
+    """
+    given = numbers(values, "values")
+    ends = given[[0, -1]] if kind == "angle" else np.repeat(np.float64(given[0]), 2)
+    first, step = float(ends[0]), (float(ends[1]) - float(ends[0])) / (given.size - 1)
+    off = arrays.less(given, lambda number: first + step * number)
+    return bool(max(map(abs, arrays.extent(off))) <= 5.0 * np.spacing(np.abs(ends).max()))
+
+
 class Compared:
     """Dataclasses whose objects are equal if all fields are: see `same_values`."""
 

@@ -190,7 +190,7 @@ def seconds_of(values: ArrayLike, *, unit: str) -> FloatArray:
         if stamps.ndim != 1:
             raise refusal("times", f"has shape {stamps.shape}; give one column, shape (samples,)")
         return np.asarray((stamps - stamps[:1]) / np.timedelta64(1, "s"), dtype=np.float64)
-    scale = units.unit_of(unit, "time").size
+    scale = units.unit_of(unit, "time", "time_unit").size
     column = numbers(values, "times")
     return np.asarray(column - column[:1], dtype=np.float64) * scale
 

@@ -69,7 +69,7 @@ def table_of_readings(
     ValueError
         If `unit` is not one of angle.
     """
-    size = unit_of(unit, "angle").size
+    size = unit_of(unit, "angle", "table_unit").size
     turn = 2.0 * math.pi / size
     samples, clock = readings.size, clock_of(readings)
     if clock is not None:

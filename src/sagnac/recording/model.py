@@ -334,8 +334,8 @@ class Recording(Compared):
             shall have, besides ``table``, ``time`` and ``null_pulse``. Without it, the columns
             called so, the gyros ``x``, ``y`` and ``z``, and of the accelerometers ``ax``, ``ay``
             and ``az`` those whose unit is stated are taken, as far as they are there. The dates
-            of an index are the time if there is no such column and no rate is stated; a rate that
-            contradicts them counts, and a note says so.
+            of an index, or a coordinate ``time`` of xarray, are the time if there is no such column
+            and no rate is stated; a rate that contradicts the dates counts, and a note says so.
         kind, unit, sample_rate, time_unit, table_unit, period
             See `from_arrays`; a time without a unit is in s and a table in degrees.
 
@@ -353,6 +353,9 @@ class Recording(Compared):
         Recording(x (rate, deg/s); table (angle, deg); 3 samples at 100 Hz, 0.03 s)
         """
         headers = conversions.columns_of(frame, columns, unit)
+        for one in getattr(frame, "coords", ()) if sample_rate is None else ():
+            if split_header(str(one))[0] in conversions.USUAL_NAMES["time"]:
+                headers.setdefault("time", one)
         values = {name: frame[header] for name, header in headers.items()}
         units = {name: split_header(str(header))[1] or "" for name, header in headers.items()}
         sensors = [name for name in headers if name not in ("table", "time", NULL_PULSE_NAME)]
@@ -547,7 +550,13 @@ def _sampled(
             problem = f"times has {stamps.size} samples and the gyros have {samples}"
             raise ValueError(f"{problem}: give columns sampled together")
         if stamps.size:
-            return require_forwards(sampling(stamps, sample_rate))
+            try:
+                return require_forwards(sampling(stamps, sample_rate))
+            except RecordingError as error:
+                # Inputs of a file, which arrays have not.
+                remedy = error.remedy.replace("{time none}", "no times")
+                remedy = remedy.replace("{time COLUMN:UNIT}", "time_unit")
+                raise RecordingError(error.problem, channel="time", remedy=remedy) from None
     elif time_unit != "s":
         raise refusal("time_unit", f"is {quoted(time_unit)}, and there are no times; give them")
     if sample_rate is None:

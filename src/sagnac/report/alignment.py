@@ -9,6 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from sagnac.core.arrays import FloatArray
+from sagnac.core.errors import per_cent
 from sagnac.core.units import ARCSECOND, DEGREE, DEGREE_PER_HOUR, HOUR
 from sagnac.navigation.align import Prospect, Unaided
 from sagnac.navigation.drift import PARTS, Growth, bias_is_prior
@@ -69,7 +70,7 @@ def _draw_compass(axes: Axes, compass: AzimuthError) -> None:
     """A gyrocompass with its interval, and dashed what each of N, B and K makes of it."""
     ends = (compass.deviation, compass.low, compass.high)
     deviation, low, high = (one / ARCMINUTE for one in ends)
-    interval = f"its {100 * compass.confidence:g} % interval"
+    interval = f"its {per_cent(compass.confidence)} interval"
     axes.plot(compass.times, deviation, color=BLUE, label="gyrocompass, two positions")
     band(axes, compass.times, low, high, BLUE, alpha=0.18, label=interval)
     if high.max() > _HALF_TURN:
@@ -236,7 +237,7 @@ def _rows(columns: Mapping[str, FloatArray]) -> list[dict[str, float]]:
 def drift_text(unaided: Unaided) -> str:
     """The priors first, then a line for each time and quantity, and what is left out."""
     shown, notes = drift_document(unaided), drift_notes(unaided)
-    more = {"percent": f"{100.0 * unaided.confidence:g}", "symbols": _SYMBOLS, "zip": zip}
+    more = {"percent": per_cent(unaided.confidence), "symbols": _SYMBOLS, "zip": zip}
     more |= _phrases(unaided.noises)
     return rendered("drift.txt", shown=shown, notes=notes, raised=_RAISED, **more)
 
@@ -278,7 +279,7 @@ def drift_figure(unaided: Unaided) -> Figure:
     heading, times = unaided.along.heading, unaided.along.heading.times
     sigma = heading.deviation(misaligned=False) / DEGREE
     low, high = (one / DEGREE for one in heading.interval)
-    interval = f"its {100 * unaided.confidence:g} % interval"
+    interval = f"its {per_cent(unaided.confidence)} interval"
     with styled(3) as (figure, axes):
         axes.plot(times, sigma, color=BLUE, label="heading drift")
         band(axes, times, low, high, BLUE, alpha=0.18, label=interval)

@@ -98,7 +98,7 @@ def lines(analysis: Analysis, ax: Axes | None = None) -> Axes:
 _DRAWN_BINS: Final = 2400
 
 
-def spectrum(analysis: Analysis, ax: Axes | None = None) -> Axes:
+def spectrum(analysis: Analysis, ax: Axes | None = None, *, label: str = "") -> Axes:
     """Rate noise density before and after removal, per gyro, its lines marked.
 
     Parameters
@@ -107,6 +107,8 @@ def spectrum(analysis: Analysis, ax: Axes | None = None) -> Axes:
         What to draw; N is drawn too if it was estimated.
     ax
         Where to draw; without it the current axis of ``pyplot``.
+    label
+        What the legend calls its spectrum; unless stated what was done to it.
 
     Returns
     -------
@@ -130,9 +132,9 @@ def spectrum(analysis: Analysis, ax: Axes | None = None) -> Axes:
     shown = (analysis.spectrum_before, analysis.spectrum)
     before, after = (_drawn_bins(one, unit.size) for one in shown)
     if frame.removed(analysis):
-        label = "before removal"
-        axes.plot(before.frequency, before.density, color=frame.QUIET, linewidth=0.8, label=label)
-    (color, _), label = frame.next_style(axes), frame.after_removal(analysis)
+        state = "before removal"
+        axes.plot(before.frequency, before.density, color=frame.QUIET, linewidth=0.8, label=state)
+    (color, _), label = frame.next_style(axes), label or frame.after_removal(analysis)
     axes.plot(after.frequency, after.density, color=color, linewidth=0.8, alpha=0.7, label=label)
     of = f"{SENSED[analysis.sensor].rate} noise density, {frame.channel_of(analysis)}"
     frame.logarithmic(axes, "frequency (Hz)", f"{of} ({unit.symbol}/√Hz)")

@@ -11,7 +11,7 @@ from matplotlib.patheffects import withStroke
 from sagnac.analysis.result import Analysis, headline_coefficients, headline_fit
 from sagnac.analysis.spectra import ByAngle, Residual
 from sagnac.core.arrays import FloatArray
-from sagnac.core.errors import refusal
+from sagnac.core.errors import per_cent, refusal
 from sagnac.core.units import DEGREE_PER_HOUR, SENSED, UNITS, field_unit
 from sagnac.noise.laws import COEFFICIENT_NAMES, SYMBOLS, CoefficientName, allan_variance
 from sagnac.report import frame
@@ -32,7 +32,9 @@ _OF_VALUES: Final = {
 }
 
 
-def stability(result: Analysis | StabilityCurve, ax: Axes | None = None) -> Axes:
+def stability(
+    result: Analysis | StabilityCurve, ax: Axes | None = None, *, label: str = ""
+) -> Axes:
     """Deviation against cluster time, with its interval; of an analysis with the fit.
 
     Parameters
@@ -46,6 +48,9 @@ def stability(result: Analysis | StabilityCurve, ax: Axes | None = None) -> Axes
     ax
         Where to draw; without it the current axis of ``pyplot``. An analysis that joins others
         there is drawn over them in the same way. Limits hold what is there already.
+    label
+        What the legend calls it: of several analyses of gyros of one name, the unit of each. Unless
+        stated the name of the gyro, what was done to it if it stands alone, or the estimator.
 
     Returns
     -------
@@ -72,40 +77,42 @@ def stability(result: Analysis | StabilityCurve, ax: Axes | None = None) -> Axes
         seconds = (result.estimator == "tdev") - (result.kind != "rate")
         _frame(axes, result.estimator, _OF_VALUES[seconds])
         _limits(axes, result.tau, result.deviation, result.low)
-        _points(axes, result, 1.0, label=result.estimator)
+        _points(axes, result, 1.0, label=label or result.estimator)
     elif result.gyros or axes.collections:
         # The curve of an analysis that stood alone is called by its channel, as others join it.
         for line in axes.get_lines():
             if line.get_label() in frame.STATES:
                 line.set_label(axes.get_ylabel().removeprefix(_OF_CHANNEL).rpartition(" (")[0])
         for analysis in result.each:
-            _draw_over(axes, analysis)
+            name = frame.channel_of(analysis)
+            named = f"{label}, {name}" if label and result.gyros else label
+            _draw_over(axes, analysis, named or name)
     else:
-        _draw_curves(axes, result)
+        _draw_curves(axes, result, label)
     axes.legend()
     return axes
 
 
-def _draw_over(axes: Axes, analysis: Analysis) -> None:
+def _draw_over(axes: Axes, analysis: Analysis, label: str) -> None:
     """The curve after removal and the fit, in the next colour, beside those that are there."""
     curve = getattr(analysis, "curve_of_answer", None) or analysis.curve
     unit = frame.rate_unit(analysis)
     _frame(axes, "Allan deviation", f" ({unit.symbol})")
     _limits(axes, curve.tau, *(one / unit.size for one in (curve.deviation, curve.low)))
-    color = _points(axes, curve, unit.size, label=frame.channel_of(analysis))
+    color = _points(axes, curve, unit.size, label=label)
     if (fit := fit_of(analysis)) is not None:
         tau, total = fit.sum_over(*axes.get_xlim())
         frame.model(axes, tau, total, color=color, linewidth=1.0)
 
 
-def _draw_curves(axes: Axes, analysis: Analysis) -> None:
+def _draw_curves(axes: Axes, analysis: Analysis, label: str) -> None:
     """The curves before and after removal, with the fit."""
-    after, label = analysis.curve, frame.after_removal(analysis)
+    after, state = analysis.curve, frame.after_removal(analysis)
     unit = frame.rate_unit(analysis)
     # An analysis that was read again holds the curve after removal alone.
     before = getattr(analysis, "curve_before", None) if frame.removed(analysis) else None
     if (without := getattr(analysis, "curve_of_answer", None)) is not None:
-        before, after, label = after, without, frame.STATES[0]
+        before, after, state = after, without, frame.STATES[0]
     _frame(axes, f"{_OF_CHANNEL}{frame.channel_of(analysis)}", f" ({unit.symbol})")
     shown = (after.deviation, after.low, *([] if before is None else [before.deviation]))
     _limits(axes, after.tau, *(one / unit.size for one in shown))
@@ -114,7 +121,7 @@ def _draw_curves(axes: Axes, analysis: Analysis) -> None:
             before.tau, before.deviation / unit.size, color=frame.QUIET, marker="s",
             markersize=2.8, linewidth=0.9, label="before removal",
         )  # fmt: skip
-    _points(axes, after, unit.size, label=label)
+    _points(axes, after, unit.size, label=label or state)
     _fitted(axes, analysis)
 
 
@@ -132,7 +139,7 @@ def _points(axes: Axes, curve: StabilityCurve, unit: float, *, label: str) -> st
     color, marker = frame.next_style(axes)
     deviation, low, high = (one / unit for one in (curve.deviation, curve.low, curve.high))
     axes.plot(curve.tau, deviation, color=color, marker=marker, linestyle="none", label=label)
-    interval = f"its {100 * curve.confidence:g} % interval"
+    interval = f"its {per_cent(curve.confidence)} interval"
     frame.band(axes, curve.tau, low, high, color, label=interval)
     return color
 
@@ -244,7 +251,7 @@ def parts(analysis: Analysis, ax: Axes | None = None) -> Axes:
     unit = field_unit("angle_random_walk", analysis.sensor)
     if answer.status == "estimated":
         own, name = answer.to(unit.name), "the answer"
-        interval = f"its {100 * answer.confidence:g} % interval"
+        interval = f"its {per_cent(answer.confidence)} interval"
         axes.axhline(own.value, color=frame.INK, linewidth=0.9, linestyle=frame.DASHED, label=name)
         axes.axhspan(own.low, own.high, color=frame.QUIET, alpha=0.25, linewidth=0, label=interval)
     seen = [part for part in analysis.parts if part.shows]

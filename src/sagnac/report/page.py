@@ -288,6 +288,7 @@ def write_report(
         require_type("block", block, TitleBlock, "give a sagnac.report.sections.TitleBlock")
     for name, flag in (("pdf", pdf), ("with_forces", with_forces)):
         require_choice(name, flag, (False, True))
+    require_type("settings", settings, str, "give a text, TOML")
     folder = path_of("folder", folder)
     for place in (folder, *(folder / tables.folder_name(name) for name in analysis.gyros)):
         require_free(outputs_in(place, "report"), force=force)

@@ -10,6 +10,7 @@ from scipy.special import gammainccinv, gammaincinv
 
 from sagnac.analysis.result import Analysis
 from sagnac.analysis.spectra import Spectrum
+from sagnac.core.errors import per_cent
 from sagnac.core.units import ARCSECOND, DEGREE_PER_HOUR, SENSED, UNITS, Unit
 from sagnac.lines.model import Line
 from sagnac.noise.estimates import ConvertedEstimate, Estimate, FitName, Interval
@@ -148,7 +149,7 @@ def reading(estimate: Estimate, unit: str | None = None) -> str:
 def sentence(estimate: Estimate, *, plain: bool = False) -> str:
     """One estimate in SI, said in the field's unit: value and interval, bound, or neither."""
     unit = UNITS[estimate.in_field_unit().unit].symbol
-    percent = f"{100.0 * estimate.confidence:g} %"
+    percent = per_cent(estimate.confidence)
     value, interval, status = reading_cells(estimate, plain=plain)
     if status == "not observable":
         return status

@@ -228,9 +228,9 @@ def check_noise_type(noise_type: int, estimator: Properties) -> None:
         With the exponents to choose from.
     """
     lowest = estimator.lowest_exponent
-    if noise_type not in range(lowest, 3):
-        outside = f"noise_type {noise_type!r} is out of range for {estimator.name}"
-        raise ValueError(f"{outside}; use {lowest} to 2")
+    if isinstance(noise_type, bool) or noise_type not in range(lowest, 3):
+        outside = f"{noise_type!r} is out of range for {estimator.name}"
+        raise refusal("noise_type", f"{outside}; use {lowest} to 2")
 
 
 # ---- degrees of freedom ------------------------------------------------------------

@@ -290,7 +290,7 @@ async function channelShown() {
   state.off = new Set();
   state.bands = [];
   [...$("tabs").children].forEach((button, place) => { button.className = place === state.channel ? "chosen" : ""; });
-  $("answer").textContent = `N of ${channel.name}: ${channel.answer.text}` + (channel.answer.status !== "not observable" ? `, ${100 * channel.answer.confidence} %` : "");
+  $("answer").textContent = `N of ${channel.name}: ${channel.answer.text}` + (channel.answer.status !== "not observable" ? `, ${Number((100 * channel.answer.confidence).toPrecision(12))} %` : "");
   $("source").textContent = `Rests on: ${channel.source}`;
   $("coefficients").replaceChildren(head("coefficient", "value", "low", "high", "unit", ""), ...Object.entries(channel.coefficients).map(([name, one]) => row(name.replaceAll("_", " "), ...(one.status === "estimated" ? [one.value, one.low, one.high].map((value) => digits(value)) : [one.status === "upper bound" ? `< ${digits(one.high)}` : "–", "", ""]), one.unit, one.status)));
   lines(); bands(); $("trial").hidden = true; repeat(state.runs.get(state.current));
