@@ -1,101 +1,154 @@
 """Each gyro of a triad alone."""
 
-from collections.abc import Callable
+import math
 from dataclasses import replace
+from itertools import combinations
 from typing import Any, Final
 
+import numpy as np
+
 from sagnac.analysis.averaged import Headline, levels_of
-from sagnac.analysis.evidence import Evidence, Points
+from sagnac.analysis.evidence import Bands, Evidence, Points
+from sagnac.analysis.measurement import Remainder
 from sagnac.core.arrays import FloatArray, differences, every
 from sagnac.core.errors import Note, RecordingError
 from sagnac.noise.band_models import BandModel
-from sagnac.noise.estimates import Fit
+from sagnac.noise.estimates import Fit, rooted
+from sagnac.noise.model_average import average
 from sagnac.noise.three_cornered_hat import Separation, separation_of
 from sagnac.noise.whole_band import describes
 from sagnac.recording.channel import PAIR_SIZE
-from sagnac.spectrum.levels import Levels
 
 # That levels of a difference whose law is right fail each of two tests, as those of the pair may.
 _CHANCE: Final = 0.02
 
 
 def each_alone(evidence: Evidence, headline: Headline) -> Separation:
-    """Each gyro's own N, of every sample if five terms describe those of each two gyros.
+    """Each gyro's own N by the first of three ways that the data bear out.
 
-    Else of the angles of the likelihood fit of the measurement, in its band.
+    1. Three-cornered hat of every sample, if the headline is a fit of them all;
+    2. that of the angles of the likelihood fit, in its band;
+    3. averages over bands and terms of the differences of each two.
+
+    Five terms have to describe the spectrum of each difference in 1 and 2. If levels cannot be
+    made, 2 stands as it is.
 
     Parameters
     ----------
     evidence
-        Of a triad; nothing is known of each of fewer gyros.
+        Of a triad whose searches came to an end; nothing is known of each of others.
     headline
         The candidate that the data bear out.
     """
-    fine, spectrum, fits = evidence.fine, headline.spectrum, evidence.fits
-    usual = _hat_of(evidence, fine, fits["likelihood"])
-    if not usual.angle_random_walk or spectrum is None or spectrum.points.rate <= fine.rate:
-        return usual
-    if spectrum.average.rests_on.member != "whole band":
-        return usual
-    finest = _hat_of(evidence, spectrum.points, spectrum.likelihood, tested=True)
-    return finest if finest.angle_random_walk else usual
-
-
-def _hat_of(evidence: Evidence, points: Points, fit: Fit, *, tested: bool = False) -> Separation:
-    """By three-cornered hat, if both searches came to an end and angles are of samples.
-
-    `points` are angles of the measurement, and `fit` is of them: its band is used. If `tested`,
-    nothing is given unless the laws describe the spectrum of each difference.
-    """
-    settings, left, second = evidence.settings, evidence.left, evidence.remainders[-1]
+    fine, spectrum, left, second = evidence.fine, headline.spectrum, *_pairs(evidence)
     finished = second is not left and left.is_finished and second.is_finished
     # A gyro that does not count in its pair is not told apart.
     are_apart = finished and all(left.weights) and all(second.weights)
     if not are_apart or evidence.readout.every is None or left.once_a_turn:
         return Separation(angle_random_walk={})
-    first, middle, last = settings.gyros
-    step = max(1, round(left.rate / points.rate))
-    # A pair whose weights are v and w, over v, is the first gyro less -w/v times the other one.
-    (of_last, last_weight), (of_middle, middle_weight) = left.weights, second.weights
+    is_finer = spectrum is not None and spectrum.points.rate > fine.rate
+    if spectrum is not None and is_finer and spectrum.average.rests_on.member == "whole band":
+        finest = _hat_of(evidence, spectrum.points, spectrum.likelihood)
+        if _describes_each(finest, evidence, spectrum.points.rate):
+            return _of_gyros(finest, evidence)
+    usual = _hat_of(evidence, fine, evidence.fits["likelihood"])
+    if spectrum is None or _describes_each(usual, evidence, fine.rate):
+        return _of_gyros(usual, evidence)
+    return _of_gyros(_by_averages(evidence, spectrum.points.rate) or usual, evidence)
 
-    def less_middle() -> FloatArray:
-        return differences(every(second.removal.residual, step)) * (PAIR_SIZE / of_middle)
 
-    def less_last() -> FloatArray:
-        return differences(every(left.removal.residual, step)) * (PAIR_SIZE / of_last)
+def _pairs(evidence: Evidence) -> tuple[Remainder, Remainder]:
+    """The first gyro and the last, and the first and the one between."""
+    return evidence.left, evidence.remainders[-1]
 
+
+def _masked(evidence: Evidence) -> Bands:
+    left, second = _pairs(evidence)
+    return left.removal.masked + second.removal.masked
+
+
+def _steps(evidence: Evidence, one: str, other: str, rate: float) -> FloatArray:
+    """Increments of one gyro less another, of angles at a rate, Hz.
+
+    A pair whose weights are v and w, over v, is the first gyro less -w/v times the other one: the
+    others are here as large as the table moves the first.
+    """
+    left, second = _pairs(evidence)
+    first, _, last = evidence.settings.gyros
+    if first not in (one, other):
+        return _steps(evidence, one, first, rate) + _steps(evidence, first, other, rate)
+    pair = left if last in (one, other) else second
+    size = PAIR_SIZE / pair.weights[0] * (1.0 if one == first else -1.0)
+    step = max(1, round(left.rate / rate))
+    steps = differences(every(pair.removal.residual, step))
+    steps *= size
+    return steps
+
+
+def _hat_of(evidence: Evidence, points: Points, fit: Fit) -> Separation:
+    """By three-cornered hat of angles, in the band of a fit of them."""
+    first, middle, last = evidence.settings.gyros
+    pairs, rate = ((middle, first), (first, last)), points.rate
+    steps = [_steps(evidence, *pair, rate) for pair in pairs]
     band = (0.0, 0.0 if fit.band is None else fit.band.high)
-    masked = left.removal.masked + second.removal.masked
-    how: dict[str, Any] = {"band": band, "masked": masked, "confidence": settings.confidence}
-    names, steps = (middle, first, last), [-less_middle(), less_last()]
+    masked, confidence = _masked(evidence), evidence.settings.confidence
+    how: dict[str, Any] = {"band": band, "masked": masked, "confidence": confidence}
     try:
-        separation = separation_of(names, steps, sample_rate=points.rate, **how)
+        return separation_of((middle, first, last), steps, sample_rate=rate, **how)
     except RecordingError as error:
         # Vibration in either difference may leave no band to both.
         note = Note(text=f"no angle random walk of each gyro alone: {error}", level="warning")
         return Separation(angle_random_walk={}, notes=(note,))
-    # The headline is of the first less the last, which are described.
-    pairs: dict[tuple[str, str], Callable[[], FloatArray]] = {
-        (first, middle): less_middle,
-        (middle, last): lambda: less_last() - less_middle(),
-    }
-    for pair, of_pair in pairs.items() if tested else ():
-        squares = separation.squares[pair[0]] + separation.squares[pair[1]]
-        if not _describes(squares, levels_of(of_pair(), points.rate, masked), points.rate):
-            return Separation(angle_random_walk={})
-    sizes = {first: 1.0, middle: of_middle / middle_weight, last: of_last / last_weight}
+
+
+def _describes_each(hat: Separation, evidence: Evidence, rate: float) -> bool:
+    """Whether the laws of each two gyros describe the levels of their difference."""
+    for one, other in combinations(hat.squares, 2):
+        levels = levels_of(_steps(evidence, one, other, rate), rate, _masked(evidence))
+        if levels is None:
+            return False
+        squares = hat.squares[one] + hat.squares[other]
+        law = BandModel(squares=tuple(squares.tolist()), interval=1.0 / rate)
+        if not describes(levels.shape, law.over(levels), levels.level.size - squares.size, _CHANCE):
+            return False
+    return bool(hat.squares)
+
+
+def _by_averages(evidence: Evidence, rate: float) -> Separation | None:
+    """By what each two gyros show together; None if two of them show no N.
+
+    2 N_x^2 = N_xy^2 + N_xz^2 - N_yz^2. Errors of the three are taken to be independent: what they
+    share makes that of N_x^2 smaller.
+    """
+    ends: dict[frozenset[str], FloatArray] = {}
+    confidence, gyros = evidence.settings.confidence, evidence.settings.gyros
+    for one, other in combinations(gyros, 2):
+        levels = levels_of(_steps(evidence, one, other, rate), rate, _masked(evidence))
+        walk = None if levels is None else average(levels, confidence=confidence).angle_random_walk
+        if walk is None or walk.status != "estimated":
+            return None
+        ends[frozenset((one, other))] = np.array([walk.value, walk.low, walk.high]) ** 2
     own = {}
-    for name in settings.gyros:
-        one = separation.angle_random_walk[name]
-        value, low, high = (abs(sizes[name]) * end for end in (one.value, one.low, one.high))
+    for name in gyros:
+        value, lower, upper = 0.0, 0.0, 0.0
+        for pair, (square, low, high) in ends.items():
+            below, above = (square - low, high - square)[:: 1 if name in pair else -1]
+            value += 0.5 * (square if name in pair else -square)
+            lower, upper = math.hypot(lower, 0.5 * below), math.hypot(upper, 0.5 * above)
+        own[name] = rooted("angle_random_walk", confidence, value, value - lower, value + upper)
+    return Separation(angle_random_walk=own)
+
+
+def _of_gyros(hat: Separation, evidence: Evidence) -> Separation:
+    """The same of the gyros as they are; the others were as large as the table moves the first."""
+    left, second = _pairs(evidence)
+    _, middle, last = evidence.settings.gyros
+    sizes = {pair[0]: pair[1].weights for pair in ((middle, second), (last, left))}
+    own = {}
+    for name, one in hat.angle_random_walk.items():
+        weight, of_own = sizes.get(name, (1.0, 1.0))
+        value, low, high = (abs(weight / of_own) * end for end in (one.value, one.low, one.high))
         own[name] = replace(one, value=value, low=low, high=high)
-    return replace(separation, angle_random_walk=own)
-
-
-def _describes(squares: FloatArray, levels: Levels | None, rate: float) -> bool:
-    """Whether squared Q, N, B and K of increments at a rate, Hz, describe their levels."""
-    if levels is None:
-        return False
-    law = BandModel(squares=tuple(squares.tolist()), interval=1.0 / rate)
-    freedom = levels.level.size - squares.size
-    return describes(levels.shape, law.over(levels), freedom, _CHANCE)
+    return replace(
+        hat, angle_random_walk={name: own[name] for name in evidence.settings.gyros if name in own}
+    )
