@@ -1,16 +1,20 @@
 """Noise of gyros on a turning table: what shows when motion is out, and in one gyro alone."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
-from sagnac.analysis.evidence import Points, hat_of
+from sagnac.analysis.averaged import Headline
+from sagnac.analysis.evidence import Points
 from sagnac.analysis.measurement import Remainder
 from sagnac.analysis.pipeline import analyze
 from sagnac.analysis.settings import Settings
+from sagnac.analysis.triad import each_alone
 from sagnac.lines.search import remove_lines
-from sagnac.noise.estimates import Fit, FitBand
+from sagnac.noise.estimates import Fit, FitBand, unobserved
+from sagnac.noise.three_cornered_hat import Separation
 from sagnac.quality.readout import Readout
 from sagnac.recording.model import Recording
 
@@ -77,13 +81,21 @@ def test_vibration_that_leaves_no_band_to_both_pairs_leaves_no_gyro_alone():
     fine = Points(angle=left[0].residual, rate=rate)
     whole = FitBand(low=0.0, high=50.0, interval=0.01, masked=())
     fit = Fit(method="likelihood", coefficients={}, band=whole)
-    settings = Settings(gyros=("x", "y", "z"))
-    hat = hat_of(settings, remainders, fine, Readout(), fit)
+    nothing = Headline(estimate=unobserved("angle_random_walk", 0.95), source="")
+
+    def alone(pairs: list[Remainder]) -> Separation:
+        known = {"settings": Settings(gyros=("x", "y", "z")), "readout": Readout(), "fine": fine}
+        evidence = SimpleNamespace(
+            **known, fits={"likelihood": fit}, left=pairs[0], remainders=pairs
+        )
+        return each_alone(evidence, nothing)
+
+    hat = alone(remainders)
     assert not hat.angle_random_walk
     (note,) = hat.notes
     assert note.level == "warning"
     assert "of each gyro alone" in note.text
     # The same pairs without vibration have one.
     sound = [Remainder(removal=removal, rate=rate) for removal in left]
-    hat = hat_of(settings, sound, fine, Readout(), fit)
+    hat = alone(sound)
     assert set(hat.angle_random_walk) == {"x", "y", "z"}

@@ -203,7 +203,7 @@ def test_half_an_hour_on_the_rig_is_the_same_at_any_jitter():
     assert max(widths.values()) < 1.1 * widths[0.0]
 
 
-@pytest.mark.parametrize("seed", [11, 13, 20])
+@pytest.mark.parametrize("seed", [11, 15, 20])
 def test_a_triad_over_part_of_a_turn_has_its_answer_and_that_of_each_gyro_alone(seed):
     """What orders leave in one difference made one gyro of it up to 20 % too loud."""
     swings = FAULTS["swings of 240 deg"].bench

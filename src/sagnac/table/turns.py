@@ -229,7 +229,7 @@ def function_of_angle(angle: FloatArray, kinematic: Kinematics) -> AngleFunction
     # At a rate that varies by less than a tenth an order that is not whole is a line in time.
     is_even = kinematics.rate_variation(kinematic) <= 0.1
     reach = kinematics.highest_harmonic(kinematic)
-    if reach < _SHOWN:
+    if is_fast := reach < _SHOWN:
         usual, most = 1.0 / kinematic.interval, _MOST_FAST * kinematic.sample_rate / angle.size
         rate = max(usual, min(usual * _SHOWN / reach, most))
         kinematic = kinematics.kinematics(kinematic.table, kinematic.sample_rate, rate=rate)
@@ -252,8 +252,9 @@ def function_of_angle(angle: FloatArray, kinematic: Kinematics) -> AngleFunction
     # The standard deviation of an order's prior.
     size = max(30.0 * ARCSECOND, float(np.std(plain - line)))
 
-    # The average of an order is the lower the farther the table turns meanwhile.
-    turned = np.abs(np.gradient(kinematic.angle)) / (2.0 * np.pi)
+    # The average of an order is the lower the farther the table turns meanwhile. At a slower table
+    # that of the usual speed stands for all.
+    turned = is_fast * np.abs(np.gradient(kinematic.angle)) / (2.0 * np.pi)
 
     def fit_of(case: tuple[int, int], noises: tuple[float, float] | None) -> Whitened:
         terms = _terms(*case)[:, np.newaxis]
@@ -282,6 +283,7 @@ def function_of_angle(angle: FloatArray, kinematic: Kinematics) -> AngleFunction
     orders = _terms(*best)
     # The first three are of table angle and Earth rate.
     values = fits[best].values[3:].reshape(2, -1)
+    values = values if is_fast else values / kinematics.block_gain(kinematic, orders)
     # A coefficient takes the noise of one of two parts of an ordinate.
     reached, width = first * orders, first * fits[best].freedom / (ordinates * orders.size)
     density = 2.0 * fits[best].walk / kinematic.interval
