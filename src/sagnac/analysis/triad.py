@@ -40,7 +40,8 @@ def each_alone(evidence: Evidence, headline: Headline) -> Separation:
     headline
         The candidate that the data bear out.
     """
-    fine, spectrum, left, second = evidence.fine, headline.spectrum, *_pairs(evidence)
+    fine, spectrum = evidence.fine, headline.spectrum
+    left, second = _pairs(evidence)
     finished = second is not left and left.is_finished and second.is_finished
     # A gyro that does not count in its pair is not told apart.
     are_apart = finished and all(left.weights) and all(second.weights)
