@@ -60,7 +60,7 @@ def test_stamps_and_a_rate_have_to_agree():
     taken = sampling(stamps, 100.5)
     assert taken.sample_rate == 100.0
     (note,) = taken.notes
-    assert note.text == "the stamps give 100 Hz, which counts, and 100.5 Hz is stated"
+    assert note.text == "100.5 Hz is stated, and the stamps give 100 Hz, which is taken"
     # Nothing is said of a rate that the stamps bear out, or that they cannot tell from theirs.
     assert sampling(stamps, 100.0).notes == ()
     coarse = sampling(np.floor(10.0 * stamps) / 10.0, 100.3)

@@ -31,6 +31,8 @@ The answer then goes through six steps, in this order in `answer`:
 4. it holds what the encoder of a table adds or hides (`encoder.with_encoder`);
 5. it holds what two gyros share (`encoder.with_shared_noise`);
 6. findings of the data divide it or withhold it (`trust.apply_findings`).
+
+Beside it, each gyro of a triad is read alone (`triad.each_alone`).
 """
 
 import math

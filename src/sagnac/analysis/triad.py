@@ -3,7 +3,7 @@
 import math
 from dataclasses import replace
 from itertools import combinations
-from typing import Any, Final
+from typing import Final
 
 import numpy as np
 
@@ -19,7 +19,7 @@ from sagnac.noise.three_cornered_hat import Separation, separation_of
 from sagnac.noise.whole_band import describes
 from sagnac.recording.channel import PAIR_SIZE
 
-# That levels of a difference whose law is right fail each of two tests, as those of the pair may.
+# Probability that a true law fails each of the two tests of `describes`, as for the whole band.
 _CHANCE: Final = 0.02
 
 
@@ -30,15 +30,21 @@ def each_alone(evidence: Evidence, headline: Headline) -> Separation:
     2. that of the angles of the likelihood fit, in its band;
     3. averages over bands and terms of the differences of each two.
 
-    Five terms have to describe the spectrum of each difference in 1 and 2. If levels cannot be
-    made, 2 stands as it is.
+    Five terms have to describe the spectrum of each difference in 1 and 2. If no levels can be
+    made of the spectrum, or the averages of a difference show no N, 2 stands as it is.
 
     Parameters
     ----------
     evidence
-        Of a triad whose searches came to an end; nothing is known of each of others.
+        Of any recording. Unless it is of a triad whose searches for lines came to an end, no gyro
+        is told apart.
     headline
         The candidate that the data bear out.
+
+    Returns
+    -------
+    Separation
+        By gyro; empty if none is told apart.
     """
     fine, spectrum = evidence.fine, headline.spectrum
     left, second = _pairs(evidence)
@@ -64,6 +70,7 @@ def _pairs(evidence: Evidence) -> tuple[Remainder, Remainder]:
 
 
 def _masked(evidence: Evidence) -> Bands:
+    """(low, high) bands, Hz, whose noise went with the lines of either pair."""
     left, second = _pairs(evidence)
     return left.removal.masked + second.removal.masked
 
@@ -71,8 +78,8 @@ def _masked(evidence: Evidence) -> Bands:
 def _steps(evidence: Evidence, one: str, other: str, rate: float) -> FloatArray:
     """Increments of one gyro less another, of angles at a rate, Hz.
 
-    A pair whose weights are v and w, over v, is the first gyro less -w/v times the other one: the
-    others are here as large as the table moves the first.
+    A pair of weights v and w, divided by v, is the first gyro less -w/v times the other. So each
+    of the others is scaled here to the table's motion in the first.
     """
     left, second = _pairs(evidence)
     first, _, last = evidence.settings.gyros
@@ -87,15 +94,18 @@ def _steps(evidence: Evidence, one: str, other: str, rate: float) -> FloatArray:
 
 
 def _hat_of(evidence: Evidence, points: Points, fit: Fit) -> Separation:
-    """By three-cornered hat of angles, in the band of a fit of them."""
+    """The three-cornered hat of angles, in the band of a fit of them."""
     first, middle, last = evidence.settings.gyros
-    pairs, rate = ((middle, first), (first, last)), points.rate
-    steps = [_steps(evidence, *pair, rate) for pair in pairs]
-    band = (0.0, 0.0 if fit.band is None else fit.band.high)
-    masked, confidence = _masked(evidence), evidence.settings.confidence
-    how: dict[str, Any] = {"band": band, "masked": masked, "confidence": confidence}
+    pairs = ((middle, first), (first, last))
     try:
-        return separation_of((middle, first, last), steps, sample_rate=rate, **how)
+        return separation_of(
+            (middle, first, last),
+            [_steps(evidence, *pair, points.rate) for pair in pairs],
+            sample_rate=points.rate,
+            confidence=evidence.settings.confidence,
+            masked=_masked(evidence),
+            band=(0.0, 0.0 if fit.band is None else fit.band.high),
+        )
     except RecordingError as error:
         # Vibration in either difference may leave no band to both.
         note = Note(text=f"no angle random walk of each gyro alone: {error}", level="warning")
@@ -116,10 +126,11 @@ def _describes_each(hat: Separation, evidence: Evidence, rate: float) -> bool:
 
 
 def _by_averages(evidence: Evidence, rate: float) -> Separation | None:
-    """By what each two gyros show together; None if two of them show no N.
+    """Each gyro's N from the averages of the three differences; None if one of them shows no N.
 
-    2 N_x^2 = N_xy^2 + N_xz^2 - N_yz^2. Errors of the three are taken to be independent: what they
-    share makes that of N_x^2 smaller.
+    The difference of x and y shows N_xy^2 = N_x^2 + N_y^2, so that 2 N_x^2 is
+    N_xy^2 + N_xz^2 - N_yz^2. The errors of the three are added as if they were independent. Two
+    differences share a gyro, which makes the error of N_x^2 smaller than that.
     """
     ends: dict[frozenset[str], FloatArray] = {}
     confidence, gyros = evidence.settings.confidence, evidence.settings.gyros
@@ -141,15 +152,13 @@ def _by_averages(evidence: Evidence, rate: float) -> Separation | None:
 
 
 def _of_gyros(hat: Separation, evidence: Evidence) -> Separation:
-    """The same of the gyros as they are; the others were as large as the table moves the first."""
+    """N of the gyros themselves, in their order, without the scale of `_steps`."""
     left, second = _pairs(evidence)
-    _, middle, last = evidence.settings.gyros
-    sizes = {pair[0]: pair[1].weights for pair in ((middle, second), (last, left))}
+    first, middle, last = evidence.settings.gyros
+    weights = {first: (1.0, 1.0), middle: second.weights, last: left.weights}
     own = {}
-    for name, one in hat.angle_random_walk.items():
-        weight, of_own = sizes.get(name, (1.0, 1.0))
-        value, low, high = (abs(weight / of_own) * end for end in (one.value, one.low, one.high))
+    for name in weights if hat.angle_random_walk else ():
+        one, size = hat.angle_random_walk[name], abs(weights[name][0] / weights[name][1])
+        value, low, high = (size * end for end in (one.value, one.low, one.high))
         own[name] = replace(one, value=value, low=low, high=high)
-    return replace(
-        hat, angle_random_walk={name: own[name] for name in evidence.settings.gyros if name in own}
-    )
+    return replace(hat, angle_random_walk=own)

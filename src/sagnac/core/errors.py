@@ -287,7 +287,7 @@ def rounded(value: float, digits: int = 2) -> str:
 
 
 def per_cent(confidence: float) -> str:
-    """A confidence for a sentence; as near to 1 as may be, it is never 100 %.
+    """A confidence for a sentence, in per cent to twelve digits.
 
     Examples
     --------

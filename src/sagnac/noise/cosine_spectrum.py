@@ -13,7 +13,7 @@ from sagnac.core.errors import RecordingError
 from sagnac.noise import laws
 from sagnac.noise.laws import CoefficientName
 from sagnac.noise.likelihood import Ordinates
-from sagnac.recording.channel import angle_increments, is_even
+from sagnac.recording.channel import angle_increments, is_constant_rate
 from sagnac.recording.model import Kind
 from sagnac.spectrum.periodogram import bin_sums
 from sagnac.spectrum.transforms import cosine_length, cosine_transform
@@ -74,13 +74,13 @@ def cosine_spectrum(
     Raises
     ------
     RecordingError
-        If a sample is not finite, there are too few, or they do not vary but for rounding.
+        If a sample is not finite, there are too few, or only rounding varies.
     ValueError
         If an argument makes no sense.
     """
     increments = angle_increments(values, kind=kind, sample_rate=sample_rate)
     require_increments(increments.size)
-    if is_even(values, kind):
+    if is_constant_rate(values, kind):
         raise RecordingError("the values do not vary", remedy=_REMEDY)
     increments = increments[: cosine_length(increments.size)]
     sloping = "rate_ramp" in terms

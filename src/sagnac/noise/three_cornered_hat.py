@@ -102,9 +102,17 @@ def separation_of(
     masked: Bands,
     band: Band | None,
 ) -> Separation:
-    """The same of the increments (rad) of the first less the second and the second less the third.
+    """The three-cornered hat of differences of gyros; see `three_cornered_hat`.
 
-    They are taken out of the list when they are no more needed: long arrays.
+    Parameters
+    ----------
+    names
+        Of three gyros.
+    steps
+        (increments,) rad, of the first gyro less the second and of the second less the third. The
+        list is emptied, so that long arrays leave memory once they are transformed.
+    sample_rate, confidence, masked, band
+        As in `three_cornered_hat`.
 
     Raises
     ------

@@ -139,24 +139,28 @@ def _spikes_in(
     far = np.flatnonzero(size > reach)
     below = number_of(size > _BELOW * reach) - far.size
     runs = np.split(far, np.flatnonzero(np.diff(far) > _APART) + 1) if far.size else []
-    stays = [run[_stay(values, block.start + run, off[run], scale)] for run in runs]
+    stays = [run[_kept_by_angle(values, block.start + run, off[run], scale)] for run in runs]
     index = np.concatenate([far[:0], *stays])
     return index + block.start, off[index], far.size, below
 
 
-def _stay(values: FloatArray, run: IntegerArray, off: FloatArray, scale: float) -> BooleanArray:
-    """Which samples of a run, that lie off by so much, the angle keeps.
+def _kept_by_angle(
+    values: FloatArray, run: IntegerArray, off: FloatArray, scale: float
+) -> BooleanArray:
+    """(far,) which far samples of a run add to the angle for good.
 
-    If its neighbours take one back, the angle alone was off for a moment: that adds nothing to N,
-    and to replace one of them would. Behind an end there is nothing that could. So would parts of a
-    swing, as where a line begins: all of a run adds what is taken, to a half or three deviations.
+    If the samples beside one take it back, the angle alone was off for a moment: that adds nothing
+    to N, but a replaced sample would. At the end of the record nothing can take it back. Parts of a
+    swing, as where a line begins, are none either: the whole run has to add what is replaced, to
+    half of that or three standard deviations. `off` is how far each lies off, `scale` the noise.
     """
-    alone: BooleanArray = np.array([_net(values, one, one) for one in run]) / off > 0.5
+    alone: BooleanArray = np.array([_net_change(values, one, one) for one in run]) / off > 0.5
     taken, by_chance = float(off[alone].sum()), 3.0 * scale * math.sqrt(run[-1] - run[0] + 5)
-    return alone & (abs(taken - _net(values, run[0], run[-1])) < max(0.5 * abs(taken), by_chance))
+    missing = abs(taken - _net_change(values, run[0], run[-1]))
+    return alone & (missing < max(0.5 * abs(taken), by_chance))
 
 
-def _net(values: FloatArray, first: int, last: int) -> float:
+def _net_change(values: FloatArray, first: int, last: int) -> float:
     """What samples, with those beside them, add to the angle beyond what is typical around them."""
     reach = 8 + last - first
     typical = np.median(values[max(0, first - reach) : last + reach + 1])

@@ -268,7 +268,7 @@ class Profile:
         return self._beside(np.flatnonzero(np.abs(self.rates) < 0.1 * self.usual_rate), seconds=1)
 
     def _beside(self, places: IntegerArray, seconds: int) -> BooleanArray:
-        """(samples,) false in so many seconds from each of some places among the rates on."""
+        """(samples,) true, except in some seconds after each of these places among the rates."""
         marks = np.ones(self.channel.values.size, dtype=np.bool_)
         for first, after in zip(self.edges[places], self.edges[places + seconds] + 1, strict=True):
             marks[first:after] = False

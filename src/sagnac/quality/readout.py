@@ -308,13 +308,14 @@ def _coarse(recording: Recording, profile: Profile) -> Notes:
 
 
 def _slowness(rates: FloatArray, step: float) -> float:
-    """How many times as much as white ones the errors of steps add where N is read, at most.
+    """Largest ratio of the density that errors of steps add where N is read to that of white ones.
 
-    Where rates stray by sigma, errors stay alike by up to ``exp(-2 pi^2 sigma^2/step^2)`` (see
-    `readout_of`). Infinite if 1 % is left after the samples of the shortest wave that N is read in.
+    If rates differ by sigma rms after some samples, the errors are still correlated by
+    ``exp(-2 pi^2 sigma^2/step^2)`` at the most (see `readout_of`). The ratio is infinite if a
+    correlation of 1 % is left after 19 samples, since N may be read at such a period.
     """
     lags = range(1, min(20, rates.size - 1))
-    # A sixth of a step's square in it may be the errors of the two.
+    # A sixth of a squared step of that variance may be the two errors themselves.
     strayed = np.array([np.var(rates[lag:] - rates[:-lag]) for lag in lags]) / step**2 - 1.0 / 6.0
     alike = np.exp(-2.0 * math.pi**2 * np.maximum(strayed, 0.0))
     return 1.0 + 2.0 * float(alike.sum()) if alike[-1] < 0.01 else math.inf
@@ -338,7 +339,7 @@ def _counts_a_rate(changes: FloatArray, step: float, *, surely: bool) -> bool:
 
 
 def _quiet_density(rates: FloatArray, sample_rate: float) -> tuple[float, float, float]:
-    """One-sided densities of a rate: where its angle random walk is, the end of it, the top octave.
+    """One-sided densities of a rate: where N is read, at the upper end of that, in the top octave.
 
     The first is the median over octaves, of which lines and slow noise rule few.
     """

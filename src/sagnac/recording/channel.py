@@ -142,10 +142,18 @@ def squarable(values: ArrayLike) -> FloatArray:
     return samples
 
 
-def is_even(values: ArrayLike, kind: Kind) -> bool:
-    """Whether (samples,) are a constant rate but for 5 last places; computed ramps err by up to 4.
+def is_constant_rate(values: ArrayLike, kind: Kind) -> bool:
+    """Whether samples are those of a constant rate, to five units in the last place.
 
-    Single precision rounds the angles of a ramp, and holds a constant rate as it is.
+    Angles of a computed ramp are off by four at the most (400 random ramps). In single precision
+    the units are those of single precision.
+
+    Parameters
+    ----------
+    values
+        (samples,), two or more.
+    kind
+        What one sample is.
     """
     given = numbers(values, "values")
     ends = given[[0, -1]] if kind == "angle" else np.repeat(np.float64(given[0]), 2)

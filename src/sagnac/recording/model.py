@@ -553,7 +553,7 @@ def _sampled(
             try:
                 return require_forwards(sampling(stamps, sample_rate))
             except RecordingError as error:
-                # Inputs of a file, which arrays have not.
+                # A file is read with {time}; arrays have the arguments times and time_unit.
                 remedy = error.remedy.replace("{time none}", "no times")
                 remedy = remedy.replace("{time COLUMN:UNIT}", "time_unit")
                 raise RecordingError(error.problem, channel="time", remedy=remedy) from None

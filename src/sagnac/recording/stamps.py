@@ -142,7 +142,7 @@ def _evenness(times: FloatArray, stated_rate: float | None) -> Sampling:
     notes: tuple[Note, ...] = ()
     # A part in ten thousand is 0.005 % of N.
     if stated_rate is not None and abs(rate / stated_rate - 1.0) > max(unsure, 1e-4):
-        text = f"the stamps give {rate:.6g} Hz, which counts, and {stated_rate:.6g} Hz is stated"
+        text = f"{stated_rate:.6g} Hz is stated, and the stamps give {rate:.6g} Hz, which is taken"
         notes = (Note(text=text, channel="time"),)
     if worst <= slack:
         return Sampling(times=None, sample_rate=rate, notes=notes)

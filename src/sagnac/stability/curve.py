@@ -54,7 +54,7 @@ from scipy.special import gammaincinv
 
 from sagnac.core.arrays import FloatArray, pandas_for
 from sagnac.core.errors import Note, refusal, require_choice, require_confidence, require_shape
-from sagnac.recording.channel import Compared, Kind, is_even, require_rate, squarable
+from sagnac.recording.channel import Compared, Kind, is_constant_rate, require_rate, squarable
 from sagnac.stability import Estimator, Gaps
 from sagnac.stability.estimators import ESTIMATORS, properties_of
 from sagnac.stability.noise_type import check_noise_type, cluster_sizes, identified_noise_types
@@ -382,7 +382,7 @@ def stability_curve(
     samples = squarable(values)
     only_whole = estimator if row.whole_record_only else None
     track = accumulated_track(samples, kind, sample_rate, gaps, only_whole)
-    if is_even(values, kind):
+    if is_constant_rate(values, kind):
         track = whole_track(np.zeros(track.angle.size))
     angles = track.angle.size
     clusters, of_clusters = cluster_sizes(taus, angles, sample_rate, row)

@@ -102,7 +102,7 @@ def kinematics(
     sample_rate
         Hz.
     rate
-        Of the averages, Hz, about.
+        Averages a second, about: each is of a whole number of samples.
     """
     dt, block = 1.0 / sample_rate, max(1, round(sample_rate / rate))
     length = block_length(block)

@@ -178,8 +178,8 @@ def _null_angle(table: FloatArray, pulses: IntegerArray) -> float:
 _ORDERS: Final = (4, 8, 16, 32, 64, 128)
 # The most averages, those of some hours.
 _MOST: Final = 2**17
-# A fast table has averages that show this many orders, if these are not more than so many: twenty
-# sweeps of 0.4 to 2 turns took 2 s each, and no order came as a comb of lines any more.
+# Orders that the averages of a fast table show, and the most averages that are made for that. With
+# these, twenty sweeps of 0.4 to 2 turns took 2 s each, and 18 left no order as lines in time.
 _SHOWN: Final = 64
 _MOST_FAST: Final = 2**15
 
@@ -227,12 +227,9 @@ def function_of_angle(angle: FloatArray, kinematic: Kinematics) -> AngleFunction
         None if nothing goes with the angle.
     """
     # At a rate that varies by less than a tenth an order that is not whole is a line in time.
-    is_even = kinematics.rate_variation(kinematic) <= 0.1
-    reach = kinematics.highest_harmonic(kinematic)
-    if is_fast := reach < _SHOWN:
-        usual, most = 1.0 / kinematic.interval, _MOST_FAST * kinematic.sample_rate / angle.size
-        rate = max(usual, min(usual * _SHOWN / reach, most))
-        kinematic = kinematics.kinematics(kinematic.table, kinematic.sample_rate, rate=rate)
+    is_steady = kinematics.rate_variation(kinematic) <= 0.1
+    if is_fast := kinematics.highest_harmonic(kinematic) < _SHOWN:
+        kinematic = _with_faster_averages(kinematic)
     highest = math.floor(kinematics.highest_harmonic(kinematic))
     # Hz of order 1, the highest being 0.4 of the averages' rate.
     first = 0.4 / (max(highest, 1) * kinematic.interval)
@@ -252,8 +249,8 @@ def function_of_angle(angle: FloatArray, kinematic: Kinematics) -> AngleFunction
     # The standard deviation of an order's prior.
     size = max(30.0 * ARCSECOND, float(np.std(plain - line)))
 
-    # The average of an order is the lower the farther the table turns meanwhile. At a slower table
-    # that of the usual speed stands for all.
+    # The farther the table turns in an average, the lower is the average of an order. On a slower
+    # table one gain, at the usual speed, is divided out at the end.
     turned = is_fast * np.abs(np.gradient(kinematic.angle)) / (2.0 * np.pi)
 
     def fit_of(case: tuple[int, int], noises: tuple[float, float] | None) -> Whitened:
@@ -267,7 +264,7 @@ def function_of_angle(angle: FloatArray, kinematic: Kinematics) -> AngleFunction
     # An order that is not whole has another phase in every turn, so that over a few it takes a
     # function of all the angle that they cover.
     covered = math.ceil(full_turns(kinematic.angle) + 0.5)
-    parts = (1,) if is_even else (1, covered)
+    parts = (1,) if is_steady else (1, covered)
     cases = [(count, part) for part in parts for count in counts]
     # All are judged beside the noise that the largest leaves: what is left of lines is no noise.
     largest = [fit_of((max(counts), part), None) for part in parts]
@@ -292,6 +289,14 @@ def function_of_angle(angle: FloatArray, kinematic: Kinematics) -> AngleFunction
     masked = ((0.0, float(reached[-1]) + first),) if much_taken else ()
     phasor = values[0] + 1j * values[1]
     return AngleFunction(orders=orders, phasor=phasor, taken=taken, masked=masked)
+
+
+def _with_faster_averages(kinematic: Kinematics) -> Kinematics:
+    """Kinematics of a fast table with averages that show `_SHOWN` orders, if they may."""
+    usual, reach = 1.0 / kinematic.interval, kinematics.highest_harmonic(kinematic)
+    most = _MOST_FAST * kinematic.sample_rate / kinematic.table.size
+    rate = max(usual, min(usual * _SHOWN / reach, most))
+    return kinematics.kinematics(kinematic.table, kinematic.sample_rate, rate=rate)
 
 
 def _terms(count: int, parts: int) -> FloatArray:
