@@ -1,7 +1,7 @@
 """The judgement of a recording: every pathology by name and effect, and nothing of sound data."""
 
 import re
-from functools import cache
+from functools import cache, partial
 from pathlib import Path
 
 import numpy as np
@@ -11,7 +11,7 @@ from benchmarks.pathologies import with_words
 import sagnac
 from sagnac.core import arrays
 from sagnac.core.errors import worded
-from sagnac.quality.check import DETECTORS, FINDINGS, accept, judged
+from sagnac.quality.check import DETECTORS, FINDINGS, accept, check, judged
 from sagnac.quality.effects import effect_words, finding, level_of
 from sagnac.recording.model import Recording
 from tests.quality.pathologies import (
@@ -168,3 +168,17 @@ def test_the_list_of_detectors_stands_on_its_page():
     for one in DETECTORS:
         assert f"| `{one.name}` | {one.sees} | {one.effect} | " in text
         assert "{" not in worded(one.remedy)
+
+
+def test_accelerometers_are_judged_as_gyros_are():
+    """Half of the samples of one stand at its limit; the others are sound."""
+    forces = {name: 9.8 + 1e-3 * still(seed) for seed, name in enumerate(("ax", "ay", "az"), 5)}
+    units = {"x": "deg/h", **dict.fromkeys(forces, "m/s^2")}
+    with_forces = partial(Recording.from_arrays, kind="rate", unit=units, sample_rate=RATE)
+    assert check(with_forces(x=still(), **forces)) == ()
+    limit = float(np.median(forces["az"]))
+    (found,) = check(with_forces(x=still(), **{**forces, "az": np.minimum(forces["az"], limit)}))
+    assert (found.name, found.channel, found.level) == ("clipping", "az", "error")
+    # Of the gyros alone it would be their walk.
+    assert "velocity random walk" in found.text
+    assert "angle" not in found.text

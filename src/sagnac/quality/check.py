@@ -12,6 +12,7 @@ from typing import Final, NamedTuple
 
 from sagnac.core.arrays import FloatArray
 from sagnac.core.errors import Note, choices_of, ranked
+from sagnac.core.units import SENSED
 from sagnac.quality import distribution, encoder, physics, readout, samples
 from sagnac.quality.effects import DIVIDED, STRETCH
 from sagnac.quality.profile import Notes, Profile, turned
@@ -291,8 +292,8 @@ def accept(notes: Iterable[Note], names: Container[str]) -> Notes:
 def check(recording: Recording, *, accepted: Iterable[str] = ()) -> Notes:
     """Everything that can be said about the quality of the data.
 
-    Besides `integrity`, that of the accelerometers, too: what `judged` finds, and an encoder that
-    the gyros do not follow. These are looked at only of gyros in which `integrity` found no error.
+    Besides `integrity`, what `judged` finds, both of the accelerometers, too; and an encoder that
+    the gyros do not follow. These are looked at only in what `integrity` found no error in.
     What reading warned of is in it.
 
     Parameters
@@ -338,6 +339,12 @@ def _findings(recording: Recording) -> Notes:
     if not sound or spoilt - known:
         return ranked(notes)
     notes += judged(recording, sound)
+    title = SENSED["accelerometer"].titles["angle_random_walk"]
+    for force in forces:
+        heard = judged(force) if force.gyros[0].name not in spoilt else ()
+        # Stamps are those of the gyros.
+        own = [one for one in heard if one not in notes]
+        notes += [replace(one, text=one.text.replace("angle random walk", title)) for one in own]
     # What a counter that starts over turned is not known.
     wrapped = {note.channel for note in notes if note.name == "wraps"}
     for profile in profiles_of(recording, sound):
