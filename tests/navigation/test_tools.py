@@ -539,3 +539,51 @@ def test_nothing_is_exported_of_a_gyro_whose_data_are_in_error():
         sagnac.export(analysis, tool="kalibr")
     still = sagnac.analyze(sagnac.Recording.from_arrays(**{**gyro, "x": rate - 40.0}))
     assert "gyroscope_noise_density" in sagnac.export(still, tool="kalibr").text
+
+
+def six_axes(**other):
+    """A gyro and three accelerometers of 0.03 m/s/sqrt(h), half an hour at 50 Hz, some changed."""
+    random, samples = np.random.default_rng(6), 90_000
+    noise = 0.03 / 60.0 * math.sqrt(50.0) * random.standard_normal((samples, 3)) + [0.0, 0.0, 9.8]
+    sensors = {"x": 1e-4 * random.standard_normal(samples)}
+    sensors |= dict(zip(("ax", "ay", "az"), noise.T, strict=True))
+    sensors |= {name: change(sensors[name]) for name, change in other.items()}
+    units = {name: "m/s^2" if name[0] == "a" else "rad/s" for name in sensors}
+    recording = sagnac.Recording.from_arrays(**sensors, kind="rate", unit=units, sample_rate=50.0)
+    return sagnac.analyze(recording, method="none")
+
+
+def warnings_of(analysis):
+    notes = sagnac.export(analysis, tool="toml").notes
+    return [str(note) for note in notes if note.level != "remark"]
+
+
+def test_nothing_is_exported_of_an_accelerometer_whose_data_are_in_error():
+    """One that stands at its limit shows half of its noise."""
+    spoilt = six_axes(az=lambda force: np.minimum(force, 9.8))
+    for one in (spoilt, sagnac.Analysis.from_json(spoilt.to_json())):
+        with pytest.raises(RecordingError, match=r"az: .* no velocity .* leave that accelerometer"):
+            sagnac.export(one, tool="kalibr")
+
+
+def test_what_is_wrong_of_an_accelerometer_is_a_warning():
+    stepped = six_axes(ay=lambda force: force + 0.1 * (np.arange(force.size) > 50_000))
+    for one in (stepped, sagnac.Analysis.from_json(stepped.to_json())):
+        warning, *_ = warnings_of(one)
+        stepped_at = re.match(r"ay: its rate steps .*, at ([\d.]+) s", warning)
+        assert float(stepped_at[1]) == pytest.approx(1000.0, abs=28.1)
+
+
+def test_a_ramp_that_a_walk_has_to_cover_is_a_warning():
+    """A bench that tilts by 1 degree in half an hour: 34.9 mg/h of gravity."""
+    tilts = 9.80665 * math.radians(1.0) * np.linspace(0.0, 1.0, 90_000)
+    (warning,) = warnings_of(six_axes(ay=lambda force: force + tilts))
+    ramp = re.match(r"ay: a ramp of ([\d.]+) mg/h is in its curve", warning)
+    assert float(ramp[1]) == pytest.approx(34.9, abs=0.2)
+
+
+def test_of_sound_accelerometers_there_is_no_warning():
+    analysis = six_axes()
+    assert warnings_of(analysis) == []
+    for one in sagnac.export(analysis, tool="toml").settings[1:]:
+        assert 0.03 < one.simple.white * 60.0 < 0.036

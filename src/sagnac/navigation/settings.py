@@ -197,7 +197,7 @@ def _measured(
         sensors.append((name, "accelerometer", force["velocity_random_walk"], whole))
     settings = []
     for name, kind, walk, whole in sensors:
-        _require_sound(name, walk, whole)
+        _require_sound(name, kind, walk, whole)
         try:
             limit, white, high = _limit(walk, whole, kind, confidence)
         except RecordingError as error:
@@ -207,6 +207,11 @@ def _measured(
         steps = whole["coefficients"].get(SENSED[kind].keys["quantization"], {})
         angle = steps.get("status") == "estimated" and steps["value"] > 0.0
         slow = whole["coefficients"].get(SENSED[kind].keys["rate_random_walk"], {})
+        ramp = whole["coefficients"].get(SENSED[kind].keys["rate_ramp"], {})
+        doubts = _doubts(name, [sensor[0] for sensor in sensors], document, whole)
+        if ramp.get("status") == "estimated":
+            why = "is in its curve, and K covers it; a unit that stands still and warm has less"
+            doubts = (*doubts, f"{name}: a ramp of {ramp['value']:.4g} {ramp['unit']} {why}")
         setting = FilterSetting(
             name=name,
             kind=kind,
@@ -220,7 +225,7 @@ def _measured(
             white_bound=high if math.isnan(white) else math.nan,
             covariance=whole.get("covariance"),
             walk_bound=_walk_bound(slow, kind),
-            doubts=_doubts(name, [sensor[0] for sensor in sensors], document, whole),
+            doubts=doubts,
             # An analysis takes the lines out of accelerometers whatever is asked for.
             has_lines=kind == "gyro" and whole["settings"]["method"] == "none",
             is_pair=name == whole.get("channel") and whole.get("gyros_differenced") == 2,
@@ -252,12 +257,15 @@ def _doubts(name: str, names: Sequence[str], *documents: Mapping[str, Any]) -> t
     return tuple(dict.fromkeys(doubts))
 
 
-def _require_sound(name: str, walk: Mapping[str, Any], whole: Mapping[str, Any]) -> None:
+def _require_sound(
+    name: str, kind: Sensor, walk: Mapping[str, Any], whole: Mapping[str, Any]
+) -> None:
     """Refuse a sensor whose N an error in the data withholds: its curve is of that error."""
     errors = [one for one in whole.get("findings", ()) if one["level"] == "error"]
     if errors and walk["status"] == "not observable":
-        problem = f"nothing can be exported, for no angle random walk is given: {errors[0]['text']}"
-        remedy = "analyze sound data, or leave that gyro out"
+        title = SENSED[kind].titles["angle_random_walk"]
+        problem = f"nothing can be exported, for no {title} is given: {errors[0]['text']}"
+        remedy = f"analyze sound data, or leave that {kind} out"
         raise RecordingError(problem, channel=name, remedy=remedy)
 
 

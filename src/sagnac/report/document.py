@@ -179,6 +179,7 @@ def _force_data(analysis: Analysis) -> dict[str, Any]:
             }
             for line in analysis.lines
         ],
+        "findings": findings_data(analysis.findings),
         "notes": [note_text(note) for note in analysis.notes],
     }
 
