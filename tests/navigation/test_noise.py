@@ -195,3 +195,22 @@ def test_files_that_are_no_analysis_are_refused(tmp_path) -> None:
     stated["angle_random_walk"] = {"value": None, "unit": "deg/sqrt(h)", "status": "not observable"}
     with pytest.raises(RecordingError, match="longer recording"):
         GyroNoise.from_document(stated)
+
+
+def test_each_gyro_of_a_triad_has_its_own_walk(tmp_path):
+    """Over minutes heading is that of the gyro about down; of a pair, that of the pair's."""
+    path, own = tmp_path / "analysis.json", {"x": 0.002, "y": 0.004, "z": 0.003}
+    alone = {**document(), "covariance": None}
+    nothing = {**alone["coefficients"]["rate_random_walk"], "unit": "deg/h"}
+    alone["coefficients"]["bias_instability"] = nothing
+    walks = {name: {**alone["angle_random_walk"], "value": walk} for name, walk in own.items()}
+    for per_gyro, walk in ((walks, own["z"]), ({}, 0.002)):
+        path.write_text(json.dumps({**alone, "per_gyro": per_gyro}))
+        drift = align(path, after=[60.0]).unaided.drift
+        made = walk * DEGREE_PER_ROOT_HOUR * np.sqrt(60.0 + 60.0**2 / 600.0)
+        assert drift.heading.deviation(misaligned=False)[0] == pytest.approx(made, rel=1e-3)
+    # One that was not seen has the loudest of the others, y.
+    del walks["z"]["value"]
+    walks["z"]["status"] = "not observable"
+    _, _, down = GyroNoise.unit({**alone, "per_gyro": walks})[0]
+    assert down.angle_random_walk == pytest.approx(own["y"] * DEGREE_PER_ROOT_HOUR)

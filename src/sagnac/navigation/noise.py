@@ -121,7 +121,13 @@ class GyroNoise:
             with as_written(Path(source)):
                 return cls.unit(documents.read_one_analysis(Path(source)))
         document = source if isinstance(source, Mapping) else json.loads(source.to_json())
-        alone = document.get("gyros") or {document["channel"]: document}
+        # Of a triad N alone is that of each gyro; B and K, and the covariance, are the pair's.
+        own: dict[str, Any] = {
+            name: {**document, "angle_random_walk": walk, "covariance": None}
+            for name, walk in (document.get("per_gyro") or {}).items()
+            if walk["status"] != "not observable"
+        }
+        alone = document.get("gyros") or own or {document["channel"]: document}
         measured = {name: cls.from_document(one) for name, one in alone.items()}
         # Compared at the cluster time, s, of a usual rest, and of a time without aiding.
         stand_in = max(measured.values(), key=lambda one: one.allan_variance(600.0))
