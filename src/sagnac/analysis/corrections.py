@@ -307,8 +307,8 @@ def _note(gyro: Channel, drift: ThermalDrift | None, temperature: FloatArray) ->
     return Note(
         channel=gyro.name,
         text=f"{span}: a drift of {terms} {unit.name} (+- 1 sigma), "
-        f"{drift.deviation / unit.size:.3g} {unit.name} rms, was taken off; with it the slow noise "
-        f"would have been that of a {sensed.titles['rate_random_walk']} of "
+        f"{drift.deviation / unit.size:.3g} {unit.name} rms, was taken off; with it the "
+        f"{sensed.titles['rate_random_walk']} of the slow noise would have been "
         f"{drift.walk_before / walk.size:.3g} instead of {drift.walk / walk.size:.3g} {walk.name}",
     )
 
