@@ -134,6 +134,16 @@ def test_quaternions_are_no_gyros(tmp_path):
     assert missing(path)["columns"] == "x=w_x,y=w_y,z=w_z"
 
 
+@pytest.mark.parametrize("names", [("p", "q", "r"), ("roll_rate", "pitch_rate", "yaw rate")])
+def test_body_rates_by_their_names_in_flight_are_candidates(tmp_path, names):
+    path = table(tmp_path / "run.csv", f"time[s],{','.join(names)}", SECONDS, *[NOISE] * 3)
+    assert gyros_in(path) == names
+    # Angles, and quaternions of one letter and a number, are none.
+    others = ",".join((*names, "roll", "yaw", "q0", "q_1"))
+    path = table(tmp_path / "all.csv", f"time[s],{others}", SECONDS, *[NOISE] * 7)
+    assert gyros_in(path) == names
+
+
 @pytest.mark.parametrize("name", ["t", "time", "stamp", "sample"])
 def test_the_number_of_a_row_is_no_time(tmp_path, name):
     path = table(tmp_path / "run.csv", f"{name},x[deg/s]", INDEX, NOISE)

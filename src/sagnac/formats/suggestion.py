@@ -25,8 +25,8 @@ Inputs = dict[str, str]
 
 _GYRO: Final = re.compile(r"gyr|kreisel|dreh|omega|ang(?:ular)?[_ ]?(?:vel|rate)|^w[_ ]?", re.I)
 _OTHER: Final = re.compile(
-    r"(?i)acc|beschl|mag|temp|orient|quat|cov|force|pos|vel(?!oc)|euler|roll|pitch|yaw"
-    r"|(?:^|[^a-z])q(?:$|[^a-z]|[wxyz](?:$|[^a-z]))"
+    r"(?i)acc|beschl|mag|temp|orient|quat|cov|force|pos|vel(?!oc)|euler|(?:roll|pitch|yaw)(?!.*rate)"
+    r"|(?:^|[^a-z])q(?:[^a-z]|[wxyz](?:$|[^a-z]))"
 )
 _FORCE: Final = re.compile(r"acc|beschl|force|kraft|^f[_ ]?[xyz]|^a[_ ]?[xyz]", re.I)
 # An axis, and what may stand before it: of an accelerometer, and of a gyro.
