@@ -170,7 +170,7 @@ class GyroNoise:
             if status == "estimated":
                 size, low, high = units[one["unit"]], one["low"] or 0.0, one["high"]
                 errors[place] = 0.5 * size * (high - low) / quantile(one["confidence"])
-                if low:
+                if low and values[place] > 0.0:
                     # Errors count for the logarithm of a variance: they reach to the farther end.
                     farther = math.log(max(high / one["value"], one["value"] / low))
                     most[place] = values[place] * farther / quantile(one["confidence"])
