@@ -99,6 +99,38 @@ def test_the_law_named_is_of_the_band_that_is_named():
     assert others >= 2
 
 
+def flicker_of(random, samples, slope):
+    """Noise of a density of one at half the sample rate, that of white noise of variance one."""
+    law = np.append(0.0, (np.fft.rfftfreq(2 * samples)[1:] / 0.5) ** (0.5 * slope))
+    return np.fft.irfft(law * np.fft.rfft(random.standard_normal(2 * samples)))[:samples]
+
+
+@pytest.mark.parametrize(("slope", "most"), [(-1.0, 12), (-0.7, 26)])
+def test_where_slow_noise_explains_a_short_record_as_well_nothing_is_estimated(slope, most):
+    """Five minutes at 1 Hz of slow noise ten times the density of N at half the sample rate.
+
+    Each of 40 was an estimate, four times N.
+    """
+    above = 0
+    for seed in range(40):
+        random = np.random.default_rng(seed)
+        noise = np.sqrt(10.0) * flicker_of(random, 300, slope) + random.standard_normal(300)
+        walk = average(levels_of(noise / math.sqrt(RATE))).angle_random_walk
+        assert walk.high >= 1.0
+        above += walk.status == "estimated" and walk.low > 1.0
+    assert above <= most
+
+
+def test_a_short_record_that_shows_white_noise_is_an_estimate():
+    held = 0
+    for seed in range(40):
+        random = np.random.default_rng(seed)
+        noise = np.sqrt(0.1) * flicker_of(random, 300, -1.0) + random.standard_normal(300)
+        walk = average(levels_of(noise / math.sqrt(RATE))).angle_random_walk
+        held += walk.status == "estimated" and walk.low <= 1.0 <= walk.high
+    assert held >= 38
+
+
 def test_no_walk_gives_a_bound():
     rng = np.random.default_rng(11)
     increments = 0.5 * np.diff(rng.standard_normal(20_001))

@@ -5,7 +5,6 @@ fits, judges or reinterprets lines; none changes the state that it is given, and
 name and its docstring. `search` says in which order they come.
 """
 
-import math
 from collections.abc import Iterator
 from dataclasses import replace
 from typing import Final
@@ -192,11 +191,10 @@ def rescaled(state: State) -> State:
 
 # --- tones that follow the table -------------------------------------------------------------
 
-# Noise levels of a mean by which an order has to say more of the power than a tone. A line that
-# wanders makes a band, in which chance favours an order as often as not: so the noise is read these
-# bins to either side, beyond the main lobe of a Hann window.
+# Noise levels of a mean by which an order has to say more of the power than a tone, and bins to
+# either side, beyond the main lobe of a Hann window, that hold less than what it says more.
 _BETTER: Final = 10.0
-_BESIDE: Final = np.arange(3, 11)
+_BESIDE: Final = np.arange(2, 21)
 # How near tones are mixed down at one frequency, as a share of the blocks' rate: their means are
 # then short of 2e-4.
 _AT_ONCE: Final = 0.01
@@ -347,11 +345,11 @@ def _is_better(mixed: ComplexArray, turning: ComplexArray, level: float) -> bool
     takes = 1.0 - float(np.abs(turning.mean())) ** 2
     if gain <= max(_BETTER * level, 0.5 * takes * power):
         return False
-    # Power of a mean that what stands beside zero frequency would make. The median of noise is ln 2
-    # of its mean; the squares of a Hann window add up to 3/8.
+    # An order gathers what its tone leaves beside it. A line that drifts gains a little by chance,
+    # and the rest of it stands there still. The squares of a Hann window add up to 3/8.
     spectrum = np.abs(np.fft.fft(turned * np.hanning(turned.size))) ** 2
-    beside = float(np.median(np.concatenate([spectrum[_BESIDE], spectrum[-_BESIDE]])))
-    return bool(gain > _BETTER * beside / (math.log(2.0) * 0.375 * turned.size**2))
+    beside = float(spectrum[_BESIDE].sum() + spectrum[-_BESIDE].sum())
+    return gain > beside / (0.375 * turned.size**2)
 
 
 def _mixed_down(

@@ -163,6 +163,8 @@ def mixture(models: BandModels, column: int, confidence: float) -> Interval:
 
 # Bins in which N has to be half of the spectrum or more.
 RULED: Final = 3
+# Of power laws that may explain a plateau.
+_SLOPES: Final = (0.5, 0.75, 1.0, 1.25, 1.5)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -314,8 +316,12 @@ def average(levels: Levels, *, confidence: float = 0.95, ramp: Estimate | None =
     models = band_models.band_models(levels)
     lightest = models.logarithm.max(initial=-math.inf) + math.log(band_models.LIGHT) - 60.0
     models = models.kept(models.logarithm > lightest)
-    ruling = (models.ruled >= RULED) & _unrivalled(models, levels.level.size)
-    answering = models.kept(ruling).heaviest()
+    ruled = models.ruled >= RULED
+    ahead = models.logarithm - _rivals(models, levels)[models.first, models.last]
+    # Those of which a rival weighs 20 times as much do not count, and none do if all have one that
+    # weighs as much: N is a bound.
+    seen = bool(np.any(ruled & (ahead > 0.0)))
+    answering = models.kept(ruled & seen & (ahead > -math.log(20.0))).heaviest()
     relied = answering if answering.count else models.heaviest()
     coefficients = {name: unobserved(name, confidence) for name in COEFFICIENT_NAMES}
     coefficients["rate_ramp"] = ramp or coefficients["rate_ramp"]
@@ -358,20 +364,37 @@ def averaged(levels: Levels, column: int, models: BandModels, confidence: float)
     return replace(nothing, **asdict(mixture(spread, column, confidence)), status="estimated")
 
 
-def _unrivalled(models: BandModels, bins: int) -> BooleanArray:
-    """Models whose band no model explains nearly as well or better without the rule of N.
+def _rivals(models: BandModels, levels: Levels) -> FloatArray:
+    """(bins + 1, bins + 1) weight of the best model without the rule of N, by first and last bin.
 
-    A rival covers the whole band of the model, so that it explains the very plateau: what lies
-    elsewhere in the spectrum says nothing of whether there is one.
+    A rival covers the whole band of a model, so that it explains the very plateau: what lies
+    elsewhere in the spectrum says nothing of whether there is one. One power law is a rival, too.
     """
-    rival = np.full((bins + 1, bins + 1), -np.inf)
+    rival = _power_laws(levels)
     other = models.ruled < RULED
     np.maximum.at(rival, (models.first[other], models.last[other]), models.logarithm[other])
     # The best over all bands from no later to no earlier.
     rival = np.maximum.accumulate(rival, axis=0)
-    rival = np.maximum.accumulate(rival[:, ::-1], axis=1)[:, ::-1]
-    # One that weighs 20 times as much makes N a bound.
-    return np.asarray(models.logarithm > rival[models.first, models.last] - math.log(20.0))
+    return np.asarray(np.maximum.accumulate(rival[:, ::-1], axis=1)[:, ::-1])
+
+
+def _power_laws(levels: Levels) -> FloatArray:
+    """(bins + 1, bins + 1) weight of the best power law over each band, with two terms each.
+
+    From f^-0.5, since one that is nearly white is white noise, to f^-1.5.
+    """
+    bins, shape = levels.level.size, bin_shapes(levels, FLOOR)
+    weight = np.full((bins + 1, bins + 1), -np.inf)
+    for slope in _SLOPES:
+        ratio = levels.level * levels.frequency**slope
+        for first in range(bins):
+            own, here = shape[first:], ratio[first:]
+            total = np.cumsum(own)
+            deviance = total * np.log(np.cumsum(own * here) / total) - np.cumsum(own * np.log(here))
+            left_out = bins - np.arange(1, bins - first + 1)
+            better = np.maximum(weight[first, first + 1 :], -deviance - 2.0 - left_out)
+            weight[first, first + 1 :] = better
+    return weight
 
 
 def _need(models: BandModels, holding: BooleanArray) -> float:
