@@ -275,7 +275,7 @@ def words() -> str:
     lines = [
         _WORDS,
         "",
-        "They are looked for in this order; the last four are seen on reading or beside the "
+        "They are looked for in this order; the last five are seen on reading or beside the "
         "answer. `--accept NAME` takes a finding knowingly; the first three leave nothing to be "
         "read.",
         "",

@@ -1,11 +1,14 @@
 """Each gyro of a triad alone, by every sample of their differences."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.signal import butter, sosfilt
 from scipy.stats import binom
 
 from sagnac.analysis.pipeline import analyze
+from sagnac.analysis.verdict import judge
 from sagnac.core.units import DEGREE_PER_ROOT_HOUR
 from sagnac.recording.model import Recording
 from tests.instruments import Readout, turntable
@@ -52,3 +55,14 @@ def test_noise_of_one_that_no_law_describes_is_not_fitted():
         assert own.low / DEGREE_PER_ROOT_HOUR < WALK < own.high / DEGREE_PER_ROOT_HOUR
         ratios.append(own.value / DEGREE_PER_ROOT_HOUR / WALK)
     assert np.mean(ratios) == pytest.approx(1.0, abs=0.1)
+
+
+def test_a_triad_does_not_pass_by_the_pair_of_two_of_its_gyros():
+    """Where its gyros were not told apart, it passed if the first and the last did."""
+    found, limit = analyze(triad(0)), "0.002deg/sqrt(h)"
+    assert judge(found, limit).by_gyro == dict.fromkeys("xyz", "pass")
+    together = judge(replace(found, per_gyro={}), limit)
+    assert together.by_gyro == {"x-z": "pass", "y": "undecided"}
+    assert together.decision == "undecided"
+    pair = analyze(triad(0), gyros=("x", "z"))
+    assert judge(pair, limit).by_gyro == {"x-z": "pass"}

@@ -131,3 +131,24 @@ def test_spikes_of_one_gyro_put_no_unit_of_the_others_in_doubt(unit, said):
         x=gyros[0], z=gyros[1], kind="rate", unit=units, sample_rate=100.0
     )
     assert {n.name for n in check(recording) if n.channel == "x" and n.level != "remark"} == said
+
+
+@pytest.mark.parametrize("copied", [False, True])
+def test_a_gyro_behind_a_filter_is_no_copy_of_two_that_are_unlike(copied):
+    """It was said to repeat both, one sample later, where all sense a table that hunts."""
+    random = np.random.default_rng(7)
+    x, y, z = 1e-4 * random.normal(size=(3, 40_001))
+    hunting = 0.05 * random.normal(size=40_001)
+    rate = 40.0 + (0.0 if copied else hunting)
+    first = butter(1, 8.0, fs=100.0, output="sos")
+    recording = Recording.from_arrays(
+        x=(rate + x)[1:],
+        y=(rate + x)[:-1] if copied else sosfilt(first, rate + y)[1:],
+        z=(rate + z)[1:],
+        table=np.cumsum(40.0 + hunting)[1:] / 100.0,
+        kind="rate",
+        unit="deg/s",
+        sample_rate=100.0,
+    )
+    notes = [note.channel for note in check(recording) if note.name == "copy"]
+    assert notes == (["y"] if copied else [])

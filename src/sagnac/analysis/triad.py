@@ -8,12 +8,13 @@ from typing import Final
 import numpy as np
 
 from sagnac.analysis.averaged import Headline, levels_of
+from sagnac.analysis.encoder import unlike_motion
 from sagnac.analysis.evidence import Bands, Evidence, Points
 from sagnac.analysis.measurement import Remainder
 from sagnac.core.arrays import FloatArray, differences, every
 from sagnac.core.errors import Note, RecordingError
 from sagnac.noise.band_models import BandModel
-from sagnac.noise.estimates import Fit, rooted
+from sagnac.noise.estimates import Fit, rooted, unobserved
 from sagnac.noise.model_average import average
 from sagnac.noise.three_cornered_hat import Separation, separation_of
 from sagnac.noise.whole_band import describes
@@ -53,6 +54,12 @@ def each_alone(evidence: Evidence, headline: Headline) -> Separation:
     are_apart = finished and all(left.weights) and all(second.weights)
     if not are_apart or evidence.readout.every is None or left.once_a_turn:
         return Separation(angle_random_walk={})
+    for found in (*unlike_motion(evidence), *unlike_motion(evidence, 1)):
+        text = f"no angle random walk of each gyro alone: {found.text}"
+        unseen = unobserved("angle_random_walk", evidence.settings.confidence)
+        own = dict.fromkeys(evidence.settings.gyros, unseen)
+        note = Note(channel=found.channel, level="warning", text=text)
+        return Separation(angle_random_walk=own, notes=(note,))
     is_finer = spectrum is not None and spectrum.points.rate > fine.rate
     if spectrum is not None and is_finer and spectrum.average.rests_on.member == "whole band":
         finest = _hat_of(evidence, spectrum.points, spectrum.likelihood)

@@ -365,8 +365,8 @@ def _gains(noise: FloatArray, sensed: ComplexArray) -> FloatArray:
 
 def band_cells(
     increments: FloatArray, sample_rate: float, band_hz: Band, masked: Sequence[Band] = ()
-) -> tuple[FloatArray, FloatArray]:
-    """Real spectral matrices of several gyros over a band, in cells that hold no line.
+) -> tuple[FloatArray, ComplexArray]:
+    """Spectral matrices of several gyros over a band, in cells that hold no line.
 
     Parameters
     ----------
@@ -401,14 +401,14 @@ def band_cells(
     if cells <= 0:
         raise ValueError(f"too few frequencies between {band_hz[0]:g} and {band_hz[1]:g} Hz")
     used = slice(1 + int(first), 1 + int(first) + cells * CELL)
-    matrices = np.zeros((values.shape[0], values.shape[0], cells))
+    matrices = np.zeros((values.shape[0], values.shape[0], cells), dtype=np.complex128)
     for turned in _tapered(values):
-        pairs = (turned[:, np.newaxis, used] * turned[:, used].conj()).real
+        pairs = turned[:, np.newaxis, used] * turned[:, used].conj()
         matrices += pairs.reshape(*matrices.shape, CELL).sum(axis=3)
     matrices *= 2.0 * sample_rate / (TAPERS * CELL)
     frequency = (1 + first + CELL * (np.arange(cells) + 0.5)) * unit
     plain = np.ones(cells, dtype=np.bool_)
-    for density in np.einsum("ggc->gc", matrices):
+    for density in np.einsum("ggc->gc", matrices.real):
         standing = density > 3.0 * running_median(density, 41)
         plain &= ~np.convolve(standing, np.ones(3), mode="same").astype(bool)[:cells]
     for low, high in masked:
@@ -520,7 +520,7 @@ def common_walk(
     scale = np.sqrt(np.mean(basis**2, axis=0))
     own = _TERMS.index(WALK)
     freedom = np.array([band_degrees_of_freedom(CELL * (one.stop - one.start)) for one in bins])
-    spectra = np.stack([matrices[:, :, one].mean(axis=2) for one in bins])
+    spectra = np.stack([matrices[:, :, one].real.mean(axis=2) for one in bins])
     solution, covariance, chi_square = _fitted_terms(spectra, basis / scale, freedom)
     left = freedom.size * math.comb(spectra.shape[1], 2) - solution.size
     square = float(solution[own] / scale[own])

@@ -433,7 +433,19 @@ def copy_notes(recording: Recording, profile: Profile) -> Notes:
     samples = min(2**15, *(one.size for one in turns))
     turns = [one[:samples] for one in turns]
     brought = [(gyro, one, phases_of(one)) for gyro, one in zip(gyros, turns, strict=True)]
-    return tuple(note for pair in combinations(brought, 2) for note in _copied(*pair))
+    found = {
+        frozenset((one[0].name, other[0].name)): note
+        for one, other in combinations(brought, 2)
+        for note in _copied(one, other)
+    }
+    names = {gyro.name for gyro in gyros}
+
+    def is_filtered(pair: frozenset[str], late: str) -> bool:
+        """Whether a gyro comes after two that are no copies of each other: by what all sense."""
+        beside = [(frozenset((late, one)), (pair - {late}) | {one}) for one in names - pair]
+        return any(after in found and early not in found for after, early in beside)
+
+    return tuple(note for pair, note in found.items() if not is_filtered(pair, note.channel))
 
 
 def _fresh(turns: FloatArray) -> int:
