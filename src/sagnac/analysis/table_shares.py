@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
-from scipy.ndimage import maximum_filter1d, minimum_filter1d
+from numpy.lib.stride_tricks import sliding_window_view
 from scipy.special import stdtrit
 
 from sagnac.core.arrays import BooleanArray, FloatArray, IntegerArray, every
@@ -154,7 +154,8 @@ def _columns(table: FloatArray, rates: FloatArray) -> tuple[dict[str, FloatArray
     if both or np.std(rates) > 0.1 * np.mean(speeds):
         columns["bias"] = np.ones_like(rates)
         # A second beside one of rest starts or stops, and keeps its way.
-        one_way = minimum_filter1d(way, 3) * maximum_filter1d(way, 3) >= 0.0
+        near = sliding_window_view(np.pad(way, 1, mode="edge"), 3)
+        one_way = near.min(axis=1) * near.max(axis=1) >= 0.0
     # Speeds that vary tell an asymmetry from a bias.
     if both and np.std(speeds[way != 0.0]) > 0.1 * np.mean(speeds):
         columns["asymmetry"] = speeds
