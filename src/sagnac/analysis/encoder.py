@@ -18,14 +18,13 @@ they do not show alike of the table's motion is in it, and follows the table.
 
 import math
 from collections.abc import Callable
-from contextlib import suppress
 from dataclasses import replace
 from typing import Any, Final
 
 import numpy as np
 from scipy.special import ndtri
 
-from sagnac.analysis.averaged import AnswerSpectrum, Headline, levels_of
+from sagnac.analysis.averaged import AnswerSpectrum, Headline
 from sagnac.analysis.evidence import Evidence
 from sagnac.analysis.measurement import ALIKE, Measurement, measure
 from sagnac.core.arrays import FloatArray, differences, square
@@ -34,7 +33,6 @@ from sagnac.core.marks import stretches
 from sagnac.noise.cross_spectra import CommonWalk, band_cells, common_walk, differenced_factor
 from sagnac.noise.estimates import Estimate, part_of_errors, rooted, unobserved
 from sagnac.noise.lowest_ordinates import LEAST_AVERAGES, highest_walk
-from sagnac.noise.model_average import average
 from sagnac.quality.encoder import LEAST_SHARE
 from sagnac.quality.profile import Profile, scatter_of
 from sagnac.recording.channel import PAIR_SIZE, angle_of
@@ -65,7 +63,7 @@ def with_encoder(headline: Headline, evidence: Evidence, walk_of_pair: WalkOfPai
     if table is not None and not measured.is_pair:
         headline = _of_one(headline, evidence, table, walk_of_pair)
         headline = headline.with_each(_of_readings_too, beside=True)
-    headline = replace(headline, findings=(*headline.findings, *unlike_motion(evidence)))
+    headline = replace(headline, findings=(*headline.findings, *unlike_motion(headline, evidence)))
     answer = for_plain_mean(measured, headline)
     answer = answer.with_each(lambda one: of_plain_mean(one, measured.weights), beside=True)
     return _with_latch_note(answer, headline.estimate, evidence)
@@ -335,10 +333,10 @@ def white_noise(angle: FloatArray) -> float:
 # held N; the eight above 0.41 read 1.0 to 69 times as much.
 _FOLLOWS: Final = 0.28
 # Samples at the beginning that tell.
-_TELL: Final = 2**20
+_TELL: Final = 2**18
 
 
-def unlike_motion(evidence: Evidence, number: int = 0) -> tuple[Note, ...]:
+def unlike_motion(headline: Headline, evidence: Evidence, number: int = 0) -> tuple[Note, ...]:
     """A finding if what a pair leaves is no noise of the two, since it follows their table.
 
     A filter of one gyro's own leaves motion in the difference. That follows a third gyro, or the
@@ -346,27 +344,27 @@ def unlike_motion(evidence: Evidence, number: int = 0) -> tuple[Note, ...]:
     """
     left, names = evidence.remainders[number], evidence.settings.gyros
     # A difference that is not weighted holds what the encoder errs by.
-    if left.weights == (1.0, -1.0) or evidence.table.estimate is None:
+    if left.weights == (1.0, -1.0) or evidence.table.estimate is None or headline.spectrum is None:
         return ()
-    pair, rate, masked = (names[0], names[-1 - number]), left.rate, left.removal.masked
-    beside = [angle_of(evidence.corrected.gyro(one), rate) for one in names if one not in pair]
+    pair = names[0], names[-1 - number]
+    beside = [angle_of(evidence.corrected.gyro(one), left.rate) for one in names if one not in pair]
     moved = (*beside, evidence.table.estimate.readings)[0]
     steps = np.stack([differences(one[:_TELL]) for one in (left.removal.residual, moved)])
-    levels = levels_of(steps[0], rate, masked)
-    if levels is None:
+    low, high = headline.spectrum.average.rests_on.band_hz
+    try:
+        band = low, max(high, 0.5)
+        cells = np.abs(band_cells(steps, left.rate, band, left.removal.masked)[1])
+    except ValueError:
+        # Too few frequencies tell nothing.
         return ()
-    low, high = average(levels).rests_on.band_hz
-    # Fewer frequencies tell nothing.
-    with suppress(ValueError):
-        cells = np.abs(band_cells(steps, rate, (low, max(high, 0.5)), masked)[1])
-        part = float(np.mean(cells[0, 1] ** 2 / (cells[0, 0] * cells[1, 1])))
-        if part > _FOLLOWS:
-            text = f"what is left follows the table: {' and '.join(pair)} do not show its motion "
-            text += "alike, as behind unlike filters, and N reads too high; give both the same "
-            text += "filter, or name others ({gyros})"
-            effect, channel = 1.0 / math.sqrt(max(1.0 - part, 1e-6)), "-".join(pair)
-            return (Note(name="unlike", channel=channel, level="error", text=text, effect=effect),)
-    return ()
+    part = float(np.mean(cells[0, 1] ** 2 / (cells[0, 0] * cells[1, 1])))
+    if part <= _FOLLOWS:
+        return ()
+    text = f"what is left follows the table: {' and '.join(pair)} do not show its motion alike, as "
+    text += "behind unlike filters, and N reads too high; give both the same filter, or name "
+    text += "others ({gyros})"
+    effect = 1.0 / math.sqrt(max(1.0 - part, 1e-6))
+    return (Note(name="unlike", channel="-".join(pair), level="error", text=text, effect=effect),)
 
 
 # ---- noise that two gyros share ----------------------------------------------------------

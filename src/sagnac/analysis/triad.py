@@ -54,7 +54,7 @@ def each_alone(evidence: Evidence, headline: Headline) -> Separation:
     are_apart = finished and all(left.weights) and all(second.weights)
     if not are_apart or evidence.readout.every is None or left.once_a_turn:
         return Separation(angle_random_walk={})
-    for found in (*unlike_motion(evidence), *unlike_motion(evidence, 1)):
+    for found in (*unlike_motion(headline, evidence), *unlike_motion(headline, evidence, 1)):
         text = f"no angle random walk of each gyro alone: {found.text}"
         unseen = unobserved("angle_random_walk", evidence.settings.confidence)
         own = dict.fromkeys(evidence.settings.gyros, unseen)
