@@ -63,7 +63,9 @@ def with_encoder(headline: Headline, evidence: Evidence, walk_of_pair: WalkOfPai
     if table is not None and not measured.is_pair:
         headline = _of_one(headline, evidence, table, walk_of_pair)
         headline = headline.with_each(_of_readings_too, beside=True)
-    headline = replace(headline, findings=(*headline.findings, *unlike_motion(headline, evidence)))
+    if headline.spectrum is not None:
+        band = headline.spectrum.average.rests_on.band_hz
+        headline = replace(headline, findings=(*headline.findings, *unlike_motion(evidence, band)))
     answer = for_plain_mean(measured, headline)
     answer = answer.with_each(lambda one: of_plain_mean(one, measured.weights), beside=True)
     return _with_latch_note(answer, headline.estimate, evidence)
@@ -333,26 +335,28 @@ def white_noise(angle: FloatArray) -> float:
 # held N; the eight above 0.41 read 1.0 to 69 times as much.
 _FOLLOWS: Final = 0.28
 # Samples at the beginning that tell.
-_TELL: Final = 2**18
+TELL: Final = 2**18
 
 
-def unlike_motion(headline: Headline, evidence: Evidence, number: int = 0) -> tuple[Note, ...]:
+def unlike_motion(
+    evidence: Evidence, band_hz: tuple[float, float], number: int = 0
+) -> tuple[Note, ...]:
     """A finding if what a pair leaves is no noise of the two, since it follows their table.
 
     A filter of one gyro's own leaves motion in the difference. That follows a third gyro, or the
-    encoder, whose noise is in neither of the two. `number` is that of the pair in `remainders`.
+    encoder, whose noise is in neither of the two. `number` is that of the pair in `remainders`, and
+    `band_hz` that in which N of it is read.
     """
     left, names = evidence.remainders[number], evidence.settings.gyros
     # A difference that is not weighted holds what the encoder errs by.
-    if left.weights == (1.0, -1.0) or evidence.table.estimate is None or headline.spectrum is None:
+    if left.weights == (1.0, -1.0) or evidence.table.estimate is None:
         return ()
     pair = names[0], names[-1 - number]
     beside = [angle_of(evidence.corrected.gyro(one), left.rate) for one in names if one not in pair]
     moved = (*beside, evidence.table.estimate.readings)[0]
-    steps = np.stack([differences(one[:_TELL]) for one in (left.removal.residual, moved)])
-    low, high = headline.spectrum.average.rests_on.band_hz
+    steps = np.stack([differences(one[:TELL]) for one in (left.removal.residual, moved)])
+    band = band_hz[0], max(band_hz[1], 0.5)
     try:
-        band = low, max(high, 0.5)
         cells = np.abs(band_cells(steps, left.rate, band, left.removal.masked)[1])
     except ValueError:
         # Too few frequencies tell nothing.

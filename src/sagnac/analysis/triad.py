@@ -8,7 +8,7 @@ from typing import Final
 import numpy as np
 
 from sagnac.analysis.averaged import Headline, levels_of
-from sagnac.analysis.encoder import unlike_motion
+from sagnac.analysis.encoder import TELL, unlike_motion
 from sagnac.analysis.evidence import Bands, Evidence, Points
 from sagnac.analysis.measurement import Remainder
 from sagnac.core.arrays import FloatArray, differences, every
@@ -54,11 +54,17 @@ def each_alone(evidence: Evidence, headline: Headline) -> Separation:
     are_apart = finished and all(left.weights) and all(second.weights)
     if not are_apart or evidence.readout.every is None or left.once_a_turn:
         return Separation(angle_random_walk={})
-    for found in (*unlike_motion(headline, evidence), *unlike_motion(headline, evidence, 1)):
-        text = f"no angle random walk of each gyro alone: {found.text}"
+    levels = levels_of(differences(second.removal.residual[:TELL]), left.rate, _masked(evidence))
+    found: list[Note] = []
+    if spectrum is not None:
+        found += unlike_motion(evidence, spectrum.average.rests_on.band_hz)
+    if levels is not None:
+        found += unlike_motion(evidence, average(levels).rests_on.band_hz, number=1)
+    if found:
+        text = f"no angle random walk of each gyro alone: {found[0].text}"
         unseen = unobserved("angle_random_walk", evidence.settings.confidence)
         own = dict.fromkeys(evidence.settings.gyros, unseen)
-        note = Note(channel=found.channel, level="warning", text=text)
+        note = Note(channel=found[0].channel, level="warning", text=text)
         return Separation(angle_random_walk=own, notes=(note,))
     is_finer = spectrum is not None and spectrum.points.rate > fine.rate
     if spectrum is not None and is_finer and spectrum.average.rests_on.member == "whole band":
