@@ -7,8 +7,10 @@ import pytest
 from scipy.signal import butter, sosfilt
 from scipy.stats import binom
 
+from sagnac.analysis import measurement
 from sagnac.analysis.pipeline import analyze
 from sagnac.analysis.verdict import judge
+from sagnac.core.errors import RecordingError
 from sagnac.core.units import DEGREE_PER_ROOT_HOUR
 from sagnac.recording.model import Recording
 from tests.instruments import Readout, turntable
@@ -66,3 +68,41 @@ def test_a_triad_does_not_pass_by_the_pair_of_two_of_its_gyros():
     assert together.decision == "undecided"
     pair = analyze(triad(0), gyros=("x", "z"))
     assert judge(pair, limit).by_gyro == {"x-z": "pass"}
+
+
+@pytest.mark.parametrize(
+    ("copy", "of", "said"), [("y", "x", "x-y: holds no noise"), ("z", "x", "x-z: holds no noise")]
+)
+def test_a_gyro_that_is_the_first_again_is_refused(copy, of, said):
+    sound = triad(0)
+    values = {one.name: one.values for one in sound.gyros}
+    values[copy] = values[of]
+    twice = Recording.from_arrays(
+        **values,
+        table=sound.table.values,
+        table_unit="rad",
+        kind="angle",
+        unit="rad",
+        sample_rate=RATE,
+    )
+    with pytest.raises(RecordingError, match=said):
+        analyze(twice)
+
+
+def test_a_triad_one_of_whose_searches_does_not_end_says_why_no_gyro_is_told_apart(monkeypatch):
+    whole = measurement.remainder_of
+
+    def stopped(measured, *beside):
+        left = whole(measured, *beside)
+        if measured.channel == "x-y":
+            unfinished = replace(left.removal, unfinished=left.removal.residual)
+            left = replace(left, removal=unfinished)
+        return left
+
+    monkeypatch.setattr(measurement, "remainder_of", stopped)
+    found = analyze(triad(0))
+    assert found.angle_random_walk.status == "estimated"
+    assert {own.status for own in found.per_gyro.values()} == {"not observable"}
+    (note,) = [note for note in found.notes if "of each gyro alone" in note.text]
+    assert note.channel == "x-y"
+    assert "did not come to an end" in note.text

@@ -204,6 +204,7 @@ def _evidence(
         left, *_ = remainders = [measurement.remainder_of(measured, *beside)]
         if len(gyros) == MOST_GYROS:
             second = measurement.measure(corrected, gyros[:2])
+            measurement.require_noise(second)
             second = measurement.without_encoder_errors(second, corrected, table)
             remainders.append(measurement.remainder_of(second, *beside))
             del second

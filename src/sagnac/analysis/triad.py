@@ -49,11 +49,15 @@ def each_alone(evidence: Evidence, headline: Headline) -> Separation:
     """
     fine, spectrum = evidence.fine, headline.spectrum
     left, second = _pairs(evidence)
-    finished = second is not left and left.is_finished and second.is_finished
     # A gyro that does not count in its pair is not told apart.
-    are_apart = finished and all(left.weights) and all(second.weights)
+    are_apart = second is not left and all(left.weights) and all(second.weights)
     if not are_apart or evidence.readout.every is None or left.once_a_turn:
         return Separation(angle_random_walk={})
+    first, *others = evidence.settings.gyros
+    for one, other in zip((left, second), reversed(others), strict=True):
+        if not one.is_finished:
+            text = "the search for the lines of their difference did not come to an end"
+            return _withheld(evidence, f"{first}-{other}", text)
     levels = levels_of(differences(second.removal.residual[:TELL]), left.rate, _masked(evidence))
     found: list[Note] = []
     if spectrum is not None:
@@ -61,11 +65,7 @@ def each_alone(evidence: Evidence, headline: Headline) -> Separation:
     if levels is not None:
         found += unlike_motion(evidence, average(levels).rests_on.band_hz, number=1)
     if found:
-        text = f"no angle random walk of each gyro alone: {found[0].text}"
-        unseen = unobserved("angle_random_walk", evidence.settings.confidence)
-        own = dict.fromkeys(evidence.settings.gyros, unseen)
-        note = Note(channel=found[0].channel, level="warning", text=text)
-        return Separation(angle_random_walk=own, notes=(note,))
+        return _withheld(evidence, found[0].channel, found[0].text)
     is_finer = spectrum is not None and spectrum.points.rate > fine.rate
     if spectrum is not None and is_finer and spectrum.average.rests_on.member == "whole band":
         finest = _hat_of(evidence, spectrum.points, spectrum.likelihood)
@@ -75,6 +75,15 @@ def each_alone(evidence: Evidence, headline: Headline) -> Separation:
     if spectrum is None or _describes_each(usual, evidence, fine.rate):
         return _of_gyros(usual, evidence)
     return _of_gyros(_by_averages(evidence, spectrum.points.rate) or usual, evidence)
+
+
+def _withheld(evidence: Evidence, channel: str, why: str) -> Separation:
+    """No N of any of the three, and a warning that says why."""
+    unseen = unobserved("angle_random_walk", evidence.settings.confidence)
+    text = f"no angle random walk of each gyro alone: {why}"
+    note = Note(channel=channel, level="warning", text=text)
+    own = dict.fromkeys(evidence.settings.gyros, unseen)
+    return Separation(angle_random_walk=own, notes=(note,))
 
 
 def _pairs(evidence: Evidence) -> tuple[Remainder, Remainder]:

@@ -323,7 +323,7 @@ def _notes(state: State, vibration: tuple[Band, ...], ended: State, channel: str
         "stand above the floor",
     }.get(ended.end or "", "")
     if text:
-        yield Note(level="warning", text=text)
+        yield Note(channel=channel, level="warning", text=text)
     if state.fit is not None and state.fit.collinear:
         alike = f"{state.fit.collinear} directions among the lines of {channel}"
         why = "(angle and time coincide at this steady rate)"
