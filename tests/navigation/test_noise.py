@@ -214,3 +214,6 @@ def test_each_gyro_of_a_triad_has_its_own_walk(tmp_path):
     walks["z"]["status"] = "not observable"
     _, _, down = GyroNoise.unit({**alone, "per_gyro": walks})[0]
     assert down.angle_random_walk == pytest.approx(own["y"] * DEGREE_PER_ROOT_HOUR)
+    # If none is seen, the pair tells nothing of the third.
+    with pytest.raises(RecordingError, match="not observable"):
+        GyroNoise.unit({**alone, "per_gyro": dict.fromkeys(walks, walks["z"])})

@@ -511,6 +511,17 @@ def test_a_triad_has_three_and_each_its_own(tmp_path):
     assert pair[0].sample_rate == 0.5
 
 
+def test_nothing_is_exported_of_a_triad_whose_gyros_are_not_told_apart(tmp_path):
+    """Its curve is of the first and the last, and says nothing of the one between."""
+    path = document(tmp_path, gyros=("x", "y", "z"))
+    each = json.loads(path.read_text(encoding="utf-8"))["per_gyro"]
+    changed(
+        path, per_gyro={name: {**one, "status": "not observable"} for name, one in each.items()}
+    )
+    with pytest.raises(RecordingError, match=r"x: .*its noise is not told from"):
+        measured_in(path)
+
+
 def test_a_setting_lies_above_the_curve_and_above_the_answer(tmp_path):
     path = document(tmp_path)
     stated = json.loads(path.read_text(encoding="utf-8"))

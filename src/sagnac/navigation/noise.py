@@ -122,10 +122,11 @@ class GyroNoise:
                 return cls.unit(documents.read_one_analysis(Path(source)))
         document = source if isinstance(source, Mapping) else json.loads(source.to_json())
         # Of a triad N alone is that of each gyro; B and K, and the covariance, are the pair's.
+        each = document.get("per_gyro") or {}
+        seen = {name: walk for name, walk in each.items() if walk["status"] != "not observable"}
         own: dict[str, Any] = {
             name: {**document, "angle_random_walk": walk, "covariance": None}
-            for name, walk in (document.get("per_gyro") or {}).items()
-            if walk["status"] != "not observable"
+            for name, walk in (seen or each).items()
         }
         alone = document.get("gyros") or own or {document["channel"]: document}
         measured = {name: cls.from_document(one) for name, one in alone.items()}

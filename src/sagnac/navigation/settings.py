@@ -260,12 +260,19 @@ def _doubts(name: str, names: Sequence[str], *documents: Mapping[str, Any]) -> t
 def _require_sound(
     name: str, kind: Sensor, walk: Mapping[str, Any], whole: Mapping[str, Any]
 ) -> None:
-    """Refuse a sensor whose N an error in the data withholds: its curve is of that error."""
+    """Refuse a sensor whose N is withheld: by an error in the data, which its curve is of.
+
+    So is a gyro of a triad whose gyros are not told apart: the curve is of two of them.
+    """
     errors = [one for one in whole.get("findings", ()) if one["level"] == "error"]
     if errors and walk["status"] == "not observable":
         title = SENSED[kind].titles["angle_random_walk"]
         problem = f"nothing can be exported, for no {title} is given: {errors[0]['text']}"
         remedy = f"analyze sound data, or leave that {kind} out"
+        raise RecordingError(problem, channel=name, remedy=remedy)
+    if kind == "gyro" and whole.get("per_gyro") and walk["status"] == "not observable":
+        problem = "nothing can be exported, for its noise is not told from that of the other two"
+        remedy = "analyze two gyros whose difference is sound, or each at rest"
         raise RecordingError(problem, channel=name, remedy=remedy)
 
 
