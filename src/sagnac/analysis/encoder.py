@@ -334,8 +334,8 @@ def white_noise(angle: FloatArray) -> float:
 # triads with a lag of 0.3 to 3 ms or a low-pass of 8 to 80 Hz in one gyro, the eleven below 0.19
 # held N; the eight above 0.41 read 1.0 to 69 times as much.
 _FOLLOWS: Final = 0.28
-# Samples at the beginning that tell.
-TELL: Final = 2**18
+# Samples at the beginning that the coherence is of.
+FOR_COHERENCE: Final = 2**18
 
 
 def unlike_motion(
@@ -354,15 +354,17 @@ def unlike_motion(
     pair = names[0], names[-1 - number]
     beside = [angle_of(evidence.corrected.gyro(one), left.rate) for one in names if one not in pair]
     moved = (*beside, evidence.table.estimate.readings)[0]
-    steps = np.stack([differences(one[:TELL]) for one in (left.removal.residual, moved)])
+    steps = np.stack([differences(one[:FOR_COHERENCE]) for one in (left.removal.residual, moved)])
     band = band_hz[0], max(band_hz[1], 0.5)
     try:
         cells = np.abs(band_cells(steps, left.rate, band, left.removal.masked)[1])
     except ValueError:
         # Too few frequencies tell nothing.
         return ()
-    part = float(np.mean(cells[0, 1] ** 2 / (cells[0, 0] * cells[1, 1])))
-    if part <= _FOLLOWS:
+    shared = cells[0, 1] ** 2 / (cells[0, 0] * cells[1, 1])
+    part = float(np.mean(shared))
+    # Eight cells of noise exceed it by chance once in a hundred thousand times.
+    if part <= _FOLLOWS or shared.size < 8:
         return ()
     text = f"what is left follows the table: {' and '.join(pair)} do not show its motion alike, as "
     text += "behind unlike filters, and N reads too high; give both the same filter, or name "

@@ -8,7 +8,7 @@ from typing import Final
 import numpy as np
 
 from sagnac.analysis.averaged import Headline, levels_of
-from sagnac.analysis.encoder import TELL, unlike_motion
+from sagnac.analysis.encoder import FOR_COHERENCE, unlike_motion
 from sagnac.analysis.evidence import Bands, Evidence, Points
 from sagnac.analysis.measurement import Remainder
 from sagnac.core.arrays import FloatArray, differences, every
@@ -58,7 +58,9 @@ def each_alone(evidence: Evidence, headline: Headline) -> Separation:
         if not one.is_finished:
             text = "the search for the lines of their difference did not come to an end"
             return _withheld(evidence, f"{first}-{other}", text)
-    levels = levels_of(differences(second.removal.residual[:TELL]), left.rate, _masked(evidence))
+    levels = levels_of(
+        differences(second.removal.residual[:FOR_COHERENCE]), left.rate, _masked(evidence)
+    )
     found: list[Note] = []
     if spectrum is not None:
         found += unlike_motion(evidence, spectrum.average.rests_on.band_hz)
