@@ -560,5 +560,6 @@ def _sampled(
     elif time_unit != "s":
         raise refusal("time_unit", f"is {quoted(time_unit)}, and there are no times; give them")
     if sample_rate is None:
-        raise ValueError("neither sample_rate nor times is given; give sample_rate in Hz")
+        remedy = "give sample_rate in Hz, or times (of a frame columns={'time': NAME})"
+        raise ValueError(f"neither sample_rate nor times is given; {remedy}")
     return Sampling(times=None, sample_rate=sample_rate)
