@@ -267,9 +267,9 @@ from 2 Hz on B passes for the low-pass; the interval reaches over the plateau, 0
 36 s. Of PSINS the sway of the bench reaches the lowest frequencies of the whole recording: what is
 read there, 0.06 °/√h for z, is N of gyro and bench together, and only the quiet stretch,
 0.009 °/√h, shows the gyro. For z a warning names the hump at 2.8 Hz and the lower level behind it.
-The slow MPU6050's z is four times as loud in the first half as in the second, whose interval lies
-below that of the whole; the motor beside it makes bursts, which are part of its N, and turns it by
-up to 0.4° in single seconds, without which the answer goes. The spectrum of the x of the medium
+The slow MPU6050's z is four times as loud in the first half as in the second, and the interval of
+the whole reaches over both; the motor beside it makes bursts, which are part of its N, and turns it
+by up to 0.4° in single seconds, without which the answer goes. The spectrum of the x of the medium
 MPU6050 falls from that of 2.5 °/√h at 0.01 Hz to that of 0.3 to 0.4 °/√h from 1 Hz on, where it is
 level; the answer is what is level there.
 

@@ -63,12 +63,11 @@ def white(random: np.random.Generator, samples: int, sample_rate: float, walk: f
     return walk / 60.0 * math.sqrt(sample_rate) * random.standard_normal(samples)
 
 
-def behind_low_pass(values: Floats, sample_rate: float, corner: float, order: int = 2) -> Floats:
-    """Values behind a Butterworth low-pass of the sensor."""
+def behind_low_pass(values: Floats, sample_rate: float, corner: float) -> Floats:
+    """Values behind a Butterworth low-pass of the sensor, of second order."""
     frequency = np.fft.rfftfreq(values.size, 1.0 / sample_rate)
     s = 1j * frequency / corner
-    response = 1.0 / (1.0 + s) if order == 1 else 1.0 / (1.0 + math.sqrt(2.0) * s + s * s)
-    return np.fft.irfft(np.fft.rfft(values) * response, values.size)
+    return np.fft.irfft(np.fft.rfft(values) / (1.0 + math.sqrt(2.0) * s + s * s), values.size)
 
 
 def flicker(random: np.random.Generator, samples: int, sample_rate: float, level: float) -> Floats:
@@ -284,10 +283,8 @@ def turntable(
     random = np.random.default_rng(seed)
     samples = round(seconds * sample_rate)
     times = np.arange(samples) / sample_rate
-    stray = np.cumsum(random.standard_normal(samples)) / math.sqrt(sample_rate)
-    stray = behind_low_pass(stray - stray.mean(), sample_rate, 2.0)
+    random.standard_normal(samples)  # so that seeds give what they gave
     # The rate strays by `jitter` of itself within a second; the servo pulls it back.
-    wander = np.zeros(samples)
     wander = _pulled_back(random, samples, sample_rate, jitter * table_rate)
     angle = _turned(motion, times, table_rate) + wander + random.uniform(0.0, 360.0)
     turn = np.deg2rad(angle)

@@ -17,61 +17,11 @@ from sagnac.noise.laws import COEFFICIENT_NAMES
 from sagnac.verdict.limits import specification_of
 from tests.processes import PYTHON, ran
 
-NAMES = {
-    "Analysis",
-    "ArgumentError",
-    "CampaignReport",
-    "Channel",
-    "Estimate",
-    "Exported",
-    "Fit",
-    "Foresight",
-    "Line",
-    "MissingExtra",
-    "Note",
-    "OrthogonalSearch",
-    "Plans",
-    "Recording",
-    "RecordingError",
-    "Removal",
-    "Report",
-    "RigConfig",
-    "SelfNoise",
-    "Settings",
-    "Specification",
-    "StabilityCurve",
-    "Statement",
-    "Trial",
-    "Verdict",
-    "__version__",
-    "align",
-    "analyze",
-    "campaign",
-    "check",
-    "columns",
-    "deviation_at_every_tau",
-    "export",
-    "fast_orthogonal_search",
-    "fit_coefficients",
-    "judge",
-    "keywords",
-    "missing",
-    "plan",
-    "plot",
-    "read",
-    "remove_lines",
-    "self_noise",
-    "simulate",
-    "stability_curve",
-    "trial",
-    "write",
-    "write_report",
-}
-
 
 def test_the_door_shows_what_it_exports_and_nothing_else():
-    assert set(dir(sagnac)) == set(sagnac.__all__) == NAMES
-    for name in NAMES:
+    """Which names these are stands on the page of the library, as tests/test_site.py compares."""
+    assert set(dir(sagnac)) == set(sagnac.__all__) > {"plot", "__version__"}
+    for name in sagnac.__all__:
         assert getattr(sagnac, name) is not None
         assert name == "__version__" or getattr(sagnac, name).__doc__
 

@@ -1,8 +1,8 @@
-"""What the second simulator makes, as a recording of the package."""
+"""What the second simulator makes, as a recording of the package, and what is said of it."""
 
 from collections.abc import Iterable
 
-from sagnac import Recording
+from sagnac import Analysis, Recording
 from tests.second_rig import Simulated
 
 
@@ -16,3 +16,20 @@ def recorded(made: Simulated, names: Iterable[str] = ("x", "y", "z")) -> Recordi
         table=made.table,
         table_unit="rad",
     )
+
+
+# What an encoder may be said to be, each in the words of its note.
+CAUSES = {
+    "delay": "they are shifted",
+    "runs-off": "its angle runs off",
+    "latch": "as if latched",
+    "wander": "its readings wander",
+    "held": "held between",
+    "lost": "missing samples",
+}
+
+
+def causes(analysis: Analysis) -> set[str]:
+    """Errors of the encoder that the notes name."""
+    texts = [note.text for note in analysis.notes if note.channel == "table"]
+    return {cause for cause, said in CAUSES.items() if any(said in text for text in texts)}

@@ -37,8 +37,8 @@ def recording_of(**gyros):
 
 
 @cache
-def analysis_of(make, seed=2, **settings):
-    gyro = make(np.random.default_rng(seed), SAMPLES, RATE, **settings)
+def analysis_of(make, **settings):
+    gyro = make(np.random.default_rng(2), SAMPLES, RATE, **settings)
     found = analyze(recording_of(x=gyro), Settings(method="none"))
     return found, UNIT * gyro.angle_random_walk
 

@@ -1,7 +1,7 @@
 """Each effect that is announced, measured: the recording with the fault beside the one without."""
 
 from collections.abc import Callable
-from functools import cache
+from functools import cache, partial
 
 import numpy as np
 import pytest
@@ -11,6 +11,7 @@ from sagnac.analysis.settings import Settings
 from sagnac.noise.estimates import Estimate
 from sagnac.recording.model import Recording
 from tests.instruments import Bench, Floats, Readout, bench
+from tests.quality.pathologies import with_held
 
 SCATTER = 0.3 / 60.0 * np.sqrt(200.0)  # deg/s
 
@@ -33,16 +34,6 @@ def bent(limit: float) -> Callable[[Floats], Floats]:
 
 def clipped(limit: float) -> Callable[[Floats], Floats]:
     return lambda rate: np.clip(rate, rate.mean() - limit * SCATTER, rate.mean() + limit * SCATTER)
-
-
-def held(share: float) -> Callable[[Floats], Floats]:
-    def change(rate: Floats) -> Floats:
-        rate = rate.copy()
-        for place in np.flatnonzero(np.random.default_rng(3).random(rate.size - 1) < share) + 1:
-            rate[place] = rate[place - 1]
-        return rate
-
-    return change
 
 
 def lost(share: float, offset: float) -> Callable[[Floats], Floats]:
@@ -72,7 +63,7 @@ FAULTS: dict[str, tuple[str, float | None, Callable[[Floats], Floats]]] = {
     "counts behind a low-pass": ("resolution", 40.0, rounded(1.0)),
     "soft limit": ("short-tails", None, bent(3.0)),
     "hard limit": ("clipping", None, clipped(1.7)),
-    "held samples": ("repeats", None, held(0.05)),
+    "held samples": ("repeats", None, partial(with_held, share=0.05)),
     "gaps filled by straight lines": ("repeats", None, filled(0.08)),
     "many gaps filled by straight lines": ("repeats", None, filled(0.25)),
     "zeros in white noise": ("dropouts", None, lost(0.05, 1.5)),

@@ -95,16 +95,12 @@ def answered(made: tuple[Recording, float], *gyros: str) -> tuple[Analysis, bool
     return analysis, holds, [str(note) for note in analysis.notes if note.level != "remark"]
 
 
-@pytest.mark.parametrize("number", [1, 2])
-def test_nothing_is_said_of_a_sound_recording_of_a_table(number):
-    analysis, _, warned = answered(on_table(number), "x", "z")
-    assert analysis.angle_random_walk.status == "estimated"
-    assert warned == []
-
-
-@pytest.mark.parametrize("number", [0, 1])
-def test_nothing_is_said_of_a_sound_recording_of_a_bench(number):
-    analysis, _, warned = answered(on_bench(number), "x")
+@pytest.mark.parametrize(
+    ("where", "number", "gyros"),
+    [*((on_table, number, "xz") for number in (1, 2)), (on_bench, 0, "x"), (on_bench, 1, "x")],
+)
+def test_nothing_is_said_of_a_sound_recording(where, number, gyros):
+    analysis, _, warned = answered(where(number), *gyros)
     assert analysis.angle_random_walk.status == "estimated"
     assert warned == []
 

@@ -10,19 +10,12 @@ import sagnac
 from sagnac.analysis.measurement import Measurement, TurningTable, with_order_phases
 from sagnac.analysis.result import Analysis
 from sagnac.table.estimate import Delay, EstimatedTable
-from tests.analysis.recorded import recorded
+from tests.analysis.recorded import causes, recorded
 from tests.second_rig import Bench, simulate
 
 WALK = 2.5e-5  # deg/sqrt(h)
 # One draw in the default suite; of three one may miss.
 SEEDS = [(1,), pytest.param((1, 2, 3), marks=pytest.mark.statistics)]
-# What an encoder may be said to be, each in the words of its note.
-CAUSES = {
-    "delay": "they are shifted",
-    "drift": "its angle runs off",
-    "latch": "as if latched",
-    "wander": "its readings wander",
-}
 
 
 @functools.cache
@@ -39,12 +32,6 @@ def interval(result: Analysis) -> tuple[float, float]:
     return shown.low / WALK, shown.high / WALK
 
 
-def causes(result: Analysis) -> set[str]:
-    """Errors of the encoder that the notes name."""
-    texts = [note.text for note in result.notes if note.channel == "table"]
-    return {cause for cause, said in CAUSES.items() if any(said in text for text in texts)}
-
-
 @pytest.mark.parametrize("seeds", SEEDS)
 @pytest.mark.parametrize(
     ("settings", "named"),
@@ -53,7 +40,7 @@ def causes(result: Analysis) -> set[str]:
         ({"jitter": 500e-6}, {"latch"}),
         ({"step": 36.0}, None),
         # A servo that hunts gives it away as a delay, the orders' phases as a drift of the angle.
-        ({"latency_drift": 5e-3}, {"delay", "drift"}),
+        ({"latency_drift": 5e-3}, {"delay", "runs-off"}),
     ],
     ids=["100 us", "500 us", "steps", "drift"],
 )

@@ -14,6 +14,7 @@ from sagnac.analysis.settings import Settings
 from sagnac.rig.config import preset
 from sagnac.rig.simulate import simulate
 from tests import second_rig
+from tests.analysis.recorded import causes
 from tests.analysis.recorded import recorded as recording_of
 
 SECONDS, RATE = 900.0, 200.0
@@ -44,15 +45,6 @@ def fault(*, must: str = "", may: str = "", jitter: float = 20e-6, **bench: obje
     )
 
 
-# What a note may say of an encoder.
-CAUSES = {
-    "delay": "they are shifted",
-    "runs-off": "its angle runs off",
-    "latch": "as if latched",
-    "wander": "its readings wander",
-    "held": "held between",
-    "lost": "missing samples",
-}
 REVERSING = {"motion": "reversing"}
 DWELLING = {"motion": "dwelling"}
 # The phases of orders show a drift of a delay at an even rate, a servo that hunts the delay itself.
@@ -104,12 +96,6 @@ def answer(gyros=("x", "z"), **settings):
     walk = analysis.angle_random_walk.to("deg/sqrt(h)")
     assert analysis.angle_random_walk.status == "estimated", (settings, analysis.source)
     return (walk.low / WALK, walk.high / WALK), len(analysis.lines)
-
-
-def causes(analysis):
-    """Errors of the encoder that the notes name."""
-    texts = [note.text for note in analysis.notes if note.channel == "table"]
-    return {cause for cause, said in CAUSES.items() if any(said in text for text in texts)}
 
 
 def bound(seconds=SECONDS, rate=RATE, walk=WALK, readout=0.001):

@@ -43,10 +43,10 @@ def stops(on: float, off: float, signs: tuple[int, ...] = (1,)) -> tuple[tuple[f
     return tuple(knots)
 
 
-def wavers(part: float, rate: float = 40.0) -> tuple[tuple[float, float], ...]:
+def wavers(part: float) -> tuple[tuple[float, float], ...]:
     """A rate that swings by a part of itself within five minutes."""
     times = np.arange(0.0, DURATION + 5.0, 5.0)
-    rates = rate * (1.0 + part * np.sin(2.0 * np.pi * times / 300.0))
+    rates = 40.0 * (1.0 + part * np.sin(2.0 * np.pi * times / 300.0))
     return tuple(zip(times.tolist(), rates.tolist(), strict=True))
 
 

@@ -1,6 +1,5 @@
 """``sagnac campaign``: many recordings in, one table and one page out."""
 
-import csv
 import re
 import signal
 import subprocess
@@ -12,21 +11,15 @@ import pytest
 from sagnac.cli import main
 from sagnac.cli.options import memory_size
 from tests.cli.examples import one_line
-from tests.fleet.commands import campaign, command
-from tests.fleet.conftest import write_recording
+from tests.fleet.commands import campaign, command, rows_of
+from tests.fleet.conftest import write_rack, write_recording
 from tests.processes import started
 
 
 @pytest.fixture(scope="module")
 def rack(tmp_path_factory):
-    """Two units on two days, the second too short for spans, and one file that is damaged."""
-    place = tmp_path_factory.mktemp("rack")
-    for number, name in enumerate(("A_day1", "A_day2", "B_day1", "B_day2")):
-        seconds = 120.0 if "day1" in name else 90.0
-        write_recording(place / f"{name}.parquet", seed=number, seconds=seconds)
-    whole = (place / "A_day1.parquet").read_bytes()
-    (place / "C_day1.parquet").write_bytes(whole[: len(whole) // 2])
-    return place
+    """The second day is too short for spans."""
+    return write_rack(tmp_path_factory.mktemp("rack"), second=90.0)
 
 
 @pytest.fixture(scope="module")
@@ -36,17 +29,12 @@ def done(rack, tmp_path_factory):
     return campaign(rack, "-o", output, "--span", "1min", "--workers", 1), output
 
 
-def table(output):
-    with (output / "campaign.csv").open(newline="") as stream:
-        return list(csv.DictReader(stream))
-
-
 def test_every_recording_is_a_row_and_a_damaged_one_says_why(done) -> None:
     (status, said, errors), output = done
     assert status == 1, errors
     assert "C_day1.parquet" in errors
     assert "1 row without an answer left out\n" in said
-    rows = table(output)
+    rows = rows_of(output)
     whole = [row for row in rows if not row["start_s"]]
     assert [(row["unit"], row["day"]) for row in whole] == [
         ("A", "1"), ("A", "2"), ("B", "1"), ("B", "2"), ("C", "1"),
@@ -95,7 +83,7 @@ def test_a_campaign_within_its_own_recordings_goes_on(tmp_path) -> None:
         assert "2 of 2 units pass, yield 100 %" in said
     assert "0 rows analyzed now, 2 kept" in again[1]
     # Nor are the tables of one campaign, or of a report, units of the next.
-    rows = table(tmp_path / "out")
+    rows = rows_of(tmp_path / "out")
     assert main(["analyze", rows[0]["file"], "-o", str(tmp_path / "A-report")]) == 0
     status, said, errors = campaign(*words[:2], tmp_path / "more", *words[3:])
     assert (status, errors.count("no such column")) == (0, 0), errors
@@ -120,8 +108,8 @@ def test_campaign_that_was_ended_goes_on(rack, done, tmp_path) -> None:
     _, again, _ = campaign(*arguments)
     assert f" analyzed now, {len(kept)} kept from an earlier start" in again
     assert all(path.stat().st_mtime_ns == then for path, then in kept.items())
-    wanted = [row for row in table(whole) if not row["start_s"] and row["day"] == "1"]
-    assert table(tmp_path) == wanted
+    wanted = [row for row in rows_of(whole) if not row["start_s"] and row["day"] == "1"]
+    assert rows_of(tmp_path) == wanted
 
 
 @pytest.mark.parametrize(
@@ -162,4 +150,4 @@ def test_a_mistyped_source_leaves_an_earlier_table_as_it_is(rack, done, tmp_path
     status, _, errors = campaign(rack / "A_day1.parquet", tmp_path / "rakc", "-o", tmp_path / "o")
     assert status == 1
     assert "rakc: no such file" in errors
-    assert [row["state"] for row in table(tmp_path / "o")] == ["done", "failed"]
+    assert [row["state"] for row in rows_of(tmp_path / "o")] == ["done", "failed"]

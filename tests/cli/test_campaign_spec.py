@@ -1,6 +1,5 @@
 """A rack against limits: exit status, words, page, and a row for every gyro."""
 
-import csv
 import json
 import re
 from pathlib import Path
@@ -10,6 +9,7 @@ import pytest
 
 import sagnac
 from sagnac.cli import main
+from tests.fleet.commands import rows_of
 from tests.fleet.conftest import WALK
 
 pytestmark = pytest.mark.usefixtures("in_this_process", "blank_figures")
@@ -33,11 +33,6 @@ def rack(tmp_path_factory):
     return place
 
 
-def rows(output):
-    with (output / "campaign.csv").open(newline="") as stream:
-        return list(csv.DictReader(stream))
-
-
 @pytest.mark.parametrize(
     ("limit", "status", "said"),
     [
@@ -59,7 +54,7 @@ def test_status_words_and_page_are_those_of_the_verdict(  # noqa: PLR0917
     assert re.search(r"[Yy]ield \d+ % \(\d+ to \d+ %\)", page)
     # The line of the limit is in the chart of each gyro that has one.
     assert page.count("and its limit.") == 2
-    found = rows(tmp_path)
+    found = rows_of(tmp_path)
     assert [row["gyros"] for row in found] == ["x", "y", "x", "y", "z"]
     decisions = [row["verdict"] for row in found[:4]]
     passed, failed, _ = map(int, re.findall(r"\d+", said))
@@ -98,7 +93,7 @@ def test_a_rack_that_keeps_its_limit_ends_with_zero(rack, tmp_path, capsys):
     assert main([*words, "--json"]) == 0
     document = json.loads(capsys.readouterr().out)
     assert document["schema"] == "sagnac.campaign/1"
-    for row, line in zip(document["rows"], rows(other), strict=True):
+    for row, line in zip(document["rows"], rows_of(other), strict=True):
         texts = {key: "" if value is None else str(value) for key, value in row.items()}
         assert texts == line
     assert document["scatter"][0]["why"].startswith("1 run cannot tell")
@@ -138,7 +133,7 @@ def test_a_unit_that_cannot_be_measured_counts_in_the_yield(rack, tmp_path, caps
     assert 'class="verdict undecided"' in page
     # Beside its verdict; what is wrong with it stands once, at the head of the page.
     assert page.count("not measured</span>") == 2
-    verdicts = [(row["state"], row["verdict"]) for row in rows(output)]
+    verdicts = [(row["state"], row["verdict"]) for row in rows_of(output)]
     assert verdicts == [("done", "pass")] * 2 + [("failed", "undecided")] * 2
     # Beside units of a pattern a file of none, which cannot be read, is no unit; one of a unit is.
     for pattern, share in (
@@ -150,7 +145,7 @@ def test_a_unit_that_cannot_be_measured_counts_in_the_yield(rack, tmp_path, caps
         assert f"0 undecided; {share}" in capsys.readouterr().out
     # If nothing is to be kept, nothing is decided.
     assert main(["campaign", *words[1:], "-o", str(tmp_path / "plain")]) == 1
-    assert {row["verdict"] for row in rows(tmp_path / "plain")} == {""}
+    assert {row["verdict"] for row in rows_of(tmp_path / "plain")} == {""}
 
 
 def test_nothing_is_said_to_be_kept_at_the_first_start(rack, tmp_path, capsys):
@@ -163,7 +158,7 @@ def test_nothing_is_said_to_be_kept_at_the_first_start(rack, tmp_path, capsys):
     assert main(words) == 0
     shown = capsys.readouterr().out
     assert "1 row analyzed now\n" in shown
-    assert {row["report"].partition("-")[0] for row in rows(tmp_path / "out")} == {"reports/A"}
+    assert {row["report"].partition("-")[0] for row in rows_of(tmp_path / "out")} == {"reports/A"}
     assert main(words) == 0
     assert "0 rows analyzed now, 1 kept from an earlier start" in capsys.readouterr().out
 
@@ -176,7 +171,7 @@ def test_the_limit_may_stand_in_the_campaign_s_own_file(rack, tmp_path, capsys):
     words = ["campaign", str(tmp_path / "rack.toml"), "-o", str(tmp_path / "out")]
     assert main([*words, "--workers", "1"]) == 3
     assert "1 pass, 1 fail" in capsys.readouterr().out
-    assert {row["confidence"] for row in rows(tmp_path / "out")} == {"0.9"}
+    assert {row["confidence"] for row in rows_of(tmp_path / "out")} == {"0.9"}
     (tmp_path / "rack.toml").write_text(f'files = "{rack / "U0.parquet"}"\nspec = 3\n')
     assert main([*words, "--workers", "1"]) == 1
     assert "spec is 3" in capsys.readouterr().err

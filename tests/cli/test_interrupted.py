@@ -8,6 +8,7 @@ import signal
 import subprocess
 import threading
 import time
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -17,16 +18,14 @@ from sagnac.cli.app import stopped_by_signals
 from sagnac.cli.output import prefixed
 from tests.processes import PYTHON, SAGNAC, environment, ran, started
 
-# Each comes at one part of a whole run, which is drawn; tests/fuzz draws many, and converts.
-SIGNALS = {
-    "analyze": (signal.SIGKILL,),
-    "simulate": (signal.SIGTERM,),
+# Of each command the signal that ends it at one part of a whole run, and what an old result differs
+# by, so that a mixture shows. tests/fuzz draws many, and converts.
+ENDED = {
+    "analyze": (signal.SIGKILL, ["--confidence", "0.9"]),
+    "simulate": (signal.SIGTERM, ["--seed", "2"]),
 }
-# What an old result differs by, so that a mixture shows.
-OTHER = {
-    "analyze": ["--confidence", "0.9"],
-    "simulate": ["--seed", "2"],
-}
+Ending = Callable[[list[str], float, int], tuple[int, subprocess.Popen]]
+"""Words, the seconds of a whole run and the bytes of its largest file -> the signal and the run."""
 
 
 def ended(words: list[str], folder: Path, number: int, seconds: float) -> subprocess.Popen:
@@ -62,44 +61,6 @@ def files_of(result: Path) -> dict[str, bytes]:
     }
 
 
-def put_back(result: Path, files: dict[str, bytes]) -> None:
-    """Restore a result as it stood."""
-    folder = result if result.is_dir() else result.parent
-    for name, content in files.items():
-        (folder / name).write_bytes(content)
-
-
-@pytest.mark.usefixtures("blank_figures")
-@pytest.mark.parametrize(("name", "signals"), SIGNALS.items())
-def test_a_result_is_old_or_new_whatever_ends_the_run(name, signals, still, tmp_path):
-    folder = tmp_path / "results"
-    folder.mkdir()
-    words, result = commands(still, folder)[name]
-    assert main([*words, *OTHER[name]]) == 0
-    before = files_of(result)
-    began = time.monotonic()
-    assert ended([*SAGNAC, *words], tmp_path, signal.SIGKILL, 120.0).returncode == 0
-    lasts = time.monotonic() - began
-    whole = files_of(result)
-    assert whole.keys() == before.keys()
-    assert whole != before
-    drawn = random.Random(name)
-    for number in signals:
-        put_back(result, before)
-        run = ended([*SAGNAC, *words], tmp_path, number, drawn.uniform(0.3, 1.0) * lasts)
-        after = files_of(result)
-        if number == signal.SIGKILL:
-            assert is_of_one(after, result, whole, before)
-            continue
-        assert after == before or is_new(after, whole, before)
-        # A signal that comes before the command has begun ends the interpreter.
-        assert run.returncode in (0, 128 + number, -number)
-        assert not list(folder.glob(f".*.{run.pid}.*.part"))
-    # The next run removes what a killed one left.
-    assert main(words) == 0
-    assert not list(folder.glob(".*.part"))
-
-
 def is_new(after: dict[str, bytes], whole: dict[str, bytes], before: dict[str, bytes]) -> bool:
     """Whether a result is the new one: of a report, whose documents hold times, every figure."""
     if after.keys() != whole.keys():
@@ -111,18 +72,50 @@ def is_new(after: dict[str, bytes], whole: dict[str, bytes], before: dict[str, b
     return after == whole
 
 
-def is_of_one(
-    after: dict[str, bytes], result: Path, whole: dict[str, bytes], before: dict[str, bytes]
-) -> bool:
-    """Whether a result is the old or the new one, even if the run was killed between two names.
+def old_or_new(words: list[str], other: list[str], result: Path, endings: list[Ending]) -> str:
+    """Assert that a command that ends in some ways leaves the old result whole, or the new one.
 
-    Then a file stands without those beside it, never with those of another.
+    A kill between two names leaves a file without those beside it, never with those of another.
     """
-    if result.is_dir() or after.keys() == before.keys():
-        return after == before or is_new(after, whole, before)
-    return list(after) == [result.name] and after[result.name] in (
-        whole[result.name],
-        before[result.name],
+    (folder := result.parent).mkdir()
+    assert main([*words, *other]) == 0
+    before, began = files_of(result), time.monotonic()
+    assert ended([*SAGNAC, *words], folder.parent, signal.SIGKILL, 240.0).returncode == 0
+    lasts, whole = time.monotonic() - began, files_of(result)
+    assert whole.keys() == before.keys()
+    assert whole != before
+    left = {result.name: (before.get(result.name), whole.get(result.name))}
+    old = 0
+    for ending in endings:
+        for name, content in before.items():
+            ((result if result.is_dir() else folder) / name).write_bytes(content)
+        number, run = ending([*SAGNAC, *words], lasts, max(map(len, whole.values())))
+        after = files_of(result)
+        is_alone = after and all(one in left.get(name, ()) for name, one in after.items())
+        is_whole = after == before or is_new(after, whole, before)
+        assert is_whole or (number == signal.SIGKILL and is_alone)
+        if number != signal.SIGKILL:
+            # A signal that comes before the command has begun ends the interpreter.
+            assert run.returncode in (0, 128 + number, -number)
+            assert not list(folder.glob(f".*.{run.pid}.*.part"))
+        old += after == before
+    # The next run removes what a killed one left.
+    assert main(words) == 0
+    assert not list(folder.glob(".*.part"))
+    return f"{old} of {len(endings)} left the old one"
+
+
+@pytest.mark.usefixtures("blank_figures")
+@pytest.mark.parametrize("name", ENDED)
+def test_a_result_is_old_or_new_whatever_ends_the_run(name, still, tmp_path):
+    words, result = commands(still, tmp_path / "results")[name]
+    number, other = ENDED[name]
+    part = random.Random(name).uniform(0.3, 1.0)
+    old_or_new(
+        words,
+        other,
+        result,
+        [lambda words, lasts, _: (number, ended(words, tmp_path, number, part * lasts))],
     )
 
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from sagnac.cli import main
-from tests.cli.examples import STATED, strict
+from tests.cli.examples import STATED, one_line_among, strict
 
 
 def test_hours_for_a_width_and_to_decide_a_limit(bare, capsys):
@@ -62,13 +62,15 @@ def test_every_gyro_at_rest_has_a_plan(tmp_path, capsys):
 
 
 @pytest.mark.parametrize(
-    ("more", "words"),
+    ("command", "more", "words"),
     [
-        (("--within", "0"), "--within: '0'"),
-        (("--within", "1%,200%"), "--within: '200%'; give half widths"),
-        (("--spec", "B=1"), "only an interval"),
+        ("plan", ("--within", "0"), "--within: '0'"),
+        ("plan", ("--within", "1%,200%"), "--within: '200%'; give half widths"),
+        ("plan", ("--spec", "B=1"), "only an interval"),
+        ("analyze", ("--spec", "3furlong"), "--spec"),
+        ("analyze", ("--spec", "1", "--risk", "2"), "--risk"),
     ],
 )
-def test_what_cannot_be_planned_is_wrong_usage(more, words, bare, capsys):
-    assert main(["plan", str(bare), *STATED, *more]) == 2
-    assert words in capsys.readouterr().err
+def test_a_width_or_limit_that_cannot_be_is_wrong_usage(command, more, words, bare, capsys):
+    assert main([command, str(bare), *STATED, *more]) == 2
+    assert words in one_line_among(capsys.readouterr().err)

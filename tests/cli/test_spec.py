@@ -4,7 +4,7 @@ import pytest
 
 from sagnac.cli import main
 from sagnac.cli.options import Options, settings_of
-from tests.cli.examples import STATED, one_line, strict
+from tests.cli.examples import STATED, strict
 
 pytestmark = pytest.mark.usefixtures("blank_figures")
 
@@ -59,18 +59,6 @@ def test_the_risk_sets_the_confidence():
     assert settings_of(Options()).confidence == 0.95
     assert settings_of(Options(spec="1", risk=0.01)).confidence == 0.99
     assert settings_of(Options(spec="1", risk=0.01, confidence=0.9)).confidence == 0.9
-
-
-@pytest.mark.parametrize(
-    ("more", "words"),
-    [
-        (("--spec", "3furlong"), "--spec"),
-        (("--spec", "1", "--risk", "2"), "--risk"),
-    ],
-)
-def test_what_cannot_be_is_wrong_usage(more, words, bare, capsys):
-    assert main(["analyze", str(bare), *STATED, *more]) == 2
-    assert words in one_line(capsys)
 
 
 def test_what_was_measured_stands_in_the_unit_of_its_limit(still, capsys):

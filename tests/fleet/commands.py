@@ -1,7 +1,9 @@
 """Campaigns by the command line, in this process or in one of its own."""
 
+import csv
 from contextlib import redirect_stderr, redirect_stdout
 from io import StringIO
+from pathlib import Path
 
 import pytest
 
@@ -28,3 +30,9 @@ def campaign(*arguments: object) -> tuple[int, str, str]:
 def command(*arguments: str) -> list[str]:
     """Words that start one as a process."""
     return [*SAGNAC, *SHARED, *arguments]
+
+
+def rows_of(output: Path) -> list[dict[str, str]]:
+    """The table of a campaign."""
+    with (output / "campaign.csv").open(newline="") as stream:
+        return list(csv.DictReader(stream))

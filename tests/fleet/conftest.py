@@ -12,23 +12,22 @@ from sagnac.recording.model import Recording
 WALK = 1e-3 * DEGREE_PER_ROOT_HOUR
 
 
-def write_recording(path: Path, *, seed: int, seconds: float = 120.0, walk: float = WALK) -> Path:
+def write_recording(path: Path, *, seed: int, seconds: float = 120.0) -> Path:
     """White rate noise of one gyro at 100 Hz."""
-    random = np.random.default_rng(seed)
-    rate = walk * 10.0 * random.standard_normal(round(100.0 * seconds))
-    write(
-        Recording.from_arrays(x=rate, kind="rate", unit="rad/s", sample_rate=100.0),
-        path,
-    )
-    return path
+    rate = WALK * 10.0 * np.random.default_rng(seed).standard_normal(round(100.0 * seconds))
+    return write(Recording.from_arrays(x=rate, kind="rate", unit="rad/s", sample_rate=100.0), path)
+
+
+def write_rack(place: Path, *, second: float = 120.0) -> Path:
+    """Two units on two days, the second of so many seconds, and one file that is damaged."""
+    for number, name in enumerate(("A_day1", "A_day2", "B_day1", "B_day2")):
+        seconds = 120.0 if "day1" in name else second
+        write_recording(place / f"{name}.parquet", seed=number, seconds=seconds)
+    whole = (place / "A_day1.parquet").read_bytes()
+    (place / "C_day1.parquet").write_bytes(whole[: len(whole) // 2])
+    return place
 
 
 @pytest.fixture(scope="session")
 def folder(tmp_path_factory) -> Path:
-    """Two units on two days, and one file that is damaged."""
-    place = tmp_path_factory.mktemp("recordings")
-    for number, name in enumerate(("A_day1", "A_day2", "B_day1", "B_day2")):
-        write_recording(place / f"{name}.parquet", seed=number)
-    whole = (place / "A_day1.parquet").read_bytes()
-    (place / "C_day1.parquet").write_bytes(whole[: len(whole) // 2])
-    return place
+    return write_rack(tmp_path_factory.mktemp("recordings"))

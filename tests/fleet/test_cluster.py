@@ -1,7 +1,6 @@
 """A real scheduler and two workers on loopback, started as the documentation says."""
 
 import contextlib
-import csv
 import json
 import socket
 import subprocess
@@ -15,7 +14,7 @@ import pytest
 from distributed import Client
 
 from sagnac.fleet import runner
-from tests.fleet.commands import campaign, command
+from tests.fleet.commands import campaign, command, rows_of
 from tests.fleet.conftest import write_recording
 from tests.processes import PYTHON, started
 
@@ -36,11 +35,6 @@ def cluster(place: Path, workers: int = 2):
         for process in (scheduler, *all_workers):
             process.kill()
             process.wait(timeout=60)
-
-
-def rows_of(folder: Path) -> list[dict[str, str]]:
-    with (folder / "campaign.csv").open(newline="") as stream:
-        return list(csv.DictReader(stream))
 
 
 def gives_the_same_table(address: str, recordings: Path, place: Path) -> None:

@@ -99,7 +99,7 @@ def test_runs_that_do_not_differ_say_nothing() -> None:
     assert found.hidden == dict.fromkeys(("unit", "day", "run"), "the runs do not differ")
 
 
-def nested_runs(same_date: bool, repeats: int = 2) -> tuple[list[Run], np.ndarray]:
+def nested_runs(same_date: bool) -> tuple[list[Run], np.ndarray]:
     """Runs of 4 units on 3 dates of their own each, or on one; and means of ln N of the units."""
     random = np.random.default_rng(4)
     effects = [0.3, -0.3, 0.1, -0.2]
@@ -113,7 +113,7 @@ def nested_runs(same_date: bool, repeats: int = 2) -> tuple[list[Run], np.ndarra
         )
         for unit in range(4)
         for day in range(3)
-        for _ in range(repeats)
+        for _ in range(2)
     ]
     return runs, np.log([run.value for run in runs]).reshape(4, -1).mean(axis=1)
 

@@ -1,6 +1,5 @@
 """The table of a campaign: equal data count once."""
 
-import csv
 import math
 import re
 from dataclasses import replace
@@ -26,6 +25,7 @@ from sagnac.quality.effects import finding
 from sagnac.report.document import analysis_document
 from sagnac.verdict.limits import specification_of
 from tests.conftest import undrawn
+from tests.fleet.commands import rows_of
 from tests.fleet.conftest import write_recording
 from tests.fleet.test_prior import TABLE
 from tests.handmade import analysis
@@ -56,9 +56,8 @@ def test_equal_data_count_once_and_the_row_says_so(made, tmp_path) -> None:
     assert [line.same_as for line in lines] == ["", paths[0], paths[0], ""]
     (counted,) = groups_of(lines).values()
     assert [line.file for line in counted] == [paths[0], paths[3]]
-    written, _ = write_tables(lines, tmp_path)
-    with written.open(newline="") as stream:
-        assert [row["same_as"] for row in csv.DictReader(stream)] == ["", *paths[:1] * 2, ""]
+    write_tables(lines, tmp_path)
+    assert [row["same_as"] for row in rows_of(tmp_path)] == ["", *paths[:1] * 2, ""]
     (counted,) = groups_of(read_table(tmp_path)).values()
     assert [line.file for line in counted] == [paths[0], paths[3]]
 

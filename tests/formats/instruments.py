@@ -37,7 +37,7 @@ def axes(samples: int = 600, lost: int = 0, seed: int = 11) -> Axes:
     )
 
 
-def _message(store, values: Axes, n: int, *, ros1: bool, frame: str = "imu_link"):
+def _message(store, values: Axes, n: int, *, ros1: bool):
     types = store.types
     stamp = types["builtin_interfaces/msg/Time"](
         sec=int(values.stamps[n] // 10**9), nanosec=int(values.stamps[n] % 10**9)
@@ -45,7 +45,7 @@ def _message(store, values: Axes, n: int, *, ros1: bool, frame: str = "imu_link"
     numbered = {"seq": n} if ros1 else {}
     vector = types["geometry_msgs/msg/Vector3"]
     return types["sensor_msgs/msg/Imu"](
-        header=types["std_msgs/msg/Header"](stamp=stamp, frame_id=frame, **numbered),
+        header=types["std_msgs/msg/Header"](stamp=stamp, frame_id="imu_link", **numbered),
         orientation=types["geometry_msgs/msg/Quaternion"](x=0.0, y=0.0, z=0.0, w=1.0),
         orientation_covariance=np.zeros(9),
         angular_velocity=vector(*map(float, values.gyros[n])),

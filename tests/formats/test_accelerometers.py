@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from sagnac.formats import Statement, missing, read, write
-from tests.formats.examples import SUFFIXES, refused, save, text
+from sagnac.formats import Statement, missing, read
+from tests.formats.examples import refused, save, text
 from tests.formats.instruments import axes, bag
 
 pytestmark = pytest.mark.usefixtures("trusted_hdf5")
@@ -86,14 +86,3 @@ def test_a_file_that_states_six_axes_needs_no_option_and_three_can_be_left_out(t
     assert [one.name for one in read(path, accelerometers=("az",)).accelerometers] == ["az"]
     part = read(path, span=(1.0, 2.0))
     np.testing.assert_array_equal(part.accelerometers[2].values, values.accelerometers[200:400, 2])
-
-
-@pytest.mark.parametrize("suffix", SUFFIXES)
-def test_six_axes_are_written_and_read_back_without_options(tmp_path, suffix):
-    recording = read(bag(tmp_path / "run.bag", axes()))
-    back = read(write(recording, tmp_path / f"run.{suffix}"))
-    assert [one.name for one in back.gyros] == ["x", "y", "z"]
-    assert [one.name for one in back.accelerometers] == ["ax", "ay", "az"]
-    for force, original in zip(back.accelerometers, recording.accelerometers, strict=True):
-        assert (force.kind, force.shown_in, force.sensor) == ("rate", "m/s^2", "accelerometer")
-        np.testing.assert_allclose(force.values, original.values, rtol=1e-15)

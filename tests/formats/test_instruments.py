@@ -101,22 +101,23 @@ def sixteen(path: Path) -> Path:
     return written(path / "export.txt", ["x (°/s)\tz (°/s)", *rows], "utf-16")
 
 
+def stamps_from(*start: int) -> list[datetime.datetime]:
+    first = datetime.datetime(*start)
+    return [first + datetime.timedelta(milliseconds=5 * n) for n in range(500)]
+
+
 def clocked(path: Path) -> Path:
-    start = datetime.datetime(2024, 3, 5, 23, 59, 59)
-    stamps = [start + datetime.timedelta(milliseconds=5 * n) for n in range(500)]
     rows = [
         f"{stamp:%H:%M:%S}.{stamp.microsecond // 1000:03d};{x:.9f};{z:.9f}"
-        for stamp, (x, _, z) in zip(stamps, DEGREES, strict=True)
+        for stamp, (x, _, z) in zip(stamps_from(2024, 3, 5, 23, 59, 59), DEGREES, strict=True)
     ]
     return written(path / "night.csv", ["Uhrzeit;x[deg/s];z[deg/s]", *rows])
 
 
 def dated(path: Path) -> Path:
-    start = datetime.datetime(2024, 2, 29, 23, 59, 59)
-    stamps = [start + datetime.timedelta(milliseconds=5 * n) for n in range(500)]
     rows = [
         f"{stamp:%d.%m.%Y %H:%M:%S},{stamp.microsecond // 1000:03d}\t{german(x)}\t{german(z)}\tOK"
-        for stamp, (x, _, z) in zip(stamps, DEGREES, strict=True)
+        for stamp, (x, _, z) in zip(stamps_from(2024, 2, 29, 23, 59, 59), DEGREES, strict=True)
     ]
     return written(path / "dated.dat", ["Zeit\tx[°/s]\tz[°/s]\tStatus", *rows], "cp1252")
 

@@ -22,18 +22,6 @@ def recorded(**changes):
     )
 
 
-@pytest.mark.parametrize("suffix", ["parquet", "csv", "h5", "npz", "mat", "feather"])
-def test_they_are_read_as_they_were_written(tmp_path, suffix):
-    recording = recorded()
-    path = tmp_path / f"run.{suffix}"
-    sagnac.write(recording, path)
-    read = sagnac.read(path)
-    assert [one.gyro for one in read.pickoffs] == ["x", "z"]
-    assert [gyro.name for gyro in read.gyros] == ["x", "z"]
-    for one, other in zip(read.pickoffs, recording.pickoffs, strict=True):
-        np.testing.assert_allclose(one.values, other.values, rtol=1e-14, atol=1e-14)
-
-
 def test_only_those_of_the_gyros_taken_are_read(tmp_path):
     path = tmp_path / "run.parquet"
     sagnac.write(recorded(), path)

@@ -2,6 +2,7 @@
 
 import hashlib
 import sys
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -12,6 +13,7 @@ from sagnac.core.errors import MissingExtra, RecordingError
 from sagnac.formats import read, registry, write
 from sagnac.formats.read_write import format_of
 from sagnac.formats.registry import FORMATS, Format
+from sagnac.recording.channel import Pickoff
 from sagnac.recording.model import Channel, Recording
 from tests.formats.examples import (
     SUFFIXES,
@@ -30,10 +32,25 @@ pytestmark = pytest.mark.usefixtures("trusted_hdf5")
 @pytest.mark.parametrize("kind", ["angle", "increment", "rate"])
 @pytest.mark.parametrize("times", [False, True])
 def test_what_is_written_is_read_back_without_options(tmp_path, suffix, kind, times):
-    recording = example(kind, times=times)
+    of_force = {"kind": "rate", "shown_in": "m/s^2", "sensor": "accelerometer"}
+    forces = {name: walk(seed) for seed, name in enumerate(("ax", "ay", "az"))}
+    recording = replace(
+        example(kind, times=times),
+        accelerometers=tuple(
+            Channel(name=name, values=one, **of_force) for name, one in forces.items()
+        ),
+        pickoffs=(Pickoff(gyro="left", values=walk(3)), Pickoff(gyro="z", values=walk(4))),
+    )
     path = write(recording, tmp_path / f"run.{suffix}")
     back = read(path)
     assert [gyro.name for gyro in back.gyros] == ["left", "z"]
+    for force, original in zip(back.accelerometers, recording.accelerometers, strict=True):
+        assert (force.name, force.sensor) == (original.name, "accelerometer")
+        assert (force.kind, force.shown_in) == ("rate", "m/s^2")
+        np.testing.assert_allclose(force.values, original.values, rtol=1e-15)
+    for pickoff, original in zip(back.pickoffs, recording.pickoffs, strict=True):
+        assert pickoff.gyro == original.gyro
+        np.testing.assert_allclose(pickoff.values, original.values, rtol=1e-14, atol=1e-14)
     for gyro, original in zip(back.gyros, recording.gyros, strict=True):
         assert (gyro.kind, gyro.shown_in) == (original.kind, original.shown_in)
         np.testing.assert_allclose(gyro.values, original.values, rtol=1e-15, atol=1e-24)

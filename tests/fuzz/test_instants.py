@@ -6,18 +6,17 @@ a killed process leaves half written goes with the next run.
 
 import random
 import signal
-import time
-from collections import Counter
+import subprocess
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 import sagnac
-from tests.cli.test_interrupted import ended, files_of, is_new, put_back
+from tests.cli.test_interrupted import ended, old_or_new
 from tests.fuzz.draws import SEED, part_of
 from tests.paper.scope import SMALL
-from tests.processes import PYTHON, SAGNAC
+from tests.processes import PYTHON
 
 SIGNALS = (signal.SIGKILL, signal.SIGTERM, signal.SIGINT)
 # Instants of each command; SAGNAC_FUZZ takes a part of them. A full disk is one in four.
@@ -27,10 +26,10 @@ LONGEST = 240.0
 pytestmark = pytest.mark.fuzz
 
 
-def with_a_full_disk(words: list[str], folder: Path, blocks: int) -> int:
-    """Exit status of a run that can write no more than some blocks of 512 bytes into a file."""
+def with_a_full_disk(words: list[str], folder: Path, blocks: int) -> subprocess.Popen:
+    """A run that can write no more than some blocks of 512 bytes into a file."""
     limited = ["sh", "-c", f'ulimit -f {blocks}; exec "$@"', "sh", *words]
-    return ended(limited, folder, 0, LONGEST).returncode
+    return ended(limited, folder, 0, LONGEST)
 
 
 @pytest.fixture
@@ -57,48 +56,31 @@ def commands(still: Path, folder: Path) -> dict[str, tuple[list[str], list[str],
     }
 
 
+@pytest.mark.usefixtures("blank_figures")
 @pytest.mark.parametrize("name", ["analyze", "simulate", "simulate csv", "convert"])
 def test_a_result_is_old_or_new_at_any_instant(name, still, tmp_path):
-    folder = tmp_path / "results"
-    folder.mkdir()
-    words, other, result = commands(still, folder)[name]
-    words = [*SAGNAC, *words]
-    assert ended([*words, *other], tmp_path, 0, LONGEST).returncode == 0
-    before = files_of(result)
-    began = time.monotonic()
-    assert ended(words, tmp_path, 0, LONGEST).returncode == 0
-    lasts, whole = time.monotonic() - began, files_of(result)
-    assert whole.keys() == before.keys()
-    assert whole != before
-    drawn, seen = random.Random(f"{SEED} {name}"), Counter()
-    for number in range(part_of(INSTANTS[name])):
-        put_back(result, before)
-        kind = number % (len(SIGNALS) + 1)
-        if kind < len(SIGNALS):
-            ended(words, tmp_path, SIGNALS[kind], drawn.uniform(0.0, 1.1) * lasts)
-        else:
-            largest = max(len(content) for content in whole.values())
-            status = with_a_full_disk(
-                words, tmp_path, int(drawn.uniform(0.0, 1.0) * largest) // 512
-            )
-            said = (tmp_path / "said.txt").read_text().splitlines()
-            assert status == 1, said
-            assert "cannot be written" in said[-1]
-            # What stood for it meanwhile is no business of the reader.
-            assert ".part" not in said[-1]
-        after = files_of(result)
-        seen["old" if after == before else "new"] += 1
-        # A kill between two names leaves a file without those beside it, never with others.
-        assert after == before or is_new(after, whole, before) or is_alone(after, before, whole)
-    assert ended(words, tmp_path, 0, LONGEST).returncode == 0
-    assert not list(folder.glob(".*.part"))
-    print(f"\n{name}: {dict(seen)}")
+    words, other, result = commands(still, tmp_path / "results")[name]
+    drawn = random.Random(f"{SEED} {name}")
 
+    def signalled(number):
+        return lambda words, lasts, _: (
+            number,
+            ended(words, tmp_path, number, drawn.uniform(0.0, 1.1) * lasts),
+        )
 
-def is_alone(after: dict[str, bytes], before: dict[str, bytes], whole: dict[str, bytes]) -> bool:
-    """Whether the file that others go with stands alone, old or new."""
-    ((name, content),) = after.items() if len(after) == 1 else (("", b""),)
-    return content in (before.get(name), whole.get(name))
+    def full(words, _, largest):
+        run = with_a_full_disk(words, tmp_path, int(drawn.uniform(0.0, 1.0) * largest) // 512)
+        said = (tmp_path / "said.txt").read_text().splitlines()
+        assert run.returncode == 1, said
+        assert "cannot be written" in said[-1]
+        # What stood for it meanwhile is no business of the reader.
+        assert ".part" not in said[-1]
+        return signal.SIGKILL, run  # as a kill, it may leave a file alone
+
+    endings = [*map(signalled, SIGNALS), full]
+    times = part_of(INSTANTS[name])
+    said = old_or_new(words, other, result, [endings[n % len(endings)] for n in range(times)])
+    print(f"\n{name}: {said}")
 
 
 REPRODUCE = """
@@ -127,7 +109,7 @@ def test_a_reproduction_that_was_ended_goes_on_to_the_same_bytes(tmp_path):
         if kind < len(SIGNALS):
             ended(words, tmp_path, SIGNALS[kind], drawn.uniform(1.0, 12.0))
         else:
-            assert with_a_full_disk(words, tmp_path, drawn.randrange(2)) != 0
+            assert with_a_full_disk(words, tmp_path, drawn.randrange(2)).returncode != 0
         there = {
             entry.name: entry.read_bytes()
             for entry in runs.iterdir()

@@ -12,10 +12,10 @@ from sagnac.lines.search import remove_lines
 BINS = 50_001
 
 
-def peaks_at(frequencies, height=1.0):
+def peaks_at(frequencies):
     """Peaks at frequencies, cycles a sample."""
     place = np.asarray(frequencies) * 4.0 * (BINS - 1)
-    return Peaks(place=place, height=np.full(place.size, height))
+    return Peaks(place=place, height=np.ones(place.size))
 
 
 def bands_of(frequencies):

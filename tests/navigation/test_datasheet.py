@@ -23,23 +23,20 @@ TILTED = (0.1, 0.2, 0.9747)  # 1 in all
 
 
 @pytest.mark.parametrize(
-    "white", ["0.15deg/sqrt(h)", "0.0025deg/s/sqrt(Hz)", "9deg/h/sqrt(Hz)", "0.15°/√h"]
+    ("white", "kind"),
+    [
+        # 0.15 deg in an hour, as its square root.
+        *((one, "gyro") for one in ("0.15deg/sqrt(h)", "0.0025deg/s/sqrt(Hz)", "9deg/h/sqrt(Hz)")),
+        ("0.15°/√h", "gyro"),
+        *((one, "accelerometer") for one in ("80ug/sqrt(Hz)", "80ug/rtHz", "80µg/√Hz")),
+        *((one, "accelerometer") for one in ("0.08mg/√Hz", "0.08mg/rtHz", "0.0470719m/s/√hr")),
+    ],
 )
-def test_units_of_n_are_one_number(white):
-    stated = datasheet_setting(f"N={white},B=3deg/h@100s")
-    # 0.15 deg in an hour, as its square root.
-    assert stated.simple.white == pytest.approx(0.15 * DEGREE / 60.0)
-    assert (stated.kind, stated.limit) == ("gyro", None)
-
-
-@pytest.mark.parametrize(
-    "white",
-    ["80ug/sqrt(Hz)", "80ug/rtHz", "80µg/√Hz", "0.08mg/√Hz", "0.08mg/rtHz", "0.0470719m/s/√hr"],
-)
-def test_units_of_n_of_accelerometers_are_one_number(white):
-    stated = datasheet_setting(f"N={white},B=0.01mg@100s")
-    assert stated.simple.white == pytest.approx(80e-6 * 9.80665, rel=1e-6)
-    assert stated.kind == "accelerometer"
+def test_units_of_n_are_one_number(white, kind):
+    stated = datasheet_setting(f"N={white},B={'3deg/h' if kind == 'gyro' else '0.01mg'}@100s")
+    truth = 0.15 * DEGREE / 60.0 if kind == "gyro" else 80e-6 * 9.80665
+    assert stated.simple.white == pytest.approx(truth, rel=1e-6)
+    assert (stated.kind, stated.limit) == (kind, None)
 
 
 def test_both_models_have_the_lowest_allan_deviation_at_its_time():

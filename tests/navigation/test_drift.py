@@ -158,22 +158,6 @@ def test_a_bias_known_better_than_the_rest_shows_it_is_the_prior():
     assert part(found, "initial_bias") == pytest.approx((1e-7 * 60.0) ** 2, rel=1e-4, abs=0.0)
 
 
-def test_bounds_are_a_second_line_and_errors_an_interval():
-    covariance = np.zeros((3, 3))
-    covariance[0, 0] = (0.1e-5) ** 2
-    noise = GyroNoise(
-        angle_random_walk=1e-5, covariance=covariance, bounds={"rate_random_walk": 1e-6}
-    )
-    found = drift(
-        (noise,) * 3, latitude=LATITUDE, times=MINUTE, priors=exact(), confidence=0.6827
-    ).heading
-    # N is 10 % wrong in all three alike, the variance 20 %.
-    assert found.reach == pytest.approx([0.2], rel=1e-3)
-    bounded = GyroNoise(angle_random_walk=1e-5, rate_random_walk=1e-6)
-    assert found.highest == pytest.approx(heading(bounded).deviation())
-    assert found.highest > found.deviation()
-
-
 def test_the_interval_reaches_to_what_a_bound_of_the_walk_allows():
     covariance = np.zeros((3, 3))
     covariance[0, 0] = (0.1e-5) ** 2

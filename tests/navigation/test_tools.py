@@ -120,7 +120,9 @@ def test_gtsam_is_set_by_the_file_itself():
             self.force_walk = matrix
 
     made: dict = {}
-    exec(written("gtsam", settings=TRIAD, accelerometers=FORCES, each=True), made)
+    text = written("gtsam", settings=TRIAD, accelerometers=FORCES, each=True)
+    assert re.findall(r"^[ \t]*(?:import|from) .*", text, re.MULTILINE) == ["import numpy"]
+    exec(text, made)
     parameters = Parameters()
     made["set_gyroscope"](parameters)
     made["set_accelerometer"](parameters)

@@ -43,8 +43,8 @@ def law_curve(truth, *, samples, taus):
     )
 
 
-def log_taus(samples, points=40, share=4):
-    return np.unique(np.round(np.geomspace(1.0, samples / share, points)))
+def log_taus(samples, points=40):
+    return np.unique(np.round(np.geomspace(1.0, samples / 4, points)))
 
 
 @pytest.mark.parametrize("fit", [paper_fit, weighted_fit])

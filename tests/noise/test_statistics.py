@@ -18,9 +18,9 @@ from sagnac.analysis.settings import Settings
 from sagnac.noise.curve_fit import weighted_fit
 from sagnac.noise.estimates import Fit
 from sagnac.noise.fit import likelihood_fit
-from sagnac.noise.three_cornered_hat import three_cornered_hat
 from sagnac.recording.model import Channel, Recording
 from sagnac.stability.curve import stability_curve
+from tests.noise.examples import told_apart
 
 SEED = 20130227
 RECORDINGS = 1000
@@ -150,7 +150,7 @@ def test_three_cornered_hat_intervals_hold_each_gyro_s_own():
             name: table + truth * generator.standard_normal(SAMPLES)
             for name, truth in truths.items()
         }
-        separation = three_cornered_hat(gyros, kind="rate", sample_rate=1.0)
+        separation = told_apart(gyros)
         for name, estimate in separation.angle_random_walk.items():
             inside[name] += estimate.low <= truths[name] <= estimate.high
     for name, count in inside.items():

@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 from sagnac.core.errors import RecordingError
-from sagnac.noise.three_cornered_hat import three_cornered_hat
-from tests.noise.examples import white
+from tests.noise.examples import told_apart, white
 
 
 def test_three_gyros_that_turn_together_are_told_apart():
@@ -15,7 +14,7 @@ def test_three_gyros_that_turn_together_are_told_apart():
         name: common + truth * white(20_000, seed)
         for seed, (name, truth) in enumerate(truths.items())
     }
-    separation = three_cornered_hat(gyros, kind="rate", sample_rate=1.0)
+    separation = told_apart(gyros)
     assert separation.notes == ()
     for name, truth in truths.items():
         estimate = separation.angle_random_walk[name]
@@ -30,7 +29,7 @@ def test_a_gyro_far_quieter_than_the_others_gets_a_bound_and_a_note():
     negative = 0
     for _ in range(10):
         gyros = {name: truth * generator.standard_normal(3000) for name, truth in truths.items()}
-        separation = three_cornered_hat(gyros, kind="rate", sample_rate=1.0)
+        separation = told_apart(gyros)
         estimate = separation.angle_random_walk["x"]
         assert estimate.status == "upper bound"
         assert estimate.high > truths["x"]
@@ -50,7 +49,7 @@ def test_intervals_and_bounds_of_three_gyros_hold(samples, truths):
             name: truth * generator.standard_normal(samples)
             for name, truth in zip("xyz", truths, strict=True)
         }
-        separation = three_cornered_hat(gyros, kind="rate", sample_rate=1.0)
+        separation = told_apart(gyros)
         walks = separation.angle_random_walk.values()
         held += [walk.low <= truth <= walk.high for walk, truth in zip(walks, truths, strict=True)]
     assert held.min() >= 0.9 * runs
@@ -59,4 +58,4 @@ def test_intervals_and_bounds_of_three_gyros_hold(samples, truths):
 def test_a_gyro_that_stands_twice_is_refused():
     gyros = {"x": white(500, 1), "y": white(500, 1), "z": white(500, 3)}
     with pytest.raises(RecordingError, match="the same"):
-        three_cornered_hat(gyros, kind="rate", sample_rate=1.0)
+        told_apart(gyros)

@@ -72,11 +72,11 @@ def stuck_once(length: int, off: float = 0.0) -> Recording:
     return of_rate(_changed(still(), slice(7000, 7000 + length), MEAN + off * SIGMA))
 
 
-def held(share: float) -> Recording:
-    values = still()
-    for place in np.flatnonzero(np.random.default_rng(3).random(SAMPLES - 1) < share) + 1:
+def with_held(values: np.ndarray, share: float) -> np.ndarray:
+    values = values.copy()
+    for place in np.flatnonzero(np.random.default_rng(3).random(values.size - 1) < share) + 1:
         values[place] = values[place - 1]
-    return of_rate(values)
+    return values
 
 
 def unsigned(bits: int) -> Recording:
@@ -158,7 +158,7 @@ PATHOLOGIES: dict[str, tuple[str, Callable[[], Recording], float | None]] = {
         None,
     ),
     "stuck again and again": ("repeats", lambda: stuck(50, 99), np.sqrt(1 - 50 * 98 / SAMPLES)),
-    "samples held": ("repeats", lambda: held(0.2), np.sqrt(1.2 / 0.8)),
+    "samples held": ("repeats", lambda: of_rate(with_held(still(), 0.2)), np.sqrt(1.2 / 0.8)),
     "coarse": ("resolution", lambda: of_rate(2.0 * SIGMA * np.rint(still() / (2.0 * SIGMA))), 1.15),
     "float32 angle": (
         "resolution",

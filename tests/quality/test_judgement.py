@@ -182,3 +182,12 @@ def test_accelerometers_are_judged_as_gyros_are():
     # Of the gyros alone it would be their walk.
     assert "velocity random walk" in found.text
     assert "angle" not in found.text
+
+
+def test_a_unit_of_accelerometers_that_gravity_contradicts_is_said_once():
+    """9.8 g were said to turn at 5510 deg/s besides, as of a gyro."""
+    forces = {name: 9.8 * axis + 1e-3 * still(axis) for axis, name in enumerate(("ax", "az"))}
+    for unit, names in (("g", ["units"]), ("m/s^2", [])):
+        units = {"x": "deg/h", **dict.fromkeys(forces, unit)}
+        made = Recording.from_arrays(x=still(), **forces, kind="rate", unit=units, sample_rate=RATE)
+        assert [note.name for note in check(made)] == names

@@ -13,11 +13,6 @@ from sagnac.recording.model import Provenance, Recording, second_of
 from tests.quality.recordings import RATE, noise, rate_gyro
 
 
-def test_a_gyro_that_is_not_there_is_named_with_those_that_are():
-    with pytest.raises(RecordingError, match=r"no gyro 'q'; it has x"):
-        Recording(gyros=(rate_gyro(noise(1.0)),), sample_rate=RATE).gyro("q")
-
-
 def sound(**changes):
     arguments = {"gyros": (rate_gyro(noise(1.0)[:20]),), "sample_rate": RATE}
     return Recording(**{**arguments, **changes})

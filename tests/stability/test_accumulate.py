@@ -10,35 +10,24 @@ from tests.stability.examples import ESTIMATORS, WITH_GAPS
 
 
 @pytest.mark.parametrize("kind", ["rate", "increment", "angle"])
-@pytest.mark.parametrize("estimator", ESTIMATORS)
-def test_a_record_out_of_memory_has_the_same_curve(monkeypatch, estimator, kind):
-    values = np.random.default_rng(9).standard_normal(2_251)
-    inside = stability_curve(values, kind=kind, sample_rate=10.0, estimator=estimator)
+@pytest.mark.parametrize(
+    ("estimator", "gaps"),
+    [*((name, "reject") for name in ESTIMATORS), *((name, "omit") for name in WITH_GAPS)],
+)
+def test_a_record_out_of_memory_has_the_same_curve(monkeypatch, estimator, gaps, kind):
+    values = np.random.default_rng(9).standard_normal(12_345 if gaps == "omit" else 2_251)
+    starts = 1024
+    if gaps == "omit":
+        values[[0, 700, 701, 5000, 12_344]] = values[1000:1100:7] = np.nan
+        monkeypatch.setattr(arrays, "BLOCK", 700)
+        starts = 4096
+    how = {"kind": kind, "sample_rate": 10.0, "estimator": estimator, "gaps": gaps}
+    inside = stability_curve(values, **how)
     monkeypatch.setattr(arrays, "IN_MEMORY", 250)
-    monkeypatch.setattr("sagnac.stability.sums.STARTS", 1024)
+    monkeypatch.setattr("sagnac.stability.sums.STARTS", starts)
     mapped = arrays.empty(values.size)
     mapped[:] = values
-    outside = stability_curve(mapped, kind=kind, sample_rate=10.0, estimator=estimator)
-    _assert_same(inside, outside)
-
-
-@pytest.mark.parametrize("kind", ["rate", "angle"])
-@pytest.mark.parametrize("estimator", WITH_GAPS)
-def test_a_record_out_of_memory_with_gaps_has_the_same_curve(monkeypatch, estimator, kind):
-    values = np.random.default_rng(10).standard_normal(12_345)
-    values[[0, 700, 701, 5000, 12_344]] = np.nan
-    values[1000:1100:7] = np.nan
-    inside = stability_curve(values, kind=kind, sample_rate=10.0, estimator=estimator, gaps="omit")
-    monkeypatch.setattr(arrays, "IN_MEMORY", 1000)
-    monkeypatch.setattr(arrays, "BLOCK", 700)
-    monkeypatch.setattr("sagnac.stability.sums.STARTS", 4096)
-    mapped = arrays.empty(values.size)
-    mapped[:] = values
-    outside = stability_curve(mapped, kind=kind, sample_rate=10.0, estimator=estimator, gaps="omit")
-    _assert_same(inside, outside)
-
-
-def _assert_same(inside, outside):
+    outside = stability_curve(mapped, **how)
     assert inside.notes == outside.notes
     for name in ("tau", "terms", "noise_type"):
         assert np.array_equal(getattr(inside, name), getattr(outside, name))

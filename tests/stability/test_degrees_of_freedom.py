@@ -1,6 +1,7 @@
 """Degrees of freedom against published sums, exact filters and simulation."""
 
 import math
+from itertools import product
 
 import numpy as np
 import pytest
@@ -11,74 +12,48 @@ from sagnac.stability.noise_type import equivalent_degrees_of_freedom
 from tests import naive_stability as naive
 from tests.stability.examples import THOUSAND_POINTS
 
-
-@pytest.mark.parametrize("m", [1, 2, 7, 20])
-@pytest.mark.parametrize("alpha", [2, 1, 0, -1, -2])
-@pytest.mark.parametrize("estimator", ["adev", "oadev", "mdev", "hdev", "ohdev"])
-def test_degrees_of_freedom_are_the_greenhall_riley_sum(estimator, alpha, m):
-    order = 3 if estimator in ("hdev", "ohdev") else 2
-    expected = naive.greenhall_riley(
-        alpha,
-        order,
-        m,
-        400,
-        modified=estimator == "mdev",
-        overlapping=estimator not in ("adev", "hdev"),
-    )
-    found = equivalent_degrees_of_freedom(estimator, alpha, m, 400)
-    assert found == pytest.approx(expected, rel=1e-6)
+PUBLISHED = ("adev", "oadev", "mdev", "hdev", "ohdev")
+LONG = {"oadev": (1, 0, -1, -2), "mdev": (2, 1, 0, -2), "ohdev": (-1, -3, -4)}
 
 
-@pytest.mark.parametrize("alpha", [-3, -4])
-def test_hadamard_degrees_of_freedom_for_steep_noise(alpha):
-    expected = naive.greenhall_riley(alpha, 3, 9, 300, modified=False, overlapping=True)
-    assert equivalent_degrees_of_freedom("ohdev", alpha, 9, 300) == pytest.approx(
-        expected, rel=1e-6
-    )
-
-
-@pytest.mark.parametrize("samples", [2400, 6000])
 @pytest.mark.parametrize(
-    ("estimator", "alpha"),
+    ("estimator", "alpha", "m", "samples"),
     [
-        *(("oadev", alpha) for alpha in (1, 0, -1, -2)),
-        *(("mdev", alpha) for alpha in (2, 1, 0, -2)),
-        *(("ohdev", alpha) for alpha in (-1, -3, -4)),
+        *(one for one in product(PUBLISHED, (2, 1, 0, -1, -2), (1, 2, 7, 20), (400,))),
+        *(("ohdev", alpha, 9, 300) for alpha in (-3, -4)),
+        # Long clusters are summed by panels, not over every lag.
+        *((name, alpha, 700, n) for name in LONG for alpha in LONG[name] for n in (2400, 6000)),
     ],
 )
-def test_long_clusters_by_panels_are_the_sum_over_every_lag(estimator, alpha, samples):
-    m = 700
-    order = 3 if estimator == "ohdev" else 2
+def test_degrees_of_freedom_are_the_greenhall_riley_sum(estimator, alpha, m, samples):
+    by_panels = m == 700
     expected = naive.greenhall_riley(
         alpha,
-        order,
+        3 if estimator in ("hdev", "ohdev") else 2,
         m,
         samples,
         modified=estimator == "mdev",
-        overlapping=True,
-        long_filter=estimator != "mdev" and alpha <= 0,
+        overlapping=estimator not in ("adev", "hdev"),
+        long_filter=by_panels and estimator != "mdev" and alpha <= 0,
     )
     found = equivalent_degrees_of_freedom(estimator, alpha, m, samples)
-    assert found == pytest.approx(expected, rel=2e-4)
+    assert found == pytest.approx(expected, rel=2e-4 if by_panels else 1e-6)
 
 
-@pytest.mark.parametrize("m", [50, 128, 400])
-def test_long_clusters_of_white_rate_noise_are_exact(m):
-    """Sampled white rates, whose covariance is that of the filter itself."""
+@pytest.mark.parametrize(
+    ("alpha", "m", "tolerance"),
+    [*((0, m, 1e-3) for m in (50, 128, 400)), *((2, m, 1e-9) for m in (1, 5, 300))],
+)
+def test_white_noise_is_exact(alpha, m, tolerance):
+    """White angles, and long clusters of sampled white rates, have the covariance of the filter."""
     samples = 4001
     weights = np.concatenate((np.ones(m), -np.ones(m)))
+    if alpha == 2:
+        weights = np.zeros(2 * m + 1)
+        weights[[0, m, 2 * m]] = 1, -2, 1
     exact = naive.filter_degrees_of_freedom(weights, samples - 2 * m)
-    found = equivalent_degrees_of_freedom("oadev", 0, m, samples)
-    assert found == pytest.approx(exact, rel=1e-3)
-
-
-@pytest.mark.parametrize("m", [1, 5, 300])
-def test_white_angle_noise_is_exact(m):
-    weights = np.zeros(2 * m + 1)
-    weights[[0, m, 2 * m]] = 1, -2, 1
-    exact = naive.filter_degrees_of_freedom(weights, 4001 - 2 * m)
-    found = equivalent_degrees_of_freedom("oadev", 2, m, 4001)
-    assert found == pytest.approx(exact, rel=1e-9)
+    found = equivalent_degrees_of_freedom("oadev", alpha, m, samples)
+    assert found == pytest.approx(exact, rel=tolerance)
 
 
 def test_a_million_sample_cluster_costs_no_digits():

@@ -334,6 +334,5 @@ def _highest_walk(
         points = points_at(unfinished, rate, evidence.settings.interval)
         curve = curve_of(points.angle, points.rate, evidence.settings)
         roll_off = averaged.roll_off_of(Points(angle=unfinished, rate=rate))
-    # A gyro's low-pass filter may still lower the curve over ten samples.
     used = (curve.tau * rate >= 10.0) & (curve.tau >= roll_off.cluster_time())
     return highest_walk(curve, evidence.readout, chance=chance, used=used)

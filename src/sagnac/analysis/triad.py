@@ -16,7 +16,7 @@ from sagnac.core.errors import Note, RecordingError
 from sagnac.noise.band_models import BandModel
 from sagnac.noise.estimates import Fit, rooted, unobserved
 from sagnac.noise.model_average import average
-from sagnac.noise.three_cornered_hat import Separation, separation_of
+from sagnac.noise.three_cornered_hat import Separation, three_cornered_hat
 from sagnac.noise.whole_band import describes
 from sagnac.recording.channel import PAIR_SIZE
 
@@ -122,7 +122,7 @@ def _hat_of(evidence: Evidence, points: Points, fit: Fit) -> Separation:
     first, middle, last = evidence.settings.gyros
     pairs = ((middle, first), (first, last))
     try:
-        return separation_of(
+        return three_cornered_hat(
             (middle, first, last),
             [_steps(evidence, *pair, points.rate) for pair in pairs],
             sample_rate=points.rate,

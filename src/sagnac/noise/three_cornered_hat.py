@@ -3,21 +3,17 @@
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import cached_property, partial
-from itertools import pairwise, starmap
-from typing import Any, Final
+from functools import cached_property
+from typing import Final
 
 import numpy as np
-from numpy.typing import ArrayLike
 
-from sagnac.core.arrays import BooleanArray, FloatArray, elementwise
+from sagnac.core.arrays import BooleanArray, FloatArray
 from sagnac.core.errors import Note, RecordingError
 from sagnac.noise.cosine_spectrum import Band, Bands, cosine_bins, require_increments, without_slope
 from sagnac.noise.estimates import Estimate
 from sagnac.noise.laws import STOCHASTIC_NAMES, cosine_power_basis
 from sagnac.noise.likelihood import Likelihood, Place, parabola_move
-from sagnac.recording.channel import angle_increments
-from sagnac.recording.model import Kind
 from sagnac.spectrum.transforms import cosine_length
 
 
@@ -41,22 +37,21 @@ class Separation:
 
 
 def three_cornered_hat(
-    gyros: Mapping[str, ArrayLike],
+    names: Sequence[str],
+    steps: list[FloatArray],
     *,
-    kind: Kind,
     sample_rate: float,
-    confidence: float = 0.95,
-    masked: Bands = (),
-    band: Band | None = None,
+    confidence: float,
+    masked: Bands,
+    band: Band,
 ) -> Separation:
     """Each gyro's own angle random walk from three that turn together.
 
     What the gyros share (the table, the Earth) is in each of them and in no difference of
-    them, so only the differences are used: the first less the second and the second less
-    the third. Their spectra and cross spectrum are the sum of Q, N, B and K of three
-    independent gyros; all twelve squares are fitted at once by likelihood on the cosine
-    transforms, as in `likelihood_fit`. This is the three-cornered hat by covariances (E. Lantz
-    et al., IEEE Trans. UFFC 66:1942, 2019) with the weights that lose nothing.
+    them, so only the differences are used. Their spectra and cross spectrum are the sum of Q, N,
+    B and K of three independent gyros; all twelve squares are fitted at once by likelihood on the
+    cosine transforms, as in `likelihood_fit`. This is the three-cornered hat by covariances (E.
+    Lantz et al., IEEE Trans. UFFC 66:1942, 2019) with the weights that lose nothing.
 
     A square may come out negative where a gyro is much quieter than the other two, or
     where the gyros' noises are not independent. Then, and wherever the square is below
@@ -64,55 +59,18 @@ def three_cornered_hat(
 
     Parameters
     ----------
-    gyros
-        Three channels of one length by name, rad for ``angle`` and ``increment``, rad/s
-        for ``rate``; the share of common motion already alike, lines removed or masked.
-    kind
-        What one sample is.
+    names
+        Of three gyros.
+    steps
+        (increments,) rad, of the first gyro less the second and of the second less the third; the
+        share of common motion already alike, lines removed or masked. The list is emptied, so
+        that long arrays leave memory once they are transformed.
     sample_rate
-        Samples per second.
+        Increments per second.
     confidence
         Of every interval and bound.
     masked, band
         As in `likelihood_fit`.
-
-    Returns
-    -------
-    Separation
-        By the names given.
-
-    Raises
-    ------
-    RecordingError
-        If a sample is not finite, the differences do not vary, or too little is left.
-    """
-    increments = partial(angle_increments, kind=kind, sample_rate=sample_rate)
-    pairs = pairwise(map(increments, gyros.values()))
-    steps = list(starmap(partial(elementwise, np.subtract), pairs))
-    how: dict[str, Any] = {"confidence": confidence, "masked": masked, "band": band}
-    return separation_of(tuple(gyros), steps, sample_rate=sample_rate, **how)
-
-
-def separation_of(
-    names: Sequence[str],
-    steps: list[FloatArray],
-    *,
-    sample_rate: float,
-    confidence: float,
-    masked: Bands,
-    band: Band | None,
-) -> Separation:
-    """The three-cornered hat of differences of gyros; see `three_cornered_hat`.
-
-    Parameters
-    ----------
-    names
-        Of three gyros.
-    steps
-        (increments,) rad, of the first gyro less the second and of the second less the third. The
-        list is emptied, so that long arrays leave memory once they are transformed.
-    sample_rate, confidence, masked, band
-        As in `three_cornered_hat`.
 
     Raises
     ------
@@ -123,7 +81,7 @@ def separation_of(
     samples, interval = cosine_length(steps[0].size), 1.0 / sample_rate
     # A ramp lives in the lowest indices, and least squares took what noise looks like one.
     lowest = 4.0 / (samples * interval)
-    low, high = band if band is not None else (0.0, math.inf)
+    low, high = band
     # One product of two transforms fits a singular matrix, at infinite likelihood.
     bins = cosine_bins(samples, interval, masked, (max(low, lowest), high), narrowest=4)
     basis = bins.mean_of(lambda index: cosine_power_basis(index, samples, interval))

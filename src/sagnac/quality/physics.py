@@ -44,10 +44,11 @@ def rate_notes(recording: Recording, profile: Profile) -> Notes:
     Motion scatters as it likes; on a bench it is noise that does, from sample to sample as from
     second to second.
     """
+    if profile.channel.sensor != "gyro":
+        return ()
     rates, text = profile.rates, ""
     typical = float(np.median(np.abs(rates)))
     scatter = float(np.sqrt(np.mean(np.square(np.diff(rates))))) if rates.size > 1 else typical
-    is_bench = profile.standing and profile.channel.sensor == "gyro"
     walk = min(scatter * math.sqrt(0.5 * recording.duration / rates.size), profile.walk)
     # No gyro turns so fast for long, none is stable to 1e-6 deg/h from sample to sample, and none
     # on sale has a tenth of the last random walk.
@@ -57,11 +58,11 @@ def rate_notes(recording: Recording, profile: Profile) -> Notes:
     elif scatter < 1e-6 * DEGREE_PER_HOUR:
         size = f"{scatter / DEGREE_PER_HOUR:.2g} deg/h from second to second"
         text = f"scatters by only {size}: {_LOOKS_WRONG}"
-    elif is_bench and walk > 60.0 * units.DEGREE_PER_ROOT_HOUR:
+    elif profile.standing and walk > 60.0 * units.DEGREE_PER_ROOT_HOUR:
         size = f"{walk / units.DEGREE_PER_ROOT_HOUR:.3g} deg/sqrt(h)"
         fact = f"scatters like an angle random walk of {size}, over ten times that of the noisiest"
         text = f"{fact}: {_LOOKS_WRONG}"
-    elif is_bench and profile.channel.kind != "angle" and _adds_up(profile.channel.values):
+    elif profile.standing and profile.channel.kind != "angle" and _adds_up(profile.channel.values):
         fact = "goes on from sample to sample as an angle does, at any distance"
         text = f"{fact}: if it is one, state {{kind angle}} with its {{unit}}"
     return _doubt(profile.name, text)

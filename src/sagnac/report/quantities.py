@@ -226,17 +226,17 @@ def coarser(spectrum: Spectrum, most: int) -> Spectrum:
     return Spectrum(frequency=frequency, density=density)
 
 
-def residual_peaks(analysis: Analysis, false_alarm: float = 1e-3) -> int:
+def residual_peaks(analysis: Analysis) -> int:
     """How many peaks the spectrum after removal still has.
 
     A bin is one of a peak if it stands above the median of the bins around it by more than
-    noise does once in `false_alarm` over the whole spectrum; bins that touch are one peak.
+    noise does in one spectrum of a thousand; bins that touch are one peak.
     Bins are means of `n` exponential ordinates, gamma distributed of shape `n`.
     """
     frequency, density = analysis.spectrum.frequency, analysis.spectrum.density
     if density.size < _NEIGHBOURS:
         return 0
     shape = np.maximum(np.round(np.gradient(frequency) * analysis.recording.duration), 1.0)
-    threshold = gammainccinv(shape, false_alarm / density.size) / gammaincinv(shape, 0.5)
+    threshold = gammainccinv(shape, 1e-3 / density.size) / gammaincinv(shape, 0.5)
     above = density > threshold * running_median(density, _NEIGHBOURS)
     return int(np.count_nonzero(above[1:] & ~above[:-1]) + above[0])
