@@ -18,8 +18,8 @@ from sagnac.cli.app import stopped_by_signals
 from sagnac.cli.output import prefixed
 from tests.processes import PYTHON, SAGNAC, environment, ran, started
 
-# Of each command the signal that ends it at one part of a whole run, and what an old result differs
-# by, so that a mixture shows. tests/fuzz draws many, and converts.
+# Each command, the signal that ends it part of the way through a run, and the option by which the
+# old result differs, so that a mixture of old and new shows. tests/fuzz draws many instants.
 ENDED = {
     "analyze": (signal.SIGKILL, ["--confidence", "0.9"]),
     "simulate": (signal.SIGTERM, ["--seed", "2"]),

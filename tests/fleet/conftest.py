@@ -19,7 +19,7 @@ def write_recording(path: Path, *, seed: int, seconds: float = 120.0) -> Path:
 
 
 def write_rack(place: Path, *, second: float = 120.0) -> Path:
-    """Two units on two days, the second of so many seconds, and one file that is damaged."""
+    """Two units on two days, and one damaged file. The second day lasts `second` seconds."""
     for number, name in enumerate(("A_day1", "A_day2", "B_day1", "B_day2")):
         seconds = 120.0 if "day1" in name else second
         write_recording(place / f"{name}.parquet", seed=number, seconds=seconds)

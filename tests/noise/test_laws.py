@@ -55,7 +55,7 @@ def allan_integral(density, tau):
 
 
 def markov_density(f):
-    """Of a driving noise of 0.7 and a time of 3 s."""
+    """Density of a Markov rate with a driving noise of 0.7 and a correlation time of 3 s."""
     return (0.7 * 3.0) ** 2 / (1.0 + (2.0 * np.pi * f * 3.0) ** 2)
 
 

@@ -179,7 +179,7 @@ def test_accelerometers_are_judged_as_gyros_are():
     limit = float(np.median(forces["az"]))
     (found,) = check(with_forces(x=still(), **{**forces, "az": np.minimum(forces["az"], limit)}))
     assert (found.name, found.channel, found.level) == ("clipping", "az", "error")
-    # Of the gyros alone it would be their walk.
+    # The walk of a gyro has another name.
     assert "velocity random walk" in found.text
     assert "angle" not in found.text
 

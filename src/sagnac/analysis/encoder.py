@@ -12,8 +12,8 @@ What is measured holds the encoder's noise by its share of the table. It is whit
 angle, a Q, and hides N from some frequency on. What the spectrum tells of N with that Q and without
 it (Whittle's information) says what a better latch would bring.
 
-Noise that two gyros share does not show in their difference. Their cross spectrum tells of it. What
-they do not show alike of the table's motion is in it, and follows the table.
+Noise that two gyros share does not show in their difference. Their cross spectrum tells of it. If
+two gyros do not show the table's motion alike, some of it is left in their difference.
 """
 
 import math
@@ -330,25 +330,33 @@ def white_noise(angle: FloatArray) -> float:
 
 # ---- motion that two gyros do not show alike ---------------------------------------------
 
-# Mean coherence, in the band of N, from which on it is none of noise, of which it is 0.09. Of 19
+# Mean coherence in the band of N above which a difference follows the table. Noise has 0.09. Of 19
 # triads with a lag of 0.3 to 3 ms or a low-pass of 8 to 80 Hz in one gyro, the eleven below 0.19
 # held N; the eight above 0.41 read 1.0 to 69 times as much.
 _FOLLOWS: Final = 0.28
-# Samples at the beginning that the coherence is of.
+# Samples from the beginning that the coherence is computed of.
 FOR_COHERENCE: Final = 2**18
 
 
 def unlike_motion(
     evidence: Evidence, band_hz: tuple[float, float], number: int = 0
 ) -> tuple[Note, ...]:
-    """A finding if what a pair leaves is no noise of the two, since it follows their table.
+    """A finding if the difference of a pair holds motion of the table beside the noise of the two.
 
-    A filter of one gyro's own leaves motion in the difference. That follows a third gyro, or the
-    encoder, whose noise is in neither of the two. `number` is that of the pair in `remainders`, and
-    `band_hz` that in which N of it is read.
+    If one of them is behind a filter of its own, their difference follows a third gyro, or the
+    encoder, neither of which shares noise with it.
+
+    Parameters
+    ----------
+    evidence
+        With what the search for lines left of the pair.
+    band_hz
+        Band in which N of the pair is read.
+    number
+        Of the pair in `evidence.remainders`.
     """
     left, names = evidence.remainders[number], evidence.settings.gyros
-    # A difference that is not weighted holds what the encoder errs by.
+    # A difference without weights holds errors of the encoder.
     if left.weights == (1.0, -1.0) or evidence.table.estimate is None:
         return ()
     pair = names[0], names[-1 - number]

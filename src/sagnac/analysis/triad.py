@@ -1,6 +1,7 @@
 """Each gyro of a triad alone."""
 
 import math
+from collections.abc import Iterator
 from dataclasses import replace
 from itertools import combinations
 from typing import Final
@@ -45,7 +46,8 @@ def each_alone(evidence: Evidence, headline: Headline) -> Separation:
     Returns
     -------
     Separation
-        By gyro; empty if none is told apart.
+        By gyro. Empty if there is no triad to tell apart; not observable, with a warning, if a
+        difference holds more than the noise of its two gyros.
     """
     fine, spectrum = evidence.fine, headline.spectrum
     left, second = _pairs(evidence)
@@ -53,21 +55,14 @@ def each_alone(evidence: Evidence, headline: Headline) -> Separation:
     are_apart = second is not left and all(left.weights) and all(second.weights)
     if not are_apart or evidence.readout.every is None or left.once_a_turn:
         return Separation(angle_random_walk={})
-    first, *others = evidence.settings.gyros
-    for one, other in zip((left, second), reversed(others), strict=True):
-        if not one.is_finished:
-            text = "the search for the lines of their difference did not come to an end"
-            return _withheld(evidence, f"{first}-{other}", text)
-    levels = levels_of(
-        differences(second.removal.residual[:FOR_COHERENCE]), left.rate, _masked(evidence)
-    )
-    found: list[Note] = []
-    if spectrum is not None:
-        found += unlike_motion(evidence, spectrum.average.rests_on.band_hz)
-    if levels is not None:
-        found += unlike_motion(evidence, average(levels).rests_on.band_hz, number=1)
-    if found:
-        return _withheld(evidence, found[0].channel, found[0].text)
+    doubt = next(_doubts(evidence, headline), None)
+    if doubt is not None:
+        channel, why = doubt
+        unseen = unobserved("angle_random_walk", evidence.settings.confidence)
+        text = f"no angle random walk of each gyro alone: {why}"
+        note = Note(channel=channel, level="warning", text=text)
+        own = dict.fromkeys(evidence.settings.gyros, unseen)
+        return Separation(angle_random_walk=own, notes=(note,))
     is_finer = spectrum is not None and spectrum.points.rate > fine.rate
     if spectrum is not None and is_finer and spectrum.average.rests_on.member == "whole band":
         finest = _hat_of(evidence, spectrum.points, spectrum.likelihood)
@@ -79,13 +74,22 @@ def each_alone(evidence: Evidence, headline: Headline) -> Separation:
     return _of_gyros(_by_averages(evidence, spectrum.points.rate) or usual, evidence)
 
 
-def _withheld(evidence: Evidence, channel: str, why: str) -> Separation:
-    """No N of any of the three, and a warning that says why."""
-    unseen = unobserved("angle_random_walk", evidence.settings.confidence)
-    text = f"no angle random walk of each gyro alone: {why}"
-    note = Note(channel=channel, level="warning", text=text)
-    own = dict.fromkeys(evidence.settings.gyros, unseen)
-    return Separation(angle_random_walk=own, notes=(note,))
+def _doubts(evidence: Evidence, headline: Headline) -> Iterator[tuple[str, str]]:
+    """Differences that hold more than noise of their two gyros: name of the channel, and why."""
+    first, *others = evidence.settings.gyros
+    pairs = _pairs(evidence)
+    for pair, other in zip(pairs, reversed(others), strict=True):
+        if not pair.is_finished:
+            why = "the search for the lines of their difference did not come to an end"
+            yield f"{first}-{other}", why
+    found: list[Note] = []
+    if headline.spectrum is not None:
+        found += unlike_motion(evidence, headline.spectrum.average.rests_on.band_hz)
+    increments = differences(pairs[1].removal.residual[:FOR_COHERENCE])
+    levels = levels_of(increments, pairs[1].rate, _masked(evidence))
+    if levels is not None:
+        found += unlike_motion(evidence, average(levels).rests_on.band_hz, number=1)
+    yield from ((note.channel, note.text) for note in found)
 
 
 def _pairs(evidence: Evidence) -> tuple[Remainder, Remainder]:

@@ -92,7 +92,7 @@ def _measured(analysis: Analysis, limit: Limit) -> dict[str, Estimate]:
         return dict(analysis.per_gyro)
     unseen = unobserved(limit.coefficient, analysis.settings.confidence)
     taken = {*analysis.channel.split("-"), analysis.channel}
-    # Of a triad whose gyros are not told apart, the pair says nothing of the third.
+    # If the gyros of a triad are not told apart, the pair says nothing of the third.
     gyros = analysis.settings.gyros if analysis.is_pair else analysis.per_gyro
     return {
         analysis.channel: answer_coefficients(analysis).get(limit.coefficient) or unseen,

@@ -260,9 +260,10 @@ def _doubts(name: str, names: Sequence[str], *documents: Mapping[str, Any]) -> t
 def _require_sound(
     name: str, kind: Sensor, walk: Mapping[str, Any], whole: Mapping[str, Any]
 ) -> None:
-    """Refuse a sensor whose N is withheld: by an error in the data, which its curve is of.
+    """Refuse a sensor whose curve is not that of its noise, so that its N is withheld.
 
-    So is a gyro of a triad whose gyros are not told apart: the curve is of two of them.
+    The curve shows an error in the data, or it is that of two gyros of a triad that are not told
+    apart.
     """
     errors = [one for one in whole.get("findings", ()) if one["level"] == "error"]
     if errors and walk["status"] == "not observable":
