@@ -121,7 +121,7 @@ class GyroNoise:
             with as_written(Path(source)):
                 return cls.unit(documents.read_one_analysis(Path(source)))
         document = source if isinstance(source, Mapping) else json.loads(source.to_json())
-        # A triad has N of each gyro; B, K and the covariance are the pair's. If none of the three was
+        # A triad has N of each gyro; B, K and the covariance are the pair's. If no gyro of it was
         # seen, `from_document` refuses the first.
         each = document.get("per_gyro") or {}
         seen = {name: walk for name, walk in each.items() if walk["status"] != "not observable"}
