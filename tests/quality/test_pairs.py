@@ -37,6 +37,26 @@ def test_likeness_is_the_mean_cosine_of_the_phase(delay):
     assert found.together == pytest.approx(correlation_at(first, second, 0), abs=1e-5)
 
 
+@pytest.mark.parametrize(
+    ("alike", "copies"), [((0.15, 0.04, 0.036, 0.036), False), ((0.06, 0.06, 0.06, 0.06), True)]
+)
+def test_gyros_that_are_alike_in_a_quarter_of_the_band_are_no_copies(alike, copies):
+    """Two gyros of one table that swings shared 5.5 % of their phases, nearly all below 6 Hz."""
+    size, late = 8192, 12
+    length = pairs.next_fast_len(size + 1024, real=True)
+    turn = np.exp(-2j * np.pi * late / length * np.arange(length // 2 + 1))
+    found = []
+    for seed in range(20):
+        random = np.random.default_rng(seed)
+        bands = np.array_split(random.uniform(-np.pi, np.pi, (4, turn.size)), 4, axis=1)
+        # So many phases are the same that their mean cosine is as stated, the others are any.
+        for band, part in zip(bands, alike, strict=True):
+            band[random.uniform(size=band.shape) < part] = 0.0
+        second = turn * np.exp(1j * np.concatenate(bands, axis=1))
+        found.append(pairs.likeness(np.ones_like(second), second, 4 * size).delay == late)
+    assert np.mean(found) == pytest.approx(float(copies), abs=0.25)
+
+
 def test_what_a_gyro_brings_to_its_pairs_is_made_once(monkeypatch):
     """300 gyros took minutes to begin: each was transformed eight times for each of 299 others."""
     calls = []

@@ -412,6 +412,29 @@ def test_a_hum_of_the_gyros_is_not_in_the_angle_that_they_lead():
     assert abs(np.mean((found.angle - table) * waves)) < 0.01 * ARCSECOND
 
 
+@pytest.mark.parametrize("motion", ["steady", "sweeps", "stops"])
+def test_a_servo_that_hunts_moves_the_table_and_stays_in_the_angle(motion):
+    """0.03 deg/s/sqrt(Hz) up to 20 Hz was taken for a hum, and 4 arcsec of motion smoothed away."""
+    random, time = np.random.default_rng(7), np.arange(60_000) / 200.0
+    levels = {
+        "steady": np.full(time.size, 45.0),
+        "sweeps": 45.0 * np.sin(2.0 * np.pi * time / 40.0),
+        "stops": np.where(time % 35.0 < 25.0, 45.0, 0.0),
+    }
+    hunts = 0.03 * np.sqrt(200.0 / 2.0) * random.standard_normal(time.size)
+    hunts = sosfiltfilt(butter(2, 20.0, fs=200.0, output="sos"), hunts)
+    table = np.cumsum(levels[motion] + hunts) / 200.0 * DEGREE
+    walks = np.cumsum(random.standard_normal((2, time.size)), axis=1) * 1e-3 / 60.0 / 200.0**0.5
+    gyros = np.outer((0.577, 0.575), table) + DEGREE * walks
+    noise = 3.0 * ARCSECOND * random.standard_normal(time.size)
+    found = estimated_table(list(gyros), table + noise, 200.0)
+    assert found.smoothed
+    # From sample to sample the gyros add 0.02 arcsec, a straight line leaves 1.
+    moved = np.std(np.diff(table - sosfiltfilt(butter(2, 1.0, fs=200.0, output="sos"), table)))
+    assert moved > 0.8 * ARCSECOND
+    assert np.std(np.diff(found.angle - table)) < 0.05 * ARCSECOND
+
+
 @pytest.mark.parametrize("seed", first_of(5, 6, 7, 8))
 def test_a_delay_is_found_beside_a_ripple_that_is_far_larger_than_what_tells_it(seed):
     """The rates at both ends did not follow the ripple: a half was read, and not named."""

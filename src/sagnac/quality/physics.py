@@ -416,8 +416,8 @@ def likeness(first: NDArray[np.complex64], second: NDArray[np.complex64], sample
         best = int(np.argmax(np.abs(mean) * lasts))
         correlation = float(mean[best] * lasts[best])
         turn = np.exp(2j * np.pi * delays[best] / length * np.arange(cross.shape[1]))
-        bands = np.array_split(cross.mean(axis=0) * turn, _PARTS)
-        if min(abs(band.mean()) for band in bands) < 0.5 * abs(correlation):
+        bands = [abs(b.mean()) for b in np.array_split(cross.mean(axis=0) * turn, _PARTS)]
+        if min(bands) < 0.5 * abs(correlation) or np.median(bands) < 0.75 * abs(correlation):
             best, correlation = latest, 0.0
     return Likeness(best - latest, correlation, float(mean[latest]))
 
@@ -468,7 +468,7 @@ def _copied(one: _Brought, other: _Brought) -> Notes:
     if both.delay:
         alike = abs(both.correlation)
         # Beyond what chance makes, and what two gyros on one table have without delay.
-        by_chance = 7.0 / math.sqrt(max(min(map(_fresh, (some, more))), 1))
+        by_chance = 8.0 / math.sqrt(max(min(map(_fresh, (some, more))), 1))
         if alike < max(_COPIES, by_chance, 2.0 * abs(both.together)):
             return ()
         late, early = (second, first) if both.delay > 0 else (first, second)

@@ -12,7 +12,7 @@ a change with time included (a clock that runs fast), and taken out.
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Final, NamedTuple, Self
 
@@ -181,7 +181,10 @@ def estimated_table(
     corner = fit.corner(_own_walk(coarse, shares))
     # From a quarter of the rate of averages on a corner leaves the readings as they are.
     corner = math.inf if corner > 0.25 / interval else corner
-    angle = _led(gyro, fit.guide(corner), block) if math.isfinite(corner) else readings
+    if math.isfinite(corner):
+        angle = _without_hum(_led(gyro, fit.guide(corner), block), readings, block)
+    else:
+        angle = readings
     return replace(plain, angle=angle, readings=readings, noise=noise, corner=corner, delay=delay)
 
 
@@ -368,19 +371,19 @@ def _led(led: FloatArray, guide: FloatArray, block: int) -> FloatArray:
         place = np.arange(piece.start, piece.stop, dtype=np.float64)
         beyond = np.maximum(place - middles[-1], 0.0) * slope
         led[piece] += np.interp(place, middles, known) + beyond
-    return _without_hum(led, block)
+    return led
 
 
-def _without_hum(led: FloatArray, block: int) -> FloatArray:
+def _without_hum(led: FloatArray, readings: FloatArray, block: int) -> FloatArray:
     """(samples,) the angle, smooth where the table stands: a gyro's own hum is no motion there.
 
     Beside a hum that is searched for lines it would make a product that stands still. So does a hum
     of a five hundredth of what the table turns: the angle is then smooth over a fiftieth of a
-    second everywhere.
+    second everywhere. What the readings show as well is the table's motion, and stays.
     """
     steps = np.abs(np.gradient(kinematics.averages_of(led, block)))
     # Below a hundredth of the rms rate the table stands.
-    led = _smooth(led, block, steps < 0.01 * math.sqrt(float(np.mean(steps**2))))
+    led = _smooth(led, readings, block, steps < 0.01 * math.sqrt(float(np.mean(steps**2))))
     block, humming = max(1, block // 5), []
     for piece in arrays.blocks(led.size - 1, multiple=block):
         turned = np.diff(led[piece.start : piece.stop + 1])
@@ -393,17 +396,31 @@ def _without_hum(led: FloatArray, block: int) -> FloatArray:
     # The outer blocks stay: beyond the middle of the last mean there is none to go on to.
     inner = np.ones(hums.size, dtype=np.bool_)
     inner[[0, -1]] = False
-    return _smooth(led, block, inner)
+    return _smooth(led, readings, block, inner)
 
 
-def _smooth(led: FloatArray, block: int, blocks: BooleanArray) -> FloatArray:
-    """(samples,) the angle, changed in place: straight between its means, in some blocks."""
+def _smooth(led: FloatArray, readings: FloatArray, block: int, blocks: BooleanArray) -> FloatArray:
+    """(samples,) the angle, changed in place: straight between its means, in some blocks.
+
+    As it is if in most of them the readings show the half of what this would take off, or more: a
+    servo that hunts moves the table, a hum does not.
+    """
     coarse = kinematics.averages_of(led, block)
     middles = np.arange(coarse.size) * block + 0.5 * (block - 1)
-    for piece in arrays.blocks(led.size if blocks.any() else 0):
-        place = np.arange(piece.start, piece.stop)
-        place = place[blocks[np.minimum(place // block, blocks.size - 1)]]
-        led[place] = np.interp(place, middles, coarse)
+
+    def straight() -> Iterator[tuple[IntegerArray, FloatArray]]:
+        for piece in arrays.blocks(blocks.size if blocks.any() else 0):
+            first = block * (piece.start + np.flatnonzero(blocks[piece]))
+            place = first[:, np.newaxis] + np.arange(block)
+            yield place, np.interp(place, middles, coarse)
+
+    shown = []
+    for place, line in straight():
+        off = led[place] - line
+        shown.append(np.sum(off * (readings[place] - line - 0.5 * off), axis=1) > 0.0)
+    if shown and np.mean(np.concatenate(shown)) < 0.5:
+        for place, line in straight():
+            led[place] = line
     return led
 
 
