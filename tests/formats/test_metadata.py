@@ -61,11 +61,17 @@ def test_a_rate_is_no_contradiction_where_labview_knows_none_or_stamps_rule(tmp_
         taken = read(path, Statement(kind="angle", unit="arcsec", sample_rate=200.0))
         assert taken.sample_rate == 200.0
         assert sum("taken as 200 Hz as stated" in str(note) for note in taken.notes) == said
+    # The column of times that such a file names is empty, and is offered to nobody.
+    assert not read(path, Statement(kind="angle", unit="arcsec")).notes
     with h5py.File(tmp_path / "run.h5", "w") as file:
         file["x"], file["time"] = walk(), np.arange(walk().size) / 100.0
         file.attrs["sample_rate"] = 50.0
     stamped = Statement(kind="angle", unit="arcsec", sample_rate=100.0, time="time:s")
     assert "warning" not in {note.level for note in read(tmp_path / "run.h5", stamped).notes}
+    with h5py.File(tmp_path / "run.h5", "a") as file:
+        file.attrs["sample_rate"] = 100.0
+    (offer,) = read(tmp_path / "run.h5", Statement(kind="angle", unit="arcsec")).notes
+    assert "{time time:UNIT} takes it" in offer.text
 
 
 def test_toml_of_the_same_stem_counts_only_if_it_is_a_statement(tmp_path):
