@@ -177,7 +177,8 @@ def _sensor(
     if units.sensor_of(scale.unit) == "accelerometer":
         return channel_of()
     # The channel is made in place: what the raw numbers tell has to be asked before.
-    doubts = suspicions.counter_notes(name, raw, scale.kind) if period is None else ()
+    stated = (scale.kind, scale.unit)
+    doubts = suspicions.counter_notes(name, raw, *stated) if period is None else ()
     taken = channel_of(period=period, inputs="{counter-bits} or {counter-period}")
     if scale.kind == "angle" and not doubts:
         doubts = suspicions.rate_notes(name, taken.channel.values)
