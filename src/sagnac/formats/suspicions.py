@@ -74,7 +74,7 @@ def counter_notes(name: str, raw: FloatArray, kind: channel.Kind, unit: str) -> 
         # No gyro reads out so coarsely, and one value is no reading.
         if canonical(unit) not in ("deg/s", "rad/s") or finite.size < _LEAST_SAMPLES or not extent:
             return ()
-        fact = f"all samples are whole numbers of {unit}, as counts are and no gyro's rates"
+        fact = f"all samples are whole numbers of {unit}, as counts would be"
         text = f"{fact}; if they are counts, state {{unit counts}} and {{scale}}"
         return (Note(name="units", level="warning", channel=name, text=text),)
     (count, period), is_angle = wraps, kind == "angle"
