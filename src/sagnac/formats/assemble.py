@@ -177,8 +177,7 @@ def _sensor(
     if units.sensor_of(scale.unit) == "accelerometer":
         return channel_of()
     # The channel is made in place: what the raw numbers tell has to be asked before.
-    stated = (scale.kind, scale.unit)
-    doubts = suspicions.counter_notes(name, raw, *stated) if period is None else ()
+    doubts = () if period else suspicions.counter_notes(name, raw, scale.kind, scale.unit)
     taken = channel_of(period=period, inputs="{counter-bits} or {counter-period}")
     if scale.kind == "angle" and not doubts:
         doubts = suspicions.rate_notes(name, taken.channel.values)
