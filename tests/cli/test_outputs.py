@@ -180,8 +180,8 @@ def test_a_toml_of_another_recording_is_not_believed_in_silence(place, capsys):
     assert warned == {
         "x: the file says deg/h and the TOML beside it rad/s, which is taken; remove the TOML if "
         "it is of another recording",
-        "the file says 100 Hz and the TOML beside it 10 Hz, which is taken; remove the TOML if it "
-        "is of another recording",
+        "time: the file says 100 Hz and the TOML beside it 10 Hz, which is taken; remove the TOML "
+        "if it is of another recording",
     }
 
 

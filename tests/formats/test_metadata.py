@@ -1,9 +1,12 @@
 """Statements in a TOML beside the file and in attributes."""
 
+import h5py
 import numpy as np
 import pytest
 
+from sagnac import analyze, judge
 from sagnac.core.errors import RecordingError
+from sagnac.core.units import DEGREE_PER_ROOT_HOUR
 from sagnac.formats import Statement, read
 from sagnac.formats.statement import beside, from_mapping
 from tests.formats.examples import ARCSECOND, refused, save, text, timed, walk
@@ -25,6 +28,50 @@ def test_command_line_is_heard_before_toml_and_toml_before_the_file(tmp_path):
     beside.unlink()
     by_file = read(path, Statement(kind="angle", sample_rate=100.0))
     np.testing.assert_allclose(by_file.gyros[0].values, ARCSECOND * x, rtol=1e-14)
+
+
+def test_a_rate_against_that_of_the_file_is_told_and_leaves_a_limit_undecided(tmp_path):
+    """Ten times the rate makes N smaller by the root of ten, and a gyro out of its limit passed."""
+    walk_rate = 0.15 / 60.0 * np.sqrt(100.0)  # deg/s of 0.15 deg/sqrt(h) at 100 Hz
+    rates = walk_rate * np.random.default_rng(3).standard_normal(20_000)
+    with h5py.File(tmp_path / "run.h5", "w") as file:
+        column = file.create_dataset("x", data=rates)
+        column.attrs.update({"unit": "deg/s", "kind": "rate"})
+        file.attrs["sample_rate"] = 100.0
+    typed = read(tmp_path / "run.h5", Statement(sample_rate=1000.0))
+    (warned,) = (note for note in typed.notes if note.level == "warning")
+    assert str(warned) == "time: the file says 100 Hz, taken as 1000 Hz as stated"
+    (judged,) = judge(analyze(typed), "0.1deg/sqrt(h)").judgements
+    assert judged.estimate.high < 0.1 * DEGREE_PER_ROOT_HOUR
+    assert judged.decision == "undecided"
+    # What the file says, or what was measured beside it, is no contradiction.
+    for rate in (None, 100.0, 99.7):
+        alike = read(tmp_path / "run.h5", Statement(sample_rate=rate))
+        assert not [note for note in alike.notes if note.level == "warning"]
+        (judged,) = judge(analyze(alike), "0.1deg/sqrt(h)").judgements
+        assert judged.decision == "fail"
+
+
+def test_a_rate_is_no_contradiction_where_labview_knows_none_or_stamps_rule(tmp_path):
+    rows = "".join(f"\t{value!r}\n" for value in walk().tolist())
+    head = "LabVIEW Measurement\nX_Columns\tNo\n***End_of_Header***\t\nDelta_X\t{}\t\n"
+    for step, said in (("1.000000", 0), ("0.010000", 1)):
+        whole = f"{head.format(step)}***End_of_Header***\t\nX_Value\tx\n{rows}"
+        path = save(tmp_path / "run.lvm", whole)
+        taken = read(path, Statement(kind="angle", unit="arcsec", sample_rate=200.0))
+        assert taken.sample_rate == 200.0
+        assert sum("taken as 200 Hz as stated" in str(note) for note in taken.notes) == said
+    # The column of times that such a file names is empty, and is offered to nobody.
+    assert not read(path, Statement(kind="angle", unit="arcsec")).notes
+    with h5py.File(tmp_path / "run.h5", "w") as file:
+        file["x"], file["time"] = walk(), np.arange(walk().size) / 100.0
+        file.attrs["sample_rate"] = 50.0
+    stamped = Statement(kind="angle", unit="arcsec", sample_rate=100.0, time="time:s")
+    assert "warning" not in {note.level for note in read(tmp_path / "run.h5", stamped).notes}
+    with h5py.File(tmp_path / "run.h5", "a") as file:
+        file.attrs["sample_rate"] = 100.0
+    (offer,) = read(tmp_path / "run.h5", Statement(kind="angle", unit="arcsec")).notes
+    assert "{time time:UNIT} takes it" in offer.text
 
 
 def test_toml_of_the_same_stem_counts_only_if_it_is_a_statement(tmp_path):

@@ -87,6 +87,36 @@ def test_the_unit_in_words_is_taken_and_a_contradiction_noted():
 
 
 @pytest.mark.parametrize(
+    ("name", "kind", "unit", "named"),
+    [
+        ("gx_dps", "rate", "rad/s", "deg/s"),
+        ("gx_dps", "rate", "mdps", "deg/s"),
+        ("Wx_deg_h", "rate", "deg/s", "deg/h"),
+        ("imu.gyro_rad_s.1", "rate", "deg/s", "rad/s"),
+        ("theta x deg", "angle", "arcsec", "deg"),
+        # The same unit, one of another quantity, a count, and names that only look like one.
+        ("gx_dps", "rate", "°/s", None),
+        ("gx_dps", "rate", "0.00875dps", None),
+        ("gx_dps", "increment", "deg", None),
+        ("gyro_s", "rate", "deg/h", None),
+        ("dps", "rate", "deg/h", None),
+        ("angle turn", "angle", "deg", None),
+        ("x_dps[deg/h]", "rate", "deg/h", None),
+    ],
+)
+def test_a_unit_in_the_name_of_a_column_against_the_stated_one_is_told(name, kind, unit, named):
+    notes = scale_of("x", column(name), three(caller={"kind": kind, "unit": unit})).notes
+    said = f"x: its column {name} is named as in {named}, and is taken as {unit} as stated"
+    assert [str(note) for note in notes] == ([] if named is None else [said])
+    assert all((note.name, note.level) == ("units", "warning") for note in notes)
+
+
+def test_the_unit_in_a_name_is_no_contradiction_of_counts():
+    stated = {"kind": "rate", "unit": "counts", "scale": "0.01deg/s"}
+    assert scale_of("x", column("gx_dps"), three(caller=stated)).notes == ()
+
+
+@pytest.mark.parametrize(
     ("stated", "header", "said"),
     [
         ({}, "x", "its unit is not stated"),

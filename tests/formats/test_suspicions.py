@@ -17,33 +17,52 @@ from sagnac.formats.suspicions import (
 from tests.formats.examples import save, walk
 
 
+@pytest.mark.parametrize("unit", ["deg/s", "°/s", "rad/s"])
+def test_raw_counts_that_are_called_a_rate_are_told(tmp_path, unit):
+    """Counts of 131 to 1 deg/s gave 131 times N without a word, where 0.15 deg/sqrt(h) is true."""
+    random = np.random.default_rng(4)
+    rates = 0.05 + 0.15 / 60.0 * 10.0 * random.standard_normal(20_000)
+    counts = np.rint(131.0 * rates)
+    (note,) = counter_notes("x", counts, "rate", unit)
+    assert (note.name, note.level) == ("units", "warning")
+    assert "if they are counts, state {unit counts} and {scale}" in note.text
+    np.save(tmp_path / "run.npy", counts)
+    stated = Statement(columns={"x": "1"}, kind="rate", unit=unit, sample_rate=100.0)
+    assert note in read(tmp_path / "run.npy", stated).notes
+    # Rates with decimals, whole ones in small units, counts with a size, and a dead channel.
+    assert counter_notes("x", np.round(rates, 3), "rate", unit) == ()
+    for fine in ("deg/h", "mdeg/s", "arcsec/s", "0.0076deg/s"):
+        assert counter_notes("x", counts, "rate", fine) == ()
+    assert counter_notes("x", 0.0 * counts, "rate", unit) == ()
+
+
 @pytest.mark.parametrize("bits", [14, 16, 24, 32])
 @pytest.mark.parametrize("start", [0, 1])
 def test_a_counter_that_rolls_over_is_named(bits, start):
     angle = np.rint(np.arange(20_000) * 2.0**bits / 3000 + walk(samples=20_000))
     raw = angle % 2**bits - start * 2 ** (bits - 1)
-    (note,) = counter_notes("x", raw, "angle")
+    (note,) = counter_notes("x", raw, "angle", "arcsec")
     assert note.level == "warning"
     wraps = np.count_nonzero(np.diff(raw) < 0 if bits > 16 else np.abs(np.diff(raw)) > 2**15)
     assert f"a {bits} bit counter" in note.text
     assert f"{{counter-bits {bits}}}" in note.text
     if bits > 16:
         assert f"{wraps} times" in note.text
-    assert counter_notes("x", angle, "angle") == ()
+    assert counter_notes("x", angle, "angle", "arcsec") == ()
 
 
 @pytest.mark.parametrize("modulus", [36_000, 360_000])
 def test_a_counter_of_any_modulus_is_named(modulus):
     angle = np.rint(np.arange(20_000) * modulus / 3000 + walk(samples=20_000))
-    (note,) = counter_notes("x", angle % modulus, "angle")
+    (note,) = counter_notes("x", angle % modulus, "angle", "arcsec")
     assert f"about {modulus:.7g} counts" in note.text
-    assert counter_notes("x", angle, "angle") == ()
-    assert counter_notes("x", angle % modulus, "rate") == ()
+    assert counter_notes("x", angle, "angle", "arcsec") == ()
+    assert counter_notes("x", angle % modulus, "rate", "deg/h") == ()
 
 
 def test_noise_that_fills_its_range_is_no_counter():
     noise = np.random.default_rng(2).integers(0, 65536, 5000).astype(float)
-    assert counter_notes("x", noise, "angle") == ()
+    assert counter_notes("x", noise, "angle", "arcsec") == ()
     assert roll_overs(np.zeros(10), 0.0) is None
 
 

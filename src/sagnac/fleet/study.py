@@ -233,7 +233,9 @@ def departures(design: Design, components: Components) -> tuple[Outlier, ...]:
         return ()
     # The variances make the squares of all runs sum to one less than their number.
     total = design.values.size - 1.0
-    deleted = standard * np.sqrt((total - 1.0) / np.maximum(total - standard**2, 1e-9))
+    # What a run's own interval leaves open is known, and stays without it.
+    left = np.maximum(total - standard**2, (total - 1.0) * design.variances * weight)
+    deleted = standard * np.sqrt((total - 1.0) / np.maximum(left, 1e-9))
     chance = 2.0 * stdtr(freedom - 1.0, -np.abs(deleted)) * design.values.size
     # A run that lies where the others foretell it leaves their mean as it is.
     row = np.linalg.inv(covariance).sum(axis=0)

@@ -21,7 +21,7 @@ from sagnac.recording.channel import Conversion
 from sagnac.recording.columns import GYRO_NAMES, gyro_of, pulses_of
 from sagnac.recording.encoder_readings import table_of_readings
 from sagnac.recording.model import Provenance, Recording
-from sagnac.recording.stamps import Stretch, stretch_of
+from sagnac.recording.stamps import RATE_AGREEMENT, Stretch, stretch_of
 
 
 def assemble(
@@ -71,9 +71,13 @@ def assemble(
     notes += suspicions.force_notes(choice.gyros)
     notes += suspicions.slice_notes(statements.caller.span, stretch)
     notes += suspicions.unused_notes(source, choice, statements, stretch)
-    if by_caller is None and by_file and by_toml and by_file != by_toml:
-        rates = (f"{one:.9g} Hz" for one in (by_file, by_toml))
-        notes.append(choices.contradiction(*rates, is_typed=False))
+    taken, is_typed = by_caller or by_toml, by_caller is not None
+    # Stamps rule a rate that is typed, and agree with it; LabVIEW states 1 Hz where it knows none.
+    if is_typed and (choice.time is not None or by_file == 1.0):
+        taken = None
+    if by_file and taken and abs(taken / by_file - 1.0) > (RATE_AGREEMENT if is_typed else 0.0):
+        rates = (f"{one:.9g} Hz" for one in (by_file, taken))
+        notes.append(choices.contradiction(*rates, is_typed=is_typed, channel="time"))
     stretch = replace(stretch, sampling=replace(stretch.sampling, notes=tuple(notes)))
     made = _recording(choice, scales, stored, stretch, statements.counter_period)
     sliced = stretch.span_s if statements.caller.span is not None else None
@@ -173,7 +177,7 @@ def _sensor(
     if units.sensor_of(scale.unit) == "accelerometer":
         return channel_of()
     # The channel is made in place: what the raw numbers tell has to be asked before.
-    doubts = suspicions.counter_notes(name, raw, scale.kind) if period is None else ()
+    doubts = () if period else suspicions.counter_notes(name, raw, scale.kind, scale.unit)
     taken = channel_of(period=period, inputs="{counter-bits} or {counter-period}")
     if scale.kind == "angle" and not doubts:
         doubts = suspicions.rate_notes(name, taken.channel.values)

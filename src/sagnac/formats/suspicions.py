@@ -61,8 +61,8 @@ def roll_overs(readings: FloatArray, extent: float) -> tuple[int, float] | None:
     return int(places.size), abs(leap - float(np.median(steps[np.abs(steps) <= limit])))
 
 
-def counter_notes(name: str, raw: FloatArray, kind: channel.Kind) -> tuple[Note, ...]:
-    """A gyro's raw numbers that roll over as a counter does, while none is stated: a warning."""
+def counter_notes(name: str, raw: FloatArray, kind: channel.Kind, unit: str) -> tuple[Note, ...]:
+    """A gyro's raw numbers that look like those of a counter, while none is stated: a warning."""
     some = raw[:_LOOKED_AT]
     finite = some[np.isfinite(some)]
     if not np.array_equal(finite, np.rint(finite)):
@@ -71,7 +71,12 @@ def counter_notes(name: str, raw: FloatArray, kind: channel.Kind) -> tuple[Note,
     bits = next((bits for bits in COUNTER_BITS if extent < 2.0**bits), None)
     wraps = None if bits is None else roll_overs(raw, extent)
     if bits is None or wraps is None:
-        return ()
+        # No gyro reads out so coarsely, and one value is no reading.
+        if canonical(unit) not in ("deg/s", "rad/s") or finite.size < _LEAST_SAMPLES or not extent:
+            return ()
+        fact = f"all samples are whole numbers of {unit}, as counts would be"
+        text = f"{fact}; if they are counts, state {{unit counts}} and {{scale}}"
+        return (Note(name="units", level="warning", channel=name, text=text),)
     (count, period), is_angle = wraps, kind == "angle"
     size, what = f"{2**bits}", f"a {bits} bit counter that rolls over"
     remedy = f"state {{counter-bits {bits}}}"

@@ -433,8 +433,8 @@ def _by_labview(names: Sequence[str], preamble: Sequence[str], delimiter: str) -
         style = style_of(steps)
         step = style.value(steps[0]) if style.holds(steps[0]) else 0.0
         if step > 0.0:
-            # The step is written in decimals: 0.01 s stands for 100 Hz.
-            return Statement(sample_rate=round(1.0 / step, 9)), units
+            # The step is written in decimals: 0.01 s stands for 100 Hz. X_Value is empty then.
+            return Statement(sample_rate=round(1.0 / step, 9), time="none"), units
     if _X_COLUMN not in names:
         return Statement(), units
     return Statement(time=_X_COLUMN), {**units, _X_COLUMN: "s"}
