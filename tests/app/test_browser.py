@@ -251,6 +251,32 @@ def test_the_table_of_a_campaign_is_as_wide_as_its_page(folder, tmp_path):
         assert page.script("return document.documentElement.scrollWidth") <= 673
 
 
+def test_the_table_of_a_campaign_sorts_by_keyboard_as_by_click(folder, tmp_path):
+    files = [folder / f"{name}.csv" for name in "ab"]
+    for one, size in zip(files, (2.0, 1.0), strict=True):
+        rates = size * np.random.default_rng(3).standard_normal(6000)
+        np.savetxt(one, rates, "%.6f", header="x", comments="")
+    made = sagnac.campaign(
+        files, tmp_path / "rack", workers=1, kind="rate", unit="deg/h", sample_rate=100.0
+    )
+    shown = "return [...document.querySelectorAll('#rows tbody a')].map(one => one.textContent)"
+    with chromium(tmp_path / "profile", size="1280,1000") as driver:
+        page = Page(driver, made.paths[0].as_uri())
+        (head,) = [
+            one for one in driver.find_elements("css selector", "#rows th") if "N (" in one.text
+        ]
+        assert page.script(shown) == ["a.csv", "b.csv"]
+        page.script("document.querySelectorAll('#rows th')[0].focus()")
+        for _ in range(int(page.script("return arguments[0].cellIndex", head))):
+            driver.switch_to.active_element.send_keys("\ue004")  # Tab
+        assert driver.switch_to.active_element == head
+        for key, order in (("\ue007", "ba"), (" ", "ab"), ("x", "ab")):  # Enter, blank, no key
+            head.send_keys(key)
+            assert page.script(shown) == [f"{name}.csv" for name in order]
+        head.click()
+        assert page.script(shown) == ["b.csv", "a.csv"]
+
+
 def test_a_table_that_turns(server, driver, folder):
     """Ten revolutions at 20 deg/s: the page against the truth that was put in."""
     _, address = server

@@ -6,6 +6,7 @@ import re
 import signal
 import time
 import tomllib
+from importlib.resources import files
 from pathlib import Path
 
 import numpy as np
@@ -16,6 +17,8 @@ from sagnac.app import results
 from sagnac.app.server import HOST
 from sagnac.app.sessions import Sessions
 from sagnac.cli import main
+from sagnac.report.page import page as report_page
+from tests import handmade
 from tests.app.conftest import PAGE
 from tests.processes import SAGNAC, started
 
@@ -39,6 +42,21 @@ def until(events, *names):
         if event["event"] in names:
             return event
     raise AssertionError(f"the stream ended before {names}")
+
+
+def levels(html):
+    """Of the headings of a page, in their order."""
+    return [int(level) for level in re.findall(r"<h([1-6])\b", html)]
+
+
+def test_a_page_has_one_title_and_skips_no_level_of_headings():
+    """As a screen reader goes through it."""
+    page = files("sagnac.app").joinpath("static/page.html").read_text(encoding="utf-8")
+    for html in (page, report_page(handmade.analysis())):
+        found = levels(html)
+        assert found[0] == 1
+        assert found.count(1) == 1
+        assert max(np.diff(found)) == 1
 
 
 # ---- whom it refuses ---------------------------------------------------------------------------

@@ -2,6 +2,8 @@
 
 import re
 import shlex
+import shutil
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -29,6 +31,28 @@ def test_check_is_0_on_sound_data_and_1_on_an_error(recording, bare, capsys, tmp
     made = strict(capsys.readouterr().out)
     assert made["schema"] == "sagnac.check/1"
     assert made["findings"][0]["level"] == "error"
+
+
+@pytest.fixture
+def own_folder(tmp_path, monkeypatch) -> Path:
+    """A folder that the commands run in."""
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+@pytest.mark.parametrize(
+    ("name", "printed"),
+    [("-o.csv", "./-o.csv"), ("a-o.csv", "a-o.csv"), ("b/-o.csv", "b/-o.csv")],
+)
+def test_a_name_that_begins_with_a_dash_is_printed_as_it_can_be_typed(
+    name, printed, bare, own_folder, capsys
+):
+    (own_folder / "b").mkdir()
+    shutil.copy(bare, own_folder / name)
+    assert main(["check", f"./{name}", *STATED]) == 0
+    words = shlex.split(capsys.readouterr().out.rpartition("read with: ")[2])
+    assert words[:3] == ["sagnac", "avar", printed]
+    assert main(["check", *words[2:]]) == 0
 
 
 def test_check_prints_the_command_that_reads_the_file(tmp_path, capsys):

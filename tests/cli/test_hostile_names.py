@@ -53,6 +53,23 @@ def test_no_command_moves_the_cursor(npz, file, capsys):
             assert json.loads(said.out)["channel"] == NAME
 
 
+@pytest.mark.usefixtures("in_this_process", "blank_figures")
+@pytest.mark.parametrize("file", ["[7] run.npz", '["run"].npz', "{7}.npz", "run [7].npz"])
+def test_a_name_is_no_list_in_json(npz, file, capsys):
+    made = npz("x").read_bytes()
+    for path in (file, "other.npz"):
+        Path(path).write_bytes(made)
+    # Alone and beside another.
+    for files, folders in (([file], "."), ([file, "other.npz"], "*")):
+        assert main(["analyze", *files, "--method", "none", "-o", f"out{len(files)}"]) == 0
+        assert len([*Path(f"out{len(files)}").glob(f"{folders}/analysis.json")]) == len(files)
+    assert main(["campaign", file, "--method", "none", "-o", "many", "--workers", "1"]) == 0
+    report = Path("out1/analysis.json").rename(f"{Path(file).stem}.json")
+    assert main(["export", str(report), "-o", "imu.yaml"]) == 0
+    assert main(["analyze", "[no] run.npz"]) == 1
+    assert "[no] run.npz: no such file" in capsys.readouterr().err
+
+
 @pytest.mark.usefixtures("in_this_process")
 def test_a_name_is_drawn_as_it_is(npz, tmp_path):
     path = npz(TEX)

@@ -12,6 +12,7 @@ from sagnac.cli import main
 from sagnac.core.documents import check_analysis
 from sagnac.core.overwriting import kind_of
 from sagnac.formats import read
+from sagnac.report import page
 from tests.cli.examples import STATED, one_line, one_line_among
 
 pytestmark = pytest.mark.usefixtures("blank_figures")
@@ -218,6 +219,17 @@ def test_what_is_stated_of_a_report_needs_one(words, still, capsys):
         assert f"{stated[0]} is of a report; name its folder with -o" in one_line(capsys)
 
 
+def test_what_is_no_folder_is_named_once(still, place, capsys):
+    Path("out").write_text(MINE)
+    command = ["analyze", str(still), "--gyros", "x", "-o"]
+    assert main([*command, "out"]) == 1
+    assert one_line(capsys) == "sagnac: out: is no folder; choose another folder (-o)\n"
+    assert main([*command, "out/deeper"]) == 1
+    above = f"sagnac: out/deeper: {place / 'out'} is no folder; choose another folder (-o)\n"
+    assert one_line(capsys) == above
+    assert Path("out").read_text() == MINE
+
+
 def test_a_report_leaves_nothing_of_the_unit_before(still, place):
     words = ["--method", "none", "-o", "out"]
     assert main(["analyze", str(still), *words]) == 0
@@ -239,6 +251,27 @@ def test_a_report_leaves_what_another_run_wrote_since(still, place):
     assert main(["analyze", str(still), "--gyros", "x", *words]) == 0
     assert Path("out/y/report.html").exists()
     assert not Path("out/z").exists()
+
+
+def test_reports_that_are_written_at_the_same_time_do_not_mix(still, place, monkeypatch):
+    """The first ends while the second is written: nothing of it stands beside the second."""
+    recording = read(still)
+    first = sagnac.analyze(recording, method="none")
+    second = sagnac.analyze(recording, gyros=("x",), method="none")
+    write = page._write
+
+    def while_another_ends(*given, **how):
+        monkeypatch.setattr(page, "_write", write)
+        sagnac.write_report(first, "out")
+        assert Path("out/y/report.html").exists()
+        Path("out/z/mine.txt").write_text(MINE)
+        return write(*given, **how)
+
+    monkeypatch.setattr(page, "_write", while_another_ends)
+    sagnac.write_report(second, "out")
+    assert not Path("out/y").exists()
+    assert [path.name for path in Path("out/z").iterdir()] == ["mine.txt"]
+    assert json.loads(Path("out/analysis.json").read_text())["input"]["gyros"] == ["x"]
 
 
 def test_an_alignment_leaves_no_figure_of_the_unit_before(analysis, place):

@@ -1,3 +1,7 @@
+from dataclasses import replace
+
+import pytest
+
 from sagnac.fleet.table import groups_of, lines_of
 from sagnac.fleet.tasks import Row, Task, span_tasks
 from sagnac.formats.statement import Statement
@@ -26,6 +30,18 @@ def test_a_recording_without_its_warm_up_is_no_span_of_it() -> None:
     (line,) = lines_of([whole(first, 400.0)])
     assert (line.start_s, line.stop_s) == (100.0, 500.0)
     assert groups_of([line]) == {}
+
+
+def test_a_span_of_too_few_samples_is_refused_before_there_are_thousands() -> None:
+    """Five minutes at 100 Hz: 16 samples are 0.16 s."""
+    facts = {"duration_s": 300.0, "sample_rate_hz": 100.0}
+    row = Row(task=Task(path="run.csv"), state="done", analysis={"input": facts})
+    for span in (0.001, 0.159):
+        with pytest.raises(ValueError, match=f"{span} s hold less than 16 samples of run"):
+            span_tasks(row, span)
+    assert len(span_tasks(row, 0.16)) == 1875
+    # What is not cut is not refused either.
+    assert span_tasks(replace(row, state="failed", reason="why", analysis={}), 0.001) == ()
 
 
 def test_short_or_failed_recordings_have_no_spans() -> None:

@@ -101,5 +101,11 @@ def test_a_table_that_stands_and_less_than_a_turn_are_refused():
     arguments = {"latitude": 0.5, "times": np.array([8.0])}
     with pytest.raises(ValueError, match="table_rate is 0"):
         rotating_azimuth_error(noise, table_rate=0.0, **arguments)
+    for absurd in (1e300, -1e300):
+        with pytest.raises(ValueError, match=r"table_rate is .*at most"):
+            rotating_azimuth_error(noise, table_rate=absurd, **arguments)
+    # One way or the other, the same.
+    both = [rotating_azimuth_error(noise, table_rate=rate, **arguments) for rate in (-1e3, 1e3)]
+    assert both[0].deviation == both[1].deviation > 0.0
     with pytest.raises(ValueError, match="times must be of a turn, 9 s"):
         rotating_azimuth_error(noise, table_rate=TURNING, **arguments)

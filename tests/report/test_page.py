@@ -10,6 +10,7 @@ from sagnac.noise.model_average import ModelChoice
 from sagnac.report import page
 from tests.handmade import SHA256, analysis
 from tests.report.examples import CASES, checked
+from tests.report.html_tree import tree
 
 
 @pytest.mark.parametrize("made", CASES.values(), ids=CASES.keys())
@@ -25,6 +26,21 @@ def test_page_stands_alone(made):
     assert {reference[1:] for reference in checker.references} <= set(checker.ids)
     assert len(html.encode()) < 1_500_000
     assert checker.tags >= {"svg", "table", "h1"}
+
+
+@pytest.mark.usefixtures("blank_figures")
+def test_no_number_of_an_interval_is_broken_at_its_exponent():
+    rows = tree(page.page(analysis())).all("tr")
+    (table,) = [place for place, row in enumerate(rows) if row.text.startswith("In every unit")]
+    cells = [row.all("td")[1] for row in rows[table + 1 : table + 9]]
+    intervals = [cell for cell in cells if " … " in cell.text]
+    assert len(intervals) > 4
+    assert any("e-" in cell.text for cell in intervals)
+    for cell in intervals:
+        low, high = cell.text.split(" … ")
+        # Each number is whole, and a line may begin between the two.
+        assert [one.text for one in cell.all("span", "whole")] == [f"{low} …", high]
+        assert float(low) < float(high)
 
 
 @pytest.mark.usefixtures("blank_figures")

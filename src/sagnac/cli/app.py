@@ -40,7 +40,10 @@ app: Final = App(
     help="The angle random walk of a gyro, at rest or on a turning table, with an interval.",
     # Lines of a docstring are joined to paragraphs.
     help_format="markdown",
-    default_parameter=Parameter(negative="", show_default=lambda value: value or None),
+    # A file may be called "[7] run.csv", which is no list in JSON.
+    default_parameter=Parameter(
+        negative="", show_default=lambda value: value or None, json_list=False
+    ),
 )
 for _command in (*simulated.COMMANDS, *measure.COMMANDS, *look.COMMANDS, *onward.COMMANDS):
     app.command(_command)

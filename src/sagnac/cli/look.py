@@ -108,7 +108,9 @@ def _command_for(
     """The command that would read a file with what is stated, and with other options besides."""
     options = _options_of(statement, besides)
     turns = turns if "table" not in options else options["table"] != "none"
-    words = ["sagnac", "analyze" if turns else "avar", shlex.quote(str(file))]
+    # A name that begins with a dash would be taken for an option.
+    named = f"./{file}" if str(file).startswith("-") else str(file)
+    words = ["sagnac", "analyze" if turns else "avar", shlex.quote(named)]
     for name, value in options.items():
         words += [f"--{name.replace('_', '-')}", shlex.quote(value)]
     return " ".join(words)

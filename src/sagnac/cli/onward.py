@@ -185,8 +185,8 @@ def align(
         results.show(found_text, shown.drift_text(unaided), end="\n")
     if output is not None:
         names = ["alignment.json", "drift.png"]
-        earlier = overwriting.earlier_files(overwriting.outputs_in(output, "alignment"))
-        with whole_files.replacing_folder(output, earlier) as folder:
+        own = overwriting.outputs_in(output, "alignment")
+        with whole_files.replacing_folder(output, lambda: overwriting.earlier_files(own)) as folder:
             whole_files.write_text(folder / names[0], to_json(document) + "\n")
             write_png(shown.drift_figure(unaided), folder / names[1])
             if prospect is not None:

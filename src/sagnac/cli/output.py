@@ -257,7 +257,8 @@ def require_place(
     if not there.is_dir() or not os.access(there, os.W_OK | os.X_OK):
         why = "is no folder" if not there.is_dir() else "may not be written to"
         remedy = "choose another folder (-o)"
-        raise errors.RecordingError(f"{there} {why}", path=str(folder), remedy=remedy)
+        problem = why if there == folder else f"{there} {why}"
+        raise errors.RecordingError(problem, path=str(folder), remedy=remedy)
     overwriting.require_free(overwriting.outputs_in(folder, what), reads, force=force)
     ready_to_draw()
 

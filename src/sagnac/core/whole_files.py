@@ -7,7 +7,7 @@ import shutil
 import signal
 import tempfile
 import threading
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Final
@@ -157,11 +157,12 @@ def _signals_waiting() -> Iterator[None]:
 
 
 @contextmanager
-def replacing_folder(folder: Path, earlier: Iterable[Path] = ()) -> Iterator[Path]:
+def replacing_folder(folder: Path, earlier: Callable[[], Iterable[Path]] = tuple) -> Iterator[Path]:
     """A temporary folder beside `folder` whose files replace those of it, all at once or none.
 
     Of the files of an `earlier` run in it those go that have no successor: beside new ones they
-    would be believed. They go first, and so do folders that they leave empty.
+    would be believed. They go first, and so do folders that they leave empty. It is asked for them
+    when the new ones are whole: another run may have ended since these were begun.
 
     If `folder` has no other files, the two change places in one step if the system can do that
     (Linux), else one after the other. Other files are neither moved nor copied, since somebody may
@@ -173,7 +174,6 @@ def replacing_folder(folder: Path, earlier: Iterable[Path] = ()) -> Iterator[Pat
     RecordingError
         If it cannot be written to, or the disk is full.
     """
-    old = [path.relative_to(folder) for path in earlier]
     folder = folder.absolute()
     made(folder.parent)
     with _part_of(folder, folder) as temporary:
@@ -182,6 +182,7 @@ def replacing_folder(folder: Path, earlier: Iterable[Path] = ()) -> Iterator[Pat
         mask = os.umask(0)
         os.umask(mask)
         temporary.chmod(0o777 & ~mask)
+        old = [path.absolute().relative_to(folder) for path in earlier()]
         for name in old:
             if not (temporary / name).exists():
                 (folder / name).unlink(missing_ok=True)

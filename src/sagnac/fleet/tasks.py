@@ -27,6 +27,7 @@ from sagnac.core.whole_files import made, write_text
 from sagnac.fleet.study import FACTORS
 from sagnac.formats import read, registry
 from sagnac.formats.statement import Statement, beside_paths, from_mapping
+from sagnac.recording.model import MINIMUM_SAMPLES
 from sagnac.report import error_text
 from sagnac.report.document import analysis_document, to_json
 from sagnac.verdict.limits import specification_of
@@ -352,12 +353,20 @@ def span_tasks(row: Row, span: float) -> tuple[Task, ...]:
     -------
     tuple of Task
         None if the recording could not be analyzed, or is shorter than two spans.
+
+    Raises
+    ------
+    ValueError
+        If a span would hold fewer samples than are analyzed.
     """
     own = row.task.statement
     first = (own.span or (0.0, None))[0] or 0.0
     count = math.floor(row.analysis.get("input", {}).get("duration_s", 0.0) / span * (1.0 + 1e-9))
     if count < 2:
         return ()
+    if span * row.analysis["input"].get("sample_rate_hz", math.inf) < MINIMUM_SAMPLES:
+        problem = f"spans of {span:g} s hold less than {MINIMUM_SAMPLES} samples of {row.task.path}"
+        raise ValueError(f"{problem}; give a longer time")
     spans = [(first + number * span, first + (number + 1) * span) for number in range(count)]
     return tuple(replace(row.task, span=one, statement=replace(own, span=one)) for one in spans)
 

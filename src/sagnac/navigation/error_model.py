@@ -144,6 +144,7 @@ def step_of(noise: GyroNoise, latitude: float, seconds: float) -> Step:
 
 _STEP: Final = 1.0  # s, between zero-velocity measurements
 _LONGEST: Final = 604_800.0  # s, of an alignment
+_FASTEST: Final = 1e10  # rad/s, of a table; no square of it overflows
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -486,8 +487,8 @@ def rotating_azimuth_error(
         than a turn.
     """
     north = north_rate(latitude)
-    if not (is_finite(table_rate) and table_rate != 0.0):
-        remedy = "give the rate of a turning table, rad/s"
+    if not (is_finite(table_rate) and 0.0 < abs(table_rate) <= _FASTEST):
+        remedy = f"give the rate of a turning table, rad/s, {_FASTEST:g} at most"
         raise refusal("table_rate", f"is {quoted(table_rate)}; {remedy}")
     speed = abs(table_rate)
     moments = moments_of(times)

@@ -295,7 +295,7 @@ def write_report(
     stated = documents.analysis_document(analysis)
     # All of it or nothing: new figures beside an old document would be believed.
     how = {"block": block, "settings": settings, "pdf": pdf, "with_forces": with_forces}
-    with replacing_folder(folder, _earlier_report(folder)) as new:
+    with replacing_folder(folder, lambda: _earlier_report(folder)) as new:
         written = _write(analysis, new, stated, **how)
     return replace(written, paths=tuple(folder / path for path in written.paths))
 
@@ -326,7 +326,8 @@ def write_accelerometers(analysis: Analysis, folder: Path, *, pdf: bool = False)
 
     With `pdf` also the page as a PDF.
     """
-    with replacing_folder(folder, earlier_files(outputs_in(folder, "accelerometers"))) as new:
+    outputs = outputs_in(folder, "accelerometers")
+    with replacing_folder(folder, lambda: earlier_files(outputs)) as new:
         printed = _write_page(new, accelerometers_page(analysis), pdf=pdf)
         forces = list(analysis.accelerometers.values())
         figures.write_png(figures.curves_figure(forces), new / "stability.png")
