@@ -1,4 +1,4 @@
-"""Mains that wander beside the orders of a table that turns and stands by turns."""
+"""Tones beside the orders of a table that turns and stands by turns, or goes back and forth."""
 
 import numpy as np
 import pytest
@@ -37,3 +37,28 @@ def test_mains_that_wander_are_no_order_and_cost_none(seconds, half, seed, size)
     orders = {line.frequency: line.amplitude for line in removal.lines if line.scale == "angle"}
     assert removal.unfinished is None
     assert orders == {24.0: pytest.approx(1.6e-7, rel=0.01), 1.0: pytest.approx(2e-6, rel=0.01)}
+
+
+@pytest.mark.parametrize("tone", [0.0, 1.5e-7])
+@pytest.mark.parametrize("corner", [np.inf, 4.0])
+def test_a_tone_among_the_orders_of_a_sweep_leaves_the_noise(tone, corner):
+    """A function of the angle took a part of the tone for orders, and left a comb beside it."""
+    random, time = np.random.default_rng(11), np.arange(80_000) / RATE
+    # 20 deg/s over 1.5 turns, as a sine or straight with round corners: order 60 comes to 3.3 Hz.
+    swing = np.sin(np.radians(20.0) / (1.5 * np.pi) * time)
+    speed = swing if np.isinf(corner) else np.clip(corner * swing, -1.0, 1.0)
+    table = np.radians(20.0) * np.cumsum(speed) / RATE
+    walk = np.cumsum(1.4e-8 * random.standard_normal(time.size))
+    orders = np.array([2.0, 3.0, 5.0, 12.0, 24.0, 36.0, 60.0])
+    phases = random.uniform(0.0, 2.0 * np.pi, orders.size)
+    shown = 1.5e-5 * np.cos(np.outer(table, orders) + phases) @ orders**-0.5
+    angle = walk + shown + tone * np.cos(2.0 * np.pi * 3.7 * time)
+    removal = remove_lines(angle, table, RATE, channel="x")
+    assert [round(line.frequency, 2) for line in removal.lines] == ([3.7] if tone else [])
+    # Power of what is left beside that of the noise, where the orders and the tone are.
+    power, own = (
+        np.abs(np.fft.rfft(np.diff(one) * np.hanning(time.size - 1))) ** 2
+        for one in (removal.residual, walk)
+    )
+    near = slice(round(2.5 * 400.0), round(4.5 * 400.0))
+    assert power[near].mean() == pytest.approx(own[near].mean(), rel=0.05)

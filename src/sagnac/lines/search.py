@@ -25,7 +25,7 @@ from sagnac.lines.state import Record, State, first_state
 from sagnac.recording.channel import whole_series
 from sagnac.table.kinematics import KINEMATIC_RATE, averages_of, kinematics
 from sagnac.table.motion import follow_table
-from sagnac.table.turns import FEW_TURNS, AngleFunction, full_turns, function_of_angle, is_turning
+from sagnac.table.turns import FEW_TURNS, full_turns, function_of_angle, is_turning
 
 _MOST_LINES: Final = 250
 _ROUNDS: Final = 20
@@ -33,6 +33,8 @@ _ROUNDS: Final = 20
 # which there are more of them, for the same five seconds (50 ns for a sample in a pass).
 _MOST_PASSES: Final = 500.0
 _LONG: Final = 200_000
+# Most times that a function of the angle is fitted beside the tones known so far.
+_FUNCTIONS: Final = 3
 # Rounds in which lines are looked for beside bands of vibration.
 _PATIENT_ROUNDS: Final = 5
 # Rounds after which tones that lie together have stood beside all strong lines, if none waits.
@@ -110,21 +112,15 @@ def remove_lines(
     if table is not None and 2.0 * sample_rate / KINEMATIC_RATE > angle.size:
         remedy = f"beside a table give {2.0 / KINEMATIC_RATE:g} s or more"
         raise refusal("angle", f"has {angle.size} samples at {sample_rate:g} Hz; {remedy}")
-    function: AngleFunction | None = None
-    notes: tuple[Note, ...] = ()
-    if table is not None and is_turning(table) and full_turns(table) < FEW_TURNS:
-        angle, function, notes = _without_table(angle, table, sample_rate, channel)
-        record = replace(record, angle=angle, encoder=None, made={})
     report = progress or (lambda _: None)
     # Products within a block are too small to share out among threads.
     with one_thread():
-        removal = _removal(searched(first_state(record), report), channel)
+        if table is not None and is_turning(table) and full_turns(table) < FEW_TURNS:
+            removal = _beside_function(record, table, channel, report)
+        else:
+            removal = _removal(searched(first_state(record), report), channel)
     report(1.0)
-    if function is None:
-        return removal
-    taken = np.concatenate([function.taken, removal.taken], axis=1)
-    masked, notes = (*function.masked, *removal.masked), (*notes, *removal.notes)
-    return replace(removal, taken=taken, masked=masked, notes=notes)
+    return removal
 
 
 def _require_noise(angle: FloatArray) -> None:
@@ -141,27 +137,58 @@ def _require_noise(angle: FloatArray) -> None:
         raise refusal("angle", f"runs from {low:g} to {high:g}; give it in rad")
 
 
-def _without_table(
-    angle: FloatArray, table: FloatArray, sample_rate: float, channel: str
-) -> tuple[FloatArray, AngleFunction | None, tuple[Note, ...]]:
-    """An angle without table motion and without what goes with the angle of its table.
+def _beside_function(
+    record: Record, table: FloatArray, channel: str, report: Callable[[float], None]
+) -> Removal:
+    """The removal over so few turns of a table that orders are not told apart.
 
-    With it that function, None if there is none, and what is to be said of it.
-
-    Over so few turns orders are not told apart, and each could be taken for table motion: the rest
-    is searched as that of a gyro at rest.
+    Each could be taken for table motion: what goes with the angle is taken out as one function, and
+    the rest is searched as that of a gyro at rest. Tones that are found so are fitted with the
+    function, and what it took of them is searched for once more.
     """
-    kinematic = kinematics(table, sample_rate)
-    function = function_of_angle(angle, kinematic)
-    notes: tuple[Note, ...] = ()
-    if function is not None:
-        angle = function.less(angle, table)
-        few = f"over {full_turns(table):.2g} turns orders of the table are not told apart"
-        what = f"one function, a sum of {function.orders.size} orders that mean nothing one by one"
-        text = f"{few}: what goes with its angle was taken out as {what}"
-        notes = (Note(channel=channel, text=text),)
-    averages = averages_of(angle, kinematic.block)
-    return follow_table(averages, kinematic).less(angle), function, notes
+    kinematic = kinematics(table, record.sample_rate)
+    function, tones = None, np.empty(0)
+    for _ in range(_FUNCTIONS):
+        angle = record.angle
+        function = function_of_angle(angle, kinematic, tones, function)
+        if function is not None:
+            angle = function.less(angle, table)
+        averages = averages_of(angle, kinematic.block)
+        angle = follow_table(averages, kinematic).less(angle)
+        state = first_state(replace(record, angle=angle, encoder=None, made={}))
+        state = searched(state, report)
+        if function is None:
+            break
+        # At its highest speed a table has its orders at several times their usual frequency.
+        found = _tones(state)
+        found = found[found < 4.0 * function.taken[0, -1]]
+        apart = np.abs(np.subtract.outer(found, tones)).min(axis=1, initial=np.inf)
+        if not (is_new := apart > record.sample_rate / angle.size).any():
+            break
+        tones = np.append(tones, found[is_new])
+    removal = _removal(state, channel)
+    if function is None:
+        return removal
+    few = f"over {full_turns(table):.2g} turns orders of the table are not told apart"
+    what = f"one function, a sum of {function.orders.size} orders that mean nothing one by one"
+    text = f"{few}: what goes with its angle was taken out as {what}"
+    return replace(
+        removal,
+        taken=np.concatenate([function.taken, removal.taken], axis=1),
+        masked=(*function.masked, *removal.masked),
+        notes=(Note(channel=channel, text=text), *removal.notes),
+    )
+
+
+def _tones(state: State) -> FloatArray:
+    """(tones,) Hz, of lines in time, and of the highest peak in each band of vibration."""
+    carriers = [line.carrier for line in state.drifting]
+    if state.bands:
+        power = state.look().power
+        for band in state.bands:
+            low, high = (round(2.0 * edge * (power.size - 1)) for edge in band)
+            carriers.append((low + int(np.argmax(power[low:high]))) / (2.0 * (power.size - 1)))
+    return np.append(state.components.frequencies, carriers) * state.record.sample_rate
 
 
 # --- the rounds ------------------------------------------------------------------------------

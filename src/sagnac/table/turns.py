@@ -7,6 +7,7 @@ beside table motion and Earth rate.
 """
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Final
 
@@ -211,7 +212,12 @@ class AngleFunction:
         )
 
 
-def function_of_angle(angle: FloatArray, kinematic: Kinematics) -> AngleFunction | None:
+def function_of_angle(
+    angle: FloatArray,
+    kinematic: Kinematics,
+    tones: Sequence[float] | FloatArray = (),
+    before: AngleFunction | None = None,
+) -> AngleFunction | None:
     """Part of a gyro angle that goes with the table angle over part of a turn, or a few.
 
     Parameters
@@ -220,6 +226,11 @@ def function_of_angle(angle: FloatArray, kinematic: Kinematics) -> AngleFunction
         (samples,) of a gyro or of a difference, rad.
     kinematic
         Of that table.
+    tones
+        (tones,) Hz, that the angle has as well: unless they are fitted with it, the function takes
+        a part of each.
+    before
+        Found with fewer tones: its orders are in the same steps.
 
     Returns
     -------
@@ -228,7 +239,7 @@ def function_of_angle(angle: FloatArray, kinematic: Kinematics) -> AngleFunction
     """
     # At a rate that varies by less than a tenth an order that is not whole is a line in time.
     is_steady = kinematics.rate_variation(kinematic) <= 0.1
-    if is_fast := kinematics.highest_harmonic(kinematic) < _SHOWN:
+    if kinematics.highest_harmonic(kinematic) < _SHOWN:
         kinematic = _with_faster_averages(kinematic)
     highest = math.floor(kinematics.highest_harmonic(kinematic))
     # Hz of order 1, the highest being 0.4 of the averages' rate.
@@ -242,16 +253,20 @@ def function_of_angle(angle: FloatArray, kinematic: Kinematics) -> AngleFunction
     # Fewer averages tell nothing.
     if shown.size < 100:
         return None
-    free = np.array([np.inf, LARGEST_EARTH_RATE, LARGEST_EARTH_RATE])
+    cycles = np.array(tones) * kinematic.interval
+    cycles = cycles[cycles < 0.5, np.newaxis]
+    waves = np.exp(2j * np.pi * cycles * np.arange(shown.size))
+    slow = np.concatenate([slow, waves.real, waves.imag])
+    free = np.full(len(slow), np.inf)
+    free[1:3] = LARGEST_EARTH_RATE
     plain = shown - whitened(shown, slow.copy(), free, groups=0).values @ slow
     time = np.arange(shown.size, dtype=np.float64)
     line = np.polynomial.Polynomial.fit(time, plain, 1)(time)
     # The standard deviation of an order's prior.
     size = max(30.0 * ARCSECOND, float(np.std(plain - line)))
 
-    # The farther the table turns in an average, the lower is the average of an order. On a slower
-    # table one gain, at the usual speed, is divided out at the end.
-    turned = is_fast * np.abs(np.gradient(kinematic.angle)) / (2.0 * np.pi)
+    # The farther the table turns in an average, the lower is the average of an order.
+    turned = np.abs(np.gradient(kinematic.angle)) / (2.0 * np.pi)
 
     def fit_of(case: tuple[int, int], noises: tuple[float, float] | None) -> Whitened:
         terms = _terms(*case)[:, np.newaxis]
@@ -265,6 +280,7 @@ def function_of_angle(angle: FloatArray, kinematic: Kinematics) -> AngleFunction
     # function of all the angle that they cover.
     covered = math.ceil(full_turns(kinematic.angle) + 0.5)
     parts = (1,) if is_steady else (1, covered)
+    parts = parts if before is None else (round(1.0 / before.orders[0]),)
     cases = [(count, part) for part in parts for count in counts]
     # All are judged beside the noise that the largest leaves: what is left of lines is no noise.
     largest = [fit_of((max(counts), part), None) for part in parts]
@@ -278,9 +294,8 @@ def function_of_angle(angle: FloatArray, kinematic: Kinematics) -> AngleFunction
     if best[0] == 0:
         return None
     orders = _terms(*best)
-    # The first three are of table angle and Earth rate.
-    values = fits[best].values[3:].reshape(2, -1)
-    values = values if is_fast else values / kinematics.block_gain(kinematic, orders)
+    # The first are of table angle, Earth rate and tones.
+    values = fits[best].values[free.size :].reshape(2, -1)
     # A coefficient takes the noise of one of two parts of an ordinate.
     reached, width = first * orders, first * fits[best].freedom / (ordinates * orders.size)
     density = 2.0 * fits[best].walk / kinematic.interval
