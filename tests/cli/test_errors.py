@@ -1,5 +1,8 @@
 """One line for each error, and the exit status that it means."""
 
+import errno
+import os
+
 import pytest
 
 from sagnac.cli.output import DATA_ERROR, USAGE_ERROR, UsageError, explain
@@ -38,6 +41,13 @@ def test_an_interrupt_in_a_compiled_loop_is_one(capsys):
     error.__cause__ = KeyboardInterrupt()
     assert explain(error) == 130
     assert capsys.readouterr().err == "sagnac: interrupted\n"
+
+
+@pytest.mark.parametrize(("number", "remedy"), [("EMFILE", "ulimit -n"), ("EACCES", "its rights")])
+def test_too_many_open_files_are_no_matter_of_rights(number, remedy, capsys):
+    code = getattr(errno, number)
+    assert explain(OSError(code, os.strerror(code))) == 1
+    assert remedy in capsys.readouterr().err
 
 
 def test_a_message_fits_ten_lines_and_moves_no_cursor(capsys):

@@ -213,7 +213,13 @@ def test_each_axis_has_its_own_gyro():
 
 def test_what_cannot_be_is_refused():
     noise = GyroNoise(angle_random_walk=1e-6)
-    for wrong in ({"tilt": -1.0}, {"azimuth": np.nan}, {"rest": 0.0}, {"bias": -1.0}):
+    for wrong in (
+        {"tilt": -1.0},
+        {"azimuth": np.nan},
+        {"rest": 0.0},
+        {"bias": -1.0},
+        {"bias": 18.0},
+    ):
         with pytest.raises(ValueError, match=next(iter(wrong))):
             Start(**wrong)
     with pytest.raises(ValueError, match="above zero"):

@@ -4,6 +4,7 @@ One analysis shows bars on a terminal, else a line a stage once it takes long. M
 show one line that is written over on a terminal, else a line a minute.
 """
 
+import errno
 import importlib
 import os
 import sys
@@ -73,7 +74,10 @@ def explain(error: Exception, options: Container[str] = ()) -> int:
         line = str(error)
     elif isinstance(error, OSError):
         where = f"{error.filename}: " if error.filename else ""
-        line = f"{where}{error.strerror or error}; check the path and its rights"
+        remedy = "check the path and its rights"
+        if error.errno in (errno.EMFILE, errno.ENFILE):
+            remedy = "allow more of them (ulimit -n)"
+        line = f"{where}{error.strerror or error}; {remedy}"
     elif isinstance(error, MemoryError):
         line = "out of memory; take a part of it (--slice START:STOP), or simulate a shorter one"
     else:

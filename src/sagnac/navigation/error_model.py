@@ -167,7 +167,7 @@ class Start:
     ------
     ValueError
         If one is negative or not finite, the rest or the velocity noise is not above zero, a tilt
-        is above 90 deg or the azimuth above 180 deg.
+        is above 90 deg, the azimuth above 180 deg or the bias above 1000 deg/s.
     """
 
     tilt: float = 0.5 * DEGREE
@@ -182,6 +182,9 @@ class Start:
         for name, value, most in (("tilt", self.tilt, 90), ("azimuth", self.azimuth, 180)):
             if value > most * DEGREE:
                 raise refusal(name, f"is {_angle(value)}; give {most} deg at most")
+        if (self.bias or 0.0) > 1000.0 * DEGREE:
+            problem = f"is {(self.bias or 0.0) / DEGREE:.6g} deg/s; give 1000 deg/s at most"
+            raise refusal("bias", problem)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
