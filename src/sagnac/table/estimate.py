@@ -402,7 +402,7 @@ def _without_hum(led: FloatArray, readings: FloatArray, block: int) -> FloatArra
 def _smooth(led: FloatArray, readings: FloatArray, block: int, blocks: BooleanArray) -> FloatArray:
     """(samples,) the angle, changed in place: straight between its means, in some blocks.
 
-    As it is if in most of them the readings show the half of what this would take off, or more: a
+    As it is if in most of them the readings show more than half of what this would take off: a
     servo that hunts moves the table, a hum does not.
     """
     coarse = kinematics.averages_of(led, block)
@@ -414,11 +414,13 @@ def _smooth(led: FloatArray, readings: FloatArray, block: int, blocks: BooleanAr
             place = first[:, np.newaxis] + np.arange(block)
             yield place, np.interp(place, middles, coarse)
 
-    shown = []
+    shown = count = 0
     for place, line in straight():
         off = led[place] - line
-        shown.append(np.sum(off * (readings[place] - line - 0.5 * off), axis=1) > 0.0)
-    if shown and np.mean(np.concatenate(shown)) < 0.5:
+        beyond_half = np.sum(off * (readings[place] - line - 0.5 * off), axis=1) > 0.0
+        shown, count = shown + int(np.count_nonzero(beyond_half)), count + beyond_half.size
+    # By more than chance: two standard errors.
+    if shown <= 0.5 * count + math.sqrt(count):
         for place, line in straight():
             led[place] = line
     return led
