@@ -7,7 +7,7 @@ beside table motion and Earth rate.
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Final
 
@@ -268,7 +268,7 @@ def function_of_angle(
     # The farther the table turns in an average, the lower is the average of an order.
     turned = np.abs(np.gradient(kinematic.angle)) / (2.0 * np.pi)
 
-    def fit_of(case: tuple[int, int], noises: tuple[float, float] | None) -> Whitened:
+    def fit_of(case: _Case, noises: tuple[float, float] | None) -> Whitened:
         terms = _terms(*case)[:, np.newaxis]
         phases, gain = terms * kinematic.angle, np.sinc(terms * turned)
         columns = np.concatenate([slow, gain * np.cos(phases), gain * np.sin(phases)])
@@ -281,29 +281,44 @@ def function_of_angle(
     covered = math.ceil(full_turns(kinematic.angle) + 0.5)
     parts = (1,) if is_steady else (1, covered)
     parts = parts if before is None else (round(1.0 / before.orders[0]),)
-    cases = [(count, part) for part in parts for count in counts]
-    # All are judged beside the noise that the largest leaves: what is left of lines is no noise.
-    largest = [fit_of((max(counts), part), None) for part in parts]
-    quietest = min(largest, key=lambda fit: fit.deviance)
-    noises = quietest.readings, quietest.walk
-    fits = {case: fit_of(case, noises) for case in cases}
-    # Ordinates of one order, real and imaginary; Schwarz's sample is of those that all reach.
+    # Ordinates of one order, real and imaginary.
     ordinates = 2.0 * first * shown.size * kinematic.interval
-    weight = math.log(max(ordinates * max(counts), math.e))
-    best = min(cases, key=lambda case: fits[case].deviance + weight * fits[case].freedom)
-    if best[0] == 0:
+    case, fit = _chosen(fit_of, [(count, part) for part in parts for count in counts], ordinates)
+    if case[0] == 0:
         return None
-    orders = _terms(*best)
+    orders = _terms(*case)
     # The first are of table angle, Earth rate and tones.
-    values = fits[best].values[free.size :].reshape(2, -1)
+    values = fit.values[free.size :].reshape(2, -1)
+    freedom = fit.freedom - 2.0 * cycles.size
     # A coefficient takes the noise of one of two parts of an ordinate.
-    reached, width = first * orders, first * fits[best].freedom / (ordinates * orders.size)
-    density = 2.0 * fits[best].walk / kinematic.interval
-    much_taken = fits[best].freedom > 0.2 * ordinates * orders[-1]
+    reached, width = first * orders, first * freedom / (ordinates * orders.size)
+    density = 2.0 * fit.walk / kinematic.interval
+    much_taken = freedom > 0.2 * ordinates * orders[-1]
     taken = np.stack([reached, np.full(orders.size, width), np.full(orders.size, density)])
     masked = ((0.0, float(reached[-1]) + first),) if much_taken else ()
     phasor = values[0] + 1j * values[1]
     return AngleFunction(orders=orders, phasor=phasor, taken=taken, masked=masked)
+
+
+# How many orders, and into how many steps one is parted.
+_Case = tuple[int, int]
+
+
+def _chosen(
+    fit_of: Callable[[_Case, tuple[float, float] | None], Whitened],
+    cases: Sequence[_Case],
+    ordinates: float,
+) -> tuple[_Case, Whitened]:
+    """The best case by Schwarz's criterion, and its fit; `ordinates` are those of one order."""
+    most = max(count for count, _ in cases)
+    # All are judged beside the noise that the largest leaves: what is left of lines is no noise.
+    largest = [fit_of(case, None) for case in cases if case[0] == most]
+    quietest = min(largest, key=lambda fit: fit.deviance)
+    fits = {case: fit_of(case, (quietest.readings, quietest.walk)) for case in cases}
+    # Schwarz's sample is of ordinates that all reach.
+    weight = math.log(max(ordinates * most, math.e))
+    best = min(cases, key=lambda case: fits[case].deviance + weight * fits[case].freedom)
+    return best, fits[best]
 
 
 def _with_faster_averages(kinematic: Kinematics) -> Kinematics:
