@@ -148,7 +148,7 @@ def _beside_function(
     """
     kinematic = kinematics(table, record.sample_rate)
     function, tones = None, np.empty(0)
-    for _ in range(_FUNCTIONS):
+    for left in reversed(range(_FUNCTIONS)):
         angle = record.angle
         function = function_of_angle(angle, kinematic, tones, function)
         if function is not None:
@@ -157,7 +157,7 @@ def _beside_function(
         angle = follow_table(averages, kinematic).less(angle)
         state = first_state(replace(record, angle=angle, encoder=None, made={}))
         state = searched(state, report)
-        if function is None:
+        if function is None or not left:
             break
         # At its highest speed a table has its orders at several times their usual frequency.
         found = _tones(state)
@@ -166,6 +166,8 @@ def _beside_function(
         if not (is_new := apart > record.sample_rate / angle.size).any():
             break
         tones = np.append(tones, found[is_new])
+        # What was made of this angle would lie in memory beside the next.
+        state.record.made.clear()
     removal = _removal(state, channel)
     if function is None:
         return removal
