@@ -210,6 +210,25 @@ def test_an_order_of_a_sweep_is_taken_at_every_speed(order, fastest):
     assert np.std(left) < 0.03 * np.std(np.diff(shown))
 
 
+@pytest.mark.parametrize("seconds", [40.0, 60.0])
+@pytest.mark.parametrize("highest", [1, 50])
+def test_a_short_record_shows_as_many_orders_as_a_long_one(highest, seconds):
+    """Averages of a tenth of a second were too few for more than 20 or 30."""
+    rate = 200.0
+    time = np.arange(round(seconds * rate)) / rate
+    table = 0.6 * TURN * time / seconds
+    walk = np.cumsum(1e-8 * np.random.default_rng(5).standard_normal(time.size))
+    shown = 5e-6 * (np.cos(table + 0.7) + np.cos(highest * table + 1.9))
+    found = function_of_angle(0.577 * table + walk + shown, kinematics(table, rate))
+    if highest == 1:
+        assert found is None or found.orders.size <= 8
+        return
+    assert found is not None
+    # Within the record, since neither ends of the function nor the table's own motion are told.
+    wave = np.hanning(time.size) * np.exp(-1j * highest * table)
+    assert abs(wave @ found.less(walk + shown, table)) < 0.1 * abs(wave @ shown)
+
+
 @pytest.mark.parametrize("turns", [0.4, pytest.param(0.83, marks=pytest.mark.statistics), 1.0])
 def test_over_a_turn_or_less_a_walk_goes_with_no_angle(turns):
     """As many orders as ordinates would take all noise below their frequencies."""

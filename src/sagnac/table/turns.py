@@ -239,8 +239,7 @@ def function_of_angle(
     """
     # At a rate that varies by less than a tenth an order that is not whole is a line in time.
     is_steady = kinematics.rate_variation(kinematic) <= 0.1
-    if kinematics.highest_harmonic(kinematic) < _SHOWN:
-        kinematic = _with_faster_averages(kinematic)
+    kinematic = _with_faster_averages(kinematic)
     highest = math.floor(kinematics.highest_harmonic(kinematic))
     # Hz of order 1, the highest being 0.4 of the averages' rate.
     first = 0.4 / (max(highest, 1) * kinematic.interval)
@@ -307,10 +306,13 @@ def function_of_angle(
 
 
 def _with_faster_averages(kinematic: Kinematics) -> Kinematics:
-    """Kinematics of a fast table with averages that show `_SHOWN` orders, if they may."""
+    """Kinematics with averages so fast and so many that `_SHOWN` orders are fitted, if they may."""
     usual, reach = 1.0 / kinematic.interval, kinematics.highest_harmonic(kinematic)
     most = _MOST_FAST * kinematic.sample_rate / kinematic.table.size
-    rate = max(usual, min(usual * _SHOWN / reach, most))
+    enough = 20.0 * _SHOWN * kinematic.sample_rate / kinematic.table.size
+    rate = min(max(usual * _SHOWN / reach, enough), most)
+    if rate <= usual:
+        return kinematic
     return kinematics.kinematics(kinematic.table, kinematic.sample_rate, rate=rate)
 
 
