@@ -278,8 +278,7 @@ def _is_order(
         left = wave * (np.exp(1j * order * stray) - 1.0)
         rows = np.vstack([np.diff([left.real, wave.real, wave.imag]), steps[some]])
         sums += rows @ rows.T
-    # The tone is fitted with it. A line that keeps time, or wanders by itself, has a share of zero.
-    inverse = np.linalg.inv(sums[:3, :3])
+    inverse = np.linalg.inv(sums[:3, :3])  # A line that wanders by itself has a share of zero.
     share, error = inverse[0] @ sums[:3, 3], np.sqrt(inverse[0, 0] * sums[3, 3] / steps.size)
     return bool(abs(share - 1.0) < 0.5 and share > 6.0 * error)
 

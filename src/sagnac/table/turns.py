@@ -197,7 +197,7 @@ class AngleFunction:
         (3, orders) noise that went with it: frequency and bandwidth, Hz, and one-sided rate
         density, (rad/s)^2/Hz.
     masked
-        (low, high) bands in Hz of which it took a fifth of the noise or more.
+        (low, high) bands in Hz of which it took a tenth of the noise or more.
     """
 
     orders: FloatArray
@@ -298,7 +298,7 @@ def function_of_angle(
     # A coefficient takes the noise of one of two parts of an ordinate.
     reached, width = first * orders, first * fits[best].freedom / (ordinates * orders.size)
     density = 2.0 * fits[best].walk / kinematic.interval
-    much_taken = fits[best].freedom > 0.2 * ordinates * orders[-1]
+    much_taken = fits[best].freedom > 0.1 * ordinates * orders[-1]
     taken = np.stack([reached, np.full(orders.size, width), np.full(orders.size, density)])
     masked = ((0.0, float(reached[-1]) + first),) if much_taken else ()
     phasor = values[0] + 1j * values[1]
