@@ -110,6 +110,46 @@ def test_a_tone_too_weak_to_tell_stays():
 
 
 @pytest.mark.parametrize("backwards", [False, True])
+@pytest.mark.parametrize(
+    ("hunt", "line", "moves"),
+    [
+        (3e-4, "order", True),
+        (3e-4, "tone", False),
+        (3e-4, "wanders by itself", False),
+        (3e-6, "order", False),
+    ],
+)
+def test_an_order_of_a_servo_that_hunts_faster_than_the_means_is_moved(
+    hunt, line, moves, backwards
+):
+    random = np.random.default_rng(3)
+    hunting, other = (hunt * random.standard_normal((64, MIX_BLOCK)) for _ in range(2))
+    # Nothing of it is left in any mean.
+    hunting -= hunting.mean(axis=1, keepdims=True)
+    table = STEADY + np.append(hunting, 0.0)
+    table = 7.0 - table if backwards else table
+    center = 0.5 * (SAMPLES - 1)
+    rate = wandered(table).rate
+    frequency = 5.4 * abs(rate) / (2.0 * np.pi)
+    steady = 2.0 * np.pi * frequency * (NUMBER - center) + 0.7
+    strays = table - rate * (NUMBER - center) - wandered(table).origin
+    phase = {
+        "order": steady + np.sign(rate) * 5.4 * strays,
+        "tone": steady,
+        "wanders by itself": steady + 5.4 * np.append(other, 0.0),
+    }[line]
+    noise = NOISE * np.random.default_rng(1).standard_normal(SAMPLES - 1)
+    steps = np.diff(np.cos(phase) - np.cos(steady)) + noise
+    phasor = np.array([np.exp(-0.7j)])
+    found = components_of(SAMPLES, frequencies=np.array([frequency]), phasor=phasor)
+    moved = rescaled_components(found, steps, sampled(table), np.full(1, NOISE**2))
+    assert (moved is not None) == moves
+    if moved is not None:
+        assert moved.orders == pytest.approx([5.4])
+        assert moved.frequencies.size == 0
+
+
+@pytest.mark.parametrize("backwards", [False, True])
 @pytest.mark.parametrize("bins", [None, -0.7, 0.0, 0.4])
 def test_an_order_that_keeps_time_is_moved_to_its_frequency(bins, backwards):
     """Bins from the order's mean rate; None for an order that is one. The table strays by 0.15."""

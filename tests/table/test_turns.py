@@ -210,6 +210,63 @@ def test_an_order_of_a_sweep_is_taken_at_every_speed(order, fastest):
     assert np.std(left) < 0.03 * np.std(np.diff(shown))
 
 
+@pytest.mark.parametrize("seconds", [40.0, 60.0])
+@pytest.mark.parametrize("highest", [1, 50])
+def test_a_short_record_shows_as_many_orders_as_a_long_one(highest, seconds):
+    """Averages of a tenth of a second were too few for more than 20 or 30."""
+    rate = 200.0
+    time = np.arange(round(seconds * rate)) / rate
+    table = 0.6 * TURN * time / seconds
+    walk = np.cumsum(1e-8 * np.random.default_rng(5).standard_normal(time.size))
+    shown = 5e-6 * (np.cos(table + 0.7) + np.cos(highest * table + 1.9))
+    found = function_of_angle(0.577 * table + walk + shown, kinematics(table, rate))
+    if highest == 1:
+        assert found is None or found.orders.size <= 8
+        return
+    assert found is not None
+    # Within the record, since neither ends of the function nor the table's own motion are told.
+    wave = np.hanning(time.size) * np.exp(-1j * highest * table)
+    assert abs(wave @ found.less(walk + shown, table)) < 0.1 * abs(wave @ shown)
+
+
+def stepped(duration, rate, *, step, move, dwell, steps=1000):
+    """(samples,) angle of a table that moves by a step, rad, and dwells, to and fro."""
+    time = np.arange(round(duration * rate)) / rate
+    moved = np.clip(time % (move + dwell) / move, 0.0, 1.0)
+    moved += time // (move + dwell) - np.sin(TURN * moved) / TURN
+    return step * np.abs((moved + steps) % (2 * steps) - steps)
+
+
+@pytest.mark.parametrize("dwell", [0.5, 8.0, 15.0])
+def test_orders_of_a_table_that_stops_are_taken_however_long_it_stops(dwell):
+    """Where it moves in a twentieth of the time, its speed was taken for that of the rest."""
+    rate = 200.0
+    table = stepped(200.0, rate, step=np.radians(10.0), move=0.5, dwell=dwell)
+    walk = np.cumsum(1e-8 * np.random.default_rng(5).standard_normal(table.size))
+    shown = 1e-6 * (np.cos(3.0 * table + 0.7) + np.cos(25.0 * table))
+    found = function_of_angle(0.577 * table + walk + shown, kinematics(table, rate))
+    assert found is not None
+    left, step = np.diff(found.less(walk + shown, table)), np.diff(table)
+    left -= step * (step @ left) / (step @ step)
+    assert np.std(left) < 1.02 * np.std(np.diff(walk))
+
+
+@pytest.mark.parametrize("duration", [500.0, 900.0])
+def test_a_band_of_which_a_tenth_went_with_the_angle_is_masked(duration):
+    rate, random = 50.0, np.random.default_rng(5)
+    table = stepped(duration, rate, step=np.radians(30.0), move=10.9, dwell=9.8, steps=12)
+    walk = np.cumsum(1e-8 * random.standard_normal(table.size))
+    orders, phases = random.uniform(1.0, 60.0, 8), random.uniform(0.0, 6.0, 8)
+    shown = 2e-7 * np.cos(np.outer(orders, table) + phases[:, np.newaxis]).sum(axis=0)
+    found = function_of_angle(0.577 * table + walk + shown, kinematics(table, rate))
+    assert found is not None
+    left, step = np.diff(found.less(walk + shown, table)), np.diff(table)
+    left -= step * (step @ left) / (step @ step)
+    band = np.fft.rfftfreq(left.size, 1.0 / rate) < found.taken[0].max()
+    own, after = (np.sum(np.abs(np.fft.rfft(one)[band]) ** 2) for one in (np.diff(walk), left))
+    assert (len(found.masked) > 0) == (1.0 - after / own > 0.1) == (duration < 600.0)
+
+
 @pytest.mark.parametrize("turns", [0.4, pytest.param(0.83, marks=pytest.mark.statistics), 1.0])
 def test_over_a_turn_or_less_a_walk_goes_with_no_angle(turns):
     """As many orders as ordinates would take all noise below their frequencies."""

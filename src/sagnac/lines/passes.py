@@ -228,7 +228,7 @@ def rescaled_components(
         (components,) noise floor at each, rad^2.
     """
     angles, frequencies, strays = components.orders.size, components.frequencies, sampled.wander
-    if strays is None or frequencies.size == 0:
+    if strays is None or sampled.table is None or frequencies.size == 0:
         return None
     orders = 2.0 * np.pi * frequencies / abs(strays.rate)
     # Complex amplitudes of the increments: step n leads from sample n to n + 1.
@@ -251,6 +251,11 @@ def rescaled_components(
             turning = np.sign(strays.rate) * orders[index] * strays.phase[: mixed.size]
             level = float(levels[angles + index]) / steps.size
             moved[angles + index] = _is_better(mixed, np.exp(-1j * turning), level)
+    # A servo hunts faster than that: what a tone leaves of an order is a band, as wide as the hunt.
+    own = components.phasor[angles:].conj()
+    felt = orders * np.abs(own) * np.std(sampled.speeds) * steps.size > 8.5 * np.linalg.norm(steps)
+    for at in np.flatnonzero(~moved[angles:] & felt):
+        moved[angles + at] = _is_order(frequencies[at], own[at], steps, sampled.table, strays)
     if not moved.any():
         return None
     orders = orders[moved[angles:]]
@@ -259,6 +264,23 @@ def rescaled_components(
     orders, none = np.where(whole, np.rint(orders), orders), np.empty(0)
     in_angle = replace(components.select(moved), orders=orders, free=~whole, frequencies=none)
     return joined(components.select(~moved), in_angle)
+
+
+def _is_order(
+    tone: float, phasor: complex, steps: FloatArray, table: FloatArray, strays: Wander
+) -> bool:
+    """Whether a tone, cycles a sample, left in the steps what it would leave of an order."""
+    order, sums = 2.0 * np.pi * tone / strays.rate, np.zeros((4, 4))
+    for some in blocks(steps.size):
+        number = np.arange(some.start, some.stop + 1) - 0.5 * steps.size
+        stray = table[some.start : some.stop + 1] - strays.rate * number - strays.origin
+        wave = phasor * np.exp(2j * np.pi * tone * number)
+        left = wave * (np.exp(1j * order * stray) - 1.0)
+        rows = np.vstack([np.diff([left.real, wave.real, wave.imag]), steps[some]])
+        sums += rows @ rows.T
+    inverse = np.linalg.inv(sums[:3, :3])  # A line that wanders by itself has a share of zero.
+    share, error = inverse[0] @ sums[:3, 3], np.sqrt(inverse[0, 0] * sums[3, 3] / steps.size)
+    return bool(abs(share - 1.0) < 0.5 and share > 6.0 * error)
 
 
 def timed_components(

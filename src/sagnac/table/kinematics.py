@@ -149,8 +149,9 @@ def highest_harmonic(kinematic: Kinematics) -> float:
 
     Harmonics above 0.4 of the averages' rate are averaged away, and those that are not, alias.
     """
-    step = np.abs(np.diff(kinematic.angle))
-    fastest = float(np.percentile(step, 95)) if step.size else np.inf
+    step = np.sort(np.abs(np.diff(kinematic.angle)))
+    way = np.cumsum(step)  # Not of the time: a table that stops turns in few averages.
+    fastest = float(step[np.searchsorted(way, 0.95 * way[-1])]) if step.size else np.inf
     return 0.4 * 2.0 * np.pi / max(fastest, 1e-12)
 
 

@@ -197,7 +197,7 @@ class AngleFunction:
         (3, orders) noise that went with it: frequency and bandwidth, Hz, and one-sided rate
         density, (rad/s)^2/Hz.
     masked
-        (low, high) bands in Hz of which it took a fifth of the noise or more.
+        (low, high) bands in Hz of which it took a tenth of the noise or more.
     """
 
     orders: FloatArray
@@ -239,8 +239,7 @@ def function_of_angle(
     """
     # At a rate that varies by less than a tenth an order that is not whole is a line in time.
     is_steady = kinematics.rate_variation(kinematic) <= 0.1
-    if kinematics.highest_harmonic(kinematic) < _SHOWN:
-        kinematic = _with_faster_averages(kinematic)
+    kinematic = _with_faster_averages(kinematic)
     highest = math.floor(kinematics.highest_harmonic(kinematic))
     # Hz of order 1, the highest being 0.4 of the averages' rate.
     first = 0.4 / (max(highest, 1) * kinematic.interval)
@@ -293,7 +292,7 @@ def function_of_angle(
     # A coefficient takes the noise of one of two parts of an ordinate.
     reached, width = first * orders, first * freedom / (ordinates * orders.size)
     density = 2.0 * fit.walk / kinematic.interval
-    much_taken = freedom > 0.2 * ordinates * orders[-1]
+    much_taken = freedom > 0.1 * ordinates * orders[-1]
     taken = np.stack([reached, np.full(orders.size, width), np.full(orders.size, density)])
     masked = ((0.0, float(reached[-1]) + first),) if much_taken else ()
     phasor = values[0] + 1j * values[1]
@@ -322,10 +321,13 @@ def _chosen(
 
 
 def _with_faster_averages(kinematic: Kinematics) -> Kinematics:
-    """Kinematics of a fast table with averages that show `_SHOWN` orders, if they may."""
+    """Kinematics with averages so fast and so many that `_SHOWN` orders are fitted, if they may."""
     usual, reach = 1.0 / kinematic.interval, kinematics.highest_harmonic(kinematic)
     most = _MOST_FAST * kinematic.sample_rate / kinematic.table.size
-    rate = max(usual, min(usual * _SHOWN / reach, most))
+    enough = 20.0 * _SHOWN * kinematic.sample_rate / kinematic.table.size
+    rate = min(max(usual * _SHOWN / reach, enough), most)
+    if rate <= usual:
+        return kinematic
     return kinematics.kinematics(kinematic.table, kinematic.sample_rate, rate=rate)
 
 
