@@ -45,7 +45,7 @@ def until(events, *names):
 
 
 def levels(html):
-    """Of the headings of a page, in their order."""
+    """The level of each heading of a page, from the first to the last."""
     return [int(level) for level in re.findall(r"<h([1-6])\b", html)]
 
 

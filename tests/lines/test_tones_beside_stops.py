@@ -55,7 +55,7 @@ def test_a_tone_among_the_orders_of_a_sweep_leaves_the_noise(tone, corner):
     angle = walk + shown + tone * np.cos(2.0 * np.pi * 3.7 * time)
     removal = remove_lines(angle, table, RATE, channel="x")
     assert [round(line.frequency, 2) for line in removal.lines] == ([3.7] if tone else [])
-    # Power of what is left beside that of the noise, where the orders and the tone are.
+    # What is left has the power of the noise where the orders and the tone were.
     power, own = (
         np.abs(np.fft.rfft(np.diff(one) * np.hanning(time.size - 1))) ** 2
         for one in (removal.residual, walk)

@@ -271,7 +271,7 @@ def _is_order(
 ) -> bool:
     """Whether a tone, cycles a sample, left in the steps what it would leave of an order."""
     order, sums = 2.0 * np.pi * tone / strays.rate, np.zeros((4, 4))
-    # Short ones: of a dozen rows each, longer ones would raise the peak of two hours by 20 MiB.
+    # A block makes a dozen rows: longer blocks raised the peak of two hours by 20 MiB.
     for some in blocks(steps.size, 2**14):
         number = np.arange(some.start, some.stop + 1) - 0.5 * steps.size
         stray = table[some.start : some.stop + 1] - strays.rate * number - strays.origin
@@ -279,7 +279,8 @@ def _is_order(
         left = wave * (np.exp(1j * order * stray) - 1.0)
         rows = np.vstack([np.diff([left.real, wave.real, wave.imag]), steps[some]])
         sums += rows @ rows.T
-    inverse = np.linalg.inv(sums[:3, :3])  # A line that wanders by itself has a share of zero.
+    # A line that keeps time, or wanders by itself, has a share of zero.
+    inverse = np.linalg.inv(sums[:3, :3])
     share, error = inverse[0] @ sums[:3, 3], np.sqrt(inverse[0, 0] * sums[3, 3] / steps.size)
     return bool(abs(share - 1.0) < 0.5 and share > 6.0 * error)
 

@@ -402,8 +402,8 @@ def _without_hum(led: FloatArray, readings: FloatArray, block: int) -> FloatArra
 def _smooth(led: FloatArray, readings: FloatArray, block: int, blocks: BooleanArray) -> FloatArray:
     """(samples,) the angle, changed in place: straight between its means, in some blocks.
 
-    As it is if in most of them the readings show more than half of what this would take off: a
-    servo that hunts moves the table, a hum does not.
+    The angle stays as it is if, in most of these blocks, the readings show more than half of what
+    this would take off: a servo that hunts moves the table, a hum does not.
     """
     coarse = kinematics.averages_of(led, block)
     middles = np.arange(coarse.size) * block + 0.5 * (block - 1)

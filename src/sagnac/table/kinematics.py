@@ -147,10 +147,11 @@ def sine_cosine_integrals(table: FloatArray, dt: float) -> tuple[FloatArray, Flo
 def highest_harmonic(kinematic: Kinematics) -> float:
     """Highest order that can be fitted to the averages beside table motion.
 
-    Harmonics above 0.4 of the averages' rate are averaged away, and those that are not, alias.
+    Harmonics above 0.4 of the averages' rate are averaged away, and those that are not, alias. The
+    speed is that of 95 % of the way, not of the time: a table that stops turns in few averages.
     """
     step = np.sort(np.abs(np.diff(kinematic.angle)))
-    way = np.cumsum(step)  # Not of the time: a table that stops turns in few averages.
+    way = np.cumsum(step)
     fastest = float(step[np.searchsorted(way, 0.95 * way[-1])]) if step.size else np.inf
     return 0.4 * 2.0 * np.pi / max(fastest, 1e-12)
 

@@ -227,10 +227,10 @@ def function_of_angle(
     kinematic
         Of that table.
     tones
-        (tones,) Hz, that the angle has as well: unless they are fitted with it, the function takes
-        a part of each.
+        (tones,) Hz, of tones in the angle. They are fitted with the function, which would take a
+        part of each.
     before
-        Found with fewer tones: its orders are in the same steps.
+        The function that was found with fewer tones: the new one has orders in the same steps.
 
     Returns
     -------
@@ -321,7 +321,7 @@ def _chosen(
 
 
 def _with_faster_averages(kinematic: Kinematics) -> Kinematics:
-    """Kinematics with averages so fast and so many that `_SHOWN` orders are fitted, if they may."""
+    """Kinematics whose averages can show `_SHOWN` orders, unless that takes too many of them."""
     usual, reach = 1.0 / kinematic.interval, kinematics.highest_harmonic(kinematic)
     most = _MOST_FAST * kinematic.sample_rate / kinematic.table.size
     enough = 20.0 * _SHOWN * kinematic.sample_rate / kinematic.table.size

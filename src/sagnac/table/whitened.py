@@ -20,8 +20,8 @@ from sagnac.core.arrays import FloatArray, IntegerArray
 # Times that an ordinate may stand above the noise; one that stands higher counts for less, as under
 # a distribution with long tails: it is of a line that no column holds.
 _LINE: Final = 10.0
-# Times that the noise is told from what the coefficients leave, and these are fitted beside it.
-_TURNS: Final = 6
+# Times that noise and coefficients are fitted, each beside the other.
+_ROUNDS: Final = 6
 # Share of a record at either end over which a fit fades. With a hundredth to a seventh the walk
 # beside a strong line is as well known.
 _END: Final = 0.05
@@ -134,7 +134,7 @@ def whitened(
     laws = np.stack([white, 1.0 - white / 6.0])
     left, kept = wanted, np.ones(white.size)
     # Noise and coefficients are fitted in turn.
-    for turn in range(_TURNS):
+    for number in range(_ROUNDS):
         power = _squares(left) / count
         readings, walk = noises or _two_noises(power, laws, kept, has_lines=faded)
         expected = np.maximum(np.array([readings, walk]) @ laws, 1e-300)
@@ -145,7 +145,7 @@ def whitened(
         # A column that lives in one group alone is undetermined without the ridge.
         normal += np.diag(1.0 / (prior * scale) ** 2 + 1e-9 * np.diag(normal))
         left = wanted - np.linalg.solve(normal, rights.sum(axis=0)) @ ready
-        if crowded and noises is None and turn < _TURNS - 1:
+        if crowded and noises is None and number < _ROUNDS - 1:
             root = np.linalg.cholesky(normal)
             taken = np.square(solve_triangular(root, ready, lower=True)).sum(axis=0)
             kept = 1.0 - 0.5 * weight * taken.reshape(-1, 2).sum(axis=1)
