@@ -445,22 +445,22 @@ def test_ripple_beating_with_earth_rate_makes_no_lines():
     assert {line.frequency for line in lines} <= {1.0}
 
 
-def swinging(amplitude: float, frequency: float) -> tuple[np.ndarray, np.ndarray]:
-    """A table that swings, and an angle with thirty orders and thirty tones on its motion."""
+def swinging(amplitude, frequency, highest=60, tones=30) -> tuple[np.ndarray, np.ndarray]:
+    """A table that swings, and an angle with even orders and tones on its motion."""
     generator = np.random.default_rng(11)
     seconds = np.arange(20_000) / 100.0
     table = amplitude * np.cos(2.0 * np.pi * frequency * seconds)
     angle = 0.6 * table + np.cumsum(1e-8 * generator.standard_normal(seconds.size))
-    for order in range(2, 62, 2):
+    for order in range(2, highest + 1, 2):
         angle += 1e-5 * np.cos(order * table + order)
-    for tone in np.linspace(11.3, 43.7, 30):
+    for tone in np.linspace(11.3, 43.7, tones):
         angle += 1e-5 * np.cos(2.0 * np.pi * tone * seconds + tone)
     return table, angle
 
 
 def test_a_search_in_which_all_orders_meet_all_tones_ends_with_a_word():
-    """Over eight turns: each pair would be a pass over the record, in every fit."""
-    table, angle = swinging(26.0, 0.02)
+    """Over six turns: each pair would be a pass over the record, in every fit."""
+    table, angle = swinging(20.0, 0.02)
     removal = remove_lines(angle, table, 100.0, channel="z")
     (note,) = [note for note in removal.notes if note.text.startswith("the search stopped")]
     assert "sweeps orders and tones over each other" in note.text
@@ -477,6 +477,49 @@ def test_over_half_a_turn_a_function_of_the_angle_takes_the_place_of_orders():
     frequency, density = signal.welch(np.diff(removal.residual), 100.0, nperseg=8192)
     slow = (frequency > 0.1) & (frequency < 1.5)
     assert np.median(density[slow]) == pytest.approx(2.0 * 1e-16 / 100.0, rel=0.5)
+
+
+def ramp(seed: int, orders: range) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Six turns ever faster beside noisy readings: the table, the angle and the noise in it."""
+    generator = np.random.default_rng(seed)
+    part = np.linspace(0.0, 1.0, 20_000)
+    table = 12.0 * np.pi * (0.4 * part + 0.6 * part**2)
+    noise = np.cumsum(1e-8 * generator.standard_normal(part.size))
+    noise = noise + 2.5e-5 * generator.standard_normal(part.size)
+    return table, noise + sum(4e-6 * np.cos(order * table + order) for order in orders), noise
+
+
+@pytest.mark.parametrize("seed", [3, 5])
+def test_orders_that_hide_below_the_floor_of_a_ramp_go_as_a_function(seed):
+    """The search by orders left one or two of twenty, and up to twice the noise."""
+    table, angle, noise = ramp(seed, range(1, 40, 2))
+    removal = remove_lines(angle, table, 100.0, channel="x")
+    assert any("as one function" in note.text for note in removal.notes)
+    frequency, left = signal.welch(removal.residual, 100.0, nperseg=10_000)
+    made = signal.welch(noise, 100.0, nperseg=10_000)[1]
+    orders = (frequency > 0.1) & (frequency < 1.0)
+    # The function takes some of the noise, which the answer allows for.
+    assert 0.75 < left[orders].mean() / made[orders].mean() < 1.1
+
+
+@pytest.mark.parametrize(("seed", "orders"), [(0, range(0)), (0, range(1, 40, 2)), (4, range(1, 40, 2))])
+def test_a_ramp_whose_orders_are_found_has_no_function(seed, orders):
+    table, angle, _ = ramp(seed, orders)
+    removal = remove_lines(angle, table, 100.0, channel="x")
+    assert not removal.notes
+
+
+def test_over_some_turns_a_function_takes_over_from_a_search_without_end(monkeypatch):
+    table, angle = swinging(16.0, 0.02, highest=12, tones=3)
+    by_orders = remove_lines(angle, table, 100.0, channel="z")
+    assert len(by_orders.lines) == 9
+    assert not by_orders.notes
+    monkeypatch.setattr(search, "_MOST_PASSES", 0.1)
+    removal = remove_lines(angle, table, 100.0, channel="z")
+    assert removal.unfinished is None
+    assert any("as one function" in note.text for note in removal.notes)
+    for each in (by_orders, removal):
+        assert np.std(np.diff(each.residual)) == pytest.approx(1e-8, rel=0.02)
 
 
 @pytest.mark.parametrize("scale", ["time", "angle"])
