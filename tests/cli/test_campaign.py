@@ -53,6 +53,7 @@ def test_page_links_to_reports_that_are_there(done) -> None:
     links = re.findall(r'href="(reports/[^"]*)"', page)
     assert len(links) == 4 + 4
     assert all((output / link).is_file() for link in links)
+    assert "9 rows: 8 estimated, 1 failed." in page
     assert "between units" in page
     assert "not observable" in page
     # Two days of noise that does not differ: no scatter of zero is claimed.

@@ -1,6 +1,7 @@
 """``index.html`` of a campaign: how N scatters, the curves, the cells, and every row."""
 
 import math
+from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from itertools import chain, groupby, product
 from pathlib import Path
@@ -224,6 +225,8 @@ def write_page(campaign: runner.Campaign, lines: Lines, folder: Path, title: str
     curves = {line: row.analysis["curve"] for row, line in pairs if "curve" in row.analysis}
     limits = table.walk_limits(campaign)
     failed = [line for line in lines if line.state != "done"]
+    kinds = Counter(line.status or line.state for line in lines).most_common()
+    said = ", ".join(f"{size} {kind}" for kind, size in kinds)
     twice = sum(bool(line.same_as) for line in lines)
     equal = f" {twice} have the data of another and do not count." * bool(twice)
     rows = [(line, _cells(line)) for line in lines]
@@ -231,7 +234,7 @@ def write_page(campaign: runner.Campaign, lines: Lines, folder: Path, title: str
     text = rendered(
         "campaign.html",
         title=title,
-        counts=f"{len(lines)} rows, {len(lines) - len(failed)} done, {len(failed)} not.{equal}",
+        counts=f"{len(lines)} rows: {said}.{equal}",
         failed=[reason_text(line.file, line.reason) for line in failed],
         groups=[_group(own, curves, limits) for own in groups_of(lines).values()],
         verdict=yield_of(campaign),
