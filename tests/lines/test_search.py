@@ -502,9 +502,9 @@ def test_orders_that_hide_below_the_floor_of_a_ramp_go_as_a_function(seed):
     assert 0.75 < left[orders].mean() / made[orders].mean() < 1.1
 
 
-@pytest.mark.parametrize(("seed", "orders"), [(0, range(0)), (0, range(1, 40, 2)), (4, range(1, 40, 2))])
-def test_a_ramp_whose_orders_are_found_has_no_function(seed, orders):
-    table, angle, _ = ramp(seed, orders)
+@pytest.mark.parametrize(("seed", "highest"), [(0, 0), (0, 39), (4, 39)])
+def test_a_ramp_whose_orders_are_found_has_no_function(seed, highest):
+    table, angle, _ = ramp(seed, range(1, highest + 1, 2))
     removal = remove_lines(angle, table, 100.0, channel="x")
     assert not removal.notes
 
