@@ -214,11 +214,25 @@ def test_a_day_in_a_script(tmp_path, analyzed):
     done = sagnac.campaign(tmp_path / "runs", tmp_path / "campaign", workers=1, method="none")
     assert [line.state for line in done.lines] == ["done"] * len(done.lines)
     assert len(done.to_frame()) == len(done.lines) >= 2
+    assert "of 1 row, 0 without an answer" in repr(done)
+    assert len(repr(done)) < 200
     for wrong, meant in (("methods", "method"), ("patern", "pattern"), ("worker", "workers")):
         with pytest.raises(
             TypeError, match=rf"campaign has no keyword '{wrong}'; did you mean {meant}\?"
         ):
             sagnac.campaign(tmp_path, tmp_path / "campaign", **{wrong: "none"})
+
+
+def test_a_file_that_would_be_lost_is_an_error_of_the_door(tmp_path):
+    """One that the package wrote is replaced without a word."""
+    own, foreign = tmp_path / "own.csv", tmp_path / "foreign.csv"
+    foreign.write_text("a,b\n1,2\n")
+    with pytest.raises(sagnac.WouldOverwrite, match=r"foreign\.csv: is there"):
+        sagnac.write(bench(100), foreign)
+    assert foreign.read_text() == "a,b\n1,2\n"
+    for samples in (100, 200):
+        sagnac.write(bench(samples), own)
+    assert sagnac.read(own).samples == 200
 
 
 def test_a_stretch_and_a_channel_of_a_recording():

@@ -13,6 +13,7 @@ from sagnac.core.errors import ArgumentError as ArgumentError
 from sagnac.core.errors import MissingExtra as MissingExtra
 from sagnac.core.errors import Note as Note
 from sagnac.core.errors import RecordingError as RecordingError
+from sagnac.core.errors import WouldOverwrite as WouldOverwrite
 from sagnac.core.texts import keywords as keywords
 from sagnac.core.version import __version__ as __version__
 from sagnac.fleet.campaign import CampaignReport as CampaignReport

@@ -53,3 +53,30 @@ def test_a_fit_that_shows_no_walk_gives_a_bound_and_says_so():
     assert any(
         "shows no angle random walk of x: only an upper bound" in n.text for n in found.notes
     )
+
+
+def bounded(seed, tone=0.0, **choices):
+    """A minute at 10 Hz of 1e-6 rad/sqrt(s), too short for Step 4, without tones or with three."""
+    time, random = np.arange(600) / 10.0, np.random.default_rng(seed)
+    rate = 1e-6 * np.sqrt(10.0) * random.standard_normal(time.size)
+    rate += tone * sum(np.cos(2.0 * np.pi * place * time + 1.0) for place in (0.25, 0.35, 0.55))
+    recording = Recording.from_arrays(x=rate, kind="rate", unit="rad/s", sample_rate=10.0)
+    found = analyze(recording, Settings(**choices))
+    assert found.angle_random_walk.status == "upper bound"
+    return found
+
+
+def test_a_bound_does_not_lack_the_noise_that_went_as_lines():
+    """All forty lines of Korenberg's search are noise, a third of all pairs that there are."""
+    found = [bounded(seed, method="fos-korenberg") for seed in range(12)]
+    assert all(len(one.lines) == 40 for one in found)
+    assert sum(one.angle_random_walk.high > 1e-6 for one in found) >= 11
+
+
+def test_a_line_that_is_one_stays_out_of_the_bound():
+    """With the tones in, no cluster time allows less than 2.5 times N; without, they do."""
+    found = bounded(5, tone=2e-5, method="fos-paper")
+    with_tones = found.curve_before
+    used = with_tones.tau >= 1.0
+    assert min(with_tones.deviation[used] * np.sqrt(with_tones.tau[used])) > 2.5e-6
+    assert 1e-6 < found.angle_random_walk.high < 2e-6

@@ -108,7 +108,7 @@ class Analysis:
     spectrum, spectrum_before
         One-sided rate spectrum of `channel` after and before removal, smoothed for a figure.
     per_gyro
-        N of each of several gyros: of a triad on a table by three-cornered hat; else empty.
+        N of each of several gyros at rest; of a triad on a table by three-cornered hat; else empty.
     notes
         Every repair, refusal and doubt.
     seconds

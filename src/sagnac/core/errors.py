@@ -177,7 +177,13 @@ class RecordingError(ValueError):
 
 
 class WouldOverwrite(RecordingError):
-    """A file is there that would be lost: why it is not written over."""
+    """A file is there that would be lost: why it is not written over.
+
+    Examples
+    --------
+    >>> issubclass(WouldOverwrite, RecordingError)
+    True
+    """
 
     usual_remedy = "choose another output, or state {force} to write over it"
 

@@ -48,6 +48,10 @@ class CampaignReport:
     paths: tuple[Path, ...]
     replaced: int = 0
 
+    def __repr__(self) -> str:
+        rows, failed = errors.counted(len(self.campaign.rows), "row"), len(self.campaign.failed)
+        return f"<CampaignReport of {rows}, {failed} without an answer; N stands in .lines>"
+
     @property
     def scatter(self) -> dict[tuple[str, str], table.Scatter]:
         """How N scatters, deg/sqrt(h), by method and gyros."""
