@@ -459,8 +459,8 @@ def swinging(amplitude, frequency, highest=60, tones=30) -> tuple[np.ndarray, np
 
 
 def test_a_search_in_which_all_orders_meet_all_tones_ends_with_a_word():
-    """Over six turns: each pair would be a pass over the record, in every fit."""
-    table, angle = swinging(20.0, 0.02)
+    """Over nine turns: each pair would be a pass over the record, in every fit."""
+    table, angle = swinging(29.0, 0.02)
     removal = remove_lines(angle, table, 100.0, channel="z")
     (note,) = [note for note in removal.notes if note.text.startswith("the search stopped")]
     assert "sweeps orders and tones over each other" in note.text
@@ -489,17 +489,16 @@ def ramp(seed: int, orders: range) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     return table, noise + sum(4e-6 * np.cos(order * table + order) for order in orders), noise
 
 
-@pytest.mark.parametrize("seed", [3, 5])
+@pytest.mark.parametrize("seed", [3, 11, 14])
 def test_orders_that_hide_below_the_floor_of_a_ramp_go_as_a_function(seed):
-    """The search by orders left one or two of twenty, and up to twice the noise."""
+    """The search by orders left some of twenty, and 1.2 to 1.9 times the noise."""
     table, angle, noise = ramp(seed, range(1, 40, 2))
     removal = remove_lines(angle, table, 100.0, channel="x")
     assert any("as one function" in note.text for note in removal.notes)
     frequency, left = signal.welch(removal.residual, 100.0, nperseg=10_000)
     made = signal.welch(noise, 100.0, nperseg=10_000)[1]
     orders = (frequency > 0.1) & (frequency < 1.0)
-    # The function takes some of the noise, which the answer allows for.
-    assert 0.75 < left[orders].mean() / made[orders].mean() < 1.1
+    assert left[orders].mean() == pytest.approx(made[orders].mean(), rel=0.1)
 
 
 @pytest.mark.parametrize(("seed", "highest"), [(0, 0), (0, 39), (4, 39)])

@@ -40,8 +40,8 @@ _ROUNDS: Final = 20
 # which there are more of them, for the same five seconds (50 ns for a sample in a pass).
 _MOST_PASSES: Final = 500.0
 _LONG: Final = 200_000
-# Turns below which their search may leave orders where the rate varies: of 75 tables of one gyro
-# over 4 to 9 turns, five were estimates 6 to 90 times too high with what was left.
+# Turns below which a search may leave orders, or not end, where the rate varies: of 114 tables of one
+# gyro over 4 to 9 turns four were estimates 6 to 40 times too high, and of 66 pairs six had no N.
 _SOME_TURNS: Final = 9.0
 # Most times that a function of the angle is fitted beside the tones known so far.
 _FUNCTIONS: Final = 3
@@ -159,17 +159,20 @@ def _removed(record: Record, channel: str, report: Callable[[float], None]) -> R
     kinematic = kinematics(table, record.sample_rate)
     if rate_variation(kinematic) <= 0.1:
         return removal
-    # Where the rate varies orders smear, and raise the floor that they are sought above.
-    ended = removal.unfinished is None
-    if ended and function_of_angle(removal.residual, kinematic) is None:
-        return removal
-    function = function_of_angle(record.angle, kinematic)
+    record.made.clear()
+    # Where the rate varies orders smear, and raise the floor that they are sought above; and a
+    # search of all of them beside tones may take too long.
+    hides = removal.unfinished is None
+    function = function_of_angle(removal.residual if hides else record.angle, kinematic)
     if function is None:
         return removal
-    record.made.clear()
-    beside = _beside_function(record, kinematic, function, channel, report)
-    left = [np.std(differences(each.residual)) for each in (removal, beside)]
-    return beside if ended or left[1] < left[0] else removal
+    if hides:
+        record = replace(record, angle=function.less(record.angle, table), made={})
+        again = _removal(searched(first_state(record), report), channel)
+        again = _with_function(again, function, table, channel)
+    else:
+        again = _beside_function(record, kinematic, function, channel, report)
+    return again if again.unfinished is None else removal
 
 
 def _beside_function(
@@ -209,7 +212,14 @@ def _beside_function(
     removal = _removal(state, channel)
     if function is None:
         return removal
-    few = f"over {full_turns(kinematic.table):.2g} turns orders of the table are not told apart"
+    return _with_function(removal, function, kinematic.table, channel)
+
+
+def _with_function(
+    removal: Removal, function: AngleFunction, table: FloatArray, channel: str
+) -> Removal:
+    """The removal with a function of the angle that went before."""
+    few = f"over {full_turns(table):.2g} turns orders of the table are not told apart"
     what = f"one function, a sum of {function.orders.size} orders that mean nothing one by one"
     text = f"{few}: what goes with its angle was taken out as {what}"
     return replace(
