@@ -40,8 +40,8 @@ _ROUNDS: Final = 20
 # which there are more of them, for the same five seconds (50 ns for a sample in a pass).
 _MOST_PASSES: Final = 500.0
 _LONG: Final = 200_000
-# Turns below which a search may leave orders, or not end, where the rate varies: of 114 tables of one
-# gyro over 4 to 9 turns four were estimates 6 to 40 times too high, and of 66 pairs six had no N.
+# Turns below which a search may leave orders, or not end, where the rate varies. Of 114 tables of
+# one gyro over 4 to 9 turns four were estimates 6 to 40 times too high; six of 66 pairs had no N.
 _SOME_TURNS: Final = 9.0
 # Most times that a function of the angle is fitted beside the tones known so far.
 _FUNCTIONS: Final = 3
