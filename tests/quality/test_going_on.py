@@ -129,6 +129,47 @@ def test_a_rate_that_was_raised_by_straight_lines_is_of_one_sensor_and_keeps_n(t
     assert answer.low < 0.15 < answer.high
 
 
+@pytest.mark.parametrize("times", [2, 3.4, 4, 5, 8, 9.3, 25])
+def test_a_rate_of_which_each_sample_is_held_is_told_so_and_keeps_n(times):
+    slow = white(samples=int(SAMPLES / times) + 2) / np.sqrt(times)
+    values = slow[(np.arange(SAMPLES) / times).astype(int)]
+    (found,) = findings(values, "repeats")
+    assert "faster than it measures" in found.text
+    assert found.level == "warning"
+    answer = analyze(still(values)).angle_random_walk.to("deg/sqrt(h)")
+    assert answer.low < 0.15 < answer.high
+
+
+@pytest.mark.parametrize("dithered", [0.0, 0.02])
+@pytest.mark.parametrize("kind", ["rate", "angle"])
+def test_counts_that_stay_the_same_for_some_samples_are_not_held(kind, dithered):
+    """A drift that coarse counts follow: each value stands for five samples or about as many."""
+    ramp = 0.2 * np.arange(SAMPLES) + dithered * white() / SIGMA
+    values = np.rint(ramp if kind == "angle" else ramp**2 / 1e6)
+    unit = "arcsec" if kind == "angle" else "deg/h"
+    assert not findings(values, "repeats", kind=kind, unit=unit)
+
+
+def test_a_rate_that_sticks_at_its_extreme_by_chance_too_is_not_at_a_limit():
+    """One stretch in two sticks for 20 samples, one of them at the largest value there is."""
+    values, sticks = white(), np.random.default_rng(6).random(SAMPLES // 20) < 0.5
+    rows = values.reshape(-1, 20)
+    rows[sticks] = rows[sticks, :1]
+    rows[values.argmin() // 20] = values.min()
+    (found,) = findings(values, "repeats")
+    assert "sticks" in found.text
+    assert found.level == "error"
+    assert not findings(values, "clipping")
+
+
+@pytest.mark.parametrize("step", [0.0, 0.1 * SIGMA])
+def test_a_rate_that_is_clipped_is_at_a_limit(step):
+    """Counts repeat themselves as well, and more often than they are at the limit."""
+    values = np.minimum(white(), 2.5 * SIGMA)
+    (found,) = findings(np.round(values / step) * step if step else values, "clipping")
+    assert "upper limit" in found.text
+
+
 def test_samples_of_two_sensors_by_turns_are_found():
     values = white()
     values[::2] *= 0.6

@@ -31,8 +31,11 @@ FLOOR: Final = 0.03
 LEAST_BINS: Final = 4
 # Models lighter than this, relative to the heaviest, are dropped.
 LIGHT: Final = 1e-5
+# Column of slow noise that is less steep than 1/f, behind Q, N, B and K, and its law.
+GENTLE: Final = len(STOCHASTIC_NAMES)
+_GENTLE_LAW: Final = SlowLaw(slope=0.7)
 # Column of the first of the falls with frequency.
-FALL: Final = len(STOCHASTIC_NAMES)
+FALL: Final = GENTLE + 1
 # Orders of a low-pass, one fall each.
 ORDERS: Final = (1, 2)
 # Number of columns.
@@ -52,9 +55,11 @@ def _is_choice(mask: int) -> bool:
 
     With both, a fall can take the shape of many other filters, and N is no longer determined.
     """
-    falls, slow = mask >> FALL, mask >> FLICKER & 0b11
-    with_walk = falls.bit_count() == 1 and bool(mask >> WALK & 1)
-    return falls == 0 or (with_walk and not (mask & 1 and slow))
+    falls, slow, walk = mask >> FALL, mask >> FLICKER & 0b111, bool(mask >> WALK & 1)
+    # Gentle slow noise beside K would take the shape of 1/f.
+    if mask >> GENTLE & 1 and (slow != 0b100 or not walk):
+        return False
+    return falls == 0 or (falls.bit_count() == 1 and walk and not (mask & 1 and slow))
 
 
 _MASKS: Final = [mask for mask in range(1, 1 << _COLUMNS) if _is_choice(mask)]
@@ -110,13 +115,13 @@ class BandModels:
     first, last
         (models,) band of bins, last exclusive.
     mask
-        (models,) bit c set: term c of Q, N, B, K and the falls of first and second order is fitted.
+        (models,) bit c set: term c of Q, N, B, K, gentle slow noise and the two falls is fitted.
     ruled
         (models,) bins in which N is half of the fitted spectrum or more.
     deviance
         (models,) gamma deviance over the band.
     squares, covariance
-        (models, 6) squared coefficients, SI, and (models, 6, 6) their covariance; the last two
+        (models, 7) squared coefficients, SI, and (models, 7, 7) their covariance; the last two
         are c of the divisors ``1 + c f^2`` and ``1 + c f^4``.
     logarithm
         (models,) logarithm of the weight; models of the same levels compare.
@@ -176,8 +181,11 @@ class BandModels:
 
     def law(self, row: int, interval: float) -> BandModel:
         """One model as a law of a spectrum of angles that lie an interval (s) apart."""
-        every = tuple(self.squares[row].tolist())
-        return BandModel(squares=every[:FALL], interval=interval, falls=every[FALL:])
+        every = self.squares[row].tolist()
+        slow = _GENTLE_LAW if every[GENTLE] else PLAIN
+        every[FLICKER] += every[GENTLE]
+        squares, falls = tuple(every[:GENTLE]), tuple(every[FALL:])
+        return BandModel(squares=squares, interval=interval, falls=falls, slow=slow)
 
     def terms(self, row: int) -> tuple[CoefficientName, ...]:
         """Names of the terms of one model."""
@@ -194,9 +202,9 @@ class ScaledLaws:
     shape
         (bins,)
     laws
-        (bins, 6) of Q, N, B and K, and f^2 and f^4 of the divisors, one at the highest bin.
+        (bins, 7) of `band_laws`, and f^2 and f^4 of the divisors, one at the highest bin.
     scale
-        (6,) by which these were divided.
+        (7,) by which these were divided.
     chance
         (bins,) share of it in the variance that a fit allows a bin.
     low_passed
@@ -226,8 +234,15 @@ def gamma_deviance(shape: FloatArray, ratio: FloatArray) -> float:
     return float(2.0 * shape @ (ratio - 1.0 - np.log(ratio)))
 
 
+def band_laws(levels: Levels) -> FloatArray:
+    """(bins, 5) levels of Q, N, B, K and slow noise less steep than 1/f at one."""
+    laws = level_laws(levels)
+    gentle = laws[:, FLICKER] * _GENTLE_LAW.shares(levels.frequency)[:, FLICKER]
+    return np.column_stack([laws, gentle])
+
+
 def _scaled(levels: Levels) -> ScaledLaws:
-    relative = level_laws(levels) / levels.level[:, np.newaxis]
+    relative = band_laws(levels) / levels.level[:, np.newaxis]
     laws = np.column_stack([relative, divisor_laws(levels.frequency)])
     scale = np.abs(laws).max(axis=0)
     shape = bin_shapes(levels, FLOOR)
@@ -241,7 +256,8 @@ def band_models(levels: Levels) -> BandModels:
 
     Beside Q, N, B and K a low-pass of the sensor is tried: N, B and K, not Q of a readout behind
     it, are divided by ``1 + c f^2`` or ``1 + c f^4`` with c >= 0, as behind a Butterworth filter of
-    first or second order. Without it bands that reach into the roll-off pull N down. Only the
+    first or second order. Without it bands that reach into the roll-off pull N down. Slow noise may
+    be gentle, f^-0.7: with B, N is too large where a low-pass leaves no band to it alone. Only the
     beginning of a fall is fitted; what falls farther lies outside the band, or below Q.
 
     Parameters
@@ -337,7 +353,8 @@ def _models_of_size(
         deviance=deviance[stands],
         squares=placed / scaled.scale,
         covariance=spread[stands] / (scaled.scale[:, np.newaxis] * scaled.scale),
-        logarithm=-0.5 * (deviance[stands] + outside) - size,
+        # A slope other than 1 is rarer, and chosen: it costs as much as two terms more.
+        logarithm=-0.5 * (deviance[stands] + outside) - size - 2 * (mask >> GENTLE & 1),
     )
 
 

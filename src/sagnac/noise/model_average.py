@@ -77,7 +77,7 @@ def with_error_of_bins(levels: Levels, models: BandModels, error: float) -> Band
     error
         Of every bin beside chance.
     """
-    bins, laws = np.arange(levels.level.size), level_laws(levels)
+    bins, laws = np.arange(levels.level.size), band_models.band_laws(levels)
     divisors = band_models.divisor_laws(levels.frequency)
     inside = (bins >= models.first[:, np.newaxis]) & (bins < models.last[:, np.newaxis])
     held = models.mask[:, np.newaxis] >> np.arange(FALL + len(band_models.ORDERS)) & 1 == 1
@@ -236,12 +236,12 @@ class ModelChoice:
             return "no band in which the angle random walk rules"
         letters = ", ".join(noise_laws.SYMBOLS[name] for name in self.terms)
         low, high = self.band_hz
+        slow = "" if self.law is None else self.law.slow.in_words()
+        with_slow = f", with {slow}" if slow else ""
         if self.member == "whole band":
-            slow = "" if self.law is None else self.law.slow.in_words()
-            with_slow = f", with {slow}" if slow else ""
             return f"the whole band to {high:.3g} Hz, which {letters} describe{with_slow}"
         weight = f"{100.0 * self.share:.0f} % of the weight"
-        average = f"{low:.3g} to {high:.3g} Hz with {letters} ({weight})"
+        average = f"{low:.3g} to {high:.3g} Hz with {letters}{with_slow} ({weight})"
         return f"the whole band, and {average}" if self.member == "both" else average
 
 

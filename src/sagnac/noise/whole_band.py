@@ -16,8 +16,8 @@ from scipy.special import chdtri, gammainc, gammaincc, ndtr, ndtri
 from sagnac.core.arrays import FloatArray
 from sagnac.noise import model_average
 from sagnac.noise.band_models import (
-    FALL,
     FLOOR,
+    GENTLE,
     BandModel,
     BandModels,
     bin_shapes,
@@ -92,7 +92,7 @@ def with_whole_band(levels: Levels, average: Average, fit: Fit) -> Average:
     """
     fitted, walk = fit.coefficients["angle_random_walk"], average.angle_random_walk
     models, band = average.models, fit.band
-    whole = models_of_one_band(levels, (0.0, math.inf), (1 << FALL) - 1).heaviest()
+    whole = models_of_one_band(levels, (0.0, math.inf), (1 << GENTLE) - 1).heaviest()
     if (
         band is None
         or not band.is_whole
@@ -111,7 +111,7 @@ def with_whole_band(levels: Levels, average: Average, fit: Fit) -> Average:
     fitted = fit.coefficients["angle_random_walk"]
     other = _other_law(fit)
     if other is not None:
-        law, terms, shape = other, FALL + 1, bin_shapes(levels, FLOOR)
+        law, terms, shape = other, GENTLE + 1, bin_shapes(levels, FLOOR)
         outdone += 1.0 - 0.5 * gamma_deviance(shape, ratio)
         ratio = law.over(levels)
         outdone += 0.5 * gamma_deviance(shape, ratio)
@@ -321,14 +321,14 @@ def levels_bear_out(levels: Levels, fit: Fit, walk: Estimate) -> bool:
     if fit.departure != 0.0 or fit.band is None or fitted.status == "not observable":
         return False
     used = levels.frequency <= fit.band.high
-    if np.count_nonzero(used) <= FALL or fitted.low > walk.high or fitted.high < walk.low:
+    if np.count_nonzero(used) <= GENTLE or fitted.low > walk.high or fitted.high < walk.low:
         return False
     squares = tuple(fit.squares.get(name, 0.0) for name in STOCHASTIC_NAMES)
     law = _other_law(fit) or BandModel(squares=squares, interval=fit.band.interval)
     mean = law.terms(levels).sum(axis=1)[used]
     if not mean.min() > 0.0:
         return False
-    ratio, freedom = levels.level[used] / mean, int(np.count_nonzero(used)) - FALL
+    ratio, freedom = levels.level[used] / mean, int(np.count_nonzero(used)) - GENTLE
     return describes(levels.shape[used], ratio, freedom, _SURELY.chance)
 
 

@@ -12,7 +12,7 @@ from scipy.special import ndtr, ndtri
 from sagnac.core import arrays
 from sagnac.core.arrays import FloatArray
 from sagnac.core.errors import Level, Note
-from sagnac.core.marks import first_of, marked, marked_steps, number_of
+from sagnac.core.marks import first_of, marked, marked_steps, number_of, stretches
 from sagnac.core.units import ARCSECOND, UNITS, split_factor
 from sagnac.quality.effects import STRETCH, finding, seen
 from sagnac.quality.lattice import LEAST_OFTEN, OFTENER, count_step, rounding_in
@@ -383,8 +383,11 @@ def saturation_notes(recording: Recording, profile: Profile) -> Notes:
         ("lower", low, lambda some: some <= low + slack),
     ):
         at_limit = marked(is_there, changes)
-        number = number_of(at_limit)
-        if number < LEAST_OFTEN:
+        number = often = number_of(at_limit)
+        # Where samples stick at any value, a stretch at the largest is there by chance, and once.
+        if profile.survey.repeats > OFTENER * number:
+            often = stretches(at_limit)[0].size
+        if often < LEAST_OFTEN:
             continue
         inside = arrays.elementwise(np.subtract, changes, limit)
         np.abs(inside, out=inside)
@@ -392,7 +395,7 @@ def saturation_notes(recording: Recording, profile: Profile) -> Notes:
         # Noise takes an extreme value less often than the next one. A clipped value has others
         # right beside it; what lies half a standard deviation beyond is no limit of the range.
         beside = number_of((inside >= inner - slack) & (inside <= inner + slack))
-        if inner <= 0.5 * profile.scale and number > OFTENER * beside:
+        if inner <= 0.5 * profile.scale and often > OFTENER * beside:
             shares[side] = number / changes.size
             when = second_of(recording, first_of(at_limit))
             problem.append(f"{number} samples are at its {side} limit, the first at {when:.3f} s")
