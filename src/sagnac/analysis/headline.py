@@ -342,8 +342,8 @@ def _highest_walk(
         curve = curve_of(points.angle, points.rate, evidence.settings)
         roll_off = averaged.roll_off_of(Points(angle=unfinished, rate=rate))
     elif evidence.settings.method in PUBLISHED and not evidence.settings.step_4.noise_restored:
-        # What lines took of the noise, a bound may not lack. If they took much, what is left does
-        # not tell how much, and the curve with all lines in is never too low.
+        # A bound contains the noise that the lines took. If they took much of it, what is left does
+        # not tell how much; the curve with all lines in is never too low.
         raised = np.hypot(curve.deviation, np.sqrt(evidence.taken))
         told = evidence.taken <= _TOLD_SHARE * raised**2
         curve = replace(curve, deviation=np.where(told, raised, evidence.curve_before.deviation))

@@ -226,7 +226,7 @@ def write_page(campaign: runner.Campaign, lines: Lines, folder: Path, title: str
     limits = table.walk_limits(campaign)
     failed = [line for line in lines if line.state != "done"]
     kinds = Counter(line.status or line.state for line in lines).most_common()
-    said = ", ".join(f"{size} {kind}" for kind, size in kinds)
+    of_each = ", ".join(f"{size} {kind}" for kind, size in kinds)
     twice = sum(bool(line.same_as) for line in lines)
     equal = f" {twice} have the data of another and do not count." * bool(twice)
     rows = [(line, _cells(line)) for line in lines]
@@ -234,7 +234,7 @@ def write_page(campaign: runner.Campaign, lines: Lines, folder: Path, title: str
     text = rendered(
         "campaign.html",
         title=title,
-        counts=f"{len(lines)} rows: {said}.{equal}",
+        counts=f"{len(lines)} rows: {of_each}.{equal}",
         failed=[reason_text(line.file, line.reason) for line in failed],
         groups=[_group(own, curves, limits) for own in groups_of(lines).values()],
         verdict=yield_of(campaign),

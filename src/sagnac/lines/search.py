@@ -40,8 +40,8 @@ _ROUNDS: Final = 20
 # which there are more of them, for the same five seconds (50 ns for a sample in a pass).
 _MOST_PASSES: Final = 500.0
 _LONG: Final = 200_000
-# Turns below which a search may leave orders, or not end, where the rate varies. Of 114 tables of
-# one gyro over 4 to 9 turns four were estimates 6 to 40 times too high; six of 66 pairs had no N.
+# Below so many turns, at a rate that varies, the search by orders may leave some, or not end. With
+# it alone, over 4 to 9 turns, four of 114 single gyros read 6 to 40 times N; 6 of 66 pairs no N.
 _SOME_TURNS: Final = 9.0
 # Most times that a function of the angle is fitted beside the tones known so far.
 _FUNCTIONS: Final = 3
@@ -160,8 +160,8 @@ def _removed(record: Record, channel: str, report: Callable[[float], None]) -> R
     if rate_variation(kinematic) <= 0.1:
         return removal
     record.made.clear()
-    # Where the rate varies orders smear, and raise the floor that they are sought above; and a
-    # search of all of them beside tones may take too long.
+    # Where the rate varies, orders smear and raise the floor that they are sought above. A search
+    # for all of them beside tones may also take too long.
     hides = removal.unfinished is None
     function = function_of_angle(removal.residual if hides else record.angle, kinematic)
     if function is None:
@@ -169,7 +169,8 @@ def _removed(record: Record, channel: str, report: Callable[[float], None]) -> R
     if hides:
         record = replace(record, angle=function.less(record.angle, table), made={})
         again = _removal(searched(first_state(record), report), channel)
-        again = _with_function(again, function, table, channel)
+        why = "where its rate varies, weak orders are not found one by one"
+        again = _with_function(again, function, f"over {turned:.2g} turns, {why}", channel)
     else:
         again = _beside_function(record, kinematic, function, channel, report)
     return again if again.unfinished is None else removal
@@ -212,16 +213,14 @@ def _beside_function(
     removal = _removal(state, channel)
     if function is None:
         return removal
-    return _with_function(removal, function, kinematic.table, channel)
+    few = f"over {full_turns(kinematic.table):.2g} turns orders of the table are not told apart"
+    return _with_function(removal, function, few, channel)
 
 
-def _with_function(
-    removal: Removal, function: AngleFunction, table: FloatArray, channel: str
-) -> Removal:
-    """The removal with a function of the angle that went before."""
-    few = f"over {full_turns(table):.2g} turns orders of the table are not told apart"
+def _with_function(removal: Removal, function: AngleFunction, why: str, channel: str) -> Removal:
+    """The removal of what was left behind a function of the angle, and a note with its reason."""
     what = f"one function, a sum of {function.orders.size} orders that mean nothing one by one"
-    text = f"{few}: what goes with its angle was taken out as {what}"
+    text = f"{why}: what goes with its angle was taken out as {what}"
     return replace(
         removal,
         taken=np.concatenate([function.taken, removal.taken], axis=1),

@@ -353,7 +353,7 @@ def _models_of_size(
         deviance=deviance[stands],
         squares=placed / scaled.scale,
         covariance=spread[stands] / (scaled.scale[:, np.newaxis] * scaled.scale),
-        # A slope other than 1 is rarer, and chosen: it costs as much as two terms more.
+        # Flicker is mostly 1/f. This law costs as much as two more terms, since its slope is rarer.
         logarithm=-0.5 * (deviance[stands] + outside) - size - 2 * (mask >> GENTLE & 1),
     )
 

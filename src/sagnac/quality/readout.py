@@ -384,7 +384,7 @@ def saturation_notes(recording: Recording, profile: Profile) -> Notes:
     ):
         at_limit = marked(is_there, changes)
         number = often = number_of(at_limit)
-        # Where samples stick at any value, a stretch at the largest is there by chance, and once.
+        # If samples stick at any value, some stretch is at the largest by chance: it counts once.
         if profile.survey.repeats > OFTENER * number:
             often = stretches(at_limit)[0].size
         if often < LEAST_OFTEN:

@@ -348,7 +348,7 @@ def repeat_notes(recording: Recording, profile: Profile) -> Notes:
     is_run = afters - firsts >= 7
     in_runs = int((afters - firsts)[is_run].sum())
     held = (number - in_runs) / samples
-    # A recorder faster than what it is given holds each value alike, or for one sample more.
+    # A recorder that is faster than its source holds each value equally long, or one sample longer.
     is_even = int((afters - firsts).max()) < math.ceil(samples / (samples - number))
     if in_runs > held * samples and not (is_even and number / samples > 0.45):
         # The first sample of a run repeats nothing.
@@ -404,7 +404,8 @@ def _explained(profile: Profile) -> float:
     if profile.channel.kind == "angle":
         step = count_step(values, rounding)
     if not math.isfinite(step):
-        # Of samples that are each held four times or more, every one has its like on one side.
+        # If each sample is held four times or more, every one has an equal beside it: the samples
+        # that differ from the one before tell the step.
         step = count_step(values[1:][np.diff(values) != 0.0], rounding)
     if step * 3.0 > math.sqrt(2.0) * profile.scale or not math.isfinite(step):
         return math.inf
