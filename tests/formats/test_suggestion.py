@@ -75,6 +75,16 @@ SECONDS = np.arange(ROWS) / 50.0
         ),
         ("x[deg/s],y[deg],time[s]", (NOISE, NOISE, SECONDS), {"kind": "x=rate,y=KIND"}),
         (
+            "gx_dps,gy_deg_per_h,time[s]",
+            (NOISE, NOISE, SECONDS),
+            {"columns": "x=gx_dps,y=gy_deg_per_h", "kind": "rate", "unit": "x=deg/s,y=deg/h"},
+        ),
+        (
+            "gx_dps,gy_raw,time[s]",
+            (NOISE, NOISE, SECONDS),
+            {"columns": "x=gx_dps,y=gy_raw", "kind": "x=rate,y=KIND", "unit": "x=deg/s,y=UNIT"},
+        ),
+        (
             "x[arcsec],alpha",
             (NOISE, NOISE),
             {"kind": "KIND", "table": "alpha:UNIT", "rate": "HZ"},

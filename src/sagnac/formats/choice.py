@@ -432,7 +432,7 @@ def scale_of(name: str, column: Column, statements: Statements, sensor: Sensor =
         for caller, beside, by_file in (by_unit, by_kind)
         if by_file and units.canonical(caller or beside or by_file) != units.canonical(by_file)
     ]
-    named = None if by_unit[2] else _unit_in_name(column.name, quantity)
+    named = None if by_unit[2] else unit_in_name(column.name, quantity)
     factor, taken = units.split_factor(unit or "")
     # A number before a unit is the size of a count, which no name tells.
     if named and factor == 1.0 and units.UNITS[taken].size != units.UNITS[named].size:
@@ -441,9 +441,15 @@ def scale_of(name: str, column: Column, statements: Statements, sensor: Sensor =
     return Scale(kind=kind, unit=unit or "", notes=tuple(notes))
 
 
-def _unit_in_name(name: str, quantity: units.Quantity) -> str | None:
-    """The unit of a quantity that a name ends on after another word: ``deg/s`` of ``gx_dps``."""
-    words = re.findall(r"[^\W_]+", re.sub(r"\.\d+$", "", name))
+def unit_in_name(name: str, quantity: units.Quantity) -> str | None:
+    """The unit of a quantity that a name ends on after another word, None if it ends on none.
+
+    Examples
+    --------
+    >>> unit_in_name("gx_dps", "rate"), unit_in_name("gyro_x", "rate")
+    ('deg/s', None)
+    """
+    words = re.findall(r"[^\W_]+", re.sub(r"\.\d+$|(?<=_)per_", "", name))
     ends = [units.canonical("/".join(words[-count:])) for count in (2, 1) if len(words) > count]
     # A turn is a word as well.
     return next((one for one in ends if one in units.sizes(quantity) and one != "rev"), None)

@@ -232,12 +232,14 @@ def _kind_and_unit(gyros: Mapping[str, Column], statements: Statements, missing:
     is_sized = statements.first("scale") is not None
     for name, column in gyros.items():
         unit = next(filter(None, choice.stated_for("unit", name, column, statements)), None)
+        # A name is a hint, so what it says is to be stated.
+        named = None if unit else choice.unit_in_name(column.name, "rate")
         if not is_known(unit or ""):
-            inputs["unit"][name] = UNIT if not is_sized else "counts" if unit else ""
+            inputs["unit"][name] = (named or UNIT) if not is_sized else "counts" if unit else ""
         if not is_sized and is_counts(unit or ""):
             missing["scale"] = "SIZE"
         if not any(choice.stated_for("kind", name, column, statements)):
-            is_rate = units.split_factor(unit or "")[1] in units.RATE_UNITS
+            is_rate = units.split_factor(unit or named or "")[1] in units.RATE_UNITS
             inputs["kind"][name] = "rate" if is_rate else KIND
     for quantity, unknown in (("kind", KIND), ("unit", UNIT)):
         guessed = inputs[quantity]
