@@ -394,6 +394,27 @@ def test_non_integer_orders_within_their_stated_errors(draws):
     assert np.sqrt(np.mean(np.square(ratios), axis=0)) == pytest.approx(np.ones(3), abs=chance)
 
 
+@pytest.mark.parametrize("cycles", [0.0, 0.6, -0.75, 0.9])
+def test_an_order_less_than_a_cycle_off_a_whole_one_is_told_from_it(cycles):
+    turns, samples = 6.2, 20_000
+    table = np.cumsum(np.linspace(1.0, 0.4, samples))
+    table *= TURN * turns / table[-1]
+    order = 17.0 + cycles / turns
+    ratios = []
+    for seed in range(4):
+        readings = 2e-6 * np.random.default_rng(seed).standard_normal(samples)
+        angle = readings + walk(samples, seed + 50) + 6e-6 * np.cos(order * table + seed)
+        lines = remove_lines(angle, table, RATE, channel="x").lines
+        # What goes with Earth rate is a thirtieth of it, now and then.
+        (line,) = [one for one in lines if one.amplitude > 1e-6]
+        assert line.scale == "angle"
+        if cycles == 0.0:
+            assert line.frequency == order
+        else:
+            ratios.append((line.frequency - order) / line.frequency_error)
+    assert np.all(np.abs(ratios) < 4.0)
+
+
 def test_sidebands_about_the_table_rate_are_named():
     samples = 30_000
     table = np.radians(40.0) / RATE * np.arange(samples)

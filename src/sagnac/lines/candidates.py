@@ -320,9 +320,11 @@ def broken_orders(state: State, frequencies: FloatArray) -> Peaks:
     crowded, given = int(beyond.sum()) > 100, (state.look().floor, state.record.threshold)
     peaks = detection.peaks_in_order(state.steps, sampled, *given, crowded=crowded)
     orders = peaks.place * (0.5 / sampled.turns)
-    off = np.abs(orders - np.rint(orders)) * sampled.turns > 1.0
+    # A peak is placed to a tenth of a cycle over the whole range. With a whole cycle here, of 40
+    # orders 0.55 to 0.95 cycles off a whole one 21 were found, and 132 that were none.
+    off = np.abs(orders - np.rint(orders)) * sampled.turns > 0.5
     off |= orders > MOST_ORDERS + 0.5
-    beside = np.abs(state.components.orders - orders[:, np.newaxis]) * sampled.turns < 1.0
+    beside = np.abs(state.components.orders - orders[:, np.newaxis]) * sampled.turns < 0.5
     return peaks.select(off & ~beside.any(axis=1))
 
 
