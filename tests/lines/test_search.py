@@ -9,6 +9,7 @@ from scipy import signal
 from sagnac.lines import search
 from sagnac.lines.detection import detection_threshold
 from sagnac.lines.search import remove_lines
+from sagnac.recording.model import Recording
 from sagnac.rig.config import preset
 from sagnac.rig.sections import DisturbancesConfig
 from sagnac.rig.simulate import simulate
@@ -184,8 +185,12 @@ def test_arguments_that_do_not_fit_are_refused():
         (lambda whole: whole + 0j, " holds complex128 values"),
         (lambda whole: whole.astype(str), " holds <U32 values"),
         (lambda whole: whole > 0.0, " holds bool values"),
+        (
+            lambda whole: Recording.from_arrays(x=whole, kind="angle", unit="rad", sample_rate=1.0),
+            r" is .*; give one column",
+        ),
     ],
-    ids=["NaN", "masked", "complex", "texts", "booleans"],
+    ids=["NaN", "masked", "complex", "texts", "booleans", "recording"],
 )
 def test_what_is_no_whole_column_of_numbers_is_refused(argument, change, said):
     whole = {"angle": walk(1000, 0), "table": np.arange(1000.0)}

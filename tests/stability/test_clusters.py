@@ -1,5 +1,6 @@
 """Cluster times asked for."""
 
+import numpy as np
 import pytest
 
 from sagnac.stability.curve import stability_curve
@@ -16,6 +17,12 @@ def test_taus_are_rounded_merged_and_told():
     assert curve.tau == pytest.approx([0.1, 1.0])
     assert "1 of 3 taus rounded to a multiple of the sample interval" in texts
     assert "1 of 3 taus coincide and are merged" in texts
+
+
+def test_masked_taus_are_left_out():
+    taus = np.ma.masked_array([0.1, 0.5, 1.0], mask=[False, True, False])
+    curve = stability_curve(THOUSAND_POINTS, kind="rate", sample_rate=10.0, taus=taus)
+    assert curve.tau == pytest.approx([0.1, 1.0])
 
 
 @pytest.mark.parametrize(

@@ -92,7 +92,7 @@ def numbers(values: ArrayLike, argument: str) -> AnyArray:
     remedy = "give one column, shape (samples,)"
     try:
         given = np.asanyarray(values)
-    except ValueError:  # rows of unlike lengths
+    except (TypeError, ValueError):  # rows of unlike lengths, or no values but what holds some
         raise refusal(argument, f"is {quoted(values)}; {remedy}") from None
     if given.ndim != 1:
         found = f"has shape {given.shape}" if given.ndim else f"is {quoted(values)}"
