@@ -48,8 +48,8 @@ def cluster_sizes(
         grid = np.geomspace(smallest, largest, count) / estimator.step
         sizes = np.unique(np.rint(grid).astype(np.int64) * estimator.step)
         return sizes[(sizes >= smallest) & (sizes <= largest)], ()
-    given = np.ma.atleast_1d(taus)
-    given = given.compressed() if np.ma.is_masked(given) else given.data
+    masked = np.ma.atleast_1d(taus)
+    given = masked.compressed() if np.ma.is_masked(masked) else masked.data
     if given.dtype.kind not in "iuf" and given.size:
         raise refusal("taus", f"is {quoted(taus)}; give cluster times in s")
     wanted = given.astype(np.float64)
