@@ -321,10 +321,13 @@ def broken_orders(state: State, frequencies: FloatArray) -> Peaks:
     peaks = detection.peaks_in_order(state.steps, sampled, *given, crowded=crowded)
     orders = peaks.place * (0.5 / sampled.turns)
     # A peak is placed to a tenth of a cycle over the whole range. With a whole cycle here, of 40
-    # orders 0.55 to 0.95 cycles off a whole one 21 were found, and 132 that were none.
-    off = np.abs(orders - np.rint(orders)) * sampled.turns > 0.5
+    # orders 0.55 to 0.95 cycles off a whole one 21 were found, and 132 that were none. Earth rate,
+    # fitted beside it, leaves order 1 with two shoulders.
+    cycles = np.where(orders < 1.5, 1.0, 0.5)
+    off = np.abs(orders - np.rint(orders)) * sampled.turns > cycles
     off |= orders > MOST_ORDERS + 0.5
-    beside = np.abs(state.components.orders - orders[:, np.newaxis]) * sampled.turns < 0.5
+    apart = np.abs(state.components.orders - orders[:, np.newaxis]) * sampled.turns
+    beside = apart < cycles[:, np.newaxis]
     return peaks.select(off & ~beside.any(axis=1))
 
 
