@@ -43,8 +43,8 @@ _LONG: Final = 200_000
 # Below so many turns, at a rate that varies, the search by orders may leave some, or not end. With
 # it alone, over 4 to 9 turns, four of 114 single gyros read 6 to 40 times N; 6 of 66 pairs no N.
 _SOME_TURNS: Final = 9.0
-# From so many turns on, at a rate that varies, orders are sought first. With the function alone half
-# intervals of 31 pairs over 2 to 4 turns were 2.8 bounds in the median (1.3 by orders).
+# From so many turns on, at a rate that varies, orders are sought first. With the function alone,
+# half intervals of 31 pairs over 2 to 4 turns were 2.8 bounds in the median (1.3 by orders).
 _FEWEST_TURNS: Final = 2.0
 # Most times that a function of the angle is fitted beside the tones known so far.
 _FUNCTIONS: Final = 3
