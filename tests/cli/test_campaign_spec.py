@@ -186,3 +186,36 @@ def test_one_page_is_the_certificate_of_all_axes_of_a_unit(rack, tmp_path):
     assert page.count("N ≤ 0.0015 °/√h") == 2
     assert 'href="x/report.html"' in page
     assert (tmp_path / "y" / "report.html").is_file()
+
+
+def test_the_terminal_names_a_dead_accelerometer_and_a_copy_within_a_file(tmp_path, capsys):
+    """No row is of an accelerometer; the sound unit of the same rack is not named."""
+    for seed, name in enumerate(("copy", "dead", "in_g", "sound")):
+        noise = np.random.default_rng(seed).standard_normal((5, SAMPLES))
+        forces = 1e-3 * noise[2:] + np.array([[0.0], [0.0], [1.0 if name == "in_g" else 9.81]])
+        recording = sagnac.Recording.from_arrays(
+            x=WALK * np.sqrt(RATE) * noise[0],
+            y=WALK * np.sqrt(RATE) * noise[0 if name == "copy" else 1],
+            ax=forces[0],
+            ay=np.full(SAMPLES, 0.1) if name == "dead" else forces[1],
+            az=forces[2],
+            kind="rate",
+            unit={"x": "rad/s", "y": "rad/s", **dict.fromkeys(("ax", "ay", "az"), "m/s^2")},
+            sample_rate=RATE,
+        )
+        sagnac.write(recording, tmp_path / f"{name}.parquet")
+    words = ["--accelerometers", "ax,ay,az", "-o", str(tmp_path / "done"), "--workers", "1"]
+    assert main(["campaign", str(tmp_path), *words]) == 0
+    before_files, _, _ = capsys.readouterr().out.partition("wrote")
+    told = [line for line in before_files.splitlines() if ".parquet" in line]
+    # A copy within a file is named once, and not as the copy of its own file.
+    copy, dead, in_g = told
+    assert copy.endswith(
+        "copy.parquet: gyro y: has the data of another gyro of it, and does not count"
+    )
+    assert dead.startswith("dead.parquet, ay: error: is stuck: every sample is the same;")
+    assert in_g.startswith("in_g.parquet, ax, ay, az: warning:")
+    assert "gravity" in in_g
+    # The folder was made of four files, and now of one: the table of the others is replaced.
+    assert main(["campaign", str(tmp_path / "sound.parquet"), *words]) == 0
+    assert ".parquet" not in capsys.readouterr().out.partition("wrote")[0]

@@ -3,9 +3,9 @@
 A pick-off shows the dither that the gyro's own stripping left.
 
 Drift at rest with temperature: the means of the rate over some hundred stretches are fitted by
-``b1 (T - T0) + b2 (T - T0)^2 + b3 dT/dt`` in white noise and a random walk, whose sizes are those
-of the highest restricted likelihood (Patterson and Thompson, *Biometrika* 58, 545, 1971): what the
-terms take up is not counted as missing noise. Terms that chance makes are left out.
+``b1 (T - T0) + b2 (T - T0)^2 + b3 dT/dt`` in white noise, flicker and a random walk, whose sizes
+are those of the highest restricted likelihood (Patterson and Thompson, *Biometrika* 58, 545,
+1971): what the terms take up is not counted as missing noise. Terms that chance makes are left out.
 
 A warm-up is an exponential beside a straight line, in white noise and a random walk.
 """
@@ -15,8 +15,9 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
-from scipy.linalg import solve_triangular
-from scipy.optimize import minimize_scalar
+from scipy.linalg import solve_triangular, toeplitz
+from scipy.optimize import minimize
+from scipy.special import xlogy
 
 from sagnac.analysis.settings import Method
 from sagnac.core.arrays import FloatArray, extent, less, mean
@@ -217,39 +218,44 @@ def thermal_drift(
         if np.linalg.cond(np.column_stack([np.ones(_MEANS), scaled[:, [*taken, place]]])) < 1e6:
             taken.append(place)
     # The least seen of the terms is left out until all are seen.
-    values, errors, walk = _fitted(rates, columns[:, taken])
+    values, errors, _ = _fitted(rates, columns[:, taken])
     while taken and not (ratios := np.abs(values) / errors).min() > 3.5:
         taken.pop(int(np.argmin(ratios)))
-        values, errors, walk = _fitted(rates, columns[:, taken])
+        values, errors, _ = _fitted(rates, columns[:, taken])
     if not taken:
         return None
     coefficients = np.zeros((2, 3))
     coefficients[:, taken] = values, errors
     drift = columns @ coefficients[0]
+    # With and without the terms all slow noise is taken for a walk, so that the two compare.
+    walk, walk_before = (_fitted(rates, columns[:, which], (1e-2,))[2] for which in (taken, []))
     times = (edges[:-1] + 0.5 * size + 0.5) / sample_rate
     return ThermalDrift(
         coefficients=coefficients[0],
         errors=coefficients[1],
         temperature=centre,
         walk=walk / math.sqrt(width),
-        walk_before=_fitted(rates, columns[:, :0])[2] / math.sqrt(width),
+        walk_before=walk_before / math.sqrt(width),
         rate=make_interp_spline(times, drift - drift.mean(), k=1),
         deviation=float(drift.std()),
     )
 
 
-def _fitted(rates: FloatArray, columns: FloatArray) -> tuple[FloatArray, FloatArray, float]:
+def _fitted(
+    rates: FloatArray, columns: FloatArray, start: tuple[float, ...] = (1e-2, 1e-1)
+) -> tuple[FloatArray, FloatArray, float]:
     """Terms beside a constant and their errors, and the root of the variance of a step of the walk.
 
-    The fit is in white noise and a walk of the highest restricted likelihood.
+    The fit is in white noise, a walk and flicker of the highest restricted likelihood, sought from
+    `start`, of one number without flicker: a walk in its place hides real terms.
     """
     count, scale = rates.size, columns.std(axis=0)
     freedom = count - 1 - scale.size
     both = np.column_stack([np.ones(count), columns / scale, rates])
 
-    def fit(logarithm: float) -> tuple[float, FloatArray, FloatArray, float]:
-        ratio = math.exp(logarithm)
-        white, volume = _whitened(both, ratio)
+    def fit(logarithms: FloatArray) -> tuple[float, FloatArray, FloatArray, float]:
+        ratios = np.exp(logarithms)
+        white, volume = _whitened(both, *ratios)
         basis, observed = white[:, :-1], white[:, -1]
         inverse = np.linalg.inv(basis.T @ basis)
         values = inverse @ (basis.T @ observed)
@@ -257,22 +263,31 @@ def _fitted(rates: FloatArray, columns: FloatArray) -> tuple[FloatArray, FloatAr
         variance = float(rest @ rest) / freedom
         lacking = freedom * math.log(variance) + volume - float(np.linalg.slogdet(inverse)[1])
         errors = np.sqrt(variance * np.diag(inverse))
-        return lacking, values[1:] / scale, errors[1:] / scale, math.sqrt(ratio * variance)
+        return lacking, values[1:] / scale, errors[1:] / scale, math.sqrt(ratios[0] * variance)
 
-    bounds, options = (math.log(1e-6), math.log(1e3)), {"xatol": 0.05}
-    best = minimize_scalar(lambda logarithm: fit(logarithm)[0], bounds=bounds, options=options)
-    return fit(float(best.x))[1:]
+    best = minimize(
+        lambda logarithms: fit(logarithms)[0],
+        np.log(start),
+        method="Nelder-Mead",
+        bounds=[(math.log(1e-6), math.log(1e3))] * len(start),
+        options={"xatol": 0.05, "fatol": 0.01},
+    )
+    return fit(best.x)[1:]
 
 
-def _whitened(columns: FloatArray, ratio: float) -> tuple[FloatArray, float]:
-    """Columns of means in units of white noise and a walk, and the logarithm of its determinant.
+def _whitened(columns: FloatArray, ratio: float, flicker: float = 0.0) -> tuple[FloatArray, float]:
+    """Columns of means in units of the noise, and the logarithm of its determinant.
 
     The covariance of means over stretches of one of a walk from zero is i + 1/2 for i < j, and
     i + 1/3 of a mean itself; `ratio` is the variance of its step in that of white noise of a mean.
+    That of flicker is half the second difference of -t^2 ln t, B^2/pi its unit, but for a constant
+    of any size, which the fit of a constant takes up: here one that keeps it convex and above zero.
     """
     place, own = np.arange(len(columns), dtype=np.float64), np.eye(len(columns))
     wandering = np.minimum(place, place[:, np.newaxis]) + 0.5 - own / 6.0
-    factor = np.linalg.cholesky(own + ratio * wandering)
+    lags = np.abs(np.arange(-1.0, place.size + 1.0))
+    flickering = toeplitz(2.0 + math.log(place.size) - np.diff(xlogy(lags**2, lags), 2) / 2.0)
+    factor = np.linalg.cholesky(own + ratio * wandering + flicker * flickering)
     volume = 2.0 * float(np.log(np.diag(factor)).sum())
     return np.asarray(solve_triangular(factor, columns, lower=True)), volume
 
