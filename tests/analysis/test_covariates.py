@@ -242,3 +242,24 @@ def test_terms_that_one_another_make_are_fitted_once(temperature, seen):
     assert (0 if made is None else np.count_nonzero(made.errors)) == seen
     if made is not None:
         assert made.coefficients[0] == pytest.approx(LINEAR, abs=4.0 * made.errors[0])
+
+
+@pytest.mark.parametrize(
+    ("made", "covariates", "told"),
+    [
+        (noise(5, 2e-8) + drift(), (), True),
+        (noise(5, 2e-8) + drift(), ("temperature",), False),
+        (noise(5, 2e-8), (), False),
+        (noise(5, 6e-7), (), False),
+    ],
+    ids=["left in", "taken off", "none", "a walk alone"],
+)
+def test_slow_noise_that_is_a_drift_with_a_temperature_left_unused_is_told(made, covariates, told):
+    analysis = sagnac.analyze(recorded(made), covariates=covariates)
+    notes = [note for note in analysis.notes if "mostly a drift with temperature" in note.text]
+    assert [note.channel for note in notes] == (["x"] if told else [])
+    if told:
+        # From rad/s/sqrt(s) to deg/h/sqrt(h).
+        walk = 2e-8 * math.degrees(3600.0) * 60.0
+        stated = float(notes[0].text.split(" instead of ")[1].split()[0])
+        assert stated == pytest.approx(walk, rel=0.5)

@@ -183,6 +183,29 @@ def without_temperature(recording: Recording, names: tuple[str, ...]) -> Recordi
     return replace(recording, gyros=tuple(gyros), notes=(*recording.notes, *notes))
 
 
+def with_temperature_told(recording: Recording, names: tuple[str, ...]) -> Recording:
+    """The same sensors, with a warning on each whose slow noise is mostly a drift with temperature.
+
+    Parameters
+    ----------
+    recording, names
+        As of `without_temperature`; where that is refused, nothing is told.
+    """
+    temperature, table, notes = recording.temperature, recording.table, list[Note]()
+    few, turns = recording.samples < _LEAST_SAMPLES, table is not None and is_turning(table.values)
+    if temperature is None or few or turns or not math.isfinite(mean(temperature)):
+        return recording
+    for gyro in recording.gyros:
+        drift = None
+        if gyro.name in names:
+            drift = thermal_drift(gyro, temperature, recording.sample_rate)
+        if drift is not None and drift.walk_before > 1.5 * drift.walk:
+            text = f"its slow noise is mostly a drift with temperature: {_walks(gyro, drift)}"
+            text += "; {covariates temperature} takes it off"
+            notes.append(Note(channel=gyro.name, level="warning", text=text))
+    return replace(recording, notes=(*recording.notes, *notes))
+
+
 def thermal_drift(
     gyro: Channel, temperature: FloatArray, sample_rate: float
 ) -> ThermalDrift | None:
@@ -311,8 +334,7 @@ def _note(gyro: Channel, drift: ThermalDrift | None, temperature: FloatArray) ->
     span = f"temperature from {low:.4g} to {high:.4g}"
     if drift is None:
         return Note(channel=gyro.name, text=f"{span}: no drift with it is seen, none is taken off")
-    sensed = SENSED[gyro.sensor]
-    unit, walk = UNITS[sensed.rate_unit], field_unit("rate_random_walk", gyro.sensor)
+    unit = UNITS[SENSED[gyro.sensor].rate_unit]
     names = (f"(T - {drift.temperature:.4g})", f"(T - {drift.temperature:.4g})^2", "dT/dt per s")
     terms = " + ".join(
         f"({value / unit.size:.3g} +- {error / unit.size:.1g}) {name}"
@@ -322,10 +344,16 @@ def _note(gyro: Channel, drift: ThermalDrift | None, temperature: FloatArray) ->
     return Note(
         channel=gyro.name,
         text=f"{span}: a drift of {terms} {unit.name} (+- 1 sigma), "
-        f"{drift.deviation / unit.size:.3g} {unit.name} rms, was taken off; with it the "
-        f"{sensed.titles['rate_random_walk']} of the slow noise would have been "
-        f"{drift.walk_before / walk.size:.3g} instead of {drift.walk / walk.size:.3g} {walk.name}",
+        f"{drift.deviation / unit.size:.3g} {unit.name} rms, was taken off; {_walks(gyro, drift)}",
     )
+
+
+def _walks(gyro: Channel, drift: ThermalDrift) -> str:
+    """K of the slow noise with the drift in it, and without."""
+    title = SENSED[gyro.sensor].titles["rate_random_walk"]
+    unit = field_unit("rate_random_walk", gyro.sensor)
+    with_drift, known = (f"{one / unit.size:.3g}" for one in (drift.walk_before, drift.walk))
+    return f"with it the {title} of the slow noise is {with_drift} instead of {known} {unit.name}"
 
 
 # Means that the warm-up is sought in.

@@ -14,7 +14,12 @@ from typing import Any, Unpack
 from sagnac.analysis import evidence as basis
 from sagnac.analysis import measurement
 from sagnac.analysis.averaged import Headline
-from sagnac.analysis.corrections import without_dither, without_lags, without_temperature
+from sagnac.analysis.corrections import (
+    with_temperature_told,
+    without_dither,
+    without_lags,
+    without_temperature,
+)
 from sagnac.analysis.evidence import Evidence, Points, curve_notes, curve_of, points_at
 from sagnac.analysis.headline import answer
 from sagnac.analysis.result import Analysis, Covariance
@@ -181,7 +186,8 @@ def _evidence(
         interval = settings.interval or (1.0 if turns(recording) else None)
         settings = replace(settings, gyros=gyros, interval=interval)
         measurement.require_sound(recording, gyros)
-        corrected = without_temperature(recording, gyros) if settings.covariates else recording
+        of_temperature = without_temperature if settings.covariates else with_temperature_told
+        corrected = of_temperature(recording, gyros)
         corrected = without_dither(corrected, gyros, settings.method)
         corrected = without_lags(corrected, gyros, settings.method)
         as_it_is = measurement.measure(corrected, gyros)
