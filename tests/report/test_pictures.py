@@ -202,6 +202,19 @@ def test_orders_of_a_table_at_rest_are_left_out():
     assert [container.get_label() for container in axes.containers] == ["line in time"]
 
 
+def test_lines_of_angle_and_time_are_told_apart_in_grey():
+    shapes = {}
+    for rate in (None, 0.7):
+        axes = plot.lines(analysis(table_rate=rate), Figure().add_subplot())
+        handles, names = axes.get_legend_handles_labels()
+        shapes[rate] = {
+            name: one.lines[0].get_marker() for one, name in zip(handles, names, strict=True)
+        }
+    assert len(set(shapes[0.7].values())) == 2
+    # A scale keeps its shape where the other is not there.
+    assert shapes[None] == {"line in time": shapes[0.7]["line in time"]}
+
+
 def test_the_spectrum_shows_the_band_and_the_model_of_the_answer():
     gyro = low_passed(np.random.default_rng(3), 20_000, 100.0, gyro=Gyro(), corner=0.05)
     recording = Recording.from_arrays(

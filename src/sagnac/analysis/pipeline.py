@@ -206,7 +206,7 @@ def _evidence(
         measured = measurement.without_encoder_errors(as_it_is, corrected, table)
         del as_it_is
         table = measurement.with_order_phases(table, measured)
-        beside = (table.known, corrected, settings, fraction)
+        beside = (table, corrected, settings, fraction)
         left, *_ = remainders = [measurement.remainder_of(measured, *beside)]
         if len(gyros) == MOST_GYROS:
             second = measurement.measure(corrected, gyros[:2])

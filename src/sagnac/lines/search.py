@@ -21,7 +21,7 @@ from sagnac.core.kernels import one_thread
 from sagnac.lines import components, joint_fit, naming, passes
 from sagnac.lines.candidates import NewLines, bands_of_peaks, crowded_bands, new_lines
 from sagnac.lines.detection import Band, Peaks, joined_bands, peaks_in_frequency
-from sagnac.lines.model import Removal
+from sagnac.lines.model import Line, Removal
 from sagnac.lines.state import Record, State, first_state
 from sagnac.recording.channel import whole_series
 from sagnac.table.kinematics import (
@@ -131,6 +131,20 @@ def remove_lines(
         removal = _removed(record, channel, report)
     report(1.0)
     return removal
+
+
+def without_lines(
+    angle: FloatArray, table: FloatArray, sample_rate: float, lines: tuple[Line, ...]
+) -> FloatArray:
+    """(samples,) an angle without those of the lines that stand in it; products and drifts stay."""
+    own = sorted((line for line in lines if not line.name), key=lambda line: line.frequency)
+    orders = np.array([line.frequency for line in own if line.scale == "angle"])
+    tones = np.array([line.frequency / sample_rate for line in own if line.scale == "time"])
+    known = {"orders": orders, "frequencies": tones, "phasor": np.zeros(len(own), dtype=complex)}
+    record = Record(angle=angle, encoder=table, sample_rate=sample_rate, false_alarm=0.01)
+    state = State(record=record, motion=None, components=components.components_of(angle.size))
+    state = passes.joined_by(passes.looked(state), components.components_of(angle.size, **known))
+    return passes.pruned(state).residual()
 
 
 def _require_noise(angle: FloatArray) -> None:

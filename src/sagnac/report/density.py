@@ -79,7 +79,8 @@ def lines(analysis: Analysis, ax: Axes | None = None) -> Axes:
             places, amplitude, error = np.array(figures).T
             axes.errorbar(
                 places, amplitude / unit.size, yerr=error / unit.size, linestyle="none",
-                marker="o", markersize=3.6, elinewidth=0.7, color=color, label=label,
+                marker="o" if scale == "angle" else "^", markersize=3.6, elinewidth=0.7,
+                color=color, label=label,
             )  # fmt: skip
     frame.logarithmic(axes, "frequency (Hz)", f"amplitude ({unit.symbol})")
     if not placed:
