@@ -412,7 +412,7 @@ def remainder_of(
             # products with orders, those too weak to be found raise N, by up to 3 %.
             left = elementwise(np.subtract, led.readings, led.angle)
             left = without_lines(left, led.angle, rate, removal.lines)
-            again = find(measured.angle, elementwise(np.subtract, led.readings, left))
+            again = find(measured.angle, elementwise(np.subtract, led.readings, left, out=left))
             fewer = len(again.lines) < len(removal.lines) and again.unfinished is None
             removal = again if fewer else removal
     elif settings.method == "fris":
