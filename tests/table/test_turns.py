@@ -195,8 +195,7 @@ def test_orders_that_are_not_whole_go_with_the_angle_over_a_few_turns(motion):
 
 @pytest.mark.parametrize(
     ("fastest", "order"),  # deg/s
-    [(20.0, 25), (20.0, 50), (46.0, 13), (46.0, 25), (46.0, 50), (80.0, 62), (120.0, 13)]
-    + [(120.0, 50), (120.0, 62)],
+    [(20.0, 25), (20.0, 50), (46.0, 13), (46.0, 50), (80.0, 62), (120.0, 13), (120.0, 62)],
 )
 def test_an_order_of_a_sweep_is_taken_at_every_speed(order, fastest):
     """Averages of a tenth of a second hold less of it where the table is fast, or nothing."""
