@@ -187,7 +187,7 @@ def test_arguments_that_do_not_fit_are_refused():
         (lambda whole: whole > 0.0, " holds bool values"),
         (
             lambda whole: Recording.from_arrays(x=whole, kind="angle", unit="rad", sample_rate=1.0),
-            r" is .*; give one column",
+            " is Recording.*give 'x', whose values are an array",
         ),
     ],
     ids=["NaN", "masked", "complex", "texts", "booleans", "recording"],

@@ -92,8 +92,10 @@ def numbers(values: ArrayLike, argument: str) -> AnyArray:
     remedy = "give one column, shape (samples,)"
     try:
         given = np.asanyarray(values)
-    except (TypeError, ValueError):  # rows of unlike lengths, or no values but what holds some
+    except ValueError:  # rows of unlike lengths
         raise refusal(argument, f"is {quoted(values)}; {remedy}") from None
+    except TypeError as error:  # a recording, whose channels hold values
+        raise refusal(argument, f"is {quoted(values)}: {error}") from None
     if given.ndim != 1:
         found = f"has shape {given.shape}" if given.ndim else f"is {quoted(values)}"
         raise refusal(argument, f"{found}; {remedy}")
