@@ -183,7 +183,7 @@ def without_temperature(recording: Recording, names: tuple[str, ...]) -> Recordi
     return replace(recording, gyros=tuple(gyros), notes=(*recording.notes, *notes))
 
 
-def with_temperature_told(recording: Recording, names: tuple[str, ...]) -> Recording:
+def with_temperature_warnings(recording: Recording, names: tuple[str, ...]) -> Recording:
     """The same sensors, with a warning on each whose slow noise is mostly a drift with temperature.
 
     Parameters

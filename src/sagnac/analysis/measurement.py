@@ -402,17 +402,18 @@ def remainder_of(
     RecordingError
         If the method cannot be used on this recording.
     """
-    rate, table, led = measured.sample_rate, turning.known, turning.estimate
+    rate, table, estimate = measured.sample_rate, turning.known, turning.estimate
     if settings.method == "fos":
         find = partial(remove_lines, sample_rate=rate, channel=measured.channel)
         removal = find(measured.angle, table, progress=progress)
         made = any(line.name.startswith("product") for line in removal.lines)
-        if made and led is not None and led.smoothed and measured.weights != (1.0, -1.0):
-            # Lines of the gyros are in the angle that they lead, not in the readings. Of their
-            # products with orders, those too weak to be found raise N, by up to 3 %.
-            left = elementwise(np.subtract, led.readings, led.angle)
-            left = without_lines(left, led.angle, rate, removal.lines)
-            again = find(measured.angle, elementwise(np.subtract, led.readings, left, out=left))
+        if made and estimate is not None and estimate.smoothed and measured.weights != (1.0, -1.0):
+            # Lines of the gyros are in the angle that they lead, and not in the readings. Their
+            # products with orders raise N by up to 3 % where they are too weak to be found.
+            left = elementwise(np.subtract, estimate.readings, estimate.angle)
+            left = without_lines(left, estimate.angle, rate, removal.lines)
+            corrected = elementwise(np.subtract, estimate.readings, left, out=left)
+            again = find(measured.angle, corrected)
             fewer = len(again.lines) < len(removal.lines) and again.unfinished is None
             removal = again if fewer else removal
     elif settings.method == "fris":

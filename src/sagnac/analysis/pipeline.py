@@ -15,7 +15,7 @@ from sagnac.analysis import evidence as basis
 from sagnac.analysis import measurement
 from sagnac.analysis.averaged import Headline
 from sagnac.analysis.corrections import (
-    with_temperature_told,
+    with_temperature_warnings,
     without_dither,
     without_lags,
     without_temperature,
@@ -186,7 +186,7 @@ def _evidence(
         interval = settings.interval or (1.0 if turns(recording) else None)
         settings = replace(settings, gyros=gyros, interval=interval)
         measurement.require_sound(recording, gyros)
-        of_temperature = without_temperature if settings.covariates else with_temperature_told
+        of_temperature = without_temperature if settings.covariates else with_temperature_warnings
         corrected = of_temperature(recording, gyros)
         corrected = without_dither(corrected, gyros, settings.method)
         corrected = without_lags(corrected, gyros, settings.method)

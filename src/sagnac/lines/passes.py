@@ -284,7 +284,7 @@ def _is_order(
         # A line that keeps time, or wanders by itself, has a share of zero.
         inverse = np.linalg.inv(sums[:3, :3])
         share, error = inverse[0] @ sums[:3, 3], np.sqrt(inverse[0, 0] * sums[3, 3] / some.stop)
-        # Known to a twentieth, zero and one are ten errors from a half: the rest tells no more.
+        # A share of 0 or 1 is ten of these errors from a half: more samples change nothing.
         if error < 0.05:
             break
     return bool(abs(share - 1.0) < 0.5 and share > 6.0 * error)

@@ -40,11 +40,13 @@ _ROUNDS: Final = 20
 # which there are more of them, for the same five seconds (50 ns for a sample in a pass).
 _MOST_PASSES: Final = 500.0
 _LONG: Final = 200_000
-# Below so many turns, at a rate that varies, the search by orders may leave some, or not end. With
-# it alone, over 4 to 9 turns, four of 114 single gyros read 6 to 40 times N; 6 of 66 pairs no N.
+# Where the rate varies and the table makes fewer turns than this, the search by orders may not end,
+# or may leave orders in. Alone, over 4 to 9 turns, it made 4 of 114 single gyros read 6 to 40 times
+# N, and gave no N for 6 of 66 pairs.
 _SOME_TURNS: Final = 9.0
-# From so many turns on, at a rate that varies, orders are sought first. With the function alone,
-# half intervals of 31 pairs over 2 to 4 turns were 2.8 bounds in the median (1.3 by orders).
+# Where the rate varies, a table of this many turns has its orders sought before a function of the
+# angle is fitted. Over 2 to 4 turns, half intervals of 31 pairs were 1.3 bounds in the median, and
+# 2.8 with the function alone.
 _FEWEST_TURNS: Final = 2.0
 # Most times that a function of the angle is fitted beside the tones known so far.
 _FUNCTIONS: Final = 3
@@ -136,7 +138,10 @@ def remove_lines(
 def without_lines(
     angle: FloatArray, table: FloatArray, sample_rate: float, lines: tuple[Line, ...]
 ) -> FloatArray:
-    """(samples,) an angle without those of the lines that stand in it; products and drifts stay."""
+    """(samples,) an angle without the steady lines of these that stand in it.
+
+    Lines with a name, such as products of two others, are not fitted.
+    """
     own = sorted((line for line in lines if not line.name), key=lambda line: line.frequency)
     orders = np.array([line.frequency for line in own if line.scale == "angle"])
     tones = np.array([line.frequency / sample_rate for line in own if line.scale == "time"])

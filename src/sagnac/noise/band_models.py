@@ -353,7 +353,7 @@ def _models_of_size(
         deviance=deviance[stands],
         squares=placed / scaled.scale,
         covariance=spread[stands] / (scaled.scale[:, np.newaxis] * scaled.scale),
-        # Flicker is mostly 1/f. This law costs as much as two more terms, since its slope is rarer.
+        # Flicker seldom has another slope than 1/f: this law is priced as two more terms.
         logarithm=-0.5 * (deviance[stands] + outside) - size - 2 * (mask >> GENTLE & 1),
     )
 

@@ -328,7 +328,7 @@ def _with_faster_averages(kinematic: Kinematics) -> Kinematics:
     rate = min(max(usual * _SHOWN / reach, enough), most)
     if rate <= usual:
         return kinematic
-    # Each is of a whole number of samples: of no more than that.
+    # An average takes a whole number of samples. Rounded down, it shows no fewer orders.
     rate = kinematic.sample_rate / max(1, math.floor(kinematic.sample_rate / rate))
     return kinematics.kinematics(kinematic.table, kinematic.sample_rate, rate=rate)
 
