@@ -173,6 +173,12 @@ def test_the_answer_as_frames_has_its_units(tmp_path, analyzed):
         assert row.low < degrees < row.high
         assert row.unit == "deg/sqrt(h)"
     assert frame.loc[("az", "angle_random_walk")].unit == "m/s/sqrt(h)"
+    assert {"estimated", "upper bound"} <= set(frame.status)
+    for row in frame.itertuples():
+        low, value, high = (f"{figure:.4g}" for figure in (row.low, row.value, row.high))
+        interval, bound = f"{value} ({low} to {high}) {row.unit}", f"below {high} {row.unit}"
+        written = {"estimated": interval, "upper bound": bound}
+        assert row.text == written.get(row.status, row.status)
     dataset = analyzed.to_xarray()
     walk = dataset["angle_random_walk"]
     assert walk.attrs["units"] == "deg/sqrt(h)"

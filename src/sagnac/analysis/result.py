@@ -320,14 +320,15 @@ class Analysis:
                 in_field = estimate.in_field_unit()
                 row = {"channel": one.channel, "coefficient": name}
                 row |= {figure: getattr(in_field, figure) for figure in (*_FIGURES, "unit")}
-                rows.append({**row, "confidence": estimate.confidence, "status": estimate.status})
+                row |= {"confidence": estimate.confidence, "status": estimate.status}
+                rows.append({**row, "text": str(in_field)})
         return rows
 
     def to_frame(self) -> Any:
         """The answer as a pandas frame: a row for each coefficient of each channel.
 
-        Columns are channel, coefficient, value, low, high, unit (of the field), confidence and
-        status.
+        Columns are channel, coefficient, value, low, high, unit (of the field), confidence, status
+        and text, which writes the figures or the bound with their unit as a paper would.
 
         Raises
         ------
