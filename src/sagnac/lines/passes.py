@@ -11,7 +11,7 @@ from typing import Final
 
 import numpy as np
 
-from sagnac.core.arrays import BooleanArray, ComplexArray, FloatArray, blocks
+from sagnac.core.arrays import BooleanArray, ComplexArray, FloatArray, blocks, square
 from sagnac.core.units import EARTH_RATE
 from sagnac.lines import detection, joint_fit
 from sagnac.lines.components import Components, components_of, joined, mixed_down
@@ -253,7 +253,8 @@ def rescaled_components(
             moved[angles + index] = _is_better(mixed, np.exp(-1j * turning), level)
     # A servo hunts faster than that: what a tone leaves of an order is a band, as wide as the hunt.
     own = components.phasor[angles:].conj()
-    felt = orders * np.abs(own) * np.std(sampled.speeds) * steps.size > 8.5 * np.linalg.norm(steps)
+    least = 8.5 * np.sqrt(square(steps)) / steps.size
+    felt = orders * np.abs(own) * np.std(sampled.speeds) > least
     for at in np.flatnonzero(~moved[angles:] & felt):
         moved[angles + at] = _is_order(frequencies[at], own[at], steps, sampled.table, strays)
     if not moved.any():

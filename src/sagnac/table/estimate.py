@@ -518,15 +518,16 @@ class _Fit:
         plain[1:_FIRST_ORDER] = plain[_FIRST_RIPPLE:] = 0.0
         columns = columns_beside_delay(self.read, self.sensed, self.interval)[0]
         fitted = plain @ columns
+        # Of drift: where the rate changes it is large and bends, and would look like tones.
+        drift = (self.fit.values - plain) @ columns
+        del columns  # those of a day take 0.2 GB
         left = self.read - self.sensed - fitted
         # Where the table turns back, what repeats with it looks like tones.
         turns = abs(float(self.sensed[-1] - self.sensed[0])) / (2.0 * np.pi)
         if turns >= FEW_TURNS:
             # Slower ones pass the filter, and faster ones may be orders that are not fitted.
             cycles = (0.5 * corner * self.interval * left.size, (_ORDERS + 0.5) * turns)
-            # Not of drift: where the rate changes it is large and bends, and would look like tones.
-            noise = left - (self.fit.values - plain) @ columns
-            tones = slow_tones(noise, self.fit.readings, self.fit.walk, cycles)
+            tones = slow_tones(left - drift, self.fit.readings, self.fit.walk, cycles)
             fitted, left = fitted + tones, left - tones
         return smoothed(left, corner * self.interval) + fitted
 
