@@ -320,8 +320,8 @@ class Analysis:
                 in_field = estimate.in_field_unit()
                 row = {"channel": one.channel, "coefficient": name}
                 row |= {figure: getattr(in_field, figure) for figure in (*_FIGURES, "unit")}
-                row |= {"confidence": estimate.confidence, "status": estimate.status}
-                rows.append({**row, "text": str(in_field)})
+                how = {"confidence": estimate.confidence, "status": estimate.status}
+                rows.append({**row, **how, "text": str(in_field)})
         return rows
 
     def to_frame(self) -> Any:
