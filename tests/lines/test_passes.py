@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from sagnac.core import arrays
 from sagnac.lines import passes
 from sagnac.lines.components import components_of
 from sagnac.lines.search import remove_lines
@@ -42,6 +43,19 @@ def test_orders_no_larger_than_earth_rate_makes_them_wait():
     assert passes.without_earth_orders(known).components.orders.tolist() == [6.0]
     settled = replace(known, earth_settled=True)
     assert passes.without_earth_orders(settled) is settled
+
+
+@pytest.mark.parametrize("rate", [10.0, 100.0])
+def test_the_averages_of_a_record_of_several_pieces_are_those_of_the_whole(monkeypatch, rate):
+    monkeypatch.setattr(arrays, "BLOCK", 2_000)  # at 10 Hz an average is of one sample
+    time = np.arange(SAMPLES) / rate
+    state = first_state(Record(angle=np.sin(time), encoder=0.3 * time, sample_rate=rate))
+    assert state.motion is not None
+    block = state.motion.kinematics.block
+    averages = state.residual()[: SAMPLES // block * block].reshape(-1, block).mean(axis=1)
+    np.testing.assert_allclose(state.averages(block), averages, rtol=0.0, atol=1e-12)
+    known = passes.followed(state)
+    assert known.motion is not None
 
 
 SECONDS = np.arange(2 * SAMPLES) / RATE

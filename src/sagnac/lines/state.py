@@ -181,7 +181,7 @@ class State:
 
     def averages(self, block: int) -> FloatArray:
         """(averages,) of the angle without motion and lines over blocks of samples, rad."""
-        return np.concatenate([averaged(rest, block) for _, rest in self._rest(1)])
+        return np.concatenate([averaged(rest, block) for _, rest in self._rest()])
 
     @property
     def order_sums(self) -> ComplexArray:
