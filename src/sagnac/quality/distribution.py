@@ -91,28 +91,38 @@ def find_spikes(
     limit = -float(ndtri(0.5 * 1e-3 / increments.size))
     among = np.broadcast_to(np.True_, increments.shape) if among is None else among
     looked_at = number_of(among)
-    far = [_spikes_in(increments, among, block, limit) for block in blocks(increments.size, 2**16)]
-    indices, heights, counts, lower = zip(*far, strict=True)
-    index, height, beyond = np.concatenate(indices), np.concatenate(heights), sum(counts)
+    parts = [_far_in(increments, among, block, limit) for block in blocks(increments.size, 2**16)]
+    beyond = sum(far.place.size for far in parts)
     many = beyond > _MANY * looked_at
+    # Each is looked at alone: not where all are the noise, and are tens of thousands.
+    kept = [slice(0) if many else _kept_by_angle(increments, far) for far in parts]
+    index = np.concatenate([far.place[some] for far, some in zip(parts, kept, strict=True)])
+    height = np.concatenate([far.off[some] for far, some in zip(parts, kept, strict=True)])
     by_chance = 2.0 * looked_at * float(ndtr(-_BELOW * _MARGIN * limit))
     # A tail that falls as x^-3 has 3.6 times as many from 0.6 of the limit up to it as beyond it,
     # one as x^-6 20 times; spikes whose heights are spread evenly have fewer than one.
-    tail = not many and index.size > 0 and sum(lower) - by_chance > 2.0 * beyond
-    if many or tail:
+    tail = index.size > 0 and sum(far.below for far in parts) - by_chance > 2.0 * beyond
+    if tail:
         index, height = index[:0], height[:0]
     added = math.sqrt(float(height @ height) * sample_rate / increments.size)
     return Spikes(index=index, height=height, added_walk=added, many=many, tail=tail)
 
 
-def _spikes_in(
-    values: FloatArray, among: BooleanArray, block: slice, limit: float
-) -> tuple[IntegerArray, FloatArray, int, int]:
-    """Samples of one block that lie far off their neighbours, and how far.
+class _Far(NamedTuple):
+    """Samples of a block that lie far off their neighbours, and how far, rad.
 
-    Besides how many lie beyond the limit, whether the angle keeps them or not, and how many lie
-    somewhat below it.
+    `scale` is the scatter of such differences in the block, `below` how many lie somewhat below the
+    limit.
     """
+
+    place: IntegerArray
+    off: FloatArray
+    scale: float = 0.0
+    below: int = 0
+
+
+def _far_in(values: FloatArray, among: BooleanArray, block: slice, limit: float) -> _Far:
+    """Samples of one block that lie far off, whether the angle keeps what they add or not."""
     before, behind = max(0, _AROUND - block.start), max(0, block.stop + _AROUND - values.size)
     some = values[max(0, block.start - _AROUND) : block.stop + _AROUND]
     padded = np.pad(some, (before, behind), mode="reflect")
@@ -128,7 +138,7 @@ def _spikes_in(
     off = np.where(among[block], off, math.nan)
     some = off[among[block]]
     if not some.size:
-        return np.empty(0, dtype=np.int64), np.empty(0), 0, 0
+        return _Far(np.empty(0, dtype=np.int64), np.empty(0))
     some = some[:: arrays.distance_between(2**13, some.size)]
     low, high = np.quantile(some, (0.25, 0.75))
     # Coarse steps have quartiles of a step or none: the root mean square of the inner part.
@@ -138,26 +148,26 @@ def _spikes_in(
     size, reach = np.abs(off), _MARGIN * limit * scale if scale > 0.0 else math.inf
     far = np.flatnonzero(size > reach)
     below = number_of(size > _BELOW * reach) - far.size
-    runs = np.split(far, np.flatnonzero(np.diff(far) > _APART) + 1) if far.size else []
-    stays = [run[_kept_by_angle(values, block.start + run, off[run], scale)] for run in runs]
-    index = np.concatenate([far[:0], *stays])
-    return index + block.start, off[index], far.size, below
+    return _Far(far + block.start, off[far], scale, below)
 
 
-def _kept_by_angle(
-    values: FloatArray, run: IntegerArray, off: FloatArray, scale: float
-) -> BooleanArray:
-    """(far,) which far samples of a run add to the angle for good.
+def _kept_by_angle(values: FloatArray, far: _Far) -> BooleanArray:
+    """(far,) which far samples add to the angle for good.
 
     If the samples beside one take it back, the angle alone was off for a moment: that adds nothing
     to N, but a replaced sample would. At the end of the record nothing can take it back. Parts of a
-    swing, as where a line begins, are none either: the whole run has to add what is replaced, to
-    half of that or three standard deviations. `off` is how far each lies off, `scale` the noise.
+    swing, as where a line begins, are none either: the whole run of far samples has to add what is
+    replaced, to half of that or three standard deviations.
     """
-    alone: BooleanArray = np.array([_net_change(values, one, one) for one in run]) / off > 0.5
-    taken, by_chance = float(off[alone].sum()), 3.0 * scale * math.sqrt(run[-1] - run[0] + 5)
-    missing = abs(taken - _net_change(values, run[0], run[-1]))
-    return alone & (missing < max(0.5 * abs(taken), by_chance))
+    kept = np.array([_net_change(values, one, one) for one in far.place]) / far.off > 0.5
+    starts = np.flatnonzero(np.diff(far.place, prepend=-math.inf) > _APART)
+    for run in map(slice, starts, [*starts[1:], far.place.size]):
+        first, last = far.place[run][[0, -1]]
+        taken = float(far.off[run][kept[run]].sum())
+        by_chance = 3.0 * far.scale * math.sqrt(last - first + 5)
+        missing = abs(taken - _net_change(values, first, last))
+        kept[run] &= missing < max(0.5 * abs(taken), by_chance)
+    return kept
 
 
 def _net_change(values: FloatArray, first: int, last: int) -> float:
