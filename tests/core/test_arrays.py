@@ -1,5 +1,7 @@
 """Arrays in memory and mapped from a file read, write and give back memory alike."""
 
+import statistics
+
 import numpy as np
 import pytest
 
@@ -95,6 +97,15 @@ def test_values_by_blocks_are_those_of_the_whole(mapped, monkeypatch, size):
     long[-1] = np.nan
     assert np.isnan(arrays.extent(long)).all()
     assert not arrays.all_finite(long)
+
+
+@pytest.mark.parametrize("size", [1, 2, 3, 4, 7, 100, 1001])
+def test_the_median_is_the_middle_one_or_midway_between_two(size):
+    random = np.random.default_rng(size)
+    for values in (random.standard_normal(size), random.integers(0, 3, size) * 0.1):
+        before = values.copy()
+        assert arrays.median(values) == statistics.median(values.tolist())
+        np.testing.assert_array_equal(values, before)
 
 
 def test_an_operation_is_on_a_number_or_one_by_one_and_in_place_if_asked(mapped, monkeypatch):

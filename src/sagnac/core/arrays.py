@@ -193,6 +193,23 @@ def all_finite(values: FloatArray) -> bool:
     return all(np.isfinite(values[block]).all() for block in blocks(values.size))
 
 
+def median(values: FloatArray) -> float:
+    """Median of one value or more, none of them NaN.
+
+    `np.median` asks partition for three places where one tells, and takes four to five times as
+    long for 1,000 to 500,000 values.
+
+    Examples
+    --------
+    >>> median(np.array([4.0, 1.0, 3.0])), median(np.array([4.0, 1.0, 3.0, 2.0]))
+    (3.0, 2.5)
+    """
+    half = values.size // 2
+    parted = np.partition(values, half)
+    upper = float(parted[half])
+    return upper if values.size % 2 else 0.5 * (float(parted[:half].max()) + upper)
+
+
 def differences(values: FloatArray) -> FloatArray:
     """Each value less the one before, one fewer.
 

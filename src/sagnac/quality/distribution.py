@@ -173,7 +173,7 @@ def _kept_by_angle(values: FloatArray, far: _Far) -> BooleanArray:
 def _net_change(values: FloatArray, first: int, last: int) -> float:
     """What samples, with those beside them, add to the angle beyond what is typical around them."""
     reach = 8 + last - first
-    typical = np.median(values[max(0, first - reach) : last + reach + 1])
+    typical = arrays.median(values[max(0, first - reach) : last + reach + 1])
     return float((values[max(0, first - _AROUND) : last + _AROUND + 1] - typical).sum())
 
 

@@ -8,7 +8,15 @@ import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 from scipy.optimize import nnls
 
-from sagnac.core.arrays import FloatArray, IntegerArray, blocks, elementwise, release, values_at
+from sagnac.core.arrays import (
+    FloatArray,
+    IntegerArray,
+    blocks,
+    elementwise,
+    median,
+    release,
+    values_at,
+)
 from sagnac.spectrum import _kernels
 
 # ---- median ------------------------------------------------------------------------
@@ -95,7 +103,7 @@ def fit_power_laws(power: FloatArray) -> PowerLaws:
         (bins,) ordinates at bins 1, 2, ..., in memory or mapped. Lines may stand among them.
     """
     center, count, levels = bin_levels(power)
-    level = max(float(np.median(levels)), np.finfo(float).tiny)
+    level = max(median(levels), np.finfo(float).tiny)
     coefficients = fit_levels(_laws(center, power.size), levels / level, count)
     return PowerLaws(coefficients=coefficients, level=level, bins=power.size)
 
@@ -115,7 +123,7 @@ def bin_levels(power: FloatArray) -> tuple[FloatArray, IntegerArray, FloatArray]
     count = stops - starts
     level = np.empty(count.size)
     for index, (start, stop) in enumerate(zip(starts, stops, strict=True)):
-        level[index] = np.median(power[start:stop])
+        level[index] = median(power[start:stop])
         release()
     # Median over mean of n exponential variates, to within 1 %: 1 at n = 1, ln 2 for many.
     level /= np.log(2.0) + (1.0 - np.log(2.0)) / count
@@ -195,7 +203,7 @@ def noise_floor(power: FloatArray) -> FloatArray:
     """
     if power.size < 32:
         # One constant level.
-        level = float(np.median(power[1:])) / np.log(2.0)
+        level = median(power[1:]) / np.log(2.0)
         return np.full(power.size, max(level, np.finfo(float).tiny))
     law, windows = fit_power_laws(power[1:]), floor_windows(power.size)
     floor, ratios = elementwise(np.ones_like, power), np.empty(len(windows))
@@ -204,7 +212,7 @@ def noise_floor(power: FloatArray) -> FloatArray:
     # 64 of the widest windows fill one block of memory.
     for some in blocks(len(windows), 64):
         for index, window in enumerate(windows[some], start=some.start):
-            ratios[index] = np.median(power[window] / floor[window]) / np.log(2.0)
+            ratios[index] = median(power[window] / floor[window]) / np.log(2.0)
     middles = np.array([0.5 * (window.start + window.stop) for window in windows])
     if middles.size == 1:
         middles, ratios = np.array([1.0, power.size]), np.repeat(ratios, 2)
@@ -232,7 +240,7 @@ def _reach_up_to_plateau(floor: FloatArray, power: FloatArray) -> None:
     windows = [slice(*pair) for pair in pairwise(edges[:-1])]
     if len(windows) < 2:
         return
-    level = np.array([np.median(power[window]) for window in windows]) / np.log(2.0)
+    level = np.array([median(power[window]) for window in windows]) / np.log(2.0)
     place = np.array([0.5 * (window.start + window.stop - 1) for window in windows])
     at_place = values_at(floor, place.astype(np.int64))
     # Chance lets one level of twenty be half of another on the same plateau.

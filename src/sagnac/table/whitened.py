@@ -15,7 +15,7 @@ from scipy.fft import fft
 from scipy.linalg import solve_triangular
 from scipy.optimize import nnls
 
-from sagnac.core.arrays import FloatArray, IntegerArray
+from sagnac.core.arrays import FloatArray, IntegerArray, median
 
 # Times that an ordinate may stand above the noise; one that stands higher counts for less, as under
 # a distribution with long tails: it is of a line that no column holds.
@@ -223,7 +223,7 @@ def _two_noises(
     # Eight bins a decade tell the two noises.
     pairs = list(pairwise(_edges(power.size, 8)))
     # The median of a chi-square of two degrees of freedom is ln 2 of its mean.
-    level = np.array([np.median(power[low:high]) for low, high in pairs]) / math.log(2.0)
+    level = np.array([median(power[low:high]) for low, high in pairs]) / math.log(2.0)
     means = np.stack([(laws * kept)[:, low:high].mean(axis=1) for low, high in pairs])
     level = np.maximum(level, 1e-300)
     sizes = np.array([kept[low:high].sum() for low, high in pairs])
