@@ -491,13 +491,13 @@ def _copied(one: _Brought, other: _Brought) -> Notes:
 
 
 def unequal_notes(recording: Recording, profile: Profile) -> Notes:
-    """Every gyro whose noise is far below that of another."""
+    """Every gyro that scatters far less than another."""
     pairs = combinations(profile.together.values(), 2)
     return tuple(note for first, second in pairs for note in _unequal(first, second))
 
 
 def _unequal(first: Profile, second: Profile) -> Notes:
-    """A gyro whose noise is far below that of another."""
+    """A gyro that scatters far less from sample to sample than another, by noise or by lines."""
     # By the walk, since a rate and what an angle turned in a sample have unlike units.
     quiet, loud = sorted((first, second), key=lambda one: one.walk)
     ratio, effect = loud.walk / (quiet.walk or math.inf), 1.0
@@ -508,7 +508,7 @@ def _unequal(first: Profile, second: Profile) -> Notes:
     # From there on their difference is of one of them.
     if not ratio > 30.0:
         return ()
-    text = f"its noise is {ratio:.4g} times below that of gyro {loud.name}"
+    text = f"its scatter is {ratio:.4g} times below that of gyro {loud.name}"
     low, high = sorted((abs(quiet.share), abs(loud.share)))
     # Shares of the table's rate that no wrong unit would leave alike.
     if low > LEAST_SHARE and high < 2.0 * low:
