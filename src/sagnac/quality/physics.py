@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from scipy.fft import irfft, next_fast_len, rfft
 
 from sagnac.core import units
-from sagnac.core.arrays import BooleanArray, FloatArray, every, values_at
+from sagnac.core.arrays import BooleanArray, FloatArray, every, median, values_at
 from sagnac.core.errors import Level, Note, counted, rounded
 from sagnac.core.marks import first_of, longest_unmarked, number_of
 from sagnac.core.units import DEGREE, DEGREE_PER_HOUR, EARTH_RATE, STANDARD_GRAVITY, split_factor
@@ -491,13 +491,20 @@ def _copied(one: _Brought, other: _Brought) -> Notes:
 
 
 def unequal_notes(recording: Recording, profile: Profile) -> Notes:
-    """Every gyro that scatters far less than another."""
+    """Every gyro whose noise is far below that of another."""
     pairs = combinations(profile.together.values(), 2)
     return tuple(note for first, second in pairs for note in _unequal(first, second))
 
 
+def _floor(gyro: Profile) -> float:
+    """Typical ordinate of the spectrum at the beginning, as what a gyro turns in a sample."""
+    steps = np.diff(gyro.changes[:LOOKED_AT])
+    ordinates = np.abs(rfft(steps * np.hanning(steps.size)))
+    return median(ordinates) / (gyro.sample_rate if gyro.channel.kind == "rate" else 1.0)
+
+
 def _unequal(first: Profile, second: Profile) -> Notes:
-    """A gyro that scatters far less from sample to sample than another, by noise or by lines."""
+    """A gyro whose noise is far below that of another."""
     # By the walk, since a rate and what an angle turned in a sample have unlike units.
     quiet, loud = sorted((first, second), key=lambda one: one.walk)
     ratio, effect = loud.walk / (quiet.walk or math.inf), 1.0
@@ -505,10 +512,12 @@ def _unequal(first: Profile, second: Profile) -> Notes:
         # Spikes in a hundredth of the samples raise the scatter, and not the median of the steps.
         steps = float(np.median(np.abs(np.diff(loud.changes[:LOOKED_AT]))))
         ratio *= min(steps / (0.954 * loud.scale), 1.0) or 1.0
+        # An answer goes without the lines of either, which are in the scatter.
+        ratio = min(ratio, _floor(loud) / max(_floor(quiet), 1e-300))
     # From there on their difference is of one of them.
     if not ratio > 30.0:
         return ()
-    text = f"its scatter is {ratio:.4g} times below that of gyro {loud.name}"
+    text = f"its noise is {ratio:.4g} times below that of gyro {loud.name}"
     low, high = sorted((abs(quiet.share), abs(loud.share)))
     # Shares of the table's rate that no wrong unit would leave alike.
     if low > LEAST_SHARE and high < 2.0 * low:
